@@ -1,0 +1,1 @@
+//! Flat charts, randomised from one seed.

@@ -1,0 +1,2 @@
+//! `qpgen`: randomised charts and scenes, rendered into training data.
+pub mod charts;

@@ -1,0 +1,20 @@
+//! Cameras whose pixels see the pupil in parts: from the scene, through a real lens and the microlenses, into the
+//! sub-pixels. Modules stand in the order in which light travels.
+//!
+//! ```text
+//! scene ─ rays ─▶ lens ─ rays ─▶ sensor ─ (u,v) ─▶ response ─ weights ─▶ render ─▶ SubPixelImage
+//!                                                    ▲
+//!                                     em (pixel stack, wave propagation)
+//! ```
+
+pub mod em;
+pub mod frames;
+pub mod image;
+pub mod lens;
+pub mod render;
+pub mod response;
+pub mod sampling;
+pub mod scene;
+pub mod sensor;
+pub mod spectrum;
+pub mod units;

@@ -1,0 +1,1 @@
+//! Low-discrepancy samples keyed by (seed, pixel, sample).

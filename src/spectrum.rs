@@ -1,0 +1,1 @@
+//! Wavelengths of the colour channels.
