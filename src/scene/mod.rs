@@ -1,1 +1,13 @@
-//! (room of the scene stage)
+//! The scene: what a ray from the lens meets, and the radiance that comes back along it.
+//!
+//! Camera frame, mm (see [`crate::frames`]): the scene is at z < 0. For now it is made of flat emitting cards in front of a
+//! uniform environment; each card's radiance is its texture, the same in all directions (a Lambertian chart under even
+//! light).
+
+mod plane;
+mod world;
+
+pub mod texture;
+
+pub use plane::{PlaneError, TexturedPlane};
+pub use world::{Hits, Scene, NO_SURFACE};
