@@ -10,4 +10,4 @@ mod world;
 pub mod texture;
 
 pub use plane::{PlaneError, TexturedPlane};
-pub use world::{Hits, Scene, NO_SURFACE};
+pub use world::{Hits, NO_SURFACE, RaySlices, Scene};
