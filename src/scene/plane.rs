@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::texture::Texture;
 
@@ -55,9 +55,7 @@ impl TexturedPlane {
         check("tilt_x_deg", tilt_x_deg, tilt_x_deg.abs() < 80.0, "−80 to 80 (exclusive)")?;
         check("tilt_y_deg", tilt_y_deg, tilt_y_deg.abs() < 80.0, "−80 to 80 (exclusive)")?;
         check("roll_deg", roll_deg, roll_deg.is_finite(), "a finite angle")?;
-        let turn = glam::DMat3::from_rotation_y(tilt_y_deg.to_radians())
-            * glam::DMat3::from_rotation_x(-tilt_x_deg.to_radians())
-            * glam::DMat3::from_rotation_z(roll_deg.to_radians());
+        let turn = Self::orientation((tilt_x_deg, tilt_y_deg, roll_deg));
         let across_mm = turn * DVec3::new(width_mm, 0.0, 0.0);
         let down_mm = turn * DVec3::new(0.0, -height_mm, 0.0);
         Ok(Self {
@@ -68,6 +66,13 @@ impl TexturedPlane {
             texture,
             coverage,
         })
+    }
+
+    /// Camera-from-card rotation of (tilt x, tilt y, roll) in deg; the card's own axes are right, up and towards the camera.
+    pub fn orientation((tilt_x_deg, tilt_y_deg, roll_deg): (f64, f64, f64)) -> DMat3 {
+        DMat3::from_rotation_y(tilt_y_deg.to_radians())
+            * DMat3::from_rotation_x(-tilt_x_deg.to_radians())
+            * DMat3::from_rotation_z(roll_deg.to_radians())
     }
 
     /// Its picture.
