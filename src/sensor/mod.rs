@@ -1,1 +1,5 @@
-//! (room of the sensor stage)
+//! The sensor: how a pixel is parted into sub-pixels.
+
+mod subpixels;
+
+pub use subpixels::{Subpixels, SubpixelsError};
