@@ -168,7 +168,7 @@ fn tables_conform_for_every_partition() {
         conforms(
             &Response::Table(table(s, vec![450.0, 550.0])),
             500.0,
-            0.3,
+            1.0,
             1e-6,
         );
     }
