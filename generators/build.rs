@@ -111,7 +111,7 @@ impl Default for Responses {
 ///
 /// # Errors
 /// What a field of the recipe is and may be.
-pub fn camera(recipe: &Recipe, response: Arc<Response>, subpixels: Subpixels) -> Result<Camera, CommandError> {
+pub fn camera(recipe: &Recipe, response: &Response, subpixels: Subpixels) -> Result<Camera, CommandError> {
     let lens = lens(&recipe.lens)?;
     let wavelengths = ChannelWavelengths::default();
     let centre = match recipe.sensor.window {

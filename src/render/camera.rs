@@ -1,13 +1,11 @@
 //! A camera ready to render: the lens at each channel's wavelength, its pupils over the window, the sensor, the response.
 
-use std::sync::Arc;
-
 use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::frames::uv_from_camera_direction;
 use crate::lens::{ExitPupilMap, Lens, LensError, OpticalSystem, PacketTracer, Paraxial, PupilEllipse, chief_ray};
-use crate::response::{MovingFrame, Response};
+use crate::response::{MovingFrame, Response, ResponseLookup};
 use crate::sensor::{FieldGrid, MicrolensShifts, Sensor, ShiftRule};
 use crate::spectrum::ChannelWavelengths;
 
@@ -49,7 +47,7 @@ pub struct Camera {
     tracers: Vec<PacketTracer>,
     pupils: ExitPupilMap,
     shifts: MicrolensShifts,
-    response: Arc<Response>,
+    response: ResponseLookup,
     paraxial: Paraxial,
     wavelengths: ChannelWavelengths,
 }
@@ -63,7 +61,7 @@ impl Camera {
         lens: &Lens,
         sensor: Sensor,
         rule: ShiftRule,
-        response: Arc<Response>,
+        response: &Response,
         wavelengths: ChannelWavelengths,
     ) -> Result<Self, CameraError> {
         if response.subpixels() != sensor.subpixels() {
@@ -97,7 +95,7 @@ impl Camera {
             systems,
             pupils,
             shifts,
-            response,
+            response: response.at(wavelengths.reference_nm()),
             wavelengths,
         })
     }
@@ -107,7 +105,7 @@ impl Camera {
         &self.sensor
     }
     /// The pixel's response.
-    pub fn response(&self) -> &Response {
+    pub fn response(&self) -> &ResponseLookup {
         &self.response
     }
     /// Where light lands behind a microlens.

@@ -136,18 +136,12 @@ impl Workspace {
         let [_, _, _, dx, dy, _] = &self.aimed;
         let (dx, dy) = (&dx[..n], &dy[..n]);
         // Light travels against the traced direction; see `frames::uv_from_camera_direction`.
-        if aim.shift_um == DVec2::ZERO {
-            for i in 0..n {
-                self.u[i] = dx[i] as f32;
-                self.v[i] = -dy[i] as f32;
-            }
-        } else {
-            let frame = camera.response_frame();
-            for i in 0..n {
-                let (u, v) = frame.centred_uv(dx[i], -dy[i], (aim.shift_um.x, aim.shift_um.y));
-                self.u[i] = u as f32;
-                self.v[i] = v as f32;
-            }
+        for i in 0..n {
+            self.u[i] = dx[i] as f32;
+            self.v[i] = -dy[i] as f32;
+        }
+        if aim.shift_um != DVec2::ZERO {
+            camera.response_frame().centred_batch(aim.shift_um.to_array(), &mut self.u, &mut self.v);
         }
         self.weights.resize(n * n_sub, 0.0);
         camera.response().weights_batch(&self.u, &self.v, &mut self.weights);

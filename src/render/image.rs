@@ -15,12 +15,12 @@ pub struct SubPixelImage {
 impl SubPixelImage {
     /// Microlenses in a row, rows of microlenses.
     pub fn size(&self) -> (usize, usize) {
-        (self.mosaic.width() / self.subpixels.columns(), self.mosaic.height() / self.subpixels.rows())
+        (self.mosaic.width() / self.subpixels.m(), self.mosaic.height() / self.subpixels.n())
     }
 
     /// The view (sub-aperture image) of sub-pixel `index`: W × H × 3.
     pub fn view(&self, index: usize) -> Image {
-        let (m, n) = (self.subpixels.columns(), self.subpixels.rows());
+        let (m, n) = (self.subpixels.m(), self.subpixels.n());
         let (width, height) = self.size();
         let channels = self.mosaic.channels();
         let mut view = Image::zeros(width, height, channels);
@@ -36,7 +36,7 @@ impl SubPixelImage {
 
     /// The sum of all views: the picture of an ordinary pixel.
     pub fn sum(&self) -> Image {
-        let (m, n) = (self.subpixels.columns(), self.subpixels.rows());
+        let (m, n) = (self.subpixels.m(), self.subpixels.n());
         let (width, height) = self.size();
         let mut sum = Image::zeros(width, height, self.mosaic.channels());
         for y in 0..height * n {

@@ -37,7 +37,7 @@ pub fn render(
 ) -> Rendered {
     let sensor = camera.sensor();
     let (width, height, sub) = (sensor.width(), sensor.height(), sensor.subpixels());
-    let (m, n) = (sub.columns(), sub.rows());
+    let (m, n) = (sub.m(), sub.n());
     let sobol = SobolSet::new(settings.rays_per_pixel);
     let mut mosaic = Image::zeros(width * m, height * n, 3);
     let mut occlusion = Image::zeros(if chief_surfaces.is_some() { width } else { 0 }, height, 1);

@@ -52,8 +52,7 @@ impl MicrolensShifts {
             Self::ChiefRay { chief_uv, frame } => {
                 let mut uv = [0.0; 2];
                 chief_uv.sample(xy_mm, &mut uv);
-                let (x, y) = frame.shift_for_chief_ray(uv[0], uv[1]);
-                DVec2::new(x, y)
+                DVec2::from(frame.shift_for_chief_ray(uv[0], uv[1]))
             }
         }
     }

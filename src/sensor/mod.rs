@@ -5,9 +5,9 @@
 mod field;
 mod grid;
 mod microlens;
-pub mod subpixels;
+mod subpixels;
 
 pub use field::FieldGrid;
 pub use grid::{Sensor, SensorError, SensorWindowMm};
 pub use microlens::{MicrolensShifts, ShiftRule};
-pub use subpixels::Subpixels;
+pub use subpixels::{Subpixels, SubpixelsError};

@@ -74,8 +74,7 @@ pub(super) fn centroids(
         measure[i] = e.z * e.z / e.length_squared().powi(2);
         slopes[i] = DVec2::new(d.x, d.y) / d.z;
         let uv = uv_from_camera_direction(-d);
-        let (cu, cv) = frame.centred_uv(uv.x, uv.y, (shift.x, shift.y));
-        (u[i], v[i]) = (cu as f32, cv as f32);
+        (u[i], v[i]) = frame.centred_uv(uv.x as f32, uv.y as f32, shift.to_array());
     }
     let mut weights = vec![0f32; n * n_sub];
     camera.response().weights_batch(&u, &v, &mut weights);
