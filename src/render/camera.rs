@@ -38,6 +38,15 @@ pub enum CameraError {
     },
 }
 
+/// Where the rays of a pixel are aimed.
+#[derive(Clone, Debug)]
+enum Pupils {
+    /// At the exit pupil of a lens, as seen from each place of the window.
+    OfLens(ExitPupilMap),
+    /// At one ellipse, from everywhere.
+    Fixed(PupilEllipse),
+}
+
 /// See the module. Everything that changes slowly over the sensor is tabulated here, once.
 #[derive(Clone, Debug)]
 pub struct Camera {
@@ -45,10 +54,10 @@ pub struct Camera {
     /// R, G, B; a single one when the lens has no dispersion.
     systems: Vec<OpticalSystem>,
     tracers: Vec<PacketTracer>,
-    pupils: ExitPupilMap,
+    pupils: Pupils,
     shifts: MicrolensShifts,
     response: ResponseLookup,
-    paraxial: Paraxial,
+    paraxial: Option<Paraxial>,
     wavelengths: ChannelWavelengths,
 }
 
@@ -90,12 +99,45 @@ impl Camera {
         };
         Ok(Self {
             tracers: systems.iter().map(PacketTracer::new).collect(),
-            paraxial: lens.paraxial(wavelengths.reference_nm())?,
+            paraxial: Some(lens.paraxial(wavelengths.reference_nm())?),
             sensor,
             systems,
-            pupils,
+            pupils: Pupils::OfLens(pupils),
             shifts,
             response: response.at(wavelengths.reference_nm()),
+            wavelengths,
+        })
+    }
+
+    /// Bare pixels without a main lens at the origin of the camera frame, looking at `target` (z < 0): the camera of the paper's validation
+    /// experiments (section 2.2.2). Its microlenses are centred.
+    ///
+    /// # Errors
+    /// A response of other sub-pixels than the sensor's.
+    pub fn bare(
+        sensor: Sensor,
+        response: &Response,
+        wavelengths: ChannelWavelengths,
+        target: PupilEllipse,
+    ) -> Result<Self, CameraError> {
+        if response.subpixels() != sensor.subpixels() {
+            let (response, sensor) = (response.subpixels().to_string(), sensor.subpixels().to_string());
+            return Err(CameraError::SubpixelsDiffer { response, sensor });
+        }
+        let system = OpticalSystem {
+            surfaces: Vec::new(),
+            stop: 0,
+            sensor_z_mm: 0.0,
+            wavelength_nm: wavelengths.reference_nm(),
+        };
+        Ok(Self {
+            tracers: vec![PacketTracer::new(&system)],
+            systems: vec![system],
+            sensor,
+            pupils: Pupils::Fixed(target),
+            shifts: MicrolensShifts::Centred,
+            response: response.at(wavelengths.reference_nm()),
+            paraxial: None,
             wavelengths,
         })
     }
@@ -116,9 +158,9 @@ impl Camera {
     pub fn wavelengths(&self) -> ChannelWavelengths {
         self.wavelengths
     }
-    /// Paraxial data of the focused lens at the reference wavelength.
-    pub fn paraxial(&self) -> &Paraxial {
-        &self.paraxial
+    /// Paraxial data of the focused lens at the reference wavelength; `None` for bare pixels.
+    pub fn paraxial(&self) -> Option<&Paraxial> {
+        self.paraxial.as_ref()
     }
     /// The lens at the wavelength of a channel.
     pub fn system(&self, channel: usize) -> &OpticalSystem {
@@ -142,7 +184,10 @@ impl Camera {
     }
     /// Bounds of the bundle that passes the lens from a sensor position.
     pub fn pupil_at(&self, xy_mm: DVec2) -> Option<PupilEllipse> {
-        self.pupils.at(xy_mm.x, xy_mm.y)
+        match &self.pupils {
+            Pupils::OfLens(map) => map.at(xy_mm.x, xy_mm.y),
+            Pupils::Fixed(ellipse) => Some(*ellipse),
+        }
     }
     /// Shift of the microlens at a sensor position, µm.
     pub fn shift_at_um(&self, xy_mm: DVec2) -> DVec2 {

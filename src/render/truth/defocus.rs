@@ -18,17 +18,17 @@ pub struct Defocus {
 }
 
 impl Defocus {
-    /// From the camera's paraxial data.
-    pub fn new(camera: &Camera) -> Self {
-        let p = camera.paraxial();
-        Self {
+    /// From the camera's paraxial data; `None` for bare pixels, which have no focus.
+    pub fn new(camera: &Camera) -> Option<Self> {
+        let p = camera.paraxial()?;
+        Some(Self {
             focal_length_mm: p.efl_mm,
             front_focus_z_mm: p.front_focal_z_mm,
             rear_focus_z_mm: p.rear_focal_z_mm,
             pupil_z_mm: p.exit_pupil_z_mm,
             pupil_semi_mm: p.exit_pupil_semi_mm,
             sensor_z_mm: camera.sensor_z_mm(),
-        }
+        })
     }
 
     /// z of the image of depth `depth_mm` (+∞ allowed), mm.

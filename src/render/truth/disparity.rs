@@ -51,8 +51,9 @@ pub struct DisparityMaps {
 }
 
 impl DisparityField {
-    /// Tabulates the field of `channel` relative to the sum of the same channel.
-    pub fn new(camera: &Camera, channel: usize) -> Self {
+    /// Tabulates the field of `channel` relative to the sum of the same channel; `None` for bare pixels, which have no focus.
+    pub fn new(camera: &Camera, channel: usize) -> Option<Self> {
+        let defocus = Defocus::new(camera)?;
         let sensor = camera.sensor();
         let size = (FieldGrid::nodes_for(sensor.width()), FieldGrid::nodes_for(sensor.height()));
         let window = sensor.window_mm();
@@ -67,7 +68,7 @@ impl DisparityField {
             })
             .collect();
         let grid = FieldGrid::new(window, size, components, data).unwrap_or_else(|| unreachable!("components a node"));
-        Self { grid, subpixels, pitch_mm: sensor.pitch_mm(), defocus: Defocus::new(camera) }
+        Some(Self { grid, subpixels, pitch_mm: sensor.pitch_mm(), defocus })
     }
 
     /// Traced (ΔX, ΔY) px of each sub-pixel for a point at `depth_mm` (+∞ allowed) shown at `xy_mm`; NaN where dark.
