@@ -78,8 +78,7 @@ impl OpticalSurface {
             1.0 - (1.0 + self.conic) * self.curvature * point.z
         } else {
             let (_, h) = self.sag_and_slope(r2);
-            sign * (ray.direction.z
-                - h * (point.x * ray.direction.x + point.y * ray.direction.y))
+            sign * (ray.direction.z - h * (point.x * ray.direction.x + point.y * ray.direction.y))
         };
         // Written so that a NaN fails.
         (point.is_finite() && self.within_domain(r2) && crossing > 0.0).then_some(point)
@@ -131,7 +130,11 @@ impl OpticalSurface {
         let s2 = 1.0 - (1.0 + self.conic) * c * c * r2;
         let s = if s2 > ROOT_FLOOR { s2 } else { ROOT_FLOOR }.sqrt();
         let (mut value, mut derivative) = (0.0, 0.0);
-        for (i, a) in self.aspheric[..self.aspheric_terms].iter().enumerate().rev() {
+        for (i, a) in self.aspheric[..self.aspheric_terms]
+            .iter()
+            .enumerate()
+            .rev()
+        {
             value = (value + a) * r2;
             derivative = derivative * r2 + 2.0 * (i + 1) as f64 * a;
         }
