@@ -1,1 +1,5 @@
-//! (room of the scene stage)
+//! What the camera looks at.
+pub mod color;
+pub mod coverage;
+mod mip;
+pub mod texture;
