@@ -7,6 +7,8 @@
 mod plane;
 mod world;
 
+pub mod color;
+pub mod coverage;
 pub mod texture;
 
 pub use plane::{PlaneError, TexturedPlane};
