@@ -4,7 +4,9 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::frames::uv_from_camera_direction;
-use crate::lens::{ExitPupilMap, Lens, LensError, OpticalSystem, PacketTracer, Paraxial, PupilEllipse, chief_ray};
+use crate::lens::{
+    ExitPupilMap, Lens, LensError, OpticalSystem, PacketTracer, Paraxial, PupilEllipse, chief_ray,
+};
 use crate::response::{MovingFrame, Response, ResponseLookup};
 use crate::sensor::{FieldGrid, MicrolensShifts, Sensor, ShiftRule};
 use crate::spectrum::ChannelWavelengths;
@@ -29,7 +31,9 @@ pub enum CameraError {
         height_mm: f64,
     },
     /// The response belongs to another pixel.
-    #[error("response: it has {response} sub-pixels and the sensor has {sensor}; allowed: the same m×n")]
+    #[error(
+        "response: it has {response} sub-pixels and the sensor has {sensor}; allowed: the same m×n"
+    )]
     SubpixelsDiffer {
         /// m×n of the response.
         response: String,
@@ -74,20 +78,37 @@ impl Camera {
         wavelengths: ChannelWavelengths,
     ) -> Result<Self, CameraError> {
         if response.subpixels() != sensor.subpixels() {
-            let (response, sensor) = (response.subpixels().to_string(), sensor.subpixels().to_string());
+            let (response, sensor) = (
+                response.subpixels().to_string(),
+                sensor.subpixels().to_string(),
+            );
             return Err(CameraError::SubpixelsDiffer { response, sensor });
         }
         let reference = lens.at(wavelengths.reference_nm())?;
-        let systems = if lens.is_dispersive() {
-            wavelengths.rgb_nm.iter().map(|&w| lens.at(w)).collect::<Result<Vec<_>, _>>()?
+        let systems = if lens.prescription().is_dispersive() {
+            wavelengths
+                .rgb_nm
+                .iter()
+                .map(|&w| lens.at(w))
+                .collect::<Result<Vec<_>, _>>()?
         } else {
             vec![reference.clone()]
         };
         let window = sensor.window_mm();
-        let size = (FieldGrid::nodes_for(sensor.width()), FieldGrid::nodes_for(sensor.height()));
+        let size = (
+            FieldGrid::nodes_for(sensor.width()),
+            FieldGrid::nodes_for(sensor.height()),
+        );
         let pupils = ExitPupilMap::new(&systems, window);
-        if let Some(dark) = corners(&sensor).into_iter().find(|p| pupils.at(p.x, p.y).is_none()) {
-            return Err(CameraError::OutsideImageCircle { x_mm: dark.x, y_mm: dark.y, height_mm: dark.length() });
+        if let Some(dark) = corners(&sensor)
+            .into_iter()
+            .find(|p| pupils.at(p.x, p.y).is_none())
+        {
+            return Err(CameraError::OutsideImageCircle {
+                x_mm: dark.x,
+                y_mm: dark.y,
+                height_mm: dark.length(),
+            });
         }
         let shifts = match rule {
             ShiftRule::Centred => MicrolensShifts::Centred,
@@ -121,7 +142,10 @@ impl Camera {
         target: PupilEllipse,
     ) -> Result<Self, CameraError> {
         if response.subpixels() != sensor.subpixels() {
-            let (response, sensor) = (response.subpixels().to_string(), sensor.subpixels().to_string());
+            let (response, sensor) = (
+                response.subpixels().to_string(),
+                sensor.subpixels().to_string(),
+            );
             return Err(CameraError::SubpixelsDiffer { response, sensor });
         }
         let system = OpticalSystem {
@@ -196,7 +220,9 @@ impl Camera {
     /// Chief-ray angle (deg) at a sensor position, reference wavelength; `None` where no chief ray passes.
     pub fn chief_ray_angle_deg(&self, xy_mm: DVec2) -> Option<f64> {
         let system = self.system(ChannelWavelengths::REFERENCE);
-        chief_ray(system, xy_mm.x, xy_mm.y).ok().map(|r| r.direction.z.abs().min(1.0).acos().to_degrees())
+        chief_ray(system, xy_mm.x, xy_mm.y)
+            .ok()
+            .map(|r| r.direction.z.abs().min(1.0).acos().to_degrees())
     }
 }
 
@@ -204,7 +230,13 @@ impl Camera {
 fn corners(sensor: &Sensor) -> [DVec2; 5] {
     let w = sensor.window_mm();
     let at = |x: f64, y: f64| w.centre + DVec2::new(x * w.half_width, y * w.half_height);
-    [at(0.0, 0.0), at(-1.0, -1.0), at(1.0, -1.0), at(-1.0, 1.0), at(1.0, 1.0)]
+    [
+        at(0.0, 0.0),
+        at(-1.0, -1.0),
+        at(1.0, -1.0),
+        at(-1.0, 1.0),
+        at(1.0, 1.0),
+    ]
 }
 
 /// Direction cosines of the chief ray where it arrives, over the window. Where none passes, the value of the axis.
@@ -214,7 +246,8 @@ fn chief_field(system: &OpticalSystem, sensor: &Sensor, (nx, ny): (usize, usize)
         .into_par_iter()
         .flat_map_iter(|k| {
             let p = FieldGrid::node_mm(window, (nx, ny), (k % nx, k / nx));
-            let uv = chief_ray(system, p.x, p.y).map_or(DVec2::ZERO, |ray| uv_from_camera_direction(-ray.direction));
+            let uv = chief_ray(system, p.x, p.y)
+                .map_or(DVec2::ZERO, |ray| uv_from_camera_direction(-ray.direction));
             [uv.x, uv.y]
         })
         .collect();

@@ -71,7 +71,9 @@ pub(super) fn estimate_pixel(
             if let Some(tracer) = camera.tracer(channel) {
                 work.trace(tracer, execution);
                 tally.rays += n as u64;
-                (0..n).filter_map(|i| work.batch.failure(i)).for_each(|f| tally.lost.count(f));
+                (0..n)
+                    .filter_map(|i| work.batch.failure(i))
+                    .for_each(|f| tally.lost.count(f));
                 let rays = RaySlices {
                     origin_mm: [&work.batch.ox, &work.batch.oy, &work.batch.oz],
                     direction: [&work.batch.dx, &work.batch.dy, &work.batch.dz],
@@ -106,7 +108,11 @@ impl Workspace {
         let z = camera.sensor_z_mm();
         let corner = aim.position_mm - DVec2::splat(0.5 * pitch);
         let start = camera_from_sensor_mm(corner, z);
-        let PupilEllipse { centre_mm: c, axis_a_mm: a, axis_b_mm: b } = aim.pupil;
+        let PupilEllipse {
+            centre_mm: c,
+            axis_a_mm: a,
+            axis_b_mm: b,
+        } = aim.pupil;
         let delta_z = c.z - z;
         let [sx, sy, sp, sq] = &self.samples;
         let [ox, oy, oz, dx, dy, dz] = &mut self.aimed;
@@ -141,16 +147,24 @@ impl Workspace {
             self.v[i] = -dy[i] as f32;
         }
         if aim.shift_um != DVec2::ZERO {
-            camera.response_frame().centred_batch(aim.shift_um.to_array(), &mut self.u, &mut self.v);
+            camera.response_frame().centred_batch(
+                aim.shift_um.to_array(),
+                &mut self.u,
+                &mut self.v,
+            );
         }
         self.weights.resize(n * n_sub, 0.0);
-        camera.response().weights_batch(&self.u, &self.v, &mut self.weights);
+        camera
+            .response()
+            .weights_batch(&self.u, &self.v, &mut self.weights);
     }
 
     /// Traces the aimed rays from the sensor into the scene.
     fn trace(&mut self, tracer: &crate::lens::PacketTracer, execution: &Execution) {
         let b = &mut self.batch;
-        let targets = [&mut b.ox, &mut b.oy, &mut b.oz, &mut b.dx, &mut b.dy, &mut b.dz];
+        let targets = [
+            &mut b.ox, &mut b.oy, &mut b.oz, &mut b.dx, &mut b.dy, &mut b.dz,
+        ];
         for (target, source) in targets.into_iter().zip(&self.aimed) {
             target.clone_from(source);
         }
@@ -159,10 +173,19 @@ impl Workspace {
 
     /// out[s] += Σ radiance · weight · measure over the rays that passed.
     fn splat(&mut self, n_sub: usize, out: &mut [f64]) {
-        let rays = self.radiance.iter().zip(&self.measure).zip(self.weights.chunks_exact(n_sub)).zip(&self.batch.status);
+        let rays = self
+            .radiance
+            .iter()
+            .zip(&self.measure)
+            .zip(self.weights.chunks_exact(n_sub))
+            .zip(&self.batch.status);
         for (((&radiance, &measure), weights), &status) in rays {
             // A lost ray carries nothing; its radiance may be that of a meaningless hit.
-            let value = if status == 0 { f64::from(radiance) * measure } else { 0.0 };
+            let value = if status == 0 {
+                f64::from(radiance) * measure
+            } else {
+                0.0
+            };
             for (o, &w) in out.iter_mut().zip(weights) {
                 *o += value * f64::from(w);
             }
@@ -171,7 +194,13 @@ impl Workspace {
 
     /// How much of the pupil sees another surface than the chief ray.
     fn count_others(&self, occlusion: &mut Occlusion) {
-        for ((&surface, &measure), &status) in self.hits.surface.iter().zip(&self.measure).zip(&self.batch.status) {
+        for ((&surface, &measure), &status) in self
+            .hits
+            .surface
+            .iter()
+            .zip(&self.measure)
+            .zip(&self.batch.status)
+        {
             if status == 0 {
                 occlusion.all += measure;
                 if surface != occlusion.chief_surface {
@@ -197,5 +226,8 @@ impl PixelAim {
 
 /// Origin of the ray through the middle of a pixel, camera frame, mm.
 pub(super) fn pixel_origin_mm(camera: &Camera, column: f64, row: f64) -> DVec3 {
-    camera_from_sensor_mm(camera.sensor().position_mm(column, row), camera.sensor_z_mm())
+    camera_from_sensor_mm(
+        camera.sensor().position_mm(column, row),
+        camera.sensor_z_mm(),
+    )
 }

@@ -15,7 +15,10 @@ pub struct SubPixelImage {
 impl SubPixelImage {
     /// Microlenses in a row, rows of microlenses.
     pub fn size(&self) -> (usize, usize) {
-        (self.mosaic.width() / self.subpixels.m(), self.mosaic.height() / self.subpixels.n())
+        (
+            self.mosaic.width() / self.subpixels.m(),
+            self.mosaic.height() / self.subpixels.n(),
+        )
     }
 
     /// The view (sub-aperture image) of sub-pixel `index`: W × H × 3.
@@ -41,7 +44,11 @@ impl SubPixelImage {
         let mut sum = Image::zeros(width, height, self.mosaic.channels());
         for y in 0..height * n {
             for x in 0..width * m {
-                for (s, &v) in sum.pixel_mut(x / m, y / n).iter_mut().zip(self.mosaic.pixel(x, y)) {
+                for (s, &v) in sum
+                    .pixel_mut(x / m, y / n)
+                    .iter_mut()
+                    .zip(self.mosaic.pixel(x, y))
+                {
                     *s += v;
                 }
             }

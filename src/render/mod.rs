@@ -21,7 +21,7 @@ pub mod truth;
 pub use camera::{Camera, CameraError};
 pub use estimator::Workspace;
 pub use image::SubPixelImage;
-pub use run::{render, Rendered};
+pub use run::{Rendered, render};
 pub use stats::{LostRays, RenderStats};
 
 /// What changes the answer, recorded with it.
@@ -43,6 +43,8 @@ pub struct Execution {
 
 impl Default for Execution {
     fn default() -> Self {
-        Self { simd: crate::lens::SimdLevel::detect() }
+        Self {
+            simd: crate::lens::SimdLevel::detect(),
+        }
     }
 }

@@ -49,17 +49,31 @@ pub fn render(
         let mut values = vec![0.0; 3 * sub.count()];
         let mut again = values.clone();
         for column in 0..width {
-            let Some(aim) = PixelAim::new(camera, settings.seed, column, row) else { continue };
-            let mut others = chief_surfaces.map(|s| Occlusion { chief_surface: s[row * width + column], other: 0.0, all: 0.0 });
-            let mut pixel = |aim: &PixelAim, others: Option<&mut Occlusion>, tally: &mut Tally, out: &mut [f64]| {
-                estimate_pixel(camera, scene, settings, execution, &sobol, aim, others, &mut work, tally, out);
+            let Some(aim) = PixelAim::new(camera, settings.seed, column, row) else {
+                continue;
+            };
+            let mut others = chief_surfaces.map(|s| Occlusion {
+                chief_surface: s[row * width + column],
+                other: 0.0,
+                all: 0.0,
+            });
+            let mut pixel = |aim: &PixelAim,
+                             others: Option<&mut Occlusion>,
+                             tally: &mut Tally,
+                             out: &mut [f64]| {
+                estimate_pixel(
+                    camera, scene, settings, execution, &sobol, aim, others, &mut work, tally, out,
+                );
             };
             pixel(&aim, others.as_mut(), &mut tally, &mut values);
             if let Some(others) = others.filter(|o| o.all > 0.0) {
                 occlusion[column] = (others.other / others.all) as f32;
             }
             if row % SPREAD_STRIDE == 0 && column % SPREAD_STRIDE == 0 {
-                let aim = PixelAim { key: hash(second_seed, &[column as u64, row as u64]), ..aim };
+                let aim = PixelAim {
+                    key: hash(second_seed, &[column as u64, row as u64]),
+                    ..aim
+                };
                 pixel(&aim, None, &mut tally, &mut again);
                 let squares = values.iter().zip(&again).map(|(a, b)| (a - b) * (a - b));
                 tally.squared_difference += squares.sum::<f64>();
@@ -79,18 +93,34 @@ pub fn render(
     // Collected in row order and summed in it, so that even the sums' rounding does not depend on the threads.
     let tallies: Vec<Tally> = if occlusion.width() > 0 {
         let occlusion = occlusion.data_mut().par_chunks_mut(width);
-        mosaic.data_mut().par_chunks_mut(width * m * n * 3).zip(occlusion).enumerate().map(row).collect()
+        mosaic
+            .data_mut()
+            .par_chunks_mut(width * m * n * 3)
+            .zip(occlusion)
+            .enumerate()
+            .map(row)
+            .collect()
     } else {
         let rows = mosaic.data_mut().par_chunks_mut(width * m * n * 3);
-        rows.enumerate().map(|(i, r)| row((i, (r, &mut [][..])))).collect()
+        rows.enumerate()
+            .map(|(i, r)| row((i, (r, &mut [][..]))))
+            .collect()
     };
     let tally = tallies.into_iter().fold(Tally::default(), Tally::merge);
-    let mean = mosaic.data().iter().map(|&x| f64::from(x)).sum::<f64>() / mosaic.data().len() as f64;
-    let relative_spread =
-        (mean > 0.0 && tally.pairs > 0).then(|| (tally.squared_difference / (2.0 * tally.pairs as f64)).sqrt() / mean);
+    let mean =
+        mosaic.data().iter().map(|&x| f64::from(x)).sum::<f64>() / mosaic.data().len() as f64;
+    let relative_spread = (mean > 0.0 && tally.pairs > 0)
+        .then(|| (tally.squared_difference / (2.0 * tally.pairs as f64)).sqrt() / mean);
     Rendered {
-        image: SubPixelImage { subpixels: sub, mosaic },
-        stats: RenderStats { rays: tally.rays, lost: tally.lost, relative_spread },
+        image: SubPixelImage {
+            subpixels: sub,
+            mosaic,
+        },
+        stats: RenderStats {
+            rays: tally.rays,
+            lost: tally.lost,
+            relative_spread,
+        },
         occlusion: chief_surfaces.is_some().then_some(occlusion),
     }
 }

@@ -60,7 +60,8 @@ impl Tally {
             lost: LostRays {
                 vignetted: self.lost.vignetted + other.lost.vignetted,
                 missed: self.lost.missed + other.lost.missed,
-                total_internal_reflection: self.lost.total_internal_reflection + other.lost.total_internal_reflection,
+                total_internal_reflection: self.lost.total_internal_reflection
+                    + other.lost.total_internal_reflection,
             },
             squared_difference: self.squared_difference + other.squared_difference,
             pairs: self.pairs + other.pairs,

@@ -4,6 +4,7 @@
 //! uniform environment; each card's radiance is its texture, the same in all directions (a Lambertian chart under even
 //! light).
 
+mod mip;
 mod plane;
 mod world;
 

@@ -47,13 +47,46 @@ impl TexturedPlane {
         coverage: Option<Arc<super::coverage::Coverage>>,
     ) -> Result<Self, PlaneError> {
         let check = |field, value: f64, ok: bool, allowed| {
-            if ok { Ok(()) } else { Err(PlaneError { field, value, allowed }) }
+            if ok {
+                Ok(())
+            } else {
+                Err(PlaneError {
+                    field,
+                    value,
+                    allowed,
+                })
+            }
         };
-        check("width_mm", width_mm, width_mm > 0.0 && width_mm.is_finite(), "a positive length")?;
-        check("height_mm", height_mm, height_mm > 0.0 && height_mm.is_finite(), "a positive length")?;
-        check("centre z", centre_mm.z, centre_mm.is_finite() && centre_mm.z < 0.0, "negative: in front of the lens")?;
-        check("tilt_x_deg", tilt_x_deg, tilt_x_deg.abs() < 80.0, "−80 to 80 (exclusive)")?;
-        check("tilt_y_deg", tilt_y_deg, tilt_y_deg.abs() < 80.0, "−80 to 80 (exclusive)")?;
+        check(
+            "width_mm",
+            width_mm,
+            width_mm > 0.0 && width_mm.is_finite(),
+            "a positive length",
+        )?;
+        check(
+            "height_mm",
+            height_mm,
+            height_mm > 0.0 && height_mm.is_finite(),
+            "a positive length",
+        )?;
+        check(
+            "centre z",
+            centre_mm.z,
+            centre_mm.is_finite() && centre_mm.z < 0.0,
+            "negative: in front of the lens",
+        )?;
+        check(
+            "tilt_x_deg",
+            tilt_x_deg,
+            tilt_x_deg.abs() < 80.0,
+            "−80 to 80 (exclusive)",
+        )?;
+        check(
+            "tilt_y_deg",
+            tilt_y_deg,
+            tilt_y_deg.abs() < 80.0,
+            "−80 to 80 (exclusive)",
+        )?;
         check("roll_deg", roll_deg, roll_deg.is_finite(), "a finite angle")?;
         let turn = Self::orientation((tilt_x_deg, tilt_y_deg, roll_deg));
         let across_mm = turn * DVec3::new(width_mm, 0.0, 0.0);
@@ -98,7 +131,9 @@ impl TexturedPlane {
     /// Whether the card is solid at (s, t) in [0, 1]².
     #[inline]
     pub(super) fn is_solid_at(&self, s: f64, t: f64) -> bool {
-        self.coverage.as_ref().is_none_or(|c| c.covers(s as f32, t as f32))
+        self.coverage
+            .as_ref()
+            .is_none_or(|c| c.covers(s as f32, t as f32))
     }
 
     /// Whether it has a cut-out.

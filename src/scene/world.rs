@@ -39,7 +39,11 @@ impl Scene {
     /// Cards (at most 65,534) and the radiance of all that lies behind and beside them.
     pub fn new(planes: Vec<TexturedPlane>, environment: [f32; 3]) -> Self {
         let solvers = planes.iter().map(TexturedPlane::solver).collect();
-        Self { planes, solvers, environment }
+        Self {
+            planes,
+            solvers,
+            environment,
+        }
     }
 
     /// The cards.
@@ -60,7 +64,9 @@ impl Scene {
         hits.surface.resize(n, NO_SURFACE);
         for (index, (plane, solver)) in self.planes.iter().zip(&self.solvers).enumerate() {
             if plane.has_coverage() {
-                update(solver, rays, hits, index as u16, |s, t| plane.is_solid_at(s, t));
+                update(solver, rays, hits, index as u16, |s, t| {
+                    plane.is_solid_at(s, t)
+                });
             } else {
                 update(solver, rays, hits, index as u16, |_, _| true);
             }
@@ -71,12 +77,16 @@ impl Scene {
     pub fn radiance(&self, hits: &Hits, channel: usize, out: &mut [f32]) {
         let first = hits.surface.first().copied().unwrap_or(NO_SURFACE);
         if first != NO_SURFACE && hits.surface.iter().all(|&s| s == first) {
-            self.planes[first as usize].texture().sample_batch(channel, &hits.s, &hits.t, out);
+            self.planes[first as usize]
+                .texture()
+                .sample_channel_batch(&hits.s, &hits.t, channel, out);
             return;
         }
         for (i, o) in out.iter_mut().enumerate() {
             *o = match self.planes.get(hits.surface[i] as usize) {
-                Some(plane) => plane.texture().sample_channel(hits.s[i], hits.t[i], channel),
+                Some(plane) => plane
+                    .texture()
+                    .sample_channel(hits.s[i], hits.t[i], channel),
                 None => self.environment[channel],
             };
         }
@@ -85,20 +95,30 @@ impl Scene {
 
 /// Takes over the rays that meet this plane before what they met so far.
 #[inline(always)]
-fn update(plane: &Solver, rays: RaySlices<'_>, hits: &mut Hits, index: u16, solid: impl Fn(f64, f64) -> bool) {
+fn update(
+    plane: &Solver,
+    rays: RaySlices<'_>,
+    hits: &mut Hits,
+    index: u16,
+    solid: impl Fn(f64, f64) -> bool,
+) {
     let n = hits.distance_mm.len();
     let [ox, oy, oz] = rays.origin_mm.map(|a| &a[..n]);
     let [dx, dy, dz] = rays.direction.map(|a| &a[..n]);
     let (distance, surface) = (&mut hits.distance_mm[..n], &mut hits.surface[..n]);
     let (hit_s, hit_t) = (&mut hits.s[..n], &mut hits.t[..n]);
     for i in 0..n {
-        let (o, d) = (glam::DVec3::new(ox[i], oy[i], oz[i]), glam::DVec3::new(dx[i], dy[i], dz[i]));
+        let (o, d) = (
+            glam::DVec3::new(ox[i], oy[i], oz[i]),
+            glam::DVec3::new(dx[i], dy[i], dz[i]),
+        );
         let tau = (plane.offset - plane.normal.dot(o)) / plane.normal.dot(d);
         let p = o + tau * d;
         let s = plane.s_axis.dot(p) + plane.s0;
         let t = plane.t_axis.dot(p) + plane.t0;
         // Written so that NaN (a lost ray, or one along the plane) is no hit.
-        let inside = (tau > 0.0) & (tau < distance[i]) & (s >= 0.0) & (s <= 1.0) & (t >= 0.0) & (t <= 1.0);
+        let inside =
+            (tau > 0.0) & (tau < distance[i]) & (s >= 0.0) & (s <= 1.0) & (t >= 0.0) & (t <= 1.0);
         if inside && solid(s, t) {
             distance[i] = tau;
             hit_s[i] = s as f32;

@@ -24,15 +24,40 @@ impl FieldGrid {
     }
 
     /// Position of node (i, j) of an nx × ny grid over `window`, sensor frame, mm.
-    pub fn node_mm(window: SensorWindowMm, (nx, ny): (usize, usize), (i, j): (usize, usize)) -> DVec2 {
-        let at = |i: usize, n: usize| if n > 1 { 2.0 * i as f64 / (n - 1) as f64 - 1.0 } else { 0.0 };
-        window.centre + DVec2::new(at(i, nx) * window.half_width, at(j, ny) * window.half_height)
+    pub fn node_mm(
+        window: SensorWindowMm,
+        (nx, ny): (usize, usize),
+        (i, j): (usize, usize),
+    ) -> DVec2 {
+        let at = |i: usize, n: usize| {
+            if n > 1 {
+                2.0 * i as f64 / (n - 1) as f64 - 1.0
+            } else {
+                0.0
+            }
+        };
+        window.centre
+            + DVec2::new(
+                at(i, nx) * window.half_width,
+                at(j, ny) * window.half_height,
+            )
     }
 
     /// A grid from node values in row-major order (components innermost); `None` when the length does not fit.
-    pub fn new(window: SensorWindowMm, (nx, ny): (usize, usize), components: usize, data: Vec<f64>) -> Option<Self> {
+    pub fn new(
+        window: SensorWindowMm,
+        (nx, ny): (usize, usize),
+        components: usize,
+        data: Vec<f64>,
+    ) -> Option<Self> {
         let fits = nx > 0 && ny > 0 && components > 0 && data.len() == nx * ny * components;
-        fits.then_some(Self { window, nx, ny, components, data })
+        fits.then_some(Self {
+            window,
+            nx,
+            ny,
+            components,
+            data,
+        })
     }
 
     /// Values a node.
@@ -48,10 +73,20 @@ impl FieldGrid {
     /// Writes the field at `xy_mm` (clamped to the window) into `out`.
     #[inline]
     pub fn sample(&self, xy_mm: DVec2, out: &mut [f64]) {
-        let (i, fx) = cell(xy_mm.x - self.window.centre.x, self.window.half_width, self.nx);
-        let (j, fy) = cell(xy_mm.y - self.window.centre.y, self.window.half_height, self.ny);
+        let (i, fx) = cell(
+            xy_mm.x - self.window.centre.x,
+            self.window.half_width,
+            self.nx,
+        );
+        let (j, fy) = cell(
+            xy_mm.y - self.window.centre.y,
+            self.window.half_height,
+            self.ny,
+        );
         let (i1, j1) = ((i + 1).min(self.nx - 1), (j + 1).min(self.ny - 1));
-        let node = |i: usize, j: usize| &self.data[(j * self.nx + i) * self.components..][..self.components];
+        let node = |i: usize, j: usize| {
+            &self.data[(j * self.nx + i) * self.components..][..self.components]
+        };
         let (a, b, c, d) = (node(i, j), node(i1, j), node(i, j1), node(i1, j1));
         for (k, o) in out.iter_mut().enumerate().take(self.components) {
             let top = a[k] + fx * (b[k] - a[k]);
@@ -80,14 +115,23 @@ mod tests {
 
     #[test]
     fn a_bilinear_field_is_reproduced_and_clamped_outside() {
-        let window = SensorWindowMm { centre: DVec2::new(1.0, -2.0), half_width: 0.5, half_height: 2.0 };
+        let window = SensorWindowMm {
+            centre: DVec2::new(1.0, -2.0),
+            half_width: 0.5,
+            half_height: 2.0,
+        };
         let f = |p: DVec2| 3.0 + 2.0 * p.x - p.y + 0.5 * p.x * p.y;
         let size = (5, 4);
-        let data: Vec<f64> =
-            (0..4).flat_map(|j| (0..5).map(move |i| f(FieldGrid::node_mm(window, size, (i, j))))).collect();
+        let data: Vec<f64> = (0..4)
+            .flat_map(|j| (0..5).map(move |i| f(FieldGrid::node_mm(window, size, (i, j)))))
+            .collect();
         let grid = FieldGrid::new(window, size, 1, data).unwrap();
         let mut out = [0.0];
-        for p in [DVec2::new(0.63, -3.1), DVec2::new(1.5, 0.0), DVec2::new(1.2, -0.4)] {
+        for p in [
+            DVec2::new(0.63, -3.1),
+            DVec2::new(1.5, 0.0),
+            DVec2::new(1.2, -0.4),
+        ] {
             grid.sample(p, &mut out);
             assert!((out[0] - f(p)).abs() < 1e-12);
         }

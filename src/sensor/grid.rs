@@ -51,17 +51,53 @@ impl Sensor {
         centre_mm: DVec2,
     ) -> Result<Self, SensorError> {
         let check = |field, value: f64, ok: bool, allowed| {
-            if ok { Ok(()) } else { Err(SensorError { field, value, allowed }) }
+            if ok {
+                Ok(())
+            } else {
+                Err(SensorError {
+                    field,
+                    value,
+                    allowed,
+                })
+            }
         };
-        check("pitch_um", pitch_um, pitch_um.is_finite() && pitch_um > 0.0, "a positive length")?;
+        check(
+            "pitch_um",
+            pitch_um,
+            pitch_um.is_finite() && pitch_um > 0.0,
+            "a positive length",
+        )?;
         check("width", width as f64, width > 0, "at least 1 microlens")?;
         check("height", height as f64, height > 0, "at least 1 microlens")?;
-        let total = width.checked_mul(height).and_then(|n| n.checked_mul(subpixels.count()));
+        let total = width
+            .checked_mul(height)
+            .and_then(|n| n.checked_mul(subpixels.count()));
         let fits = total.is_some_and(|n| n <= MAX_SUBPIXELS);
-        check("width × height", width as f64 * height as f64, fits, "at most 2^30 sub-pixels")?;
-        check("centre_mm.x", centre_mm.x, centre_mm.x.is_finite(), "a finite length")?;
-        check("centre_mm.y", centre_mm.y, centre_mm.y.is_finite(), "a finite length")?;
-        Ok(Self { pitch_um, subpixels, width, height, centre_mm })
+        check(
+            "width × height",
+            width as f64 * height as f64,
+            fits,
+            "at most 2^30 sub-pixels",
+        )?;
+        check(
+            "centre_mm.x",
+            centre_mm.x,
+            centre_mm.x.is_finite(),
+            "a finite length",
+        )?;
+        check(
+            "centre_mm.y",
+            centre_mm.y,
+            centre_mm.y.is_finite(),
+            "a finite length",
+        )?;
+        Ok(Self {
+            pitch_um,
+            subpixels,
+            width,
+            height,
+            centre_mm,
+        })
     }
 
     /// Pitch of the microlenses, µm.
@@ -110,6 +146,10 @@ impl Sensor {
     /// Distance of the window's farthest corner from the axis, mm.
     pub fn farthest_corner_mm(&self) -> f64 {
         let w = self.window_mm();
-        DVec2::new(w.centre.x.abs() + w.half_width, w.centre.y.abs() + w.half_height).length()
+        DVec2::new(
+            w.centre.x.abs() + w.half_width,
+            w.centre.y.abs() + w.half_height,
+        )
+        .length()
     }
 }

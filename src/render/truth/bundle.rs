@@ -36,7 +36,11 @@ impl Centroid {
     }
 
     fn normalised(self, scale: f64) -> Self {
-        let inverse = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
+        let inverse = if self.weight > 0.0 {
+            1.0 / self.weight
+        } else {
+            0.0
+        };
         Self {
             weight: self.weight * scale,
             q0: self.q0 * inverse,
@@ -64,7 +68,12 @@ pub(super) fn centroids(
     let frame = camera.response_frame();
     let n_sub = camera.sensor().subpixels().count();
     let mut batch = RayBatch::default();
-    let (mut u, mut v, mut measure, mut slopes) = (vec![0f32; n], vec![0f32; n], vec![0.0; n], vec![DVec2::ZERO; n]);
+    let (mut u, mut v, mut measure, mut slopes) = (
+        vec![0f32; n],
+        vec![0f32; n],
+        vec![0.0; n],
+        vec![DVec2::ZERO; n],
+    );
     for i in 0..n {
         let (a, b) = concentric_disk(p[i], q[i]);
         let target = pupil.centre_mm + (a * pupil.axis_a_mm + b * pupil.axis_b_mm).extend(0.0);
@@ -78,7 +87,9 @@ pub(super) fn centroids(
     }
     let mut weights = vec![0f32; n * n_sub];
     camera.response().weights_batch(&u, &v, &mut weights);
-    camera.tracer_of(channel).trace_backward(&mut batch, SimdLevel::detect());
+    camera
+        .tracer_of(channel)
+        .trace_backward(&mut batch, SimdLevel::detect());
     let mut of_subpixel = vec![Centroid::default(); n_sub];
     let mut of_all = Centroid::default();
     for i in (0..n).filter(|&i| batch.status[i] == 0) {
@@ -92,5 +103,13 @@ pub(super) fn centroids(
         }
     }
     let scale = pupil.area_mm2() / n as f64;
-    (of_all.weight > 0.0).then(|| (of_subpixel.into_iter().map(|s| s.normalised(scale)).collect(), of_all.normalised(scale)))
+    (of_all.weight > 0.0).then(|| {
+        (
+            of_subpixel
+                .into_iter()
+                .map(|s| s.normalised(scale))
+                .collect(),
+            of_all.normalised(scale),
+        )
+    })
 }

@@ -24,7 +24,7 @@ impl Defocus {
         Some(Self {
             focal_length_mm: p.efl_mm,
             front_focus_z_mm: p.front_focal_z_mm,
-            rear_focus_z_mm: p.rear_focal_z_mm,
+            rear_focus_z_mm: p.rear_principal_z_mm + p.efl_mm,
             pupil_z_mm: p.exit_pupil_z_mm,
             pupil_semi_mm: p.exit_pupil_semi_mm,
             sensor_z_mm: camera.sensor_z_mm(),
@@ -33,7 +33,8 @@ impl Defocus {
 
     /// z of the image of depth `depth_mm` (+∞ allowed), mm.
     pub fn image_z_mm(&self, depth_mm: f64) -> f64 {
-        self.rear_focus_z_mm + self.focal_length_mm * self.focal_length_mm / (self.front_focus_z_mm + depth_mm)
+        self.rear_focus_z_mm
+            + self.focal_length_mm * self.focal_length_mm / (self.front_focus_z_mm + depth_mm)
     }
 
     /// Displacement on the sensor per unit of slope relative to the chief ray, mm.

@@ -15,8 +15,8 @@
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;
 
-use super::bundle::{Centroid, centroids};
 use super::Defocus;
+use super::bundle::{Centroid, centroids};
 use crate::image::Image;
 use crate::render::Camera;
 use crate::sampling::SobolSet;
@@ -55,7 +55,10 @@ impl DisparityField {
     pub fn new(camera: &Camera, channel: usize) -> Option<Self> {
         let defocus = Defocus::new(camera)?;
         let sensor = camera.sensor();
-        let size = (FieldGrid::nodes_for(sensor.width()), FieldGrid::nodes_for(sensor.height()));
+        let size = (
+            FieldGrid::nodes_for(sensor.width()),
+            FieldGrid::nodes_for(sensor.height()),
+        );
         let window = sensor.window_mm();
         let subpixels = sensor.subpixels().count();
         let components = JACOBIAN + PER_SUBPIXEL * subpixels;
@@ -64,11 +67,18 @@ impl DisparityField {
             .into_par_iter()
             .flat_map_iter(|k| {
                 let p = FieldGrid::node_mm(window, size, (k % size.0, k / size.0));
-                node(camera, channel, p, &fine, &coarse).unwrap_or_else(|| vec![f64::NAN; components])
+                node(camera, channel, p, &fine, &coarse)
+                    .unwrap_or_else(|| vec![f64::NAN; components])
             })
             .collect();
-        let grid = FieldGrid::new(window, size, components, data).unwrap_or_else(|| unreachable!("components a node"));
-        Some(Self { grid, subpixels, pitch_mm: sensor.pitch_mm(), defocus })
+        let grid = FieldGrid::new(window, size, components, data)
+            .unwrap_or_else(|| unreachable!("components a node"));
+        Some(Self {
+            grid,
+            subpixels,
+            pitch_mm: sensor.pitch_mm(),
+            defocus,
+        })
     }
 
     /// Traced (ΔX, ΔY) px of each sub-pixel for a point at `depth_mm` (+∞ allowed) shown at `xy_mm`; NaN where dark.
@@ -90,13 +100,17 @@ impl DisparityField {
         let sensor = camera.sensor();
         let (width, height) = (sensor.width(), sensor.height());
         let empty = || vec![Image::zeros(width, height, 2); self.subpixels];
-        let mut maps = DisparityMaps { traced: empty(), paraxial: empty() };
+        let mut maps = DisparityMaps {
+            traced: empty(),
+            paraxial: empty(),
+        };
         let mut c = vec![0.0; self.grid.components()];
         let mut shift = vec![DVec2::ZERO; self.subpixels];
         for row in 0..height {
             for column in 0..width {
                 let depth = f64::from(depth_mm.pixel(column, row)[0]);
-                self.grid.sample(sensor.position_mm(column as f64, row as f64), &mut c);
+                self.grid
+                    .sample(sensor.position_mm(column as f64, row as f64), &mut c);
                 self.traced_from(&c, depth, &mut shift);
                 store(&mut maps.traced, &shift, column, row);
                 self.paraxial_from(&c, depth, &mut shift);
@@ -126,16 +140,28 @@ impl DisparityField {
 
 fn store(maps: &mut [Image], shift: &[DVec2], column: usize, row: usize) {
     for (map, s) in maps.iter_mut().zip(shift) {
-        map.pixel_mut(column, row).copy_from_slice(&[s.x as f32, s.y as f32]);
+        map.pixel_mut(column, row)
+            .copy_from_slice(&[s.x as f32, s.y as f32]);
     }
 }
 
 /// All components of one node.
-fn node(camera: &Camera, channel: usize, p: DVec2, fine: &SobolSet, coarse: &SobolSet) -> Option<Vec<f64>> {
+fn node(
+    camera: &Camera,
+    channel: usize,
+    p: DVec2,
+    fine: &SobolSet,
+    coarse: &SobolSet,
+) -> Option<Vec<f64>> {
     let (of_subpixel, all) = centroids(camera, channel, p, fine)?;
     let step = STEP_PX * camera.sensor().pitch_mm();
     let at = |d: DVec2| centroids(camera, channel, p + d, coarse).map(|c| c.1);
-    let difference = |a: Centroid, b: Centroid| ((a.q0 - b.q0) / (2.0 * STEP_PX), (a.q1_mm - b.q1_mm) / (2.0 * STEP_PX));
+    let difference = |a: Centroid, b: Centroid| {
+        (
+            (a.q0 - b.q0) / (2.0 * STEP_PX),
+            (a.q1_mm - b.q1_mm) / (2.0 * STEP_PX),
+        )
+    };
     let (x0, x1) = difference(at(DVec2::X * step)?, at(-DVec2::X * step)?);
     let (y0, y1) = difference(at(DVec2::Y * step)?, at(-DVec2::Y * step)?);
     let mut c = vec![x0.x, x0.y, y0.x, y0.y, x1.x, x1.y, y1.x, y1.y];

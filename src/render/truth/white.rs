@@ -22,7 +22,10 @@ impl WhiteField {
     /// Tabulates the camera's window.
     pub fn new(camera: &Camera) -> Self {
         let sensor = camera.sensor();
-        let size = (FieldGrid::nodes_for(sensor.width()), FieldGrid::nodes_for(sensor.height()));
+        let size = (
+            FieldGrid::nodes_for(sensor.width()),
+            FieldGrid::nodes_for(sensor.height()),
+        );
         let subpixels = sensor.subpixels().count();
         let samples = SobolSet::new(RAYS);
         let data = (0..size.0 * size.1)
@@ -31,14 +34,24 @@ impl WhiteField {
                 let p = FieldGrid::node_mm(sensor.window_mm(), size, (k % size.0, k / size.0));
                 let white = |channel| {
                     let c = centroids(camera, channel, p, &samples);
-                    c.map_or(vec![0.0; subpixels], |(s, _)| s.iter().map(|s| s.weight).collect())
+                    c.map_or(vec![0.0; subpixels], |(s, _)| {
+                        s.iter().map(|s| s.weight).collect()
+                    })
                 };
-                if camera.is_dispersive() { (0..3).flat_map(white).collect() } else { white(0).repeat(3) }
+                if camera.is_dispersive() {
+                    (0..3).flat_map(white).collect()
+                } else {
+                    white(0).repeat(3)
+                }
             })
             .collect();
         let grid = FieldGrid::new(sensor.window_mm(), size, 3 * subpixels, data)
             .unwrap_or_else(|| unreachable!("three channels of sub-pixels a node"));
-        Self { grid, subpixels, centre_mm: sensor.centre_mm() }
+        Self {
+            grid,
+            subpixels,
+            centre_mm: sensor.centre_mm(),
+        }
     }
 
     /// Per channel, the sum over sub-pixels at a sensor position, sr.
