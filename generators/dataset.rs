@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::build::{Responses, pixel_stack};
+use crate::assemble::{Responses, pixel_stack};
 use crate::command_error::CommandError;
 use crate::config::DatasetConfig;
 use crate::draw;
@@ -64,7 +64,7 @@ pub fn make(config: &DatasetConfig, out: &Path, progress: &Progress) -> Result<S
 
 /// All recipes, so that a bad one is found before the first ray.
 fn recipes(config: &DatasetConfig) -> Result<Vec<Recipe>, CommandError> {
-    let subpixels = crate::build::subpixels(&config.sensor.subpixels)?;
+    let subpixels = crate::assemble::subpixels(&config.sensor.subpixels)?;
     let pitch_of = |pixel: &str| pixel_stack(pixel, subpixels).map(|stack| stack.pitch_um);
     (0..config.count as u64).map(|index| draw::recipe(config, index, &pitch_of)).collect()
 }

@@ -7,7 +7,7 @@ use quadpixel::response::Response;
 use quadpixel::sensor::ShiftRule;
 use quadpixel::units::M_PER_MM;
 
-use crate::build;
+use crate::assemble;
 use crate::command_error::CommandError;
 use crate::recipe::{Recipe, ResponseRecipe};
 use crate::sample::SampleId;
@@ -26,7 +26,7 @@ pub(crate) fn describe(
     stats: &RenderStats,
 ) -> Result<Description, CommandError> {
     let json = serde_json::to_value(recipe).map_err(|e| CommandError::failed(format!("recipe: {e}")))?;
-    let lens = build::lens(&recipe.lens)?;
+    let lens = assemble::lens(&recipe.lens)?;
     let wavelengths = camera.wavelengths();
     let lens_hash = blake3::hash(format!("{:?}", lens.prescription().surfaces).as_bytes()).to_hex().to_string();
     let (pixel, hash, table_nm) = match (response, &recipe.response) {

@@ -1,10 +1,10 @@
 //! `qpgen`: randomised charts and scenes, rendered into training data.
 //!
 //! ```text
-//! config ─ draw ─▶ recipe ─ build ─▶ camera, scene ─ sample ─▶ images and truths ─ writer ─▶ dataset (datasets_spec)
+//! config ─ draw ─▶ recipe ─ assemble ─▶ camera, scene ─ sample ─▶ images and truths ─ writer ─▶ dataset (datasets_spec)
 //! ```
 
-pub mod build;
+pub mod assemble;
 pub mod charts;
 pub mod check_command;
 pub mod command_error;

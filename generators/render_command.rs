@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::build::Responses;
+use crate::assemble::Responses;
 use crate::command_error::CommandError;
 use crate::dataset::write_error;
 use crate::progress::Progress;
 use crate::recipe::Recipe;
 use crate::sample::{SampleId, render_sample};
-use crate::writer::{configuration_hash, write_folder_of};
+use crate::writer::{configuration_hash, write_alone};
 
 /// Reads a recipe: TOML, or the `scene.parameters` of a sample's `meta.json`.
 ///
@@ -31,9 +31,6 @@ pub fn read_recipe(path: &Path) -> Result<Recipe, CommandError> {
 /// A bad recipe, a folder that is there already, or a disk that fails.
 pub fn run(scene: &Path, out: &Path, progress: &Progress) -> Result<PathBuf, CommandError> {
     let recipe = read_recipe(scene)?;
-    if out.exists() {
-        return Err(CommandError::input(format!("--out {}: is there already; allowed: a new folder", out.display())));
-    }
     let json = serde_json::to_value(&recipe).map_err(|e| CommandError::failed(format!("recipe: {e}")))?;
     let id = SampleId { index: 0, configuration_blake3: configuration_hash(&json) };
     let mut responses = Responses::new();
@@ -43,7 +40,7 @@ pub fn run(scene: &Path, out: &Path, progress: &Progress) -> Result<PathBuf, Com
     let sample = render_sample(&recipe, id, &mut responses, &angles, &|n| progress.rays(n))
         .map_err(|e| e.within(&scene.display().to_string()))?;
     responses.warnings().for_each(|w| progress.warn(&w));
-    write_folder_of(out, &sample.files()).map_err(write_error)?;
+    write_alone(out, &sample.files()).map_err(write_error)?;
     progress.sample_done();
     progress.finish();
     Ok(out.join("preview.jpg"))

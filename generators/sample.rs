@@ -8,7 +8,7 @@ use quadpixel::sensor::Subpixels;
 use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel::units::M_PER_MM;
 
-use crate::build::{self, Responses};
+use crate::assemble::{self, Responses};
 use crate::command_error::CommandError;
 use crate::describe::describe;
 use crate::recipe::Recipe;
@@ -60,8 +60,8 @@ pub fn render_sample(
         return Err(CommandError::input(format!("render.rays_per_pixel is {n}; allowed: 1 to 16777216")));
     }
     let response = responses.get(recipe, subpixels, response_progress)?;
-    let camera = build::camera(recipe, &response, subpixels)?;
-    let scene = build::scene(recipe, &camera)?;
+    let camera = assemble::camera(recipe, &response, subpixels)?;
+    let scene = assemble::scene(recipe, &camera)?;
     let white = WhiteField::new(&camera);
     let chief = ChiefRays::new(&camera);
     let geometry = chief.geometry(&camera, &scene);
