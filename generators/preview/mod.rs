@@ -9,7 +9,7 @@
 //! Light is shown as stored (1 = white) through the sRGB curve, a view multiplied by the number of sub-pixels. Depth colours
 //! are linear in 1/z, near is yellow; signed maps are blue (negative), white (0), red (positive) on a symmetric scale.
 
-mod canvas;
+pub(crate) mod canvas;
 mod font;
 
 use quadpixel::image::{Image, srgb};
