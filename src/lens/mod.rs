@@ -2,12 +2,30 @@
 //!
 //! Camera frame throughout (see [`crate::frames`]): mm, z from the scene to the sensor, origin at the first vertex.
 
+mod check;
+pub mod error;
+pub mod focus;
+pub mod glass;
+pub mod json;
+pub mod library;
 pub mod packet;
+pub mod paraxial;
+pub mod placed;
+pub mod prescription;
 pub mod surface;
 pub mod system;
+pub mod tolerance;
 pub mod trace;
+pub mod zmx;
 
+pub use error::LensError;
+pub use focus::FocusBy;
+pub use library::builtin_names;
 pub use packet::{PacketTracer, RayBatch, RayStatus, SimdLevel};
+pub use paraxial::Paraxial;
+pub use placed::Lens;
+pub use prescription::Prescription;
 pub use surface::Travel;
 pub use system::{Aperture, OpticalSurface, OpticalSystem, Pose, Ray, RayFailure, SurfaceKind};
+pub use tolerance::{ElementRef, Fold, Misalignment, table1_defects};
 pub use trace::{Clipping, trace_backward, trace_forward, trace_visiting};
