@@ -56,7 +56,8 @@ pub struct Experiment {
 /// # Errors
 /// A camera that cannot be made of the response.
 pub fn moving_disk(response: &AngularResponse, theta_max_deg: f64, rays: usize) -> Result<Experiment, CommandError> {
-    let white = Arc::new(Texture::constant([1.0; 3]));
+    let white = Texture::from_fn(1, 1, |_, _| [1.0]).map_err(|e| CommandError::failed(e.to_string()))?;
+    let white = Arc::new(white);
     let disk = Arc::new(disk()?);
     let directions: Vec<(f64, f64)> = (0..=(theta_max_deg / 2.5) as usize)
         .flat_map(|t| (0..24).map(move |p| (2.5 * t as f64, 15.0 * p as f64)))
@@ -145,7 +146,7 @@ fn disk() -> Result<Coverage, CommandError> {
     let at = |i: usize| (i as f64 + 0.5) / DISK_TEXELS as f64 - 0.5;
     let inside = |k: usize| u8::from(at(k % DISK_TEXELS).hypot(at(k / DISK_TEXELS)) <= 0.5);
     Coverage::new(DISK_TEXELS, (0..DISK_TEXELS * DISK_TEXELS).map(inside).collect())
-        .ok_or_else(|| CommandError::failed("the disk's cut-out has the wrong size".into()))
+        .map_err(|e| CommandError::failed(e.to_string()))
 }
 
 impl Experiment {

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::WhiteField;
 use crate::image::Image;
-use crate::lens::{RayBatch, SimdLevel, chief_ray};
+use crate::lens::{Ray, RayBatch, SimdLevel, chief_ray};
 use crate::render::Camera;
 use crate::render::estimator::pixel_origin_mm;
 use crate::scene::{Hits, NO_SURFACE, RaySlices, Scene};
@@ -83,10 +83,9 @@ impl ChiefRays {
                 let places = (0..width).map(|c| (c as f64, row as f64));
                 let (batch, hits) = self.trace(camera, scene, places);
                 for i in 0..width {
-                    let (z, d) = match (batch.status[i], hits.surface[i]) {
-                        (0, NO_SURFACE) => (f64::INFINITY, f64::INFINITY),
-                        (0, _) => {
-                            let ray = batch.ray(i);
+                    let (z, d) = match (batch.get(i), hits.surface[i]) {
+(Some(Ok(_)), NO_SURFACE) => (f64::INFINITY, f64::INFINITY),
+                        (Some(Ok(ray)), _) => {
                             let point = ray.origin_mm + hits.distance_mm[i] * ray.direction;
                             (-point.z, point.length())
                         }
@@ -163,7 +162,7 @@ impl ChiefRays {
                 .sample(camera.sensor().position_mm(column, row), &mut slope);
             // Away from the sensor, towards negative z.
             let direction = -DVec2::from(slope).extend(1.0).normalize();
-            batch.push(pixel_origin_mm(camera, column, row), direction);
+            batch.push(Ray { origin_mm: pixel_origin_mm(camera, column, row), direction });
         }
         camera
             .tracer_of(ChannelWavelengths::REFERENCE)
