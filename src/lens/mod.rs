@@ -2,10 +2,13 @@
 //!
 //! Camera frame throughout (see [`crate::frames`]): mm, z from the scene to the sensor, origin at the first vertex.
 
+pub mod aim;
+pub mod analysis;
 mod check;
 pub mod error;
 pub mod focus;
 pub mod glass;
+pub mod illumination;
 pub mod json;
 pub mod library;
 pub mod packet;
@@ -17,6 +20,7 @@ pub mod surface;
 pub mod system;
 pub mod tolerance;
 pub mod trace;
+pub mod verification;
 pub mod zmx;
 
 pub use error::LensError;
