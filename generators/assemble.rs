@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3};
+use quadpixel::em::PixelStack;
 use quadpixel::lens::{FocusBy, Lens, Prescription, trace_backward};
 use quadpixel::render::Camera;
 use quadpixel::response::{
@@ -245,7 +246,7 @@ fn seen_at(
 pub fn pixel_stack(
     name: &str,
     subpixels: Subpixels,
-) -> Result<quadpixel::em::PixelStack, CommandError> {
+) -> Result<PixelStack, CommandError> {
     let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
     let stack = if name.ends_with(".toml") {
         let text = std::fs::read_to_string(name)
@@ -255,4 +256,15 @@ pub fn pixel_stack(
         quadpixel::em::PixelStack::builtin(name).map_err(|e| input(&e))?
     };
     stack.with_subpixels(subpixels).map_err(|e| input(&e))
+}
+
+/// Sub-pixels from their name, such as `2x2`.
+///
+/// # Errors
+/// Another text.
+pub fn subpixels(name: &str) -> Result<Subpixels, CommandError> {
+    let parts = name.split_once('x').and_then(|(m, n)| Some((m.parse().ok()?, n.parse().ok()?)));
+    let allowed = || CommandError::input(format!("subpixels is `{name}`; allowed: 1x1, 2x1, 1x2, 2x2, 3x3, 4x4 (columns x rows)"));
+    let (m, n) = parts.ok_or_else(allowed)?;
+    Subpixels::new(m, n).map_err(|_| allowed())
 }

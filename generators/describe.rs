@@ -54,7 +54,7 @@ pub(crate) fn describe(
         seed: recipe.render.seed,
         scene: spec::Scene {
             id: format!("scene-{:06}", id.index),
-            charts: recipe.planes.iter().map(|p| p.chart.kind().name().to_string()).collect(),
+            charts: recipe.planes.iter().map(|p| p.chart.name().to_string()).collect(),
             parameters: json,
         },
         lens: spec::Lens {
