@@ -5,6 +5,7 @@
 pub mod aim;
 pub mod analysis;
 mod check;
+pub mod drawing;
 pub mod error;
 pub mod focus;
 pub mod fold;
