@@ -1,1 +1,42 @@
-//! The on-disk contract.
+//! The on-disk contract of quadpixel datasets, for writers, readers and checkers: see `SPEC.md` beside this file.
+//!
+//! - [`DatasetManifest`] is `dataset.json`, [`SampleMeta`] is a sample's `meta.json`; their JSON Schemas lie in `schema/`.
+//! - [`paths`] names the files; [`split_of_scene`] puts a scene into train, val or test.
+//! - [`check_dataset`] reads a whole dataset back and lists what is wrong with it.
+
+mod camera;
+mod check;
+mod layout;
+mod load;
+mod manifest;
+pub mod paths;
+mod sample;
+mod split;
+
+pub use camera::{
+    Channel, CraShift, ExitPupil, Exposure, Focus, Intrinsics, Lens, Response, Sensor, Subpixels,
+};
+pub use check::{Finding, Progress, Report, check_dataset};
+pub use layout::{SUM_LAYER, sample_files};
+pub use manifest::{DatasetManifest, FileEntry, SampleEntry, Tool, conventions, units};
+pub use sample::{
+    CocDisparity, Effects, EstimatedError, FileKind, LeftOut, LostRays, Noise, Range, Ranges, Raw,
+    RawFormat, RenderStatistics, SampleFile, SampleMeta, Scene, Storage,
+};
+pub use split::{Split, split_of_scene, split_scenes};
+
+/// Version of the layout and of both schemas. It changes when a reader of the old one would misread the new one.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The contract in words.
+pub const SPEC: &str = include_str!("SPEC.md");
+
+/// The JSON Schema of `dataset.json`.
+pub fn dataset_schema() -> serde_json::Value {
+    schemars::schema_for!(DatasetManifest).to_value()
+}
+
+/// The JSON Schema of `meta.json`.
+pub fn sample_schema() -> serde_json::Value {
+    schemars::schema_for!(SampleMeta).to_value()
+}

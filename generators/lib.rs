@@ -1,2 +1,25 @@
 //! `qpgen`: randomised charts and scenes, rendered into training data.
+//!
+//! ```text
+//! config ─ draw ─▶ recipe ─ assemble ─▶ camera, scene ─ sample ─▶ images and truths ─ writer ─▶ dataset (datasets_spec)
+//! ```
+
+pub mod assemble;
 pub mod charts;
+pub mod check_command;
+pub mod command_error;
+pub mod config;
+pub mod dataset;
+mod describe;
+pub mod draw;
+pub mod field_of_view;
+pub mod gallery;
+pub mod lens_command;
+pub mod preview;
+pub mod progress;
+pub mod recipe;
+pub mod render_command;
+pub mod sample;
+pub mod validate;
+pub mod validate_command;
+pub mod writer;

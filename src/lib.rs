@@ -8,6 +8,7 @@
 //! ```
 
 pub mod em;
+pub mod file;
 pub mod frames;
 pub mod image;
 pub mod lens;

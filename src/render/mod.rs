@@ -1,1 +1,50 @@
-//! (room of the render stage)
+//! Scene + lens + sensor + response → sub-pixel image, with its truth (PHYSICS.md section 5).
+//!
+//! Irradiance of sub-pixel `id` of a pixel, per unit radiance:
+//!
+//! ```text
+//! E_id = ⟨ ∫ L(x, d) P_id(d; shift, λ) cos θ dω ⟩  over x in the pixel
+//!      ≈ A/N Σ_k L_k P_id(u_k, v_k) Δz²/ℓ_k⁴ · Δz²          (dω cos θ = cos⁴θ/Δz² dA, cos θ = Δz/ℓ)
+//! ```
+//!
+//! over N rays from points of the pixel to points of an ellipse of area A in the plane of the exit pupil, Δz in front of the
+//! sensor, ℓ away. Each ray is traced once and splatted on all sub-pixels of its pixel, weighted by their response. The
+//! classic mode is the same estimator with the geometric response.
+
+mod camera;
+mod estimator;
+mod image;
+mod run;
+mod stats;
+pub mod truth;
+
+pub use camera::{Camera, CameraError};
+pub use estimator::Workspace;
+pub use image::SubPixelImage;
+pub use run::{Rendered, render};
+pub use stats::{LostRays, RenderStats};
+
+/// What changes the answer, recorded with it.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RenderSettings {
+    /// Rays a pixel (microlens) and colour channel; each is splatted on all sub-pixels. Powers of two are best.
+    pub rays_per_pixel: usize,
+    /// Key of the samples.
+    pub seed: u64,
+}
+
+/// What must not change the answer, and is not recorded.
+#[derive(Clone, Copy, Debug)]
+pub struct Execution {
+    /// Instructions of the lens tracer.
+    pub simd: crate::lens::SimdLevel,
+}
+
+impl Default for Execution {
+    fn default() -> Self {
+        Self {
+            simd: crate::lens::SimdLevel::detect(),
+        }
+    }
+}

@@ -1,1 +1,16 @@
-//! (room of the scene stage)
+//! The scene: what a ray from the lens meets, and the radiance that comes back along it.
+//!
+//! Camera frame, mm (see [`crate::frames`]): the scene is at z < 0. For now it is made of flat emitting cards in front of a
+//! uniform environment; each card's radiance is its texture, the same in all directions (a Lambertian chart under even
+//! light).
+
+mod mip;
+mod plane;
+mod world;
+
+pub mod color;
+pub mod coverage;
+pub mod texture;
+
+pub use plane::{PlaneError, TexturedPlane};
+pub use world::{Hits, NO_SURFACE, RaySlices, Scene};

@@ -1,1 +1,13 @@
-//! (room of the sensor stage)
+//! The sensor: the grid of microlenses, the sub-pixels below each, and how the microlenses are shifted for the chief ray.
+//!
+//! Sensor frame (see [`crate::frames`]): origin where the axis meets the sensor, lengths of the grid in mm, of a pixel in µm.
+
+mod field;
+mod grid;
+mod microlens;
+mod subpixels;
+
+pub use field::FieldGrid;
+pub use grid::{Sensor, SensorError, SensorWindowMm};
+pub use microlens::{MicrolensShifts, ShiftRule};
+pub use subpixels::{Subpixels, SubpixelsError};

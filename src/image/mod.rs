@@ -1,4 +1,55 @@
-//! Float images: row-major, channels interleaved, row 0 at the top as stored (see [`crate::frames`]).
+//! Float images: row-major, channels interleaved, row 0 at the top as stored (see [`crate::frames`]), and their files:
+//! [`exr`] for linear floats, [`raster`] for PNG, JPEG and TIFF, [`srgb`] for the transfer function between them.
+
+pub mod exr;
+pub mod raster;
+pub mod srgb;
+
+use std::path::PathBuf;
+
+use crate::file::FileError;
+
+/// A picture that could not be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageError {
+    /// The file system said no.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The file's content is not what its format asks for.
+    #[error("{}: not a readable picture: {cause}", path.display())]
+    Decode {
+        /// The file.
+        path: PathBuf,
+        /// The decoder's reason.
+        cause: String,
+    },
+    /// The encoder refused.
+    #[error("{}: cannot be encoded: {cause}", path.display())]
+    Encode {
+        /// The file.
+        path: PathBuf,
+        /// The encoder's reason.
+        cause: String,
+    },
+    /// The picture does not fit the format.
+    #[error("{}: {what}", path.display())]
+    Shape {
+        /// The file.
+        path: PathBuf,
+        /// What does not fit, and what would.
+        what: String,
+    },
+    /// A finite value above 65504 was to be stored in half precision.
+    #[error("{}: channel {channel}: {value} does not fit half precision (at most 65504)", path.display())]
+    HalfOverflow {
+        /// The file.
+        path: PathBuf,
+        /// The channel.
+        channel: String,
+        /// The value.
+        value: f32,
+    },
+}
 
 /// A `height × width × channels` image of f32, linear unless said otherwise.
 #[derive(Clone, Debug, PartialEq)]

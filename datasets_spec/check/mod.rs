@@ -1,0 +1,276 @@
+//! Checks a whole dataset: manifest, hashes, splits, and every sample. Nothing here panics on any content of a file, and
+//! nothing is read outside the dataset's folder.
+
+mod pixels;
+mod sample;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+use crate::manifest::{DatasetManifest, FileEntry};
+use crate::split::Split;
+use crate::{SCHEMA_VERSION, paths};
+
+/// Something that is wrong.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// The file or folder, below the dataset's folder.
+    pub path: String,
+    /// What is wrong with it, and what it should be.
+    pub what: String,
+}
+
+impl std::fmt::Display for Finding {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.path, self.what)
+    }
+}
+
+/// How far a check has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// Files checked.
+    pub done: usize,
+    /// Files listed.
+    pub total: usize,
+}
+
+/// The outcome of a check.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Report {
+    /// What is wrong; empty for a sound dataset.
+    pub findings: Vec<Finding>,
+    /// Samples listed.
+    pub samples: usize,
+    /// Files that were read.
+    pub files: usize,
+    /// Their bytes.
+    pub bytes: u64,
+}
+
+impl Report {
+    fn add(&mut self, path: &str, what: impl Into<String>) {
+        self.findings.push(Finding {
+            path: path.to_string(),
+            what: what.into(),
+        });
+    }
+}
+
+/// The listed files of one folder, by their name there; `None` where a file is missing or differs from its hash (which
+/// has been reported, so its content is not looked at).
+type Contents = BTreeMap<String, Option<Vec<u8>>>;
+
+/// Reads the dataset at `root` and lists everything that breaks SPEC.md; `progress` is called after each file.
+pub fn check_dataset(root: &Path, progress: &mut dyn FnMut(Progress)) -> Report {
+    let mut report = Report::default();
+    let Some(manifest) = read_manifest(root, &mut report) else {
+        return report;
+    };
+    report.samples = manifest.samples.len();
+    check_tree(root, &manifest, &mut report);
+
+    // Files by folder, so that one sample's content is in memory at a time.
+    let mut folders: BTreeMap<&str, Vec<(&str, &FileEntry)>> = BTreeMap::new();
+    for entry in &manifest.files {
+        let (folder, name) = entry.path.rsplit_once('/').unwrap_or(("", &entry.path));
+        folders.entry(folder).or_default().push((name, entry));
+    }
+    let mut state = Progress {
+        done: 0,
+        total: manifest.files.len(),
+    };
+    let mut load = |folder: &str, report: &mut Report| -> Contents {
+        let mut contents = Contents::new();
+        for (name, entry) in folders.remove(folder).unwrap_or_default() {
+            contents.insert(name.to_string(), read_entry(root, entry, report));
+            state.done += 1;
+            progress(state);
+        }
+        contents
+    };
+    load("", &mut report);
+    let lists = load(paths::SPLITS, &mut report);
+    check_splits(&manifest, &lists, &mut report);
+    let mut configuration = None;
+    for entry in &manifest.samples {
+        let folder = format!("{}/{}", paths::SAMPLES, entry.id);
+        let contents = load(&folder, &mut report);
+        sample::check(entry, &folder, &contents, &mut configuration, &mut report);
+    }
+    let rest: Vec<String> = folders.keys().map(ToString::to_string).collect();
+    for folder in rest {
+        report.add(&folder, "is the folder of no listed sample");
+    }
+    report
+}
+
+fn read_manifest(root: &Path, report: &mut Report) -> Option<DatasetManifest> {
+    let bytes = match fs::read(root.join(paths::DATASET)) {
+        Ok(bytes) => bytes,
+        Err(cause) => {
+            report.add(paths::DATASET, format!("cannot be read: {cause}"));
+            return None;
+        }
+    };
+    match parse(&bytes) {
+        Ok(manifest) => Some(manifest),
+        Err(what) => {
+            report.add(paths::DATASET, what);
+            None
+        }
+    }
+}
+
+/// Parses `dataset.json` or `meta.json`, the version first, so that another version is named as such.
+fn parse<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
+    let invalid = |cause: serde_json::Error| format!("does not follow the schema: {cause}");
+    let value: serde_json::Value = serde_json::from_slice(bytes).map_err(invalid)?;
+    match value
+        .get("schema_version")
+        .and_then(serde_json::Value::as_u64)
+    {
+        Some(version) if version == u64::from(SCHEMA_VERSION) => {}
+        Some(version) => {
+            return Err(format!(
+                "schema version {version}; this program reads {SCHEMA_VERSION}"
+            ));
+        }
+        None => return Err("has no schema version".into()),
+    }
+    serde_json::from_slice(bytes).map_err(invalid)
+}
+
+/// The tree holds the listed files and nothing else.
+fn check_tree(root: &Path, manifest: &DatasetManifest, report: &mut Report) {
+    let mut listed = BTreeSet::new();
+    for entry in &manifest.files {
+        if let Err(cause) = paths::inside(root, &entry.path) {
+            report.add(paths::DATASET, format!("lists a file it may not: {cause}"));
+        }
+        if !listed.insert(entry.path.as_str()) {
+            report.add(&entry.path, "is listed twice");
+        }
+    }
+    let mut found = Vec::new();
+    walk(root, "", &mut found, report);
+    found.sort();
+    for path in found {
+        if path != paths::DATASET && !listed.contains(path.as_str()) {
+            let what = if path.contains(".tmp-") {
+                "is the leftover of an interrupted run"
+            } else {
+                "is not listed in dataset.json"
+            };
+            report.add(&path, what);
+        }
+    }
+}
+
+fn walk(folder: &Path, prefix: &str, found: &mut Vec<String>, report: &mut Report) {
+    let entries = match fs::read_dir(folder) {
+        Ok(entries) => entries,
+        Err(cause) => return report.add(prefix, format!("cannot be listed: {cause}")),
+    };
+    for entry in entries {
+        let (entry, kind) = match entry.and_then(|e| e.file_type().map(|kind| (e, kind))) {
+            Ok(pair) => pair,
+            Err(cause) => {
+                report.add(prefix, format!("cannot be listed: {cause}"));
+                continue;
+            }
+        };
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let path = if prefix.is_empty() {
+            name
+        } else {
+            format!("{prefix}/{name}")
+        };
+        if kind.is_dir() {
+            walk(&entry.path(), &path, found, report);
+        } else if kind.is_file() {
+            found.push(path);
+        } else {
+            report.add(&path, "is a link or no plain file");
+        }
+    }
+}
+
+fn read_entry(root: &Path, entry: &FileEntry, report: &mut Report) -> Option<Vec<u8>> {
+    let path = paths::inside(root, &entry.path).ok()?; // reported with the tree
+    let plain = fs::symlink_metadata(&path).is_ok_and(|data| data.is_file());
+    let read = if plain {
+        fs::read(&path).map_err(|cause| cause.to_string())
+    } else {
+        Err("there is no such file".into())
+    };
+    let bytes = match read {
+        Ok(bytes) => bytes,
+        Err(cause) => {
+            report.add(&entry.path, format!("cannot be read: {cause}"));
+            return None;
+        }
+    };
+    report.files += 1;
+    report.bytes += bytes.len() as u64;
+    if bytes.len() as u64 != entry.bytes {
+        let what = format!(
+            "has {} bytes, dataset.json says {}",
+            bytes.len(),
+            entry.bytes
+        );
+        report.add(&entry.path, what);
+        return None;
+    }
+    if blake3::hash(&bytes).to_hex().as_str() != entry.blake3 {
+        report.add(&entry.path, "differs from its hash in dataset.json");
+        return None;
+    }
+    Some(bytes)
+}
+
+/// Every sample stands in exactly one list, that of its entry, and no scene in two.
+fn check_splits(manifest: &DatasetManifest, lists: &Contents, report: &mut Report) {
+    let mut of_scene: BTreeMap<&str, Split> = BTreeMap::new();
+    let mut ids = BTreeSet::new();
+    for entry in &manifest.samples {
+        if !ids.insert(entry.id.as_str()) {
+            report.add(
+                paths::DATASET,
+                format!("sample {} is listed twice", entry.id),
+            );
+        }
+        let split = *of_scene.entry(&entry.scene).or_insert(entry.split);
+        if split != entry.split {
+            let what = format!(
+                "scene {:?} is in two splits, {} and {}",
+                entry.scene,
+                split.name(),
+                entry.split.name()
+            );
+            report.add(paths::DATASET, what);
+        }
+    }
+    if !manifest.samples.is_sorted_by(|a, b| a.id < b.id) {
+        report.add(
+            paths::DATASET,
+            "its samples are not in the order of their names",
+        );
+    }
+    for split in Split::ALL {
+        let path = paths::split_list(split);
+        let name = format!("{}.txt", split.name());
+        let Some(content) = lists.get(&name) else {
+            report.add(&path, "is not listed in dataset.json");
+            continue;
+        };
+        let Some(bytes) = content else { continue };
+        let own = manifest.samples.iter().filter(|entry| entry.split == split);
+        let expected: String = own.map(|entry| format!("{}\n", entry.id)).collect();
+        if String::from_utf8_lossy(bytes) != expected {
+            let what = "does not name exactly the samples that dataset.json puts in this split, one a line in order";
+            report.add(&path, what);
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! Checks one sample: its description, the list of its files, and that each can be read as described.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{Contents, Report, parse, pixels};
+use crate::layout::sample_files;
+use crate::load::{Planes, decode};
+use crate::manifest::SampleEntry;
+use crate::paths;
+use crate::sample::{FileKind, RawFormat, SampleFile, SampleMeta};
+
+/// Adds to `report` what is wrong with a sample. `configuration` is the hash that all samples share, once known.
+pub(super) fn check(
+    entry: &SampleEntry,
+    folder: &str,
+    contents: &Contents,
+    configuration: &mut Option<String>,
+    report: &mut Report,
+) {
+    let six_digits = entry.id.len() == 6 && entry.id.bytes().all(|b| b.is_ascii_digit());
+    if !six_digits {
+        report.add(
+            paths::DATASET,
+            format!("sample {:?} is not named by six digits", entry.id),
+        );
+    }
+    let meta_path = format!("{folder}/{}", paths::META);
+    let meta: SampleMeta = match contents.get(paths::META) {
+        None => return report.add(&meta_path, "is not listed in dataset.json"),
+        Some(None) => return,
+        Some(Some(bytes)) => match parse(bytes) {
+            Ok(meta) => meta,
+            Err(what) => return report.add(&meta_path, what),
+        },
+    };
+    check_meta(&meta, entry, &meta_path, configuration, report);
+    let names: BTreeSet<&str> = meta.files.iter().map(|file| file.name.as_str()).collect();
+    for name in contents.keys() {
+        if name != paths::META && !names.contains(name.as_str()) {
+            report.add(&format!("{folder}/{name}"), "is not listed in meta.json");
+        }
+    }
+    if !check_list(&meta, &meta_path, report) {
+        return; // without the right list there is nothing to hold the pictures to
+    }
+    let mut pictures = BTreeMap::new();
+    for file in &meta.files {
+        let path = format!("{folder}/{}", file.name);
+        match contents.get(&file.name) {
+            None => report.add(&path, "is listed in meta.json but not in dataset.json"),
+            Some(None) => {}
+            Some(Some(bytes)) => match decode(&file.name, bytes) {
+                Err(cause) => report.add(&path, format!("cannot be decoded: {cause}")),
+                Ok(planes) => {
+                    if let Some(what) = mismatch(file, &planes) {
+                        report.add(&path, what);
+                    } else {
+                        pictures.insert(file.kind, planes);
+                    }
+                }
+            },
+        }
+    }
+    for (kind, what) in pixels::check(&meta, &pictures) {
+        let name = kind.file_name(meta.raw.format);
+        report.add(&format!("{folder}/{name}"), what);
+    }
+}
+
+fn check_meta(
+    meta: &SampleMeta,
+    entry: &SampleEntry,
+    path: &str,
+    configuration: &mut Option<String>,
+    report: &mut Report,
+) {
+    if meta.id != entry.id {
+        report.add(
+            path,
+            format!("is of sample {:?}, not {:?}", meta.id, entry.id),
+        );
+    }
+    if meta.scene.id != entry.scene {
+        let what = format!(
+            "shows scene {:?}, dataset.json says {:?}",
+            meta.scene.id, entry.scene
+        );
+        report.add(path, what);
+    }
+    let common = configuration.get_or_insert_with(|| meta.configuration_blake3.clone());
+    if *common != meta.configuration_blake3 {
+        report.add(
+            path,
+            "was made with another configuration than the first sample",
+        );
+    }
+    let positive = [
+        ("lens.efl_mm", meta.lens.efl_mm),
+        ("lens.f_number", meta.lens.f_number),
+        ("sensor.pitch_um", meta.sensor.pitch_um),
+        ("intrinsics.fx_px", meta.intrinsics.fx_px),
+        ("intrinsics.fy_px", meta.intrinsics.fy_px),
+        (
+            "intrinsics.entrance_pupil_diameter_m",
+            meta.intrinsics.entrance_pupil_diameter_m,
+        ),
+        ("focus.distance_m", meta.focus.distance_m.unwrap_or(1.0)),
+        (
+            "raw.linear_at_white",
+            meta.raw.linear_at_white.unwrap_or(1.0),
+        ),
+    ];
+    for (field, value) in positive {
+        if value <= 0.0 {
+            report.add(path, format!("{field} is {value}, it must be above 0"));
+        }
+    }
+    let levels = (
+        meta.raw.black_level,
+        meta.raw.white_level,
+        meta.raw.linear_at_white,
+    );
+    let fits = match (meta.raw.format, levels) {
+        (RawFormat::Png, (Some(black), Some(white), Some(_))) => black < white,
+        (RawFormat::Exr, (None, None, None)) => true,
+        _ => false,
+    };
+    if !fits {
+        report.add(
+            path,
+            "raw: a PNG has black level < white level and linear_at_white, an EXR none of them",
+        );
+    }
+}
+
+/// The list is that of the layout; then it can be trusted below.
+fn check_list(meta: &SampleMeta, path: &str, report: &mut Report) -> bool {
+    let sensor = &meta.sensor;
+    let limits = [
+        ("sensor.width_px", sensor.width_px, 1 << 16),
+        ("sensor.height_px", sensor.height_px, 1 << 16),
+        ("sensor.subpixels.columns", sensor.subpixels.columns, 16),
+        ("sensor.subpixels.rows", sensor.subpixels.rows, 16),
+    ];
+    let mut sound = true;
+    for (field, value, most) in limits {
+        if !(1..=most).contains(&value) {
+            report.add(path, format!("{field} is {value}, allowed are 1 to {most}"));
+            sound = false;
+        }
+    }
+    let colours: Vec<&str> = meta.channels.iter().map(|c| c.name.as_str()).collect();
+    if colours != ["R", "G", "B"] && colours != ["Y"] {
+        report.add(
+            path,
+            format!("channels are {colours:?}, allowed are R, G, B or Y"),
+        );
+        sound = false;
+    }
+    if !sound {
+        return false;
+    }
+    let has = |kind| {
+        meta.files
+            .iter()
+            .find(|file: &&SampleFile| file.kind == kind)
+    };
+    let sheet = has(FileKind::Preview).map_or([0, 0], |file| [file.width, file.height]);
+    let distance = has(FileKind::Distance).is_some();
+    if meta.files == sample_files(sensor, &meta.channels, meta.raw.format, distance, sheet) {
+        return true;
+    }
+    report.add(
+        path,
+        "files: not the files, sizes, channels and number formats of SPEC.md for this sensor",
+    );
+    false
+}
+
+fn mismatch(file: &SampleFile, planes: &Planes) -> Option<String> {
+    if (planes.width, planes.height) != (file.width as usize, file.height as usize) {
+        return Some(format!(
+            "is {} × {}, meta.json says {} × {}",
+            planes.width, planes.height, file.width, file.height
+        ));
+    }
+    let names: Vec<&String> = planes.channels.keys().collect();
+    if !names.iter().copied().eq(file.channels.iter()) {
+        return Some(format!(
+            "has channels {names:?}, meta.json says {:?}",
+            file.channels
+        ));
+    }
+    (planes.storage != file.storage).then(|| {
+        format!(
+            "stores {:?}, meta.json says {:?}",
+            planes.storage, file.storage
+        )
+    })
+}

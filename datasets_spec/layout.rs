@@ -1,0 +1,98 @@
+//! The files of a sample: one list for writers, readers and the checker.
+
+use crate::camera::{Channel, Sensor, Subpixels};
+use crate::paths::subpixel_names;
+use crate::sample::{FileKind, RawFormat, SampleFile, Storage};
+
+/// Name of the views' layer that holds the sum of all sub-pixels.
+pub const SUM_LAYER: &str = "sum";
+
+impl FileKind {
+    /// The file's name.
+    pub fn file_name(self, raw: RawFormat) -> &'static str {
+        match (self, raw) {
+            (FileKind::Raw, RawFormat::Png) => "raw.png",
+            (FileKind::Raw, RawFormat::Exr) => "raw.exr",
+            (FileKind::Views, _) => "views.exr",
+            (FileKind::Target, _) => "target.exr",
+            (FileKind::Depth, _) => "depth.exr",
+            (FileKind::Distance, _) => "distance.exr",
+            (FileKind::Disparity, _) => "disparity.exr",
+            (FileKind::Coc, _) => "coc.exr",
+            (FileKind::Occlusion, _) => "occlusion.png",
+            (FileKind::Valid, _) => "valid.png",
+            (FileKind::Preview, _) => crate::paths::PREVIEW,
+        }
+    }
+}
+
+/// The files of a sample in the order of their names, each with size, channels and number format. `preview` is the contact
+/// sheet's width and height; `distance` says whether the ray-distance map is there.
+pub fn sample_files(
+    sensor: &Sensor,
+    colours: &[Channel],
+    raw: RawFormat,
+    distance: bool,
+    preview: [u32; 2],
+) -> Vec<SampleFile> {
+    use FileKind as K;
+    let (width, height) = (sensor.width_px, sensor.height_px);
+    let Subpixels { columns, rows } = sensor.subpixels;
+    let colours: Vec<&str> = colours
+        .iter()
+        .map(|channel| channel.name.as_str())
+        .collect();
+    let names = subpixel_names(columns, rows);
+    let layers = |layers: &[String], channels: &[&str]| {
+        let of_layer = |layer: &String| {
+            let full: Vec<String> = channels.iter().map(|c| format!("{layer}.{c}")).collect();
+            full
+        };
+        let mut all: Vec<String> = layers.iter().flat_map(of_layer).collect();
+        all.sort();
+        all
+    };
+    let own = |names: &[&str]| layers_of_none(names);
+    let mut with_sum = names.clone();
+    with_sum.push(SUM_LAYER.to_string());
+    let truth = ["dx", "dy", "paraxial_dx", "paraxial_dy"];
+    let sheet = ["R", "G", "B"];
+    let raw_storage = match raw {
+        RawFormat::Png => Storage::Uint16,
+        RawFormat::Exr => Storage::Half,
+    };
+    let mosaic = [width.saturating_mul(columns), height.saturating_mul(rows)];
+    let (half, float, byte) = (Storage::Half, Storage::Float, Storage::Uint8);
+    let size = [width, height];
+    let mut rows = vec![
+        (K::Raw, mosaic, own(&colours), raw_storage),
+        (K::Views, size, layers(&with_sum, &colours), half),
+        (K::Target, size, own(&colours), half),
+        (K::Depth, size, own(&["Z"]), float),
+        (K::Disparity, size, layers(&names, &truth), float),
+        (K::Coc, size, own(&["coc"]), float),
+        (K::Occlusion, size, own(&["Y"]), byte),
+        (K::Valid, size, own(&["Y"]), byte),
+        (K::Preview, preview, own(&sheet), byte),
+    ];
+    if distance {
+        rows.push((K::Distance, size, own(&["distance"]), float));
+    }
+    let file = |(kind, [width, height], channels, storage): (K, [u32; 2], _, _)| SampleFile {
+        name: kind.file_name(raw).to_string(),
+        kind,
+        width,
+        height,
+        channels,
+        storage,
+    };
+    let mut files: Vec<SampleFile> = rows.into_iter().map(file).collect();
+    files.sort_by(|a, b| a.name.cmp(&b.name));
+    files
+}
+
+fn layers_of_none(names: &[&str]) -> Vec<String> {
+    let mut sorted: Vec<String> = names.iter().map(ToString::to_string).collect();
+    sorted.sort();
+    sorted
+}

@@ -1,0 +1,174 @@
+//! Where things lie below the dataset's folder, and the guard that keeps names from leading out of it.
+
+use std::path::{Component, Path, PathBuf};
+
+use crate::split::Split;
+
+/// The manifest.
+pub const DATASET: &str = "dataset.json";
+/// The gallery.
+pub const INDEX: &str = "index.html";
+/// The folder of the samples.
+pub const SAMPLES: &str = "samples";
+/// The folder of the split lists.
+pub const SPLITS: &str = "splits";
+/// A sample's description.
+pub const META: &str = "meta.json";
+/// A sample's contact sheet.
+pub const PREVIEW: &str = "preview.jpg";
+
+/// Most samples that a dataset's six digits can name.
+pub const MAX_SAMPLES: u32 = 1_000_000;
+
+/// A name or path that is not allowed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PathError {
+    /// Not a plain file name.
+    #[error(
+        "name {0:?}: allowed are 1 to 100 of the characters A-Z a-z 0-9 . _ - , not beginning with a dot"
+    )]
+    Name(String),
+    /// Leads out of the dataset, or is not relative.
+    #[error("path {0:?} does not lie below the dataset's folder")]
+    Outside(String),
+    /// More samples than six digits can name.
+    #[error("sample {0}: a dataset names at most 1000000 samples, 000000 to 999999")]
+    SampleNumber(u32),
+}
+
+/// The six-digit name of a sample.
+pub fn sample_name(index: u32) -> Result<String, PathError> {
+    if index < MAX_SAMPLES {
+        Ok(format!("{index:06}"))
+    } else {
+        Err(PathError::SampleNumber(index))
+    }
+}
+
+/// The list of a split, below the dataset's folder.
+pub fn split_list(split: Split) -> String {
+    format!("{SPLITS}/{}.txt", split.name())
+}
+
+/// `name` if it is a plain file name that means the same on every system.
+pub fn checked_name(name: &str) -> Result<&str, PathError> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
+    if (1..=100).contains(&name.len()) && !name.starts_with('.') && name.chars().all(plain) {
+        Ok(name)
+    } else {
+        Err(PathError::Name(name.to_string()))
+    }
+}
+
+/// A plain file name made of any text: other characters become `_`, a leading dot is replaced, the length is cut to 100.
+pub fn sanitised(text: &str) -> String {
+    let plain = |c: char| {
+        if c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-') {
+            c
+        } else {
+            '_'
+        }
+    };
+    let mut name: String = text.chars().take(100).map(plain).collect();
+    if name.is_empty() || name.starts_with('.') {
+        name.replace_range(..name.len().min(1), "_");
+    }
+    name
+}
+
+/// `root/relative`, where every part of `relative` (parted by `/`) is a plain file name.
+pub fn inside(root: &Path, relative: &str) -> Result<PathBuf, PathError> {
+    let outside = || PathError::Outside(relative.to_string());
+    let mut path = root.to_path_buf();
+    for part in relative.split('/') {
+        path.push(checked_name(part).map_err(|_| outside())?);
+    }
+    let normal = |part: Component<'_>| matches!(part, Component::Normal(_));
+    let below = path.strip_prefix(root).map_err(|_| outside())?;
+    if below.components().all(normal) {
+        Ok(path)
+    } else {
+        Err(outside())
+    }
+}
+
+/// Names of the sub-pixels in stored order (row by row): `B A D C` for 2×2, `L R` for 2×1, `T B` for 1×2, else
+/// `r{row}c{column}`.
+pub fn subpixel_names(columns: u32, rows: u32) -> Vec<String> {
+    let own = |names: &[&str]| names.iter().map(ToString::to_string).collect();
+    match (columns, rows) {
+        (2, 2) => own(&["B", "A", "D", "C"]),
+        (2, 1) => own(&["L", "R"]),
+        (1, 2) => own(&["T", "B"]),
+        _ => (0..rows)
+            .flat_map(|row| (0..columns).map(move |column| format!("r{row}c{column}")))
+            .collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_name_leads_out_of_the_dataset() {
+        let root = Path::new("/data/set");
+        for bad in [
+            "",
+            ".",
+            "..",
+            "../x",
+            "a/../../x",
+            "/etc/passwd",
+            "a//b",
+            "a/",
+            "C:\\x",
+            "a\\..\\b",
+            ".hidden",
+            "a/.b",
+            "a\0b",
+            "é",
+            "a b",
+            "~",
+        ] {
+            assert!(inside(root, bad).is_err(), "{bad:?}");
+        }
+        assert_eq!(
+            inside(root, "samples/000001/raw.png"),
+            Ok(PathBuf::from("/data/set/samples/000001/raw.png"))
+        );
+    }
+
+    #[test]
+    fn any_text_becomes_an_allowed_name() {
+        let long = "x".repeat(500);
+        for text in [
+            "",
+            ".",
+            "..",
+            "../../etc",
+            "a b/ç",
+            "日本",
+            "ok-1.2_3",
+            &long,
+            "\0",
+        ] {
+            let name = sanitised(text);
+            assert_eq!(checked_name(&name), Ok(name.as_str()), "{text:?}");
+        }
+        assert_eq!(sanitised("ok-1.2_3"), "ok-1.2_3");
+    }
+
+    #[test]
+    fn sample_names_have_six_digits() {
+        assert_eq!(sample_name(7).as_deref(), Ok("000007"));
+        assert_eq!(sample_name(999_999).as_deref(), Ok("999999"));
+        assert!(sample_name(1_000_000).is_err());
+    }
+
+    #[test]
+    fn the_quad_pixel_is_stored_b_a_over_d_c() {
+        assert_eq!(subpixel_names(2, 2), ["B", "A", "D", "C"]);
+        assert_eq!(subpixel_names(3, 1), ["r0c0", "r0c1", "r0c2"]);
+    }
+}

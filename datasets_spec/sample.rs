@@ -1,0 +1,260 @@
+//! `meta.json`: everything about one sample that is not a pixel.
+//!
+//! Lengths carry their unit in the field's name. JSON knows no infinity: where a quantity may be infinite its `null` says so.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::camera::{Channel, Exposure, Focus, Intrinsics, Lens, Response, Sensor};
+
+/// The whole of `meta.json`. No date, host name, run time or thread count: the same seed gives the same bytes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SampleMeta {
+    /// Version of the layout, [`crate::SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// Version of the program that wrote it.
+    pub tool_version: String,
+    /// BLAKE3 hash of the configuration it was made with, 64 hexadecimal digits: samples of one dataset share it.
+    pub configuration_blake3: String,
+    /// Six-digit name, also the folder's.
+    pub id: String,
+    /// The sample's own seed.
+    pub seed: u64,
+    /// What is in front of the camera.
+    pub scene: Scene,
+    /// The main lens.
+    pub lens: Lens,
+    /// Where it is focused.
+    pub focus: Focus,
+    /// The pixels.
+    pub sensor: Sensor,
+    /// What an angle of incidence does to each sub-pixel.
+    pub response: Response,
+    /// The colour channels of raw, views and target, in order.
+    pub channels: Vec<Channel>,
+    /// From scene radiance to linear values.
+    pub exposure: Exposure,
+    /// How the raw mosaic is stored.
+    pub raw: Raw,
+    /// Noise that was added.
+    pub noise: Noise,
+    /// The paraxial pinhole camera of the stored images.
+    pub intrinsics: Intrinsics,
+    /// What was simulated, and what was not.
+    pub effects: Effects,
+    /// How well the render converged.
+    pub statistics: RenderStatistics,
+    /// Ranges of the truth maps over the valid pixels.
+    pub ranges: Ranges,
+    /// The measured tie between left-right disparity and circle of confusion; `null` where nothing is out of focus or
+    /// the pixel has one column.
+    pub coc_disparity: Option<CocDisparity>,
+    /// The sample's files but `meta.json`, in the order of their names.
+    pub files: Vec<SampleFile>,
+}
+
+/// The scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Identity for the splits: samples that show the same scene share it.
+    pub id: String,
+    /// The charts in it, nearest first, e.g. `dead_leaves`.
+    pub charts: Vec<String>,
+    /// Everything that was drawn for it: distances, tilts, sizes, chart parameters.
+    pub parameters: serde_json::Value,
+}
+
+/// The raw mosaic's encoding.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Raw {
+    /// Of `raw.png` or `raw.exr`.
+    pub format: RawFormat,
+    /// PNG code of the linear value 0; `null` for EXR.
+    pub black_level: Option<u16>,
+    /// PNG code of `linear_at_white`; `null` for EXR.
+    pub white_level: Option<u16>,
+    /// Linear value at the white level: linear = (code − black) / (white − black) × `linear_at_white`; `null` for EXR.
+    pub linear_at_white: Option<f64>,
+    /// Number of values that fell outside 0..=65535 and were clipped.
+    pub clipped: u64,
+}
+
+/// File format of the raw mosaic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum RawFormat {
+    /// 16-bit integers.
+    Png,
+    /// Half floats.
+    Exr,
+}
+
+/// Noise in the images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Noise {
+    /// None was added; what noise there is, is the render's own (see the statistics).
+    None,
+}
+
+/// What the pictures contain.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Effects {
+    /// Effects that were simulated.
+    pub simulated: Vec<String>,
+    /// Effects that were not.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// An effect that was not simulated.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LeftOut {
+    /// Its name.
+    pub name: String,
+    /// Why.
+    pub reason: String,
+    /// What that costs; `null` when nobody estimated it.
+    pub estimated_error: Option<EstimatedError>,
+}
+
+/// The size of an error.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EstimatedError {
+    /// What it is an error of, e.g. `disparity`.
+    pub quantity: String,
+    /// Its size.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+}
+
+/// Convergence of the render.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RenderStatistics {
+    /// Rays a pixel and channel.
+    pub rays_per_pixel: u32,
+    /// Rays traced in all.
+    pub rays: u64,
+    /// Rays that did not reach the scene.
+    pub lost: LostRays,
+    /// Standard error of the sum's value, divided by the value, averaged over the lit pixels; `null` if not measured.
+    pub mean_relative_standard_error: Option<f64>,
+    /// Pixels without truth (0 in `valid.png`).
+    pub invalid_pixels: u64,
+}
+
+/// Lost rays by cause.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LostRays {
+    /// Did not meet a surface.
+    pub missed: u64,
+    /// Met a surface outside its clear aperture, or the stop.
+    pub vignetted: u64,
+    /// Were totally reflected.
+    pub total_internal_reflection: u64,
+}
+
+/// Smallest and largest finite value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Range {
+    /// Smallest.
+    pub min: f64,
+    /// Largest.
+    pub max: f64,
+}
+
+/// Ranges of the truth; `null` where no pixel has a finite value.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Ranges {
+    /// Depth, m.
+    pub depth_m: Option<Range>,
+    /// Pixels at infinite depth.
+    pub sky_pixels: u64,
+    /// Traced disparity dx over all sub-pixels, px.
+    pub dx_px: Option<Range>,
+    /// Traced disparity dy over all sub-pixels, px.
+    pub dy_px: Option<Range>,
+    /// Circle of confusion, px.
+    pub coc_px: Option<Range>,
+}
+
+/// Least-squares ratio, through the origin, of x_L − x_R to the circle of confusion over the valid pixels:
+/// x_L − x_R ≈ −ratio × coc.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CocDisparity {
+    /// Of the traced disparity.
+    pub traced_ratio: f64,
+    /// Of the paraxial one.
+    pub paraxial_ratio: f64,
+}
+
+/// One file of the sample.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SampleFile {
+    /// Its name in the sample's folder.
+    pub name: String,
+    /// What it holds.
+    pub kind: FileKind,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Channel names as in the file, in the file's order for EXR (sorted).
+    pub channels: Vec<String>,
+    /// How a number is stored.
+    pub storage: Storage,
+}
+
+/// What a file holds.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum FileKind {
+    /// The sub-pixel mosaic.
+    Raw,
+    /// A layer a sub-pixel, and their sum.
+    Views,
+    /// The all-in-focus image.
+    Target,
+    /// z, m.
+    Depth,
+    /// Ray distance, m.
+    Distance,
+    /// Shift of each sub-pixel's view, px.
+    Disparity,
+    /// Signed circle of confusion, px.
+    Coc,
+    /// Part of the pupil that sees another surface.
+    Occlusion,
+    /// 255 where the float maps apply, else 0.
+    Valid,
+    /// The contact sheet.
+    Preview,
+}
+
+/// How a number is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Storage {
+    /// 8-bit integer.
+    Uint8,
+    /// 16-bit integer.
+    Uint16,
+    /// 16-bit float.
+    Half,
+    /// 32-bit float.
+    Float,
+}

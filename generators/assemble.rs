@@ -1,0 +1,258 @@
+//! From a recipe to the camera and the scene that it describes.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::{DMat3, DVec2, DVec3};
+use quadpixel::lens::{FocusBy, Lens, Prescription, trace_backward};
+use quadpixel::render::Camera;
+use quadpixel::response::{
+    AngularResponse, GeometricResponse, Response, ResponseCache, WaveSettings,
+};
+use quadpixel::scene::{Scene, TexturedPlane};
+use quadpixel::sensor::{Sensor, Subpixels};
+use quadpixel::spectrum::ChannelWavelengths;
+
+use crate::command_error::CommandError;
+use crate::field_of_view::{centre_at, covering};
+use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, WindowRecipe};
+
+/// Angular responses that several samples share, loaded or computed once.
+pub struct Responses {
+    cache: ResponseCache,
+    loaded: BTreeMap<String, Arc<Response>>,
+}
+
+/// The lens of a recipe, focused.
+///
+/// # Errors
+/// What a field of the recipe is and may be.
+pub fn lens(recipe: &LensRecipe) -> Result<Lens, CommandError> {
+    let input = |e: quadpixel::lens::LensError| CommandError::input(e.to_string());
+    let mut lens = Prescription::named(&recipe.name).and_then(|p| Lens::new(&p)).map_err(input)?;
+    if let Some(f) = recipe.f_number {
+        lens = lens.with_f_number(f).map_err(input)?;
+    }
+    let wavelength = ChannelWavelengths::default().reference_nm();
+    let focus_mm = recipe.focus_mm.unwrap_or(f64::INFINITY);
+    lens = lens
+        .focused_at(focus_mm, FocusBy::Sensor, wavelength)
+        .map_err(input)?;
+    if recipe.misalignments.is_empty() {
+        return Ok(lens);
+    }
+    lens.perturbed(&recipe.misalignments).map_err(input)
+}
+
+impl Responses {
+    /// Uses the user's cache folder.
+    pub fn new() -> Self {
+        Self {
+            cache: ResponseCache::open_default(),
+            loaded: BTreeMap::new(),
+        }
+    }
+
+    /// The response of a recipe. `progress` hears of finished angles (done, total) where one is computed.
+    ///
+    /// # Errors
+    /// An unknown pixel, or what is wrong with a file.
+    pub fn get(
+        &mut self,
+        recipe: &Recipe,
+        subpixels: Subpixels,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Arc<Response>, CommandError> {
+        let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
+        if let ResponseRecipe::Geometric { focal_length_um } = recipe.response {
+            let f_number = match recipe.lens.f_number {
+                Some(f) => f,
+                None => {
+                    lens(&recipe.lens)?
+                        .paraxial(ChannelWavelengths::default().reference_nm())
+                        .map_err(|e| input(&e))?
+                        .f_number
+                }
+            };
+            let focal = focal_length_um.unwrap_or(recipe.sensor.pitch_um * f_number);
+            let geometric = GeometricResponse::new(subpixels, recipe.sensor.pitch_um, focal)
+                .map_err(|e| input(&e))?;
+            return Ok(Arc::new(Response::Geometric(geometric)));
+        }
+        let key = format!("{:?} {subpixels}", recipe.response);
+        if let Some(response) = self.loaded.get(&key) {
+            return Ok(response.clone());
+        }
+        let table = match &recipe.response {
+            ResponseRecipe::Wave { pixel } => {
+                let stack = pixel_stack(pixel, subpixels)?;
+                let settings = WaveSettings::standard();
+                self.cache
+                    .get_or_build(&stack, &settings, progress)
+                    .map_err(|e| input(&e))?
+                    .0
+            }
+            ResponseRecipe::Table { file } => {
+                AngularResponse::read(Path::new(file)).map_err(|e| input(&e))?
+            }
+            ResponseRecipe::Geometric { .. } => unreachable!("handled above"),
+        };
+        let response = Arc::new(Response::Table(table));
+        self.loaded.insert(key, response.clone());
+        Ok(response)
+    }
+}
+
+impl Default for Responses {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The camera of a recipe.
+///
+/// # Errors
+/// What a field of the recipe is and may be.
+pub fn camera(
+    recipe: &Recipe,
+    response: &Response,
+    subpixels: Subpixels,
+) -> Result<Camera, CommandError> {
+    let lens = lens(&recipe.lens)?;
+    let wavelengths = ChannelWavelengths::default();
+    let centre = match recipe.sensor.window {
+        WindowRecipe::Centre => DVec2::ZERO,
+        WindowRecipe::Position { x_mm, y_mm } => DVec2::new(x_mm, y_mm),
+        WindowRecipe::ChiefRayAngle { theta_deg, phi_deg } => {
+            let system = lens
+                .at(wavelengths.reference_nm())
+                .map_err(|e| CommandError::input(e.to_string()))?;
+            centre_at(&system, theta_deg, phi_deg)?
+        }
+    };
+    let size = (recipe.sensor.width, recipe.sensor.height);
+    let sensor = Sensor::new(recipe.sensor.pitch_um, subpixels, size, centre)
+        .map_err(|e| CommandError::input(e.to_string()))?;
+    Camera::new(
+        &lens,
+        sensor,
+        recipe.sensor.microlens_shift,
+        response,
+        wavelengths,
+    )
+    .map_err(|e| CommandError::input(e.to_string()))
+}
+
+/// The scene of a recipe, in front of its camera.
+///
+/// # Errors
+/// What a field of the recipe is and may be.
+pub fn scene(recipe: &Recipe, camera: &Camera) -> Result<Scene, CommandError> {
+    if recipe.planes.is_empty() {
+        return Err(CommandError::input(
+            "planes is empty; allowed: at least one card".into(),
+        ));
+    }
+    let planes = recipe.planes.iter().enumerate();
+    let planes =
+        planes.map(|(i, p)| plane(p, camera).map_err(|e| e.within(&format!("planes[{i}]"))));
+    Ok(Scene::new(
+        planes.collect::<Result<_, _>>()?,
+        recipe.environment,
+    ))
+}
+
+fn plane(recipe: &PlaneRecipe, camera: &Camera) -> Result<TexturedPlane, CommandError> {
+    let distance = recipe.distance_mm;
+    if !(distance.is_finite() && distance > 0.0) {
+        return Err(CommandError::input(format!(
+            "distance_mm is {distance}; allowed: a positive length"
+        )));
+    }
+    let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
+    let texture = recipe
+        .chart
+        .generate(recipe.chart_seed, recipe.texture_px)
+        .map_err(|e| input(&e))?;
+    let coverage = recipe
+        .cutout
+        .as_ref()
+        .map(|m| m.generate(recipe.texture_px))
+        .transpose()
+        .map_err(|e| input(&e))?;
+    let tilts = (recipe.tilt_x_deg, recipe.tilt_y_deg, recipe.roll_deg);
+    let turn: DMat3 = TexturedPlane::orientation(tilts);
+    let (centre, size) = match recipe.extent {
+        ExtentRecipe::Fill => {
+            let (centre, side) = covering(camera, distance, turn)?;
+            (centre, (side, side))
+        }
+        ExtentRecipe::Window { x, y, size } => {
+            let (width, height) = (
+                camera.sensor().width() as f64,
+                camera.sensor().height() as f64,
+            );
+            let (column, row) = (x * width - 0.5, y * height - 0.5);
+            let centre = seen_at(camera, column, row, distance)?;
+            let side = seen_at(camera, column + 0.5, row, distance)?
+                - seen_at(camera, column - 0.5, row, distance)?;
+            let side = side.length() * size * width;
+            (centre, (side, side))
+        }
+        ExtentRecipe::Mm {
+            x_mm,
+            y_mm,
+            width_mm,
+            height_mm,
+        } => (DVec3::new(x_mm, y_mm, -distance), (width_mm, height_mm)),
+    };
+    TexturedPlane::new(
+        centre,
+        size,
+        tilts,
+        Arc::new(texture),
+        coverage.map(Arc::new),
+    )
+    .map_err(|e| input(&e))
+}
+
+/// Where the middle ray of stored-image place (column, row) meets depth `distance_mm`.
+fn seen_at(
+    camera: &Camera,
+    column: f64,
+    row: f64,
+    distance_mm: f64,
+) -> Result<DVec3, CommandError> {
+    let place = camera.sensor().position_mm(column, row);
+    crate::field_of_view::middle_ray(camera, place)
+        .and_then(|ray| trace_backward(camera.system(1), ray).ok())
+        .map(|ray| {
+            ray.origin_mm + (-distance_mm - ray.origin_mm.z) / ray.direction.z * ray.direction
+        })
+        .ok_or_else(|| {
+            CommandError::input(format!(
+                "no light reaches the sensor at ({:.3}, {:.3}) mm",
+                place.x, place.y
+            ))
+        })
+}
+
+/// A pixel by its built-in name or TOML file, with m×n photodiodes.
+///
+/// # Errors
+/// An unknown name, or what is wrong with the file.
+pub fn pixel_stack(
+    name: &str,
+    subpixels: Subpixels,
+) -> Result<quadpixel::em::PixelStack, CommandError> {
+    let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
+    let stack = if name.ends_with(".toml") {
+        let text = std::fs::read_to_string(name)
+            .map_err(|e| CommandError::input(format!("{name}: {e}")))?;
+        toml::from_str(&text).map_err(|e| CommandError::input(format!("{name}: {e}")))?
+    } else {
+        quadpixel::em::PixelStack::builtin(name).map_err(|e| input(&e))?
+    };
+    stack.with_subpixels(subpixels).map_err(|e| input(&e))
+}

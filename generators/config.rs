@@ -1,0 +1,248 @@
+//! The configuration of a dataset: distributions from which each sample's [`Recipe`](crate::recipe::Recipe) is drawn.
+//!
+//! The default is the commented file `generators/default.toml`; `qpgen dataset --print-config` prints it.
+
+use quadpixel::sampling::uniform;
+use quadpixel::sensor::ShiftRule;
+use serde::{Deserialize, Serialize};
+
+use crate::command_error::CommandError;
+
+/// The default configuration, with comments.
+pub const DEFAULT_TOML: &str = include_str!("default.toml");
+
+/// A dataset.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DatasetConfig {
+    /// Number of samples.
+    pub count: usize,
+    /// Seed of everything.
+    pub seed: u64,
+    /// Main lens.
+    pub lens: LensConfig,
+    /// Sensor.
+    pub sensor: SensorConfig,
+    /// Angular response: `wave` or `geometric`.
+    pub response: ResponseConfig,
+    /// Scenes.
+    pub scene: SceneConfig,
+    /// Exposure in stops; see the recipe.
+    pub exposure_ev: Draw,
+    /// Rays a microlens and colour channel.
+    pub rays_per_pixel: usize,
+}
+
+/// Main lens.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LensConfig {
+    /// Names in the library or files; one is drawn a sample.
+    pub names: Vec<String>,
+    /// Focused depth, mm.
+    pub focus_mm: Draw,
+    /// F-number; absent: wide open.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub f_number: Option<Draw>,
+}
+
+/// Sensor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SensorConfig {
+    /// Columns × rows of sub-pixels, such as `2x2`.
+    pub subpixels: String,
+    /// Microlenses in a row.
+    pub width: usize,
+    /// Rows of microlenses.
+    pub height: usize,
+    /// The window's place.
+    pub window: WindowConfig,
+    /// How microlenses follow the chief ray.
+    pub microlens_shift: ShiftRule,
+    /// Pitch of the microlenses, µm; absent: that of the pixel of the wave response.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pitch_um: Option<Draw>,
+}
+
+/// Where windows lie on the sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, tag = "at")]
+pub enum WindowConfig {
+    /// Around the axis.
+    Centre,
+    /// Anywhere (even density) with the centre at most this far from the axis.
+    Random {
+        /// Largest image height of the window's centre, mm.
+        max_height_mm: f64,
+    },
+    /// Around the place of a chief-ray angle.
+    ChiefRayAngle {
+        /// Angle to the axis, deg.
+        theta_deg: Draw,
+        /// Azimuth in the sensor frame, deg.
+        phi_deg: Draw,
+    },
+}
+
+/// Angular response.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, tag = "model")]
+pub enum ResponseConfig {
+    /// Wave propagation through one of these pixels.
+    Wave {
+        /// Built-in names or `.toml` files; one is drawn a sample.
+        pixels: Vec<String>,
+    },
+    /// The ideal box.
+    Geometric,
+}
+
+/// Scenes of flat cards.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneConfig {
+    /// Kinds of chart; one is drawn for each card, the background's in turn.
+    pub charts: Vec<String>,
+    /// Depth of the background as a multiple of the focused depth.
+    pub background_over_focus: Draw,
+    /// Tilt of the background about each axis, deg.
+    pub tilt_deg: Draw,
+    /// Number of cards in front of the background (rounded down).
+    pub cards: Draw,
+    /// Depth of a card as a multiple of the focused depth (at most 0.95 of the background's).
+    pub card_over_focus: Draw,
+    /// Side of a card as a fraction of the window's width.
+    pub card_size: Draw,
+    /// Side of every chart's texture, texels.
+    pub texture_px: usize,
+}
+
+/// A number, or how one is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Draw {
+    /// Always this.
+    Fixed(f64),
+    /// Between two numbers.
+    Range(Range),
+}
+
+/// See [`Draw`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Range {
+    /// Smallest.
+    pub min: f64,
+    /// Largest.
+    pub max: f64,
+    /// In which scale the density is even.
+    #[serde(default)]
+    pub scale: Scale,
+}
+
+/// Scale of an even density.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scale {
+    /// In the number itself.
+    #[default]
+    Linear,
+    /// In its logarithm.
+    Log,
+    /// In its inverse (depths: even in disparity).
+    Inverse,
+}
+
+impl Draw {
+    /// The number for a seed and key.
+    pub fn at(&self, seed: u64, key: &[u64]) -> f64 {
+        let Self::Range(Range { min, max, scale }) = *self else {
+            let Self::Fixed(value) = *self else { unreachable!("two variants") };
+            return value;
+        };
+        let t = uniform(seed, key);
+        match scale {
+            Scale::Linear => min + t * (max - min),
+            Scale::Log => (min.ln() + t * (max / min).ln()).exp(),
+            Scale::Inverse => 1.0 / (1.0 / min + t * (1.0 / max - 1.0 / min)),
+        }
+    }
+
+    /// Smallest and largest value.
+    pub fn bounds(&self) -> (f64, f64) {
+        match *self {
+            Self::Fixed(v) => (v, v),
+            Self::Range(Range { min, max, .. }) => (min, max),
+        }
+    }
+
+    fn check(&self, field: &str, (lowest, highest): (f64, f64)) -> Result<(), CommandError> {
+        let (min, max) = self.bounds();
+        let positive_scale = !matches!(self, Self::Range(Range { scale: Scale::Log | Scale::Inverse, .. })) || min > 0.0;
+        // Written so that NaN fails.
+        if min >= lowest && max <= highest && min <= max && positive_scale {
+            return Ok(());
+        }
+        let value = if min == max { format!("{min}") } else { format!("{min} to {max}") };
+        Err(CommandError::input(format!("{field} is {value}; allowed: {lowest} to {highest}, min ≤ max, and above 0 for a log or inverse scale")))
+    }
+}
+
+impl DatasetConfig {
+    /// Reads a configuration; `file` names it in errors.
+    ///
+    /// # Errors
+    /// The place of a TOML error, or the first field that is out of bounds.
+    pub fn from_toml(text: &str, file: &str) -> Result<Self, CommandError> {
+        let config: Self = toml::from_str(text).map_err(|e| CommandError::input(format!("{file}: {e}")))?;
+        config.check().map_err(|e| e.within(file))?;
+        Ok(config)
+    }
+
+    /// Checks every field that a recipe does not check again.
+    ///
+    /// # Errors
+    /// Names the field, its value and what is allowed.
+    pub fn check(&self) -> Result<(), CommandError> {
+        let inf = f64::INFINITY;
+        let some = |field: &str, n: usize| {
+            if n > 0 { Ok(()) } else { Err(CommandError::input(format!("{field} is empty or 0; allowed: at least 1"))) }
+        };
+        some("count", self.count)?;
+        some("lens.names", self.lens.names.len())?;
+        some("sensor.width", self.sensor.width)?;
+        some("sensor.height", self.sensor.height)?;
+        some("rays_per_pixel", self.rays_per_pixel)?;
+        some("scene.charts", self.scene.charts.len())?;
+        some("scene.texture_px", self.scene.texture_px)?;
+        if let ResponseConfig::Wave { pixels } = &self.response {
+            some("response.pixels", pixels.len())?;
+        }
+        self.lens.focus_mm.check("lens.focus_mm", (1.0, inf))?;
+        if let Some(f) = &self.lens.f_number {
+            f.check("lens.f_number", (0.5, 64.0))?;
+        }
+        if let Some(p) = &self.sensor.pitch_um {
+            p.check("sensor.pitch_um", (0.1, 100.0))?;
+        }
+        if let WindowConfig::Random { max_height_mm } = self.sensor.window {
+            Draw::Fixed(max_height_mm).check("sensor.window.max_height_mm", (0.0, 100.0))?;
+        }
+        if let WindowConfig::ChiefRayAngle { theta_deg, phi_deg } = &self.sensor.window {
+            theta_deg.check("sensor.window.theta_deg", (0.0, 89.0))?;
+            phi_deg.check("sensor.window.phi_deg", (-360.0, 360.0))?;
+        }
+        self.exposure_ev.check("exposure_ev", (-16.0, 16.0))?;
+        self.scene.background_over_focus.check("scene.background_over_focus", (0.05, 100.0))?;
+        self.scene.tilt_deg.check("scene.tilt_deg", (-60.0, 60.0))?;
+        self.scene.cards.check("scene.cards", (0.0, 64.0))?;
+        self.scene.card_over_focus.check("scene.card_over_focus", (0.05, 100.0))?;
+        self.scene.card_size.check("scene.card_size", (0.01, 4.0))?;
+        let known = crate::charts::ChartKind::names();
+        match self.scene.charts.iter().find(|c| !known.contains(&c.as_str())) {
+            None => Ok(()),
+            Some(c) => Err(CommandError::input(format!("scene.charts has `{c}`; allowed: {}", known.join(", ")))),
+        }
+    }
+}

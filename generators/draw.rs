@@ -1,0 +1,160 @@
+//! Draws sample `index`'s recipe from the configuration. Every number is a hash of (seed, index, what it is for): it does
+//! not depend on the other samples, their order or their number.
+
+use quadpixel::render::RenderSettings;
+use quadpixel::sampling::{hash, uniform};
+
+use crate::charts::mask::MaskSpec;
+use crate::charts::random_spec;
+use crate::command_error::CommandError;
+use crate::config::{DatasetConfig, Draw, ResponseConfig, WindowConfig};
+use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, SensorRecipe, WindowRecipe};
+
+/// What a drawn number is for; part of its key.
+#[derive(Clone, Copy)]
+#[repr(u64)]
+enum For {
+    Lens = 1,
+    Focus,
+    FNumber,
+    Pixel,
+    WindowHeight,
+    WindowAzimuth,
+    Background,
+    TiltX,
+    TiltY,
+    Cards,
+    CardDepth,
+    CardSize,
+    CardX,
+    CardY,
+    CardRoll,
+    CardChart,
+    Chart,
+    Mask,
+    Exposure,
+    Render,
+    Pitch,
+}
+
+/// Numbers of one sample.
+struct Dice {
+    seed: u64,
+    index: u64,
+}
+
+impl Dice {
+    fn of(&self, draw: &Draw, what: For, card: u64) -> f64 {
+        draw.at(self.seed, &[self.index, what as u64, card])
+    }
+    fn unit(&self, what: For, card: u64) -> f64 {
+        uniform(self.seed, &[self.index, what as u64, card])
+    }
+    fn key(&self, what: For, card: u64) -> u64 {
+        // 53 bits: survives a round trip through TOML and JSON readers that hold numbers as f64.
+        hash(self.seed, &[self.index, what as u64, card]) >> 11
+    }
+    fn choice<'a, T>(&self, of: &'a [T], what: For, card: u64) -> &'a T {
+        &of[((self.unit(what, card) * of.len() as f64) as usize).min(of.len() - 1)]
+    }
+}
+
+/// The recipe of sample `index`. `pitch_of` gives the pitch (µm) of a pixel by its name.
+///
+/// # Errors
+/// A pixel that `pitch_of` does not know, or a geometric response without a pitch.
+pub fn recipe(
+    config: &DatasetConfig,
+    index: u64,
+    pitch_of: &dyn Fn(&str) -> Result<f64, CommandError>,
+) -> Result<Recipe, CommandError> {
+    let dice = Dice { seed: config.seed, index };
+    let focus_mm = dice.of(&config.lens.focus_mm, For::Focus, 0);
+    let (response, pixel_pitch) = match &config.response {
+        ResponseConfig::Wave { pixels } => {
+            let pixel = dice.choice(pixels, For::Pixel, 0).clone();
+            let pitch = pitch_of(&pixel)?;
+            (ResponseRecipe::Wave { pixel }, Some(pitch))
+        }
+        ResponseConfig::Geometric => (ResponseRecipe::Geometric { focal_length_um: None }, None),
+    };
+    let pitch = config.sensor.pitch_um.map(|d| dice.of(&d, For::Pitch, 0)).or(pixel_pitch);
+    let Some(pitch_um) = pitch else {
+        return Err(CommandError::input("sensor.pitch_um is absent; the geometric response has no pixel to take it from".into()));
+    };
+    Ok(Recipe {
+        lens: LensRecipe {
+            name: dice.choice(&config.lens.names, For::Lens, 0).clone(),
+            focus_mm: focus_mm.is_finite().then_some(focus_mm),
+            f_number: config.lens.f_number.map(|d| dice.of(&d, For::FNumber, 0)),
+            misalignments: Vec::new(),
+        },
+        sensor: SensorRecipe {
+            pitch_um,
+            subpixels: config.sensor.subpixels.clone(),
+            width: config.sensor.width,
+            height: config.sensor.height,
+            window: window(config, &dice),
+            microlens_shift: config.sensor.microlens_shift,
+        },
+        response,
+        planes: planes(config, &dice, focus_mm)?,
+        environment: [0.0; 3],
+        exposure_ev: dice.of(&config.exposure_ev, For::Exposure, 0),
+        render: RenderSettings { rays_per_pixel: config.rays_per_pixel, seed: dice.key(For::Render, 0) },
+    })
+}
+
+fn window(config: &DatasetConfig, dice: &Dice) -> WindowRecipe {
+    match &config.sensor.window {
+        WindowConfig::Centre => WindowRecipe::Centre,
+        WindowConfig::Random { max_height_mm } => {
+            let radius = max_height_mm * dice.unit(For::WindowHeight, 0).sqrt();
+            let (sin, cos) = (dice.unit(For::WindowAzimuth, 0) * std::f64::consts::TAU).sin_cos();
+            WindowRecipe::Position { x_mm: radius * cos, y_mm: radius * sin }
+        }
+        WindowConfig::ChiefRayAngle { theta_deg, phi_deg } => WindowRecipe::ChiefRayAngle {
+            theta_deg: dice.of(theta_deg, For::WindowHeight, 0),
+            phi_deg: dice.of(phi_deg, For::WindowAzimuth, 0),
+        },
+    }
+}
+
+/// Background first, then the cards.
+fn planes(config: &DatasetConfig, dice: &Dice, focus_mm: f64) -> Result<Vec<PlaneRecipe>, CommandError> {
+    let scene = &config.scene;
+    let background_mm = focus_mm * dice.of(&scene.background_over_focus, For::Background, 0);
+    // The background's chart goes through the list in turn, so that a small set shows them all.
+    let kind = &scene.charts[dice.index as usize % scene.charts.len()];
+    let mut planes = vec![PlaneRecipe {
+        chart: random_spec(kind, dice.key(For::Chart, 0))?,
+        chart_seed: dice.key(For::Chart, 0),
+        texture_px: scene.texture_px,
+        distance_mm: background_mm,
+        extent: ExtentRecipe::Fill,
+        tilt_x_deg: dice.of(&scene.tilt_deg, For::TiltX, 0),
+        tilt_y_deg: dice.of(&scene.tilt_deg, For::TiltY, 0),
+        roll_deg: 0.0,
+        cutout: None,
+    }];
+    for card in 1..=dice.of(&scene.cards, For::Cards, 0) as u64 {
+        let depth = focus_mm * dice.of(&scene.card_over_focus, For::CardDepth, card);
+        let key = dice.key(For::Chart, card);
+        planes.push(PlaneRecipe {
+            chart: random_spec(dice.choice(&scene.charts, For::CardChart, card), key)?,
+            chart_seed: key,
+            texture_px: scene.texture_px / 2,
+            distance_mm: depth.min(0.95 * background_mm),
+            extent: ExtentRecipe::Window {
+                x: 0.1 + 0.8 * dice.unit(For::CardX, card),
+                y: 0.1 + 0.8 * dice.unit(For::CardY, card),
+                size: dice.of(&scene.card_size, For::CardSize, card),
+            },
+            tilt_x_deg: 0.0,
+            tilt_y_deg: 0.0,
+            roll_deg: 30.0 * (2.0 * dice.unit(For::CardRoll, card) - 1.0),
+            cutout: Some(MaskSpec::random(dice.key(For::Mask, card))),
+        });
+    }
+    Ok(planes)
+}

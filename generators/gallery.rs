@@ -1,0 +1,129 @@
+//! `index.html`: the contact sheets of a dataset on one page that opens from disk, with no script and no network.
+
+use std::fmt::Write;
+
+use datasets_spec::{Range, SampleEntry, SampleMeta, Split, paths};
+
+use crate::preview::number;
+
+const STYLE: &str = "\
+:root{color-scheme:dark}\
+body{margin:0;padding:2rem clamp(1rem,4vw,4rem);background:#161618;color:#ddd;font:16px/1.5 system-ui,sans-serif}\
+h1{font-size:1.6rem;margin:0}p.lead{color:#999;margin:.3rem 0 2rem}\
+main{display:grid;gap:1.5rem;grid-template-columns:repeat(auto-fill,minmax(min(100%,34rem),1fr))}\
+article{background:#202022;border:1px solid #333;border-radius:10px;overflow:hidden}\
+img{display:block;width:100%;height:auto}\
+.text{padding:.8rem 1rem 1rem}h2{font-size:1.05rem;margin:0 0 .5rem;display:flex;gap:.6rem;align-items:center}\
+.split{font-size:.75rem;font-weight:600;padding:.05rem .5rem;border-radius:1rem;background:#2f4a3a;color:#bfe5cd}\
+.val{background:#4a432f;color:#e8dcb4}.test{background:#4a2f3c;color:#eabfd2}\
+dl{display:grid;grid-template-columns:auto 1fr;gap:.1rem .9rem;margin:0;font-size:.9rem}\
+dt{color:#999}dd{margin:0}.files{margin:.7rem 0 0;font-size:.85rem}a{color:#8ab4f8}";
+
+/// The page; `entries` and `metas` are in the same order.
+pub fn page(entries: &[SampleEntry], metas: &[&SampleMeta]) -> String {
+    let mut html = String::from(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>quadpixel dataset</title>\n",
+    );
+    let count = |split: Split| entries.iter().filter(|entry| entry.split == split).count();
+    // Writing to a String cannot fail.
+    let _ = write!(
+        html,
+        "<style>{STYLE}</style>\n</head>\n<body>\n<h1>quadpixel dataset</h1>\n<p class=\"lead\">{} samples: {} train, \
+         {} val, {} test. <a href=\"{}\">{}</a></p>\n<main>\n",
+        entries.len(),
+        count(Split::Train),
+        count(Split::Val),
+        count(Split::Test),
+        paths::DATASET,
+        paths::DATASET,
+    );
+    for (entry, meta) in entries.iter().zip(metas) {
+        card(&mut html, entry, meta);
+    }
+    html.push_str("</main>\n</body>\n</html>\n");
+    html
+}
+
+fn card(html: &mut String, entry: &SampleEntry, meta: &SampleMeta) {
+    let folder = format!("{}/{}", paths::SAMPLES, entry.id);
+    let (sheet, id, split) = (paths::PREVIEW, &entry.id, entry.split.name());
+    let size = meta.files.iter().find(|file| file.name == sheet);
+    let (width, height) = size.map_or((0, 0), |file| (file.width, file.height));
+    let _ = write!(
+        html,
+        "<article>\n<a href=\"{folder}/{sheet}\"><img src=\"{folder}/{sheet}\" width=\"{width}\" height=\"{height}\" \
+         loading=\"lazy\" alt=\"contact sheet of sample {id}\"></a>\n<div class=\"text\"><h2>{id} \
+         <span class=\"split {split}\">{split}</span></h2>\n<dl>\n",
+    );
+    for (term, text) in facts(meta) {
+        let _ = writeln!(html, "<dt>{term}</dt><dd>{}</dd>", escaped(&text));
+    }
+    html.push_str("</dl>\n<p class=\"files\">");
+    let names = meta.files.iter().map(|file| file.name.as_str());
+    for name in names.filter(|name| *name != sheet).chain([paths::META]) {
+        let _ = write!(html, "<a href=\"{folder}/{name}\">{name}</a> ");
+    }
+    html.push_str("</p></div>\n</article>\n");
+}
+
+fn facts(meta: &SampleMeta) -> Vec<(&'static str, String)> {
+    let between = |range: Option<Range>, unit: &str| match range {
+        Some(Range { min, max }) if min == max => format!("{} {unit}", number(min)),
+        Some(Range { min, max }) => format!("{} to {} {unit}", number(min), number(max)),
+        None => "none".to_string(),
+    };
+    let focus = match meta.focus.distance_m {
+        Some(distance) => format!("{} m", number(distance)),
+        None => "infinity".to_string(),
+    };
+    let sensor = &meta.sensor;
+    let pixels = format!(
+        "{} × {} of {} µm, {} × {} sub-pixels, {} response",
+        sensor.width_px,
+        sensor.height_px,
+        number(sensor.pitch_um),
+        sensor.subpixels.columns,
+        sensor.subpixels.rows,
+        meta.response.model
+    );
+    let lens = format!(
+        "{}, f = {} mm, F/{}",
+        meta.lens.name,
+        number(meta.lens.efl_mm),
+        number(meta.lens.f_number)
+    );
+    vec![
+        ("lens", lens),
+        ("focus", focus),
+        ("charts", meta.scene.charts.join(", ")),
+        ("depth", between(meta.ranges.depth_m, "m")),
+        ("disparity dx", between(meta.ranges.dx_px, "px")),
+        ("blur", between(meta.ranges.coc_px, "px")),
+        ("pixels", pixels),
+    ]
+}
+
+fn escaped(text: &str) -> String {
+    let replace = |c: char| match c {
+        '&' => "&amp;".to_string(),
+        '<' => "&lt;".to_string(),
+        '>' => "&gt;".to_string(),
+        '"' => "&quot;".to_string(),
+        other => other.to_string(),
+    };
+    text.chars().map(replace).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_from_a_configuration_cannot_write_markup() {
+        assert_eq!(
+            escaped("<img src=\"x\">&"),
+            "&lt;img src=&quot;x&quot;&gt;&amp;"
+        );
+    }
+}

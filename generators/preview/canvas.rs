@@ -1,0 +1,138 @@
+//! A small sRGB canvas: pictures fitted into boxes, colour bars and text; and the colour maps.
+
+use quadpixel::image::Image;
+
+use super::font::glyph;
+
+/// An 8-bit sRGB colour.
+pub(crate) type Rgb = [u8; 3];
+
+/// A finished picture, row-major sRGB.
+#[derive(Clone, Debug)]
+pub struct Sheet {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// width × height × 3 codes.
+    pub rgb: Vec<u8>,
+}
+
+/// Width of a character with its gap, px a unit of scale.
+pub(super) const ADVANCE: usize = 6;
+
+impl Sheet {
+    pub(crate) fn new(width: usize, height: usize, background: Rgb) -> Self {
+        Self {
+            width,
+            height,
+            rgb: background.repeat(width * height),
+        }
+    }
+
+    pub(crate) fn set(&mut self, x: usize, y: usize, colour: Rgb) {
+        if x < self.width && y < self.height {
+            let at = (y * self.width + x) * 3;
+            self.rgb[at..at + 3].copy_from_slice(&colour);
+        }
+    }
+
+    /// Text with its top left corner at (x, y); what runs over the edge is cut.
+    pub(crate) fn text(&mut self, x: usize, y: usize, scale: usize, text: &str, colour: Rgb) {
+        for (place, c) in text.chars().enumerate() {
+            for (column, bits) in glyph(c).into_iter().enumerate() {
+                for row in (0..7).filter(|row| bits >> row & 1 == 1) {
+                    for (dx, dy) in (0..scale * scale).map(|i| (i % scale, i / scale)) {
+                        let left = x + (place * ADVANCE + column) * scale;
+                        self.set(left + dx, y + row * scale + dy, colour);
+                    }
+                }
+            }
+        }
+    }
+
+    /// An image fitted into the square of `side` px at (x, y), centred; enlarged by whole source pixels' copies, reduced by
+    /// box averages. `colour` turns a pixel's averaged channels into sRGB.
+    pub(crate) fn picture(
+        &mut self,
+        (x, y, side): (usize, usize, usize),
+        image: &Image,
+        colour: impl Fn(&[f32]) -> Rgb,
+    ) {
+        let (width, height) = (image.width(), image.height());
+        let longest = width.max(height);
+        let (w, h) = (
+            (width * side / longest).max(1),
+            (height * side / longest).max(1),
+        );
+        let (left, top) = (x + (side - w) / 2, y + (side - h) / 2);
+        let mut mean = vec![0.0f32; image.channels()];
+        for j in 0..h {
+            let rows = j * height / h..((j + 1) * height / h).max(j * height / h + 1);
+            for i in 0..w {
+                let columns = i * width / w..((i + 1) * width / w).max(i * width / w + 1);
+                mean.fill(0.0);
+                for v in rows.clone() {
+                    for u in columns.clone() {
+                        mean.iter_mut()
+                            .zip(image.pixel(u, v))
+                            .for_each(|(m, p)| *m += p);
+                    }
+                }
+                let count = (rows.len() * columns.len()) as f32;
+                mean.iter_mut().for_each(|m| *m /= count);
+                self.set(left + i, top + j, colour(&mean));
+            }
+        }
+    }
+
+    /// A horizontal colour bar: `colour` of 0 to 1 from left to right.
+    pub(crate) fn bar(
+        &mut self,
+        (x, y): (usize, usize),
+        (width, height): (usize, usize),
+        colour: impl Fn(f32) -> Rgb,
+    ) {
+        for i in 0..width {
+            let own = colour(i as f32 / (width - 1).max(1) as f32);
+            (0..height).for_each(|j| self.set(x + i, y + j, own));
+        }
+    }
+}
+
+/// Viridis (van der Walt & Smith, CC0) at eight places, interpolated; 0 dark violet, 1 yellow.
+pub(crate) fn viridis(t: f32) -> Rgb {
+    const STOPS: [Rgb; 8] = [
+        [68, 1, 84],
+        [70, 50, 127],
+        [54, 92, 141],
+        [39, 127, 142],
+        [31, 161, 135],
+        [74, 194, 109],
+        [159, 218, 58],
+        [253, 231, 37],
+    ];
+    blend(&STOPS, t)
+}
+
+/// Blue at 0 (negative) over white to red at 1 (positive).
+pub(crate) fn blue_white_red(t: f32) -> Rgb {
+    const STOPS: [Rgb; 5] = [
+        [33, 102, 172],
+        [146, 197, 222],
+        [247, 247, 247],
+        [244, 165, 130],
+        [178, 24, 43],
+    ];
+    blend(&STOPS, t)
+}
+
+fn blend(stops: &[Rgb], t: f32) -> Rgb {
+    let place = t.clamp(0.0, 1.0) * (stops.len() - 1) as f32;
+    let low = (place as usize).min(stops.len() - 2);
+    let part = place - low as f32;
+    std::array::from_fn(|c| {
+        let (a, b) = (f32::from(stops[low][c]), f32::from(stops[low + 1][c]));
+        (a + (b - a) * part).round() as u8
+    })
+}

@@ -1,0 +1,182 @@
+//! A recipe: everything that makes one sample, fully drawn. `qpgen render` reads one from TOML; `qpgen dataset` draws many from
+//! its configuration and records each in the sample's metadata, so that any sample can be rendered again alone.
+
+use quadpixel::lens::Misalignment;
+use quadpixel::render::RenderSettings;
+use quadpixel::sensor::ShiftRule;
+use serde::{Deserialize, Serialize};
+
+use crate::charts::ChartSpec;
+use crate::charts::mask::MaskSpec;
+
+/// One sample.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Recipe {
+    /// Main lens and its focus.
+    pub lens: LensRecipe,
+    /// Sensor window.
+    pub sensor: SensorRecipe,
+    /// The pixel's angular response.
+    pub response: ResponseRecipe,
+    /// Flat cards; the nearest one that a ray meets is seen.
+    pub planes: Vec<PlaneRecipe>,
+    /// Linear RGB radiance of everything beside the cards.
+    #[serde(default)]
+    pub environment: [f32; 3],
+    /// Exposure in stops: at 0, a white wall (radiance 1) gives a sum of 1 in the middle of the window.
+    #[serde(default)]
+    pub exposure_ev: f64,
+    /// Rays and the seed of their samples.
+    pub render: RenderSettings,
+}
+
+/// Main lens.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LensRecipe {
+    /// Name in the lens library, or a `.json` or `.zmx` file.
+    pub name: String,
+    /// Depth that is in focus, mm from the first lens vertex; absent (or `inf`): infinity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub focus_mm: Option<f64>,
+    /// Stops the lens down to this F-number; absent: wide open.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub f_number: Option<f64>,
+    /// Misplaced elements.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub misalignments: Vec<Misalignment>,
+}
+
+/// Sensor window.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SensorRecipe {
+    /// Pitch of the microlenses, µm.
+    pub pitch_um: f64,
+    /// Sub-pixels below each microlens, columns × rows, such as `2x2`.
+    pub subpixels: String,
+    /// Microlenses in a row of the window.
+    pub width: usize,
+    /// Rows of microlenses in the window.
+    pub height: usize,
+    /// Where on the sensor the window is.
+    #[serde(default)]
+    pub window: WindowRecipe,
+    /// How microlenses follow the chief ray.
+    #[serde(default = "chief_ray")]
+    pub microlens_shift: ShiftRule,
+}
+
+fn chief_ray() -> ShiftRule {
+    ShiftRule::ChiefRay
+}
+
+/// Where the window is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, tag = "at")]
+pub enum WindowRecipe {
+    /// Around the optical axis.
+    #[default]
+    Centre,
+    /// Around a place on the sensor.
+    Position {
+        /// Sensor frame, mm: grows with the stored columns.
+        x_mm: f64,
+        /// Sensor frame, mm: grows with the stored rows.
+        y_mm: f64,
+    },
+    /// Around the place where the main lens's chief ray arrives at this angle.
+    ChiefRayAngle {
+        /// Angle to the axis, deg.
+        theta_deg: f64,
+        /// Azimuth in the sensor frame, deg.
+        phi_deg: f64,
+    },
+}
+
+/// The pixel's angular response.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, tag = "model")]
+pub enum ResponseRecipe {
+    /// Wave propagation through a pixel stack: a built-in one, or a TOML file.
+    Wave {
+        /// Name of a built-in pixel or path of a `.toml` file.
+        pixel: String,
+    },
+    /// The ideal box of the paper's equation 2 (its classic mode).
+    Geometric {
+        /// Focal length of the microlens, µm; absent: as fits the F-number of the main lens.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        focal_length_um: Option<f64>,
+    },
+    /// A table from a file.
+    Table {
+        /// `.npz` file of an angular response.
+        file: String,
+    },
+}
+
+/// A flat card.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneRecipe {
+    /// What is printed on it.
+    pub chart: ChartSpec,
+    /// Seed of the chart.
+    #[serde(default)]
+    pub chart_seed: u64,
+    /// Side of the chart's texture, texels.
+    #[serde(default = "texture_px")]
+    pub texture_px: usize,
+    /// Depth of its middle, mm from the first lens vertex.
+    pub distance_mm: f64,
+    /// Its place and size.
+    #[serde(default)]
+    pub extent: ExtentRecipe,
+    /// Tilt about the horizontal axis, deg; positive: the upper edge goes away.
+    #[serde(default)]
+    pub tilt_x_deg: f64,
+    /// Tilt about the vertical axis, deg; positive: the right edge goes away.
+    #[serde(default)]
+    pub tilt_y_deg: f64,
+    /// Turn in its own plane, deg.
+    #[serde(default)]
+    pub roll_deg: f64,
+    /// Shape that is cut from it; absent: the whole rectangle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cutout: Option<MaskSpec>,
+}
+
+fn texture_px() -> usize {
+    1024
+}
+
+/// Place and size of a card.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, tag = "of")]
+pub enum ExtentRecipe {
+    /// Fills the window's field of view, with a margin for blur.
+    #[default]
+    Fill,
+    /// In parts of the window: (0, 0) is its upper left corner as stored, (1, 1) its lower right one.
+    Window {
+        /// Centre, fraction of the window's width.
+        x: f64,
+        /// Centre, fraction of the window's height.
+        y: f64,
+        /// Side, as a fraction of the window's width.
+        size: f64,
+    },
+    /// In mm in the camera frame.
+    Mm {
+        /// Centre: to the photographer's right.
+        x_mm: f64,
+        /// Centre: up.
+        y_mm: f64,
+        /// Width.
+        width_mm: f64,
+        /// Height.
+        height_mm: f64,
+    },
+}

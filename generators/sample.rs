@@ -1,0 +1,125 @@
+//! Recipe → rendered sample with all its truths, ready for the writer.
+
+use quadpixel::image::Image;
+use quadpixel::image::raster::Levels;
+use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField, DisparityMaps, WhiteField};
+use quadpixel::render::{Execution, SubPixelImage, render};
+use quadpixel::sensor::Subpixels;
+use quadpixel::spectrum::ChannelWavelengths;
+use quadpixel::units::M_PER_MM;
+
+use crate::assemble::{self, Responses};
+use crate::command_error::CommandError;
+use crate::describe::describe;
+use crate::recipe::Recipe;
+use crate::writer::{Description, RawEncoding, SampleFiles};
+
+/// Headroom of the 16-bit mosaic: the linear value (of one sub-pixel) at its white level, as a multiple of an equal share of 1.
+const RAW_HEADROOM: f32 = 2.0;
+
+/// A rendered sample. Images are linear, scaled by the exposure.
+pub struct Sample {
+    mosaic: SubPixelImage,
+    target: Image,
+    depth_m: Image,
+    distance_m: Image,
+    disparity: DisparityMaps,
+    coc_px: Image,
+    occlusion: Image,
+    valid: Vec<bool>,
+    description: Description,
+}
+
+/// What a sample is part of.
+#[derive(Clone, Debug)]
+pub struct SampleId {
+    /// Its number.
+    pub index: u32,
+    /// Hash of the configuration that it was drawn from.
+    pub configuration_blake3: String,
+}
+
+/// Renders a recipe. `progress` hears of rays done.
+///
+/// # Errors
+/// What a field of the recipe is and may be.
+pub fn render_sample(
+    recipe: &Recipe,
+    id: SampleId,
+    responses: &mut Responses,
+    response_progress: &(dyn Fn(usize, usize) + Sync),
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Sample, CommandError> {
+    let subpixels: Subpixels = recipe
+        .sensor
+        .subpixels
+        .parse()
+        .map_err(|e: quadpixel::sensor::SubpixelsError| CommandError::input(format!("sensor.subpixels: {e}")))?;
+    if !(1..=1 << 24).contains(&recipe.render.rays_per_pixel) {
+        let n = recipe.render.rays_per_pixel;
+        return Err(CommandError::input(format!("render.rays_per_pixel is {n}; allowed: 1 to 16777216")));
+    }
+    let response = responses.get(recipe, subpixels, response_progress)?;
+    let camera = assemble::camera(recipe, &response, subpixels)?;
+    let scene = assemble::scene(recipe, &camera)?;
+    let white = WhiteField::new(&camera);
+    let chief = ChiefRays::new(&camera);
+    let geometry = chief.geometry(&camera, &scene);
+    let (Some(field), Some(defocus)) = (DisparityField::new(&camera, ChannelWavelengths::REFERENCE), Defocus::new(&camera))
+    else {
+        unreachable!("a camera with a lens has a focus");
+    };
+    let surfaces = (scene.planes().len() > 1).then_some(geometry.surfaces.as_slice());
+    let rendered = render(&camera, &scene, &recipe.render, &Execution::default(), surfaces, progress);
+
+    let gain = recipe.exposure_ev.exp2() / white.reference_sr();
+    let mut mosaic = rendered.image;
+    mosaic.scale(gain as f32);
+    let mut target = chief.target(&camera, &scene, &white);
+    target.data_mut().iter_mut().for_each(|x| *x *= gain as f32);
+    let (width, height) = (camera.sensor().width(), camera.sensor().height());
+    let pitch_mm = camera.sensor().pitch_mm();
+    let per_pixel = |f: &dyn Fn(f32) -> f32| {
+        let data = geometry.depth_mm.data().iter().map(|&d| f(d)).collect();
+        Image::from_vec(width, height, 1, data).unwrap_or_else(|| unreachable!("one value a pixel"))
+    };
+    let coc_px = per_pixel(&|d| (defocus.circle_of_confusion_mm(f64::from(d)) / pitch_mm) as f32);
+    let metres = |image: &Image| {
+        let mut image = image.clone();
+        image.data_mut().iter_mut().for_each(|x| *x *= M_PER_MM as f32);
+        image
+    };
+    let valid = geometry.depth_mm.data().iter().map(|d| !d.is_nan()).collect();
+    let description = describe(recipe, id, &camera, &response, gain, &rendered.stats)?;
+    Ok(Sample {
+        target,
+        depth_m: metres(&geometry.depth_mm),
+        distance_m: metres(&geometry.distance_mm),
+        disparity: field.maps(&camera, &geometry.depth_mm),
+        coc_px,
+        occlusion: rendered.occlusion.unwrap_or_else(|| Image::zeros(width, height, 1)),
+        valid,
+        description,
+        mosaic,
+    })
+}
+
+impl Sample {
+    /// What the writer takes.
+    pub fn files(&self) -> SampleFiles<'_> {
+        let share = 1.0 / self.mosaic.subpixels.count() as f32;
+        SampleFiles {
+            raw: &self.mosaic.mosaic,
+            raw_encoding: RawEncoding::Png(Levels::full_range(RAW_HEADROOM * share)),
+            target: &self.target,
+            depth_m: &self.depth_m,
+            distance_m: Some(&self.distance_m),
+            traced_px: &self.disparity.traced,
+            paraxial_px: &self.disparity.paraxial,
+            coc_px: &self.coc_px,
+            occlusion: &self.occlusion,
+            valid: &self.valid,
+            description: self.description.clone(),
+        }
+    }
+}

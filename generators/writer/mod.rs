@@ -1,0 +1,269 @@
+//! Writes one sample into the native layout (datasets_spec, SPEC.md), and finishes a dataset of them.
+//!
+//! A sample is written into `samples/.tmp-NNNNNN` and renamed to `samples/NNNNNN` when it is whole, so a folder under its
+//! final name is always complete and an interrupted run goes on where it stopped ([`finished_sample`]).
+
+mod dataset;
+mod encode;
+mod truth;
+mod views;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use datasets_spec as spec;
+use datasets_spec::paths;
+use quadpixel::file::{self, FileError};
+use quadpixel::image::raster::Levels;
+use quadpixel::image::{Image, ImageError};
+
+pub use dataset::{Dataset, finish_dataset};
+pub use views::{left_right, split_views, sum_of};
+
+/// What a sample consists of. W × H pixels of m × n sub-pixels; every image has row 0 on top.
+#[derive(Clone, Debug)]
+pub struct SampleFiles<'a> {
+    /// The sub-pixel mosaic, m·W × n·H, linear, one channel a colour: finite and not negative.
+    pub raw: &'a Image,
+    /// How the mosaic is stored.
+    pub raw_encoding: RawEncoding,
+    /// The all-in-focus image, W × H, linear, on the scale of the sum of all sub-pixels.
+    pub target: &'a Image,
+    /// z from the first lens vertex, m, one channel; +inf for the sky.
+    pub depth_m: &'a Image,
+    /// Distance from the first lens vertex, m, one channel; left out of the sample if `None`.
+    pub distance_m: Option<&'a Image>,
+    /// Traced disparity (dx, dy), px, two channels: one image a sub-pixel in stored order.
+    pub traced_px: &'a [Image],
+    /// The paraxial disparity, alike.
+    pub paraxial_px: &'a [Image],
+    /// Signed circle of confusion, px, one channel.
+    pub coc_px: &'a Image,
+    /// Fraction (0 to 1) of the pupil that sees another surface than the chief ray, one channel.
+    pub occlusion: &'a Image,
+    /// Where the float maps apply. A pixel with NaN in any of them is invalid too, and NaN goes into all of them there.
+    pub valid: &'a [bool],
+    /// Everything else.
+    pub description: Description,
+}
+
+/// How the raw mosaic is stored.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RawEncoding {
+    /// 16-bit PNG with these levels.
+    Png(Levels),
+    /// Half-float EXR.
+    Exr,
+}
+
+/// What only the renderer knows of a sample; the writer adds files, ranges and counts to make [`spec::SampleMeta`].
+#[derive(Clone, Debug)]
+pub struct Description {
+    /// Number of the sample; its name has six digits.
+    pub index: u32,
+    /// [`configuration_hash`] of the run.
+    pub configuration_blake3: String,
+    /// The sample's own seed.
+    pub seed: u64,
+    /// The scene.
+    pub scene: spec::Scene,
+    /// The main lens.
+    pub lens: spec::Lens,
+    /// Focus.
+    pub focus: spec::Focus,
+    /// Sensor window and sub-pixels.
+    pub sensor: spec::Sensor,
+    /// Angular response.
+    pub response: spec::Response,
+    /// Colour channels of raw and target.
+    pub channels: Vec<spec::Channel>,
+    /// Exposure.
+    pub exposure: spec::Exposure,
+    /// Noise.
+    pub noise: spec::Noise,
+    /// Pinhole camera.
+    pub intrinsics: spec::Intrinsics,
+    /// Effects simulated and left out.
+    pub effects: spec::Effects,
+    /// Rays a pixel and channel.
+    pub rays_per_pixel: u32,
+    /// Rays in all.
+    pub rays: u64,
+    /// Lost rays.
+    pub lost: spec::LostRays,
+    /// Mean relative standard error of the sum.
+    pub mean_relative_standard_error: Option<f64>,
+}
+
+/// A sample on disk.
+#[derive(Clone, Debug)]
+pub struct WrittenSample {
+    /// Its description as written.
+    pub meta: spec::SampleMeta,
+    /// Its files, with paths below the dataset's folder.
+    pub files: Vec<spec::FileEntry>,
+}
+
+/// Why a sample or dataset could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The file system said no.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A picture could not be stored.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// A name or number that is not allowed.
+    #[error(transparent)]
+    Path(#[from] paths::PathError),
+    /// An input does not have the shape that the sensor asks for.
+    #[error("sample {sample}: {what}")]
+    Input {
+        /// Name of the sample.
+        sample: String,
+        /// What does not fit, and what would.
+        what: String,
+    },
+    /// Something is there already that this run may not replace.
+    #[error("{}: {what}", path.display())]
+    Occupied {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why it is in the way.
+        what: String,
+    },
+    /// A description cannot be written as JSON.
+    #[error("{}: cannot be written as JSON: {cause}", path.display())]
+    Json {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        cause: serde_json::Error,
+    },
+}
+
+/// BLAKE3 hash of a configuration: of its JSON with sorted keys and no spaces.
+pub fn configuration_hash(configuration: &serde_json::Value) -> String {
+    blake3::hash(configuration.to_string().as_bytes())
+        .to_hex()
+        .to_string()
+}
+
+/// Writes a sample below `root` (created if missing).
+///
+/// Errors: an image of another size than the sensor's, light that is negative or not finite, a sample of that name, the disk.
+/// Nothing is left under the final name then.
+pub fn write_sample(root: &Path, sample: &SampleFiles<'_>) -> Result<WrittenSample, WriteError> {
+    let name = paths::sample_name(sample.description.index)?;
+    let folder = root.join(paths::SAMPLES).join(&name);
+    if folder.exists() {
+        return Err(WriteError::Occupied {
+            path: folder,
+            what: "there is a sample of this name already".into(),
+        });
+    }
+    let (meta, contents) = encode::encode(sample, &name)?;
+    let aside = folder.with_file_name(format!(".tmp-{name}"));
+    let result = write_folder(&aside, &folder, &contents);
+    if result.is_err() {
+        // The first error is the one to tell; a leftover that cannot be removed changes nothing about it.
+        let _ = fs::remove_dir_all(&aside);
+    }
+    result?;
+    let own = |(file, bytes): &(String, Vec<u8>)| {
+        spec::FileEntry::of(&format!("{}/{name}/{file}", paths::SAMPLES), bytes)
+    };
+    Ok(WrittenSample {
+        meta,
+        files: contents.iter().map(own).collect(),
+    })
+}
+
+/// Writes a sample of no dataset as the new folder `folder`; as [`write_sample`] otherwise.
+pub fn write_alone(folder: &Path, sample: &SampleFiles<'_>) -> Result<WrittenSample, WriteError> {
+    if folder.exists() {
+        return Err(WriteError::Occupied {
+            path: folder.to_path_buf(),
+            what: "is there already: choose a new folder".into(),
+        });
+    }
+    let name = paths::sample_name(sample.description.index)?;
+    let (meta, contents) = encode::encode(sample, &name)?;
+    let aside = file::aside(folder);
+    let result = write_folder(&aside, folder, &contents);
+    if result.is_err() {
+        let _ = fs::remove_dir_all(&aside);
+    }
+    result?;
+    let own = |(file, bytes): &(String, Vec<u8>)| spec::FileEntry::of(file, bytes);
+    Ok(WrittenSample {
+        meta,
+        files: contents.iter().map(own).collect(),
+    })
+}
+
+fn write_folder(
+    aside: &Path,
+    folder: &Path,
+    contents: &[(String, Vec<u8>)],
+) -> Result<(), FileError> {
+    if aside.exists() {
+        fs::remove_dir_all(aside).map_err(|cause| FileError::new(aside, "remove", cause))?;
+    }
+    file::create_folder(aside)?;
+    for (name, bytes) in contents {
+        let path = aside.join(name);
+        fs::write(&path, bytes).map_err(|cause| FileError::new(&path, "write", cause))?;
+    }
+    fs::rename(aside, folder).map_err(|cause| FileError::new(folder, "write", cause))
+}
+
+/// The sample of that number if an earlier run with the same configuration finished it.
+///
+/// Errors: it is there but of another configuration or version, or cannot be read.
+pub fn finished_sample(
+    root: &Path,
+    index: u32,
+    configuration_blake3: &str,
+) -> Result<Option<WrittenSample>, WriteError> {
+    let name = paths::sample_name(index)?;
+    let folder = root.join(paths::SAMPLES).join(&name);
+    if !folder.exists() {
+        return Ok(None);
+    }
+    let occupied = |what: &str| WriteError::Occupied {
+        path: folder.clone(),
+        what: what.into(),
+    };
+    let bytes = file::read(&folder.join(paths::META))?;
+    let meta: spec::SampleMeta = serde_json::from_slice(&bytes)
+        .map_err(|_| occupied("holds a sample of another version of this program"))?;
+    if meta.configuration_blake3 != configuration_blake3 || meta.tool_version != VERSION {
+        return Err(occupied(
+            "holds a sample of another configuration or version: choose another output folder",
+        ));
+    }
+    let mut names: Vec<&str> = meta.files.iter().map(|file| file.name.as_str()).collect();
+    names.push(paths::META);
+    names.sort_unstable();
+    let mut files = Vec::new();
+    for file_name in names {
+        let bytes = file::read(&folder.join(paths::checked_name(file_name)?))?;
+        let path = format!("{}/{name}/{file_name}", paths::SAMPLES);
+        files.push(spec::FileEntry::of(&path, &bytes));
+    }
+    Ok(Some(WrittenSample { meta, files }))
+}
+
+/// Version of this program, as written into the files.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// Pretty JSON with a final line feed.
+fn json<T: serde::Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, WriteError> {
+    let mut bytes = serde_json::to_vec_pretty(value).map_err(|cause| WriteError::Json {
+        path: path.to_path_buf(),
+        cause,
+    })?;
+    bytes.push(b'\n');
+    Ok(bytes)
+}

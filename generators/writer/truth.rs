@@ -1,0 +1,132 @@
+//! The truth maps made consistent: one validity for all of them, their ranges, and the tie between disparity and defocus.
+
+use datasets_spec::{CocDisparity, Range, Ranges};
+use quadpixel::image::Image;
+
+use super::{SampleFiles, left_right};
+
+/// Root-mean-square circle of confusion, px, below which its ratio to the disparity means nothing.
+const LEAST_DEFOCUS_PX: f64 = 0.5;
+
+/// The float maps with NaN exactly where `valid` is false.
+pub(super) struct Truth {
+    pub valid: Vec<bool>,
+    pub depth_m: Image,
+    pub distance_m: Option<Image>,
+    /// (dx, dy, paraxial dx, paraxial dy) a sub-pixel.
+    pub disparity_px: Vec<Image>,
+    pub coc_px: Image,
+}
+
+/// A pixel is valid where `sample.valid` says so and no map is NaN there.
+pub(super) fn masked(sample: &SampleFiles<'_>) -> Truth {
+    let mut valid = sample.valid.to_vec();
+    let maps = [sample.depth_m, sample.coc_px];
+    let maps = maps.into_iter().chain(sample.distance_m);
+    for map in maps.chain(sample.traced_px).chain(sample.paraxial_px) {
+        for (valid, values) in valid.iter_mut().zip(map.data().chunks(map.channels())) {
+            *valid &= !values.iter().any(|value| value.is_nan());
+        }
+    }
+    let mask = |mut map: Image| {
+        let channels = map.channels();
+        for (values, valid) in map.data_mut().chunks_mut(channels).zip(&valid) {
+            if !valid {
+                values.fill(f32::NAN);
+            }
+        }
+        map
+    };
+    let pairs = sample.traced_px.iter().zip(sample.paraxial_px);
+    Truth {
+        depth_m: mask(sample.depth_m.clone()),
+        distance_m: sample.distance_m.map(|map| mask(map.clone())),
+        disparity_px: pairs.map(|(a, b)| mask(side_by_side(a, b))).collect(),
+        coc_px: mask(sample.coc_px.clone()),
+        valid,
+    }
+}
+
+fn side_by_side(traced: &Image, paraxial: &Image) -> Image {
+    let mut both = Image::zeros(traced.width(), traced.height(), 4);
+    let pairs = traced.data().chunks(2).zip(paraxial.data().chunks(2));
+    for (to, (a, b)) in both.data_mut().chunks_mut(4).zip(pairs) {
+        to[..2].copy_from_slice(a);
+        to[2..].copy_from_slice(b);
+    }
+    both
+}
+
+/// Ranges over the finite values.
+pub(super) fn ranges(truth: &Truth) -> Ranges {
+    let disparity = |channel: usize| {
+        let own = truth.disparity_px.iter();
+        range(own.flat_map(|map| map.data().iter().skip(channel).step_by(4)))
+    };
+    Ranges {
+        depth_m: range(truth.depth_m.data()),
+        sky_pixels: truth
+            .depth_m
+            .data()
+            .iter()
+            .filter(|z| z.is_infinite())
+            .count() as u64,
+        dx_px: disparity(0),
+        dy_px: disparity(1),
+        coc_px: range(truth.coc_px.data()),
+    }
+}
+
+fn range<'a>(values: impl IntoIterator<Item = &'a f32>) -> Option<Range> {
+    let finite = values.into_iter().filter(|value| value.is_finite());
+    let grow = |range: Option<Range>, value: &f32| {
+        let value = f64::from(*value);
+        let (min, max) = range.map_or((value, value), |r| (r.min.min(value), r.max.max(value)));
+        Some(Range { min, max })
+    };
+    finite.fold(None, grow)
+}
+
+/// x_L − x_R of a pixel, px: the mean dx of the left sub-pixels minus that of the right ones; `None` for one column.
+pub(super) fn left_right_px(
+    disparity_px: &[Image],
+    columns: usize,
+    rows: usize,
+    channel: usize,
+) -> Option<Image> {
+    let (left, right) = left_right(columns, rows);
+    let first = disparity_px.first().filter(|_| !left.is_empty())?;
+    let mean = |side: &[usize], x: usize, y: usize| {
+        let values = side
+            .iter()
+            .map(|&i| f64::from(disparity_px[i].pixel(x, y)[channel]));
+        values.sum::<f64>() / side.len() as f64
+    };
+    let mut map = Image::zeros(first.width(), first.height(), 1);
+    for y in 0..first.height() {
+        for x in 0..first.width() {
+            map.pixel_mut(x, y)[0] = (mean(&left, x, y) - mean(&right, x, y)) as f32;
+        }
+    }
+    Some(map)
+}
+
+/// −Σ (x_L − x_R) c / Σ c² over the valid pixels, for the traced and the paraxial disparity.
+pub(super) fn coc_disparity(truth: &Truth, columns: usize, rows: usize) -> Option<CocDisparity> {
+    let ratio = |channel| {
+        let map = left_right_px(&truth.disparity_px, columns, rows, channel)?;
+        let (mut along, mut square, mut count) = (0.0, 0.0, 0.0);
+        for (&d, &c) in map.data().iter().zip(truth.coc_px.data()) {
+            if d.is_finite() && c.is_finite() {
+                along += f64::from(d) * f64::from(c);
+                square += f64::from(c) * f64::from(c);
+                count += 1.0;
+            }
+        }
+        (square > count * LEAST_DEFOCUS_PX * LEAST_DEFOCUS_PX).then(|| -along / square)
+    };
+    Some(CocDisparity {
+        traced_ratio: ratio(0)?,
+        paraxial_ratio: ratio(2)?,
+    })
+}

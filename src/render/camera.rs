@@ -1,0 +1,255 @@
+//! A camera ready to render: the lens at each channel's wavelength, its pupils over the window, the sensor, the response.
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use crate::frames::uv_from_camera_direction;
+use crate::lens::{
+    ExitPupilMap, Lens, LensError, OpticalSystem, PacketTracer, Paraxial, PupilEllipse, chief_ray,
+};
+use crate::response::{MovingFrame, Response, ResponseLookup};
+use crate::sensor::{FieldGrid, MicrolensShifts, Sensor, ShiftRule};
+use crate::spectrum::ChannelWavelengths;
+
+/// Why a camera cannot be put together.
+#[derive(Debug, thiserror::Error)]
+pub enum CameraError {
+    /// The lens fails at one of the wavelengths.
+    #[error(transparent)]
+    Lens(#[from] LensError),
+    /// Part of the window gets no light.
+    #[error(
+        "sensor window: no light reaches the place ({x_mm:.3}, {y_mm:.3}) mm, {height_mm:.3} mm from the axis: it lies outside \
+         the image circle of the lens; allowed: a window inside it"
+    )]
+    OutsideImageCircle {
+        /// Sensor position, mm.
+        x_mm: f64,
+        /// Sensor position, mm.
+        y_mm: f64,
+        /// Distance from the axis, mm.
+        height_mm: f64,
+    },
+    /// The response belongs to another pixel.
+    #[error(
+        "response: it has {response} sub-pixels and the sensor has {sensor}; allowed: the same m×n"
+    )]
+    SubpixelsDiffer {
+        /// m×n of the response.
+        response: String,
+        /// m×n of the sensor.
+        sensor: String,
+    },
+}
+
+/// Where the rays of a pixel are aimed.
+#[derive(Clone, Debug)]
+enum Pupils {
+    /// At the exit pupil of a lens, as seen from each place of the window.
+    OfLens(ExitPupilMap),
+    /// At one ellipse, from everywhere.
+    Fixed(PupilEllipse),
+}
+
+/// See the module. Everything that changes slowly over the sensor is tabulated here, once.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    sensor: Sensor,
+    /// R, G, B; a single one when the lens has no dispersion.
+    systems: Vec<OpticalSystem>,
+    tracers: Vec<PacketTracer>,
+    pupils: Pupils,
+    shifts: MicrolensShifts,
+    response: ResponseLookup,
+    paraxial: Option<Paraxial>,
+    wavelengths: ChannelWavelengths,
+}
+
+impl Camera {
+    /// Puts a focused lens, a sensor window, a microlens rule and a response together.
+    ///
+    /// # Errors
+    /// See [`CameraError`].
+    pub fn new(
+        lens: &Lens,
+        sensor: Sensor,
+        rule: ShiftRule,
+        response: &Response,
+        wavelengths: ChannelWavelengths,
+    ) -> Result<Self, CameraError> {
+        if response.subpixels() != sensor.subpixels() {
+            let (response, sensor) = (
+                response.subpixels().to_string(),
+                sensor.subpixels().to_string(),
+            );
+            return Err(CameraError::SubpixelsDiffer { response, sensor });
+        }
+        let reference = lens.at(wavelengths.reference_nm())?;
+        let systems = if lens.prescription().is_dispersive() {
+            wavelengths
+                .rgb_nm
+                .iter()
+                .map(|&w| lens.at(w))
+                .collect::<Result<Vec<_>, _>>()?
+        } else {
+            vec![reference.clone()]
+        };
+        let window = sensor.window_mm();
+        let size = (
+            FieldGrid::nodes_for(sensor.width()),
+            FieldGrid::nodes_for(sensor.height()),
+        );
+        let pupils = ExitPupilMap::new(&systems, window);
+        if let Some(dark) = corners(&sensor)
+            .into_iter()
+            .find(|p| pupils.at(p.x, p.y).is_none())
+        {
+            return Err(CameraError::OutsideImageCircle {
+                x_mm: dark.x,
+                y_mm: dark.y,
+                height_mm: dark.length(),
+            });
+        }
+        let shifts = match rule {
+            ShiftRule::Centred => MicrolensShifts::Centred,
+            ShiftRule::Linear { um_per_mm } => MicrolensShifts::Linear { um_per_mm },
+            ShiftRule::ChiefRay => MicrolensShifts::ChiefRay {
+                chief_uv: chief_field(&reference, &sensor, size),
+                frame: response.frame(),
+            },
+        };
+        Ok(Self {
+            tracers: systems.iter().map(PacketTracer::new).collect(),
+            paraxial: Some(lens.paraxial(wavelengths.reference_nm())?),
+            sensor,
+            systems,
+            pupils: Pupils::OfLens(pupils),
+            shifts,
+            response: response.at(wavelengths.reference_nm()),
+            wavelengths,
+        })
+    }
+
+    /// Bare pixels without a main lens at the origin of the camera frame, looking at `target` (z < 0): the camera of the paper's validation
+    /// experiments (section 2.2.2). Its microlenses are centred.
+    ///
+    /// # Errors
+    /// A response of other sub-pixels than the sensor's.
+    pub fn bare(
+        sensor: Sensor,
+        response: &Response,
+        wavelengths: ChannelWavelengths,
+        target: PupilEllipse,
+    ) -> Result<Self, CameraError> {
+        if response.subpixels() != sensor.subpixels() {
+            let (response, sensor) = (
+                response.subpixels().to_string(),
+                sensor.subpixels().to_string(),
+            );
+            return Err(CameraError::SubpixelsDiffer { response, sensor });
+        }
+        let system = OpticalSystem {
+            surfaces: Vec::new(),
+            stop: 0,
+            sensor_z_mm: 0.0,
+            wavelength_nm: wavelengths.reference_nm(),
+        };
+        Ok(Self {
+            tracers: vec![PacketTracer::new(&system)],
+            systems: vec![system],
+            sensor,
+            pupils: Pupils::Fixed(target),
+            shifts: MicrolensShifts::Centred,
+            response: response.at(wavelengths.reference_nm()),
+            paraxial: None,
+            wavelengths,
+        })
+    }
+
+    /// The sensor window.
+    pub fn sensor(&self) -> &Sensor {
+        &self.sensor
+    }
+    /// The pixel's response.
+    pub fn response(&self) -> &ResponseLookup {
+        &self.response
+    }
+    /// Where light lands behind a microlens.
+    pub fn response_frame(&self) -> MovingFrame {
+        self.response.frame()
+    }
+    /// Wavelength of each channel.
+    pub fn wavelengths(&self) -> ChannelWavelengths {
+        self.wavelengths
+    }
+    /// Paraxial data of the focused lens at the reference wavelength; `None` for bare pixels.
+    pub fn paraxial(&self) -> Option<&Paraxial> {
+        self.paraxial.as_ref()
+    }
+    /// The lens at the wavelength of a channel.
+    pub fn system(&self, channel: usize) -> &OpticalSystem {
+        &self.systems[channel.min(self.systems.len() - 1)]
+    }
+    /// Whether each channel is traced at its own wavelength.
+    pub fn is_dispersive(&self) -> bool {
+        self.systems.len() > 1
+    }
+    /// z of the sensor, camera frame, mm.
+    pub fn sensor_z_mm(&self) -> f64 {
+        self.systems[0].sensor_z_mm
+    }
+    /// The tracer of a channel; `None` where the channel shares the rays of the one before.
+    pub(super) fn tracer(&self, channel: usize) -> Option<&PacketTracer> {
+        self.tracers.get(channel)
+    }
+    /// The tracer that serves a channel.
+    pub(super) fn tracer_of(&self, channel: usize) -> &PacketTracer {
+        &self.tracers[channel.min(self.tracers.len() - 1)]
+    }
+    /// Bounds of the bundle that passes the lens from a sensor position.
+    pub fn pupil_at(&self, xy_mm: DVec2) -> Option<PupilEllipse> {
+        match &self.pupils {
+            Pupils::OfLens(map) => map.at(xy_mm.x, xy_mm.y),
+            Pupils::Fixed(ellipse) => Some(*ellipse),
+        }
+    }
+    /// Shift of the microlens at a sensor position, µm.
+    pub fn shift_at_um(&self, xy_mm: DVec2) -> DVec2 {
+        self.shifts.at_um(xy_mm)
+    }
+    /// Chief-ray angle (deg) at a sensor position, reference wavelength; `None` where no chief ray passes.
+    pub fn chief_ray_angle_deg(&self, xy_mm: DVec2) -> Option<f64> {
+        let system = self.system(ChannelWavelengths::REFERENCE);
+        chief_ray(system, xy_mm.x, xy_mm.y)
+            .ok()
+            .map(|r| r.direction.z.abs().min(1.0).acos().to_degrees())
+    }
+}
+
+/// Corners and centre of the window.
+fn corners(sensor: &Sensor) -> [DVec2; 5] {
+    let w = sensor.window_mm();
+    let at = |x: f64, y: f64| w.centre + DVec2::new(x * w.half_width, y * w.half_height);
+    [
+        at(0.0, 0.0),
+        at(-1.0, -1.0),
+        at(1.0, -1.0),
+        at(-1.0, 1.0),
+        at(1.0, 1.0),
+    ]
+}
+
+/// Direction cosines of the chief ray where it arrives, over the window. Where none passes, the value of the axis.
+fn chief_field(system: &OpticalSystem, sensor: &Sensor, (nx, ny): (usize, usize)) -> FieldGrid {
+    let window = sensor.window_mm();
+    let data = (0..nx * ny)
+        .into_par_iter()
+        .flat_map_iter(|k| {
+            let p = FieldGrid::node_mm(window, (nx, ny), (k % nx, k / nx));
+            let uv = chief_ray(system, p.x, p.y)
+                .map_or(DVec2::ZERO, |ray| uv_from_camera_direction(-ray.direction));
+            [uv.x, uv.y]
+        })
+        .collect();
+    FieldGrid::new(window, (nx, ny), 2, data).unwrap_or_else(|| unreachable!("two values a node"))
+}

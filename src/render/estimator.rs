@@ -1,0 +1,237 @@
+//! One pixel: aim rays, weigh them by the response, trace them, splat their radiance on all sub-pixels.
+
+use glam::{DVec2, DVec3};
+
+use super::camera::Camera;
+use super::stats::Tally;
+use super::{Execution, RenderSettings};
+use crate::frames::camera_from_sensor_mm;
+use crate::lens::{PupilEllipse, RayBatch};
+use crate::sampling::{SobolSet, concentric_disk, hash};
+use crate::scene::{Hits, RaySlices, Scene};
+
+/// Rays handled together: their arrays stay in the L1 and L2 caches.
+const BLOCK: usize = 256;
+
+/// Buffers that a thread reuses from pixel to pixel.
+#[derive(Clone, Debug, Default)]
+pub struct Workspace {
+    samples: [Vec<f64>; 4],
+    /// Origins on the sensor and unit directions away from it, camera frame.
+    aimed: [Vec<f64>; 6],
+    /// cos θ dω of each ray, sr, per dA = 1 mm².
+    measure: Vec<f64>,
+    u: Vec<f32>,
+    v: Vec<f32>,
+    weights: Vec<f32>,
+    batch: RayBatch,
+    hits: Hits,
+    radiance: Vec<f32>,
+}
+
+/// The pixel's own data that its rays share.
+pub(super) struct PixelAim {
+    pub position_mm: DVec2,
+    pub pupil: PupilEllipse,
+    pub shift_um: DVec2,
+    pub key: u64,
+}
+
+/// What is asked of a pixel beside its image.
+pub(super) struct Occlusion {
+    /// Surface that the chief ray meets.
+    pub chief_surface: u16,
+    /// Solid-angle-weighted sum over rays that meet another one, and over all that pass.
+    pub other: f64,
+    pub all: f64,
+}
+
+/// Adds the pixel's estimate to `out[channel * subpixels + subpixel]`.
+#[allow(clippy::too_many_arguments)]
+pub(super) fn estimate_pixel(
+    camera: &Camera,
+    scene: &Scene,
+    settings: &RenderSettings,
+    execution: &Execution,
+    sobol: &SobolSet,
+    aim: &PixelAim,
+    mut occlusion: Option<&mut Occlusion>,
+    work: &mut Workspace,
+    tally: &mut Tally,
+    out: &mut [f64],
+) {
+    out.fill(0.0);
+    let n_sub = camera.sensor().subpixels().count();
+    let mut first = 0;
+    while first < settings.rays_per_pixel {
+        let n = (settings.rays_per_pixel - first).min(BLOCK);
+        work.aim(camera, sobol, aim, first, n);
+        work.respond(camera, aim, n_sub);
+        for channel in 0..3 {
+            if let Some(tracer) = camera.tracer(channel) {
+                work.trace(tracer, execution);
+                tally.rays += n as u64;
+                (0..n).filter_map(|i| work.batch.get(i)?.err())
+                    .for_each(|f| tally.lost.count(f));
+                let rays = RaySlices {
+                    origin_mm: [&work.batch.ox, &work.batch.oy, &work.batch.oz],
+                    direction: [&work.batch.dx, &work.batch.dy, &work.batch.dz],
+                };
+                scene.intersect(rays, &mut work.hits);
+            }
+            work.radiance.resize(n, 0.0);
+            scene.radiance(&work.hits, channel, &mut work.radiance);
+            work.splat(n_sub, &mut out[channel * n_sub..][..n_sub]);
+            if channel == crate::spectrum::ChannelWavelengths::REFERENCE
+                && let Some(occlusion) = occlusion.as_deref_mut()
+            {
+                work.count_others(occlusion);
+            }
+        }
+        first += n;
+    }
+    let scale = aim.pupil.area_mm2() / settings.rays_per_pixel as f64;
+    out.iter_mut().for_each(|x| *x *= scale);
+}
+
+impl Workspace {
+    /// Rays `first .. first + n` of the pixel: origins, directions, measure.
+    fn aim(&mut self, camera: &Camera, sobol: &SobolSet, aim: &PixelAim, first: usize, n: usize) {
+        for (dim, s) in self.samples.iter_mut().enumerate() {
+            s.resize(n, 0.0);
+            sobol.fill(dim, aim.key, first, s);
+        }
+        self.aimed.iter_mut().for_each(|a| a.resize(n, 0.0));
+        self.measure.resize(n, 0.0);
+        let pitch = camera.sensor().pitch_mm();
+        let z = camera.sensor_z_mm();
+        let corner = aim.position_mm - DVec2::splat(0.5 * pitch);
+        let start = camera_from_sensor_mm(corner, z);
+        let PupilEllipse {
+            centre_mm: c,
+            axis_a_mm: a,
+            axis_b_mm: b,
+        } = aim.pupil;
+        let delta_z = c.z - z;
+        let [sx, sy, sp, sq] = &self.samples;
+        let [ox, oy, oz, dx, dy, dz] = &mut self.aimed;
+        let (sx, sy, sp, sq) = (&sx[..n], &sy[..n], &sp[..n], &sq[..n]);
+        let (ox, oy, oz) = (&mut ox[..n], &mut oy[..n], &mut oz[..n]);
+        let (dx, dy, dz) = (&mut dx[..n], &mut dy[..n], &mut dz[..n]);
+        let measure = &mut self.measure[..n];
+        for i in 0..n {
+            // The sensor frame's x runs against the camera frame's.
+            let (x, y) = (start.x - pitch * sx[i], start.y + pitch * sy[i]);
+            let (p, q) = concentric_disk(sp[i], sq[i]);
+            let ex = c.x + p * a.x + q * b.x - x;
+            let ey = c.y + p * a.y + q * b.y - y;
+            let squared = ex * ex + ey * ey + delta_z * delta_z;
+            let inverse = 1.0 / squared.sqrt();
+            (ox[i], oy[i], oz[i]) = (x, y, z);
+            (dx[i], dy[i], dz[i]) = (ex * inverse, ey * inverse, delta_z * inverse);
+            measure[i] = delta_z * delta_z / (squared * squared);
+        }
+    }
+
+    /// The response's weight of each ray on each sub-pixel, times its measure.
+    fn respond(&mut self, camera: &Camera, aim: &PixelAim, n_sub: usize) {
+        let n = self.measure.len();
+        self.u.resize(n, 0.0);
+        self.v.resize(n, 0.0);
+        let [_, _, _, dx, dy, _] = &self.aimed;
+        let (dx, dy) = (&dx[..n], &dy[..n]);
+        // Light travels against the traced direction; see `frames::uv_from_camera_direction`.
+        for i in 0..n {
+            self.u[i] = dx[i] as f32;
+            self.v[i] = -dy[i] as f32;
+        }
+        if aim.shift_um != DVec2::ZERO {
+            camera.response_frame().centred_batch(
+                aim.shift_um.to_array(),
+                &mut self.u,
+                &mut self.v,
+            );
+        }
+        self.weights.resize(n * n_sub, 0.0);
+        camera
+            .response()
+            .weights_batch(&self.u, &self.v, &mut self.weights);
+    }
+
+    /// Traces the aimed rays from the sensor into the scene.
+    fn trace(&mut self, tracer: &crate::lens::PacketTracer, execution: &Execution) {
+        let b = &mut self.batch;
+        let targets = [
+            &mut b.ox, &mut b.oy, &mut b.oz, &mut b.dx, &mut b.dy, &mut b.dz,
+        ];
+        for (target, source) in targets.into_iter().zip(&self.aimed) {
+            target.clone_from(source);
+        }
+        let n = b.ox.len();
+        b.status.clear();
+        b.status.resize(n, 0);
+        b.surface.clear();
+        b.surface.resize(n, 0);
+        tracer.trace_backward(b, execution.simd);
+    }
+
+    /// out[s] += Σ radiance · weight · measure over the rays that passed.
+    fn splat(&mut self, n_sub: usize, out: &mut [f64]) {
+        let rays = self
+            .radiance
+            .iter()
+            .zip(&self.measure)
+            .zip(self.weights.chunks_exact(n_sub))
+            .zip(&self.batch.status);
+        for (((&radiance, &measure), weights), &status) in rays {
+            // A lost ray carries nothing; its radiance may be that of a meaningless hit.
+            let value = if status == 0 {
+                f64::from(radiance) * measure
+            } else {
+                0.0
+            };
+            for (o, &w) in out.iter_mut().zip(weights) {
+                *o += value * f64::from(w);
+            }
+        }
+    }
+
+    /// How much of the pupil sees another surface than the chief ray.
+    fn count_others(&self, occlusion: &mut Occlusion) {
+        for ((&surface, &measure), &status) in self
+            .hits
+            .surface
+            .iter()
+            .zip(&self.measure)
+            .zip(&self.batch.status)
+        {
+            if status == 0 {
+                occlusion.all += measure;
+                if surface != occlusion.chief_surface {
+                    occlusion.other += measure;
+                }
+            }
+        }
+    }
+}
+
+impl PixelAim {
+    /// The aim of pixel (column, row); `None` where the lens lets no light through.
+    pub fn new(camera: &Camera, seed: u64, column: usize, row: usize) -> Option<Self> {
+        let position_mm = camera.sensor().position_mm(column as f64, row as f64);
+        Some(Self {
+            position_mm,
+            pupil: camera.pupil_at(position_mm)?,
+            shift_um: camera.shift_at_um(position_mm),
+            key: hash(seed, &[column as u64, row as u64]),
+        })
+    }
+}
+
+/// Origin of the ray through the middle of a pixel, camera frame, mm.
+pub(super) fn pixel_origin_mm(camera: &Camera, column: f64, row: f64) -> DVec3 {
+    camera_from_sensor_mm(
+        camera.sensor().position_mm(column, row),
+        camera.sensor_z_mm(),
+    )
+}

@@ -1,0 +1,126 @@
+//! All pixels, row by row, on all threads; the result does not depend on how many there are.
+
+use rayon::prelude::*;
+
+use super::camera::Camera;
+use super::estimator::{Occlusion, PixelAim, Workspace, estimate_pixel};
+use super::stats::Tally;
+use super::{Execution, RenderSettings, RenderStats, SubPixelImage};
+use crate::image::Image;
+use crate::sampling::{SobolSet, hash};
+use crate::scene::Scene;
+
+/// Every 8th pixel of every 8th row is rendered a second time with other samples, to measure the spread.
+const SPREAD_STRIDE: usize = 8;
+
+/// A render and what it says of itself.
+#[derive(Clone, Debug)]
+pub struct Rendered {
+    /// The mosaic, in sr times the unit of radiance.
+    pub image: SubPixelImage,
+    /// Rays, lost rays, spread.
+    pub stats: RenderStats,
+    /// Per pixel, the fraction of the passing pupil that sees another surface than the chief ray: W × H × 1, where
+    /// the surfaces of the chief rays were given.
+    pub occlusion: Option<Image>,
+}
+
+/// Renders the camera's window. `chief_surfaces` (row-major, one a pixel, from [`super::truth`]) asks for the occlusion map;
+/// `progress` hears of the rays of each finished row, from any thread.
+pub fn render(
+    camera: &Camera,
+    scene: &Scene,
+    settings: &RenderSettings,
+    execution: &Execution,
+    chief_surfaces: Option<&[u16]>,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Rendered {
+    let sensor = camera.sensor();
+    let (width, height, sub) = (sensor.width(), sensor.height(), sensor.subpixels());
+    let (m, n) = (sub.m(), sub.n());
+    let sobol = SobolSet::new(settings.rays_per_pixel);
+    let mut mosaic = Image::zeros(width * m, height * n, 3);
+    let mut occlusion = Image::zeros(if chief_surfaces.is_some() { width } else { 0 }, height, 1);
+    let second_seed = hash(settings.seed, &[0x5EC0_11D]);
+
+    let row = |(row, (mosaic, occlusion)): (usize, (&mut [f32], &mut [f32]))| {
+        let mut work = Workspace::default();
+        let mut tally = Tally::default();
+        let mut values = vec![0.0; 3 * sub.count()];
+        let mut again = values.clone();
+        for column in 0..width {
+            let Some(aim) = PixelAim::new(camera, settings.seed, column, row) else {
+                continue;
+            };
+            let mut others = chief_surfaces.map(|s| Occlusion {
+                chief_surface: s[row * width + column],
+                other: 0.0,
+                all: 0.0,
+            });
+            let mut pixel = |aim: &PixelAim,
+                             others: Option<&mut Occlusion>,
+                             tally: &mut Tally,
+                             out: &mut [f64]| {
+                estimate_pixel(
+                    camera, scene, settings, execution, &sobol, aim, others, &mut work, tally, out,
+                );
+            };
+            pixel(&aim, others.as_mut(), &mut tally, &mut values);
+            if let Some(others) = others.filter(|o| o.all > 0.0) {
+                occlusion[column] = (others.other / others.all) as f32;
+            }
+            if row % SPREAD_STRIDE == 0 && column % SPREAD_STRIDE == 0 {
+                let aim = PixelAim {
+                    key: hash(second_seed, &[column as u64, row as u64]),
+                    ..aim
+                };
+                pixel(&aim, None, &mut tally, &mut again);
+                let squares = values.iter().zip(&again).map(|(a, b)| (a - b) * (a - b));
+                tally.squared_difference += squares.sum::<f64>();
+                tally.pairs += values.len() as u64;
+            }
+            for (channel, of_channel) in values.chunks_exact(sub.count()).enumerate() {
+                for (index, &value) in of_channel.iter().enumerate() {
+                    let (x, y) = (column * m + index % m, index / m);
+                    mosaic[(y * width * m + x) * 3 + channel] = value as f32;
+                }
+            }
+        }
+        progress(tally.rays);
+        tally
+    };
+
+    // Collected in row order and summed in it, so that even the sums' rounding does not depend on the threads.
+    let tallies: Vec<Tally> = if occlusion.width() > 0 {
+        let occlusion = occlusion.data_mut().par_chunks_mut(width);
+        mosaic
+            .data_mut()
+            .par_chunks_mut(width * m * n * 3)
+            .zip(occlusion)
+            .enumerate()
+            .map(row)
+            .collect()
+    } else {
+        let rows = mosaic.data_mut().par_chunks_mut(width * m * n * 3);
+        rows.enumerate()
+            .map(|(i, r)| row((i, (r, &mut [][..]))))
+            .collect()
+    };
+    let tally = tallies.into_iter().fold(Tally::default(), Tally::merge);
+    let mean =
+        mosaic.data().iter().map(|&x| f64::from(x)).sum::<f64>() / mosaic.data().len() as f64;
+    let relative_spread = (mean > 0.0 && tally.pairs > 0)
+        .then(|| (tally.squared_difference / (2.0 * tally.pairs as f64)).sqrt() / mean);
+    Rendered {
+        image: SubPixelImage {
+            subpixels: sub,
+            mosaic,
+        },
+        stats: RenderStats {
+            rays: tally.rays,
+            lost: tally.lost,
+            relative_spread,
+        },
+        occlusion: chief_surfaces.is_some().then_some(occlusion),
+    }
+}

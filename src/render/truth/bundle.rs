@@ -1,0 +1,115 @@
+//! The bundle of rays from the middle of one pixel through the whole pupil, and its response-weighted centroids.
+//!
+//! A ray that leaves the lens at o with slopes m = (d_x, d_y)/d_z meets depth D (z = −D) in the direction
+//! `q(D) = (x, y)/D = −m + (o_xy − o_z m)/D`: exactly linear in 1/D. So two centroids, of q₀ = −m and of q₁ = o_xy − o_z m,
+//! hold for every depth, infinity included.
+
+use glam::{DVec2, DVec3};
+
+use crate::frames::{camera_from_sensor_mm, uv_from_camera_direction};
+use crate::lens::{Ray, RayBatch, SimdLevel};
+use crate::render::Camera;
+use crate::sampling::{SobolSet, concentric_disk};
+
+/// Key of the pupil samples: the same at every node, so that fields over the sensor come out smooth.
+const PUPIL_KEY: u64 = 0x9091;
+
+/// What one group of rays (a sub-pixel's, or all) sees, per unit weight.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Centroid {
+    /// ∫ P cos θ dω, sr.
+    pub weight: f64,
+    /// Mean of q₀.
+    pub q0: DVec2,
+    /// Mean of q₁, mm.
+    pub q1_mm: DVec2,
+    /// Mean slope (dx/dz, dy/dz) of the light at the sensor, camera frame.
+    pub slope: DVec2,
+}
+
+impl Centroid {
+    fn add(&mut self, weight: f64, q0: DVec2, q1_mm: DVec2, slope: DVec2) {
+        self.weight += weight;
+        self.q0 += weight * q0;
+        self.q1_mm += weight * q1_mm;
+        self.slope += weight * slope;
+    }
+
+    fn normalised(self, scale: f64) -> Self {
+        let inverse = if self.weight > 0.0 {
+            1.0 / self.weight
+        } else {
+            0.0
+        };
+        Self {
+            weight: self.weight * scale,
+            q0: self.q0 * inverse,
+            q1_mm: self.q1_mm * inverse,
+            slope: self.slope * inverse,
+        }
+    }
+}
+
+/// Centroids of each sub-pixel's rays, and of all together, from the sensor position `xy_mm`, at a channel's wavelength.
+/// `None` where no light passes.
+pub(super) fn centroids(
+    camera: &Camera,
+    channel: usize,
+    xy_mm: DVec2,
+    samples: &SobolSet,
+) -> Option<(Vec<Centroid>, Centroid)> {
+    let pupil = camera.pupil_at(xy_mm)?;
+    let n = samples.len();
+    let (mut p, mut q) = (vec![0.0; n], vec![0.0; n]);
+    samples.fill(2, PUPIL_KEY, 0, &mut p);
+    samples.fill(3, PUPIL_KEY, 0, &mut q);
+    let origin = camera_from_sensor_mm(xy_mm, camera.sensor_z_mm());
+    let shift = camera.shift_at_um(xy_mm);
+    let frame = camera.response_frame();
+    let n_sub = camera.sensor().subpixels().count();
+    let mut batch = RayBatch::default();
+    let (mut u, mut v, mut measure, mut slopes) = (
+        vec![0f32; n],
+        vec![0f32; n],
+        vec![0.0; n],
+        vec![DVec2::ZERO; n],
+    );
+    for i in 0..n {
+        let (a, b) = concentric_disk(p[i], q[i]);
+        let target = pupil.centre_mm + (a * pupil.axis_a_mm + b * pupil.axis_b_mm).extend(0.0);
+        let e = target - origin;
+        let d = e.normalize();
+        batch.push(Ray { origin_mm: origin, direction: d });
+        measure[i] = e.z * e.z / e.length_squared().powi(2);
+        slopes[i] = DVec2::new(d.x, d.y) / d.z;
+        let uv = uv_from_camera_direction(-d);
+        (u[i], v[i]) = frame.centred_uv(uv.x as f32, uv.y as f32, shift.to_array());
+    }
+    let mut weights = vec![0f32; n * n_sub];
+    camera.response().weights_batch(&u, &v, &mut weights);
+    camera
+        .tracer_of(channel)
+        .trace_backward(&mut batch, SimdLevel::detect());
+    let mut of_subpixel = vec![Centroid::default(); n_sub];
+    let mut of_all = Centroid::default();
+    for i in (0..n).filter(|&i| batch.status[i] == 0) {
+        let o = DVec3::new(batch.ox[i], batch.oy[i], batch.oz[i]);
+        let m = DVec2::new(batch.dx[i], batch.dy[i]) / batch.dz[i];
+        let (q0, q1) = (-m, o.truncate() - o.z * m);
+        for (s, &w) in of_subpixel.iter_mut().zip(&weights[i * n_sub..][..n_sub]) {
+            let w = f64::from(w) * measure[i];
+            s.add(w, q0, q1, slopes[i]);
+            of_all.add(w, q0, q1, slopes[i]);
+        }
+    }
+    let scale = pupil.area_mm2() / n as f64;
+    (of_all.weight > 0.0).then(|| {
+        (
+            of_subpixel
+                .into_iter()
+                .map(|s| s.normalised(scale))
+                .collect(),
+            of_all.normalised(scale),
+        )
+    })
+}

@@ -1,0 +1,178 @@
+//! Chief rays: depth, distance, the surface seen, and the all-in-focus target.
+//!
+//! The chief ray of a pixel goes through the centre of the stop at the reference wavelength; where the lens clips it (a strongly
+//! vignetted field), the ray through the middle of the passing bundle takes its place. The target is the mean radiance
+//! over the chief rays of 4×4 places in the pixel: the picture of a pinhole camera with the same geometry (distortion included).
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::WhiteField;
+use crate::image::Image;
+use crate::lens::{Ray, RayBatch, SimdLevel, chief_ray};
+use crate::render::Camera;
+use crate::render::estimator::pixel_origin_mm;
+use crate::scene::{Hits, NO_SURFACE, RaySlices, Scene};
+use crate::sensor::FieldGrid;
+use crate::spectrum::ChannelWavelengths;
+
+/// Places along each side of the pixel at which the target is sampled.
+const TARGET_SIDE: usize = 4;
+
+/// Slopes (dx/dz, dy/dz) of the chief rays at the sensor, over the window.
+#[derive(Clone, Debug)]
+pub struct ChiefRays {
+    slopes: FieldGrid,
+}
+
+/// What the chief rays see: W × H maps.
+#[derive(Clone, Debug)]
+pub struct GeometryTruth {
+    /// Depth −z, mm, 1 channel; +∞ where the chief ray meets nothing, NaN where there is none.
+    pub depth_mm: Image,
+    /// Distance of the point seen from the first lens vertex (the origin), mm, 1 channel; as depth.
+    pub distance_mm: Image,
+    /// Index of the surface that the chief ray meets, row-major; [`NO_SURFACE`] where none.
+    pub surfaces: Vec<u16>,
+}
+
+impl ChiefRays {
+    /// Tabulates the camera's window.
+    pub fn new(camera: &Camera) -> Self {
+        let sensor = camera.sensor();
+        let window = sensor.window_mm();
+        let size = (
+            FieldGrid::nodes_for(sensor.width()),
+            FieldGrid::nodes_for(sensor.height()),
+        );
+        let system = camera.system(ChannelWavelengths::REFERENCE);
+        let data = (0..size.0 * size.1)
+            .into_par_iter()
+            .flat_map_iter(|k| {
+                let p = FieldGrid::node_mm(window, size, (k % size.0, k / size.0));
+                let slope = match (chief_ray(system, p.x, p.y), camera.pupil_at(p)) {
+                    (Ok(ray), _) => ray.direction.truncate() / ray.direction.z,
+                    (Err(_), Some(pupil)) => {
+                        let e = pupil.centre_mm
+                            - crate::frames::camera_from_sensor_mm(p, system.sensor_z_mm);
+                        e.truncate() / e.z
+                    }
+                    (Err(_), None) => DVec2::NAN,
+                };
+                [slope.x, slope.y]
+            })
+            .collect();
+        let slopes = FieldGrid::new(window, size, 2, data)
+            .unwrap_or_else(|| unreachable!("two values a node"));
+        Self { slopes }
+    }
+
+    /// Traces the chief ray of each pixel centre.
+    pub fn geometry(&self, camera: &Camera, scene: &Scene) -> GeometryTruth {
+        let (width, height) = (camera.sensor().width(), camera.sensor().height());
+        let mut depth = Image::zeros(width, height, 1);
+        let mut distance = Image::zeros(width, height, 1);
+        let mut surfaces = vec![NO_SURFACE; width * height];
+        let rows = depth
+            .data_mut()
+            .par_chunks_mut(width)
+            .zip(distance.data_mut().par_chunks_mut(width));
+        rows.zip(surfaces.par_chunks_mut(width))
+            .enumerate()
+            .for_each(|(row, ((depth, distance), surfaces))| {
+                let places = (0..width).map(|c| (c as f64, row as f64));
+                let (batch, hits) = self.trace(camera, scene, places);
+                for i in 0..width {
+                    let (z, d) = match (batch.get(i), hits.surface[i]) {
+(Some(Ok(_)), NO_SURFACE) => (f64::INFINITY, f64::INFINITY),
+                        (Some(Ok(ray)), _) => {
+                            let point = ray.origin_mm + hits.distance_mm[i] * ray.direction;
+                            (-point.z, point.length())
+                        }
+                        _ => (f64::NAN, f64::NAN),
+                    };
+                    (depth[i], distance[i]) = (z as f32, d as f32);
+                    surfaces[i] = if batch.status[i] == 0 {
+                        hits.surface[i]
+                    } else {
+                        NO_SURFACE
+                    };
+                }
+            });
+        GeometryTruth {
+            depth_mm: depth,
+            distance_mm: distance,
+            surfaces,
+        }
+    }
+
+    /// The all-in-focus target, W × H × 3, in the unit of the sum image: radiance × what a white wall would give there.
+    /// NaN where there is no chief ray.
+    pub fn target(&self, camera: &Camera, scene: &Scene, white: &WhiteField) -> Image {
+        let (width, height) = (camera.sensor().width(), camera.sensor().height());
+        let mut target = Image::zeros(width, height, 3);
+        target
+            .data_mut()
+            .par_chunks_mut(width * 3)
+            .enumerate()
+            .for_each(|(row, out)| {
+                let offsets: Vec<f64> = (0..TARGET_SIDE)
+                    .map(|i| (i as f64 + 0.5) / TARGET_SIDE as f64 - 0.5)
+                    .collect();
+                let mut radiance = vec![0.0; width * TARGET_SIDE];
+                for &dy in &offsets {
+                    let places = (0..width).flat_map(|c| {
+                        offsets
+                            .iter()
+                            .map(move |dx| (c as f64 + dx, row as f64 + dy))
+                    });
+                    let (batch, hits) = self.trace(camera, scene, places);
+                    for channel in 0..3 {
+                        scene.radiance(&hits, channel, &mut radiance);
+                        for (i, &l) in radiance.iter().enumerate() {
+                            let lost = if batch.status[i] == 0 { 0.0 } else { f32::NAN };
+                            out[i / TARGET_SIDE * 3 + channel] +=
+                                (l + lost) / (TARGET_SIDE * TARGET_SIDE) as f32;
+                        }
+                    }
+                }
+                for (column, pixel) in out.chunks_exact_mut(3).enumerate() {
+                    let white =
+                        white.sum_sr(camera.sensor().position_mm(column as f64, row as f64));
+                    pixel
+                        .iter_mut()
+                        .zip(white)
+                        .for_each(|(p, w)| *p *= w as f32);
+                }
+            });
+        target
+    }
+
+    /// Chief rays of stored-image places (column, row), traced into the scene.
+    fn trace(
+        &self,
+        camera: &Camera,
+        scene: &Scene,
+        places: impl Iterator<Item = (f64, f64)>,
+    ) -> (RayBatch, Hits) {
+        let mut batch = RayBatch::default();
+        for (column, row) in places {
+            let mut slope = [0.0; 2];
+            self.slopes
+                .sample(camera.sensor().position_mm(column, row), &mut slope);
+            // Away from the sensor, towards negative z.
+            let direction = -DVec2::from(slope).extend(1.0).normalize();
+            batch.push(Ray { origin_mm: pixel_origin_mm(camera, column, row), direction });
+        }
+        camera
+            .tracer_of(ChannelWavelengths::REFERENCE)
+            .trace_backward(&mut batch, SimdLevel::detect());
+        let mut hits = Hits::default();
+        let rays = RaySlices {
+            origin_mm: [&batch.ox, &batch.oy, &batch.oz],
+            direction: [&batch.dx, &batch.dy, &batch.dz],
+        };
+        scene.intersect(rays, &mut hits);
+        (batch, hits)
+    }
+}

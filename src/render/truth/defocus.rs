@@ -1,0 +1,51 @@
+//! Paraxial defocus: where depth D is imaged, and how large its blur is on the sensor.
+//!
+//! Newton's equation, camera frame: z′ = z_F′ + f²/(z_F + D) for an object at z = −D. With the exit pupil at z_p, semi-diameter
+//! a, and the sensor at z_s: s′ = z′ − z_p, D_xp = z_s − z_p. A ray through the pupil height P lands P (z′ − z_s)/s′ beside the image.
+//! In terms of slopes at the sensor (m = −P/D_xp relative to the chief ray's) that is m · lever, lever = D_xp (z_s − z′)/s′.
+
+use crate::render::Camera;
+
+/// Paraxial defocus of a focused camera, reference wavelength.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Defocus {
+    focal_length_mm: f64,
+    front_focus_z_mm: f64,
+    rear_focus_z_mm: f64,
+    pupil_z_mm: f64,
+    pupil_semi_mm: f64,
+    sensor_z_mm: f64,
+}
+
+impl Defocus {
+    /// From the camera's paraxial data; `None` for bare pixels, which have no focus.
+    pub fn new(camera: &Camera) -> Option<Self> {
+        let p = camera.paraxial()?;
+        Some(Self {
+            focal_length_mm: p.efl_mm,
+            front_focus_z_mm: p.front_focal_z_mm,
+            rear_focus_z_mm: p.rear_principal_z_mm + p.efl_mm,
+            pupil_z_mm: p.exit_pupil_z_mm,
+            pupil_semi_mm: p.exit_pupil_semi_mm,
+            sensor_z_mm: camera.sensor_z_mm(),
+        })
+    }
+
+    /// z of the image of depth `depth_mm` (+∞ allowed), mm.
+    pub fn image_z_mm(&self, depth_mm: f64) -> f64 {
+        self.rear_focus_z_mm
+            + self.focal_length_mm * self.focal_length_mm / (self.front_focus_z_mm + depth_mm)
+    }
+
+    /// Displacement on the sensor per unit of slope relative to the chief ray, mm.
+    pub fn lever_mm(&self, depth_mm: f64) -> f64 {
+        // D_xp/s′ = 1/(1 + (z′ − z_s)/D_xp) stays finite for a pupil at infinity.
+        let behind = self.image_z_mm(depth_mm) - self.sensor_z_mm;
+        -behind / (1.0 + behind / (self.sensor_z_mm - self.pupil_z_mm))
+    }
+
+    /// Signed diameter of the circle of confusion, mm: positive for points behind the focus (farther than it).
+    pub fn circle_of_confusion_mm(&self, depth_mm: f64) -> f64 {
+        2.0 * self.pupil_semi_mm / (self.sensor_z_mm - self.pupil_z_mm) * self.lever_mm(depth_mm)
+    }
+}

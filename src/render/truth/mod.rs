@@ -1,0 +1,15 @@
+//! Ground truth of a render: depth, distance, disparity by traced centroids and paraxial, circle of confusion, the
+//! all-in-focus target, and what a white wall would give.
+//!
+//! Everything is held at the reference wavelength (green) and on the same microlens grid as the views.
+
+mod bundle;
+mod chief;
+mod defocus;
+mod disparity;
+mod white;
+
+pub use chief::{ChiefRays, GeometryTruth};
+pub use defocus::Defocus;
+pub use disparity::{DisparityField, DisparityMaps};
+pub use white::WhiteField;

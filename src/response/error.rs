@@ -1,0 +1,48 @@
+//! What can be wrong with a response.
+
+use std::path::PathBuf;
+
+/// A response that cannot be made, read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum ResponseError {
+    /// A value out of its range.
+    #[error("response: {field} is {value}; allowed: {allowed}")]
+    Value {
+        /// The field.
+        field: &'static str,
+        /// What was given.
+        value: String,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A file that cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A file that is no response.
+    #[error("{}: {why}", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong in it.
+        why: String,
+    },
+}
+
+impl ResponseError {
+    pub(super) fn value(
+        field: &'static str,
+        value: impl std::fmt::Display,
+        allowed: &'static str,
+    ) -> Self {
+        Self::Value {
+            field,
+            value: value.to_string(),
+            allowed,
+        }
+    }
+}

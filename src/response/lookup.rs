@@ -1,0 +1,84 @@
+//! One call for the renderer, whatever the pixel model.
+
+use super::{AngularResponse, GeometricResponse, Interpolator, MovingFrame};
+use crate::sensor::Subpixels;
+
+/// A pixel's response: a table, or the exact geometric pixel.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Response {
+    /// A table, from any model or file.
+    Table(AngularResponse),
+    /// Boxes (eq. 2), evaluated exactly.
+    Geometric(GeometricResponse),
+}
+
+/// A [`Response`] at one wavelength, ready to be read.
+#[derive(Clone, Debug)]
+pub enum ResponseLookup {
+    /// Bilinear lookup in a table.
+    Table(Interpolator),
+    /// Boxes (eq. 2), evaluated exactly.
+    Geometric(GeometricResponse),
+}
+
+impl Response {
+    /// The lookup at `wavelength_nm` (the geometric pixel is the same at all).
+    pub fn at(&self, wavelength_nm: f64) -> ResponseLookup {
+        match self {
+            Self::Table(t) => ResponseLookup::Table(t.interpolator(wavelength_nm)),
+            Self::Geometric(g) => ResponseLookup::Geometric(*g),
+        }
+    }
+    /// Sub-pixels of the pixel.
+    pub fn subpixels(&self) -> Subpixels {
+        match self {
+            Self::Table(t) => t.subpixels(),
+            Self::Geometric(g) => g.subpixels(),
+        }
+    }
+    /// Pitch in µm.
+    pub fn pitch_um(&self) -> f64 {
+        match self {
+            Self::Table(t) => t.meta().pitch_um,
+            Self::Geometric(g) => g.pitch_um(),
+        }
+    }
+    /// How a lens shift moves the response.
+    pub fn frame(&self) -> MovingFrame {
+        match self {
+            Self::Table(t) => t.frame(),
+            Self::Geometric(g) => g.frame(),
+        }
+    }
+}
+
+impl ResponseLookup {
+    /// Sub-pixels of the pixel.
+    pub fn subpixels(&self) -> Subpixels {
+        match self {
+            Self::Table(t) => t.subpixels(),
+            Self::Geometric(g) => g.subpixels(),
+        }
+    }
+    /// How a lens shift moves the response: read a shifted lens at [`MovingFrame::centred_uv`].
+    pub fn frame(&self) -> MovingFrame {
+        match self {
+            Self::Table(t) => t.frame(),
+            Self::Geometric(g) => g.frame(),
+        }
+    }
+    /// The weights P_i of one direction under a centred lens; `out` has one place a sub-pixel.
+    pub fn weights(&self, u: f32, v: f32, out: &mut [f32]) {
+        match self {
+            Self::Table(t) => t.weights(u, v, out),
+            Self::Geometric(g) => g.weights(u, v, out),
+        }
+    }
+    /// The weights of many directions under a centred lens: `out` is [direction][sub-pixel]. The shortest slice counts.
+    pub fn weights_batch(&self, u: &[f32], v: &[f32], out: &mut [f32]) {
+        match self {
+            Self::Table(t) => t.weights_batch(u, v, out),
+            Self::Geometric(g) => g.weights_batch(u, v, out),
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! The scene as a whole: which surface each ray of a batch meets first, where, and its radiance there.
+
+use super::plane::{Solver, TexturedPlane};
+
+/// Surface number of a ray that meets nothing but the environment.
+pub const NO_SURFACE: u16 = u16::MAX;
+
+/// Flat cards in front of an even environment.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    planes: Vec<TexturedPlane>,
+    solvers: Vec<Solver>,
+    environment: [f32; 3],
+}
+
+/// First hits of a batch of rays, one entry a ray.
+#[derive(Clone, Debug, Default)]
+pub struct Hits {
+    /// Distance along the ray from its origin, mm; +∞ where nothing is met.
+    pub distance_mm: Vec<f64>,
+    /// Texture coordinate to the right, in [0, 1].
+    pub s: Vec<f32>,
+    /// Texture coordinate down, in [0, 1].
+    pub t: Vec<f32>,
+    /// Index of the surface in the scene, or [`NO_SURFACE`].
+    pub surface: Vec<u16>,
+}
+
+/// Origins and unit directions of a batch of rays in the camera frame, as slices of equal length.
+#[derive(Clone, Copy, Debug)]
+pub struct RaySlices<'a> {
+    /// Origin, mm.
+    pub origin_mm: [&'a [f64]; 3],
+    /// Unit direction, away from the camera.
+    pub direction: [&'a [f64]; 3],
+}
+
+impl Scene {
+    /// Cards (at most 65,534) and the radiance of all that lies behind and beside them.
+    pub fn new(planes: Vec<TexturedPlane>, environment: [f32; 3]) -> Self {
+        let solvers = planes.iter().map(TexturedPlane::solver).collect();
+        Self {
+            planes,
+            solvers,
+            environment,
+        }
+    }
+
+    /// The cards.
+    pub fn planes(&self) -> &[TexturedPlane] {
+        &self.planes
+    }
+
+    /// First hits of all rays. Touching cards: the first in the list wins.
+    pub fn intersect(&self, rays: RaySlices<'_>, hits: &mut Hits) {
+        let n = rays.origin_mm[0].len();
+        hits.distance_mm.clear();
+        hits.distance_mm.resize(n, f64::INFINITY);
+        hits.s.clear();
+        hits.s.resize(n, 0.0);
+        hits.t.clear();
+        hits.t.resize(n, 0.0);
+        hits.surface.clear();
+        hits.surface.resize(n, NO_SURFACE);
+        for (index, (plane, solver)) in self.planes.iter().zip(&self.solvers).enumerate() {
+            if plane.has_coverage() {
+                update(solver, rays, hits, index as u16, |s, t| {
+                    plane.is_solid_at(s, t)
+                });
+            } else {
+                update(solver, rays, hits, index as u16, |_, _| true);
+            }
+        }
+    }
+
+    /// Radiance of colour channel `channel` at each hit, into `out` (same length).
+    pub fn radiance(&self, hits: &Hits, channel: usize, out: &mut [f32]) {
+        let first = hits.surface.first().copied().unwrap_or(NO_SURFACE);
+        if first != NO_SURFACE && hits.surface.iter().all(|&s| s == first) {
+            self.planes[first as usize]
+                .texture()
+                .sample_channel_batch(&hits.s, &hits.t, channel, out);
+            return;
+        }
+        for (i, o) in out.iter_mut().enumerate() {
+            *o = match self.planes.get(hits.surface[i] as usize) {
+                Some(plane) => plane
+                    .texture()
+                    .sample_channel(hits.s[i], hits.t[i], channel),
+                None => self.environment[channel],
+            };
+        }
+    }
+}
+
+/// Takes over the rays that meet this plane before what they met so far.
+#[inline(always)]
+fn update(
+    plane: &Solver,
+    rays: RaySlices<'_>,
+    hits: &mut Hits,
+    index: u16,
+    solid: impl Fn(f64, f64) -> bool,
+) {
+    let n = hits.distance_mm.len();
+    let [ox, oy, oz] = rays.origin_mm.map(|a| &a[..n]);
+    let [dx, dy, dz] = rays.direction.map(|a| &a[..n]);
+    let (distance, surface) = (&mut hits.distance_mm[..n], &mut hits.surface[..n]);
+    let (hit_s, hit_t) = (&mut hits.s[..n], &mut hits.t[..n]);
+    for i in 0..n {
+        let (o, d) = (
+            glam::DVec3::new(ox[i], oy[i], oz[i]),
+            glam::DVec3::new(dx[i], dy[i], dz[i]),
+        );
+        let tau = (plane.offset - plane.normal.dot(o)) / plane.normal.dot(d);
+        let p = o + tau * d;
+        let s = plane.s_axis.dot(p) + plane.s0;
+        let t = plane.t_axis.dot(p) + plane.t0;
+        // Written so that NaN (a lost ray, or one along the plane) is no hit.
+        let inside =
+            (tau > 0.0) & (tau < distance[i]) & (s >= 0.0) & (s <= 1.0) & (t >= 0.0) & (t <= 1.0);
+        if inside && solid(s, t) {
+            distance[i] = tau;
+            hit_s[i] = s as f32;
+            hit_t[i] = t as f32;
+            surface[i] = index;
+        }
+    }
+}

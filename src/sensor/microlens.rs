@@ -1,0 +1,59 @@
+//! How far each microlens is shifted from the centre of its pixel, so that the chief ray stays between the sub-pixels.
+//!
+//! Light of slope t = (u, v)/√(n² − u² − v²) behind a lens centred at s lands at s + H t above the photodiodes (n and H of
+//! [`MovingFrame`](crate::response::MovingFrame)). The chief ray lands in the middle when s = −H t_chief: towards the axis.
+
+use glam::DVec2;
+
+use super::FieldGrid;
+use crate::response::MovingFrame;
+
+/// The rule by which the microlenses are shifted.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "rule", deny_unknown_fields)]
+pub enum ShiftRule {
+    /// Every microlens over the middle of its pixel.
+    Centred,
+    /// Shift proportional to the distance from the axis and towards it.
+    Linear {
+        /// Shift in µm a mm of image height.
+        um_per_mm: f64,
+    },
+    /// The shift that centres the main lens's own chief ray on each pixel.
+    ChiefRay,
+}
+
+/// The microlens shift at each place of the sensor.
+#[derive(Clone, Debug)]
+pub enum MicrolensShifts {
+    /// No shift anywhere.
+    Centred,
+    /// Proportional to the position, towards the axis.
+    Linear {
+        /// Shift in µm a mm of image height.
+        um_per_mm: f64,
+    },
+    /// From the chief ray's direction cosines (u, v) over the window.
+    ChiefRay {
+        /// Direction cosines of the chief ray.
+        chief_uv: FieldGrid,
+        /// Where light lands behind the microlens.
+        frame: MovingFrame,
+    },
+}
+
+impl MicrolensShifts {
+    /// Shift (x, y) in µm of the microlens at `xy_mm` (sensor frame).
+    #[inline]
+    pub fn at_um(&self, xy_mm: DVec2) -> DVec2 {
+        match self {
+            Self::Centred => DVec2::ZERO,
+            Self::Linear { um_per_mm } => -xy_mm * *um_per_mm,
+            Self::ChiefRay { chief_uv, frame } => {
+                let mut uv = [0.0; 2];
+                chief_uv.sample(xy_mm, &mut uv);
+                DVec2::from(frame.shift_for_chief_ray(uv[0], uv[1]))
+            }
+        }
+    }
+}

@@ -1,0 +1,4 @@
+//! The response: one conformance suite that every pixel model joins in a few lines, and the physics of the wave model.
+#![allow(clippy::unwrap_used)] // because tests fail by panicking
+
+mod conformance;
