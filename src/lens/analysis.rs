@@ -14,6 +14,7 @@ use std::f64::consts::TAU;
 use super::aim::{Aim, Field};
 use super::error::LensError;
 use super::placed::Lens;
+use super::system::Ray;
 use super::trace::trace_forward;
 use crate::units::{C_LINE_NM, D_LINE_NM, F_LINE_NM};
 
@@ -105,17 +106,29 @@ impl Lens {
         })
     }
 
+    /// The field's d-line chief ray as it meets the sensor; `None` where it is clipped.
+    ///
+    /// # Errors
+    /// [`LensError::Request`] for a field outside 0 to 90 degrees.
+    pub fn chief_ray(&self, field: Field) -> Result<Option<Ray>, LensError> {
+        self.check_field(field)?;
+        let system = self.at(D_LINE_NM)?;
+        let paraxial = self.paraxial(D_LINE_NM)?;
+        Ok(
+            Aim::new(&system, &paraxial, field, self.focus_distance_mm())
+                .and_then(|aim| trace_forward(&system, aim.chief_ray()).ok()),
+        )
+    }
+
     /// Chief ray, distortion and spot of one field.
     ///
     /// # Errors
     /// [`LensError::Request`] for a field outside 0 to 90 degrees.
     pub fn field_figures(&self, field: Field) -> Result<FieldFigures, LensError> {
         self.check_field(field)?;
-        let system = self.at(D_LINE_NM)?;
         let paraxial = self.paraxial(D_LINE_NM)?;
         let distance = self.focus_distance_mm();
-        let chief = Aim::new(&system, &paraxial, field, distance)
-            .and_then(|aim| trace_forward(&system, aim.chief_ray()).ok());
+        let chief = self.chief_ray(field)?;
         let spots = SPOT_LINES_NM
             .map(|line| self.spot(field, line))
             .into_iter()

@@ -22,10 +22,10 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Deserializer};
 
 use super::error::LensError;
+use super::fold::Fold;
 use super::glass::Glass;
 use super::prescription::{PrescribedSurface, Prescription, Stated, Verification};
 use super::system::ASPHERE_TERMS;
-use super::tolerance::Fold;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

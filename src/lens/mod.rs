@@ -5,8 +5,10 @@
 pub mod aim;
 pub mod analysis;
 mod check;
+pub mod drawing;
 pub mod error;
 pub mod focus;
+pub mod fold;
 pub mod glass;
 pub mod illumination;
 pub mod json;
@@ -25,6 +27,7 @@ pub mod zmx;
 
 pub use error::LensError;
 pub use focus::FocusBy;
+pub use fold::Fold;
 pub use library::builtin_names;
 pub use packet::{PacketTracer, RayBatch, RayStatus, SimdLevel};
 pub use paraxial::Paraxial;
@@ -33,5 +36,5 @@ pub use prescription::Prescription;
 pub use pupil::{ExitPupilMap, PupilEllipse, chief_ray};
 pub use surface::Travel;
 pub use system::{Aperture, OpticalSurface, OpticalSystem, Pose, Ray, RayFailure, SurfaceKind};
-pub use tolerance::{ElementRef, Fold, Misalignment, table1_defects};
+pub use tolerance::{ElementRef, Misalignment, table1_defects};
 pub use trace::{Clipping, trace_backward, trace_forward, trace_visiting};

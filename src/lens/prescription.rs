@@ -7,9 +7,9 @@
 use serde::Deserialize;
 
 use super::error::LensError;
+use super::fold::Fold;
 use super::glass::Glass;
 use super::system::{ASPHERE_TERMS, Aperture, OpticalSurface, Pose, SurfaceKind};
-use super::tolerance::Fold;
 
 /// One surface as prescribed.
 #[derive(Clone, Debug, PartialEq)]

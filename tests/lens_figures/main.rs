@@ -1,6 +1,9 @@
 //! Every stated and verified figure of every lens in the library, against this crate's tracer; and the lens from a Zemax file.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
+mod bad_input;
+mod misalignment;
+
 use quadpixel::lens::aim::Field;
 use quadpixel::lens::verification::{Comparison, Origin, WHY_STATED_FIGURES_DIFFER, compare};
 use quadpixel::lens::{Lens, Prescription, builtin_names};
