@@ -95,7 +95,7 @@ impl Responses {
                     .0
             }
             ResponseRecipe::Table { file } => {
-                AngularResponse::read(Path::new(file)).map_err(|e| input(&e))?
+                AngularResponse::read_npz(Path::new(file)).map_err(|e| input(&e))?
             }
             ResponseRecipe::Geometric { .. } => unreachable!("handled above"),
         };
@@ -249,13 +249,16 @@ pub fn pixel_stack(
 ) -> Result<PixelStack, CommandError> {
     let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
     let stack = if name.ends_with(".toml") {
-        let text = std::fs::read_to_string(name)
-            .map_err(|e| CommandError::input(format!("{name}: {e}")))?;
-        toml::from_str(&text).map_err(|e| CommandError::input(format!("{name}: {e}")))?
+        let text =
+            std::fs::read_to_string(name).map_err(|e| CommandError::input(format!("{name}: {e}")))?;
+        PixelStack::from_toml(&text, name)
     } else {
-        quadpixel::em::PixelStack::builtin(name).map_err(|e| input(&e))?
+        PixelStack::builtin(name)
     };
-    stack.with_subpixels(subpixels).map_err(|e| input(&e))
+    Ok(PixelStack {
+        subpixels,
+        ..stack.map_err(|e| input(&e))?
+    })
 }
 
 /// Sub-pixels from their name, such as `2x2`.

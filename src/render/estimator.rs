@@ -71,7 +71,8 @@ pub(super) fn estimate_pixel(
             if let Some(tracer) = camera.tracer(channel) {
                 work.trace(tracer, execution);
                 tally.rays += n as u64;
-                (0..n).filter_map(|i| work.batch.get(i)?.err())
+                (0..n)
+                    .filter_map(|i| work.batch.get(i)?.err())
                     .for_each(|f| tally.lost.count(f));
                 let rays = RaySlices {
                     origin_mm: [&work.batch.ox, &work.batch.oy, &work.batch.oz],

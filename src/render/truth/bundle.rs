@@ -79,7 +79,10 @@ pub(super) fn centroids(
         let target = pupil.centre_mm + (a * pupil.axis_a_mm + b * pupil.axis_b_mm).extend(0.0);
         let e = target - origin;
         let d = e.normalize();
-        batch.push(Ray { origin_mm: origin, direction: d });
+        batch.push(Ray {
+            origin_mm: origin,
+            direction: d,
+        });
         measure[i] = e.z * e.z / e.length_squared().powi(2);
         slopes[i] = DVec2::new(d.x, d.y) / d.z;
         let uv = uv_from_camera_direction(-d);
