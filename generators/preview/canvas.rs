@@ -73,13 +73,19 @@ impl Sheet {
                 let columns = i * width / w..((i + 1) * width / w).max(i * width / w + 1);
                 let count = rows.len() * columns.len();
                 if count == 1 {
-                    self.set(left + i, top + j, colour(image.pixel(columns.start, rows.start)));
+                    self.set(
+                        left + i,
+                        top + j,
+                        colour(image.pixel(columns.start, rows.start)),
+                    );
                     continue;
                 }
                 mean.fill(0.0);
                 for v in rows.clone() {
                     for u in columns.clone() {
-                        mean.iter_mut().zip(image.pixel(u, v)).for_each(|(m, p)| *m += p);
+                        mean.iter_mut()
+                            .zip(image.pixel(u, v))
+                            .for_each(|(m, p)| *m += p);
                     }
                 }
                 mean.iter_mut().for_each(|m| *m /= count as f32);
