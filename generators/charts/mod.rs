@@ -11,6 +11,7 @@ mod error;
 mod image_file;
 mod keyed;
 mod lettering;
+pub mod mask;
 mod noise;
 mod paint;
 pub mod preview;
@@ -132,3 +133,7 @@ pub fn random_spec(kind: &str, seed: u64) -> Result<ChartSpec, ChartError> {
         }
     })
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests;

@@ -192,7 +192,7 @@ struct Block {
 /// Blocks of growing frequency on either side of the zone plates: upright above, level at the sides, diagonal below.
 fn blocks(highest_lw_ph: f32) -> Vec<Block> {
     let mut blocks = Vec::new();
-    for (k, along) in [0.315f32, 0.375, 0.625, 0.685].into_iter().enumerate() {
+    for (k, along) in [0.29f32, 0.37, 0.63, 0.71].into_iter().enumerate() {
         for (line, across) in [0.085f32, 0.165].into_iter().enumerate() {
             let step = (2 * k + line) as f32 / 7.0;
             let lw_ph = LEAST_LW_PH * (highest_lw_ph / LEAST_LW_PH).powf(step);
