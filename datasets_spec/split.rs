@@ -78,7 +78,7 @@ mod tests {
         for (split, share) in [(Split::Train, 0.8), (Split::Val, 0.1), (Split::Test, 0.1)] {
             let count = splits.values().filter(|s| **s == split).count() as f64;
             // Four standard deviations of a binomial.
-            let sigma = (10_000.0 * share * (1.0 - share) as f64).sqrt();
+            let sigma = (10_000.0 * share * (1.0 - share)).sqrt();
             assert!(
                 (count - 10_000.0 * share).abs() < 4.0 * sigma,
                 "{split:?}: {count}"
