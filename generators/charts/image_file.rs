@@ -6,7 +6,7 @@
 use super::error::{ChartError, side};
 use image::metadata::Orientation;
 use image::{ColorType, DynamicImage, ImageDecoder, ImageReader, Limits, Rgb32FImage, imageops};
-use quadpixel::scene::color::linear_from_srgb;
+use quadpixel::image::srgb::to_linear;
 use quadpixel::scene::texture::Texture;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -59,7 +59,7 @@ impl ImageFile {
             .zip(rgba.par_chunks(4))
             .for_each(|(out, texel)| {
                 for (out, &v) in out.iter_mut().zip(texel) {
-                    let v = if linear { v } else { linear_from_srgb(v) };
+                    let v = if linear { v } else { to_linear(v) };
                     *out = BACKDROP + (unit(v) - BACKDROP) * unit(texel[3]);
                 }
             });
