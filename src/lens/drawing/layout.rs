@@ -7,7 +7,7 @@ use crate::lens::aim::{Aim, Field};
 use crate::lens::error::LensError;
 use crate::lens::placed::Lens;
 use crate::lens::surface::Travel;
-use crate::lens::system::OpticalSystem;
+use crate::lens::system::{OpticalSystem, SurfaceKind};
 use crate::lens::trace::{Clipping, trace_visiting};
 use crate::units::D_LINE_NM;
 
@@ -107,13 +107,16 @@ fn caption(
 ) -> Result<(), LensError> {
     let p = lens.paraxial(D_LINE_NM)?;
     let folded = if lens.prescription().fold.is_some() {
-        ", unfolded at the dashed mirror"
+        "; unfolded at the dashed mirror"
     } else {
         ""
     };
-    let head = format!("{}{folded}", lens.prescription().name);
-    svg.text(DVec2::new(MARGIN_PX, 22.0), "start", 15.0, &head);
-    let line = format!("EFL {:.3} mm, F/{:.2}; d line", p.efl_mm, p.f_number);
+    let title = lens.prescription().title();
+    svg.text(DVec2::new(MARGIN_PX, 22.0), "start", 15.0, title);
+    let line = format!(
+        "EFL {:.3} mm, F/{:.2}; d line{folded}",
+        p.efl_mm, p.f_number
+    );
     svg.text(DVec2::new(MARGIN_PX, 41.0), "start", 12.0, &line);
     let mut x = MARGIN_PX;
     let y = height - 20.0;
@@ -165,6 +168,10 @@ fn fan(lens: &Lens, system: &OpticalSystem, angle_deg: f64) -> Result<Vec<Vec<DV
         let ray = aim.ray_at(DVec2::new(0.0, unit))?;
         let mut points = Vec::new();
         let visit = |surface: usize, local: DVec3| {
+            // A stop behind the glass that follows it would send the line there and back.
+            if system.surfaces[surface].kind == SurfaceKind::Stop {
+                return;
+            }
             let point = system.surfaces[surface].pose.camera_point_mm(local);
             if points.is_empty() {
                 points.push(section(point - lead_mm * ray.direction));

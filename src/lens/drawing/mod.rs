@@ -33,8 +33,7 @@ impl Lens {
             .clamp(0.0, WIDEST_FIELD_DEG);
         for step in (1..=FIELD_STEPS).rev() {
             let angle = given * step as f64 / FIELD_STEPS as f64;
-            let figures = self.chief_ray(Field::up(angle))?;
-            if figures.is_some() {
+            if self.chief_ray(Field::up(angle))?.is_some() {
                 return Ok(angle);
             }
         }

@@ -54,7 +54,7 @@ pub fn spots_svg(lens: &Lens, fields_deg: &[f64]) -> Result<String, LensError> {
         DVec2::new(GAP_PX, 22.0),
         "start",
         15.0,
-        &lens.prescription().name,
+        lens.prescription().title(),
     );
     let legend = format!("F/{f_number:.2}; circle: Airy disk, radius {airy_um:.2} µm");
     svg.text(DVec2::new(GAP_PX, 42.0), "start", 12.0, &legend);
