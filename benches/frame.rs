@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 use quadpixel::em::PixelStack;
 use quadpixel::lens::{FocusBy, Lens, Prescription};
 use quadpixel::render::{Camera, Execution, RenderSettings, render};
-use quadpixel::response::{GeometricResponse, Response, ResponseCache, WaveSettings};
+use quadpixel::response::{GeometricResponse, Response, ResponseCache, WaveTable};
 use quadpixel::scene::texture::Texture;
 use quadpixel::scene::{Scene, TexturedPlane};
 use quadpixel::sensor::{Sensor, ShiftRule};
@@ -38,9 +38,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         stack.pitch_um,
         stack.pitch_um * f_number,
     )?);
-    let (table, _) = ResponseCache::open_default().get_or_build(
+    let (table, _) = ResponseCache::open(ResponseCache::default_dir()).get_or_build(
         &stack,
-        &WaveSettings::standard(),
+        &WaveTable::standard(),
         &|_, _| (),
     )?;
     let diffractive = Response::Table(table);

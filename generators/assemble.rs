@@ -9,7 +9,7 @@ use quadpixel::em::PixelStack;
 use quadpixel::lens::{FocusBy, Lens, Prescription, trace_backward};
 use quadpixel::render::Camera;
 use quadpixel::response::{
-    AngularResponse, GeometricResponse, Response, ResponseCache, WaveSettings,
+    AngularResponse, GeometricResponse, Response, ResponseCache, WaveTable,
 };
 use quadpixel::scene::{Scene, TexturedPlane};
 use quadpixel::sensor::{Sensor, Subpixels};
@@ -23,6 +23,7 @@ use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecip
 pub struct Responses {
     cache: ResponseCache,
     loaded: BTreeMap<String, Arc<Response>>,
+    warnings: Vec<String>,
 }
 
 /// The lens of a recipe, focused.
@@ -50,8 +51,9 @@ impl Responses {
     /// Uses the user's cache folder.
     pub fn new() -> Self {
         Self {
-            cache: ResponseCache::open_default(),
+            cache: ResponseCache::open(ResponseCache::default_dir()),
             loaded: BTreeMap::new(),
+            warnings: Vec::new(),
         }
     }
 
@@ -88,11 +90,10 @@ impl Responses {
         let table = match &recipe.response {
             ResponseRecipe::Wave { pixel } => {
                 let stack = pixel_stack(pixel, subpixels)?;
-                let settings = WaveSettings::standard();
-                self.cache
-                    .get_or_build(&stack, &settings, progress)
-                    .map_err(|e| input(&e))?
-                    .0
+                let made = self.cache.get_or_build(&stack, &WaveTable::standard(), progress);
+                let (table, warnings) = made.map_err(|e| input(&e))?;
+                self.warnings.extend(warnings.iter().map(ToString::to_string));
+                table
             }
             ResponseRecipe::Table { file } => {
                 AngularResponse::read_npz(Path::new(file)).map_err(|e| input(&e))?
@@ -102,6 +103,13 @@ impl Responses {
         let response = Arc::new(Response::Table(table));
         self.loaded.insert(key, response.clone());
         Ok(response)
+    }
+}
+
+impl Responses {
+    /// What went wrong with the cache, without harm, since this was last asked.
+    pub fn take_warnings(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.warnings)
     }
 }
 
