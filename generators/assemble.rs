@@ -187,7 +187,7 @@ fn plane(recipe: &PlaneRecipe, camera: &Camera) -> Result<TexturedPlane, Command
     let coverage = recipe
         .cutout
         .as_ref()
-        .map(|m| m.generate(recipe.texture_px))
+        .map(|c| c.shape.generate(c.seed, recipe.texture_px))
         .transpose()
         .map_err(|e| input(&e))?;
     let tilts = (recipe.tilt_x_deg, recipe.tilt_y_deg, recipe.roll_deg);

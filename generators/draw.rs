@@ -142,7 +142,7 @@ fn planes(config: &DatasetConfig, dice: &Dice, focus_mm: f64) -> Result<Vec<Plan
         let depth = focus_mm * dice.of(&scene.card_over_focus, For::CardDepth, card);
         let key = dice.key(For::Chart, card);
         planes.push(PlaneRecipe {
-            chart: chart(dice.choice(&scene.charts, For::CardChart, card), key)?,
+            chart: chart(dice.choice::<String>(&scene.charts, For::CardChart, card), key)?,
             chart_seed: key,
             texture_px: scene.texture_px / 2,
             distance_mm: depth.min(0.95 * background_mm),
