@@ -179,25 +179,3 @@ fn unreadable_images_name_the_file_and_the_reason() {
         .unwrap();
     assert!(reason("wide.png").contains("16385×1, too large"));
 }
-
-#[test]
-fn previews_are_written_in_srgb_and_failures_leave_nothing() {
-    let dir = tempfile::tempdir().unwrap();
-    let path = dir.path().join("wall.png");
-    let wall = Constant {
-        color: [0.215_860_5, 0.0, 1.0],
-    }
-    .draw(4)
-    .unwrap();
-    preview::write_png(&wall, &path).unwrap();
-    assert_eq!(
-        image::open(&path).unwrap().to_rgb8().get_pixel(1, 2).0,
-        [128, 0, 255]
-    );
-    assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 1);
-    let err = preview::write_png(&wall, &dir.path().join("no/such/wall.png")).unwrap_err();
-    assert!(
-        err.to_string().contains("wall.png: cannot be written"),
-        "{err}"
-    );
-}
