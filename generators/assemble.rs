@@ -8,9 +8,7 @@ use glam::{DMat3, DVec2, DVec3};
 use quadpixel::em::PixelStack;
 use quadpixel::lens::{FocusBy, Lens, Prescription, trace_backward};
 use quadpixel::render::Camera;
-use quadpixel::response::{
-    AngularResponse, GeometricResponse, Response, ResponseCache, WaveTable,
-};
+use quadpixel::response::{AngularResponse, GeometricResponse, Response, ResponseCache, WaveTable};
 use quadpixel::scene::{Scene, TexturedPlane};
 use quadpixel::sensor::{Sensor, Subpixels};
 use quadpixel::spectrum::ChannelWavelengths;
@@ -32,7 +30,9 @@ pub struct Responses {
 /// What a field of the recipe is and may be.
 pub fn lens(recipe: &LensRecipe) -> Result<Lens, CommandError> {
     let input = |e: quadpixel::lens::LensError| CommandError::input(e.to_string());
-    let mut lens = Prescription::named(&recipe.name).and_then(|p| Lens::new(&p)).map_err(input)?;
+    let mut lens = Prescription::named(&recipe.name)
+        .and_then(|p| Lens::new(&p))
+        .map_err(input)?;
     if let Some(f) = recipe.f_number {
         lens = lens.with_f_number(f).map_err(input)?;
     }
@@ -90,9 +90,12 @@ impl Responses {
         let table = match &recipe.response {
             ResponseRecipe::Wave { pixel } => {
                 let stack = pixel_stack(pixel, subpixels)?;
-                let made = self.cache.get_or_build(&stack, &WaveTable::standard(), progress);
+                let made = self
+                    .cache
+                    .get_or_build(&stack, &WaveTable::standard(), progress);
                 let (table, warnings) = made.map_err(|e| input(&e))?;
-                self.warnings.extend(warnings.iter().map(ToString::to_string));
+                self.warnings
+                    .extend(warnings.iter().map(ToString::to_string));
                 table
             }
             ResponseRecipe::Table { file } => {
@@ -251,14 +254,11 @@ fn seen_at(
 ///
 /// # Errors
 /// An unknown name, or what is wrong with the file.
-pub fn pixel_stack(
-    name: &str,
-    subpixels: Subpixels,
-) -> Result<PixelStack, CommandError> {
+pub fn pixel_stack(name: &str, subpixels: Subpixels) -> Result<PixelStack, CommandError> {
     let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
     let stack = if name.ends_with(".toml") {
-        let text =
-            std::fs::read_to_string(name).map_err(|e| CommandError::input(format!("{name}: {e}")))?;
+        let text = std::fs::read_to_string(name)
+            .map_err(|e| CommandError::input(format!("{name}: {e}")))?;
         PixelStack::from_toml(&text, name)
     } else {
         PixelStack::builtin(name)
@@ -274,8 +274,14 @@ pub fn pixel_stack(
 /// # Errors
 /// Another text.
 pub fn subpixels(name: &str) -> Result<Subpixels, CommandError> {
-    let parts = name.split_once('x').and_then(|(m, n)| Some((m.parse().ok()?, n.parse().ok()?)));
-    let allowed = || CommandError::input(format!("subpixels is `{name}`; allowed: 1x1, 2x1, 1x2, 2x2, 3x3, 4x4 (columns x rows)"));
+    let parts = name
+        .split_once('x')
+        .and_then(|(m, n)| Some((m.parse().ok()?, n.parse().ok()?)));
+    let allowed = || {
+        CommandError::input(format!(
+            "subpixels is `{name}`; allowed: 1x1, 2x1, 1x2, 2x2, 3x3, 4x4 (columns x rows)"
+        ))
+    };
     let (m, n) = parts.ok_or_else(allowed)?;
     Subpixels::new(m, n).map_err(|_| allowed())
 }

@@ -23,7 +23,9 @@ pub struct CheckArgs {
 pub fn run(args: &CheckArgs) -> Result<(), CommandError> {
     let name = args.folder.display();
     if !args.folder.is_dir() {
-        return Err(CommandError::input(format!("{name}: is no folder; allowed: the folder of a dataset")));
+        return Err(CommandError::input(format!(
+            "{name}: is no folder; allowed: the folder of a dataset"
+        )));
     }
     let bar = indicatif::ProgressBar::new(0);
     let report = datasets_spec::check_dataset(&args.folder, &mut |p| {
@@ -32,7 +34,11 @@ pub fn run(args: &CheckArgs) -> Result<(), CommandError> {
     });
     bar.finish_and_clear();
     if args.json {
-        let findings: Vec<_> = report.findings.iter().map(|f| serde_json::json!({ "path": f.path, "what": f.what })).collect();
+        let findings: Vec<_> = report
+            .findings
+            .iter()
+            .map(|f| serde_json::json!({ "path": f.path, "what": f.what }))
+            .collect();
         let object = serde_json::json!({
             "samples": report.samples, "files": report.files, "bytes": report.bytes, "findings": findings
         });
@@ -40,7 +46,12 @@ pub fn run(args: &CheckArgs) -> Result<(), CommandError> {
     } else {
         report.findings.iter().for_each(|f| println!("{f}"));
         let megabytes = report.bytes as f64 * 1e-6;
-        println!("{} samples, {} files, {megabytes:.1} MB: {} findings", report.samples, report.files, report.findings.len());
+        println!(
+            "{} samples, {} files, {megabytes:.1} MB: {} findings",
+            report.samples,
+            report.files,
+            report.findings.len()
+        );
     }
     match report.findings.len() {
         0 => Ok(()),

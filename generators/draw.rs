@@ -9,7 +9,10 @@ use quadpixel::sampling::{hash, uniform};
 use crate::charts::{ChartSpec, ImageFile, Mask, random_spec};
 use crate::command_error::CommandError;
 use crate::config::{DatasetConfig, Draw, ResponseConfig, WindowConfig};
-use crate::recipe::{Cutout, ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, SensorRecipe, WindowRecipe};
+use crate::recipe::{
+    Cutout, ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, SensorRecipe,
+    WindowRecipe,
+};
 
 /// What a drawn number is for; part of its key.
 #[derive(Clone, Copy)]
@@ -69,7 +72,10 @@ pub fn recipe(
     index: u64,
     pitch_of: &dyn Fn(&str) -> Result<f64, CommandError>,
 ) -> Result<Recipe, CommandError> {
-    let dice = Dice { seed: config.seed, index };
+    let dice = Dice {
+        seed: config.seed,
+        index,
+    };
     let focus_mm = dice.of(&config.lens.focus_mm, For::Focus, 0);
     let (response, pixel_pitch) = match &config.response {
         ResponseConfig::Wave { pixels } => {
@@ -77,11 +83,22 @@ pub fn recipe(
             let pitch = pitch_of(&pixel)?;
             (ResponseRecipe::Wave { pixel }, Some(pitch))
         }
-        ResponseConfig::Geometric => (ResponseRecipe::Geometric { focal_length_um: None }, None),
+        ResponseConfig::Geometric => (
+            ResponseRecipe::Geometric {
+                focal_length_um: None,
+            },
+            None,
+        ),
     };
-    let pitch = config.sensor.pitch_um.map(|d| dice.of(&d, For::Pitch, 0)).or(pixel_pitch);
+    let pitch = config
+        .sensor
+        .pitch_um
+        .map(|d| dice.of(&d, For::Pitch, 0))
+        .or(pixel_pitch);
     let Some(pitch_um) = pitch else {
-        return Err(CommandError::input("sensor.pitch_um is absent; the geometric response has no pixel to take it from".into()));
+        return Err(CommandError::input(
+            "sensor.pitch_um is absent; the geometric response has no pixel to take it from".into(),
+        ));
     };
     Ok(Recipe {
         lens: LensRecipe {
@@ -102,7 +119,10 @@ pub fn recipe(
         planes: planes(config, &dice, focus_mm)?,
         environment: [0.0; 3],
         exposure_ev: dice.of(&config.exposure_ev, For::Exposure, 0),
-        render: RenderSettings { rays_per_pixel: config.rays_per_pixel, seed: dice.key(For::Render, 0) },
+        render: RenderSettings {
+            rays_per_pixel: config.rays_per_pixel,
+            seed: dice.key(For::Render, 0),
+        },
     })
 }
 
@@ -112,7 +132,10 @@ fn window(config: &DatasetConfig, dice: &Dice) -> WindowRecipe {
         WindowConfig::Random { max_height_mm } => {
             let radius = max_height_mm * dice.unit(For::WindowHeight, 0).sqrt();
             let (sin, cos) = (dice.unit(For::WindowAzimuth, 0) * std::f64::consts::TAU).sin_cos();
-            WindowRecipe::Position { x_mm: radius * cos, y_mm: radius * sin }
+            WindowRecipe::Position {
+                x_mm: radius * cos,
+                y_mm: radius * sin,
+            }
         }
         WindowConfig::ChiefRayAngle { theta_deg, phi_deg } => WindowRecipe::ChiefRayAngle {
             theta_deg: dice.of(theta_deg, For::WindowHeight, 0),
@@ -122,7 +145,11 @@ fn window(config: &DatasetConfig, dice: &Dice) -> WindowRecipe {
 }
 
 /// Background first, then the cards.
-fn planes(config: &DatasetConfig, dice: &Dice, focus_mm: f64) -> Result<Vec<PlaneRecipe>, CommandError> {
+fn planes(
+    config: &DatasetConfig,
+    dice: &Dice,
+    focus_mm: f64,
+) -> Result<Vec<PlaneRecipe>, CommandError> {
     let scene = &config.scene;
     let background_mm = focus_mm * dice.of(&scene.background_over_focus, For::Background, 0);
     // The background's chart goes through the list in turn, so that a small set shows them all.
@@ -142,7 +169,10 @@ fn planes(config: &DatasetConfig, dice: &Dice, focus_mm: f64) -> Result<Vec<Plan
         let depth = focus_mm * dice.of(&scene.card_over_focus, For::CardDepth, card);
         let key = dice.key(For::Chart, card);
         planes.push(PlaneRecipe {
-            chart: chart(dice.choice::<String>(&scene.charts, For::CardChart, card), key)?,
+            chart: chart(
+                dice.choice::<String>(&scene.charts, For::CardChart, card),
+                key,
+            )?,
             chart_seed: key,
             texture_px: scene.texture_px / 2,
             distance_mm: depth.min(0.95 * background_mm),
@@ -173,6 +203,10 @@ fn chart(entry: &str, seed: u64) -> Result<ChartSpec, CommandError> {
 
 /// Whether an entry of `scene.charts` is the path of an image.
 pub(crate) fn is_image(entry: &str) -> bool {
-    let extension = Path::new(entry).extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let extension = Path::new(entry)
+        .extension()
+        .and_then(|e| e.to_str())
+        .unwrap_or_default()
+        .to_ascii_lowercase();
     ["png", "jpg", "jpeg", "tif", "tiff"].contains(&extension.as_str())
 }

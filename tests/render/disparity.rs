@@ -130,19 +130,29 @@ fn half_disk_disparity_is_four_over_three_pi_of_the_circle_of_confusion() {
 fn circle_of_confusion_is_that_of_the_cone_through_the_entrance_pupil() {
     // The cone from a point at d to the entrance pupil (diameter A) has diameter A |d − d_f|/d in the plane of focus, which is
     // imaged with the magnification of the focused depth (SPEC.md).
-    for name in [PHONE, "lib_double_gauss_100mm_glass", "wide_US11940605B2_emb1"] {
+    for name in [
+        PHONE,
+        "lib_double_gauss_100mm_glass",
+        "wide_US11940605B2_emb1",
+    ] {
         let lens = lens(name, 700.0);
         let camera = camera(&lens, &geometric(1, 1, 1.0), (4, 4), DVec2::ZERO);
         let defocus = Defocus::new(&camera).unwrap();
         let p = camera.paraxial().unwrap();
-        let (df, a) = (700.0 + p.entrance_pupil_z_mm, 2.0 * p.entrance_pupil_semi_mm);
+        let (df, a) = (
+            700.0 + p.entrance_pupil_z_mm,
+            2.0 * p.entrance_pupil_semi_mm,
+        );
         // Newton: magnification of the focused plane = f/(z_F + Z).
         let magnification = p.efl_mm / (p.front_focal_z_mm + 700.0);
         for depth in [150.0, 700.0, 1500.0, 1e9] {
             let d = depth + p.entrance_pupil_z_mm;
             let cone = a * (d - df) / d * magnification;
             let told = defocus.circle_of_confusion_mm(depth);
-            assert!((told - cone).abs() < 1e-9 + 1e-6 * cone.abs(), "{name} {depth}: {told} against {cone}");
+            assert!(
+                (told - cone).abs() < 1e-9 + 1e-6 * cone.abs(),
+                "{name} {depth}: {told} against {cone}"
+            );
         }
     }
 }
@@ -158,5 +168,10 @@ fn paraxial_disparity_vanishes_in_focus_and_changes_sign_there() {
         shift[0]
     };
     assert!(at(500.0).length() < 1e-9, "{:?}", at(500.0));
-    assert!(at(250.0).x > 0.1 && at(250.0).y > 0.1 && at(2000.0).x < -0.1, "{:?} {:?}", at(250.0), at(2000.0));
+    assert!(
+        at(250.0).x > 0.1 && at(250.0).y > 0.1 && at(2000.0).x < -0.1,
+        "{:?} {:?}",
+        at(250.0),
+        at(2000.0)
+    );
 }
