@@ -3,6 +3,7 @@
 //! Camera frame throughout (see [`crate::frames`]): mm, z from the scene to the sensor, origin at the first vertex.
 
 mod check;
+pub mod chief;
 pub mod error;
 pub mod focus;
 pub mod glass;
@@ -12,12 +13,14 @@ pub mod packet;
 pub mod paraxial;
 pub mod placed;
 pub mod prescription;
+pub mod pupil;
 pub mod surface;
 pub mod system;
 pub mod tolerance;
 pub mod trace;
 pub mod zmx;
 
+pub use chief::chief_ray;
 pub use error::LensError;
 pub use focus::FocusBy;
 pub use library::builtin_names;
@@ -25,6 +28,7 @@ pub use packet::{PacketTracer, RayBatch, RayStatus, SimdLevel};
 pub use paraxial::Paraxial;
 pub use placed::Lens;
 pub use prescription::Prescription;
+pub use pupil::{ExitPupilMap, PupilEllipse};
 pub use surface::Travel;
 pub use system::{Aperture, OpticalSurface, OpticalSystem, Pose, Ray, RayFailure, SurfaceKind};
 pub use tolerance::{ElementRef, Fold, Misalignment, table1_defects};
