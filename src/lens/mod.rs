@@ -5,7 +5,7 @@
 pub mod aim;
 pub mod analysis;
 mod check;
-pub mod drawing;
+pub mod chief;
 pub mod error;
 pub mod focus;
 pub mod fold;
@@ -25,6 +25,7 @@ pub mod trace;
 pub mod verification;
 pub mod zmx;
 
+pub use chief::chief_ray;
 pub use error::LensError;
 pub use focus::FocusBy;
 pub use fold::Fold;
@@ -33,7 +34,7 @@ pub use packet::{PacketTracer, RayBatch, RayStatus, SimdLevel};
 pub use paraxial::Paraxial;
 pub use placed::Lens;
 pub use prescription::Prescription;
-pub use pupil::{ExitPupilMap, PupilEllipse, chief_ray};
+pub use pupil::{ExitPupilMap, PupilEllipse};
 pub use surface::Travel;
 pub use system::{Aperture, OpticalSurface, OpticalSystem, Pose, Ray, RayFailure, SurfaceKind};
 pub use tolerance::{ElementRef, Misalignment, table1_defects};

@@ -3,4 +3,5 @@
 
 mod closed_forms;
 mod packets;
+mod pupils;
 mod support;

@@ -4,69 +4,13 @@
 use glam::{DMat3, DVec3};
 
 use super::batch::{RayBatch, RayStatus};
+use super::block::{BLOCK, Block, load, store};
+use super::prepared::Prepared;
 use crate::lens::surface::{NEWTON_LIMIT, ROOT_FLOOR, Travel};
-use crate::lens::system::{ASPHERE_TERMS, OpticalSurface, SurfaceKind};
+use crate::lens::system::ASPHERE_TERMS;
 
-/// Rays in a block: a few vectors, so that their latencies overlap, and little enough to stay in the first-level cache.
-const BLOCK: usize = 64;
 /// The last Newton step, mm. Its square, about 1e-14, is what is left. The plain tracer goes on longer.
 const LAST_STEP_MM: f64 = 1e-7;
-
-/// A surface with what does not depend on the ray worked out.
-#[derive(Clone, Debug)]
-pub(super) struct Prepared {
-    vertex_mm: DVec3,
-    /// Camera-from-local.
-    rotation: Option<DMat3>,
-    curvature: f64,
-    /// 1 + k.
-    k1: f64,
-    /// A_p, and p A_p.
-    value: [f64; ASPHERE_TERMS],
-    derivative: [f64; ASPHERE_TERMS],
-    terms: usize,
-    semi_squared: f64,
-    /// n/n' forward and backward; `None` where nothing refracts.
-    eta: Option<(f64, f64)>,
-}
-
-impl Prepared {
-    pub(super) fn new(surface: &OpticalSurface) -> Prepared {
-        let mut value = [0.0; ASPHERE_TERMS];
-        let terms = surface.aspheric_terms.min(ASPHERE_TERMS);
-        value[..terms].copy_from_slice(&surface.aspheric[..terms]);
-        Prepared {
-            vertex_mm: surface.pose.vertex_mm,
-            rotation: surface.pose.rotation,
-            curvature: surface.curvature,
-            k1: 1.0 + surface.conic,
-            value,
-            derivative: std::array::from_fn(|i| 2.0 * (i + 1) as f64 * value[i]),
-            terms,
-            semi_squared: surface.aperture.semi_mm * surface.aperture.semi_mm,
-            eta: (surface.kind == SurfaceKind::Refract).then(|| {
-                (
-                    surface.index_before / surface.index_after,
-                    surface.index_after / surface.index_before,
-                )
-            }),
-        }
-    }
-}
-
-/// The rays in work. `lost` is 0 or reason + 256 · surface; `moving` is 1 while Newton's method runs.
-#[repr(align(64))]
-struct Block {
-    x: [f64; BLOCK],
-    y: [f64; BLOCK],
-    z: [f64; BLOCK],
-    dx: [f64; BLOCK],
-    dy: [f64; BLOCK],
-    dz: [f64; BLOCK],
-    t: [f64; BLOCK],
-    moving: [u64; BLOCK],
-    lost: [u64; BLOCK],
-}
 
 /// Traces the whole batch, block by block.
 #[inline(always)]
@@ -88,48 +32,6 @@ pub(super) fn trace(surfaces: &[Prepared], sensor_z_mm: f64, batch: &mut RayBatc
             to_sensor(&mut block, sensor_z_mm, surfaces.len().saturating_sub(1));
         }
         store(&block, batch, range);
-    }
-}
-
-#[inline(always)]
-fn load(batch: &RayBatch, range: std::ops::Range<usize>) -> Block {
-    // The tail of the last block is filled with lost rays along the axis.
-    let mut block = Block {
-        x: [0.0; BLOCK],
-        y: [0.0; BLOCK],
-        z: [0.0; BLOCK],
-        dx: [0.0; BLOCK],
-        dy: [0.0; BLOCK],
-        dz: [1.0; BLOCK],
-        t: [0.0; BLOCK],
-        moving: [0; BLOCK],
-        lost: [u64::MAX; BLOCK],
-    };
-    let n = range.len();
-    block.x[..n].copy_from_slice(&batch.ox[range.clone()]);
-    block.y[..n].copy_from_slice(&batch.oy[range.clone()]);
-    block.z[..n].copy_from_slice(&batch.oz[range.clone()]);
-    block.dx[..n].copy_from_slice(&batch.dx[range.clone()]);
-    block.dy[..n].copy_from_slice(&batch.dy[range.clone()]);
-    block.dz[..n].copy_from_slice(&batch.dz[range.clone()]);
-    block.lost[..n].fill(0);
-    block
-}
-
-#[inline(always)]
-fn store(block: &Block, batch: &mut RayBatch, range: std::ops::Range<usize>) {
-    for (i, ray) in range.enumerate() {
-        let code = block.lost[i];
-        batch.status[ray] = (code & 255) as u8;
-        batch.surface[ray] = (code >> 8) as u16;
-        if code == 0 {
-            batch.ox[ray] = block.x[i];
-            batch.oy[ray] = block.y[i];
-            batch.oz[ray] = block.z[i];
-            batch.dx[ray] = block.dx[i];
-            batch.dy[ray] = block.dy[i];
-            batch.dz[ray] = block.dz[i];
-        }
     }
 }
 

@@ -19,13 +19,15 @@
 //! of rays gives the same bits.
 
 mod batch;
+mod block;
 mod kernel;
+mod prepared;
 
 pub use batch::{RayBatch, RayStatus};
 
 use super::surface::Travel;
 use super::system::OpticalSystem;
-use kernel::Prepared;
+use prepared::Prepared;
 
 /// The instructions to use. They change the speed only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
