@@ -1,6 +1,8 @@
 //! Lens files that no lens can have: each is refused by one sentence that names the file, the field and the value.
 
-use quadpixel::lens::{Prescription, builtin_names};
+use proptest::prelude::*;
+use quadpixel::lens::aim::Field;
+use quadpixel::lens::{Lens, Prescription, builtin_names};
 use serde_json::{Value, json};
 
 const GOOD: &str = include_str!("../../src/lens/library/wide_US20120327520A1_emb3.json");
@@ -179,4 +181,24 @@ fn unknown_fields_lenses_and_files_are_named() {
             .to_string()
             .contains(".json or .zmx")
     );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// Whatever number stands in whatever field: an error or a lens, and then rays or no rays, but never a panic.
+    #[test]
+    fn any_number_in_any_field_is_refused_or_traced(
+        surface in 0usize..13,
+        field in prop::sample::select(vec!["radius_mm", "thickness_mm", "nd", "vd", "conic", "semi_aperture_mm"]),
+        value in prop_oneof![-10.0..10.0f64, any::<f64>()],
+    ) {
+        let mut file: Value = serde_json::from_str(GOOD).unwrap();
+        file["surfaces"][surface][field] = json!(value);
+        let made = Prescription::from_json(&file.to_string(), "bad.json").and_then(|p| Lens::new(&p));
+        if let Ok(lens) = made {
+            let spot = lens.spot(Field::up(20.0), 550.0).unwrap();
+            prop_assert!(spot.points_mm.iter().all(|p| p.is_finite()));
+        }
+    }
 }
