@@ -102,7 +102,7 @@ pub enum ResponseConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneConfig {
-    /// Kinds of chart; one is drawn for each card, the background's in turn.
+    /// Kinds of chart, or image files; one is drawn for each card, the background's in turn.
     pub charts: Vec<String>,
     /// Depth of the background as a multiple of the focused depth.
     pub background_over_focus: Draw,
@@ -239,10 +239,13 @@ impl DatasetConfig {
         self.scene.cards.check("scene.cards", (0.0, 64.0))?;
         self.scene.card_over_focus.check("scene.card_over_focus", (0.05, 100.0))?;
         self.scene.card_size.check("scene.card_size", (0.01, 4.0))?;
-        let known = crate::charts::ChartKind::names();
-        match self.scene.charts.iter().find(|c| !known.contains(&c.as_str())) {
+        let known = |c: &String| crate::charts::ChartSpec::KINDS.contains(&c.as_str()) && c != "image";
+        match self.scene.charts.iter().find(|c| !known(c) && !crate::draw::is_image(c)) {
             None => Ok(()),
-            Some(c) => Err(CommandError::input(format!("scene.charts has `{c}`; allowed: {}", known.join(", ")))),
+            Some(c) => {
+                let kinds = crate::charts::ChartSpec::KINDS.join(", ");
+                Err(CommandError::input(format!("scene.charts has `{c}`; allowed: {kinds} (image by the path of a PNG, JPEG or TIFF file)")))
+            }
         }
     }
 }

@@ -52,7 +52,7 @@ pub fn make(config: &DatasetConfig, out: &Path, progress: &Progress) -> Result<S
         let angles = |done: usize, total: usize| progress.angles(done, total);
         let sample = render_sample(recipe, id, &mut responses, &angles, &|n| progress.rays(n))
             .map_err(|e| e.within(&format!("sample {index}")))?;
-        responses.warnings().for_each(|w| progress.warn(&w));
+        responses.take_warnings().iter().for_each(|w| progress.warn(w));
         samples.push(write_sample(out, &sample.files()).map_err(write_error)?);
         progress.sample_done();
     }

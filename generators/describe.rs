@@ -30,7 +30,7 @@ pub(crate) fn describe(
     let wavelengths = camera.wavelengths();
     let lens_hash = blake3::hash(format!("{:?}", lens.prescription().surfaces).as_bytes()).to_hex().to_string();
     let (pixel, hash, table_nm) = match (response, &recipe.response) {
-        (Response::Table(t), _) => (t.meta().pixel.clone(), t.meta().hash.clone(), t.axes().wavelengths_nm.clone()),
+        (Response::Table(t), _) => (t.meta().pixel["name"].as_str().unwrap_or("unnamed").to_string(), t.meta().key.clone(), t.axes().wavelengths_nm.clone()),
         (Response::Geometric(g), _) => (format!("ideal, focal length {} µm", g.focal_length_um()), String::new(), Vec::new()),
     };
     let model = match &recipe.response {
@@ -54,7 +54,7 @@ pub(crate) fn describe(
         seed: recipe.render.seed,
         scene: spec::Scene {
             id: format!("scene-{:06}", id.index),
-            charts: recipe.planes.iter().map(|p| p.chart.kind().name().to_string()).collect(),
+            charts: recipe.planes.iter().map(|p| p.chart.name().to_string()).collect(),
             parameters: json,
         },
         lens: spec::Lens {

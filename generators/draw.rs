@@ -1,14 +1,15 @@
 //! Draws sample `index`'s recipe from the configuration. Every number is a hash of (seed, index, what it is for): it does
 //! not depend on the other samples, their order or their number.
 
+use std::path::Path;
+
 use quadpixel::render::RenderSettings;
 use quadpixel::sampling::{hash, uniform};
 
-use crate::charts::mask::MaskSpec;
-use crate::charts::random_spec;
+use crate::charts::{ChartSpec, ImageFile, Mask, random_spec};
 use crate::command_error::CommandError;
 use crate::config::{DatasetConfig, Draw, ResponseConfig, WindowConfig};
-use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, SensorRecipe, WindowRecipe};
+use crate::recipe::{Cutout, ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, SensorRecipe, WindowRecipe};
 
 /// What a drawn number is for; part of its key.
 #[derive(Clone, Copy)]
@@ -127,7 +128,7 @@ fn planes(config: &DatasetConfig, dice: &Dice, focus_mm: f64) -> Result<Vec<Plan
     // The background's chart goes through the list in turn, so that a small set shows them all.
     let kind = &scene.charts[dice.index as usize % scene.charts.len()];
     let mut planes = vec![PlaneRecipe {
-        chart: random_spec(kind, dice.key(For::Chart, 0))?,
+        chart: chart(kind, dice.key(For::Chart, 0))?,
         chart_seed: dice.key(For::Chart, 0),
         texture_px: scene.texture_px,
         distance_mm: background_mm,
@@ -141,7 +142,7 @@ fn planes(config: &DatasetConfig, dice: &Dice, focus_mm: f64) -> Result<Vec<Plan
         let depth = focus_mm * dice.of(&scene.card_over_focus, For::CardDepth, card);
         let key = dice.key(For::Chart, card);
         planes.push(PlaneRecipe {
-            chart: random_spec(dice.choice(&scene.charts, For::CardChart, card), key)?,
+            chart: chart(dice.choice::<String>(&scene.charts, For::CardChart, card), key)?,
             chart_seed: key,
             texture_px: scene.texture_px / 2,
             distance_mm: depth.min(0.95 * background_mm),
@@ -153,8 +154,25 @@ fn planes(config: &DatasetConfig, dice: &Dice, focus_mm: f64) -> Result<Vec<Plan
             tilt_x_deg: 0.0,
             tilt_y_deg: 0.0,
             roll_deg: 30.0 * (2.0 * dice.unit(For::CardRoll, card) - 1.0),
-            cutout: Some(MaskSpec::random(dice.key(For::Mask, card))),
+            cutout: Some(Cutout {
+                shape: *dice.choice(&Mask::ALL, For::Mask, card),
+                seed: dice.key(For::Mask, card),
+            }),
         });
     }
     Ok(planes)
+}
+
+/// A chart by its kind with parameters drawn from `seed`, or an image file by its path.
+fn chart(entry: &str, seed: u64) -> Result<ChartSpec, CommandError> {
+    if is_image(entry) {
+        return Ok(ChartSpec::Image(ImageFile { path: entry.into() }));
+    }
+    random_spec(entry, seed).map_err(|e| CommandError::input(format!("scene.charts: {e}")))
+}
+
+/// Whether an entry of `scene.charts` is the path of an image.
+pub(crate) fn is_image(entry: &str) -> bool {
+    let extension = Path::new(entry).extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    ["png", "jpg", "jpeg", "tif", "tiff"].contains(&extension.as_str())
 }

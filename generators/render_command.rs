@@ -39,7 +39,7 @@ pub fn run(scene: &Path, out: &Path, progress: &Progress) -> Result<PathBuf, Com
     let angles = |done: usize, total: usize| progress.angles(done, total);
     let sample = render_sample(&recipe, id, &mut responses, &angles, &|n| progress.rays(n))
         .map_err(|e| e.within(&scene.display().to_string()))?;
-    responses.warnings().for_each(|w| progress.warn(&w));
+    responses.take_warnings().iter().for_each(|w| progress.warn(w));
     write_alone(out, &sample.files()).map_err(write_error)?;
     progress.sample_done();
     progress.finish();

@@ -4,7 +4,6 @@ use quadpixel::image::Image;
 use quadpixel::image::raster::Levels;
 use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField, DisparityMaps, WhiteField};
 use quadpixel::render::{Execution, SubPixelImage, render};
-use quadpixel::sensor::Subpixels;
 use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel::units::M_PER_MM;
 
@@ -50,11 +49,7 @@ pub fn render_sample(
     response_progress: &(dyn Fn(usize, usize) + Sync),
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Sample, CommandError> {
-    let subpixels: Subpixels = recipe
-        .sensor
-        .subpixels
-        .parse()
-        .map_err(|e: quadpixel::sensor::SubpixelsError| CommandError::input(format!("sensor.subpixels: {e}")))?;
+    let subpixels = assemble::subpixels(&recipe.sensor.subpixels)?;
     if !(1..=1 << 24).contains(&recipe.render.rays_per_pixel) {
         let n = recipe.render.rays_per_pixel;
         return Err(CommandError::input(format!("render.rays_per_pixel is {n}; allowed: 1 to 16777216")));

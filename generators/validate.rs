@@ -103,7 +103,7 @@ pub fn masked_plane(response: &AngularResponse, theta_max_deg: f64, stride: usiz
     let probe = |&(iv, iu): &(usize, usize)| {
         let (u, v) = (us[iu], vs[iv]);
         let (du, dv) = (us[iu + 1] - u, vs[iv + 1] - v);
-        let masked = response.masked_to_node(iv, iu);
+        let masked = masked_to_node(response, iv, iu)?;
         // Where light with these direction cosines comes from, on a plane 1 mm away, camera frame.
         let source = |u: f64, v: f64| DVec2::new(u, -v) / (1.0 - u * u - v * v).max(1e-3).sqrt();
         let corners = [(-du, -dv), (du, -dv), (-du, dv), (du, dv)].map(|(a, b)| source(u + a, v + b));
@@ -118,6 +118,16 @@ pub fn masked_plane(response: &AngularResponse, theta_max_deg: f64, stride: usiz
         })
     };
     Ok(Experiment::new(nodes.par_iter().map(probe).collect::<Result<_, CommandError>>()?))
+}
+
+/// The table with every value 0 but those of one node.
+fn masked_to_node(response: &AngularResponse, iv: usize, iu: usize) -> Result<AngularResponse, CommandError> {
+    let n_sub = response.subpixels().count();
+    let mut table = vec![0.0; response.table().len()];
+    let at = (iv * response.axes().u.len() + iu) * n_sub;
+    table[at..at + n_sub].copy_from_slice(response.node(0, 0, iv, iu));
+    AngularResponse::new(response.axes().clone(), response.meta().clone(), table)
+        .map_err(|e| CommandError::failed(e.to_string()))
 }
 
 /// Green irradiance of each sub-pixel of one bare pixel, sr.

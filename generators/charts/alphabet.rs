@@ -135,7 +135,7 @@ impl Alphabet {
         let spacing = 1.25 * em;
         let lines = (2.0 * reach / spacing).ceil() as u64 + 1;
         let mut letters = Vec::new();
-        let mut letter = 0u8;
+        let mut letter = key.whole(8, 0, 25) as u8;
         for line in 0..lines {
             let mut text = String::new();
             while f64::from(lettering.length_em(&text)) * em < 2.0 * reach {

@@ -6,7 +6,7 @@
 use super::error::{ChartError, side};
 use image::metadata::Orientation;
 use image::{ColorType, DynamicImage, ImageDecoder, ImageReader, Limits, Rgb32FImage, imageops};
-use quadpixel::scene::color::linear_from_srgb;
+use quadpixel::image::srgb::to_linear;
 use quadpixel::scene::texture::Texture;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -59,9 +59,8 @@ impl ImageFile {
             .zip(rgba.par_chunks(4))
             .for_each(|(out, texel)| {
                 for (out, &v) in out.iter_mut().zip(texel) {
-                    let v = if linear { v } else { linear_from_srgb(v) };
-                    // max before min: NaN becomes 0.
-                    *out = BACKDROP + (v.max(0.0).min(1.0) - BACKDROP) * texel[3].max(0.0).min(1.0);
+                    let v = if linear { v } else { to_linear(v) };
+                    *out = BACKDROP + (unit(v) - BACKDROP) * unit(texel[3]);
                 }
             });
         Ok(out)
@@ -96,5 +95,14 @@ impl ImageFile {
         let mut image = DynamicImage::from_decoder(decoder).map_err(not_an_image)?;
         image.apply_orientation(orientation);
         Ok(image)
+    }
+}
+
+/// The value within 0..=1; NaN, which a float TIFF may hold, becomes 0.
+fn unit(value: f32) -> f32 {
+    if value.is_nan() {
+        0.0
+    } else {
+        value.clamp(0.0, 1.0)
     }
 }

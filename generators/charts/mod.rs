@@ -11,9 +11,10 @@ mod error;
 mod image_file;
 mod keyed;
 mod lettering;
+mod mask;
+
 mod noise;
 mod paint;
-pub mod preview;
 mod resolution;
 mod stripes;
 
@@ -21,6 +22,7 @@ pub use alphabet::Alphabet;
 pub use dead_leaves::DeadLeaves;
 pub use error::ChartError;
 pub use image_file::ImageFile;
+pub use mask::Mask;
 pub use noise::Noise;
 pub use resolution::Resolution;
 pub use stripes::{Checkerboard, SiemensStar, SlantedEdge};
@@ -93,6 +95,22 @@ impl ChartSpec {
         "constant",
     ];
 
+    /// The name of its kind, as in files.
+    pub fn name(&self) -> &'static str {
+        let index = match self {
+            Self::Resolution(_) => 0,
+            Self::Alphabet(_) => 1,
+            Self::Noise(_) => 2,
+            Self::DeadLeaves(_) => 3,
+            Self::SlantedEdge(_) => 4,
+            Self::SiemensStar(_) => 5,
+            Self::Checkerboard(_) => 6,
+            Self::Image(_) => 7,
+            Self::Constant(_) => 8,
+        };
+        Self::KINDS[index]
+    }
+
     /// Draws the chart, `size_px` texels a side (1..=16384). Fails on a parameter out of its range, or an unreadable image.
     pub fn generate(&self, seed: u64, size_px: usize) -> Result<Texture, ChartError> {
         match self {
@@ -132,3 +150,7 @@ pub fn random_spec(kind: &str, seed: u64) -> Result<ChartSpec, ChartError> {
         }
     })
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests;

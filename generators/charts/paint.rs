@@ -28,17 +28,27 @@ pub(super) fn edge_coverage(d: f32, n: [f32; 2]) -> f32 {
 
 /// A square wave as a raster can hold it: 1 where cos(2π phase) > 0, else 0, averaged over a texel.
 ///
-/// `frequency` in cycles per texel along the unit vector `n`. Wide stripes have exact edges. From 16 texels a period down, the
-/// wave is the Fourier series of the box-filtered square wave, Σ (2/π) (−1)^k/(2k+1) sinc(q) cos(2π (2k+1) phase) at q = (2k+1)
+/// `frequency` in cycles per texel along the unit vector `n`. Wide stripes have exact edges. From 24 to 12 texels a period they
+/// pass over to the Fourier series of the box-filtered wave, Σ (2/π) (−1)^k/(2k+1) sinc(q) cos(2π (2k+1) phase) at q = (2k+1)
 /// frequency, each harmonic faded out from q = 0.35 to Nyquist's 0.5: beyond Nyquist there is grey, never an alias.
 #[inline]
 pub(super) fn square_wave(phase: f32, frequency: f32, n: [f32; 2]) -> f32 {
-    if frequency < 1.0 / 16.0 {
-        let d = (0.25 - (phase - phase.round()).abs()) / frequency.max(1e-6);
-        return edge_coverage(d, n);
+    let phase = phase - phase.round();
+    let exact = || edge_coverage((0.25 - phase.abs()) / frequency.max(1e-6), n);
+    let mix = 24.0 * frequency - 1.0;
+    if mix <= 0.0 {
+        exact()
+    } else if mix < 1.0 {
+        let exact = exact();
+        exact + (harmonics(phase, frequency) - exact) * mix
+    } else {
+        harmonics(phase, frequency)
     }
-    let angle = TAU * (phase - phase.round());
-    let base = angle.cos();
+}
+
+/// The band-limited series of [`square_wave`].
+fn harmonics(phase: f32, frequency: f32) -> f32 {
+    let base = (TAU * phase).cos();
     let twice = 2.0 * (2.0 * base * base - 1.0);
     // cos((2k+1)a) = 2 cos(2a) cos((2k−1)a) − cos((2k−3)a), from cos(−a) = cos(a).
     let (mut before, mut now) = (base, base);

@@ -71,6 +71,15 @@ impl Sheet {
             let rows = j * height / h..((j + 1) * height / h).max(j * height / h + 1);
             for i in 0..w {
                 let columns = i * width / w..((i + 1) * width / w).max(i * width / w + 1);
+                let count = rows.len() * columns.len();
+                if count == 1 {
+                    self.set(
+                        left + i,
+                        top + j,
+                        colour(image.pixel(columns.start, rows.start)),
+                    );
+                    continue;
+                }
                 mean.fill(0.0);
                 for v in rows.clone() {
                     for u in columns.clone() {
@@ -79,8 +88,7 @@ impl Sheet {
                             .for_each(|(m, p)| *m += p);
                     }
                 }
-                let count = (rows.len() * columns.len()) as f32;
-                mean.iter_mut().for_each(|m| *m /= count);
+                mean.iter_mut().for_each(|m| *m /= count as f32);
                 self.set(left + i, top + j, colour(&mean));
             }
         }

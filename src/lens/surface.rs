@@ -17,8 +17,9 @@ use glam::{DVec2, DVec3};
 
 use super::system::{OpticalSurface, Ray};
 
-/// Newton's method gives up after this many steps; regular rays need two to five.
-pub(crate) const NEWTON_LIMIT: usize = 24;
+/// Newton's method gives up after this many steps. Regular rays need two to five; a ray far outside the clear aperture, where r^p
+/// rules, comes in by a factor 1 − 1/p a step.
+pub(crate) const NEWTON_LIMIT: usize = 64;
 /// A Newton step below this is the last one, mm: convergence is quadratic, so it leaves less than rounding does.
 pub(crate) const NEWTON_LAST_STEP_MM: f64 = 1e-9;
 /// Floor of s² outside the conic's domain, which keeps Newton's method going until it comes back inside.

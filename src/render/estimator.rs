@@ -71,7 +71,8 @@ pub(super) fn estimate_pixel(
             if let Some(tracer) = camera.tracer(channel) {
                 work.trace(tracer, execution);
                 tally.rays += n as u64;
-                (0..n).filter_map(|i| work.batch.get(i)?.err())
+                (0..n)
+                    .filter_map(|i| work.batch.failure(i))
                     .for_each(|f| tally.lost.count(f));
                 let rays = RaySlices {
                     origin_mm: [&work.batch.ox, &work.batch.oy, &work.batch.oz],
@@ -167,11 +168,6 @@ impl Workspace {
         for (target, source) in targets.into_iter().zip(&self.aimed) {
             target.clone_from(source);
         }
-        let n = b.ox.len();
-        b.status.clear();
-        b.status.resize(n, 0);
-        b.surface.clear();
-        b.surface.resize(n, 0);
         tracer.trace_backward(b, execution.simd);
     }
 

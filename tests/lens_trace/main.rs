@@ -2,4 +2,5 @@
 #![allow(clippy::unwrap_used)] // tests fail by panicking
 
 mod closed_forms;
+mod packets;
 mod support;

@@ -30,18 +30,34 @@ fn lens(name: &str, focus_mm: f64) -> Lens {
 
 /// An ideal pixel of 2 µm whose boxes reach to tan θ = 2 µm / (2 · focal length).
 fn geometric(m: usize, n: usize, focal_um: f64) -> Response {
-    Response::Geometric(GeometricResponse::new(Subpixels::new(m, n).unwrap(), 2.0, focal_um).unwrap())
+    Response::Geometric(
+        GeometricResponse::new(Subpixels::new(m, n).unwrap(), 2.0, focal_um).unwrap(),
+    )
 }
 
 fn camera(lens: &Lens, response: &Response, size: (usize, usize), centre_mm: DVec2) -> Camera {
     let sensor = Sensor::new(2.0, response.subpixels(), size, centre_mm).unwrap();
-    Camera::new(lens, sensor, ShiftRule::ChiefRay, response, ChannelWavelengths::default()).unwrap()
+    Camera::new(
+        lens,
+        sensor,
+        ShiftRule::ChiefRay,
+        response,
+        ChannelWavelengths::default(),
+    )
+    .unwrap()
 }
 
 /// A square card of radiance 1, square to the axis.
 fn card(centre_mm: DVec3, side_mm: f64, coverage: Option<Coverage>) -> TexturedPlane {
     let white = Arc::new(Texture::from_fn(1, 1, |_, _| [1.0]).unwrap());
-    TexturedPlane::new(centre_mm, (side_mm, side_mm), (0.0, 0.0, 0.0), white, coverage.map(Arc::new)).unwrap()
+    TexturedPlane::new(
+        centre_mm,
+        (side_mm, side_mm),
+        (0.0, 0.0, 0.0),
+        white,
+        coverage.map(Arc::new),
+    )
+    .unwrap()
 }
 
 fn white() -> Scene {

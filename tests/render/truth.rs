@@ -10,7 +10,10 @@ use super::{PHONE, camera, card, geometric, lens};
 fn depth_is_along_the_axis_and_distance_along_the_line_of_sight() {
     let lens = lens(PHONE, 500.0);
     let camera = camera(&lens, &geometric(2, 2, 5.0), (33, 33), DVec2::new(1.0, 0.6));
-    let scene = Scene::new(vec![card(DVec3::new(0.0, 0.0, -800.0), 3000.0, None)], [0.0; 3]);
+    let scene = Scene::new(
+        vec![card(DVec3::new(0.0, 0.0, -800.0), 3000.0, None)],
+        [0.0; 3],
+    );
     let truth = ChiefRays::new(&camera).geometry(&camera, &scene);
     for (&z, &d) in truth.depth_mm.data().iter().zip(truth.distance_mm.data()) {
         assert!((z - 800.0).abs() < 1e-3 && d > 800.0 / 0.98, "{z} {d}");
@@ -31,11 +34,26 @@ fn nothing_met_is_the_sky_at_infinity() {
 fn in_focus_the_sum_is_the_target_and_an_even_wall_is_equal_everywhere() {
     let lens = lens(PHONE, 500.0);
     let camera = camera(&lens, &geometric(2, 2, 5.0), (16, 16), DVec2::new(0.8, 0.0));
-    let scene = Scene::new(vec![card(DVec3::new(0.0, 0.0, -500.0), 3000.0, None)], [0.0; 3]);
+    let scene = Scene::new(
+        vec![card(DVec3::new(0.0, 0.0, -500.0), 3000.0, None)],
+        [0.0; 3],
+    );
     let white = WhiteField::new(&camera);
     let target = ChiefRays::new(&camera).target(&camera, &scene, &white);
-    let settings = RenderSettings { rays_per_pixel: 1024, seed: 2 };
-    let sum = render(&camera, &scene, &settings, &Execution::default(), None, &|_| ()).image.sum();
+    let settings = RenderSettings {
+        rays_per_pixel: 1024,
+        seed: 2,
+    };
+    let sum = render(
+        &camera,
+        &scene,
+        &settings,
+        &Execution::default(),
+        None,
+        &|_| (),
+    )
+    .image
+    .sum();
     for (a, b) in sum.data().iter().zip(target.data()) {
         assert!((a / b - 1.0).abs() < 0.01, "{a} against {b}");
     }
@@ -52,13 +70,25 @@ fn occlusion_at_a_straight_edge_is_half_and_falls_to_nothing_within_the_blur() {
     let far = card(DVec3::new(0.0, 0.0, -1000.0), 3000.0, None);
     let scene = Scene::new(vec![near, far], [0.0; 3]);
     let geometry = ChiefRays::new(&camera).geometry(&camera, &scene);
-    let settings = RenderSettings { rays_per_pixel: 2048, seed: 2 };
-    let rendered = render(&camera, &scene, &settings, &Execution::default(), Some(&geometry.surfaces), &|_| ());
+    let settings = RenderSettings {
+        rays_per_pixel: 2048,
+        seed: 2,
+    };
+    let rendered = render(
+        &camera,
+        &scene,
+        &settings,
+        &Execution::default(),
+        Some(&geometry.surfaces),
+        &|_| (),
+    );
     let map = rendered.occlusion.unwrap();
     let row: Vec<f32> = (0..48).map(|x| map.pixel(x, 4)[0]).collect();
     assert_eq!(geometry.surfaces[4 * 48], 0);
     assert_eq!(geometry.surfaces[4 * 48 + 47], 1);
-    let edge = (0..48).find(|&x| geometry.surfaces[4 * 48 + x] == 1).unwrap();
+    let edge = (0..48)
+        .find(|&x| geometry.surfaces[4 * 48 + x] == 1)
+        .unwrap();
     // The two pixels beside the edge see it from either side.
     assert!((row[edge] + row[edge - 1] - 1.0).abs() < 0.15, "{row:?}");
     assert!(row[0] < 0.01 && row[47] < 0.01, "{row:?}");

@@ -33,9 +33,9 @@ pub struct RayBatch {
     pub dy: Vec<f64>,
     /// z of the unit direction.
     pub dz: Vec<f64>,
-    /// 0 for a ray that is alive, else the reason as in [`RayStatus`].
+    /// Written by tracing: 0 for a ray that is alive, else the reason as in [`RayStatus`].
     pub status: Vec<u8>,
-    /// Index of the surface at which a lost ray was lost; meaningless while `status` is 0.
+    /// Written by tracing: index of the surface at which a lost ray was lost; 0 while `status` is 0.
     pub surface: Vec<u16>,
 }
 
@@ -55,13 +55,11 @@ impl RayBatch {
         }
     }
 
-    /// Number of rays. Columns filled by hand to different lengths count up to the shortest.
+    /// Number of rays. Columns of origins and directions filled by hand to different lengths count up to the shortest.
     pub fn len(&self) -> usize {
         [&self.oy, &self.oz, &self.dx, &self.dy, &self.dz]
             .iter()
             .fold(self.ox.len(), |n, column| n.min(column.len()))
-            .min(self.status.len())
-            .min(self.surface.len())
     }
 
     /// Whether there is no ray.
@@ -85,35 +83,43 @@ impl RayBatch {
         self.surface.clear();
     }
 
-    /// Appends a ray that is alive.
-    pub fn push(&mut self, ray: Ray) {
-        self.ox.push(ray.origin_mm.x);
-        self.oy.push(ray.origin_mm.y);
-        self.oz.push(ray.origin_mm.z);
-        self.dx.push(ray.direction.x);
-        self.dy.push(ray.direction.y);
-        self.dz.push(ray.direction.z);
+    /// Appends a ray from `origin_mm` along the unit vector `direction`.
+    pub fn push(&mut self, origin_mm: DVec3, direction: DVec3) {
+        self.ox.push(origin_mm.x);
+        self.oy.push(origin_mm.y);
+        self.oz.push(origin_mm.z);
+        self.dx.push(direction.x);
+        self.dy.push(direction.y);
+        self.dz.push(direction.z);
         self.status.push(RayStatus::Ok as u8);
         self.surface.push(0);
     }
 
-    /// Ray `i`; `None` past the end.
+    /// Origin and direction of ray `i` as they stand: the traced ray if it is alive, else the one that came in. `i` is below
+    /// [`RayBatch::len`].
+    pub fn ray(&self, i: usize) -> Ray {
+        Ray {
+            origin_mm: DVec3::new(self.ox[i], self.oy[i], self.oz[i]),
+            direction: DVec3::new(self.dx[i], self.dy[i], self.dz[i]),
+        }
+    }
+
+    /// Why ray `i` was lost; `None` if it is alive or was not traced.
+    pub fn failure(&self, i: usize) -> Option<RayFailure> {
+        let surface = usize::from(*self.surface.get(i)?);
+        match *self.status.get(i)? {
+            0 => None,
+            1 => Some(RayFailure::Missed { surface }),
+            2 => Some(RayFailure::Vignetted { surface }),
+            _ => Some(RayFailure::TotalInternalReflection { surface }),
+        }
+    }
+
+    /// What came of ray `i`, which is below [`RayBatch::len`].
     ///
     /// # Errors
-    /// (inside) where ray `i` was lost, and why.
-    pub fn get(&self, i: usize) -> Option<Result<Ray, RayFailure>> {
-        if i >= self.len() {
-            return None;
-        }
-        let surface = usize::from(self.surface[i]);
-        Some(match self.status[i] {
-            0 => Ok(Ray {
-                origin_mm: DVec3::new(self.ox[i], self.oy[i], self.oz[i]),
-                direction: DVec3::new(self.dx[i], self.dy[i], self.dz[i]),
-            }),
-            1 => Err(RayFailure::Missed { surface }),
-            2 => Err(RayFailure::Vignetted { surface }),
-            _ => Err(RayFailure::TotalInternalReflection { surface }),
-        })
+    /// Where it was lost, and why.
+    pub fn get(&self, i: usize) -> Result<Ray, RayFailure> {
+        self.failure(i).map_or_else(|| Ok(self.ray(i)), Err)
     }
 }

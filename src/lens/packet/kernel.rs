@@ -72,6 +72,8 @@ struct Block {
 #[inline(always)]
 pub(super) fn trace(surfaces: &[Prepared], sensor_z_mm: f64, batch: &mut RayBatch, travel: Travel) {
     let rays = batch.len();
+    batch.status.resize(rays, 0);
+    batch.surface.resize(rays, 0);
     for start in (0..rays).step_by(BLOCK) {
         let range = start..rays.min(start + BLOCK);
         let mut block = load(batch, range.clone());
@@ -110,29 +112,23 @@ fn load(batch: &RayBatch, range: std::ops::Range<usize>) -> Block {
     block.dx[..n].copy_from_slice(&batch.dx[range.clone()]);
     block.dy[..n].copy_from_slice(&batch.dy[range.clone()]);
     block.dz[..n].copy_from_slice(&batch.dz[range.clone()]);
-    for (lost, status) in block.lost.iter_mut().zip(&batch.status[range]) {
-        *lost = if *status == 0 { 0 } else { u64::MAX };
-    }
+    block.lost[..n].fill(0);
     block
 }
 
 #[inline(always)]
 fn store(block: &Block, batch: &mut RayBatch, range: std::ops::Range<usize>) {
     for (i, ray) in range.enumerate() {
-        match block.lost[i] {
-            0 => {
-                batch.ox[ray] = block.x[i];
-                batch.oy[ray] = block.y[i];
-                batch.oz[ray] = block.z[i];
-                batch.dx[ray] = block.dx[i];
-                batch.dy[ray] = block.dy[i];
-                batch.dz[ray] = block.dz[i];
-            }
-            u64::MAX => {}
-            code => {
-                batch.status[ray] = (code & 255) as u8;
-                batch.surface[ray] = (code >> 8) as u16;
-            }
+        let code = block.lost[i];
+        batch.status[ray] = (code & 255) as u8;
+        batch.surface[ray] = (code >> 8) as u16;
+        if code == 0 {
+            batch.ox[ray] = block.x[i];
+            batch.oy[ray] = block.y[i];
+            batch.oz[ray] = block.z[i];
+            batch.dx[ray] = block.dx[i];
+            batch.dy[ray] = block.dy[i];
+            batch.dz[ray] = block.dz[i];
         }
     }
 }

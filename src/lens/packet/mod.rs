@@ -76,9 +76,8 @@ impl PacketTracer {
         }
     }
 
-    /// Traces every ray of `batch` in place from the scene to the sensor plane, clipped by every aperture. A ray that is lost keeps
-    /// its old values and gets a status; a ray that comes in with a status is left alone. A `level` above what
-    /// the CPU has is lowered.
+    /// Traces every ray of `batch` in place from the scene to the sensor plane, clipped by every aperture. Every ray
+    /// comes in alive and gets a status; one that is lost keeps its old origin and direction. A `level` above what the CPU has is lowered.
     pub fn trace_forward(&self, batch: &mut RayBatch, level: SimdLevel) {
         self.run(batch, Travel::Forward, level);
     }

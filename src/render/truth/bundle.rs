@@ -7,7 +7,7 @@
 use glam::{DVec2, DVec3};
 
 use crate::frames::{camera_from_sensor_mm, uv_from_camera_direction};
-use crate::lens::{Ray, RayBatch, SimdLevel};
+use crate::lens::{RayBatch, SimdLevel};
 use crate::render::Camera;
 use crate::sampling::{SobolSet, concentric_disk};
 
@@ -79,7 +79,7 @@ pub(super) fn centroids(
         let target = pupil.centre_mm + (a * pupil.axis_a_mm + b * pupil.axis_b_mm).extend(0.0);
         let e = target - origin;
         let d = e.normalize();
-        batch.push(Ray { origin_mm: origin, direction: d });
+        batch.push(origin, d);
         measure[i] = e.z * e.z / e.length_squared().powi(2);
         slopes[i] = DVec2::new(d.x, d.y) / d.z;
         let uv = uv_from_camera_direction(-d);

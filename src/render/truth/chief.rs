@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::WhiteField;
 use crate::image::Image;
-use crate::lens::{Ray, RayBatch, SimdLevel, chief_ray};
+use crate::lens::{RayBatch, SimdLevel, chief_ray};
 use crate::render::Camera;
 use crate::render::estimator::pixel_origin_mm;
 use crate::scene::{Hits, NO_SURFACE, RaySlices, Scene};
@@ -84,8 +84,8 @@ impl ChiefRays {
                 let (batch, hits) = self.trace(camera, scene, places);
                 for i in 0..width {
                     let (z, d) = match (batch.get(i), hits.surface[i]) {
-(Some(Ok(_)), NO_SURFACE) => (f64::INFINITY, f64::INFINITY),
-                        (Some(Ok(ray)), _) => {
+                        (Ok(_), NO_SURFACE) => (f64::INFINITY, f64::INFINITY),
+                        (Ok(ray), _) => {
                             let point = ray.origin_mm + hits.distance_mm[i] * ray.direction;
                             (-point.z, point.length())
                         }
@@ -162,7 +162,7 @@ impl ChiefRays {
                 .sample(camera.sensor().position_mm(column, row), &mut slope);
             // Away from the sensor, towards negative z.
             let direction = -DVec2::from(slope).extend(1.0).normalize();
-            batch.push(Ray { origin_mm: pixel_origin_mm(camera, column, row), direction });
+            batch.push(pixel_origin_mm(camera, column, row), direction);
         }
         camera
             .tracer_of(ChannelWavelengths::REFERENCE)
