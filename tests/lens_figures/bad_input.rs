@@ -202,3 +202,33 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn sellmeier_coefficients_in_a_file_take_the_place_of_nd_and_vd() {
+    let mut file: Value = serde_json::from_str(GOOD).unwrap();
+    let surface = &mut file["surfaces"][11];
+    surface["sellmeier"] = json!({
+        "b": [1.03961212, 0.231792344, 1.01046945], "c_um2": [0.00600069867, 0.0200179144, 103.560653]
+    });
+    assert!(refused(&file.to_string()).contains("surfaces[11].nd = 1.517"));
+    let surface = file["surfaces"][11].as_object_mut().unwrap();
+    surface.remove("nd");
+    surface.remove("vd");
+    let p = Prescription::from_json(&file.to_string(), "bk7.json").unwrap();
+    let (nd, vd) = p.surfaces[11].glass.unwrap().nd_vd();
+    assert!((nd - 1.5168).abs() < 1e-5 && (vd - 64.17).abs() < 0.01);
+}
+
+#[test]
+fn folds_that_stand_in_glass_or_behind_the_lens_are_refused() {
+    for (after, distance, expected) in [
+        (json!(1), json!(0.1), "fold.after_surface = 1"),
+        (json!(99), json!(0.1), "fold.after_surface = 99"),
+        (json!(2), json!(-1.0), "fold.distance_mm = -1"),
+    ] {
+        let mut file: Value = serde_json::from_str(GOOD).unwrap();
+        file["fold"] = json!({"after_surface": after, "distance_mm": distance});
+        let error = refused(&file.to_string());
+        assert!(error.contains(expected), "{error}");
+    }
+}
