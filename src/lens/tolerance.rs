@@ -178,7 +178,7 @@ pub(crate) fn check_misalignments(
             ("misalignment.tilt_deg", m.tilt_deg),
         ];
         for (name, value) in turns {
-            if !(value.abs() <= LARGEST_TURN_DEG) {
+            if !(-LARGEST_TURN_DEG..=LARGEST_TURN_DEG).contains(&value) {
                 let allowed = format!("{LARGEST_TURN_DEG} degrees at most either way");
                 return refuse(name, value.to_string(), allowed);
             }

@@ -1,6 +1,8 @@
 //! Lens files that no lens can have: each is refused by one sentence that names the file, the field and the value.
 
-use quadpixel::lens::{Prescription, builtin_names};
+use proptest::prelude::*;
+use quadpixel::lens::aim::Field;
+use quadpixel::lens::{Lens, Prescription, builtin_names};
 use serde_json::{Value, json};
 
 const GOOD: &str = include_str!("../../src/lens/library/wide_US20120327520A1_emb3.json");
@@ -179,4 +181,54 @@ fn unknown_fields_lenses_and_files_are_named() {
             .to_string()
             .contains(".json or .zmx")
     );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// Whatever number stands in whatever field: an error or a lens, and then rays or no rays, but never a panic.
+    #[test]
+    fn any_number_in_any_field_is_refused_or_traced(
+        surface in 0usize..13,
+        field in prop::sample::select(vec!["radius_mm", "thickness_mm", "nd", "vd", "conic", "semi_aperture_mm"]),
+        value in prop_oneof![-10.0..10.0f64, any::<f64>()],
+    ) {
+        let mut file: Value = serde_json::from_str(GOOD).unwrap();
+        file["surfaces"][surface][field] = json!(value);
+        let made = Prescription::from_json(&file.to_string(), "bad.json").and_then(|p| Lens::new(&p));
+        if let Ok(lens) = made {
+            let spot = lens.spot(Field::up(20.0), 550.0).unwrap();
+            prop_assert!(spot.points_mm.iter().all(|p| p.is_finite()));
+        }
+    }
+}
+
+#[test]
+fn sellmeier_coefficients_in_a_file_take_the_place_of_nd_and_vd() {
+    let mut file: Value = serde_json::from_str(GOOD).unwrap();
+    let surface = &mut file["surfaces"][11];
+    surface["sellmeier"] = json!({
+        "b": [1.03961212, 0.231792344, 1.01046945], "c_um2": [0.00600069867, 0.0200179144, 103.560653]
+    });
+    assert!(refused(&file.to_string()).contains("surfaces[11].nd = 1.517"));
+    let surface = file["surfaces"][11].as_object_mut().unwrap();
+    surface.remove("nd");
+    surface.remove("vd");
+    let p = Prescription::from_json(&file.to_string(), "bk7.json").unwrap();
+    let (nd, vd) = p.surfaces[11].glass.unwrap().nd_vd();
+    assert!((nd - 1.5168).abs() < 1e-5 && (vd - 64.17).abs() < 0.01);
+}
+
+#[test]
+fn folds_that_stand_in_glass_or_behind_the_lens_are_refused() {
+    for (after, distance, expected) in [
+        (json!(1), json!(0.1), "fold.after_surface = 1"),
+        (json!(99), json!(0.1), "fold.after_surface = 99"),
+        (json!(2), json!(-1.0), "fold.distance_mm = -1"),
+    ] {
+        let mut file: Value = serde_json::from_str(GOOD).unwrap();
+        file["fold"] = json!({"after_surface": after, "distance_mm": distance});
+        let error = refused(&file.to_string());
+        assert!(error.contains(expected), "{error}");
+    }
 }

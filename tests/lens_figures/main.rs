@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 mod bad_input;
+mod focus;
 mod misalignment;
 
 use quadpixel::lens::aim::Field;

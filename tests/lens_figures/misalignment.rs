@@ -172,3 +172,21 @@ fn misalignments_no_lens_can_have_are_refused() {
         "{error}"
     );
 }
+
+#[test]
+fn misalignment_in_a_file_names_its_element_by_number_or_mirror_and_leaves_out_zeros() {
+    let read = |text: &str| serde_json::from_str::<Misalignment>(text);
+    let third = read(r#"{"element": 3, "dx_um": 9.0, "tilt_deg": 0.2}"#).unwrap();
+    assert_eq!(third.element, ElementRef::Element(3));
+    assert_eq!((third.dx_um, third.dy_um, third.tilt_deg), (9.0, 0.0, 0.2));
+    for m in table1_defects() {
+        assert_eq!(read(&serde_json::to_string(&m).unwrap()).unwrap(), m);
+    }
+    assert!(
+        read(r#"{"element": "prism"}"#)
+            .unwrap_err()
+            .to_string()
+            .contains("prism")
+    );
+    assert!(read(r#"{"element": 1, "dx_mm": 1.0}"#).is_err());
+}
