@@ -6,6 +6,7 @@ pub mod aim;
 pub mod analysis;
 mod check;
 pub mod chief;
+pub mod drawing;
 pub mod error;
 pub mod focus;
 pub mod fold;
