@@ -239,6 +239,21 @@ impl PixelStack {
         r - (r * r - half_diagonal_squared).max(0.0).sqrt()
     }
 
+    /// Height of the lens surface above the planarization, averaged over the cell, in µm.
+    pub fn mean_lens_height_um(&self) -> f64 {
+        const SAMPLES: usize = 32;
+        let r = self.lens.radius_um;
+        let place = |i: usize| ((i as f64 + 0.5) / SAMPLES as f64 - 0.5) * self.pitch_um;
+        let mut sum = 0.0;
+        for i in 0..SAMPLES {
+            for j in 0..SAMPLES {
+                let (x, y) = (place(i), place(j));
+                sum += (r * r - x * x - y * y).max(0.0).sqrt();
+            }
+        }
+        self.lens.height_um - r + sum / (SAMPLES * SAMPLES) as f64
+    }
+
     pub(crate) fn indices(&self, wavelength_nm: f64) -> Result<Indices, StackError> {
         Ok(Indices {
             resin: self.resin.index(wavelength_nm)?,

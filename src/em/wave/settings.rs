@@ -41,7 +41,7 @@ impl WaveSettings {
             order_cutoff: 1.7,
             silicon_cutoff: 1.0,
             absorption_planes: 24,
-            tolerance: 2e-2,
+            tolerance: 3e-2,
             bounces: 1,
         }
     }
