@@ -214,7 +214,7 @@ fn bad_configurations_are_refused_with_file_field_and_value_and_nothing_is_writt
             "focus_mm",
         ),
         ("focus_mm = { min = 200, max = 400 }", "focus_mm = 2.0", "2"),
-        ("width = 40", "width = 400000", "width"),
+        ("width = 40", "width = 0", "width"),
         ("width = 40", "widht = 40", "widht"),
         (
             "window = { at = \"random\", max_height_mm = 1.0 }",
