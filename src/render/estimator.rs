@@ -9,6 +9,7 @@ use crate::frames::camera_from_sensor_mm;
 use crate::lens::{PupilEllipse, RayBatch};
 use crate::sampling::{SobolSet, concentric_disk, hash};
 use crate::scene::{Hits, RaySlices, Scene};
+use crate::spectrum::ChannelWavelengths;
 
 /// Rays handled together: their arrays stay in the L1 and L2 caches.
 const BLOCK: usize = 256;
@@ -46,53 +47,59 @@ pub(super) struct Occlusion {
     pub all: f64,
 }
 
-/// Adds the pixel's estimate to `out[channel * subpixels + subpixel]`.
-#[allow(clippy::too_many_arguments)]
-pub(super) fn estimate_pixel(
-    camera: &Camera,
-    scene: &Scene,
-    settings: &RenderSettings,
-    execution: &Execution,
-    sobol: &SobolSet,
-    aim: &PixelAim,
-    mut occlusion: Option<&mut Occlusion>,
-    work: &mut Workspace,
-    tally: &mut Tally,
-    out: &mut [f64],
-) {
-    out.fill(0.0);
-    let n_sub = camera.sensor().subpixels().count();
-    let mut first = 0;
-    while first < settings.rays_per_pixel {
-        let n = (settings.rays_per_pixel - first).min(BLOCK);
-        work.aim(camera, sobol, aim, first, n);
-        work.respond(camera, aim, n_sub);
-        for channel in 0..3 {
-            if let Some(tracer) = camera.tracer(channel) {
-                work.trace(tracer, execution);
-                tally.rays += n as u64;
-                (0..n)
-                    .filter_map(|i| work.batch.failure(i))
-                    .for_each(|f| tally.lost.count(f));
-                let rays = RaySlices {
-                    origin_mm: [&work.batch.ox, &work.batch.oy, &work.batch.oz],
-                    direction: [&work.batch.dx, &work.batch.dy, &work.batch.dz],
-                };
-                scene.intersect(rays, &mut work.hits);
+/// What every pixel of a render shares.
+pub(super) struct Estimator<'a> {
+    pub camera: &'a Camera,
+    pub scene: &'a Scene,
+    pub settings: &'a RenderSettings,
+    pub execution: &'a Execution,
+    pub sobol: SobolSet,
+}
+
+impl Estimator<'_> {
+    /// Writes the pixel's estimate to `out[channel * subpixels + subpixel]`, counts its rays in `tally`, and adds to
+    /// `occlusion` what it asks for.
+    pub fn pixel(
+        &self,
+        aim: &PixelAim,
+        mut occlusion: Option<&mut Occlusion>,
+        work: &mut Workspace,
+        tally: &mut Tally,
+        out: &mut [f64],
+    ) {
+        out.fill(0.0);
+        let n_sub = self.camera.sensor().subpixels().count();
+        let mut first = 0;
+        while first < self.settings.rays_per_pixel {
+            let n = (self.settings.rays_per_pixel - first).min(BLOCK);
+            work.aim(self.camera, &self.sobol, aim, first, n);
+            work.respond(self.camera, aim, n_sub);
+            for channel in 0..3 {
+                if let Some(tracer) = self.camera.tracer(channel) {
+                    work.trace(tracer, self.execution);
+                    tally.rays += n as u64;
+                    let lost = (0..n).filter_map(|i| work.batch.failure(i));
+                    lost.for_each(|f| tally.lost.count(f));
+                    let rays = RaySlices {
+                        origin_mm: [&work.batch.ox, &work.batch.oy, &work.batch.oz],
+                        direction: [&work.batch.dx, &work.batch.dy, &work.batch.dz],
+                    };
+                    self.scene.intersect(rays, &mut work.hits);
+                }
+                work.radiance.resize(n, 0.0);
+                self.scene.radiance(&work.hits, channel, &mut work.radiance);
+                work.splat(n_sub, &mut out[channel * n_sub..][..n_sub]);
+                if channel == ChannelWavelengths::REFERENCE
+                    && let Some(occlusion) = occlusion.as_deref_mut()
+                {
+                    work.count_others(occlusion);
+                }
             }
-            work.radiance.resize(n, 0.0);
-            scene.radiance(&work.hits, channel, &mut work.radiance);
-            work.splat(n_sub, &mut out[channel * n_sub..][..n_sub]);
-            if channel == crate::spectrum::ChannelWavelengths::REFERENCE
-                && let Some(occlusion) = occlusion.as_deref_mut()
-            {
-                work.count_others(occlusion);
-            }
+            first += n;
         }
-        first += n;
+        let scale = aim.pupil.area_mm2() / self.settings.rays_per_pixel as f64;
+        out.iter_mut().for_each(|x| *x *= scale);
     }
-    let scale = aim.pupil.area_mm2() / settings.rays_per_pixel as f64;
-    out.iter_mut().for_each(|x| *x *= scale);
 }
 
 impl Workspace {

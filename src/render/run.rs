@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::camera::Camera;
-use super::estimator::{Occlusion, PixelAim, Workspace, estimate_pixel};
+use super::estimator::{Estimator, Occlusion, PixelAim, Workspace};
 use super::stats::Tally;
 use super::{Execution, RenderSettings, RenderStats, SubPixelImage};
 use crate::image::Image;
@@ -39,9 +39,16 @@ pub fn render(
     let (width, height, sub) = (sensor.width(), sensor.height(), sensor.subpixels());
     let (m, n) = (sub.m(), sub.n());
     let sobol = SobolSet::new(settings.rays_per_pixel);
+    let estimator = Estimator {
+        camera,
+        scene,
+        settings,
+        execution,
+        sobol,
+    };
     let mut mosaic = Image::zeros(width * m, height * n, 3);
     let mut occlusion = Image::zeros(if chief_surfaces.is_some() { width } else { 0 }, height, 1);
-    let second_seed = hash(settings.seed, &[0x5EC0_11D]);
+    let second_seed = hash(settings.seed, &[0x5EC0_11D0]);
 
     let row = |(row, (mosaic, occlusion)): (usize, (&mut [f32], &mut [f32]))| {
         let mut work = Workspace::default();
@@ -57,15 +64,7 @@ pub fn render(
                 other: 0.0,
                 all: 0.0,
             });
-            let mut pixel = |aim: &PixelAim,
-                             others: Option<&mut Occlusion>,
-                             tally: &mut Tally,
-                             out: &mut [f64]| {
-                estimate_pixel(
-                    camera, scene, settings, execution, &sobol, aim, others, &mut work, tally, out,
-                );
-            };
-            pixel(&aim, others.as_mut(), &mut tally, &mut values);
+            estimator.pixel(&aim, others.as_mut(), &mut work, &mut tally, &mut values);
             if let Some(others) = others.filter(|o| o.all > 0.0) {
                 occlusion[column] = (others.other / others.all) as f32;
             }
@@ -74,7 +73,7 @@ pub fn render(
                     key: hash(second_seed, &[column as u64, row as u64]),
                     ..aim
                 };
-                pixel(&aim, None, &mut tally, &mut again);
+                estimator.pixel(&aim, None, &mut work, &mut tally, &mut again);
                 let squares = values.iter().zip(&again).map(|(a, b)| (a - b) * (a - b));
                 tally.squared_difference += squares.sum::<f64>();
                 tally.pairs += values.len() as u64;

@@ -117,8 +117,8 @@ fn update(
         let s = plane.s_axis.dot(p) + plane.s0;
         let t = plane.t_axis.dot(p) + plane.t0;
         // Written so that NaN (a lost ray, or one along the plane) is no hit.
-        let inside =
-            (tau > 0.0) & (tau < distance[i]) & (s >= 0.0) & (s <= 1.0) & (t >= 0.0) & (t <= 1.0);
+        let within = |x: f64| (0.0..=1.0).contains(&x);
+        let inside = (tau > 0.0) & (tau < distance[i]) & within(s) & within(t);
         if inside && solid(s, t) {
             distance[i] = tau;
             hit_s[i] = s as f32;
