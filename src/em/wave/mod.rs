@@ -17,6 +17,7 @@ mod modes;
 mod planar;
 mod settings;
 mod silicon;
+mod spectral;
 mod surface;
 
 use std::collections::HashMap;
@@ -26,10 +27,11 @@ use rustfft::num_complex::Complex64;
 
 pub use settings::WaveSettings;
 
-use self::lens::{LensRegion, Order};
+use self::lens::{LensRegion, Lit};
 use self::modes::{AxisModes, Trenches};
 use self::planar::{Layers, kz, reflection};
 use self::silicon::Silicon;
+use self::spectral::Order;
 use super::stack::Indices;
 use super::{PixelStack, StackError};
 
@@ -92,7 +94,8 @@ impl WaveModel {
 
     /// Where the light of a plane wave of direction cosines (u, v) goes. Needs u² + v² < 1.
     pub fn solve(&self, u: f64, v: f64) -> Result<WavePowers, StackError> {
-        if !(u * u + v * v < 1.0) {
+        let sine_squared = u * u + v * v;
+        if sine_squared.is_nan() || sine_squared >= 1.0 {
             return Err(StackError::value(
                 "(u, v)",
                 format!("({u}, {v})"),
@@ -143,6 +146,12 @@ impl WaveModel {
             self.axis_modes(bloch[0], self.stack.subpixels.m()),
             self.axis_modes(bloch[1], self.stack.subpixels.n()),
         );
+        let lit = Lit {
+            orders: &orders,
+            incident,
+            resin: n.resin,
+            stack: &seen,
+        };
         let mut extra = vec![C::ZERO; orders.len()];
         let mut field = Vec::new();
         let mut bounce = 0;
@@ -159,9 +168,7 @@ impl WaveModel {
             } else {
                 5.0 * self.settings.tolerance
             };
-            let f = self.lens.solve(
-                &orders, incident, n.resin, &seen, &rising, &mut field, tolerance,
-            );
+            let f = self.lens.solve(&lit, &rising, &mut field, tolerance);
             let mut down = Vec::with_capacity(orders.len());
             let mut resin_flux = 0.0;
             for i in 0..orders.len() {
@@ -274,7 +281,7 @@ fn smooth_size(n: usize) -> usize {
     loop {
         let mut rest = size;
         for f in [2, 3, 5] {
-            while rest % f == 0 {
+            while rest.is_multiple_of(f) {
                 rest /= f;
             }
         }

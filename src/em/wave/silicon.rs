@@ -11,9 +11,9 @@ use std::sync::Arc;
 use rustfft::num_complex::Complex64;
 
 use super::krylov::{System, gmres};
-use super::lens::Order;
 use super::modes::AxisModes;
 use super::planar::{kz, reflection};
+use super::spectral::Order;
 use crate::em::stack::Indices;
 
 type C = Complex64;
@@ -187,7 +187,7 @@ impl Silicon {
         absorbed
     }
 
-    /// Bᵀ (orders) B along both axes; real matrices.
+    /// Bᵀ · orders · B along both axes; real matrices.
     fn modes_from_orders(&self, orders: &[C], modes: &mut [C], half: &mut [C]) {
         let (nx, ny) = (self.x.count, self.y.count);
         half.fill(C::ZERO);
@@ -215,7 +215,7 @@ impl Silicon {
         }
     }
 
-    /// B (modes) Bᵀ along both axes.
+    /// B · modes · Bᵀ along both axes.
     fn orders_from_modes(&self, modes: &[C], orders: &mut [C], half: &mut [C]) {
         let (nx, ny) = (self.x.count, self.y.count);
         half.fill(C::ZERO);
