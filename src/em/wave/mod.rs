@@ -80,7 +80,7 @@ impl WaveModel {
         let n = stack.indices(wavelength_nm)?;
         let k0 = 2.0 * std::f64::consts::PI / (wavelength_nm * 1e-3);
         let reach = settings.order_cutoff * k0 * stack.pitch_um / (2.0 * std::f64::consts::PI);
-        let grid = smooth_size((2.5 * reach).ceil() as usize + 2);
+        let grid = fast_length((2.5 * reach).ceil() as usize + 2);
         let lens = LensRegion::new(stack, &n, k0, settings.slice_nm * 1e-3, grid);
         Ok(Self {
             stack: stack.clone(),
@@ -275,19 +275,9 @@ impl WaveModel {
     }
 }
 
-/// The next number ≥ n whose only prime factors are 2, 3 and 5, even.
-fn smooth_size(n: usize) -> usize {
-    let mut size = n + n % 2;
-    loop {
-        let mut rest = size;
-        for f in [2, 3, 5] {
-            while rest.is_multiple_of(f) {
-                rest /= f;
-            }
-        }
-        if rest == 1 {
-            return size;
-        }
-        size += 2;
-    }
+/// The next FFT length ≥ n of the form 2^k or 3 · 2^k, which have the fastest kernels.
+fn fast_length(n: usize) -> usize {
+    let two = n.next_power_of_two();
+    let three = 3 * n.div_ceil(3).next_power_of_two();
+    two.min(three)
 }
