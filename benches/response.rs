@@ -63,6 +63,16 @@ fn main() -> Result<(), ResponseError> {
             rate(moved)
         );
     }
+    for name in ["1.6um", "2.8um"] {
+        let stack = PixelStack::builtin(name)?;
+        let settings = WaveTable::standard_for(&stack);
+        let start = Instant::now();
+        black_box(wave_response(&stack, &settings, &|_, _| {})?);
+        println!(
+            "table, {name}, one wavelength: {:.1} s on all cores",
+            start.elapsed().as_secs_f64()
+        );
+    }
     for name in PixelStack::builtin_names() {
         let stack = PixelStack::builtin(name)?;
         for (preset, settings) in [
