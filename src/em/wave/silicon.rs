@@ -116,11 +116,11 @@ impl Silicon {
         (c, up)
     }
 
-    /// Flux that the modes carry at depth `z` (µm).
-    pub fn flux(&self, c: &[C], z: f64) -> f64 {
+    /// Flux that the modes take into the silicon.
+    pub fn flux(&self, c: &[C]) -> f64 {
         c.iter()
             .zip(&self.beta)
-            .map(|(c, b)| b.re * c.norm_sqr() * (-2.0 * b.im * z).exp())
+            .map(|(c, b)| b.re * c.norm_sqr())
             .sum()
     }
 
