@@ -5,7 +5,9 @@
 //! `t' = t + s / H`, that is at `(u', v') = n t' / √(1 + |t'|²)`.
 //!
 //! n: index between lens and silicon; H (µm): effective height, lens to silicon. First order only: the shifted lens's lobe also
-//! changes its shape a little, and light of the neighbours' lenses is weighed differently. (The tests of the wave model say by how much.)
+//! changes its shape a little. Against the wave model of the shifted 2.8 µm pixel, over an F/2 cone about the chief ray, it is off by
+//! 1.9 % (rms, of the peak) at a chief ray of 10° and by 3.5 % at 20°; ignoring the shift costs 22 % and 39 %. Tables at several
+//! shifts ([`super::ResponseAxes`] has the axis) are for better interpolation.
 
 use serde::{Deserialize, Serialize};
 

@@ -75,7 +75,7 @@ impl GeometricResponse {
         }
     }
 
-    /// The weights of many directions: `out` is [direction][sub-pixel]. The shortest of the three slices counts.
+    /// The weights of many directions: `out` is `[direction][sub-pixel]`. The shortest of the three slices counts.
     pub fn weights_batch(&self, u: &[f32], v: &[f32], out: &mut [f32]) {
         match self.subpixels.count() {
             1 => self.batch::<1>(u, v, out),

@@ -5,6 +5,8 @@ use crate::sensor::Subpixels;
 
 /// A pixel's response: a table, or the exact geometric pixel.
 #[derive(Clone, Debug, PartialEq)]
+// A program holds one or two of these, so the size of the larger variant costs nothing.
+#[allow(clippy::large_enum_variant)]
 pub enum Response {
     /// A table, from any model or file.
     Table(AngularResponse),
@@ -74,7 +76,7 @@ impl ResponseLookup {
             Self::Geometric(g) => g.weights(u, v, out),
         }
     }
-    /// The weights of many directions under a centred lens: `out` is [direction][sub-pixel]. The shortest slice counts.
+    /// The weights of many directions under a centred lens: `out` is `[direction][sub-pixel]`. The shortest slice counts.
     pub fn weights_batch(&self, u: &[f32], v: &[f32], out: &mut [f32]) {
         match self {
             Self::Table(t) => t.weights_batch(u, v, out),

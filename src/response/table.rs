@@ -51,12 +51,12 @@ pub struct ResponseMeta {
 pub struct AngularResponse {
     axes: ResponseAxes,
     meta: ResponseMeta,
-    /// [wavelength][shift][v][u][sub-pixel]
+    /// `[wavelength][shift][v][u][sub-pixel]`
     table: Vec<f32>,
 }
 
 impl AngularResponse {
-    /// Checks shapes, axes and 0 ≤ P_i, Σ P_i ≤ 1 at every node. `table` is [wavelength][shift][v][u][sub-pixel].
+    /// Checks shapes, axes and 0 ≤ P_i, Σ P_i ≤ 1 at every node. `table` is `[wavelength][shift][v][u][sub-pixel]`.
     pub fn new(
         axes: ResponseAxes,
         meta: ResponseMeta,
@@ -112,7 +112,7 @@ impl AngularResponse {
     pub fn frame(&self) -> MovingFrame {
         self.meta.frame
     }
-    /// All values, [wavelength][shift][v][u][sub-pixel].
+    /// All values, `[wavelength][shift][v][u][sub-pixel]`.
     pub fn table(&self) -> &[f32] {
         &self.table
     }
@@ -190,7 +190,7 @@ fn check_cosines(field: &'static str, axis: &[f64]) -> Result<(), ResponseError>
         ))
     };
     let n = axis.len();
-    if n < 3 || n % 2 == 0 {
+    if n < 3 || n.is_multiple_of(2) {
         return wrong(format!("{n} values"));
     }
     let end = axis[n - 1];
@@ -200,7 +200,8 @@ fn check_cosines(field: &'static str, axis: &[f64]) -> Result<(), ResponseError>
     let half = (n / 2) as f64;
     for (i, &x) in axis.iter().enumerate() {
         let wanted = end * (i as f64 - half) / half;
-        if !((x - wanted).abs() <= 1e-9) {
+        // A NaN must be refused, too.
+        if x.is_nan() || (x - wanted).abs() > 1e-9 {
             return wrong(format!(
                 "{x} at place {i} (a regular axis has {wanted} there)"
             ));

@@ -66,14 +66,13 @@ fn has_the_symmetries_of_the_pixel(lookup: &ResponseLookup, tolerance: f32) {
         let mirror_x = read(lookup, -u, v);
         let mirror_y = read(lookup, u, -v);
         let transposed = read(lookup, v, u);
-        for i in 0..s.count() {
+        for (i, &own) in p.iter().enumerate() {
             let (c, r) = s.column_row(i);
             let close = |a: f32, what| {
                 assert!(
-                    (a - p[i]).abs() <= tolerance,
-                    "{what} at {u}, {v}: {a} and {}",
-                    p[i]
-                )
+                    (a - own).abs() <= tolerance,
+                    "{what} at {u}, {v}: {a} and {own}"
+                );
             };
             close(mirror_x[s.index(m - 1 - c, r)], "mirror in x");
             close(mirror_y[s.index(c, n - 1 - r)], "mirror in y");
@@ -181,10 +180,11 @@ fn wavelength_between_two_tables_is_their_linear_mean() {
     for (w, out) in [450.0, 500.0, 650.0, 900.0].into_iter().zip(&mut at) {
         t.interpolator(w).weights(0.123, -0.21, out);
     }
-    for i in 0..4 {
-        assert!((at[1][i] - (0.75 * at[0][i] + 0.25 * at[2][i])).abs() < 1e-6);
-        assert_eq!(at[2][i], at[3][i]);
+    let [low, between, high, beyond] = at;
+    for ((l, b), h) in low.iter().zip(&between).zip(&high) {
+        assert!((b - (0.75 * l + 0.25 * h)).abs() < 1e-6);
     }
+    assert_eq!(high, beyond);
 }
 
 #[test]

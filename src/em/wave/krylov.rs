@@ -116,14 +116,33 @@ fn narrow<T: Float>(x: f64) -> T {
 }
 
 fn norm<T: Float>(v: &[Complex<T>]) -> f64 {
-    v.iter().map(|&z| wide(z).norm_sqr()).sum::<f64>().sqrt()
+    dot(v, v).re.max(0.0).sqrt()
 }
 
+/// aᴴ b. In T over short runs, eight lanes wide, and in f64 over the runs: as accurate as T's data, and vectorised.
 fn dot<T: Float>(a: &[Complex<T>], b: &[Complex<T>]) -> Complex64 {
-    a.iter()
-        .zip(b)
-        .map(|(&a, &b)| wide(a).conj() * wide(b))
-        .sum()
+    const LANES: usize = 8;
+    const RUN: usize = 16 * LANES;
+    let mut sum = Complex64::ZERO;
+    for (a, b) in a.chunks(RUN).zip(b.chunks(RUN)) {
+        let (a, a_rest) = a.as_chunks::<LANES>();
+        let (b, b_rest) = b.as_chunks::<LANES>();
+        let mut re = [T::zero(); LANES];
+        let mut im = [T::zero(); LANES];
+        for (a, b) in a.iter().zip(b) {
+            for k in 0..LANES {
+                re[k] = re[k] + (a[k].re * b[k].re + a[k].im * b[k].im);
+                im[k] = im[k] + (a[k].re * b[k].im - a[k].im * b[k].re);
+            }
+        }
+        for k in 0..LANES {
+            sum += wide(Complex::new(re[k], im[k]));
+        }
+        for (&a, &b) in a_rest.iter().zip(b_rest) {
+            sum += wide(a).conj() * wide(b);
+        }
+    }
+    sum
 }
 
 /// a += f b.

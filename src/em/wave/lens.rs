@@ -7,16 +7,14 @@
 //! background, `G(z, z') = (i/2k) e^(ik|z−z'|)` and what the two ends throw back (r_t at z = 0, r_b at z = D), so every round trip
 //! between silicon, stack and lens is in it. Applying G costs one sweep down and one up.
 //!
-//! Slices are Δz thick with V at half height; `V / (1 + V Δz²/12)` in its place (Numerov) makes the sum of fourth order in Δz
-//! where the medium is uniform. Solved by GMRES.
-
-use std::sync::Arc;
+//! Slices are Δz thick with V at half height, of the strength that keeps the phase exact in uniform media ([`sampled_potential`]).
+//! Solved by GMRES, preconditioned with beam propagation.
 
 use rustfft::num_complex::{Complex32, Complex64};
-use rustfft::{Fft, FftDirection, FftPlannerScalar};
 
 use super::krylov::{System, gmres};
 use super::planar::kz;
+use super::spectral::{Order, Product, Transforms};
 use crate::em::PixelStack;
 use crate::em::stack::Indices;
 
@@ -35,24 +33,22 @@ pub(super) struct LensRegion {
     background: C,
     depth_um: f64,
     slices: usize,
-    /// FFT points a side.
-    grid: usize,
-    /// Numerov-corrected V: [slice][y][x], x = index × pitch / grid from the pixel's centre.
+    /// V for the sum over slices, `[slice][y][x]`; x = index × pitch / grid from the pixel's centre.
     potential: Vec<S>,
     /// e^(iVΔz/2k) − 1 with k of the background, for the rough inverse.
     screen: Vec<S>,
-    forward: Arc<dyn Fft<f32>>,
-    inverse: Arc<dyn Fft<f32>>,
+    fft: Transforms,
 }
 
-/// One plane-wave order.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Order {
-    /// Indices along x and y: k = k_Bloch + 2π (a, b) / pitch.
-    pub a: i64,
-    pub b: i64,
-    /// |k⊥|² in 1/µm².
-    pub k_perp_squared: f64,
+/// What lights the lens, and what lies below it.
+pub(super) struct Lit<'a> {
+    pub orders: &'a [Order],
+    /// The order in which light of unit amplitude falls in.
+    pub incident: usize,
+    /// Index of the medium below.
+    pub resin: C,
+    /// What the layers below reflect, per order, seen in the resin at z = D.
+    pub stack: &'a [C],
 }
 
 /// The field at the ends of the lens region, per order.
@@ -96,47 +92,35 @@ impl LensRegion {
                 }
             }
         }
-        // The scalar planner: the vector ones use fused multiplies where the CPU has them, and a table would depend on the CPU.
-        let mut planner = FftPlannerScalar::new();
         Self {
             k0,
             background,
             depth_um,
             slices,
-            grid,
+            fft: Transforms::new(grid),
             screen: potential
                 .iter()
                 .map(|v| single((C::I * v * dz / (2.0 * k0 * background.sqrt())).exp() - 1.0))
                 .collect(),
             potential: potential.into_iter().map(single).collect(),
-            forward: planner.plan_fft(grid, FftDirection::Forward),
-            inverse: planner.plan_fft(grid, FftDirection::Inverse),
         }
     }
 
-    /// The field for unit incidence in order `incident` and waves `upward` (amplitude ψ in the resin at z = D) from below.
-    /// `stack` is what the layers below reflect, per order (seen in the resin at z = D).
-    pub fn solve(
-        &self,
-        orders: &[Order],
-        incident: usize,
-        resin: C,
-        stack: &[C],
-        upward: &[C],
-        field: &mut Vec<S>,
-        tolerance: f64,
-    ) -> LensField {
+    /// The field under `lit`, with waves `upward` (amplitude ψ in the resin at z = D) from below. `field` is the start and the
+    /// result, as orders of every slice; empty for no start.
+    pub fn solve(&self, lit: &Lit, upward: &[C], field: &mut Vec<S>, tolerance: f64) -> LensField {
+        let orders = lit.orders;
         let ends: Vec<Ends> = orders
             .iter()
-            .zip(stack)
-            .map(|(o, &r)| self.ends(o, resin, r))
+            .zip(lit.stack)
+            .map(|(o, &r)| self.ends(o, lit.resin, r))
             .collect();
         let count = orders.len();
         let mut start = vec![S::ZERO; self.slices * count];
         let dz = self.depth_um / self.slices as f64;
         let (mut from_top, mut from_bottom) = (vec![C::ZERO; count], vec![C::ZERO; count]);
         for (i, e) in ends.iter().enumerate() {
-            let enters = if i == incident { e.enters } else { C::ZERO };
+            let enters = if i == lit.incident { e.enters } else { C::ZERO };
             let rises = upward[i] * e.rises;
             // Waves launched at either end, all round trips between them.
             let (top, bottom, across) = (double(e.top), double(e.bottom), double(e.across));
@@ -207,7 +191,7 @@ impl LensRegion {
     /// (beam propagation). The rough inverse that takes the forward scattering off the solver.
     fn one_way(&self, work: &mut Work, ends: &[Ends], x: &[S], out: &mut [S]) {
         let count = ends.len();
-        let cells = self.grid * self.grid;
+        let cells = self.fft.grid * self.fft.grid;
         out.copy_from_slice(x);
         let mut total = std::mem::take(&mut work.falling);
         let mut scattered = std::mem::take(&mut work.rising);
@@ -228,7 +212,7 @@ impl LensRegion {
                 for (o, d) in out[slice].iter_mut().zip(&work.down) {
                     *o += d;
                 }
-                work.multiply(
+                work.product.multiply(
                     &self.screen[j * cells..(j + 1) * cells],
                     &total,
                     &mut scattered,
@@ -245,10 +229,10 @@ impl LensRegion {
     /// out = ∫ G V x dz at the slices; leaves in `work` what reaches the ends and what they launch.
     fn scatter(&self, work: &mut Work, ends: &[Ends], x: &[S], out: &mut [S]) {
         let count = ends.len();
-        let cells = self.grid * self.grid;
+        let cells = self.fft.grid * self.fft.grid;
         for j in 0..self.slices {
             let slice = j * count..(j + 1) * count;
-            work.multiply(
+            work.product.multiply(
                 &self.potential[j * cells..(j + 1) * cells],
                 &x[slice.clone()],
                 &mut out[slice],
@@ -381,13 +365,7 @@ fn surface_depth(stack: &PixelStack, fine: usize) -> Vec<f64> {
 /// Scratch of one solution.
 struct Work<'a> {
     region: &'a LensRegion,
-    /// Place of each order on the FFT grid: (row of a, column of b).
-    places: Vec<(usize, usize)>,
-    /// Rows of a that hold orders.
-    rows: Vec<usize>,
-    by_row: Vec<S>,
-    by_column: Vec<S>,
-    fft: Vec<S>,
+    product: Product<'a>,
     sources: Vec<S>,
     down: Vec<S>,
     up: Vec<S>,
@@ -399,25 +377,11 @@ struct Work<'a> {
 
 impl<'a> Work<'a> {
     fn new(region: &'a LensRegion, orders: &[Order]) -> Self {
-        let grid = region.grid;
-        let place = |i: i64| i.rem_euclid(grid as i64) as usize;
-        let places: Vec<_> = orders.iter().map(|o| (place(o.a), place(o.b))).collect();
-        let mut rows: Vec<usize> = places.iter().map(|p| p.0).collect();
-        rows.sort_unstable();
-        rows.dedup();
-        let scratch = region
-            .forward
-            .get_inplace_scratch_len()
-            .max(region.inverse.get_inplace_scratch_len());
         let zeros = |n: usize| vec![S::ZERO; n];
         let n = orders.len();
         Self {
             region,
-            places,
-            rows,
-            by_row: zeros(grid * grid),
-            by_column: zeros(grid * grid),
-            fft: zeros(scratch),
+            product: Product::new(&region.fft, orders),
             sources: zeros(n * region.slices),
             down: zeros(n),
             up: zeros(n),
@@ -425,46 +389,6 @@ impl<'a> Work<'a> {
             launched_up: zeros(n),
             falling: zeros(n),
             rising: zeros(n),
-        }
-    }
-
-    /// Orders of V ψ from the orders of ψ, for one slice.
-    fn multiply(&mut self, potential: &[S], psi: &[S], out: &mut [S]) {
-        let g = self.region.grid;
-        for &row in &self.rows {
-            self.by_row[row * g..(row + 1) * g].fill(S::ZERO);
-        }
-        for (&(a, b), &p) in self.places.iter().zip(psi) {
-            self.by_row[a * g + b] = p;
-        }
-        // Rows of a without orders stay zero in the other direction, too.
-        self.by_column.fill(S::ZERO);
-        for &a in &self.rows {
-            let row = &mut self.by_row[a * g..(a + 1) * g];
-            self.region.inverse.process_with_scratch(row, &mut self.fft);
-            for (y, &v) in row.iter().enumerate() {
-                self.by_column[y * g + a] = v;
-            }
-        }
-        self.region
-            .inverse
-            .process_with_scratch(&mut self.by_column, &mut self.fft);
-        for (f, v) in self.by_column.iter_mut().zip(potential) {
-            *f *= v;
-        }
-        self.region
-            .forward
-            .process_with_scratch(&mut self.by_column, &mut self.fft);
-        for &a in &self.rows {
-            let row = &mut self.by_row[a * g..(a + 1) * g];
-            for (y, v) in row.iter_mut().enumerate() {
-                *v = self.by_column[y * g + a];
-            }
-            self.region.forward.process_with_scratch(row, &mut self.fft);
-        }
-        let scale = 1.0 / (g * g) as f32;
-        for (&(a, b), o) in self.places.iter().zip(out) {
-            *o = self.by_row[a * g + b] * scale;
         }
     }
 }

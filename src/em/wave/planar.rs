@@ -7,6 +7,8 @@
 
 use rustfft::num_complex::Complex64;
 
+use super::spectral::Order;
+use crate::em::PixelStack;
 use crate::em::stack::Indices;
 
 type C = Complex64;
@@ -73,5 +75,83 @@ impl Layers {
             through: self.through * t2.sqrt() * loops * e,
             bottom: e * e * (-r + t2 * self.bottom * loops),
         }
+    }
+}
+
+/// The flat layers on plain silicon, for all orders. What the trenches send back beyond plain silicon enters as `extra`, upward
+/// power amplitudes in the oxide at the silicon.
+pub(super) struct FlatStack {
+    layers: Vec<Layers>,
+    /// What plain silicon reflects.
+    plain: Vec<C>,
+    /// √k_z in the resin: ψ times this is a power amplitude.
+    root: Vec<C>,
+    /// What layers and silicon reflect, seen in the resin under the lens.
+    pub seen: Vec<C>,
+}
+
+impl FlatStack {
+    pub fn new(stack: &PixelStack, n: &Indices, k0: f64, orders: &[Order]) -> Self {
+        // The lens's pedestal is resin, too.
+        let resin_um = stack.planarization_um + stack.lens.height_um - stack.sag_um();
+        let layers: Vec<Layers> = orders
+            .iter()
+            .map(|o| {
+                let (filter_um, oxide_um) = (stack.filter_um, stack.oxide_um);
+                Layers::new(n, resin_um, filter_um, oxide_um, k0, o.k_perp_squared)
+            })
+            .collect();
+        let plain: Vec<C> = orders
+            .iter()
+            .map(|o| reflection(n.oxide, n.silicon, k0, o.k_perp_squared))
+            .collect();
+        let seen = layers
+            .iter()
+            .zip(&plain)
+            .map(|(l, &r)| l.top + l.through * l.through * r / (1.0 - l.bottom * r))
+            .collect();
+        let root = orders
+            .iter()
+            .map(|o| kz(n.resin, k0, o.k_perp_squared).sqrt())
+            .collect();
+        Self {
+            layers,
+            plain,
+            root,
+            seen,
+        }
+    }
+
+    /// Amplitudes ψ in the resin under the lens that `extra` sends up.
+    pub fn rising(&self, extra: &[C]) -> Vec<C> {
+        (0..extra.len())
+            .map(|i| {
+                let l = &self.layers[i];
+                l.through * extra[i] / (1.0 - l.bottom * self.plain[i]) / self.root[i]
+            })
+            .collect()
+    }
+
+    /// From the field ψ under the lens: the power amplitudes that come down onto the silicon, and the net flux into the layers.
+    pub fn descend(&self, psi: &[C], rising: &[C], extra: &[C]) -> (Vec<C>, f64) {
+        let mut flux = 0.0;
+        let down = (0..psi.len())
+            .map(|i| {
+                let (l, root) = (&self.layers[i], self.root[i]);
+                let down = (psi[i] - rising[i]) / (1.0 + self.seen[i]);
+                let up = psi[i] - down;
+                // Im(ψ* ∂z ψ) of both waves, pairs of evanescent ones included.
+                flux += (psi[i].conj() * (down - up) * root * root).re;
+                (l.through * down * root + l.bottom * extra[i]) / (1.0 - l.bottom * self.plain[i])
+            })
+            .collect();
+        (down, flux)
+    }
+
+    /// What `up` holds beyond the reflection of plain silicon.
+    pub fn beyond_plain(&self, down: &[C], up: &[C]) -> Vec<C> {
+        (0..up.len())
+            .map(|i| up[i] - self.plain[i] * down[i])
+            .collect()
     }
 }

@@ -11,9 +11,9 @@ use std::sync::Arc;
 use rustfft::num_complex::Complex64;
 
 use super::krylov::{System, gmres};
-use super::lens::Order;
 use super::modes::AxisModes;
 use super::planar::{kz, reflection};
+use super::spectral::Order;
 use crate::em::stack::Indices;
 
 type C = Complex64;
@@ -116,11 +116,11 @@ impl Silicon {
         (c, up)
     }
 
-    /// Flux that the modes carry at depth `z` (µm).
-    pub fn flux(&self, c: &[C], z: f64) -> f64 {
+    /// Flux that the modes take into the silicon.
+    pub fn flux(&self, c: &[C]) -> f64 {
         c.iter()
             .zip(&self.beta)
-            .map(|(c, b)| b.re * c.norm_sqr() * (-2.0 * b.im * z).exp())
+            .map(|(c, b)| b.re * c.norm_sqr())
             .sum()
     }
 
@@ -187,7 +187,7 @@ impl Silicon {
         absorbed
     }
 
-    /// Bᵀ (orders) B along both axes; real matrices.
+    /// Bᵀ · orders · B along both axes; real matrices.
     fn modes_from_orders(&self, orders: &[C], modes: &mut [C], half: &mut [C]) {
         let (nx, ny) = (self.x.count, self.y.count);
         half.fill(C::ZERO);
@@ -215,7 +215,7 @@ impl Silicon {
         }
     }
 
-    /// B (modes) Bᵀ along both axes.
+    /// B · modes · Bᵀ along both axes.
     fn orders_from_modes(&self, modes: &[C], orders: &mut [C], half: &mut [C]) {
         let (nx, ny) = (self.x.count, self.y.count);
         half.fill(C::ZERO);
