@@ -75,10 +75,14 @@ mod tests {
     fn scenes_fall_into_the_splits_as_8_1_1() {
         let names: Vec<String> = (0..10_000).map(|i| format!("scene-{i}")).collect();
         let splits = split_scenes(names.iter().map(String::as_str));
-        for (split, share) in [(Split::Train, 0.8), (Split::Val, 0.1), (Split::Test, 0.1)] {
+        for (split, share) in [
+            (Split::Train, 0.8_f64),
+            (Split::Val, 0.1),
+            (Split::Test, 0.1),
+        ] {
             let count = splits.values().filter(|s| **s == split).count() as f64;
             // Four standard deviations of a binomial.
-            let sigma = (10_000.0 * share * (1.0 - share) as f64).sqrt();
+            let sigma = (10_000.0 * share * (1.0 - share)).sqrt();
             assert!(
                 (count - 10_000.0 * share).abs() < 4.0 * sigma,
                 "{split:?}: {count}"

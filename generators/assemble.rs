@@ -5,11 +5,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3};
+use quadpixel::em::PixelStack;
 use quadpixel::lens::{FocusBy, Lens, Prescription, trace_backward};
 use quadpixel::render::Camera;
-use quadpixel::response::{
-    AngularResponse, GeometricResponse, Response, ResponseCache, WaveSettings,
-};
+use quadpixel::response::{AngularResponse, GeometricResponse, Response, ResponseCache, WaveTable};
 use quadpixel::scene::{Scene, TexturedPlane};
 use quadpixel::sensor::{Sensor, Subpixels};
 use quadpixel::spectrum::ChannelWavelengths;
@@ -22,6 +21,7 @@ use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecip
 pub struct Responses {
     cache: ResponseCache,
     loaded: BTreeMap<String, Arc<Response>>,
+    warnings: Vec<String>,
 }
 
 /// The lens of a recipe, focused.
@@ -30,7 +30,9 @@ pub struct Responses {
 /// What a field of the recipe is and may be.
 pub fn lens(recipe: &LensRecipe) -> Result<Lens, CommandError> {
     let input = |e: quadpixel::lens::LensError| CommandError::input(e.to_string());
-    let mut lens = Prescription::named(&recipe.name).and_then(|p| Lens::new(&p)).map_err(input)?;
+    let mut lens = Prescription::named(&recipe.name)
+        .and_then(|p| Lens::new(&p))
+        .map_err(input)?;
     if let Some(f) = recipe.f_number {
         lens = lens.with_f_number(f).map_err(input)?;
     }
@@ -49,8 +51,9 @@ impl Responses {
     /// Uses the user's cache folder.
     pub fn new() -> Self {
         Self {
-            cache: ResponseCache::open_default(),
+            cache: ResponseCache::open(ResponseCache::default_dir()),
             loaded: BTreeMap::new(),
+            warnings: Vec::new(),
         }
     }
 
@@ -87,20 +90,29 @@ impl Responses {
         let table = match &recipe.response {
             ResponseRecipe::Wave { pixel } => {
                 let stack = pixel_stack(pixel, subpixels)?;
-                let settings = WaveSettings::standard();
-                self.cache
-                    .get_or_build(&stack, &settings, progress)
-                    .map_err(|e| input(&e))?
-                    .0
+                let made = self
+                    .cache
+                    .get_or_build(&stack, &WaveTable::standard(), progress);
+                let (table, warnings) = made.map_err(|e| input(&e))?;
+                self.warnings
+                    .extend(warnings.iter().map(ToString::to_string));
+                table
             }
             ResponseRecipe::Table { file } => {
-                AngularResponse::read(Path::new(file)).map_err(|e| input(&e))?
+                AngularResponse::read_npz(Path::new(file)).map_err(|e| input(&e))?
             }
             ResponseRecipe::Geometric { .. } => unreachable!("handled above"),
         };
         let response = Arc::new(Response::Table(table));
         self.loaded.insert(key, response.clone());
         Ok(response)
+    }
+}
+
+impl Responses {
+    /// What went wrong with the cache, without harm, since this was last asked.
+    pub fn take_warnings(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.warnings)
     }
 }
 
@@ -178,7 +190,7 @@ fn plane(recipe: &PlaneRecipe, camera: &Camera) -> Result<TexturedPlane, Command
     let coverage = recipe
         .cutout
         .as_ref()
-        .map(|m| m.generate(recipe.texture_px))
+        .map(|c| c.shape.generate(c.seed, recipe.texture_px))
         .transpose()
         .map_err(|e| input(&e))?;
     let tilts = (recipe.tilt_x_deg, recipe.tilt_y_deg, recipe.roll_deg);
@@ -242,17 +254,34 @@ fn seen_at(
 ///
 /// # Errors
 /// An unknown name, or what is wrong with the file.
-pub fn pixel_stack(
-    name: &str,
-    subpixels: Subpixels,
-) -> Result<quadpixel::em::PixelStack, CommandError> {
+pub fn pixel_stack(name: &str, subpixels: Subpixels) -> Result<PixelStack, CommandError> {
     let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
     let stack = if name.ends_with(".toml") {
         let text = std::fs::read_to_string(name)
             .map_err(|e| CommandError::input(format!("{name}: {e}")))?;
-        toml::from_str(&text).map_err(|e| CommandError::input(format!("{name}: {e}")))?
+        PixelStack::from_toml(&text, name)
     } else {
-        quadpixel::em::PixelStack::builtin(name).map_err(|e| input(&e))?
+        PixelStack::builtin(name)
     };
-    stack.with_subpixels(subpixels).map_err(|e| input(&e))
+    Ok(PixelStack {
+        subpixels,
+        ..stack.map_err(|e| input(&e))?
+    })
+}
+
+/// Sub-pixels from their name, such as `2x2`.
+///
+/// # Errors
+/// Another text.
+pub fn subpixels(name: &str) -> Result<Subpixels, CommandError> {
+    let parts = name
+        .split_once('x')
+        .and_then(|(m, n)| Some((m.parse().ok()?, n.parse().ok()?)));
+    let allowed = || {
+        CommandError::input(format!(
+            "subpixels is `{name}`; allowed: 1x1, 2x1, 1x2, 2x2, 3x3, 4x4 (columns x rows)"
+        ))
+    };
+    let (m, n) = parts.ok_or_else(allowed)?;
+    Subpixels::new(m, n).map_err(|_| allowed())
 }

@@ -102,7 +102,7 @@ pub enum ResponseConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneConfig {
-    /// Kinds of chart; one is drawn for each card, the background's in turn.
+    /// Kinds of chart, or image files; one is drawn for each card, the background's in turn.
     pub charts: Vec<String>,
     /// Depth of the background as a multiple of the focused depth.
     pub background_over_focus: Draw,
@@ -158,7 +158,9 @@ impl Draw {
     /// The number for a seed and key.
     pub fn at(&self, seed: u64, key: &[u64]) -> f64 {
         let Self::Range(Range { min, max, scale }) = *self else {
-            let Self::Fixed(value) = *self else { unreachable!("two variants") };
+            let Self::Fixed(value) = *self else {
+                unreachable!("two variants")
+            };
             return value;
         };
         let t = uniform(seed, key);
@@ -179,13 +181,25 @@ impl Draw {
 
     fn check(&self, field: &str, (lowest, highest): (f64, f64)) -> Result<(), CommandError> {
         let (min, max) = self.bounds();
-        let positive_scale = !matches!(self, Self::Range(Range { scale: Scale::Log | Scale::Inverse, .. })) || min > 0.0;
+        let positive_scale = !matches!(
+            self,
+            Self::Range(Range {
+                scale: Scale::Log | Scale::Inverse,
+                ..
+            })
+        ) || min > 0.0;
         // Written so that NaN fails.
         if min >= lowest && max <= highest && min <= max && positive_scale {
             return Ok(());
         }
-        let value = if min == max { format!("{min}") } else { format!("{min} to {max}") };
-        Err(CommandError::input(format!("{field} is {value}; allowed: {lowest} to {highest}, min ≤ max, and above 0 for a log or inverse scale")))
+        let value = if min == max {
+            format!("{min}")
+        } else {
+            format!("{min} to {max}")
+        };
+        Err(CommandError::input(format!(
+            "{field} is {value}; allowed: {lowest} to {highest}, min ≤ max, and above 0 for a log or inverse scale"
+        )))
     }
 }
 
@@ -195,7 +209,8 @@ impl DatasetConfig {
     /// # Errors
     /// The place of a TOML error, or the first field that is out of bounds.
     pub fn from_toml(text: &str, file: &str) -> Result<Self, CommandError> {
-        let config: Self = toml::from_str(text).map_err(|e| CommandError::input(format!("{file}: {e}")))?;
+        let config: Self =
+            toml::from_str(text).map_err(|e| CommandError::input(format!("{file}: {e}")))?;
         config.check().map_err(|e| e.within(file))?;
         Ok(config)
     }
@@ -207,7 +222,13 @@ impl DatasetConfig {
     pub fn check(&self) -> Result<(), CommandError> {
         let inf = f64::INFINITY;
         let some = |field: &str, n: usize| {
-            if n > 0 { Ok(()) } else { Err(CommandError::input(format!("{field} is empty or 0; allowed: at least 1"))) }
+            if n > 0 {
+                Ok(())
+            } else {
+                Err(CommandError::input(format!(
+                    "{field} is empty or 0; allowed: at least 1"
+                )))
+            }
         };
         some("count", self.count)?;
         some("lens.names", self.lens.names.len())?;
@@ -234,15 +255,30 @@ impl DatasetConfig {
             phi_deg.check("sensor.window.phi_deg", (-360.0, 360.0))?;
         }
         self.exposure_ev.check("exposure_ev", (-16.0, 16.0))?;
-        self.scene.background_over_focus.check("scene.background_over_focus", (0.05, 100.0))?;
+        self.scene
+            .background_over_focus
+            .check("scene.background_over_focus", (0.05, 100.0))?;
         self.scene.tilt_deg.check("scene.tilt_deg", (-60.0, 60.0))?;
         self.scene.cards.check("scene.cards", (0.0, 64.0))?;
-        self.scene.card_over_focus.check("scene.card_over_focus", (0.05, 100.0))?;
+        self.scene
+            .card_over_focus
+            .check("scene.card_over_focus", (0.05, 100.0))?;
         self.scene.card_size.check("scene.card_size", (0.01, 4.0))?;
-        let known = crate::charts::ChartKind::names();
-        match self.scene.charts.iter().find(|c| !known.contains(&c.as_str())) {
+        let known =
+            |c: &String| crate::charts::ChartSpec::KINDS.contains(&c.as_str()) && c != "image";
+        match self
+            .scene
+            .charts
+            .iter()
+            .find(|c| !known(c) && !crate::draw::is_image(c))
+        {
             None => Ok(()),
-            Some(c) => Err(CommandError::input(format!("scene.charts has `{c}`; allowed: {}", known.join(", ")))),
+            Some(c) => {
+                let kinds = crate::charts::ChartSpec::KINDS.join(", ");
+                Err(CommandError::input(format!(
+                    "scene.charts has `{c}`; allowed: {kinds} (image by the path of a PNG, JPEG or TIFF file)"
+                )))
+            }
         }
     }
 }

@@ -9,7 +9,10 @@ use crate::draw;
 use crate::progress::Progress;
 use crate::recipe::Recipe;
 use crate::sample::{SampleId, render_sample};
-use crate::writer::{Dataset, WriteError, WrittenSample, configuration_hash, finish_dataset, finished_sample, write_sample};
+use crate::writer::{
+    Dataset, WriteError, WrittenSample, configuration_hash, finish_dataset, finished_sample,
+    write_sample,
+};
 
 /// Licence of what is made: charts and fonts allow it.
 const LICENCE: &str = "CC0-1.0";
@@ -29,18 +32,38 @@ pub struct Summary {
 ///
 /// # Errors
 /// A bad configuration or folder, or a disk that fails; what was written stays valid.
-pub fn make(config: &DatasetConfig, out: &Path, progress: &Progress) -> Result<Summary, CommandError> {
+pub fn make(
+    config: &DatasetConfig,
+    out: &Path,
+    progress: &Progress,
+) -> Result<Summary, CommandError> {
     config.check()?;
     check_folder(out)?;
-    let configuration = serde_json::to_value(config).map_err(|e| CommandError::failed(format!("configuration: {e}")))?;
-    let hash = configuration_hash(&configuration);
+    let configuration = serde_json::to_value(config)
+        .map_err(|e| CommandError::failed(format!("configuration: {e}")))?;
+    // The number of samples is no part of what a sample is: a dataset may grow.
+    let hash = configuration_hash(
+        &serde_json::json!({ "version": env!("CARGO_PKG_VERSION"), "config": without_count(config)? }),
+    );
+    let beyond = out
+        .join(datasets_spec::paths::SAMPLES)
+        .join(format!("{:06}", config.count));
+    if beyond.exists() {
+        return Err(CommandError::input(format!(
+            "--count is {}; {} holds more samples already; allowed: at least as many, or a new folder",
+            config.count,
+            out.display()
+        )));
+    }
     let recipes = recipes(config)?;
     let mut responses = Responses::new();
     let mut samples: Vec<WrittenSample> = Vec::with_capacity(recipes.len());
     let mut reused = 0;
     progress.start(recipes.len(), recipes.iter().map(rays).sum());
     for (index, recipe) in recipes.iter().enumerate() {
-        let index = u32::try_from(index).map_err(|_| CommandError::input(format!("count is {}; allowed: up to 2^32", config.count)))?;
+        let index = u32::try_from(index).map_err(|_| {
+            CommandError::input(format!("count is {}; allowed: up to 2^32", config.count))
+        })?;
         if let Some(done) = finished_sample(out, index, &hash).map_err(write_error)? {
             samples.push(done);
             reused += 1;
@@ -48,25 +71,50 @@ pub fn make(config: &DatasetConfig, out: &Path, progress: &Progress) -> Result<S
             progress.sample_done();
             continue;
         }
-        let id = SampleId { index, configuration_blake3: hash.clone() };
+        let id = SampleId {
+            index,
+            configuration_blake3: hash.clone(),
+        };
         let angles = |done: usize, total: usize| progress.angles(done, total);
         let sample = render_sample(recipe, id, &mut responses, &angles, &|n| progress.rays(n))
             .map_err(|e| e.within(&format!("sample {index}")))?;
-        responses.warnings().for_each(|w| progress.warn(&w));
+        responses
+            .take_warnings()
+            .iter()
+            .for_each(|w| progress.warn(w));
         samples.push(write_sample(out, &sample.files()).map_err(write_error)?);
         progress.sample_done();
     }
-    let dataset = Dataset { seed: config.seed, configuration, licence: LICENCE, samples: &samples };
+    let dataset = Dataset {
+        seed: config.seed,
+        configuration,
+        licence: LICENCE,
+        samples: &samples,
+    };
     finish_dataset(out, &dataset).map_err(write_error)?;
     progress.finish();
-    Ok(Summary { samples: samples.len(), reused, gallery: out.join(datasets_spec::paths::INDEX) })
+    Ok(Summary {
+        samples: samples.len(),
+        reused,
+        gallery: out.join(datasets_spec::paths::INDEX),
+    })
+}
+
+fn without_count(config: &DatasetConfig) -> Result<serde_json::Value, CommandError> {
+    serde_json::to_value(DatasetConfig {
+        count: 0,
+        ..config.clone()
+    })
+    .map_err(|e| CommandError::failed(format!("configuration: {e}")))
 }
 
 /// All recipes, so that a bad one is found before the first ray.
 fn recipes(config: &DatasetConfig) -> Result<Vec<Recipe>, CommandError> {
     let subpixels = crate::assemble::subpixels(&config.sensor.subpixels)?;
     let pitch_of = |pixel: &str| pixel_stack(pixel, subpixels).map(|stack| stack.pitch_um);
-    (0..config.count as u64).map(|index| draw::recipe(config, index, &pitch_of)).collect()
+    (0..config.count as u64)
+        .map(|index| draw::recipe(config, index, &pitch_of))
+        .collect()
 }
 
 /// Rays that a recipe asks for.
@@ -77,10 +125,14 @@ fn rays(recipe: &Recipe) -> u64 {
 /// A folder may be absent, empty, or hold an earlier run.
 fn check_folder(out: &Path) -> Result<(), CommandError> {
     if out.exists() && !out.is_dir() {
-        return Err(CommandError::input(format!("--out {}: is a file; allowed: a folder", out.display())));
+        return Err(CommandError::input(format!(
+            "--out {}: is a file; allowed: a folder",
+            out.display()
+        )));
     }
     let ours = out.join(datasets_spec::paths::SAMPLES).is_dir();
-    let empty = !out.exists() || std::fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_none());
+    let empty =
+        !out.exists() || std::fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_none());
     if ours || empty {
         return Ok(());
     }
@@ -93,7 +145,11 @@ fn check_folder(out: &Path) -> Result<(), CommandError> {
 /// What the user can mend is an input error; a disk that fails is not.
 pub(crate) fn write_error(error: WriteError) -> CommandError {
     match error {
-        WriteError::Occupied { .. } | WriteError::Input { .. } | WriteError::Path(_) => CommandError::input(error.to_string()),
-        WriteError::File(_) | WriteError::Image(_) | WriteError::Json { .. } => CommandError::failed(error.to_string()),
+        WriteError::Occupied { .. } | WriteError::Input { .. } | WriteError::Path(_) => {
+            CommandError::input(error.to_string())
+        }
+        WriteError::File(_) | WriteError::Image(_) | WriteError::Json { .. } => {
+            CommandError::failed(error.to_string())
+        }
     }
 }

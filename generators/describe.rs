@@ -25,13 +25,27 @@ pub(crate) fn describe(
     gain: f64,
     stats: &RenderStats,
 ) -> Result<Description, CommandError> {
-    let json = serde_json::to_value(recipe).map_err(|e| CommandError::failed(format!("recipe: {e}")))?;
+    let json =
+        serde_json::to_value(recipe).map_err(|e| CommandError::failed(format!("recipe: {e}")))?;
     let lens = assemble::lens(&recipe.lens)?;
     let wavelengths = camera.wavelengths();
-    let lens_hash = blake3::hash(format!("{:?}", lens.prescription().surfaces).as_bytes()).to_hex().to_string();
+    let lens_hash = blake3::hash(format!("{:?}", lens.prescription().surfaces).as_bytes())
+        .to_hex()
+        .to_string();
     let (pixel, hash, table_nm) = match (response, &recipe.response) {
-        (Response::Table(t), _) => (t.meta().pixel.clone(), t.meta().hash.clone(), t.axes().wavelengths_nm.clone()),
-        (Response::Geometric(g), _) => (format!("ideal, focal length {} µm", g.focal_length_um()), String::new(), Vec::new()),
+        (Response::Table(t), _) => (
+            t.meta().pixel["name"]
+                .as_str()
+                .unwrap_or("unnamed")
+                .to_string(),
+            t.meta().key.clone(),
+            t.axes().wavelengths_nm.clone(),
+        ),
+        (Response::Geometric(g), _) => (
+            format!("ideal, focal length {} µm", g.focal_length_um()),
+            String::new(),
+            Vec::new(),
+        ),
     };
     let model = match &recipe.response {
         ResponseRecipe::Wave { .. } => "wave".to_string(),
@@ -40,21 +54,39 @@ pub(crate) fn describe(
     };
     let nearest = |nm: f64| {
         let distance = |t: &f64| (t - nm).abs();
-        table_nm.iter().copied().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(nm)
+        table_nm
+            .iter()
+            .copied()
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+            .unwrap_or(nm)
     };
-    let channels = ["R", "G", "B"].iter().zip(wavelengths.rgb_nm).map(|(name, nm)| spec::Channel {
-        name: (*name).to_string(),
-        wavelength_nm: if camera.is_dispersive() { nm } else { wavelengths.reference_nm() },
-        response_wavelength_nm: nearest(wavelengths.reference_nm()),
-    });
-    let paraxial = camera.paraxial().copied().unwrap_or_else(|| unreachable!("a camera with a lens"));
+    let channels = ["R", "G", "B"]
+        .iter()
+        .zip(wavelengths.rgb_nm)
+        .map(|(name, nm)| spec::Channel {
+            name: (*name).to_string(),
+            wavelength_nm: if camera.is_dispersive() {
+                nm
+            } else {
+                wavelengths.reference_nm()
+            },
+            response_wavelength_nm: nearest(wavelengths.reference_nm()),
+        });
+    let paraxial = camera
+        .paraxial()
+        .copied()
+        .unwrap_or_else(|| unreachable!("a camera with a lens"));
     Ok(Description {
         index: id.index,
         configuration_blake3: id.configuration_blake3,
         seed: recipe.render.seed,
         scene: spec::Scene {
             id: format!("scene-{:06}", id.index),
-            charts: recipe.planes.iter().map(|p| p.chart.kind().name().to_string()).collect(),
+            charts: recipe
+                .planes
+                .iter()
+                .map(|p| p.chart.name().to_string())
+                .collect(),
             parameters: json,
         },
         lens: spec::Lens {
@@ -62,13 +94,29 @@ pub(crate) fn describe(
             hash: lens_hash,
             efl_mm: paraxial.efl_mm,
             f_number: paraxial.f_number,
-            misalignments: recipe.lens.misalignments.iter().map(|m| format!("{m:?}")).collect(),
+            misalignments: recipe
+                .lens
+                .misalignments
+                .iter()
+                .map(|m| format!("{m:?}"))
+                .collect(),
         },
-        focus: spec::Focus { distance_m: recipe.lens.focus_mm.map(|d| d * M_PER_MM), by: "sensor".to_string() },
+        focus: spec::Focus {
+            distance_m: recipe.lens.focus_mm.map(|d| d * M_PER_MM),
+            by: "sensor".to_string(),
+        },
         sensor: sensor(recipe, camera),
-        response: spec::Response { model, pixel, hash, wavelengths_nm: table_nm.clone() },
+        response: spec::Response {
+            model,
+            pixel,
+            hash,
+            wavelengths_nm: table_nm.clone(),
+        },
         channels: channels.collect(),
-        exposure: spec::Exposure { gain, ev: recipe.exposure_ev },
+        exposure: spec::Exposure {
+            gain,
+            ev: recipe.exposure_ev,
+        },
         noise: spec::Noise::None,
         intrinsics: intrinsics(camera),
         effects: effects(recipe, camera),
@@ -86,11 +134,18 @@ pub(crate) fn describe(
 fn sensor(recipe: &Recipe, camera: &Camera) -> spec::Sensor {
     let sensor = camera.sensor();
     let (width, height) = (sensor.width(), sensor.height());
-    let corner = |x: usize, y: usize| camera.shift_at_um(sensor.position_mm((x * (width - 1)) as f64, (y * (height - 1)) as f64));
-    let max_shift_um = (0..4).map(|k| corner(k % 2, k / 2).length()).fold(0.0, f64::max);
+    let corner = |x: usize, y: usize| {
+        camera.shift_at_um(sensor.position_mm((x * (width - 1)) as f64, (y * (height - 1)) as f64))
+    };
+    let max_shift_um = (0..4)
+        .map(|k| corner(k % 2, k / 2).length())
+        .fold(0.0, f64::max);
     spec::Sensor {
         pitch_um: sensor.pitch_um(),
-        subpixels: spec::Subpixels { columns: sensor.subpixels().m() as u32, rows: sensor.subpixels().n() as u32 },
+        subpixels: spec::Subpixels {
+            columns: sensor.subpixels().m() as u32,
+            rows: sensor.subpixels().n() as u32,
+        },
         width_px: width as u32,
         height_px: height as u32,
         centre_mm: sensor.centre_mm().to_array(),
@@ -109,14 +164,18 @@ fn sensor(recipe: &Recipe, camera: &Camera) -> spec::Sensor {
 /// The pinhole that the lens paraxially is. With the entrance pupil at z_e and the exit pupil D in front of the sensor, a point at
 /// depth Z and height X images at X · f_px/(Z + z_e); f_px follows from the magnification at the focused depth.
 fn intrinsics(camera: &Camera) -> spec::Intrinsics {
-    let p = camera.paraxial().copied().unwrap_or_else(|| unreachable!("a camera with a lens"));
+    let p = camera
+        .paraxial()
+        .copied()
+        .unwrap_or_else(|| unreachable!("a camera with a lens"));
     let sensor = camera.sensor();
     // A chief ray of slope m in object space leaves the exit pupil with slope m · (pupil magnification)⁻¹ (Lagrange), so
     // the height on the sensor is m · D / magnification.
     let magnification = p.exit_pupil_semi_mm / p.entrance_pupil_semi_mm;
     let focal_mm = (camera.sensor_z_mm() - p.exit_pupil_z_mm) / magnification;
     let focal_px = focal_mm / sensor.pitch_mm();
-    let axis = DVec2::new((sensor.width() - 1) as f64, (sensor.height() - 1) as f64) * 0.5 - sensor.centre_mm() / sensor.pitch_mm();
+    let axis = DVec2::new((sensor.width() - 1) as f64, (sensor.height() - 1) as f64) * 0.5
+        - sensor.centre_mm() / sensor.pitch_mm();
     spec::Intrinsics {
         fx_px: focal_px,
         fy_px: focal_px,
@@ -135,10 +194,22 @@ fn effects(recipe: &Recipe, camera: &Camera) -> spec::Effects {
     let mut simulated = vec!["lens aberrations", "vignetting", "defocus", "occlusion"];
     let mut left_out = vec![
         ("sensor noise", "clean signal; not simulated yet"),
-        ("width of the colour bands", "each channel is traced at one wavelength"),
-        ("colour filter mosaic", "every sub-pixel has all three channels, as in the paper"),
-        ("diffraction at the main lens's aperture", "rays only; the pixel's own diffraction is in its response"),
-        ("reflections between surfaces", "transmission of the lens is 1"),
+        (
+            "width of the colour bands",
+            "each channel is traced at one wavelength",
+        ),
+        (
+            "colour filter mosaic",
+            "every sub-pixel has all three channels, as in the paper",
+        ),
+        (
+            "diffraction at the main lens's aperture",
+            "rays only; the pixel's own diffraction is in its response",
+        ),
+        (
+            "reflections between surfaces",
+            "transmission of the lens is 1",
+        ),
     ];
     if camera.is_dispersive() {
         simulated.push("dispersion");
@@ -146,24 +217,37 @@ fn effects(recipe: &Recipe, camera: &Camera) -> spec::Effects {
         left_out.push(("dispersion", "the lens file has no Abbe numbers"));
     }
     match recipe.response {
-        ResponseRecipe::Geometric { .. } => left_out.push(("diffraction and crosstalk in the pixel", "geometric response asked for")),
+        ResponseRecipe::Geometric { .. } => left_out.push((
+            "diffraction and crosstalk in the pixel",
+            "geometric response asked for",
+        )),
         _ => {
             simulated.push("diffraction and crosstalk in the pixel");
-            left_out.push(("wavelength dependence of the response", "all channels use the table at one wavelength, as in the paper"));
+            left_out.push((
+                "wavelength dependence of the response",
+                "all channels use the table at one wavelength, as in the paper",
+            ));
         }
     }
     match recipe.sensor.microlens_shift {
         ShiftRule::Centred => left_out.push(("microlens shift", "centred microlenses asked for")),
         _ => {
             simulated.push("microlens shift");
-            left_out.push(("distortion of the response by the microlens shift", "the centred table is looked up in the moving frame"));
+            left_out.push((
+                "distortion of the response by the microlens shift",
+                "the centred table is looked up in the moving frame",
+            ));
         }
     }
     spec::Effects {
         simulated: simulated.into_iter().map(String::from).collect(),
         left_out: left_out
             .into_iter()
-            .map(|(name, reason)| spec::LeftOut { name: name.into(), reason: reason.into(), estimated_error: None })
+            .map(|(name, reason)| spec::LeftOut {
+                name: name.into(),
+                reason: reason.into(),
+                estimated_error: None,
+            })
             .collect(),
     }
 }

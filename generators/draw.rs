@@ -1,14 +1,18 @@
 //! Draws sample `index`'s recipe from the configuration. Every number is a hash of (seed, index, what it is for): it does
 //! not depend on the other samples, their order or their number.
 
+use std::path::Path;
+
 use quadpixel::render::RenderSettings;
 use quadpixel::sampling::{hash, uniform};
 
-use crate::charts::mask::MaskSpec;
-use crate::charts::random_spec;
+use crate::charts::{ChartSpec, ImageFile, Mask, random_spec};
 use crate::command_error::CommandError;
 use crate::config::{DatasetConfig, Draw, ResponseConfig, WindowConfig};
-use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, SensorRecipe, WindowRecipe};
+use crate::recipe::{
+    Cutout, ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, SensorRecipe,
+    WindowRecipe,
+};
 
 /// What a drawn number is for; part of its key.
 #[derive(Clone, Copy)]
@@ -68,7 +72,10 @@ pub fn recipe(
     index: u64,
     pitch_of: &dyn Fn(&str) -> Result<f64, CommandError>,
 ) -> Result<Recipe, CommandError> {
-    let dice = Dice { seed: config.seed, index };
+    let dice = Dice {
+        seed: config.seed,
+        index,
+    };
     let focus_mm = dice.of(&config.lens.focus_mm, For::Focus, 0);
     let (response, pixel_pitch) = match &config.response {
         ResponseConfig::Wave { pixels } => {
@@ -76,11 +83,22 @@ pub fn recipe(
             let pitch = pitch_of(&pixel)?;
             (ResponseRecipe::Wave { pixel }, Some(pitch))
         }
-        ResponseConfig::Geometric => (ResponseRecipe::Geometric { focal_length_um: None }, None),
+        ResponseConfig::Geometric => (
+            ResponseRecipe::Geometric {
+                focal_length_um: None,
+            },
+            None,
+        ),
     };
-    let pitch = config.sensor.pitch_um.map(|d| dice.of(&d, For::Pitch, 0)).or(pixel_pitch);
+    let pitch = config
+        .sensor
+        .pitch_um
+        .map(|d| dice.of(&d, For::Pitch, 0))
+        .or(pixel_pitch);
     let Some(pitch_um) = pitch else {
-        return Err(CommandError::input("sensor.pitch_um is absent; the geometric response has no pixel to take it from".into()));
+        return Err(CommandError::input(
+            "sensor.pitch_um is absent; the geometric response has no pixel to take it from".into(),
+        ));
     };
     Ok(Recipe {
         lens: LensRecipe {
@@ -101,7 +119,10 @@ pub fn recipe(
         planes: planes(config, &dice, focus_mm)?,
         environment: [0.0; 3],
         exposure_ev: dice.of(&config.exposure_ev, For::Exposure, 0),
-        render: RenderSettings { rays_per_pixel: config.rays_per_pixel, seed: dice.key(For::Render, 0) },
+        render: RenderSettings {
+            rays_per_pixel: config.rays_per_pixel,
+            seed: dice.key(For::Render, 0),
+        },
     })
 }
 
@@ -111,7 +132,10 @@ fn window(config: &DatasetConfig, dice: &Dice) -> WindowRecipe {
         WindowConfig::Random { max_height_mm } => {
             let radius = max_height_mm * dice.unit(For::WindowHeight, 0).sqrt();
             let (sin, cos) = (dice.unit(For::WindowAzimuth, 0) * std::f64::consts::TAU).sin_cos();
-            WindowRecipe::Position { x_mm: radius * cos, y_mm: radius * sin }
+            WindowRecipe::Position {
+                x_mm: radius * cos,
+                y_mm: radius * sin,
+            }
         }
         WindowConfig::ChiefRayAngle { theta_deg, phi_deg } => WindowRecipe::ChiefRayAngle {
             theta_deg: dice.of(theta_deg, For::WindowHeight, 0),
@@ -121,13 +145,17 @@ fn window(config: &DatasetConfig, dice: &Dice) -> WindowRecipe {
 }
 
 /// Background first, then the cards.
-fn planes(config: &DatasetConfig, dice: &Dice, focus_mm: f64) -> Result<Vec<PlaneRecipe>, CommandError> {
+fn planes(
+    config: &DatasetConfig,
+    dice: &Dice,
+    focus_mm: f64,
+) -> Result<Vec<PlaneRecipe>, CommandError> {
     let scene = &config.scene;
     let background_mm = focus_mm * dice.of(&scene.background_over_focus, For::Background, 0);
     // The background's chart goes through the list in turn, so that a small set shows them all.
     let kind = &scene.charts[dice.index as usize % scene.charts.len()];
     let mut planes = vec![PlaneRecipe {
-        chart: random_spec(kind, dice.key(For::Chart, 0))?,
+        chart: chart(kind, dice.key(For::Chart, 0))?,
         chart_seed: dice.key(For::Chart, 0),
         texture_px: scene.texture_px,
         distance_mm: background_mm,
@@ -141,7 +169,10 @@ fn planes(config: &DatasetConfig, dice: &Dice, focus_mm: f64) -> Result<Vec<Plan
         let depth = focus_mm * dice.of(&scene.card_over_focus, For::CardDepth, card);
         let key = dice.key(For::Chart, card);
         planes.push(PlaneRecipe {
-            chart: random_spec(dice.choice(&scene.charts, For::CardChart, card), key)?,
+            chart: chart(
+                dice.choice::<String>(&scene.charts, For::CardChart, card),
+                key,
+            )?,
             chart_seed: key,
             texture_px: scene.texture_px / 2,
             distance_mm: depth.min(0.95 * background_mm),
@@ -153,8 +184,29 @@ fn planes(config: &DatasetConfig, dice: &Dice, focus_mm: f64) -> Result<Vec<Plan
             tilt_x_deg: 0.0,
             tilt_y_deg: 0.0,
             roll_deg: 30.0 * (2.0 * dice.unit(For::CardRoll, card) - 1.0),
-            cutout: Some(MaskSpec::random(dice.key(For::Mask, card))),
+            cutout: Some(Cutout {
+                shape: *dice.choice(&Mask::ALL, For::Mask, card),
+                seed: dice.key(For::Mask, card),
+            }),
         });
     }
     Ok(planes)
+}
+
+/// A chart by its kind with parameters drawn from `seed`, or an image file by its path.
+fn chart(entry: &str, seed: u64) -> Result<ChartSpec, CommandError> {
+    if is_image(entry) {
+        return Ok(ChartSpec::Image(ImageFile { path: entry.into() }));
+    }
+    random_spec(entry, seed).map_err(|e| CommandError::input(format!("scene.charts: {e}")))
+}
+
+/// Whether an entry of `scene.charts` is the path of an image.
+pub(crate) fn is_image(entry: &str) -> bool {
+    let extension = Path::new(entry)
+        .extension()
+        .and_then(|e| e.to_str())
+        .unwrap_or_default()
+        .to_ascii_lowercase();
+    ["png", "jpg", "jpeg", "tif", "tiff"].contains(&extension.as_str())
 }

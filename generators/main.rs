@@ -114,7 +114,8 @@ fn make_dataset(args: &DatasetArgs) -> Result<(), CommandError> {
         None => DatasetConfig::from_toml(DEFAULT_TOML, "built-in configuration")?,
         Some(path) => {
             let name = path.display().to_string();
-            let text = std::fs::read_to_string(path).map_err(|e| CommandError::input(format!("{name}: {e}")))?;
+            let text = std::fs::read_to_string(path)
+                .map_err(|e| CommandError::input(format!("{name}: {e}")))?;
             DatasetConfig::from_toml(&text, &name)?
         }
     };
@@ -130,8 +131,16 @@ fn make_dataset(args: &DatasetArgs) -> Result<(), CommandError> {
         });
         println!("{object}");
     } else {
-        let reused = if done.reused > 0 { format!(" ({} of an earlier run)", done.reused) } else { String::new() };
-        println!("{} samples{reused} in {seconds:.1} s. Gallery: {}", done.samples, done.gallery.display());
+        let reused = if done.reused > 0 {
+            format!(" ({} of an earlier run)", done.reused)
+        } else {
+            String::new()
+        };
+        println!(
+            "{} samples{reused} in {seconds:.1} s. Gallery: {}",
+            done.samples,
+            done.gallery.display()
+        );
     }
     Ok(())
 }

@@ -18,7 +18,10 @@ pub struct Progress {
 impl Progress {
     /// Draws on stderr.
     pub fn stderr() -> Self {
-        Self::with(ProgressDrawTarget::stderr(), std::io::stderr().is_terminal())
+        Self::with(
+            ProgressDrawTarget::stderr(),
+            std::io::stderr().is_terminal(),
+        )
     }
 
     /// Draws nothing.
@@ -28,14 +31,24 @@ impl Progress {
 
     fn with(target: ProgressDrawTarget, terminal: bool) -> Self {
         let bar = ProgressBar::with_draw_target(Some(0), target);
-        let style = ProgressStyle::with_template("{msg} {wide_bar} {percent}% · {per_sec} · {eta} left");
+        let style =
+            ProgressStyle::with_template("{msg} {wide_bar} {percent}% · {per_sec} · {eta} left");
         if let Ok(style) = style {
-            bar.set_style(style.with_key("per_sec", |state: &indicatif::ProgressState, w: &mut dyn std::fmt::Write| {
-                // A bar that cannot be drawn loses nothing.
-                let _ = write!(w, "{:.2} M rays/s", state.per_sec() * 1e-6);
-            }));
+            bar.set_style(style.with_key(
+                "per_sec",
+                |state: &indicatif::ProgressState, w: &mut dyn std::fmt::Write| {
+                    // A bar that cannot be drawn loses nothing.
+                    let _ = write!(w, "{:.2} M rays/s", state.per_sec() * 1e-6);
+                },
+            ));
         }
-        Self { bar, terminal, samples: AtomicU64::new(0), of: AtomicU64::new(0), began: Instant::now() }
+        Self {
+            bar,
+            terminal,
+            samples: AtomicU64::new(0),
+            of: AtomicU64::new(0),
+            began: Instant::now(),
+        }
     }
 
     /// Begins a run.
@@ -52,9 +65,13 @@ impl Progress {
 
     /// Counts angles of a response table.
     pub fn angles(&self, done: usize, total: usize) {
-        self.bar.set_message(format!("angular response {done}/{total}"));
+        self.bar
+            .set_message(format!("angular response {done}/{total}"));
         if !self.terminal && done == total {
-            eprintln!("angular response: {total} angles, {:.1} s", self.began.elapsed().as_secs_f64());
+            eprintln!(
+                "angular response: {total} angles, {:.1} s",
+                self.began.elapsed().as_secs_f64()
+            );
         }
     }
 
@@ -63,7 +80,10 @@ impl Progress {
         let done = self.samples.fetch_add(1, Ordering::Relaxed) + 1;
         self.show();
         if !self.terminal {
-            let (of, seconds) = (self.of.load(Ordering::Relaxed), self.began.elapsed().as_secs_f64());
+            let (of, seconds) = (
+                self.of.load(Ordering::Relaxed),
+                self.began.elapsed().as_secs_f64(),
+            );
             let rate = self.bar.position() as f64 / seconds * 1e-6;
             eprintln!("sample {done}/{of} · {seconds:.1} s · {rate:.2} M rays/s");
         }
@@ -80,7 +100,10 @@ impl Progress {
     }
 
     fn show(&self) {
-        let (done, of) = (self.samples.load(Ordering::Relaxed), self.of.load(Ordering::Relaxed));
+        let (done, of) = (
+            self.samples.load(Ordering::Relaxed),
+            self.of.load(Ordering::Relaxed),
+        );
         self.bar.set_message(format!("sample {done}/{of}"));
     }
 }

@@ -7,7 +7,7 @@ use quadpixel::sensor::ShiftRule;
 use serde::{Deserialize, Serialize};
 
 use crate::charts::ChartSpec;
-use crate::charts::mask::MaskSpec;
+use crate::charts::Mask;
 
 /// One sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -145,7 +145,18 @@ pub struct PlaneRecipe {
     pub roll_deg: f64,
     /// Shape that is cut from it; absent: the whole rectangle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cutout: Option<MaskSpec>,
+    pub cutout: Option<Cutout>,
+}
+
+/// A shape cut from a card.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cutout {
+    /// Family of outlines.
+    pub shape: Mask,
+    /// Seed of its proportions.
+    #[serde(default)]
+    pub seed: u64,
 }
 
 fn texture_px() -> usize {

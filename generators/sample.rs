@@ -4,7 +4,6 @@ use quadpixel::image::Image;
 use quadpixel::image::raster::Levels;
 use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField, DisparityMaps, WhiteField};
 use quadpixel::render::{Execution, SubPixelImage, render};
-use quadpixel::sensor::Subpixels;
 use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel::units::M_PER_MM;
 
@@ -50,14 +49,12 @@ pub fn render_sample(
     response_progress: &(dyn Fn(usize, usize) + Sync),
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Sample, CommandError> {
-    let subpixels: Subpixels = recipe
-        .sensor
-        .subpixels
-        .parse()
-        .map_err(|e: quadpixel::sensor::SubpixelsError| CommandError::input(format!("sensor.subpixels: {e}")))?;
+    let subpixels = assemble::subpixels(&recipe.sensor.subpixels)?;
     if !(1..=1 << 24).contains(&recipe.render.rays_per_pixel) {
         let n = recipe.render.rays_per_pixel;
-        return Err(CommandError::input(format!("render.rays_per_pixel is {n}; allowed: 1 to 16777216")));
+        return Err(CommandError::input(format!(
+            "render.rays_per_pixel is {n}; allowed: 1 to 16777216"
+        )));
     }
     let response = responses.get(recipe, subpixels, response_progress)?;
     let camera = assemble::camera(recipe, &response, subpixels)?;
@@ -65,18 +62,31 @@ pub fn render_sample(
     let white = WhiteField::new(&camera);
     let chief = ChiefRays::new(&camera);
     let geometry = chief.geometry(&camera, &scene);
-    let (Some(field), Some(defocus)) = (DisparityField::new(&camera, ChannelWavelengths::REFERENCE), Defocus::new(&camera))
-    else {
+    let (Some(field), Some(defocus)) = (
+        DisparityField::new(&camera, ChannelWavelengths::REFERENCE),
+        Defocus::new(&camera),
+    ) else {
         unreachable!("a camera with a lens has a focus");
     };
     let surfaces = (scene.planes().len() > 1).then_some(geometry.surfaces.as_slice());
-    let rendered = render(&camera, &scene, &recipe.render, &Execution::default(), surfaces, progress);
+    let rendered = render(
+        &camera,
+        &scene,
+        &recipe.render,
+        &Execution::default(),
+        surfaces,
+        progress,
+    );
 
     let gain = recipe.exposure_ev.exp2() / white.reference_sr();
     let mut mosaic = rendered.image;
     mosaic.scale(gain as f32);
     let mut target = chief.target(&camera, &scene, &white);
-    target.data_mut().iter_mut().for_each(|x| *x *= gain as f32);
+    // Where there is no chief ray the target is black, and `valid` says so.
+    target
+        .data_mut()
+        .iter_mut()
+        .for_each(|x| *x = if x.is_nan() { 0.0 } else { *x * gain as f32 });
     let (width, height) = (camera.sensor().width(), camera.sensor().height());
     let pitch_mm = camera.sensor().pitch_mm();
     let per_pixel = |f: &dyn Fn(f32) -> f32| {
@@ -86,10 +96,18 @@ pub fn render_sample(
     let coc_px = per_pixel(&|d| (defocus.circle_of_confusion_mm(f64::from(d)) / pitch_mm) as f32);
     let metres = |image: &Image| {
         let mut image = image.clone();
-        image.data_mut().iter_mut().for_each(|x| *x *= M_PER_MM as f32);
+        image
+            .data_mut()
+            .iter_mut()
+            .for_each(|x| *x *= M_PER_MM as f32);
         image
     };
-    let valid = geometry.depth_mm.data().iter().map(|d| !d.is_nan()).collect();
+    let valid = geometry
+        .depth_mm
+        .data()
+        .iter()
+        .map(|d| !d.is_nan())
+        .collect();
     let description = describe(recipe, id, &camera, &response, gain, &rendered.stats)?;
     Ok(Sample {
         target,
@@ -97,7 +115,9 @@ pub fn render_sample(
         distance_m: metres(&geometry.distance_mm),
         disparity: field.maps(&camera, &geometry.depth_mm),
         coc_px,
-        occlusion: rendered.occlusion.unwrap_or_else(|| Image::zeros(width, height, 1)),
+        occlusion: rendered
+            .occlusion
+            .unwrap_or_else(|| Image::zeros(width, height, 1)),
         valid,
         description,
         mosaic,

@@ -30,9 +30,7 @@ impl FileError {
 /// Writes `bytes` to `NAME.tmp-PID` beside `path` and renames it to `path`; on failure (also a full disk) the temporary
 /// file is removed and whatever stood at `path` is untouched.
 pub fn write_aside(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".tmp-{}", std::process::id()));
-    let aside = path.with_file_name(name);
+    let aside = aside(path);
     fs::write(&aside, bytes)
         .and_then(|()| fs::rename(&aside, path))
         .map_err(|cause| {
@@ -40,6 +38,13 @@ pub fn write_aside(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
             let _ = fs::remove_file(&aside);
             FileError::new(path, "write", cause)
         })
+}
+
+/// `NAME.tmp-PID` beside `path`: where a file or folder is made before it gets its name.
+pub fn aside(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(format!(".tmp-{}", std::process::id()));
+    path.with_file_name(name)
 }
 
 /// Reads a whole file.

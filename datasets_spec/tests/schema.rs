@@ -10,7 +10,9 @@ use serde_json::{Value, json};
 
 /// Rewrites the files when QUADPIXEL_WRITE_SCHEMA is set; otherwise compares.
 fn is_current(name: &str, schema: &Value) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("schema").join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("schema")
+        .join(name);
     let text = serde_json::to_string_pretty(schema).unwrap() + "\n";
     if std::env::var_os("QUADPIXEL_WRITE_SCHEMA").is_some() {
         std::fs::write(&path, &text).unwrap();
@@ -30,11 +32,15 @@ fn committed_schemas_are_those_of_the_types() {
 
 #[test]
 fn the_examples_validate_and_come_back_unchanged() {
-    let dataset: Value = serde_json::from_str(include_str!("../schema/dataset.example.json")).unwrap();
+    let dataset: Value =
+        serde_json::from_str(include_str!("../schema/dataset.example.json")).unwrap();
     let meta: Value = serde_json::from_str(include_str!("../schema/meta.example.json")).unwrap();
     for (schema, example) in [(dataset_schema(), &dataset), (sample_schema(), &meta)] {
         let validator = jsonschema::validator_for(&schema).unwrap();
-        let errors: Vec<String> = validator.iter_errors(example).map(|e| e.to_string()).collect();
+        let errors: Vec<String> = validator
+            .iter_errors(example)
+            .map(|e| e.to_string())
+            .collect();
         assert!(errors.is_empty(), "{errors:?}");
     }
     let read: DatasetManifest = serde_json::from_value(dataset.clone()).unwrap();
@@ -58,9 +64,15 @@ fn schema_and_reader_refuse_the_same_faults() {
         let mut broken = meta.clone();
         let (parent, key) = pointer.rsplit_once('/').unwrap();
         let parent = broken.pointer_mut(parent).unwrap();
-        parent.as_object_mut().unwrap().insert(key.to_string(), value);
+        parent
+            .as_object_mut()
+            .unwrap()
+            .insert(key.to_string(), value);
         assert!(!validator.is_valid(&broken), "{pointer}");
-        assert!(serde_json::from_value::<SampleMeta>(broken).is_err(), "{pointer}");
+        assert!(
+            serde_json::from_value::<SampleMeta>(broken).is_err(),
+            "{pointer}"
+        );
     }
     let mut missing = meta.clone();
     missing.as_object_mut().unwrap().remove("seed");

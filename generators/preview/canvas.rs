@@ -5,7 +5,7 @@ use quadpixel::image::Image;
 use super::font::glyph;
 
 /// An 8-bit sRGB colour.
-pub(super) type Rgb = [u8; 3];
+pub(crate) type Rgb = [u8; 3];
 
 /// A finished picture, row-major sRGB.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ pub struct Sheet {
 pub(super) const ADVANCE: usize = 6;
 
 impl Sheet {
-    pub(super) fn new(width: usize, height: usize, background: Rgb) -> Self {
+    pub(crate) fn new(width: usize, height: usize, background: Rgb) -> Self {
         Self {
             width,
             height,
@@ -30,7 +30,7 @@ impl Sheet {
         }
     }
 
-    pub(super) fn set(&mut self, x: usize, y: usize, colour: Rgb) {
+    pub(crate) fn set(&mut self, x: usize, y: usize, colour: Rgb) {
         if x < self.width && y < self.height {
             let at = (y * self.width + x) * 3;
             self.rgb[at..at + 3].copy_from_slice(&colour);
@@ -38,7 +38,7 @@ impl Sheet {
     }
 
     /// Text with its top left corner at (x, y); what runs over the edge is cut.
-    pub(super) fn text(&mut self, x: usize, y: usize, scale: usize, text: &str, colour: Rgb) {
+    pub(crate) fn text(&mut self, x: usize, y: usize, scale: usize, text: &str, colour: Rgb) {
         for (place, c) in text.chars().enumerate() {
             for (column, bits) in glyph(c).into_iter().enumerate() {
                 for row in (0..7).filter(|row| bits >> row & 1 == 1) {
@@ -53,7 +53,7 @@ impl Sheet {
 
     /// An image fitted into the square of `side` px at (x, y), centred; enlarged by whole source pixels' copies, reduced by
     /// box averages. `colour` turns a pixel's averaged channels into sRGB.
-    pub(super) fn picture(
+    pub(crate) fn picture(
         &mut self,
         (x, y, side): (usize, usize, usize),
         image: &Image,
@@ -71,6 +71,15 @@ impl Sheet {
             let rows = j * height / h..((j + 1) * height / h).max(j * height / h + 1);
             for i in 0..w {
                 let columns = i * width / w..((i + 1) * width / w).max(i * width / w + 1);
+                let count = rows.len() * columns.len();
+                if count == 1 {
+                    self.set(
+                        left + i,
+                        top + j,
+                        colour(image.pixel(columns.start, rows.start)),
+                    );
+                    continue;
+                }
                 mean.fill(0.0);
                 for v in rows.clone() {
                     for u in columns.clone() {
@@ -79,15 +88,14 @@ impl Sheet {
                             .for_each(|(m, p)| *m += p);
                     }
                 }
-                let count = (rows.len() * columns.len()) as f32;
-                mean.iter_mut().for_each(|m| *m /= count);
+                mean.iter_mut().for_each(|m| *m /= count as f32);
                 self.set(left + i, top + j, colour(&mean));
             }
         }
     }
 
     /// A horizontal colour bar: `colour` of 0 to 1 from left to right.
-    pub(super) fn bar(
+    pub(crate) fn bar(
         &mut self,
         (x, y): (usize, usize),
         (width, height): (usize, usize),
@@ -101,7 +109,7 @@ impl Sheet {
 }
 
 /// Viridis (van der Walt & Smith, CC0) at eight places, interpolated; 0 dark violet, 1 yellow.
-pub(super) fn viridis(t: f32) -> Rgb {
+pub(crate) fn viridis(t: f32) -> Rgb {
     const STOPS: [Rgb; 8] = [
         [68, 1, 84],
         [70, 50, 127],
@@ -116,7 +124,7 @@ pub(super) fn viridis(t: f32) -> Rgb {
 }
 
 /// Blue at 0 (negative) over white to red at 1 (positive).
-pub(super) fn blue_white_red(t: f32) -> Rgb {
+pub(crate) fn blue_white_red(t: f32) -> Rgb {
     const STOPS: [Rgb; 5] = [
         [33, 102, 172],
         [146, 197, 222],

@@ -9,7 +9,7 @@
 //! Light is shown as stored (1 = white) through the sRGB curve, a view multiplied by the number of sub-pixels. Depth colours
 //! are linear in 1/z, near is yellow; signed maps are blue (negative), white (0), red (positive) on a symmetric scale.
 
-mod canvas;
+pub(crate) mod canvas;
 mod font;
 
 use quadpixel::image::{Image, srgb};
@@ -22,7 +22,7 @@ const TILE: usize = 256;
 const MARGIN: usize = 12;
 const HEADER: usize = 52;
 const CAPTION: usize = 20;
-const FOOTER: usize = 30;
+const FOOTER: usize = 36;
 const BACKGROUND: Rgb = [32, 32, 34];
 const TEXT: Rgb = [225, 225, 225];
 const DIM: Rgb = [150, 150, 150];
@@ -52,11 +52,14 @@ pub struct Pictures<'a> {
     pub occlusion: &'a Image,
 }
 
+/// Width of every sheet, px.
+pub const SHEET_WIDTH: usize = 4 * TILE + 5 * MARGIN;
+/// Height of every sheet, px.
+pub const SHEET_HEIGHT: usize = HEADER + 2 * (CAPTION + TILE + FOOTER);
+
 /// Draws the sheet.
 pub fn contact_sheet(pictures: &Pictures<'_>) -> Sheet {
-    let width = 4 * TILE + 5 * MARGIN;
-    let height = HEADER + 2 * (CAPTION + TILE) + 2 * FOOTER;
-    let mut sheet = Sheet::new(width, height, BACKGROUND);
+    let mut sheet = Sheet::new(SHEET_WIDTH, SHEET_HEIGHT, BACKGROUND);
     title(&mut sheet, pictures.description);
     sheet.light(0, 0, "sum", pictures.sum, 1.0);
     views(&mut sheet, pictures);
@@ -227,13 +230,13 @@ fn occlusion(sheet: &mut Sheet, pictures: &Pictures<'_>) {
     labels(sheet, (x, y), ["0", "", "1"]);
 }
 
-/// Numbers under a bar: left, middle, right.
+/// Numbers under a bar: left, middle (small), right.
 fn labels(sheet: &mut Sheet, (x, y): (usize, usize), texts: [&str; 3]) {
-    let top = y + TILE + 13;
     for (place, text) in texts.into_iter().enumerate() {
-        let width = (text.chars().count() * ADVANCE).saturating_sub(1);
-        let left = x + (TILE.saturating_sub(width)) * place / 2;
-        sheet.text(left, top, 1, text, TEXT);
+        let scale = if place == 1 { 1 } else { 2 };
+        let width = (text.chars().count() * ADVANCE).saturating_sub(1) * scale;
+        let left = x + TILE.saturating_sub(width) * place / 2;
+        sheet.text(left, y + TILE + 14, scale, text, TEXT);
     }
 }
 

@@ -34,16 +34,6 @@ pub(super) fn encode(
     let truth = truth::masked(sample);
     let views = split_views(sample.raw, columns, rows);
     let sum = sum_of(&views).ok_or_else(|| input(name, "the pixel has no sub-pixel"))?;
-    let sheet = preview::contact_sheet(&preview::Pictures {
-        description: given,
-        views: &views,
-        sum: &sum,
-        target: sample.target,
-        depth_m: &truth.depth_m,
-        left_right_px: truth::left_right_px(&truth.disparity_px, columns, rows, 0).as_ref(),
-        coc_px: &truth.coc_px,
-        occlusion: sample.occlusion,
-    });
     let format = match sample.raw_encoding {
         RawEncoding::Png(_) => RawFormat::Png,
         RawEncoding::Exr => RawFormat::Exr,
@@ -53,7 +43,7 @@ pub(super) fn encode(
         &given.channels,
         format,
         sample.distance_m.is_some(),
-        [sheet.width as u32, sheet.height as u32],
+        [preview::SHEET_WIDTH as u32, preview::SHEET_HEIGHT as u32],
     );
     let colours: Vec<&str> = given.channels.iter().map(|c| c.name.as_str()).collect();
     let pictures = Pictures {
@@ -61,7 +51,6 @@ pub(super) fn encode(
         truth: &truth,
         views: &views,
         sum: &sum,
-        sheet: &sheet,
         colours: &colours,
         subpixels: paths::subpixel_names(subpixels.columns, subpixels.rows),
     };
@@ -96,12 +85,27 @@ struct Pictures<'a> {
     truth: &'a Truth,
     views: &'a [Image],
     sum: &'a Image,
-    sheet: &'a preview::Sheet,
     colours: &'a [&'a str],
     subpixels: Vec<String>,
 }
 
 impl Pictures<'_> {
+    fn sheet(&self) -> preview::Sheet {
+        let subpixels = self.sample.description.sensor.subpixels;
+        let (columns, rows) = (subpixels.columns as usize, subpixels.rows as usize);
+        let maps = &self.truth.disparity_px;
+        preview::contact_sheet(&preview::Pictures {
+            description: &self.sample.description,
+            views: self.views,
+            sum: self.sum,
+            target: self.sample.target,
+            depth_m: &self.truth.depth_m,
+            left_right_px: truth::left_right_px(maps, columns, rows, 0).as_ref(),
+            coc_px: &self.truth.coc_px,
+            occlusion: self.sample.occlusion,
+        })
+    }
+
     /// The bytes of a file, and how many values were clipped.
     fn encode(&self, file: &SampleFile) -> Result<(Vec<u8>, u64), WriteError> {
         let (sample, path) = (self.sample, Path::new(&file.name));
@@ -155,7 +159,7 @@ impl Pictures<'_> {
                     .collect(),
             ),
             FileKind::Preview => {
-                let sheet = self.sheet;
+                let sheet = self.sheet();
                 raster::encode_jpeg(path, &sheet.rgb, sheet.width, sheet.height, PREVIEW_QUALITY)
             }
         };

@@ -1,1 +1,8 @@
-//! (room of the em stage)
+//! The pixel as matter: its layers, their materials, and light in them.
+
+mod material;
+mod stack;
+pub mod wave;
+
+pub use material::Material;
+pub use stack::{Microlens, PixelStack, StackError};

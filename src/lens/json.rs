@@ -14,16 +14,18 @@
 //!
 //! Beside `surfaces`, a file has `name`, `source`, `wavelengths` (nm), and may have `notes`, `plane_convention`, `stated`,
 //! `verification`, and `fold`: `{"after_surface": 4, "distance_mm": 3.0}` (`after_surface` null = in front of the first).
+//! Where `verification` has a `stop_semi_aperture_mm` smaller than the stop's `semi_aperture_mm`, it is the stop: files made from
+//! Zemax's carry there the largest ray height on the stop's surface, not the aperture that defines the F-number.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Deserializer};
 
 use super::error::LensError;
+use super::fold::Fold;
 use super::glass::Glass;
 use super::prescription::{PrescribedSurface, Prescription, Stated, Verification};
 use super::system::ASPHERE_TERMS;
-use super::tolerance::Fold;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -102,12 +104,17 @@ impl Prescription {
             field: "end of file".into(),
             reason: error.to_string(),
         })?;
-        let surfaces = parsed
+        let mut surfaces = parsed
             .surfaces
             .into_iter()
             .enumerate()
             .map(|(i, entry)| entry.prescribed(file, i))
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<Vec<_>, _>>()?;
+        if let Some(semi) = parsed.verification.stop_semi_aperture_mm {
+            for stop in surfaces.iter_mut().filter(|s| s.is_stop) {
+                stop.semi_aperture_mm = stop.semi_aperture_mm.min(semi);
+            }
+        }
         let prescription = Prescription {
             file: file.into(),
             name: parsed.name,

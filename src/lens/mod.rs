@@ -2,11 +2,16 @@
 //!
 //! Camera frame throughout (see [`crate::frames`]): mm, z from the scene to the sensor, origin at the first vertex.
 
+pub mod aim;
+pub mod analysis;
 mod check;
 pub mod chief;
+pub mod drawing;
 pub mod error;
 pub mod focus;
+pub mod fold;
 pub mod glass;
+pub mod illumination;
 pub mod json;
 pub mod library;
 pub mod packet;
@@ -18,11 +23,13 @@ pub mod surface;
 pub mod system;
 pub mod tolerance;
 pub mod trace;
+pub mod verification;
 pub mod zmx;
 
 pub use chief::chief_ray;
 pub use error::LensError;
 pub use focus::FocusBy;
+pub use fold::Fold;
 pub use library::builtin_names;
 pub use packet::{PacketTracer, RayBatch, RayStatus, SimdLevel};
 pub use paraxial::Paraxial;
@@ -31,5 +38,5 @@ pub use prescription::Prescription;
 pub use pupil::{ExitPupilMap, PupilEllipse};
 pub use surface::Travel;
 pub use system::{Aperture, OpticalSurface, OpticalSystem, Pose, Ray, RayFailure, SurfaceKind};
-pub use tolerance::{ElementRef, Fold, Misalignment, table1_defects};
+pub use tolerance::{ElementRef, Misalignment, table1_defects};
 pub use trace::{Clipping, trace_backward, trace_forward, trace_visiting};

@@ -7,9 +7,9 @@
 use serde::Deserialize;
 
 use super::error::LensError;
+use super::fold::Fold;
 use super::glass::Glass;
 use super::system::{ASPHERE_TERMS, Aperture, OpticalSurface, Pose, SurfaceKind};
-use super::tolerance::Fold;
 
 /// One surface as prescribed.
 #[derive(Clone, Debug, PartialEq)]
@@ -129,6 +129,15 @@ pub struct Prescription {
 }
 
 impl Prescription {
+    /// The lens's name, or that of its file where it has none.
+    pub fn title(&self) -> &str {
+        if self.name.is_empty() {
+            &self.file
+        } else {
+            &self.name
+        }
+    }
+
     /// z of each surface's vertex, and of the image plane behind them, in the camera frame, mm.
     pub fn vertices_z_mm(&self) -> Vec<f64> {
         let mut z = 0.0;

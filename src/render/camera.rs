@@ -62,6 +62,7 @@ pub struct Camera {
     shifts: MicrolensShifts,
     response: ResponseLookup,
     paraxial: Option<Paraxial>,
+    focus_distance_mm: f64,
     wavelengths: ChannelWavelengths,
 }
 
@@ -121,6 +122,7 @@ impl Camera {
         Ok(Self {
             tracers: systems.iter().map(PacketTracer::new).collect(),
             paraxial: Some(lens.paraxial(wavelengths.reference_nm())?),
+            focus_distance_mm: lens.focus_distance_mm(),
             sensor,
             systems,
             pupils: Pupils::OfLens(pupils),
@@ -162,6 +164,7 @@ impl Camera {
             shifts: MicrolensShifts::Centred,
             response: response.at(wavelengths.reference_nm()),
             paraxial: None,
+            focus_distance_mm: f64::INFINITY,
             wavelengths,
         })
     }
@@ -185,6 +188,10 @@ impl Camera {
     /// Paraxial data of the focused lens at the reference wavelength; `None` for bare pixels.
     pub fn paraxial(&self) -> Option<&Paraxial> {
         self.paraxial.as_ref()
+    }
+    /// Depth in focus, mm from the first vertex; infinite for bare pixels.
+    pub fn focus_distance_mm(&self) -> f64 {
+        self.focus_distance_mm
     }
     /// The lens at the wavelength of a channel.
     pub fn system(&self, channel: usize) -> &OpticalSystem {

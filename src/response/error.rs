@@ -31,6 +31,9 @@ pub enum ResponseError {
         /// What is wrong in it.
         why: String,
     },
+    /// The pixel model refused the pixel.
+    #[error(transparent)]
+    Pixel(#[from] crate::em::StackError),
 }
 
 impl ResponseError {

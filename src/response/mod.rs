@@ -9,6 +9,7 @@
 //! GeometricResponse (eq. 2, exact) ────────────┘
 //! ```
 
+mod cache;
 mod error;
 mod file;
 mod frame;
@@ -16,10 +17,13 @@ mod geometric;
 mod interpolator;
 mod lookup;
 mod table;
+mod wave;
 
+pub use cache::{CacheWarning, ResponseCache};
 pub use error::ResponseError;
 pub use frame::MovingFrame;
 pub use geometric::GeometricResponse;
 pub use interpolator::Interpolator;
 pub use lookup::{Response, ResponseLookup};
 pub use table::{AngularResponse, ResponseAxes, ResponseMeta};
+pub use wave::{WaveTable, wave_response};

@@ -8,7 +8,6 @@ mod mip;
 mod plane;
 mod world;
 
-pub mod color;
 pub mod coverage;
 pub mod texture;
 

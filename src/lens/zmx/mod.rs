@@ -1,10 +1,13 @@
 //! Prescriptions from Zemax sequential files (`.zmx`), in UTF-8, Latin-1 or UTF-16.
 //!
-//! Read: `MODE SEQ`, `NAME`, `NOTE`, `UNIT MM`, `WAVM` (the number of them in use is the fourth number of `FTYP`), and per `SURF`:
+//! Read: `MODE SEQ`, `NAME`, `NOTE`, `UNIT MM`, `ENPD`, `FNUM`, `WAVM` (the number of them in use is the fourth number of `FTYP`), and per `SURF`:
 //! `TYPE STANDARD|EVENASPH`, `CURV`, `CONI`, `PARM 1…8` (A_2 … A_16), `DISZ`, `GLAS`, `DIAM`, `CLAP`, `STOP`, `COMM`. The
 //! object surface (the first) is left out, the image surface (the last) becomes the last distance, and so do plane dummies in air
 //! that are not the stop. What would change the rays and is not read is refused: coordinate breaks, mirrors, other
 //! surface types, apertures that are not circles. Every other keyword is passed over.
+//!
+//! **Stop.** `ENPD` (entrance pupil diameter) or `FNUM` (F-number) at the head, where given and not 0, sets the stop: its `DIAM` is then only
+//! where rays happened to go. Else (`FLOA`) the stop's `DIAM` is the stop.
 //!
 //! **Glass.** `GLAS NAME flag 0 nd vd …`. The catalogue's coefficients are taken where the name is known and its n_d and V_d are
 //! those of the line, or the line has Zemax's placeholders (1.5, 40). Where the line's own n_d and V_d differ from the named glass's,
@@ -15,8 +18,10 @@ mod surface;
 mod text;
 
 use super::error::LensError;
+use super::placed::Lens;
 use super::prescription::{PrescribedSurface, Prescription, Stated, Verification};
 use super::system::ASPHERE_TERMS;
+use crate::units::D_LINE_NM;
 use surface::ZmxSurface;
 use text::{decode, format_error, number};
 
@@ -26,6 +31,16 @@ struct Header {
     notes: Vec<String>,
     wavelengths_nm: Vec<f64>,
     wavelengths_used: Option<usize>,
+    aperture: Option<SystemAperture>,
+}
+
+/// What a file's head says of the aperture.
+#[derive(Clone, Copy)]
+enum SystemAperture {
+    /// Diameter of the entrance pupil, mm.
+    EntrancePupilDiameter(f64),
+    /// F-number at infinity.
+    FNumber(f64),
 }
 
 impl Prescription {
@@ -77,8 +92,28 @@ impl Prescription {
             verification: Verification::default(),
         };
         prescription.check()?;
-        Ok(prescription)
+        match header.aperture {
+            Some(aperture) => with_stop_for(prescription, aperture),
+            None => Ok(prescription),
+        }
     }
+}
+
+/// The prescription with its stop opened or closed so that the paraxial pupil is as the file's head says.
+fn with_stop_for(
+    mut prescription: Prescription,
+    aperture: SystemAperture,
+) -> Result<Prescription, LensError> {
+    let p = Lens::new(&prescription)?.paraxial(D_LINE_NM)?;
+    let wanted_semi_mm = match aperture {
+        SystemAperture::EntrancePupilDiameter(d_mm) => 0.5 * d_mm,
+        SystemAperture::FNumber(f) => 0.5 * p.efl_mm / f,
+    };
+    for stop in prescription.surfaces.iter_mut().filter(|s| s.is_stop) {
+        stop.semi_aperture_mm *= wanted_semi_mm / p.entrance_pupil_semi_mm;
+    }
+    prescription.check()?;
+    Ok(prescription)
 }
 
 /// Object and image surface taken off, plane dummies in air joined to the distance before them.
@@ -170,6 +205,18 @@ impl Reader<'_> {
                 let um = number(self.file, keyword, words, 1)?;
                 self.header.wavelengths_nm.push(um * 1e3);
             }
+            "ENPD" | "FNUM" => {
+                let size = number(self.file, keyword, words, 0)?;
+                if size < 0.0 {
+                    return refuse("0 or more");
+                }
+                let aperture = if keyword == "ENPD" {
+                    SystemAperture::EntrancePupilDiameter(size)
+                } else {
+                    SystemAperture::FNumber(size)
+                };
+                self.header.aperture = Some(aperture).filter(|_| size > 0.0);
+            }
             "FTYP" => {
                 let used = words.get(3).and_then(|w| w.parse().ok());
                 self.header.wavelengths_used = used.filter(|&n| n > 0);
@@ -181,103 +228,4 @@ impl Reader<'_> {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)] // because tests fail by panicking
-mod tests {
-    use crate::lens::{Lens, Prescription};
-    use crate::units::D_LINE_NM;
-
-    /// A plano-convex singlet of N-BK7, f = R/(n − 1), behind a dummy plane.
-    const SINGLET: &str = "MODE SEQ\nNAME singlet\nUNIT MM X W X CM MR CPMM\nWAVM 1 0.5875618 1\nFTYP 0 0 1 1 0 0 0\n\
-        SURF 0\n TYPE STANDARD\n CURV 0.0\n DISZ INFINITY\n\
-        SURF 1\n TYPE STANDARD\n COMM a dummy\n CURV 0.0\n DISZ 5\n DIAM 3\n\
-        SURF 2\n STOP\n TYPE EVENASPH\n CURV 0.02\n CONI -0.5\n PARM 2 1e-6\n DISZ 3\n GLAS N-BK7 0 0 1.5 40\n DIAM 5\n\
-        SURF 3\n TYPE STANDARD\n CURV 0.0\n DISZ 90\n DIAM 5\n\
-        SURF 4\n TYPE STANDARD\n CURV 0.0\n DISZ 4\n DIAM 5\n\
-        SURF 5\n TYPE STANDARD\n CURV 0.0\n DISZ 0\n";
-
-    fn utf16(text: &str, join: fn(u16) -> [u8; 2]) -> Vec<u8> {
-        "\u{feff}"
-            .encode_utf16()
-            .chain(text.encode_utf16())
-            .flat_map(join)
-            .collect()
-    }
-
-    #[test]
-    fn singlet_in_every_encoding_has_the_lensmakers_focal_length() {
-        let encodings = [
-            SINGLET.as_bytes().to_vec(),
-            [&[0xEF, 0xBB, 0xBF], SINGLET.as_bytes()].concat(),
-            utf16(SINGLET, u16::to_le_bytes),
-            utf16(SINGLET, u16::to_be_bytes),
-            utf16(SINGLET, u16::to_le_bytes)[2..].to_vec(),
-        ];
-        for bytes in encodings {
-            let p = Prescription::from_zmx(&bytes, "singlet.zmx").unwrap();
-            assert_eq!(p.surfaces.len(), 2);
-            assert_eq!(p.surfaces[1].thickness_mm, 94.0);
-            assert_eq!(
-                (p.surfaces[0].conic, p.surfaces[0].aspheric[1]),
-                (-0.5, 1e-6)
-            );
-            let efl = Lens::new(&p).unwrap().paraxial(D_LINE_NM).unwrap().efl_mm;
-            assert!((efl - 50.0 / 0.5168).abs() < 2e-3, "{efl}");
-        }
-    }
-
-    #[test]
-    fn a_lines_own_index_beats_the_name_it_does_not_agree_with() {
-        let nd = |glas: &str| {
-            let text = SINGLET.replace("N-BK7 0 0 1.5 40", glas);
-            let p = Prescription::from_zmx(text.as_bytes(), "singlet.zmx").unwrap();
-            p.surfaces[0].glass.unwrap().nd_vd().0
-        };
-        assert!((nd("N-LAK10 0 0 1.734 51.5") - 1.734).abs() < 1e-12);
-        assert!((nd("___BLANK 1 0 1.6 30") - 1.6).abs() < 1e-12);
-        assert!((nd("SF6 0 0 1.80518 25.4") - 1.80518).abs() < 1e-5);
-    }
-
-    #[test]
-    fn what_is_not_supported_is_refused_by_name() {
-        let cases = [
-            ("MODE SEQ", "MODE NSC", "MODE"),
-            ("UNIT MM", "UNIT IN", "UNIT"),
-            ("TYPE EVENASPH", "TYPE COORDBRK", "SURF 2 TYPE: COORDBRK"),
-            (
-                "N-BK7 0 0 1.5 40",
-                "UNOBTAINIUM 0 0 1.5 40",
-                "`UNOBTAINIUM`",
-            ),
-            ("N-BK7 0 0 1.5 40", "MIRROR 0 0 1.5 40", "MIRROR"),
-            ("N-BK7 0 0 1.5 40", "X 1 0 0.7 40", "nd = 0.7"),
-            ("CURV 0.02", "CURV NaN", "SURF 2 CURV: NaN"),
-            ("DISZ 90", "DISZ INFINITY", "SURF 3 DISZ"),
-            ("DIAM 5\nSURF 3", "DIAM 0\nSURF 3", "SURF 2 DIAM"),
-            (" STOP\n", "", "is_stop"),
-            (
-                "CURV 0.0\n DISZ INFINITY",
-                "STOP\n CURV 0.0\n DISZ INFINITY",
-                "SURF 0 STOP",
-            ),
-        ];
-        for (from, to, expected) in cases {
-            let text = SINGLET.replacen(from, to, 1);
-            assert_ne!(text, SINGLET, "{from}");
-            let error = Prescription::from_zmx(text.as_bytes(), "bad.zmx").unwrap_err();
-            let message = error.to_string();
-            assert!(
-                message.starts_with("bad.zmx: ") && message.contains(expected),
-                "{message}"
-            );
-        }
-        for garbage in [
-            &b""[..],
-            b"\xff\xfe",
-            b"\xff\xfe\x41",
-            b"SURF 0",
-            &[0u8; 64],
-        ] {
-            assert!(Prescription::from_zmx(garbage, "bad.zmx").is_err());
-        }
-    }
-}
+mod tests;

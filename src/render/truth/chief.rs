@@ -83,10 +83,9 @@ impl ChiefRays {
                 let places = (0..width).map(|c| (c as f64, row as f64));
                 let (batch, hits) = self.trace(camera, scene, places);
                 for i in 0..width {
-                    let (z, d) = match (batch.status[i], hits.surface[i]) {
-                        (0, NO_SURFACE) => (f64::INFINITY, f64::INFINITY),
-                        (0, _) => {
-                            let ray = batch.ray(i);
+                    let (z, d) = match (batch.get(i), hits.surface[i]) {
+                        (Ok(_), NO_SURFACE) => (f64::INFINITY, f64::INFINITY),
+                        (Ok(ray), _) => {
                             let point = ray.origin_mm + hits.distance_mm[i] * ray.direction;
                             (-point.z, point.length())
                         }

@@ -4,6 +4,10 @@
 //! a, and the sensor at z_s: s′ = z′ − z_p, D_xp = z_s − z_p. A ray through the pupil height P lands P (z′ − z_s)/s′ beside the image.
 //! In terms of slopes at the sensor (m = −P/D_xp relative to the chief ray's) that is m · lever, lever = D_xp (z_s − z′)/s′.
 
+//!
+//! z_s is the paraxial image of the focused depth, so that both are zero there. The real sensor may stand beside it by the small shift
+//! with which the lens's designer balanced its aberrations; what that does to a point counts as aberration.
+
 use crate::render::Camera;
 
 /// Paraxial defocus of a focused camera, reference wavelength.
@@ -21,14 +25,16 @@ impl Defocus {
     /// From the camera's paraxial data; `None` for bare pixels, which have no focus.
     pub fn new(camera: &Camera) -> Option<Self> {
         let p = camera.paraxial()?;
-        Some(Self {
+        let mut defocus = Self {
             focal_length_mm: p.efl_mm,
             front_focus_z_mm: p.front_focal_z_mm,
             rear_focus_z_mm: p.rear_principal_z_mm + p.efl_mm,
             pupil_z_mm: p.exit_pupil_z_mm,
             pupil_semi_mm: p.exit_pupil_semi_mm,
-            sensor_z_mm: camera.sensor_z_mm(),
-        })
+            sensor_z_mm: 0.0,
+        };
+        defocus.sensor_z_mm = defocus.image_z_mm(camera.focus_distance_mm());
+        Some(defocus)
     }
 
     /// z of the image of depth `depth_mm` (+∞ allowed), mm.

@@ -1,0 +1,132 @@
+//! The paper's frame: 3400 × 3400 sub-pixels (1700 × 1700 microlenses), 32 rays a sub-pixel, of a flat chart, in classic and in
+//! diffractive mode, at three wavelengths (the paper: about 12 hours on 6 cores, diffractive about 20 % slower than classic).
+//!
+//! ```text
+//! cargo bench --bench frame              a quarter of the side, both modes in turn, medians of three
+//! cargo bench --bench frame -- --full    the whole frame
+//! ```
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::{DVec2, DVec3};
+use quadpixel::em::PixelStack;
+use quadpixel::lens::{FocusBy, Lens, Prescription};
+use quadpixel::render::{Camera, Execution, RenderSettings, render};
+use quadpixel::response::{GeometricResponse, Response, ResponseCache, WaveTable};
+use quadpixel::scene::texture::Texture;
+use quadpixel::scene::{Scene, TexturedPlane};
+use quadpixel::sensor::{Sensor, ShiftRule};
+use quadpixel::spectrum::ChannelWavelengths;
+
+const RAYS_PER_SUBPIXEL: usize = 32;
+const CHART_MM: f64 = 750.0;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let full = std::env::args().any(|a| a == "--full");
+    let side = if full { 1700 } else { 425 };
+    let repeats = if full { 1 } else { 3 };
+    let stack = PixelStack::builtin("1.6um")?;
+    let lens = Lens::new(&Prescription::builtin("wide_US20120327520A1_emb3")?)?.focused_at(
+        CHART_MM,
+        FocusBy::Sensor,
+        550.0,
+    )?;
+    let f_number = lens.paraxial(550.0)?.f_number;
+    let classic = Response::Geometric(GeometricResponse::new(
+        stack.subpixels,
+        stack.pitch_um,
+        stack.pitch_um * f_number,
+    )?);
+    let (table, _) = ResponseCache::open(ResponseCache::default_dir()).get_or_build(
+        &stack,
+        &WaveTable::standard(),
+        &|_, _| (),
+    )?;
+    let diffractive = Response::Table(table);
+    // A fine checkerboard with shades: every ray looks its texture up.
+    let texture = Texture::from_fn(4096, 4096, |x, y| {
+        let check = if (x / 8 + y / 8) % 2 == 0 { 0.9 } else { 0.1 };
+        [check, 0.5 * check + x as f32 / 8192.0, y as f32 / 4096.0]
+    })?;
+    let plane = TexturedPlane::new(
+        DVec3::new(0.0, 0.0, -CHART_MM),
+        (700.0, 700.0),
+        (0.0, 0.0, 0.0),
+        Arc::new(texture),
+        None,
+    )?;
+    let scene = Scene::new(vec![plane], [0.0; 3]);
+    let rays_per_pixel = RAYS_PER_SUBPIXEL * stack.subpixels.count();
+    let shot = |response: &Response| -> Result<(f64, u64, u64), Box<dyn std::error::Error>> {
+        let sensor = Sensor::new(stack.pitch_um, stack.subpixels, (side, side), DVec2::ZERO)?;
+        let began = Instant::now();
+        let camera = Camera::new(
+            &lens,
+            sensor,
+            ShiftRule::ChiefRay,
+            response,
+            ChannelWavelengths::default(),
+        )?;
+        let settings = RenderSettings {
+            rays_per_pixel,
+            seed: 1,
+        };
+        let rendered = render(
+            &camera,
+            &scene,
+            &settings,
+            &Execution::default(),
+            None,
+            &|_| (),
+        );
+        Ok((
+            began.elapsed().as_secs_f64(),
+            rendered.stats.rays,
+            rendered.stats.lost.total(),
+        ))
+    };
+    let (mut classic_s, mut diffractive_s) = (Vec::new(), Vec::new());
+    let mut rays = (0, 0);
+    for _ in 0..repeats {
+        let (s, n, lost) = shot(&classic)?;
+        classic_s.push(s);
+        rays = (n, lost);
+        diffractive_s.push(shot(&diffractive)?.0);
+    }
+    let median = |v: &mut Vec<f64>| {
+        v.sort_by(f64::total_cmp);
+        v[v.len() / 2]
+    };
+    let (c, d) = (median(&mut classic_s), median(&mut diffractive_s));
+    let sub = 2 * side;
+    println!(
+        "frame {sub}×{sub} sub-pixels, {RAYS_PER_SUBPIXEL} rays a sub-pixel and wavelength, 3 wavelengths, {} threads",
+        rayon::current_num_threads()
+    );
+    println!(
+        "rays {} M, lost {:.1} %",
+        rays.0 / 1_000_000,
+        100.0 * rays.1 as f64 / rays.0 as f64
+    );
+    println!(
+        "classic     {c:8.2} s  {:6.2} M rays/s",
+        rays.0 as f64 / c * 1e-6
+    );
+    println!(
+        "diffractive {d:8.2} s  {:6.2} M rays/s",
+        rays.0 as f64 / d * 1e-6
+    );
+    println!("diffractive / classic {:.3}", d / c);
+    if let Some(line) = peak_memory() {
+        println!("peak memory {line}");
+    }
+    Ok(())
+}
+
+/// Peak resident memory of this process, where the system tells.
+fn peak_memory() -> Option<String> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|l| l.starts_with("VmHWM"))?;
+    Some(line.split_once(':')?.1.trim().to_string())
+}

@@ -1,0 +1,324 @@
+//! The program as a process: what it writes, what it refuses, and with which exit code.
+
+// because tests fail by panicking
+#![allow(clippy::unwrap_used)]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// A dataset of two small samples with an ideal pixel, so that no response table is computed.
+const SMALL: &str = r#"
+count = 2
+seed = 5
+rays_per_pixel = 16
+exposure_ev = 0
+[lens]
+names = ["wide_US20120327520A1_emb3"]
+focus_mm = { min = 200, max = 400 }
+[sensor]
+subpixels = "2x2"
+width = 40
+height = 32
+window = { at = "random", max_height_mm = 1.0 }
+microlens_shift = { rule = "chief-ray" }
+pitch_um = 2.0
+[response]
+model = "geometric"
+[scene]
+charts = ["noise", "checkerboard"]
+background_over_focus = 1.5
+tilt_deg = { min = -10, max = 10 }
+cards = 2
+card_over_focus = 0.7
+card_size = 0.4
+texture_px = 64
+"#;
+
+fn qpgen(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_qpgen"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+/// Writes `text` as a configuration and makes a dataset of it in `folder/NAME`.
+fn dataset(folder: &Path, name: &str, text: &str, more: &[&str]) -> Output {
+    let config = folder.join(format!("{name}.toml"));
+    fs::write(&config, text).unwrap();
+    let out = folder.join(name);
+    let mut arguments = vec![
+        "dataset",
+        "--config",
+        config.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+    ];
+    arguments.extend(more);
+    qpgen(&arguments)
+}
+
+/// Every file below a folder, by its relative path.
+fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut folders = vec![root.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                found.insert(
+                    path.strip_prefix(root).unwrap().display().to_string(),
+                    fs::read(&path).unwrap(),
+                );
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn same_seed_same_bytes_at_any_thread_count_and_a_sound_dataset() {
+    let folder = tempfile::tempdir().unwrap();
+    let runs: Vec<_> = ["1", "2", "5"]
+        .iter()
+        .map(|threads| {
+            let name = format!("threads-{threads}");
+            let done = dataset(folder.path(), &name, SMALL, &["--threads", threads]);
+            assert!(done.status.success(), "{done:?}");
+            files(&folder.path().join(name))
+        })
+        .collect();
+    assert!(runs[0] == runs[1] && runs[0] == runs[2]);
+    let root = folder.path().join("threads-1");
+    let check = qpgen(&["check", root.to_str().unwrap()]);
+    assert!(
+        check.status.success(),
+        "{}",
+        String::from_utf8_lossy(&check.stdout)
+    );
+
+    // Another seed is another dataset.
+    dataset(folder.path(), "other", SMALL, &["--seed", "6"]);
+    assert_ne!(
+        files(&folder.path().join("other"))["samples/000000/raw.png"],
+        runs[0]["samples/000000/raw.png"]
+    );
+}
+
+#[test]
+fn a_sample_does_not_depend_on_how_many_there_are_and_a_run_goes_on_where_it_stopped() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(
+        dataset(folder.path(), "grown", SMALL, &["--count", "1"])
+            .status
+            .success()
+    );
+    let root = folder.path().join("grown");
+    let first = fs::read(root.join("samples/000000/raw.png")).unwrap();
+    let grown = dataset(folder.path(), "grown", SMALL, &[]);
+    assert!(
+        grown.status.success()
+            && String::from_utf8_lossy(&grown.stdout).contains("1 of an earlier run"),
+        "{grown:?}"
+    );
+    assert_eq!(
+        fs::read(root.join("samples/000000/raw.png")).unwrap(),
+        first
+    );
+    assert!(dataset(folder.path(), "whole", SMALL, &[]).status.success());
+    assert!(files(&root) == files(&folder.path().join("whole")));
+    // Fewer samples than are there, or another configuration, would leave a mixture.
+    for more in [["--count", "1"], ["--seed", "9"]] {
+        let refused = dataset(folder.path(), "grown", SMALL, &more);
+        assert_eq!(refused.status.code(), Some(2), "{more:?}");
+    }
+    assert!(
+        files(&root) == files(&folder.path().join("whole")),
+        "a refused run changed the dataset"
+    );
+}
+
+#[test]
+fn a_sample_is_rendered_again_from_its_own_description() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(dataset(folder.path(), "data", SMALL, &[]).status.success());
+    let sample = folder.path().join("data/samples/000001");
+    let again = folder.path().join("again");
+    let meta = sample.join("meta.json");
+    let done = qpgen(&[
+        "render",
+        meta.to_str().unwrap(),
+        "--out",
+        again.to_str().unwrap(),
+    ]);
+    assert!(done.status.success(), "{done:?}");
+    for name in [
+        "raw.png",
+        "views.exr",
+        "depth.exr",
+        "disparity.exr",
+        "target.exr",
+        "occlusion.png",
+        "valid.png",
+    ] {
+        assert_eq!(
+            fs::read(sample.join(name)).unwrap(),
+            fs::read(again.join(name)).unwrap(),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn the_printed_configuration_is_the_default_one() {
+    let printed = qpgen(&["dataset", "--print-config"]);
+    let text = String::from_utf8(printed.stdout).unwrap();
+    let read = generators::config::DatasetConfig::from_toml(&text, "printed").unwrap();
+    let default =
+        generators::config::DatasetConfig::from_toml(generators::config::DEFAULT_TOML, "default")
+            .unwrap();
+    assert_eq!(read, default);
+    assert!(text.contains("# samples"));
+}
+
+#[test]
+fn bad_configurations_are_refused_with_file_field_and_value_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases = [
+        ("count = 2", "count = 0", "count"),
+        (
+            "rays_per_pixel = 16",
+            "rays_per_pixel = 0",
+            "rays_per_pixel",
+        ),
+        (
+            "charts = [\"noise\", \"checkerboard\"]",
+            "charts = [\"nosie\"]",
+            "nosie",
+        ),
+        (
+            "names = [\"wide_US20120327520A1_emb3\"]",
+            "names = [\"no-such-lens\"]",
+            "no-such-lens",
+        ),
+        ("subpixels = \"2x2\"", "subpixels = \"5x7\"", "5x7"),
+        ("pitch_um = 2.0", "pitch_um = nan", "pitch_um"),
+        ("pitch_um = 2.0", "pitch_um = -2.0", "pitch_um"),
+        ("pitch_um = 2.0", "", "pitch_um"),
+        (
+            "focus_mm = { min = 200, max = 400 }",
+            "focus_mm = { min = 400, max = 200 }",
+            "focus_mm",
+        ),
+        ("focus_mm = { min = 200, max = 400 }", "focus_mm = 2.0", "2"),
+        ("width = 40", "width = 400000", "width"),
+        ("width = 40", "widht = 40", "widht"),
+        (
+            "window = { at = \"random\", max_height_mm = 1.0 }",
+            "window = { at = \"chief-ray-angle\", theta_deg = 80, phi_deg = 0 }",
+            "theta_deg",
+        ),
+        ("card_size = 0.4", "card_size = -0.4", "card_size"),
+        (
+            "model = \"geometric\"",
+            "model = \"wave\"\npixels = [\"7um\"]",
+            "7um",
+        ),
+    ];
+    for (i, (right, wrong, named)) in cases.into_iter().enumerate() {
+        assert!(SMALL.contains(right));
+        let name = format!("bad-{i}");
+        let done = dataset(folder.path(), &name, &SMALL.replace(right, wrong), &[]);
+        let text = String::from_utf8_lossy(&done.stderr).to_string();
+        assert_eq!(done.status.code(), Some(2), "{wrong}: {text}");
+        assert!(
+            text.contains(named) && !text.contains("panicked"),
+            "{wrong}: {text}"
+        );
+        assert!(
+            !folder.path().join(name).join("samples/000000").exists(),
+            "{wrong}"
+        );
+    }
+}
+
+#[test]
+fn a_window_outside_the_image_circle_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let big = SMALL
+        .replace("pitch_um = 2.0", "pitch_um = 99.0")
+        .replace("width = 40", "width = 100");
+    let done = dataset(folder.path(), "big", &big, &[]);
+    let text = String::from_utf8_lossy(&done.stderr).to_string();
+    assert!(
+        done.status.code() == Some(2) && text.contains("image circle") && text.contains("mm"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_foreign_folder_a_file_and_a_read_only_place_are_left_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let foreign = folder.path().join("foreign");
+    fs::create_dir(&foreign).unwrap();
+    fs::write(foreign.join("thesis.tex"), "years of work").unwrap();
+    let done = dataset(folder.path(), "foreign", SMALL, &[]);
+    assert_eq!(done.status.code(), Some(2));
+    assert_eq!(files(&foreign).len(), 1);
+
+    fs::write(folder.path().join("file"), "text").unwrap();
+    assert_eq!(
+        dataset(folder.path(), "file", SMALL, &[]).status.code(),
+        Some(2)
+    );
+
+    // A place where nobody can write, root included.
+    let config = folder.path().join("file.toml");
+    let done = qpgen(&[
+        "dataset",
+        "--config",
+        config.to_str().unwrap(),
+        "--out",
+        "/proc/quadpixel/out",
+    ]);
+    assert_eq!(done.status.code(), Some(1), "{done:?}");
+    assert!(String::from_utf8_lossy(&done.stderr).contains("/proc/quadpixel"));
+}
+
+#[test]
+fn unreadable_recipes_and_lenses_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let render = |text: &str| {
+        let scene = folder.path().join("scene.toml");
+        fs::write(&scene, text).unwrap();
+        qpgen(&[
+            "render",
+            scene.to_str().unwrap(),
+            "--out",
+            out.to_str().unwrap(),
+        ])
+    };
+    for text in ["", "lens = 3", "\u{0}\u{1}"] {
+        let done = render(text);
+        assert_eq!(done.status.code(), Some(2), "{done:?}");
+        assert!(String::from_utf8_lossy(&done.stderr).contains("scene.toml"));
+    }
+    let lens = folder.path().join("lens.json");
+    fs::write(&lens, r#"{ "name": "x", "surfaces": [] }"#).unwrap();
+    let done = qpgen(&["lens", "info", lens.to_str().unwrap()]);
+    assert_eq!(done.status.code(), Some(2), "{done:?}");
+    assert!(String::from_utf8_lossy(&done.stderr).contains("lens.json"));
+    assert!(!out.exists());
+}
+
+#[test]
+fn every_subcommand_has_help_with_an_example() {
+    for command in ["dataset", "render", "validate", "check"] {
+        let help = String::from_utf8(qpgen(&[command, "--help"]).stdout).unwrap();
+        assert!(help.contains("Example: qpgen"), "{command}");
+    }
+}

@@ -1,0 +1,271 @@
+//! Light enters the silicon between the trenches and is absorbed there.
+//!
+//! The field at the top of the silicon is continuous with its z derivative: for the wave ψ_d that comes down in the oxide
+//! `(β + Bᵀ Y B) c = 2 Bᵀ Y ψ_d`, with c the mode amplitudes, B the Fourier orders of the modes ([`super::modes`]), β their
+//! propagation constants, and Y the admittance of the oxide, chosen per order so that onto plain silicon it reflects the
+//! mean power of s and p. Below, `E = Σ c e^(iβz) φ_i(x) φ_j(y)`, and sub-pixel (a, b) absorbs
+//! `k0² Im ε ∫ |E|²` over its own silicon (trenches absorb nothing).
+
+use std::sync::Arc;
+
+use rustfft::num_complex::Complex64;
+
+use super::krylov::{System, gmres};
+use super::lens::Order;
+use super::modes::AxisModes;
+use super::planar::{kz, reflection};
+use crate::em::stack::Indices;
+
+type C = Complex64;
+
+/// The silicon at one angle.
+pub(super) struct Silicon {
+    n: Indices,
+    k0: f64,
+    x: Arc<AxisModes>,
+    y: Arc<AxisModes>,
+    /// Admittance of the oxide per Fourier order, [a][b].
+    admittance: Vec<C>,
+    /// β of the modes, [i][j].
+    beta: Vec<C>,
+}
+
+impl Silicon {
+    pub fn new(
+        n: Indices,
+        k0: f64,
+        pitch_um: f64,
+        bloch: [f64; 2],
+        x: Arc<AxisModes>,
+        y: Arc<AxisModes>,
+    ) -> Self {
+        let g = 2.0 * std::f64::consts::PI / pitch_um;
+        let eps = n.silicon * n.silicon;
+        let mut admittance = Vec::with_capacity(x.count * y.count);
+        let mut beta = Vec::with_capacity(x.count * y.count);
+        let share = |m: &AxisModes, i: usize| -> f64 {
+            // Modes not kept carry next to nothing; they take the loss of plain silicon.
+            if i < m.kept {
+                m.overlap.iter().map(|o| o[i * m.kept + i].re).sum()
+            } else {
+                1.0
+            }
+        };
+        for i in 0..x.count {
+            for j in 0..y.count {
+                let kx = bloch[0] + g * (x.first + i as i64) as f64;
+                let ky = bloch[1] + g * (y.first + j as i64) as f64;
+                admittance.push(admittance_of_oxide(&n, k0, kx * kx + ky * ky));
+                let loss = eps.im * share(&x, i) * share(&y, j);
+                let b = C::new(k0 * k0 * eps.re + x.lambda[i] + y.lambda[j], k0 * k0 * loss).sqrt();
+                beta.push(b);
+            }
+        }
+        Self {
+            n,
+            k0,
+            x,
+            y,
+            admittance,
+            beta,
+        }
+    }
+
+    /// Mode amplitudes for the power amplitudes `down` of `orders` in the oxide, and what goes back up into those orders.
+    pub fn enter(&self, orders: &[Order], down: &[C], tolerance: f64) -> (Vec<C>, Vec<C>) {
+        let (nx, ny) = (self.x.count, self.y.count);
+        let place = |o: &Order| {
+            let (a, b) = (o.a - self.x.first, o.b - self.y.first);
+            let inside = (0..nx as i64).contains(&a) && (0..ny as i64).contains(&b);
+            inside.then(|| a as usize * ny + b as usize)
+        };
+        let mut source = vec![C::ZERO; nx * ny];
+        for (o, &d) in orders.iter().zip(down) {
+            if let Some(at) = place(o) {
+                source[at] = 2.0 * self.admittance[at].sqrt() * d;
+            }
+        }
+        let mut right = vec![C::ZERO; nx * ny];
+        let mut half = vec![C::ZERO; nx * ny];
+        self.modes_from_orders(&source, &mut right, &mut half);
+        let mut matching = Matching {
+            silicon: self,
+            plain: (0..nx * ny)
+                .map(|m| {
+                    let k2 = -(self.x.lambda[m / ny] + self.y.lambda[m % ny]).min(0.0);
+                    self.beta[m] + admittance_of_oxide(&self.n, self.k0, k2)
+                })
+                .collect(),
+            grid: vec![C::ZERO; nx * ny],
+            half,
+        };
+        let mut c = vec![C::ZERO; nx * ny];
+        gmres(&mut matching, &right, &mut c, tolerance, 60);
+        let Matching {
+            mut grid, mut half, ..
+        } = matching;
+        self.orders_from_modes(&c, &mut grid, &mut half);
+        let up = orders
+            .iter()
+            .zip(down)
+            .map(|(o, &d)| match place(o) {
+                Some(at) => grid[at] * self.admittance[at].sqrt() - d,
+                None => C::ZERO,
+            })
+            .collect();
+        (c, up)
+    }
+
+    /// Flux that the modes carry at depth `z` (µm).
+    pub fn flux(&self, c: &[C], z: f64) -> f64 {
+        c.iter()
+            .zip(&self.beta)
+            .map(|(c, b)| b.re * c.norm_sqr() * (-2.0 * b.im * z).exp())
+            .sum()
+    }
+
+    /// Power absorbed per sub-pixel (row-major, rows along y) in the first `depth_um`, by the mid-point rule on `planes` planes.
+    pub fn absorbed(&self, c: &[C], depth_um: f64, planes: usize) -> Vec<f64> {
+        let (kx, ky, ny) = (self.x.kept, self.y.kept, self.y.count);
+        let (m, n) = (self.x.overlap.len(), self.y.overlap.len());
+        let dz = depth_um / planes as f64;
+        let mut absorbed = vec![0.0; m * n];
+        let mut field: Vec<C> = Vec::with_capacity(kx * ky);
+        let mut step: Vec<C> = Vec::with_capacity(kx * ky);
+        for i in 0..kx {
+            for j in 0..ky {
+                let b = self.beta[i * ny + j];
+                field.push(c[i * ny + j] * (C::I * b * (0.5 * dz)).exp());
+                step.push((C::I * b * dz).exp());
+            }
+        }
+        let mut left = vec![vec![C::ZERO; kx * ky]; m];
+        let mut right = vec![C::ZERO; kx * ky];
+        for _ in 0..planes {
+            for (left, overlap) in left.iter_mut().zip(&self.x.overlap) {
+                // X C
+                left.fill(C::ZERO);
+                for i in 0..kx {
+                    let row = &mut left[i * ky..(i + 1) * ky];
+                    for k in 0..kx {
+                        let o = overlap[i * kx + k];
+                        for (r, f) in row.iter_mut().zip(&field[k * ky..(k + 1) * ky]) {
+                            *r += o * f;
+                        }
+                    }
+                }
+            }
+            for (b, overlap) in self.y.overlap.iter().enumerate() {
+                // C Yᵀ; Y is Hermitian, so row l of Y is the conjugate of its column l.
+                right.fill(C::ZERO);
+                for i in 0..kx {
+                    let row = &mut right[i * ky..(i + 1) * ky];
+                    for l in 0..ky {
+                        let f = field[i * ky + l];
+                        for (r, o) in row.iter_mut().zip(&overlap[l * ky..(l + 1) * ky]) {
+                            *r += f * o.conj();
+                        }
+                    }
+                }
+                for (a, left) in left.iter().enumerate() {
+                    let sum: f64 = left
+                        .iter()
+                        .zip(&right)
+                        .map(|(l, r)| l.re * r.re + l.im * r.im)
+                        .sum();
+                    absorbed[b * m + a] += sum;
+                }
+            }
+            for (f, s) in field.iter_mut().zip(&step) {
+                *f *= s;
+            }
+        }
+        let eps = self.n.silicon * self.n.silicon;
+        for a in &mut absorbed {
+            *a *= self.k0 * self.k0 * eps.im * dz;
+        }
+        absorbed
+    }
+
+    /// Bᵀ (orders) B along both axes; real matrices.
+    fn modes_from_orders(&self, orders: &[C], modes: &mut [C], half: &mut [C]) {
+        let (nx, ny) = (self.x.count, self.y.count);
+        half.fill(C::ZERO);
+        for a in 0..nx {
+            let source = &orders[a * ny..(a + 1) * ny];
+            if source.iter().all(|s| *s == C::ZERO) {
+                continue;
+            }
+            for i in 0..nx {
+                let w = self.x.amplitude[a * nx + i];
+                for (h, s) in half[i * ny..(i + 1) * ny].iter_mut().zip(source) {
+                    *h += s * w;
+                }
+            }
+        }
+        modes.fill(C::ZERO);
+        for i in 0..nx {
+            let row = &mut modes[i * ny..(i + 1) * ny];
+            for b in 0..ny {
+                let h = half[i * ny + b];
+                for (m, w) in row.iter_mut().zip(&self.y.amplitude[b * ny..(b + 1) * ny]) {
+                    *m += h * w;
+                }
+            }
+        }
+    }
+
+    /// B (modes) Bᵀ along both axes.
+    fn orders_from_modes(&self, modes: &[C], orders: &mut [C], half: &mut [C]) {
+        let (nx, ny) = (self.x.count, self.y.count);
+        half.fill(C::ZERO);
+        for a in 0..nx {
+            let row = &mut half[a * ny..(a + 1) * ny];
+            for i in 0..nx {
+                let w = self.x.amplitude[a * nx + i];
+                for (h, m) in row.iter_mut().zip(&modes[i * ny..(i + 1) * ny]) {
+                    *h += m * w;
+                }
+            }
+        }
+        for a in 0..nx {
+            let source = &half[a * ny..(a + 1) * ny];
+            for b in 0..ny {
+                let w = &self.y.amplitude[b * ny..(b + 1) * ny];
+                orders[a * ny + b] = source.iter().zip(w).map(|(h, &w)| h * w).sum();
+            }
+        }
+    }
+}
+
+/// (β + Bᵀ Y B) c, preconditioned by the same sum for modes taken as single orders.
+struct Matching<'a> {
+    silicon: &'a Silicon,
+    plain: Vec<C>,
+    grid: Vec<C>,
+    half: Vec<C>,
+}
+
+impl System<f64> for Matching<'_> {
+    fn apply(&mut self, x: &[C], y: &mut [C]) {
+        let s = self.silicon;
+        s.orders_from_modes(x, &mut self.grid, &mut self.half);
+        for (g, a) in self.grid.iter_mut().zip(&s.admittance) {
+            *g *= a;
+        }
+        s.modes_from_orders(&self.grid, y, &mut self.half);
+        for ((y, x), b) in y.iter_mut().zip(x).zip(&s.beta) {
+            *y += b * x;
+        }
+    }
+    fn precondition(&mut self, x: &[C], y: &mut [C]) {
+        for ((y, x), p) in y.iter_mut().zip(x).zip(&self.plain) {
+            *y = x / p;
+        }
+    }
+}
+
+fn admittance_of_oxide(n: &Indices, k0: f64, k_perp_squared: f64) -> C {
+    let r = reflection(n.oxide, n.silicon, k0, k_perp_squared);
+    kz(n.silicon, k0, k_perp_squared) * (1.0 + r) / (1.0 - r)
+}

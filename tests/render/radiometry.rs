@@ -1,0 +1,211 @@
+use glam::{DVec2, DVec3};
+use quadpixel::frames::camera_from_sensor_mm;
+use quadpixel::lens::{Ray, trace_backward};
+use quadpixel::render::truth::WhiteField;
+use quadpixel::render::{Execution, RenderSettings, render};
+
+use super::{PHONE, camera, card, geometric, lens, white};
+use quadpixel::scene::Scene;
+
+const SETTINGS: RenderSettings = RenderSettings {
+    rays_per_pixel: 4096,
+    seed: 3,
+};
+
+#[test]
+fn white_wall_on_the_axis_gives_pi_sin_squared_of_the_marginal_ray() {
+    let lens = lens(PHONE, f64::INFINITY);
+    let camera = camera(&lens, &geometric(1, 1, 1.0), (1, 1), DVec2::ZERO);
+    let rendered = render(
+        &camera,
+        &white(),
+        &SETTINGS,
+        &Execution::default(),
+        None,
+        &|_| (),
+    );
+    for (channel, &e) in rendered.image.mosaic.pixel(0, 0).iter().enumerate() {
+        let system = camera.system(channel);
+        let origin = camera_from_sensor_mm(DVec2::ZERO, system.sensor_z_mm);
+        let passes = |sin: f64| {
+            let direction = DVec3::new(sin, 0.0, -(1.0 - sin * sin).sqrt());
+            trace_backward(
+                system,
+                Ray {
+                    origin_mm: origin,
+                    direction,
+                },
+            )
+            .is_ok()
+        };
+        let (mut low, mut high) = (0.0, 0.9);
+        for _ in 0..50 {
+            let middle = 0.5 * (low + high);
+            if passes(middle) {
+                low = middle
+            } else {
+                high = middle
+            }
+        }
+        let closed_form = std::f64::consts::PI * low * low;
+        let error = f64::from(e) / closed_form - 1.0;
+        assert!(
+            error.abs() < 2e-3,
+            "channel {channel}: {e} against {closed_form}"
+        );
+    }
+}
+
+#[test]
+fn irradiance_falls_by_the_projected_solid_angle_of_the_vignetted_pupil() {
+    // Off axis: direct integration of cos θ dω over a fine grid of directions, without the pupil's ellipse.
+    let lens = lens(PHONE, f64::INFINITY);
+    let place = DVec2::new(1.5, 1.0);
+    let camera = camera(&lens, &geometric(1, 1, 1.0), (1, 1), place);
+    let rendered = render(
+        &camera,
+        &white(),
+        &SETTINGS,
+        &Execution::default(),
+        None,
+        &|_| (),
+    );
+    let system = camera.system(1);
+    let origin = camera_from_sensor_mm(place, system.sensor_z_mm);
+    let n = 1500;
+    let step = 2.0 / n as f64;
+    let mut sum = 0.0;
+    for i in 0..n * n {
+        let (u, v) = (
+            (i % n) as f64 * step - 1.0 + 0.5 * step,
+            (i / n) as f64 * step - 1.0 + 0.5 * step,
+        );
+        let w = 1.0 - u * u - v * v;
+        if w > 0.2
+            && trace_backward(
+                system,
+                Ray {
+                    origin_mm: origin,
+                    direction: DVec3::new(u, v, -w.sqrt()),
+                },
+            )
+            .is_ok()
+        {
+            sum += step * step;
+        }
+    }
+    let e = f64::from(rendered.image.mosaic.pixel(0, 0)[1]);
+    assert!((e / sum - 1.0).abs() < 5e-3, "{e} against {sum}");
+    let field = WhiteField::new(&camera).reference_sr();
+    assert!(
+        (field / sum - 1.0).abs() < 5e-3,
+        "white field {field} against {sum}"
+    );
+}
+
+#[test]
+fn a_bare_pixel_sees_a_disk_by_its_projected_solid_angle() {
+    // Disk of radius a at distance z on the axis: E = π a²/(a² + z²).
+    let response = geometric(1, 1, 0.5);
+    let sensor =
+        quadpixel::sensor::Sensor::new(2.0, response.subpixels(), (1, 1), DVec2::ZERO).unwrap();
+    let target = quadpixel::lens::PupilEllipse {
+        centre_mm: DVec3::new(0.0, 0.0, -10.0),
+        axis_a_mm: DVec2::X * 4.0,
+        axis_b_mm: DVec2::Y * 4.0,
+    };
+    let camera =
+        quadpixel::render::Camera::bare(sensor, &response, Default::default(), target).unwrap();
+    let e = render(
+        &camera,
+        &white(),
+        &SETTINGS,
+        &Execution::default(),
+        None,
+        &|_| (),
+    )
+    .image
+    .mosaic
+    .pixel(0, 0)[0];
+    let closed_form = std::f64::consts::PI * 16.0 / 116.0;
+    assert!(
+        (f64::from(e) / closed_form - 1.0).abs() < 1e-3,
+        "{e} against {closed_form}"
+    );
+}
+
+#[test]
+fn the_sub_pixels_of_an_ideal_pixel_share_the_light_of_a_white_wall() {
+    let lens = lens(PHONE, 500.0);
+    let whole = camera(&lens, &geometric(1, 1, 1.0), (2, 2), DVec2::new(0.7, -0.4));
+    let total = render(
+        &whole,
+        &white(),
+        &SETTINGS,
+        &Execution::default(),
+        None,
+        &|_| (),
+    )
+    .image
+    .sum();
+    for (m, n) in [(2, 1), (1, 2), (2, 2), (3, 3), (4, 4)] {
+        let parted = camera(&lens, &geometric(m, n, 1.0), (2, 2), DVec2::new(0.7, -0.4));
+        let sum = render(
+            &parted,
+            &white(),
+            &SETTINGS,
+            &Execution::default(),
+            None,
+            &|_| (),
+        )
+        .image
+        .sum();
+        for (a, b) in sum.data().iter().zip(total.data()) {
+            assert!((a / b - 1.0).abs() < 1e-3, "{m}×{n}: {a} against {b}");
+        }
+    }
+}
+
+#[test]
+fn spread_is_the_standard_deviation_over_seeds() {
+    let lens = lens(PHONE, 300.0);
+    let camera = camera(&lens, &geometric(2, 2, 5.0), (32, 32), DVec2::ZERO);
+    // A small card far out of focus: most pixels see an edge of it.
+    let scene = Scene::new(vec![card(DVec3::new(0.0, 0.0, -60.0), 1.0, None)], [0.0; 3]);
+    let shot = |seed| {
+        let settings = RenderSettings {
+            rays_per_pixel: 64,
+            seed,
+        };
+        render(
+            &camera,
+            &scene,
+            &settings,
+            &Execution::default(),
+            None,
+            &|_| (),
+        )
+    };
+    let shots: Vec<_> = (0..12).map(shot).collect();
+    let n = shots[0].image.mosaic.data().len();
+    let (mut variance, mut mean) = (0.0, 0.0);
+    for i in 0..n {
+        let x: Vec<f64> = shots
+            .iter()
+            .map(|s| f64::from(s.image.mosaic.data()[i]))
+            .collect();
+        let m = x.iter().sum::<f64>() / x.len() as f64;
+        variance += x.iter().map(|v| (v - m).powi(2)).sum::<f64>() / (x.len() - 1) as f64;
+        mean += m;
+    }
+    let truth = (variance / n as f64).sqrt() / (mean / n as f64);
+    let told = shots
+        .iter()
+        .map(|s| s.stats.relative_spread.unwrap())
+        .sum::<f64>()
+        / shots.len() as f64;
+    assert!(
+        (told / truth - 1.0).abs() < 0.35,
+        "told {told}, true {truth}"
+    );
+}
