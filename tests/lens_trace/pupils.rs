@@ -50,7 +50,7 @@ fn passing(
     let reaches: Vec<f64> = disk
         .iter()
         .zip(&batch.status)
-        .filter_map(|(d, status)| (*status == 0).then(|| d.length()))
+        .filter_map(|(d, status)| (*status == 0).then_some(d.length()))
         .collect();
     let inside = reaches.iter().filter(|r| **r <= 1.0).count() as f64;
     (

@@ -11,7 +11,7 @@
 //!
 //! **The floor.** An asphere with p ≤ 14 costs about 40 operations, a root and a division to meet its conic, 55, a root and a
 //! division for each Newton step (three to four), 70, two roots and a division to refract: about 300 operations, 6 roots and 6
-//! divisions. In AVX-512 (two 8-wide units; a root takes about 24 and a division 16 cycles a vector) that is 24 + 30
+//! divisions. In AVX-512 (two 8-wide units; a root takes about 24 and a division 16 cycles a vector) that is 19 + 30
 //! cycles a ray, so ten aspheres, two cover-glass planes and a stop cannot take less than about 350 to 550 cycles a ray.
 //!
 //! **Bits.** Every lane does the same operations in the same order, whatever its companions: a lane that has settled is frozen,
