@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     )?);
     let (table, _) = ResponseCache::open(ResponseCache::default_dir()).get_or_build(
         &stack,
-        &WaveTable::standard(),
+        &WaveTable::standard_for(&stack),
         &|_, _| (),
     )?;
     let diffractive = Response::Table(table);

@@ -90,9 +90,9 @@ impl Responses {
         let table = match &recipe.response {
             ResponseRecipe::Wave { pixel } => {
                 let stack = pixel_stack(pixel, subpixels)?;
-                let made = self
-                    .cache
-                    .get_or_build(&stack, &WaveTable::standard(), progress);
+                let made =
+                    self.cache
+                        .get_or_build(&stack, &WaveTable::standard_for(&stack), progress);
                 let (table, warnings) = made.map_err(|e| input(&e))?;
                 self.warnings
                     .extend(warnings.iter().map(ToString::to_string));

@@ -9,6 +9,7 @@ use crate::draw;
 use crate::progress::Progress;
 use crate::recipe::Recipe;
 use crate::sample::{SampleId, render_sample};
+use crate::stages::{Stages, timed};
 use crate::writer::{
     Dataset, WriteError, WrittenSample, configuration_hash, finish_dataset, finished_sample,
     write_sample,
@@ -26,6 +27,8 @@ pub struct Summary {
     pub reused: usize,
     /// The gallery.
     pub gallery: PathBuf,
+    /// Where the time went.
+    pub stages: Stages,
 }
 
 /// Makes the dataset in `out`. A folder that holds samples of the same configuration goes on where it stopped.
@@ -59,7 +62,8 @@ pub fn make(
     let mut responses = Responses::new();
     let mut samples: Vec<WrittenSample> = Vec::with_capacity(recipes.len());
     let mut reused = 0;
-    progress.start(recipes.len(), recipes.iter().map(rays).sum());
+    let mut stages = Stages::default();
+    progress.start(recipes.len(), recipes.iter().map(Recipe::rays).sum());
     for (index, recipe) in recipes.iter().enumerate() {
         let index = u32::try_from(index).map_err(|_| {
             CommandError::input(format!("count is {}; allowed: up to 2^32", config.count))
@@ -67,7 +71,7 @@ pub fn make(
         if let Some(done) = finished_sample(out, index, &hash).map_err(write_error)? {
             samples.push(done);
             reused += 1;
-            progress.rays(rays(recipe));
+            progress.rays(recipe.rays());
             progress.sample_done();
             continue;
         }
@@ -82,7 +86,9 @@ pub fn make(
             .take_warnings()
             .iter()
             .for_each(|w| progress.warn(w));
-        samples.push(write_sample(out, &sample.files()).map_err(write_error)?);
+        stages = stages.plus(sample.stages());
+        let written = timed(&mut stages.writing_s, || write_sample(out, &sample.files()));
+        samples.push(written.map_err(write_error)?);
         progress.sample_done();
     }
     let dataset = Dataset {
@@ -97,6 +103,7 @@ pub fn make(
         samples: samples.len(),
         reused,
         gallery: out.join(datasets_spec::paths::INDEX),
+        stages,
     })
 }
 
@@ -115,11 +122,6 @@ fn recipes(config: &DatasetConfig) -> Result<Vec<Recipe>, CommandError> {
     (0..config.count as u64)
         .map(|index| draw::recipe(config, index, &pitch_of))
         .collect()
-}
-
-/// Rays that a recipe asks for.
-fn rays(recipe: &Recipe) -> u64 {
-    (recipe.sensor.width * recipe.sensor.height * recipe.render.rays_per_pixel) as u64 * 3
 }
 
 /// A folder may be absent, empty, or hold an earlier run.

@@ -7,7 +7,9 @@ use clap::{Args, Parser, Subcommand};
 use generators::command_error::CommandError;
 use generators::config::{DEFAULT_TOML, DatasetConfig};
 use generators::progress::Progress;
-use generators::{check_command, dataset, lens_command, render_command, validate_command};
+use generators::{
+    check_command, dataset, lens_command, render_command, response_command, validate_command,
+};
 
 /// Simulates cameras whose pixels see the pupil in parts (dual-pixel, quad-pixel, m×n) and makes training data with them.
 #[derive(Parser)]
@@ -31,7 +33,12 @@ enum Command {
     ///
     /// Example: qpgen render out/samples/000003/meta.json --out again
     #[command(verbatim_doc_comment)]
-    Render(RenderArgs),
+    Render(render_command::RenderArgs),
+    /// A pixel's angular response: the table that the renderer uses, or P at a few angles.
+    ///
+    /// Example: qpgen response --pixel 1.6um --theta-deg 0,5,10 --phi-deg 0
+    #[command(verbatim_doc_comment)]
+    Response(response_command::ResponseArgs),
     /// Experiments 1 and 2 of the paper's section 2.2.2: does the renderer give back the response put in?
     ///
     /// Example: qpgen validate --pixel 2.8um --out validation
@@ -68,15 +75,6 @@ struct DatasetArgs {
     json: bool,
 }
 
-#[derive(Args)]
-struct RenderArgs {
-    /// Recipe: lens, sensor, response, cards (TOML), or a sample's meta.json.
-    scene: PathBuf,
-    /// Folder to write, with the files of a dataset's sample.
-    #[arg(long, short)]
-    out: PathBuf,
-}
-
 fn main() -> ExitCode {
     match run(Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
@@ -94,11 +92,8 @@ fn run(cli: Cli) -> Result<(), CommandError> {
         .map_err(|e| CommandError::failed(format!("--threads {}: {e}", cli.threads)))?;
     match cli.command {
         Command::Dataset(args) => make_dataset(&args),
-        Command::Render(args) => {
-            let preview = render_command::run(&args.scene, &args.out, &Progress::stderr())?;
-            println!("{}", preview.display());
-            Ok(())
-        }
+        Command::Render(args) => render_command::run(&args),
+        Command::Response(args) => response_command::run(&args),
         Command::Validate(args) => validate_command::run(&args),
         Command::Lens(args) => lens_command::run(args),
         Command::Check(args) => check_command::run(&args),
@@ -127,7 +122,8 @@ fn make_dataset(args: &DatasetArgs) -> Result<(), CommandError> {
     if args.json {
         let gallery = done.gallery.display().to_string();
         let object = serde_json::json!({
-            "samples": done.samples, "reused": done.reused, "seconds": seconds, "gallery": gallery
+            "samples": done.samples, "reused": done.reused, "seconds": seconds, "gallery": gallery,
+            "stages": done.stages
         });
         println!("{object}");
     } else {
@@ -137,10 +133,10 @@ fn make_dataset(args: &DatasetArgs) -> Result<(), CommandError> {
             String::new()
         };
         println!(
-            "{} samples{reused} in {seconds:.1} s. Gallery: {}",
-            done.samples,
-            done.gallery.display()
+            "{} samples{reused} in {seconds:.1} s: {}",
+            done.samples, done.stages
         );
+        println!("gallery: {}", done.gallery.display());
     }
     Ok(())
 }

@@ -31,6 +31,13 @@ pub struct Recipe {
     pub render: RenderSettings,
 }
 
+impl Recipe {
+    /// Rays that it asks for, all channels.
+    pub fn rays(&self) -> u64 {
+        3 * self.sensor.width as u64 * self.sensor.height as u64 * self.render.rays_per_pixel as u64
+    }
+}
+
 /// Main lens.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

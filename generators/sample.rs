@@ -11,6 +11,7 @@ use crate::assemble::{self, Responses};
 use crate::command_error::CommandError;
 use crate::describe::describe;
 use crate::recipe::Recipe;
+use crate::stages::{Stages, timed};
 use crate::writer::{Description, RawEncoding, SampleFiles};
 
 /// Headroom of the 16-bit mosaic: the linear value (of one sub-pixel) at its white level, as a multiple of an equal share of 1.
@@ -27,6 +28,7 @@ pub struct Sample {
     occlusion: Image,
     valid: Vec<bool>,
     description: Description,
+    stages: Stages,
 }
 
 /// What a sample is part of.
@@ -56,27 +58,38 @@ pub fn render_sample(
             "render.rays_per_pixel is {n}; allowed: 1 to 16777216"
         )));
     }
-    let response = responses.get(recipe, subpixels, response_progress)?;
-    let camera = assemble::camera(recipe, &response, subpixels)?;
-    let scene = assemble::scene(recipe, &camera)?;
-    let white = WhiteField::new(&camera);
+    let mut stages = Stages::default();
+    let response = timed(&mut stages.response_s, || {
+        responses.get(recipe, subpixels, response_progress)
+    })?;
+    let (camera, scene) = timed(&mut stages.scene_s, || {
+        let camera = assemble::camera(recipe, &response, subpixels)?;
+        let scene = assemble::scene(recipe, &camera)?;
+        Ok::<_, CommandError>((camera, scene))
+    })?;
     let chief = ChiefRays::new(&camera);
-    let geometry = chief.geometry(&camera, &scene);
+    let geometry = timed(&mut stages.truth_s, || chief.geometry(&camera, &scene));
+    let surfaces = (scene.planes().len() > 1).then_some(geometry.surfaces.as_slice());
+    let rendered = timed(&mut stages.rays_s, || {
+        let execution = Execution::default();
+        render(
+            &camera,
+            &scene,
+            &recipe.render,
+            &execution,
+            surfaces,
+            progress,
+        )
+    });
+
+    let began = std::time::Instant::now();
+    let white = WhiteField::new(&camera);
     let (Some(field), Some(defocus)) = (
         DisparityField::new(&camera, ChannelWavelengths::REFERENCE),
         Defocus::new(&camera),
     ) else {
         unreachable!("a camera with a lens has a focus");
     };
-    let surfaces = (scene.planes().len() > 1).then_some(geometry.surfaces.as_slice());
-    let rendered = render(
-        &camera,
-        &scene,
-        &recipe.render,
-        &Execution::default(),
-        surfaces,
-        progress,
-    );
 
     let gain = recipe.exposure_ev.exp2() / white.reference_sr();
     let mut mosaic = rendered.image;
@@ -109,11 +122,14 @@ pub fn render_sample(
         .map(|d| !d.is_nan())
         .collect();
     let description = describe(recipe, id, &camera, &response, gain, &rendered.stats)?;
+    let disparity = field.maps(&camera, &geometry.depth_mm);
+    stages.truth_s += began.elapsed().as_secs_f64();
     Ok(Sample {
+        stages,
         target,
         depth_m: metres(&geometry.depth_mm),
         distance_m: metres(&geometry.distance_mm),
-        disparity: field.maps(&camera, &geometry.depth_mm),
+        disparity,
         coc_px,
         occlusion: rendered
             .occlusion
@@ -125,6 +141,16 @@ pub fn render_sample(
 }
 
 impl Sample {
+    /// Where the time went.
+    pub fn stages(&self) -> Stages {
+        self.stages
+    }
+
+    /// Its description.
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
     /// What the writer takes.
     pub fn files(&self) -> SampleFiles<'_> {
         let share = 1.0 / self.mosaic.subpixels.count() as f32;

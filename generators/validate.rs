@@ -51,7 +51,7 @@ pub struct Experiment {
     pub probes: Vec<Probe>,
 }
 
-/// A moving disk: θ in steps of 2.5° up to `theta_max_deg`, φ in steps of 15°.
+/// A moving disk: θ in steps of 2.5° up to `theta_max_deg`, φ in steps of 5°.
 ///
 /// # Errors
 /// A camera that cannot be made of the response.
@@ -65,7 +65,7 @@ pub fn moving_disk(
     let white = Arc::new(white);
     let disk = Arc::new(disk()?);
     let directions: Vec<(f64, f64)> = (0..=(theta_max_deg / 2.5) as usize)
-        .flat_map(|t| (0..24).map(move |p| (2.5 * t as f64, 15.0 * p as f64)))
+        .flat_map(|t| (0..72).map(move |p| (2.5 * t as f64, 5.0 * p as f64)))
         .filter(|d| d.0 > 0.0 || d.1 == 0.0)
         .collect();
     let whole = Response::Table(response.clone());

@@ -65,7 +65,7 @@ pub fn run(args: &ValidateArgs) -> Result<(), CommandError> {
     let progress = Progress::stderr();
     let angles = |done: usize, total: usize| progress.angles(done, total);
     let (response, warnings) = ResponseCache::open(ResponseCache::default_dir())
-        .get_or_build(&stack, &WaveTable::standard(), &angles)
+        .get_or_build(&stack, &WaveTable::standard_for(&stack), &angles)
         .map_err(|e| CommandError::failed(e.to_string()))?;
     warnings.iter().for_each(|w| progress.warn(&w.to_string()));
     let disk = moving_disk(&response, args.theta_max_deg, args.rays)?;
