@@ -148,7 +148,11 @@ fn table(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
 
 fn directions(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
     let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
-    if let Some(theta) = args.theta_deg.iter().find(|t| t.is_nan() || t.abs() >= 90.0) {
+    if let Some(theta) = args
+        .theta_deg
+        .iter()
+        .find(|t| t.is_nan() || t.abs() >= 90.0)
+    {
         return Err(CommandError::input(format!(
             "--theta-deg is {theta}; allowed: above −90, below 90"
         )));

@@ -19,3 +19,8 @@ pub mod scene;
 pub mod sensor;
 pub mod spectrum;
 pub mod units;
+
+/// The README's example, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct ReadmeExample;
