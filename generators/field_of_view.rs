@@ -2,7 +2,9 @@
 
 use glam::{DMat3, DVec2, DVec3};
 use quadpixel::frames::camera_from_sensor_mm;
-use quadpixel::lens::{OpticalSystem, Ray, chief_ray, trace_backward};
+use quadpixel::lens::{
+    Clipping, OpticalSystem, Ray, Travel, chief_ray, trace_backward, trace_visiting,
+};
 use quadpixel::render::Camera;
 use quadpixel::spectrum::ChannelWavelengths;
 
@@ -55,22 +57,26 @@ pub fn covering(
         let origin = camera_from_sensor_mm(place, camera.sensor_z_mm());
         for k in 0..=RIM {
             let (sin, cos) = (k as f64 / RIM as f64 * std::f64::consts::TAU).sin_cos();
-            // The last one is the middle; the rim itself lies in the ellipse's margin, where rays are lost.
-            let r = if k == RIM { 0.0 } else { 0.97 };
+            // The last one is the middle. Apertures are left out: the ellipse's rim lies just outside them.
+            let r = if k == RIM { 0.0 } else { 1.0 };
             let target =
                 pupil.centre_mm + (r * (cos * pupil.axis_a_mm + sin * pupil.axis_b_mm)).extend(0.0);
             let ray = Ray {
                 origin_mm: origin,
                 direction: (target - origin).normalize(),
             };
-            let Ok(ray) = trace_backward(system, ray) else {
-                continue;
-            };
-            let tau = turn.z_axis.dot(anchor - ray.origin_mm) / turn.z_axis.dot(ray.direction);
-            if tau > 0.0 && tau.is_finite() {
-                let p = ray.origin_mm + tau * ray.direction - anchor;
-                let at = DVec2::new(turn.x_axis.dot(p), turn.y_axis.dot(p));
-                (low, high) = (low.min(at), high.max(at));
+            // Every channel: the colours' blurs and heights differ.
+            for channel in 0..3 {
+                let (system, open) = (camera.system(channel), Clipping::Off);
+                let Ok(ray) = trace_visiting(system, ray, Travel::Backward, open, |_, _| ()) else {
+                    continue;
+                };
+                let tau = turn.z_axis.dot(anchor - ray.origin_mm) / turn.z_axis.dot(ray.direction);
+                if tau > 0.0 && tau.is_finite() {
+                    let p = ray.origin_mm + tau * ray.direction - anchor;
+                    let at = DVec2::new(turn.x_axis.dot(p), turn.y_axis.dot(p));
+                    (low, high) = (low.min(at), high.max(at));
+                }
             }
         }
     }

@@ -78,13 +78,7 @@ impl Camera {
         response: &Response,
         wavelengths: ChannelWavelengths,
     ) -> Result<Self, CameraError> {
-        if response.subpixels() != sensor.subpixels() {
-            let (response, sensor) = (
-                response.subpixels().to_string(),
-                sensor.subpixels().to_string(),
-            );
-            return Err(CameraError::SubpixelsDiffer { response, sensor });
-        }
+        same_subpixels(response, &sensor)?;
         let reference = lens.at(wavelengths.reference_nm())?;
         let systems = if lens.prescription().is_dispersive() {
             wavelengths
@@ -143,13 +137,7 @@ impl Camera {
         wavelengths: ChannelWavelengths,
         target: PupilEllipse,
     ) -> Result<Self, CameraError> {
-        if response.subpixels() != sensor.subpixels() {
-            let (response, sensor) = (
-                response.subpixels().to_string(),
-                sensor.subpixels().to_string(),
-            );
-            return Err(CameraError::SubpixelsDiffer { response, sensor });
-        }
+        same_subpixels(response, &sensor)?;
         let system = OpticalSystem {
             surfaces: Vec::new(),
             stop: 0,
@@ -231,6 +219,17 @@ impl Camera {
             .ok()
             .map(|r| r.direction.z.abs().min(1.0).acos().to_degrees())
     }
+}
+
+fn same_subpixels(response: &Response, sensor: &Sensor) -> Result<(), CameraError> {
+    let (response, sensor) = (response.subpixels(), sensor.subpixels());
+    if response == sensor {
+        return Ok(());
+    }
+    Err(CameraError::SubpixelsDiffer {
+        response: response.to_string(),
+        sensor: sensor.to_string(),
+    })
 }
 
 /// Corners and centre of the window.

@@ -1,10 +1,10 @@
 use glam::{DVec2, DVec3};
 use quadpixel::image::Image;
+use quadpixel::render::Camera;
 use quadpixel::render::truth::{Defocus, DisparityField};
-use quadpixel::render::{Camera, Execution, RenderSettings, render};
 use quadpixel::scene::Scene;
 
-use super::{PHONE, camera, card, geometric, lens};
+use super::{PHONE, camera, card, geometric, lens, shoot};
 
 /// Column and row of the centroid of the green channel.
 fn centroid(image: &Image) -> DVec2 {
@@ -22,19 +22,7 @@ fn centroid(image: &Image) -> DVec2 {
 /// The place of a small bright card in each view minus its place in the sum, px, and the card's place in the sum.
 fn measured(camera: &Camera, centre_mm: DVec3, side_mm: f64) -> (Vec<DVec2>, DVec2) {
     let scene = Scene::new(vec![card(centre_mm, side_mm, None)], [0.0; 3]);
-    let settings = RenderSettings {
-        rays_per_pixel: 4096,
-        seed: 1,
-    };
-    let image = render(
-        camera,
-        &scene,
-        &settings,
-        &Execution::default(),
-        None,
-        &|_| (),
-    )
-    .image;
+    let image = shoot(camera, &scene, 4096, 1).image;
     let reference = centroid(&image.sum());
     let shifts = (0..image.subpixels.count())
         .map(|i| centroid(&image.view(i)) - reference)

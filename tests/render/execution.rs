@@ -3,7 +3,7 @@ use quadpixel::lens::SimdLevel;
 use quadpixel::render::{Execution, RenderSettings, render};
 use quadpixel::scene::Scene;
 
-use super::{PHONE, camera, card, geometric, lens};
+use super::{PHONE, camera, card, geometric, lens, shoot};
 
 #[test]
 fn bytes_do_not_depend_on_threads_or_instructions() {
@@ -61,22 +61,9 @@ fn a_window_within_a_window_shows_the_same_scene() {
         vec![card(DVec3::new(0.0, 0.0, -400.0), 1.0, None)],
         [0.1; 3],
     );
-    let settings = RenderSettings {
-        rays_per_pixel: 4096,
-        seed: 5,
-    };
     let shot = |size: usize| {
         let camera = camera(&lens, &geometric(2, 2, 5.0), (size, size), DVec2::ZERO);
-        render(
-            &camera,
-            &scene,
-            &settings,
-            &Execution::default(),
-            None,
-            &|_| (),
-        )
-        .image
-        .sum()
+        shoot(&camera, &scene, 2048, 5).image.sum()
     };
     let (inner, outer) = (shot(8), shot(16));
     let peak = outer.data().iter().copied().fold(0.0, f32::max);

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use quadpixel::lens::{FocusBy, Lens, Prescription};
-use quadpixel::render::Camera;
+use quadpixel::render::{Camera, Execution, RenderSettings, Rendered, render};
 use quadpixel::response::{GeometricResponse, Response};
 use quadpixel::scene::coverage::Coverage;
 use quadpixel::scene::texture::Texture;
@@ -58,6 +58,22 @@ fn card(centre_mm: DVec3, side_mm: f64, coverage: Option<Coverage>) -> TexturedP
         coverage.map(Arc::new),
     )
     .unwrap()
+}
+
+/// A render with the default execution.
+fn shoot(camera: &Camera, scene: &Scene, rays_per_pixel: usize, seed: u64) -> Rendered {
+    let settings = RenderSettings {
+        rays_per_pixel,
+        seed,
+    };
+    render(
+        camera,
+        scene,
+        &settings,
+        &Execution::default(),
+        None,
+        &|_| (),
+    )
 }
 
 fn white() -> Scene {

@@ -1,29 +1,19 @@
 use glam::{DVec2, DVec3};
 use quadpixel::frames::camera_from_sensor_mm;
 use quadpixel::lens::{Ray, trace_backward};
+use quadpixel::render::Camera;
 use quadpixel::render::truth::WhiteField;
-use quadpixel::render::{Execution, RenderSettings, render};
 
-use super::{PHONE, camera, card, geometric, lens, white};
+use super::{PHONE, camera, card, geometric, lens, shoot, white};
 use quadpixel::scene::Scene;
-
-const SETTINGS: RenderSettings = RenderSettings {
-    rays_per_pixel: 4096,
-    seed: 3,
-};
+use quadpixel::sensor::{Sensor, ShiftRule};
+use quadpixel::spectrum::ChannelWavelengths;
 
 #[test]
 fn white_wall_on_the_axis_gives_pi_sin_squared_of_the_marginal_ray() {
     let lens = lens(PHONE, f64::INFINITY);
     let camera = camera(&lens, &geometric(1, 1, 1.0), (1, 1), DVec2::ZERO);
-    let rendered = render(
-        &camera,
-        &white(),
-        &SETTINGS,
-        &Execution::default(),
-        None,
-        &|_| (),
-    );
+    let rendered = shoot(&camera, &white(), 4096, 3);
     for (channel, &e) in rendered.image.mosaic.pixel(0, 0).iter().enumerate() {
         let system = camera.system(channel);
         let origin = camera_from_sensor_mm(DVec2::ZERO, system.sensor_z_mm);
@@ -62,14 +52,7 @@ fn irradiance_falls_by_the_projected_solid_angle_of_the_vignetted_pupil() {
     let lens = lens(PHONE, f64::INFINITY);
     let place = DVec2::new(1.5, 1.0);
     let camera = camera(&lens, &geometric(1, 1, 1.0), (1, 1), place);
-    let rendered = render(
-        &camera,
-        &white(),
-        &SETTINGS,
-        &Execution::default(),
-        None,
-        &|_| (),
-    );
+    let rendered = shoot(&camera, &white(), 4096, 3);
     let system = camera.system(1);
     let origin = camera_from_sensor_mm(place, system.sensor_z_mm);
     let n = 1500;
@@ -116,17 +99,7 @@ fn a_bare_pixel_sees_a_disk_by_its_projected_solid_angle() {
     };
     let camera =
         quadpixel::render::Camera::bare(sensor, &response, Default::default(), target).unwrap();
-    let e = render(
-        &camera,
-        &white(),
-        &SETTINGS,
-        &Execution::default(),
-        None,
-        &|_| (),
-    )
-    .image
-    .mosaic
-    .pixel(0, 0)[0];
+    let e = shoot(&camera, &white(), 4096, 3).image.mosaic.pixel(0, 0)[0];
     let closed_form = std::f64::consts::PI * 16.0 / 116.0;
     assert!(
         (f64::from(e) / closed_form - 1.0).abs() < 1e-3,
@@ -138,28 +111,10 @@ fn a_bare_pixel_sees_a_disk_by_its_projected_solid_angle() {
 fn the_sub_pixels_of_an_ideal_pixel_share_the_light_of_a_white_wall() {
     let lens = lens(PHONE, 500.0);
     let whole = camera(&lens, &geometric(1, 1, 1.0), (2, 2), DVec2::new(0.7, -0.4));
-    let total = render(
-        &whole,
-        &white(),
-        &SETTINGS,
-        &Execution::default(),
-        None,
-        &|_| (),
-    )
-    .image
-    .sum();
+    let total = shoot(&whole, &white(), 4096, 3).image.sum();
     for (m, n) in [(2, 1), (1, 2), (2, 2), (3, 3), (4, 4)] {
         let parted = camera(&lens, &geometric(m, n, 1.0), (2, 2), DVec2::new(0.7, -0.4));
-        let sum = render(
-            &parted,
-            &white(),
-            &SETTINGS,
-            &Execution::default(),
-            None,
-            &|_| (),
-        )
-        .image
-        .sum();
+        let sum = shoot(&parted, &white(), 4096, 3).image.sum();
         for (a, b) in sum.data().iter().zip(total.data()) {
             assert!((a / b - 1.0).abs() < 1e-3, "{m}×{n}: {a} against {b}");
         }
@@ -172,20 +127,7 @@ fn spread_is_the_standard_deviation_over_seeds() {
     let camera = camera(&lens, &geometric(2, 2, 5.0), (32, 32), DVec2::ZERO);
     // A small card far out of focus: most pixels see an edge of it.
     let scene = Scene::new(vec![card(DVec3::new(0.0, 0.0, -60.0), 1.0, None)], [0.0; 3]);
-    let shot = |seed| {
-        let settings = RenderSettings {
-            rays_per_pixel: 64,
-            seed,
-        };
-        render(
-            &camera,
-            &scene,
-            &settings,
-            &Execution::default(),
-            None,
-            &|_| (),
-        )
-    };
+    let shot = |seed| shoot(&camera, &scene, 64, seed);
     let shots: Vec<_> = (0..12).map(shot).collect();
     let n = shots[0].image.mosaic.data().len();
     let (mut variance, mut mean) = (0.0, 0.0);
@@ -208,4 +150,36 @@ fn spread_is_the_standard_deviation_over_seeds() {
         (told / truth - 1.0).abs() < 0.35,
         "told {told}, true {truth}"
     );
+}
+
+#[test]
+fn microlenses_shifted_for_the_chief_ray_keep_the_views_equally_bright() {
+    // The chief ray arrives at some 20° here. Under a centred microlens the bundle falls beside the middle of the pixel.
+    let lens = lens(PHONE, f64::INFINITY);
+    let place = DVec2::new(1.3, 0.0);
+    let response = geometric(2, 1, 5.0);
+    let shares = |rule: ShiftRule| {
+        let sensor = Sensor::new(2.0, response.subpixels(), (1, 1), place).unwrap();
+        let camera = Camera::new(
+            &lens,
+            sensor,
+            rule,
+            &response,
+            ChannelWavelengths::default(),
+        )
+        .unwrap();
+        let image = shoot(&camera, &white(), 4096, 3).image;
+        (image.mosaic.pixel(0, 0)[1], image.mosaic.pixel(1, 0)[1])
+    };
+    let (left, right) = shares(ShiftRule::ChiefRay);
+    assert!((left / right - 1.0).abs() < 0.15, "{left} {right}");
+    // Light travels away from the axis (u > 0 at x > 0), towards the right sub-pixel and out of the ideal box.
+    let (left, right) = shares(ShiftRule::Centred);
+    assert!(left < 0.2 * right || left + right < 1e-3, "{left} {right}");
+    // The linear rule with the right slope does the same as the chief ray's own: s = −H t, here −5 µm · tan of the chief ray.
+    let tan = 0.3646; // 20.03° at 1.2911 mm, `qpgen lens info`
+    let (left, right) = shares(ShiftRule::Linear {
+        um_per_mm: 5.0 * tan / 1.2911,
+    });
+    assert!((left / right - 1.0).abs() < 0.15, "{left} {right}");
 }

@@ -4,7 +4,7 @@ use quadpixel::render::{Execution, RenderSettings, render};
 use quadpixel::scene::coverage::Coverage;
 use quadpixel::scene::{NO_SURFACE, Scene};
 
-use super::{PHONE, camera, card, geometric, lens};
+use super::{PHONE, camera, card, geometric, lens, shoot};
 
 #[test]
 fn depth_is_along_the_axis_and_distance_along_the_line_of_sight() {
@@ -40,20 +40,7 @@ fn in_focus_the_sum_is_the_target_and_an_even_wall_is_equal_everywhere() {
     );
     let white = WhiteField::new(&camera);
     let target = ChiefRays::new(&camera).target(&camera, &scene, &white);
-    let settings = RenderSettings {
-        rays_per_pixel: 1024,
-        seed: 2,
-    };
-    let sum = render(
-        &camera,
-        &scene,
-        &settings,
-        &Execution::default(),
-        None,
-        &|_| (),
-    )
-    .image
-    .sum();
+    let sum = shoot(&camera, &scene, 1024, 2).image.sum();
     for (a, b) in sum.data().iter().zip(target.data()) {
         assert!((a / b - 1.0).abs() < 0.01, "{a} against {b}");
     }
