@@ -13,6 +13,14 @@ use crate::recipe::{Recipe, ResponseRecipe};
 use crate::sample::SampleId;
 use crate::writer::Description;
 
+/// Name of the scene by its content, so that the same cards in front of two cameras are one scene (and in one split).
+fn scene_id(recipe: &Recipe) -> Result<String, CommandError> {
+    let cards = serde_json::to_string(&(&recipe.planes, recipe.environment))
+        .map_err(|e| CommandError::failed(format!("recipe: {e}")))?;
+    let hash = blake3::hash(cards.as_bytes()).to_hex();
+    Ok(format!("scene-{}", &hash[..16]))
+}
+
 /// Everything about a sample that is not a pixel.
 ///
 /// # Errors
@@ -81,7 +89,7 @@ pub(crate) fn describe(
         configuration_blake3: id.configuration_blake3,
         seed: recipe.render.seed,
         scene: spec::Scene {
-            id: format!("scene-{:06}", id.index),
+            id: scene_id(recipe)?,
             charts: recipe
                 .planes
                 .iter()

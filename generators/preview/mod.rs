@@ -118,14 +118,14 @@ fn title(sheet: &mut Sheet, given: &Description) {
         number(given.lens.f_number),
     );
     let second = format!(
-        "{}  {}x{} px of {} um, {}x{} sub-pixels  {} response",
-        given.scene.charts.join(" + "),
+        "{}x{} px of {} um, {}x{} sub-pixels, {} response: {}",
         given.sensor.width_px,
         given.sensor.height_px,
         number(given.sensor.pitch_um),
         subpixels.columns,
         subpixels.rows,
         given.response.model,
+        given.scene.charts.join(", "),
     );
     sheet.text(MARGIN, 8, 2, &first, TEXT);
     sheet.text(MARGIN, 28, 2, &second, DIM);
