@@ -48,6 +48,9 @@ pub struct ResponseArgs {
     /// Table to write, an .npz that NumPy reads; absent: NAME-MODEL.npz.
     #[arg(long, short)]
     output: Option<PathBuf>,
+    /// Prints the pixel as a TOML file to start from, and stops.
+    #[arg(long)]
+    print_pixel: bool,
     /// Prints one JSON object on stdout.
     #[arg(long)]
     json: bool,
@@ -88,6 +91,14 @@ struct Direction {
 /// Bad arguments (2), or a disk that fails (1).
 pub fn run(args: &ResponseArgs) -> Result<(), CommandError> {
     let stack = pixel_stack(&args.pixel, subpixels(&args.subpixels)?)?;
+    if args.print_pixel {
+        let text =
+            toml::to_string(&stack).map_err(|e| CommandError::failed(format!("pixel: {e}")))?;
+        print!(
+            "# A pixel, from the microlens down; lengths in um. A material is a table's name or {{ n, k }}.\n{text}"
+        );
+        return Ok(());
+    }
     if args.theta_deg.is_empty() {
         table(args, &stack)
     } else {

@@ -317,8 +317,47 @@ fn unreadable_recipes_and_lenses_are_named() {
 
 #[test]
 fn every_subcommand_has_help_with_an_example() {
-    for command in ["dataset", "render", "validate", "check"] {
+    for command in ["dataset", "render", "response", "validate", "check"] {
         let help = String::from_utf8(qpgen(&[command, "--help"]).stdout).unwrap();
         assert!(help.contains("Example: qpgen"), "{command}");
     }
+}
+
+#[test]
+fn a_printed_pixel_is_read_back_as_the_same_pixel() {
+    let folder = tempfile::tempdir().unwrap();
+    let printed = qpgen(&["response", "--pixel", "1.6um", "--print-pixel"]);
+    assert!(printed.status.success(), "{printed:?}");
+    let file = folder.path().join("pixel.toml");
+    fs::write(&file, printed.stdout).unwrap();
+    let angles = |pixel: &str| {
+        qpgen(&[
+            "response",
+            "--pixel",
+            pixel,
+            "--theta-deg",
+            "0,10",
+            "--preset",
+            "draft",
+        ])
+        .stdout
+    };
+    let ours = angles("1.6um");
+    assert!(!ours.is_empty() && ours == angles(file.to_str().unwrap()));
+    let broken = fs::read_to_string(&file)
+        .unwrap()
+        .replace("pitch_um = 1.6", "pitch_um = -1.6");
+    fs::write(&file, broken).unwrap();
+    let refused = qpgen(&[
+        "response",
+        "--pixel",
+        file.to_str().unwrap(),
+        "--theta-deg",
+        "0",
+    ]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        String::from_utf8_lossy(&refused.stderr).contains("pitch_um"),
+        "{refused:?}"
+    );
 }

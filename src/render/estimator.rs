@@ -20,7 +20,7 @@ pub struct Workspace {
     samples: [Vec<f64>; 4],
     /// Origins on the sensor and unit directions away from it, camera frame.
     aimed: [Vec<f64>; 6],
-    /// cos θ dω of each ray, sr, per dA = 1 mm².
+    /// cos θ dω of each ray per area on the pupil's plane, Δz²/ℓ⁴, sr/mm².
     measure: Vec<f64>,
     u: Vec<f32>,
     v: Vec<f32>,

@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! E_id = ⟨ ∫ L(x, d) P_id(d; shift, λ) cos θ dω ⟩  over x in the pixel
-//!      ≈ A/N Σ_k L_k P_id(u_k, v_k) Δz²/ℓ_k⁴ · Δz²          (dω cos θ = cos⁴θ/Δz² dA, cos θ = Δz/ℓ)
+//!      ≈ A/N Σ_k L_k P_id(u_k, v_k) Δz²/ℓ_k⁴            (dω cos θ = cos²θ/ℓ² dA, cos θ = Δz/ℓ)
 //! ```
 //!
 //! over N rays from points of the pixel to points of an ellipse of area A in the plane of the exit pupil, Δz in front of the
