@@ -16,7 +16,7 @@ const BLOCK: usize = 256;
 
 /// Buffers that a thread reuses from pixel to pixel.
 #[derive(Clone, Debug, Default)]
-pub struct Workspace {
+pub(super) struct Workspace {
     samples: [Vec<f64>; 4],
     /// Origins on the sensor and unit directions away from it, camera frame.
     aimed: [Vec<f64>; 6],

@@ -19,7 +19,6 @@ mod stats;
 pub mod truth;
 
 pub use camera::{Camera, CameraError};
-pub use estimator::Workspace;
 pub use image::SubPixelImage;
 pub use run::{Rendered, render};
 pub use stats::{LostRays, RenderStats};
