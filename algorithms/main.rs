@@ -1,0 +1,38 @@
+//! `qpalgo`: parse, validate, call the library, return an exit code (0 done, 1 failed, 2 bad arguments or input).
+
+use std::process::ExitCode;
+
+use algorithms::error::CommandError;
+use clap::{Parser, Subcommand};
+
+/// Works on pictures of pixels that see the pupil in parts (dual-pixel, quad-pixel, m×n).
+#[derive(Parser)]
+#[command(version, propagate_version = true)]
+struct Cli {
+    /// Threads; 0: all cores. The result does not depend on it.
+    #[arg(long, global = true, default_value_t = 0)]
+    threads: usize,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {}
+
+fn main() -> ExitCode {
+    match run(Cli::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("qpalgo: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn run(cli: Cli) -> Result<(), CommandError> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(cli.threads)
+        .build_global()
+        .map_err(|e| CommandError::failed(format!("--threads {}: {e}", cli.threads)))?;
+    match cli.command {}
+}

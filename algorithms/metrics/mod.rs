@@ -1,0 +1,1 @@
+//! Figures of merit: sharpness of a picture, error of a disparity map.

@@ -1,0 +1,1 @@
+//! Warping by the exact Lanczos kernel.
