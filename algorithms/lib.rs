@@ -13,5 +13,6 @@ pub mod load;
 pub mod metrics;
 pub mod sai;
 pub mod sai_command;
+pub mod sharpness_command;
 pub mod simd;
 pub mod warp;

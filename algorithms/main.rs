@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use algorithms::error::CommandError;
-use algorithms::sai_command;
+use algorithms::{sai_command, sharpness_command};
 use clap::{Parser, Subcommand};
 
 /// Works on pictures of pixels that see the pupil in parts (dual-pixel, quad-pixel, m×n).
@@ -24,6 +24,11 @@ enum Command {
     /// Example: qpalgo sai samples/000000/raw.png --subpixels 2x2 --meta samples/000000/meta.json -o views
     #[command(verbatim_doc_comment)]
     Sai(sai_command::SaiArgs),
+    /// Sharpness of pictures: De, Wee and gradient, one line a picture and channel.
+    ///
+    /// Example: qpalgo sharpness raw.png corrected.png --preset table-2 --json
+    #[command(verbatim_doc_comment)]
+    Sharpness(sharpness_command::SharpnessArgs),
 }
 
 fn main() -> ExitCode {
@@ -43,5 +48,6 @@ fn run(cli: Cli) -> Result<(), CommandError> {
         .map_err(|e| CommandError::failed(format!("--threads {}: {e}", cli.threads)))?;
     match cli.command {
         Command::Sai(args) => sai_command::run(&args),
+        Command::Sharpness(args) => sharpness_command::run(&args),
     }
 }

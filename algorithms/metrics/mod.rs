@@ -1,1 +1,3 @@
 //! Figures of merit: sharpness of a picture, error of a disparity map.
+
+pub mod sharpness;
