@@ -11,6 +11,8 @@ pub mod error;
 pub mod field;
 pub mod load;
 pub mod metrics;
+pub mod refocus;
+pub mod refocus_command;
 pub mod sai;
 pub mod sai_command;
 pub mod sharpness_command;

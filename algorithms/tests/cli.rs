@@ -158,3 +158,29 @@ fn sharpness_refuses_unequal_sizes_nan_and_unknown_presets() {
         "wee_scale",
     );
 }
+
+#[test]
+fn refocus_writes_an_image_and_refuses_what_it_cannot_use() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let mosaic = Image::from_vec(8, 6, 3, vec![0.25; 144]).unwrap();
+    write_exr(&here.join("raw.exr"), &mosaic);
+    let run = qpalgo(
+        &["refocus", "raw.exr", "--disparity", "-1.5", "-o", "out.exr"],
+        here,
+    );
+    assert_eq!(run.status.code(), Some(0));
+    let out = raster::read(&here.join("out.exr")).unwrap();
+    assert_eq!((out.width(), out.height()), (4, 3));
+    assert!(out.data().iter().all(|v| (v - 1.0).abs() < 1e-6));
+    let base = ["refocus", "raw.exr", "-o", "bad.exr"];
+    for (more, text) in [
+        (["--disparity", "nan", "--lobes", "4"], "--disparity"),
+        (["--disparity", "1", "--lobes", "5"], "--lobes"),
+        (["--disparity", "1", "--weights", "1,2"], "--weights"),
+        (["--disparity", "1", "--subpixels", "3x4"], "raw.exr"),
+    ] {
+        refused(&qpalgo(&[&base[..], &more[..]].concat(), here), text);
+    }
+    assert!(!here.join("bad.exr").exists());
+}
