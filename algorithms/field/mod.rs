@@ -1,0 +1,1 @@
+//! Smooth fields fitted to scattered shifts.

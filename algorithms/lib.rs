@@ -1,0 +1,20 @@
+//! Algorithms on images of pixels that see the pupil in parts, in the order in which they are used.
+//!
+//! ```text
+//! mosaic ─ sai ─▶ views ─ disparity ─▶ shifts ─ field ─▶ smooth field ─ warp ─▶ corrected views ─ sum ─▶ metrics
+//! ```
+//!
+//! They see pictures and sub-pixel layouts only, never the scene, the lens or the pixel model: no truth can leak in.
+
+pub mod disparity;
+pub mod error;
+pub mod field;
+pub mod load;
+pub mod metrics;
+pub mod refocus;
+pub mod refocus_command;
+pub mod sai;
+pub mod sai_command;
+pub mod sharpness_command;
+pub mod simd;
+pub mod warp;
