@@ -169,7 +169,10 @@ mod tests {
             image.pixel_mut(3, 2)[0] = bad;
             write_exr(&path, &image);
             let text = layers(&path).unwrap_err().to_string();
-            assert!(text.contains("(x 3, y 2)") && text.contains("A.Y"), "{text}");
+            assert!(
+                text.contains("(x 3, y 2)") && text.contains("A.Y"),
+                "{text}"
+            );
             assert!(super::image(&path).is_err());
         }
     }
