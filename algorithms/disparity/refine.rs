@@ -172,7 +172,7 @@ fn solve<const LANES: usize>(
     sampler: &mut Sampler<LANES>,
 ) -> Result<Fit, Verdict> {
     let mut d = start;
-    let mut last_length = f64::INFINITY;
+    let mut last_length = 0.0f64;
     sampler.patch_at = None;
     for _ in 0..MOST_STEPS {
         let sums = sampler.correlate(reference, b, at, d)?;
@@ -193,7 +193,7 @@ fn solve<const LANES: usize>(
         }
         let length = step[0].hypot(step[1]);
         // Steps shrink by a constant factor.
-        let next = length * (length / last_length).min(1.0);
+        let next = length * if last_length > 0.0 { (length / last_length).min(1.0) } else { 1.0 };
         if length < LAST_STEP_PX || next < LAST_STEP_PX {
             let explained = slope[0] * step[0] + slope[1] * step[1];
             let residual = (reference.energy - gain * sums.ab - explained).max(0.0);
