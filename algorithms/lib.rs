@@ -12,4 +12,6 @@ pub mod field;
 pub mod load;
 pub mod metrics;
 pub mod sai;
+pub mod sai_command;
+pub mod simd;
 pub mod warp;

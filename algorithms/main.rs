@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use algorithms::error::CommandError;
+use algorithms::sai_command;
 use clap::{Parser, Subcommand};
 
 /// Works on pictures of pixels that see the pupil in parts (dual-pixel, quad-pixel, m×n).
@@ -17,7 +18,13 @@ struct Cli {
 }
 
 #[derive(Subcommand)]
-enum Command {}
+enum Command {
+    /// Parts a sub-pixel mosaic into its views and sums them by halves.
+    ///
+    /// Example: qpalgo sai samples/000000/raw.png --subpixels 2x2 --meta samples/000000/meta.json -o views
+    #[command(verbatim_doc_comment)]
+    Sai(sai_command::SaiArgs),
+}
 
 fn main() -> ExitCode {
     match run(Cli::parse()) {
@@ -34,5 +41,7 @@ fn run(cli: Cli) -> Result<(), CommandError> {
         .num_threads(cli.threads)
         .build_global()
         .map_err(|e| CommandError::failed(format!("--threads {}: {e}", cli.threads)))?;
-    match cli.command {}
+    match cli.command {
+        Command::Sai(args) => sai_command::run(&args),
+    }
 }

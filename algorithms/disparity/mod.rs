@@ -15,7 +15,6 @@
 //! is wider than that of A by 1 px, about 0.04 px of bias is to be expected; even out the blur first.
 
 mod geometry;
-mod lanczos;
 mod peak;
 mod plane;
 mod refine;

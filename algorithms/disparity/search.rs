@@ -4,12 +4,15 @@
 //! row enters once and leaves once, as the very same product, so nothing drifts) and is summed along the rows where there
 //! are nodes: the cost per pixel and shift does not depend on the window.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::geometry::{Axes, Grid};
 use super::peak::{Peak, Surface};
 use super::plane::{Plane, WindowStatistics};
 use super::{DIRECT_SEARCH_PX, MatchSettings, Verdict};
+use crate::simd::SimdLevel;
 
 /// Rows of nodes that one task does; it starts its column sums anew.
 const ROWS_A_TASK: usize = 32;
@@ -52,11 +55,12 @@ pub(super) fn whole_pixels(
         }
     }
     let task = Task::new(a, b, statistics, grid, settings);
+    let level = SimdLevel::detect();
     let bands: Vec<Vec<Peak>> = (0..grid.rows.div_ceil(ROWS_A_TASK))
         .into_par_iter()
         .map(|band| {
             let first = band * ROWS_A_TASK;
-            task.band(first..(first + ROWS_A_TASK).min(grid.rows))
+            task.band(first..(first + ROWS_A_TASK).min(grid.rows), level)
         })
         .collect();
     bands.concat()
@@ -109,8 +113,24 @@ impl<'a> Task<'a> {
         }
     }
 
-    /// The whole range of shifts for some rows of nodes.
-    fn band(&self, rows: std::ops::Range<usize>) -> Vec<Peak> {
+    /// The whole range of shifts for some rows of nodes, with the widest instructions; they change the speed only.
+    fn band(&self, rows: Range<usize>, level: SimdLevel) -> Vec<Peak> {
+        #[cfg(target_arch = "x86_64")]
+        if level >= SimdLevel::Avx2 {
+            // SAFETY: `detect` found AVX2 or more on this CPU.
+            return unsafe { self.band_avx2(rows) };
+        }
+        self.band_plain(rows)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn band_avx2(&self, rows: Range<usize>) -> Vec<Peak> {
+        self.band_plain(rows)
+    }
+
+    #[inline(always)]
+    fn band_plain(&self, rows: Range<usize>) -> Vec<Peak> {
         let [rx, ry] = self.radius;
         let shifts: Vec<[i32; 2]> = (-ry..=ry)
             .flat_map(|dy| (-rx..=rx).map(move |dx| [dx, dy]))
@@ -141,6 +161,7 @@ impl<'a> Task<'a> {
     }
 
     /// ZNCC of one row of nodes at one shift; NaN stays where the window leaves B.
+    #[inline(always)]
     fn correlate(&self, row: usize, [dx, dy]: [i32; 2], sums: &mut ColumnSums, out: &mut [f32]) {
         let half = self.settings.window_px / 2;
         let (width, height) = (self.a.width, self.a.height);
@@ -271,6 +292,7 @@ impl ColumnSums {
         }
     }
 
+    #[inline(always)]
     fn move_to(&mut self, a: &Plane, b: &Plane, centre: usize, half: usize, shift: [i32; 2]) {
         let window = 2 * half + 1;
         let from = self.last_centre.filter(|last| centre - last < window);
@@ -308,7 +330,7 @@ fn overlap<'p>(
     b: &'p Plane,
     y: usize,
     [dx, dy]: [i32; 2],
-) -> (std::ops::Range<usize>, &'p [f32], &'p [f32]) {
+) -> (Range<usize>, &'p [f32], &'p [f32]) {
     let yb = (y as isize + dy as isize) as usize;
     let apart = (dx.unsigned_abs() as usize).min(a.width);
     let length = a.width - apart;

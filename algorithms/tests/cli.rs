@@ -1,0 +1,100 @@
+//! The binary as a user meets it: exit codes, one clear sentence, no partial output.
+#![allow(clippy::unwrap_used)] // because tests fail by panicking
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use quadpixel::image::Image;
+use quadpixel::image::exr::{Compression, Layer, Sample, write_layers};
+use quadpixel::image::raster;
+
+fn qpalgo(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_qpalgo"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+fn write_exr(path: &Path, image: &Image) {
+    let layer = Layer {
+        name: "",
+        channels: &["R", "G", "B"],
+        image,
+        sample: Sample::Float,
+    };
+    write_layers(path, &[layer], Compression::Zip).unwrap();
+}
+
+/// Exit 2, one line on stderr that holds `text`, nothing on stdout.
+fn refused(output: &Output, text: &str) {
+    let error = String::from_utf8(output.stderr.clone()).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert_eq!(error.trim_end().lines().count(), 1, "{error}");
+    assert!(error.contains(text), "{error}");
+    assert!(output.stdout.is_empty());
+}
+
+#[test]
+fn sai_writes_views_and_sums_that_read_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut mosaic = Image::zeros(6, 4, 3);
+    for (i, value) in mosaic.data_mut().iter_mut().enumerate() {
+        *value = i as f32 / 128.0;
+    }
+    write_exr(&folder.path().join("raw.exr"), &mosaic);
+    for format in ["exr", "png"] {
+        let run = qpalgo(
+            &["sai", "raw.exr", "-o", "out", "--format", format],
+            folder.path(),
+        );
+        assert_eq!(run.status.code(), Some(0));
+        let read =
+            |name: &str| raster::read(&folder.path().join(format!("out/{name}.{format}"))).unwrap();
+        let near = |found: f32, wanted: f32| assert!((found - wanted).abs() < 1e-5);
+        near(read("view_B").pixel(1, 1)[2], mosaic.pixel(2, 2)[2]);
+        near(read("view_C").pixel(1, 1)[2], mosaic.pixel(3, 3)[2]);
+        let scale = if format == "png" { 0.5 } else { 1.0 }; // a PNG holds the mean of two views
+        let left = mosaic.pixel(2, 2)[0] + mosaic.pixel(2, 3)[0];
+        near(read("sum_L").pixel(1, 1)[0], scale * left);
+        let names = std::fs::read_dir(folder.path().join("out")).unwrap();
+        let suffix = format!(".{format}");
+        let written = names.filter(|n| {
+            n.as_ref()
+                .unwrap()
+                .file_name()
+                .to_string_lossy()
+                .ends_with(&suffix)
+        });
+        assert_eq!(written.count(), 9);
+    }
+}
+
+#[test]
+fn sai_refuses_bad_input_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    write_exr(&here.join("odd.exr"), &Image::zeros(7, 4, 3));
+    let mut nan = Image::zeros(8, 4, 3);
+    nan.pixel_mut(5, 1)[1] = f32::NAN;
+    write_exr(&here.join("nan.exr"), &nan);
+    std::fs::write(here.join("empty.exr"), b"").unwrap();
+    std::fs::write(here.join("empty.png"), b"").unwrap();
+    let whole = std::fs::read(here.join("nan.exr")).unwrap();
+    std::fs::write(here.join("cut.exr"), &whole[..whole.len() - 9]).unwrap();
+    for (file, text) in [
+        ("odd.exr", "7 × 4"),
+        ("nan.exr", "(x 5, y 1)"),
+        ("empty.exr", "empty.exr"),
+        ("empty.png", "empty.png"),
+        ("cut.exr", "cut.exr"),
+        ("none.exr", "none.exr"),
+    ] {
+        refused(&qpalgo(&["sai", file, "-o", "out"], here), text);
+    }
+    refused(
+        &qpalgo(&["sai", "odd.exr", "--subpixels", "7", "-o", "out"], here),
+        "--subpixels",
+    );
+    assert!(!here.join("out").exists());
+}
