@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use algorithms::error::CommandError;
-use algorithms::sai_command;
+use algorithms::{disparity_command, sai_command};
 use clap::{Parser, Subcommand};
 
 /// Works on pictures of pixels that see the pupil in parts (dual-pixel, quad-pixel, m×n).
@@ -24,6 +24,11 @@ enum Command {
     /// Example: qpalgo sai samples/000000/raw.png --subpixels 2x2 --meta samples/000000/meta.json -o views
     #[command(verbatim_doc_comment)]
     Sai(sai_command::SaiArgs),
+    /// Matches two pictures block by block to a hundredth of a pixel: shift, standard deviation, validity.
+    ///
+    /// Example: qpalgo disparity views/sum_L.exr views/sum_R.exr --one-dimensional horizontal -o shift
+    #[command(verbatim_doc_comment)]
+    Disparity(disparity_command::DisparityArgs),
 }
 
 fn main() -> ExitCode {
@@ -43,5 +48,6 @@ fn run(cli: Cli) -> Result<(), CommandError> {
         .map_err(|e| CommandError::failed(format!("--threads {}: {e}", cli.threads)))?;
     match cli.command {
         Command::Sai(args) => sai_command::run(&args),
+        Command::Disparity(args) => disparity_command::run(&args),
     }
 }

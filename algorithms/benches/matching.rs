@@ -27,35 +27,8 @@ fn main() {
 }
 
 fn run() {
-    for shift in SHIFTS {
-        let r = score(&Case {
-            size: 301,
-            seed: 100,
-            shift,
-            noise: 0.0,
-            gain: 1.0,
-            offset: 0.0,
-            settings: MatchSettings::default(),
-        });
-        let mut e: Vec<f64> = r
-            .map
-            .matches
-            .iter()
-            .filter(|m| m.dx_px.is_finite())
-            .map(|m| m.dx_px - shift[0])
-            .collect();
-        e.sort_by(f64::total_cmp);
-        let n = e.len();
-        println!(
-            "{shift:?} rms {} quantiles {:?}",
-            r.rms_px,
-            [0.0, 0.01, 0.1, 0.5, 0.9, 0.99, 1.0].map(|q| e[((n - 1) as f64 * q) as usize])
-        );
-    }
-    if std::env::var("FULL").is_ok() {
-        speed();
-        accuracy();
-    }
+    speed();
+    accuracy();
 }
 
 fn speed() {

@@ -306,3 +306,17 @@ fn check(settings: &MatchSettings) -> Result<(), MatchError> {
     }
     Ok(())
 }
+
+impl DisparityMap {
+    /// The valid matches, for [`crate::field`].
+    pub fn observations(&self) -> Vec<crate::field::Observation> {
+        self.nodes()
+            .filter(|(_, found)| found.verdict == Verdict::Valid)
+            .map(|(at_px, found)| crate::field::Observation {
+                at_px,
+                shift_px: [found.dx_px, found.dy_px],
+                covariance_px2: found.covariance_px2,
+            })
+            .collect()
+    }
+}
