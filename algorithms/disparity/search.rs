@@ -31,7 +31,8 @@ pub(super) fn whole_pixels(
     if settings.search_px > DIRECT_SEARCH_PX {
         let (coarse_a, coarse_b) = (a.halved(), b.halved());
         let coarse_settings = MatchSettings {
-            search_px: settings.search_px.div_ceil(2),
+            // One more, so that a match within the range does not lie at the coarse range's end.
+            search_px: settings.search_px.div_ceil(2) + 1,
             ..*settings
         };
         if let Some(coarse_grid) = Grid::new(coarse_a.width, coarse_a.height, &coarse_settings) {

@@ -136,7 +136,7 @@ fn one_dimensional_search_moves_along_its_axis_only() {
             ..MatchSettings::default()
         };
         let map = match_images(&a, &b, &settings).unwrap();
-        assert!(share_valid(&map) > 0.95);
+        assert!(share_valid(&map) > 0.9); // at the rim the match leaves B
         assert!(worst(&map, shift) < 0.01, "{}", worst(&map, shift));
         let fixed = usize::from(axes == Axes::Horizontal);
         assert!(map.observations().iter().all(|o| o.shift_px[fixed] == 0.0));
@@ -174,7 +174,11 @@ fn a_straight_edge_says_that_it_cannot_measure_along_itself() {
         ..MatchSettings::default()
     };
     let map = match_images(&edge, &edge, &along).unwrap();
-    assert!(share_valid(&map) > 0.9 && worst(&map, [0.0, 0.0]) < 1e-3);
+    // Ten pixels off, the edge's tail is exponential: moving it equals a gain, so nothing can be measured there either.
+    for ([x, _], found) in map.nodes().filter(|([x, _], _)| (x - 30.0).abs() < 9.0) {
+        assert_eq!(found.verdict, Verdict::Valid, "column {x}");
+    }
+    assert!(worst(&map, [0.0, 0.0]) < 1e-3);
 }
 
 #[test]
@@ -225,11 +229,11 @@ fn saturated_patches_are_left_out_and_spoil_nothing_beside_them() {
 
 #[test]
 fn unequal_blur_costs_no_more_than_is_documented() {
-    // B's point spread is wider by 1 px; the documented bias is about 0.04 px.
+    // B's point spread is wider by a Gaussian of 1 px; the documented error is about 0.04 px.
     let texture = Texture::white(151, 151, 3);
     let a = texture.render(BLUR_PX, [0.0, 0.0], None);
     let shift = [0.4, -0.7];
-    let b = texture.render(BLUR_PX + 1.0, shift, None);
+    let b = texture.render(BLUR_PX.hypot(1.0), shift, None);
     let [a, b] = [a, b].map(|values| picture(151, &values, 1.0, 0.0, 0.0, 0));
     let map = match_images(&a, &b, &MatchSettings::default()).unwrap();
     let all = map.observations();
@@ -238,7 +242,7 @@ fn unequal_blur_costs_no_more_than_is_documented() {
         .map(|o| (o.shift_px[0] - shift[0]).powi(2) + (o.shift_px[1] - shift[1]).powi(2))
         .sum();
     let rms = (sum / (2 * all.len()) as f64).sqrt();
-    assert!(rms < 0.06, "{rms}");
+    assert!(rms < 0.045, "{rms}");
 }
 
 #[test]
@@ -246,7 +250,7 @@ fn scale_and_offset_of_the_pictures_change_nothing() {
     let shift = [1.3, -0.6];
     let [a, b] = pair(101, 83, shift, |v| v);
     let plain = match_images(&a, &b, &MatchSettings::default()).unwrap();
-    assert!(share_valid(&plain) > 0.95);
+    assert!(share_valid(&plain) > 0.9); // at the rim the match leaves B
     for scale in [1e-6f32, 1e6] {
         let scaled = |image: &Image, by: f32| {
             let data = image.data().iter().map(|v| v * by).collect();
