@@ -7,6 +7,7 @@
 //! They see pictures and sub-pixel layouts only, never the scene, the lens or the pixel model: no truth can leak in.
 
 pub mod disparity;
+pub mod disparity_command;
 pub mod error;
 pub mod field;
 pub mod load;

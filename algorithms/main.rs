@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use algorithms::error::CommandError;
-use algorithms::{refocus_command, sai_command, sharpness_command};
+use algorithms::{disparity_command, refocus_command, sai_command, sharpness_command};
 use clap::{Parser, Subcommand};
 
 /// Works on pictures of pixels that see the pupil in parts (dual-pixel, quad-pixel, m×n).
@@ -34,6 +34,11 @@ enum Command {
     /// Example: qpalgo refocus raw.exr --disparity 1.5 -o near.exr
     #[command(verbatim_doc_comment)]
     Refocus(refocus_command::RefocusArgs),
+    /// Matches two pictures block by block to a hundredth of a pixel: shift, standard deviation, validity.
+    ///
+    /// Example: qpalgo disparity views/sum_L.exr views/sum_R.exr --one-dimensional horizontal -o shift
+    #[command(verbatim_doc_comment)]
+    Disparity(disparity_command::DisparityArgs),
 }
 
 fn main() -> ExitCode {
@@ -55,5 +60,6 @@ fn run(cli: Cli) -> Result<(), CommandError> {
         Command::Sai(args) => sai_command::run(&args),
         Command::Sharpness(args) => sharpness_command::run(&args),
         Command::Refocus(args) => refocus_command::run(&args),
+        Command::Disparity(args) => disparity_command::run(&args),
     }
 }

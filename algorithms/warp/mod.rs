@@ -19,7 +19,7 @@ mod border;
 mod kernel;
 mod map;
 pub mod plain;
-mod weights;
+pub(crate) mod weights;
 
 pub use border::Border;
 pub use map::{Map, MapError};

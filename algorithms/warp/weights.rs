@@ -21,7 +21,7 @@
 use std::f64::consts::PI;
 
 /// Taps a row: at ⌊x⌋ − 3 to ⌊x⌋ + 4. Three lobes leave the outer two at 0.
-pub(super) const TAPS: usize = 8;
+pub(crate) const TAPS: usize = 8;
 
 /// (sin(πt/a)/t, cos(πt/a)) for 0 ≤ t ≤ 1: Taylor to 3e-10.
 #[inline(always)]
@@ -37,7 +37,7 @@ fn sine_over_t_and_cosine<const A: usize>(t: f32) -> (f32, f32) {
 
 /// Normalised weights for the fraction `f` in 0..=1.
 #[inline(always)]
-pub(super) fn weights<const A: usize>(f: f32) -> [f32; TAPS] {
+pub(crate) fn weights<const A: usize>(f: f32) -> [f32; TAPS] {
     let g = 1.0 - f;
     let fg = f * g;
     let (sf, cf) = sine_over_t_and_cosine::<A>(f);

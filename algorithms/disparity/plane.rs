@@ -1,0 +1,135 @@
+//! One channel of a picture, brought to zero mean and unit deviation so that sums keep their digits at any scale.
+
+use quadpixel::image::Image;
+
+use super::MatchError;
+
+/// A finite, single-channel image, row-major: (v − mean)/deviation, all zero where the picture is constant.
+pub(super) struct Plane {
+    pub width: usize,
+    pub height: usize,
+    pub data: Vec<f32>,
+    /// Contrast (deviation) below which a window shows nothing but the rounding of the f32 input.
+    pub rounding: f32,
+}
+
+impl Plane {
+    /// Takes a single-channel picture over; NaN and infinity are refused.
+    pub fn new(image: &Image) -> Result<Self, MatchError> {
+        if image.channels() != 1 {
+            return Err(MatchError::Channels(image.channels()));
+        }
+        if let Some(i) = image.data().iter().position(|v| !v.is_finite()) {
+            return Err(MatchError::NotFinite {
+                x: i % image.width(),
+                y: i / image.width(),
+                value: image.data()[i],
+            });
+        }
+        let n = image.data().len().max(1) as f64;
+        let mean = image.data().iter().map(|&v| f64::from(v)).sum::<f64>() / n;
+        let square = |v: f32| (f64::from(v) - mean) * (f64::from(v) - mean);
+        let deviation = (image.data().iter().map(|&v| square(v)).sum::<f64>() / n).sqrt();
+        let largest = image.data().iter().fold(0.0f32, |m, v| m.max(v.abs()));
+        let scale = if deviation > 0.0 {
+            1.0 / deviation
+        } else {
+            0.0
+        };
+        Ok(Self {
+            width: image.width(),
+            height: image.height(),
+            data: (image.data().iter())
+                .map(|&v| ((f64::from(v) - mean) * scale) as f32)
+                .collect(),
+            // Half a unit in the last place is at most ε/2 · v; a few of them are no texture.
+            rounding: (4.0 * f64::from(f32::EPSILON) * f64::from(largest) * scale)
+                .max(4.0 * f64::from(f32::EPSILON)) as f32,
+        })
+    }
+
+    pub fn row(&self, y: usize) -> &[f32] {
+        &self.data[y * self.width..(y + 1) * self.width]
+    }
+
+    /// The picture at half the resolution: binomial 1-4-6-4-1 on both axes, every other sample kept; coarse pixel i lies on
+    /// fine pixel 2 i. Edges are replicated.
+    pub fn halved(&self) -> Self {
+        const TAPS: [f32; 5] = [0.0625, 0.25, 0.375, 0.25, 0.0625];
+        let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
+        let near = |i: usize, k: usize, n: usize| (2 * i + k).saturating_sub(2).min(n - 1);
+        let mut narrow = vec![0.0f32; width * self.height];
+        for y in 0..self.height {
+            let row = self.row(y);
+            for x in 0..width {
+                narrow[y * width + x] = (0..5).map(|k| TAPS[k] * row[near(x, k, self.width)]).sum();
+            }
+        }
+        let mut data = vec![0.0f32; width * height];
+        for y in 0..height {
+            for x in 0..width {
+                data[y * width + x] = (0..5)
+                    .map(|k| TAPS[k] * narrow[near(y, k, self.height) * width + x])
+                    .sum();
+            }
+        }
+        Self {
+            width,
+            height,
+            data,
+            rounding: self.rounding,
+        }
+    }
+}
+
+/// Mean and inverse norm 1/√Σ(v − mean)² of the window about every pixel, from running sums: the cost does not depend on
+/// the window. Both are 0 where the window is not complete; the norm is 0 where the window shows only rounding.
+pub(super) struct WindowStatistics {
+    pub mean: Vec<f32>,
+    pub inverse_norm: Vec<f32>,
+}
+
+impl WindowStatistics {
+    /// Of all windows of `2 half + 1` pixels a side.
+    pub fn new(plane: &Plane, half: usize) -> Self {
+        let (width, height, window) = (plane.width, plane.height, 2 * half + 1);
+        let mut mean = vec![0.0f32; width * height];
+        let mut inverse_norm = vec![0.0f32; width * height];
+        if width < window || height < window {
+            return Self { mean, inverse_norm };
+        }
+        let n = (window * window) as f64;
+        let least = n * f64::from(plane.rounding) * f64::from(plane.rounding);
+        let (mut sums, mut squares) = (vec![0.0f64; width], vec![0.0f64; width]);
+        for bottom in 0..height {
+            for (x, &v) in plane.row(bottom).iter().enumerate() {
+                sums[x] += f64::from(v);
+                squares[x] += f64::from(v) * f64::from(v);
+            }
+            if bottom + 1 < window {
+                continue;
+            }
+            let (mut sum, mut square) = (0.0f64, 0.0f64);
+            for x in 0..width {
+                sum += sums[x];
+                square += squares[x];
+                if x + 1 < window {
+                    continue;
+                }
+                let centre = (bottom - half) * width + x - half;
+                let energy = square - sum * sum / n;
+                mean[centre] = (sum / n) as f32;
+                if energy > least {
+                    inverse_norm[centre] = (1.0 / energy.sqrt()) as f32;
+                }
+                sum -= sums[x + 1 - window];
+                square -= squares[x + 1 - window];
+            }
+            for (x, &v) in plane.row(bottom + 1 - window).iter().enumerate() {
+                sums[x] -= f64::from(v);
+                squares[x] -= f64::from(v) * f64::from(v);
+            }
+        }
+        Self { mean, inverse_norm }
+    }
+}
