@@ -17,5 +17,4 @@ pub mod refocus_command;
 pub mod sai;
 pub mod sai_command;
 pub mod sharpness_command;
-pub mod simd;
 pub mod warp;

@@ -13,8 +13,8 @@
 use quadpixel::image::Image;
 
 use crate::sai::{Partition, Side, Views};
-use crate::simd::SimdLevel;
 use crate::warp::{Border, Lobes, Map, MapError, Warped, warp};
+use quadpixel::simd::SimdLevel;
 
 /// Settings that have no refocused image.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
