@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use algorithms::error::CommandError;
-use algorithms::{disparity_command, sai_command};
+use algorithms::{disparity_command, refocus_command, sai_command, sharpness_command};
 use clap::{Parser, Subcommand};
 
 /// Works on pictures of pixels that see the pupil in parts (dual-pixel, quad-pixel, m×n).
@@ -29,6 +29,16 @@ enum Command {
     /// Example: qpalgo disparity views/sum_L.exr views/sum_R.exr --one-dimensional horizontal -o shift
     #[command(verbatim_doc_comment)]
     Disparity(disparity_command::DisparityArgs),
+    /// Sharpness of pictures: De, Wee and gradient, one line a picture and channel.
+    ///
+    /// Example: qpalgo sharpness raw.png corrected.png --preset table-2 --json
+    #[command(verbatim_doc_comment)]
+    Sharpness(sharpness_command::SharpnessArgs),
+    /// Shifts the views by a disparity and adds them: focus, and bokeh, after the fact.
+    ///
+    /// Example: qpalgo refocus raw.exr --disparity 1.5 -o near.exr
+    #[command(verbatim_doc_comment)]
+    Refocus(refocus_command::RefocusArgs),
 }
 
 fn main() -> ExitCode {
@@ -49,5 +59,7 @@ fn run(cli: Cli) -> Result<(), CommandError> {
     match cli.command {
         Command::Sai(args) => sai_command::run(&args),
         Command::Disparity(args) => disparity_command::run(&args),
+        Command::Sharpness(args) => sharpness_command::run(&args),
+        Command::Refocus(args) => refocus_command::run(&args),
     }
 }

@@ -23,6 +23,10 @@ use crate::warp::weights::weights;
 const LONGEST_STEP_PX: f64 = 0.5;
 /// The iteration ends with a step shorter than this, px, or when the next one is expected to be.
 const LAST_STEP_PX: f64 = 1e-3;
+/// The same on the way back, as a share of the disagreement that is allowed.
+const LAST_STEP_BACK: f64 = 0.2;
+/// Length of the second step over that of the first: 0.1 to 0.2 is usual; later ones are measured.
+const SHRINK: f64 = 0.3;
 /// More steps than this are no convergence.
 const MOST_STEPS: usize = 12;
 /// Farther than this from the peak of the correlation, px, is another peak.
@@ -162,7 +166,7 @@ fn one<const LANES: usize>(
     let limits = &settings.limits;
     reference.take(a, at)?;
     let first = [0, 1].map(|i| f64::from(start.whole[i]) + start.fraction[i]);
-    let fit = solve(reference, b, at, first, sampler)?;
+    let fit = solve(reference, b, at, first, LAST_STEP_PX, sampler)?;
     if fit.zncc < limits.zncc {
         return Err(Verdict::LowCorrelation);
     }
@@ -175,7 +179,8 @@ fn one<const LANES: usize>(
     // The way back starts from the whole-pixel peak: from the end of the way there it could only agree.
     let back_at = [0, 1].map(|i| at[i].wrapping_add_signed(start.whole[i] as isize));
     reference.take(b, back_at)?;
-    let back = solve(reference, a, back_at, first.map(|d| -d), sampler)?;
+    let last = LAST_STEP_BACK * limits.forward_backward_px;
+    let back = solve(reference, a, back_at, first.map(|d| -d), last, sampler)?;
     let apart = (fit.d[0] + back.d[0]).hypot(fit.d[1] + back.d[1]);
     if apart > limits.forward_backward_px {
         return Err(Verdict::Inconsistent);
@@ -202,6 +207,7 @@ fn solve<const LANES: usize>(
     b: &View<'_>,
     at: [usize; 2],
     start: [f64; 2],
+    last_step_px: f64,
     sampler: &mut Sampler<LANES>,
 ) -> Result<Fit, Verdict> {
     let mut d = start;
@@ -226,13 +232,12 @@ fn solve<const LANES: usize>(
         }
         let length = step[0].hypot(step[1]);
         // Steps shrink by a constant factor.
-        let next = length
-            * if last_length > 0.0 {
-                (length / last_length).min(1.0)
-            } else {
-                1.0
-            };
-        if length < LAST_STEP_PX || next < LAST_STEP_PX {
+        let shrink = if last_length > 0.0 {
+            (length / last_length).min(1.0)
+        } else {
+            SHRINK
+        };
+        if length * shrink < last_step_px {
             let explained = slope[0] * step[0] + slope[1] * step[1];
             let residual = (reference.energy - gain * sums.ab - explained).max(0.0);
             let variance = residual / reference.degrees_of_freedom;

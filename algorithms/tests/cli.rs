@@ -98,3 +98,89 @@ fn sai_refuses_bad_input_and_leaves_nothing() {
     );
     assert!(!here.join("out").exists());
 }
+
+#[test]
+fn sharpness_prints_its_choices_and_measures_an_8_bit_file_as_its_codes() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let vectors = format!(
+        "{}/tests/vectors/vectors_tiny8.json",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    let file: serde_json::Value = serde_json::from_slice(&std::fs::read(vectors).unwrap()).unwrap();
+    let rows = file["image8"].as_array().unwrap();
+    let samples = rows.iter().flat_map(|row| row.as_array().unwrap());
+    let codes: Vec<u8> = samples.map(|v| v.as_u64().unwrap() as u8).collect();
+    raster::write_png8(&here.join("tiny.png"), &codes, 8, 8, 1).unwrap();
+    for (preset, name) in [("table-2", "wee_sum2_k6"), ("wee-abstract", "wee_sqrt_k6")] {
+        let run = qpalgo(
+            &["sharpness", "tiny.png", "--json", "--preset", preset],
+            here,
+        );
+        assert_eq!(run.status.code(), Some(0));
+        let printed: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+        assert_eq!(printed["settings"]["wee_k"], 6);
+        let found = &printed["images"][0];
+        assert_eq!(found["de"].as_f64(), file["de"].as_f64());
+        // 1e-6: the file's codes become f32 parts of 255 when read.
+        let near = |found: &serde_json::Value, wanted: &serde_json::Value| {
+            let ratio = found.as_f64().unwrap() / wanted.as_f64().unwrap();
+            assert!((ratio - 1.0).abs() < 1e-6, "{ratio}");
+        };
+        near(&found["wee"], &file[name]);
+        near(&found["gradient"], &file["grad01"]["sobel"]);
+    }
+}
+
+#[test]
+fn sharpness_refuses_unequal_sizes_nan_and_unknown_presets() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    write_exr(&here.join("a.exr"), &Image::zeros(5, 4, 3));
+    write_exr(&here.join("b.exr"), &Image::zeros(4, 4, 3));
+    let mut nan = Image::zeros(5, 4, 3);
+    nan.pixel_mut(4, 0)[2] = f32::INFINITY;
+    write_exr(&here.join("nan.exr"), &nan);
+    refused(
+        &qpalgo(&["sharpness", "a.exr", "b.exr", "--json"], here),
+        "b.exr",
+    );
+    refused(
+        &qpalgo(&["sharpness", "a.exr", "nan.exr", "--json"], here),
+        "(x 4, y 0)",
+    );
+    refused(
+        &qpalgo(&["sharpness", "a.exr", "--preset", "best"], here),
+        "--preset",
+    );
+    refused(
+        &qpalgo(&["sharpness", "a.exr", "--wee-scale", "0"], here),
+        "wee_scale",
+    );
+}
+
+#[test]
+fn refocus_writes_an_image_and_refuses_what_it_cannot_use() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let mosaic = Image::from_vec(8, 6, 3, vec![0.25; 144]).unwrap();
+    write_exr(&here.join("raw.exr"), &mosaic);
+    let run = qpalgo(
+        &["refocus", "raw.exr", "--disparity", "-1.5", "-o", "out.exr"],
+        here,
+    );
+    assert_eq!(run.status.code(), Some(0));
+    let out = raster::read(&here.join("out.exr")).unwrap();
+    assert_eq!((out.width(), out.height()), (4, 3));
+    assert!(out.data().iter().all(|v| (v - 1.0).abs() < 1e-6));
+    let base = ["refocus", "raw.exr", "-o", "bad.exr"];
+    for (more, text) in [
+        (["--disparity", "nan", "--lobes", "4"], "--disparity"),
+        (["--disparity", "1", "--lobes", "5"], "--lobes"),
+        (["--disparity", "1", "--weights", "1,2"], "--weights"),
+        (["--disparity", "1", "--subpixels", "3x4"], "raw.exr"),
+    ] {
+        refused(&qpalgo(&[&base[..], &more[..]].concat(), here), text);
+    }
+    assert!(!here.join("bad.exr").exists());
+}

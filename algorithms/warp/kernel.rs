@@ -103,22 +103,21 @@ pub(super) fn row<const A: usize, const CHANNELS: usize, const LANES: usize>(
         xs[..count].copy_from_slice(&x[start..start + count]);
         ys[..count].copy_from_slice(&y[start..start + count]);
         let (across, down) = (Axis::new::<A>(&xs), Axis::new::<A>(&ys));
-        let out = &mut out[start * CHANNELS..(start + count) * CHANNELS];
-        for (i, (to, valid)) in out
-            .chunks_exact_mut(CHANNELS)
-            .zip(&mut valid[start..start + count])
-            .enumerate()
-        {
+        // The sums over the rows of the kernel are kept for the whole block: carried on pixel by pixel, the compiler breaks the
+        // vectors of three channels into pieces.
+        let mut sums = [[0.0; LANES]; BLOCK];
+        let mut open = [false; BLOCK];
+        for i in 0..count {
             if !(xs[i].abs() < LIMIT_PX && ys[i].abs() < LIMIT_PX) {
-                to.fill(0.0);
-                continue;
+                continue; // zeros and "not valid" stand there already
             }
-            *valid = xs[i] >= 0.0 && xs[i] <= right && ys[i] >= 0.0 && ys[i] <= bottom;
+            let inside = xs[i] >= 0.0 && xs[i] <= right && ys[i] >= 0.0 && ys[i] <= bottom;
+            valid[start + i] = inside;
             // The position of the first tap.
             let left = i64::from(across.floor[i] as i32) - 3;
             let top = i64::from(down.floor[i] as i32) - 3;
-            let on_grid = xs[i] == across.floor[i] && ys[i] == down.floor[i];
-            let (wx, wy) = (across.taps(i), down.taps(i));
+            open[i] = xs[i] != across.floor[i] || ys[i] != down.floor[i];
+            let to = &mut out[(start + i) * CHANNELS..(start + i + 1) * CHANNELS];
             if source.holds(left, top) {
                 let first = (top as usize * source.width + left as usize) * CHANNELS;
                 let stride = source.width * CHANNELS;
@@ -127,10 +126,18 @@ pub(super) fn row<const A: usize, const CHANNELS: usize, const LANES: usize>(
                     // There are that many samples; the constant is never taken.
                     window[r * stride..].first_chunk().unwrap_or(&[0.0; LANES])
                 });
-                pixel::<CHANNELS, LANES>(rows, &wx, &wy, on_grid, to);
+                sum_rows::<LANES>(rows, &down.taps(i), &mut sums[i]);
+                to.copy_from_slice(&rows[3][3 * CHANNELS..4 * CHANNELS]);
             } else {
                 let patch = border_patch::<CHANNELS, LANES>(source, left, top);
-                pixel::<CHANNELS, LANES>(patch.each_ref(), &wx, &wy, on_grid, to);
+                sum_rows::<LANES>(patch.each_ref(), &down.taps(i), &mut sums[i]);
+                to.copy_from_slice(&patch[3][3 * CHANNELS..4 * CHANNELS]);
+            }
+        }
+        for i in 0..count {
+            if open[i] {
+                let to = &mut out[(start + i) * CHANNELS..(start + i + 1) * CHANNELS];
+                sum_taps::<CHANNELS, LANES>(&mut sums[i], &across.taps(i), to);
             }
         }
     }
@@ -159,36 +166,36 @@ fn border_patch<const CHANNELS: usize, const LANES: usize>(
     patch
 }
 
-/// Sum over the rows first, then over the taps by halves (which keeps the channels apart). On the grid: the sample itself.
+/// Sum over the rows of the kernel, tap by tap.
 #[inline(always)]
-fn pixel<const CHANNELS: usize, const LANES: usize>(
+fn sum_rows<const LANES: usize>(
     rows: [&[f32; LANES]; TAPS],
-    across: &[f32; TAPS],
     down: &[f32; TAPS],
-    on_grid: bool,
-    to: &mut [f32],
+    to: &mut [f32; LANES],
 ) {
-    if on_grid {
-        to.copy_from_slice(&rows[3][3 * CHANNELS..4 * CHANNELS]);
-        return;
-    }
     let mut sum = [0.0; LANES];
     for r in 0..TAPS {
         for k in 0..LANES {
             sum[k] += down[r] * rows[r][k];
         }
     }
+    *to = sum;
+}
+
+/// Sum over the taps, by halves, which keeps the channels apart.
+#[inline(always)]
+fn sum_taps<const CHANNELS: usize, const LANES: usize>(
+    sum: &mut [f32; LANES],
+    across: &[f32; TAPS],
+    to: &mut [f32],
+) {
     for k in 0..LANES {
         sum[k] *= across[k / CHANNELS];
     }
-    for k in 0..LANES / 2 {
-        sum[k] += sum[k + LANES / 2];
-    }
-    for k in 0..LANES / 4 {
-        sum[k] += sum[k + LANES / 4];
-    }
-    for k in 0..LANES / 8 {
-        sum[k] += sum[k + LANES / 8];
+    for half in [LANES / 2, LANES / 4, LANES / 8] {
+        for k in 0..half {
+            sum[k] += sum[k + half];
+        }
     }
     to.copy_from_slice(&sum[..CHANNELS]);
 }

@@ -74,6 +74,15 @@ fn plain_weights_are_the_reference_ones_at_each_32nd() {
 }
 
 #[test]
+fn plain_weights_are_the_reference_ones_off_the_32nds() {
+    let table = vectors("vectors_lanczos4_coeff.json");
+    let wanted = table["coeff_0_3"].as_array().unwrap();
+    for (found, wanted) in plain::weights(0.3, Lobes::Four).iter().zip(wanted) {
+        assert!((found - wanted.as_f64().unwrap()).abs() < 1e-15);
+    }
+}
+
+#[test]
 fn points_are_the_reference_ones_exact_and_rounded_to_a_32nd_at_every_border() {
     let file = vectors("vectors_lanczos4_remap.json");
     let rows = file["image"].as_array().unwrap();
