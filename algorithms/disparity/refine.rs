@@ -290,8 +290,6 @@ impl<const LANES: usize> Reference<LANES> {
         let (window, half, width) = (self.window, self.window / 2, view.plane.width);
         let mean = view.mean[y * width + x];
         let [gx, gy] = &view.gradient;
-        // Sums of a², a gx, a gy, gx, gy, gx², gx gy, gy².
-        let mut sums = [[0.0f32; LANES]; 8];
         for k in 0..window {
             let from = (y - half + k) * width + x - half;
             let line = from..from + window;
@@ -303,19 +301,8 @@ impl<const LANES: usize> Reference<LANES> {
             let (px, py) = (&mut px[0][k], &mut py[0][k]);
             px[..window].copy_from_slice(&gx[line.clone()]);
             py[..window].copy_from_slice(&gy[line]);
-            for i in 0..LANES {
-                let (v, gx, gy) = (values[i], px[i], py[i]);
-                sums[0][i] += v * v;
-                sums[1][i] += v * gx;
-                sums[2][i] += v * gy;
-                sums[3][i] += gx;
-                sums[4][i] += gy;
-                sums[5][i] += gx * gx;
-                sums[6][i] += gx * gy;
-                sums[7][i] += gy * gy;
-            }
         }
-        let [energy, ax, ay, sx, sy, xx, xy, yy] = sums.map(|lanes| total(&lanes));
+        let [energy, ax, ay, sx, sy, xx, xy, yy] = self.moments();
         if energy <= 0.0 {
             return Err(Verdict::Textureless);
         }
@@ -337,6 +324,33 @@ impl<const LANES: usize> Reference<LANES> {
             }
         }
         Ok(())
+    }
+
+    /// Sums of a², a gx, a gy, gx, gy, gx², gx gy, gy². Eight lanes at a time, all of their sums stay in registers.
+    #[inline(always)]
+    fn moments(&self) -> [f64; 8] {
+        let mut sums = [[0.0f32; LANES]; 8];
+        for lane in (0..LANES).step_by(8) {
+            let mut part = [[0.0f32; 8]; 8];
+            for k in 0..self.window {
+                for i in 0..8 {
+                    let v = self.values[k][lane + i];
+                    let (gx, gy) = (self.p[0][k][lane + i], self.p[1][k][lane + i]);
+                    part[0][i] += v * v;
+                    part[1][i] += v * gx;
+                    part[2][i] += v * gy;
+                    part[3][i] += gx;
+                    part[4][i] += gy;
+                    part[5][i] += gx * gx;
+                    part[6][i] += gx * gy;
+                    part[7][i] += gy * gy;
+                }
+            }
+            for (sum, part) in sums.iter_mut().zip(&part) {
+                sum[lane..lane + 8].copy_from_slice(part);
+            }
+        }
+        sums.map(|lanes| total(&lanes))
     }
 }
 
@@ -440,30 +454,36 @@ impl<const LANES: usize> Sampler<LANES> {
             }
             *out = sum;
         }
-        let [mut sb, mut sbb, mut sab, mut sx, mut sy] = [[0.0f32; LANES]; 5];
-        let [px, py] = &reference.p;
-        for j in 0..self.window {
-            let mut v = [0.0f32; LANES];
-            for (w, row) in wy.iter().zip(&self.rows[j..j + 8]) {
-                for i in 0..LANES {
-                    v[i] += w * row[i];
+        let mut sums = [[0.0f32; LANES]; 5];
+        for lane in (0..LANES).step_by(8) {
+            let mut part = [[0.0f32; 8]; 5];
+            for j in 0..self.window {
+                let mut v = [0.0f32; 8];
+                for (w, row) in wy.iter().zip(&self.rows[j..j + 8]) {
+                    for i in 0..8 {
+                        v[i] += w * row[lane + i];
+                    }
+                }
+                for i in 0..8 {
+                    let (v, at) = (v[i] * self.mask[lane + i], lane + i);
+                    part[0][i] += v;
+                    part[1][i] += v * v;
+                    part[2][i] += reference.values[j][at] * v;
+                    part[3][i] += reference.p[0][j][at] * v;
+                    part[4][i] += reference.p[1][j][at] * v;
                 }
             }
-            for i in 0..LANES {
-                let v = v[i] * self.mask[i];
-                sb[i] += v;
-                sbb[i] += v * v;
-                sab[i] += reference.values[j][i] * v;
-                sx[i] += px[j][i] * v;
-                sy[i] += py[j][i] * v;
+            for (sum, part) in sums.iter_mut().zip(&part) {
+                sum[lane..lane + 8].copy_from_slice(part);
             }
         }
+        let [b, bb, ab, px, py] = sums.map(|lanes| total(&lanes));
         let noise = |w: &[f32; 8]| w.iter().map(|&w| f64::from(w) * f64::from(w)).sum::<f64>();
         Ok(Sums {
-            b: total(&sb),
-            bb: total(&sbb),
-            ab: total(&sab),
-            pb: [total(&sx), total(&sy)],
+            b,
+            bb,
+            ab,
+            pb: [px, py],
             thinning: noise(&wx) * noise(&wy),
         })
     }
