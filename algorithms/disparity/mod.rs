@@ -285,7 +285,7 @@ fn check(settings: &MatchSettings) -> Result<(), MatchError> {
         })
     };
     let window = settings.window_px;
-    if window % 2 == 0 || !(5..=31).contains(&window) {
+    if window.is_multiple_of(2) || !(5..=31).contains(&window) {
         return setting("window", window as f64, "an odd number from 5 to 31 px");
     }
     if settings.stride_px == 0 {

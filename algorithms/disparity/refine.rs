@@ -327,6 +327,7 @@ impl<const LANES: usize> Reference<LANES> {
     }
 
     /// Sums of a², a gx, a gy, gx, gy, gx², gx gy, gy². Eight lanes at a time, all of their sums stay in registers.
+    #[allow(clippy::needless_range_loop)] // because one index runs through five arrays
     #[inline(always)]
     fn moments(&self) -> [f64; 8] {
         let mut sums = [[0.0f32; LANES]; 8];
