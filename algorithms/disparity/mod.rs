@@ -17,7 +17,9 @@
 mod geometry;
 mod peak;
 mod plane;
+mod reference;
 mod refine;
+mod sampler;
 mod search;
 
 pub use geometry::{Axes, Grid};
