@@ -15,8 +15,11 @@ use quadpixel::image::Image;
 use crate::convert::{to_mat, to_mat_u8};
 use crate::pair;
 
-/// Side of the window of all matchers that have one, px.
+/// Side of the window of our matching, Farneback and `StereoBM`, px.
 pub const WINDOW_PX: usize = 21;
+/// Block of `StereoSGBM`, px: with its smallest penalties (2 and 5) the best of 3, 5, 11 and 21 on these pairs; larger penalties
+/// draw its results to whole pixels.
+const SGBM_BLOCK_PX: i32 = 11;
 /// Side of the patches of phase correlation, px.
 const PATCH_PX: i32 = 32;
 /// Side of the pictures, px.
@@ -58,6 +61,9 @@ pub struct Stereo {
     pub sgbm_valid: f64,
 }
 
+/// Pixel (x, y) and shift in px.
+type Found = ([f64; 2], [f64; 2]);
+
 /// Sum of squares and their number.
 #[derive(Default)]
 struct Errors(f64, usize);
@@ -72,7 +78,8 @@ impl Errors {
     }
 }
 
-fn matched(a: &Image, b: &Image, axes: Axes) -> (Vec<([f64; 2], [f64; 2])>, usize) {
+/// Our valid matches, each with its pixel (x, y) and shift, and the number of all nodes.
+fn matched(a: &Image, b: &Image, axes: Axes) -> (Vec<Found>, usize) {
     let settings = MatchSettings {
         window_px: WINDOW_PX,
         axes,
@@ -153,16 +160,15 @@ pub fn stereo(noise: f64) -> Result<Stereo> {
         let range = (a.data().iter().chain(b.data()))
             .fold([f32::MAX, f32::MIN], |[l, h], v| [l.min(*v), h.max(*v)]);
         let [a, b] = [to_mat_u8(&a, range)?, to_mat_u8(&b, range)?];
-        let block = WINDOW_PX as i32;
-        let mut matcher = StereoBM::create(16, block)?;
+        let mut matcher = StereoBM::create(16, WINDOW_PX as i32)?;
         matcher.set_min_disparity(-8)?;
         let bm_found = sixteenths(&a, &b, |a, b, to| matcher.compute(a, b, to))?;
         let mut matcher = StereoSGBM::create(
             -8,
             16,
-            block,
-            8 * block * block,
-            32 * block * block,
+            SGBM_BLOCK_PX,
+            2,
+            5,
             1,
             63,
             10,

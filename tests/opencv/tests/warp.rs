@@ -25,7 +25,7 @@ fn positions(seed: u64, [width, height]: [usize; 2], margin: f64) -> Map {
     let draws = uniform(seed, 2 * columns * rows);
     let place = |u: f64, length: usize, i: usize| {
         let at = -margin + u * (length as f64 - 1.0 + 2.0 * margin);
-        let at = if i % 16 == 0 {
+        let at = if i.is_multiple_of(16) {
             ((at * 32.0).floor() + 0.5) / 32.0
         } else {
             at
