@@ -20,6 +20,8 @@ pub const WINDOW_PX: usize = 21;
 /// Block of `StereoSGBM`, px: with its smallest penalties (2 and 5) the best of 3, 5, 11 and 21 on these pairs; larger penalties
 /// draw its results to whole pixels.
 const SGBM_BLOCK_PX: i32 = 11;
+/// Iterations a level of Farneback: the usual few, and many.
+pub const FARNEBACK_ITERATIONS: [i32; 2] = [3, 10];
 /// Side of the patches of phase correlation, px.
 const PATCH_PX: i32 = 32;
 /// Side of the pictures, px.
@@ -34,8 +36,8 @@ const STEREO_SHIFTS: [f64; 4] = [0.3, -1.45, 2.4, -0.83];
 pub struct Planar {
     /// Our matching.
     pub ours: f64,
-    /// `calcOpticalFlowFarneback`.
-    pub farneback: f64,
+    /// `calcOpticalFlowFarneback` after each of [`FARNEBACK_ITERATIONS`].
+    pub farneback: [f64; 2],
     /// `phaseCorrelate` of 32 × 32 patches under a Hann window.
     pub phase_correlate: f64,
     /// Share of the nodes that our matching calls valid.
@@ -111,7 +113,8 @@ pub fn farneback(a: &Mat, b: &Mat, iterations: i32) -> Result<Mat> {
 
 /// Errors at `noise` (deviation on textures in 0..1) of the matchers that know both axes.
 pub fn planar(noise: f64) -> Result<Planar> {
-    let [mut ours, mut flow, mut phase] = [const { Errors(0.0, 0) }; 3];
+    let [mut ours, mut phase] = [const { Errors(0.0, 0) }; 2];
+    let mut flows = [const { Errors(0.0, 0) }; 2];
     let (mut valid, mut nodes) = (0, 0);
     for (seed, shift) in (100..).zip(SHIFTS) {
         let [a, b] = pair(SIDE, seed, shift, noise);
@@ -119,11 +122,18 @@ pub fn planar(noise: f64) -> Result<Planar> {
         valid += matches.len();
         nodes += all;
         let [a, b] = [scaled(&a)?, scaled(&b)?];
-        let field = farneback(&a, &b, 10)?;
+        let fields = [
+            farneback(&a, &b, FARNEBACK_ITERATIONS[0])?,
+            farneback(&a, &b, FARNEBACK_ITERATIONS[1])?,
+        ];
         let mut window = Mat::default();
         imgproc::create_hanning_window(&mut window, (PATCH_PX, PATCH_PX).into(), CV_32F)?;
         for ([x, y], found) in matches {
-            let theirs = field.at_2d::<Point2f>(y as i32, x as i32)?;
+            for (flow, field) in flows.iter_mut().zip(&fields) {
+                let theirs = field.at_2d::<Point2f>(y as i32, x as i32)?;
+                flow.add(f64::from(theirs.x) - shift[0]);
+                flow.add(f64::from(theirs.y) - shift[1]);
+            }
             let patch = Rect::new(
                 (x as i32 - PATCH_PX / 2).clamp(0, SIDE as i32 - PATCH_PX),
                 (y as i32 - PATCH_PX / 2).clamp(0, SIDE as i32 - PATCH_PX),
@@ -134,15 +144,13 @@ pub fn planar(noise: f64) -> Result<Planar> {
             let moved = imgproc::phase_correlate(&patch_a, &patch_b, &window, &mut 0.0)?;
             ours.add(found[0] - shift[0]);
             ours.add(found[1] - shift[1]);
-            flow.add(f64::from(theirs.x) - shift[0]);
-            flow.add(f64::from(theirs.y) - shift[1]);
             phase.add(moved.x - shift[0]);
             phase.add(moved.y - shift[1]);
         }
     }
     Ok(Planar {
         ours: ours.rms(),
-        farneback: flow.rms(),
+        farneback: flows.map(|flow| flow.rms()),
         phase_correlate: phase.rms(),
         valid: valid as f64 / nodes as f64,
     })
