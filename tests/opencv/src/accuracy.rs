@@ -18,7 +18,7 @@ use crate::pair;
 /// Side of the window of our matching, Farneback and `StereoBM`, px.
 pub const WINDOW_PX: usize = 21;
 /// Block of `StereoSGBM`, px: with its smallest penalties (2 and 5) the best of 3, 5, 11 and 21 on these pairs; larger penalties
-/// draw its results to whole pixels.
+/// erred more at 5 and 21.
 const SGBM_BLOCK_PX: i32 = 11;
 /// Iterations a level of Farneback: the usual few, and many.
 pub const FARNEBACK_ITERATIONS: [i32; 2] = [3, 10];
