@@ -1,0 +1,172 @@
+//! Ours against OpenCV in one run, one thread each: the Lanczos warp, dense matching, and the accuracy of the matchers.
+//!
+//! `cargo bench --manifest-path tests/opencv/Cargo.toml`
+
+use std::error::Error;
+use std::time::Instant;
+
+use algorithms::disparity::{MatchSettings, match_images};
+use algorithms::warp::{Border, Lobes, Map, warp};
+use opencv::core::{Mat, get_version_string, set_num_threads};
+use opencv_checks::accuracy::{FARNEBACK_ITERATIONS, WINDOW_PX, farneback, planar, scaled, stereo};
+use opencv_checks::convert::{remap, to_map_mats, to_mat};
+use opencv_checks::{pair, uniform};
+use quadpixel::image::Image;
+use quadpixel::simd::SimdLevel;
+
+const RUNS: usize = 9;
+
+fn main() -> Outcome {
+    set_num_threads(1)?;
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    println!(
+        "OpenCV {}, {:?}, one thread each, best of {RUNS} runs, by turns",
+        get_version_string()?,
+        SimdLevel::detect()
+    );
+    one.install(warps)?;
+    one.install(matching)?;
+    accuracy()?;
+    Ok(())
+}
+
+/// Best times of both in seconds, run by turns so that both see the same machine.
+fn by_turns(mut ours: impl FnMut(), mut theirs: impl FnMut()) -> [f64; 2] {
+    let time = |work: &mut dyn FnMut()| {
+        let began = Instant::now();
+        work();
+        began.elapsed().as_secs_f64()
+    };
+    (0..RUNS).fold([f64::INFINITY; 2], |[a, b], _| {
+        [a.min(time(&mut ours)), b.min(time(&mut theirs))]
+    })
+}
+
+type Outcome = Result<(), Box<dyn Error + Send + Sync>>;
+
+fn warps() -> Outcome {
+    let side = 1024;
+    let map = Map::from_fn(side, side, |x, y| {
+        let (x, y) = (x as f64, y as f64);
+        (x + 1.7 * (y / 97.0).sin(), y + 1.3 * (x / 83.0).cos())
+    })?;
+    println!("\n| Lanczos warp, a = 4, f32, 1024 × 1024 | ours Mpx/s | OpenCV Mpx/s | ratio |");
+    println!("|---|---|---|---|");
+    for channels in [1, 3] {
+        let data = uniform(1, side * side * channels);
+        let data = data.iter().map(|v| *v as f32).collect();
+        let image = Image::from_vec(side, side, channels, data).ok_or("sizes differ")?;
+        let (mat, maps) = (to_mat(&image)?, to_map_mats(&map)?);
+        let mut to = Mat::default();
+        let mut failed = None;
+        let [ours, theirs] = by_turns(
+            || {
+                let level = SimdLevel::detect();
+                let done = warp(&image, &map, Lobes::Four, Border::Reflect101, level);
+                std::hint::black_box(done);
+            },
+            || failed = remap(&mat, &maps, Border::Reflect101, &mut to).err(),
+        );
+        if let Some(error) = failed {
+            return Err(error.into());
+        }
+        let speed = |seconds: f64| (side * side) as f64 / seconds / 1e6;
+        println!(
+            "| {channels} channels | {:.1} | {:.1} | {:.2} |",
+            speed(ours),
+            speed(theirs),
+            theirs / ours
+        );
+    }
+    Ok(())
+}
+
+fn matching() -> Outcome {
+    let side = 1001;
+    let [a, b] = pair(side, 7, [1.37, 0.61], 0.01);
+    let settings = MatchSettings {
+        window_px: WINDOW_PX,
+        ..MatchSettings::default()
+    };
+    let [mat_a, mat_b] = [scaled(&a)?, scaled(&b)?];
+    let megapixels = (side * side) as f64 / 1e6;
+    println!(
+        "\n| matching, 1001 × 1001, window 21, 1 % noise | ours s/Mpx | Farneback s/Mpx | ratio |"
+    );
+    println!("|---|---|---|---|");
+    for iterations in FARNEBACK_ITERATIONS {
+        let mut failed = None;
+        let mut refused = None;
+        let [ours, theirs] = by_turns(
+            || match match_images(&a, &b, &settings) {
+                Ok(map) => drop(std::hint::black_box(map)),
+                Err(error) => refused = Some(error),
+            },
+            || failed = farneback(&mat_a, &mat_b, iterations).err(),
+        );
+        if let Some(error) = failed {
+            return Err(error.into());
+        }
+        if let Some(error) = refused {
+            return Err(error.into());
+        }
+        println!(
+            "| ours ±4 px, stride 4; Farneback 3 levels, {iterations} iterations | {:.3} | {:.3} | {:.2} |",
+            ours / megapixels,
+            theirs / megapixels,
+            theirs / ours
+        );
+    }
+    Ok(())
+}
+
+fn accuracy() -> opencv::Result<()> {
+    println!("\n| RMS px an axis | noise 0 | noise 1 % |");
+    println!("|---|---|---|");
+    let [p, q] = [planar(0.0)?, planar(0.01)?];
+    let [s, t] = [stereo(0.0)?, stereo(0.01)?];
+    for (name, clean, noisy) in [
+        ("ours, both axes", p.ours, q.ours),
+        (
+            "Farneback, window 21, 3 iterations",
+            p.farneback[0],
+            q.farneback[0],
+        ),
+        (
+            "Farneback, window 21, 10 iterations",
+            p.farneback[1],
+            q.farneback[1],
+        ),
+        (
+            "phaseCorrelate, 32 × 32, Hann",
+            p.phase_correlate,
+            q.phase_correlate,
+        ),
+        (
+            "ours along the rows, where StereoBM is valid",
+            s.ours_at_bm,
+            t.ours_at_bm,
+        ),
+        ("StereoBM, block 21, 8 bits", s.bm, t.bm),
+        (
+            "ours along the rows, where StereoSGBM is valid",
+            s.ours_at_sgbm,
+            t.ours_at_sgbm,
+        ),
+        ("StereoSGBM, block 11, 8 bits", s.sgbm, t.sgbm),
+    ] {
+        println!("| {name} | {clean:.4} | {noisy:.4} |");
+    }
+    println!(
+        "\nValid: ours {:.1} % and {:.1} % (both axes), {:.1} % and {:.1} % (rows); of these StereoBM {:.1} % and {:.1} %, StereoSGBM {:.1} % and {:.1} %.",
+        100.0 * p.valid,
+        100.0 * q.valid,
+        100.0 * s.valid,
+        100.0 * t.valid,
+        100.0 * s.bm_valid,
+        100.0 * t.bm_valid,
+        100.0 * s.sgbm_valid,
+        100.0 * t.sgbm_valid
+    );
+    Ok(())
+}
