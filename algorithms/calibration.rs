@@ -120,8 +120,8 @@ impl Calibration {
         let sum = sum.ok_or_else(|| CalibrationError::File("a capture without views".into()))?;
         let reference = channel(&sum, camera.reference_channel());
         let mut fields = Vec::new();
-        for (index, view) in capture.views.images.iter().enumerate() {
-            let subpixel = capture.views.partition.name(index);
+        for (index, view) in capture.views.images().iter().enumerate() {
+            let subpixel = capture.views.partition().name(index);
             for (c, name) in camera.channels.iter().enumerate() {
                 let plane = channel(view, c);
                 fields.push(field(&reference, &plane, &subpixel, name, settings)?);

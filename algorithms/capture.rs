@@ -159,13 +159,13 @@ impl Capture {
             let images = (0..partition.count())
                 .map(view)
                 .collect::<Result<_, CommandError>>()?;
-            Views { partition, images }
+            Views::new(partition, images).map_err(|e| named(format!("{e}")))?
         };
         let camera = Camera {
             pitch_um,
             subpixels: partition.to_string(),
-            width_px: views.images[0].width(),
-            height_px: views.images[0].height(),
+            width_px: views.images()[0].width(),
+            height_px: views.images()[0].height(),
             channels,
             centre_mm: meta.as_ref().map(|m| m.sensor.centre_mm),
         };

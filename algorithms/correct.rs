@@ -7,13 +7,13 @@
 //! I, d: see [`crate::calibration`]; S: the corrected image. Where x + d leaves a view in any channel the pixel is not valid.
 
 use quadpixel::image::Image;
+use quadpixel::simd::SimdLevel;
 
 use crate::calibration::{Calibration, CalibrationError};
 use crate::disparity_command::channel;
 use crate::field::SmoothField;
 use crate::metrics::sharpness::{Plane, Sharpness, SharpnessError, SharpnessSettings, sharpness};
 use crate::sai::{Side, Views};
-use crate::simd::SimdLevel;
 use crate::warp::{Border, Lobes, Map, warp};
 
 /// Views put right.
@@ -32,18 +32,18 @@ pub fn correct(views: &Views, calibration: &Calibration) -> Result<Corrected, Ca
     let fields = calibration.smooth_fields()?;
     let bad = |text: &str| CalibrationError::File(text.to_owned());
     let first = views
-        .images
+        .images()
         .first()
         .ok_or_else(|| bad("a capture without views"))?;
     let (width, height, channels) = (first.width(), first.height(), first.channels());
-    if fields.len() != views.images.len() * channels {
+    if fields.len() != views.images().len() * channels {
         return Err(bad(
             "the capture has another number of views and channels than the fields",
         ));
     }
     let mut valid = vec![true; width * height];
-    let mut images = Vec::with_capacity(views.images.len());
-    for (image, fields) in views.images.iter().zip(fields.chunks(channels)) {
+    let mut images = Vec::with_capacity(views.images().len());
+    for (image, fields) in views.images().iter().zip(fields.chunks(channels)) {
         let mut out = Image::zeros(width, height, channels);
         for (c, field) in fields.iter().enumerate() {
             let map = map_of(field, width, height).ok_or_else(|| bad("a view without pixels"))?;
@@ -61,10 +61,7 @@ pub fn correct(views: &Views, calibration: &Calibration) -> Result<Corrected, Ca
         }
         images.push(out);
     }
-    let views = Views {
-        partition: views.partition,
-        images,
-    };
+    let views = Views::new(views.partition(), images).map_err(|e| bad(&e.to_string()))?;
     let sum = (views.sum(Side::All)).ok_or_else(|| bad("a capture without views"))?;
     Ok(Corrected { views, sum, valid })
 }

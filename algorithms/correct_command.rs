@@ -194,10 +194,10 @@ fn pictures(
         Ok(())
     };
     let views = &corrected.views;
-    let count = views.partition.count();
+    let count = views.partition().count();
     add("corrected", &corrected.sum, capture.white * count as f64)?;
-    for (index, image) in views.images.iter().enumerate() {
-        let name = format!("view_{}", views.partition.name(index));
+    for (index, image) in views.images().iter().enumerate() {
+        let name = format!("view_{}", views.partition().name(index));
         add(&name, image, capture.white)?;
     }
     let mask: Vec<u8> = corrected.valid.iter().map(|v| 255 * u8::from(*v)).collect();

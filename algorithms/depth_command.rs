@@ -184,7 +184,7 @@ fn direction(
         let fields = (calibration.smooth_fields()).map_err(|e| input(e.to_string()))?;
         let channels = capture.camera.channels.len();
         let mean = |side: Side, at: [f64; 2]| {
-            let members = views.partition.side(side);
+            let members = views.partition().side(side);
             let shifts = members
                 .iter()
                 .map(|v| fields[v * channels + c].at(at)[axis]);

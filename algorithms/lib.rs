@@ -24,7 +24,6 @@ pub mod refocus_command;
 pub mod sai;
 pub mod sai_command;
 pub mod sharpness_command;
-pub mod simd;
 pub mod table;
 pub mod table_command;
 pub mod warp;

@@ -100,15 +100,15 @@ pub fn alike(paths: &[PathBuf]) -> Result<Vec<Image>, LoadError> {
     let mut images: Vec<Image> = Vec::with_capacity(paths.len());
     for path in paths {
         let next = image(path)?;
-        if let Some(first) = images.first() {
-            if size_of(first) != size_of(&next) {
-                return Err(LoadError::Differs {
-                    path: path.clone(),
-                    found: size_of(&next),
-                    reference: paths[0].clone(),
-                    expected: size_of(first),
-                });
-            }
+        if let Some(first) = images.first()
+            && size_of(first) != size_of(&next)
+        {
+            return Err(LoadError::Differs {
+                path: path.clone(),
+                found: size_of(&next),
+                reference: paths[0].clone(),
+                expected: size_of(first),
+            });
         }
         images.push(next);
     }

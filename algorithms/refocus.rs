@@ -12,9 +12,9 @@
 
 use quadpixel::image::Image;
 
-use crate::sai::{Side, Views};
-use crate::simd::SimdLevel;
+use crate::sai::{Partition, Side, Views};
 use crate::warp::{Border, Lobes, Map, MapError, Warped, warp};
+use quadpixel::simd::SimdLevel;
 
 /// Settings that have no refocused image.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -39,8 +39,7 @@ pub enum RefocusError {
 }
 
 /// (dx, dy) in px by which each view is shifted at the disparity `d_px`, in index order.
-pub fn shifts_px(views: &Views, d_px: f64) -> Vec<(f64, f64)> {
-    let partition = views.partition;
+pub fn shifts_px(partition: Partition, d_px: f64) -> Vec<(f64, f64)> {
     let centre = |index: usize| {
         let (i, j) = (index % partition.m(), index / partition.m());
         (
@@ -78,7 +77,7 @@ pub fn refocus(
     if !d_px.is_finite() {
         return Err(RefocusError::Disparity(d_px));
     }
-    let count = views.images.len();
+    let count = views.images().len();
     let weights = weights.map_or_else(|| vec![1.0; count], <[f64]>::to_vec);
     if weights.len() != count {
         return Err(RefocusError::Count {
@@ -93,11 +92,14 @@ pub fn refocus(
     if !(total > 0.0 && total.is_finite()) {
         return Err(RefocusError::Weight(total));
     }
-    let first = &views.images[0];
+    let first = &views.images()[0];
     let (width, height) = (first.width(), first.height());
     let mut sums = vec![0.0f64; first.data().len()];
     let mut valid = vec![true; width * height];
-    let shifted = views.images.iter().zip(shifts_px(views, d_px));
+    let shifted = views
+        .images()
+        .iter()
+        .zip(shifts_px(views.partition(), d_px));
     for ((view, (dx, dy)), weight) in shifted.zip(weights) {
         if weight == 0.0 {
             continue;
@@ -127,41 +129,32 @@ pub fn refocus(
 #[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests {
     use super::*;
-    use crate::sai::Partition;
 
     /// Views of a plane at the disparity `d_px`: each sees the pattern where the specification says.
     fn plane_at(d_px: f64, m: usize, n: usize) -> Views {
         let partition = Partition::new(m, n).unwrap();
-        let mut views = Views {
-            partition,
-            images: vec![Image::zeros(40, 32, 1); m * n],
-        };
-        let shifts = shifts_px(&views, d_px);
-        for (image, (dx, dy)) in views.images.iter_mut().zip(shifts) {
+        let view = |(dx, dy): (f64, f64)| {
+            let mut image = Image::zeros(40, 32, 1);
             for y in 0..32 {
                 for x in 0..40 {
                     let (u, v) = (x as f64 - dx, y as f64 - dy);
                     image.pixel_mut(x, y)[0] = (0.4 * u + 0.3 * v).sin() as f32;
                 }
             }
-        }
-        views
+            image
+        };
+        let images = shifts_px(partition, d_px).into_iter().map(view).collect();
+        Views::new(partition, images).unwrap()
     }
 
     #[test]
     fn a_near_point_stands_further_right_and_lower_in_the_left_and_upper_view() {
-        let quad = plane_at(1.0, 2, 2);
+        let shifts = |m, n| shifts_px(Partition::new(m, n).unwrap(), 1.0);
         let wanted = [(0.5, 0.5), (-0.5, 0.5), (0.5, -0.5), (-0.5, -0.5)]; // B, A, D, C
-        assert_eq!(shifts_px(&quad, 1.0), wanted);
-        assert_eq!(
-            shifts_px(&plane_at(1.0, 2, 1), 1.0),
-            [(0.5, 0.0), (-0.5, 0.0)]
-        );
+        assert_eq!(shifts(2, 2), wanted);
+        assert_eq!(shifts(2, 1), [(0.5, 0.0), (-0.5, 0.0)]);
         // Four columns: the mean of the left two less that of the right two is D.
-        let four: Vec<f64> = shifts_px(&plane_at(0.0, 4, 1), 1.0)
-            .iter()
-            .map(|s| s.0)
-            .collect();
+        let four: Vec<f64> = shifts(4, 1).iter().map(|s| s.0).collect();
         assert_eq!(four, [0.75, 0.25, -0.25, -0.75]);
     }
 
@@ -192,7 +185,7 @@ mod tests {
         let sum = views.sum(Side::All).unwrap();
         assert_eq!(refocus(&views, 0.0, None, Lobes::Three).unwrap().image, sum);
         let one = refocus(&views, 0.0, Some(&[0.0, 0.0, 5.0, 0.0]), Lobes::Three).unwrap();
-        for (found, wanted) in one.image.data().iter().zip(views.images[2].data()) {
+        for (found, wanted) in one.image.data().iter().zip(views.images()[2].data()) {
             assert_eq!(*found, 4.0 * wanted);
         }
     }

@@ -39,6 +39,16 @@ pub enum SaiError {
         /// The partition asked for.
         partition: Partition,
     },
+    /// Views that are no set.
+    #[error(
+        "views: {partition} sub-pixels need as many views of one size and number of channels, not empty; {count} given"
+    )]
+    Views {
+        /// Views given.
+        count: usize,
+        /// The partition they should fill.
+        partition: Partition,
+    },
 }
 
 impl Partition {
@@ -141,13 +151,37 @@ impl Side {
 /// The views of a mosaic, one a sub-pixel, in index order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Views {
-    /// How the pixel is parted.
-    pub partition: Partition,
-    /// `partition.count()` images of one size.
-    pub images: Vec<Image>,
+    partition: Partition,
+    images: Vec<Image>,
 }
 
 impl Views {
+    /// Takes views as they are: `partition.count()` of them in index order, of one size and number of channels.
+    pub fn new(partition: Partition, images: Vec<Image>) -> Result<Self, SaiError> {
+        let shape = |image: &Image| (image.width(), image.height(), image.channels());
+        let alike = images
+            .windows(2)
+            .all(|pair| shape(&pair[0]) == shape(&pair[1]));
+        let empty = images.first().is_none_or(|first| first.data().is_empty());
+        if empty || !alike || images.len() != partition.count() {
+            return Err(SaiError::Views {
+                count: images.len(),
+                partition,
+            });
+        }
+        Ok(Self { partition, images })
+    }
+
+    /// How the pixel is parted.
+    pub fn partition(&self) -> Partition {
+        self.partition
+    }
+
+    /// One image a sub-pixel, in index order.
+    pub fn images(&self) -> &[Image] {
+        &self.images
+    }
+
     /// Parts `mosaic` (m·W × n·H, any channels) into m·n views of W × H.
     pub fn of_mosaic(mosaic: &Image, partition: Partition) -> Result<Self, SaiError> {
         let (m, n) = (partition.m, partition.n);
@@ -170,16 +204,13 @@ impl Views {
             }
             view
         };
-        Ok(Self {
-            partition,
-            images: (0..partition.count()).map(view).collect(),
-        })
+        Self::new(partition, (0..partition.count()).map(view).collect())
     }
 
     /// Sum over the sub-pixels of one side, added in f64; `None` where the side is empty.
     pub fn sum(&self, side: Side) -> Option<Image> {
         let members = self.partition.side(side);
-        let mut sum = self.images.get(*members.first()?)?.clone();
+        let mut sum = self.images[*members.first()?].clone();
         for (index, to) in sum.data_mut().iter_mut().enumerate() {
             let values = members
                 .iter()
@@ -213,7 +244,7 @@ mod tests {
                 let views = Views::of_mosaic(&mosaic, Partition::new(m, n).unwrap()).unwrap();
                 for j in 0..n {
                     for i in 0..m {
-                        let seen = views.images[j * m + i].pixel(3, 2);
+                        let seen = views.images()[j * m + i].pixel(3, 2);
                         assert_eq!(seen, mosaic.pixel(3 * m + i, 2 * n + j));
                     }
                 }
@@ -258,6 +289,17 @@ mod tests {
         let error = Views::of_mosaic(&spelled(7, 6, 1), Partition::new(2, 2).unwrap());
         let text = error.unwrap_err().to_string();
         assert!(text.contains("7 × 6") && text.contains("2x2"), "{text}");
+        let dual = Partition::new(2, 1).unwrap();
+        for images in [
+            vec![],
+            vec![spelled(2, 2, 1)],
+            vec![spelled(2, 2, 1), spelled(2, 2, 3)],
+            vec![spelled(2, 3, 1), spelled(3, 2, 1)],
+            vec![Image::zeros(0, 2, 1), Image::zeros(0, 2, 1)],
+        ] {
+            assert!(Views::new(dual, images).is_err());
+        }
+        assert!(Views::of_mosaic(&Image::zeros(4, 4, 0), dual).is_err());
         for bad in ["", "2", "2x", "0x2", "2x65", "2x2x2", "-1x2"] {
             assert!(bad.parse::<Partition>().is_err(), "{bad}");
         }

@@ -71,7 +71,7 @@ pub fn run(args: &SaiArgs) -> Result<(), CommandError> {
         files.push((name, bytes));
         Ok(())
     };
-    for (index, image) in views.images.iter().enumerate() {
+    for (index, image) in views.images().iter().enumerate() {
         add(format!("view_{}", partition.name(index)), image, 1)?;
     }
     for side in Side::ALL {
@@ -86,7 +86,7 @@ pub fn run(args: &SaiArgs) -> Result<(), CommandError> {
         file::write_aside(&args.out.join(name), bytes).map_err(failed)?;
     }
     let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
-    let (width, height) = (views.images[0].width(), views.images[0].height());
+    let (width, height) = (views.images()[0].width(), views.images()[0].height());
     if args.json {
         let object = serde_json::json!({
             "width": width, "height": height, "subpixels": partition.to_string(), "files": names, "clipped": clipped

@@ -17,6 +17,7 @@ pub mod response;
 pub mod sampling;
 pub mod scene;
 pub mod sensor;
+pub mod simd;
 pub mod spectrum;
 pub mod units;
 

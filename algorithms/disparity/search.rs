@@ -12,7 +12,7 @@ use super::geometry::{Axes, Grid};
 use super::peak::{Peak, Surface};
 use super::plane::{Plane, WindowStatistics};
 use super::{DIRECT_SEARCH_PX, MatchSettings, Verdict};
-use crate::simd::SimdLevel;
+use quadpixel::simd::SimdLevel;
 
 /// Rows of nodes that one task does; it starts its column sums anew.
 const ROWS_A_TASK: usize = 32;

@@ -342,7 +342,8 @@ fn the_result_does_not_depend_on_the_number_of_threads() {
 fn a_smooth_field_of_shifts_is_recovered_from_noisy_matches() {
     let mut case = case([0.7, -1.1]);
     (case.noise, case.settings.stride_px) = (0.01, 4);
-    let map = score(&case).map;
+    let [a, b] = score::pair(&case);
+    let map = match_images(&a, &b, &case.settings).unwrap();
     let fit = SmoothField::fit(&map.observations(), 2, Loss::Tukey).unwrap();
     for at in [[20.0, 20.0], [75.0, 75.0], [130.0, 60.0]] {
         let found = fit.field.at(at);

@@ -65,8 +65,7 @@ impl Axis {
             fraction: [0.0; BLOCK],
             weight: [[0.0; BLOCK]; TAPS],
         };
-        for i in 0..BLOCK {
-            let position = positions[i];
+        for (i, &position) in positions.iter().enumerate() {
             let nearest = (position + ROUNDER) - ROUNDER;
             let floor = nearest - if nearest > position { 1.0 } else { 0.0 };
             axis.floor[i] = floor;
@@ -74,8 +73,8 @@ impl Axis {
         }
         for i in 0..BLOCK {
             let taps = weights::<A>(axis.fraction[i]);
-            for k in 0..TAPS {
-                axis.weight[k][i] = taps[k];
+            for (row, tap) in axis.weight.iter_mut().zip(taps) {
+                row[i] = tap;
             }
         }
         axis

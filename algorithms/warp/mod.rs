@@ -27,8 +27,8 @@ pub use map::{Map, MapError};
 use quadpixel::image::Image;
 use rayon::prelude::*;
 
-use crate::simd::SimdLevel;
 use kernel::Source;
+use quadpixel::simd::SimdLevel;
 
 /// Lobes a of the kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,6 +2,8 @@
 
 use algorithms::disparity::{DisparityMap, MatchSettings, Verdict, match_images};
 
+use quadpixel::image::Image;
+
 use crate::texture::{Texture, picture};
 
 /// One pair and how it is matched; `gain` and `offset` are those of B.
@@ -23,27 +25,37 @@ pub struct Score {
     /// √mean of the deviation that the matches themselves claim.
     pub claimed_px: f64,
     pub valid: f64,
-    pub map: DisparityMap,
-    pub seconds: f64,
 }
 
-pub fn score(case: &Case) -> Score {
+/// A and B.
+pub fn pair(case: &Case) -> [Image; 2] {
     let texture = Texture::white(case.size, case.size, case.seed);
     let still = texture.render(0.85, [0.0, 0.0], None);
     let moved = texture.render(0.85, case.shift, None);
-    let slopes = [0, 1].map(|axis| texture.render(0.85, [0.0, 0.0], Some(axis)));
-    let a = picture(case.size, &still, 1.0, 0.0, case.noise, case.seed ^ 0xa);
-    let b = picture(
-        case.size,
-        &moved,
-        case.gain,
-        case.offset,
-        case.noise,
-        case.seed ^ 0xb,
-    );
-    let began = std::time::Instant::now();
+    [
+        picture(case.size, &still, 1.0, 0.0, case.noise, case.seed ^ 0xa),
+        picture(
+            case.size,
+            &moved,
+            case.gain,
+            case.offset,
+            case.noise,
+            case.seed ^ 0xb,
+        ),
+    ]
+}
+
+/// Matches the pair of `case` and judges the result.
+pub fn score(case: &Case) -> Score {
+    let [a, b] = pair(case);
     let map = match_images(&a, &b, &case.settings).expect("a proper pair");
-    let seconds = began.elapsed().as_secs_f64();
+    judge(case, &map)
+}
+
+/// Holds `map` to the truth of `case`.
+pub fn judge(case: &Case, map: &DisparityMap) -> Score {
+    let texture = Texture::white(case.size, case.size, case.seed);
+    let slopes = [0, 1].map(|axis| texture.render(0.85, [0.0, 0.0], Some(axis)));
     let (mut error, mut bound, mut claimed, mut count) = (0.0, 0.0, 0.0, 0usize);
     let half = case.settings.window_px / 2;
     for ([x, y], found) in map.nodes() {
@@ -73,7 +85,5 @@ pub fn score(case: &Case) -> Score {
         bound_px: mean(bound),
         claimed_px: mean(claimed),
         valid: count as f64 / map.grid.len() as f64,
-        map,
-        seconds,
     }
 }

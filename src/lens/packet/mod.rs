@@ -27,40 +27,8 @@ pub use batch::{RayBatch, RayStatus};
 
 use super::surface::Travel;
 use super::system::OpticalSystem;
+pub use crate::simd::SimdLevel;
 use prepared::Prepared;
-
-/// The instructions to use. They change the speed only.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum SimdLevel {
-    /// What every CPU of the target has: SSE2 on x86-64.
-    Scalar,
-    /// 256-bit AVX2.
-    Avx2,
-    /// 512-bit AVX-512 F, DQ and VL.
-    Avx512,
-}
-
-impl SimdLevel {
-    /// All levels, slowest first.
-    pub const ALL: [SimdLevel; 3] = [SimdLevel::Scalar, SimdLevel::Avx2, SimdLevel::Avx512];
-
-    /// The best level this CPU has.
-    pub fn detect() -> SimdLevel {
-        #[cfg(target_arch = "x86_64")]
-        {
-            if is_x86_feature_detected!("avx512f")
-                && is_x86_feature_detected!("avx512dq")
-                && is_x86_feature_detected!("avx512vl")
-            {
-                return SimdLevel::Avx512;
-            }
-            if is_x86_feature_detected!("avx2") {
-                return SimdLevel::Avx2;
-            }
-        }
-        SimdLevel::Scalar
-    }
-}
 
 /// A lens at one wavelength, prepared for tracing batches.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
-//! Which vector instructions to use. They change the speed only: no fused multiply-add, no sum whose order depends on the width.
+//! Which instructions a fast kernel uses, chosen at run time: the plain release build is fast on a new CPU and runs on an old one.
 
-/// The instructions to use.
+/// The instructions to use. They change the speed only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SimdLevel {
     /// What every CPU of the target has: SSE2 on x86-64.
