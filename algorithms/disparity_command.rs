@@ -189,7 +189,8 @@ fn first_layer(path: &Path) -> Result<(Image, Vec<String>), CommandError> {
         .ok_or_else(|| CommandError::input(format!("{}: it holds no layer", path.display())))
 }
 
-fn channel(image: &Image, index: usize) -> Image {
+/// One channel of `image` as a picture of its own.
+pub(crate) fn channel(image: &Image, index: usize) -> Image {
     let mut plane = Image::zeros(image.width(), image.height(), 1);
     let from = image.data().iter().skip(index).step_by(image.channels());
     (plane.data_mut().iter_mut().zip(from)).for_each(|(to, v)| *to = *v);

@@ -6,6 +6,13 @@
 //!
 //! They see pictures and sub-pixel layouts only, never the scene, the lens or the pixel model: no truth can leak in.
 
+pub mod aberration_score;
+pub mod calibration;
+pub mod capture;
+pub mod correct;
+pub mod correct_command;
+pub mod depth;
+pub mod depth_command;
 pub mod disparity;
 pub mod disparity_command;
 pub mod error;
@@ -17,4 +24,6 @@ pub mod refocus_command;
 pub mod sai;
 pub mod sai_command;
 pub mod sharpness_command;
+pub mod table;
+pub mod table_command;
 pub mod warp;

@@ -3,7 +3,10 @@
 use std::process::ExitCode;
 
 use algorithms::error::CommandError;
-use algorithms::{disparity_command, refocus_command, sai_command, sharpness_command};
+use algorithms::{
+    correct_command, depth_command, disparity_command, refocus_command, sai_command,
+    sharpness_command, table_command,
+};
 use clap::{Parser, Subcommand};
 
 /// Works on pictures of pixels that see the pupil in parts (dual-pixel, quad-pixel, m×n).
@@ -39,6 +42,22 @@ enum Command {
     /// Example: qpalgo disparity views/sum_L.exr views/sum_R.exr --one-dimensional horizontal -o shift
     #[command(verbatim_doc_comment)]
     Disparity(disparity_command::DisparityArgs),
+    /// Measures a lens's aberration on a chart, and takes it out of captures of the same camera.
+    ///
+    /// Example: qpalgo correct-aberrations --calibration samples/000000 -o camera.json
+    ///          qpalgo correct-aberrations --apply camera.json samples/000001 -o corrected
+    #[command(verbatim_doc_comment)]
+    CorrectAberrations(correct_command::CorrectArgs),
+    /// Table 2 of the quad-pixel paper from rendered captures: raw, corrected, gain.
+    ///
+    /// Example: qpalgo table table2.toml -o table2
+    #[command(verbatim_doc_comment)]
+    Table(table_command::TableArgs),
+    /// Metric depth and its confidence from the shift between opposite views.
+    ///
+    /// Example: qpalgo depth samples/000000 --score -o depth
+    #[command(verbatim_doc_comment)]
+    Depth(depth_command::DepthArgs),
 }
 
 fn main() -> ExitCode {
@@ -60,6 +79,9 @@ fn run(cli: Cli) -> Result<(), CommandError> {
         Command::Sai(args) => sai_command::run(&args),
         Command::Sharpness(args) => sharpness_command::run(&args),
         Command::Refocus(args) => refocus_command::run(&args),
+        Command::CorrectAberrations(args) => correct_command::run(&args),
+        Command::Table(args) => table_command::run(&args),
+        Command::Depth(args) => depth_command::run(&args),
         Command::Disparity(args) => disparity_command::run(&args),
     }
 }

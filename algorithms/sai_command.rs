@@ -134,7 +134,7 @@ fn encode(
 }
 
 /// Turns parts of the full scale of 16 bits into linear values, by the levels of the sample's `meta.json`.
-fn linearise(mosaic: &mut Image, path: &Path) -> Result<(), CommandError> {
+pub(crate) fn linearise(mosaic: &mut Image, path: &Path) -> Result<(), CommandError> {
     let bad = |what: String| CommandError::input(format!("{}: {what}", path.display()));
     let bytes = file::read(path).map_err(|e| CommandError::input(e.to_string()))?;
     let meta: SampleMeta = serde_json::from_slice(&bytes).map_err(|e| bad(e.to_string()))?;

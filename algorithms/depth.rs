@@ -1,0 +1,184 @@
+//! Metric depth from the shift between opposite views.
+//!
+//! ```text
+//! D = (D_h/s_h² + D_v/s_v²)/(1/s_h² + 1/s_v²)       1/s_D² = 1/s_h² + 1/s_v²
+//! 1/d = 1/d_f + D/(κ fx A)       Z = d − p       s_Z = d² s_D/(κ fx A)
+//! ```
+//!
+//! - D_h = x_L − x_R and D_v = y_T − y_B, px: positive for points nearer than the focus; s their standard deviations;
+//! - d: distance from the entrance pupil, d_f that in focus, p its depth behind the first vertex, A its diameter, m; fx: focal
+//!   length, px; κ: disparity over circle of confusion, a property of the pixel. Source: "Metres from disparity" in the
+//!   dataset's specification.
+//!
+//! A measured shift D belongs to the point midway between where the two views have it, which is where their sum has it.
+
+use crate::disparity::{Axes, DisparityMap, MatchError, MatchSettings, Verdict, match_images};
+use quadpixel::image::Image;
+
+/// Systematic error of a match, px, so that one noiseless axis does not silence the other.
+const FLOOR_PX: f64 = 0.002;
+
+/// A camera's own relation of disparity and depth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthCurve {
+    /// 1/d_f, 1/m; 0: focused at infinity.
+    pub inverse_focus_per_m: f64,
+    /// κ · fx · A, px·m; above 0.
+    pub gain_px_m: f64,
+    /// p, m.
+    pub pupil_behind_vertex_m: f64,
+}
+
+/// Depth and its standard deviation, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Depth {
+    /// Z; +inf at infinity and where the noise leads beyond it.
+    pub z_m: f64,
+    /// Standard deviation of Z.
+    pub sigma_m: f64,
+}
+
+impl DepthCurve {
+    /// Depth of a disparity with its standard deviation, px.
+    pub fn depth(&self, disparity_px: f64, sigma_px: f64) -> Depth {
+        let inverse = self.inverse_focus_per_m + disparity_px / self.gain_px_m;
+        if inverse <= 0.0 {
+            let [z_m, sigma_m] = [f64::INFINITY; 2];
+            return Depth { z_m, sigma_m };
+        }
+        let d = 1.0 / inverse;
+        Depth {
+            z_m: d - self.pupil_behind_vertex_m,
+            sigma_m: d * d * sigma_px / self.gain_px_m,
+        }
+    }
+
+    /// Disparity of a depth, px.
+    pub fn disparity_px(&self, z_m: f64) -> f64 {
+        self.gain_px_m * (1.0 / (z_m + self.pupil_behind_vertex_m) - self.inverse_focus_per_m)
+    }
+}
+
+/// A disparity with its standard deviation, px.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// D.
+    pub disparity_px: f64,
+    /// s_D.
+    pub sigma_px: f64,
+}
+
+/// Opposite views, one channel each: `[A, B]` with D = position in B − position in A.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair<'a> {
+    /// Right or bottom view.
+    pub a: &'a Image,
+    /// Left or top view.
+    pub b: &'a Image,
+    /// Its direction: [`Axes::Horizontal`] or [`Axes::Vertical`].
+    pub axes: Axes,
+}
+
+/// Matches a pair: D at each pixel of the sum, row-major; `None` where there is no trusted match.
+pub fn measure(
+    pair: Pair<'_>,
+    settings: &MatchSettings,
+) -> Result<Vec<Option<Measured>>, MatchError> {
+    let settings = MatchSettings {
+        axes: pair.axes,
+        ..*settings
+    };
+    let map = match_images(pair.a, pair.b, &settings)?;
+    let vertical = pair.axes == Axes::Vertical;
+    let (width, height) = (pair.a.width(), pair.a.height());
+    let at = |x: usize, y: usize| {
+        let first = nearest(&map, x as f64, y as f64, vertical)?;
+        // The window's place in A lies half the shift beside that in the sum.
+        let half = 0.5 * first.disparity_px;
+        let (dx, dy) = if vertical { (0.0, half) } else { (half, 0.0) };
+        nearest(&map, x as f64 - dx, y as f64 - dy, vertical)
+    };
+    Ok((0..height)
+        .flat_map(|y| (0..width).map(move |x| (x, y)))
+        .map(|(x, y)| at(x, y))
+        .collect())
+}
+
+/// The valid match whose node is nearest to (x, y), no farther than a stride.
+fn nearest(map: &DisparityMap, x: f64, y: f64, vertical: bool) -> Option<Measured> {
+    let grid = &map.grid;
+    let index = |p: f64, count: usize| {
+        let node = ((p - grid.first_px as f64) / grid.stride_px as f64).round();
+        (node >= 0.0 && node < count as f64).then_some(node as usize)
+    };
+    let (column, row) = (index(x, grid.columns)?, index(y, grid.rows)?);
+    let found = &map.matches[row * grid.columns + column];
+    (found.verdict == Verdict::Valid).then(|| {
+        let (shift, variance) = if vertical {
+            (found.dy_px, found.covariance_px2[2])
+        } else {
+            (found.dx_px, found.covariance_px2[0])
+        };
+        Measured {
+            disparity_px: shift,
+            sigma_px: (variance + FLOOR_PX * FLOOR_PX).sqrt(),
+        }
+    })
+}
+
+/// Weighted mean of what both directions say; where one is silent, the other's.
+pub fn combine(horizontal: Option<Measured>, vertical: Option<Measured>) -> Option<Measured> {
+    let (Some(h), Some(v)) = (horizontal, vertical) else {
+        return horizontal.or(vertical);
+    };
+    let [wh, wv] = [h, v].map(|m| 1.0 / (m.sigma_px * m.sigma_px));
+    Some(Measured {
+        disparity_px: (wh * h.disparity_px + wv * v.disparity_px) / (wh + wv),
+        sigma_px: (1.0 / (wh + wv)).sqrt(),
+    })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+
+    const CURVE: DepthCurve = DepthCurve {
+        inverse_focus_per_m: 1.0 / 0.75,
+        gain_px_m: 0.25 * 2660.0 * 0.0017,
+        pupil_behind_vertex_m: 0.001,
+    };
+
+    #[test]
+    fn depth_and_disparity_are_inverse_and_near_is_positive() {
+        for z in [0.2, 0.5, 0.749, 1.5, 10.0] {
+            let disparity = CURVE.disparity_px(z);
+            assert_eq!(disparity > 0.0, z < 0.749);
+            assert!((CURVE.depth(disparity, 0.01).z_m / z - 1.0).abs() < 1e-12);
+        }
+        assert_eq!(CURVE.depth(-1e3, 0.01).z_m, f64::INFINITY);
+    }
+
+    #[test]
+    fn sigma_of_depth_is_the_slope_times_sigma_of_disparity() {
+        let step = 1e-6;
+        let at = |d: f64| CURVE.depth(d, 0.01);
+        let slope = (at(0.3 + step).z_m - at(0.3 - step).z_m) / (2.0 * step);
+        assert!((at(0.3).sigma_m / (0.01 * slope.abs()) - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_surer_direction_weighs_more_and_a_silent_one_nothing() {
+        let say = |disparity_px, sigma_px| {
+            Some(Measured {
+                disparity_px,
+                sigma_px,
+            })
+        };
+        let both = combine(say(1.0, 0.01), say(2.0, 0.02)).unwrap();
+        assert!((both.disparity_px - 1.2).abs() < 1e-12);
+        assert!((both.sigma_px - 0.01 * (0.8f64).sqrt()).abs() < 1e-12);
+        assert_eq!(combine(None, say(2.0, 0.02)), say(2.0, 0.02));
+        assert_eq!(combine(None, None), None);
+    }
+}

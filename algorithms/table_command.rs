@@ -1,0 +1,95 @@
+//! `qpalgo table`: a list of captures in, Table 2 out.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use quadpixel::file;
+
+use crate::calibration::CalibrationSettings;
+use crate::capture::{Capture, Given};
+use crate::correct::BeforeAfter;
+use crate::correct_command::{calibration_of, corrected};
+use crate::disparity::MatchSettings;
+use crate::error::CommandError;
+use crate::metrics::sharpness::SharpnessSettings;
+use crate::table::{Entry, Row, TableList, csv, markdown};
+
+/// Arguments of `qpalgo table`.
+#[derive(Clone, Debug, Args)]
+pub struct TableArgs {
+    /// TOML with a [[row]] a measurement: setup, position, calibration, capture (samples' folders, relative to the list).
+    list: PathBuf,
+    /// Folder to write: table.md and table.csv.
+    #[arg(long, short)]
+    out: PathBuf,
+    /// Sharpness preset: wee-abstract or table-2.
+    #[arg(long, default_value = SharpnessSettings::PRESETS[1])]
+    preset: String,
+    /// Largest shift looked for, px.
+    #[arg(long, default_value_t = CalibrationSettings::default().matching.search_px)]
+    search: usize,
+    /// Degree of the field's polynomial, 0 to 6.
+    #[arg(long, default_value_t = CalibrationSettings::default().degree)]
+    degree: usize,
+    /// Prints one JSON object on stdout instead of the table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Calibrates and corrects each row's capture; no file is written before all are done.
+pub fn run(args: &TableArgs) -> Result<(), CommandError> {
+    let input = |text: String| CommandError::input(text);
+    let bytes = file::read(&args.list).map_err(|e| input(e.to_string()))?;
+    let bad = |text: String| input(format!("{}: {text}", args.list.display()));
+    let text = String::from_utf8(bytes).map_err(|e| bad(e.to_string()))?;
+    let list: TableList =
+        toml::from_str(&text).map_err(|e| bad(e.to_string().trim_end().replace('\n', " ")))?;
+    let sharpness: SharpnessSettings =
+        (args.preset.parse()).map_err(|e| input(format!("--preset: {e}")))?;
+    let settings = CalibrationSettings {
+        matching: MatchSettings {
+            search_px: args.search,
+            ..CalibrationSettings::default().matching
+        },
+        degree: args.degree,
+    };
+    let folder = args.list.parent().unwrap_or(Path::new(""));
+    let rows = (list.row.iter())
+        .map(|entry| measure(entry, folder, &settings, &sharpness))
+        .collect::<Result<Vec<Row>, _>>()?;
+    let table = markdown(&rows);
+    let failed = |e: file::FileError| CommandError::failed(e.to_string());
+    file::create_folder(&args.out).map_err(failed)?;
+    file::write_aside(&args.out.join("table.md"), table.as_bytes()).map_err(failed)?;
+    file::write_aside(&args.out.join("table.csv"), csv(&rows).as_bytes()).map_err(failed)?;
+    if args.json {
+        println!(
+            "{}",
+            serde_json::json!({ "preset": sharpness, "rows": rows })
+        );
+    } else {
+        print!("{table}");
+    }
+    Ok(())
+}
+
+fn measure(
+    entry: &Entry,
+    folder: &Path,
+    settings: &CalibrationSettings,
+    sharpness: &SharpnessSettings,
+) -> Result<Row, CommandError> {
+    let [chart_path, path] = [&entry.calibration, &entry.capture].map(|p| folder.join(p));
+    let chart = Capture::read(&chart_path, &Given::default())?;
+    let capture = Capture::read(&path, &Given::default())?;
+    let calibration = calibration_of(&chart, &chart_path, settings)?;
+    let corrected = corrected(&capture, &calibration, &path)?;
+    let c = capture.camera.reference_channel();
+    let sharpness = BeforeAfter::measure(&capture.views, &corrected, c, sharpness)
+        .map_err(|e| CommandError::input(format!("{}: {e}", path.display())))?;
+    Ok(Row {
+        setup: entry.setup.clone(),
+        position: entry.position.clone(),
+        sharpness,
+    })
+}
