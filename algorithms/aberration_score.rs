@@ -9,7 +9,7 @@ use std::path::Path;
 use quadpixel::image::exr::read_layers;
 
 use crate::calibration::Calibration;
-use crate::error::CommandError;
+use quadpixel::command::CommandError;
 
 /// Lengths of a set of vectors, px.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]

@@ -8,12 +8,11 @@
 //! disparity (section 3.3 of the quad-pixel paper). I_{v,c}: view v, channel c; R: the reference; d to the right and down, px;
 //! T: see [`crate::field`]. [`Calibration`] is the JSON file, self-describing: a reader needs nothing but it.
 
-use quadpixel::image::Image;
+use quadpixel::image::{Image, channel};
 use serde::{Deserialize, Serialize};
 
 use crate::capture::{Camera, Capture};
 use crate::disparity::{MatchError, MatchSettings, match_images};
-use crate::disparity_command::channel;
 use crate::field::{FieldError, Loss, SmoothField};
 use crate::sai::Side;
 

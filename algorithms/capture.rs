@@ -5,13 +5,14 @@
 
 use std::path::{Path, PathBuf};
 
-use datasets_spec::{RawFormat, SampleMeta};
+use datasets_spec::{Raw as RawMosaic, RawFormat, SampleMeta};
+use quadpixel::command::CommandError;
 use quadpixel::file;
+use quadpixel::image::Image;
+use quadpixel::image::exr::NamedLayer;
 
-use crate::error::CommandError;
 use crate::load;
 use crate::sai::{Partition, Views};
-use crate::sai_command::linearise;
 
 /// What a calibration must have in common with the captures that it is for.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -32,6 +33,21 @@ pub struct Camera {
     pub centre_mm: Option<[f64; 2]>,
 }
 
+/// What was read of one exposure.
+#[derive(Clone, Debug)]
+pub struct Exposure {
+    /// The views.
+    pub views: Views,
+    /// Names of the colour channels, in order.
+    pub channels: Vec<String>,
+    /// Linear value of a full code of the mosaic: 1 unless `meta.json` says otherwise.
+    pub white: f64,
+    /// The sample's folder, where it is one.
+    pub sample: Option<PathBuf>,
+    /// What `meta.json` says.
+    pub meta: Option<SampleMeta>,
+}
+
 /// Views with their camera.
 #[derive(Clone, Debug)]
 pub struct Capture {
@@ -47,13 +63,15 @@ pub struct Capture {
     pub meta: Option<SampleMeta>,
 }
 
-/// What the user says where no `meta.json` lies beside the file.
-#[derive(Clone, Debug, Default)]
+/// What the user says; what is absent is taken from the `meta.json` beside the file.
+#[derive(Clone, Debug, Default, clap::Args)]
 pub struct Given {
-    /// `--subpixels`.
+    /// Sub-pixels of a pixel, COLUMNSxROWS; absent: as in meta.json, or as the layers of an EXR of views are named.
+    #[arg(long)]
     pub subpixels: Option<String>,
-    /// `--pitch-um`.
-    pub pitch_um: Option<f64>,
+    /// A meta.json: levels of an integer mosaic (so that linear values come out), sub-pixels; absent: the one beside the file.
+    #[arg(long)]
+    pub meta: Option<PathBuf>,
 }
 
 impl Camera {
@@ -91,92 +109,152 @@ impl Camera {
 
     /// The channel that others are matched to: green, or the first where there is none.
     pub fn reference_channel(&self) -> usize {
-        self.channels.iter().position(|c| c == "G").unwrap_or(0)
+        reference_channel(&self.channels)
     }
 }
 
-impl Capture {
+impl Exposure {
     /// Reads `path`: a sample's folder, a mosaic, or an EXR with a layer a view.
     pub fn read(path: &Path, given: &Given) -> Result<Self, CommandError> {
-        let input = |text: String| CommandError::input(text);
-        let named = |text: String| input(format!("{}: {text}", path.display()));
-        let folder = if path.is_dir() {
+        let named = |text: String| CommandError::input(format!("{}: {text}", path.display()));
+        let is_folder = path.is_dir();
+        let folder = if is_folder {
             path.to_path_buf()
         } else {
             path.parent().unwrap_or(Path::new("")).to_path_buf()
         };
-        let meta_path = folder.join("meta.json");
-        let meta = if path.is_dir() || meta_path.is_file() {
-            Some(read_meta(&meta_path)?)
-        } else {
-            None
-        };
-        let of_meta = meta
-            .as_ref()
-            .map(|m| format!("{}x{}", m.sensor.subpixels.columns, m.sensor.subpixels.rows));
-        let subpixels = given.subpixels.clone().or(of_meta).ok_or_else(|| {
-            named("no meta.json lies beside it: --subpixels is needed, such as 2x2".to_owned())
-        })?;
-        let partition: Partition = (subpixels.parse()).map_err(|e| named(format!("{e}")))?;
-        let pitch_um = (given.pitch_um.or(meta.as_ref().map(|m| m.sensor.pitch_um)))
-            .filter(|p| p.is_finite() && *p > 0.0)
-            .ok_or_else(|| {
-                named("no meta.json lies beside it: --pitch-um above 0 is needed".to_owned())
-            })?;
-        let mosaic = match (&meta, path.is_dir()) {
+        let beside = folder.join("meta.json");
+        let meta_path =
+            (given.meta.clone()).or_else(|| (is_folder || beside.is_file()).then_some(beside));
+        let meta = meta_path.as_deref().map(read_meta).transpose()?;
+        let mosaic = match (&meta, is_folder) {
             (Some(meta), true) => folder.join(match meta.raw.format {
                 RawFormat::Png => "raw.png",
                 RawFormat::Exr => "raw.exr",
             }),
             _ => path.to_path_buf(),
         };
-        let is_png = mosaic.extension().is_some_and(|e| e == "png");
-        let mut white = 1.0;
         let layers = load::layers(&mosaic)?;
-        let first = (layers.first())
-            .ok_or_else(|| input(format!("{}: it holds no layer", mosaic.display())))?;
-        let channels = first.channels.clone();
-        let views = if layers.len() == 1 {
-            let mut image = first.image.clone();
-            if meta.is_some() && is_png {
-                linearise(&mut image, &meta_path)?;
-                white = (meta.as_ref())
-                    .and_then(|m| m.raw.linear_at_white)
-                    .unwrap_or(1.0);
+        let partition = partition(given, meta.as_ref(), &layers).map_err(named)?;
+        let mut white = 1.0;
+        let (views, channels) = if let [mosaic_layer] = layers.as_slice() {
+            let mut image = mosaic_layer.image.clone();
+            let is_exr = (mosaic.extension()).is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+            if let (Some(meta), Some(meta_path), false) = (&meta, &meta_path, is_exr) {
+                white = linearise(&mut image, &meta.raw)
+                    .map_err(|e| CommandError::input(format!("{}: {e}", meta_path.display())))?;
             }
-            Views::of_mosaic(&image, partition)
-                .map_err(|e| input(format!("{}: {e}", mosaic.display())))?
+            let views = Views::of_mosaic(&image, partition)
+                .map_err(|e| CommandError::input(format!("{}: {e}", mosaic.display())))?;
+            (views, mosaic_layer.channels.clone())
         } else {
-            let view = |index| {
-                let name = partition.name(index);
-                let layer = layers.iter().find(|l| l.name == name);
-                let layer = layer.ok_or_else(|| named(format!("it has no view {name}")))?;
-                if layer.channels != channels {
-                    return Err(named(format!("view {name} has other channels")));
-                }
-                Ok(layer.image.clone())
-            };
-            let images = (0..partition.count())
-                .map(view)
-                .collect::<Result<_, CommandError>>()?;
-            Views::new(partition, images).map_err(|e| named(format!("{e}")))?
-        };
-        let camera = Camera {
-            pitch_um,
-            subpixels: partition.to_string(),
-            width_px: views.images()[0].width(),
-            height_px: views.images()[0].height(),
-            channels,
-            centre_mm: meta.as_ref().map(|m| m.sensor.centre_mm),
+            views_of(&layers, partition).map_err(named)?
         };
         Ok(Self {
             views,
-            camera,
+            channels,
             white,
-            sample: meta.as_ref().map(|_| folder),
+            sample: meta.is_some().then_some(folder),
             meta,
         })
     }
+
+    /// The channel that stands for all: green, or the first where there is none.
+    pub fn reference_channel(&self) -> usize {
+        reference_channel(&self.channels)
+    }
+}
+
+impl Capture {
+    /// Reads as [`Exposure::read`] does, and makes the camera of it; `pitch_um` is needed where no `meta.json` says it.
+    pub fn read(path: &Path, given: &Given, pitch_um: Option<f64>) -> Result<Self, CommandError> {
+        let read = Exposure::read(path, given)?;
+        let pitch_um = (pitch_um.or(read.meta.as_ref().map(|m| m.sensor.pitch_um)))
+            .filter(|p| p.is_finite() && *p > 0.0)
+            .ok_or_else(|| {
+                let path = path.display();
+                CommandError::input(format!(
+                    "{path}: no meta.json lies beside it: --pitch-um above 0 is needed"
+                ))
+            })?;
+        let camera = Camera {
+            pitch_um,
+            subpixels: read.views.partition().to_string(),
+            width_px: read.views.images()[0].width(),
+            height_px: read.views.images()[0].height(),
+            channels: read.channels,
+            centre_mm: read.meta.as_ref().map(|m| m.sensor.centre_mm),
+        };
+        Ok(Self {
+            views: read.views,
+            camera,
+            white: read.white,
+            sample: read.sample,
+            meta: read.meta,
+        })
+    }
+}
+
+fn reference_channel(channels: &[String]) -> usize {
+    channels.iter().position(|c| c == "G").unwrap_or(0)
+}
+
+/// What the user says, else `meta.json`, else the names of the views.
+fn partition(
+    given: &Given,
+    meta: Option<&SampleMeta>,
+    layers: &[NamedLayer],
+) -> Result<Partition, String> {
+    if let Some(text) = &given.subpixels {
+        return text.parse().map_err(|e| format!("--{e}"));
+    }
+    if let Some(meta) = meta {
+        let counts = &meta.sensor.subpixels;
+        return Partition::new(counts.columns as usize, counts.rows as usize)
+            .map_err(|e| e.to_string());
+    }
+    let names: Vec<&str> = layers.iter().map(|l| l.name.as_str()).collect();
+    Partition::of_names(&names)
+        .ok_or_else(|| "no meta.json lies beside it: --subpixels is needed, such as 2x2".to_owned())
+}
+
+/// The views of an EXR with a layer each, and their channels.
+fn views_of(layers: &[NamedLayer], partition: Partition) -> Result<(Views, Vec<String>), String> {
+    let mut channels: Option<&Vec<String>> = None;
+    let view = |index| {
+        let name = partition.name(index);
+        let layer = layers.iter().find(|l| l.name == name);
+        let layer = layer.ok_or_else(|| format!("it has no view {name}"))?;
+        if channels.get_or_insert(&layer.channels) != &&layer.channels {
+            return Err(format!("view {name} has other channels"));
+        }
+        Ok(layer.image.clone())
+    };
+    let images: Vec<Image> = (0..partition.count())
+        .map(view)
+        .collect::<Result<_, String>>()?;
+    let views = Views::new(partition, images).map_err(|e| e.to_string())?;
+    Ok((views, channels.cloned().unwrap_or_default()))
+}
+
+/// Turns parts of the full scale of 16 bits into linear values by the levels in `raw`; returns the linear value at white. An EXR
+/// mosaic has no levels and is linear as it is.
+fn linearise(mosaic: &mut Image, raw: &RawMosaic) -> Result<f64, String> {
+    let (Some(black), Some(white), Some(at_white)) =
+        (raw.black_level, raw.white_level, raw.linear_at_white)
+    else {
+        return Ok(1.0);
+    };
+    if white <= black {
+        return Err(format!(
+            "raw: white_level {white} must be above black_level {black}"
+        ));
+    }
+    let span = f64::from(white) - f64::from(black);
+    for value in mosaic.data_mut() {
+        *value = ((f64::from(*value) * 65535.0 - f64::from(black)) * at_white / span) as f32;
+    }
+    Ok(at_white)
 }
 
 fn read_meta(path: &Path) -> Result<SampleMeta, CommandError> {

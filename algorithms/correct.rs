@@ -6,11 +6,10 @@
 //!
 //! I, d: see [`crate::calibration`]; S: the corrected image. Where x + d leaves a view in any channel the pixel is not valid.
 
-use quadpixel::image::Image;
+use quadpixel::image::{Image, channel};
 use quadpixel::simd::SimdLevel;
 
 use crate::calibration::{Calibration, CalibrationError};
-use crate::disparity_command::channel;
 use crate::field::SmoothField;
 use crate::metrics::sharpness::{Plane, Sharpness, SharpnessError, SharpnessSettings, sharpness};
 use crate::sai::{Side, Views};

@@ -4,18 +4,18 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use quadpixel::file;
-use quadpixel::image::exr::{Compression, Layer, Sample, encode_layers};
-use quadpixel::image::raster::{Levels, encode_png8, encode_png16};
-use quadpixel::image::{Image, ImageError};
+use quadpixel::image::ImageError;
+use quadpixel::image::raster::encode_png8;
 
 use crate::aberration_score::AberrationScore;
 use crate::calibration::{Calibration, CalibrationSettings};
 use crate::capture::{Capture, Given};
 use crate::correct::{BeforeAfter, Corrected, correct};
 use crate::disparity::MatchSettings;
-use crate::error::CommandError;
 use crate::metrics::sharpness::SharpnessSettings;
-use crate::sai_command::Format;
+use crate::pictures::{PictureFormat, Pictures};
+use crate::progress::Progress;
+use quadpixel::command::CommandError;
 
 /// Arguments of `qpalgo correct-aberrations`.
 #[derive(Clone, Debug, Args)]
@@ -31,9 +31,8 @@ pub struct CorrectArgs {
     /// The calibration file to write; with --apply, the folder: corrected, view_NAME, valid.png.
     #[arg(long, short)]
     out: PathBuf,
-    /// Sub-pixels of a pixel, COLUMNSxROWS; absent: as in meta.json.
-    #[arg(long)]
-    subpixels: Option<String>,
+    #[command(flatten)]
+    given: Given,
     /// Pitch of the microlenses, µm; absent: as in meta.json.
     #[arg(long)]
     pitch_um: Option<f64>,
@@ -47,8 +46,8 @@ pub struct CorrectArgs {
     #[arg(long, default_value_t = CalibrationSettings::default().degree)]
     degree: usize,
     /// Kind of the pictures; a PNG of a view is full at the mosaic's white, one of the sum at that times the views.
-    #[arg(long, value_enum, default_value_t = Format::Exr)]
-    format: Format,
+    #[arg(long, value_enum, default_value_t = PictureFormat::Exr)]
+    format: PictureFormat,
     /// Prints one JSON object on stdout.
     #[arg(long)]
     json: bool,
@@ -56,21 +55,19 @@ pub struct CorrectArgs {
 
 /// Calibrates or applies; scores itself where the capture is a dataset's sample. No file is written before all are made.
 pub fn run(args: &CorrectArgs) -> Result<(), CommandError> {
-    let given = Given {
-        subpixels: args.subpixels.clone(),
-        pitch_um: args.pitch_um,
-    };
     match (&args.calibration, &args.apply, &args.capture) {
-        (Some(chart), None, None) => calibrate(args, chart, &given),
-        (None, Some(calibration), Some(capture)) => apply(args, calibration, capture, &given),
+        (Some(chart), None, None) => calibrate(args, chart),
+        (None, Some(calibration), Some(capture)) => apply(args, calibration, capture),
         _ => Err(CommandError::input(
             "either --calibration CAPTURE or --apply CALIBRATION CAPTURE is needed".to_owned(),
         )),
     }
 }
 
-fn calibrate(args: &CorrectArgs, chart: &Path, given: &Given) -> Result<(), CommandError> {
-    let capture = Capture::read(chart, given)?;
+fn calibrate(args: &CorrectArgs, chart: &Path) -> Result<(), CommandError> {
+    let progress = Progress::stderr();
+    progress.stage(format!("reading {}", chart.display()));
+    let capture = Capture::read(chart, &args.given, args.pitch_um)?;
     let settings = CalibrationSettings {
         matching: MatchSettings {
             window_px: args.window,
@@ -79,12 +76,14 @@ fn calibrate(args: &CorrectArgs, chart: &Path, given: &Given) -> Result<(), Comm
         },
         degree: args.degree,
     };
+    progress.stage("matching every view and channel against the sum");
     let calibration = calibration_of(&capture, chart, &settings)?;
+    progress.stage("correcting the chart by its own fields, and measuring");
     let corrected = corrected(&capture, &calibration, chart)?;
     let scores = Scores::of(&capture, &corrected, &calibration, chart)?;
-    let text = (calibration.to_json()).map_err(|e| CommandError::failed(e.to_string()))?;
-    file::write_aside(&args.out, text.as_bytes())
-        .map_err(|e| CommandError::failed(e.to_string()))?;
+    let text = (calibration.to_json()).map_err(CommandError::failed)?;
+    file::write_aside(&args.out, text.as_bytes()).map_err(CommandError::failed)?;
+    drop(progress);
     if !args.json {
         println!("{}", args.out.display());
         println!("sub-pixel channel residual_rms_px rejected valid");
@@ -99,29 +98,27 @@ fn calibrate(args: &CorrectArgs, chart: &Path, given: &Given) -> Result<(), Comm
     Ok(())
 }
 
-fn apply(
-    args: &CorrectArgs,
-    calibration_path: &Path,
-    path: &Path,
-    given: &Given,
-) -> Result<(), CommandError> {
+fn apply(args: &CorrectArgs, calibration_path: &Path, path: &Path) -> Result<(), CommandError> {
+    let progress = Progress::stderr();
+    progress.stage(format!("reading {}", path.display()));
     let calibration = read_calibration(calibration_path)?;
-    let capture = Capture::read(path, given)?;
+    let capture = Capture::read(path, &args.given, args.pitch_um)?;
+    progress.stage("warping and adding the views");
     let corrected = corrected(&capture, &calibration, path)
         .map_err(|e| e.within(&calibration_path.display().to_string()))?;
     let scores = Scores::of(&capture, &corrected, &calibration, path)?;
-    let (files, clipped) = pictures(args.format, &capture, &corrected)
-        .map_err(|e| CommandError::input(e.to_string()))?;
-    let failed = |e: file::FileError| CommandError::failed(e.to_string());
-    file::create_folder(&args.out).map_err(failed)?;
-    for (name, bytes) in &files {
-        file::write_aside(&args.out.join(name), bytes).map_err(failed)?;
-    }
-    let names: Vec<String> = files.into_iter().map(|(name, _)| name).collect();
+    progress.stage("encoding the pictures");
+    let pictures = pictures(args.format, &capture, &corrected).map_err(CommandError::input)?;
+    file::write_folder(&args.out, &pictures.files).map_err(CommandError::failed)?;
+    drop(progress);
+    let names: Vec<String> = pictures.names().into_iter().map(String::from).collect();
     if !args.json {
         println!("{}: {}", args.out.display(), names.join(" "));
+        if let Some(text) = pictures.clipping() {
+            eprintln!("{text}");
+        }
     }
-    scores.print(args.json, &names, clipped);
+    scores.print(args.json, &names, pictures.clipped);
     Ok(())
 }
 
@@ -158,53 +155,25 @@ pub(crate) fn corrected(
         .map_err(|e| CommandError::input(format!("{}: {e}", path.display())))
 }
 
-type Files = Vec<(String, Vec<u8>)>;
-
 fn pictures(
-    format: Format,
+    format: PictureFormat,
     capture: &Capture,
     corrected: &Corrected,
-) -> Result<(Files, u64), ImageError> {
-    let mut files = Files::new();
-    let mut clipped = 0;
-    let channels: Vec<&str> = (capture.camera.channels.iter())
-        .map(String::as_str)
-        .collect();
-    let mut add = |name: &str, image: &Image, white: f64| -> Result<(), ImageError> {
-        match format {
-            Format::Exr => {
-                let name = format!("{name}.exr");
-                let layer = Layer {
-                    name: "",
-                    channels: &channels,
-                    image,
-                    sample: Sample::Float,
-                };
-                let bytes = encode_layers(Path::new(&name), &[layer], Compression::Zip)?;
-                files.push((name, bytes));
-            }
-            Format::Png => {
-                let name = format!("{name}.png");
-                let levels = Levels::full_range(white as f32);
-                let (bytes, lost) = encode_png16(Path::new(&name), image, levels)?;
-                clipped += lost;
-                files.push((name, bytes));
-            }
-        }
-        Ok(())
-    };
+) -> Result<Pictures, ImageError> {
+    let mut pictures = Pictures::new(format, &capture.camera.channels);
     let views = &corrected.views;
     let count = views.partition().count();
-    add("corrected", &corrected.sum, capture.white * count as f64)?;
+    let white = capture.white * count as f64;
+    pictures.add("corrected", &corrected.sum, white)?;
     for (index, image) in views.images().iter().enumerate() {
         let name = format!("view_{}", views.partition().name(index));
-        add(&name, image, capture.white)?;
+        pictures.add(&name, image, capture.white)?;
     }
     let mask: Vec<u8> = corrected.valid.iter().map(|v| 255 * u8::from(*v)).collect();
     let (width, height) = (corrected.sum.width(), corrected.sum.height());
     let bytes = encode_png8(Path::new("valid.png"), &mask, width, height, 1)?;
-    files.push(("valid.png".to_owned(), bytes));
-    Ok((files, clipped))
+    pictures.files.push(("valid.png".to_owned(), bytes));
+    Ok(pictures)
 }
 
 /// What the correction brought, and on a sample how near it came to the truth.
@@ -258,9 +227,6 @@ impl Scores {
                 "aberration disparity: true RMS {:.4} px; estimated minus true RMS {:.4} px, 95 % below {:.4} px",
                 t.truth.rms_px, t.residual.rms_px, t.residual.p95_px
             );
-        }
-        if clipped > 0 {
-            eprintln!("{clipped} values outside of what a PNG holds were clipped");
         }
     }
 }

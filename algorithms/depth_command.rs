@@ -3,18 +3,19 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use quadpixel::command::CommandError;
 use quadpixel::file;
-use quadpixel::image::exr::{Compression, Layer, Sample, encode_layers};
+use quadpixel::image::colour::viridis;
 use quadpixel::image::raster::encode_png8;
-use quadpixel::image::{Image, ImageError, raster};
+use quadpixel::image::{Image, ImageError, channel, raster};
 
 use crate::calibration::Calibration;
 use crate::capture::{Capture, Given};
 use crate::correct_command::read_calibration;
 use crate::depth::{DepthCurve, Measured, Pair, combine, measure};
 use crate::disparity::{Axes, MatchSettings};
-use crate::disparity_command::channel;
-use crate::error::CommandError;
+use crate::maps::{MapFormat, Maps};
+use crate::progress::Progress;
 use crate::sai::Side;
 
 /// Arguments of `qpalgo depth`.
@@ -22,9 +23,13 @@ use crate::sai::Side;
 pub struct DepthArgs {
     /// A sample's folder, or a mosaic with meta.json beside it: intrinsics and focus are read from it.
     capture: PathBuf,
-    /// Folder to write: depth.exr (Z, m), confidence.exr (confidence, sigma_m, disparity_px), depth.png.
+    /// Folder to write: depth.FORMAT (Z, m), confidence.FORMAT (0 to 1, standard deviation of Z in m, disparity in px), depth.png;
+    /// NaN where there is no trusted match.
     #[arg(long, short)]
     out: PathBuf,
+    /// Kind of file for the numbers.
+    #[arg(long, value_enum, default_value_t = MapFormat::Exr)]
+    format: MapFormat,
     /// Ratio of disparity to circle of confusion; absent: the paraxial one of meta.json.
     #[arg(long)]
     kappa: Option<f64>,
@@ -51,7 +56,9 @@ pub struct DepthArgs {
 /// Measures, converts, writes; no file is written before all are made.
 pub fn run(args: &DepthArgs) -> Result<(), CommandError> {
     let bad = |text: String| CommandError::input(format!("{}: {text}", args.capture.display()));
-    let capture = Capture::read(&args.capture, &Given::default())?;
+    let progress = Progress::stderr();
+    progress.stage(format!("reading {}", args.capture.display()));
+    let capture = Capture::read(&args.capture, &Given::default(), None)?;
     let curve = curve(args, &capture)?;
     let calibration = (args.calibration.as_ref())
         .map(|path| of_this_camera(path, &capture))
@@ -62,8 +69,10 @@ pub fn run(args: &DepthArgs) -> Result<(), CommandError> {
         search_px: args.search,
         ..MatchSettings::default()
     };
+    progress.stage("matching left and right");
     let horizontal = direction(&capture, Axes::Horizontal, calibration.as_ref(), &settings)
         .map_err(|e| bad(e.to_string()))?;
+    progress.stage("matching top and bottom");
     let vertical = direction(&capture, Axes::Vertical, calibration.as_ref(), &settings)
         .map_err(|e| bad(e.to_string()))?;
     let found: Vec<Option<Measured>> = match (horizontal, vertical) {
@@ -95,19 +104,17 @@ pub fn run(args: &DepthArgs) -> Result<(), CommandError> {
         *to = z.z_m as f32;
         beside.copy_from_slice(&[confidence as f32, z.sigma_m as f32, m.disparity_px as f32]);
     }
-    let files = files(&depth, &trust).map_err(|e| CommandError::failed(e.to_string()))?;
+    progress.stage("encoding the maps");
+    let files = files(args.format, &depth, &trust).map_err(CommandError::failed)?;
     let score = match (&capture.sample, args.score) {
         (Some(sample), true) => Some(score(&sample.join("depth.exr"), &depth, &curve)?),
         _ => None,
     };
-    let failed = |e: file::FileError| CommandError::failed(e.to_string());
-    file::create_folder(&args.out).map_err(failed)?;
-    for (name, bytes) in &files {
-        file::write_aside(&args.out.join(name), bytes).map_err(failed)?;
-    }
+    file::write_folder(&args.out, &files).map_err(CommandError::failed)?;
+    drop(progress);
     let measured = found.iter().flatten().count() as f64 / found.len() as f64;
     let summary = serde_json::json!({
-        "files": files.iter().map(|(name, _)| *name).collect::<Vec<_>>(),
+        "files": files.iter().map(|(name, _)| name).collect::<Vec<_>>(),
         "measured_share": measured, "kappa_fx_a_px_m": curve.gain_px_m, "score": score,
     });
     if args.json {
@@ -201,50 +208,42 @@ fn direction(
     Ok(Some(found))
 }
 
-fn files(depth: &Image, trust: &Image) -> Result<Vec<(&'static str, Vec<u8>)>, ImageError> {
-    let exr = |name: &str, channels: &[&str], image: &Image| {
-        let layer = Layer {
-            name: "",
+fn files(
+    format: MapFormat,
+    depth: &Image,
+    trust: &Image,
+) -> Result<Vec<(String, Vec<u8>)>, ImageError> {
+    let encode = |stem: &str, channels: &[&str], image: &Image| {
+        let maps = &[(String::new(), image.clone())];
+        Maps {
+            stem,
             channels,
-            image,
-            sample: Sample::Float,
-        };
-        encode_layers(Path::new(name), &[layer], Compression::Zip)
+            maps,
+        }
+        .encode(format)
     };
+    let mut files = encode("depth", &["Z"], depth)?;
     let trusts = ["confidence", "sigma_m", "disparity_px"];
-    let colours = colours(depth);
+    files.extend(encode("confidence", &trusts, trust)?);
     let (width, height) = (depth.width(), depth.height());
-    Ok(vec![
-        ("depth.exr", exr("depth.exr", &["Z"], depth)?),
-        ("confidence.exr", exr("confidence.exr", &trusts, trust)?),
-        (
-            "depth.png",
-            encode_png8(Path::new("depth.png"), &colours, width, height, 3)?,
-        ),
-    ])
+    let picture = encode_png8(Path::new("depth.png"), &colours(depth), width, height, 3)?;
+    files.push(("depth.png".to_owned(), picture));
+    Ok(files)
 }
 
-/// From blue (farthest) over green to red (nearest), linear in 1/Z; black where there is none.
+/// From dark violet (farthest) to yellow (nearest), linear in 1/Z between its 2nd and 98th percentile; black where there is none.
 fn colours(depth: &Image) -> Vec<u8> {
-    let inverse = |z: f32| (!z.is_nan()).then(|| 1.0 / f64::from(z));
-    let known = || depth.data().iter().filter_map(|z| inverse(*z));
+    let inverse = |z: f32| (!z.is_nan()).then(|| 1.0 / z);
+    let mut known: Vec<f32> = depth.data().iter().filter_map(|z| inverse(*z)).collect();
+    known.sort_by(f32::total_cmp);
+    let at = |percent: usize| known.get(known.len().saturating_sub(1) * percent / 100);
     let (low, high) = (
-        known().fold(f64::INFINITY, f64::min),
-        known().fold(f64::NEG_INFINITY, f64::max),
+        at(2).copied().unwrap_or(0.0),
+        at(98).copied().unwrap_or(1.0),
     );
+    let span = (high - low).max(f32::MIN_POSITIVE);
     (depth.data().iter())
-        .flat_map(|z| match inverse(*z) {
-            None => [0; 3],
-            Some(v) => {
-                let t = if high > low {
-                    (v - low) / (high - low)
-                } else {
-                    0.5
-                };
-                [2.0 * t - 1.0, 1.0 - (2.0 * t - 1.0).abs(), 1.0 - 2.0 * t]
-                    .map(|c| (255.0 * c.clamp(0.0, 1.0)).round() as u8)
-            }
-        })
+        .flat_map(|z| inverse(*z).map_or([0; 3], |v| viridis((v - low) / span)))
         .collect()
 }
 

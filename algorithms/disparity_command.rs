@@ -1,30 +1,30 @@
-//! `qpalgo disparity`: two pictures in, the shift of each channel out, as numbers and as a picture.
+//! `qpalgo disparity`: two pictures, or the views of a capture and their sum, in; the shift of each channel out, as numbers and
+//! as a picture.
+//!
+//! ```text
+//! d(x) = (where a point appears in the view) − (where it appears in the reference),     x in the reference
+//! ```
+//!
+//! As in the dataset's specification: `disparity L R` is x_L − x_R, positive for points nearer than the focus.
 
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use quadpixel::command::CommandError;
 use quadpixel::file;
-use quadpixel::image::exr::{Compression, Layer, Sample, encode_layers};
+use quadpixel::image::colour::{Rgb, blue_white_red, direction};
 use quadpixel::image::raster::encode_png8;
-use quadpixel::image::{Image, ImageError};
+use quadpixel::image::{Image, ImageError, channel};
 
+use crate::capture::{Exposure, Given};
 use crate::disparity::{Axes, DisparityMap, Limits, MatchSettings, Verdict, match_images};
-use crate::error::CommandError;
 use crate::load;
+use crate::maps::{MapFormat, Maps};
+use crate::progress::Progress;
+use crate::sai::Side;
 
 /// Numbers a node, in this order, in every format but PFM, which has the first three.
 const NUMBERS: [&str; 4] = ["dx", "dy", "sigma", "verdict"];
-
-/// Kind of file for the numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Format {
-    /// OpenEXR, 32-bit float: a layer a colour channel with dx, dy, sigma, verdict.
-    Exr,
-    /// NumPy: f32 of shape (colour channels, rows, columns, 4): dx, dy, sigma, verdict.
-    Npy,
-    /// Portable float map: a file a colour channel; its red, green, blue are dx, dy, sigma, NaN where not valid.
-    Pfm,
-}
 
 /// The only direction of a one-dimensional search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -38,11 +38,15 @@ pub enum Direction {
 /// Arguments of `qpalgo disparity`.
 #[derive(Clone, Debug, Args)]
 pub struct DisparityArgs {
-    /// Reference picture A (EXR, PNG, TIFF).
-    a: PathBuf,
-    /// Picture B of the same size: what lies at x in A lies at x + d in B.
-    b: PathBuf,
-    /// Folder to write: disparity.FORMAT and disparity_CHANNEL.png.
+    /// The view (EXR, PNG, TIFF). Without REFERENCE a capture (a sample's folder, a mosaic, an EXR with a layer a view): each of
+    /// its views is matched against their sum.
+    view: PathBuf,
+    /// What the view is compared with, of the same size. The disparity is where a point appears in VIEW minus where it
+    /// appears in REFERENCE, px, dx to the right, dy down; it stands at the point's place in REFERENCE.
+    reference: Option<PathBuf>,
+    #[command(flatten)]
+    given: Given,
+    /// Folder to write: disparity.FORMAT with dx, dy, sigma (px) and verdict (0: valid) a node, and disparity_CHANNEL.png.
     #[arg(long, short)]
     out: PathBuf,
     /// Largest shift looked for on each axis, px; beyond 4 from coarse to fine.
@@ -51,18 +55,25 @@ pub struct DisparityArgs {
     /// Side of the window, px: odd, 5 to 31.
     #[arg(long, default_value_t = 21)]
     window: usize,
-    /// Pixels from node to node.
+    /// Distance of the nodes, px.
     #[arg(long, default_value_t = 4)]
     stride: usize,
     /// Searches along one axis only; absent: along both.
     #[arg(long, value_enum)]
     one_dimensional: Option<Direction>,
-    /// Kind of file for the numbers.
-    #[arg(long, value_enum, default_value_t = Format::Exr)]
-    format: Format,
+    /// Kind of file for the numbers; NaN where not valid.
+    #[arg(long, value_enum, default_value_t = MapFormat::Exr)]
+    format: MapFormat,
     /// Prints one JSON object on stdout.
     #[arg(long)]
     json: bool,
+}
+
+/// One channel of a view and of its reference.
+struct Pair {
+    name: String,
+    view: Image,
+    reference: Image,
 }
 
 /// Matches each channel and writes the maps; no file is written before all are made.
@@ -78,60 +89,154 @@ pub fn run(args: &DisparityArgs) -> Result<(), CommandError> {
         },
         limits: Limits::default(),
     };
-    let (a, names) = first_layer(&args.a)?;
-    let (b, _) = first_layer(&args.b)?;
-    if load::size_of(&a) != load::size_of(&b) {
-        return Err(CommandError::input(format!(
-            "{}: {} where {} has {}: both must be of one size",
-            args.b.display(),
-            load::size_of(&b),
-            args.a.display(),
-            load::size_of(&a)
-        )));
-    }
-    let mut maps = Vec::with_capacity(names.len());
-    for (index, name) in names.iter().enumerate() {
-        let [a, b] = [&a, &b].map(|image| channel(image, index));
-        let map = match_images(&a, &b, &settings).map_err(|e| {
-            let (a, b) = (args.a.display(), args.b.display());
-            CommandError::input(format!("{a} and {b}, channel {name}: {e}"))
+    let progress = Progress::stderr();
+    progress.stage(format!("reading {}", args.view.display()));
+    let pairs = match &args.reference {
+        Some(_) if args.given.subpixels.is_some() || args.given.meta.is_some() => {
+            return Err(CommandError::input(
+                "--subpixels and --meta are for a capture, without REFERENCE",
+            ));
+        }
+        Some(reference) => of_pictures(&args.view, reference)?,
+        None => of_capture(&Exposure::read(&args.view, &args.given)?)?,
+    };
+    let mut maps = Vec::with_capacity(pairs.len());
+    for (index, pair) in pairs.iter().enumerate() {
+        progress.stage(format!(
+            "matching {} ({}/{})",
+            pair.name,
+            index + 1,
+            pairs.len()
+        ));
+        // The library's d leads from the first picture to the second.
+        let map = match_images(&pair.reference, &pair.view, &settings).map_err(|e| {
+            CommandError::input(format!("{}, {}: {e}", args.view.display(), pair.name))
         })?;
-        maps.push(map);
+        maps.push((pair.name.clone(), map));
     }
-    let mut files =
-        numbers(args.format, &names, &maps).map_err(|e| CommandError::failed(e.to_string()))?;
-    for (name, map) in names.iter().zip(&maps) {
-        let path = format!("disparity_{name}.png");
-        let bytes = encode_png8(
-            Path::new(&path),
-            &colours(map),
-            map.grid.columns,
-            map.grid.rows,
-            3,
-        )
-        .map_err(|e| CommandError::failed(e.to_string()))?;
-        files.push((path, bytes));
-    }
-    let failed = |e: file::FileError| CommandError::failed(e.to_string());
-    file::create_folder(&args.out).map_err(failed)?;
-    for (name, bytes) in &files {
-        file::write_aside(&args.out.join(name), bytes).map_err(failed)?;
-    }
-    report(args, &names, &maps, &files);
+    progress.stage("encoding the maps");
+    let files = files(args.format, settings.axes, &maps).map_err(CommandError::failed)?;
+    file::write_folder(&args.out, &files).map_err(CommandError::failed)?;
+    drop(progress);
+    report(args, &maps, &files);
     Ok(())
 }
 
-fn report(
-    args: &DisparityArgs,
-    names: &[String],
-    maps: &[DisparityMap],
-    files: &[(String, Vec<u8>)],
-) {
+/// The channels of two pictures.
+fn of_pictures(view: &Path, reference: &Path) -> Result<Vec<Pair>, CommandError> {
+    let (a, names) = first_layer(view)?;
+    let (b, _) = first_layer(reference)?;
+    if load::size_of(&a) != load::size_of(&b) {
+        return Err(CommandError::input(format!(
+            "{}: {} where {} has {}: both must be of one size",
+            reference.display(),
+            load::size_of(&b),
+            view.display(),
+            load::size_of(&a)
+        )));
+    }
+    Ok((names.into_iter().enumerate())
+        .map(|(c, name)| Pair {
+            name,
+            view: channel(&a, c),
+            reference: channel(&b, c),
+        })
+        .collect())
+}
+
+fn first_layer(path: &Path) -> Result<(Image, Vec<String>), CommandError> {
+    let layer = load::layers(path)?.into_iter().next();
+    layer
+        .map(|layer| (layer.image, layer.channels))
+        .ok_or_else(|| CommandError::input(format!("{}: it holds no layer", path.display())))
+}
+
+/// Each view's channels against those of the sum.
+fn of_capture(read: &Exposure) -> Result<Vec<Pair>, CommandError> {
+    let sum = read.views.sum(Side::All);
+    let sum = sum.ok_or_else(|| CommandError::input("a capture without views"))?;
+    let mut pairs = Vec::new();
+    for (index, view) in read.views.images().iter().enumerate() {
+        for (c, name) in read.channels.iter().enumerate() {
+            pairs.push(Pair {
+                name: format!("{}.{name}", read.views.partition().name(index)),
+                view: channel(view, c),
+                reference: channel(&sum, c),
+            });
+        }
+    }
+    Ok(pairs)
+}
+
+type Named = (String, DisparityMap);
+type Files = Vec<(String, Vec<u8>)>;
+
+fn files(format: MapFormat, axes: Axes, maps: &[Named]) -> Result<Files, ImageError> {
+    let images: Vec<(String, Image)> = (maps.iter())
+        .map(|(name, map)| (name.clone(), numbers(map)))
+        .collect();
+    let numbers = Maps {
+        stem: "disparity",
+        channels: &NUMBERS,
+        maps: &images,
+    };
+    let mut files = numbers.encode(format)?;
+    for (name, map) in maps {
+        let name = format!("disparity_{}.png", name.replace('.', "_"));
+        let colours = colours(axes, map);
+        let (columns, rows) = (map.grid.columns, map.grid.rows);
+        let bytes = encode_png8(Path::new(&name), &colours, columns, rows, 3)?;
+        files.push((name, bytes));
+    }
+    Ok(files)
+}
+
+/// [`NUMBERS`] of all nodes.
+fn numbers(map: &DisparityMap) -> Image {
+    let mut image = Image::zeros(map.grid.columns, map.grid.rows, NUMBERS.len());
+    let nodes = image.data_mut().chunks_exact_mut(NUMBERS.len());
+    for (to, m) in nodes.zip(&map.matches) {
+        let numbers = [
+            m.dx_px,
+            m.dy_px,
+            m.deviation_px(),
+            f64::from(m.verdict as u8),
+        ];
+        to.copy_from_slice(&numbers.map(|v| v as f32));
+    }
+    image
+}
+
+/// Longest valid shift, px; `None` where there is none.
+fn largest(map: &DisparityMap) -> Option<f64> {
+    (map.matches.iter())
+        .filter(|m| m.verdict == Verdict::Valid)
+        .map(|m| m.dx_px.hypot(m.dy_px))
+        .reduce(f64::max)
+}
+
+/// Along one axis from blue (negative) over white (0) to red (positive), on both direction as hue and length as saturation;
+/// full colour at the longest shift, black where not valid.
+fn colours(axes: Axes, map: &DisparityMap) -> Vec<u8> {
+    let longest = largest(map).filter(|&l| l > 0.0).unwrap_or(1.0);
+    let signed = |shift: f64| blue_white_red((0.5 + 0.5 * shift / longest) as f32);
+    (map.matches.iter())
+        .flat_map(|m| -> Rgb {
+            match axes {
+                _ if m.verdict != Verdict::Valid => [0; 3],
+                Axes::Horizontal => signed(m.dx_px),
+                Axes::Vertical => signed(m.dy_px),
+                Axes::Both => direction([m.dx_px, m.dy_px], m.dx_px.hypot(m.dy_px) / longest),
+            }
+        })
+        .collect()
+}
+
+fn report(args: &DisparityArgs, maps: &[Named], files: &Files) {
     let file_names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+    let grid = maps.first().map(|(_, map)| map.grid);
     if args.json {
-        let channels: Vec<_> = names
-            .iter()
-            .zip(maps)
+        let channels: Vec<_> = (maps.iter())
             .map(|(name, map)| {
                 let verdicts: serde_json::Map<String, serde_json::Value> = (Verdict::ALL.iter())
                     .map(|v| (v.name().to_owned(), map.count(*v).into()))
@@ -144,8 +249,7 @@ fn report(
                 })
             })
             .collect();
-        let grid = maps.first().map(|m| {
-            let g = m.grid;
+        let grid = grid.map(|g| {
             serde_json::json!({
                 "columns": g.columns, "rows": g.rows, "first_px": g.first_px, "stride_px": g.stride_px
             })
@@ -155,14 +259,21 @@ fn report(
         return;
     }
     println!("{}: {}", args.out.display(), file_names.join(" "));
-    for (name, map) in names.iter().zip(maps) {
+    if let Some(g) = grid {
+        println!(
+            "{} × {} nodes, at pixel {}, {}, … of both axes",
+            g.columns,
+            g.rows,
+            g.first_px,
+            g.first_px + g.stride_px
+        );
+    }
+    for (name, map) in maps {
         let share = 100.0 * map.count(Verdict::Valid) as f64 / map.grid.len() as f64;
         match medians(map) {
-            [Some(dx), Some(dy), Some(sigma)] => {
-                println!(
-                    "{name}: {share:.1} % valid, median ({dx:.4}, {dy:.4}) px, sigma {sigma:.4} px"
-                );
-            }
+            [Some(dx), Some(dy), Some(sigma)] => println!(
+                "{name}: {share:.1} % valid, median ({dx:.4}, {dy:.4}) px, sigma {sigma:.4} px"
+            ),
             _ => println!("{name}: no valid match"),
         }
     }
@@ -180,124 +291,4 @@ fn medians(map: &DisparityMap) -> [Option<f64>; 3] {
         median(valid().map(|m| m.dy_px).collect()),
         median(valid().map(|m| m.deviation_px()).collect()),
     ]
-}
-
-fn first_layer(path: &Path) -> Result<(Image, Vec<String>), CommandError> {
-    let layer = load::layers(path)?.into_iter().next();
-    layer
-        .map(|layer| (layer.image, layer.channels))
-        .ok_or_else(|| CommandError::input(format!("{}: it holds no layer", path.display())))
-}
-
-/// One channel of `image` as a picture of its own.
-pub(crate) fn channel(image: &Image, index: usize) -> Image {
-    let mut plane = Image::zeros(image.width(), image.height(), 1);
-    let from = image.data().iter().skip(index).step_by(image.channels());
-    (plane.data_mut().iter_mut().zip(from)).for_each(|(to, v)| *to = *v);
-    plane
-}
-
-/// dx, dy, sigma, verdict of all nodes, interleaved.
-fn rows_of(map: &DisparityMap) -> Vec<f32> {
-    (map.matches.iter())
-        .flat_map(|m| {
-            let code = f32::from(m.verdict as u8);
-            [
-                m.dx_px as f32,
-                m.dy_px as f32,
-                m.deviation_px() as f32,
-                code,
-            ]
-        })
-        .collect()
-}
-
-type Files = Vec<(String, Vec<u8>)>;
-
-fn numbers(format: Format, names: &[String], maps: &[DisparityMap]) -> Result<Files, ImageError> {
-    match format {
-        Format::Exr => {
-            let images: Vec<Image> = maps
-                .iter()
-                .map(|map| {
-                    let mut image = Image::zeros(map.grid.columns, map.grid.rows, NUMBERS.len());
-                    image.data_mut().copy_from_slice(&rows_of(map));
-                    image
-                })
-                .collect();
-            let layers: Vec<Layer<'_>> = (names.iter().zip(&images))
-                .map(|(name, image)| Layer {
-                    name,
-                    channels: &NUMBERS,
-                    image,
-                    sample: Sample::Float,
-                })
-                .collect();
-            let name = "disparity.exr".to_owned();
-            let bytes = encode_layers(Path::new(&name), &layers, Compression::Zip)?;
-            Ok(vec![(name, bytes)])
-        }
-        Format::Npy => Ok(vec![("disparity.npy".to_owned(), npy(maps))]),
-        Format::Pfm => Ok((names.iter().zip(maps))
-            .map(|(name, map)| (format!("disparity_{name}.pfm"), pfm(map)))
-            .collect()),
-    }
-}
-
-/// NumPy's format 1.0: a header padded to a multiple of 64 bytes, then the numbers.
-fn npy(maps: &[DisparityMap]) -> Vec<u8> {
-    let (rows, columns) = maps
-        .first()
-        .map_or((0, 0), |m| (m.grid.rows, m.grid.columns));
-    let shape = format!("({}, {rows}, {columns}, {})", maps.len(), NUMBERS.len());
-    let mut header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': {shape}, }}");
-    while (10 + header.len() + 1) % 64 != 0 {
-        header.push(' ');
-    }
-    header.push('\n');
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((header.len() as u16).to_le_bytes());
-    bytes.extend(header.as_bytes());
-    bytes.extend(maps.iter().flat_map(rows_of).flat_map(f32::to_le_bytes));
-    bytes
-}
-
-/// Rows from the bottom up, little-endian (the negative scale says so).
-fn pfm(map: &DisparityMap) -> Vec<u8> {
-    let (columns, rows) = (map.grid.columns, map.grid.rows);
-    let mut bytes = format!("PF\n{columns} {rows}\n-1.0\n").into_bytes();
-    for row in rows_of(map).chunks(NUMBERS.len() * columns).rev() {
-        for node in row.chunks(NUMBERS.len()) {
-            bytes.extend(node[..3].iter().flat_map(|v| v.to_le_bytes()));
-        }
-    }
-    bytes
-}
-
-/// Longest valid shift, px; `None` where there is none.
-fn largest(map: &DisparityMap) -> Option<f64> {
-    (map.matches.iter())
-        .filter(|m| m.verdict == Verdict::Valid)
-        .map(|m| m.dx_px.hypot(m.dy_px))
-        .reduce(f64::max)
-}
-
-/// Direction as hue (right red, down yellow-green), length over the longest as saturation; black where not valid.
-fn colours(map: &DisparityMap) -> Vec<u8> {
-    let longest = largest(map).filter(|&l| l > 0.0).unwrap_or(1.0);
-    (map.matches.iter())
-        .flat_map(|m| {
-            if m.verdict != Verdict::Valid {
-                return [0; 3];
-            }
-            let hue = m.dy_px.atan2(m.dx_px).to_degrees().rem_euclid(360.0) / 60.0;
-            let saturation = (m.dx_px.hypot(m.dy_px) / longest).min(1.0);
-            // From HSV of full value: each primary falls off linearly from its own hue (0, 2, 4).
-            [0.0, 2.0, 4.0].map(|primary: f64| {
-                let apart = (hue - primary).abs().min(6.0 - (hue - primary).abs());
-                let pure = (2.0 - apart).clamp(0.0, 1.0);
-                (255.0 * (1.0 - saturation * (1.0 - pure))).round() as u8
-            })
-        })
-        .collect()
 }

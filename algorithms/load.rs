@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use quadpixel::image::exr::{NamedLayer, read_layers};
 use quadpixel::image::{Image, ImageError, raster};
 
-use crate::error::CommandError;
+use quadpixel::command::CommandError;
 
 /// A picture that is no input.
 #[derive(Debug, thiserror::Error)]

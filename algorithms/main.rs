@@ -2,12 +2,12 @@
 
 use std::process::ExitCode;
 
-use algorithms::error::CommandError;
 use algorithms::{
-    correct_command, depth_command, disparity_command, refocus_command, sai_command,
+    correct_command, depth_command, disparity_command, refocus_command, sai_command, score_command,
     sharpness_command, table_command,
 };
 use clap::{Parser, Subcommand};
+use quadpixel::command::{CommandError, use_threads};
 
 /// Works on pictures of pixels that see the pupil in parts (dual-pixel, quad-pixel, m×n).
 #[derive(Parser)]
@@ -24,38 +24,67 @@ struct Cli {
 enum Command {
     /// Parts a sub-pixel mosaic into its views and sums them by halves.
     ///
-    /// Example: qpalgo sai samples/000000/raw.png --subpixels 2x2 --meta samples/000000/meta.json -o views
+    /// Example: qpalgo sai out/samples/000001 -o views
+    ///          qpalgo sai raw.png --subpixels 2x2 --format png -o views
     #[command(verbatim_doc_comment)]
     Sai(sai_command::SaiArgs),
     /// Sharpness of pictures: De, Wee and gradient, one line a picture and channel.
     ///
-    /// Example: qpalgo sharpness raw.png corrected.png --preset table-2 --json
+    /// They have no unit and depend on the size: compare equal crops only.
+    ///   De        share of the frequencies whose amplitude is above 1/1000 of the largest
+    ///   Wee       sum of the k largest eigenvalues of the normalised picture's covariance
+    ///   gradient  mean length of the gradient, by the kernel, of the values read (0 to 1 for integers)
+    ///
+    /// Example: qpalgo sharpness views/sum_all.exr views/sum_L.exr --preset table-2 --json
     #[command(verbatim_doc_comment)]
     Sharpness(sharpness_command::SharpnessArgs),
     /// Shifts the views by a disparity and adds them: focus, and bokeh, after the fact.
     ///
-    /// Example: qpalgo refocus raw.exr --disparity 1.5 -o near.exr
+    /// Example: qpalgo refocus out/samples/000001 --disparity 1.5 -o near.exr
     #[command(verbatim_doc_comment)]
     Refocus(refocus_command::RefocusArgs),
     /// Matches two pictures block by block to a hundredth of a pixel: shift, standard deviation, validity.
     ///
+    /// The disparity is where a point appears in VIEW minus where it appears in REFERENCE, px, dx to the right, dy down: of the
+    /// left and the right half of the pupil it is x_L - x_R, positive for points nearer than the focus.
+    ///
     /// Example: qpalgo disparity views/sum_L.exr views/sum_R.exr --one-dimensional horizontal -o shift
+    ///          qpalgo disparity out/samples/000001 -o shifts     (each view against the sum of all)
     #[command(verbatim_doc_comment)]
     Disparity(disparity_command::DisparityArgs),
+    /// Errors of a disparity map against the truth, as the field quotes them.
+    ///
+    /// e = estimate - truth (a vector where two channels are compared), over the pixels that have both:
+    ///   EPE = mean |e|, RMS = root of the mean |e|^2, px;   bad-t = part with |e| > t px, t = 0.1, 0.5, 1
+    /// Of one channel also those that do not see an affine change of the estimate:
+    ///   AIWE(p) = min over a, b of (sum w |truth - (a estimate + b)|^p / sum w)^(1/p), px;   p = 1, 2;   w: --mask, or 1
+    ///   1-|rho|, rho: Spearman's rank correlation; ties share their mean rank
+    ///
+    /// Example: qpalgo score shift/disparity.exr out/samples/000001/disparity.exr --estimate-channels G.dx \
+    ///              --truth-channels left-right --grid 14,4
+    #[command(verbatim_doc_comment)]
+    Score(score_command::ScoreArgs),
     /// Measures a lens's aberration on a chart, and takes it out of captures of the same camera.
     ///
-    /// Example: qpalgo correct-aberrations --calibration samples/000000 -o camera.json
-    ///          qpalgo correct-aberrations --apply camera.json samples/000001 -o corrected
+    /// Example: qpalgo correct-aberrations --calibration out/samples/000000 -o camera.json
+    ///          qpalgo correct-aberrations --apply camera.json out/samples/000001 -o corrected
     #[command(verbatim_doc_comment)]
     CorrectAberrations(correct_command::CorrectArgs),
     /// Table 2 of the quad-pixel paper from rendered captures: raw, corrected, gain.
+    ///
+    /// The list is TOML:
+    ///   [[row]]
+    ///   setup = "ML-1 classic"
+    ///   position = "centre"
+    ///   calibration = "chart/samples/000000"
+    ///   capture = "text/samples/000000"
     ///
     /// Example: qpalgo table table2.toml -o table2
     #[command(verbatim_doc_comment)]
     Table(table_command::TableArgs),
     /// Metric depth and its confidence from the shift between opposite views.
     ///
-    /// Example: qpalgo depth samples/000000 --score -o depth
+    /// Example: qpalgo depth out/samples/000001 --score -o depth
     #[command(verbatim_doc_comment)]
     Depth(depth_command::DepthArgs),
 }
@@ -71,10 +100,7 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: Cli) -> Result<(), CommandError> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(cli.threads)
-        .build_global()
-        .map_err(|e| CommandError::failed(format!("--threads {}: {e}", cli.threads)))?;
+    use_threads(cli.threads)?;
     match cli.command {
         Command::Sai(args) => sai_command::run(&args),
         Command::Sharpness(args) => sharpness_command::run(&args),
@@ -82,6 +108,7 @@ fn run(cli: Cli) -> Result<(), CommandError> {
         Command::CorrectAberrations(args) => correct_command::run(&args),
         Command::Table(args) => table_command::run(&args),
         Command::Depth(args) => depth_command::run(&args),
+        Command::Score(args) => score_command::run(&args),
         Command::Disparity(args) => disparity_command::run(&args),
     }
 }

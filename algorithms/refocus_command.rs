@@ -3,22 +3,23 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use quadpixel::image::exr::{Compression, Layer, Sample, write_layers};
+use quadpixel::command::CommandError;
+use quadpixel::file;
 
-use crate::error::CommandError;
-use crate::load;
+use crate::capture::{Exposure, Given};
+use crate::pictures::encode_float;
+use crate::progress::Progress;
 use crate::refocus::{RefocusError, refocus};
-use crate::sai::{Partition, Views};
 use crate::warp::Lobes;
 
 /// Arguments of `qpalgo refocus`.
 #[derive(Clone, Debug, Args)]
 pub struct RefocusArgs {
-    /// Sub-pixel mosaic (EXR, PNG, TIFF); integers are read as 0 to 1 of their full scale.
+    /// Sub-pixel mosaic (EXR, PNG, TIFF), EXR with a layer a view, or a sample's folder; integers are read as 0 to 1 of their
+    /// full scale where no meta.json says otherwise.
     raw: PathBuf,
-    /// Sub-pixels of a pixel, COLUMNSxROWS.
-    #[arg(long, default_value = "2x2")]
-    subpixels: String,
+    #[command(flatten)]
+    given: Given,
     /// Left-right disparity (x_L − x_R), px, of what shall be sharp; above 0: nearer than the focus.
     #[arg(long, allow_negative_numbers = true)]
     disparity: f64,
@@ -47,40 +48,26 @@ pub fn run(args: &RefocusArgs) -> Result<(), CommandError> {
             )));
         }
     };
-    let partition: Partition = args
-        .subpixels
-        .parse()
-        .map_err(|e| CommandError::input(format!("--subpixels: {e}")))?;
-    let name = args.raw.display().to_string();
-    let Some(first) = load::layers(&args.raw)?.into_iter().next() else {
-        return Err(CommandError::input(format!("{name}: it holds no layer")));
-    };
-    let views = Views::of_mosaic(&first.image, partition)
-        .map_err(|e| CommandError::input(format!("{name}: {e}")))?;
-    let done = refocus(&views, args.disparity, args.weights.as_deref(), lobes)
+    let progress = Progress::stderr();
+    progress.stage(format!("reading {}", args.raw.display()));
+    let read = Exposure::read(&args.raw, &args.given)?;
+    progress.stage("shifting and adding the views");
+    let done = refocus(&read.views, args.disparity, args.weights.as_deref(), lobes)
         .map_err(|e: RefocusError| CommandError::input(format!("--{e}")))?;
-    let channels: Vec<&str> = first.channels.iter().map(String::as_str).collect();
-    let layer = Layer {
-        name: "",
-        channels: &channels,
-        image: &done.image,
-        sample: Sample::Float,
-    };
-    write_layers(&args.out, &[layer], Compression::Zip)
-        .map_err(|e| CommandError::failed(e.to_string()))?;
+    let channels: Vec<&str> = read.channels.iter().map(String::as_str).collect();
+    let out = args.out.display().to_string();
+    let bytes = encode_float(&out, &channels, &done.image).map_err(CommandError::failed)?;
+    file::write_aside(&args.out, &bytes).map_err(CommandError::failed)?;
+    drop(progress);
     let valid = done.valid.iter().filter(|v| **v).count() as f64 / done.valid.len() as f64;
     if args.json {
         let object = serde_json::json!({
             "width": done.image.width(), "height": done.image.height(), "disparity_px": args.disparity,
-            "valid_fraction": valid, "out": args.out.display().to_string()
+            "valid_fraction": valid, "out": out
         });
         println!("{object}");
     } else {
-        println!(
-            "{} ({:.1} % of it from all views)",
-            args.out.display(),
-            100.0 * valid
-        );
+        println!("{out} ({:.1} % of it from all views)", 100.0 * valid);
     }
     Ok(())
 }

@@ -12,6 +12,8 @@ use std::fmt;
 use std::str::FromStr;
 
 use quadpixel::image::Image;
+pub use quadpixel::image::views::Side;
+use quadpixel::image::views::{split_views, sum_of};
 use quadpixel::sensor::Subpixels;
 
 /// Sub-pixels of a pixel: m columns by n rows, any numbers of them.
@@ -82,20 +84,20 @@ impl Partition {
         }
     }
 
+    /// The partition whose sub-pixels have these names, in any order and among others; `None` where no partition fits.
+    pub fn of_names(names: &[&str]) -> Option<Self> {
+        let has = |name: &str| names.contains(&name);
+        let rows = (0..64).take_while(|j| has(&format!("r{j}c0"))).count();
+        let columns = (0..64).take_while(|i| has(&format!("r0c{i}"))).count();
+        let candidates = [(2, 2), (2, 1), (1, 2), (columns, rows)];
+        (candidates.into_iter())
+            .filter_map(|(m, n)| Self::new(m, n).ok())
+            .find(|p| (0..p.count()).all(|index| has(&p.name(index))))
+    }
+
     /// Indices of the sub-pixels on one side; empty where there is but one column (left, right) or row (top, bottom).
     pub fn side(self, side: Side) -> Vec<usize> {
-        let (half_m, half_n) = (self.m / 2, self.n / 2);
-        let holds = |index: &usize| {
-            let (i, j) = (index % self.m, index / self.m);
-            match side {
-                Side::Left => i < half_m,
-                Side::Right => i >= self.m - half_m,
-                Side::Top => j < half_n,
-                Side::Bottom => j >= self.n - half_n,
-                Side::All => true,
-            }
-        };
-        (0..self.count()).filter(holds).collect()
+        side.members(self.m, self.n)
     }
 }
 
@@ -114,37 +116,6 @@ impl FromStr for Partition {
 impl fmt::Display for Partition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}x{}", self.m, self.n)
-    }
-}
-
-/// Part of the sub-pixels to be summed; the sides are those of the stored mosaic.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// Left columns: they see the left half of the pupil.
-    Left,
-    /// Right columns.
-    Right,
-    /// Upper rows: they see the upper half of the pupil.
-    Top,
-    /// Lower rows.
-    Bottom,
-    /// All sub-pixels.
-    All,
-}
-
-impl Side {
-    /// All of them.
-    pub const ALL: [Self; 5] = [Self::Left, Self::Right, Self::Top, Self::Bottom, Self::All];
-
-    /// `L`, `R`, `T`, `B` or `all`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Left => "L",
-            Self::Right => "R",
-            Self::Top => "T",
-            Self::Bottom => "B",
-            Self::All => "all",
-        }
     }
 }
 
@@ -193,31 +164,17 @@ impl Views {
                 partition,
             });
         }
-        let view = |index: usize| {
-            let (i, j) = (index % m, index / m);
-            let mut view = Image::zeros(width, height, mosaic.channels());
-            for y in 0..height {
-                for x in 0..width {
-                    let from = mosaic.pixel(x * m + i, y * n + j);
-                    view.pixel_mut(x, y).copy_from_slice(from);
-                }
-            }
-            view
-        };
-        Self::new(partition, (0..partition.count()).map(view).collect())
+        Self::new(partition, split_views(mosaic, m, n))
     }
 
     /// Sum over the sub-pixels of one side, added in f64; `None` where the side is empty.
     pub fn sum(&self, side: Side) -> Option<Image> {
-        let members = self.partition.side(side);
-        let mut sum = self.images[*members.first()?].clone();
-        for (index, to) in sum.data_mut().iter_mut().enumerate() {
-            let values = members
-                .iter()
-                .map(|&member| f64::from(self.images[member].data()[index]));
-            *to = values.sum::<f64>() as f32;
-        }
-        Some(sum)
+        sum_of(
+            self.partition
+                .side(side)
+                .into_iter()
+                .map(|v| &self.images[v]),
+        )
     }
 }
 

@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use crate::error::CommandError;
 use crate::load;
 use crate::metrics::sharpness::{
     Eigenvalues, Energy, GradientKernel, Mean, Plane, Sharpness, SharpnessSettings, sharpness,
 };
+use crate::progress::Progress;
+use quadpixel::command::CommandError;
 
 /// Arguments of `qpalgo sharpness`. What is not given is the preset's.
 #[derive(Clone, Debug, Args)]
@@ -80,10 +81,13 @@ enum KernelArg {
 /// Measures each channel of each picture.
 pub fn run(args: &SharpnessArgs) -> Result<(), CommandError> {
     let settings = settings(args)?;
+    let progress = Progress::stderr();
+    progress.stage("reading the pictures");
     let images = load::alike(&args.images)?;
     let mut rows: Vec<(String, usize, Sharpness)> = Vec::new();
     for (path, image) in args.images.iter().zip(&images) {
         let name = path.display().to_string();
+        progress.stage(format!("measuring {name}"));
         for channel in 0..image.channels() {
             let measured = Plane::of_image(image, channel)
                 .and_then(|plane| sharpness(&plane, &settings))
@@ -91,6 +95,7 @@ pub fn run(args: &SharpnessArgs) -> Result<(), CommandError> {
             rows.push((name.clone(), channel, measured));
         }
     }
+    drop(progress);
     if args.json {
         let rows: Vec<_> = rows
             .iter()

@@ -10,9 +10,10 @@ use crate::capture::{Capture, Given};
 use crate::correct::BeforeAfter;
 use crate::correct_command::{calibration_of, corrected};
 use crate::disparity::MatchSettings;
-use crate::error::CommandError;
 use crate::metrics::sharpness::SharpnessSettings;
+use crate::progress::Progress;
 use crate::table::{Entry, Row, TableList, csv, markdown};
+use quadpixel::command::CommandError;
 
 /// Arguments of `qpalgo table`.
 #[derive(Clone, Debug, Args)]
@@ -54,14 +55,25 @@ pub fn run(args: &TableArgs) -> Result<(), CommandError> {
         degree: args.degree,
     };
     let folder = args.list.parent().unwrap_or(Path::new(""));
-    let rows = (list.row.iter())
-        .map(|entry| measure(entry, folder, &settings, &sharpness))
+    let progress = Progress::stderr();
+    let rows = (list.row.iter().enumerate())
+        .map(|(i, entry)| {
+            let (setup, position) = (&entry.setup, &entry.position);
+            progress.stage(format!(
+                "row {}/{}: {setup}, {position}",
+                i + 1,
+                list.row.len()
+            ));
+            measure(entry, folder, &settings, &sharpness)
+        })
         .collect::<Result<Vec<Row>, _>>()?;
     let table = markdown(&rows);
-    let failed = |e: file::FileError| CommandError::failed(e.to_string());
-    file::create_folder(&args.out).map_err(failed)?;
-    file::write_aside(&args.out.join("table.md"), table.as_bytes()).map_err(failed)?;
-    file::write_aside(&args.out.join("table.csv"), csv(&rows).as_bytes()).map_err(failed)?;
+    let files = [
+        ("table.md", table.clone().into_bytes()),
+        ("table.csv", csv(&rows).into_bytes()),
+    ];
+    file::write_folder(&args.out, &files).map_err(CommandError::failed)?;
+    drop(progress);
     if args.json {
         println!(
             "{}",
@@ -80,8 +92,8 @@ fn measure(
     sharpness: &SharpnessSettings,
 ) -> Result<Row, CommandError> {
     let [chart_path, path] = [&entry.calibration, &entry.capture].map(|p| folder.join(p));
-    let chart = Capture::read(&chart_path, &Given::default())?;
-    let capture = Capture::read(&path, &Given::default())?;
+    let chart = Capture::read(&chart_path, &Given::default(), None)?;
+    let capture = Capture::read(&path, &Given::default(), None)?;
     let calibration = calibration_of(&chart, &chart_path, settings)?;
     let corrected = corrected(&capture, &calibration, &path)?;
     let c = capture.camera.reference_channel();

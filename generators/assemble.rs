@@ -13,9 +13,9 @@ use quadpixel::scene::{Scene, TexturedPlane};
 use quadpixel::sensor::{Sensor, Subpixels};
 use quadpixel::spectrum::ChannelWavelengths;
 
-use crate::command_error::CommandError;
 use crate::field_of_view::{centre_at, covering};
 use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, WindowRecipe};
+use quadpixel::command::CommandError;
 
 /// Angular responses that several samples share, loaded or computed once.
 pub struct Responses {
@@ -163,7 +163,7 @@ pub fn camera(
 pub fn scene(recipe: &Recipe, camera: &Camera) -> Result<Scene, CommandError> {
     if recipe.planes.is_empty() {
         return Err(CommandError::input(
-            "planes is empty; allowed: at least one card".into(),
+            "planes is empty; allowed: at least one card",
         ));
     }
     let planes = recipe.planes.iter().enumerate();

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::command_error::CommandError;
+use quadpixel::command::CommandError;
 
 /// Arguments of `qpgen check`.
 #[derive(Args)]

@@ -6,7 +6,7 @@ use quadpixel::sampling::uniform;
 use quadpixel::sensor::ShiftRule;
 use serde::{Deserialize, Serialize};
 
-use crate::command_error::CommandError;
+use quadpixel::command::CommandError;
 
 /// The default configuration, with comments.
 pub const DEFAULT_TOML: &str = include_str!("default.toml");

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use crate::assemble::{Responses, pixel_stack};
-use crate::command_error::CommandError;
 use crate::config::DatasetConfig;
 use crate::draw;
 use crate::progress::Progress;
@@ -14,6 +13,7 @@ use crate::writer::{
     Dataset, WriteError, WrittenSample, configuration_hash, finish_dataset, finished_sample,
     write_sample,
 };
+use quadpixel::command::CommandError;
 
 /// Licence of what is made: charts and fonts allow it.
 const LICENCE: &str = "CC0-1.0";

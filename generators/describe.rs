@@ -8,10 +8,10 @@ use quadpixel::sensor::ShiftRule;
 use quadpixel::units::M_PER_MM;
 
 use crate::assemble;
-use crate::command_error::CommandError;
 use crate::recipe::{Recipe, ResponseRecipe};
 use crate::sample::SampleId;
 use crate::writer::Description;
+use quadpixel::command::CommandError;
 
 /// Name of the scene by its content, so that the same cards in front of two cameras are one scene (and in one split).
 fn scene_id(recipe: &Recipe) -> Result<String, CommandError> {

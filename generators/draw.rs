@@ -7,12 +7,12 @@ use quadpixel::render::RenderSettings;
 use quadpixel::sampling::{hash, uniform};
 
 use crate::charts::{ChartSpec, ImageFile, Mask, random_spec};
-use crate::command_error::CommandError;
 use crate::config::{DatasetConfig, Draw, ResponseConfig, WindowConfig};
 use crate::recipe::{
     Cutout, ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, SensorRecipe,
     WindowRecipe,
 };
+use quadpixel::command::CommandError;
 
 /// What a drawn number is for; part of its key.
 #[derive(Clone, Copy)]
@@ -97,7 +97,7 @@ pub fn recipe(
         .or(pixel_pitch);
     let Some(pitch_um) = pitch else {
         return Err(CommandError::input(
-            "sensor.pitch_um is absent; the geometric response has no pixel to take it from".into(),
+            "sensor.pitch_um is absent; the geometric response has no pixel to take it from",
         ));
     };
     Ok(Recipe {

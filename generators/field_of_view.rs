@@ -8,7 +8,7 @@ use quadpixel::lens::{
 use quadpixel::render::Camera;
 use quadpixel::spectrum::ChannelWavelengths;
 
-use crate::command_error::CommandError;
+use quadpixel::command::CommandError;
 
 /// Points around the rim of the pupil that bound the blur.
 const RIM: usize = 16;

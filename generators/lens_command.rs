@@ -13,7 +13,7 @@ use quadpixel::lens::drawing::{layout_svg, spots_svg};
 use quadpixel::lens::{FocusBy, Lens, LensError, Prescription, builtin_names};
 use quadpixel::units::D_LINE_NM;
 
-use crate::command_error::CommandError;
+use quadpixel::command::CommandError;
 
 /// The five-element phone lens that the default dataset looks through.
 const DEFAULT_LENS: &str = "wide_US20120327520A1_emb3";

@@ -7,7 +7,6 @@
 pub mod assemble;
 pub mod charts;
 pub mod check_command;
-pub mod command_error;
 pub mod config;
 pub mod dataset;
 mod describe;

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
-use generators::command_error::CommandError;
 use generators::config::{DEFAULT_TOML, DatasetConfig};
 use generators::progress::Progress;
 use generators::{
     check_command, dataset, lens_command, render_command, response_command, validate_command,
 };
+use quadpixel::command::{CommandError, use_threads};
 
 /// Simulates cameras whose pixels see the pupil in parts (dual-pixel, quad-pixel, m×n) and makes training data with them.
 #[derive(Parser)]
@@ -86,10 +86,7 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: Cli) -> Result<(), CommandError> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(cli.threads)
-        .build_global()
-        .map_err(|e| CommandError::failed(format!("--threads {}: {e}", cli.threads)))?;
+    use_threads(cli.threads)?;
     match cli.command {
         Command::Dataset(args) => make_dataset(&args),
         Command::Render(args) => render_command::run(&args),

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::assemble::Responses;
-use crate::command_error::CommandError;
 use crate::dataset::write_error;
 use crate::progress::Progress;
 use crate::recipe::Recipe;
 use crate::sample::{SampleId, render_sample};
 use crate::stages::timed;
 use crate::writer::{configuration_hash, write_alone};
+use quadpixel::command::CommandError;
 
 /// The built-in recipe, with comments.
 pub const DEFAULT_TOML: &str = include_str!("scene.toml");

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::assemble::{pixel_stack, subpixels};
-use crate::command_error::CommandError;
 use crate::progress::Progress;
+use quadpixel::command::CommandError;
 
 /// Arguments of `qpgen response`.
 #[derive(Args)]
@@ -117,7 +117,7 @@ fn settings(preset: Preset) -> WaveSettings {
 fn table(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
     if args.model == Model::Geometric {
         return Err(CommandError::input(
-            "--model geometric is exact and needs no table; allowed: --theta-deg with it, or --model wave".into(),
+            "--model geometric is exact and needs no table; allowed: --theta-deg with it, or --model wave",
         ));
     }
     let preset = match args.preset {

@@ -8,11 +8,11 @@ use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel::units::M_PER_MM;
 
 use crate::assemble::{self, Responses};
-use crate::command_error::CommandError;
 use crate::describe::describe;
 use crate::recipe::Recipe;
 use crate::stages::{Stages, timed};
 use crate::writer::{Description, RawEncoding, SampleFiles};
+use quadpixel::command::CommandError;
 
 /// Headroom of the 16-bit mosaic: the linear value (of one sub-pixel) at its white level, as a multiple of an equal share of 1.
 const RAW_HEADROOM: f32 = 2.0;

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::Arc;
 
-use crate::command_error::CommandError;
+use quadpixel::command::CommandError;
 
 /// Distance (mm) and diameter (mm) of the disk of experiment 1.
 const DISTANCE_MM: f64 = 1000.0;

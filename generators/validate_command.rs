@@ -9,10 +9,11 @@ use quadpixel::response::{AngularResponse, ResponseCache, WaveTable};
 use quadpixel::sensor::Subpixels;
 
 use crate::assemble::pixel_stack;
-use crate::command_error::CommandError;
-use crate::preview::canvas::{Sheet, blue_white_red, viridis};
+use crate::preview::canvas::Sheet;
 use crate::progress::Progress;
 use crate::validate::{Experiment, Probe, masked_plane, moving_disk};
+use quadpixel::command::CommandError;
+use quadpixel::image::colour::{blue_white_red, viridis};
 
 /// Arguments of `qpgen validate`.
 #[derive(Args)]

@@ -57,6 +57,12 @@ pub fn create_folder(path: &Path) -> Result<(), FileError> {
     fs::create_dir_all(path).map_err(|cause| FileError::new(path, "create the folder", cause))
 }
 
+/// Writes files of one folder, which is created where it is missing; each is written aside and renamed.
+pub fn write_folder(folder: &Path, files: &[(impl AsRef<Path>, Vec<u8>)]) -> Result<(), FileError> {
+    create_folder(folder)?;
+    (files.iter()).try_for_each(|(name, bytes)| write_aside(&folder.join(name), bytes))
+}
+
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests {

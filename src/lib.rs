@@ -7,6 +7,7 @@
 //!                                     em (pixel stack, wave propagation)
 //! ```
 
+pub mod command;
 pub mod em;
 pub mod file;
 pub mod frames;

@@ -1,11 +1,9 @@
-//! A small sRGB canvas: pictures fitted into boxes, colour bars and text; and the colour maps.
+//! A small sRGB canvas: pictures fitted into boxes, colour bars and text.
 
 use quadpixel::image::Image;
+use quadpixel::image::colour::Rgb;
 
 use super::font::glyph;
-
-/// An 8-bit sRGB colour.
-pub(crate) type Rgb = [u8; 3];
 
 /// A finished picture, row-major sRGB.
 #[derive(Clone, Debug)]
@@ -106,41 +104,4 @@ impl Sheet {
             (0..height).for_each(|j| self.set(x + i, y + j, own));
         }
     }
-}
-
-/// Viridis (van der Walt & Smith, CC0) at eight places, interpolated; 0 dark violet, 1 yellow.
-pub(crate) fn viridis(t: f32) -> Rgb {
-    const STOPS: [Rgb; 8] = [
-        [68, 1, 84],
-        [70, 50, 127],
-        [54, 92, 141],
-        [39, 127, 142],
-        [31, 161, 135],
-        [74, 194, 109],
-        [159, 218, 58],
-        [253, 231, 37],
-    ];
-    blend(&STOPS, t)
-}
-
-/// Blue at 0 (negative) over white to red at 1 (positive).
-pub(crate) fn blue_white_red(t: f32) -> Rgb {
-    const STOPS: [Rgb; 5] = [
-        [33, 102, 172],
-        [146, 197, 222],
-        [247, 247, 247],
-        [244, 165, 130],
-        [178, 24, 43],
-    ];
-    blend(&STOPS, t)
-}
-
-fn blend(stops: &[Rgb], t: f32) -> Rgb {
-    let place = t.clamp(0.0, 1.0) * (stops.len() - 1) as f32;
-    let low = (place as usize).min(stops.len() - 2);
-    let part = place - low as f32;
-    std::array::from_fn(|c| {
-        let (a, b) = (f32::from(stops[low][c]), f32::from(stops[low + 1][c]));
-        (a + (b - a) * part).round() as u8
-    })
 }

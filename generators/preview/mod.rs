@@ -12,11 +12,14 @@
 pub(crate) mod canvas;
 mod font;
 
+use quadpixel::image::colour::{Rgb, blue_white_red, viridis};
 use quadpixel::image::{Image, srgb};
 
-use crate::writer::{Description, left_right, sum_of};
+use quadpixel::image::views::{Side, sum_of};
+
+use crate::writer::Description;
+use canvas::ADVANCE;
 pub use canvas::Sheet;
-use canvas::{ADVANCE, Rgb, blue_white_red, viridis};
 
 const TILE: usize = 256;
 const MARGIN: usize = 12;
@@ -155,7 +158,7 @@ fn views(sheet: &mut Sheet, pictures: &Pictures<'_>) {
 fn anaglyph(sheet: &mut Sheet, pictures: &Pictures<'_>) {
     let subpixels = pictures.description.sensor.subpixels;
     let (columns, rows) = (subpixels.columns as usize, subpixels.rows as usize);
-    let (left, right) = left_right(columns, rows);
+    let [left, right] = [Side::Left, Side::Right].map(|side| side.members(columns, rows));
     let gain = (columns * rows) as f32 / left.len().max(1) as f32;
     let side = |indices: &[usize]| sum_of(indices.iter().filter_map(|&i| pictures.views.get(i)));
     let (Some(left), Some(right)) = (side(&left), side(&right)) else {

@@ -8,11 +8,11 @@ use std::path::Path;
 use datasets_spec::{FileKind, Raw, RawFormat, RenderStatistics, SampleFile, SampleMeta};
 use datasets_spec::{SCHEMA_VERSION, SUM_LAYER, paths, sample_files};
 use quadpixel::image::exr::{Compression, Layer, Sample, encode_layers};
+use quadpixel::image::views::{split_views, sum_of};
 use quadpixel::image::{Image, raster};
 use rayon::prelude::*;
 
 use super::truth::{self, Truth};
-use super::views::{split_views, sum_of};
 use super::{RawEncoding, SampleFiles, VERSION, WriteError, json};
 use crate::preview;
 

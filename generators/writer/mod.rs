@@ -6,7 +6,6 @@
 mod dataset;
 mod encode;
 mod truth;
-mod views;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,7 +17,6 @@ use quadpixel::image::raster::Levels;
 use quadpixel::image::{Image, ImageError};
 
 pub use dataset::{Dataset, finish_dataset};
-pub use views::{left_right, split_views, sum_of};
 
 /// What a sample consists of. W × H pixels of m × n sub-pixels; every image has row 0 on top.
 #[derive(Clone, Debug)]

@@ -2,8 +2,9 @@
 
 use datasets_spec::{CocDisparity, Range, Ranges};
 use quadpixel::image::Image;
+use quadpixel::image::views::Side;
 
-use super::{SampleFiles, left_right};
+use super::SampleFiles;
 
 /// Root-mean-square circle of confusion, px, below which its ratio to the disparity means nothing.
 const LEAST_DEFOCUS_PX: f64 = 0.5;
@@ -94,7 +95,7 @@ pub(super) fn left_right_px(
     rows: usize,
     channel: usize,
 ) -> Option<Image> {
-    let (left, right) = left_right(columns, rows);
+    let [left, right] = [Side::Left, Side::Right].map(|side| side.members(columns, rows));
     let first = disparity_px.first().filter(|_| !left.is_empty())?;
     let mean = |side: &[usize], x: usize, y: usize| {
         let values = side

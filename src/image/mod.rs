@@ -1,9 +1,12 @@
 //! Float images: row-major, channels interleaved, row 0 at the top as stored (see [`crate::frames`]), and their files:
-//! [`exr`] for linear floats, [`raster`] for PNG, JPEG and TIFF, [`srgb`] for the transfer function between them.
+//! [`exr`] for linear floats, [`raster`] for PNG, JPEG and TIFF, [`srgb`] for the transfer function between them, [`colour`] for
+//! numbers as colours, [`views`] for a sub-pixel mosaic taken apart.
 
+pub mod colour;
 pub mod exr;
 pub mod raster;
 pub mod srgb;
+pub mod views;
 
 use std::path::PathBuf;
 
@@ -113,4 +116,12 @@ impl Image {
         let i = (y * self.width + x) * self.channels;
         &mut self.data[i..i + self.channels]
     }
+}
+
+/// One channel of `image` as a picture of its own.
+pub fn channel(image: &Image, index: usize) -> Image {
+    let mut plane = Image::zeros(image.width(), image.height(), 1);
+    let from = image.data().iter().skip(index).step_by(image.channels());
+    (plane.data_mut().iter_mut().zip(from)).for_each(|(to, v)| *to = *v);
+    plane
 }

@@ -1,0 +1,68 @@
+//! How a command ends badly, by its input (exit code 2) or by the machine (1), and the threads that it runs on: what the
+//! workspace's binaries share. It prints nothing and ends nothing: that is their `main`.
+
+/// Why a command stopped.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CommandError {
+    /// Bad arguments, configuration or input file: exit code 2.
+    #[error("{0}")]
+    Input(String),
+    /// The work itself failed (disk, check): exit code 1.
+    #[error("{0}")]
+    Failed(String),
+}
+
+impl CommandError {
+    /// An input error.
+    pub fn input(text: impl ToString) -> Self {
+        Self::Input(text.to_string())
+    }
+
+    /// A failure.
+    pub fn failed(text: impl ToString) -> Self {
+        Self::Failed(text.to_string())
+    }
+
+    /// The same error, said to be in `place` (a file, a field).
+    pub fn within(self, place: &str) -> Self {
+        match self {
+            Self::Input(text) => Self::Input(format!("{place}: {text}")),
+            Self::Failed(text) => Self::Failed(format!("{place}: {text}")),
+        }
+    }
+
+    /// Exit code of the process.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Input(_) => 2,
+            Self::Failed(_) => 1,
+        }
+    }
+}
+
+/// Sets the number of threads of the whole process, once, before any work; 0: all cores.
+pub fn use_threads(count: usize) -> Result<(), CommandError> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(count)
+        .build_global()
+        .map_err(|e| CommandError::failed(format!("--threads {count}: {e}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_is_named_in_front_and_the_exit_code_stays() {
+        for (error, code) in [
+            (CommandError::input("k = 7".to_owned()), 2),
+            (CommandError::failed("k = 7".to_owned()), 1),
+        ] {
+            let within = error.within("a.toml");
+            assert_eq!(
+                (within.exit_code(), within.to_string()),
+                (code, "a.toml: k = 7".to_owned())
+            );
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! The mosaic taken apart: one view a sub-pixel, the halves of the pupil, sums of views.
+//!
+//! ```text
+//! view_{j·m+i}(x, y) = raw(x·m + i, y·n + j)          0 ≤ i < m (columns), 0 ≤ j < n (rows)
+//! ```
+
+use super::Image;
+
+/// The view of each sub-pixel in stored order, row by row; columns and rows of the mosaic beyond a whole pixel are left out.
+pub fn split_views(raw: &Image, columns: usize, rows: usize) -> Vec<Image> {
+    let (width, height) = (raw.width() / columns, raw.height() / rows);
+    let view = |index: usize| {
+        let (i, j) = (index % columns, index / columns);
+        let mut view = Image::zeros(width, height, raw.channels());
+        for y in 0..height {
+            for x in 0..width {
+                let from = raw.pixel(x * columns + i, y * rows + j);
+                view.pixel_mut(x, y).copy_from_slice(from);
+            }
+        }
+        view
+    };
+    (0..columns * rows).map(view).collect()
+}
+
+/// The sum of images of one size, added in f64 in the order given; `None` without an image.
+pub fn sum_of<'a>(images: impl IntoIterator<Item = &'a Image>) -> Option<Image> {
+    let images: Vec<&Image> = images.into_iter().collect();
+    let first = images.first()?;
+    let (width, height, channels) = (first.width(), first.height(), first.channels());
+    let total = |i: usize| {
+        images
+            .iter()
+            .map(|image| f64::from(image.data()[i]))
+            .sum::<f64>() as f32
+    };
+    let data = (0..first.data().len()).map(total).collect();
+    Image::from_vec(width, height, channels, data)
+}
+
+/// Part of the sub-pixels; the sides are those of the stored mosaic. A half of an odd number leaves out the middle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Left columns: they see the left half of the pupil.
+    Left,
+    /// Right columns.
+    Right,
+    /// Upper rows: they see the upper half of the pupil.
+    Top,
+    /// Lower rows.
+    Bottom,
+    /// All sub-pixels.
+    All,
+}
+
+impl Side {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Left, Self::Right, Self::Top, Self::Bottom, Self::All];
+
+    /// `L`, `R`, `T`, `B` or `all`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Left => "L",
+            Self::Right => "R",
+            Self::Top => "T",
+            Self::Bottom => "B",
+            Self::All => "all",
+        }
+    }
+
+    /// Indices of its sub-pixels among `columns × rows`; none where there is but one column (left, right) or row (top, bottom).
+    pub fn members(self, columns: usize, rows: usize) -> Vec<usize> {
+        let (half_m, half_n) = (columns / 2, rows / 2);
+        let holds = |index: &usize| {
+            let (i, j) = (index % columns, index / columns);
+            match self {
+                Self::Left => i < half_m,
+                Self::Right => i >= columns - half_m,
+                Self::Top => j < half_n,
+                Self::Bottom => j >= rows - half_n,
+                Self::All => true,
+            }
+        };
+        (0..columns * rows).filter(holds).collect()
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_quad_mosaic_comes_apart_as_b_a_over_d_c() {
+        // One pixel: B = 1, A = 2 above, D = 3, C = 4 below.
+        let raw = Image::from_vec(2, 2, 1, vec![1.0, 2.0, 3.0, 4.0]).unwrap();
+        let views = split_views(&raw, 2, 2);
+        let values: Vec<f32> = views.iter().map(|view| view.data()[0]).collect();
+        assert_eq!(values, [1.0, 2.0, 3.0, 4.0]);
+        let total = |side: Side| {
+            let members = side.members(2, 2);
+            sum_of(members.iter().map(|&i| &views[i])).unwrap().data()[0]
+        };
+        // L = B + D, R = A + C, T = B + A, B = D + C.
+        assert_eq!(Side::ALL.map(total), [4.0, 6.0, 3.0, 7.0, 10.0]);
+    }
+
+    #[test]
+    fn a_middle_column_sees_neither_half() {
+        assert_eq!(Side::Left.members(3, 1), [0]);
+        assert_eq!(Side::Right.members(3, 1), [2]);
+        assert!(Side::Left.members(1, 2).is_empty());
+        assert!(sum_of([]).is_none());
+    }
+}
