@@ -17,7 +17,7 @@ use quadpixel::image::raster::encode_png8;
 use quadpixel::image::{Image, ImageError, channel};
 
 use crate::capture::{Exposure, Given};
-use crate::disparity::{Axes, DisparityMap, Limits, MatchSettings, Verdict, match_images};
+use crate::disparity::{Axes, DisparityMap, Limits, Match, MatchSettings, Verdict, match_images};
 use crate::load;
 use crate::maps::{MapFormat, Maps};
 use crate::progress::Progress;
@@ -183,9 +183,8 @@ fn files(format: MapFormat, axes: Axes, maps: &[Named]) -> Result<Files, ImageEr
     let mut files = numbers.encode(format)?;
     for (name, map) in maps {
         let name = format!("disparity_{}.png", name.replace('.', "_"));
-        let colours = colours(axes, map);
-        let (columns, rows) = (map.grid.columns, map.grid.rows);
-        let bytes = encode_png8(Path::new(&name), &colours, columns, rows, 3)?;
+        let (codes, width, height) = picture(axes, map);
+        let bytes = encode_png8(Path::new(&name), &codes, width, height, 3)?;
         files.push((name, bytes));
     }
     Ok(files)
@@ -215,21 +214,29 @@ fn largest(map: &DisparityMap) -> Option<f64> {
         .reduce(f64::max)
 }
 
-/// Along one axis from blue (negative) over white (0) to red (positive), on both direction as hue and length as saturation;
-/// full colour at the longest shift, black where not valid.
-fn colours(axes: Axes, map: &DisparityMap) -> Vec<u8> {
+/// The map in colours, a square of the stride's side a node, with its width and height: along one axis from blue (negative) over
+/// white (0) to red (positive), on both direction as hue and length as saturation; full colour at the longest shift, black
+/// where not valid.
+fn picture(axes: Axes, map: &DisparityMap) -> (Vec<u8>, usize, usize) {
     let longest = largest(map).filter(|&l| l > 0.0).unwrap_or(1.0);
     let signed = |shift: f64| blue_white_red((0.5 + 0.5 * shift / longest) as f32);
-    (map.matches.iter())
-        .flat_map(|m| -> Rgb {
-            match axes {
-                _ if m.verdict != Verdict::Valid => [0; 3],
-                Axes::Horizontal => signed(m.dx_px),
-                Axes::Vertical => signed(m.dy_px),
-                Axes::Both => direction([m.dx_px, m.dy_px], m.dx_px.hypot(m.dy_px) / longest),
-            }
-        })
-        .collect()
+    let colour = |m: &Match| -> Rgb {
+        match axes {
+            _ if m.verdict != Verdict::Valid => [0; 3],
+            Axes::Horizontal => signed(m.dx_px),
+            Axes::Vertical => signed(m.dy_px),
+            Axes::Both => direction([m.dx_px, m.dy_px], m.dx_px.hypot(m.dy_px) / longest),
+        }
+    };
+    let (columns, side) = (map.grid.columns, map.grid.stride_px);
+    let mut codes = Vec::with_capacity(map.grid.len() * side * side * 3);
+    for row in map.matches.chunks(columns) {
+        let line: Vec<u8> = (row.iter().map(colour))
+            .flat_map(|rgb| rgb.repeat(side))
+            .collect();
+        (0..side).for_each(|_| codes.extend(&line));
+    }
+    (codes, columns * side, map.grid.rows * side)
 }
 
 fn report(args: &DisparityArgs, maps: &[Named], files: &Files) {

@@ -58,40 +58,30 @@ impl From<LoadError> for CommandError {
 
 /// Reads a picture: of an EXR its unnamed layer, else its first.
 pub fn image(path: &Path) -> Result<Image, LoadError> {
-    let image = raster::read(path)?;
-    let names: Vec<String> = (0..image.channels()).map(|c| c.to_string()).collect();
-    check(path, &image, &names)?;
-    Ok(image)
+    let first = layers(path)?.into_iter().next();
+    first.map(|layer| layer.image).ok_or(LoadError::Empty {
+        path: path.to_path_buf(),
+    })
 }
 
 /// Reads all layers of an EXR; any other picture is one layer with no name.
 pub fn layers(path: &Path) -> Result<Vec<NamedLayer>, LoadError> {
-    if !path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("exr"))
-    {
-        let image = image(path)?;
-        let names: &[&str] = if image.channels() == 1 {
-            &["Y"]
-        } else {
-            &["R", "G", "B"]
+    let is_exr = (path.extension()).is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+    let layers = if is_exr {
+        read_layers(path)?
+    } else {
+        let image = raster::read(path)?;
+        let names: &[&str] = match image.channels() {
+            1 => &["Y"],
+            _ => &["R", "G", "B"],
         };
-        return Ok(vec![NamedLayer {
+        vec![NamedLayer {
             name: String::new(),
             channels: names.iter().map(ToString::to_string).collect(),
             image,
-        }]);
-    }
-    let layers = read_layers(path)?;
-    for layer in &layers {
-        let prefix = if layer.name.is_empty() { "" } else { "." };
-        let names: Vec<String> = layer
-            .channels
-            .iter()
-            .map(|channel| format!("{}{prefix}{channel}", layer.name))
-            .collect();
-        check(path, &layer.image, &names)?;
-    }
+        }]
+    };
+    layers.iter().try_for_each(|layer| check(path, layer))?;
     Ok(layers)
 }
 
@@ -125,7 +115,8 @@ pub fn size_of(image: &Image) -> String {
     )
 }
 
-fn check(path: &Path, image: &Image, names: &[String]) -> Result<(), LoadError> {
+fn check(path: &Path, layer: &NamedLayer) -> Result<(), LoadError> {
+    let image = &layer.image;
     if image.data().is_empty() {
         return Err(LoadError::Empty {
             path: path.to_path_buf(),
@@ -134,12 +125,16 @@ fn check(path: &Path, image: &Image, names: &[String]) -> Result<(), LoadError> 
     let Some(index) = image.data().iter().position(|value| !value.is_finite()) else {
         return Ok(());
     };
-    let pixel = index / image.channels();
+    let (pixel, name) = (
+        index / image.channels(),
+        &layer.channels[index % image.channels()],
+    );
+    let parted = if layer.name.is_empty() { "" } else { "." };
     Err(LoadError::NotFinite {
         path: path.to_path_buf(),
         x: pixel % image.width(),
         y: pixel / image.width(),
-        channel: names[index % image.channels()].clone(),
+        channel: format!("{}{parted}{name}", layer.name),
         value: image.data()[index],
     })
 }

@@ -112,22 +112,28 @@ fn pfm(image: &Image) -> Vec<u8> {
     bytes
 }
 
-/// Reads maps: the layers of an EXR, a NPY (rows, columns) or (rows, columns, channels) of f32 or f64, a PFM, or any picture.
+/// Reads maps: the layers of an EXR, a NPY of f32 or f64 (rows, columns), with channels behind or maps before them too, a PFM,
+/// or any picture.
 ///
-/// Channels that have no name in the file are called by their number: `0`, `1`, … NaN is allowed.
+/// What has no name in the file is called by its number: channels `0`, `1`, …, and so the maps of an NPY. NaN is allowed.
 pub fn read(path: &Path) -> Result<Vec<NamedLayer>, ImageError> {
     let bytes = file::read(path)?;
     let image = match bytes.as_slice() {
         [0x76, 0x2f, 0x31, 0x01, ..] => return read_layers(path),
-        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => read_npy(path, &bytes)?,
+        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => return read_npy(path, &bytes),
         [b'P', b'f' | b'F', b'\n' | b' ' | b'\r' | b'\t', ..] => read_pfm(path, &bytes)?,
         _ => raster::read(path)?,
     };
-    Ok(vec![NamedLayer {
-        name: String::new(),
+    Ok(vec![numbered(String::new(), image)])
+}
+
+/// A layer whose channels are called by their numbers.
+fn numbered(name: String, image: Image) -> NamedLayer {
+    NamedLayer {
+        name,
         channels: (0..image.channels()).map(|c| c.to_string()).collect(),
         image,
-    }])
+    }
 }
 
 fn decode_error(path: &Path, cause: impl ToString) -> ImageError {
@@ -137,7 +143,7 @@ fn decode_error(path: &Path, cause: impl ToString) -> ImageError {
     }
 }
 
-fn read_npy(path: &Path, bytes: &[u8]) -> Result<Image, ImageError> {
+fn read_npy(path: &Path, bytes: &[u8]) -> Result<Vec<NamedLayer>, ImageError> {
     // A view first takes the header's size against the file's, so that a garbled one asks for no memory.
     let array = match ArrayViewD::<f32>::view_npy(bytes) {
         Ok(array) => array.to_owned(),
@@ -146,23 +152,32 @@ fn read_npy(path: &Path, bytes: &[u8]) -> Result<Image, ImageError> {
             .mapv(|v| v as f32),
         Err(error) => return Err(decode_error(path, error)),
     };
-    let (height, width, channels) = match *array.shape() {
-        [h, w] => (h, w, 1),
-        [h, w, c] => (h, w, c),
+    let (maps, height, width, channels) = match *array.shape() {
+        [h, w] => (None, h, w, 1),
+        [h, w, c] => (None, h, w, c),
+        [m, h, w, c] => (Some(m), h, w, c),
         _ => {
-            return Err(decode_error(
-                path,
-                format!(
-                    "shape {:?}: allowed are (rows, columns) and (rows, columns, channels)",
-                    array.shape()
-                ),
-            ));
+            let shape = array.shape();
+            let text = format!(
+                "shape {shape:?}: allowed are (rows, columns), then channels, and maps before them"
+            );
+            return Err(decode_error(path, text));
         }
     };
     // In logical order, also where the file is in Fortran's.
-    let data = array.iter().copied().collect();
-    Image::from_vec(width, height, channels, data)
-        .ok_or_else(|| decode_error(path, "its size does not match its data"))
+    let numbers: Vec<f32> = array.iter().copied().collect();
+    let size = height * width * channels;
+    if size == 0 || numbers.is_empty() {
+        return Err(decode_error(path, "it holds no number"));
+    }
+    (numbers.chunks_exact(size).enumerate())
+        .map(|(map, data)| {
+            let name = maps.map_or(String::new(), |_| map.to_string());
+            Image::from_vec(width, height, channels, data.to_vec())
+                .map(|image| numbered(name, image))
+                .ok_or_else(|| decode_error(path, "its size does not match its data"))
+        })
+        .collect()
 }
 
 fn read_pfm(path: &Path, bytes: &[u8]) -> Result<Image, ImageError> {
@@ -242,6 +257,24 @@ mod tests {
                     assert_eq!(read[0].image.width(), 5);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn several_maps_of_an_npy_read_as_layers_by_number() {
+        let folder = tempfile::tempdir().unwrap();
+        let maps = [("R".to_owned(), map(4)), ("G".to_owned(), map(4))];
+        let maps = Maps {
+            stem: "m",
+            channels: &["a", "b", "c", "d"],
+            maps: &maps,
+        };
+        for (name, bytes) in maps.encode(MapFormat::Npy).unwrap() {
+            let path = folder.path().join(name);
+            std::fs::write(&path, bytes).unwrap();
+            let read = read(&path).unwrap();
+            assert_eq!((read.len(), read[1].name.as_str()), (2, "1"));
+            assert_eq!(bits(&read[1].image), bits(&map(4)));
         }
     }
 

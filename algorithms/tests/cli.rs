@@ -1,39 +1,10 @@
 //! The binary as a user meets it: exit codes, one clear sentence, no partial output.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
-use std::path::Path;
-use std::process::{Command, Output};
+mod common;
 
-use quadpixel::image::Image;
-use quadpixel::image::exr::{Compression, Layer, Sample, write_layers};
-use quadpixel::image::raster;
-
-fn qpalgo(arguments: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_qpalgo"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
-}
-
-fn write_exr(path: &Path, image: &Image) {
-    let layer = Layer {
-        name: "",
-        channels: &["R", "G", "B"],
-        image,
-        sample: Sample::Float,
-    };
-    write_layers(path, &[layer], Compression::Zip).unwrap();
-}
-
-/// Exit 2, one line on stderr that holds `text`, nothing on stdout.
-fn refused(output: &Output, text: &str) {
-    let error = String::from_utf8(output.stderr.clone()).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{error}");
-    assert_eq!(error.trim_end().lines().count(), 1, "{error}");
-    assert!(error.contains(text), "{error}");
-    assert!(output.stdout.is_empty());
-}
+use common::{qpalgo, refused, write_exr};
+use quadpixel::image::{Image, raster};
 
 #[test]
 fn sai_writes_views_and_sums_that_read_back() {
@@ -45,7 +16,16 @@ fn sai_writes_views_and_sums_that_read_back() {
     write_exr(&folder.path().join("raw.exr"), &mosaic);
     for format in ["exr", "png"] {
         let run = qpalgo(
-            &["sai", "raw.exr", "-o", "out", "--format", format],
+            &[
+                "sai",
+                "raw.exr",
+                "--subpixels",
+                "2x2",
+                "-o",
+                "out",
+                "--format",
+                format,
+            ],
             folder.path(),
         );
         assert_eq!(run.status.code(), Some(0));
@@ -90,10 +70,15 @@ fn sai_refuses_bad_input_and_leaves_nothing() {
         ("cut.exr", "cut.exr"),
         ("none.exr", "none.exr"),
     ] {
-        refused(&qpalgo(&["sai", file, "-o", "out"], here), text);
+        let asked = ["sai", file, "--subpixels", "2x2", "-o", "out"];
+        refused(&qpalgo(&asked, here), text);
     }
     refused(
         &qpalgo(&["sai", "odd.exr", "--subpixels", "7", "-o", "out"], here),
+        "--subpixels",
+    );
+    refused(
+        &qpalgo(&["sai", "odd.exr", "-o", "out"], here),
         "--subpixels",
     );
     assert!(!here.join("out").exists());
@@ -166,19 +151,28 @@ fn refocus_writes_an_image_and_refuses_what_it_cannot_use() {
     let mosaic = Image::from_vec(8, 6, 3, vec![0.25; 144]).unwrap();
     write_exr(&here.join("raw.exr"), &mosaic);
     let run = qpalgo(
-        &["refocus", "raw.exr", "--disparity", "-1.5", "-o", "out.exr"],
+        &[
+            "refocus",
+            "raw.exr",
+            "--subpixels",
+            "2x2",
+            "--disparity",
+            "-1.5",
+            "-o",
+            "out.exr",
+        ],
         here,
     );
     assert_eq!(run.status.code(), Some(0));
     let out = raster::read(&here.join("out.exr")).unwrap();
     assert_eq!((out.width(), out.height()), (4, 3));
     assert!(out.data().iter().all(|v| (v - 1.0).abs() < 1e-6));
-    let base = ["refocus", "raw.exr", "-o", "bad.exr"];
+    let base = ["refocus", "raw.exr", "-o", "bad.exr", "--disparity"];
     for (more, text) in [
-        (["--disparity", "nan", "--lobes", "4"], "--disparity"),
-        (["--disparity", "1", "--lobes", "5"], "--lobes"),
-        (["--disparity", "1", "--weights", "1,2"], "--weights"),
-        (["--disparity", "1", "--subpixels", "3x4"], "raw.exr"),
+        (["nan", "--lobes", "4", "--subpixels", "2x2"], "--disparity"),
+        (["1", "--lobes", "5", "--subpixels", "2x2"], "--lobes"),
+        (["1", "--weights", "1,2", "--subpixels", "2x2"], "--weights"),
+        (["1", "--lobes", "4", "--subpixels", "3x4"], "raw.exr"),
     ] {
         refused(&qpalgo(&[&base[..], &more[..]].concat(), here), text);
     }

@@ -1,45 +1,18 @@
 //! Correction of views that were shifted by known smooth fields, from the mosaic to the corrected picture.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
+mod common;
+
 use std::path::Path;
-use std::process::{Command, Output};
 
 use algorithms::aberration_score::AberrationScore;
 use algorithms::calibration::Calibration;
 use algorithms::load;
+use common::{qpalgo, texture, write_exr};
 use quadpixel::image::Image;
 use quadpixel::image::exr::{Compression, Layer, Sample, write_layers};
 
 const SIDE: usize = 96;
-
-fn qpalgo(arguments: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_qpalgo"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
-}
-
-fn write_rgb(path: &Path, image: &Image) {
-    let layer = Layer {
-        name: "",
-        channels: &["R", "G", "B"],
-        image,
-        sample: Sample::Float,
-    };
-    write_layers(path, &[layer], Compression::Zip).unwrap();
-}
-
-/// Sum of waves of 5 to 15 px in many directions: an analytic texture.
-fn texture(x: f64, y: f64) -> f64 {
-    let waves = (0..40).map(|k| {
-        let k = f64::from(k);
-        let (angle, period) = (2.399_963 * k, 5.0 + 10.0 * (0.618_034 * k).fract());
-        let along = x * angle.cos() + y * angle.sin();
-        (std::f64::consts::TAU * along / period + 1.7 * k * k).cos()
-    });
-    0.5 + waves.sum::<f64>() / 60.0
-}
 
 /// Field of sub-pixel `view` (B, A, D, C: opposite ones are opposite, as those of a lens) and channel, px.
 fn field(view: usize, channel: usize, [x, y]: [f64; 2]) -> [f64; 2] {
@@ -86,7 +59,7 @@ const CALIBRATE: [&str; 8] = [
 ];
 
 fn calibrated(folder: &Path) -> Calibration {
-    write_rgb(&folder.join("raw.exr"), &mosaic());
+    write_exr(&folder.join("raw.exr"), &mosaic());
     let run = qpalgo(
         &[&CALIBRATE[..], &["camera.json", "--degree", "3"]].concat(),
         folder,
@@ -171,14 +144,10 @@ fn another_camera_a_broken_file_and_a_bare_wall_are_refused_without_output() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     calibrated(here);
-    write_rgb(&here.join("small.exr"), &Image::zeros(64, 64, 3));
+    write_exr(&here.join("small.exr"), &Image::zeros(64, 64, 3));
     let refused = |arguments: &[&str], text: &str| {
         let run = qpalgo(arguments, here);
-        let error = String::from_utf8(run.stderr).unwrap();
-        assert_eq!(run.status.code(), Some(2), "{error}");
-        assert_eq!(error.trim_end().lines().count(), 1, "{error}");
-        assert!(error.contains(text), "{error}");
-        assert!(run.stdout.is_empty());
+        common::refused(&run, text);
         assert!(!here.join("no").exists());
     };
     let apply = |capture, subpixels, pitch| {
@@ -214,7 +183,7 @@ fn another_camera_a_broken_file_and_a_bare_wall_are_refused_without_output() {
     let whole = std::fs::read(here.join("camera.json")).unwrap();
     std::fs::write(here.join("camera.json"), &whole[..whole.len() / 2]).unwrap();
     refused(&apply("raw.exr", "2x2", "1.6"), "camera.json");
-    write_rgb(&here.join("raw.exr"), &Image::zeros(2 * SIDE, 2 * SIDE, 3));
+    write_exr(&here.join("raw.exr"), &Image::zeros(2 * SIDE, 2 * SIDE, 3));
     refused(&[&CALIBRATE[..], &["no"]].concat(), "textured");
 }
 
