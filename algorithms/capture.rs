@@ -126,6 +126,12 @@ impl Exposure {
         let beside = folder.join("meta.json");
         let meta_path =
             (given.meta.clone()).or_else(|| (is_folder || beside.is_file()).then_some(beside));
+        if let (true, Some(wanted)) = (is_folder, meta_path.as_ref().filter(|p| !p.is_file())) {
+            return Err(named(format!(
+                "{} is missing: allowed is a sample's folder, such as DATASET/samples/000000",
+                wanted.display()
+            )));
+        }
         let meta = meta_path.as_deref().map(read_meta).transpose()?;
         let mosaic = match (&meta, is_folder) {
             (Some(meta), true) => folder.join(match meta.raw.format {
@@ -150,6 +156,20 @@ impl Exposure {
         } else {
             views_of(&layers, partition).map_err(named)?
         };
+        if let (Some(meta), Some(meta_path), None) = (&meta, &meta_path, &given.subpixels) {
+            let first = &views.images()[0];
+            let found = [first.width(), first.height()];
+            let [width, height] = [meta.sensor.width_px, meta.sensor.height_px].map(|n| n as usize);
+            if found != [width, height] {
+                return Err(CommandError::input(format!(
+                    "{}: views of {} × {} pixels where {} says {width} × {height}",
+                    mosaic.display(),
+                    found[0],
+                    found[1],
+                    meta_path.display()
+                )));
+            }
+        }
         Ok(Self {
             views,
             channels,

@@ -14,7 +14,7 @@ use quadpixel::command::{CommandError, use_threads};
 #[command(version, propagate_version = true)]
 struct Cli {
     /// Threads; 0: all cores. The result does not depend on it.
-    #[arg(long, global = true, default_value_t = 0)]
+    #[arg(long, global = true, default_value_t = 0, display_order = 900)]
     threads: usize,
     #[command(subcommand)]
     command: Command,
@@ -48,6 +48,9 @@ enum Command {
     /// The disparity is where a point appears in VIEW minus where it appears in REFERENCE, px, dx to the right, dy down: of the
     /// left and the right half of the pupil it is x_L - x_R, positive for points nearer than the focus.
     ///
+    /// Each node has dx, dy, their standard deviation sigma (along the worse direction) and a verdict: 0 valid, 1 textureless,
+    /// 2 low correlation, 3 ambiguous, 4 at the edge of the search, 5 outside, 6 uncertain, 7 inconsistent, 8 not converged.
+    ///
     /// Example: qpalgo disparity views/sum_L.exr views/sum_R.exr --one-dimensional horizontal -o shift
     ///          qpalgo disparity out/samples/000001 -o shifts     (each view against the sum of all)
     #[command(verbatim_doc_comment)]
@@ -72,19 +75,24 @@ enum Command {
     CorrectAberrations(correct_command::CorrectArgs),
     /// Table 2 of the quad-pixel paper from rendered captures: raw, corrected, gain.
     ///
-    /// The list is TOML:
-    ///   [[row]]
-    ///   setup = "ML-1 classic"
-    ///   position = "centre"
-    ///   calibration = "chart/samples/000000"
-    ///   capture = "text/samples/000000"
+    /// The list is TOML, its paths relative to its own folder:
+    ///
+    ///     [[row]]
+    ///     setup = "ML-1 classic"
+    ///     position = "centre"
+    ///     calibration = "chart/samples/000000"
+    ///     capture = "text/samples/000000"
     ///
     /// Example: qpalgo table table2.toml -o table2
     #[command(verbatim_doc_comment)]
     Table(table_command::TableArgs),
     /// Metric depth and its confidence from the shift between opposite views.
     ///
+    /// Z in m from the first lens vertex, by the camera's own relation of disparity and depth; its standard deviation in m;
+    /// the disparity x_L - x_R in px with the standard deviation s, and the confidence 1 - s/(0.1 px), at least 0.
+    ///
     /// Example: qpalgo depth out/samples/000001 --score -o depth
+    ///          qpalgo depth capture/raw.png --calibration camera.json --format pfm -o depth
     #[command(verbatim_doc_comment)]
     Depth(depth_command::DepthArgs),
 }

@@ -139,7 +139,7 @@ fn a_mosaic_that_the_sub_pixels_do_not_divide_is_refused_with_both_sizes() {
         }
         assert!(!here.join("out").exists(), "{command:?}");
     }
-    write_meta(here, |_| ());
+    write_meta(here, 64, |_| ());
     refused(
         &qpalgo(&["depth", "odd.exr", "-o", "out"], here),
         "127 × 128",
@@ -148,7 +148,7 @@ fn a_mosaic_that_the_sub_pixels_do_not_divide_is_refused_with_both_sizes() {
 }
 
 #[test]
-fn a_sample_whose_meta_json_is_missing_cut_short_or_without_a_slope_is_refused() {
+fn a_sample_whose_meta_json_is_missing_of_another_size_without_a_slope_or_cut_short_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     std::fs::create_dir(here.join("s")).unwrap();
@@ -166,9 +166,11 @@ fn a_sample_whose_meta_json_is_missing_cut_short_or_without_a_slope_is_refused()
             assert!(!here.join("out").exists(), "{command:?}");
         }
     };
-    all_refuse("meta.json");
+    all_refuse("a sample's folder");
+    write_meta(&here.join("s"), 255, |_| ());
+    all_refuse("views of 256 × 256 pixels where s/meta.json says 255 × 255");
     let path = here.join("s/meta.json");
-    write_meta(&here.join("s"), |meta| {
+    write_meta(&here.join("s"), 256, |meta| {
         meta["raw"]["white_level"] = 0.into()
     });
     all_refuse("white_level 0 must be above black_level 0");

@@ -15,11 +15,8 @@ const FOCUS_M: f64 = 0.75;
 const KAPPA: f64 = 0.3;
 
 /// The specification's example, with this camera's numbers. Returns fx A, px·m, and p, m.
-fn meta(folder: &Path) -> (f64, f64) {
-    write_meta(folder, |meta| {
-        meta["sensor"]["width_px"] = SIDE.into();
-        meta["sensor"]["height_px"] = SIDE.into();
-        meta["sensor"]["subpixels"] = serde_json::json!({ "columns": 2, "rows": 2 });
+fn meta(folder: &Path, side: usize) -> (f64, f64) {
+    write_meta(folder, side, |meta| {
         meta["focus"]["distance_m"] = FOCUS_M.into();
         meta["raw"]["format"] = "exr".into();
         for level in ["black_level", "white_level", "linear_at_white"] {
@@ -67,7 +64,7 @@ fn worst_px(camera: (f64, f64), depth: &Image) -> (f64, usize) {
 fn two_planes_come_out_at_their_depths_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
-    let camera = meta(here);
+    let camera = meta(here, SIDE);
     let raw = mosaic(SIDE, |_, y| disparity_px(camera, plane_m(y)), 1.0);
     write_exr(&here.join("raw.exr"), &raw);
     let mut depth = Image::zeros(SIDE, SIDE, 1);
@@ -128,11 +125,11 @@ fn a_calibration_takes_the_aberrations_own_disparity_out() {
     let here = folder.path();
     // A smooth aberration of 0.5 to 0.7 px that looks like defocus, and a chart in focus that shows it.
     let aberration = |x: usize| 0.5 + 0.2 * x as f64 / SIDE as f64;
-    for name in ["chart", "scene", "other"] {
+    for (name, side) in [("chart", SIDE), ("scene", SIDE), ("other", SIDE - 10)] {
         std::fs::create_dir(here.join(name)).unwrap();
-        meta(&here.join(name));
+        meta(&here.join(name), side);
     }
-    let camera = meta(&here.join("scene"));
+    let camera = meta(&here.join("scene"), SIDE);
     let chart = mosaic(SIDE, |x, _| aberration(x), 1.0);
     write_exr(&here.join("chart/raw.exr"), &chart);
     let seen = |x, y| disparity_px(camera, plane_m(y)) + aberration(x);

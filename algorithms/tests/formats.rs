@@ -105,7 +105,7 @@ fn a_png_of_a_view_is_full_at_the_mosaics_white_and_one_of_a_sum_at_that_times_i
         linear_at_white: 0.5,
     };
     raster::write_png16(&here.join("s/raw.png"), &raw, levels).unwrap();
-    write_meta(&here.join("s"), |meta| {
+    write_meta(&here.join("s"), 24, |meta| {
         meta["raw"]["black_level"] = levels.black.into();
         meta["raw"]["white_level"] = levels.white.into();
         meta["raw"]["linear_at_white"] = levels.linear_at_white.into();
@@ -202,7 +202,7 @@ fn a_calibration_is_applied_to_a_png_mosaic_by_the_meta_json_beside_it() {
     };
     for name in ["png", "exr"] {
         std::fs::create_dir(here.join(name)).unwrap();
-        write_meta(&here.join(name), |meta| {
+        write_meta(&here.join(name), 64, |meta| {
             let exr = name == "exr";
             let number = |v: serde_json::Value| if exr { serde_json::Value::Null } else { v };
             meta["raw"]["format"] = name.into();

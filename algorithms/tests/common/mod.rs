@@ -111,10 +111,14 @@ pub fn views(mosaic: &Image) -> Vec<Image> {
     quadpixel::image::views::split_views(mosaic, 2, 2)
 }
 
-/// Changes the specification's example of a `meta.json` and writes it into `folder`.
-pub fn write_meta(folder: &Path, change: impl Fn(&mut serde_json::Value)) {
+/// Writes the specification's example of a `meta.json`, for 2 × 2 sub-pixels of `side` × `side` pixels and with the changes given,
+/// into `folder`.
+pub fn write_meta(folder: &Path, side: usize, change: impl Fn(&mut serde_json::Value)) {
     let example = include_str!("../../../datasets_spec/schema/meta.example.json");
     let mut meta: serde_json::Value = serde_json::from_str(example).unwrap();
+    meta["sensor"]["width_px"] = side.into();
+    meta["sensor"]["height_px"] = side.into();
+    meta["sensor"]["subpixels"] = serde_json::json!({ "columns": 2, "rows": 2 });
     change(&mut meta);
     std::fs::write(folder.join("meta.json"), meta.to_string()).unwrap();
 }
