@@ -75,6 +75,9 @@ fn main() -> Result<(), ResponseError> {
     }
     for name in PixelStack::builtin_names() {
         let stack = PixelStack::builtin(name)?;
+        if stack.metal.is_some() {
+            continue; // The wave model refuses it.
+        }
         for (preset, settings) in [
             ("draft", WaveSettings::draft()),
             ("standard", WaveSettings::standard()),

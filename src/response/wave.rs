@@ -175,14 +175,14 @@ pub fn wave_response(
     AngularResponse::new(axes, meta, values)
 }
 
-/// n of the resin, and the depth of the silicon below the mean lens surface in lengths of resin: `H = Σ d_i n / n_i`.
+/// n of the lens, and the depth of the silicon below the mean lens surface in lengths of it: `H = Σ d_i n / n_i`.
 fn moving_frame(stack: &PixelStack, wavelength_nm: f64) -> Result<MovingFrame, ResponseError> {
     let index = |m: &crate::em::Material| m.index(wavelength_nm).map(|n| n.re);
-    let n = index(&stack.resin)?;
-    let height = stack.mean_lens_height_um()
-        + stack.planarization_um
-        + stack.filter_um * n / index(&stack.filter)?
-        + stack.oxide_um * n / index(&stack.oxide)?;
+    let n = index(&stack.lens.material)?;
+    let mut height = stack.mean_lens_height_um();
+    for layer in &stack.layers {
+        height += layer.thickness_um * n / index(&layer.material)?;
+    }
     MovingFrame::new(n, height)
 }
 

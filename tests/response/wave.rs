@@ -1,7 +1,7 @@
 //! Physics of the wave model.
 
 use quadpixel::em::wave::{WaveModel, WavePowers, WaveSettings};
-use quadpixel::em::{Material, PixelStack};
+use quadpixel::em::{Layer, Material, PixelStack};
 use quadpixel::response::{Response, WaveTable, wave_response};
 use quadpixel::sensor::Subpixels;
 use rustfft::num_complex::Complex64 as C;
@@ -68,9 +68,56 @@ fn flat_slab_absorbs_what_the_transfer_matrix_says_at_0_20_40_deg() {
 }
 
 #[test]
+fn any_list_of_flat_layers_absorbs_what_the_transfer_matrix_says() {
+    // A lens, a glass plate, an absorber, and a nitride coat on the silicon; one layer of no thickness.
+    let mut stack = PixelStack::paper(1.6, 999.0, 0.05, 0.75);
+    stack.trench_um = 0.0;
+    let n = |n, k| Material::Constant { n, k };
+    stack.layers = [
+        ("plate", 0.3, n(1.45, 0.0)),
+        ("gap", 0.0, n(1.3, 0.0)),
+        ("dye", 0.4, n(1.7, 0.02)),
+        ("oxide", 0.2, n(1.46, 0.0)),
+        ("coat", 0.07, n(2.0, 0.0)),
+    ]
+    .map(|(name, thickness_um, material)| Layer {
+        name: name.into(),
+        thickness_um,
+        material,
+    })
+    .to_vec();
+    stack.filter = Some("dye".into());
+    let model = WaveModel::new(&stack, 550.0, &WaveSettings::reference()).unwrap();
+    let layers = [
+        (C::new(1.56, 0.0), 0.05),
+        (C::new(1.45, 0.0), 0.3),
+        (C::new(1.7, 0.02), 0.4),
+        (C::new(1.46, 0.0), 0.2),
+        (C::new(2.0, 0.0), 0.07),
+    ];
+    for (theta, allowed) in [(0.0, 2e-3), (20.0, 1.5e-2)] {
+        let wanted = transfer_matrix(&layers, C::new(4.077, 0.027968), 4.0, theta);
+        let (l, r) = halves(&model, theta);
+        assert!(
+            ((l + r) / wanted - 1.0).abs() < allowed,
+            "{theta} deg: {} and {wanted}",
+            l + r
+        );
+    }
+}
+
+#[test]
+fn metal_is_refused_by_a_scalar_wave() {
+    let stack = PixelStack::builtin("2.8um-tungsten").unwrap();
+    let refused = WaveModel::new(&stack, 550.0, &WaveSettings::draft());
+    let said = refused.err().unwrap().to_string();
+    assert!(said.contains("metal") && said.contains("oxide"), "{said}");
+}
+
+#[test]
 fn lossless_layers_pass_on_all_light() {
     let mut stack = PixelStack::builtin("1.6um").unwrap();
-    stack.filter = Material::Constant { n: 1.60, k: 0.0 };
+    stack.filter_layer_mut().unwrap().material = Material::Constant { n: 1.60, k: 0.0 };
     let at = |settings: &WaveSettings| {
         let model = WaveModel::new(&stack, 550.0, settings).unwrap();
         [(0.0, 0.0), (0.2, 0.1), (0.45, 0.0)].map(|(u, v)| model.solve(u, v).unwrap())
