@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::{WaveModel, WaveSettings};
-use quadpixel::response::{GeometricResponse, WaveTable, wave_response};
+use quadpixel::response::{GeometricResponse, TableSettings, build_table};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -121,19 +121,20 @@ fn table(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
         ));
     }
     let preset = match args.preset {
-        Preset::Draft => WaveTable::draft(),
-        Preset::Standard => WaveTable::standard_for(stack),
-        Preset::Reference => WaveTable::reference(),
+        Preset::Draft => TableSettings::wave_draft(),
+        Preset::Standard => TableSettings::wave_standard_for(stack),
+        Preset::Reference => TableSettings::wave_reference(),
     };
-    let table = WaveTable {
+    let table = TableSettings {
         wavelengths_nm: args.wavelength_nm.clone(),
         ..preset
     };
     let progress = Progress::stderr();
     let angles = |done: usize, total: usize| progress.angles(done, total);
     let began = std::time::Instant::now();
-    let response =
-        wave_response(stack, &table, &angles).map_err(|e| CommandError::input(e.to_string()))?;
+    let response = build_table(stack, &table, None, &angles)
+        .map_err(|e| CommandError::input(e.to_string()))?
+        .table;
     progress.finish();
     let seconds = began.elapsed().as_secs_f64();
     let path = args

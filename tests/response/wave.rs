@@ -2,11 +2,23 @@
 
 use quadpixel::em::wave::{WaveModel, WavePowers, WaveSettings};
 use quadpixel::em::{Layer, Material, PixelStack};
-use quadpixel::response::{Response, WaveTable, wave_response};
+use quadpixel::response::{AngularResponse, PixelModel, Response, TableSettings, build_table};
 use quadpixel::sensor::Subpixels;
 use rustfft::num_complex::Complex64 as C;
 
 use crate::conformance::conforms;
+
+fn simulated(stack: &PixelStack, settings: &TableSettings) -> AngularResponse {
+    build_table(stack, settings, None, &|_, _| {})
+        .unwrap()
+        .table
+}
+
+fn waves(table: &TableSettings) -> WaveSettings {
+    match &table.model {
+        PixelModel::Wave(settings) => *settings,
+    }
+}
 
 fn halves(model: &WaveModel, theta_deg: f64) -> (f64, f64) {
     let p = model
@@ -250,12 +262,12 @@ fn small_sub_pixels_part_blue_light_better_than_red() {
 fn moving_frame_follows_a_shifted_lens() {
     let stack = PixelStack::builtin("2.8um").unwrap();
     let settings = WaveSettings::standard();
-    let tiny = WaveTable {
+    let tiny = TableSettings {
         steps: 2,
-        wave: settings,
-        ..WaveTable::draft()
+        model: PixelModel::Wave(settings),
+        ..TableSettings::wave_draft()
     };
-    let frame = wave_response(&stack, &tiny, &|_, _| {}).unwrap().frame();
+    let frame = simulated(&stack, &tiny).frame();
     let centred = WaveModel::new(&stack, 550.0, &settings).unwrap();
     for cra_deg in [10.0f64, 20.0] {
         let chief = cra_deg.to_radians().sin();
@@ -300,11 +312,11 @@ fn wave_tables_conform() {
     for (m, n) in [(2, 2), (2, 1), (1, 2), (3, 3)] {
         let mut stack = PixelStack::builtin("1.6um").unwrap();
         stack.subpixels = Subpixels::new(m, n).unwrap();
-        let table = WaveTable {
+        let table = TableSettings {
             steps: 8,
-            ..WaveTable::draft()
+            ..TableSettings::wave_draft()
         };
-        let response = wave_response(&stack, &table, &|_, _| {}).unwrap();
+        let response = simulated(&stack, &table);
         conforms(&Response::Table(response), 550.0, 0.8, 2e-4);
     }
 }
@@ -313,11 +325,9 @@ fn wave_tables_conform() {
 fn table_follows_the_model_between_its_nodes() {
     // 1.6 µm is the hardest of the built-in pixels: its resonances are the narrowest against the step.
     let stack = PixelStack::builtin("1.6um").unwrap();
-    let table = WaveTable::standard_for(&stack);
-    let lookup = wave_response(&stack, &table, &|_, _| {})
-        .unwrap()
-        .interpolator(550.0);
-    let model = WaveModel::new(&stack, 550.0, &table.wave).unwrap();
+    let table = TableSettings::wave_standard_for(&stack);
+    let lookup = simulated(&stack, &table).interpolator(550.0);
+    let model = WaveModel::new(&stack, 550.0, &waves(&table)).unwrap();
     let (mut sum, mut peak, mut count) = (0.0, 0.0f64, 0.0);
     for i in 0..120 {
         // A golden spiral over the F/1.2 cone.
@@ -341,12 +351,12 @@ fn table_holds_what_the_model_says_at_its_nodes() {
     // A shifted lens, so that no symmetry of the full square may be used; node by node.
     let mut stack = PixelStack::builtin("1.6um").unwrap();
     stack.lens.shift_um = [0.2, 0.0];
-    let table = WaveTable {
+    let table = TableSettings {
         steps: 3,
-        ..WaveTable::draft()
+        ..TableSettings::wave_draft()
     };
-    let response = wave_response(&stack, &table, &|_, _| {}).unwrap();
-    let model = WaveModel::new(&stack, 550.0, &table.wave).unwrap();
+    let response = simulated(&stack, &table);
+    let model = WaveModel::new(&stack, 550.0, &waves(&table)).unwrap();
     let step = 0.8 / 3.0;
     for (iu, iv) in [(0i32, 0i32), (1, 0), (-1, 2), (2, -1), (-2, -2)] {
         let wanted = model
