@@ -254,12 +254,11 @@ fn seen_at(
         })
 }
 
-/// A pixel by its built-in name or TOML file, with m×n photodiodes.
+/// A pixel by its built-in name or TOML file.
 ///
 /// # Errors
 /// An unknown name, or what is wrong with the file.
-pub fn pixel_stack(name: &str, subpixels: Subpixels) -> Result<PixelStack, CommandError> {
-    let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
+pub fn pixel(name: &str) -> Result<PixelStack, CommandError> {
     let stack = if name.ends_with(".toml") {
         let text = std::fs::read_to_string(name)
             .map_err(|e| CommandError::input(format!("{name}: {e}")))?;
@@ -267,9 +266,17 @@ pub fn pixel_stack(name: &str, subpixels: Subpixels) -> Result<PixelStack, Comma
     } else {
         PixelStack::builtin(name)
     };
+    stack.map_err(|e| CommandError::input(e.to_string()))
+}
+
+/// A pixel by its built-in name or TOML file, with m×n photodiodes.
+///
+/// # Errors
+/// An unknown name, or what is wrong with the file.
+pub fn pixel_stack(name: &str, subpixels: Subpixels) -> Result<PixelStack, CommandError> {
     Ok(PixelStack {
         subpixels,
-        ..stack.map_err(|e| input(&e))?
+        ..pixel(name)?
     })
 }
 

@@ -18,11 +18,10 @@ use super::journal::{Answer, Journal, RunId};
 use super::resample::{Grid, Place, shares};
 use super::symmetry::{Node, Symmetry, canonical_nodes, symmetries, unfold};
 use super::{
-    AngularResponse, MovingFrame, PixelModel, ResponseAxes, ResponseError, ResponseMeta,
+    AngularResponse, LitPixel, MovingFrame, PixelModel, ResponseAxes, ResponseError, ResponseMeta,
     TableSettings,
 };
-use crate::em::wave::WaveModel;
-use crate::em::{Material, PixelStack};
+use crate::em::PixelStack;
 
 /// Directions are simulated up to this sin θ (70°); near grazing no model is to be trusted.
 const LARGEST_SINE: f64 = 0.94;
@@ -83,7 +82,7 @@ pub fn build_table(
 ) -> Result<BuiltTable, ResponseError> {
     settings.check()?;
     stack.check()?;
-    let frame = moving_frame(stack, settings.wavelengths_nm[0])?;
+    let frame = moving_frame(stack, settings)?;
     let plan = Plan::new(stack, settings, settings.model.is_pulsed());
     let (journal, no_journal) = match journal.map(|path| Journal::open(path, &settings.key(stack)))
     {
@@ -91,38 +90,34 @@ pub fn build_table(
         Some(Ok(journal)) => (Some(journal), None),
         Some(Err(e)) => (None, Some(e.to_string())),
     };
-    let simulated = match &settings.model {
-        PixelModel::Wave(wave) => {
-            let models = settings.wavelengths_nm.iter();
-            let models = models
-                .map(|&nm| WaveModel::new(stack, nm, wave))
-                .collect::<Result<Vec<_>, _>>()?;
-            plan.simulate(journal.as_ref(), progress, &|run| {
-                let [u, v] = run.cosines(run.wavelengths.start, &plan.step);
-                let powers = models[run.wavelengths.start].solve(u, v)?;
-                Ok(Answer {
-                    absorbed: vec![powers.absorbed],
-                    residual: powers.residual,
-                    imbalance: powers.imbalance,
-                })
-            })?
-        }
-    };
+    let wavelengths = settings.wavelengths_nm.iter();
+    let lit = wavelengths
+        .map(|&nm| LitPixel::new(stack, &settings.model, nm))
+        .collect::<Result<Vec<_>, _>>()?;
+    let simulated = plan.simulate(journal.as_ref(), progress, &|run| {
+        let [u, v] = run.cosines(run.wavelengths.start, &plan.step);
+        let answer = lit[run.wavelengths.start].light(u, v)?;
+        Ok(Answer {
+            absorbed: vec![answer.mean.absorbed],
+            residual: answer.residual,
+            imbalance: answer.imbalance,
+        })
+    })?;
     let mut built = plan.table(stack, settings, frame, simulated)?;
     let trouble = journal.and_then(Journal::remove);
     built.report.journal_trouble = no_journal.or(trouble);
     Ok(built)
 }
 
-/// n of the lens, and the depth of the silicon below the mean lens surface in lengths of it: `H = Σ d_i n / n_i`.
-fn moving_frame(stack: &PixelStack, wavelength_nm: f64) -> Result<MovingFrame, ResponseError> {
-    let index = |m: &Material| m.index(wavelength_nm).map(|n| n.re);
-    let n = index(&stack.lens.material)?;
-    let mut height = stack.mean_lens_height_um();
-    for layer in &stack.layers {
-        height += layer.thickness_um * n / index(&layer.material)?;
+/// How a lens shift moves the response; the geometric model has its own frame.
+fn moving_frame(
+    stack: &PixelStack,
+    settings: &TableSettings,
+) -> Result<MovingFrame, ResponseError> {
+    match settings.model {
+        PixelModel::Geometric { focal_length_um } => MovingFrame::new(1.0, focal_length_um),
+        _ => MovingFrame::of(stack, settings.wavelengths_nm[0]),
     }
-    MovingFrame::new(n, height)
 }
 
 /// One call of a pixel model.

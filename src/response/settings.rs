@@ -10,6 +10,11 @@ use crate::em::wave::{self, WaveSettings};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PixelModel {
+    /// The ideal box of eq. 2 ([`super::GeometricResponse`]), which a table blurs by one step: for programs that read tables.
+    Geometric {
+        /// Focal length of the microlens in air, µm.
+        focal_length_um: f64,
+    },
     /// Scalar waves ([`crate::em::wave`]).
     Wave(WaveSettings),
 }
@@ -18,6 +23,7 @@ impl PixelModel {
     /// Name and version, part of every table's key.
     pub fn version(&self) -> &'static str {
         match self {
+            Self::Geometric { .. } => "geometric-1",
             Self::Wave(_) => wave::MODEL,
         }
     }
@@ -25,6 +31,18 @@ impl PixelModel {
     /// Ranges in which the model works.
     pub fn check(&self) -> Result<(), ResponseError> {
         match self {
+            Self::Geometric { focal_length_um } => {
+                if *focal_length_um > 0.0 && focal_length_um.is_finite() {
+                    Ok(())
+                } else {
+                    let allowed = "finite and > 0";
+                    Err(ResponseError::value(
+                        "focal_length_um",
+                        focal_length_um,
+                        allowed,
+                    ))
+                }
+            }
             Self::Wave(settings) => Ok(settings.check()?),
         }
     }
@@ -32,7 +50,7 @@ impl PixelModel {
     /// Whether one run answers for many wavelengths at one transverse wavevector k∥.
     pub(super) fn is_pulsed(&self) -> bool {
         match self {
-            Self::Wave(_) => false,
+            Self::Geometric { .. } | Self::Wave(_) => false,
         }
     }
 }
@@ -58,6 +76,15 @@ pub struct TableSettings {
 }
 
 impl TableSettings {
+    /// The geometric model, its boxes' edges blurred over 0.0125 in u and v.
+    pub fn geometric(focal_length_um: f64) -> Self {
+        Self {
+            model: PixelModel::Geometric { focal_length_um },
+            steps: 64,
+            refine: 1,
+            ..Self::wave_draft()
+        }
+    }
     /// Wave model, quick looks, at 550 nm.
     pub fn wave_draft() -> Self {
         Self {

@@ -24,8 +24,13 @@ impl Symmetry {
         let (a, b) = if self.swap { (b, a) } else { (a, b) };
         (a * self.sign_x, b * self.sign_y)
     }
+    /// Where it sends the direction cosines (u, v).
+    pub fn direction(self, [u, v]: [f64; 2]) -> [f64; 2] {
+        let [u, v] = if self.swap { [v, u] } else { [u, v] };
+        [u * self.sign_x as f64, v * self.sign_y as f64]
+    }
     /// The sub-pixel that sub-pixel `i` becomes.
-    fn sub_pixel(self, s: Subpixels, i: usize) -> usize {
+    pub fn sub_pixel(self, s: Subpixels, i: usize) -> usize {
         let (c, r) = s.column_row(i);
         let (c, r) = if self.swap { (r, c) } else { (c, r) };
         let c = if self.sign_x < 0 { s.m() - 1 - c } else { c };

@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use quadpixel::em::PixelStack;
+use quadpixel::em::wave::WaveSettings;
 use quadpixel::response::{CacheWarning, PixelModel, ResponseCache, TableSettings, build_table};
 
 fn small() -> (PixelStack, TableSettings) {
@@ -70,8 +71,7 @@ fn key_changes_with_pixel_and_settings() {
     let mut other = stack.clone();
     other.lens.shift_um[0] = 0.1;
     let mut finer = table.clone();
-    let PixelModel::Wave(wave) = &mut finer.model;
-    wave.slice_nm *= 0.5;
+    finer.model = PixelModel::Wave(WaveSettings::reference());
     assert_ne!(table.key(&stack), table.key(&other));
     assert_ne!(table.key(&stack), finer.key(&stack));
     assert_eq!(table.key(&stack), small().1.key(&small().0));

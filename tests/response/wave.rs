@@ -17,6 +17,7 @@ fn simulated(stack: &PixelStack, settings: &TableSettings) -> AngularResponse {
 fn waves(table: &TableSettings) -> WaveSettings {
     match &table.model {
         PixelModel::Wave(settings) => *settings,
+        other => panic!("{other:?}"),
     }
 }
 

@@ -50,7 +50,7 @@ fn answer(run: &Run, plan: &Plan) -> Answer {
 }
 
 fn built(plan: &Plan, stack: &PixelStack, simulated: Simulated) -> BuiltTable {
-    let frame = moving_frame(stack, 550.0).unwrap();
+    let frame = moving_frame(stack, &settings()).unwrap();
     plan.table(stack, &settings(), frame, simulated).unwrap()
 }
 
