@@ -8,7 +8,7 @@
 use super::Sample;
 
 /// Samples in a fit; a quadratic has six coefficients.
-const NEIGHBOURS: usize = 12;
+const NEIGHBOURS: usize = 16;
 /// ε in lengths of R.
 const SOFTNESS: f64 = 1e-3;
 /// A pivot below this part of the largest entry means that the samples do not determine the fit.
