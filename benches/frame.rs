@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 use quadpixel::em::PixelStack;
 use quadpixel::lens::{FocusBy, Lens, Prescription};
 use quadpixel::render::{Camera, Execution, RenderSettings, render};
-use quadpixel::response::{GeometricResponse, Response, ResponseCache, WaveTable};
+use quadpixel::response::{GeometricResponse, Response, ResponseCache, TableSettings};
 use quadpixel::scene::texture::Texture;
 use quadpixel::scene::{Scene, TexturedPlane};
 use quadpixel::sensor::{Sensor, ShiftRule};
@@ -38,12 +38,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         stack.pitch_um,
         stack.pitch_um * f_number,
     )?);
-    let (table, _) = ResponseCache::open(ResponseCache::default_dir()).get_or_build(
+    let cached = ResponseCache::open(ResponseCache::default_dir()).get_or_build(
         &stack,
-        &WaveTable::standard_for(&stack),
+        &TableSettings::wave_standard_for(&stack),
         &|_, _| (),
     )?;
-    let diffractive = Response::Table(table);
+    let diffractive = Response::Table(cached.table);
     // A fine checkerboard with shades: every ray looks its texture up.
     let texture = Texture::from_fn(4096, 4096, |x, y| {
         let check = if (x / 8 + y / 8) % 2 == 0 { 0.9 } else { 0.1 };

@@ -8,7 +8,9 @@ use glam::{DMat3, DVec2, DVec3};
 use quadpixel::em::PixelStack;
 use quadpixel::lens::{FocusBy, Lens, Prescription, trace_backward};
 use quadpixel::render::Camera;
-use quadpixel::response::{AngularResponse, GeometricResponse, Response, ResponseCache, WaveTable};
+use quadpixel::response::{
+    AngularResponse, GeometricResponse, Response, ResponseCache, TableSettings,
+};
 use quadpixel::scene::{Scene, TexturedPlane};
 use quadpixel::sensor::{Sensor, Subpixels};
 use quadpixel::spectrum::ChannelWavelengths;
@@ -90,13 +92,15 @@ impl Responses {
         let table = match &recipe.response {
             ResponseRecipe::Wave { pixel } => {
                 let stack = pixel_stack(pixel, subpixels)?;
-                let made =
-                    self.cache
-                        .get_or_build(&stack, &WaveTable::standard_for(&stack), progress);
-                let (table, warnings) = made.map_err(|e| input(&e))?;
-                self.warnings
-                    .extend(warnings.iter().map(ToString::to_string));
-                table
+                let made = self.cache.get_or_build(
+                    &stack,
+                    &TableSettings::wave_standard_for(&stack),
+                    progress,
+                );
+                let made = made.map_err(|e| input(&e))?;
+                let warnings = made.warnings.iter().map(ToString::to_string);
+                self.warnings.extend(warnings);
+                made.table
             }
             ResponseRecipe::Table { file } => {
                 AngularResponse::read_npz(Path::new(file)).map_err(|e| input(&e))?
@@ -250,12 +254,11 @@ fn seen_at(
         })
 }
 
-/// A pixel by its built-in name or TOML file, with m×n photodiodes.
+/// A pixel by its built-in name or TOML file.
 ///
 /// # Errors
 /// An unknown name, or what is wrong with the file.
-pub fn pixel_stack(name: &str, subpixels: Subpixels) -> Result<PixelStack, CommandError> {
-    let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
+pub fn pixel(name: &str) -> Result<PixelStack, CommandError> {
     let stack = if name.ends_with(".toml") {
         let text = std::fs::read_to_string(name)
             .map_err(|e| CommandError::input(format!("{name}: {e}")))?;
@@ -263,9 +266,17 @@ pub fn pixel_stack(name: &str, subpixels: Subpixels) -> Result<PixelStack, Comma
     } else {
         PixelStack::builtin(name)
     };
+    stack.map_err(|e| CommandError::input(e.to_string()))
+}
+
+/// A pixel by its built-in name or TOML file, with m×n photodiodes.
+///
+/// # Errors
+/// An unknown name, or what is wrong with the file.
+pub fn pixel_stack(name: &str, subpixels: Subpixels) -> Result<PixelStack, CommandError> {
     Ok(PixelStack {
         subpixels,
-        ..stack.map_err(|e| input(&e))?
+        ..pixel(name)?
     })
 }
 

@@ -23,7 +23,7 @@ pub struct DatasetConfig {
     pub lens: LensConfig,
     /// Sensor.
     pub sensor: SensorConfig,
-    /// Angular response: `wave` or `geometric`.
+    /// Angular response.
     pub response: ResponseConfig,
     /// Scenes.
     pub scene: SceneConfig,
@@ -60,7 +60,7 @@ pub struct SensorConfig {
     pub window: WindowConfig,
     /// How microlenses follow the chief ray.
     pub microlens_shift: ShiftRule,
-    /// Pitch of the microlenses, µm; absent: that of the pixel of the wave response.
+    /// Pitch of the microlenses, µm; absent: that of the response's pixel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pitch_um: Option<Draw>,
 }
@@ -96,6 +96,11 @@ pub enum ResponseConfig {
     },
     /// The ideal box.
     Geometric,
+    /// Tables from files, such as imported ones.
+    Table {
+        /// `.npz` files of `qpgen response`; one is drawn a sample.
+        files: Vec<String>,
+    },
 }
 
 /// Scenes of flat cards.
@@ -237,8 +242,10 @@ impl DatasetConfig {
         some("rays_per_pixel", self.rays_per_pixel)?;
         some("scene.charts", self.scene.charts.len())?;
         some("scene.texture_px", self.scene.texture_px)?;
-        if let ResponseConfig::Wave { pixels } = &self.response {
-            some("response.pixels", pixels.len())?;
+        match &self.response {
+            ResponseConfig::Wave { pixels } => some("response.pixels", pixels.len())?,
+            ResponseConfig::Table { files } => some("response.files", files.len())?,
+            ResponseConfig::Geometric => {}
         }
         self.lens.focus_mm.check("lens.focus_mm", (1.0, inf))?;
         if let Some(f) = &self.lens.f_number {

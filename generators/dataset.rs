@@ -1,8 +1,13 @@
 //! `qpgen dataset`: draws, renders and writes sample after sample, and finishes the dataset.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::assemble::{Responses, pixel_stack};
+use quadpixel::command::CommandError;
+use quadpixel::response::AngularResponse;
+
+use crate::assemble::{Responses, pixel};
 use crate::config::DatasetConfig;
 use crate::draw;
 use crate::progress::Progress;
@@ -13,7 +18,6 @@ use crate::writer::{
     Dataset, WriteError, WrittenSample, configuration_hash, finish_dataset, finished_sample,
     write_sample,
 };
-use quadpixel::command::CommandError;
 
 /// Licence of what is made: charts and fonts allow it.
 const LICENCE: &str = "CC0-1.0";
@@ -115,10 +119,29 @@ fn without_count(config: &DatasetConfig) -> Result<serde_json::Value, CommandErr
     .map_err(|e| CommandError::failed(format!("configuration: {e}")))
 }
 
+/// Pitch of a pixel or of the pixel of a table (`.npz`).
+fn pitch_um(name: &str) -> Result<f64, CommandError> {
+    if !name.ends_with(".npz") {
+        return Ok(pixel(name)?.pitch_um);
+    }
+    let table = AngularResponse::read_npz(Path::new(name));
+    table
+        .map(|t| t.meta().pitch_um)
+        .map_err(|e| CommandError::input(e.to_string()))
+}
+
 /// All recipes, so that a bad one is found before the first ray.
 fn recipes(config: &DatasetConfig) -> Result<Vec<Recipe>, CommandError> {
-    let subpixels = crate::assemble::subpixels(&config.sensor.subpixels)?;
-    let pitch_of = |pixel: &str| pixel_stack(pixel, subpixels).map(|stack| stack.pitch_um);
+    crate::assemble::subpixels(&config.sensor.subpixels)?;
+    let known = RefCell::new(BTreeMap::new());
+    let pitch_of = |name: &str| {
+        if let Some(&pitch_um) = known.borrow().get(name) {
+            return Ok(pitch_um);
+        }
+        let pitch_um = pitch_um(name)?;
+        known.borrow_mut().insert(name.to_owned(), pitch_um);
+        Ok(pitch_um)
+    };
     (0..config.count as u64)
         .map(|index| draw::recipe(config, index, &pitch_of))
         .collect()

@@ -63,7 +63,7 @@ impl Dice {
     }
 }
 
-/// The recipe of sample `index`. `pitch_of` gives the pitch (µm) of a pixel by its name.
+/// The recipe of sample `index`. `pitch_of` gives the pitch (µm) of a pixel or table by its name.
 ///
 /// # Errors
 /// A pixel that `pitch_of` does not know, or a geometric response without a pitch.
@@ -82,6 +82,11 @@ pub fn recipe(
             let pixel = dice.choice(pixels, For::Pixel, 0).clone();
             let pitch = pitch_of(&pixel)?;
             (ResponseRecipe::Wave { pixel }, Some(pitch))
+        }
+        ResponseConfig::Table { files } => {
+            let file = dice.choice(files, For::Pixel, 0).clone();
+            let pitch = pitch_of(&file)?;
+            (ResponseRecipe::Table { file }, Some(pitch))
         }
         ResponseConfig::Geometric => (
             ResponseRecipe::Geometric {

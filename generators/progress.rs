@@ -2,9 +2,10 @@
 
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// A progress bar over rays.
 pub struct Progress {
@@ -13,7 +14,18 @@ pub struct Progress {
     samples: AtomicU64,
     of: AtomicU64,
     began: Instant,
+    angles: Mutex<Option<Angles>>,
 }
+
+/// Pace of a response table.
+struct Angles {
+    began: Instant,
+    from: usize,
+    told: Instant,
+}
+
+/// How often the angles are told of where stderr is no terminal.
+const ANGLES_TOLD_EVERY: Duration = Duration::from_secs(30);
 
 impl Progress {
     /// Draws on stderr.
@@ -48,6 +60,7 @@ impl Progress {
             samples: AtomicU64::new(0),
             of: AtomicU64::new(0),
             began: Instant::now(),
+            angles: Mutex::new(None),
         }
     }
 
@@ -63,15 +76,38 @@ impl Progress {
         self.bar.inc(n);
     }
 
-    /// Counts angles of a response table.
+    /// Counts angles of a response table and tells the time left, by the pace since it was first called. Where stderr is no terminal,
+    /// a line every half minute.
     pub fn angles(&self, done: usize, total: usize) {
-        self.bar
-            .set_message(format!("angular response {done}/{total}"));
-        if !self.terminal && done == total {
-            eprintln!(
-                "angular response: {total} angles, {:.1} s",
-                self.began.elapsed().as_secs_f64()
-            );
+        // A poisoned lock only means that another thread stopped.
+        let mut angles = self.angles.lock().unwrap_or_else(PoisonError::into_inner);
+        let now = Instant::now();
+        let angles = angles.get_or_insert(Angles {
+            began: now,
+            from: done,
+            told: now,
+        });
+        let fresh = done.saturating_sub(angles.from);
+        let left = if fresh > 0 {
+            let pace = (now - angles.began).as_secs_f64() / fresh as f64;
+            format!(
+                " · {} left",
+                HumanDuration(Duration::from_secs_f64(pace * (total - done) as f64))
+            )
+        } else {
+            String::new()
+        };
+        let text = format!("angular response {done}/{total}");
+        self.bar.set_message(format!("{text}{left}"));
+        if self.terminal {
+            return;
+        }
+        if done == total {
+            let seconds = (now - angles.began).as_secs_f64();
+            eprintln!("angular response: {total} angles, {seconds:.1} s");
+        } else if now - angles.told > ANGLES_TOLD_EVERY {
+            angles.told = now;
+            eprintln!("{text}{left}");
         }
     }
 

@@ -1,15 +1,15 @@
 //! `qpgen response`: a pixel's angular response, as a table for the renderer or at a few angles for a person.
 
-use std::path::PathBuf;
+mod directions;
 
-use clap::{Args, ValueEnum};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
 use quadpixel::em::PixelStack;
-use quadpixel::em::wave::{WaveModel, WaveSettings};
-use quadpixel::response::{GeometricResponse, WaveTable, wave_response};
-use rayon::prelude::*;
-use serde::Serialize;
+use quadpixel::response::{AngularResponse, ImportSettings, ResponseCache, TableSettings};
 
-use crate::assemble::{pixel_stack, subpixels};
+use crate::assemble::{pixel, subpixels};
+use crate::pixel_model::PixelModelArgs;
 use crate::progress::Progress;
 use quadpixel::command::CommandError;
 
@@ -19,15 +19,11 @@ pub struct ResponseArgs {
     /// Pixel: a built-in name or a TOML file.
     #[arg(long, default_value = "2.8um")]
     pixel: String,
-    /// Sub-pixels, columns x rows.
-    #[arg(long, default_value = "2x2")]
-    subpixels: String,
-    /// Pixel model.
-    #[arg(long, value_enum, default_value_t = Model::Wave)]
-    model: Model,
-    /// Focal length of the ideal microlens of the geometric model, µm.
-    #[arg(long, default_value_t = 7.0)]
-    focal_length_um: f64,
+    /// Sub-pixels, columns x rows; absent: as the pixel says.
+    #[arg(long)]
+    subpixels: Option<String>,
+    #[command(flatten)]
+    model: PixelModelArgs,
     /// Wavelengths, nm, parted by commas.
     #[arg(
         long,
@@ -36,15 +32,30 @@ pub struct ResponseArgs {
         default_value = "550"
     )]
     wavelength_nm: Vec<f64>,
-    /// How finely the wave model computes.
-    #[arg(long, value_enum, default_value_t = Preset::Standard)]
-    preset: Preset,
+    /// Directions simulated from the normal to the table's end, along u and along v; absent: as the preset says.
+    #[arg(long)]
+    grid: Option<usize>,
+    /// The table's end: largest direction cosines |u| and |v|.
+    #[arg(long)]
+    cosine_max: Option<f64>,
     /// Only these angles of incidence, deg, parted by commas.
-    #[arg(long, value_delimiter = ',')]
+    #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
     theta_deg: Vec<f64>,
     /// Azimuths of the angles, deg, parted by commas.
-    #[arg(long, value_delimiter = ',', default_value = "0")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "0",
+        allow_negative_numbers = true
+    )]
     phi_deg: Vec<f64>,
+    /// Makes the table of a CSV file of another tool, with the columns theta_deg, phi_deg, subpixel, P (and wavelength_nm, if there
+    /// are several).
+    #[arg(long, value_name = "CSV", conflicts_with = "theta_deg")]
+    import: Option<PathBuf>,
+    /// The imported file holds part of the directions; the pixel's symmetry gives the others.
+    #[arg(long, requires = "import")]
+    symmetric: bool,
     /// Table to write, an .npz that NumPy reads; absent: NAME-MODEL.npz.
     #[arg(long, short)]
     output: Option<PathBuf>,
@@ -56,206 +67,145 @@ pub struct ResponseArgs {
     json: bool,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Model {
-    /// The ideal box of the paper's equation 2.
-    Geometric,
-    /// Wave propagation through the pixel stack.
-    Wave,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Preset {
-    Draft,
-    Standard,
-    Reference,
-}
-
-/// The response to one plane wave, mean of s and p polarization.
-#[derive(Clone, Debug, Serialize)]
-struct Direction {
-    wavelength_nm: f64,
-    theta_deg: f64,
-    phi_deg: f64,
-    /// P of each sub-pixel, by name.
-    p: Vec<(String, f64)>,
-    /// Reflected part; `None` for the geometric model.
-    reflected: Option<f64>,
-    /// Seconds.
-    seconds: f64,
-}
-
 /// Computes, prints, writes.
 ///
 /// # Errors
 /// Bad arguments (2), or a disk that fails (1).
 pub fn run(args: &ResponseArgs) -> Result<(), CommandError> {
-    let stack = pixel_stack(&args.pixel, subpixels(&args.subpixels)?)?;
-    if args.print_pixel {
-        let text =
-            toml::to_string(&stack).map_err(|e| CommandError::failed(format!("pixel: {e}")))?;
-        print!(
-            "# A pixel, from the microlens down; lengths in um. A material is a table's name or {{ n, k }}.\n{text}"
-        );
-        return Ok(());
+    let mut stack = pixel(&args.pixel)?;
+    if let Some(name) = &args.subpixels {
+        stack.subpixels = subpixels(name)?;
     }
-    if args.theta_deg.is_empty() {
+    if args.print_pixel {
+        return print_pixel(args, &stack);
+    }
+    if let Some(csv) = &args.import {
+        import(args, &stack, csv)
+    } else if args.theta_deg.is_empty() {
         table(args, &stack)
     } else {
-        directions(args, &stack)
+        directions::print(args, &stack)
     }
 }
 
-fn settings(preset: Preset) -> WaveSettings {
-    match preset {
-        Preset::Draft => WaveSettings::draft(),
-        Preset::Standard => WaveSettings::standard(),
-        Preset::Reference => WaveSettings::reference(),
+fn print_pixel(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
+    let commented = PixelStack::builtin_toml(&args.pixel).filter(|_| args.subpixels.is_none());
+    match commented {
+        Some(text) => print!("{text}"),
+        None => {
+            let text =
+                toml::to_string(stack).map_err(|e| CommandError::failed(format!("pixel: {e}")))?;
+            print!(
+                "# `qpgen response --pixel 2.8um-tungsten --print-pixel` explains every field.\n{text}"
+            );
+        }
     }
+    Ok(())
 }
 
 fn table(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
-    if args.model == Model::Geometric {
-        return Err(CommandError::input(
-            "--model geometric is exact and needs no table; allowed: --theta-deg with it, or --model wave",
-        ));
-    }
-    let preset = match args.preset {
-        Preset::Draft => WaveTable::draft(),
-        Preset::Standard => WaveTable::standard_for(stack),
-        Preset::Reference => WaveTable::reference(),
-    };
-    let table = WaveTable {
+    let preset = args.model.table(stack);
+    let settings = TableSettings {
         wavelengths_nm: args.wavelength_nm.clone(),
+        steps: args.grid.unwrap_or(preset.steps),
+        cosine_max: args.cosine_max.unwrap_or(preset.cosine_max),
         ..preset
     };
     let progress = Progress::stderr();
     let angles = |done: usize, total: usize| progress.angles(done, total);
     let began = std::time::Instant::now();
-    let response =
-        wave_response(stack, &table, &angles).map_err(|e| CommandError::input(e.to_string()))?;
-    progress.finish();
+    let made = ResponseCache::open(ResponseCache::default_dir())
+        .get_or_build(stack, &settings, &angles)
+        .map_err(|e| CommandError::input(e.to_string()))?;
     let seconds = began.elapsed().as_secs_f64();
+    for warning in &made.warnings {
+        progress.warn(&warning.to_string());
+    }
+    if let Some(violation) = made.report.as_ref().and_then(|r| r.violation()) {
+        progress.warn(&format!(
+            "{violation}; cut in the table. A finer preset should cure it"
+        ));
+    }
+    progress.finish();
     let path = args
         .output
         .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("{}-wave.npz", stack.name)));
-    response
-        .write_npz(&path)
-        .map_err(|e| CommandError::failed(e.to_string()))?;
-    let axes = response.axes();
-    let nodes = axes.u.len() * axes.v.len() * axes.wavelengths_nm.len();
+        .unwrap_or_else(|| PathBuf::from(format!("{}-{}.npz", stack.name, args.model.name())));
+    written(&made.table, &path)?;
     if args.json {
-        let key = &response.meta().key;
+        let report = made.report.as_ref();
         println!(
             "{}",
-            serde_json::json!({ "file": path, "nodes": nodes, "seconds": seconds, "key": key })
+            serde_json::json!({
+                "file": path, "nodes": nodes(&made.table), "seconds": seconds, "key": made.table.meta().key,
+                "from_cache": report.is_none(), "build": report
+            })
         );
-    } else {
-        println!("{}: {nodes} directions in {seconds:.1} s", path.display());
+        return Ok(());
+    }
+    println!(
+        "{}: {} directions in {seconds:.1} s",
+        path.display(),
+        nodes(&made.table)
+    );
+    match made.report {
+        None => println!("computed earlier and kept"),
+        Some(r) => println!(
+            "{} runs, {} of them kept from an earlier build; before cutting, P from {:.4} and sums up to {:.4}; interpolation cut by at most \
+             {:.4}; worst residual {:.1e}, worst imbalance of power {:+.4}",
+            r.runs, r.reused, r.least, r.largest_sum, r.most_cut, r.residual, r.imbalance
+        ),
     }
     Ok(())
 }
 
-fn directions(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
-    let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
-    if let Some(theta) = args
-        .theta_deg
-        .iter()
-        .find(|t| t.is_nan() || t.abs() >= 90.0)
-    {
+fn import(args: &ResponseArgs, stack: &PixelStack, csv: &Path) -> Result<(), CommandError> {
+    let [wavelength_nm] = args.wavelength_nm[..] else {
+        return Err(CommandError::input(
+            "--wavelength-nm has several values; allowed: one with --import (a column wavelength_nm of the file says the others)",
+        ));
+    };
+    if !(wavelength_nm > 0.0 && wavelength_nm.is_finite()) {
         return Err(CommandError::input(format!(
-            "--theta-deg is {theta}; allowed: above −90, below 90"
+            "--wavelength-nm is {wavelength_nm}; allowed: a positive number"
         )));
     }
-    let sub = stack.subpixels;
-    let geometric =
-        GeometricResponse::new(sub, stack.pitch_um, args.focal_length_um).map_err(|e| input(&e))?;
-    let mut all = Vec::new();
-    for &wavelength_nm in &args.wavelength_nm {
-        let model =
-            WaveModel::new(stack, wavelength_nm, &settings(args.preset)).map_err(|e| input(&e))?;
-        let angles: Vec<(f64, f64)> = args
-            .phi_deg
-            .iter()
-            .flat_map(|&phi| args.theta_deg.iter().map(move |&theta| (theta, phi)))
-            .collect();
-        let one = |&(theta_deg, phi_deg): &(f64, f64)| {
-            let began = std::time::Instant::now();
-            let (sin, (sin_phi, cos_phi)) =
-                (theta_deg.to_radians().sin(), phi_deg.to_radians().sin_cos());
-            let (u, v) = (sin * cos_phi, sin * sin_phi);
-            let (p, reflected) = match args.model {
-                Model::Wave => {
-                    let powers = model.solve(u, v).map_err(|e| input(&e))?;
-                    (powers.absorbed, Some(powers.reflected))
-                }
-                Model::Geometric => {
-                    let mut p = vec![0f32; sub.count()];
-                    geometric.weights(u as f32, v as f32, &mut p);
-                    (p.into_iter().map(f64::from).collect(), None)
-                }
-            };
-            let p = p
-                .into_iter()
-                .enumerate()
-                .map(|(i, p)| (sub.name(i), p))
-                .collect();
-            let seconds = began.elapsed().as_secs_f64();
-            Ok(Direction {
-                wavelength_nm,
-                theta_deg,
-                phi_deg,
-                p,
-                reflected,
-                seconds,
-            })
-        };
-        all.extend(
-            angles
-                .par_iter()
-                .map(one)
-                .collect::<Result<Vec<_>, CommandError>>()?,
-        );
-    }
+    let settings = ImportSettings {
+        wavelength_nm,
+        symmetric: args.symmetric,
+    };
+    let response = AngularResponse::read_csv(csv, stack, &settings)
+        .map_err(|e| CommandError::input(e.to_string()))?;
+    let path = args
+        .output
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(format!("{}-import.npz", stack.name)));
+    written(&response, &path)?;
+    let wavelengths = &response.axes().wavelengths_nm;
     if args.json {
-        let rows: Vec<_> = all
-            .iter()
-            .map(|d| {
-                let p: serde_json::Map<_, _> = d.p.iter().map(|(name, p)| (name.clone(), (*p).into())).collect();
-                serde_json::json!({
-                    "wavelength_nm": d.wavelength_nm, "theta_deg": d.theta_deg, "phi_deg": d.phi_deg,
-                    "p": p, "reflected": d.reflected, "seconds": d.seconds
-                })
-            })
-            .collect();
+        let key = &response.meta().key;
         println!(
             "{}",
-            serde_json::json!({ "pixel": stack.name, "pitch_um": stack.pitch_um, "directions": rows })
+            serde_json::json!({ "file": path, "nodes": nodes(&response), "wavelengths_nm": wavelengths, "key": key })
         );
-        return Ok(());
-    }
-    let names: Vec<String> = (0..sub.count())
-        .map(|i| format!("{:>8}", format!("P_{}", sub.name(i))))
-        .collect();
-    println!(
-        "{:>8} {:>9} {:>8} {} {:>8}",
-        "λ nm",
-        "θ deg",
-        "φ deg",
-        names.join(" "),
-        "R"
-    );
-    for d in &all {
-        let p: Vec<String> = d.p.iter().map(|(_, p)| format!("{p:8.4}")).collect();
-        let reflected = d.reflected.map_or("-".into(), |r| format!("{r:.4}"));
+    } else {
         println!(
-            "{:8.1} {:9.2} {:8.1} {} {reflected:>8}",
-            d.wavelength_nm,
-            d.theta_deg,
-            d.phi_deg,
-            p.join(" ")
+            "{}: {} directions at {wavelengths:?} nm from {}",
+            path.display(),
+            nodes(&response),
+            csv.display()
         );
     }
     Ok(())
+}
+
+fn written(response: &AngularResponse, path: &Path) -> Result<(), CommandError> {
+    response
+        .write_npz(path)
+        .map_err(|e| CommandError::failed(e.to_string()))
+}
+
+fn nodes(response: &AngularResponse) -> usize {
+    let axes = response.axes();
+    axes.u.len() * axes.v.len() * axes.wavelengths_nm.len()
 }

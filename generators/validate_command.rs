@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use quadpixel::file;
 use quadpixel::image::raster;
-use quadpixel::response::{AngularResponse, ResponseCache, WaveTable};
+use quadpixel::response::{AngularResponse, ResponseCache, TableSettings};
 use quadpixel::sensor::Subpixels;
 
 use crate::assemble::pixel_stack;
@@ -65,10 +65,12 @@ pub fn run(args: &ValidateArgs) -> Result<(), CommandError> {
     let stack = pixel_stack(&args.pixel, subpixels)?;
     let progress = Progress::stderr();
     let angles = |done: usize, total: usize| progress.angles(done, total);
-    let (response, warnings) = ResponseCache::open(ResponseCache::default_dir())
-        .get_or_build(&stack, &WaveTable::standard_for(&stack), &angles)
+    let cached = ResponseCache::open(ResponseCache::default_dir())
+        .get_or_build(&stack, &TableSettings::wave_standard_for(&stack), &angles)
         .map_err(|e| CommandError::failed(e.to_string()))?;
-    warnings.iter().for_each(|w| progress.warn(&w.to_string()));
+    let response = cached.table;
+    let warnings = cached.warnings.iter();
+    warnings.for_each(|w| progress.warn(&w.to_string()));
     let disk = moving_disk(&response, args.theta_max_deg, args.rays)?;
     let stride = (response.axes().u.len() / 40).max(1);
     let plane = masked_plane(&response, args.theta_max_deg, stride, args.rays)?;

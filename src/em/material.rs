@@ -28,18 +28,29 @@ pub enum Material {
 impl Material {
     /// Refractive index at a wavelength in nm. Fails for an unknown table, a wavelength outside it, or n, k out of range.
     pub fn index(&self, wavelength_nm: f64) -> Result<Complex64, StackError> {
+        self.check("material")?;
         match self {
-            Self::Constant { n, k } => {
-                if !(0.1..=10.0).contains(n) || !(0.0..=10.0).contains(k) {
-                    return Err(StackError::value(
-                        "material",
-                        format!("n = {n}, k = {k}"),
-                        "n 0.1 to 10, k 0 to 10",
-                    ));
-                }
-                Ok(Complex64::new(*n, *k))
-            }
+            Self::Constant { n, k } => Ok(Complex64::new(*n, *k)),
             Self::Table(name) => from_table(name, wavelength_nm),
+        }
+    }
+
+    /// Whether it is a known table or numbers in range; `field` names it in the error.
+    pub(super) fn check(&self, field: &str) -> Result<(), StackError> {
+        match self {
+            Self::Constant { n, k } if !(0.1..=10.0).contains(n) || !(0.0..=10.0).contains(k) => {
+                Err(StackError::value(
+                    field,
+                    format!("n = {n}, k = {k}"),
+                    "n 0.1 to 10, k 0 to 10",
+                ))
+            }
+            Self::Table(name) if !rows().any(|(known, _)| known == name) => Err(StackError::value(
+                field,
+                name,
+                "{ n, k } or a name of materials.csv, such as Si_Green2008",
+            )),
+            _ => Ok(()),
         }
     }
 
@@ -64,9 +75,7 @@ fn rows() -> impl Iterator<Item = (&'static str, [f64; 3])> {
 fn from_table(name: &str, wavelength_nm: f64) -> Result<Complex64, StackError> {
     let um = wavelength_nm * 1e-3;
     let mut below: Option<[f64; 3]> = None;
-    let mut known = false;
     for (_, row) in rows().filter(|(n, _)| *n == name) {
-        known = true;
         // Half an ulp-ish slack: 550 nm × 1e-3 is not quite 0.550.
         if (row[0] - um).abs() < 1e-9 {
             return Ok(Complex64::new(row[1], row[2]));
@@ -85,19 +94,11 @@ fn from_table(name: &str, wavelength_nm: f64) -> Result<Complex64, StackError> {
         }
         below = Some(row);
     }
-    if known {
-        Err(StackError::value(
-            "wavelength_nm",
-            wavelength_nm,
-            "400 to 700 (the material tables)",
-        ))
-    } else {
-        Err(StackError::value(
-            "material",
-            name,
-            "{ n, k } or a name of materials.csv, such as Si_Green2008",
-        ))
-    }
+    Err(StackError::value(
+        "wavelength_nm",
+        wavelength_nm,
+        "400 to 700 (the material tables)",
+    ))
 }
 
 #[cfg(test)]

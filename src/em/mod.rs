@@ -1,8 +1,9 @@
 //! The pixel as matter: its layers, their materials, and light in them.
 
+mod builtin;
 mod material;
 mod stack;
 pub mod wave;
 
 pub use material::Material;
-pub use stack::{Microlens, PixelStack, StackError};
+pub use stack::{Layer, MetalWalls, Microlens, PixelStack, StackError};

@@ -4,19 +4,23 @@
 //!            air
 //!        ___-----___            gapless spherical lens: z = z0 + h − R + √(R² − x² − y²), apex at z0 + h;
 //!      _-           -_            R above the half diagonal leaves a pedestal
-//!   z0 ═══════════════           planarization resin (as the lens)
-//!      ───────────────           colour filter
-//!      ───────────────           oxide
-//!      █│█████│█████│█           silicon, parted by oxide trenches between sub-pixels and along the pixel's border;
+//!   z0 ═══════════════          ┐
+//!      ───────────────          │ flat layers: planarization resin, colour filter, oxide in the paper's pixels;
+//!      ▌             ▐          ┘   one of them may hold metal walls, a frame along the pixel's border
+//!      █│█████│█████│█           silicon, parted by trenches between sub-pixels and along the pixel's border;
 //!      █│█████│█████│█           it goes on below the `silicon_um` whose absorption is counted
 //! ```
-//! The cell is a square of side `pitch_um`, repeated in x and y. No anti-reflection layer, no tungsten.
+//! The cell is a square of side `pitch_um`, repeated in x and y. A trench or wall along the border is centred on it, so that each
+//! pixel has half of its width. No anti-reflection layer unless it is listed.
 
 use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use super::Material;
 use crate::sensor::Subpixels;
+
+/// Most layers that a pixel may list.
+const MOST_LAYERS: usize = 32;
 
 /// A pixel that cannot be.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -25,7 +29,7 @@ pub enum StackError {
     #[error("pixel: {field} is {value}; allowed: {allowed}")]
     Value {
         /// The field.
-        field: &'static str,
+        field: String,
         /// What was given.
         value: String,
         /// What is allowed.
@@ -43,12 +47,12 @@ pub enum StackError {
 
 impl StackError {
     pub(super) fn value(
-        field: &'static str,
+        field: impl Into<String>,
         value: impl std::fmt::Display,
         allowed: &'static str,
     ) -> Self {
         Self::Value {
-            field,
+            field: field.into(),
             value: value.to_string(),
             allowed,
         }
@@ -61,11 +65,37 @@ impl StackError {
 pub struct Microlens {
     /// Radius of curvature R in µm, at least the pixel's half diagonal.
     pub radius_um: f64,
-    /// Height h of the apex above the planarization in µm, at least the sag at the corner.
+    /// Height h of the apex above the first flat layer in µm, at least the sag at the corner.
     pub height_um: f64,
     /// Shift (s_x, s_y) of the lens array against the photodiodes in µm.
     #[serde(default)]
     pub shift_um: [f64; 2],
+    /// What it is made of, pedestal included.
+    pub material: Material,
+}
+
+/// A flat layer between lens and silicon.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Layer {
+    /// Its name, of its own in the pixel.
+    pub name: String,
+    /// Thickness in µm; 0 is allowed and means that it is not there.
+    pub thickness_um: f64,
+    /// What it is made of.
+    pub material: Material,
+}
+
+/// Metal walls: a frame along the pixel's border, as high as the layer that holds it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MetalWalls {
+    /// Name of the layer that holds them.
+    pub layer: String,
+    /// Width in µm, centred on the border.
+    pub width_um: f64,
+    /// The metal.
+    pub material: Material,
 }
 
 /// One period of the pixel array.
@@ -78,131 +108,74 @@ pub struct PixelStack {
     pub pitch_um: f64,
     /// Photodiodes of the pixel (m, n).
     pub subpixels: Subpixels,
-    /// The microlens.
-    pub lens: Microlens,
-    /// Thickness of the planarization in µm.
-    pub planarization_um: f64,
-    /// Thickness of the colour filter in µm.
-    pub filter_um: f64,
-    /// Thickness of the oxide in µm.
-    pub oxide_um: f64,
+    /// Name of the layer that is the colour filter; absent: none is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub filter: Option<String>,
     /// Depth of silicon that counts as photodiode in µm.
     pub silicon_um: f64,
-    /// Width of the trenches in µm; 0 for none.
-    pub trench_um: f64,
-    /// Lens and planarization.
-    pub resin: Material,
-    /// Colour filter, in the band of its own colour.
-    pub filter: Material,
-    /// Oxide layer and trenches.
-    pub oxide: Material,
     /// Silicon.
     pub silicon: Material,
+    /// Width of the trenches in µm; 0 for none.
+    pub trench_um: f64,
+    /// What fills the trenches.
+    pub trench: Material,
+    /// The microlens.
+    pub lens: Microlens,
+    /// Flat layers, from the lens down to the silicon.
+    #[serde(default)]
+    pub layers: Vec<Layer>,
+    /// Metal walls; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub metal: Option<MetalWalls>,
 }
 
 /// Indices of a stack at one wavelength.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Indices {
-    pub resin: Complex64,
-    pub filter: Complex64,
-    pub oxide: Complex64,
+    pub lens: Complex64,
+    /// One a layer, from the lens down.
+    pub layers: Vec<Complex64>,
+    pub trench: Complex64,
     pub silicon: Complex64,
 }
 
 impl PixelStack {
-    /// The paper's layers under a lens of the given pitch, radius and height, with a colour filter of `filter_um`.
-    pub fn paper(pitch_um: f64, radius_um: f64, height_um: f64, filter_um: f64) -> Self {
-        Self {
-            name: format!(
-                "{pitch_um} um, RoC {radius_um:.4}, h {height_um:.4}, filter {filter_um}"
-            ),
-            pitch_um,
-            subpixels: Subpixels::QUAD,
-            lens: Microlens {
-                radius_um,
-                height_um,
-                shift_um: [0.0, 0.0],
-            },
-            planarization_um: 0.5,
-            filter_um,
-            oxide_um: 0.65,
-            silicon_um: 4.0,
-            trench_um: 0.1,
-            resin: Material::Constant { n: 1.56, k: 0.0 },
-            filter: Material::Constant { n: 1.60, k: 0.005 },
-            oxide: Material::Table("SiO2_Malitson1965".into()),
-            silicon: Material::Table("Si_Green2008".into()),
-        }
+    /// The layer of a name.
+    pub fn layer(&self, name: &str) -> Option<&Layer> {
+        self.layers.iter().find(|l| l.name == name)
     }
 
-    /// Names that [`Self::builtin`] knows.
-    pub fn builtin_names() -> [&'static str; 5] {
-        [
-            "3.5um",
-            "3.5um-roc3.5",
-            "3.5um-thin-filter",
-            "2.8um",
-            "1.6um",
-        ]
+    /// The layer of a name, to be changed.
+    pub fn layer_mut(&mut self, name: &str) -> Option<&mut Layer> {
+        self.layers.iter_mut().find(|l| l.name == name)
     }
 
-    /// A built-in pixel. Unless its name says otherwise R = h = half the diagonal, the best of the paper's nine lenses.
-    pub fn builtin(name: &str) -> Result<Self, StackError> {
-        let best = |pitch: f64, filter| {
-            let r = pitch * std::f64::consts::FRAC_1_SQRT_2;
-            Self::paper(pitch, r, r, filter)
-        };
-        let stack = match name {
-            "3.5um" => best(3.5, 1.0),
-            "3.5um-roc3.5" => Self::paper(3.5, 3.5, 2.475, 1.0),
-            "3.5um-thin-filter" => best(3.5, 0.75),
-            "2.8um" => best(2.8, 0.75),
-            "1.6um" => best(1.6, 0.75),
-            _ => {
-                return Err(StackError::value(
-                    "name",
-                    name,
-                    "3.5um, 3.5um-roc3.5, 3.5um-thin-filter, 2.8um, 1.6um",
-                ));
-            }
-        };
-        Ok(Self {
-            name: name.to_owned(),
-            ..stack
-        })
+    /// The layer that is the colour filter.
+    pub fn filter_layer_mut(&mut self) -> Option<&mut Layer> {
+        let name = self.filter.clone()?;
+        self.layer_mut(&name)
     }
 
-    /// A pixel from TOML; `file` names the text in errors.
-    pub fn from_toml(text: &str, file: &str) -> Result<Self, StackError> {
-        let in_file = |why: String| StackError::File {
-            file: file.to_owned(),
-            why,
-        };
-        let stack: Self = toml::from_str(text).map_err(|e| in_file(e.to_string()))?;
-        stack.check().map_err(|e| in_file(e.to_string()))?;
-        Ok(stack)
-    }
-
-    /// Whether the layers make a pixel: ranges, a lens that covers the cell, trenches narrower than sub-pixels.
+    /// Whether the layers make a pixel: ranges, known materials, a lens that covers the cell, trenches and walls narrower than
+    /// sub-pixels.
     pub fn check(&self) -> Result<(), StackError> {
-        let within = |field, value: f64, low: f64, high: f64, allowed| {
-            if (low..=high).contains(&value) {
-                Ok(())
-            } else {
-                Err(StackError::value(field, value, allowed))
-            }
-        };
         within("pitch_um", self.pitch_um, 0.4, 12.0, "0.4 to 12")?;
-        within(
-            "planarization_um",
-            self.planarization_um,
-            0.0,
-            10.0,
-            "0 to 10",
-        )?;
-        within("filter_um", self.filter_um, 0.0, 10.0, "0 to 10")?;
-        within("oxide_um", self.oxide_um, 0.0, 10.0, "0 to 10")?;
         within("silicon_um", self.silicon_um, 0.1, 20.0, "0.1 to 20")?;
+        self.check_lens()?;
+        self.check_layers()?;
+        self.silicon.check("silicon")?;
+        self.trench.check("trench")?;
+        let widest = 0.8 * self.pitch_um / self.subpixels.m().max(self.subpixels.n()) as f64;
+        let allowed = "0 to 0.8 of a sub-pixel";
+        within("trench_um", self.trench_um, 0.0, widest, allowed)?;
+        if let Some(metal) = &self.metal {
+            metal.material.check("metal.material")?;
+            within("metal.width_um", metal.width_um, 0.0, widest, allowed)?;
+        }
+        Ok(())
+    }
+
+    fn check_lens(&self) -> Result<(), StackError> {
         let half_diagonal = self.pitch_um * std::f64::consts::FRAC_1_SQRT_2;
         // The paper rounds its smallest radius: 2.48 or 2.475 for 2.47487 µm, 1.98 for 1.97990.
         within(
@@ -222,14 +195,45 @@ impl PixelStack {
         for s in self.lens.shift_um {
             within("lens.shift_um", s, -1e2, 1e2, "-100 to 100")?;
         }
-        let smallest = self.pitch_um / self.subpixels.m().max(self.subpixels.n()) as f64;
-        within(
-            "trench_um",
-            self.trench_um,
-            0.0,
-            0.8 * smallest,
-            "0 to 0.8 of a sub-pixel",
-        )
+        self.lens.material.check("lens.material")
+    }
+
+    fn check_layers(&self) -> Result<(), StackError> {
+        if self.layers.len() > MOST_LAYERS {
+            return Err(StackError::value(
+                "layers (count)",
+                self.layers.len(),
+                "at most 32",
+            ));
+        }
+        for (i, layer) in self.layers.iter().enumerate() {
+            let named = |what: &str| format!("layers.{}.{what}", layer.name);
+            if layer.name.is_empty() || self.layers[..i].iter().any(|l| l.name == layer.name) {
+                return Err(StackError::value(
+                    format!("layers[{i}].name"),
+                    format!("`{}`", layer.name),
+                    "a name that no other layer has",
+                ));
+            }
+            within(
+                &named("thickness_um"),
+                layer.thickness_um,
+                0.0,
+                10.0,
+                "0 to 10",
+            )?;
+            layer.material.check(&named("material"))?;
+        }
+        let filter = self.filter.iter().map(|name| ("filter", name));
+        let metal = self.metal.iter().map(|m| ("metal.layer", &m.layer));
+        match filter.chain(metal).find(|(_, n)| self.layer(n).is_none()) {
+            Some((field, name)) => Err(StackError::value(
+                field,
+                format!("`{name}`"),
+                "the name of one of the layers",
+            )),
+            None => Ok(()),
+        }
     }
 
     /// Depth of the lens surface at the cell's corner below its apex, in µm.
@@ -239,7 +243,7 @@ impl PixelStack {
         r - (r * r - half_diagonal_squared).max(0.0).sqrt()
     }
 
-    /// Height of the lens surface above the planarization, averaged over the cell, in µm.
+    /// Height of the lens surface above the first flat layer, averaged over the cell, in µm.
     pub fn mean_lens_height_um(&self) -> f64 {
         const SAMPLES: usize = 32;
         let r = self.lens.radius_um;
@@ -254,44 +258,31 @@ impl PixelStack {
         self.lens.height_um - r + sum / (SAMPLES * SAMPLES) as f64
     }
 
+    /// Indices of lens, layers, trenches and silicon. Fails where a material does not know the wavelength.
     pub(crate) fn indices(&self, wavelength_nm: f64) -> Result<Indices, StackError> {
+        let layers = self.layers.iter();
         Ok(Indices {
-            resin: self.resin.index(wavelength_nm)?,
-            filter: self.filter.index(wavelength_nm)?,
-            oxide: self.oxide.index(wavelength_nm)?,
+            lens: self.lens.material.index(wavelength_nm)?,
+            layers: layers
+                .map(|l| l.material.index(wavelength_nm))
+                .collect::<Result<_, _>>()?,
+            trench: self.trench.index(wavelength_nm)?,
             silicon: self.silicon.index(wavelength_nm)?,
         })
     }
 }
 
-#[cfg(test)]
-#[allow(clippy::unwrap_used)] // because tests fail by panicking
-mod tests {
-    use super::*;
-
-    #[test]
-    fn built_in_pixels_are_whole_and_survive_toml() {
-        for name in PixelStack::builtin_names() {
-            let p = PixelStack::builtin(name).unwrap();
-            p.check().unwrap();
-            let text = toml::to_string(&p).unwrap();
-            assert_eq!(PixelStack::from_toml(&text, "p.toml").unwrap(), p);
-        }
-    }
-
-    #[test]
-    fn a_lens_smaller_than_the_cell_is_refused_by_field_and_value() {
-        let mut p = PixelStack::builtin("3.5um").unwrap();
-        p.lens.radius_um = 2.0;
-        let text = toml::to_string(&p).unwrap();
-        let e = PixelStack::from_toml(&text, "p.toml")
-            .unwrap_err()
-            .to_string();
-        assert!(
-            e.contains("p.toml") && e.contains("lens.radius_um is 2"),
-            "{e}"
-        );
-        p.lens.radius_um = f64::NAN;
-        assert!(p.check().is_err());
+/// Written so that NaN fails.
+fn within(
+    field: &str,
+    value: f64,
+    low: f64,
+    high: f64,
+    allowed: &'static str,
+) -> Result<(), StackError> {
+    if (low..=high).contains(&value) {
+        Ok(())
+    } else {
+        Err(StackError::value(field, value, allowed))
     }
 }

@@ -1,8 +1,8 @@
-//! Tables that were simulated once are kept in a folder, one file a key.
+//! Tables that were simulated once are kept in a folder, one file a key; beside them the journals of those not finished.
 
 use std::path::{Path, PathBuf};
 
-use super::{AngularResponse, ResponseError, WaveTable, wave_response};
+use super::{AngularResponse, BuildReport, BuiltTable, ResponseError, TableSettings, build_table};
 use crate::em::PixelStack;
 
 /// A folder of tables.
@@ -21,6 +21,8 @@ pub enum CacheWarning {
         /// What was wrong with it.
         why: String,
     },
+    /// Runs could not be kept while it was made.
+    NoJournal(String),
     /// The table could not be kept.
     NotKept {
         /// The file.
@@ -28,6 +30,17 @@ pub enum CacheWarning {
         /// Why not.
         why: String,
     },
+}
+
+/// A table from the cache or made for it.
+#[derive(Debug)]
+pub struct CachedTable {
+    /// The table.
+    pub table: AngularResponse,
+    /// How it came about, if it was made now.
+    pub report: Option<BuildReport>,
+    /// What is wrong with the cache.
+    pub warnings: Vec<CacheWarning>,
 }
 
 impl std::fmt::Display for CacheWarning {
@@ -39,6 +52,9 @@ impl std::fmt::Display for CacheWarning {
                     "{}: not the table it should be ({why}); made anew",
                     path.display()
                 )
+            }
+            Self::NoJournal(why) => {
+                write!(f, "{why}: a build that stops would begin anew")
             }
             Self::NotKept { path, why } => {
                 write!(f, "{}: the table could not be kept ({why})", path.display())
@@ -68,37 +84,60 @@ impl ResponseCache {
 
     /// The file of a key.
     pub fn path(&self, key: &str) -> PathBuf {
-        self.dir.join(format!("wave-{key}.npz"))
+        self.dir.join(format!("{key}.npz"))
     }
 
-    /// The table of a pixel: from the cache, else simulated and kept. Trouble with the cache is no failure; it comes back
-    /// as warnings.
+    /// The table of a key, if it was kept; a file that is something else is a warning.
+    pub fn get(&self, key: &str) -> Result<Option<AngularResponse>, CacheWarning> {
+        let path = self.path(key);
+        if !path.exists() {
+            return Ok(None);
+        }
+        match read(&path, key) {
+            Ok(found) => Ok(Some(found)),
+            Err(why) => Err(CacheWarning::Rebuilt { path, why }),
+        }
+    }
+
+    /// The table of a pixel: from the cache, else simulated and kept. A build that was stopped goes on where it was. Trouble with the
+    /// cache is no failure; it comes back as warnings.
     pub fn get_or_build(
         &self,
         stack: &PixelStack,
-        table: &WaveTable,
+        settings: &TableSettings,
         progress: &(dyn Fn(usize, usize) + Sync),
-    ) -> Result<(AngularResponse, Vec<CacheWarning>), ResponseError> {
-        let key = table.key(stack);
+    ) -> Result<CachedTable, ResponseError> {
+        let key = settings.key(stack);
         let path = self.path(&key);
         let mut warnings = Vec::new();
-        if path.exists() {
-            match read(&path, &key) {
-                Ok(found) => return Ok((found, warnings)),
-                Err(why) => warnings.push(CacheWarning::Rebuilt {
-                    path: path.clone(),
-                    why,
-                }),
+        match self.get(&key) {
+            Ok(Some(table)) => {
+                return Ok(CachedTable {
+                    table,
+                    report: None,
+                    warnings,
+                });
             }
+            Ok(None) => {}
+            Err(warning) => warnings.push(warning),
         }
-        let made = wave_response(stack, table, progress)?;
-        let kept = std::fs::create_dir_all(&self.dir)
+        let folder = std::fs::create_dir_all(&self.dir);
+        let journal = folder.is_ok().then(|| path.with_extension("journal"));
+        let BuiltTable { table, report } =
+            build_table(stack, settings, journal.as_deref(), progress)?;
+        let trouble = report.journal_trouble.clone();
+        warnings.extend(trouble.map(CacheWarning::NoJournal));
+        let kept = folder
             .map_err(|e| e.to_string())
-            .and_then(|()| made.write_npz(&path).map_err(|e| e.to_string()));
+            .and_then(|()| table.write_npz(&path).map_err(|e| e.to_string()));
         if let Err(why) = kept {
             warnings.push(CacheWarning::NotKept { path, why });
         }
-        Ok((made, warnings))
+        Ok(CachedTable {
+            table,
+            report: Some(report),
+            warnings,
+        })
     }
 }
 

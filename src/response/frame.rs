@@ -12,6 +12,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::ResponseError;
+use crate::em::{Material, PixelStack};
 
 /// Index and effective height behind the microlens.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,6 +38,17 @@ impl MovingFrame {
             ));
         }
         Ok(Self { index, height_um })
+    }
+
+    /// Of a pixel: n of the lens, and the depth of the silicon below the mean lens surface in lengths of it, `H = Σ d_i n / n_i`.
+    pub fn of(stack: &PixelStack, wavelength_nm: f64) -> Result<Self, ResponseError> {
+        let index = |m: &Material| m.index(wavelength_nm).map(|n| n.re);
+        let n = index(&stack.lens.material)?;
+        let mut height = stack.mean_lens_height_um();
+        for layer in &stack.layers {
+            height += layer.thickness_um * n / index(&layer.material)?;
+        }
+        Self::new(n, height)
     }
 
     /// Direction cosines at which the centred response is to be read for light from (u, v) under a lens shifted by `shift_um`.

@@ -4,26 +4,35 @@
 //! so 0 ≤ P_i and Σ P_i ≤ 1. The renderer asks a [`ResponseLookup`] and knows nothing of what is behind it:
 //!
 //! ```text
-//! PixelStack ── em::wave ──▶ AngularResponse ──┐
-//! file (.npz), cache ───────▶ (a table)        ├─▶ Response ─ at a wavelength ─▶ ResponseLookup ─▶ weights
-//! GeometricResponse (eq. 2, exact) ────────────┘
+//! PixelStack ── em::wave ── build ──▶ AngularResponse ──┐
+//! file (.npz), import (.csv), cache ──▶ (a table)       ├─▶ Response ─ at a wavelength ─▶ ResponseLookup ─▶ weights
+//! GeometricResponse (eq. 2, exact) ─────────────────────┘
 //! ```
 
+mod build;
 mod cache;
 mod error;
 mod file;
 mod frame;
 mod geometric;
+mod import;
 mod interpolator;
+mod journal;
 mod lookup;
+mod plane_wave;
+mod resample;
+mod settings;
+mod symmetry;
 mod table;
-mod wave;
 
-pub use cache::{CacheWarning, ResponseCache};
+pub use build::{BuildReport, BuiltTable, build_table};
+pub use cache::{CacheWarning, CachedTable, ResponseCache};
 pub use error::ResponseError;
 pub use frame::MovingFrame;
 pub use geometric::GeometricResponse;
+pub use import::ImportSettings;
 pub use interpolator::Interpolator;
 pub use lookup::{Response, ResponseLookup};
+pub use plane_wave::{LitPixel, PlaneWaveAnswer, Powers, direction_cosines};
+pub use settings::{PixelModel, TableSettings};
 pub use table::{AngularResponse, ResponseAxes, ResponseMeta};
-pub use wave::{WaveTable, wave_response};

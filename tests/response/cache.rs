@@ -3,13 +3,14 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use quadpixel::em::PixelStack;
-use quadpixel::response::{CacheWarning, ResponseCache, WaveTable};
+use quadpixel::em::wave::WaveSettings;
+use quadpixel::response::{CacheWarning, PixelModel, ResponseCache, TableSettings, build_table};
 
-fn small() -> (PixelStack, WaveTable) {
-    let table = WaveTable {
+fn small() -> (PixelStack, TableSettings) {
+    let table = TableSettings {
         steps: 2,
         refine: 1,
-        ..WaveTable::draft()
+        ..TableSettings::wave_draft()
     };
     (PixelStack::builtin("1.6um").unwrap(), table)
 }
@@ -23,23 +24,29 @@ fn second_time_is_read_and_a_corrupt_file_is_made_anew() {
     let count = |_: usize, _: usize| {
         simulated.fetch_add(1, Ordering::Relaxed);
     };
-    let (first, warnings) = cache.get_or_build(&stack, &table, &count).unwrap();
-    assert!(warnings.is_empty());
-    // 5 × 5 nodes in eighths: (0,0) (1,0) (1,1) (2,0) (2,1) (2,2).
-    assert_eq!(simulated.swap(0, Ordering::Relaxed), 6);
-    let (second, warnings) = cache.get_or_build(&stack, &table, &count).unwrap();
-    assert!(warnings.is_empty() && first == second);
+    let first = cache.get_or_build(&stack, &table, &count).unwrap();
+    assert!(first.warnings.is_empty());
+    // 5 × 5 nodes in eighths: (0,0) (1,0) (1,1) (2,0) (2,1); (2,2) is beyond the horizon.
+    assert_eq!(simulated.swap(0, Ordering::Relaxed), 5);
+    assert_eq!(first.report.unwrap().runs, 5);
+    let second = cache.get_or_build(&stack, &table, &count).unwrap();
+    assert!(second.warnings.is_empty() && second.report.is_none());
+    assert_eq!(first.table, second.table);
     assert_eq!(simulated.load(Ordering::Relaxed), 0);
 
     std::fs::write(cache.path(&table.key(&stack)), b"not a table").unwrap();
-    let (third, warnings) = cache.get_or_build(&stack, &table, &count).unwrap();
+    let third = cache.get_or_build(&stack, &table, &count).unwrap();
+    let warnings = third.warnings;
     assert!(
         matches!(warnings[..], [CacheWarning::Rebuilt { .. }]),
         "{warnings:?}"
     );
-    assert_eq!(first, third);
-    let (_, warnings) = cache.get_or_build(&stack, &table, &count).unwrap();
-    assert!(warnings.is_empty());
+    assert_eq!(first.table, third.table);
+    let fourth = cache.get_or_build(&stack, &table, &count).unwrap();
+    assert!(fourth.warnings.is_empty());
+    // Nothing but the table is left.
+    let left = std::fs::read_dir(folder.path().join("deep/cache")).unwrap();
+    assert_eq!(left.count(), 1);
 }
 
 #[test]
@@ -48,9 +55,10 @@ fn cache_that_cannot_be_written_is_a_warning_only() {
     let file = folder.path().join("file");
     std::fs::write(&file, b"").unwrap();
     let (stack, table) = small();
-    let (_, warnings) = ResponseCache::open(&file)
+    let warnings = ResponseCache::open(&file)
         .get_or_build(&stack, &table, &|_, _| {})
-        .unwrap();
+        .unwrap()
+        .warnings;
     assert!(
         matches!(warnings[..], [CacheWarning::NotKept { .. }]),
         "{warnings:?}"
@@ -63,7 +71,7 @@ fn key_changes_with_pixel_and_settings() {
     let mut other = stack.clone();
     other.lens.shift_um[0] = 0.1;
     let mut finer = table.clone();
-    finer.wave.slice_nm *= 0.5;
+    finer.model = PixelModel::Wave(WaveSettings::reference());
     assert_ne!(table.key(&stack), table.key(&other));
     assert_ne!(table.key(&stack), finer.key(&stack));
     assert_eq!(table.key(&stack), small().1.key(&small().0));
@@ -77,7 +85,7 @@ fn threads_do_not_change_the_table() {
             .num_threads(threads)
             .build()
             .unwrap()
-            .install(|| quadpixel::response::wave_response(&stack, &table, &|_, _| {}).unwrap())
+            .install(|| build_table(&stack, &table, None, &|_, _| {}).unwrap().table)
     };
     assert_eq!(with(1), with(3));
 }

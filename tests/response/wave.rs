@@ -1,12 +1,25 @@
 //! Physics of the wave model.
 
 use quadpixel::em::wave::{WaveModel, WavePowers, WaveSettings};
-use quadpixel::em::{Material, PixelStack};
-use quadpixel::response::{Response, WaveTable, wave_response};
+use quadpixel::em::{Layer, Material, PixelStack};
+use quadpixel::response::{AngularResponse, PixelModel, Response, TableSettings, build_table};
 use quadpixel::sensor::Subpixels;
 use rustfft::num_complex::Complex64 as C;
 
 use crate::conformance::conforms;
+
+fn simulated(stack: &PixelStack, settings: &TableSettings) -> AngularResponse {
+    build_table(stack, settings, None, &|_, _| {})
+        .unwrap()
+        .table
+}
+
+fn waves(table: &TableSettings) -> WaveSettings {
+    match &table.model {
+        PixelModel::Wave(settings) => *settings,
+        other => panic!("{other:?}"),
+    }
+}
 
 fn halves(model: &WaveModel, theta_deg: f64) -> (f64, f64) {
     let p = model
@@ -68,9 +81,56 @@ fn flat_slab_absorbs_what_the_transfer_matrix_says_at_0_20_40_deg() {
 }
 
 #[test]
+fn any_list_of_flat_layers_absorbs_what_the_transfer_matrix_says() {
+    // A lens, a glass plate, an absorber, and a nitride coat on the silicon; one layer of no thickness.
+    let mut stack = PixelStack::paper(1.6, 999.0, 0.05, 0.75);
+    stack.trench_um = 0.0;
+    let n = |n, k| Material::Constant { n, k };
+    stack.layers = [
+        ("plate", 0.3, n(1.45, 0.0)),
+        ("gap", 0.0, n(1.3, 0.0)),
+        ("dye", 0.4, n(1.7, 0.02)),
+        ("oxide", 0.2, n(1.46, 0.0)),
+        ("coat", 0.07, n(2.0, 0.0)),
+    ]
+    .map(|(name, thickness_um, material)| Layer {
+        name: name.into(),
+        thickness_um,
+        material,
+    })
+    .to_vec();
+    stack.filter = Some("dye".into());
+    let model = WaveModel::new(&stack, 550.0, &WaveSettings::reference()).unwrap();
+    let layers = [
+        (C::new(1.56, 0.0), 0.05),
+        (C::new(1.45, 0.0), 0.3),
+        (C::new(1.7, 0.02), 0.4),
+        (C::new(1.46, 0.0), 0.2),
+        (C::new(2.0, 0.0), 0.07),
+    ];
+    for (theta, allowed) in [(0.0, 2e-3), (20.0, 1.5e-2)] {
+        let wanted = transfer_matrix(&layers, C::new(4.077, 0.027968), 4.0, theta);
+        let (l, r) = halves(&model, theta);
+        assert!(
+            ((l + r) / wanted - 1.0).abs() < allowed,
+            "{theta} deg: {} and {wanted}",
+            l + r
+        );
+    }
+}
+
+#[test]
+fn metal_is_refused_by_a_scalar_wave() {
+    let stack = PixelStack::builtin("2.8um-tungsten").unwrap();
+    let refused = WaveModel::new(&stack, 550.0, &WaveSettings::draft());
+    let said = refused.err().unwrap().to_string();
+    assert!(said.contains("metal") && said.contains("oxide"), "{said}");
+}
+
+#[test]
 fn lossless_layers_pass_on_all_light() {
     let mut stack = PixelStack::builtin("1.6um").unwrap();
-    stack.filter = Material::Constant { n: 1.60, k: 0.0 };
+    stack.filter_layer_mut().unwrap().material = Material::Constant { n: 1.60, k: 0.0 };
     let at = |settings: &WaveSettings| {
         let model = WaveModel::new(&stack, 550.0, settings).unwrap();
         [(0.0, 0.0), (0.2, 0.1), (0.45, 0.0)].map(|(u, v)| model.solve(u, v).unwrap())
@@ -203,12 +263,12 @@ fn small_sub_pixels_part_blue_light_better_than_red() {
 fn moving_frame_follows_a_shifted_lens() {
     let stack = PixelStack::builtin("2.8um").unwrap();
     let settings = WaveSettings::standard();
-    let tiny = WaveTable {
+    let tiny = TableSettings {
         steps: 2,
-        wave: settings,
-        ..WaveTable::draft()
+        model: PixelModel::Wave(settings),
+        ..TableSettings::wave_draft()
     };
-    let frame = wave_response(&stack, &tiny, &|_, _| {}).unwrap().frame();
+    let frame = simulated(&stack, &tiny).frame();
     let centred = WaveModel::new(&stack, 550.0, &settings).unwrap();
     for cra_deg in [10.0f64, 20.0] {
         let chief = cra_deg.to_radians().sin();
@@ -253,11 +313,11 @@ fn wave_tables_conform() {
     for (m, n) in [(2, 2), (2, 1), (1, 2), (3, 3)] {
         let mut stack = PixelStack::builtin("1.6um").unwrap();
         stack.subpixels = Subpixels::new(m, n).unwrap();
-        let table = WaveTable {
+        let table = TableSettings {
             steps: 8,
-            ..WaveTable::draft()
+            ..TableSettings::wave_draft()
         };
-        let response = wave_response(&stack, &table, &|_, _| {}).unwrap();
+        let response = simulated(&stack, &table);
         conforms(&Response::Table(response), 550.0, 0.8, 2e-4);
     }
 }
@@ -266,11 +326,9 @@ fn wave_tables_conform() {
 fn table_follows_the_model_between_its_nodes() {
     // 1.6 µm is the hardest of the built-in pixels: its resonances are the narrowest against the step.
     let stack = PixelStack::builtin("1.6um").unwrap();
-    let table = WaveTable::standard_for(&stack);
-    let lookup = wave_response(&stack, &table, &|_, _| {})
-        .unwrap()
-        .interpolator(550.0);
-    let model = WaveModel::new(&stack, 550.0, &table.wave).unwrap();
+    let table = TableSettings::wave_standard_for(&stack);
+    let lookup = simulated(&stack, &table).interpolator(550.0);
+    let model = WaveModel::new(&stack, 550.0, &waves(&table)).unwrap();
     let (mut sum, mut peak, mut count) = (0.0, 0.0f64, 0.0);
     for i in 0..120 {
         // A golden spiral over the F/1.2 cone.
@@ -294,12 +352,12 @@ fn table_holds_what_the_model_says_at_its_nodes() {
     // A shifted lens, so that no symmetry of the full square may be used; node by node.
     let mut stack = PixelStack::builtin("1.6um").unwrap();
     stack.lens.shift_um = [0.2, 0.0];
-    let table = WaveTable {
+    let table = TableSettings {
         steps: 3,
-        ..WaveTable::draft()
+        ..TableSettings::wave_draft()
     };
-    let response = wave_response(&stack, &table, &|_, _| {}).unwrap();
-    let model = WaveModel::new(&stack, 550.0, &table.wave).unwrap();
+    let response = simulated(&stack, &table);
+    let model = WaveModel::new(&stack, 550.0, &waves(&table)).unwrap();
     let step = 0.8 / 3.0;
     for (iu, iv) in [(0i32, 0i32), (1, 0), (-1, 2), (2, -1), (-2, -2)] {
         let wanted = model

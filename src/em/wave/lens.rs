@@ -16,7 +16,6 @@ use super::krylov::{System, gmres};
 use super::planar::kz;
 use super::spectral::{Order, Product, Transforms};
 use crate::em::PixelStack;
-use crate::em::stack::Indices;
 
 type C = Complex64;
 /// The field inside the region is f32: it is solved to 1e-2 or 1e-3, and the solver is bound by memory.
@@ -60,11 +59,11 @@ pub(super) struct LensField {
 }
 
 impl LensRegion {
-    pub fn new(stack: &PixelStack, n: &Indices, k0: f64, slice_um: f64, grid: usize) -> Self {
+    pub fn new(stack: &PixelStack, n: C, k0: f64, slice_um: f64, grid: usize) -> Self {
         let depth_um = stack.sag_um();
         let slices = ((depth_um / slice_um).ceil() as usize).max(1);
         let dz = depth_um / slices as f64;
-        let eps = n.resin * n.resin;
+        let eps = n * n;
         // Any background gives the same field. One with loss (V takes it out again) lets no light run round in the region
         // between solver steps, which quarters their number; more than this needs thinner slices.
         let background = 1.0 + (eps - 1.0) * 0.75 + C::new(0.0, 1.0);

@@ -3,7 +3,7 @@
 //! ```text
 //!   plane wave (u, v)
 //!   ─────────────────  lens.rs     full scalar field in the lens by FFT (Lippmann-Schwinger), reflections included
-//!   ─────────────────  planar.rs   resin, filter, oxide: each plane-wave order through the flat stack (transfer matrix)
+//!   ─────────────────  planar.rs   flat layers: each plane-wave order through them (transfer matrix)
 //!   █│████│████│█████  silicon.rs  modes of the trenched silicon; absorption of each photodiode
 //! ```
 //! Bloch-periodic: neighbours' light is in it. One scalar run stands for the mean of both polarizations: interfaces reflect
@@ -33,10 +33,9 @@ pub use settings::WaveSettings;
 
 use self::lens::{LensRegion, Lit};
 use self::modes::{AxisModes, Trenches};
-use self::planar::{FlatStack, kz};
-use self::silicon::Silicon;
+use self::planar::{FlatLayers, FlatStack, kz};
+use self::silicon::{Silicon, Surface};
 use self::spectral::Order;
-use super::stack::Indices;
 use super::{PixelStack, StackError};
 
 type C = Complex64;
@@ -54,7 +53,7 @@ pub struct WavePowers {
     pub absorbed: Vec<f64>,
     /// Reflected into all orders in air.
     pub reflected: f64,
-    /// Absorbed in the colour filter.
+    /// Absorbed in the layers (the colour filter, in the paper's pixels).
     pub filter: f64,
     /// Entering the silicon.
     pub into_silicon: f64,
@@ -68,7 +67,10 @@ pub struct WavePowers {
 pub struct WaveModel {
     stack: PixelStack,
     settings: WaveSettings,
-    n: Indices,
+    flat: FlatLayers,
+    surface: Surface,
+    /// Index of the trenches.
+    trench: C,
     k0: f64,
     /// Largest |k⊥| above the silicon, 1/µm.
     cutoff: f64,
@@ -78,7 +80,7 @@ pub struct WaveModel {
 }
 
 impl WaveModel {
-    /// Checks pixel, settings and wavelength.
+    /// Checks pixel, settings and wavelength. Refuses metal walls.
     pub fn new(
         stack: &PixelStack,
         wavelength_nm: f64,
@@ -86,18 +88,30 @@ impl WaveModel {
     ) -> Result<Self, StackError> {
         stack.check()?;
         settings.check()?;
+        if let Some(metal) = &stack.metal {
+            return Err(StackError::value(
+                "metal",
+                format!("a wall in `{}`", metal.layer),
+                "none in the wave model (a scalar wave does not know how metal treats each polarization); use the fdtd model, or leave [metal] out",
+            ));
+        }
         let n = stack.indices(wavelength_nm)?;
+        let flat = FlatLayers::new(stack, &n);
         let k0 = 2.0 * std::f64::consts::PI / (wavelength_nm * 1e-3);
         // All that travels in the layers has to be there, whatever the setting.
-        let densest = n.resin.re.max(n.filter.re).max(n.oxide.re);
-        let cutoff = settings.order_cutoff.max(1.01 * densest) * k0;
+        let cutoff = settings.order_cutoff.max(1.01 * flat.densest()) * k0;
         let reach = cutoff * stack.pitch_um / (2.0 * std::f64::consts::PI);
         let grid = fast_length((2.5 * reach).ceil() as usize + 2);
-        let lens = LensRegion::new(stack, &n, k0, settings.slice_nm * 1e-3, grid);
+        let lens = LensRegion::new(stack, n.lens, k0, settings.slice_nm * 1e-3, grid);
         Ok(Self {
             stack: stack.clone(),
             settings: *settings,
-            n,
+            surface: Surface {
+                above: flat.last(),
+                silicon: n.silicon,
+            },
+            trench: n.trench,
+            flat,
             k0,
             cutoff,
             lens,
@@ -122,7 +136,7 @@ impl WaveModel {
             .position(|o| o.a == 0 && o.b == 0)
             .unwrap_or(0);
         let silicon = Silicon::new(
-            self.n,
+            self.surface,
             self.k0,
             self.stack.pitch_um,
             bloch,
@@ -130,11 +144,11 @@ impl WaveModel {
             self.axis_modes(bloch[1], self.stack.subpixels.n()),
         );
         // The lens sees plain silicon below; what the trenches send back otherwise is added as a source, `bounces` times.
-        let flat = FlatStack::new(&self.stack, &self.n, self.k0, &orders);
+        let flat = FlatStack::new(&self.flat, self.surface.silicon, self.k0, &orders);
         let lit = Lit {
             orders: &orders,
             incident,
-            resin: self.n.resin,
+            resin: self.flat.lens,
             stack: &flat.seen,
         };
         let mut extra = vec![C::ZERO; orders.len()];
@@ -167,7 +181,7 @@ impl WaveModel {
         // Reflected and entering light add up to one but for the slices and the residual; the powers are scaled so that they do.
         let found = reflected + entering;
         // The scalar field was reflected by the lens as s light is; the mean of s and p loses less.
-        let gain = surface::transmission_gain(&self.stack, self.n.resin.re, u, v);
+        let gain = surface::transmission_gain(&self.stack, self.flat.lens.re, u, v);
         let scale = (gain / found).min(1.0 / entering);
         let into_silicon = scale * silicon.flux(&modes) / incoming;
         let planes = self.settings.absorption_planes;
@@ -217,12 +231,12 @@ impl WaveModel {
         {
             return Arc::clone(found);
         }
-        let (si, ox) = (self.n.silicon, self.n.oxide);
+        let (si, trench) = (self.surface.silicon, self.trench);
         let trenches = Trenches {
             pitch_um: self.stack.pitch_um,
             width_um: self.stack.trench_um,
             parts,
-            barrier: self.k0 * self.k0 * ((si * si).re - (ox * ox).re),
+            barrier: self.k0 * self.k0 * ((si * si).re - (trench * trench).re),
         };
         let made = Arc::new(AxisModes::new(
             &trenches,

@@ -1,6 +1,6 @@
 //! Modes of silicon parted by trenches, along one axis.
 //!
-//! Trenches along x and y lower ε by Δ = ε_si − ε_oxide. Where they cross they would lower it twice; the crossings are small and
+//! Trenches along x and y lower ε by Δ = ε_si − ε_trench. Where they cross they would lower it twice; the crossings are small and
 //! dark, so `ε(x, y) ≈ ε_si − Δ χ(x) − Δ χ(y)` and the modes are products of modes of one axis:
 //!
 //! `(d²/dx² − k0² Δ χ(x)) φ = λ φ`,  `β² = k0² ε_si + λ_x + λ_y`  (χ = 1 in a trench; Marcatili's approximation).
@@ -35,7 +35,7 @@ pub(super) struct Trenches {
     pub width_um: f64,
     /// Photodiodes along the axis; a trench at each border.
     pub parts: usize,
-    /// k0² (Re ε_si − Re ε_oxide) in 1/µm².
+    /// k0² (Re ε_si − Re ε_trench) in 1/µm².
     pub barrier: f64,
 }
 

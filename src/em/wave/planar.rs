@@ -32,8 +32,48 @@ pub(super) fn reflection(na: C, nb: C, k0: f64, k_perp_squared: f64) -> C {
     rs / rs.norm() * (0.5 * (rs.norm_sqr() + rp.norm_sqr())).sqrt()
 }
 
-/// The layers from the resin under the lens to the oxide on the silicon, for one order: reflection seen from the top and from
-/// the bottom, and transmission (the same both ways).
+/// What lies flat between lens and silicon, from the top. Layers of no thickness are left out.
+#[derive(Clone, Debug)]
+pub(super) struct FlatLayers {
+    /// Index of the lens.
+    pub lens: C,
+    /// The lens's pedestal and the layers of its index right below, µm.
+    pub lens_um: f64,
+    /// Index and thickness in µm of the others.
+    pub below: Vec<(C, f64)>,
+}
+
+impl FlatLayers {
+    pub fn new(stack: &PixelStack, n: &Indices) -> Self {
+        let mut flat = Self {
+            lens: n.lens,
+            lens_um: 0.0,
+            below: Vec::new(),
+        };
+        for (layer, &n) in stack.layers.iter().zip(&n.layers) {
+            if flat.below.is_empty() && n == flat.lens {
+                flat.lens_um += layer.thickness_um;
+            } else if layer.thickness_um > 0.0 {
+                flat.below.push((n, layer.thickness_um));
+            }
+        }
+        flat.lens_um = flat.lens_um + stack.lens.height_um - stack.sag_um();
+        flat
+    }
+
+    /// Index of what lies on the silicon.
+    pub fn last(&self) -> C {
+        self.below.last().map_or(self.lens, |l| l.0)
+    }
+
+    /// The largest index, real part.
+    pub fn densest(&self) -> f64 {
+        let below = self.below.iter().map(|l| l.0.re);
+        below.fold(self.lens.re, f64::max)
+    }
+}
+
+/// The flat layers for one order: reflection seen from the top and from the bottom, and transmission (the same both ways).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layers {
     pub top: C,
@@ -42,26 +82,18 @@ pub(super) struct Layers {
 }
 
 impl Layers {
-    /// Resin of `resin_um`, filter, oxide.
-    pub fn new(
-        n: &Indices,
-        resin_um: f64,
-        filter_um: f64,
-        oxide_um: f64,
-        k0: f64,
-        k_perp_squared: f64,
-    ) -> Self {
+    /// The layers of [`flat_layers`].
+    pub fn new(layers: &FlatLayers, k0: f64, k_perp_squared: f64) -> Self {
         let phase = |n: C, d: f64| (C::I * kz(n, k0, k_perp_squared) * d).exp();
+        let mut above = layers.lens;
         let mut s = Self {
             top: C::ZERO,
-            through: phase(n.resin, resin_um),
+            through: phase(above, layers.lens_um),
             bottom: C::ZERO,
         };
-        for (a, b, d) in [
-            (n.resin, n.filter, filter_um),
-            (n.filter, n.oxide, oxide_um),
-        ] {
-            s = s.then(reflection(a, b, k0, k_perp_squared), phase(b, d));
+        for &(n, d) in &layers.below {
+            s = s.then(reflection(above, n, k0, k_perp_squared), phase(n, d));
+            above = n;
         }
         s
     }
@@ -79,31 +111,26 @@ impl Layers {
 }
 
 /// The flat layers on plain silicon, for all orders. What the trenches send back beyond plain silicon enters as `extra`, upward
-/// power amplitudes in the oxide at the silicon.
+/// power amplitudes in the last layer at the silicon.
 pub(super) struct FlatStack {
     layers: Vec<Layers>,
     /// What plain silicon reflects.
     plain: Vec<C>,
-    /// √k_z in the resin: ψ times this is a power amplitude.
+    /// √k_z in the lens's matter: ψ times this is a power amplitude.
     root: Vec<C>,
-    /// What layers and silicon reflect, seen in the resin under the lens.
+    /// What layers and silicon reflect, seen from the lens's lower end.
     pub seen: Vec<C>,
 }
 
 impl FlatStack {
-    pub fn new(stack: &PixelStack, n: &Indices, k0: f64, orders: &[Order]) -> Self {
-        // The lens's pedestal is resin, too.
-        let resin_um = stack.planarization_um + stack.lens.height_um - stack.sag_um();
+    pub fn new(flat: &FlatLayers, silicon: C, k0: f64, orders: &[Order]) -> Self {
         let layers: Vec<Layers> = orders
             .iter()
-            .map(|o| {
-                let (filter_um, oxide_um) = (stack.filter_um, stack.oxide_um);
-                Layers::new(n, resin_um, filter_um, oxide_um, k0, o.k_perp_squared)
-            })
+            .map(|o| Layers::new(flat, k0, o.k_perp_squared))
             .collect();
         let plain: Vec<C> = orders
             .iter()
-            .map(|o| reflection(n.oxide, n.silicon, k0, o.k_perp_squared))
+            .map(|o| reflection(flat.last(), silicon, k0, o.k_perp_squared))
             .collect();
         let seen = layers
             .iter()
@@ -112,7 +139,7 @@ impl FlatStack {
             .collect();
         let root = orders
             .iter()
-            .map(|o| kz(n.resin, k0, o.k_perp_squared).sqrt())
+            .map(|o| kz(flat.lens, k0, o.k_perp_squared).sqrt())
             .collect();
         Self {
             layers,
@@ -122,7 +149,7 @@ impl FlatStack {
         }
     }
 
-    /// Amplitudes ψ in the resin under the lens that `extra` sends up.
+    /// Amplitudes ψ under the lens that `extra` sends up.
     pub fn rising(&self, extra: &[C]) -> Vec<C> {
         (0..extra.len())
             .map(|i| {

@@ -1,8 +1,8 @@
 //! Light enters the silicon between the trenches and is absorbed there.
 //!
-//! The field at the top of the silicon is continuous with its z derivative: for the wave ψ_d that comes down in the oxide
+//! The field at the top of the silicon is continuous with its z derivative: for the wave ψ_d that comes down in the last layer
 //! `(β + Bᵀ Y B) c = 2 Bᵀ Y ψ_d`, with c the mode amplitudes, B the Fourier orders of the modes ([`super::modes`]), β their
-//! propagation constants, and Y the admittance of the oxide, chosen per order so that onto plain silicon it reflects the
+//! propagation constants, and Y the admittance of that layer, chosen per order so that onto plain silicon it reflects the
 //! mean power of s and p. Below, `E = Σ c e^(iβz) φ_i(x) φ_j(y)`, and sub-pixel (a, b) absorbs
 //! `k0² Im ε ∫ |E|²` over its own silicon (trenches absorb nothing).
 
@@ -14,17 +14,24 @@ use super::krylov::{System, gmres};
 use super::modes::AxisModes;
 use super::planar::{kz, reflection};
 use super::spectral::Order;
-use crate::em::stack::Indices;
 
 type C = Complex64;
 
+/// Indices on both sides of the silicon's surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surface {
+    /// Of the last layer.
+    pub above: C,
+    pub silicon: C,
+}
+
 /// The silicon at one angle.
 pub(super) struct Silicon {
-    n: Indices,
+    n: Surface,
     k0: f64,
     x: Arc<AxisModes>,
     y: Arc<AxisModes>,
-    /// Admittance of the oxide per Fourier order, [a][b].
+    /// Admittance of the last layer per Fourier order, [a][b].
     admittance: Vec<C>,
     /// β of the modes, [i][j].
     beta: Vec<C>,
@@ -32,7 +39,7 @@ pub(super) struct Silicon {
 
 impl Silicon {
     pub fn new(
-        n: Indices,
+        n: Surface,
         k0: f64,
         pitch_um: f64,
         bloch: [f64; 2],
@@ -55,7 +62,7 @@ impl Silicon {
             for j in 0..y.count {
                 let kx = bloch[0] + g * (x.first + i as i64) as f64;
                 let ky = bloch[1] + g * (y.first + j as i64) as f64;
-                admittance.push(admittance_of_oxide(&n, k0, kx * kx + ky * ky));
+                admittance.push(admittance_above(&n, k0, kx * kx + ky * ky));
                 let loss = eps.im * share(&x, i) * share(&y, j);
                 let b = C::new(k0 * k0 * eps.re + x.lambda[i] + y.lambda[j], k0 * k0 * loss).sqrt();
                 beta.push(b);
@@ -71,7 +78,7 @@ impl Silicon {
         }
     }
 
-    /// Mode amplitudes for the power amplitudes `down` of `orders` in the oxide, and what goes back up into those orders.
+    /// Mode amplitudes for the power amplitudes `down` of `orders` in the last layer, and what goes back up into those orders.
     pub fn enter(&self, orders: &[Order], down: &[C], tolerance: f64) -> (Vec<C>, Vec<C>) {
         let (nx, ny) = (self.x.count, self.y.count);
         let place = |o: &Order| {
@@ -93,7 +100,7 @@ impl Silicon {
             plain: (0..nx * ny)
                 .map(|m| {
                     let k2 = -(self.x.lambda[m / ny] + self.y.lambda[m % ny]).min(0.0);
-                    self.beta[m] + admittance_of_oxide(&self.n, self.k0, k2)
+                    self.beta[m] + admittance_above(&self.n, self.k0, k2)
                 })
                 .collect(),
             grid: vec![C::ZERO; nx * ny],
@@ -265,7 +272,7 @@ impl System<f64> for Matching<'_> {
     }
 }
 
-fn admittance_of_oxide(n: &Indices, k0: f64, k_perp_squared: f64) -> C {
-    let r = reflection(n.oxide, n.silicon, k0, k_perp_squared);
+fn admittance_above(n: &Surface, k0: f64, k_perp_squared: f64) -> C {
+    let r = reflection(n.above, n.silicon, k0, k_perp_squared);
     kz(n.silicon, k0, k_perp_squared) * (1.0 + r) / (1.0 - r)
 }

@@ -1,0 +1,66 @@
+//! Which pixel model a command asks, and how finely it computes.
+
+use clap::{Args, ValueEnum};
+use quadpixel::em::PixelStack;
+use quadpixel::em::wave::WaveSettings;
+use quadpixel::response::{PixelModel, TableSettings};
+
+/// Arguments that choose a pixel model.
+#[derive(Args)]
+pub struct PixelModelArgs {
+    /// Pixel model.
+    #[arg(long, value_enum, default_value_t = Model::Wave)]
+    model: Model,
+    /// How finely the model computes.
+    #[arg(long, value_enum, default_value_t = Preset::Standard)]
+    preset: Preset,
+    /// Focal length of the ideal microlens of the geometric model, µm.
+    #[arg(long, default_value_t = 7.0)]
+    focal_length_um: f64,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Model {
+    /// The ideal box of the paper's equation 2.
+    Geometric,
+    /// Scalar wave propagation through the pixel stack.
+    Wave,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Preset {
+    Draft,
+    Standard,
+    Reference,
+}
+
+impl PixelModelArgs {
+    /// The model for single directions.
+    pub fn model(&self) -> PixelModel {
+        let focal_length_um = self.focal_length_um;
+        match (self.model, self.preset) {
+            (Model::Geometric, _) => PixelModel::Geometric { focal_length_um },
+            (Model::Wave, Preset::Draft) => PixelModel::Wave(WaveSettings::draft()),
+            (Model::Wave, Preset::Standard) => PixelModel::Wave(WaveSettings::standard()),
+            (Model::Wave, Preset::Reference) => PixelModel::Wave(WaveSettings::reference()),
+        }
+    }
+
+    /// The model's table of a pixel.
+    pub fn table(&self, stack: &PixelStack) -> TableSettings {
+        match (self.model, self.preset) {
+            (Model::Geometric, _) => TableSettings::geometric(self.focal_length_um),
+            (Model::Wave, Preset::Draft) => TableSettings::wave_draft(),
+            (Model::Wave, Preset::Standard) => TableSettings::wave_standard_for(stack),
+            (Model::Wave, Preset::Reference) => TableSettings::wave_reference(),
+        }
+    }
+
+    /// The model's name, as it is given.
+    pub fn name(&self) -> &'static str {
+        match self.model {
+            Model::Geometric => "geometric",
+            Model::Wave => "wave",
+        }
+    }
+}

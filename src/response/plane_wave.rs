@@ -1,0 +1,110 @@
+//! One plane wave on a pixel, whatever the model.
+
+use super::{GeometricResponse, PixelModel, ResponseError};
+use crate::em::PixelStack;
+use crate::em::wave::WaveModel;
+
+/// Where the light of a plane wave goes, as parts of the power incident on the pixel's whole footprint. They add up to one but for
+/// the imbalance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Powers {
+    /// P of each sub-pixel (see [`crate::sensor::Subpixels`] for the order).
+    pub absorbed: Vec<f64>,
+    /// Back into the air.
+    pub reflected: f64,
+    /// Below the counted silicon.
+    pub transmitted: f64,
+    /// Absorbed outside the photodiodes (filter, trenches, metal); of the geometric model, light that misses the pixel.
+    pub elsewhere: f64,
+}
+
+/// What a model says of one plane wave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaneWaveAnswer {
+    /// Mean of s and p.
+    pub mean: Powers,
+    /// s, then p, where the model knows them apart.
+    pub polarized: Option<[Powers; 2]>,
+    /// Relative residual of the solution.
+    pub residual: f64,
+    /// Power found beyond (> 0) or short of (< 0) the incident one.
+    pub imbalance: f64,
+    /// Time steps, of a model in time.
+    pub steps: Option<usize>,
+}
+
+/// A pixel at one wavelength, ready to be lit from any direction.
+pub struct LitPixel(Lit);
+
+// A program holds a few of these, so the size of the larger variant costs nothing.
+#[allow(clippy::large_enum_variant)]
+enum Lit {
+    Geometric(GeometricResponse),
+    Wave(WaveModel),
+}
+
+impl LitPixel {
+    /// Checks pixel, model and wavelength.
+    pub fn new(
+        stack: &PixelStack,
+        model: &PixelModel,
+        wavelength_nm: f64,
+    ) -> Result<Self, ResponseError> {
+        stack.check()?;
+        Ok(Self(match model {
+            PixelModel::Geometric { focal_length_um } => Lit::Geometric(GeometricResponse::new(
+                stack.subpixels,
+                stack.pitch_um,
+                *focal_length_um,
+            )?),
+            PixelModel::Wave(settings) => {
+                Lit::Wave(WaveModel::new(stack, wavelength_nm, settings)?)
+            }
+        }))
+    }
+
+    /// Lights the pixel from direction cosines (u, v); u² + v² < 1.
+    pub fn light(&self, u: f64, v: f64) -> Result<PlaneWaveAnswer, ResponseError> {
+        match &self.0 {
+            Lit::Geometric(geometric) => {
+                let mut p = vec![0f32; geometric.subpixels().count()];
+                geometric.weights(u as f32, v as f32, &mut p);
+                let absorbed: Vec<f64> = p.into_iter().map(f64::from).collect();
+                Ok(PlaneWaveAnswer {
+                    mean: Powers {
+                        elsewhere: 1.0 - absorbed.iter().sum::<f64>(),
+                        absorbed,
+                        reflected: 0.0,
+                        transmitted: 0.0,
+                    },
+                    polarized: None,
+                    residual: 0.0,
+                    imbalance: 0.0,
+                    steps: None,
+                })
+            }
+            Lit::Wave(model) => {
+                let powers = model.solve(u, v)?;
+                Ok(PlaneWaveAnswer {
+                    mean: Powers {
+                        transmitted: powers.into_silicon - powers.absorbed.iter().sum::<f64>(),
+                        absorbed: powers.absorbed,
+                        reflected: powers.reflected,
+                        elsewhere: powers.filter,
+                    },
+                    polarized: None,
+                    residual: powers.residual,
+                    imbalance: powers.imbalance,
+                    steps: None,
+                })
+            }
+        }
+    }
+}
+
+/// Direction cosines of a wave that travels along (sin θ cos φ, sin θ sin φ, −cos θ).
+pub fn direction_cosines(theta_deg: f64, phi_deg: f64) -> [f64; 2] {
+    let (sin_phi, cos_phi) = phi_deg.to_radians().sin_cos();
+    let sin = theta_deg.to_radians().sin();
+    [sin * cos_phi, sin * sin_phi]
+}
