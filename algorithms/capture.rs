@@ -77,7 +77,7 @@ pub struct Given {
 impl Camera {
     /// Says in what `other` differs, first difference only; `None` where they are one camera.
     pub fn difference(&self, other: &Self) -> Option<String> {
-        let differs = |what: &str, a: String, b: String| Some(format!("{what} {a} where {b} is"));
+        let differs = |what: &str, a: String, b: String| Some(format!("{what} {a} instead of {b}"));
         if (self.pitch_um - other.pitch_um).abs() > 1e-9 * self.pitch_um.abs() {
             return differs(
                 "pitch_um",
@@ -109,7 +109,7 @@ impl Camera {
 
     /// The channel that others are matched to: green, or the first where there is none.
     pub fn reference_channel(&self) -> usize {
-        reference_channel(&self.channels)
+        self.channels.iter().position(|c| c == "G").unwrap_or(0)
     }
 }
 
@@ -178,11 +178,6 @@ impl Exposure {
             meta,
         })
     }
-
-    /// The channel that stands for all: green, or the first where there is none.
-    pub fn reference_channel(&self) -> usize {
-        reference_channel(&self.channels)
-    }
 }
 
 impl Capture {
@@ -213,10 +208,6 @@ impl Capture {
             meta: read.meta,
         })
     }
-}
-
-fn reference_channel(channels: &[String]) -> usize {
-    channels.iter().position(|c| c == "G").unwrap_or(0)
 }
 
 /// What the user says, else `meta.json`, else the names of the views.
@@ -281,4 +272,52 @@ fn read_meta(path: &Path) -> Result<SampleMeta, CommandError> {
     let bytes = file::read(path).map_err(|e| CommandError::input(e.to_string()))?;
     serde_json::from_slice(&bytes)
         .map_err(|e| CommandError::input(format!("{}: {e}", path.display())))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cameras_differ_in_pitch_sub_pixels_size_channels_and_place_on_the_sensor() {
+        let camera = Camera {
+            pitch_um: 2.8,
+            subpixels: "2x2".to_owned(),
+            width_px: 40,
+            height_px: 30,
+            channels: vec!["R".to_owned(), "G".to_owned(), "B".to_owned()],
+            centre_mm: Some([0.5, -1.0]),
+        };
+        let changed = |change: fn(&mut Camera)| {
+            let mut other = camera.clone();
+            change(&mut other);
+            camera.difference(&other)
+        };
+        assert_eq!(changed(|_| ()), None);
+        for (change, wanted) in [
+            (
+                (|c| c.pitch_um = 1.6) as fn(&mut Camera),
+                "pitch_um 2.8 instead of 1.6",
+            ),
+            (
+                |c| c.subpixels = "2x1".to_owned(),
+                "subpixels 2x2 instead of 2x1",
+            ),
+            (|c| c.height_px = 40, "size 40x30 instead of 40x40"),
+            (
+                |c| c.channels = vec!["Y".to_owned()],
+                "channels R G B instead of Y",
+            ),
+            (
+                |c| c.centre_mm = Some([0.5, 1.0]),
+                "centre_mm [0.5, -1.0] instead of [0.5, 1.0]",
+            ),
+        ] {
+            assert_eq!(changed(change).unwrap(), wanted);
+        }
+        // A place that is not known is not compared.
+        assert_eq!(changed(|c| c.centre_mm = None), None);
+        assert_eq!(camera.reference_channel(), 1);
+    }
 }

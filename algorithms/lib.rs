@@ -9,6 +9,7 @@
 pub mod aberration_score;
 pub mod calibration;
 pub mod capture;
+pub mod chosen;
 pub mod correct;
 pub mod correct_command;
 pub mod depth;

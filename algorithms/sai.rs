@@ -225,6 +225,19 @@ mod tests {
     }
 
     #[test]
+    fn a_partition_is_known_by_the_names_of_its_sub_pixels() {
+        for (m, n) in [(2, 2), (2, 1), (1, 2), (3, 2), (4, 4), (5, 1)] {
+            let partition = Partition::new(m, n).unwrap();
+            let names: Vec<String> = (0..m * n).rev().map(|i| partition.name(i)).collect();
+            let mut names: Vec<&str> = names.iter().map(String::as_str).collect();
+            names.push("sum");
+            assert_eq!(Partition::of_names(&names), Some(partition));
+            assert_ne!(Partition::of_names(&names[1..]), Some(partition));
+        }
+        assert_eq!(Partition::of_names(&[""]), None);
+    }
+
+    #[test]
     fn left_and_right_add_up_to_all() {
         let mosaic = spelled(8, 6, 3);
         let views = Views::of_mosaic(&mosaic, Partition::new(2, 2).unwrap()).unwrap();

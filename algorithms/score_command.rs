@@ -7,12 +7,10 @@ use std::str::FromStr;
 
 use clap::Args;
 use quadpixel::command::CommandError;
-use quadpixel::image::exr::NamedLayer;
-use quadpixel::image::{Image, channel, raster};
+use quadpixel::image::{Image, raster};
 
-use crate::maps;
+use crate::chosen::chosen;
 use crate::metrics::disparity_error::{AffineInvariantError, EndPointError, Pair};
-use crate::sai::{Partition, Side};
 
 /// Arguments of `qpalgo score`.
 #[derive(Clone, Debug, Args)]
@@ -136,7 +134,10 @@ fn compare(
     });
     let at =
         |i: usize| (i.checked_mul(nodes.stride_px)).and_then(|p| p.checked_add(nodes.first_px));
-    let inside = |count: usize, full: usize| at(count - 1).is_some_and(|last| last < full);
+    let inside = |count: usize, full: usize| {
+        let last = count.checked_sub(1).and_then(at);
+        last.is_some_and(|last| last < full)
+    };
     let fits = match args.grid {
         None => (width, height) == (full_width, full_height),
         Some(_) => inside(width, full_width) && inside(height, full_height),
@@ -154,7 +155,7 @@ fn compare(
             let [u, v] = [x, y].map(|i| nodes.first_px + i * nodes.stride_px);
             let weight = mask.map_or(1.0, |m| f64::from(m.pixel(u, v)[0]));
             let real = |i: usize| f64::from(truth[i].pixel(u, v)[0]);
-            if weight <= 0.0 || !(0..truth.len()).all(|i| real(i).is_finite()) {
+            if weight.is_nan() || weight <= 0.0 || !(0..truth.len()).all(|i| real(i).is_finite()) {
                 continue;
             }
             truths += 1;
@@ -184,96 +185,6 @@ fn compare(
         end_point,
         affine,
     })
-}
-
-/// The channels `names` of a file, or those that there is no doubt about; 1 or 2 pictures of one channel.
-fn chosen(path: &Path, names: &[String], option: &str) -> Result<Vec<Image>, CommandError> {
-    let layers = maps::read(path).map_err(CommandError::input)?;
-    let all: Vec<(String, &NamedLayer, usize)> = (layers.iter())
-        .flat_map(|layer| {
-            let parted = if layer.name.is_empty() { "" } else { "." };
-            (layer.channels.iter().enumerate())
-                .map(move |(c, name)| (format!("{}{parted}{name}", layer.name), layer, c))
-        })
-        .collect();
-    let bad = |what: String| {
-        let known: Vec<&str> = all.iter().map(|(name, _, _)| name.as_str()).collect();
-        CommandError::input(format!(
-            "{}: {what}; it has {}",
-            path.display(),
-            known.join(" ")
-        ))
-    };
-    let named = |wanted: &str| {
-        let found = all.iter().find(|(name, _, _)| name == wanted);
-        found.map(|(_, layer, c)| channel(&layer.image, *c))
-    };
-    match names {
-        [] => match all.as_slice() {
-            [(_, layer, _)] => Ok(vec![layer.image.clone()]),
-            _ => {
-                let single = (layers.len() == 1).then(|| layers[0].name.as_str());
-                let prefix = single
-                    .filter(|name| !name.is_empty())
-                    .map(|n| format!("{n}."));
-                let prefix = prefix.unwrap_or_default();
-                let both = ["dx", "dy"].map(|c| named(&format!("{prefix}{c}")));
-                match (single, both) {
-                    (Some(_), [Some(dx), Some(dy)]) => Ok(vec![dx, dy]),
-                    _ => Err(bad(format!(
-                        "which channels is left open: name them by {option}"
-                    ))),
-                }
-            }
-        },
-        [one] if one == "left-right" || one == "top-bottom" => {
-            let (sides, axis) = match one.as_str() {
-                "left-right" => ([Side::Left, Side::Right], "dx"),
-                _ => ([Side::Top, Side::Bottom], "dy"),
-            };
-            let map = between(&layers, sides, axis);
-            Ok(vec![map.ok_or_else(|| {
-                bad(format!(
-                    "{option} {one}: it is no sample's disparity.exr with such views"
-                ))
-            })?])
-        }
-        [_] | [_, _] => (names.iter())
-            .map(|name| named(name).ok_or_else(|| bad(format!("{option} {name}: no such channel"))))
-            .collect(),
-        _ => Err(CommandError::input(format!(
-            "{option}: {} channels; allowed are one or two",
-            names.len()
-        ))),
-    }
-}
-
-/// Mean of channel `axis` over the views of the first side minus that over the second.
-fn between(layers: &[NamedLayer], sides: [Side; 2], axis: &str) -> Option<Image> {
-    let names: Vec<&str> = layers.iter().map(|l| l.name.as_str()).collect();
-    let partition = Partition::of_names(&names)?;
-    let first = &layers.first()?.image;
-    let mut map = Image::zeros(first.width(), first.height(), 1);
-    for (side, sign) in sides.into_iter().zip([1.0, -1.0]) {
-        let members = partition.side(side);
-        if members.is_empty() {
-            return None;
-        }
-        for &member in &members {
-            let name = partition.name(member);
-            let layer = layers.iter().find(|l| l.name == name)?;
-            let c = layer.channels.iter().position(|c| c == axis)?;
-            let scale = sign / members.len() as f32;
-            let from = layer
-                .image
-                .data()
-                .iter()
-                .skip(c)
-                .step_by(layer.channels.len());
-            (map.data_mut().iter_mut().zip(from)).for_each(|(to, v)| *to += scale * v);
-        }
-    }
-    Some(map)
 }
 
 fn mask(path: &Path, truth: &Image) -> Result<Image, CommandError> {

@@ -5,7 +5,7 @@ mod common;
 
 use std::path::Path;
 
-use common::{json, mosaic, qpalgo, refused, write_exr, write_meta};
+use common::{json, mosaic, qpalgo, refused, write_exr, write_meta, write_views};
 use quadpixel::image::{Image, raster};
 
 const SIDE: usize = 64;
@@ -145,6 +145,43 @@ fn a_mosaic_that_the_sub_pixels_do_not_divide_is_refused_with_both_sizes() {
         "127 × 128",
     );
     assert!(!here.join("out").exists());
+}
+
+#[test]
+fn views_that_are_missing_or_of_unequal_size_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let views = common::views(&mosaic(SIDE, |_, _| 0.4, 1.0));
+    write_views(&here.join("three.exr"), &["B", "A", "D"], &views[..3]);
+    write_views(&here.join("dual.exr"), &["L", "R"], &views[..2]);
+    write_exr(&here.join("a.exr"), &Image::zeros(SIDE, SIDE, 3));
+    write_exr(&here.join("b.exr"), &Image::zeros(SIDE, SIDE - 1, 3));
+    for (command, text) in [
+        (vec!["sai", "three.exr", "-o", "out"], "--subpixels"),
+        (
+            vec!["sai", "three.exr", "-o", "out", "--subpixels", "2x2"],
+            "no view C",
+        ),
+        (
+            vec!["disparity", "dual.exr", "-o", "out", "--subpixels", "2x2"],
+            "no view B",
+        ),
+        (
+            vec!["disparity", "a.exr", "b.exr", "-o", "out"],
+            "b.exr: 64 × 63",
+        ),
+        (
+            vec!["disparity", "b.exr", "a.exr", "-o", "out"],
+            "a.exr: 64 × 64",
+        ),
+        (vec!["sharpness", "a.exr", "b.exr"], "b.exr: 64 × 63"),
+    ] {
+        refused(&qpalgo(&command, here), text);
+        assert!(!here.join("out").exists(), "{command:?}");
+    }
+    // A dual pixel's views are known by their names.
+    json(&["sai", "dual.exr", "-o", "out"], here);
+    assert!(here.join("out/sum_R.exr").is_file() && !here.join("out/sum_T.exr").exists());
 }
 
 #[test]

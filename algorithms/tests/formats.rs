@@ -262,6 +262,11 @@ fn images_of_a_millionth_and_a_million_give_the_same_shifts_and_sharpness_in_pro
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let mut found = Vec::new();
+    write_meta(here, 64, |meta| {
+        meta["raw"] = serde_json::json!({
+            "format": "exr", "black_level": null, "white_level": null, "linear_at_white": null, "clipped": 0
+        });
+    });
     for gain in [1.0, 1e-6, 1e6] {
         write_exr(&here.join("v.exr"), &shifted(64, [0.7, -0.3], gain));
         write_exr(&here.join("r.exr"), &shifted(64, [0.0, 0.0], gain));
@@ -287,6 +292,8 @@ fn images_of_a_millionth_and_a_million_give_the_same_shifts_and_sharpness_in_pro
             "c.json",
         ];
         let calibrated = json(&[&calibrate[..], &camera].concat(), here);
+        json(&["depth", "raw.exr", "--kappa", "0.3", "-o", "z"], here);
+        let depth = f64::from(read(here, "z/depth.exr").pixel(32, 30)[0]);
         let value = |v: &serde_json::Value| v.as_f64().unwrap();
         let channel0 = &shift["channels"][0];
         let middle = |name: &str| f64::from(read(here, name).pixel(32, 30)[1]) / gain;
@@ -298,6 +305,7 @@ fn images_of_a_millionth_and_a_million_give_the_same_shifts_and_sharpness_in_pro
             value(&sharp["images"][0]["gradient"]) / gain,
             middle("s/sum_all.exr"),
             middle("f.exr"),
+            depth,
             value(&calibrated["sharpness"]["corrected"]["gradient"]) / gain,
         ]);
     }
