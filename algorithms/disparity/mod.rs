@@ -16,12 +16,14 @@
 //! out the blur first.
 
 mod geometry;
+mod lanes;
 mod peak;
 mod plane;
 mod reference;
 mod refine;
 mod sampler;
 mod search;
+mod tile;
 
 pub use geometry::{Axes, Grid};
 

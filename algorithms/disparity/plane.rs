@@ -4,10 +4,14 @@ use quadpixel::image::Image;
 
 use super::MatchError;
 
+/// Samples behind the last one.
+pub(super) const PADDING: usize = 40;
+
 /// A finite, single-channel image, row-major: (v − mean)/deviation, all zero where the picture is constant.
 pub(super) struct Plane {
     pub width: usize,
     pub height: usize,
+    /// Followed by [`PADDING`] zeros, so that a whole vector can be read from every pixel on.
     pub data: Vec<f32>,
     /// Contrast (deviation) below which a window shows nothing but the rounding of the f32 input.
     pub rounding: f32,
@@ -41,6 +45,7 @@ impl Plane {
             height: image.height(),
             data: (image.data().iter())
                 .map(|&v| ((f64::from(v) - mean) * scale) as f32)
+                .chain([0.0; PADDING])
                 .collect(),
             // Half a unit in the last place is at most ε/2 · v; a few of them are no texture.
             rounding: (4.0 * f64::from(f32::EPSILON) * f64::from(largest) * scale)
@@ -65,7 +70,7 @@ impl Plane {
                 narrow[y * width + x] = (0..5).map(|k| TAPS[k] * row[near(x, k, self.width)]).sum();
             }
         }
-        let mut data = vec![0.0f32; width * height];
+        let mut data = vec![0.0f32; width * height + PADDING];
         for y in 0..height {
             for x in 0..width {
                 data[y * width + x] = (0..5)
@@ -83,7 +88,8 @@ impl Plane {
 }
 
 /// Mean and inverse norm 1/√Σ(v − mean)² of the window about every pixel, from running sums: the cost does not depend on
-/// the window. Both are 0 where the window is not complete; the norm is 0 where the window shows only rounding.
+/// the window. Where the window is not complete the mean is 0 and the norm NaN; the norm is 0 where the window shows only
+/// rounding.
 pub(super) struct WindowStatistics {
     pub mean: Vec<f32>,
     pub inverse_norm: Vec<f32>,
@@ -94,7 +100,7 @@ impl WindowStatistics {
     pub fn new(plane: &Plane, half: usize) -> Self {
         let (width, height, window) = (plane.width, plane.height, 2 * half + 1);
         let mut mean = vec![0.0f32; width * height];
-        let mut inverse_norm = vec![0.0f32; width * height];
+        let mut inverse_norm = vec![f32::NAN; width * height];
         if width < window || height < window {
             return Self { mean, inverse_norm };
         }
@@ -119,9 +125,11 @@ impl WindowStatistics {
                 let centre = (bottom - half) * width + x - half;
                 let energy = square - sum * sum / n;
                 mean[centre] = (sum / n) as f32;
-                if energy > least {
-                    inverse_norm[centre] = (1.0 / energy.sqrt()) as f32;
-                }
+                inverse_norm[centre] = if energy > least {
+                    (1.0 / energy.sqrt()) as f32
+                } else {
+                    0.0
+                };
                 sum -= sums[x + 1 - window];
                 square -= squares[x + 1 - window];
             }
