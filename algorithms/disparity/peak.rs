@@ -22,6 +22,11 @@ pub(super) struct Peak {
 }
 
 impl Peak {
+    /// Its shift, px.
+    pub fn position(&self) -> [f64; 2] {
+        [0, 1].map(|i| f64::from(self.whole[i]) + self.fraction[i])
+    }
+
     pub fn none(verdict: Verdict) -> Self {
         Self {
             whole: [0; 2],

@@ -33,6 +33,8 @@ const LAST_STEP_BACK: f64 = 0.2;
 const SHRINK: f64 = 0.1;
 /// More steps than this are no convergence.
 const MOST_STEPS: usize = 12;
+/// The neighbour's match is the better guess up to this distance from the peak, px: several times what the peak itself errs.
+const NEXT_TO_PX: f64 = 0.1;
 /// Farther than this from the peak of the correlation, px, is another peak.
 const FARTHEST_PX: f64 = 1.5;
 
@@ -94,11 +96,19 @@ fn pass_with<V: Lanes>(
 ) -> Vec<Match> {
     let shape = Shape::new(settings);
     let mut sampler = Sampler::new();
-    let mut matches = Vec::with_capacity(starts.len());
+    let mut matches: Vec<Match> = Vec::with_capacity(starts.len());
     for (column, start) in starts.iter().enumerate() {
         let at = grid.pixel(row * grid.columns + column);
         let found = if start.verdict == Verdict::Valid {
-            one::<V>([a, b], at.into(), start, &shape, &mut sampler, settings)
+            let first = first_guess(start, matches.last());
+            one::<V>(
+                [a, b],
+                at.into(),
+                (start, first),
+                &shape,
+                &mut sampler,
+                settings,
+            )
         } else {
             Err(start.verdict)
         };
@@ -107,19 +117,32 @@ fn pass_with<V: Lanes>(
     matches
 }
 
+/// Where to begin: on the peak, or where the node to the left ended if that is next to it: most of its window is the same.
+#[inline(always)]
+fn first_guess(start: &Peak, left: Option<&Match>) -> [f64; 2] {
+    let peak = start.position();
+    match left {
+        Some(left) if left.verdict == Verdict::Valid => {
+            let d = [left.dx_px, left.dy_px];
+            let apart = (d[0] - peak[0]).abs().max((d[1] - peak[1]).abs());
+            if apart < NEXT_TO_PX { d } else { peak }
+        }
+        _ => peak,
+    }
+}
+
 /// One window: A to B, tests, and back.
 #[inline(always)]
 fn one<V: Lanes>(
     [a, b]: [&View<'_>; 2],
     at: [usize; 2],
-    start: &Peak,
+    (start, first): (&Peak, [f64; 2]),
     shape: &Shape,
     sampler: &mut Sampler,
     settings: &MatchSettings,
 ) -> Result<Match, Verdict> {
     let limits = &settings.limits;
     let reference = Reference::new::<V>(a, at, shape)?;
-    let first = [0, 1].map(|i| f64::from(start.whole[i]) + start.fraction[i]);
     let fit = solve::<V>(&reference, b, at, first, LAST_STEP_PX, shape, sampler)?;
     if fit.zncc < limits.zncc {
         return Err(Verdict::LowCorrelation);
@@ -130,7 +153,7 @@ fn one<V: Lanes>(
     if fit.d.iter().any(|d| d.abs() > settings.search_px as f64) {
         return Err(Verdict::SearchEdge);
     }
-    // The way back starts from the whole-pixel peak: from the end of the way there it could only agree.
+    // The way back starts from the peak: from the end of the way there it could only agree.
     let back_at = [0, 1].map(|i| at[i].wrapping_add_signed(start.whole[i] as isize));
     let reference = Reference::new::<V>(b, back_at, shape)?;
     let last = LAST_STEP_BACK * limits.forward_backward_px;
@@ -138,7 +161,7 @@ fn one<V: Lanes>(
         &reference,
         a,
         back_at,
-        first.map(|d| -d),
+        start.position().map(|d| -d),
         last,
         shape,
         sampler,
