@@ -7,7 +7,9 @@ const FARTHEST: f64 = 0.75;
 
 /// Correlations at the whole-pixel shifts `centre + (i − rx, j − ry)`, row-major; NaN where the window leaves B.
 pub(super) struct Surface<'a> {
+    /// One each `step` numbers.
     pub zncc: &'a [f32],
+    pub step: usize,
     pub radius: [i32; 2],
     pub centre: [i32; 2],
 }
@@ -43,8 +45,17 @@ impl Surface<'_> {
         if i.abs() > rx || j.abs() > ry {
             return None;
         }
-        let value = self.zncc[((j + ry) * (2 * rx + 1) + i + rx) as usize];
+        let value = self.value(((j + ry) * (2 * rx + 1) + i + rx) as usize);
         (!value.is_nan()).then_some(value)
+    }
+
+    fn value(&self, index: usize) -> f32 {
+        self.zncc[index * self.step]
+    }
+
+    /// All entries with their index.
+    pub fn values(&self) -> impl Iterator<Item = (usize, f32)> {
+        (self.zncc.iter().step_by(self.step).copied()).enumerate()
     }
 
     /// Shift of entry `index` from the centre.
@@ -59,21 +70,22 @@ impl Surface<'_> {
     /// Largest value, and what speaks against it.
     pub fn peak(&self, free: [bool; 2], limits: &Limits) -> Peak {
         let mut best: Option<usize> = None;
-        for (index, &value) in self.zncc.iter().enumerate() {
+        for (index, value) in self.values() {
             // NaN loses every comparison.
-            if value > best.map_or(f32::NEG_INFINITY, |b| self.zncc[b]) {
+            if value > best.map_or(f32::NEG_INFINITY, |b| self.value(b)) {
                 best = Some(index);
             }
         }
         match best {
-            Some(index) => self.judge(index, free, limits),
+            Some(index) => self.judge(index, None, free, limits),
             None => Peak::none(Verdict::Outside),
         }
     }
 
-    /// The peak at entry `index`, which is the largest; on the way out: too low, at the edge along a `free` axis, or with a rival.
-    pub fn judge(&self, index: usize, free: [bool; 2], limits: &Limits) -> Peak {
-        let (height, (i, j)) = (self.zncc[index], self.place(index));
+    /// The peak at entry `index`, which is the largest; on the way out: too low, at the edge along a `free` axis, or with a
+    /// rival. `high` counts the values above [`high`], where they have been counted.
+    pub fn judge(&self, index: usize, high: Option<u32>, free: [bool; 2], limits: &Limits) -> Peak {
+        let (height, (i, j)) = (self.value(index), self.place(index));
         let mut peak = Peak {
             whole: [self.centre[0] + i, self.centre[1] + j],
             fraction: [0.0; 2],
@@ -98,7 +110,7 @@ impl Surface<'_> {
             }
         }
         if peak.verdict == Verdict::Valid {
-            if self.has_rival([i, j], height, limits) {
+            if self.has_rival([i, j], height, high, limits) {
                 peak.verdict = Verdict::Ambiguous;
             }
             if let Some(fraction) = self.summit([i, j], free, peak.fraction) {
@@ -109,20 +121,29 @@ impl Surface<'_> {
     }
 
     /// Whether another local maximum is nearly as high.
-    fn has_rival(&self, [i, j]: [i32; 2], height: f32, limits: &Limits) -> bool {
+    fn has_rival(
+        &self,
+        [i, j]: [i32; 2],
+        height: f32,
+        count: Option<u32>,
+        limits: &Limits,
+    ) -> bool {
+        // Most surfaces hold nothing as high away from the peak: a count of all saves looking at each.
+        if let Some(count) = count {
+            let limit = high(height, limits);
+            let near = (-1..=1).flat_map(|l| (-1..=1).map(move |k| (k, l)));
+            let near = near.filter(|(k, l)| self.at(i + k, j + l).is_some_and(|v| v > limit));
+            if count as usize == near.count() {
+                return false;
+            }
+        }
         let rival = f64::from(height) * limits.second_peak;
-        let high = |value: f32| f64::from(value) > rival;
-        // Most surfaces hold nothing as high away from the peak: counting is quicker than looking at each.
-        let all = self.zncc.iter().filter(|&&v| high(v)).count();
-        let near = (-1..=1).flat_map(|l| (-1..=1).map(move |k| (k, l)));
-        let near = near.filter(|(k, l)| self.at(i + k, j + l).is_some_and(high));
-        all > near.count()
-            && (self.zncc.iter().enumerate()).any(|(other, &value)| {
-                let (k, l) = self.place(other);
-                high(value)
-                    && (k - i).abs().max((l - j).abs()) > 1
-                    && self.is_local_maximum(k, l, value)
-            })
+        self.values().any(|(other, value)| {
+            let (k, l) = self.place(other);
+            f64::from(value) > rival
+                && (k - i).abs().max((l - j).abs()) > 1
+                && self.is_local_maximum(k, l, value)
+        })
     }
 
     /// Maximum of the polynomial through the 5 × 5 values about the peak: one step of Newton's method from the vertices of the
@@ -173,6 +194,12 @@ impl Surface<'_> {
     fn is_local_maximum(&self, i: i32, j: i32, value: f32) -> bool {
         (-1..=1).all(|l| (-1..=1).all(|k| self.at(i + k, j + l).is_none_or(|v| v <= value)))
     }
+}
+
+/// A height that every rival of a peak of `height` lies above.
+pub(super) fn high(height: f32, limits: &Limits) -> f32 {
+    // Rounded to f32 it may lie above the limit by half a unit in the last place.
+    height * (limits.second_peak * (1.0 - 1e-6)) as f32
 }
 
 /// Weights of the values at −2..2 in their polynomial at `t` (Lagrange), in its slope and in its curvature; on an axis that is
@@ -234,6 +261,7 @@ mod tests {
         let one_row = |zncc: &[f32]| {
             let surface = Surface {
                 zncc,
+                step: 1,
                 radius: [3, 0],
                 centre: [0, 0],
             };

@@ -152,11 +152,24 @@ impl<'a> Task<'a> {
         radius: [i32; 2],
         peaks: &mut [Peak],
     ) {
-        let mut surface = Vec::new();
-        for (i, peak) in peaks.iter_mut().enumerate() {
-            scores.surface(row, i, &mut surface);
-            *peak = self.peak(node + i, &surface, radius, [0, 0]);
+        let limits = &self.settings.limits;
+        let summits = scores.summits(row, limits);
+        for (i, (peak, summit)) in peaks.iter_mut().zip(summits).enumerate() {
+            *peak = if self.is_flat(node + i) {
+                Peak::none(Verdict::Textureless)
+            } else if let Some((index, high)) = summit {
+                let surface = scores.surface(row, i, radius);
+                surface.judge(index, Some(high), self.settings.axes.free(), limits)
+            } else {
+                Peak::none(Verdict::Outside)
+            };
         }
+    }
+
+    /// Whether the window of A shows nothing.
+    fn is_flat(&self, node: usize) -> bool {
+        let (x, y) = self.grid.pixel(node);
+        self.statistics[0].inverse_norm[y * self.a.width + x] == 0.0
     }
 
     /// A small range of shifts about twice the coarse shift, once moved if the best lies at its end.
@@ -186,7 +199,16 @@ impl<'a> Task<'a> {
             .flat_map(|j| (-rx..=rx).map(move |i| [centre[0] + i, centre[1] + j]))
             .map(|shift| self.zncc([x, y], shift))
             .collect();
-        self.peak(node, &surface, radius, centre)
+        if self.is_flat(node) {
+            return Peak::none(Verdict::Textureless);
+        }
+        let surface = Surface {
+            zncc: &surface,
+            step: 1,
+            radius,
+            centre,
+        };
+        surface.peak(self.settings.axes.free(), &self.settings.limits)
     }
 
     /// ZNCC of one window at one shift, summed directly; the oracle of the box sums.
@@ -217,19 +239,6 @@ impl<'a> Task<'a> {
         let covariance =
             lanes.iter().sum::<f64>() - n * f64::from(of_a.mean[ia]) * f64::from(of_b.mean[ib]);
         (covariance * f64::from(of_a.inverse_norm[ia]) * f64::from(of_b.inverse_norm[ib])) as f32
-    }
-
-    fn peak(&self, node: usize, surface: &[f32], radius: [i32; 2], centre: [i32; 2]) -> Peak {
-        let (x, y) = self.grid.pixel(node);
-        if self.statistics[0].inverse_norm[y * self.a.width + x] == 0.0 {
-            return Peak::none(Verdict::Textureless);
-        }
-        let surface = Surface {
-            zncc: surface,
-            radius,
-            centre,
-        };
-        surface.peak(self.settings.axes.free(), &self.settings.limits)
     }
 }
 
@@ -279,10 +288,10 @@ mod tests {
                     continue;
                 }
                 let scores = pair.scores(0..grid.rows, 0..grid.columns, level);
-                let mut surface = Vec::new();
                 for node in 0..grid.len() {
-                    scores.surface(node / grid.columns, node % grid.columns, &mut surface);
-                    let mut values = surface.iter();
+                    let (row, column) = (node / grid.columns, node % grid.columns);
+                    let surface = scores.surface(row, column, task.radius);
+                    let mut values = surface.values().map(|(_, value)| value);
                     for dy in -ry..=ry {
                         for dx in -rx..=rx {
                             let direct = task.zncc(grid.pixel(node).into(), [dx, dy]);

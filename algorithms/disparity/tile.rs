@@ -19,13 +19,20 @@ use std::ops::Range;
 
 use quadpixel::simd::SimdLevel;
 
+use super::Limits;
 use super::geometry::Grid;
+#[cfg(target_arch = "x86_64")]
+use super::lanes::avx2;
+use super::lanes::{LANES, Lanes};
+use super::peak::{Surface, high};
 use super::plane::{Plane, WindowStatistics};
 
-/// Lanes that are summed together.
-const CHUNK: usize = 32;
+/// Vectors that are summed together.
+const VECTORS: usize = 4;
+/// Their lanes.
+const CHUNK: usize = VECTORS * LANES;
 /// Lanes of a full tile; its nodes are fewer by what the last window reaches over.
-const LANES: usize = 64;
+const WIDTH: usize = 64;
 /// Rows of nodes in a tile.
 pub(super) const ROWS: usize = 16;
 
@@ -41,7 +48,7 @@ pub(super) struct Pair<'a> {
 
 /// Nodes of a row that one tile takes.
 pub(super) fn columns(window: usize, stride: usize) -> usize {
-    LANES.saturating_sub(window / stride + 1).max(CHUNK)
+    WIDTH.saturating_sub(window / stride + 1).max(CHUNK)
 }
 
 /// ZNCC \[row\]\[shift\]\[node\] of a tile; shifts row by row from the most negative; NaN where the window leaves B.
@@ -53,10 +60,47 @@ pub(super) struct Scores {
 
 impl Scores {
     /// All shifts of one node of the tile.
-    pub fn surface(&self, row: usize, column: usize, to: &mut Vec<f32>) {
-        let of_row = &self.data[row * self.shifts * self.lanes..][..self.shifts * self.lanes];
-        to.clear();
-        to.extend(of_row[column..].iter().step_by(self.lanes));
+    pub fn surface(&self, row: usize, column: usize, radius: [i32; 2]) -> Surface<'_> {
+        Surface {
+            zncc: &self.row(row)[column..],
+            step: self.lanes,
+            radius,
+            centre: [0, 0],
+        }
+    }
+
+    fn row(&self, row: usize) -> &[f32] {
+        let length = self.shifts * self.lanes;
+        &self.data[row * length..(row + 1) * length]
+    }
+
+    /// For each lane of a row: the shift of the largest value (the first of several), and how many values are [`high`].
+    pub fn summits(
+        &self,
+        row: usize,
+        limits: &Limits,
+    ) -> impl Iterator<Item = Option<(usize, u32)>> {
+        let mut best = vec![f32::NEG_INFINITY; self.lanes];
+        let mut index = vec![u32::MAX; self.lanes];
+        for (shift, values) in (0..).zip(self.row(row).chunks_exact(self.lanes)) {
+            for ((best, index), &value) in best.iter_mut().zip(&mut index).zip(values) {
+                // NaN loses every comparison.
+                let above = value > *best;
+                *index = if above { shift } else { *index };
+                *best = if above { value } else { *best };
+            }
+        }
+        for best in &mut best {
+            *best = high(*best, limits);
+        }
+        let mut count = vec![0u32; self.lanes];
+        for values in self.row(row).chunks_exact(self.lanes) {
+            for ((count, &limit), &value) in count.iter_mut().zip(&best).zip(values) {
+                *count += u32::from(value > limit);
+            }
+        }
+        (index.into_iter().zip(count))
+            .map(|(index, count)| (index != u32::MAX).then_some((index as usize, count)))
     }
 }
 
@@ -116,32 +160,21 @@ impl Pair<'_> {
     /// All correlations of the nodes in `rows` × `columns`, with the widest instructions; they change the speed only.
     pub fn scores(&self, rows: Range<usize>, columns: Range<usize>, level: SimdLevel) -> Scores {
         #[cfg(target_arch = "x86_64")]
-        if level >= SimdLevel::Avx512 {
-            // SAFETY: `detect` found AVX-512 F, DQ and VL on this CPU.
-            return unsafe { self.scores_avx512(rows, columns) };
-        }
-        #[cfg(target_arch = "x86_64")]
         if level >= SimdLevel::Avx2 {
             // SAFETY: `detect` found AVX2 or more on this CPU.
             return unsafe { self.scores_avx2(rows, columns) };
         }
-        self.scores_plain(rows, columns)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f,avx512dq,avx512vl")]
-    fn scores_avx512(&self, rows: Range<usize>, columns: Range<usize>) -> Scores {
-        self.scores_plain(rows, columns)
+        self.scores_with::<[f32; LANES]>(rows, columns)
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
     fn scores_avx2(&self, rows: Range<usize>, columns: Range<usize>) -> Scores {
-        self.scores_plain(rows, columns)
+        self.scores_with::<avx2::Register>(rows, columns)
     }
 
     #[inline(always)]
-    fn scores_plain(&self, rows: Range<usize>, columns: Range<usize>) -> Scores {
+    fn scores_with<V: Lanes>(&self, rows: Range<usize>, columns: Range<usize>) -> Scores {
         let (window, stride) = (self.window, self.grid.stride_px);
         let (full, rest) = (window / stride, window % stride);
         let side = window.min(stride);
@@ -216,7 +249,7 @@ impl Pair<'_> {
         let n = (window * window) as f32;
         // Sums over the full blocks of a row of blocks and its rest, [block][lane]: over all its rows, and the first `rest`.
         let mut across = [0, 1].map(|_| vec![0.0f32; blocks * lanes]);
-        let mut sums = BlockSums::new(lanes);
+        let mut sums = BlockSums::new(lanes, full);
         // Where the phase and the lane of column c at shift dx lie in a row of b.
         let place = |c: usize| c % stride * lanes_b + c / stride;
         let mut places = vec![0; side];
@@ -227,10 +260,10 @@ impl Pair<'_> {
                 }
                 for block in 0..blocks {
                     let line = block * stride;
-                    sums.add(&a, &b, line, line + dy, &places, rest, side);
+                    sums.add::<V>((&a, line), (&b, line + dy), &places, rest, side);
                     let [all, part] = &mut across;
                     let to = block * lanes..(block + 1) * lanes;
-                    sums.across(&mut all[to.clone()], &mut part[to], full);
+                    sums.across::<V>(&mut all[to.clone()], &mut part[to], full);
                 }
                 let shift = dy * (2 * rx + 1) + dx;
                 for row in 0..rows.len() {
@@ -244,20 +277,16 @@ impl Pair<'_> {
                     let from = (row * shifts + shift) * lanes;
                     let out = &mut scores.data[from..from + lanes];
                     let [all, part] = &across;
-                    for m in (0..lanes).step_by(CHUNK) {
-                        let mut sum = chunk(part, (row + full) * lanes + m);
+                    let n = V::splat(n);
+                    for chunk in 0..lanes / LANES {
+                        let m = chunk * LANES;
+                        let mut sum = V::load(&part[(row + full) * lanes + m..]);
                         for block in row..row + full {
-                            let more = chunk(all, block * lanes + m);
-                            for i in 0..CHUNK {
-                                sum[i] += more[i];
-                            }
+                            sum = sum.plus(V::load(&all[block * lanes + m..]));
                         }
-                        let [ma, na] = [chunk(mean_a, m), chunk(norm_a, m)];
-                        let [mb, nb] = [chunk(mean_b, m), chunk(norm_b, m)];
-                        for i in 0..CHUNK {
-                            sum[i] = (sum[i] - n * ma[i] * mb[i]) * (na[i] * nb[i]);
-                        }
-                        out[m..m + CHUNK].copy_from_slice(&sum);
+                        let means = V::load(&mean_a[m..]).times(V::load(&mean_b[m..]));
+                        let norms = V::load(&norm_a[m..]).times(V::load(&norm_b[m..]));
+                        (sum.minus(n.times(means)).times(norms)).store(&mut out[m..]);
                     }
                 }
             }
@@ -266,31 +295,25 @@ impl Pair<'_> {
     }
 }
 
-#[inline(always)]
-fn chunk(data: &[f32], from: usize) -> [f32; CHUNK] {
-    let mut to = [0.0; CHUNK];
-    to.copy_from_slice(&data[from..from + CHUNK]);
-    to
-}
-
 /// Sum of the products in some rows and columns of the blocks from lane `m` on.
 #[inline(always)]
-fn products(
+fn products<V: Lanes>(
     (a, line_a): (&Phases, usize),
     (b, line_b): (&Phases, usize),
     places: &[usize],
     m: usize,
     rows: Range<usize>,
     columns: Range<usize>,
-) -> [f32; CHUNK] {
-    let mut sum = [0.0f32; CHUNK];
+) -> [V; VECTORS] {
+    let mut sum = [V::splat(0.0); VECTORS];
     for r in rows {
         let (row_a, row_b) = (a.row(line_a + r), b.row(line_b + r));
-        for c in columns.clone() {
+        for c in columns.start..columns.end {
             let of_a = &row_a[c * a.lanes + m..][..CHUNK];
             let of_b = &row_b[places[c] + m..][..CHUNK];
-            for i in 0..CHUNK {
-                sum[i] += of_a[i] * of_b[i];
+            for q in 0..VECTORS {
+                let product = V::load(&of_a[q * LANES..]).times(V::load(&of_b[q * LANES..]));
+                sum[q] = sum[q].plus(product);
             }
         }
     }
@@ -306,53 +329,55 @@ struct BlockSums {
 }
 
 impl BlockSums {
-    fn new(lanes: usize) -> Self {
-        let two = || [vec![0.0; lanes], vec![0.0; lanes]];
+    /// For so many lanes, and a window that reaches over `full` more.
+    fn new(lanes: usize, full: usize) -> Self {
+        let two = || [vec![0.0; lanes + full], vec![0.0; lanes + full]];
         Self {
             all: two(),
             part: two(),
         }
     }
 
-    /// Of the blocks from line `line_a` of `a` and `line_b` of `b` on.
-    #[allow(clippy::too_many_arguments)] // because this is the inner loop
+    /// Of the blocks from a line of `a` and one of `b` on.
     #[inline(always)]
-    fn add(
+    fn add<V: Lanes>(
         &mut self,
-        a: &Phases,
-        b: &Phases,
-        line_a: usize,
-        line_b: usize,
+        a: (&Phases, usize),
+        b: (&Phases, usize),
         places: &[usize],
         rest: usize,
         side: usize,
     ) {
-        for m in (0..a.lanes).step_by(CHUNK) {
-            let corner = products((a, line_a), (b, line_b), places, m, 0..rest, 0..rest);
-            let right = products((a, line_a), (b, line_b), places, m, 0..rest, rest..side);
-            let below = products((a, line_a), (b, line_b), places, m, rest..side, 0..rest);
-            let body = products((a, line_a), (b, line_b), places, m, rest..side, rest..side);
-            for i in 0..CHUNK {
-                self.part[1][m + i] = corner[i];
-                self.part[0][m + i] = corner[i] + right[i];
-                self.all[1][m + i] = corner[i] + below[i];
-                self.all[0][m + i] = (corner[i] + right[i]) + (below[i] + body[i]);
+        for chunk in 0..a.0.lanes / CHUNK {
+            let m = chunk * CHUNK;
+            let corner = products::<V>(a, b, places, m, 0..rest, 0..rest);
+            let right = products::<V>(a, b, places, m, 0..rest, rest..side);
+            let below = products::<V>(a, b, places, m, rest..side, 0..rest);
+            let body = products::<V>(a, b, places, m, rest..side, rest..side);
+            for q in 0..VECTORS {
+                let at = m + q * LANES;
+                let (part, left) = (corner[q].plus(right[q]), corner[q].plus(below[q]));
+                corner[q].store(&mut self.part[1][at..]);
+                part.store(&mut self.part[0][at..]);
+                left.store(&mut self.all[1][at..]);
+                (part.plus(below[q].plus(body[q]))).store(&mut self.all[0][at..]);
             }
         }
     }
 
-    /// Sums along a row of blocks, over the width of a window.
+    /// Sums along a row of blocks, over the width of a window; the vectors' last lanes reach into the padding.
     #[inline(always)]
-    fn across(&self, all: &mut [f32], part: &mut [f32], full: usize) {
-        for (of, to) in [(&self.all, all), (&self.part, part)] {
-            let lanes = to.len() - full;
-            let to = &mut to[..lanes];
-            to.copy_from_slice(&of[1][full..]);
+    fn across<V: Lanes>(&self, all: &mut [f32], part: &mut [f32], full: usize) {
+        for chunk in 0..all.len() / LANES {
+            let m = chunk * LANES;
+            let mut sum_all = V::load(&self.all[1][m + full..]);
+            let mut sum_part = V::load(&self.part[1][m + full..]);
             for block in 0..full {
-                for (to, more) in to.iter_mut().zip(&of[0][block..block + lanes]) {
-                    *to += more;
-                }
+                sum_all = sum_all.plus(V::load(&self.all[0][m + block..]));
+                sum_part = sum_part.plus(V::load(&self.part[0][m + block..]));
             }
+            sum_all.store(&mut all[m..]);
+            sum_part.store(&mut part[m..]);
         }
     }
 }
