@@ -51,7 +51,8 @@ impl Sampler {
         let x = inside(at[0], whole[0], width)?;
         let y = inside(at[1], whole[1], height)?;
         let mean = b.statistics.mean[(y + before as usize) * width + x + before as usize];
-        let [wx, wy] = [0, 1].map(|i| weights::<4>((d[i] - whole[i]) as f32));
+        let wx = weights::<4>((d[0] - whole[0]) as f32);
+        let wy = weights::<4>((d[1] - whole[1]) as f32);
         let weights = splat::<V>(&wx);
         for (k, out) in self.rows.iter_mut().enumerate().take(high) {
             let from = (y + k) * width + x;
