@@ -30,7 +30,7 @@ const LAST_STEP_PX: f64 = 1e-3;
 /// The same on the way back, as a share of the disagreement that is allowed.
 const LAST_STEP_BACK: f64 = 0.2;
 /// Length of the second step over that of the first: 0.03 to 0.08 is usual; later ones are measured.
-const SHRINK: f64 = 0.1;
+const SHRINK: f64 = 0.08;
 /// More steps than this are no convergence.
 const MOST_STEPS: usize = 12;
 /// The neighbour's match is the better guess up to this distance from the peak, px: several times what the peak itself errs.
