@@ -84,7 +84,7 @@ fn guess(coarse: &[Peak], coarse_grid: &Grid, grid: &Grid, node: usize) -> Peak 
 }
 
 /// All that one search needs.
-struct Task<'a> {
+pub(super) struct Task<'a> {
     a: &'a Plane,
     b: &'a Plane,
     statistics: &'a [WindowStatistics; 2],
@@ -94,7 +94,7 @@ struct Task<'a> {
 }
 
 impl<'a> Task<'a> {
-    fn new(
+    pub fn new(
         a: &'a Plane,
         b: &'a Plane,
         statistics: &'a [WindowStatistics; 2],
@@ -111,7 +111,8 @@ impl<'a> Task<'a> {
         }
     }
 
-    fn pair(&self) -> Pair<'_> {
+    /// What the tiles compare.
+    pub fn pair(&self) -> Pair<'_> {
         // No window reaches B from farther than this: the search may be wider than a small picture.
         let reach = |size: usize| (size - self.settings.window_px) as i32;
         let [width, height] = [self.a.width, self.a.height].map(reach);
