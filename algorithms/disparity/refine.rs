@@ -46,10 +46,10 @@ pub(super) fn refine(
     grid: &Grid,
     starts: &[Peak],
     settings: &MatchSettings,
+    level: SimdLevel,
 ) -> Vec<Match> {
     let [of_a, of_b] = statistics;
     let views = [View::new(a, of_a), View::new(b, of_b)];
-    let level = SimdLevel::detect();
     starts
         .par_chunks(grid.columns)
         .enumerate()

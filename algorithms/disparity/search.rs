@@ -24,6 +24,7 @@ pub(super) fn whole_pixels(
     statistics: &[WindowStatistics; 2],
     grid: &Grid,
     settings: &MatchSettings,
+    level: SimdLevel,
 ) -> Vec<Peak> {
     if settings.search_px > DIRECT_SEARCH_PX {
         let (coarse_a, coarse_b) = (a.halved(), b.halved());
@@ -44,6 +45,7 @@ pub(super) fn whole_pixels(
                 &coarse_statistics,
                 &coarse_grid,
                 &coarse_settings,
+                level,
             );
             let task = Task::new(a, b, statistics, grid, settings);
             return (0..grid.len())
@@ -53,7 +55,6 @@ pub(super) fn whole_pixels(
         }
     }
     let task = Task::new(a, b, statistics, grid, settings);
-    let level = SimdLevel::detect();
     let bands: Vec<Vec<Peak>> = (0..grid.rows.div_ceil(tile::ROWS))
         .into_par_iter()
         .map(|band| {
