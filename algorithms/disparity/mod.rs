@@ -24,9 +24,9 @@
 //! | search: 81 shifts of 16 products, 34 sums | 4 050 |
 //! | sampling, 28 + 21 rows of 21 samples, 15 operations each | 15 400 |
 //! | its five sums with the reference, 11 operations a pixel | 4 900 |
-//! | gradient and Hessian of a reference, 15 operations a pixel | 6 600 |
+//! | gradient and Hessian of a reference: 12 operations a pixel of 4 columns, sums of 21 columns | 1 200 |
 //!
-//! One sampling with its sums there (1.2 on average) and one back, and two references: 62 000 operations, 3.9 G/Mpx, or 0.11
+//! One sampling with its sums there (1.2 on average) and one back, and two references: 51 000 operations, 3.2 G/Mpx, or 0.09
 //! s/Mpx with 16 a clock (two AVX2 units, no fused multiply-add, as results must be the same everywhere) at 2.3 GHz. Memory: 2
 //! pictures of 4 bytes a pixel in, and 8 planes (values, mean, norm, gradients of both) written and read once: 72 MB/Mpx,
 //! 0.01 s/Mpx. So it is the refinement's arithmetic that counts, and what helps is to need fewer samplings.

@@ -1,7 +1,7 @@
 //! A window of the reference with all that belongs to it alone: gradient, p and H⁻¹ (see [`super::refine`]).
 
 use super::lanes::{LANES, Lanes};
-use super::plane::{Plane, WindowStatistics};
+use super::plane::{PADDING, Plane, WindowStatistics};
 use super::{MatchSettings, Verdict, largest_eigenvalue};
 
 /// Central difference of sixth order: ∂f ≈ Σ DIFFERENCE\[k\] (f₊ₖ₊₁ − f₋ₖ₋₁). Where the texture lies, it is within a few
@@ -25,7 +25,7 @@ impl<'a> View<'a> {
     pub fn new(plane: &'a Plane, statistics: &'a WindowStatistics) -> Self {
         let (width, height) = (plane.width, plane.height);
         let gradient = [1, width].map(|step| {
-            let mut gradient = vec![0.0f32; width * height];
+            let mut gradient = vec![0.0f32; width * height + PADDING];
             for y in REACH..height.saturating_sub(REACH) {
                 let line = y * width + REACH..(y + 1) * width - REACH;
                 let out = &mut gradient[line.clone()];
@@ -98,10 +98,11 @@ impl<'v, 'p> Reference<'v, 'p> {
     /// The window about `at`, which must lie inside.
     #[inline(always)]
     pub fn new<V: Lanes>(
-        view: &'v View<'p>,
+        moments: &mut Moments<'v, 'p>,
         [x, y]: [usize; 2],
         shape: &Shape,
     ) -> Result<Self, Verdict> {
+        let view = moments.view;
         let (half, width) = (shape.window / 2, view.plane.width);
         let centre = y * width + x;
         let inverse_norm = f64::from(view.statistics.inverse_norm[centre]);
@@ -110,8 +111,9 @@ impl<'v, 'p> Reference<'v, 'p> {
             return Err(Verdict::Textureless);
         }
         let energy = 1.0 / (inverse_norm * inverse_norm);
-        let mean = view.statistics.mean[centre];
-        let [sx, sy, xx, xy, yy, ax, ay] = moments::<V>(view, first, mean, shape);
+        let mean = f64::from(view.statistics.mean[centre]);
+        let [sx, sy, xx, xy, yy, ax, ay] = moments.of::<V>([x, y], shape);
+        let (ax, ay) = (ax - mean * sx, ay - mean * sy);
         let n = shape.n;
         let hessian = [
             xx - sx * sx / n - ax * ax / energy,
@@ -122,7 +124,7 @@ impl<'v, 'p> Reference<'v, 'p> {
         Ok(Self {
             view,
             first,
-            mean: f64::from(mean),
+            mean,
             energy,
             share: [ax / energy, ay / energy],
             means: [sx / n, sy / n],
@@ -131,32 +133,72 @@ impl<'v, 'p> Reference<'v, 'p> {
     }
 }
 
-/// Sums over the window at `first` of gx, gy, gx², gx gy, gy², ã gx, ã gy.
+/// Sums over the rows of a window of gx, gy, gx², gx gy, gy², a gx, a gy.
+const MOMENTS: usize = 7;
+
+/// Column by column, the moments of the windows about the rows that a row of nodes needs: neighbouring windows share them. Most
+/// need a single row.
+pub(super) struct Moments<'v, 'p> {
+    view: &'v View<'p>,
+    /// Row of the windows' centres, and its sums, \[moment\]\[column\].
+    rows: Vec<(usize, Vec<f32>)>,
+}
+
+impl<'v, 'p> Moments<'v, 'p> {
+    pub fn new(view: &'v View<'p>) -> Self {
+        Self {
+            view,
+            rows: Vec::new(),
+        }
+    }
+
+    /// Of the window about (x, y), which must lie inside.
+    #[inline(always)]
+    fn of<V: Lanes>(&mut self, [x, y]: [usize; 2], shape: &Shape) -> [f64; MOMENTS] {
+        let known = self.rows.iter().position(|(of, _)| *of == y);
+        let place = known.unwrap_or(self.rows.len());
+        if known.is_none() {
+            self.rows.push((y, columns::<V>(self.view, y, shape)));
+        }
+        let sums = &self.rows[place].1;
+        let stride = sums.len() / MOMENTS;
+        let mut moments = [0.0; MOMENTS];
+        for (i, moment) in moments.iter_mut().enumerate() {
+            let first = i * stride + x - shape.window / 2;
+            let mut sum = V::splat(0.0);
+            for vector in 0..shape.vectors {
+                let lane = vector * LANES;
+                let part = V::load(&sums[first + lane..]).times(V::load(&shape.mask[lane..]));
+                sum = sum.plus(part);
+            }
+            *moment = sum.total();
+        }
+        moments
+    }
+}
+
+/// The moments of all columns; those beyond the last one hold nothing of meaning.
 #[inline(always)]
-fn moments<V: Lanes>(view: &View<'_>, first: usize, mean: f32, shape: &Shape) -> [f64; 7] {
+fn columns<V: Lanes>(view: &View<'_>, y: usize, shape: &Shape) -> Vec<f32> {
     let width = view.plane.width;
-    let mean = V::splat(mean);
+    let stride = width + PADDING;
+    let mut sums = vec![0.0f32; MOMENTS * stride];
     let [gx, gy] = &view.gradient;
-    let mut sums = [0.0f64; 7];
-    for vector in 0..shape.vectors {
+    for vector in 0..width.div_ceil(LANES) {
         let lane = vector * LANES;
-        let mask = V::load(&shape.mask[lane..]);
-        let [mut sx, mut sy, mut xx, mut xy, mut yy, mut ax, mut ay] = [V::splat(0.0); 7];
+        let [mut sx, mut sy, mut xx, mut xy, mut yy, mut ax, mut ay] = [V::splat(0.0); MOMENTS];
         for k in 0..shape.window {
-            let from = first + k * width + lane;
-            let a = V::load(&view.plane.data[from..]).minus(mean);
-            let x = V::load(&gx[from..]).times(mask);
-            let y = V::load(&gy[from..]).times(mask);
+            let from = (y - shape.window / 2 + k) * width + lane;
+            let a = V::load(&view.plane.data[from..]);
+            let (x, y) = (V::load(&gx[from..]), V::load(&gy[from..]));
             (sx, sy) = (sx.plus(x), sy.plus(y));
             (ax, ay) = (ax.plus(a.times(x)), ay.plus(a.times(y)));
-            (xx, xy, yy) = (
-                xx.plus(x.times(x)),
-                xy.plus(x.times(y)),
-                yy.plus(y.times(y)),
-            );
+            (xx, xy) = (xx.plus(x.times(x)), xy.plus(x.times(y)));
+            yy = yy.plus(y.times(y));
         }
-        for (sum, part) in sums.iter_mut().zip([sx, sy, xx, xy, yy, ax, ay]) {
-            *sum += part.total();
+        let all = [sx, sy, xx, xy, yy, ax, ay];
+        for i in 0..MOMENTS {
+            all[i].store(&mut sums[i * stride + lane..]);
         }
     }
     sums

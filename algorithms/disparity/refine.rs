@@ -18,7 +18,7 @@ use super::lanes::Lanes;
 use super::lanes::avx2;
 use super::peak::Peak;
 use super::plane::{Plane, WindowStatistics};
-use super::reference::{Reference, Shape, View};
+use super::reference::{Moments, Reference, Shape, View};
 use super::sampler::Sampler;
 use super::{Match, MatchSettings, Verdict, largest_eigenvalue};
 use quadpixel::simd::SimdLevel;
@@ -96,6 +96,7 @@ fn pass_with<V: Lanes>(
 ) -> Vec<Match> {
     let shape = Shape::new(settings);
     let mut sampler = Sampler::new();
+    let mut moments = [Moments::new(a), Moments::new(b)];
     let mut matches: Vec<Match> = Vec::with_capacity(starts.len());
     for (column, start) in starts.iter().enumerate() {
         let at = grid.pixel(row * grid.columns + column);
@@ -106,7 +107,7 @@ fn pass_with<V: Lanes>(
                 at.into(),
                 (start, first),
                 &shape,
-                &mut sampler,
+                (&mut moments, &mut sampler),
                 settings,
             )
         } else {
@@ -138,11 +139,12 @@ fn one<V: Lanes>(
     at: [usize; 2],
     (start, first): (&Peak, [f64; 2]),
     shape: &Shape,
-    sampler: &mut Sampler,
+    (moments, sampler): (&mut [Moments<'_, '_>; 2], &mut Sampler),
     settings: &MatchSettings,
 ) -> Result<Match, Verdict> {
     let limits = &settings.limits;
-    let reference = Reference::new::<V>(a, at, shape)?;
+    let [of_a, of_b] = moments;
+    let reference = Reference::new::<V>(of_a, at, shape)?;
     let fit = solve::<V>(&reference, b, at, first, LAST_STEP_PX, shape, sampler)?;
     if fit.zncc < limits.zncc {
         return Err(Verdict::LowCorrelation);
@@ -155,7 +157,7 @@ fn one<V: Lanes>(
     }
     // The way back starts from the peak: from the end of the way there it could only agree.
     let back_at = [0, 1].map(|i| at[i].wrapping_add_signed(start.whole[i] as isize));
-    let reference = Reference::new::<V>(b, back_at, shape)?;
+    let reference = Reference::new::<V>(of_b, back_at, shape)?;
     let last = LAST_STEP_BACK * limits.forward_backward_px;
     let back = solve::<V>(
         &reference,
