@@ -1,6 +1,6 @@
 //! Speed of dense matching on one thread, and its accuracy against the Cramér-Rao bound.
 //!
-//! `cargo bench -p algorithms --bench matching`
+//! `cargo bench -p algorithms --bench matching`, with `-- speed` or `-- accuracy` for one of them
 
 #[path = "../tests/matching/score.rs"]
 mod score;
@@ -29,8 +29,16 @@ fn main() {
 }
 
 fn run() {
-    speed();
-    accuracy();
+    let wanted = |name: &str| {
+        let mut names = std::env::args().skip(1).filter(|a| !a.starts_with('-'));
+        names.next().is_none_or(|first| first == name)
+    };
+    if wanted("speed") {
+        speed();
+    }
+    if wanted("accuracy") {
+        accuracy();
+    }
 }
 
 fn speed() {

@@ -4,10 +4,14 @@ use quadpixel::image::Image;
 
 use super::MatchError;
 
+/// Samples behind the last one.
+pub(super) const PADDING: usize = 40;
+
 /// A finite, single-channel image, row-major: (v − mean)/deviation, all zero where the picture is constant.
 pub(super) struct Plane {
     pub width: usize,
     pub height: usize,
+    /// Followed by [`PADDING`] zeros, so that a whole vector can be read from every pixel on.
     pub data: Vec<f32>,
     /// Contrast (deviation) below which a window shows nothing but the rounding of the f32 input.
     pub rounding: f32,
@@ -26,22 +30,27 @@ impl Plane {
                 value: image.data()[i],
             });
         }
-        let n = image.data().len().max(1) as f64;
-        let mean = image.data().iter().map(|&v| f64::from(v)).sum::<f64>() / n;
-        let square = |v: f32| (f64::from(v) - mean) * (f64::from(v) - mean);
-        let deviation = (image.data().iter().map(|&v| square(v)).sum::<f64>() / n).sqrt();
-        let largest = image.data().iter().fold(0.0f32, |m, v| m.max(v.abs()));
+        let values = image.data();
+        let n = values.len().max(1) as f64;
+        let mean = sum(values, |v| v) / n;
+        let deviation = (sum(values, |v| (v - mean) * (v - mean)) / n).sqrt();
+        let largest = values.iter().fold(0.0f32, |m, v| m.max(v.abs()));
         let scale = if deviation > 0.0 {
             1.0 / deviation
         } else {
             0.0
         };
+        let mut data = Vec::with_capacity(values.len() + PADDING);
+        data.extend(
+            values
+                .iter()
+                .map(|&v| ((f64::from(v) - mean) * scale) as f32),
+        );
+        data.resize(values.len() + PADDING, 0.0);
         Ok(Self {
             width: image.width(),
             height: image.height(),
-            data: (image.data().iter())
-                .map(|&v| ((f64::from(v) - mean) * scale) as f32)
-                .collect(),
+            data,
             // Half a unit in the last place is at most ε/2 · v; a few of them are no texture.
             rounding: (4.0 * f64::from(f32::EPSILON) * f64::from(largest) * scale)
                 .max(4.0 * f64::from(f32::EPSILON)) as f32,
@@ -65,7 +74,7 @@ impl Plane {
                 narrow[y * width + x] = (0..5).map(|k| TAPS[k] * row[near(x, k, self.width)]).sum();
             }
         }
-        let mut data = vec![0.0f32; width * height];
+        let mut data = vec![0.0f32; width * height + PADDING];
         for y in 0..height {
             for x in 0..width {
                 data[y * width + x] = (0..5)
@@ -82,8 +91,20 @@ impl Plane {
     }
 }
 
+/// Sum of `f` over all values in f64, as four sums that the CPU can run side by side.
+fn sum(values: &[f32], f: impl Fn(f64) -> f64) -> f64 {
+    let mut sums = [0.0f64; 4];
+    for four in values.chunks(4) {
+        for (sum, &v) in sums.iter_mut().zip(four) {
+            *sum += f(f64::from(v));
+        }
+    }
+    (sums[0] + sums[2]) + (sums[1] + sums[3])
+}
+
 /// Mean and inverse norm 1/√Σ(v − mean)² of the window about every pixel, from running sums: the cost does not depend on
-/// the window. Both are 0 where the window is not complete; the norm is 0 where the window shows only rounding.
+/// the window. Where the window is not complete the mean is 0 and the norm NaN; the norm is 0 where the window shows only
+/// rounding.
 pub(super) struct WindowStatistics {
     pub mean: Vec<f32>,
     pub inverse_norm: Vec<f32>,
@@ -94,40 +115,63 @@ impl WindowStatistics {
     pub fn new(plane: &Plane, half: usize) -> Self {
         let (width, height, window) = (plane.width, plane.height, 2 * half + 1);
         let mut mean = vec![0.0f32; width * height];
-        let mut inverse_norm = vec![0.0f32; width * height];
+        let mut inverse_norm = vec![f32::NAN; width * height];
         if width < window || height < window {
             return Self { mean, inverse_norm };
         }
         let n = (window * window) as f64;
         let least = n * f64::from(plane.rounding) * f64::from(plane.rounding);
         let (mut sums, mut squares) = (vec![0.0f64; width], vec![0.0f64; width]);
+        // Of the columns to the left.
+        let mut prefix = [vec![0.0f64; width + 1], vec![0.0f64; width + 1]];
         for bottom in 0..height {
-            for (x, &v) in plane.row(bottom).iter().enumerate() {
-                sums[x] += f64::from(v);
-                squares[x] += f64::from(v) * f64::from(v);
+            let row = plane.row(bottom);
+            if let Some(top) = bottom.checked_sub(window) {
+                for (((sum, square), &new), &old) in (sums.iter_mut().zip(&mut squares))
+                    .zip(row)
+                    .zip(plane.row(top))
+                {
+                    let (new, old) = (f64::from(new), f64::from(old));
+                    *sum += new - old;
+                    *square += new * new - old * old;
+                }
+            } else {
+                for ((sum, square), &v) in sums.iter_mut().zip(&mut squares).zip(row) {
+                    *sum += f64::from(v);
+                    *square += f64::from(v) * f64::from(v);
+                }
             }
             if bottom + 1 < window {
                 continue;
             }
+            let [of_sums, of_squares] = &mut prefix;
             let (mut sum, mut square) = (0.0f64, 0.0f64);
-            for x in 0..width {
-                sum += sums[x];
-                square += squares[x];
-                if x + 1 < window {
-                    continue;
-                }
-                let centre = (bottom - half) * width + x - half;
-                let energy = square - sum * sum / n;
-                mean[centre] = (sum / n) as f32;
-                if energy > least {
-                    inverse_norm[centre] = (1.0 / energy.sqrt()) as f32;
-                }
-                sum -= sums[x + 1 - window];
-                square -= squares[x + 1 - window];
+            for (((to_sum, to_square), more), more_square) in (of_sums[1..].iter_mut())
+                .zip(&mut of_squares[1..])
+                .zip(&sums)
+                .zip(&squares)
+            {
+                sum += more;
+                square += more_square;
+                (*to_sum, *to_square) = (sum, square);
             }
-            for (x, &v) in plane.row(bottom + 1 - window).iter().enumerate() {
-                sums[x] -= f64::from(v);
-                squares[x] -= f64::from(v) * f64::from(v);
+            let to = (bottom - half) * width + half;
+            let count = width + 1 - window;
+            let windows = (of_sums[window..].iter().zip(&of_sums[..count]))
+                .zip(of_squares[window..].iter().zip(&of_squares[..count]));
+            for ((mean, norm), ((right, left), (right_square, left_square))) in
+                (mean[to..to + count].iter_mut())
+                    .zip(&mut inverse_norm[to..to + count])
+                    .zip(windows)
+            {
+                let sum = right - left;
+                let energy = (right_square - left_square) - sum * (sum / n);
+                *mean = (sum / n) as f32;
+                *norm = if energy > least {
+                    1.0 / (energy as f32).sqrt()
+                } else {
+                    0.0
+                };
             }
         }
         Self { mean, inverse_norm }

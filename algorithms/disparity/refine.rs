@@ -13,9 +13,12 @@
 use rayon::prelude::*;
 
 use super::geometry::Grid;
+use super::lanes::Lanes;
+#[cfg(target_arch = "x86_64")]
+use super::lanes::avx2;
 use super::peak::Peak;
 use super::plane::{Plane, WindowStatistics};
-use super::reference::{Reference, View};
+use super::reference::{Moments, Reference, Shape, View};
 use super::sampler::Sampler;
 use super::{Match, MatchSettings, Verdict, largest_eigenvalue};
 use quadpixel::simd::SimdLevel;
@@ -26,10 +29,12 @@ const LONGEST_STEP_PX: f64 = 0.5;
 const LAST_STEP_PX: f64 = 1e-3;
 /// The same on the way back, as a share of the disagreement that is allowed.
 const LAST_STEP_BACK: f64 = 0.2;
-/// Length of the second step over that of the first: 0.1 to 0.2 is usual; later ones are measured.
-const SHRINK: f64 = 0.3;
+/// Length of the second step over that of the first: 0.03 to 0.08 is usual; later ones are measured.
+const SHRINK: f64 = 0.08;
 /// More steps than this are no convergence.
 const MOST_STEPS: usize = 12;
+/// The neighbour's match is the better guess up to this distance from the peak, px: several times what the peak itself errs.
+const NEXT_TO_PX: f64 = 0.1;
 /// Farther than this from the peak of the correlation, px, is another peak.
 const FARTHEST_PX: f64 = 1.5;
 
@@ -41,16 +46,10 @@ pub(super) fn refine(
     grid: &Grid,
     starts: &[Peak],
     settings: &MatchSettings,
+    level: SimdLevel,
 ) -> Vec<Match> {
     let [of_a, of_b] = statistics;
     let views = [View::new(a, of_a), View::new(b, of_b)];
-    let level = SimdLevel::detect();
-    // Rows of fixed length let the compiler keep a whole row in vector registers.
-    let pass = match settings.window_px {
-        ..=16 => pass::<16>,
-        17..=24 => pass::<24>,
-        _ => pass::<32>,
-    };
     starts
         .par_chunks(grid.columns)
         .enumerate()
@@ -59,7 +58,7 @@ pub(super) fn refine(
 }
 
 /// One row of nodes, with the widest instructions; they change the speed only (1.5 times), never a bit.
-fn pass<const LANES: usize>(
+fn pass(
     views: &[View<'_>; 2],
     grid: &Grid,
     row: usize,
@@ -70,43 +69,45 @@ fn pass<const LANES: usize>(
     #[cfg(target_arch = "x86_64")]
     if level >= SimdLevel::Avx2 {
         // SAFETY: `detect` found AVX2 or more on this CPU.
-        return unsafe { pass_avx2::<LANES>(views, grid, row, starts, settings) };
+        return unsafe { pass_avx2(views, grid, row, starts, settings) };
     }
-    pass_plain::<LANES>(views, grid, row, starts, settings)
+    pass_with::<[f32; 8]>(views, grid, row, starts, settings)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn pass_avx2<const LANES: usize>(
+fn pass_avx2(
     views: &[View<'_>; 2],
     grid: &Grid,
     row: usize,
     starts: &[Peak],
     settings: &MatchSettings,
 ) -> Vec<Match> {
-    pass_plain::<LANES>(views, grid, row, starts, settings)
+    pass_with::<avx2::Register>(views, grid, row, starts, settings)
 }
 
 #[inline(always)]
-fn pass_plain<const LANES: usize>(
+fn pass_with<V: Lanes>(
     [a, b]: &[View<'_>; 2],
     grid: &Grid,
     row: usize,
     starts: &[Peak],
     settings: &MatchSettings,
 ) -> Vec<Match> {
-    let mut reference = Reference::<LANES>::new(settings);
-    let mut sampler = Sampler::<LANES>::new(settings.window_px);
-    let mut matches = Vec::with_capacity(starts.len());
+    let shape = Shape::new(settings);
+    let mut sampler = Sampler::new();
+    let mut moments = [Moments::new(a), Moments::new(b)];
+    let mut matches: Vec<Match> = Vec::with_capacity(starts.len());
     for (column, start) in starts.iter().enumerate() {
         let at = grid.pixel(row * grid.columns + column);
         let found = if start.verdict == Verdict::Valid {
-            one(
+            let first = first_guess(start, matches.last());
+            one::<V>(
                 [a, b],
                 at.into(),
-                start,
-                &mut reference,
-                &mut sampler,
+                (start, first),
+                &shape,
+                (&mut moments, &mut sampler),
                 settings,
             )
         } else {
@@ -117,20 +118,34 @@ fn pass_plain<const LANES: usize>(
     matches
 }
 
+/// Where to begin: on the peak, or where the node to the left ended if that is next to it: most of its window is the same.
+#[inline(always)]
+fn first_guess(start: &Peak, left: Option<&Match>) -> [f64; 2] {
+    let peak = start.position();
+    match left {
+        Some(left) if left.verdict == Verdict::Valid => {
+            let d = [left.dx_px, left.dy_px];
+            let apart = (d[0] - peak[0]).abs().max((d[1] - peak[1]).abs());
+            if apart < NEXT_TO_PX { d } else { peak }
+        }
+        _ => peak,
+    }
+}
+
 /// One window: A to B, tests, and back.
 #[inline(always)]
-fn one<const LANES: usize>(
+fn one<V: Lanes>(
     [a, b]: [&View<'_>; 2],
     at: [usize; 2],
-    start: &Peak,
-    reference: &mut Reference<LANES>,
-    sampler: &mut Sampler<LANES>,
+    (start, first): (&Peak, [f64; 2]),
+    shape: &Shape,
+    (moments, sampler): (&mut [Moments<'_, '_>; 2], &mut Sampler),
     settings: &MatchSettings,
 ) -> Result<Match, Verdict> {
     let limits = &settings.limits;
-    reference.take(a, at)?;
-    let first = [0, 1].map(|i| f64::from(start.whole[i]) + start.fraction[i]);
-    let fit = solve(reference, b, at, first, LAST_STEP_PX, sampler)?;
+    let [of_a, of_b] = moments;
+    let reference = Reference::new::<V>(of_a, at, shape)?;
+    let fit = solve::<V>(&reference, b, at, first, LAST_STEP_PX, shape, sampler)?;
     if fit.zncc < limits.zncc {
         return Err(Verdict::LowCorrelation);
     }
@@ -140,11 +155,19 @@ fn one<const LANES: usize>(
     if fit.d.iter().any(|d| d.abs() > settings.search_px as f64) {
         return Err(Verdict::SearchEdge);
     }
-    // The way back starts from the whole-pixel peak: from the end of the way there it could only agree.
+    // The way back starts from the peak: from the end of the way there it could only agree.
     let back_at = [0, 1].map(|i| at[i].wrapping_add_signed(start.whole[i] as isize));
-    reference.take(b, back_at)?;
+    let reference = Reference::new::<V>(of_b, back_at, shape)?;
     let last = LAST_STEP_BACK * limits.forward_backward_px;
-    let back = solve(reference, a, back_at, first.map(|d| -d), last, sampler)?;
+    let back = solve::<V>(
+        &reference,
+        a,
+        back_at,
+        start.position().map(|d| -d),
+        last,
+        shape,
+        sampler,
+    )?;
     let apart = (fit.d[0] + back.d[0]).hypot(fit.d[1] + back.d[1]);
     if apart > limits.forward_backward_px {
         return Err(Verdict::Inconsistent);
@@ -166,24 +189,23 @@ struct Fit {
 }
 
 #[inline(always)]
-fn solve<const LANES: usize>(
-    reference: &Reference<LANES>,
+fn solve<V: Lanes>(
+    reference: &Reference<'_, '_>,
     b: &View<'_>,
     at: [usize; 2],
     start: [f64; 2],
     last_step_px: f64,
-    sampler: &mut Sampler<LANES>,
+    shape: &Shape,
+    sampler: &mut Sampler,
 ) -> Result<Fit, Verdict> {
     let mut d = start;
     let mut last_length = 0.0f64;
-    sampler.patch_at = None;
     for _ in 0..MOST_STEPS {
-        let sums = sampler.correlate(reference, b, at, d)?;
-        let energy_b = sums.bb - sums.b * sums.b / reference.n;
-        if energy_b <= 0.0 || sums.ab <= 0.0 {
+        let sums = sampler.correlate::<V>(reference, b, at, d, shape)?;
+        if sums.bb <= 0.0 || sums.ab <= 0.0 {
             return Err(Verdict::LowCorrelation);
         }
-        let gain = sums.ab / energy_b;
+        let gain = sums.ab / sums.bb;
         let slope = [-gain * sums.pb[0], -gain * sums.pb[1]];
         let [xx, xy, yy] = reference.inverse_hessian;
         let step = [
@@ -204,7 +226,7 @@ fn solve<const LANES: usize>(
         if length * shrink < last_step_px {
             let explained = slope[0] * step[0] + slope[1] * step[1];
             let residual = (reference.energy - gain * sums.ab - explained).max(0.0);
-            let variance = residual / reference.degrees_of_freedom;
+            let variance = residual / shape.degrees_of_freedom;
             // The kernel thins b's noise by `thinning` in the residual, but hardly in the band of the texture, where it counts:
             // with both images equally noisy, put that back.
             let g2 = gain * gain;
@@ -212,7 +234,7 @@ fn solve<const LANES: usize>(
             return Ok(Fit {
                 d,
                 covariance_px2: [scale * xx, scale * xy, scale * yy],
-                zncc: sums.ab / (energy_b * reference.energy).sqrt(),
+                zncc: sums.ab / (sums.bb * reference.energy).sqrt(),
             });
         }
         last_length = length;

@@ -2,120 +2,141 @@
 
 use super::Verdict;
 use super::geometry::TAPS_PX;
-use super::reference::{LARGEST, Reference, View, total};
-use crate::warp::weights::weights;
+use super::lanes::{LANES, Lanes};
+use super::reference::{LARGEST, Reference, Shape, VECTORS, View};
+use crate::warp::weights::{TAPS, weights};
 
 /// Sums over the window with b sampled at d; `thinning`: Σw², the share of white noise that sampling leaves.
 pub(super) struct Sums {
-    pub b: f64,
+    /// Σb̃².
     pub bb: f64,
+    /// Σã b.
     pub ab: f64,
+    /// Σp b.
     pub pb: [f64; 2],
     pub thinning: f64,
 }
 
-/// Samples windows of b: a patch of whole pixels, its rows filtered along x, then along y.
-pub(super) struct Sampler<const LANES: usize> {
-    pub window: usize,
-    pub mask: [f32; LANES],
-    /// Whole-pixel shift that `patch` was cut out at.
-    pub patch_at: Option<[i64; 2]>,
-    pub patch: [[f32; 40]; LARGEST + 7],
-    pub rows: [[f32; LANES]; LARGEST + 7],
+/// Samples windows of b: all rows under the kernel are filtered along x, then along y.
+pub(super) struct Sampler {
+    rows: [[f32; VECTORS * LANES]; LARGEST + TAPS - 1],
 }
 
-impl<const LANES: usize> Sampler<LANES> {
-    pub fn new(window: usize) -> Self {
-        let mut mask = [0.0; LANES];
-        mask[..window].fill(1.0);
+impl Sampler {
+    pub fn new() -> Self {
         Self {
-            window,
-            mask,
-            patch_at: None,
-            patch: [[0.0; 40]; LARGEST + 7],
-            rows: [[0.0; LANES]; LARGEST + 7],
+            rows: [[0.0; VECTORS * LANES]; LARGEST + TAPS - 1],
         }
     }
 
-    /// Cuts out the window at `at + whole` with three pixels before and four after it.
+    /// The sums with the window of `b` at `at + d`.
     #[inline(always)]
-    fn cut(&mut self, b: &View<'_>, at: [usize; 2], whole: [i64; 2]) -> Result<(), Verdict> {
-        if self.patch_at == Some(whole) {
-            return Ok(());
-        }
-        let before = (self.window / 2 + TAPS_PX - 1) as i64;
-        let (width, height) = (b.plane.width, b.plane.height);
-        let inside = |p: usize, d: i64, size: usize| {
-            let first = p as i64 + d - before;
-            let fits = first >= 0 && first as usize + self.window + 7 <= size;
-            fits.then_some(first as usize).ok_or(Verdict::Outside)
-        };
-        let x = inside(at[0], whole[0], width)?;
-        let y = inside(at[1], whole[1], height)?;
-        let centre = (y + before as usize) * width + x + before as usize;
-        let mean = b.mean[centre];
-        for (k, out) in self.patch.iter_mut().enumerate().take(self.window + 7) {
-            let from = (y + k) * width + x;
-            let row = &b.plane.data[from..from + self.window + 7];
-            for (out, v) in out.iter_mut().zip(row) {
-                *out = v - mean;
-            }
-        }
-        self.patch_at = Some(whole);
-        Ok(())
-    }
-
-    #[inline(always)]
-    pub fn correlate(
+    pub fn correlate<V: Lanes>(
         &mut self,
-        reference: &Reference<LANES>,
+        reference: &Reference<'_, '_>,
         b: &View<'_>,
         at: [usize; 2],
         d: [f64; 2],
+        shape: &Shape,
     ) -> Result<Sums, Verdict> {
-        let whole = d.map(|d| d.floor() as i64);
-        self.cut(b, at, whole)?;
-        let [wx, wy] = [0, 1].map(|i| weights::<4>((d[i] - whole[i] as f64) as f32));
-        for (out, patch) in self.rows.iter_mut().zip(&self.patch).take(self.window + 7) {
-            let mut sum = [0.0f32; LANES];
-            for (k, w) in wx.iter().enumerate() {
-                for (s, v) in sum.iter_mut().zip(&patch[k..k + LANES]) {
-                    *s += w * v;
+        let whole = d.map(|d| d.floor());
+        let before = (shape.window / 2 + TAPS_PX - 1) as i64;
+        let high = shape.window + TAPS - 1;
+        let inside = |p: usize, d: f64, size: usize| {
+            let first = p as i64 + d as i64 - before;
+            let fits = first >= 0 && first as usize + high <= size;
+            fits.then_some(first as usize).ok_or(Verdict::Outside)
+        };
+        let (width, height) = (b.plane.width, b.plane.height);
+        let x = inside(at[0], whole[0], width)?;
+        let y = inside(at[1], whole[1], height)?;
+        let mean = b.statistics.mean[(y + before as usize) * width + x + before as usize];
+        let wx = weights::<4>((d[0] - whole[0]) as f32);
+        let wy = weights::<4>((d[1] - whole[1]) as f32);
+        let weights = splat::<V>(&wx);
+        for (k, out) in self.rows.iter_mut().enumerate().take(high) {
+            let from = (y + k) * width + x;
+            for vector in 0..shape.vectors {
+                let lane = vector * LANES;
+                let from = &b.plane.data[from + lane..][..LANES + TAPS - 1];
+                let mut samples = [V::splat(0.0); TAPS];
+                for k in 0..TAPS {
+                    samples[k] = V::load(&from[k..]);
                 }
-            }
-            *out = sum;
-        }
-        let mut sums = [[0.0f32; LANES]; 5];
-        for lane in (0..LANES).step_by(8) {
-            let mut part = [[0.0f32; 8]; 5];
-            for j in 0..self.window {
-                let mut v = [0.0f32; 8];
-                for (w, row) in wy.iter().zip(&self.rows[j..j + 8]) {
-                    for i in 0..8 {
-                        v[i] += w * row[lane + i];
-                    }
-                }
-                for i in 0..8 {
-                    let (v, at) = (v[i] * self.mask[lane + i], lane + i);
-                    part[0][i] += v;
-                    part[1][i] += v * v;
-                    part[2][i] += reference.values[j][at] * v;
-                    part[3][i] += reference.p[0][j][at] * v;
-                    part[4][i] += reference.p[1][j][at] * v;
-                }
-            }
-            for (sum, part) in sums.iter_mut().zip(&part) {
-                sum[lane..lane + 8].copy_from_slice(part);
+                filter(&weights, samples).store(&mut out[lane..]);
             }
         }
-        let [b, bb, ab, px, py] = sums.map(|lanes| total(&lanes));
-        let noise = |w: &[f32; 8]| w.iter().map(|&w| f64::from(w) * f64::from(w)).sum::<f64>();
+        let [b, bb, ab, xb, yb] = self.products::<V>(reference, &wy, mean, shape);
+        let n = shape.n;
+        let ab = ab - reference.mean * b;
+        let along =
+            |axis: usize, gb: f64| gb - reference.means[axis] * b - reference.share[axis] * ab;
+        let noise = |w: &[f32; TAPS]| w.iter().map(|&w| f64::from(w) * f64::from(w)).sum::<f64>();
         Ok(Sums {
-            b,
-            bb,
+            bb: bb - b * b / n,
             ab,
-            pb: [px, py],
+            pb: [along(0, xb), along(1, yb)],
             thinning: noise(&wx) * noise(&wy),
         })
     }
+
+    /// Filters along y; sums of b, b², a b, gx b, gy b, with b without the `mean` of its whole-pixel window.
+    #[inline(always)]
+    fn products<V: Lanes>(
+        &self,
+        reference: &Reference<'_, '_>,
+        wy: &[f32; TAPS],
+        mean: f32,
+        shape: &Shape,
+    ) -> [f64; 5] {
+        let view = reference.view;
+        let [gx, gy] = &view.gradient;
+        let (mean, weights) = (V::splat(mean), splat::<V>(wy));
+        let mut sums = [0.0f64; 5];
+        for vector in 0..shape.vectors {
+            let lane = vector * LANES;
+            let mask = V::load(&shape.mask[lane..]);
+            let [mut b, mut bb, mut ab, mut xb, mut yb] = [V::splat(0.0); 5];
+            for j in 0..shape.window {
+                let rows = &self.rows[j..j + TAPS];
+                let mut samples = [V::splat(0.0); TAPS];
+                for k in 0..TAPS {
+                    samples[k] = V::load(&rows[k][lane..]);
+                }
+                let v = filter(&weights, samples).minus(mean).times(mask);
+                let from = reference.first + j * view.plane.width + lane;
+                let a = V::load(&view.plane.data[from..]);
+                let (x, y) = (V::load(&gx[from..]), V::load(&gy[from..]));
+                (b, bb, ab) = (b.plus(v), bb.plus(v.times(v)), ab.plus(a.times(v)));
+                (xb, yb) = (xb.plus(x.times(v)), yb.plus(y.times(v)));
+            }
+            for (sum, part) in sums.iter_mut().zip([b, bb, ab, xb, yb]) {
+                *sum += part.total();
+            }
+        }
+        sums
+    }
+}
+
+/// Weighted sum of eight samples, by halves: two short chains of additions instead of a long one. (No closure and no
+/// iterator in here: they are functions of their own, which do not see the caller's instructions.)
+#[inline(always)]
+fn filter<V: Lanes>(w: &[V; TAPS], s: [V; TAPS]) -> V {
+    let left = (w[0].times(s[0]).plus(w[1].times(s[1])))
+        .plus(w[2].times(s[2]))
+        .plus(w[3].times(s[3]));
+    let right = (w[4].times(s[4]).plus(w[5].times(s[5])))
+        .plus(w[6].times(s[6]))
+        .plus(w[7].times(s[7]));
+    left.plus(right)
+}
+
+/// The same number in all lanes of each weight's vector.
+#[inline(always)]
+fn splat<V: Lanes>(weights: &[f32; TAPS]) -> [V; TAPS] {
+    let mut to = [V::splat(0.0); TAPS];
+    for k in 0..TAPS {
+        to[k] = V::splat(weights[k]);
+    }
+    to
 }

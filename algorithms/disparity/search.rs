@@ -1,8 +1,7 @@
-//! Whole-pixel search by ZNCC: every shift by box sums at full resolution up to 4 px, coarse to fine beyond.
+//! Whole-pixel search by ZNCC: every shift at full resolution up to 4 px, coarse to fine beyond.
 //!
-//! `ZNCC(d) = (Σ a(x) b(x+d) − n ā b̄) / √(Σ(a−ā)² Σ(b−b̄)²)`. The sum of products runs down the columns in f64 (each
-//! row enters once and leaves once, as the very same product, so nothing drifts) and is summed along the rows where there
-//! are nodes: the cost per pixel and shift does not depend on the window.
+//! `ZNCC(d) = (Σ a(x) b(x+d) − n ā b̄) / √(Σ(a−ā)² Σ(b−b̄)²)`. The sums of products come from blocks that neighbouring
+//! windows share ([`super::tile`]), so that the cost per pixel and shift does not depend on the window.
 
 use std::ops::Range;
 
@@ -11,11 +10,9 @@ use rayon::prelude::*;
 use super::geometry::{Axes, Grid};
 use super::peak::{Peak, Surface};
 use super::plane::{Plane, WindowStatistics};
+use super::tile::{self, Pair, Scores};
 use super::{DIRECT_SEARCH_PX, MatchSettings, Verdict};
 use quadpixel::simd::SimdLevel;
-
-/// Rows of nodes that one task does; it starts its column sums anew.
-const ROWS_A_TASK: usize = 32;
 
 /// Reach of the search about a coarse guess, px: it covers half a coarse pixel and the change between coarse nodes.
 const LOCAL_RADIUS: i32 = 2;
@@ -27,6 +24,7 @@ pub(super) fn whole_pixels(
     statistics: &[WindowStatistics; 2],
     grid: &Grid,
     settings: &MatchSettings,
+    level: SimdLevel,
 ) -> Vec<Peak> {
     if settings.search_px > DIRECT_SEARCH_PX {
         let (coarse_a, coarse_b) = (a.halved(), b.halved());
@@ -47,6 +45,7 @@ pub(super) fn whole_pixels(
                 &coarse_statistics,
                 &coarse_grid,
                 &coarse_settings,
+                level,
             );
             let task = Task::new(a, b, statistics, grid, settings);
             return (0..grid.len())
@@ -56,12 +55,11 @@ pub(super) fn whole_pixels(
         }
     }
     let task = Task::new(a, b, statistics, grid, settings);
-    let level = SimdLevel::detect();
-    let bands: Vec<Vec<Peak>> = (0..grid.rows.div_ceil(ROWS_A_TASK))
+    let bands: Vec<Vec<Peak>> = (0..grid.rows.div_ceil(tile::ROWS))
         .into_par_iter()
         .map(|band| {
-            let first = band * ROWS_A_TASK;
-            task.band(first..(first + ROWS_A_TASK).min(grid.rows), level)
+            let first = band * tile::ROWS;
+            task.band(first..(first + tile::ROWS).min(grid.rows), level)
         })
         .collect();
     bands.concat()
@@ -87,7 +85,7 @@ fn guess(coarse: &[Peak], coarse_grid: &Grid, grid: &Grid, node: usize) -> Peak 
 }
 
 /// All that one search needs.
-struct Task<'a> {
+pub(super) struct Task<'a> {
     a: &'a Plane,
     b: &'a Plane,
     statistics: &'a [WindowStatistics; 2],
@@ -97,7 +95,7 @@ struct Task<'a> {
 }
 
 impl<'a> Task<'a> {
-    fn new(
+    pub fn new(
         a: &'a Plane,
         b: &'a Plane,
         statistics: &'a [WindowStatistics; 2],
@@ -114,88 +112,66 @@ impl<'a> Task<'a> {
         }
     }
 
-    /// The whole range of shifts for some rows of nodes, with the widest instructions; they change the speed only.
+    /// What the tiles compare.
+    pub fn pair(&self) -> Pair<'_> {
+        // No window reaches B from farther than this: the search may be wider than a small picture.
+        let reach = |size: usize| (size - self.settings.window_px) as i32;
+        let [width, height] = [self.a.width, self.a.height].map(reach);
+        Pair {
+            a: self.a,
+            b: self.b,
+            statistics: self.statistics,
+            grid: self.grid,
+            window: self.settings.window_px,
+            radius: [self.radius[0].min(width), self.radius[1].min(height)],
+        }
+    }
+
+    /// The whole range of shifts for some rows of nodes.
     fn band(&self, rows: Range<usize>, level: SimdLevel) -> Vec<Peak> {
-        #[cfg(target_arch = "x86_64")]
-        if level >= SimdLevel::Avx2 {
-            // SAFETY: `detect` found AVX2 or more on this CPU.
-            return unsafe { self.band_avx2(rows) };
-        }
-        self.band_plain(rows)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn band_avx2(&self, rows: Range<usize>) -> Vec<Peak> {
-        self.band_plain(rows)
-    }
-
-    #[inline(always)]
-    fn band_plain(&self, rows: Range<usize>) -> Vec<Peak> {
-        let [rx, ry] = self.radius;
-        let shifts: Vec<[i32; 2]> = (-ry..=ry)
-            .flat_map(|dy| (-rx..=rx).map(move |dx| [dx, dy]))
-            .collect();
+        let pair = self.pair();
         let columns = self.grid.columns;
-        // [row of nodes][shift][node]: what one row of nodes needs stays together in the cache.
-        let mut scores = vec![f32::NAN; rows.len() * shifts.len() * columns];
-        let mut sums = ColumnSums::new(self.a.width);
-        for (s, &shift) in shifts.iter().enumerate() {
-            sums.last_centre = None;
-            for row in rows.clone() {
-                let at = ((row - rows.start) * shifts.len() + s) * columns;
-                self.correlate(row, shift, &mut sums, &mut scores[at..at + columns]);
-            }
-        }
-        let mut surface = vec![0.0f32; shifts.len()];
-        let mut peaks = Vec::with_capacity(rows.len() * columns);
-        for row in rows.clone() {
-            for column in 0..columns {
-                let at = (row - rows.start) * shifts.len() * columns + column;
-                for (s, value) in surface.iter_mut().enumerate() {
-                    *value = scores[at + s * columns];
-                }
-                peaks.push(self.peak(row * columns + column, &surface, self.radius, [0, 0]));
+        let a_tile = tile::columns(self.settings.window_px, self.settings.stride_px);
+        let mut peaks = vec![Peak::none(Verdict::Outside); rows.len() * columns];
+        for first in (0..columns).step_by(a_tile) {
+            let across = first..(first + a_tile).min(columns);
+            let scores = pair.scores(rows.clone(), across.clone(), level);
+            for row in 0..rows.len() {
+                let to = &mut peaks[row * columns..][across.clone()];
+                let node = (rows.start + row) * columns + first;
+                self.peaks(node, &scores, row, pair.radius, to);
             }
         }
         peaks
     }
 
-    /// ZNCC of one row of nodes at one shift; NaN stays where the window leaves B.
-    #[inline(always)]
-    fn correlate(&self, row: usize, [dx, dy]: [i32; 2], sums: &mut ColumnSums, out: &mut [f32]) {
-        let half = self.settings.window_px / 2;
-        let (width, height) = (self.a.width, self.a.height);
-        let y = self.grid.first_px + row * self.grid.stride_px;
-        let Some(yb) = y.checked_add_signed(dy as isize) else {
-            return;
-        };
-        if yb < half || yb + half >= height {
-            return;
-        }
-        sums.move_to(self.a, self.b, y, half, [dx, dy]);
-        let prefix = &mut sums.prefix;
-        let mut total = 0.0f64;
-        for (sum, column) in prefix[1..].iter_mut().zip(&sums.columns) {
-            total += column;
-            *sum = total;
-        }
-        let [of_a, of_b] = self.statistics;
-        let n = (self.settings.window_px * self.settings.window_px) as f32;
-        for (node, score) in out.iter_mut().enumerate() {
-            let x = self.grid.first_px + node * self.grid.stride_px;
-            let Some(xb) = x.checked_add_signed(dx as isize) else {
-                continue;
+    /// Peaks of a row of a tile, whose first node is `node`.
+    fn peaks(
+        &self,
+        node: usize,
+        scores: &Scores,
+        row: usize,
+        radius: [i32; 2],
+        peaks: &mut [Peak],
+    ) {
+        let limits = &self.settings.limits;
+        let summits = scores.summits(row, limits);
+        for (i, (peak, summit)) in peaks.iter_mut().zip(summits).enumerate() {
+            *peak = if self.is_flat(node + i) {
+                Peak::none(Verdict::Textureless)
+            } else if let Some((index, high)) = summit {
+                let surface = scores.surface(row, i, radius);
+                surface.judge(index, Some(high), self.settings.axes.free(), limits)
+            } else {
+                Peak::none(Verdict::Outside)
             };
-            if xb < half || xb + half >= width {
-                continue;
-            }
-            let (ia, ib) = (y * width + x, yb * width + xb);
-            let products = prefix[x + half + 1] - prefix[x - half];
-            let covariance = products - f64::from(n * of_a.mean[ia]) * f64::from(of_b.mean[ib]);
-            let norm = f64::from(of_a.inverse_norm[ia]) * f64::from(of_b.inverse_norm[ib]);
-            *score = (covariance * norm) as f32;
         }
+    }
+
+    /// Whether the window of A shows nothing.
+    fn is_flat(&self, node: usize) -> bool {
+        let (x, y) = self.grid.pixel(node);
+        self.statistics[0].inverse_norm[y * self.a.width + x] == 0.0
     }
 
     /// A small range of shifts about twice the coarse shift, once moved if the best lies at its end.
@@ -225,7 +201,16 @@ impl<'a> Task<'a> {
             .flat_map(|j| (-rx..=rx).map(move |i| [centre[0] + i, centre[1] + j]))
             .map(|shift| self.zncc([x, y], shift))
             .collect();
-        self.peak(node, &surface, radius, centre)
+        if self.is_flat(node) {
+            return Peak::none(Verdict::Textureless);
+        }
+        let surface = Surface {
+            zncc: &surface,
+            step: 1,
+            radius,
+            centre,
+        };
+        surface.peak(self.settings.axes.free(), &self.settings.limits)
     }
 
     /// ZNCC of one window at one shift, summed directly; the oracle of the box sums.
@@ -257,90 +242,10 @@ impl<'a> Task<'a> {
             lanes.iter().sum::<f64>() - n * f64::from(of_a.mean[ia]) * f64::from(of_b.mean[ib]);
         (covariance * f64::from(of_a.inverse_norm[ia]) * f64::from(of_b.inverse_norm[ib])) as f32
     }
-
-    fn peak(&self, node: usize, surface: &[f32], radius: [i32; 2], centre: [i32; 2]) -> Peak {
-        let (x, y) = self.grid.pixel(node);
-        if self.statistics[0].inverse_norm[y * self.a.width + x] == 0.0 {
-            return Peak::none(Verdict::Textureless);
-        }
-        let surface = Surface {
-            zncc: surface,
-            radius,
-            centre,
-        };
-        surface.peak(self.settings.axes.free(), &self.settings.limits)
-    }
 }
 
 fn radius(axes: Axes, px: i32) -> [i32; 2] {
     axes.free().map(|free| if free { px } else { 0 })
-}
-
-/// Running sums of a(x, y)·b(x+dx, y+dy) over the window's rows, one a column.
-struct ColumnSums {
-    columns: Vec<f64>,
-    /// prefix\[x\]: sum of the columns left of x.
-    prefix: Vec<f64>,
-    last_centre: Option<usize>,
-}
-
-impl ColumnSums {
-    fn new(width: usize) -> Self {
-        Self {
-            columns: vec![0.0; width],
-            prefix: vec![0.0; width + 1],
-            last_centre: None,
-        }
-    }
-
-    #[inline(always)]
-    fn move_to(&mut self, a: &Plane, b: &Plane, centre: usize, half: usize, shift: [i32; 2]) {
-        let window = 2 * half + 1;
-        let from = self.last_centre.filter(|last| centre - last < window);
-        self.last_centre = Some(centre);
-        match from {
-            None => {
-                self.columns.fill(0.0);
-                for y in centre - half..=centre + half {
-                    let (range, pa, pb) = overlap(a, b, y, shift);
-                    for ((sum, &va), &vb) in self.columns[range].iter_mut().zip(pa).zip(pb) {
-                        *sum += f64::from(va * vb);
-                    }
-                }
-            }
-            Some(last) => {
-                for step in 0..centre - last {
-                    let (range, new_a, new_b) = overlap(a, b, last + half + 1 + step, shift);
-                    let (_, old_a, old_b) = overlap(a, b, last - half + step, shift);
-                    let new = new_a.iter().zip(new_b);
-                    let old = old_a.iter().zip(old_b);
-                    for ((sum, (na, nb)), (oa, ob)) in
-                        self.columns[range].iter_mut().zip(new).zip(old)
-                    {
-                        *sum += f64::from(na * nb) - f64::from(oa * ob);
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// The part of row `y` of A and of row `y + dy` of B that lie on each other at `shift`, with its columns in A.
-fn overlap<'p>(
-    a: &'p Plane,
-    b: &'p Plane,
-    y: usize,
-    [dx, dy]: [i32; 2],
-) -> (Range<usize>, &'p [f32], &'p [f32]) {
-    let yb = (y as isize + dy as isize) as usize;
-    let apart = (dx.unsigned_abs() as usize).min(a.width);
-    let length = a.width - apart;
-    let (xa, xb) = if dx < 0 { (apart, 0) } else { (0, apart) };
-    (
-        xa..xa + length,
-        &a.row(y)[xa..xa + length],
-        &b.row(yb)[xb..xb + length],
-    )
 }
 
 #[cfg(test)]
@@ -378,18 +283,23 @@ mod tests {
             let grid = Grid::new(61, 47, &settings).unwrap();
             let statistics = [&a, &b].map(|p| WindowStatistics::new(p, window_px / 2));
             let task = Task::new(&a, &b, &statistics, &grid, &settings);
-            let mut sums = ColumnSums::new(61);
-            let mut row_of_scores = vec![f32::NAN; grid.columns];
+            let pair = task.pair();
             let [rx, ry] = task.radius;
-            for shift in [[0, 0], [rx, ry], [-rx, ry], [-3, -ry]] {
-                sums.last_centre = None;
-                for row in 0..grid.rows {
-                    row_of_scores.fill(f32::NAN);
-                    task.correlate(row, shift, &mut sums, &mut row_of_scores);
-                    for (column, &score) in row_of_scores.iter().enumerate() {
-                        let (x, y) = grid.pixel(row * grid.columns + column);
-                        let direct = task.zncc([x, y], shift);
-                        assert!((score - direct).abs() < 1e-5, "{score} {direct}");
+            for level in SimdLevel::ALL {
+                if level > SimdLevel::detect() {
+                    continue;
+                }
+                let scores = pair.scores(0..grid.rows, 0..grid.columns, level);
+                for node in 0..grid.len() {
+                    let (row, column) = (node / grid.columns, node % grid.columns);
+                    let surface = scores.surface(row, column, task.radius);
+                    let mut values = surface.values().map(|(_, value)| value);
+                    for dy in -ry..=ry {
+                        for dx in -rx..=rx {
+                            let direct = task.zncc(grid.pixel(node).into(), [dx, dy]);
+                            let score = values.next().unwrap();
+                            assert!((score - direct).abs() < 1e-5, "{score} {direct}");
+                        }
                     }
                 }
             }

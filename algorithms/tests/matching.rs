@@ -47,6 +47,31 @@ fn worst(map: &DisparityMap, shift: [f64; 2]) -> f64 {
         .fold(0.0, f64::max)
 }
 
+/// Where `map` is not as the picture's rim says it must be: a node is valid if the window at its true shift lies in B with the
+/// taps of its interpolation (3 pixels before, 4 after), and outside otherwise.
+fn strange_nodes(
+    map: &DisparityMap,
+    size: [usize; 2],
+    window_px: usize,
+    shift: [f64; 2],
+) -> Vec<String> {
+    let half = (window_px / 2) as f64;
+    map.nodes()
+        .filter_map(|(at, found)| {
+            let inside = (0..2).all(|i| {
+                let centre = at[i] + shift[i].floor();
+                centre - half - 3.0 >= 0.0 && centre + half + 4.0 <= size[i] as f64 - 1.0
+            });
+            let due = if inside {
+                Verdict::Valid
+            } else {
+                Verdict::Outside
+            };
+            (found.verdict != due).then(|| format!("{at:?}: {:?}, not {due:?}", found.verdict))
+        })
+        .collect()
+}
+
 fn share_valid(map: &DisparityMap) -> f64 {
     map.count(Verdict::Valid) as f64 / map.grid.len() as f64
 }
@@ -79,12 +104,11 @@ fn errors_stay_near_the_cramer_rao_bound_at_all_noises_windows_and_gains() {
                     ..case(shift)
                 };
                 case.settings.window_px = window_px;
-                let result = score(&case);
-                assert!(
-                    result.valid > 0.95,
-                    "window {window_px} noise {noise}: {}",
-                    result.valid
-                );
+                let [a, b] = score::pair(&case);
+                let map = match_images(&a, &b, &case.settings).unwrap();
+                let strange = strange_nodes(&map, [case.size; 2], window_px, shift);
+                assert_eq!(strange, [""; 0], "window {window_px} noise {noise}");
+                let result = score::judge(&case, &map);
                 error += result.rms_px * result.rms_px / 5.0;
                 bound += result.bound_px * result.bound_px / 5.0;
                 claimed += result.claimed_px * result.claimed_px / 5.0;
@@ -136,7 +160,7 @@ fn one_dimensional_search_moves_along_its_axis_only() {
             ..MatchSettings::default()
         };
         let map = match_images(&a, &b, &settings).unwrap();
-        assert!(share_valid(&map) > 0.9); // at the rim the match leaves B
+        assert_eq!(strange_nodes(&map, [101, 101], 21, shift), [""; 0]);
         assert!(worst(&map, shift) < 0.01, "{}", worst(&map, shift));
         let fixed = usize::from(axes == Axes::Horizontal);
         assert!(map.observations().iter().all(|o| o.shift_px[fixed] == 0.0));
@@ -229,20 +253,37 @@ fn saturated_patches_are_left_out_and_spoil_nothing_beside_them() {
 
 #[test]
 fn unequal_blur_costs_no_more_than_is_documented() {
-    // B's point spread is wider by a Gaussian of 1 px; the documented error is about 0.04 px.
+    // A's point spread is a Gaussian of σ = 0.85 px, full width at half maximum 2.0 px. The limits are the documented errors and
+    // a tenth more, for the texture at hand.
     let texture = Texture::white(151, 151, 3);
     let a = texture.render(BLUR_PX, [0.0, 0.0], None);
     let shift = [0.4, -0.7];
-    let b = texture.render(BLUR_PX.hypot(1.0), shift, None);
-    let [a, b] = [a, b].map(|values| picture(151, &values, 1.0, 0.0, 0.0, 0));
-    let map = match_images(&a, &b, &MatchSettings::default()).unwrap();
-    let all = map.observations();
-    assert!(share_valid(&map) > 0.5, "{}", share_valid(&map));
-    let sum: f64 = (all.iter())
-        .map(|o| (o.shift_px[0] - shift[0]).powi(2) + (o.shift_px[1] - shift[1]).powi(2))
-        .sum();
-    let rms = (sum / (2 * all.len()) as f64).sqrt();
-    assert!(rms < 0.045, "{rms}");
+    let width_of_sigma = (8.0 * 2f64.ln()).sqrt();
+    for (meaning, blur_px, documented_px) in [
+        (
+            "full width wider by 1 px",
+            BLUR_PX + 1.0 / width_of_sigma,
+            0.04,
+        ),
+        ("blurred further by 1 px", BLUR_PX.hypot(1.0), 0.04),
+        ("σ wider by 1 px", BLUR_PX + 1.0, 0.07),
+    ] {
+        let b = texture.render(blur_px, shift, None);
+        let [a, b] = [&a, &b].map(|values| picture(151, values, 1.0, 0.0, 0.0, 0));
+        let map = match_images(&a, &b, &MatchSettings::default()).unwrap();
+        let all = map.observations();
+        assert!(
+            share_valid(&map) > 0.5,
+            "{meaning}: {} valid",
+            share_valid(&map)
+        );
+        let sum: f64 = (all.iter())
+            .map(|o| (o.shift_px[0] - shift[0]).powi(2) + (o.shift_px[1] - shift[1]).powi(2))
+            .sum();
+        let rms = (sum / (2 * all.len()) as f64).sqrt();
+        println!("{meaning}: {rms:.4} px");
+        assert!(rms < 1.1 * documented_px, "{meaning}: {rms}");
+    }
 }
 
 #[test]
@@ -250,7 +291,7 @@ fn scale_and_offset_of_the_pictures_change_nothing() {
     let shift = [1.3, -0.6];
     let [a, b] = pair(101, 83, shift, |v| v);
     let plain = match_images(&a, &b, &MatchSettings::default()).unwrap();
-    assert!(share_valid(&plain) > 0.9); // at the rim the match leaves B
+    assert_eq!(strange_nodes(&plain, [101, 83], 21, shift), [""; 0]);
     for scale in [1e-6f32, 1e6] {
         let scaled = |image: &Image, by: f32| {
             let data = image.data().iter().map(|v| v * by).collect();

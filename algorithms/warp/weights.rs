@@ -89,7 +89,12 @@ pub(crate) fn weights<const A: usize>(f: f32) -> [f32; TAPS] {
         taps[3] + taps[4],
     ];
     let scale = 1.0 / ((pairs[0] + pairs[1]) + (pairs[2] + pairs[3]));
-    taps.map(|w| w * scale)
+    let mut weights = taps;
+    // Not by `map`: its closure is a function of its own, without the caller's instructions.
+    for weight in &mut weights {
+        *weight *= scale;
+    }
+    weights
 }
 
 #[cfg(test)]

@@ -1,11 +1,15 @@
 //! RMS errors of matchers on the same pairs, whose sub-pixel shifts are known exactly.
 //!
 //! All errors are taken at the nodes that our matching calls valid and, for the stereo matchers, that they do too. OpenCV's
-//! dense flow and phase correlation get f32 on 0..255; its stereo matchers take 8 bits only, and get the whole range.
+//! dense flow and phase correlation get f32 on 0..255; its sparse flow and its stereo matchers take 8 bits only, and get the whole
+//! range.
 
 use opencv::Result;
 use opencv::calib3d::{StereoBM, StereoSGBM, StereoSGBM_MODE_SGBM};
-use opencv::core::{CV_32F, Mat, Point2f, Rect};
+use opencv::core::{
+    CV_32F, Mat, Point2f, Rect, TermCriteria, TermCriteria_COUNT, TermCriteria_EPS, Vector,
+    no_array,
+};
 use opencv::prelude::*;
 use opencv::{imgproc, video};
 
@@ -13,7 +17,7 @@ use algorithms::disparity::{Axes, MatchSettings, Verdict, match_images};
 use quadpixel::image::Image;
 
 use crate::convert::{to_mat, to_mat_u8};
-use crate::pair;
+use crate::{Change, pair};
 
 /// Side of the window of our matching, Farneback and `StereoBM`, px.
 pub const WINDOW_PX: usize = 21;
@@ -38,6 +42,8 @@ pub struct Planar {
     pub ours: f64,
     /// `calcOpticalFlowFarneback` after each of [`FARNEBACK_ITERATIONS`].
     pub farneback: [f64; 2],
+    /// `calcOpticalFlowPyrLK`, window 21, from zero shift.
+    pub pyr_lk: f64,
     /// `phaseCorrelate` of 32 × 32 patches under a Hann window.
     pub phase_correlate: f64,
     /// Share of the nodes that our matching calls valid.
@@ -103,6 +109,40 @@ pub fn scaled(image: &Image) -> Result<Mat> {
     Ok(to)
 }
 
+/// Both pictures as 8 bits, over the range of their values.
+fn eight_bits(a: &Image, b: &Image) -> Result<[Mat; 2]> {
+    let range = (a.data().iter().chain(b.data()))
+        .fold([f32::MAX, f32::MIN], |[l, h], v| [l.min(*v), h.max(*v)]);
+    Ok([to_mat_u8(a, range)?, to_mat_u8(b, range)?])
+}
+
+/// OpenCV's sparse flow from 8-bit `a` to `b` at `nodes`: until steps of 0.001 px, 3 levels.
+fn pyr_lk(a: &Mat, b: &Mat, nodes: &[Found]) -> Result<Vec<Option<[f64; 2]>>> {
+    let at: Vector<Point2f> = (nodes.iter())
+        .map(|([x, y], _)| Point2f::new(*x as f32, *y as f32))
+        .collect();
+    let (mut to, mut status) = (Vector::<Point2f>::new(), Vector::<u8>::new());
+    let window = (WINDOW_PX as i32, WINDOW_PX as i32).into();
+    let until = TermCriteria::new(TermCriteria_COUNT + TermCriteria_EPS, 100, 1e-3)?;
+    video::calc_optical_flow_pyr_lk(
+        a,
+        b,
+        &at,
+        &mut to,
+        &mut status,
+        &mut no_array(),
+        window,
+        2,
+        until,
+        0,
+        1e-4,
+    )?;
+    let moved = |p: Point2f, q: Point2f| [f64::from(q.x - p.x), f64::from(q.y - p.y)];
+    Ok((at.iter().zip(&to).zip(&status))
+        .map(|((p, q), found)| (found != 0).then(|| moved(p, q)))
+        .collect())
+}
+
 /// OpenCV's dense flow from `a` to `b`, window [`WINDOW_PX`].
 pub fn farneback(a: &Mat, b: &Mat, iterations: i32) -> Result<Mat> {
     let mut flow = Mat::default();
@@ -111,16 +151,24 @@ pub fn farneback(a: &Mat, b: &Mat, iterations: i32) -> Result<Mat> {
     Ok(flow)
 }
 
-/// Errors at `noise` (deviation on textures in 0..1) of the matchers that know both axes.
-pub fn planar(noise: f64) -> Result<Planar> {
-    let [mut ours, mut phase] = [const { Errors(0.0, 0) }; 2];
+/// Errors of the matchers that know both axes.
+pub fn planar(change: Change) -> Result<Planar> {
+    let [mut ours, mut phase, mut sparse] = [const { Errors(0.0, 0) }; 3];
     let mut flows = [const { Errors(0.0, 0) }; 2];
     let (mut valid, mut nodes) = (0, 0);
     for (seed, shift) in (100..).zip(SHIFTS) {
-        let [a, b] = pair(SIDE, seed, shift, noise);
+        let [a, b] = pair(SIDE, seed, shift, change);
         let (matches, all) = matched(&a, &b, Axes::Both);
         valid += matches.len();
         nodes += all;
+        let [narrow_a, narrow_b] = eight_bits(&a, &b)?;
+        for theirs in pyr_lk(&narrow_a, &narrow_b, &matches)?
+            .into_iter()
+            .flatten()
+        {
+            sparse.add(theirs[0] - shift[0]);
+            sparse.add(theirs[1] - shift[1]);
+        }
         let [a, b] = [scaled(&a)?, scaled(&b)?];
         let fields = [
             farneback(&a, &b, FARNEBACK_ITERATIONS[0])?,
@@ -151,23 +199,22 @@ pub fn planar(noise: f64) -> Result<Planar> {
     Ok(Planar {
         ours: ours.rms(),
         farneback: flows.map(|flow| flow.rms()),
+        pyr_lk: sparse.rms(),
         phase_correlate: phase.rms(),
         valid: valid as f64 / nodes as f64,
     })
 }
 
-/// Errors at `noise` of the matchers along the rows.
-pub fn stereo(noise: f64) -> Result<Stereo> {
+/// Errors of the matchers along the rows.
+pub fn stereo(change: Change) -> Result<Stereo> {
     let [mut ours_at_bm, mut bm, mut ours_at_sgbm, mut sgbm] = [const { Errors(0.0, 0) }; 4];
     let (mut valid, mut nodes) = (0, 0);
     for (seed, shift) in (200..).zip(STEREO_SHIFTS) {
-        let [a, b] = pair(SIDE, seed, [shift, 0.0], noise);
+        let [a, b] = pair(SIDE, seed, [shift, 0.0], change);
         let (matches, all) = matched(&a, &b, Axes::Horizontal);
         valid += matches.len();
         nodes += all;
-        let range = (a.data().iter().chain(b.data()))
-            .fold([f32::MAX, f32::MIN], |[l, h], v| [l.min(*v), h.max(*v)]);
-        let [a, b] = [to_mat_u8(&a, range)?, to_mat_u8(&b, range)?];
+        let [a, b] = eight_bits(&a, &b)?;
         let mut matcher = StereoBM::create(16, WINDOW_PX as i32)?;
         matcher.set_min_disparity(-8)?;
         let bm_found = sixteenths(&a, &b, |a, b, to| matcher.compute(a, b, to))?;

@@ -6,11 +6,11 @@ use opencv::core::{self, BORDER_DEFAULT, CV_64F, DFT_COMPLEX_OUTPUT, Mat, Point2
 use opencv::imgproc;
 use opencv::prelude::*;
 use opencv_checks::convert::to_mat_f64;
-use opencv_checks::{pair, uniform};
+use opencv_checks::{Change, pair, uniform};
 
 /// Width, height and values on 0..1: blurred texture, white noise, and a slope with a step.
 fn pictures() -> [(usize, usize, Vec<f64>); 3] {
-    let [texture, _] = pair(101, 4, [0.0, 0.0], 0.0);
+    let [texture, _] = pair(101, 4, [0.0, 0.0], Change::noise(0.0));
     let texture = texture.data().iter().map(|v| f64::from(*v)).collect();
     let step = (0..80 * 45)
         .map(|i| 0.2 + 0.004 * (i % 80) as f64 + if i / 80 > 20 { 0.3 } else { 0.0 })
