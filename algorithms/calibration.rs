@@ -4,6 +4,9 @@
 //! d_{v,c}(x) = argmax ZNCC( R(x), I_{v,c}(x + d) )      R = Σ_v I_{v,green}      d_{v,c} ≈ Σ_mn a_mn T_m(u) T_n(v)
 //! ```
 //!
+//! That is the shift that lines up this chart best ([`Align::Texture`]). A skewed spot shifts fine texture less than coarse; its
+//! centroid, which depth needs, is what [`crate::centroid`] makes of it ([`Align::Centroid`]).
+//!
 //! The chart is flat, textured and in focus, so that an ideal lens would shift nothing: what is measured is the aberration's
 //! disparity (section 3.3 of the quad-pixel paper). I_{v,c}: view v, channel c; R: the reference; d to the right and down, px;
 //! T: see [`crate::field`]. [`Calibration`] is the JSON file, self-describing: a reader needs nothing but it.
@@ -12,6 +15,7 @@ use quadpixel::image::{Image, channel};
 use serde::{Deserialize, Serialize};
 
 use crate::capture::{Camera, Capture};
+use crate::centroid::Reference;
 use crate::disparity::{MatchError, MatchSettings, match_images};
 use crate::field::{FieldError, Loss, SmoothField};
 use crate::sai::Side;
@@ -20,7 +24,17 @@ use crate::sai::Side;
 const FORMAT: &str = "quadpixel aberration calibration";
 
 /// Version of the file's layout.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
+
+/// What the fields line up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Align {
+    /// Centroids of the spots: the disparity as datasets define it, whatever the chart.
+    Centroid,
+    /// The chart's texture, by block matching: sharpest at that chart's frequencies.
+    Texture,
+}
 
 /// How to match and fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,17 +43,21 @@ pub struct CalibrationSettings {
     pub matching: MatchSettings,
     /// Degree of the field.
     pub degree: usize,
+    /// What to line up.
+    pub align: Align,
 }
 
 impl Default for CalibrationSettings {
-    /// Window 31 px: the field is smooth, so that noise and not detail limits it; degree 3.
+    /// Window 31 px: the field is smooth, so that noise and not detail limits it; centroids; degree 2, enough for a window of a few
+    /// hundred pixels (a whole sensor wants 4 to 6).
     fn default() -> Self {
         Self {
             matching: MatchSettings {
                 window_px: 31,
                 ..MatchSettings::default()
             },
-            degree: 3,
+            degree: 2,
+            align: Align::Centroid,
         }
     }
 }
@@ -52,8 +70,12 @@ pub struct Calibration {
     version: u32,
     /// The camera it is for.
     pub camera: Camera,
+    /// What the fields line up.
+    pub align: Align,
     /// Window of the matching, px.
     pub window_px: usize,
+    /// Smoothing (σ of a Gaussian) before the centroids were fitted, px; null for texture.
+    pub smoothing_px: Option<f64>,
     /// One a view and channel, views in index order, in each the channels in order.
     pub fields: Vec<CalibratedField>,
 }
@@ -72,9 +94,9 @@ pub struct CalibratedField {
     pub half_span_px: [f64; 2],
     /// Chebyshev coefficients of the right and the down component, px, by total degree: T0T0, T1T0, T0T1, T2T0, T1T1, …
     pub coefficients_px: [Vec<f64>; 2],
-    /// Root mean square of what the fit leaves over, px an axis.
+    /// Root mean square of what the fit leaves over, px an axis (for centroids: the shift that would make such a difference).
     pub residual_rms_px: f64,
-    /// Share of the valid matches that the fit rejected, 0 to 1.
+    /// Share of the valid matches (for centroids: of the samples) that the fit rejected, 0 to 1.
     pub rejected_share: f64,
     /// Share of the matches that were valid, 0 to 1.
     pub valid_share: f64,
@@ -92,6 +114,12 @@ pub enum CalibrationError {
         channel: String,
         /// Why.
         error: MatchError,
+    },
+    /// The sum shows no texture, or is too small.
+    #[error("sum of the views: {error}: is the chart textured and in focus?")]
+    Reference {
+        /// Why.
+        error: FieldError,
     },
     /// No field fits.
     #[error("view {view}, channel {channel}: {error}: is the chart textured and in focus?")]
@@ -118,19 +146,33 @@ impl Calibration {
         let sum = capture.views.sum(Side::All);
         let sum = sum.ok_or_else(|| CalibrationError::File("a capture without views".into()))?;
         let reference = channel(&sum, camera.reference_channel());
+        let centroids = match settings.align {
+            Align::Texture => None,
+            Align::Centroid => {
+                let made = Reference::new(&reference, settings.degree);
+                Some(made.map_err(|error| CalibrationError::Reference { error })?)
+            }
+        };
         let mut fields = Vec::new();
         for (index, view) in capture.views.images().iter().enumerate() {
             let subpixel = capture.views.partition().name(index);
             for (c, name) in camera.channels.iter().enumerate() {
                 let plane = channel(view, c);
-                fields.push(field(&reference, &plane, &subpixel, name, settings)?);
+                let of = Fitted {
+                    reference: &reference,
+                    centroids: centroids.as_ref(),
+                    settings,
+                };
+                fields.push(of.field(&plane, &subpixel, name)?);
             }
         }
         Ok(Self {
             format: FORMAT.to_owned(),
             version: VERSION,
             camera: camera.clone(),
+            align: settings.align,
             window_px: settings.matching.window_px,
+            smoothing_px: centroids.map(|c| c.sigma_px()),
             fields,
         })
     }
@@ -182,36 +224,66 @@ impl Calibration {
     }
 }
 
-fn field(
-    reference: &Image,
-    view: &Image,
-    subpixel: &str,
-    channel: &str,
-    settings: &CalibrationSettings,
-) -> Result<CalibratedField, CalibrationError> {
-    let found = match_images(reference, view, &settings.matching).map_err(|error| {
-        CalibrationError::Match {
-            view: subpixel.to_owned(),
-            channel: channel.to_owned(),
-            error,
-        }
-    })?;
-    let observations = found.observations();
-    let fit = SmoothField::fit(&observations, settings.degree, Loss::Tukey).map_err(|error| {
-        CalibrationError::Field {
-            view: subpixel.to_owned(),
-            channel: channel.to_owned(),
-            error,
-        }
-    })?;
-    Ok(CalibratedField {
-        subpixel: subpixel.to_owned(),
-        channel: channel.to_owned(),
-        centre_px: fit.field.centre_px(),
-        half_span_px: fit.field.half_span_px(),
-        coefficients_px: fit.field.coefficients().clone(),
-        residual_rms_px: fit.rms_px,
-        rejected_share: fit.rejected_share(),
-        valid_share: observations.len() as f64 / found.grid.len() as f64,
-    })
+/// What one field is fitted with.
+struct Fitted<'a> {
+    reference: &'a Image,
+    centroids: Option<&'a Reference>,
+    settings: &'a CalibrationSettings,
+}
+
+impl Fitted<'_> {
+    fn field(
+        &self,
+        view: &Image,
+        subpixel: &str,
+        channel: &str,
+    ) -> Result<CalibratedField, CalibrationError> {
+        let (view_name, channel_name) = (subpixel.to_owned(), channel.to_owned());
+        let settings = self.settings;
+        let found = match match_images(self.reference, view, &settings.matching) {
+            Ok(found) => found,
+            Err(error) => {
+                return Err(CalibrationError::Match {
+                    view: view_name,
+                    channel: channel_name,
+                    error,
+                });
+            }
+        };
+        let observations = found.observations();
+        let fit = SmoothField::fit(&observations, settings.degree, Loss::Tukey);
+        let fit = fit.and_then(|matched| {
+            Ok(match self.centroids {
+                None => (
+                    matched.field.clone(),
+                    matched.rms_px,
+                    matched.rejected_share(),
+                ),
+                Some(reference) => {
+                    let fit = reference.fit(view, &matched.field)?;
+                    (fit.field, fit.rms_px, fit.rejected_share)
+                }
+            })
+        });
+        let (field, residual_rms_px, rejected_share) = match fit {
+            Ok(fit) => fit,
+            Err(error) => {
+                return Err(CalibrationError::Field {
+                    view: view_name,
+                    channel: channel_name,
+                    error,
+                });
+            }
+        };
+        Ok(CalibratedField {
+            subpixel: view_name,
+            channel: channel_name,
+            centre_px: field.centre_px(),
+            half_span_px: field.half_span_px(),
+            coefficients_px: field.coefficients().clone(),
+            residual_rms_px,
+            rejected_share,
+            valid_share: observations.len() as f64 / found.grid.len() as f64,
+        })
+    }
 }

@@ -8,7 +8,7 @@ use quadpixel::image::ImageError;
 use quadpixel::image::raster::encode_png8;
 
 use crate::aberration_score::AberrationScore;
-use crate::calibration::{Calibration, CalibrationSettings};
+use crate::calibration::{Align, Calibration, CalibrationSettings};
 use crate::capture::{Capture, Given};
 use crate::correct::{BeforeAfter, Corrected, correct};
 use crate::disparity::MatchSettings;
@@ -45,6 +45,9 @@ pub struct CorrectArgs {
     /// Degree of the field's polynomial, 0 to 6.
     #[arg(long, default_value_t = CalibrationSettings::default().degree)]
     degree: usize,
+    /// What to line up: the centroids of the spots (what depth needs), or the chart's texture as block matching does.
+    #[arg(long, value_enum, default_value_t = Align::Centroid)]
+    align: Align,
     /// Kind of the pictures; a PNG of a view is full at the mosaic's white, one of the sum at that times the views.
     #[arg(long, value_enum, default_value_t = PictureFormat::Exr)]
     format: PictureFormat,
@@ -75,6 +78,7 @@ fn calibrate(args: &CorrectArgs, chart: &Path) -> Result<(), CommandError> {
             ..CalibrationSettings::default().matching
         },
         degree: args.degree,
+        align: args.align,
     };
     progress.stage("matching every view and channel against the sum");
     let calibration = calibration_of(&capture, chart, &settings)?;

@@ -1,7 +1,7 @@
 //! Algorithms on images of pixels that see the pupil in parts, in the order in which they are used.
 //!
 //! ```text
-//! mosaic ─ sai ─▶ views ─ disparity ─▶ shifts ─ field ─▶ smooth field ─ warp ─▶ corrected views ─ sum ─▶ metrics
+//! mosaic ─ sai ─▶ views ─ disparity ─▶ shifts ─ field ─▶ smooth field (─ centroid ─▶ of the spots' centroids) ─ warp ─▶ corrected views ─ sum ─▶ metrics
 //! ```
 //!
 //! They see pictures and sub-pixel layouts only, never the scene, the lens or the pixel model: no truth can leak in.
@@ -9,6 +9,7 @@
 pub mod aberration_score;
 pub mod calibration;
 pub mod capture;
+pub mod centroid;
 pub mod chosen;
 pub mod correct;
 pub mod correct_command;

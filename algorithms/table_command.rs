@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use quadpixel::file;
 
-use crate::calibration::CalibrationSettings;
+use crate::calibration::{Align, CalibrationSettings};
 use crate::capture::{Capture, Given};
 use crate::correct::BeforeAfter;
 use crate::correct_command::{calibration_of, corrected};
@@ -32,6 +32,9 @@ pub struct TableArgs {
     /// Degree of the field's polynomial, 0 to 6.
     #[arg(long, default_value_t = CalibrationSettings::default().degree)]
     degree: usize,
+    /// What to line up: the chart's texture by block matching, as the paper does, or the centroids of the spots.
+    #[arg(long, value_enum, default_value_t = Align::Texture)]
+    align: Align,
     /// Prints one JSON object on stdout instead of the table.
     #[arg(long)]
     json: bool,
@@ -53,6 +56,7 @@ pub fn run(args: &TableArgs) -> Result<(), CommandError> {
             ..CalibrationSettings::default().matching
         },
         degree: args.degree,
+        align: args.align,
     };
     let folder = args.list.parent().unwrap_or(Path::new(""));
     let progress = Progress::stderr();

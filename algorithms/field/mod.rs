@@ -12,6 +12,8 @@
 
 mod solve;
 
+pub(crate) use solve::cholesky;
+
 use solve::Normal;
 
 /// Largest degree of the polynomial.
@@ -268,7 +270,8 @@ impl SmoothField {
         }
     }
 
-    fn basis(&self, at_px: [f64; 2]) -> Vec<f64> {
+    /// T_m(u) T_n(v) in the order of the coefficients; those of a lower degree come first.
+    pub(crate) fn basis(&self, at_px: [f64; 2]) -> Vec<f64> {
         let chebyshev = [0, 1].map(|axis| {
             let u = (at_px[axis] - self.centre_px[axis]) / self.half_span_px[axis];
             let mut t = [1.0; LARGEST_DEGREE + 1];

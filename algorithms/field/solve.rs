@@ -1,4 +1,4 @@
-//! Normal equations of two coupled components, solved by Cholesky's method.
+//! Normal equations of two coupled components, and Cholesky's method.
 
 /// Pivots below this share of their diagonal are rounding: the coefficient is not fixed by the data.
 const SMALLEST_PIVOT: f64 = 1e-11;
@@ -39,31 +39,36 @@ impl Normal {
 
     /// The coefficients; `None` where the matrix is singular to rounding.
     pub fn solve(mut self) -> Option<[Vec<f64>; 2]> {
-        let size = 2 * self.terms;
-        let m = &mut self.matrix;
-        for i in 0..size {
-            for j in 0..=i {
-                let dot: f64 = (0..j).map(|k| m[i * size + k] * m[j * size + k]).sum();
-                let rest = m[i * size + j] - dot;
-                if i > j {
-                    m[i * size + j] = rest / m[j * size + j];
-                } else if rest > SMALLEST_PIVOT * m[i * size + i] {
-                    m[i * size + i] = rest.sqrt();
-                } else {
-                    return None;
-                }
-            }
-        }
-        let x = &mut self.right;
-        for i in 0..size {
-            let dot: f64 = (0..i).map(|k| m[i * size + k] * x[k]).sum();
-            x[i] = (x[i] - dot) / m[i * size + i];
-        }
-        for i in (0..size).rev() {
-            let dot: f64 = (i + 1..size).map(|k| m[k * size + i] * x[k]).sum();
-            x[i] = (x[i] - dot) / m[i * size + i];
-        }
-        let down = x.split_off(self.terms);
+        cholesky(&mut self.matrix, &mut self.right)?;
+        let down = self.right.split_off(self.terms);
         Some([self.right, down])
     }
+}
+
+/// Replaces `right` by the solution of a positive definite system of which the lower triangle is given (row-major), and the
+/// triangle by its factor; `None` where it is singular to rounding.
+pub(crate) fn cholesky(matrix: &mut [f64], right: &mut [f64]) -> Option<()> {
+    let (size, m, x) = (right.len(), matrix, right);
+    for i in 0..size {
+        for j in 0..=i {
+            let dot: f64 = (0..j).map(|k| m[i * size + k] * m[j * size + k]).sum();
+            let rest = m[i * size + j] - dot;
+            if i > j {
+                m[i * size + j] = rest / m[j * size + j];
+            } else if rest > SMALLEST_PIVOT * m[i * size + i] {
+                m[i * size + i] = rest.sqrt();
+            } else {
+                return None;
+            }
+        }
+    }
+    for i in 0..size {
+        let dot: f64 = (0..i).map(|k| m[i * size + k] * x[k]).sum();
+        x[i] = (x[i] - dot) / m[i * size + i];
+    }
+    for i in (0..size).rev() {
+        let dot: f64 = (i + 1..size).map(|k| m[k * size + i] * x[k]).sum();
+        x[i] = (x[i] - dot) / m[i * size + i];
+    }
+    Some(())
 }

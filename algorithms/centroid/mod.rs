@@ -1,0 +1,360 @@
+//! From the shift that aligns two pictures best to the shift of their spots' centroids.
+//!
+//! A view is the chart convolved with its spot h_i, the reference with h. Matching finds where both correlate best, which for
+//! spots of different skew depends on the chart: ∫ S(f) h*(f) h_i(f) exp(2πi f·d) df, S the chart's power, is largest at the
+//! shift of the centroids only as f → 0. What depth needs is the shift of the centroids. The spots' ratio has the phase and
+//! modulus of a series in the frequency whose first terms are that shift, the difference of widths and that of skews, so
+//!
+//! ```text
+//! b(x) = o + Σ_{k ≤ 5} c_k(x) : ∇ᵏ a(x)        d = −c₁/c₀
+//! ```
+//!
+//! with a, b: reference and view, both smoothed by one Gaussian σ that makes the series short. All c are polynomials over the
+//! picture, fitted together by least squares with Tukey's biweight: d and the gain c₀ of the wanted degree, widths and skews
+//! (k = 2, 3) linear, k = 4, 5 constant. The view is looked up where the last d
+//! points, so that d is a sum of small steps. (By its own series: Lanczos' kernel does not keep straight lines straight, and moves
+//! what is smooth by up to 0.008 px.)
+//!
+//! σ costs noise and border (3σ and 3 px on each side are not used); it is [`SIGMA_PER_SCALE`] times the texture's own scale
+//! √(Σ|∇a|²/Σ(∇²a)²), which blur makes coarser: the wider the spots, the longer σ.
+
+mod derivatives;
+
+use quadpixel::image::Image;
+
+use crate::field::{FieldError, SmoothField, cholesky};
+use derivatives::{DERIVATIVES, Gaussian, REACH_PX, SMALLEST_SIGMA_PX, Smoothed};
+
+/// σ over the texture's scale.
+pub const SIGMA_PER_SCALE: f64 = 2.5;
+/// Smoothing before the scale is measured, so that noise does not count as texture, px.
+const SCALE_SIGMA_PX: f64 = 1.5;
+/// σ is at most this share of the shorter side: four fifths of it remain inside the borders.
+const LARGEST_SHARE: f64 = 1.0 / 24.0;
+/// Samples are taken this many σ apart: closer ones tell the same.
+const SPACING: f64 = 1.0 / 1.5;
+/// More samples than this make nothing better.
+const MOST_SAMPLES: usize = 50_000;
+/// Rounds of warping and fitting, and the step (RMS, px) at which they end.
+const ROUNDS: usize = 6;
+const LAST_STEP_PX: f64 = 5e-4;
+/// Median of |r| over the standard deviation of a normal r.
+const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
+/// Tukey's biweight gives nothing beyond this many standard deviations.
+const TUKEY: f64 = 4.685;
+
+/// The reference, ready for its views.
+pub struct Reference {
+    gaussian: Gaussian,
+    sigma_px: f64,
+    size: (usize, usize),
+    mean: f64,
+    /// Zero field of the wanted degree over the picture: the basis.
+    basis: SmoothField,
+    samples: Vec<Sample>,
+}
+
+struct Sample {
+    at: [usize; 2],
+    derivatives: [f64; DERIVATIVES],
+    basis: Vec<f64>,
+}
+
+/// A view's field of centroids.
+#[derive(Clone, Debug)]
+pub struct CentroidFit {
+    /// Shift of the view's centroid against the reference's, px.
+    pub field: SmoothField,
+    /// Root mean square of what the fit leaves over, as the shift (px an axis) that would make as much of a difference.
+    pub rms_px: f64,
+    /// Share of samples that the fit rejected, 0 to 1.
+    pub rejected_share: f64,
+}
+
+impl Reference {
+    /// Prepares single-channel `image` for fields of `degree`.
+    pub fn new(image: &Image, degree: usize) -> Result<Self, FieldError> {
+        let size = (image.width(), image.height());
+        let few = FieldError::TooFew {
+            found: 0,
+            needed: SmoothField::terms(degree),
+            degree,
+        };
+        let largest = (size.0.min(size.1) as f64 * LARGEST_SHARE).max(SMALLEST_SIGMA_PX);
+        let scale = texture_scale(image).ok_or(few)?;
+        let sigma_px = (SIGMA_PER_SCALE * scale).clamp(SMALLEST_SIGMA_PX, largest);
+        let gaussian = Gaussian::new(sigma_px);
+        let margin = gaussian.radius_px() + REACH_PX;
+        let inner = [size.0, size.1].map(|s| s.saturating_sub(2 * margin));
+        let crowded = ((inner[0] * inner[1]) as f64 / MOST_SAMPLES as f64).sqrt();
+        let stride = (SPACING * sigma_px).max(crowded).ceil() as usize;
+        let half = [size.0, size.1].map(|s| 0.5 * (s.max(2) - 1) as f64);
+        let zeros = [0, 1].map(|_| vec![0.0; SmoothField::terms(degree)]);
+        let basis = SmoothField::from_parts(half, half, zeros).ok_or(FieldError::Degree(degree))?;
+        let smoothed = Smoothed::new(values(image), image.width(), &gaussian);
+        let columns = (margin..margin + inner[0]).step_by(stride);
+        let samples = (margin..margin + inner[1])
+            .step_by(stride)
+            .flat_map(|y| columns.clone().map(move |x| [x, y]))
+            .map(|at| Sample {
+                at,
+                derivatives: smoothed.derivatives(at),
+                basis: basis.basis(at.map(|v| v as f64)),
+            })
+            .collect();
+        Ok(Self {
+            gaussian,
+            sigma_px,
+            size,
+            mean: mean(image),
+            basis,
+            samples,
+        })
+    }
+
+    /// σ of the smoothing, px.
+    pub fn sigma_px(&self) -> f64 {
+        self.sigma_px
+    }
+
+    /// The field of `view` (single-channel, of the reference's size), searched from `start`, right to about σ.
+    pub fn fit(&self, view: &Image, start: &SmoothField) -> Result<CentroidFit, FieldError> {
+        let degree = self.basis.degree();
+        let mut field = start.clone();
+        let model = Model::new(degree);
+        let mut gains = vec![self.mean / mean(view); self.size.0 * self.size.1];
+        let mut last = None;
+        for _ in 0..ROUNDS {
+            let used = self.observe(view, &field, &gains);
+            let solution = model.solve(&used)?;
+            let next = solution.field(&model, &self.basis, degree)?;
+            for (i, gain) in gains.iter_mut().enumerate() {
+                let at = [i % self.size.0, i / self.size.0].map(|v| v as f64);
+                *gain /= solution.gain(&model, &self.basis.basis(at));
+            }
+            let squares: f64 = (used.iter())
+                .map(|o| {
+                    let at = o.sample.at.map(|v| v as f64);
+                    let (a, b) = (next.at(at), o.shift);
+                    (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)
+                })
+                .sum();
+            let step = (squares / used.len() as f64).sqrt();
+            field = next;
+            last = Some(solution);
+            if step < LAST_STEP_PX {
+                break;
+            }
+        }
+        let solution = last.ok_or(FieldError::Singular(degree))?;
+        Ok(CentroidFit {
+            field,
+            rms_px: solution.rms_px,
+            rejected_share: solution.rejected_share,
+        })
+    }
+
+    /// The view, multiplied by `gains` and smoothed, at the samples moved by `field`, where it shows their surroundings. The
+    /// gain must be evened out before: one with the slope g' would look like a shift by σ²g'/g after.
+    fn observe(&self, view: &Image, field: &SmoothField, gains: &[f64]) -> Vec<Observed<'_>> {
+        let values = view.data().iter().zip(gains);
+        let values = values.map(|(v, gain)| f64::from(*v) * gain).collect();
+        let smoothed = Smoothed::new(values, self.size.0, &self.gaussian);
+        let margin = (self.gaussian.radius_px() + REACH_PX) as f64;
+        let limits = [self.size.0, self.size.1].map(|s| s as f64 - 1.0 - margin);
+        (self.samples.iter())
+            .filter_map(|sample| {
+                let at = sample.at.map(|v| v as f64);
+                let shift = field.at(at);
+                let moved = [0, 1].map(|i| at[i] + shift[i]);
+                let shown = (0..2).all(|i| moved[i] >= margin && moved[i] <= limits[i]);
+                shown.then(|| Observed {
+                    sample,
+                    value: smoothed.between(moved),
+                    shift,
+                })
+            })
+            .collect()
+    }
+}
+
+/// What a view shows where a sample moved by `shift`, brought to the reference's brightness.
+struct Observed<'a> {
+    sample: &'a Sample,
+    value: f64,
+    shift: [f64; 2],
+}
+
+/// √(Σ|∇a|²/Σ(∇²a)²) of the lightly smoothed picture, px; `None` where it is flat or too small.
+fn texture_scale(image: &Image) -> Option<f64> {
+    let gaussian = Gaussian::new(SCALE_SIGMA_PX);
+    let smoothed = Smoothed::new(values(image), image.width(), &gaussian);
+    let margin = gaussian.radius_px() + 1;
+    let (mut slopes, mut bends) = (0.0, 0.0);
+    for y in margin..image.height().saturating_sub(margin) {
+        for x in margin..image.width().saturating_sub(margin) {
+            let [left, right, up, down] =
+                [[x - 1, y], [x + 1, y], [x, y - 1], [x, y + 1]].map(|at| smoothed.at(at));
+            slopes += 0.25 * ((right - left).powi(2) + (down - up).powi(2));
+            bends += (left + right + up + down - 4.0 * smoothed.at([x, y])).powi(2);
+        }
+    }
+    let scale = (slopes / bends).sqrt();
+    (scale.is_finite() && scale > 0.0).then_some(scale)
+}
+
+fn values(image: &Image) -> Vec<f64> {
+    image.data().iter().map(|&v| f64::from(v)).collect()
+}
+
+fn mean(image: &Image) -> f64 {
+    let sum: f64 = image.data().iter().map(|&v| f64::from(v)).sum();
+    sum / image.data().len() as f64
+}
+
+/// Which unknown stands where.
+struct Model {
+    /// Coefficients of the field's degree, and of degree 1 or less.
+    terms: usize,
+    linear: usize,
+}
+
+/// Coefficients with what they leave over.
+struct Solution {
+    coefficients: Vec<f64>,
+    rms_px: f64,
+    rejected_share: f64,
+}
+
+impl Model {
+    fn new(degree: usize) -> Self {
+        Self {
+            terms: SmoothField::terms(degree),
+            linear: SmoothField::terms(degree.min(1)),
+        }
+    }
+
+    /// Gain, offset, two components of the field; seven moments; eleven constants.
+    fn unknowns(&self) -> usize {
+        4 * self.terms + 7 * self.linear + 11
+    }
+
+    /// The row of `sample`, to `row`.
+    fn row(&self, sample: &Sample, row: &mut Vec<f64>) {
+        let d = &sample.derivatives;
+        row.clear();
+        for factor in [d[0], 1.0, -d[1], -d[2]] {
+            row.extend(sample.basis.iter().map(|b| b * factor));
+        }
+        for factor in &d[3..10] {
+            row.extend(sample.basis[..self.linear].iter().map(|b| b * factor));
+        }
+        row.extend(&d[10..]);
+    }
+
+    /// Least squares, then Tukey's biweight. The view is a + (d − shift)·(−∇a) + …; what the shift takes is put back.
+    fn solve(&self, used: &[Observed<'_>]) -> Result<Solution, FieldError> {
+        let degree = (0..)
+            .find(|&d| SmoothField::terms(d) >= self.terms)
+            .unwrap_or(0);
+        if used.len() < self.unknowns() {
+            return Err(FieldError::TooFew {
+                found: used.len(),
+                needed: self.unknowns(),
+                degree,
+            });
+        }
+        let wanted: Vec<f64> = (used.iter())
+            .map(|o| {
+                let d = &o.sample.derivatives;
+                o.value - o.shift[0] * d[1] - o.shift[1] * d[2]
+            })
+            .collect();
+        let mut weights = vec![1.0; used.len()];
+        let mut coefficients = self.normal(used, &wanted, &weights, degree)?;
+        let mut residuals = Vec::new();
+        for robust in [true, false] {
+            let mut row = Vec::new();
+            residuals.clear();
+            residuals.extend(used.iter().zip(&wanted).map(|(o, y)| {
+                self.row(o.sample, &mut row);
+                let model: f64 = row.iter().zip(&coefficients).map(|(a, c)| a * c).sum();
+                y - model
+            }));
+            if robust {
+                let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
+                sizes.sort_by(f64::total_cmp);
+                let deviation = sizes[sizes.len() / 2] / MEDIAN_OF_NORMAL;
+                // A view without any residual has no outliers.
+                let reach = (TUKEY * deviation).max(f64::MIN_POSITIVE);
+                for (weight, r) in weights.iter_mut().zip(&residuals) {
+                    let rest = 1.0 - (r / reach).powi(2);
+                    *weight = if rest > 0.0 { rest * rest } else { 0.0 };
+                }
+                coefficients = self.normal(used, &wanted, &weights, degree)?;
+            }
+        }
+        let kept = || (0..used.len()).filter(|&i| weights[i] > 0.0);
+        let squares: f64 = kept().map(|i| residuals[i].powi(2)).sum();
+        let slopes: f64 = kept()
+            .map(|i| &used[i].sample.derivatives)
+            .map(|d| 0.5 * (d[1] * d[1] + d[2] * d[2]))
+            .sum();
+        Ok(Solution {
+            coefficients,
+            rms_px: (squares / slopes).sqrt(),
+            rejected_share: 1.0 - kept().count() as f64 / used.len() as f64,
+        })
+    }
+
+    fn normal(
+        &self,
+        used: &[Observed<'_>],
+        wanted: &[f64],
+        weights: &[f64],
+        degree: usize,
+    ) -> Result<Vec<f64>, FieldError> {
+        let n = self.unknowns();
+        let (mut matrix, mut right, mut row) = (vec![0.0; n * n], vec![0.0; n], Vec::new());
+        for ((o, y), w) in used.iter().zip(wanted).zip(weights) {
+            if *w == 0.0 {
+                continue;
+            }
+            self.row(o.sample, &mut row);
+            for (i, a) in row.iter().enumerate() {
+                let factor = w * a;
+                right[i] += factor * y;
+                let line = &mut matrix[i * n..=i * n + i];
+                line.iter_mut()
+                    .zip(&row)
+                    .for_each(|(m, b)| *m += factor * b);
+            }
+        }
+        cholesky(&mut matrix, &mut right).ok_or(FieldError::Singular(degree))?;
+        Ok(right)
+    }
+}
+
+impl Solution {
+    /// What is left of the gain: 1 at the end.
+    fn gain(&self, model: &Model, basis: &[f64]) -> f64 {
+        let terms = self.coefficients[..model.terms].iter();
+        terms.zip(basis).map(|(c, b)| c * b).sum()
+    }
+
+    fn field(
+        &self,
+        model: &Model,
+        basis: &SmoothField,
+        degree: usize,
+    ) -> Result<SmoothField, FieldError> {
+        let n = model.terms;
+        let parts = [2, 3].map(|k| self.coefficients[k * n..(k + 1) * n].to_vec());
+        SmoothField::from_parts(basis.centre_px(), basis.half_span_px(), parts)
+            .ok_or(FieldError::Singular(degree))
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests;
