@@ -97,66 +97,52 @@ impl Panel {
 
     /// The parts of a line that lie in the panel.
     fn line(&self, svg: &mut Svg, line: &Line, at: &dyn Fn(DVec2) -> DVec2) {
-        let inside = |p: &DVec2| {
-            (self.x.0..=self.x.1).contains(&p.x) && (self.y.0..=self.y.1).contains(&p.y)
-        };
         if line.marks {
             let style = format!("fill=\"{}\"", line.colour);
+            let inside = |p: &DVec2| {
+                (self.x.0..=self.x.1).contains(&p.x) && (self.y.0..=self.y.1).contains(&p.y)
+            };
             for p in line.points.iter().filter(|p| inside(p)) {
                 svg.circle(at(*p), 4.0, &style);
             }
             return;
         }
-        let dashes = if line.dashed {
-            " stroke-dasharray=\"6 4\""
-        } else {
-            ""
-        };
-        let style = format!(
-            "fill=\"none\" stroke=\"{}\" stroke-width=\"1.6\"{dashes}",
-            line.colour
-        );
+        let style = line.style();
         let mut part: Vec<DVec2> = Vec::new();
         for pair in line.points.windows(2) {
-            match (inside(&pair[0]), inside(&pair[1])) {
-                (true, true) => {
-                    if part.is_empty() {
-                        part.push(at(pair[0]));
-                    }
-                    part.push(at(pair[1]));
-                }
-                (true, false) | (false, true) => {
-                    if let Some(edge) = self.meets_edge(pair[0], pair[1]) {
-                        let ends = if inside(&pair[0]) {
-                            [pair[0], edge]
-                        } else {
-                            [edge, pair[1]]
-                        };
-                        if part.is_empty() {
-                            part.push(at(ends[0]));
-                        }
-                        part.push(at(ends[1]));
-                    }
-                    if inside(&pair[0]) && part.len() > 1 {
-                        svg.polyline(&part, &style);
-                        part.clear();
-                    }
-                }
-                (false, false) => {}
+            let Some([from, to]) = self.clipped(pair[0], pair[1]) else {
+                continue;
+            };
+            if part.last() != Some(&from) {
+                drawn(svg, &mut part, &style, at);
+                part.push(from);
             }
+            part.push(to);
         }
-        if part.len() > 1 {
-            svg.polyline(&part, &style);
-        }
+        drawn(svg, &mut part, &style, at);
     }
 
-    /// Where a line crosses the panel's upper or lower edge, one end inside.
-    fn meets_edge(&self, a: DVec2, b: DVec2) -> Option<DVec2> {
-        let crosses = |y: f64| {
-            let t = (y - a.y) / (b.y - a.y);
-            ((0.0..=1.0).contains(&t)).then(|| a + t * (b - a))
+    /// The part of a segment inside the panel (Liang and Barsky).
+    fn clipped(&self, a: DVec2, b: DVec2) -> Option<[DVec2; 2]> {
+        let (mut from, mut to) = (0.0f64, 1.0f64);
+        for (start, end, (low, high)) in [(a.x, b.x, self.x), (a.y, b.y, self.y)] {
+            let way = end - start;
+            if way == 0.0 {
+                if !(low..=high).contains(&start) {
+                    return None;
+                }
+                continue;
+            }
+            let (enters, leaves) = ((low - start) / way, (high - start) / way);
+            from = from.max(enters.min(leaves));
+            to = to.min(enters.max(leaves));
+        }
+        let whole = |t: f64| match t {
+            0.0 => a,
+            1.0 => b,
+            _ => a + t * (b - a),
         };
-        [self.y.0, self.y.1].into_iter().find_map(crosses)
+        (from < to).then(|| [whole(from), whole(to)])
     }
 
     fn legend(&self, svg: &mut Svg, inner: DVec2) {
@@ -171,12 +157,7 @@ impl Panel {
                     &format!("fill=\"{}\"", line.colour),
                 );
             } else {
-                let dashes = if line.dashed {
-                    " stroke-dasharray=\"6 4\""
-                } else {
-                    ""
-                };
-                let style = format!("stroke=\"{}\" stroke-width=\"1.6\"{dashes}", line.colour);
+                let style = line.style();
                 svg.polyline(
                     &[DVec2::new(x - 22.0, y - 4.0), DVec2::new(x, y - 4.0)],
                     &style,
@@ -187,7 +168,59 @@ impl Panel {
     }
 }
 
+impl Line {
+    fn style(&self) -> String {
+        let dashes = if self.dashed {
+            " stroke-dasharray=\"6 4\""
+        } else {
+            ""
+        };
+        let colour = self.colour;
+        format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.6\"{dashes}")
+    }
+}
+
+/// Draws what was gathered, and forgets it.
+fn drawn(svg: &mut Svg, part: &mut Vec<DVec2>, style: &str, at: &dyn Fn(DVec2) -> DVec2) {
+    if part.len() > 1 {
+        let points: Vec<DVec2> = part.iter().map(|p| at(*p)).collect();
+        svg.polyline(&points, style);
+    }
+    part.clear();
+}
+
 /// A tick's number without needless zeros.
 fn number(x: f64) -> String {
     format!("{}", (x * 1e6).round() / 1e6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn segments_are_cut_at_the_panels_edges() {
+        let panel = Panel {
+            title: String::new(),
+            x_name: "",
+            y_name: "",
+            x: (0.0, 4.0),
+            y: (0.0, 1.0),
+            ticks: (1.0, 1.0),
+            level: None,
+            lines: Vec::new(),
+        };
+        let cut = |a: (f64, f64), b: (f64, f64)| panel.clipped(a.into(), b.into());
+        let made = |a: (f64, f64), b: (f64, f64)| Some([a.into(), b.into()]);
+        assert_eq!(
+            cut((1.0, 0.25), (2.0, 0.75)),
+            made((1.0, 0.25), (2.0, 0.75))
+        );
+        // Out by the side, through the top, and right across a corner.
+        assert_eq!(cut((3.0, 0.5), (5.0, 1.0)), made((3.0, 0.5), (4.0, 0.75)));
+        assert_eq!(cut((1.0, 0.5), (2.0, 1.5)), made((1.0, 0.5), (1.5, 1.0)));
+        assert_eq!(cut((-1.0, 0.0), (1.0, 2.0)), None);
+        assert_eq!(cut((5.0, 0.5), (6.0, 0.5)), None);
+        assert_eq!(cut((1.0, 2.0), (3.0, 2.0)), None);
+    }
 }
