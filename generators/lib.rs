@@ -22,6 +22,7 @@ pub mod render_command;
 pub mod response_command;
 pub mod sample;
 pub mod stages;
+pub mod study;
 pub mod validate;
 pub mod validate_command;
 pub mod writer;

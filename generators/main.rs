@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand};
 use generators::config::{DEFAULT_TOML, DatasetConfig};
 use generators::progress::Progress;
 use generators::{
-    check_command, dataset, lens_command, render_command, response_command, validate_command,
+    check_command, dataset, lens_command, render_command, response_command, study, validate_command,
 };
 use quadpixel::command::{CommandError, use_threads};
 
@@ -39,6 +39,11 @@ enum Command {
     /// Example: qpgen response --pixel 1.6um --theta-deg 0,5,10 --phi-deg 0
     #[command(verbatim_doc_comment)]
     Response(response_command::ResponseArgs),
+    /// The paper's studies of the pixel: rejection ratio, microlenses, pitch, wavelength, filter, tungsten.
+    ///
+    /// Example: qpgen study rejection --pixel 3.5um,2.8um --out study
+    #[command(verbatim_doc_comment)]
+    Study(study::StudyArgs),
     /// Experiments 1 and 2 of the paper's section 2.2.2: does the renderer give back the response put in?
     ///
     /// Example: qpgen validate --pixel 2.8um --out validation
@@ -91,6 +96,7 @@ fn run(cli: Cli) -> Result<(), CommandError> {
         Command::Dataset(args) => make_dataset(&args),
         Command::Render(args) => render_command::run(&args),
         Command::Response(args) => response_command::run(&args),
+        Command::Study(args) => study::run(&args),
         Command::Validate(args) => validate_command::run(&args),
         Command::Lens(args) => lens_command::run(args),
         Command::Check(args) => check_command::run(&args),

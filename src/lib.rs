@@ -20,6 +20,7 @@ pub mod scene;
 pub mod sensor;
 pub mod simd;
 pub mod spectrum;
+pub mod svg;
 pub mod units;
 
 /// The README's example, compiled and run.

@@ -317,7 +317,9 @@ fn unreadable_recipes_and_lenses_are_named() {
 
 #[test]
 fn every_subcommand_has_help_with_an_example() {
-    for command in ["dataset", "render", "response", "validate", "check"] {
+    for command in [
+        "dataset", "render", "response", "study", "validate", "check",
+    ] {
         let help = String::from_utf8(qpgen(&[command, "--help"]).stdout).unwrap();
         assert!(help.contains("Example: qpgen"), "{command}");
     }

@@ -2,13 +2,13 @@
 
 use glam::{DVec2, DVec3};
 
-use super::svg::{Svg, round_length};
 use crate::lens::aim::{Aim, Field};
 use crate::lens::error::LensError;
 use crate::lens::placed::Lens;
 use crate::lens::surface::Travel;
 use crate::lens::system::{OpticalSystem, SurfaceKind};
 use crate::lens::trace::{Clipping, trace_visiting};
+use crate::svg::{Svg, round_length};
 use crate::units::D_LINE_NM;
 
 const WIDTH_PX: f64 = 960.0;

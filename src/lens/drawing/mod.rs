@@ -2,7 +2,6 @@
 
 mod layout;
 mod spots;
-mod svg;
 
 pub use layout::layout_svg;
 pub use spots::spots_svg;

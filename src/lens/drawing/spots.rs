@@ -2,11 +2,11 @@
 
 use glam::DVec2;
 
-use super::svg::{Svg, round_length};
 use crate::lens::aim::Field;
 use crate::lens::analysis::{SPOT_LINES_NM, Spot, rms_radius};
 use crate::lens::error::LensError;
 use crate::lens::placed::Lens;
+use crate::svg::{Svg, round_length};
 use crate::units::D_LINE_NM;
 
 const PANEL_PX: f64 = 220.0;

@@ -1,16 +1,17 @@
-//! Just enough SVG: lines, circles, text, in pixels from the upper left corner.
+//! Just enough SVG for the pictures of lenses and studies: lines, circles, text, in pixels from the upper left corner.
 
 use std::fmt::Write;
 
 use glam::DVec2;
 
 /// A picture being drawn.
-pub(super) struct Svg {
+pub struct Svg {
     size: DVec2,
     body: String,
 }
 
 impl Svg {
+    /// An empty white picture.
     pub fn new(size: DVec2) -> Svg {
         Svg {
             size,
@@ -37,6 +38,7 @@ impl Svg {
         self.push(format_args!("<{name} points=\"{list}\" {style}/>"));
     }
 
+    /// A circle.
     pub fn circle(&mut self, centre: DVec2, radius: f64, style: &str) {
         let DVec2 { x, y } = centre;
         self.push(format_args!(
@@ -61,6 +63,7 @@ impl Svg {
         let _ = writeln!(self.body, "{element}");
     }
 
+    /// The picture as a file's text.
     pub fn finish(self) -> String {
         let DVec2 { x, y } = self.size;
         format!(
@@ -72,7 +75,7 @@ impl Svg {
 }
 
 /// The largest 1, 2 or 5 times a power of ten that is at most `length`.
-pub(super) fn round_length(length: f64) -> f64 {
+pub fn round_length(length: f64) -> f64 {
     let power = 10f64.powf(length.log10().floor());
     let digit = length / power;
     let round = if digit >= 5.0 {

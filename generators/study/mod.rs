@@ -1,0 +1,134 @@
+//! `qpgen study`: the paper's studies of the pixel (its Figs. 2, 3, 11, 13) with any pixel model, as tables, CSV files and plots.
+//!
+//! ```text
+//! kind ─ cases ─▶ pixels and wavelengths ─ curve ─▶ P over θ, ranges ─ report ─▶ CSV, table, JSON
+//!                                                                    └ figures ─ plot ─▶ SVG
+//! ```
+
+mod cases;
+mod curve;
+mod figures;
+mod plot;
+mod report;
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use quadpixel::file;
+
+use self::curve::Angles;
+use crate::command_error::CommandError;
+use crate::pixel_model::PixelModelArgs;
+use crate::progress::Progress;
+
+/// Arguments of `qpgen study`.
+#[derive(Args)]
+pub struct StudyArgs {
+    /// What to study.
+    #[arg(value_enum)]
+    kind: Kind,
+    /// Pixels of the rejection study, parted by commas: built-in names or TOML files.
+    #[arg(long, value_delimiter = ',', default_value = "3.5um-roc3.5,3.5um")]
+    pixel: Vec<String>,
+    #[command(flatten)]
+    model: PixelModelArgs,
+    /// Step of the angle of incidence, deg.
+    #[arg(long, default_value_t = 1.0)]
+    theta_step_deg: f64,
+    /// Largest angle of incidence, deg, from the chief ray.
+    #[arg(long, default_value_t = 50.0)]
+    theta_max_deg: f64,
+    /// Folder for KIND.csv (curves), KIND-ranges.csv and KIND.svg.
+    #[arg(long, default_value = "study")]
+    out: PathBuf,
+    /// Prints one JSON object on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Kind {
+    /// P of left and right sub-pixel over θ, and their ratio (Fig. 2).
+    Rejection,
+    /// Nine microlenses on the 3.5 µm pixel, ranked by the paper's four criteria (section 2.1.2).
+    Microlens,
+    /// R_a and R_b from 1.2 to 6 µm (Fig. 11).
+    Pitch,
+    /// 1.6 µm pixel at 400, 532 and 700 nm, centred and shifted for a chief ray at 25° (Fig. 13).
+    Wavelength,
+    /// Colour filters of 1 µm and 750 nm (Fig. 3(a)).
+    Filter,
+    /// Tungsten walls on the 2.8 µm pixel (Fig. 3(b)); needs a vector model.
+    Tungsten,
+}
+
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Rejection => "rejection",
+            Self::Microlens => "microlens",
+            Self::Pitch => "pitch",
+            Self::Wavelength => "wavelength",
+            Self::Filter => "filter",
+            Self::Tungsten => "tungsten",
+        }
+    }
+}
+
+/// Computes, prints, writes.
+///
+/// # Errors
+/// Bad arguments (2), or a disk that fails (1).
+pub fn run(args: &StudyArgs) -> Result<(), CommandError> {
+    let angles = Angles::new(args.theta_step_deg, args.theta_max_deg)?;
+    let cases = cases::of(args.kind, &args.pixel)?;
+    let progress = Progress::stderr();
+    let began = std::time::Instant::now();
+    let told = |done: usize, total: usize| progress.angles(done, total);
+    let curves = curve::all(&cases, &args.model.model(), &angles, &told)?;
+    progress.finish();
+    let seconds = began.elapsed().as_secs_f64();
+
+    file::create_folder(&args.out).map_err(|e| CommandError::failed(e.to_string()))?;
+    let name = args.kind.name();
+    let write = |file: String, text: &str| -> Result<PathBuf, CommandError> {
+        let path = args.out.join(file);
+        write(&path, text).map(|()| path)
+    };
+    let model = args.model.model().version();
+    let files = [
+        write(format!("{name}.csv"), &report::curves_csv(&cases, &curves))?,
+        write(
+            format!("{name}-ranges.csv"),
+            &report::ranges_csv(&cases, &curves),
+        )?,
+        write(
+            format!("{name}.svg"),
+            &figures::svg(args.kind, &cases, &curves, model),
+        )?,
+    ];
+    if args.json {
+        println!(
+            "{}",
+            serde_json::json!({
+                "study": name, "model": model, "seconds": seconds, "files": files,
+                "cases": report::json(&cases, &curves)
+            })
+        );
+        return Ok(());
+    }
+    print!("{}", report::table(&cases, &curves));
+    if args.kind == Kind::Microlens {
+        print!("{}", report::ranking(&cases, &curves));
+    }
+    println!(
+        "{model}, {} angles in {seconds:.1} s: {}",
+        curves.iter().map(|c| c.angles).sum::<usize>(),
+        args.out.display()
+    );
+    Ok(())
+}
+
+fn write(path: &Path, text: &str) -> Result<(), CommandError> {
+    file::write_aside(path, text.as_bytes()).map_err(|e| CommandError::failed(e.to_string()))
+}
