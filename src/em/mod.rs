@@ -1,5 +1,6 @@
 //! The pixel as matter: its layers, their materials, and light in them.
 
+pub mod fdtd;
 mod material;
 mod stack;
 pub mod wave;
