@@ -7,6 +7,7 @@ mod coefficients;
 mod cpml;
 mod error;
 mod grid;
+mod kernel;
 mod layout;
 mod medium;
 mod member;
@@ -15,6 +16,7 @@ mod sides;
 mod simulation;
 mod source;
 mod state;
+mod sweep;
 
 pub use coefficients::stable_step_um;
 pub use cpml::CpmlSettings;
