@@ -1,6 +1,7 @@
 //! The pixel as matter: its layers, their materials, and light in them.
 
 mod builtin;
+pub mod fdtd;
 mod material;
 mod stack;
 pub mod wave;
