@@ -3,6 +3,7 @@
 mod builtin;
 pub mod fdtd;
 mod material;
+pub mod multilayer;
 mod stack;
 pub mod wave;
 

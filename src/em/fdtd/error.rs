@@ -13,6 +13,9 @@ pub enum FdtdError {
         /// What is allowed.
         allowed: String,
     },
+    /// A pixel or a material that cannot be.
+    #[error(transparent)]
+    Pixel(#[from] crate::em::StackError),
 }
 
 impl FdtdError {

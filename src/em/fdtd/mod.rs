@@ -5,13 +5,23 @@
 
 mod coefficients;
 mod cpml;
+mod dispersion;
 mod error;
 mod grid;
+mod incident;
 mod kernel;
 mod layout;
 mod medium;
 mod member;
+mod mesh;
+mod phasors;
 mod plain;
+mod poles;
+mod powers;
+mod pulse;
+mod raster;
+mod run;
+mod settings;
 mod sides;
 mod simulation;
 mod source;
@@ -24,6 +34,9 @@ pub use error::FdtdError;
 pub use grid::YeeGrid;
 pub use medium::{MaterialMap, Medium, Pole};
 pub use member::{Lateral, Member, Wall};
+pub use run::{BALANCE, CHECK_UM, FdtdAnswer, FdtdPowers, FdtdProgress, FdtdRun, MODEL, solve};
+pub use settings::FdtdSettings;
 pub use simulation::Simulation;
+
 pub use source::{Source, Waveform};
 pub use state::{Component, Part};
