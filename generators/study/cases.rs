@@ -5,7 +5,7 @@ use quadpixel::response::{MovingFrame, ResponseError, direction_cosines};
 
 use super::Kind;
 use crate::assemble::pixel;
-use crate::command_error::CommandError;
+use quadpixel::command::CommandError;
 
 /// Wavelength of all studies but one, nm.
 const GREEN_NM: f64 = 550.0;

@@ -6,7 +6,7 @@ use quadpixel::response::{LitPixel, PixelModel, RejectionRanges, direction_cosin
 use rayon::prelude::*;
 
 use super::cases::Case;
-use crate::command_error::CommandError;
+use quadpixel::command::CommandError;
 
 /// Most angles on one side of a curve.
 const MOST_ANGLES: f64 = 2000.0;

@@ -17,9 +17,9 @@ use clap::{Args, ValueEnum};
 use quadpixel::file;
 
 use self::curve::Angles;
-use crate::command_error::CommandError;
 use crate::pixel_model::PixelModelArgs;
 use crate::progress::Progress;
+use quadpixel::command::CommandError;
 
 /// Arguments of `qpgen study`.
 #[derive(Args)]
