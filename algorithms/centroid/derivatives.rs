@@ -105,11 +105,6 @@ impl Smoothed {
         Self { width, values }
     }
 
-    /// The value at column `x` and row `y`.
-    pub fn at(&self, [x, y]: [usize; 2]) -> f64 {
-        self.values[y * self.width + x]
-    }
-
     /// The value between pixels, by Taylor's series about the nearest one, which is at least [`REACH_PX`] from the border.
     pub fn between(&self, [x, y]: [f64; 2]) -> f64 {
         let (column, row) = (x.round(), y.round());
@@ -197,9 +192,9 @@ mod tests {
         let smoothed = Smoothed::new(values, 64, &Gaussian::new(sigma));
         let wanted = (-0.5 * (omega * sigma).powi(2)).exp() * (omega * 32.0).cos();
         // Cut at 3σ: 0.3 % of the weight is missing and was spread over the rest.
-        assert!((smoothed.at([32, 32]) - wanted).abs() < 5e-3);
+        assert!((smoothed.between([32.0, 32.0]) - wanted).abs() < 5e-3);
         // Between pixels the smoothed wave goes on as a wave.
-        let factor = smoothed.at([32, 32]) / (omega * 32.0).cos();
+        let factor = smoothed.between([32.0, 32.0]) / (omega * 32.0).cos();
         let between = factor * (omega * 31.6).cos();
         assert!((smoothed.between([31.6, 20.3]) - between).abs() < 1e-5);
     }
