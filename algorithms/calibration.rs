@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::capture::{Camera, Capture};
 use crate::centroid::Reference;
 use crate::disparity::{MatchError, MatchSettings, match_images};
-use crate::field::{FieldError, Loss, SmoothField};
+use crate::field::{FieldError, FieldFit, Loss, SmoothField};
 use crate::sai::Side;
 
 /// First line of the file; another one is another kind of file.
@@ -45,6 +45,8 @@ pub struct CalibrationSettings {
     pub degree: usize,
     /// What to line up.
     pub align: Align,
+    /// Smoothing for centroids (σ of a Gaussian), px, at least 1.5; `None`: what the views ask for.
+    pub smoothing_px: Option<f64>,
 }
 
 impl Default for CalibrationSettings {
@@ -58,6 +60,7 @@ impl Default for CalibrationSettings {
             },
             degree: 2,
             align: Align::Centroid,
+            smoothing_px: None,
         }
     }
 }
@@ -146,26 +149,36 @@ impl Calibration {
         let sum = capture.views.sum(Side::All);
         let sum = sum.ok_or_else(|| CalibrationError::File("a capture without views".into()))?;
         let reference = channel(&sum, camera.reference_channel());
-        let centroids = match settings.align {
-            Align::Texture => None,
-            Align::Centroid => {
-                let made = Reference::new(&reference, settings.degree);
-                Some(made.map_err(|error| CalibrationError::Reference { error })?)
-            }
-        };
-        let mut fields = Vec::new();
+        let mut matched = Vec::new();
         for (index, view) in capture.views.images().iter().enumerate() {
             let subpixel = capture.views.partition().name(index);
             for (c, name) in camera.channels.iter().enumerate() {
-                let plane = channel(view, c);
-                let of = Fitted {
-                    reference: &reference,
-                    centroids: centroids.as_ref(),
+                matched.push(Matched::new(
+                    &reference,
+                    channel(view, c),
+                    &subpixel,
+                    name,
                     settings,
-                };
-                fields.push(of.field(&plane, &subpixel, name)?);
+                )?);
             }
         }
+        let centroids = match settings.align {
+            Align::Texture => None,
+            Align::Centroid => {
+                let green = matched.iter().skip(camera.reference_channel());
+                let views: Vec<_> = (green.step_by(camera.channels.len()))
+                    .map(|m| (&m.view, &m.fit.field))
+                    .collect();
+                let made = match settings.smoothing_px {
+                    None => Reference::of_views(&reference, settings.degree, &views),
+                    Some(px) => Reference::new(&reference, settings.degree, px),
+                };
+                Some(made.map_err(|error| CalibrationError::Reference { error })?)
+            }
+        };
+        let fields = (matched.iter())
+            .map(|m| m.field(centroids.as_ref()))
+            .collect::<Result<_, _>>()?;
         Ok(Self {
             format: FORMAT.to_owned(),
             version: VERSION,
@@ -224,66 +237,73 @@ impl Calibration {
     }
 }
 
-/// What one field is fitted with.
-struct Fitted<'a> {
-    reference: &'a Image,
-    centroids: Option<&'a Reference>,
-    settings: &'a CalibrationSettings,
+/// A view's channel, matched.
+struct Matched {
+    view: Image,
+    subpixel: String,
+    channel: String,
+    fit: FieldFit,
+    valid_share: f64,
 }
 
-impl Fitted<'_> {
-    fn field(
-        &self,
-        view: &Image,
+impl Matched {
+    fn new(
+        reference: &Image,
+        view: Image,
         subpixel: &str,
         channel: &str,
-    ) -> Result<CalibratedField, CalibrationError> {
-        let (view_name, channel_name) = (subpixel.to_owned(), channel.to_owned());
-        let settings = self.settings;
-        let found = match match_images(self.reference, view, &settings.matching) {
+        settings: &CalibrationSettings,
+    ) -> Result<Self, CalibrationError> {
+        let (subpixel, channel) = (subpixel.to_owned(), channel.to_owned());
+        let found = match match_images(reference, &view, &settings.matching) {
             Ok(found) => found,
             Err(error) => {
+                let view = subpixel;
                 return Err(CalibrationError::Match {
-                    view: view_name,
-                    channel: channel_name,
+                    view,
+                    channel,
                     error,
                 });
             }
         };
         let observations = found.observations();
-        let fit = SmoothField::fit(&observations, settings.degree, Loss::Tukey);
-        let fit = fit.and_then(|matched| {
-            Ok(match self.centroids {
-                None => (
-                    matched.field.clone(),
-                    matched.rms_px,
-                    matched.rejected_share(),
-                ),
-                Some(reference) => {
-                    let fit = reference.fit(view, &matched.field)?;
-                    (fit.field, fit.rms_px, fit.rejected_share)
-                }
-            })
-        });
-        let (field, residual_rms_px, rejected_share) = match fit {
-            Ok(fit) => fit,
-            Err(error) => {
-                return Err(CalibrationError::Field {
-                    view: view_name,
-                    channel: channel_name,
-                    error,
-                });
-            }
+        match SmoothField::fit(&observations, settings.degree, Loss::Tukey) {
+            Ok(fit) => Ok(Self {
+                view,
+                subpixel,
+                channel,
+                fit,
+                valid_share: observations.len() as f64 / found.grid.len() as f64,
+            }),
+            Err(error) => Err(CalibrationError::Field {
+                view: subpixel,
+                channel,
+                error,
+            }),
+        }
+    }
+
+    /// The field of the texture, or of the centroids.
+    fn field(&self, centroids: Option<&Reference>) -> Result<CalibratedField, CalibrationError> {
+        let fit = centroids.map(|reference| reference.fit(&self.view, &self.fit.field));
+        let fit = fit.transpose().map_err(|error| CalibrationError::Field {
+            view: self.subpixel.clone(),
+            channel: self.channel.clone(),
+            error,
+        })?;
+        let (field, residual_rms_px, rejected_share) = match &fit {
+            None => (&self.fit.field, self.fit.rms_px, self.fit.rejected_share()),
+            Some(fit) => (&fit.field, fit.rms_px, fit.rejected_share),
         };
         Ok(CalibratedField {
-            subpixel: view_name,
-            channel: channel_name,
+            subpixel: self.subpixel.clone(),
+            channel: self.channel.clone(),
             centre_px: field.centre_px(),
             half_span_px: field.half_span_px(),
             coefficients_px: field.coefficients().clone(),
             residual_rms_px,
             rejected_share,
-            valid_share: observations.len() as f64 / found.grid.len() as f64,
+            valid_share: self.valid_share,
         })
     }
 }

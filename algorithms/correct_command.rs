@@ -48,6 +48,9 @@ pub struct CorrectArgs {
     /// What to line up: the centroids of the spots (what depth needs), or the chart's texture as block matching does.
     #[arg(long, value_enum, default_value_t = Align::Centroid)]
     align: Align,
+    /// Smoothing before centroids are fitted (σ, px, 1.5 or more); absent: what the views ask for.
+    #[arg(long)]
+    smoothing: Option<f64>,
     /// Kind of the pictures; a PNG of a view is full at the mosaic's white, one of the sum at that times the views.
     #[arg(long, value_enum, default_value_t = PictureFormat::Exr)]
     format: PictureFormat,
@@ -79,6 +82,7 @@ fn calibrate(args: &CorrectArgs, chart: &Path) -> Result<(), CommandError> {
         },
         degree: args.degree,
         align: args.align,
+        smoothing_px: smoothing(args.smoothing)?,
     };
     progress.stage("matching every view and channel against the sum");
     let calibration = calibration_of(&capture, chart, &settings)?;
@@ -124,6 +128,16 @@ fn apply(args: &CorrectArgs, calibration_path: &Path, path: &Path) -> Result<(),
     }
     scores.print(args.json, &names, pictures.clipped);
     Ok(())
+}
+
+/// Checks --smoothing.
+pub(crate) fn smoothing(px: Option<f64>) -> Result<Option<f64>, CommandError> {
+    match px {
+        Some(px) if !(px.is_finite() && px > 0.0) => Err(CommandError::input(format!(
+            "--smoothing {px}: allowed is a positive number of px"
+        ))),
+        px => Ok(px),
+    }
 }
 
 /// Reads a calibration file.

@@ -8,7 +8,7 @@ use quadpixel::file;
 use crate::calibration::{Align, CalibrationSettings};
 use crate::capture::{Capture, Given};
 use crate::correct::BeforeAfter;
-use crate::correct_command::{calibration_of, corrected};
+use crate::correct_command::{calibration_of, corrected, smoothing};
 use crate::disparity::MatchSettings;
 use crate::metrics::sharpness::SharpnessSettings;
 use crate::progress::Progress;
@@ -35,6 +35,9 @@ pub struct TableArgs {
     /// What to line up: the chart's texture by block matching, as the paper does, or the centroids of the spots.
     #[arg(long, value_enum, default_value_t = Align::Texture)]
     align: Align,
+    /// Smoothing before centroids are fitted (σ, px, 1.5 or more); absent: what the views ask for.
+    #[arg(long)]
+    smoothing: Option<f64>,
     /// Prints one JSON object on stdout instead of the table.
     #[arg(long)]
     json: bool,
@@ -57,6 +60,7 @@ pub fn run(args: &TableArgs) -> Result<(), CommandError> {
         },
         degree: args.degree,
         align: args.align,
+        smoothing_px: smoothing(args.smoothing)?,
     };
     let folder = args.list.parent().unwrap_or(Path::new(""));
     let progress = Progress::stderr();

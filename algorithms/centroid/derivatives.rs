@@ -12,45 +12,14 @@ pub(super) const REACH_PX: usize = 3;
 /// Below this the differences are no derivatives: at the frequency 1/σ the first is short by (1/σ)⁶/140, 0.06 % here.
 pub(super) const SMALLEST_SIGMA_PX: f64 = 1.5;
 
-const STENCILS: [[f64; 7]; ORDER + 1] = [
-    [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
-    [
-        -1.0 / 60.0,
-        9.0 / 60.0,
-        -45.0 / 60.0,
-        0.0,
-        45.0 / 60.0,
-        -9.0 / 60.0,
-        1.0 / 60.0,
-    ],
-    [
-        2.0 / 180.0,
-        -27.0 / 180.0,
-        270.0 / 180.0,
-        -490.0 / 180.0,
-        270.0 / 180.0,
-        -27.0 / 180.0,
-        2.0 / 180.0,
-    ],
-    [
-        1.0 / 8.0,
-        -1.0,
-        13.0 / 8.0,
-        0.0,
-        -13.0 / 8.0,
-        1.0,
-        -1.0 / 8.0,
-    ],
-    [
-        -1.0 / 6.0,
-        12.0 / 6.0,
-        -39.0 / 6.0,
-        56.0 / 6.0,
-        -39.0 / 6.0,
-        12.0 / 6.0,
-        -1.0 / 6.0,
-    ],
-    [-0.5, 2.0, -2.5, 0.0, 2.5, -2.0, 0.5],
+/// Weights of the seven pixels, and what they are divided by.
+const STENCILS: [([f64; 7], f64); ORDER + 1] = [
+    ([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 1.0),
+    ([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0], 60.0),
+    ([2.0, -27.0, 270.0, -490.0, 270.0, -27.0, 2.0], 180.0),
+    ([1.0, -8.0, 13.0, 0.0, -13.0, 8.0, -1.0], 8.0),
+    ([-1.0, 12.0, -39.0, 56.0, -39.0, 12.0, -1.0], 6.0),
+    ([-1.0, 4.0, -5.0, 0.0, 5.0, -4.0, 1.0], 2.0),
 ];
 
 /// Gaussian weights of the sum 1 from −⌈3σ⌉ to ⌈3σ⌉. Cut off or not does not matter: it is the same filter for all pictures.
@@ -105,11 +74,6 @@ impl Smoothed {
         Self { width, values }
     }
 
-    /// The value at column `x` and row `y`.
-    pub fn at(&self, [x, y]: [usize; 2]) -> f64 {
-        self.values[y * self.width + x]
-    }
-
     /// The value between pixels, by Taylor's series about the nearest one, which is at least [`REACH_PX`] from the border.
     pub fn between(&self, [x, y]: [f64; 2]) -> f64 {
         let (column, row) = (x.round(), y.round());
@@ -129,16 +93,21 @@ impl Smoothed {
         let side = 2 * REACH_PX + 1;
         let corner = (y - REACH_PX) * self.width + x - REACH_PX;
         let mut rows = [[0.0; 7]; ORDER + 1];
-        for (stencil, sums) in STENCILS.iter().zip(&mut rows) {
+        let difference = |values: &[f64], order: usize| -> f64 {
+            let (weights, divisor) = &STENCILS[order];
+            let sum: f64 = values.iter().zip(weights).map(|(v, w)| v * w).sum();
+            sum / divisor
+        };
+        for (order, sums) in rows.iter_mut().enumerate() {
             for (r, sum) in sums.iter_mut().enumerate() {
                 let row = &self.values[corner + r * self.width..][..side];
-                *sum = row.iter().zip(stencil).map(|(v, s)| v * s).sum();
+                *sum = difference(row, order);
             }
         }
         let mut out = [0.0; DERIVATIVES];
         let orders = (0..=ORDER).flat_map(|k| (0..=k).map(move |j| (k - j, j)));
         for (value, (i, j)) in out.iter_mut().zip(orders) {
-            *value = rows[i].iter().zip(&STENCILS[j]).map(|(v, s)| v * s).sum();
+            *value = difference(&rows[i], j);
         }
         out
     }
@@ -197,9 +166,9 @@ mod tests {
         let smoothed = Smoothed::new(values, 64, &Gaussian::new(sigma));
         let wanted = (-0.5 * (omega * sigma).powi(2)).exp() * (omega * 32.0).cos();
         // Cut at 3σ: 0.3 % of the weight is missing and was spread over the rest.
-        assert!((smoothed.at([32, 32]) - wanted).abs() < 5e-3);
+        assert!((smoothed.between([32.0, 32.0]) - wanted).abs() < 5e-3);
         // Between pixels the smoothed wave goes on as a wave.
-        let factor = smoothed.at([32, 32]) / (omega * 32.0).cos();
+        let factor = smoothed.between([32.0, 32.0]) / (omega * 32.0).cos();
         let between = factor * (omega * 31.6).cos();
         assert!((smoothed.between([31.6, 20.3]) - between).abs() < 1e-5);
     }

@@ -15,8 +15,8 @@
 //! points, so that d is a sum of small steps. (By its own series: Lanczos' kernel does not keep straight lines straight, and moves
 //! what is smooth by up to 0.008 px.)
 //!
-//! σ costs noise and border (3σ and 3 px on each side are not used); it is [`SIGMA_PER_SCALE`] times the texture's own scale
-//! √(Σ|∇a|²/Σ(∇²a)²), which blur makes coarser: the wider the spots, the longer σ.
+//! σ costs noise and border (3σ and 3 px on each side are not used), but wide spots need it: where the series is too short for them,
+//! what the fit leaves over falls as σ grows. [`Reference::of_views`] takes the smallest σ that leaves about as little as any.
 
 mod derivatives;
 
@@ -25,12 +25,12 @@ use quadpixel::image::Image;
 use crate::field::{FieldError, SmoothField, cholesky};
 use derivatives::{DERIVATIVES, Gaussian, REACH_PX, SMALLEST_SIGMA_PX, Smoothed};
 
-/// σ over the texture's scale.
-pub const SIGMA_PER_SCALE: f64 = 2.5;
-/// Smoothing before the scale is measured, so that noise does not count as texture, px.
-const SCALE_SIGMA_PX: f64 = 1.5;
-/// σ is at most this share of the shorter side: four fifths of it remain inside the borders.
+/// σ that are tried: each is this many times the one before, from the smallest for which differences are derivatives
+const LADDER: f64 = std::f64::consts::SQRT_2;
+/// to this share of the shorter side, so that three quarters of it remain inside the borders.
 const LARGEST_SHARE: f64 = 1.0 / 24.0;
+/// About as little: this many times the least.
+const ENOUGH: f64 = 1.3;
 /// Samples are taken this many σ apart: closer ones tell the same.
 const SPACING: f64 = 1.0 / 1.5;
 /// More samples than this make nothing better.
@@ -72,17 +72,47 @@ pub struct CentroidFit {
 }
 
 impl Reference {
-    /// Prepares single-channel `image` for fields of `degree`.
-    pub fn new(image: &Image, degree: usize) -> Result<Self, FieldError> {
+    /// Prepares single-channel `image` for fields of `degree` with the σ that its views ask for, given with the fields to start
+    /// from.
+    pub fn of_views(
+        image: &Image,
+        degree: usize,
+        views: &[(&Image, &SmoothField)],
+    ) -> Result<Self, FieldError> {
+        let largest = image.width().min(image.height()) as f64 * LARGEST_SHARE;
+        let mut tried: Vec<(Self, f64)> = Vec::new();
+        let mut sigma_px = SMALLEST_SIGMA_PX;
+        loop {
+            let reference = Self::new(image, degree, sigma_px)?;
+            match reference.left_over(views) {
+                Ok(left) => tried.push((reference, left)),
+                Err(error) if tried.is_empty() => return Err(error),
+                // A wider one left too few samples.
+                Err(_) => break,
+            }
+            sigma_px *= LADDER;
+            if sigma_px > largest {
+                break;
+            }
+        }
+        let least = tried.iter().map(|t| t.1).fold(f64::INFINITY, f64::min);
+        let chosen = tried.into_iter().find(|t| t.1 <= ENOUGH * least);
+        chosen.map(|t| t.0).ok_or(FieldError::Singular(degree))
+    }
+
+    /// Root mean square over `views` of what their fits leave over, px.
+    fn left_over(&self, views: &[(&Image, &SmoothField)]) -> Result<f64, FieldError> {
+        let mut squares = 0.0;
+        for (view, start) in views {
+            squares += self.fit(view, start)?.rms_px.powi(2);
+        }
+        Ok((squares / views.len().max(1) as f64).sqrt())
+    }
+
+    /// Prepares single-channel `image` for fields of `degree` with `sigma_px` (raised to 1.5 px).
+    pub fn new(image: &Image, degree: usize, sigma_px: f64) -> Result<Self, FieldError> {
         let size = (image.width(), image.height());
-        let few = FieldError::TooFew {
-            found: 0,
-            needed: SmoothField::terms(degree),
-            degree,
-        };
-        let largest = (size.0.min(size.1) as f64 * LARGEST_SHARE).max(SMALLEST_SIGMA_PX);
-        let scale = texture_scale(image).ok_or(few)?;
-        let sigma_px = (SIGMA_PER_SCALE * scale).clamp(SMALLEST_SIGMA_PX, largest);
+        let sigma_px = sigma_px.max(SMALLEST_SIGMA_PX);
         let gaussian = Gaussian::new(sigma_px);
         let margin = gaussian.radius_px() + REACH_PX;
         let inner = [size.0, size.1].map(|s| s.saturating_sub(2 * margin));
@@ -183,24 +213,6 @@ struct Observed<'a> {
     sample: &'a Sample,
     value: f64,
     shift: [f64; 2],
-}
-
-/// √(Σ|∇a|²/Σ(∇²a)²) of the lightly smoothed picture, px; `None` where it is flat or too small.
-fn texture_scale(image: &Image) -> Option<f64> {
-    let gaussian = Gaussian::new(SCALE_SIGMA_PX);
-    let smoothed = Smoothed::new(values(image), image.width(), &gaussian);
-    let margin = gaussian.radius_px() + 1;
-    let (mut slopes, mut bends) = (0.0, 0.0);
-    for y in margin..image.height().saturating_sub(margin) {
-        for x in margin..image.width().saturating_sub(margin) {
-            let [left, right, up, down] =
-                [[x - 1, y], [x + 1, y], [x, y - 1], [x, y + 1]].map(|at| smoothed.at(at));
-            slopes += 0.25 * ((right - left).powi(2) + (down - up).powi(2));
-            bends += (left + right + up + down - 4.0 * smoothed.at([x, y])).powi(2);
-        }
-    }
-    let scale = (slopes / bends).sqrt();
-    (scale.is_finite() && scale > 0.0).then_some(scale)
 }
 
 fn values(image: &Image) -> Vec<f64> {
