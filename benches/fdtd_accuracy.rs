@@ -42,15 +42,26 @@ fn bloch(theta_deg: f64, phi_deg: f64) -> [f64; 2] {
 
 /// The paper's layers under a flat lens, without trenches.
 fn flat(names: &[String]) {
-    let mut stack = PixelStack::paper(0.4, 1e3, 0.001, 0.75);
-    stack.lens.height_um = 0.001;
+    // Lens and planarization are of one resin: together 0.5 um.
+    let mut stack = PixelStack::paper(0.4, 1e3, 0.25, 0.75);
+    stack.layers[0].thickness_um = 0.5 - stack.mean_lens_height_um();
     stack.trench_um = 0.0;
     let exact = FlatStack::of_pixel(&stack, 550.0).unwrap();
     println!("mesh theta pol  dR dA_si dT dElse  R_exact A_exact balance steps");
     for name in names {
         for theta in [0.0, 20.0, 40.0, 60.0, 70.0] {
-            let run = solve(&stack, &[550.0], bloch(theta, 0.0), &settings(name), &|_| ()).unwrap();
-            for (pol, powers) in [(Polarization::S, &run.answers[0].s), (Polarization::P, &run.answers[0].p)] {
+            let run = solve(
+                &stack,
+                &[550.0],
+                bloch(theta, 0.0),
+                &settings(name),
+                &|_| (),
+            )
+            .unwrap();
+            for (pol, powers) in [
+                (Polarization::S, &run.answers[0].s),
+                (Polarization::P, &run.answers[0].p),
+            ] {
                 let e = exact.solve(550.0, theta.to_radians().sin(), pol).unwrap();
                 let n = e.entering.len();
                 let (si, t) = (e.entering[n - 2] - e.entering[n - 1], e.entering[n - 1]);
@@ -95,23 +106,33 @@ fn curve(pixel: &str, name: &str, only: Option<&str>) {
             include_str!("../tests/response/reference/pitch3.5_roc2.475_h2.475_filter1.0.csv"),
         ),
     };
-    let wanted: Option<Vec<f64>> =
-        only.map(|o| o.split(',').map(|x| x.parse().unwrap()).collect());
-    println!("{pixel} {name}: theta pol left right (error in % of the strong half) R balance flux-volume");
+    let wanted: Option<Vec<f64>> = only.map(|o| o.split(',').map(|x| x.parse().unwrap()).collect());
+    println!(
+        "{pixel} {name}: theta pol left right (error in % of the strong half) R balance flux-volume"
+    );
     let (mut worst, mut squares, mut count, mut seconds) = (0.0f64, 0.0, 0.0, 0.0);
-    for line in csv.lines().filter(|l| l.starts_with(|c: char| c.is_ascii_digit())) {
+    for line in csv
+        .lines()
+        .filter(|l| l.starts_with(|c: char| c.is_ascii_digit()))
+    {
         let n: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
         if wanted.as_ref().is_some_and(|w| !w.contains(&n[0])) {
             continue;
         }
         let run = solve(&stack, &[550.0], bloch(n[0], 0.0), &settings(name), &|_| ()).unwrap();
-        let halves = |p: &FdtdPowers| [p.absorbed[1] + p.absorbed[3], p.absorbed[0] + p.absorbed[2]];
+        let halves =
+            |p: &FdtdPowers| [p.absorbed[1] + p.absorbed[3], p.absorbed[0] + p.absorbed[2]];
         let a = &run.answers[0];
         for (pol, powers, at) in [("s", &a.s, 1), ("p", &a.p, 3)] {
             let h = halves(powers);
             let strong = n[at].max(n[at + 1]);
             let e = [h[0] - n[at], h[1] - n[at + 1]].map(|e| 100.0 * e / strong);
-            let flux = powers.absorbed.iter().zip(&powers.absorbed_by_flux).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let flux = powers
+                .absorbed
+                .iter()
+                .zip(&powers.absorbed_by_flux)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max);
             println!(
                 "{:5.1} {pol} {:.5} {:.5} ({:+.2} {:+.2}) {:.4} {:.4} {flux:.1e}",
                 n[0], h[0], h[1], e[0], e[1], powers.reflected, powers.balance
@@ -130,18 +151,30 @@ fn curve(pixel: &str, name: &str, only: Option<&str>) {
             run.residual,
             run.seconds,
             run.memory_bytes as f64 / 1e6,
-            run.cells.iter().product::<usize>() as f64 * run.sets as f64 * run.steps as f64 / run.seconds / 1e6,
+            run.cells.iter().product::<usize>() as f64 * run.sets as f64 * run.steps as f64
+                / run.seconds
+                / 1e6,
             run.warnings()
         );
     }
-    println!("{pixel} {name}: worst {worst:.2} %, rms {:.2} %, {seconds:.0} s", f64::sqrt(squares / count));
+    println!(
+        "{pixel} {name}: worst {worst:.2} %, rms {:.2} %, {seconds:.0} s",
+        f64::sqrt(squares / count)
+    );
 }
 
 fn main() {
-    let words: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
+    let words: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|a| a != "--bench")
+        .collect();
     let word = |i: usize| words.get(i).map(String::as_str);
     match word(0) {
-        Some("curve") => curve(word(1).unwrap_or("1.6"), word(2).unwrap_or("draft"), word(3)),
+        Some("curve") => curve(
+            word(1).unwrap_or("1.6"),
+            word(2).unwrap_or("draft"),
+            word(3),
+        ),
         Some("flat") if words.len() > 1 => flat(&words[1..]),
         _ => flat(&["draft", "standard", "reference"].map(String::from)),
     }
