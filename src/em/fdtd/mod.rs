@@ -9,6 +9,7 @@ mod dispersion;
 mod error;
 mod grid;
 mod incident;
+mod kernel;
 mod layout;
 mod medium;
 mod member;
@@ -25,6 +26,7 @@ mod sides;
 mod simulation;
 mod source;
 mod state;
+mod sweep;
 
 pub use coefficients::stable_step_um;
 pub use cpml::CpmlSettings;

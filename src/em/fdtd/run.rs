@@ -448,7 +448,7 @@ impl<'a> Run<'a> {
         let until = self.sim.time_um() + by_um;
         let dt = self.matter.dt_um;
         while self.sim.time_um() < until {
-            self.sim.advance_plain(self.every);
+            self.sim.advance(self.every);
             let t = self.sim.time_um();
             for (numerics, by_member) in self.matter.numerics.iter().zip(&mut self.phasors) {
                 let turn = C::from_polar(self.every as f64 * dt, numerics.omega * t);

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use super::coefficients::{Coefficients, MediumStep};
 use super::error::within;
 use super::layout::Layout;
-use super::plain;
 use super::state::{Component, Part, State, set_bytes};
-use super::{CpmlSettings, FdtdError, MaterialMap, Member, Source, YeeGrid};
+use super::{CpmlSettings, FdtdError, MaterialMap, Member, Source, YeeGrid, plain, sweep};
+use crate::simd::SimdLevel;
 
 /// What the members share.
 pub(super) struct Shared {
@@ -128,6 +128,20 @@ impl Simulation {
         let layout = Self::layout(grid, members)?;
         let set = set_bytes(&layout, grid.nz(), cpml.below + cpml.above, [polar, poles]);
         Ok(set * members.iter().map(Member::sets).sum::<usize>())
+    }
+
+    /// Steps forward in time.
+    pub fn advance(&mut self, steps: usize) {
+        self.advance_at(steps, SimdLevel::detect());
+    }
+
+    /// As [`Self::advance`], with instructions up to `level`; they change the speed only.
+    pub fn advance_at(&mut self, steps: usize, level: SimdLevel) {
+        let currents = self.currents(steps);
+        for member in &mut self.members {
+            sweep::advance(&self.shared, member, &currents, level);
+        }
+        self.steps += steps as u64;
     }
 
     /// Steps forward in time with the plain stepper.

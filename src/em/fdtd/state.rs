@@ -138,8 +138,8 @@ pub(super) struct State {
     pub sides: [Side; 2],
     pub sets: Vec<Set>,
     pub sheet: Sheet,
-    /// Two rows for the sums over poles.
-    pub scratch: [Aligned; 2],
+    /// A row for the sum over poles.
+    pub scratch: Aligned,
 }
 
 impl State {
@@ -157,7 +157,7 @@ impl State {
                 .map(|_| Set::new(layout, nz, absorbing, coefficients.polar))
                 .collect(),
             sheet: Sheet::new(&member, layout),
-            scratch: [Aligned::zeros(layout.width), Aligned::zeros(layout.width)],
+            scratch: Aligned::zeros(layout.width),
         }
     }
 }
