@@ -1,7 +1,9 @@
 //! The pixel as matter: its layers, their materials, and light in them.
 
 mod builtin;
+pub mod fdtd;
 mod material;
+pub mod multilayer;
 mod stack;
 pub mod wave;
 

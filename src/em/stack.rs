@@ -137,6 +137,8 @@ pub(crate) struct Indices {
     pub layers: Vec<Complex64>,
     pub trench: Complex64,
     pub silicon: Complex64,
+    /// Of the walls; silicon's where there are none.
+    pub metal: Complex64,
 }
 
 impl PixelStack {
@@ -261,6 +263,7 @@ impl PixelStack {
     /// Indices of lens, layers, trenches and silicon. Fails where a material does not know the wavelength.
     pub(crate) fn indices(&self, wavelength_nm: f64) -> Result<Indices, StackError> {
         let layers = self.layers.iter();
+        let metal = self.metal.as_ref().map_or(&self.silicon, |m| &m.material);
         Ok(Indices {
             lens: self.lens.material.index(wavelength_nm)?,
             layers: layers
@@ -268,6 +271,7 @@ impl PixelStack {
                 .collect::<Result<_, _>>()?,
             trench: self.trench.index(wavelength_nm)?,
             silicon: self.silicon.index(wavelength_nm)?,
+            metal: metal.index(wavelength_nm)?,
         })
     }
 }

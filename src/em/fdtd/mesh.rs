@@ -1,0 +1,242 @@
+//! The grid of a pixel: z = 0 is the silicon's surface, x and y run from −pitch/2 (to 0 where a mirror halves the cell).
+//!
+//! Each flat layer is divided evenly into grid layers of the same optical thickness, so interfaces lie on planes of tangential E and
+//! reflect what they should; silicon is fine and air coarse. Between the lens's corner and its apex, and in the air above, the step is the
+//! resin's: a step that changes within one medium reflects.
+
+use std::ops::Range;
+
+use super::error::within;
+use super::{CpmlSettings, FdtdError, FdtdSettings, YeeGrid};
+use crate::em::PixelStack;
+
+/// Layers thinner than this are left out: less than a thousandth of a wavelength.
+const THINNEST_UM: f64 = 5e-4;
+/// A lens whose sag is less than this part of a step is flat, at its mean height.
+const FLAT: f64 = 0.2;
+
+/// What fills a slab of the cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Filling {
+    /// Silicon and trenches.
+    Silicon,
+    /// Flat layer of this number, with its walls if it has any.
+    Layer(usize),
+    /// The lens's material below its corners.
+    Pedestal,
+    /// Lens below, air above its surface.
+    Lens,
+    Air,
+}
+
+/// Grid layers `cells` filled alike and equally thick.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Slab {
+    pub filling: Filling,
+    pub cells: Range<usize>,
+}
+
+/// The grid, what fills it, and the planes at which powers are taken.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Mesh {
+    pub grid: YeeGrid,
+    pub slabs: Vec<Slab>,
+    /// Which axes hold only the half from −pitch/2 to 0.
+    pub mirrors: [bool; 2],
+    /// Plane at the bottom of the counted silicon.
+    pub bottom: usize,
+    /// Plane of the silicon's surface.
+    pub surface: usize,
+    /// Plane between lens and source.
+    pub inlet: usize,
+    /// Plane of the source.
+    pub source: usize,
+    /// Plane above the source.
+    pub outlet: usize,
+    pub cpml: CpmlSettings,
+}
+
+impl Mesh {
+    /// The mesh for the shortest of the wavelengths. `mirrors`: which axes are halved.
+    pub fn new(
+        stack: &PixelStack,
+        wavelengths_nm: &[f64],
+        mirrors: [bool; 2],
+        settings: &FdtdSettings,
+    ) -> Result<Self, FdtdError> {
+        let shortest = wavelengths_nm.iter().copied().fold(f64::INFINITY, f64::min);
+        within("wavelength_nm", shortest, 100.0, 10_000.0)?;
+        let n = stack.indices(shortest)?;
+        let step = |n: f64| shortest * 1e-3 / (n.max(1.0) * settings.cells_per_wavelength);
+        let ends = settings.absorbing_layers;
+
+        let silicon = step(n.silicon.re);
+        let counted = (stack.silicon_um / silicon).ceil().max(4.0) as usize;
+        let dz = stack.silicon_um / counted as f64;
+        let mut build = Builder::new(-stack.silicon_um - (ends + 2) as f64 * dz);
+        build.even(Filling::Silicon, ends + 2, dz);
+        let bottom = build.planes();
+        build.even(Filling::Silicon, counted, dz);
+        // The silicon's surface is at exactly 0, whatever the sums.
+        build.snap(0.0);
+        let surface = build.planes();
+        for (i, layer) in stack.layers.iter().enumerate().rev() {
+            build.slab(Filling::Layer(i), layer.thickness_um, step(n.layers[i].re));
+        }
+        let resin = step(n.lens.re);
+        let sag = stack.sag_um();
+        let air = if sag < FLAT * resin {
+            build.slab(Filling::Pedestal, stack.mean_lens_height_um(), resin);
+            step(1.0)
+        } else {
+            let pedestal = stack.lens.height_um - sag;
+            build.slab(Filling::Pedestal, pedestal, resin);
+            let cells = (sag / resin).round().max(1.0);
+            build.even(Filling::Lens, cells as usize, sag / cells);
+            sag / cells
+        };
+        let apex = build.planes();
+        build.even(Filling::Air, 10 + ends, air);
+
+        let parts = [stack.subpixels.m(), stack.subpixels.n()];
+        let [nx, ny] = [0, 1].map(|a| cells_across(stack.pitch_um, parts[a], settings.lateral_nm));
+        let halved = |n: usize, mirror| if mirror { n / 2 } else { n };
+        let grid = YeeGrid::new(
+            halved(nx, mirrors[0]),
+            halved(ny, mirrors[1]),
+            stack.pitch_um / nx as f64,
+            stack.pitch_um / ny as f64,
+            build.z_um,
+        )?;
+        let index = [n.silicon.re, 1.0];
+        Ok(Self {
+            grid,
+            slabs: build.slabs,
+            mirrors,
+            bottom,
+            surface,
+            inlet: apex + 3,
+            source: apex + 6,
+            outlet: apex + 8,
+            cpml: CpmlSettings::new(ends, ends, index),
+        })
+    }
+
+    /// Height of the lens's apex in µm: where the air begins.
+    pub fn lens_apex_um(&self) -> f64 {
+        let air = self.slabs.last().map_or(0, |s| s.cells.start);
+        self.grid.z_um()[air]
+    }
+
+    /// Thickness of a slab's layers in µm.
+    pub fn step_um(&self, slab: &Slab) -> f64 {
+        self.grid.thickness_um(slab.cells.start)
+    }
+
+    /// Place of E node (i, ...) along an axis, in the pixel's frame; `half` for nodes between the integer ones.
+    pub fn across_um(&self, axis: usize, i: usize, half: bool) -> f64 {
+        let (n, d) = match axis {
+            0 => (self.grid.nx(), self.grid.dx_um()),
+            _ => (self.grid.ny(), self.grid.dy_um()),
+        };
+        let whole = if self.mirrors[axis] { 2 * n } else { n };
+        (i as f64 + if half { 0.5 } else { 0.0 } - 0.5 * whole as f64) * d
+    }
+}
+
+/// Even, and divisible by the parts, so that trenches' centres lie on nodes.
+fn cells_across(pitch_um: f64, parts: usize, lateral_nm: f64) -> usize {
+    let unit = if parts.is_multiple_of(2) {
+        parts
+    } else {
+        2 * parts
+    };
+    ((pitch_um / (lateral_nm * 1e-3) - 1e-9).ceil() as usize)
+        .max(8)
+        .next_multiple_of(unit)
+}
+
+/// Slabs from the bottom up.
+struct Builder {
+    z_um: Vec<f64>,
+    slabs: Vec<Slab>,
+}
+
+impl Builder {
+    fn new(bottom_um: f64) -> Self {
+        Self {
+            z_um: vec![bottom_um],
+            slabs: Vec::new(),
+        }
+    }
+
+    /// Number of the uppermost plane.
+    fn planes(&self) -> usize {
+        self.z_um.len() - 1
+    }
+
+    fn top(&self) -> f64 {
+        self.z_um[self.planes()]
+    }
+
+    fn snap(&mut self, z_um: f64) {
+        let top = self.planes();
+        self.z_um[top] = z_um;
+    }
+
+    fn slab(&mut self, filling: Filling, thickness_um: f64, step_um: f64) {
+        if thickness_um >= THINNEST_UM {
+            let cells = (thickness_um / step_um).round().max(1.0);
+            self.even(filling, cells as usize, thickness_um / cells);
+        }
+    }
+
+    fn even(&mut self, filling: Filling, cells: usize, step_um: f64) {
+        let (start, below) = (self.planes(), self.top());
+        for i in 1..=cells {
+            self.z_um.push(below + i as f64 * step_um);
+        }
+        let cells = start..start + cells;
+        self.slabs.push(Slab { filling, cells });
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+
+    #[test]
+    fn interfaces_lie_on_planes_and_steps_are_of_equal_optical_thickness() {
+        let stack = PixelStack::builtin("1.6um").unwrap();
+        let settings = FdtdSettings::standard();
+        let m = Mesh::new(&stack, &[550.0], [false, true], &settings).unwrap();
+        let z = m.grid.z_um();
+        let near = |h: f64| z.iter().any(|z| (z - h).abs() < 1e-12);
+        for h in [-4.0, 0.0, 0.65, 1.4, 1.9, 1.9 + stack.lens.height_um] {
+            assert!(near(h), "{h}");
+        }
+        assert_eq!((z[m.bottom] + 4.0).abs() < 1e-12, z[m.surface] == 0.0);
+        let oxide = m.grid.thickness_um(m.surface) * 1.46;
+        let silicon = m.grid.thickness_um(m.surface - 1) * 4.077;
+        assert!((oxide / silicon - 1.0).abs() < 0.05);
+        assert_eq!(m.grid.nx(), 2 * m.grid.ny());
+        assert!((m.across_um(0, m.grid.nx() / 2, false)).abs() < 1e-12);
+        assert!((m.across_um(1, m.grid.ny(), false)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn layers_of_no_thickness_are_left_out() {
+        let mut stack = PixelStack::builtin("1.6um").unwrap();
+        for layer in &mut stack.layers {
+            layer.thickness_um = 0.0;
+        }
+        let m = Mesh::new(&stack, &[550.0], [true, true], &FdtdSettings::draft()).unwrap();
+        assert!(
+            m.slabs
+                .iter()
+                .all(|s| !matches!(s.filling, Filling::Layer(_)))
+        );
+        assert_eq!(m.grid.nx(), m.grid.ny());
+    }
+}

@@ -1,0 +1,299 @@
+//! Powers from the phasors: fluxes through faces of boxes, and the absorption in them.
+//!
+//! With phasors of E and the grid's own H, the flux ½ Re(E × H*) through a plane of E nodes, H being the mean of both sides, and the
+//! absorption ½ Ω Im ε |E|² of the nodes, those on faces by half, balance to round-off in a steady state: what is left says how far the
+//! run is from it.
+
+use std::ops::Range;
+
+use rustfft::num_complex::Complex64;
+
+use super::Lateral;
+use super::dispersion::Numerics;
+use super::mesh::Mesh;
+use super::phasors::Phasors;
+use super::raster::Raster;
+use crate::sensor::Subpixels;
+
+type C = Complex64;
+
+/// Grid, phasors and sides of one member at one frequency.
+pub(super) struct Fields<'a> {
+    pub mesh: &'a Mesh,
+    pub numerics: &'a Numerics,
+    pub phasors: &'a Phasors,
+    pub sides: [Lateral; 2],
+}
+
+/// A box of cells in x and y, and how often the whole pixel has it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Footprint {
+    pub x: Range<usize>,
+    pub y: Range<usize>,
+    pub times: f64,
+}
+
+impl Footprint {
+    /// All cells of the grid.
+    pub fn whole(mesh: &Mesh) -> Self {
+        let times = mesh.mirrors.map(|m| if m { 2.0 } else { 1.0 });
+        Self {
+            x: 0..mesh.grid.nx(),
+            y: 0..mesh.grid.ny(),
+            times: times[0] * times[1],
+        }
+    }
+
+    /// A photodiode's: from trench centre to trench centre.
+    pub fn of_subpixel(mesh: &Mesh, subpixels: Subpixels, index: usize) -> Self {
+        let (column, row) = subpixels.column_row(index);
+        let along = |n: usize, mirror: bool, parts: usize, at: usize| {
+            let cells = if mirror { 2 * n } else { n };
+            let (start, end) = (at * cells / parts, (at + 1) * cells / parts);
+            if !mirror || end <= n {
+                (start..end, 1.0)
+            } else if start >= n {
+                // Beyond the mirror: its image.
+                (cells - end..cells - start, 1.0)
+            } else {
+                (start..n, 2.0)
+            }
+        };
+        let (x, in_x) = along(mesh.grid.nx(), mesh.mirrors[0], subpixels.m(), column);
+        let (y, in_y) = along(mesh.grid.ny(), mesh.mirrors[1], subpixels.n(), row);
+        Self {
+            x,
+            y,
+            times: in_x * in_y,
+        }
+    }
+}
+
+/// Half weights at the ends of a range of nodes.
+fn edge(i: usize, range: &Range<usize>) -> f64 {
+    if i == range.start || i == range.end {
+        0.5
+    } else {
+        1.0
+    }
+}
+
+/// Where H is taken for a flux through a plane of E.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Side {
+    Above,
+    Both,
+}
+
+impl Fields<'_> {
+    fn over_omega(&self, curl: C) -> C {
+        curl / C::new(0.0, self.numerics.leapfrog_omega())
+    }
+
+    fn hx(&self, i: usize, j: usize, k: usize) -> C {
+        let p = self.phasors;
+        let g = &self.mesh.grid;
+        self.over_omega(
+            (p.e(2, i, j + 1, k) - p.e(2, i, j, k)) / g.dy_um()
+                - (p.e(1, i, j, k + 1) - p.e(1, i, j, k)) / g.thickness_um(k),
+        )
+    }
+
+    fn hy(&self, i: usize, j: usize, k: usize) -> C {
+        let p = self.phasors;
+        let g = &self.mesh.grid;
+        self.over_omega(
+            (p.e(0, i, j, k + 1) - p.e(0, i, j, k)) / g.thickness_um(k)
+                - (p.e(2, i + 1, j, k) - p.e(2, i, j, k)) / g.dx_um(),
+        )
+    }
+
+    fn hz(&self, i: usize, j: usize, k: usize) -> C {
+        let p = self.phasors;
+        let g = &self.mesh.grid;
+        self.over_omega(
+            (p.e(1, i + 1, j, k) - p.e(1, i, j, k)) / g.dx_um()
+                - (p.e(0, i, j + 1, k) - p.e(0, i, j, k)) / g.dy_um(),
+        )
+    }
+
+    /// Tangential H at Ex (Hy) or Ey (Hx) of plane k.
+    pub fn h_on_plane(&self, axis: usize, [i, j, k]: [usize; 3], side: Side) -> C {
+        let at = |k| {
+            if axis == 0 {
+                self.hy(i, j, k)
+            } else {
+                self.hx(i, j, k)
+            }
+        };
+        match side {
+            Side::Above => at(k),
+            Side::Both => 0.5 * (at(k) + at(k - 1)),
+        }
+    }
+
+    /// Flux through plane k, up.
+    pub fn upward(&self, of: &Footprint, k: usize, side: Side) -> f64 {
+        let mut sum = 0.0;
+        for j in of.y.start..=of.y.end {
+            for i in of.x.clone() {
+                let h = self.h_on_plane(0, [i, j, k], side);
+                sum += edge(j, &of.y) * (self.phasors.e(0, i, j, k) * h.conj()).re;
+            }
+        }
+        for j in of.y.clone() {
+            for i in of.x.start..=of.x.end {
+                let h = self.h_on_plane(1, [i, j, k], side);
+                sum -= edge(i, &of.x) * (self.phasors.e(1, i, j, k) * h.conj()).re;
+            }
+        }
+        0.5 * sum * self.mesh.grid.dx_um() * self.mesh.grid.dy_um() * of.times
+    }
+
+    /// Flux through the plane x = node `i` (axis 0) or y = node `i` (axis 1) of a box between the planes `z`, towards larger x or y.
+    fn sideward(&self, axis: usize, i: usize, across: &Range<usize>, z: &Range<usize>) -> f64 {
+        if self.mesh.mirrors[axis] && (i == 0 || i == self.cells(axis)) {
+            return 0.0;
+        }
+        let g = &self.mesh.grid;
+        let step = if axis == 0 { g.dy_um() } else { g.dx_um() };
+        let mut sum = 0.0;
+        for k in z.start..=z.end {
+            let height = self.height(k, z);
+            for j in across.clone() {
+                // E along the face in the plane, with Hz.
+                let (e, sign) = if axis == 0 {
+                    (self.phasors.e(1, i, j, k), 1.0)
+                } else {
+                    (self.phasors.e(0, j, i, k), -1.0)
+                };
+                sum += sign * height * (e * self.h_beside(axis, i, j, k, true).conj()).re;
+            }
+        }
+        for k in z.clone() {
+            let height = g.thickness_um(k);
+            for j in across.start..=across.end {
+                let (e, sign) = if axis == 0 {
+                    (self.phasors.e(2, i, j, k), -1.0)
+                } else {
+                    (self.phasors.e(2, j, i, k), 1.0)
+                };
+                let weight = height * edge(j, across);
+                sum += sign * weight * (e * self.h_beside(axis, i, j, k, false).conj()).re;
+            }
+        }
+        0.5 * sum * step
+    }
+
+    fn cells(&self, axis: usize) -> usize {
+        if axis == 0 {
+            self.mesh.grid.nx()
+        } else {
+            self.mesh.grid.ny()
+        }
+    }
+
+    /// Mean of the H on both sides of node `i` of an axis: Hz, or the one along the other axis.
+    fn h_beside(&self, axis: usize, i: usize, j: usize, k: usize, vertical: bool) -> C {
+        let h = |i: usize| match (axis, vertical) {
+            (0, true) => self.hz(i, j, k),
+            (0, false) => self.hy(i, j, k),
+            (_, true) => self.hz(j, i, k),
+            (_, false) => self.hx(j, i, k),
+        };
+        let n = self.cells(axis);
+        let turn = match self.sides[axis] {
+            Lateral::Bloch { phase_rad } => C::from_polar(1.0, phase_rad),
+            Lateral::Mirror(_) => C::ONE,
+        };
+        let before = if i == 0 {
+            h(n - 1) * turn.conj()
+        } else {
+            h(i - 1)
+        };
+        let after = if i == n { h(0) * turn } else { h(i) };
+        0.5 * (before + after)
+    }
+
+    /// Height that plane k stands for in a box.
+    fn height(&self, k: usize, z: &Range<usize>) -> f64 {
+        let g = &self.mesh.grid;
+        if k == z.start {
+            0.5 * g.thickness_um(k)
+        } else if k == z.end {
+            0.5 * g.thickness_um(k - 1)
+        } else {
+            g.dual_um(k)
+        }
+    }
+
+    /// Power absorbed in the counted silicon of a footprint: (silicon, trenches).
+    pub fn absorbed(&self, of: &Footprint, raster: &Raster, loss: &[f64]) -> (f64, f64) {
+        let g = &self.mesh.grid;
+        let z = self.mesh.bottom..self.mesh.surface;
+        let (mut silicon, mut trench) = (0.0, 0.0);
+        for k in z.start..=z.end {
+            let on_surface = k == z.end;
+            // What the node on the surface absorbs, the matter below it does: the raster knows which part.
+            let tangential = if on_surface {
+                g.dual_um(k)
+            } else {
+                self.height(k, &z)
+            };
+            for axis in 0..3 {
+                if axis == 2 && on_surface {
+                    continue;
+                }
+                let height = if axis == 2 {
+                    g.thickness_um(k)
+                } else {
+                    tangential
+                };
+                let share = if on_surface {
+                    &raster.surface_share[axis]
+                } else {
+                    &raster.silicon_share[axis]
+                };
+                let rows = if axis == 1 {
+                    of.y.start..=of.y.end - 1
+                } else {
+                    of.y.start..=of.y.end
+                };
+                for j in rows {
+                    let columns = if axis == 0 {
+                        of.x.start..=of.x.end - 1
+                    } else {
+                        of.x.start..=of.x.end
+                    };
+                    for i in columns {
+                        let wx = if axis == 0 { 1.0 } else { edge(i, &of.x) };
+                        let wy = if axis == 1 { 1.0 } else { edge(j, &of.y) };
+                        let power = loss[raster.map.at(axis, i, j, k)]
+                            * wx
+                            * wy
+                            * height
+                            * self.phasors.e(axis, i, j, k).norm_sqr();
+                        let part = share[j * (g.nx() + 1) + i];
+                        silicon += part * power;
+                        // On the surface the rest belongs to the layer above.
+                        if !on_surface {
+                            trench += (1.0 - part) * power;
+                        }
+                    }
+                }
+            }
+        }
+        let unit = 0.5 * self.numerics.leapfrog_omega() * g.dx_um() * g.dy_um() * of.times;
+        (silicon * unit, trench * unit)
+    }
+
+    /// Power that enters the counted silicon of a footprint through its six faces.
+    pub fn entering(&self, of: &Footprint) -> f64 {
+        let z = self.mesh.bottom..self.mesh.surface;
+        let down = self.upward(of, z.start, Side::Both) - self.upward(of, z.end, Side::Above);
+        let x = self.sideward(0, of.x.start, &of.y, &z) - self.sideward(0, of.x.end, &of.y, &z);
+        let y = self.sideward(1, of.y.start, &of.x, &z) - self.sideward(1, of.y.end, &of.x, &z);
+        // A side face of a box that straddles a mirror is there twice, as is the box.
+        down + of.times * (x + y)
+    }
+}

@@ -1,0 +1,92 @@
+//! How finely a run computes, and when it stops.
+
+use serde::{Deserialize, Serialize};
+
+use super::error::within;
+use super::{FdtdError, mesh::Mesh, run};
+use crate::em::PixelStack;
+
+/// Numerical settings of [`super::solve`]. Presets: [`Self::draft`], [`Self::standard`], [`Self::reference`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FdtdSettings {
+    /// Largest cell in x and y in nm. The pitch is divided evenly, so no pitch is off the grid.
+    pub lateral_nm: f64,
+    /// Layers of the grid in one wavelength in the medium, in z, the same in every medium: at equal optical thickness on both sides
+    /// an interface reflects what it should (see [`super::dispersion`]).
+    pub cells_per_wavelength: f64,
+    /// Layers of each absorbing end.
+    pub absorbing_layers: usize,
+    /// The run stops when no photodiode's P has changed by more than this in [`super::run::CHECK_UM`], twice in succession.
+    pub tolerance: f64,
+    /// Longest simulated time in µm/c.
+    pub longest_um: f64,
+}
+
+impl FdtdSettings {
+    /// Quick looks.
+    pub fn draft() -> Self {
+        Self {
+            lateral_nm: 40.0,
+            cells_per_wavelength: 8.0,
+            absorbing_layers: 10,
+            tolerance: 4e-3,
+            longest_um: 120.0,
+        }
+    }
+
+    /// For tables.
+    pub fn standard() -> Self {
+        Self {
+            lateral_nm: 32.0,
+            cells_per_wavelength: 11.0,
+            absorbing_layers: 12,
+            tolerance: 2e-3,
+            longest_um: 200.0,
+        }
+    }
+
+    /// To compare others with.
+    pub fn reference() -> Self {
+        Self {
+            lateral_nm: 20.0,
+            cells_per_wavelength: 16.0,
+            absorbing_layers: 16,
+            tolerance: 5e-4,
+            longest_um: 400.0,
+        }
+    }
+
+    /// Ranges in which the solver works.
+    pub fn check(&self) -> Result<(), FdtdError> {
+        within("lateral_nm", self.lateral_nm, 1.0, 200.0)?;
+        within(
+            "cells_per_wavelength",
+            self.cells_per_wavelength,
+            6.0,
+            100.0,
+        )?;
+        within("absorbing_layers", self.absorbing_layers as f64, 6.0, 100.0)?;
+        within("tolerance", self.tolerance, 1e-7, 0.1)?;
+        within("longest_um", self.longest_um, 1.0, 1e5)
+    }
+
+    /// Bytes that a run of this pixel takes at the shortest of its wavelengths and the transverse wavevector k∥ (0: the least, by
+    /// symmetry).
+    pub fn memory_bytes(
+        &self,
+        stack: &PixelStack,
+        wavelengths_nm: &[f64],
+        bloch_per_um: [f64; 2],
+    ) -> Result<usize, FdtdError> {
+        stack.check()?;
+        self.check()?;
+        let mesh = Mesh::new(
+            stack,
+            wavelengths_nm,
+            run::mirrors(stack, bloch_per_um),
+            self,
+        )?;
+        run::memory_bytes(&mesh, wavelengths_nm.len(), bloch_per_um)
+    }
+}

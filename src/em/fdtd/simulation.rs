@@ -1,0 +1,217 @@
+//! A batch of runs on one grid: several members (polarizations, k∥) share the grid, the media and the coefficients.
+
+use std::sync::Arc;
+
+use super::coefficients::{Coefficients, MediumStep};
+use super::error::within;
+use super::layout::Layout;
+use super::state::{Component, Part, State, set_bytes};
+use super::{CpmlSettings, FdtdError, MaterialMap, Member, Source, YeeGrid, plain, sweep};
+use crate::simd::SimdLevel;
+
+/// What the members share.
+pub(super) struct Shared {
+    pub grid: YeeGrid,
+    pub map: Arc<MaterialMap>,
+    pub layout: Layout,
+    pub coefficients: Coefficients,
+    pub cpml: CpmlSettings,
+    pub source_plane: usize,
+}
+
+impl Shared {
+    pub fn nz(&self) -> usize {
+        self.grid.nz()
+    }
+
+    /// Place of layer k in the arrays of ψ, if it absorbs.
+    #[inline(always)]
+    pub fn absorbing(&self, k: usize) -> Option<usize> {
+        let top = self.grid.nz() - self.cpml.above;
+        if k < self.cpml.below {
+            Some(k)
+        } else if k >= top {
+            Some(k - top + self.cpml.below)
+        } else {
+            None
+        }
+    }
+
+    pub fn medium_step(&self, axis: usize, [i, j, k]: [usize; 3]) -> &MediumStep {
+        &self.coefficients.steps[self.map.at(axis, i, j, k)]
+    }
+}
+
+/// The runs, their fields and the time. Each is stepped by one thread; run several simulations for several directions in parallel.
+pub struct Simulation {
+    shared: Shared,
+    members: Vec<State>,
+    source: Source,
+    dt_um: f64,
+    steps: u64,
+}
+
+impl Simulation {
+    /// All fields zero. Fails if the map is of another grid, there is no member, members differ in which axes have mirrors, the source lies
+    /// in an absorbing layer or in a medium with poles, or `dt_um` is above [`super::stable_step_um`].
+    pub fn new(
+        grid: YeeGrid,
+        map: Arc<MaterialMap>,
+        members: &[Member],
+        source: Source,
+        cpml: CpmlSettings,
+        dt_um: f64,
+    ) -> Result<Self, FdtdError> {
+        let layout = Self::layout(&grid, members)?;
+        let coefficients = Coefficients::new(&grid, &map, &layout, &cpml, dt_um)?;
+        within(
+            "source plane",
+            source.plane as f64,
+            cpml.below.max(1) as f64,
+            (grid.nz() - cpml.above.max(1)) as f64,
+        )?;
+        if coefficients.polar_layer[source.plane].is_some() {
+            return Err(FdtdError::value(
+                "source plane",
+                source.plane,
+                "a plane without poles",
+            ));
+        }
+        let absorbing = cpml.below + cpml.above;
+        let states = members
+            .iter()
+            .map(|m| State::new(*m, &layout, grid.nz(), absorbing, &coefficients))
+            .collect();
+        Ok(Self {
+            shared: Shared {
+                source_plane: source.plane,
+                grid,
+                map,
+                layout,
+                coefficients,
+                cpml,
+            },
+            members: states,
+            source,
+            dt_um,
+            steps: 0,
+        })
+    }
+
+    fn layout(grid: &YeeGrid, members: &[Member]) -> Result<Layout, FdtdError> {
+        let Some(first) = members.first() else {
+            return Err(FdtdError::value("members", 0, "at least one"));
+        };
+        let mirrors = |m: &Member| [m.x.is_mirror(), m.y.is_mirror()];
+        for member in members {
+            member.check()?;
+            if mirrors(member) != mirrors(first) {
+                return Err(FdtdError::value(
+                    "members",
+                    "mirrored and periodic in one axis",
+                    "all mirrored or all periodic in an axis",
+                ));
+            }
+        }
+        let [x, y] = mirrors(first);
+        Ok(Layout::new(grid.nx(), grid.ny(), x, y))
+    }
+
+    /// Bytes of the fields of such a batch, with `polar` layers that hold media of up to `poles` poles. Maps and coefficients come on top: 6
+    /// bytes a cell for the map.
+    pub fn bytes(
+        grid: &YeeGrid,
+        members: &[Member],
+        cpml: &CpmlSettings,
+        [polar, poles]: [usize; 2],
+    ) -> Result<usize, FdtdError> {
+        let layout = Self::layout(grid, members)?;
+        let set = set_bytes(&layout, grid.nz(), cpml.below + cpml.above, [polar, poles]);
+        Ok(set * members.iter().map(Member::sets).sum::<usize>())
+    }
+
+    /// Steps forward in time.
+    pub fn advance(&mut self, steps: usize) {
+        self.advance_at(steps, SimdLevel::detect());
+    }
+
+    /// As [`Self::advance`], with instructions up to `level`; they change the speed only.
+    pub fn advance_at(&mut self, steps: usize, level: SimdLevel) {
+        let currents = self.currents(steps);
+        for member in &mut self.members {
+            sweep::advance(&self.shared, member, &currents, level);
+        }
+        self.steps += steps as u64;
+    }
+
+    /// Steps forward in time with the plain stepper.
+    pub fn advance_plain(&mut self, steps: usize) {
+        for current in self.currents(steps) {
+            for member in &mut self.members {
+                plain::step(&self.shared, member, current);
+            }
+        }
+        self.steps += steps as u64;
+    }
+
+    /// Waveform × dt / step of the source's plane, for the next steps.
+    fn currents(&self, steps: usize) -> Vec<f32> {
+        let dual = self.shared.grid.dual_um(self.shared.source_plane);
+        (0..steps)
+            .map(|n| {
+                let t = (self.steps as f64 + n as f64 + 0.5) * self.dt_um;
+                ((self.source.waveform)(t) * self.dt_um / dual) as f32
+            })
+            .collect()
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> &YeeGrid {
+        &self.shared.grid
+    }
+
+    /// The media.
+    pub fn map(&self) -> &MaterialMap {
+        &self.shared.map
+    }
+
+    /// The members, in order.
+    pub fn members(&self) -> impl ExactSizeIterator<Item = &Member> {
+        self.members.iter().map(|s| &s.member)
+    }
+
+    /// Time step in µm/c.
+    pub fn dt_um(&self) -> f64 {
+        self.dt_um
+    }
+
+    /// Steps done. E is known at `steps × dt`, H half a step before.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Time of E in µm/c.
+    pub fn time_um(&self) -> f64 {
+        self.steps as f64 * self.dt_um
+    }
+
+    /// Row j of a component in layer k: E of plane k (0 to nz) or of layer k above it for Ez, with the nodes i = 0 … nx and rows
+    /// j = 0 … ny, the far ones being those of the next period or on the far wall; H with i = 0 … nx − 1, j = 0 … ny − 1 (and Hx at i = nx,
+    /// Hy at j = ny between mirrors). Entries that are no nodes hold nothing of meaning. `None` if there is no such part or row.
+    pub fn row(
+        &self,
+        member: usize,
+        part: Part,
+        component: Component,
+        j: usize,
+        k: usize,
+    ) -> Option<&[f32]> {
+        let layout = &self.shared.layout;
+        if j > layout.ny || k > self.shared.nz() {
+            return None;
+        }
+        let set = self.members.get(member)?.sets.get(part as usize)?;
+        let at = layout.at(k, j as isize);
+        Some(&set.field(component)[at..at + layout.nx + 1])
+    }
+}

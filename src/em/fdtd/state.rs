@@ -1,0 +1,204 @@
+//! The fields of one member.
+
+use super::layout::{Layout, VECTOR};
+use super::member::{Lateral, Wall};
+use super::sides::Side;
+use super::{Member, coefficients::Coefficients};
+
+/// A field component.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // their names say it
+pub enum Component {
+    Ex,
+    Ey,
+    Ez,
+    Hx,
+    Hy,
+    Hz,
+}
+
+/// Which of a member's sets of fields; a real member has only [`Part::Re`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // their names say it
+pub enum Part {
+    Re,
+    Im,
+}
+
+/// Numbers that start on a cache line.
+pub(super) struct Aligned {
+    data: Vec<f32>,
+    start: usize,
+    len: usize,
+}
+
+impl Aligned {
+    pub fn zeros(len: usize) -> Self {
+        let data = vec![0.0f32; len + VECTOR];
+        // `align_offset` may decline; then rows are only slower.
+        let start = data.as_ptr().align_offset(64).min(VECTOR);
+        Self { data, start, len }
+    }
+}
+
+impl std::ops::Deref for Aligned {
+    type Target = [f32];
+    #[inline(always)]
+    fn deref(&self) -> &[f32] {
+        &self.data[self.start..self.start + self.len]
+    }
+}
+
+impl std::ops::DerefMut for Aligned {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [f32] {
+        &mut self.data[self.start..self.start + self.len]
+    }
+}
+
+/// q = J dt and P of one pole.
+pub(super) struct Polarization {
+    pub q: Aligned,
+    pub p: Aligned,
+}
+
+/// One set of real fields.
+pub(super) struct Set {
+    pub e: [Aligned; 3],
+    pub h: [Aligned; 3],
+    /// ψ of Ex, Ey in the absorbing layers.
+    pub psi_e: [Aligned; 2],
+    /// ψ of Hx, Hy in the absorbing layers.
+    pub psi_h: [Aligned; 2],
+    /// By component, by pole.
+    pub poles: [Vec<Polarization>; 3],
+}
+
+impl Set {
+    #[inline(always)]
+    pub fn field(&self, component: Component) -> &Aligned {
+        match component {
+            Component::Ex => &self.e[0],
+            Component::Ey => &self.e[1],
+            Component::Ez => &self.e[2],
+            Component::Hx => &self.h[0],
+            Component::Hy => &self.h[1],
+            Component::Hz => &self.h[2],
+        }
+    }
+
+    #[inline(always)]
+    pub fn field_mut(&mut self, component: Component) -> &mut Aligned {
+        match component {
+            Component::Ex => &mut self.e[0],
+            Component::Ey => &mut self.e[1],
+            Component::Ez => &mut self.e[2],
+            Component::Hx => &mut self.h[0],
+            Component::Hy => &mut self.h[1],
+            Component::Hz => &mut self.h[2],
+        }
+    }
+
+    fn new(layout: &Layout, nz: usize, absorbing: usize, polar: [usize; 2]) -> Self {
+        let zeros = |layers| Aligned::zeros(layout.places(layers));
+        let three = || [zeros(nz + 1), zeros(nz + 1), zeros(nz + 1)];
+        let two = || [zeros(absorbing), zeros(absorbing)];
+        let pole = || Polarization {
+            q: zeros(polar[0]),
+            p: zeros(polar[0]),
+        };
+        let poles = || (0..polar[1]).map(|_| pole()).collect();
+        Self {
+            e: three(),
+            h: three(),
+            psi_e: two(),
+            psi_h: two(),
+            poles: [poles(), poles(), poles()],
+        }
+    }
+}
+
+/// Bytes of one set of fields.
+pub(super) fn set_bytes(layout: &Layout, nz: usize, absorbing: usize, polar: [usize; 2]) -> usize {
+    let places = 6 * layout.places(nz + 1)
+        + 4 * layout.places(absorbing)
+        + 6 * polar[1] * layout.places(polar[0]);
+    4 * places
+}
+
+/// The current sheet on its plane.
+pub(super) struct Sheet {
+    /// By part, by component (Jx, Jy): amplitude of each node (i, j), rows of `width`, zero beyond the nodes.
+    pub amplitude: Vec<[Vec<f32>; 2]>,
+}
+
+/// One member's fields and sides.
+pub(super) struct State {
+    pub member: Member,
+    pub sides: [Side; 2],
+    pub sets: Vec<Set>,
+    pub sheet: Sheet,
+    /// A row for the sum over poles.
+    pub scratch: Aligned,
+}
+
+impl State {
+    pub fn new(
+        member: Member,
+        layout: &Layout,
+        nz: usize,
+        absorbing: usize,
+        coefficients: &Coefficients,
+    ) -> Self {
+        Self {
+            member,
+            sides: [Side::new(member.x), Side::new(member.y)],
+            sets: (0..member.sets())
+                .map(|_| Set::new(layout, nz, absorbing, coefficients.polar))
+                .collect(),
+            sheet: Sheet::new(&member, layout),
+            scratch: Aligned::zeros(layout.width),
+        }
+    }
+}
+
+impl Sheet {
+    fn new(member: &Member, layout: &Layout) -> Self {
+        let phase = |lateral| match lateral {
+            Lateral::Bloch { phase_rad } => phase_rad,
+            Lateral::Mirror(_) => 0.0,
+        };
+        let turn = [
+            phase(member.x) / layout.nx as f64,
+            phase(member.y) / layout.ny as f64,
+        ];
+        let row = |part: usize, axis: usize| {
+            let mut amplitude = vec![0.0; layout.width * layout.rows];
+            for j in 0..layout.rows {
+                for i in 0..layout.lanes {
+                    // Jx stands half a step to the right, Jy half a step up; on an electric wall there is no current along it.
+                    let (x, y) = match axis {
+                        0 => (i as f64 + 0.5, j as f64),
+                        _ => (i as f64, j as f64 + 0.5),
+                    };
+                    let beyond = (axis == 0 && i == layout.nx) || (axis == 1 && j == layout.ny);
+                    let shorted = match axis {
+                        0 => member.y == Lateral::Mirror(Wall::Electric) && j % layout.ny == 0,
+                        _ => member.x == Lateral::Mirror(Wall::Electric) && i % layout.nx == 0,
+                    };
+                    if !beyond && !shorted {
+                        let angle = turn[0] * x + turn[1] * y;
+                        let wave = if part == 0 { angle.cos() } else { angle.sin() };
+                        amplitude[j * layout.width + i] = (member.current[axis] * wave) as f32;
+                    }
+                }
+            }
+            amplitude
+        };
+        Self {
+            amplitude: (0..member.sets())
+                .map(|part| [row(part, 0), row(part, 1)])
+                .collect(),
+        }
+    }
+}
