@@ -121,7 +121,7 @@ fn curve(pixel: &str, name: &str, only: Option<&str>) {
         }
         let run = solve(&stack, &[550.0], bloch(n[0], 0.0), &settings(name), &|_| ()).unwrap();
         let halves =
-            |p: &FdtdPowers| [p.absorbed[1] + p.absorbed[3], p.absorbed[0] + p.absorbed[2]];
+            |p: &FdtdPowers| [p.absorbed[0] + p.absorbed[2], p.absorbed[1] + p.absorbed[3]];
         let a = &run.answers[0];
         for (pol, powers, at) in [("s", &a.s, 1), ("p", &a.p, 3)] {
             let h = halves(powers);

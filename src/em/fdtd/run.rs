@@ -222,16 +222,11 @@ fn members(mesh: &Mesh, bloch: [f64; 2]) -> [Member; 2] {
             } else {
                 mesh.grid.ny()
             };
-            let step = if a == 0 {
-                mesh.grid.dx_um()
-            } else {
-                mesh.grid.dy_um()
-            };
             match (mesh.mirrors[a], current[a] != 0.0) {
                 (true, true) => Lateral::Mirror(Wall::Electric),
                 (true, false) => Lateral::Mirror(Wall::Magnetic),
                 (false, _) => Lateral::Bloch {
-                    phase_rad: bloch[a] * cells as f64 * step,
+                    phase_rad: bloch[a] * cells as f64 * mesh.lateral_um[a],
                 },
             }
         };
@@ -341,7 +336,8 @@ impl Matter {
                 .map(|omega| Numerics {
                     omega: *omega,
                     dt_um,
-                    lateral_um: [mesh.grid.dx_um(), mesh.grid.dy_um()],
+                    lateral_um: mesh.lateral_um,
+                    stepped_um: [mesh.grid.dx_um(), mesh.grid.dy_um()],
                     bloch,
                 })
                 .collect();
@@ -483,7 +479,7 @@ impl<'a> Run<'a> {
         let footprints = self.footprints();
         for w in 0..self.phasors.len() {
             for m in 0..2 {
-                let incident = self.incident[w][m].power(self.stack.pitch_um);
+                let incident = self.incident[w][m].power(self.mesh);
                 let fields = self.fields(w, m, 0);
                 out.extend(
                     footprints.iter().map(|f| {
@@ -513,7 +509,7 @@ impl<'a> Run<'a> {
         let [silicon, inlet, outlet] = [0, 1, 2].map(|i| self.fields(w, m, i));
         let mesh = self.mesh;
         let wave = &self.incident[w][m];
-        let unit = 1.0 / wave.power(self.stack.pitch_um);
+        let unit = 1.0 / wave.power(self.mesh);
         let whole = Footprint::whole(mesh);
         let (raster, loss) = (&self.matter.raster, &self.loss[w]);
         let by_part: Vec<(f64, f64)> = self
