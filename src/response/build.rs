@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::journal::{Answer, Journal, RunId};
+use super::plane_wave;
 use super::resample::{Grid, Place, shares};
 use super::symmetry::{Node, Symmetry, canonical_nodes, symmetries, unfold};
 use super::{
@@ -95,8 +96,18 @@ pub fn build_table(
         .map(|&nm| LitPixel::new(stack, &settings.model, nm))
         .collect::<Result<Vec<_>, _>>()?;
     let simulated = plan.simulate(journal.as_ref(), progress, &|run| {
-        let [u, v] = run.cosines(run.wavelengths.start, &plan.step);
-        let answer = lit[run.wavelengths.start].light(u, v)?;
+        let cosines = run.cosines(run.wavelengths.start, &plan.step);
+        if let PixelModel::Fdtd(fdtd) = &settings.model {
+            let nm = &settings.wavelengths_nm[run.wavelengths.clone()];
+            let run = plane_wave::pulse(stack, nm, cosines, fdtd)?;
+            let means = run.answers.iter().map(plane_wave::mean);
+            return Ok(Answer {
+                absorbed: means.map(|m| m.absorbed).collect(),
+                residual: run.residual,
+                imbalance: plane_wave::imbalance(&run),
+            });
+        }
+        let answer = lit[run.wavelengths.start].light(cosines[0], cosines[1])?;
         Ok(Answer {
             absorbed: vec![answer.mean.absorbed],
             residual: answer.residual,
