@@ -46,6 +46,10 @@ pub struct BuildReport {
     pub residual: f64,
     /// The imbalance of power of largest size of a run.
     pub imbalance: f64,
+    /// Runs with something wrong, as the model tells.
+    pub warned: usize,
+    /// The first of these, in words.
+    pub warning: Option<String>,
     /// Why runs could not be kept for a later build, if so; no harm to this one.
     pub journal_trouble: Option<String>,
 }
@@ -105,6 +109,7 @@ pub fn build_table(
                 absorbed: means.map(|m| m.absorbed).collect(),
                 residual: run.residual,
                 imbalance: plane_wave::imbalance(&run),
+                warnings: run.warnings(),
             });
         }
         let answer = lit[run.wavelengths.start].light(cosines[0], cosines[1])?;
@@ -112,6 +117,7 @@ pub fn build_table(
             absorbed: vec![answer.mean.absorbed],
             residual: answer.residual,
             imbalance: answer.imbalance,
+            warnings: answer.warnings,
         })
     })?;
     let mut built = plan.table(stack, settings, frame, simulated)?;
@@ -276,11 +282,20 @@ impl Plan {
             most_cut: 0.0,
             residual: 0.0,
             imbalance: 0.0,
+            warned: 0,
+            warning: None,
             journal_trouble: None,
         };
         let mut nodes = vec![BTreeMap::new(); self.step.len()];
         for (run, answer) in self.runs.iter().zip(answers) {
             report.residual = report.residual.max(answer.residual);
+            if let Some(first) = answer.warnings.first() {
+                report.warned += 1;
+                let [u, v] = run.cosines(run.wavelengths.start, &self.step);
+                report
+                    .warning
+                    .get_or_insert_with(|| format!("(u, v) = ({u:.3}, {v:.3}): {first}"));
+            }
             if answer.imbalance.abs() > report.imbalance.abs() {
                 report.imbalance = answer.imbalance;
             }

@@ -32,6 +32,8 @@ pub struct PlaneWaveAnswer {
     pub imbalance: f64,
     /// Time steps, of a model in time.
     pub steps: Option<usize>,
+    /// What is wrong with the run, of a model that can tell; empty if nothing is.
+    pub warnings: Vec<String>,
 }
 
 /// A pixel at one wavelength, ready to be lit from any direction.
@@ -95,6 +97,7 @@ impl LitPixel {
                     residual: 0.0,
                     imbalance: 0.0,
                     steps: None,
+                    warnings: Vec::new(),
                 })
             }
             Lit::Wave(model) => {
@@ -110,6 +113,7 @@ impl LitPixel {
                     residual: powers.residual,
                     imbalance: powers.imbalance,
                     steps: None,
+                    warnings: Vec::new(),
                 })
             }
             Lit::Fdtd {
@@ -127,6 +131,7 @@ impl LitPixel {
                     residual: run.residual,
                     imbalance: imbalance(&run),
                     steps: Some(run.steps as usize),
+                    warnings: run.warnings(),
                 })
             }
         }
