@@ -25,6 +25,8 @@ fn bloch(theta_deg: f64, phi_deg: f64) -> [f64; 2] {
 fn coarse() -> FdtdSettings {
     FdtdSettings {
         lateral_nm: 50.0,
+        tolerance: 5e-4,
+        longest_um: 200.0,
         ..FdtdSettings::draft()
     }
 }

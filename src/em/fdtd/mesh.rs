@@ -107,7 +107,10 @@ impl Mesh {
         // In the middle of the band, if there is one.
         let longest = wavelengths_nm.iter().copied().fold(0.0, f64::max);
         let middle = 2.0 / (1.0 / shortest + 1.0 / longest);
-        let stretch = stretch(settings.cells_per_wavelength * middle / shortest);
+        let widest = lateral_um[0].max(lateral_um[1]);
+        let k = 2e3 * std::f64::consts::PI * n.lens.re / middle;
+        let cells = settings.cells_per_wavelength * middle / shortest;
+        let stretch = stretch(cells, k * widest);
         let halved = |n: usize, mirror| if mirror { n / 2 } else { n };
         let grid = YeeGrid::new(
             halved(nx, mirrors[0]),
