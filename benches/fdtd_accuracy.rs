@@ -42,8 +42,9 @@ fn bloch(theta_deg: f64, phi_deg: f64) -> [f64; 2] {
 
 /// The paper's layers under a flat lens, without trenches.
 fn flat(names: &[String]) {
-    let mut stack = PixelStack::paper(0.4, 1e3, 0.001, 0.75);
-    stack.lens.height_um = 0.001;
+    // Lens and planarization are of one resin: together 0.5 um.
+    let mut stack = PixelStack::paper(0.4, 1e3, 0.25, 0.75);
+    stack.layers[0].thickness_um = 0.5 - stack.mean_lens_height_um();
     stack.trench_um = 0.0;
     let exact = FlatStack::of_pixel(&stack, 550.0).unwrap();
     println!("mesh theta pol  dR dA_si dT dElse  R_exact A_exact balance steps");
@@ -120,7 +121,7 @@ fn curve(pixel: &str, name: &str, only: Option<&str>) {
         }
         let run = solve(&stack, &[550.0], bloch(n[0], 0.0), &settings(name), &|_| ()).unwrap();
         let halves =
-            |p: &FdtdPowers| [p.absorbed[1] + p.absorbed[3], p.absorbed[0] + p.absorbed[2]];
+            |p: &FdtdPowers| [p.absorbed[0] + p.absorbed[2], p.absorbed[1] + p.absorbed[3]];
         let a = &run.answers[0];
         for (pol, powers, at) in [("s", &a.s, 1), ("p", &a.p, 3)] {
             let h = halves(powers);

@@ -102,6 +102,7 @@ impl Responses {
                 self.warnings.extend(warnings);
                 made.table
             }
+            ResponseRecipe::Fdtd { pixel } => self.fdtd(pixel, &pixel_stack(pixel, subpixels)?)?,
             ResponseRecipe::Table { file } => {
                 AngularResponse::read_npz(Path::new(file)).map_err(|e| input(&e))?
             }
@@ -114,6 +115,26 @@ impl Responses {
 }
 
 impl Responses {
+    /// The FDTD table of a pixel, shipped or kept; to make one takes hours, which a dataset does not begin unasked.
+    fn fdtd(&mut self, name: &str, stack: &PixelStack) -> Result<AngularResponse, CommandError> {
+        let shipped = AngularResponse::shipped_fdtd(stack);
+        if let Some(table) = shipped.map_err(|e| CommandError::failed(e.to_string()))? {
+            return Ok(table);
+        }
+        let kept = self.cache.get(&TableSettings::fdtd_standard().key(stack));
+        let kept = kept.unwrap_or_else(|warning| {
+            self.warnings.push(warning.to_string());
+            None
+        });
+        kept.ok_or_else(|| {
+            CommandError::input(format!(
+                "response: no FDTD table of pixel {name} ({}) is shipped or kept; make one first, in hours: \
+                 qpgen response --model fdtd --pixel {name} --subpixels {}",
+                stack.subpixels, stack.subpixels
+            ))
+        })
+    }
+
     /// What went wrong with the cache, without harm, since this was last asked.
     pub fn take_warnings(&mut self) -> Vec<String> {
         std::mem::take(&mut self.warnings)

@@ -94,6 +94,11 @@ pub enum ResponseConfig {
         /// Built-in names or `.toml` files; one is drawn a sample.
         pixels: Vec<String>,
     },
+    /// FDTD tables of one of these pixels: shipped ones, or those that `qpgen response --model fdtd` has made.
+    Fdtd {
+        /// Built-in names or `.toml` files; one is drawn a sample.
+        pixels: Vec<String>,
+    },
     /// The ideal box.
     Geometric,
     /// Tables from files, such as imported ones.
@@ -243,7 +248,9 @@ impl DatasetConfig {
         some("scene.charts", self.scene.charts.len())?;
         some("scene.texture_px", self.scene.texture_px)?;
         match &self.response {
-            ResponseConfig::Wave { pixels } => some("response.pixels", pixels.len())?,
+            ResponseConfig::Wave { pixels } | ResponseConfig::Fdtd { pixels } => {
+                some("response.pixels", pixels.len())?;
+            }
             ResponseConfig::Table { files } => some("response.files", files.len())?,
             ResponseConfig::Geometric => {}
         }

@@ -2,6 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use quadpixel::em::PixelStack;
+use quadpixel::em::fdtd::FdtdSettings;
 use quadpixel::em::wave::WaveSettings;
 use quadpixel::response::{PixelModel, TableSettings};
 
@@ -25,6 +26,8 @@ enum Model {
     Geometric,
     /// Scalar wave propagation through the pixel stack.
     Wave,
+    /// Maxwell's equations in time, both polarizations: seconds to minutes a direction.
+    Fdtd,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -43,6 +46,9 @@ impl PixelModelArgs {
             (Model::Wave, Preset::Draft) => PixelModel::Wave(WaveSettings::draft()),
             (Model::Wave, Preset::Standard) => PixelModel::Wave(WaveSettings::standard()),
             (Model::Wave, Preset::Reference) => PixelModel::Wave(WaveSettings::reference()),
+            (Model::Fdtd, Preset::Draft) => PixelModel::Fdtd(FdtdSettings::draft()),
+            (Model::Fdtd, Preset::Standard) => PixelModel::Fdtd(FdtdSettings::standard()),
+            (Model::Fdtd, Preset::Reference) => PixelModel::Fdtd(FdtdSettings::reference()),
         }
     }
 
@@ -53,6 +59,9 @@ impl PixelModelArgs {
             (Model::Wave, Preset::Draft) => TableSettings::wave_draft(),
             (Model::Wave, Preset::Standard) => TableSettings::wave_standard_for(stack),
             (Model::Wave, Preset::Reference) => TableSettings::wave_reference(),
+            (Model::Fdtd, Preset::Draft) => TableSettings::fdtd_draft(),
+            (Model::Fdtd, Preset::Standard) => TableSettings::fdtd_standard(),
+            (Model::Fdtd, Preset::Reference) => TableSettings::fdtd_reference(stack),
         }
     }
 
@@ -61,6 +70,7 @@ impl PixelModelArgs {
         match self.model {
             Model::Geometric => "geometric",
             Model::Wave => "wave",
+            Model::Fdtd => "fdtd",
         }
     }
 }

@@ -111,6 +111,11 @@ pub enum ResponseRecipe {
         /// Name of a built-in pixel or path of a `.toml` file.
         pixel: String,
     },
+    /// The FDTD table of a pixel: a shipped one, or the one that `qpgen response --model fdtd` has made.
+    Fdtd {
+        /// Name of a built-in pixel or path of a `.toml` file.
+        pixel: String,
+    },
     /// The ideal box of the paper's equation 2 (its classic mode).
     Geometric {
         /// Focal length of the microlens, µm; absent: as fits the F-number of the main lens.

@@ -126,6 +126,16 @@ fn table(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
             "{violation}; cut in the table. A finer preset should cure it"
         ));
     }
+    if let Some((r, first)) = made
+        .report
+        .as_ref()
+        .and_then(|r| Some((r, r.warning.as_ref()?)))
+    {
+        progress.warn(&format!(
+            "{} of {} runs, the first: {first}",
+            r.warned, r.runs
+        ));
+    }
     progress.finish();
     let path = args
         .output

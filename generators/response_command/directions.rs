@@ -40,6 +40,14 @@ pub(super) fn print(args: &ResponseArgs, stack: &PixelStack) -> Result<(), Comma
         )));
     }
     let all = solve(args, stack)?;
+    for d in &all {
+        for warning in &d.answer.warnings {
+            eprintln!(
+                "warning: theta {}, phi {}: {warning}",
+                d.theta_deg, d.phi_deg
+            );
+        }
+    }
     if args.json {
         let rows: Vec<_> = all.iter().map(|d| json(d, stack.subpixels)).collect();
         println!(
@@ -94,7 +102,7 @@ fn json(d: &Direction, subpixels: Subpixels) -> serde_json::Value {
         .collect();
     serde_json::json!({
         "wavelength_nm": d.wavelength_nm, "theta_deg": d.theta_deg, "phi_deg": d.phi_deg, "powers": by_name,
-        "residual": d.answer.residual, "imbalance": d.answer.imbalance, "steps": d.answer.steps, "seconds": d.seconds
+        "residual": d.answer.residual, "imbalance": d.answer.imbalance, "steps": d.answer.steps, "warnings": d.answer.warnings, "seconds": d.seconds
     })
 }
 

@@ -61,6 +61,8 @@ pub(super) struct Point {
     /// All sub-pixels.
     pub total: f64,
     pub reflected: f64,
+    /// Whether the model found something wrong with its run.
+    pub warned: bool,
 }
 
 /// A case over θ, ascending, both sides.
@@ -110,6 +112,7 @@ pub(super) fn all(
             right: half(1.0),
             total: answer.mean.absorbed.iter().sum(),
             reflected: answer.mean.reflected,
+            warned: !answer.warnings.is_empty(),
         })
     };
     let points: Result<Vec<Point>, CommandError> = wanted.par_iter().map(one).collect();

@@ -86,6 +86,13 @@ pub fn run(args: &StudyArgs) -> Result<(), CommandError> {
     let began = std::time::Instant::now();
     let told = |done: usize, total: usize| progress.angles(done, total);
     let curves = curve::all(&cases, &args.model.model(), &angles, &told)?;
+    let points = curves.iter().flat_map(|c| &c.points);
+    let warned = points.filter(|p| p.warned).count();
+    if warned > 0 {
+        progress.warn(&format!(
+            "{warned} points did not converge or miss energy; `qpgen response --theta-deg` tells which"
+        ));
+    }
     progress.finish();
     let seconds = began.elapsed().as_secs_f64();
 

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::journal::{Answer, Journal, RunId};
+use super::plane_wave;
 use super::resample::{Grid, Place, shares};
 use super::symmetry::{Node, Symmetry, canonical_nodes, symmetries, unfold};
 use super::{
@@ -45,6 +46,10 @@ pub struct BuildReport {
     pub residual: f64,
     /// The imbalance of power of largest size of a run.
     pub imbalance: f64,
+    /// Runs with something wrong, as the model tells.
+    pub warned: usize,
+    /// The first of these, in words.
+    pub warning: Option<String>,
     /// Why runs could not be kept for a later build, if so; no harm to this one.
     pub journal_trouble: Option<String>,
 }
@@ -95,12 +100,24 @@ pub fn build_table(
         .map(|&nm| LitPixel::new(stack, &settings.model, nm))
         .collect::<Result<Vec<_>, _>>()?;
     let simulated = plan.simulate(journal.as_ref(), progress, &|run| {
-        let [u, v] = run.cosines(run.wavelengths.start, &plan.step);
-        let answer = lit[run.wavelengths.start].light(u, v)?;
+        let cosines = run.cosines(run.wavelengths.start, &plan.step);
+        if let PixelModel::Fdtd(fdtd) = &settings.model {
+            let nm = &settings.wavelengths_nm[run.wavelengths.clone()];
+            let run = plane_wave::pulse(stack, nm, cosines, fdtd)?;
+            let means = run.answers.iter().map(plane_wave::mean);
+            return Ok(Answer {
+                absorbed: means.map(|m| m.absorbed).collect(),
+                residual: run.residual,
+                imbalance: plane_wave::imbalance(&run),
+                warnings: run.warnings(),
+            });
+        }
+        let answer = lit[run.wavelengths.start].light(cosines[0], cosines[1])?;
         Ok(Answer {
             absorbed: vec![answer.mean.absorbed],
             residual: answer.residual,
             imbalance: answer.imbalance,
+            warnings: answer.warnings,
         })
     })?;
     let mut built = plan.table(stack, settings, frame, simulated)?;
@@ -265,11 +282,20 @@ impl Plan {
             most_cut: 0.0,
             residual: 0.0,
             imbalance: 0.0,
+            warned: 0,
+            warning: None,
             journal_trouble: None,
         };
         let mut nodes = vec![BTreeMap::new(); self.step.len()];
         for (run, answer) in self.runs.iter().zip(answers) {
             report.residual = report.residual.max(answer.residual);
+            if let Some(first) = answer.warnings.first() {
+                report.warned += 1;
+                let [u, v] = run.cosines(run.wavelengths.start, &self.step);
+                report
+                    .warning
+                    .get_or_insert_with(|| format!("(u, v) = ({u:.3}, {v:.3}): {first}"));
+            }
             if answer.imbalance.abs() > report.imbalance.abs() {
                 report.imbalance = answer.imbalance;
             }

@@ -34,6 +34,9 @@ pub enum ResponseError {
     /// The pixel model refused the pixel.
     #[error(transparent)]
     Pixel(#[from] crate::em::StackError),
+    /// The FDTD model refused its settings or the machine.
+    #[error(transparent)]
+    Fdtd(#[from] crate::em::fdtd::FdtdError),
 }
 
 impl ResponseError {

@@ -63,11 +63,16 @@ impl AngularResponse {
     /// Reads a table and checks all of it: shapes, axes, ranges, sums.
     pub fn read_npz(path: &Path) -> Result<Self, ResponseError> {
         let file = File::open(path).map_err(|e| io(path, e))?;
+        Self::from_npz(BufReader::new(file), path)
+    }
+
+    /// [`Self::read_npz`] of any contents; `path` names them in errors.
+    pub(super) fn from_npz(contents: impl Read + Seek, path: &Path) -> Result<Self, ResponseError> {
         let format = |why: String| ResponseError::Format {
             path: path.to_owned(),
             why,
         };
-        let mut npz = NpzReader::new(BufReader::new(file)).map_err(|e| format(e.to_string()))?;
+        let mut npz = NpzReader::new(contents).map_err(|e| format(e.to_string()))?;
         let meta: Array1<u8> = array(&mut npz, path, "meta")?;
         let meta: ResponseMeta =
             serde_json::from_slice(&meta.to_vec()).map_err(|e| format(format!("meta: {e}")))?;

@@ -24,6 +24,8 @@ pub(super) struct Answer {
     pub residual: f64,
     /// Power found beyond (> 0) or short of (< 0) the incident one, the worst of the wavelengths.
     pub imbalance: f64,
+    /// What is wrong with the run.
+    pub warnings: Vec<String>,
 }
 
 /// A run by its first wavelength (its place in the table's list) and its node.
@@ -144,6 +146,7 @@ mod tests {
             absorbed: vec![vec![p, 1.0 / 3.0]],
             residual: 1e-7,
             imbalance: -0.1 * p,
+            warnings: Vec::new(),
         }
     }
 

@@ -4,8 +4,8 @@
 //! so 0 ≤ P_i and Σ P_i ≤ 1. The renderer asks a [`ResponseLookup`] and knows nothing of what is behind it:
 //!
 //! ```text
-//! PixelStack ── em::wave ── build ──▶ AngularResponse ──┐
-//! file (.npz), import (.csv), cache ──▶ (a table)       ├─▶ Response ─ at a wavelength ─▶ ResponseLookup ─▶ weights
+//! PixelStack ── em::wave, em::fdtd ── build ──▶ table ──┐
+//! file (.npz), import (.csv), cache, shipped ──▶ table  ├─▶ Response ─ at a wavelength ─▶ ResponseLookup ─▶ weights
 //! GeometricResponse (eq. 2, exact) ─────────────────────┘
 //! ```
 
@@ -23,6 +23,7 @@ mod plane_wave;
 mod rejection;
 mod resample;
 mod settings;
+mod shipped;
 mod symmetry;
 mod table;
 

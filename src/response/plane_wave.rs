@@ -2,6 +2,7 @@
 
 use super::{GeometricResponse, PixelModel, ResponseError};
 use crate::em::PixelStack;
+use crate::em::fdtd::{FdtdAnswer, FdtdPowers, FdtdRun, FdtdSettings, solve};
 use crate::em::wave::WaveModel;
 
 /// Where the light of a plane wave goes, as parts of the power incident on the pixel's whole footprint. They add up to one but for
@@ -31,6 +32,8 @@ pub struct PlaneWaveAnswer {
     pub imbalance: f64,
     /// Time steps, of a model in time.
     pub steps: Option<usize>,
+    /// What is wrong with the run, of a model that can tell; empty if nothing is.
+    pub warnings: Vec<String>,
 }
 
 /// A pixel at one wavelength, ready to be lit from any direction.
@@ -41,6 +44,11 @@ pub struct LitPixel(Lit);
 enum Lit {
     Geometric(GeometricResponse),
     Wave(WaveModel),
+    Fdtd {
+        stack: PixelStack,
+        settings: FdtdSettings,
+        wavelength_nm: f64,
+    },
 }
 
 impl LitPixel {
@@ -59,6 +67,14 @@ impl LitPixel {
             )?),
             PixelModel::Wave(settings) => {
                 Lit::Wave(WaveModel::new(stack, wavelength_nm, settings)?)
+            }
+            PixelModel::Fdtd(settings) => {
+                settings.memory_bytes(stack, &[wavelength_nm], [0.0, 0.0])?;
+                Lit::Fdtd {
+                    stack: stack.clone(),
+                    settings: *settings,
+                    wavelength_nm,
+                }
             }
         }))
     }
@@ -81,6 +97,7 @@ impl LitPixel {
                     residual: 0.0,
                     imbalance: 0.0,
                     steps: None,
+                    warnings: Vec::new(),
                 })
             }
             Lit::Wave(model) => {
@@ -96,9 +113,78 @@ impl LitPixel {
                     residual: powers.residual,
                     imbalance: powers.imbalance,
                     steps: None,
+                    warnings: Vec::new(),
+                })
+            }
+            Lit::Fdtd {
+                stack,
+                settings,
+                wavelength_nm,
+            } => {
+                let run = pulse(stack, &[*wavelength_nm], [u, v], settings)?;
+                let answer = run.answers.first().ok_or_else(|| {
+                    ResponseError::value("answers of the FDTD run", 0, "one a wavelength")
+                })?;
+                Ok(PlaneWaveAnswer {
+                    mean: mean(answer),
+                    polarized: Some([&answer.s, &answer.p].map(powers)),
+                    residual: run.residual,
+                    imbalance: imbalance(&run),
+                    steps: Some(run.steps as usize),
+                    warnings: run.warnings(),
                 })
             }
         }
+    }
+}
+
+/// An FDTD run at the transverse wavevector that (u, v) is at the first of the wavelengths.
+pub(super) fn pulse(
+    stack: &PixelStack,
+    wavelengths_nm: &[f64],
+    [u, v]: [f64; 2],
+    settings: &FdtdSettings,
+) -> Result<FdtdRun, ResponseError> {
+    let first_um = wavelengths_nm.first().map_or(f64::NAN, |nm| nm * 1e-3);
+    let k0 = 2.0 * std::f64::consts::PI / first_um;
+    Ok(solve(
+        stack,
+        wavelengths_nm,
+        [u * k0, v * k0],
+        settings,
+        &|_| (),
+    )?)
+}
+
+/// The deviation from 1 of the sum of all powers, the worst of the run.
+pub(super) fn imbalance(run: &FdtdRun) -> f64 {
+    let both = run.answers.iter().flat_map(|a| [a.s.balance, a.p.balance]);
+    let off = both.map(|balance| balance - 1.0);
+    off.fold(
+        0.0,
+        |worst: f64, x| if x.abs() > worst.abs() { x } else { worst },
+    )
+}
+
+fn powers(of: &FdtdPowers) -> Powers {
+    Powers {
+        absorbed: of.absorbed.clone(),
+        reflected: of.reflected,
+        transmitted: of.transmitted,
+        elsewhere: of.elsewhere,
+    }
+}
+
+/// The mean of s and p.
+pub(super) fn mean(answer: &FdtdAnswer) -> Powers {
+    let (s, p) = (&answer.s, &answer.p);
+    let half = |a: f64, b: f64| 0.5 * (a + b);
+    let absorbed = s.absorbed.iter().zip(&p.absorbed);
+    Powers {
+        absorbed: absorbed.map(|(a, b)| half(*a, *b)).collect(),
+        reflected: half(s.reflected, p.reflected),
+        transmitted: half(s.transmitted, p.transmitted),
+        elsewhere: half(s.elsewhere, p.elsewhere),
     }
 }
 

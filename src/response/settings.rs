@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::ResponseError;
 use crate::em::PixelStack;
+use crate::em::fdtd::{self, FdtdSettings};
 use crate::em::wave::{self, WaveSettings};
 
 /// A pixel model that is simulated, with its settings.
@@ -17,6 +18,8 @@ pub enum PixelModel {
     },
     /// Scalar waves ([`crate::em::wave`]).
     Wave(WaveSettings),
+    /// Maxwell's equations in time ([`crate::em::fdtd`]).
+    Fdtd(FdtdSettings),
 }
 
 impl PixelModel {
@@ -25,6 +28,7 @@ impl PixelModel {
         match self {
             Self::Geometric { .. } => "geometric-1",
             Self::Wave(_) => wave::MODEL,
+            Self::Fdtd(_) => fdtd::MODEL,
         }
     }
 
@@ -44,6 +48,7 @@ impl PixelModel {
                 }
             }
             Self::Wave(settings) => Ok(settings.check()?),
+            Self::Fdtd(settings) => Ok(settings.check()?),
         }
     }
 
@@ -51,6 +56,7 @@ impl PixelModel {
     pub(super) fn is_pulsed(&self) -> bool {
         match self {
             Self::Geometric { .. } | Self::Wave(_) => false,
+            Self::Fdtd(_) => true,
         }
     }
 }
@@ -122,6 +128,28 @@ impl TableSettings {
             steps: 40,
             refine: 3,
             ..Self::wave_draft()
+        }
+    }
+
+    /// FDTD, quick looks, at 550 nm; the directions of [`Self::wave_draft`].
+    pub fn fdtd_draft() -> Self {
+        Self {
+            model: PixelModel::Fdtd(FdtdSettings::draft()),
+            ..Self::wave_draft()
+        }
+    }
+    /// FDTD, the default, at 550 nm; the directions of [`Self::wave_standard`]. Hours.
+    pub fn fdtd_standard() -> Self {
+        Self {
+            model: PixelModel::Fdtd(FdtdSettings::standard()),
+            ..Self::wave_standard()
+        }
+    }
+    /// FDTD, converged, at 550 nm; the directions of [`Self::wave_standard_for`]. Days.
+    pub fn fdtd_reference(stack: &PixelStack) -> Self {
+        Self {
+            model: PixelModel::Fdtd(FdtdSettings::reference()),
+            ..Self::wave_standard_for(stack)
         }
     }
 

@@ -4,4 +4,5 @@
 mod cache;
 mod conformance;
 mod curves;
+mod fdtd;
 mod wave;

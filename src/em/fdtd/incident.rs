@@ -58,27 +58,23 @@ impl Incident {
         }
     }
 
-    /// Power that falls on the period.
-    pub fn power(&self, pitch_um: f64) -> f64 {
+    /// Power that falls on the period (of the stepper's size).
+    pub fn power(&self, mesh: &Mesh) -> f64 {
         let flux: f64 = self
             .e
             .iter()
             .zip(&self.h)
             .map(|(e, h)| (e * h.conj()).re)
             .sum();
-        0.5 * flux * pitch_um * pitch_um
+        0.5 * flux * area_um2(mesh)
     }
 
     /// Flux above the source less what the source itself sends up, its interference with the reflected wave included: only the
     /// order of the incident wave interferes.
     pub fn reflected(&self, fields: &Fields, total: f64, current: [f64; 2]) -> f64 {
         let mesh = fields.mesh;
-        let g = &mesh.grid;
         let mirrored = mesh.mirrors[0] || mesh.mirrors[1];
-        let area = {
-            let times = mesh.mirrors.map(|m| if m { 2.0 } else { 1.0 });
-            g.dx_um() * g.dy_um() * (g.nx() * g.ny()) as f64 * times[0] * times[1]
-        };
+        let area = area_um2(mesh);
         let mut out = total;
         for a in 0..2 {
             // Between mirrors the other component is odd, and its mean over the period zero.
@@ -120,7 +116,8 @@ impl Incident {
                 };
                 let weight = end(0, i, g.nx()) * end(1, j, g.ny());
                 let (hx, hy) = if a == 0 { (0.5, 0.0) } else { (0.0, 0.5) };
-                let phase = kx * (i as f64 + hx) * g.dx_um() + ky * (j as f64 + hy) * g.dy_um();
+                let phase = kx * (i as f64 + hx) * mesh.lateral_um[0]
+                    + ky * (j as f64 + hy) * mesh.lateral_um[1];
                 let turn = C::from_polar(weight, -phase);
                 e += turn * fields.phasors.e(a, i, j, mesh.outlet);
                 h += turn * sign * fields.h_on_plane(a, [i, j, mesh.outlet], Side::Both);
@@ -129,4 +126,11 @@ impl Incident {
         }
         (e / count, h / count)
     }
+}
+
+/// Of the whole period, as the stepper has it.
+fn area_um2(mesh: &Mesh) -> f64 {
+    let g = &mesh.grid;
+    let times = mesh.mirrors.map(|m| if m { 2.0 } else { 1.0 });
+    g.dx_um() * g.dy_um() * (g.nx() * g.ny()) as f64 * times[0] * times[1]
 }

@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use super::dispersion::stretch;
 use super::error::within;
 use super::{CpmlSettings, FdtdError, FdtdSettings, YeeGrid};
 use crate::em::PixelStack;
@@ -40,6 +41,8 @@ pub(super) struct Slab {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Mesh {
     pub grid: YeeGrid,
+    /// dx, dy of the pixel; the grid has them stretched ([`super::dispersion`]).
+    pub lateral_um: [f64; 2],
     pub slabs: Vec<Slab>,
     /// Which axes hold only the half from −pitch/2 to 0.
     pub mirrors: [bool; 2],
@@ -100,17 +103,26 @@ impl Mesh {
 
         let parts = [stack.subpixels.m(), stack.subpixels.n()];
         let [nx, ny] = [0, 1].map(|a| cells_across(stack.pitch_um, parts[a], settings.lateral_nm));
+        let lateral_um = [nx, ny].map(|n| stack.pitch_um / n as f64);
+        // In the middle of the band, if there is one.
+        let longest = wavelengths_nm.iter().copied().fold(0.0, f64::max);
+        let middle = 2.0 / (1.0 / shortest + 1.0 / longest);
+        let widest = lateral_um[0].max(lateral_um[1]);
+        let k = 2e3 * std::f64::consts::PI * n.lens.re / middle;
+        let cells = settings.cells_per_wavelength * middle / shortest;
+        let stretch = stretch(cells, k * widest);
         let halved = |n: usize, mirror| if mirror { n / 2 } else { n };
         let grid = YeeGrid::new(
             halved(nx, mirrors[0]),
             halved(ny, mirrors[1]),
-            stack.pitch_um / nx as f64,
-            stack.pitch_um / ny as f64,
+            lateral_um[0] / stretch,
+            lateral_um[1] / stretch,
             build.z_um,
         )?;
         let index = [n.silicon.re, 1.0];
         Ok(Self {
             grid,
+            lateral_um,
             slabs: build.slabs,
             mirrors,
             bottom,
@@ -135,10 +147,12 @@ impl Mesh {
 
     /// Place of E node (i, ...) along an axis, in the pixel's frame; `half` for nodes between the integer ones.
     pub fn across_um(&self, axis: usize, i: usize, half: bool) -> f64 {
-        let (n, d) = match axis {
-            0 => (self.grid.nx(), self.grid.dx_um()),
-            _ => (self.grid.ny(), self.grid.dy_um()),
+        let n = if axis == 0 {
+            self.grid.nx()
+        } else {
+            self.grid.ny()
         };
+        let d = self.lateral_um[axis];
         let whole = if self.mirrors[axis] { 2 * n } else { n };
         (i as f64 + if half { 0.5 } else { 0.0 } - 0.5 * whole as f64) * d
     }

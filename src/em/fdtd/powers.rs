@@ -159,7 +159,12 @@ impl Fields<'_> {
         let step = if axis == 0 { g.dy_um() } else { g.dx_um() };
         let mut sum = 0.0;
         for k in z.start..=z.end {
-            let height = self.height(k, z);
+            // The box ends at the H nodes above the surface (Side::Above), so the surface's nodes are in it whole.
+            let height = if k == z.end {
+                g.dual_um(k)
+            } else {
+                self.height(k, z)
+            };
             for j in across.clone() {
                 // E along the face in the plane, with Hz.
                 let (e, sign) = if axis == 0 {

@@ -220,10 +220,12 @@ impl Fills {
         let count = [stack.subpixels.m(), stack.subpixels.n()];
         let wall = stack.metal.as_ref().map_or(0.0, |m| m.width_um);
         let part = |what: usize, component: usize, axis: usize| -> Vec<f64> {
-            let (n, d) = match axis {
-                0 => (mesh.grid.nx(), mesh.grid.dx_um()),
-                _ => (mesh.grid.ny(), mesh.grid.dy_um()),
+            let n = if axis == 0 {
+                mesh.grid.nx()
+            } else {
+                mesh.grid.ny()
             };
+            let d = mesh.lateral_um[axis];
             let (lines, width) = if what == 0 {
                 (count[axis], stack.trench_um)
             } else {
@@ -394,7 +396,7 @@ fn lens_fill(
     centre: [f64; 2],
     [low, high]: [f64; 2],
 ) -> (f64, [f64; 3]) {
-    let size = [mesh.grid.dx_um(), mesh.grid.dy_um()];
+    let size = mesh.lateral_um;
     let p = stack.pitch_um;
     let r = stack.lens.radius_um;
     // The lens's base is the top of the flat layers.

@@ -69,7 +69,7 @@ pub struct FdtdAnswer {
 pub struct FdtdRun {
     /// One an asked wavelength.
     pub answers: Vec<FdtdAnswer>,
-    /// Largest change of a photodiode's P in the last [`CHECK_UM`].
+    /// Largest change of a photodiode's P in the last [`CHECK_UM`], or difference of its volume integral and flux.
     pub residual: f64,
     /// Whether the residual came below the tolerance in the allowed time.
     pub converged: bool,
@@ -153,7 +153,7 @@ pub fn solve(
         let now = run.absorbed();
         if let Some(before) = &before {
             let change = before.iter().zip(&now).map(|(a, b)| (a - b).abs());
-            residual = change.fold(0.0, f64::max);
+            residual = change.fold(run.mismatch(), f64::max);
         }
         before = Some(now);
         let settled = residual < settings.tolerance && run.sim.time_um() > earliest;
@@ -222,16 +222,11 @@ fn members(mesh: &Mesh, bloch: [f64; 2]) -> [Member; 2] {
             } else {
                 mesh.grid.ny()
             };
-            let step = if a == 0 {
-                mesh.grid.dx_um()
-            } else {
-                mesh.grid.dy_um()
-            };
             match (mesh.mirrors[a], current[a] != 0.0) {
                 (true, true) => Lateral::Mirror(Wall::Electric),
                 (true, false) => Lateral::Mirror(Wall::Magnetic),
                 (false, _) => Lateral::Bloch {
-                    phase_rad: bloch[a] * cells as f64 * step,
+                    phase_rad: bloch[a] * cells as f64 * mesh.lateral_um[a],
                 },
             }
         };
@@ -341,7 +336,8 @@ impl Matter {
                 .map(|omega| Numerics {
                     omega: *omega,
                     dt_um,
-                    lateral_um: [mesh.grid.dx_um(), mesh.grid.dy_um()],
+                    lateral_um: mesh.lateral_um,
+                    stepped_um: [mesh.grid.dx_um(), mesh.grid.dy_um()],
                     bloch,
                 })
                 .collect();
@@ -448,7 +444,7 @@ impl<'a> Run<'a> {
         let until = self.sim.time_um() + by_um;
         let dt = self.matter.dt_um;
         while self.sim.time_um() < until {
-            self.sim.advance_plain(self.every);
+            self.sim.advance(self.every);
             let t = self.sim.time_um();
             for (numerics, by_member) in self.matter.numerics.iter().zip(&mut self.phasors) {
                 let turn = C::from_polar(self.every as f64 * dt, numerics.omega * t);
@@ -483,7 +479,7 @@ impl<'a> Run<'a> {
         let footprints = self.footprints();
         for w in 0..self.phasors.len() {
             for m in 0..2 {
-                let incident = self.incident[w][m].power(self.stack.pitch_um);
+                let incident = self.incident[w][m].power(self.mesh);
                 let fields = self.fields(w, m, 0);
                 out.extend(
                     footprints.iter().map(|f| {
@@ -493,6 +489,23 @@ impl<'a> Run<'a> {
             }
         }
         out
+    }
+
+    /// Largest difference of volume integral and flux of a photodiode: zero in a steady state, so it sees what is still on its way.
+    fn mismatch(&self) -> f64 {
+        let mut worst = 0.0f64;
+        for w in 0..self.phasors.len() {
+            for m in 0..2 {
+                let incident = self.incident[w][m].power(self.mesh);
+                let fields = self.fields(w, m, 0);
+                for f in self.footprints() {
+                    let (silicon, trench) = fields.absorbed(&f, &self.matter.raster, &self.loss[w]);
+                    let flux = fields.entering(&f);
+                    worst = worst.max((silicon + trench - flux).abs() / incident);
+                }
+            }
+        }
+        worst
     }
 
     fn answers(&self, wavelengths_nm: &[f64]) -> Vec<FdtdAnswer> {
@@ -513,7 +526,7 @@ impl<'a> Run<'a> {
         let [silicon, inlet, outlet] = [0, 1, 2].map(|i| self.fields(w, m, i));
         let mesh = self.mesh;
         let wave = &self.incident[w][m];
-        let unit = 1.0 / wave.power(self.stack.pitch_um);
+        let unit = 1.0 / wave.power(self.mesh);
         let whole = Footprint::whole(mesh);
         let (raster, loss) = (&self.matter.raster, &self.loss[w]);
         let by_part: Vec<(f64, f64)> = self

@@ -17,7 +17,8 @@ pub struct FdtdSettings {
     pub cells_per_wavelength: f64,
     /// Layers of each absorbing end.
     pub absorbing_layers: usize,
-    /// The run stops when no photodiode's P has changed by more than this in [`super::run::CHECK_UM`], twice in succession.
+    /// The run stops when no photodiode's P has changed by more than this in [`super::CHECK_UM`], and volume integral and flux differ by
+    /// no more, twice in succession.
     pub tolerance: f64,
     /// Longest simulated time in µm/c.
     pub longest_um: f64,

@@ -46,6 +46,7 @@ fn answer(run: &Run, plan: &Plan) -> Answer {
         absorbed: run.wavelengths.clone().map(at).collect(),
         residual: 0.0,
         imbalance: 0.0,
+        warnings: Vec::new(),
     }
 }
 

@@ -1,0 +1,47 @@
+//! FDTD tables that come with the program, so that nobody has to compute for hours before the first image.
+//!
+//! Each is what `qpgen response --model fdtd` made of a built-in pixel; its settings stand in its meta data.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use super::{AngularResponse, ResponseError};
+use crate::em::PixelStack;
+
+/// Name and contents of the `.npz` files.
+const FILES: [(&str, &[u8]); 0] = [];
+
+impl AngularResponse {
+    /// The shipped FDTD table of exactly this pixel, if there is one.
+    pub fn shipped_fdtd(stack: &PixelStack) -> Result<Option<Self>, ResponseError> {
+        let json =
+            |e: serde_json::Error| ResponseError::value("pixel", e.to_string(), "finite numbers");
+        let pixel = serde_json::to_value(stack).map_err(json)?;
+        for (name, bytes) in FILES {
+            let table = Self::from_npz(Cursor::new(bytes), Path::new(name))?;
+            if table.meta().pixel == pixel {
+                return Ok(Some(table));
+            }
+        }
+        Ok(None)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shipped_tables_are_of_built_in_pixels_by_fdtd() {
+        for (name, bytes) in FILES {
+            let table = AngularResponse::from_npz(Cursor::new(bytes), Path::new(name)).unwrap();
+            assert!(table.meta().model.starts_with("fdtd-"), "{name}");
+            let stack = PixelStack::builtin(table.meta().pixel["name"].as_str().unwrap()).unwrap();
+            assert_eq!(AngularResponse::shipped_fdtd(&stack).unwrap(), Some(table));
+        }
+        let mut other = PixelStack::builtin("1.6um").unwrap();
+        other.trench_um = 0.0123;
+        assert_eq!(AngularResponse::shipped_fdtd(&other).unwrap(), None);
+    }
+}
