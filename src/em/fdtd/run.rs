@@ -14,7 +14,7 @@ use super::error::within;
 use super::incident::Incident;
 use super::mesh::Mesh;
 use super::phasors::Phasors;
-use super::powers::{Fields, Footprint, Side};
+use super::powers::{Absorbed, Fields, Footprint, Side};
 use super::pulse::Pulse;
 use super::raster::{Raster, Spectra, raster};
 use super::{FdtdError, FdtdSettings, Lateral, Member, Simulation, Source, Wall, stable_step_um};
@@ -39,7 +39,7 @@ const STEEPEST: f64 = 0.985;
 pub struct FdtdPowers {
     /// Absorbed per sub-pixel, by volume integral (see [`crate::sensor::Subpixels`] for the order).
     pub absorbed: Vec<f64>,
-    /// The same by the flux through the faces of its box; trenches included.
+    /// The same by the flux through the six faces of its box, less what its trenches absorb.
     pub absorbed_by_flux: Vec<f64>,
     /// Reflected into all orders in air.
     pub reflected: f64,
@@ -481,11 +481,12 @@ impl<'a> Run<'a> {
             for m in 0..2 {
                 let incident = self.incident[w][m].power(self.mesh);
                 let fields = self.fields(w, m, 0);
-                out.extend(
-                    footprints.iter().map(|f| {
-                        fields.absorbed(f, &self.matter.raster, &self.loss[w]).0 / incident
-                    }),
-                );
+                out.extend(footprints.iter().map(|f| {
+                    fields
+                        .absorbed(f, &self.matter.raster, &self.loss[w])
+                        .silicon
+                        / incident
+                }));
             }
         }
         out
@@ -499,9 +500,8 @@ impl<'a> Run<'a> {
                 let incident = self.incident[w][m].power(self.mesh);
                 let fields = self.fields(w, m, 0);
                 for f in self.footprints() {
-                    let (silicon, trench) = fields.absorbed(&f, &self.matter.raster, &self.loss[w]);
-                    let flux = fields.entering(&f);
-                    worst = worst.max((silicon + trench - flux).abs() / incident);
+                    let absorbed = fields.absorbed(&f, &self.matter.raster, &self.loss[w]);
+                    worst = worst.max((absorbed.total() - fields.entering(&f)).abs() / incident);
                 }
             }
         }
@@ -529,25 +529,25 @@ impl<'a> Run<'a> {
         let unit = 1.0 / wave.power(self.mesh);
         let whole = Footprint::whole(mesh);
         let (raster, loss) = (&self.matter.raster, &self.loss[w]);
-        let by_part: Vec<(f64, f64)> = self
-            .footprints()
+        let footprints = self.footprints();
+        let parts: Vec<Absorbed> = footprints
             .iter()
             .map(|f| silicon.absorbed(f, raster, loss))
             .collect();
-        let absorbed: Vec<f64> = by_part.iter().map(|p| p.0 * unit).collect();
-        let trench = by_part.iter().map(|p| p.1).sum::<f64>() * unit;
+        let absorbed: Vec<f64> = parts.iter().map(|p| p.silicon * unit).collect();
+        let sum = |of: fn(&Absorbed) -> f64| parts.iter().map(of).sum::<f64>() * unit;
+        let (trench, above) = (sum(|p| p.trench), sum(|p| p.above));
         let transmitted = -silicon.upward(&whole, mesh.bottom, Side::Both) * unit;
-        let into_silicon = -silicon.upward(&whole, mesh.surface, Side::Above) * unit;
+        let into_silicon = -silicon.upward(&whole, mesh.surface, Side::Above) * unit - above;
         let into_pixel = -inlet.upward(&whole, mesh.inlet, Side::Both) * unit;
         let up = outlet.upward(&whole, mesh.outlet, Side::Both);
         let reflected = wave.reflected(&outlet, up, self.members[m].current) * unit;
         let elsewhere = into_pixel - into_silicon + trench;
         let balance = reflected + absorbed.iter().sum::<f64>() + transmitted + elsewhere;
+        let by_flux = footprints.iter().zip(&parts);
         FdtdPowers {
-            absorbed_by_flux: self
-                .footprints()
-                .iter()
-                .map(|f| silicon.entering(f) * unit)
+            absorbed_by_flux: by_flux
+                .map(|(f, p)| (silicon.entering(f) - p.above - p.trench) * unit)
                 .collect(),
             absorbed,
             reflected,
