@@ -103,57 +103,58 @@ fn h_rows(shared: &Shared, sets: &mut [Set], j: usize, k: usize) {
     let layout = &shared.layout;
     let at = layout.at(k, j as isize);
     let (up, back) = (at + layout.layer(), at + layout.stride);
+    let width = layout.width;
     let [rate_x, rate_y] = shared.coefficients.lateral;
     let vertical = shared.coefficients.h_vertical[k];
     for set in sets {
-        let Set { e, h, psi_h, .. } = set;
-        let row = |axis: usize, place: usize| &e[axis][place..place + layout.width];
-        let [hx, hy, hz] = h.each_mut().map(|field| &mut field[at..at + layout.width]);
-        let curl_x = Curl {
-            a: [row(2, back), row(2, at)],
-            b: [row(1, up), row(1, at)],
+        let [ex, ey, ez] = &set.e;
+        let [hx, hy, hz] = &mut set.h;
+        let [psi_x, psi_y] = &mut set.psi_h;
+        let curl_x = |psi| Curl {
+            a: [row(ez, back, width), row(ez, at, width)],
+            b: [row(ey, up, width), row(ey, at, width)],
             rates: [rate_y, vertical.rate],
+            psi,
         };
-        let curl_y = Curl {
-            a: [row(0, up), row(0, at)],
-            b: [row(2, at + 1), row(2, at)],
+        let curl_y = |psi| Curl {
+            a: [row(ex, up, width), row(ex, at, width)],
+            b: [row(ez, at + 1, width), row(ez, at, width)],
             rates: [vertical.rate, rate_x],
+            psi,
         };
         let curl_z = Curl {
-            a: [row(1, at + 1), row(1, at)],
-            b: [row(0, back), row(0, at)],
+            a: [row(ey, at + 1, width), row(ey, at, width)],
+            b: [row(ex, back, width), row(ex, at, width)],
             rates: [rate_x, rate_y],
+            psi: Psi::none(),
         };
+        let hx = row_mut(hx, at, width);
+        let hy = row_mut(hy, at, width);
         match (vertical.stretch, shared.absorbing(k)) {
             (Some(bc), Some(slot)) => {
                 let at = layout.at(slot, j as isize);
-                let [px, py] = psi_h.each_mut().map(|p| psi(p, at, layout.width, bc));
-                h_row::<SECOND>(hx, curl_x, px);
-                h_row::<FIRST>(hy, curl_y, py);
+                let row = row_mut(psi_x, at, width);
+                h_row::<SECOND>(hx, curl_x(Psi { row, bc }));
+                let row = row_mut(psi_y, at, width);
+                h_row::<FIRST>(hy, curl_y(Psi { row, bc }));
             }
             _ => {
-                h_row::<NEITHER>(hx, curl_x, no_psi());
-                h_row::<NEITHER>(hy, curl_y, no_psi());
+                h_row::<NEITHER>(hx, curl_x(Psi::none()));
+                h_row::<NEITHER>(hy, curl_y(Psi::none()));
             }
         }
-        h_row::<NEITHER>(hz, curl_z, no_psi());
+        h_row::<NEITHER>(row_mut(hz, at, width), curl_z);
     }
 }
 
 #[inline(always)]
-fn psi(field: &mut Aligned, at: usize, width: usize, bc: [f32; 2]) -> Psi<'_> {
-    Psi {
-        row: &mut field[at..at + width],
-        bc,
-    }
+fn row(field: &Aligned, at: usize, width: usize) -> &[f32] {
+    &field[at..at + width]
 }
 
 #[inline(always)]
-fn no_psi() -> Psi<'static> {
-    Psi {
-        row: &mut [],
-        bc: [0.0; 2],
-    }
+fn row_mut(field: &mut Aligned, at: usize, width: usize) -> &mut [f32] {
+    &mut field[at..at + width]
 }
 
 /// Row j of E in layer k, with the source.
@@ -162,46 +163,50 @@ fn e_rows(shared: &Shared, state: &mut State, j: usize, k: usize, current: f32) 
     let layout = &shared.layout;
     let at = layout.at(k, j as isize);
     let front = at - layout.stride;
+    let width = layout.width;
     let [rate_x, rate_y] = shared.coefficients.lateral;
     let vertical = shared.coefficients.e_vertical[k];
     let scratch = &mut state.scratch;
+    let material = |axis| Material { shared, axis, j, k };
     for (part, set) in state.sets.iter_mut().enumerate() {
-        let Set {
-            e, h, psi_e, poles, ..
-        } = set;
-        let row = |axis: usize, place: usize| &h[axis][place..place + layout.width];
-        let [ex, ey, ez] = e.each_mut().map(|field| &mut field[at..at + layout.width]);
+        let [hx, hy, hz] = &set.h;
+        let [ex, ey, ez] = &mut set.e;
+        let [psi_x, psi_y] = &mut set.psi_e;
+        let [poles_x, poles_y, poles_z] = &mut set.poles;
         // Plane 0 is the conductor that ends the grid.
         if k > 0 {
             let below = at - layout.layer();
-            let curl_x = Curl {
-                a: [row(2, at), row(2, front)],
-                b: [row(1, at), row(1, below)],
+            let curl_x = |psi| Curl {
+                a: [row(hz, at, width), row(hz, front, width)],
+                b: [row(hy, at, width), row(hy, below, width)],
                 rates: [rate_y, vertical.rate],
+                psi,
             };
-            let curl_y = Curl {
-                a: [row(0, at), row(0, below)],
-                b: [row(2, at), row(2, at - 1)],
+            let curl_y = |psi| Curl {
+                a: [row(hx, at, width), row(hx, below, width)],
+                b: [row(hz, at, width), row(hz, at - 1, width)],
                 rates: [vertical.rate, rate_x],
+                psi,
             };
-            let material = |axis| Material { shared, axis, j, k };
-            let [px, py, _] = poles;
+            let ex = row_mut(ex, at, width);
+            let ey = row_mut(ey, at, width);
             match (vertical.stretch, shared.absorbing(k)) {
                 (Some(bc), Some(slot)) => {
                     let at = layout.at(slot, j as isize);
-                    let [x, y] = psi_e.each_mut().map(|p| psi(p, at, layout.width, bc));
-                    material(0).step::<SECOND>(ex, curl_x, x, px, scratch);
-                    material(1).step::<FIRST>(ey, curl_y, y, py, scratch);
+                    let row = row_mut(psi_x, at, width);
+                    material(0).step::<SECOND>(ex, curl_x(Psi { row, bc }), poles_x, scratch);
+                    let row = row_mut(psi_y, at, width);
+                    material(1).step::<FIRST>(ey, curl_y(Psi { row, bc }), poles_y, scratch);
                 }
                 _ => {
-                    material(0).step::<NEITHER>(ex, curl_x, no_psi(), px, scratch);
-                    material(1).step::<NEITHER>(ey, curl_y, no_psi(), py, scratch);
+                    material(0).step::<NEITHER>(ex, curl_x(Psi::none()), poles_x, scratch);
+                    material(1).step::<NEITHER>(ey, curl_y(Psi::none()), poles_y, scratch);
                 }
             }
             if k == shared.source_plane {
-                for (axis, field) in [(0, &mut *ex), (1, &mut *ey)] {
+                for (axis, field) in [(0, ex), (1, ey)] {
                     let cb = &shared.coefficients.row(axis, j, k).cb;
-                    let amplitude = &state.sheet.amplitude[part][axis][j * layout.width..];
+                    let amplitude = &state.sheet.amplitude[part][axis][j * width..];
                     for ((value, cb), amplitude) in field.iter_mut().zip(cb).zip(amplitude) {
                         *value -= cb * (amplitude * current);
                     }
@@ -209,17 +214,12 @@ fn e_rows(shared: &Shared, state: &mut State, j: usize, k: usize, current: f32) 
             }
         }
         let curl_z = Curl {
-            a: [row(1, at), row(1, at - 1)],
-            b: [row(0, at), row(0, front)],
+            a: [row(hy, at, width), row(hy, at - 1, width)],
+            b: [row(hx, at, width), row(hx, front, width)],
             rates: [rate_x, rate_y],
+            psi: Psi::none(),
         };
-        let material = Material {
-            shared,
-            axis: 2,
-            j,
-            k,
-        };
-        material.step::<NEITHER>(ez, curl_z, no_psi(), &mut poles[2], scratch);
+        material(2).step::<NEITHER>(row_mut(ez, at, width), curl_z, poles_z, scratch);
     }
 }
 
@@ -237,7 +237,6 @@ impl Material<'_> {
         self,
         e: &mut [f32],
         curl: Curl<'_>,
-        psi: Psi<'_>,
         poles: &mut [Polarization],
         scratch: &mut Aligned,
     ) {
@@ -245,7 +244,7 @@ impl Material<'_> {
         let row = coefficients.row(self.axis, self.j, self.k);
         let layer = match coefficients.polar_layer[self.k] {
             Some(layer) if !row.poles.is_empty() => layer,
-            _ => return e_row::<STRETCHED>(e, row, curl, psi),
+            _ => return e_row::<STRETCHED>(e, row, curl),
         };
         let at = self.shared.layout.at(layer, self.j as isize);
         let places = at..at + e.len();
@@ -257,7 +256,7 @@ impl Material<'_> {
             );
             pole_drive(scratch, pole, q, p);
         }
-        e_row_driven::<STRETCHED>(e, row, curl, psi, scratch);
+        e_row_driven::<STRETCHED>(e, row, curl, scratch);
         for (pole, polarization) in row.poles.iter().zip(poles) {
             let Polarization { q, p } = polarization;
             pole_row(
