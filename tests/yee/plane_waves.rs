@@ -137,7 +137,7 @@ fn slab(medium: &Medium, cells: usize, dz_um: f64, theta_deg: f64, s: bool) -> [
         )
         .unwrap()
     };
-    let absorbing = (0.4 / dz_um) as usize;
+    let absorbing = (0.2 / dz_um).round() as usize;
     let (low, high) = (absorbing + 12, absorbing + 12 + cells);
     let nz = high + absorbing + 30;
     let grid = YeeGrid::new(1, 1, dz_um, dz_um, planes(nz, dz_um)).unwrap();
@@ -155,7 +155,7 @@ fn slab(medium: &Medium, cells: usize, dz_um: f64, theta_deg: f64, s: bool) -> [
     let media = vec![Medium::VACUUM, face, medium.clone()];
     let map =
         quadpixel::em::fdtd::MaterialMap::new(&grid, media, plane.clone(), plane, above).unwrap();
-    let mut run = Driven::with_map(grid, map, k, current, high + 20, cpml, 220);
+    let mut run = Driven::with_map(grid, map, k, current, high + 20, cpml, 100);
     let e = run.amplitudes(component, &[low - 6, low - 5, high + 8, high + 9]);
     let kz = run.kz(k, 1.0, dz_um);
     let below = up_and_down([e[0], e[1]], kz, dz_um);
@@ -168,7 +168,7 @@ fn slab(medium: &Medium, cells: usize, dz_um: f64, theta_deg: f64, s: bool) -> [
 
 #[test]
 fn slabs_of_lorentz_drude_and_conducting_media_converge_to_fresnel_at_second_order() {
-    // 0.1 µm slabs; steps of 5 and 2.5 nm. Bound: the error of the fine mesh is below 4e-3 and a quarter (within 35 %) of the coarse one's
+    // 0.1 µm slabs; steps of 10 and 5 nm. Bound: the error of the fine mesh is below 4e-3 and a quarter (within 35 %) of the coarse one's
     // unless both are below 2e-4, where f32 and the absorbing layers (1e-4) end the convergence.
     let pole = |strength, resonance, damping| Pole {
         strength,
@@ -195,13 +195,13 @@ fn slabs_of_lorentz_drude_and_conducting_media_converge_to_fresnel_at_second_ord
         ),
     ];
     for (name, medium) in &media {
-        for (theta, s) in [(0.0, true), (50.0, true), (50.0, false)] {
+        for (theta, s) in [(0.0, true), (50.0, false)] {
             let exact = airy(medium.epsilon(OMEGA), 0.1, theta, s);
             let error = |cells: usize| {
                 let found = slab(medium, cells, 0.1 / cells as f64, theta, s);
                 [0, 1].map(|i| found[i] - exact[i])
             };
-            let (coarse, fine) = (error(20), error(40));
+            let (coarse, fine) = (error(10), error(20));
             println!("{name} {theta} s={s}: exact {exact:?} errors {coarse:?} {fine:?}");
             for (coarse, fine) in coarse.iter().zip(fine) {
                 assert!(fine.abs() < 4e-3, "{name} {theta} {s}: {fine}");

@@ -11,12 +11,12 @@ pub(super) const NEITHER: usize = 0;
 pub(super) const FIRST: usize = 1;
 pub(super) const SECOND: usize = 2;
 
-/// A row of one component of a curl, (a1 − a0) ra − (b1 − b0) rb, where ψ joins the stretched difference.
+/// A row of one component of a curl, (a1 − a0) ra − (b1 − b0) rb.
+#[derive(Clone, Copy)]
 pub(super) struct Curl<'a> {
     pub a: [&'a [f32]; 2],
     pub b: [&'a [f32]; 2],
     pub rates: [f32; 2],
-    pub psi: Psi<'a>,
 }
 
 /// ψ of the stretched difference, with b and c; empty if none is.
@@ -46,7 +46,8 @@ fn vectors_mut(row: &mut [f32]) -> &mut [Lanes] {
     row.as_chunks_mut::<VECTOR>().0
 }
 
-/// [`Curl`] by vectors. There are no closures here: one that is not inlined loses the level's instructions.
+/// [`Curl`] and ψ by vectors. Vectors are read whole before one is written, and there are no closures: otherwise the compiler, which cannot
+/// know that rows do not overlap, or does not inline, falls back to single numbers.
 struct Vectors<'a> {
     nodes: [&'a [Lanes]; 4],
     rates: [f32; 2],
@@ -56,8 +57,8 @@ struct Vectors<'a> {
 
 impl<'a> Vectors<'a> {
     #[inline(always)]
-    fn new(curl: Curl<'a>, count: usize) -> Self {
-        let Curl { a, b, rates, psi } = curl;
+    fn new(curl: Curl<'a>, psi: Psi<'a>, count: usize) -> Self {
+        let Curl { a, b, rates } = curl;
         let nodes = [
             vectors(a[0], count),
             vectors(a[1], count),
@@ -75,7 +76,7 @@ impl<'a> Vectors<'a> {
     #[inline(always)]
     fn curl<const STRETCHED: usize>(&mut self, v: usize) -> Lanes {
         let [a1, a0, b1, b0] = self.nodes;
-        let (a1, a0, b1, b0) = (&a1[v], &a0[v], &b1[v], &b0[v]);
+        let (a1, a0, b1, b0) = (a1[v], a0[v], b1[v], b0[v]);
         let [ra, rb] = self.rates;
         let [b, c] = self.bc;
         let mut out = [0.0; VECTOR];
@@ -85,7 +86,7 @@ impl<'a> Vectors<'a> {
             }
             return out;
         }
-        let psi = &mut self.psi[v];
+        let mut psi = self.psi[v];
         for l in 0..VECTOR {
             let (da, db) = (a1[l] - a0[l], b1[l] - b0[l]);
             if STRETCHED == FIRST {
@@ -96,34 +97,45 @@ impl<'a> Vectors<'a> {
                 out[l] = da * ra - (db * rb + psi[l]);
             }
         }
+        self.psi[v] = psi;
         out
     }
 }
 
 /// H ← H − dt curl E.
 #[inline(always)]
-pub(super) fn h_row<const STRETCHED: usize>(h: &mut [f32], curl: Curl<'_>) {
+pub(super) fn h_row<const STRETCHED: usize>(h: &mut [f32], curl: Curl<'_>, psi: Psi<'_>) {
     let h = vectors_mut(h);
-    let mut curl = Vectors::new(curl, h.len());
-    for (v, h) in h.iter_mut().enumerate() {
+    let mut curl = Vectors::new(curl, psi, h.len());
+    for (v, place) in h.iter_mut().enumerate() {
         let c = curl.curl::<STRETCHED>(v);
+        let mut h = *place;
         for l in 0..VECTOR {
             h[l] -= c[l];
         }
+        *place = h;
     }
 }
 
 /// E ← ca E + cb dt curl H.
 #[inline(always)]
-pub(super) fn e_row<const STRETCHED: usize>(e: &mut [f32], row: &Row, curl: Curl<'_>) {
+pub(super) fn e_row<const STRETCHED: usize>(
+    e: &mut [f32],
+    row: &Row,
+    curl: Curl<'_>,
+    psi: Psi<'_>,
+) {
     let e = vectors_mut(e);
-    let (ca, cb) = (vectors(&row.ca, e.len()), vectors(&row.cb, e.len()));
-    let mut curl = Vectors::new(curl, e.len());
-    for (v, e) in e.iter_mut().enumerate() {
+    let n = e.len();
+    let (ca, cb) = (vectors(&row.ca, n), vectors(&row.cb, n));
+    let mut curl = Vectors::new(curl, psi, n);
+    for (v, place) in e.iter_mut().enumerate() {
         let c = curl.curl::<STRETCHED>(v);
+        let (mut e, ca, cb) = (*place, ca[v], cb[v]);
         for l in 0..VECTOR {
-            e[l] = ca[v][l] * e[l] + cb[v][l] * c[l];
+            e[l] = ca[l] * e[l] + cb[l] * c[l];
         }
+        *place = e;
     }
 }
 
@@ -134,10 +146,12 @@ pub(super) fn pole_drive(drive: &mut [f32], pole: &[Vec<f32>; 5], q: &[f32], p: 
     let n = drive.len();
     let (g, h) = (vectors(&pole[3], n), vectors(&pole[4], n));
     let (q, p) = (vectors(q, n), vectors(p, n));
-    for v in 0..n {
+    for (v, place) in drive.iter_mut().enumerate() {
+        let (mut drive, g, h, q, p) = (*place, g[v], h[v], q[v], p[v]);
         for l in 0..VECTOR {
-            drive[v][l] += g[v][l] * q[v][l] - h[v][l] * p[v][l];
+            drive[l] += g[l] * q[l] - h[l] * p[l];
         }
+        *place = drive;
     }
 }
 
@@ -147,36 +161,42 @@ pub(super) fn e_row_driven<const STRETCHED: usize>(
     e: &mut [f32],
     row: &Row,
     curl: Curl<'_>,
+    psi: Psi<'_>,
     drive: &mut [f32],
 ) {
     let e = vectors_mut(e);
-    let drive = &mut vectors_mut(drive)[..e.len()];
-    let (ca, cb) = (vectors(&row.ca, e.len()), vectors(&row.cb, e.len()));
-    let mut curl = Vectors::new(curl, e.len());
-    for (v, (e, drive)) in e.iter_mut().zip(drive).enumerate() {
+    let n = e.len();
+    let (ca, cb) = (vectors(&row.ca, n), vectors(&row.cb, n));
+    let mut curl = Vectors::new(curl, psi, n);
+    for (v, (e_place, sum_place)) in e.iter_mut().zip(vectors_mut(drive)).enumerate() {
         let c = curl.curl::<STRETCHED>(v);
+        let (mut e, mut sum, ca, cb) = (*e_place, *sum_place, ca[v], cb[v]);
         for l in 0..VECTOR {
             let before = e[l];
-            e[l] = (ca[v][l] * before + cb[v][l] * c[l]) - drive[l];
-            drive[l] = e[l] + before;
+            e[l] = (ca[l] * before + cb[l] * c[l]) - sum[l];
+            sum[l] = e[l] + before;
         }
+        *e_place = e;
+        *sum_place = sum;
     }
 }
 
 /// Steps q and P of a pole; `sum` is E + E before.
 #[inline(always)]
 pub(super) fn pole_row(q: &mut [f32], p: &mut [f32], pole: &[Vec<f32>; 5], sum: &[f32]) {
-    let q = vectors_mut(q);
+    let (q, p) = (vectors_mut(q), vectors_mut(p));
     let n = q.len();
-    let p = &mut vectors_mut(p)[..n];
     let (alpha, beta) = (vectors(&pole[0], n), vectors(&pole[1], n));
-    let xi = vectors(&pole[2], n);
-    let sum = vectors(sum, n);
-    for v in 0..n {
+    let (xi, sum) = (vectors(&pole[2], n), vectors(sum, n));
+    for (v, (q_place, p_place)) in q.iter_mut().zip(p).enumerate() {
+        let (mut q, mut p, sum) = (*q_place, *p_place, sum[v]);
+        let (alpha, beta, xi) = (alpha[v], beta[v], xi[v]);
         for l in 0..VECTOR {
-            let before = q[v][l];
-            q[v][l] = (alpha[v][l] * before - beta[v][l] * p[v][l]) + xi[v][l] * sum[v][l];
-            p[v][l] += 0.5 * (before + q[v][l]);
+            let before = q[l];
+            q[l] = (alpha[l] * before - beta[l] * p[l]) + xi[l] * sum[l];
+            p[l] += 0.5 * (before + q[l]);
         }
+        *q_place = q;
+        *p_place = p;
     }
 }

@@ -110,23 +110,20 @@ fn h_rows(shared: &Shared, sets: &mut [Set], j: usize, k: usize) {
         let [ex, ey, ez] = &set.e;
         let [hx, hy, hz] = &mut set.h;
         let [psi_x, psi_y] = &mut set.psi_h;
-        let curl_x = |psi| Curl {
+        let curl_x = Curl {
             a: [row(ez, back, width), row(ez, at, width)],
             b: [row(ey, up, width), row(ey, at, width)],
             rates: [rate_y, vertical.rate],
-            psi,
         };
-        let curl_y = |psi| Curl {
+        let curl_y = Curl {
             a: [row(ex, up, width), row(ex, at, width)],
             b: [row(ez, at + 1, width), row(ez, at, width)],
             rates: [vertical.rate, rate_x],
-            psi,
         };
         let curl_z = Curl {
             a: [row(ey, at + 1, width), row(ey, at, width)],
             b: [row(ex, back, width), row(ex, at, width)],
             rates: [rate_x, rate_y],
-            psi: Psi::none(),
         };
         let hx = row_mut(hx, at, width);
         let hy = row_mut(hy, at, width);
@@ -134,16 +131,16 @@ fn h_rows(shared: &Shared, sets: &mut [Set], j: usize, k: usize) {
             (Some(bc), Some(slot)) => {
                 let at = layout.at(slot, j as isize);
                 let row = row_mut(psi_x, at, width);
-                h_row::<SECOND>(hx, curl_x(Psi { row, bc }));
+                h_row::<SECOND>(hx, curl_x, Psi { row, bc });
                 let row = row_mut(psi_y, at, width);
-                h_row::<FIRST>(hy, curl_y(Psi { row, bc }));
+                h_row::<FIRST>(hy, curl_y, Psi { row, bc });
             }
             _ => {
-                h_row::<NEITHER>(hx, curl_x(Psi::none()));
-                h_row::<NEITHER>(hy, curl_y(Psi::none()));
+                h_row::<NEITHER>(hx, curl_x, Psi::none());
+                h_row::<NEITHER>(hy, curl_y, Psi::none());
             }
         }
-        h_row::<NEITHER>(row_mut(hz, at, width), curl_z);
+        h_row::<NEITHER>(row_mut(hz, at, width), curl_z, Psi::none());
     }
 }
 
@@ -167,7 +164,6 @@ fn e_rows(shared: &Shared, state: &mut State, j: usize, k: usize, current: f32) 
     let [rate_x, rate_y] = shared.coefficients.lateral;
     let vertical = shared.coefficients.e_vertical[k];
     let scratch = &mut state.scratch;
-    let material = |axis| Material { shared, axis, j, k };
     for (part, set) in state.sets.iter_mut().enumerate() {
         let [hx, hy, hz] = &set.h;
         let [ex, ey, ez] = &mut set.e;
@@ -176,17 +172,15 @@ fn e_rows(shared: &Shared, state: &mut State, j: usize, k: usize, current: f32) 
         // Plane 0 is the conductor that ends the grid.
         if k > 0 {
             let below = at - layout.layer();
-            let curl_x = |psi| Curl {
+            let curl_x = Curl {
                 a: [row(hz, at, width), row(hz, front, width)],
                 b: [row(hy, at, width), row(hy, below, width)],
                 rates: [rate_y, vertical.rate],
-                psi,
             };
-            let curl_y = |psi| Curl {
+            let curl_y = Curl {
                 a: [row(hx, at, width), row(hx, below, width)],
                 b: [row(hz, at, width), row(hz, at - 1, width)],
                 rates: [vertical.rate, rate_x],
-                psi,
             };
             let ex = row_mut(ex, at, width);
             let ey = row_mut(ey, at, width);
@@ -194,13 +188,49 @@ fn e_rows(shared: &Shared, state: &mut State, j: usize, k: usize, current: f32) 
                 (Some(bc), Some(slot)) => {
                     let at = layout.at(slot, j as isize);
                     let row = row_mut(psi_x, at, width);
-                    material(0).step::<SECOND>(ex, curl_x(Psi { row, bc }), poles_x, scratch);
+                    Material {
+                        shared,
+                        axis: 0,
+                        j,
+                        k,
+                    }
+                    .step::<SECOND>(
+                        ex,
+                        curl_x,
+                        Psi { row, bc },
+                        poles_x,
+                        scratch,
+                    );
                     let row = row_mut(psi_y, at, width);
-                    material(1).step::<FIRST>(ey, curl_y(Psi { row, bc }), poles_y, scratch);
+                    Material {
+                        shared,
+                        axis: 1,
+                        j,
+                        k,
+                    }
+                    .step::<FIRST>(
+                        ey,
+                        curl_y,
+                        Psi { row, bc },
+                        poles_y,
+                        scratch,
+                    );
                 }
                 _ => {
-                    material(0).step::<NEITHER>(ex, curl_x(Psi::none()), poles_x, scratch);
-                    material(1).step::<NEITHER>(ey, curl_y(Psi::none()), poles_y, scratch);
+                    Material {
+                        shared,
+                        axis: 0,
+                        j,
+                        k,
+                    }
+                    .step::<NEITHER>(ex, curl_x, Psi::none(), poles_x, scratch);
+                    Material {
+                        shared,
+                        axis: 1,
+                        j,
+                        k,
+                    }
+                    .step::<NEITHER>(ey, curl_y, Psi::none(), poles_y, scratch);
                 }
             }
             if k == shared.source_plane {
@@ -217,9 +247,20 @@ fn e_rows(shared: &Shared, state: &mut State, j: usize, k: usize, current: f32) 
             a: [row(hy, at, width), row(hy, at - 1, width)],
             b: [row(hx, at, width), row(hx, front, width)],
             rates: [rate_x, rate_y],
-            psi: Psi::none(),
         };
-        material(2).step::<NEITHER>(row_mut(ez, at, width), curl_z, poles_z, scratch);
+        Material {
+            shared,
+            axis: 2,
+            j,
+            k,
+        }
+        .step::<NEITHER>(
+            row_mut(ez, at, width),
+            curl_z,
+            Psi::none(),
+            poles_z,
+            scratch,
+        );
     }
 }
 
@@ -237,6 +278,7 @@ impl Material<'_> {
         self,
         e: &mut [f32],
         curl: Curl<'_>,
+        psi: Psi<'_>,
         poles: &mut [Polarization],
         scratch: &mut Aligned,
     ) {
@@ -244,7 +286,7 @@ impl Material<'_> {
         let row = coefficients.row(self.axis, self.j, self.k);
         let layer = match coefficients.polar_layer[self.k] {
             Some(layer) if !row.poles.is_empty() => layer,
-            _ => return e_row::<STRETCHED>(e, row, curl),
+            _ => return e_row::<STRETCHED>(e, row, curl, psi),
         };
         let at = self.shared.layout.at(layer, self.j as isize);
         let places = at..at + e.len();
@@ -256,7 +298,7 @@ impl Material<'_> {
             );
             pole_drive(scratch, pole, q, p);
         }
-        e_row_driven::<STRETCHED>(e, row, curl, scratch);
+        e_row_driven::<STRETCHED>(e, row, curl, psi, scratch);
         for (pole, polarization) in row.poles.iter().zip(poles) {
             let Polarization { q, p } = polarization;
             pole_row(
