@@ -16,7 +16,7 @@ const P: (Component, [f64; 2]) = (Component::Ex, [1.0, 0.0]);
 #[test]
 fn oblique_waves_follow_yees_dispersion_relation() {
     // Coarse on purpose: eleven cells a wavelength, unequal steps, where kz is 1 % off that of the continuum. For waves up and down in
-    // any mixture E(k+1) + E(k−1) = 2 cos(kz dz) E(k). Bound: f32 noise of 1e-5 on amplitudes.
+    // any mixture E(k+1) + E(k−1) = 2 cos(kz dz) E(k). Bound: 2e-6, f32 noise on sums of 72 steps.
     for (theta, azimuth) in [(0.0f64, 0.0f64), (30.0, 20.0), (50.0, 65.0)] {
         let (sin, turn) = (theta.to_radians().sin(), azimuth.to_radians());
         let k = [OMEGA * sin * turn.cos(), OMEGA * sin * turn.sin()];
@@ -37,10 +37,10 @@ fn oblique_waves_follow_yees_dispersion_relation() {
             let expected = (run.kz(k, 1.0, 0.05) * 0.05).cos();
             let continuum = ((OMEGA * OMEGA - k[0] * k[0] - k[1] * k[1]).sqrt() * 0.05).cos();
             assert!(
-                (cosine - expected).norm() < 2e-5,
+                (cosine - expected).norm() < 2e-6,
                 "{theta} {cosine} {expected}"
             );
-            assert!((expected - continuum).abs() > 5e-4, "too fine to tell");
+            assert!((expected - continuum).abs() > 1e-4, "too fine to tell");
         }
     }
 }
@@ -155,7 +155,7 @@ fn slab(medium: &Medium, cells: usize, dz_um: f64, theta_deg: f64, s: bool) -> [
     let media = vec![Medium::VACUUM, face, medium.clone()];
     let map =
         quadpixel::em::fdtd::MaterialMap::new(&grid, media, plane.clone(), plane, above).unwrap();
-    let mut run = Driven::with_map(grid, map, k, current, high + 20, cpml, 100);
+    let mut run = Driven::with_map(grid, map, k, current, high + 20, cpml, 150);
     let e = run.amplitudes(component, &[low - 6, low - 5, high + 8, high + 9]);
     let kz = run.kz(k, 1.0, dz_um);
     let below = up_and_down([e[0], e[1]], kz, dz_um);
@@ -168,8 +168,7 @@ fn slab(medium: &Medium, cells: usize, dz_um: f64, theta_deg: f64, s: bool) -> [
 
 #[test]
 fn slabs_of_lorentz_drude_and_conducting_media_converge_to_fresnel_at_second_order() {
-    // 0.1 µm slabs; steps of 10 and 5 nm. Bound: the error of the fine mesh is below 4e-3 and a quarter (within 35 %) of the coarse one's
-    // unless both are below 2e-4, where f32 and the absorbing layers (1e-4) end the convergence.
+    // 0.1 µm slabs; steps of 10 and 5 nm. Bound: the error of the fine mesh is below 4e-3 and a quarter (within 35 %) of the coarse one's.
     let pole = |strength, resonance, damping| Pole {
         strength,
         resonance,
@@ -203,15 +202,14 @@ fn slabs_of_lorentz_drude_and_conducting_media_converge_to_fresnel_at_second_ord
             };
             let (coarse, fine) = (error(10), error(20));
             println!("{name} {theta} s={s}: exact {exact:?} errors {coarse:?} {fine:?}");
-            for (coarse, fine) in coarse.iter().zip(fine) {
-                assert!(fine.abs() < 4e-3, "{name} {theta} {s}: {fine}");
-                let small = coarse.abs() < 2e-4 && fine.abs() < 2e-4;
-                let ratio = fine / coarse;
-                assert!(
-                    small || (0.16..0.34).contains(&ratio),
-                    "{name} {theta} {s}: ratio {ratio}"
-                );
-            }
+            // R and T together: one alone may change its sign between two meshes.
+            let size = |e: [f64; 2]| e[0].hypot(e[1]);
+            let ratio = size(fine) / size(coarse);
+            assert!(size(fine) < 4e-3, "{name} {theta} {s}: {fine:?}");
+            assert!(
+                (0.16..0.34).contains(&ratio),
+                "{name} {theta} {s}: ratio {ratio}"
+            );
         }
     }
 }
