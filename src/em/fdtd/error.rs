@@ -43,7 +43,7 @@ pub(super) fn within(
         Err(FdtdError::value(
             field,
             value,
-            format!("{low:e} to {high:e}"),
+            format!("{low} to {high}"),
         ))
     }
 }
