@@ -46,7 +46,7 @@ pub(super) fn within(
         Err(FdtdError::value(
             field,
             value,
-            format!("{low:e} to {high:e}"),
+            format!("{low} to {high}"),
         ))
     }
 }
