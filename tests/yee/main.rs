@@ -3,4 +3,6 @@
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 mod equal;
+mod plane_waves;
 mod setup;
+mod stability;

@@ -32,13 +32,14 @@ pub fn stable_step_um(grid: &YeeGrid, map: &MaterialMap) -> Result<f64, FdtdErro
     let mut largest = 0.0f64;
     for k in 0..grid.nz() {
         let thin = grid.thickness_um(k);
-        let below = if k > 0 {
-            grid.thickness_um(k - 1)
-        } else {
-            thin
+        // The outer planes are conductors: neither tangential E nor a divergence of E is there.
+        let inverse_dual = |k: usize| match k {
+            k if k == 0 || k == grid.nz() => 0.0,
+            k => 1.0 / grid.dual_um(k),
         };
-        let on_plane = 2.0 / grid.dual_um(k) * (1.0 / thin + 1.0 / below);
-        let between = 2.0 / thin * (1.0 / grid.dual_um(k) + 1.0 / grid.dual_um(k + 1));
+        let below = grid.thickness_um(k.saturating_sub(1));
+        let on_plane = 2.0 * inverse_dual(k) * (1.0 / thin + 1.0 / below);
+        let between = 2.0 / thin * (inverse_dual(k) + inverse_dual(k + 1));
         for axis in 0..3 {
             let epsilon = smallest_permittivity(grid, map, axis, k);
             let vertical = if axis == 2 { between } else { on_plane };

@@ -62,8 +62,10 @@ impl Numerics {
     }
 }
 
-/// Sine of the inclination, in the lens's medium, of the waves that get their exact k_z: near the edge of what a lens of the paper bends in.
-const TILT: f64 = 0.6;
+/// Sine of the inclination, in the lens's medium, of the waves that get their exact k_z: well inside the cone into which the paper's lenses
+/// bend. With 0 light at 20° drifts 10 % too little on a draft mesh, with 0.6 some per cent too far on a standard one; what the choice leaves
+/// is of second order in the cell.
+const TILT: f64 = 0.5;
 
 /// a for layers of which `cells` make one wavelength in the medium, in which `across` = k dx.
 pub(super) fn stretch(cells: f64, across: f64) -> f64 {

@@ -43,10 +43,6 @@ pub(super) fn within(
     if (low..=high).contains(&value) {
         Ok(())
     } else {
-        Err(FdtdError::value(
-            field,
-            value,
-            format!("{low:e} to {high:e}"),
-        ))
+        Err(FdtdError::value(field, value, format!("{low} to {high}")))
     }
 }

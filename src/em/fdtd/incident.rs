@@ -76,9 +76,9 @@ impl Incident {
         let mirrored = mesh.mirrors[0] || mesh.mirrors[1];
         let area = area_um2(mesh);
         let mut out = total;
-        for a in 0..2 {
+        for (a, own) in current.iter().enumerate() {
             // Between mirrors the other component is odd, and its mean over the period zero.
-            if mirrored && current[a] == 0.0 {
+            if mirrored && *own == 0.0 {
                 continue;
             }
             let (e, h) = self.order(fields, a);

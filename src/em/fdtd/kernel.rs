@@ -11,7 +11,7 @@ pub(super) const NEITHER: usize = 0;
 pub(super) const FIRST: usize = 1;
 pub(super) const SECOND: usize = 2;
 
-/// (upper, lower) values of the two differences and their rates: a curl is (a1 − a0) ra − (b1 − b0) rb.
+/// A row of one component of a curl, (a1 − a0) ra − (b1 − b0) rb.
 #[derive(Clone, Copy)]
 pub(super) struct Curl<'a> {
     pub a: [&'a [f32]; 2],
@@ -25,66 +25,96 @@ pub(super) struct Psi<'a> {
     pub bc: [f32; 2],
 }
 
+impl Psi<'_> {
+    /// No ψ.
+    #[inline(always)]
+    pub fn none() -> Self {
+        Self {
+            row: &mut [],
+            bc: [0.0; 2],
+        }
+    }
+}
+
 #[inline(always)]
 fn vectors(row: &[f32], count: usize) -> &[Lanes] {
     &row.as_chunks::<VECTOR>().0[..count]
 }
 
-/// The curl of one vector of nodes.
 #[inline(always)]
-fn curl_of<const STRETCHED: usize>(
-    [a1, a0, b1, b0]: [&Lanes; 4],
-    [ra, rb]: [f32; 2],
-    psi: &mut Lanes,
-    [b, c]: [f32; 2],
-) -> Lanes {
-    std::array::from_fn(|l| {
-        let (da, db) = (a1[l] - a0[l], b1[l] - b0[l]);
-        let (mut ta, mut tb) = (da * ra, db * rb);
-        if STRETCHED == FIRST {
-            psi[l] = b * psi[l] + c * da;
-            ta += psi[l];
-        }
-        if STRETCHED == SECOND {
-            psi[l] = b * psi[l] + c * db;
-            tb += psi[l];
-        }
-        ta - tb
-    })
+fn vectors_mut(row: &mut [f32]) -> &mut [Lanes] {
+    row.as_chunks_mut::<VECTOR>().0
 }
 
-/// Calls `node_vector(place, curl)` along a row of `count` vectors.
-#[inline(always)]
-fn along_row<const STRETCHED: usize>(
-    count: usize,
-    curl: Curl<'_>,
-    psi: Psi<'_>,
-    mut node_vector: impl FnMut(usize, Lanes),
-) {
-    let [a1, a0] = curl.a.map(|row| vectors(row, count));
-    let [b1, b0] = curl.b.map(|row| vectors(row, count));
-    let mut none = [0.0; VECTOR];
-    let stretched = psi.row.as_chunks_mut::<VECTOR>().0;
-    for v in 0..count {
-        let psi_v = if STRETCHED == NEITHER {
-            &mut none
-        } else {
-            &mut stretched[v]
-        };
-        let nodes = [&a1[v], &a0[v], &b1[v], &b0[v]];
-        node_vector(v, curl_of::<STRETCHED>(nodes, curl.rates, psi_v, psi.bc));
+/// [`Curl`] and ψ by vectors. Vectors are read whole before one is written, and there are no closures: otherwise the compiler, which cannot
+/// know that rows do not overlap, or does not inline, falls back to single numbers.
+struct Vectors<'a> {
+    nodes: [&'a [Lanes]; 4],
+    rates: [f32; 2],
+    psi: &'a mut [Lanes],
+    bc: [f32; 2],
+}
+
+impl<'a> Vectors<'a> {
+    #[inline(always)]
+    fn new(curl: Curl<'a>, psi: Psi<'a>, count: usize) -> Self {
+        let Curl { a, b, rates } = curl;
+        let nodes = [
+            vectors(a[0], count),
+            vectors(a[1], count),
+            vectors(b[0], count),
+            vectors(b[1], count),
+        ];
+        Self {
+            nodes,
+            rates,
+            psi: vectors_mut(psi.row),
+            bc: psi.bc,
+        }
+    }
+
+    #[inline(always)]
+    fn curl<const STRETCHED: usize>(&mut self, v: usize) -> Lanes {
+        let [a1, a0, b1, b0] = self.nodes;
+        let (a1, a0, b1, b0) = (a1[v], a0[v], b1[v], b0[v]);
+        let [ra, rb] = self.rates;
+        let [b, c] = self.bc;
+        let mut out = [0.0; VECTOR];
+        if STRETCHED == NEITHER {
+            for l in 0..VECTOR {
+                out[l] = (a1[l] - a0[l]) * ra - (b1[l] - b0[l]) * rb;
+            }
+            return out;
+        }
+        let mut psi = self.psi[v];
+        for l in 0..VECTOR {
+            let (da, db) = (a1[l] - a0[l], b1[l] - b0[l]);
+            if STRETCHED == FIRST {
+                psi[l] = b * psi[l] + c * da;
+                out[l] = (da * ra + psi[l]) - db * rb;
+            } else {
+                psi[l] = b * psi[l] + c * db;
+                out[l] = da * ra - (db * rb + psi[l]);
+            }
+        }
+        self.psi[v] = psi;
+        out
     }
 }
 
 /// H ← H − dt curl E.
 #[inline(always)]
 pub(super) fn h_row<const STRETCHED: usize>(h: &mut [f32], curl: Curl<'_>, psi: Psi<'_>) {
-    let h = h.as_chunks_mut::<VECTOR>().0;
-    along_row::<STRETCHED>(h.len(), curl, psi, |v, c| {
+    let h = vectors_mut(h);
+    let mut curl = Vectors::new(curl, psi, h.len());
+    for (v, place) in h.iter_mut().enumerate() {
+        let c = curl.curl::<STRETCHED>(v);
+        let mut h = *place;
         for l in 0..VECTOR {
-            h[v][l] -= c[l];
+            h[l] -= c[l];
         }
-    });
+        *place = h;
+    }
 }
 
 /// E ← ca E + cb dt curl H.
@@ -95,26 +125,33 @@ pub(super) fn e_row<const STRETCHED: usize>(
     curl: Curl<'_>,
     psi: Psi<'_>,
 ) {
-    let e = e.as_chunks_mut::<VECTOR>().0;
-    let (ca, cb) = (vectors(&row.ca, e.len()), vectors(&row.cb, e.len()));
-    along_row::<STRETCHED>(e.len(), curl, psi, |v, c| {
+    let e = vectors_mut(e);
+    let n = e.len();
+    let (ca, cb) = (vectors(&row.ca, n), vectors(&row.cb, n));
+    let mut curl = Vectors::new(curl, psi, n);
+    for (v, place) in e.iter_mut().enumerate() {
+        let c = curl.curl::<STRETCHED>(v);
+        let (mut e, ca, cb) = (*place, ca[v], cb[v]);
         for l in 0..VECTOR {
-            e[v][l] = ca[v][l] * e[v][l] + cb[v][l] * c[l];
+            e[l] = ca[l] * e[l] + cb[l] * c[l];
         }
-    });
+        *place = e;
+    }
 }
 
 /// Adds g q − h P of a pole to `drive`.
 #[inline(always)]
 pub(super) fn pole_drive(drive: &mut [f32], pole: &[Vec<f32>; 5], q: &[f32], p: &[f32]) {
-    let drive = drive.as_chunks_mut::<VECTOR>().0;
+    let drive = vectors_mut(drive);
     let n = drive.len();
     let (g, h) = (vectors(&pole[3], n), vectors(&pole[4], n));
     let (q, p) = (vectors(q, n), vectors(p, n));
-    for v in 0..n {
+    for (v, place) in drive.iter_mut().enumerate() {
+        let (mut drive, g, h, q, p) = (*place, g[v], h[v], q[v], p[v]);
         for l in 0..VECTOR {
-            drive[v][l] += g[v][l] * q[v][l] - h[v][l] * p[v][l];
+            drive[l] += g[l] * q[l] - h[l] * p[l];
         }
+        *place = drive;
     }
 }
 
@@ -127,31 +164,39 @@ pub(super) fn e_row_driven<const STRETCHED: usize>(
     psi: Psi<'_>,
     drive: &mut [f32],
 ) {
-    let e = e.as_chunks_mut::<VECTOR>().0;
-    let drive = &mut drive.as_chunks_mut::<VECTOR>().0[..e.len()];
-    let (ca, cb) = (vectors(&row.ca, e.len()), vectors(&row.cb, e.len()));
-    along_row::<STRETCHED>(e.len(), curl, psi, |v, c| {
+    let e = vectors_mut(e);
+    let n = e.len();
+    let (ca, cb) = (vectors(&row.ca, n), vectors(&row.cb, n));
+    let mut curl = Vectors::new(curl, psi, n);
+    for (v, (e_place, sum_place)) in e.iter_mut().zip(vectors_mut(drive)).enumerate() {
+        let c = curl.curl::<STRETCHED>(v);
+        let (mut e, mut sum, ca, cb) = (*e_place, *sum_place, ca[v], cb[v]);
         for l in 0..VECTOR {
-            let before = e[v][l];
-            e[v][l] = (ca[v][l] * before + cb[v][l] * c[l]) - drive[v][l];
-            drive[v][l] = e[v][l] + before;
+            let before = e[l];
+            e[l] = (ca[l] * before + cb[l] * c[l]) - sum[l];
+            sum[l] = e[l] + before;
         }
-    });
+        *e_place = e;
+        *sum_place = sum;
+    }
 }
 
 /// Steps q and P of a pole; `sum` is E + E before.
 #[inline(always)]
 pub(super) fn pole_row(q: &mut [f32], p: &mut [f32], pole: &[Vec<f32>; 5], sum: &[f32]) {
-    let q = q.as_chunks_mut::<VECTOR>().0;
+    let (q, p) = (vectors_mut(q), vectors_mut(p));
     let n = q.len();
-    let p = &mut p.as_chunks_mut::<VECTOR>().0[..n];
-    let [alpha, beta, xi] = [&pole[0], &pole[1], &pole[2]].map(|row| vectors(row, n));
-    let sum = vectors(sum, n);
-    for v in 0..n {
+    let (alpha, beta) = (vectors(&pole[0], n), vectors(&pole[1], n));
+    let (xi, sum) = (vectors(&pole[2], n), vectors(sum, n));
+    for (v, (q_place, p_place)) in q.iter_mut().zip(p).enumerate() {
+        let (mut q, mut p, sum) = (*q_place, *p_place, sum[v]);
+        let (alpha, beta, xi) = (alpha[v], beta[v], xi[v]);
         for l in 0..VECTOR {
-            let before = q[v][l];
-            q[v][l] = (alpha[v][l] * before - beta[v][l] * p[v][l]) + xi[v][l] * sum[v][l];
-            p[v][l] += 0.5 * (before + q[v][l]);
+            let before = q[l];
+            q[l] = (alpha[l] * before - beta[l] * p[l]) + xi[l] * sum[l];
+            p[l] += 0.5 * (before + q[l]);
         }
+        *q_place = q;
+        *p_place = p;
     }
 }

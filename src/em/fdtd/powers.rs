@@ -69,6 +69,22 @@ impl Footprint {
     }
 }
 
+/// What the nodes in and on the counted silicon absorb.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Absorbed {
+    pub silicon: f64,
+    pub trench: f64,
+    /// The upper half of the nodes on the silicon's surface: absorption of the layer above.
+    pub above: f64,
+}
+
+impl Absorbed {
+    /// All of it: what enters through the faces of the box in a steady state.
+    pub fn total(&self) -> f64 {
+        self.silicon + self.trench + self.above
+    }
+}
+
 /// Half weights at the ends of a range of nodes.
 fn edge(i: usize, range: &Range<usize>) -> f64 {
     if i == range.start || i == range.end {
@@ -232,11 +248,11 @@ impl Fields<'_> {
         }
     }
 
-    /// Power absorbed in the counted silicon of a footprint: (silicon, trenches).
-    pub fn absorbed(&self, of: &Footprint, raster: &Raster, loss: &[f64]) -> (f64, f64) {
+    /// Power absorbed in the nodes of the counted silicon of a footprint.
+    pub fn absorbed(&self, of: &Footprint, raster: &Raster, loss: &[f64]) -> Absorbed {
         let g = &self.mesh.grid;
         let z = self.mesh.bottom..self.mesh.surface;
-        let (mut silicon, mut trench) = (0.0, 0.0);
+        let mut sum = Absorbed::default();
         for k in z.start..=z.end {
             let on_surface = k == z.end;
             // What the node on the surface absorbs, the matter below it does: the raster knows which part.
@@ -279,17 +295,24 @@ impl Fields<'_> {
                             * height
                             * self.phasors.e(axis, i, j, k).norm_sqr();
                         let part = share[j * (g.nx() + 1) + i];
-                        silicon += part * power;
+                        sum.silicon += part * power;
                         // On the surface the rest belongs to the layer above.
-                        if !on_surface {
-                            trench += (1.0 - part) * power;
-                        }
+                        let rest = if on_surface {
+                            &mut sum.above
+                        } else {
+                            &mut sum.trench
+                        };
+                        *rest += (1.0 - part) * power;
                     }
                 }
             }
         }
         let unit = 0.5 * self.numerics.leapfrog_omega() * g.dx_um() * g.dy_um() * of.times;
-        (silicon * unit, trench * unit)
+        Absorbed {
+            silicon: sum.silicon * unit,
+            trench: sum.trench * unit,
+            above: sum.above * unit,
+        }
     }
 
     /// Power that enters the counted silicon of a footprint through its six faces.

@@ -106,7 +106,7 @@ pub(super) fn raster(
             if !lens {
                 let whole = vertical || above == below;
                 let mut known: HashMap<(usize, usize), u16> = HashMap::new();
-                for at in 0..plane {
+                for (at, here) in tables[above][axis].iter().enumerate() {
                     // Neighbouring nodes mostly repeat; the class of a node is its ε on both sides.
                     let class = (
                         fill.class(axis, at, &cells[above]),
@@ -116,10 +116,10 @@ pub(super) fn raster(
                         Some(id) => *id,
                         None => {
                             let e = if whole {
-                                tables[above][axis][at].clone()
+                                here.clone()
                             } else {
                                 let weights = [grid.thickness_um(k), grid.thickness_um(k - 1)];
-                                mean(&tables[above][axis][at], &tables[below][axis][at], weights)
+                                mean(here, &tables[below][axis][at], weights)
                             };
                             let id = media.of(e, f64::INFINITY)?;
                             known.insert(class, id);
@@ -140,13 +140,13 @@ pub(super) fn raster(
                 (z[k], mid(k))
             };
             let slab = if is_lens(above) { above } else { below };
-            for at in 0..plane {
+            for (at, under) in tables[below][axis].iter().enumerate() {
                 let e = cells[slab].lens(stack, mesh, axis, at, [low, high]);
                 let e = if vertical || is_lens(below) {
                     e
                 } else {
                     let weights = [grid.thickness_um(k), grid.thickness_um(k - 1)];
-                    mean(&e, &tables[below][axis][at], weights)
+                    mean(&e, under, weights)
                 };
                 map.push(media.of(e, LENS_STEPS)?);
             }

@@ -7,14 +7,14 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use rustfft::num_complex::Complex64;
-use serde::{Deserialize, Serialize};
 
+use super::answer::{FdtdAnswer, FdtdPowers, FdtdProgress, FdtdRun};
 use super::dispersion::Numerics;
 use super::error::within;
 use super::incident::Incident;
 use super::mesh::Mesh;
 use super::phasors::Phasors;
-use super::powers::{Fields, Footprint, Side};
+use super::powers::{Absorbed, Fields, Footprint, Side};
 use super::pulse::Pulse;
 use super::raster::{Raster, Spectra, raster};
 use super::{FdtdError, FdtdSettings, Lateral, Member, Simulation, Source, Wall, stable_step_um};
@@ -28,97 +28,8 @@ pub const MODEL: &str = "fdtd-1";
 /// How often the absorbed power is looked at, in µm/c.
 pub const CHECK_UM: f64 = 5.0;
 
-/// Deviation of the energy balance from 1 that a run may have; [`FdtdRun::warnings`] names others.
-pub const BALANCE: f64 = 0.01;
-
 /// |k∥|/k0 up to which a wave is taken for a plane wave in air.
 const STEEPEST: f64 = 0.985;
-
-/// Where the light of one polarization goes, as parts of the power that falls on the period.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FdtdPowers {
-    /// Absorbed per sub-pixel, by volume integral (see [`crate::sensor::Subpixels`] for the order).
-    pub absorbed: Vec<f64>,
-    /// The same by the flux through the faces of its box; trenches included.
-    pub absorbed_by_flux: Vec<f64>,
-    /// Reflected into all orders in air.
-    pub reflected: f64,
-    /// Passing below the counted silicon.
-    pub transmitted: f64,
-    /// Absorbed elsewhere: in layers, lens, walls and trenches.
-    pub elsewhere: f64,
-    /// Sum of all of these; 1 for an exact run.
-    pub balance: f64,
-}
-
-/// Powers at one wavelength.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FdtdAnswer {
-    /// Wavelength in nm.
-    pub wavelength_nm: f64,
-    /// Direction cosines k∥/k0 at this wavelength.
-    pub uv: [f64; 2],
-    /// E across the plane of incidence (along y at u = v = 0).
-    pub s: FdtdPowers,
-    /// E in the plane of incidence (along x at u = v = 0).
-    pub p: FdtdPowers,
-}
-
-/// What a run found and what it took.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FdtdRun {
-    /// One an asked wavelength.
-    pub answers: Vec<FdtdAnswer>,
-    /// Largest change of a photodiode's P in the last [`CHECK_UM`], or difference of its volume integral and flux.
-    pub residual: f64,
-    /// Whether the residual came below the tolerance in the allowed time.
-    pub converged: bool,
-    /// Time steps.
-    pub steps: u64,
-    /// Simulated time in µm/c.
-    pub time_um: f64,
-    /// Wall clock.
-    pub seconds: f64,
-    /// Bytes of fields, maps and phasors.
-    pub memory_bytes: usize,
-    /// Cells in x, y and z of what was stepped (halved by mirrors).
-    pub cells: [usize; 3],
-    /// Sets of real fields that were stepped.
-    pub sets: usize,
-}
-
-impl FdtdRun {
-    /// What is wrong with the run: not converged, or energy lost or made. Empty if nothing is.
-    pub fn warnings(&self) -> Vec<String> {
-        let mut out = Vec::new();
-        if !self.converged {
-            out.push(format!(
-                "not converged after {:.0} um/c: P still changes by {:.1e}",
-                self.time_um, self.residual
-            ));
-        }
-        for a in &self.answers {
-            for (name, p) in [("s", &a.s), ("p", &a.p)] {
-                if (p.balance - 1.0).abs() > BALANCE {
-                    out.push(format!(
-                        "{} nm, {name}: reflected + absorbed + transmitted = {:.4}",
-                        a.wavelength_nm, p.balance
-                    ));
-                }
-            }
-        }
-        out
-    }
-}
-
-/// How far a run is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FdtdProgress {
-    /// Simulated time in µm/c.
-    pub time_um: f64,
-    /// Largest change of a photodiode's P in the last [`CHECK_UM`]; infinite before there are two values.
-    pub residual: f64,
-}
 
 /// Powers of a pixel under plane waves of transverse wavevector `bloch_per_um` = k∥ = k0 (u, v), at every wavelength, s and p.
 ///
@@ -481,11 +392,12 @@ impl<'a> Run<'a> {
             for m in 0..2 {
                 let incident = self.incident[w][m].power(self.mesh);
                 let fields = self.fields(w, m, 0);
-                out.extend(
-                    footprints.iter().map(|f| {
-                        fields.absorbed(f, &self.matter.raster, &self.loss[w]).0 / incident
-                    }),
-                );
+                out.extend(footprints.iter().map(|f| {
+                    fields
+                        .absorbed(f, &self.matter.raster, &self.loss[w])
+                        .silicon
+                        / incident
+                }));
             }
         }
         out
@@ -499,9 +411,8 @@ impl<'a> Run<'a> {
                 let incident = self.incident[w][m].power(self.mesh);
                 let fields = self.fields(w, m, 0);
                 for f in self.footprints() {
-                    let (silicon, trench) = fields.absorbed(&f, &self.matter.raster, &self.loss[w]);
-                    let flux = fields.entering(&f);
-                    worst = worst.max((silicon + trench - flux).abs() / incident);
+                    let absorbed = fields.absorbed(&f, &self.matter.raster, &self.loss[w]);
+                    worst = worst.max((absorbed.total() - fields.entering(&f)).abs() / incident);
                 }
             }
         }
@@ -529,25 +440,25 @@ impl<'a> Run<'a> {
         let unit = 1.0 / wave.power(self.mesh);
         let whole = Footprint::whole(mesh);
         let (raster, loss) = (&self.matter.raster, &self.loss[w]);
-        let by_part: Vec<(f64, f64)> = self
-            .footprints()
+        let footprints = self.footprints();
+        let parts: Vec<Absorbed> = footprints
             .iter()
             .map(|f| silicon.absorbed(f, raster, loss))
             .collect();
-        let absorbed: Vec<f64> = by_part.iter().map(|p| p.0 * unit).collect();
-        let trench = by_part.iter().map(|p| p.1).sum::<f64>() * unit;
+        let absorbed: Vec<f64> = parts.iter().map(|p| p.silicon * unit).collect();
+        let sum = |of: fn(&Absorbed) -> f64| parts.iter().map(of).sum::<f64>() * unit;
+        let (trench, above) = (sum(|p| p.trench), sum(|p| p.above));
         let transmitted = -silicon.upward(&whole, mesh.bottom, Side::Both) * unit;
-        let into_silicon = -silicon.upward(&whole, mesh.surface, Side::Above) * unit;
+        let into_silicon = -silicon.upward(&whole, mesh.surface, Side::Above) * unit - above;
         let into_pixel = -inlet.upward(&whole, mesh.inlet, Side::Both) * unit;
         let up = outlet.upward(&whole, mesh.outlet, Side::Both);
         let reflected = wave.reflected(&outlet, up, self.members[m].current) * unit;
         let elsewhere = into_pixel - into_silicon + trench;
         let balance = reflected + absorbed.iter().sum::<f64>() + transmitted + elsewhere;
+        let by_flux = footprints.iter().zip(&parts);
         FdtdPowers {
-            absorbed_by_flux: self
-                .footprints()
-                .iter()
-                .map(|f| silicon.entering(f) * unit)
+            absorbed_by_flux: by_flux
+                .map(|(f, p)| (silicon.entering(f) - p.above - p.trench) * unit)
                 .collect(),
             absorbed,
             reflected,

@@ -50,8 +50,8 @@ impl FdtdSettings {
     /// To compare others with.
     pub fn reference() -> Self {
         Self {
-            lateral_nm: 20.0,
-            cells_per_wavelength: 16.0,
+            lateral_nm: 25.0,
+            cells_per_wavelength: 20.0,
             absorbing_layers: 16,
             tolerance: 5e-4,
             longest_um: 400.0,

@@ -25,6 +25,9 @@ pub enum Part {
     Im,
 }
 
+/// Numbers of 4 bytes in a page.
+const PAGE: usize = 1024;
+
 /// Numbers that start on a cache line.
 pub(super) struct Aligned {
     data: Vec<f32>,
@@ -33,10 +36,13 @@ pub(super) struct Aligned {
 }
 
 impl Aligned {
-    pub fn zeros(len: usize) -> Self {
-        let data = vec![0.0f32; len + VECTOR];
+    /// `len` zeros that start `lines` cache lines into a page, or near: rows of components that are used together must not meet in the same
+    /// lines of the first-level cache, which looks at the place within a page only.
+    pub fn zeros(len: usize, lines: usize) -> Self {
+        let data = vec![0.0f32; len + PAGE];
         // `align_offset` may decline; then rows are only slower.
-        let start = data.as_ptr().align_offset(64).min(VECTOR);
+        let page = data.as_ptr().align_offset(4 * PAGE);
+        let start = (page % PAGE + lines * VECTOR) % PAGE;
         Self { data, start, len }
     }
 }
@@ -99,21 +105,31 @@ impl Set {
         }
     }
 
-    fn new(layout: &Layout, nz: usize, absorbing: usize, polar: [usize; 2]) -> Self {
-        let zeros = |layers| Aligned::zeros(layout.places(layers));
-        let three = || [zeros(nz + 1), zeros(nz + 1), zeros(nz + 1)];
-        let two = || [zeros(absorbing), zeros(absorbing)];
-        let pole = || Polarization {
-            q: zeros(polar[0]),
-            p: zeros(polar[0]),
+    fn new(layout: &Layout, nz: usize, absorbing: usize, polar: [usize; 2], part: usize) -> Self {
+        let mut made = 6 * part;
+        let mut zeros = |layers| {
+            made += 1;
+            Aligned::zeros(layout.places(layers), 5 * made)
         };
-        let poles = || (0..polar[1]).map(|_| pole()).collect();
+        let e = [zeros(nz + 1), zeros(nz + 1), zeros(nz + 1)];
+        let h = [zeros(nz + 1), zeros(nz + 1), zeros(nz + 1)];
+        let psi_e = [zeros(absorbing), zeros(absorbing)];
+        let psi_h = [zeros(absorbing), zeros(absorbing)];
+        let mut poles = [vec![], vec![], vec![]];
+        for component in &mut poles {
+            for _ in 0..polar[1] {
+                component.push(Polarization {
+                    q: zeros(polar[0]),
+                    p: zeros(polar[0]),
+                });
+            }
+        }
         Self {
-            e: three(),
-            h: three(),
-            psi_e: two(),
-            psi_h: two(),
-            poles: [poles(), poles(), poles()],
+            e,
+            h,
+            psi_e,
+            psi_h,
+            poles,
         }
     }
 }
@@ -154,10 +170,10 @@ impl State {
             member,
             sides: [Side::new(member.x), Side::new(member.y)],
             sets: (0..member.sets())
-                .map(|_| Set::new(layout, nz, absorbing, coefficients.polar))
+                .map(|part| Set::new(layout, nz, absorbing, coefficients.polar, part))
                 .collect(),
             sheet: Sheet::new(&member, layout),
-            scratch: Aligned::zeros(layout.width),
+            scratch: Aligned::zeros(layout.width, 0),
         }
     }
 }

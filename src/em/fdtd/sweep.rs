@@ -103,57 +103,55 @@ fn h_rows(shared: &Shared, sets: &mut [Set], j: usize, k: usize) {
     let layout = &shared.layout;
     let at = layout.at(k, j as isize);
     let (up, back) = (at + layout.layer(), at + layout.stride);
+    let width = layout.width;
     let [rate_x, rate_y] = shared.coefficients.lateral;
     let vertical = shared.coefficients.h_vertical[k];
     for set in sets {
-        let Set { e, h, psi_h, .. } = set;
-        let row = |axis: usize, place: usize| &e[axis][place..place + layout.width];
-        let [hx, hy, hz] = h.each_mut().map(|field| &mut field[at..at + layout.width]);
+        let [ex, ey, ez] = &set.e;
+        let [hx, hy, hz] = &mut set.h;
+        let [psi_x, psi_y] = &mut set.psi_h;
         let curl_x = Curl {
-            a: [row(2, back), row(2, at)],
-            b: [row(1, up), row(1, at)],
+            a: [row(ez, back, width), row(ez, at, width)],
+            b: [row(ey, up, width), row(ey, at, width)],
             rates: [rate_y, vertical.rate],
         };
         let curl_y = Curl {
-            a: [row(0, up), row(0, at)],
-            b: [row(2, at + 1), row(2, at)],
+            a: [row(ex, up, width), row(ex, at, width)],
+            b: [row(ez, at + 1, width), row(ez, at, width)],
             rates: [vertical.rate, rate_x],
         };
         let curl_z = Curl {
-            a: [row(1, at + 1), row(1, at)],
-            b: [row(0, back), row(0, at)],
+            a: [row(ey, at + 1, width), row(ey, at, width)],
+            b: [row(ex, back, width), row(ex, at, width)],
             rates: [rate_x, rate_y],
         };
+        let hx = row_mut(hx, at, width);
+        let hy = row_mut(hy, at, width);
         match (vertical.stretch, shared.absorbing(k)) {
             (Some(bc), Some(slot)) => {
                 let at = layout.at(slot, j as isize);
-                let [px, py] = psi_h.each_mut().map(|p| psi(p, at, layout.width, bc));
-                h_row::<SECOND>(hx, curl_x, px);
-                h_row::<FIRST>(hy, curl_y, py);
+                let row = row_mut(psi_x, at, width);
+                h_row::<SECOND>(hx, curl_x, Psi { row, bc });
+                let row = row_mut(psi_y, at, width);
+                h_row::<FIRST>(hy, curl_y, Psi { row, bc });
             }
             _ => {
-                h_row::<NEITHER>(hx, curl_x, no_psi());
-                h_row::<NEITHER>(hy, curl_y, no_psi());
+                h_row::<NEITHER>(hx, curl_x, Psi::none());
+                h_row::<NEITHER>(hy, curl_y, Psi::none());
             }
         }
-        h_row::<NEITHER>(hz, curl_z, no_psi());
+        h_row::<NEITHER>(row_mut(hz, at, width), curl_z, Psi::none());
     }
 }
 
 #[inline(always)]
-fn psi(field: &mut Aligned, at: usize, width: usize, bc: [f32; 2]) -> Psi<'_> {
-    Psi {
-        row: &mut field[at..at + width],
-        bc,
-    }
+fn row(field: &Aligned, at: usize, width: usize) -> &[f32] {
+    &field[at..at + width]
 }
 
 #[inline(always)]
-fn no_psi() -> Psi<'static> {
-    Psi {
-        row: &mut [],
-        bc: [0.0; 2],
-    }
+fn row_mut(field: &mut Aligned, at: usize, width: usize) -> &mut [f32] {
+    &mut field[at..at + width]
 }
 
 /// Row j of E in layer k, with the source.
@@ -162,46 +160,83 @@ fn e_rows(shared: &Shared, state: &mut State, j: usize, k: usize, current: f32) 
     let layout = &shared.layout;
     let at = layout.at(k, j as isize);
     let front = at - layout.stride;
+    let width = layout.width;
     let [rate_x, rate_y] = shared.coefficients.lateral;
     let vertical = shared.coefficients.e_vertical[k];
     let scratch = &mut state.scratch;
     for (part, set) in state.sets.iter_mut().enumerate() {
-        let Set {
-            e, h, psi_e, poles, ..
-        } = set;
-        let row = |axis: usize, place: usize| &h[axis][place..place + layout.width];
-        let [ex, ey, ez] = e.each_mut().map(|field| &mut field[at..at + layout.width]);
+        let [hx, hy, hz] = &set.h;
+        let [ex, ey, ez] = &mut set.e;
+        let [psi_x, psi_y] = &mut set.psi_e;
+        let [poles_x, poles_y, poles_z] = &mut set.poles;
         // Plane 0 is the conductor that ends the grid.
         if k > 0 {
             let below = at - layout.layer();
             let curl_x = Curl {
-                a: [row(2, at), row(2, front)],
-                b: [row(1, at), row(1, below)],
+                a: [row(hz, at, width), row(hz, front, width)],
+                b: [row(hy, at, width), row(hy, below, width)],
                 rates: [rate_y, vertical.rate],
             };
             let curl_y = Curl {
-                a: [row(0, at), row(0, below)],
-                b: [row(2, at), row(2, at - 1)],
+                a: [row(hx, at, width), row(hx, below, width)],
+                b: [row(hz, at, width), row(hz, at - 1, width)],
                 rates: [vertical.rate, rate_x],
             };
-            let material = |axis| Material { shared, axis, j, k };
-            let [px, py, _] = poles;
+            let ex = row_mut(ex, at, width);
+            let ey = row_mut(ey, at, width);
             match (vertical.stretch, shared.absorbing(k)) {
                 (Some(bc), Some(slot)) => {
                     let at = layout.at(slot, j as isize);
-                    let [x, y] = psi_e.each_mut().map(|p| psi(p, at, layout.width, bc));
-                    material(0).step::<SECOND>(ex, curl_x, x, px, scratch);
-                    material(1).step::<FIRST>(ey, curl_y, y, py, scratch);
+                    let row = row_mut(psi_x, at, width);
+                    Material {
+                        shared,
+                        axis: 0,
+                        j,
+                        k,
+                    }
+                    .step::<SECOND>(
+                        ex,
+                        curl_x,
+                        Psi { row, bc },
+                        poles_x,
+                        scratch,
+                    );
+                    let row = row_mut(psi_y, at, width);
+                    Material {
+                        shared,
+                        axis: 1,
+                        j,
+                        k,
+                    }
+                    .step::<FIRST>(
+                        ey,
+                        curl_y,
+                        Psi { row, bc },
+                        poles_y,
+                        scratch,
+                    );
                 }
                 _ => {
-                    material(0).step::<NEITHER>(ex, curl_x, no_psi(), px, scratch);
-                    material(1).step::<NEITHER>(ey, curl_y, no_psi(), py, scratch);
+                    Material {
+                        shared,
+                        axis: 0,
+                        j,
+                        k,
+                    }
+                    .step::<NEITHER>(ex, curl_x, Psi::none(), poles_x, scratch);
+                    Material {
+                        shared,
+                        axis: 1,
+                        j,
+                        k,
+                    }
+                    .step::<NEITHER>(ey, curl_y, Psi::none(), poles_y, scratch);
                 }
             }
             if k == shared.source_plane {
-                for (axis, field) in [(0, &mut *ex), (1, &mut *ey)] {
+                for (axis, field) in [(0, ex), (1, ey)] {
                     let cb = &shared.coefficients.row(axis, j, k).cb;
-                    let amplitude = &state.sheet.amplitude[part][axis][j * layout.width..];
+                    let amplitude = &state.sheet.amplitude[part][axis][j * width..];
                     for ((value, cb), amplitude) in field.iter_mut().zip(cb).zip(amplitude) {
                         *value -= cb * (amplitude * current);
                     }
@@ -209,17 +244,23 @@ fn e_rows(shared: &Shared, state: &mut State, j: usize, k: usize, current: f32) 
             }
         }
         let curl_z = Curl {
-            a: [row(1, at), row(1, at - 1)],
-            b: [row(0, at), row(0, front)],
+            a: [row(hy, at, width), row(hy, at - 1, width)],
+            b: [row(hx, at, width), row(hx, front, width)],
             rates: [rate_x, rate_y],
         };
-        let material = Material {
+        Material {
             shared,
             axis: 2,
             j,
             k,
-        };
-        material.step::<NEITHER>(ez, curl_z, no_psi(), &mut poles[2], scratch);
+        }
+        .step::<NEITHER>(
+            row_mut(ez, at, width),
+            curl_z,
+            Psi::none(),
+            poles_z,
+            scratch,
+        );
     }
 }
 
