@@ -40,10 +40,6 @@ pub(super) fn within(
     if (low..=high).contains(&value) {
         Ok(())
     } else {
-        Err(FdtdError::value(
-            field,
-            value,
-            format!("{low} to {high}"),
-        ))
+        Err(FdtdError::value(field, value, format!("{low} to {high}")))
     }
 }
