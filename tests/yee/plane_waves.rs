@@ -155,7 +155,7 @@ fn slab(medium: &Medium, cells: usize, dz_um: f64, theta_deg: f64, s: bool) -> [
     let media = vec![Medium::VACUUM, face, medium.clone()];
     let map =
         quadpixel::em::fdtd::MaterialMap::new(&grid, media, plane.clone(), plane, above).unwrap();
-    let mut run = Driven::with_map(grid, map, k, current, high + 20, cpml, 150);
+    let mut run = Driven::with_map(grid, map, k, current, high + 20, cpml, 110);
     let e = run.amplitudes(component, &[low - 6, low - 5, high + 8, high + 9]);
     let kz = run.kz(k, 1.0, dz_um);
     let below = up_and_down([e[0], e[1]], kz, dz_um);

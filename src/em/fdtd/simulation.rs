@@ -52,7 +52,7 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// All fields zero. Fails if the map is of another grid, there is no member, members differ in which axes have mirrors, the source lies
+    /// Fields of (almost, 1e-20) zero. Fails if the map is of another grid, there is no member, members differ in which axes have mirrors, the source lies
     /// in an absorbing layer or in a medium with poles, or `dt_um` is above [`super::stable_step_um`].
     pub fn new(
         grid: YeeGrid,
