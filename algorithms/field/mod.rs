@@ -74,7 +74,7 @@ pub enum FieldError {
     #[error("degree {0}: allowed is 0 to {LARGEST_DEGREE}")]
     Degree(usize),
     /// Fewer observations than coefficients.
-    #[error("{found} valid matches: a field of degree {degree} needs at least {needed}")]
+    #[error("{found} observations: a field of degree {degree} needs at least {needed}")]
     TooFew {
         /// Observations.
         found: usize,

@@ -12,8 +12,14 @@ use generators::dataset::make;
 use generators::progress::Progress;
 use quadpixel::image::Image;
 
+/// Width and height of a sample in microlenses.
+type Size = [usize; 2];
+const SMALL: Size = [64, 60];
+/// A chart from which the smoothed fit of the centroids has enough to go by.
+const CHART: Size = [128, 120];
+
 /// A textured plane at `background_over_focus` times the focused depth, seen by an ideal quad pixel.
-fn sample(folder: &Path, name: &str, background_over_focus: f64) -> String {
+fn sample(folder: &Path, name: &str, [width, height]: Size, background_over_focus: f64) -> String {
     let text = format!(
         r#"
 count = 1
@@ -25,8 +31,8 @@ names = ["wide_US20120327520A1_emb3"]
 focus_mm = 300
 [sensor]
 subpixels = "2x2"
-width = 64
-height = 60
+width = {width}
+height = {height}
 window = {{ at = "centre" }}
 microlens_shift = {{ rule = "chief-ray" }}
 pitch_um = 2.0
@@ -55,7 +61,7 @@ const UNLIKE_BLUR: f64 = 0.25;
 /// Mean length of the truth, px: the error of a map of zeros.
 fn mean_truth_px(here: &Path, truth: &str, channels: &str) -> f64 {
     let count = channels.split(',').count();
-    let maps = vec![(String::new(), Image::zeros(64, 60, count))];
+    let maps = vec![(String::new(), Image::zeros(SMALL[0], SMALL[1], count))];
     let zeros = Maps {
         stem: "zeros",
         channels: &["dx", "dy"][..count],
@@ -77,7 +83,7 @@ fn left_minus_right_is_positive_before_the_focus_and_agrees_with_the_samples_own
     for (over_focus, sign) in [(0.85, 1.0), (1.25, -1.0)] {
         let folder = tempfile::tempdir().unwrap();
         let here = folder.path();
-        let sample = sample(here, "data", over_focus);
+        let sample = sample(here, "data", SMALL, over_focus);
         let file = format!("{sample}/disparity.exr");
         json(&["sai", &sample, "-o", "v"], here);
         for (pair, direction, axis, truth) in [
@@ -146,8 +152,8 @@ fn left_minus_right_is_positive_before_the_focus_and_agrees_with_the_samples_own
 fn depth_of_a_sample_is_that_of_its_plane_once_a_chart_in_focus_has_told_the_aberration() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
-    let chart = sample(here, "chart", 1.0);
-    let near = sample(here, "near", 0.85);
+    let chart = sample(here, "chart", CHART, 1.0);
+    let near = sample(here, "near", CHART, 0.85);
     json(
         &[
             "correct-aberrations",
