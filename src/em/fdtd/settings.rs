@@ -13,7 +13,7 @@ pub struct FdtdSettings {
     /// Largest cell in x and y in nm. The pitch is divided evenly, so no pitch is off the grid.
     pub lateral_nm: f64,
     /// Layers of the grid in one wavelength in the medium, in z, the same in every medium: at equal optical thickness on both sides
-    /// an interface reflects what it should (see [`super::dispersion`]).
+    /// an interface reflects what it should.
     pub cells_per_wavelength: f64,
     /// Layers of each absorbing end.
     pub absorbing_layers: usize,
