@@ -119,13 +119,17 @@ pub enum CalibrationError {
         error: MatchError,
     },
     /// The sum shows no texture, or is too small.
-    #[error("sum of the views: {error}: is the chart textured, in focus and large enough (centroids need a hundred px; `--align texture` fewer)?")]
+    #[error(
+        "sum of the views: {error}: is the chart textured, in focus and large enough (centroids need a hundred px; `--align texture` fewer)?"
+    )]
     Reference {
         /// Why.
         error: FieldError,
     },
     /// No field fits.
-    #[error("view {view}, channel {channel}: {error}: is the chart textured, in focus and large enough (centroids need a hundred px; `--align texture` fewer)?")]
+    #[error(
+        "view {view}, channel {channel}: {error}: is the chart textured, in focus and large enough (centroids need a hundred px; `--align texture` fewer)?"
+    )]
     Field {
         /// Sub-pixel.
         view: String,

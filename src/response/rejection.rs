@@ -14,22 +14,23 @@
 
 /// The threshold of the paper: the sub-pixel aimed at gets five times the other.
 pub const REJECTION_THRESHOLD: f64 = 0.2;
-/// The ratio at which light has gone over to the neighbour: from there on nothing counts to R_b.
+/// The ratio at which light has gone over to the neighbour: the acceptance ends before it.
 const CROSSTALK: f64 = 2.0 * REJECTION_THRESHOLD;
 
 /// Ranges of one side of a rejection curve, in degrees.
 ///
-/// Interference in the layers makes fine curves wavy, and some only graze the threshold. So R_b is the width in which the ratio is
-/// below the threshold before it passes twice the threshold; for a smooth curve that is the width in which it stays below.
+/// Interference in the layers makes fine curves wavy, and some graze the threshold: R_b then ends at the first graze, however small.
+/// The acceptance does not: it looks on for angles below the threshold until the ratio passes twice the threshold. For a smooth curve
+/// it is R_a + R_b.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RejectionRanges {
     /// R_a: from the start of the curve to where the ratio first falls below the threshold; `None` if it never does.
     pub r_a_deg: Option<f64>,
-    /// R_b: the width beyond it in which the ratio is below; 0 if it never falls.
+    /// R_b: the width beyond it in which the ratio stays below; 0 if it never falls.
     pub r_b_deg: f64,
-    /// The angle up to which the pixel parts the light: where the ratio last rises above the threshold, R_a + R_b of a smooth curve.
+    /// The angle up to which the pixel parts the light, grazes passed over: where the ratio last rises above the threshold.
     pub acceptance_deg: Option<f64>,
-    /// Whether the curve ends below the threshold: R_b and the acceptance are at least so wide.
+    /// Whether the ratio stays below the threshold to the end of the curve: R_b and the acceptance are at least so wide.
     pub open: bool,
 }
 
@@ -56,32 +57,27 @@ impl RejectionRanges {
             Some(before) => crossing(curve[first], curve[before]),
             None => start,
         };
-        let mut entered = Some(falls);
-        let (mut width, mut last) = (0.0, falls);
+        // Where each stretch below the threshold ends; the first one's end closes R_b.
+        let (mut inside, mut first_end, mut last) = (true, None, falls);
         for pair in curve[first..].windows(2) {
             let (here, next) = (pair[0], pair[1]);
-            match (entered, below(next)) {
-                (Some(from), false) => {
-                    last = crossing(here, next);
-                    width += last - from;
-                    entered = None;
-                }
-                (None, true) => entered = Some(crossing(next, here)),
-                _ => {}
+            if inside && !below(next) {
+                last = crossing(here, next);
+                first_end = first_end.or(Some(last));
             }
+            inside = below(next);
             if next.1.is_nan() || next.1 >= CROSSTALK {
                 break;
             }
         }
-        if let (Some(from), Some(end)) = (entered, curve.last()) {
+        if let (true, Some(end)) = (inside, curve.last()) {
             last = end.0;
-            width += last - from;
         }
         Self {
             r_a_deg: Some(falls - start),
-            r_b_deg: width,
+            r_b_deg: first_end.unwrap_or(last) - falls,
             acceptance_deg: Some(last - start),
-            open: entered.is_some(),
+            open: first_end.is_none(),
         }
     }
 }
@@ -131,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wave_that_grazes_the_threshold_does_not_end_the_range_but_crosstalk_does() {
+    fn a_graze_ends_r_b_but_not_the_acceptance_which_crosstalk_ends() {
         // Below 0.2 from 10 to 16 and 17 to 25, a graze up to 0.22 between; clearly above at 30, and below again beyond.
         let nodes = [
             (0.0, 0.6),
@@ -161,7 +157,7 @@ mod tests {
             close(r.r_a_deg, 10.0) && close(r.acceptance_deg, 25.0),
             "{r:?}"
         );
-        assert!((r.r_b_deg - 14.0).abs() < 1e-9 && !r.open, "{r:?}");
+        assert!((r.r_b_deg - 6.0).abs() < 1e-9 && !r.open, "{r:?}");
     }
 
     #[test]
