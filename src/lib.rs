@@ -4,7 +4,7 @@
 //! ```text
 //! scene ─ rays ─▶ lens ─ rays ─▶ sensor ─ (u,v) ─▶ response ─ weights ─▶ render ─▶ SubPixelImage
 //!                                                    ▲
-//!                                     em (pixel stack, wave propagation)
+//!                                     em (pixel stack, wave propagation, FDTD)
 //! ```
 
 pub mod command;
