@@ -143,7 +143,7 @@ fn curve(pixel: &str, name: &str, only: Option<&str>) {
         }
         seconds += run.seconds;
         println!(
-            "      {:?} x{} {} steps, t {:.0}, residual {:.1e}, {:.1} s, {:.0} MB, {:.1} Mcell/s {:?}",
+            "      {:?} x{} {} steps, t {:.0}, residual {:.1e}, {:.1} s, {:.0} MB, {:.1} M real cells/s {:?}",
             run.cells,
             run.sets,
             run.steps,
