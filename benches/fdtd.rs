@@ -7,7 +7,7 @@
 //!
 //! Best of the repetitions, by the time that the thread ran, where the system tells it (so that other work counts less); with the memory
 //! bandwidth (triad) of the same run beside it.
-#![allow(clippy::unwrap_used)] // a bench on built-in data fails by panicking
+#![allow(clippy::unwrap_used)] // because a bench on built-in data fails by panicking
 
 use std::hint::black_box;
 use std::sync::Arc;

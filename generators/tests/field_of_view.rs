@@ -1,7 +1,7 @@
 //! Windows by chief-ray angle, and cards that fill what a window sees.
 
 // because tests fail by panicking
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 use generators::assemble::{Responses, camera, scene, subpixels};
 use generators::recipe::Recipe;

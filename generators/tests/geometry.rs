@@ -1,7 +1,7 @@
 //! The numbers in `meta.json` against the pictures: SPEC.md's projection and its circle of confusion hold for what is rendered.
 
 // because tests fail by panicking
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 use generators::assemble::Responses;
 use generators::recipe::Recipe;

@@ -1,7 +1,7 @@
 //! The program as a process: what it writes, what it refuses, and with which exit code.
 
 // because tests fail by panicking
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 use std::collections::BTreeMap;
 use std::fs;

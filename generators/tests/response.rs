@@ -1,7 +1,7 @@
 //! `qpgen response` and `qpgen study` as processes.
 
 // because tests fail by panicking
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 use std::fs;
 use std::path::Path;
