@@ -80,10 +80,16 @@ fn steepest(n: f64) -> f64 {
     (0.83 * n).min(1.3)
 }
 
+/// Most of the far nodes' part in the slope, |3 far d|: more would let only smaller time steps be stable. It binds where cells are much narrower than
+/// layers are thick, and then little is to be mended.
+const MOST_FAR: f64 = 0.4;
+
 /// The weights of a difference between nodes `step_um` apart, in layers of `dz_um`, at wavenumber `k0`: of those with the least error of k_z, in these
 /// media, at two inclinations. `wide`: with far nodes.
 pub(super) fn stencil(media: &[f64], k0: f64, dz_um: f64, step_um: f64, wide: bool) -> Stencil {
-    // Normal equations of weight × (K − near 2 sin(kd/2) − far 2 sin(3kd/2)).
+    let sine = |kx: f64| (0.5 * kx * step_um).sin();
+    let unit = sine(k0 * media.iter().copied().map(steepest).fold(0.0, f64::max));
+    // K = 2 (near + 3 far) s − 8 far s³ with s = sin(kd/2), as a t + b t³ with t = s / unit: normal equations of weight × (K − a t − b t³).
     let (mut m, mut r) = ([0.0; 3], [0.0; 2]);
     for n in media {
         let half = |kz: f64| 2.0 / dz_um * (0.5 * kz * dz_um).sin();
@@ -93,25 +99,27 @@ pub(super) fn stencil(media: &[f64], k0: f64, dz_um: f64, step_um: f64, wide: bo
             let wanted = (half(n * k0).powi(2) - along * along).max(0.0).sqrt();
             // dk_z = K dK / k_z.
             let weight = wanted / along;
-            let near = weight * 2.0 * (0.5 * kx * step_um).sin();
-            let far = weight * 2.0 * (1.5 * kx * step_um).sin();
-            for (sum, term) in m.iter_mut().zip([near * near, near * far, far * far]) {
+            let t = sine(kx) / unit;
+            let (one, three) = (weight * t, weight * t.powi(3));
+            for (sum, term) in m.iter_mut().zip([one * one, one * three, three * three]) {
                 *sum += term;
             }
-            r[0] += near * weight * wanted;
-            r[1] += far * weight * wanted;
+            r[0] += one * weight * wanted;
+            r[1] += three * weight * wanted;
         }
     }
-    if !wide {
-        return Stencil {
-            near: r[0] / m[0],
-            far: 0.0,
-        };
-    }
-    let determinant = m[0] * m[2] - m[1] * m[1];
+    let far = if wide {
+        let b = (m[0] * r[1] - m[1] * r[0]) / (m[0] * m[2] - m[1] * m[1]);
+        let most = MOST_FAR / (3.0 * step_um);
+        (-b / (8.0 * unit.powi(3))).clamp(-most, most)
+    } else {
+        0.0
+    };
+    let b = -8.0 * far * unit.powi(3);
+    let a = (r[0] - m[1] * b) / m[0];
     Stencil {
-        near: (r[0] * m[2] - r[1] * m[1]) / determinant,
-        far: (r[1] * m[0] - r[0] * m[1]) / determinant,
+        near: a / (2.0 * unit) - 3.0 * far,
+        far,
     }
 }
 

@@ -88,7 +88,8 @@ impl Mesh {
         let k0 = 1e3 * std::f64::consts::PI * (1.0 / shortest + 1.0 / longest);
         let stencils = |filling, dz_um| {
             let (media, wide) = match filling {
-                Filling::Silicon => (vec![n.silicon.re], stack.trench_um == 0.0),
+                // Narrow without trenches, too: the sides of a photodiode are sides of cells.
+                Filling::Silicon => (vec![n.silicon.re], false),
                 Filling::Layer(i) => (vec![n.layers[i].re.max(1.0)], stack.walls_in(i).is_none()),
                 Filling::Pedestal => (vec![n.lens.re], true),
                 Filling::Lens => (vec![n.lens.re, 1.0], true),
