@@ -2,6 +2,10 @@
 //!
 //! The default is the commented file `generators/default.toml`; `qpgen dataset --print-config` prints it.
 
+mod readout;
+
+pub use readout::ReadoutConfig;
+
 use quadpixel::sampling::uniform;
 use quadpixel::sensor::ShiftRule;
 use serde::{Deserialize, Serialize};
@@ -31,6 +35,9 @@ pub struct DatasetConfig {
     pub exposure_ev: Draw,
     /// Rays a microlens and colour channel.
     pub rays_per_pixel: usize,
+    /// Sensor electronics: noisy captures beside the clean ones; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub readout: Option<ReadoutConfig>,
 }
 
 /// Main lens.
@@ -269,6 +276,9 @@ impl DatasetConfig {
             phi_deg.check("sensor.window.phi_deg", (-360.0, 360.0))?;
         }
         self.exposure_ev.check("exposure_ev", (-16.0, 16.0))?;
+        if let Some(readout) = &self.readout {
+            readout.check()?;
+        }
         self.scene
             .background_over_focus
             .check("scene.background_over_focus", (0.05, 100.0))?;

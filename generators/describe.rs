@@ -202,7 +202,6 @@ fn intrinsics(camera: &Camera) -> spec::Intrinsics {
 fn effects(recipe: &Recipe, camera: &Camera) -> spec::Effects {
     let mut simulated = vec!["lens aberrations", "vignetting", "defocus", "occlusion"];
     let mut left_out = vec![
-        ("sensor noise", "clean signal; not simulated yet"),
         (
             "width of the colour bands",
             "each channel is traced at one wavelength",
@@ -220,6 +219,11 @@ fn effects(recipe: &Recipe, camera: &Camera) -> spec::Effects {
             "transmission of the lens is 1",
         ),
     ];
+    if recipe.readout.is_some() {
+        simulated.push("sensor noise (in files of its own)");
+    } else {
+        left_out.push(("sensor noise", "clean signal asked for"));
+    }
     if camera.is_dispersive() {
         simulated.push("dispersion");
     } else {

@@ -1,6 +1,8 @@
 //! Draws sample `index`'s recipe from the configuration. Every number is a hash of (seed, index, what it is for): it does
 //! not depend on the other samples, their order or their number.
 
+mod readout;
+
 use std::path::Path;
 
 use quadpixel::render::RenderSettings;
@@ -39,9 +41,21 @@ enum For {
     Exposure,
     Render,
     Pitch,
+    Photons,
+    ExposureTime,
+    DarkCurrent,
+    FullWell,
+    Prnu,
+    ReadNoise,
+    Gain,
+    GainMismatch,
+    SubpixelGain,
+    Sensor,
+    Shot,
 }
 
 /// Numbers of one sample.
+#[derive(Clone, Copy)]
 struct Dice {
     seed: u64,
     index: u64,
@@ -110,6 +124,10 @@ pub fn recipe(
             "sensor.pitch_um is absent; the geometric response has no pixel to take it from",
         ));
     };
+    let readout = |electronics| {
+        let subpixels = crate::assemble::subpixels(&config.sensor.subpixels)?;
+        Ok(readout::readout(electronics, &dice, pitch_um, subpixels))
+    };
     Ok(Recipe {
         lens: LensRecipe {
             name: dice.choice(&config.lens.names, For::Lens, 0).clone(),
@@ -133,6 +151,7 @@ pub fn recipe(
             rays_per_pixel: config.rays_per_pixel,
             seed: dice.key(For::Render, 0),
         },
+        readout: config.readout.as_ref().map(readout).transpose()?,
     })
 }
 

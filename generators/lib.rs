@@ -14,6 +14,7 @@ pub mod draw;
 pub mod field_of_view;
 pub mod gallery;
 pub mod lens_command;
+mod noisy;
 pub mod pixel_model;
 pub mod preview;
 pub mod progress;

@@ -4,6 +4,7 @@
 use quadpixel::lens::Misalignment;
 use quadpixel::render::RenderSettings;
 use quadpixel::sensor::ShiftRule;
+use quadpixel::sensor::readout::ReadoutSettings;
 use serde::{Deserialize, Serialize};
 
 use crate::charts::ChartSpec;
@@ -29,6 +30,9 @@ pub struct Recipe {
     pub exposure_ev: f64,
     /// Rays and the seed of their samples.
     pub render: RenderSettings,
+    /// The sensor's electronics: a noisy capture beside the clean one; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub readout: Option<ReadoutSettings>,
 }
 
 impl Recipe {
