@@ -11,6 +11,7 @@ pub mod config;
 pub mod dataset;
 mod describe;
 pub mod draw;
+pub mod export;
 pub mod field_of_view;
 pub mod gallery;
 pub mod lens_command;
