@@ -67,7 +67,8 @@ pub fn render_sample(
     })?;
     let (camera, scene) = timed(&mut stages.scene_s, || {
         let camera = assemble::camera(recipe, &response, subpixels)?;
-        let scene = assemble::scene(recipe, &camera)?;
+        let framing = assemble::framing_camera(recipe, &response, subpixels)?;
+        let scene = assemble::scene(recipe, framing.as_ref().unwrap_or(&camera))?;
         Ok::<_, CommandError>((camera, scene))
     })?;
     let chief = ChiefRays::new(&camera);

@@ -12,6 +12,7 @@ const FARTHEST: f64 = 5.0;
 pub(super) fn readout(
     config: &ReadoutConfig,
     dice: &Dice,
+    shot: &Dice,
     pitch_um: f64,
     subpixels: Subpixels,
 ) -> ReadoutSettings {
@@ -39,6 +40,6 @@ pub(super) fn readout(
         bits: config.bits,
         subpixel_gains: (0..count).map(gain).collect(),
         sensor_seed: sensor.key(For::Sensor, 0),
-        shot_seed: dice.key(For::Shot, 0),
+        shot_seed: shot.key(For::Shot, 0),
     }
 }
