@@ -5,10 +5,12 @@ mod directions;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use datasets_spec::paths::sanitised;
 use quadpixel::em::PixelStack;
 use quadpixel::response::{AngularResponse, ImportSettings, ResponseCache, TableSettings};
 
 use crate::assemble::{pixel, subpixels};
+use crate::log::Log;
 use crate::pixel_model::PixelModelArgs;
 use crate::progress::Progress;
 use quadpixel::command::CommandError;
@@ -64,14 +66,14 @@ pub struct ResponseArgs {
     print_pixel: bool,
     /// Prints one JSON object on stdout.
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 /// Computes, prints, writes.
 ///
 /// # Errors
 /// Bad arguments (2), or a disk that fails (1).
-pub fn run(args: &ResponseArgs) -> Result<(), CommandError> {
+pub fn run(args: &ResponseArgs, log: Log) -> Result<(), CommandError> {
     let mut stack = pixel(&args.pixel)?;
     if let Some(name) = &args.subpixels {
         stack.subpixels = subpixels(name)?;
@@ -82,9 +84,9 @@ pub fn run(args: &ResponseArgs) -> Result<(), CommandError> {
     if let Some(csv) = &args.import {
         import(args, &stack, csv)
     } else if args.theta_deg.is_empty() {
-        table(args, &stack)
+        table(args, &stack, log)
     } else {
-        directions::print(args, &stack)
+        directions::print(args, &stack, log.json(args.json))
     }
 }
 
@@ -103,7 +105,7 @@ fn print_pixel(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandErr
     Ok(())
 }
 
-fn table(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
+fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), CommandError> {
     let preset = args.model.table(stack);
     let settings = TableSettings {
         wavelengths_nm: args.wavelength_nm.clone(),
@@ -111,7 +113,7 @@ fn table(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
         cosine_max: args.cosine_max.unwrap_or(preset.cosine_max),
         ..preset
     };
-    let progress = Progress::stderr();
+    let progress = Progress::new(log.json(args.json));
     let angles = |done: usize, total: usize| progress.angles(done, total);
     let began = std::time::Instant::now();
     let made = ResponseCache::open(ResponseCache::default_dir())
@@ -140,7 +142,7 @@ fn table(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
     let path = args
         .output
         .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("{}-{}.npz", stack.name, args.model.name())));
+        .unwrap_or_else(|| default_output(stack, args.model.name()));
     written(&made.table, &path)?;
     if args.json {
         let report = made.report.as_ref();
@@ -189,7 +191,7 @@ fn import(args: &ResponseArgs, stack: &PixelStack, csv: &Path) -> Result<(), Com
     let path = args
         .output
         .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("{}-import.npz", stack.name)));
+        .unwrap_or_else(|| default_output(stack, "import"));
     written(&response, &path)?;
     let wavelengths = &response.axes().wavelengths_nm;
     if args.json {
@@ -213,6 +215,11 @@ fn written(response: &AngularResponse, path: &Path) -> Result<(), CommandError> 
     response
         .write_npz(path)
         .map_err(|e| CommandError::failed(e.to_string()))
+}
+
+/// `NAME-what.npz` in the working folder, whatever a file calls its pixel.
+fn default_output(stack: &PixelStack, what: &str) -> PathBuf {
+    PathBuf::from(format!("{}-{what}.npz", sanitised(&stack.name)))
 }
 
 fn nodes(response: &AngularResponse) -> usize {
