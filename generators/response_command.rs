@@ -7,12 +7,16 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use datasets_spec::paths::sanitised;
 use quadpixel::em::PixelStack;
-use quadpixel::response::{AngularResponse, ImportSettings, ResponseCache, TableSettings};
+use quadpixel::response::{
+    AngularResponse, ImportSettings, ResponseCache, ResponseError, TableSettings,
+};
+use quadpixel::shard::Shard;
 
 use crate::assemble::{pixel, subpixels};
 use crate::log::Log;
 use crate::pixel_model::PixelModelArgs;
 use crate::progress::Progress;
+use crate::shard_args::ShardArgs;
 use quadpixel::command::CommandError;
 
 /// Arguments of `qpgen response`.
@@ -58,6 +62,8 @@ pub struct ResponseArgs {
     /// The imported file holds part of the directions; the pixel's symmetry gives the others.
     #[arg(long, requires = "import")]
     symmetric: bool,
+    #[command(flatten)]
+    shard: ShardArgs,
     /// Table to write, an .npz that NumPy reads; absent: NAME-MODEL.npz.
     #[arg(long, short)]
     output: Option<PathBuf>,
@@ -115,6 +121,10 @@ fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), Comman
     };
     let progress = Progress::new(log.json(args.json));
     let angles = |done: usize, total: usize| progress.angles(done, total);
+    let shard = args.shard.shard(&progress)?;
+    if !shard.is_whole() {
+        return part(args, stack, &settings, shard, &progress);
+    }
     let began = std::time::Instant::now();
     let made = ResponseCache::open(ResponseCache::default_dir())
         .get_or_build(stack, &settings, &angles)
@@ -167,6 +177,41 @@ fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), Comman
              {:.4}; worst residual {:.1e}, worst imbalance of power {:+.4}",
             r.runs, r.reused, r.least, r.largest_sum, r.most_cut, r.residual, r.imbalance
         ),
+    }
+    Ok(())
+}
+
+/// Simulates a part of the directions into the cache.
+fn part(
+    args: &ResponseArgs,
+    stack: &PixelStack,
+    settings: &TableSettings,
+    shard: Shard,
+    progress: &Progress,
+) -> Result<(), CommandError> {
+    let angles = |done: usize, total: usize| progress.angles(done, total);
+    let began = std::time::Instant::now();
+    let part = ResponseCache::open(ResponseCache::default_dir())
+        .build_part(stack, settings, shard, &angles)
+        .map_err(|e| match e {
+            ResponseError::Io { .. } => CommandError::failed(e),
+            other => CommandError::input(other),
+        })?;
+    progress.finish();
+    let seconds = began.elapsed().as_secs_f64();
+    if args.json {
+        let object = serde_json::json!({
+            "shard": shard.to_string(), "file": part.path, "runs": part.runs, "reused": part.reused, "seconds": seconds
+        });
+        println!("{object}");
+    } else {
+        println!(
+            "shard {shard}: {} runs ({} of an earlier call) in {seconds:.1} s, kept in {}\n\
+             when all shards are done, the same command with --shard 1/1 makes the table",
+            part.runs,
+            part.reused,
+            part.path.display()
+        );
     }
     Ok(())
 }
