@@ -137,6 +137,7 @@ pub fn make_part(
     folder.still_there()?;
     let mut gallery = None;
     if shard.is_whole() {
+        progress.info(&format!("{done} samples: lists, gallery and data card"));
         finish(&place, &identity)?;
         folder.end()?;
         gallery = Some(place.join(paths::INDEX));

@@ -74,6 +74,7 @@ pub fn run(args: &MergeArgs, log: Log) -> Result<(), CommandError> {
     let whole = RunFolder::open(&args.out, &first.identity, Shard::WHOLE)?;
     let samples = args.out.join(paths::SAMPLES);
     file::own_folder(&samples).map_err(failed)?;
+    progress.start(names.len(), 0);
     for (place, name) in names.iter().enumerate() {
         whole.still_there()?;
         let to = samples.join(name);
@@ -81,8 +82,12 @@ pub fn run(args: &MergeArgs, log: Log) -> Result<(), CommandError> {
         if let Some(part) = owner.filter(|_| to.symlink_metadata().is_err()) {
             let from = part.folder.path().join(paths::SAMPLES).join(name);
             take(&from, &to, inside)?;
+            if !inside {
+                progress.sample_done();
+            }
         }
     }
+    progress.finish();
     finish(&args.out, &first.identity)?;
     if inside {
         for part in &parts {
@@ -182,7 +187,8 @@ fn take(from: &Path, to: &Path, may_move: bool) -> Result<(), CommandError> {
         return Err(CommandError::input(text));
     }
     if may_move {
-        return file::rename_synced(from, to).map_err(failed);
+        // The sample is on the disk already; a move that a loss of power undoes is done again.
+        return fs::rename(from, to).map_err(|e| failed(format!("{}: {e}", to.display())));
     }
     let name = to.file_name().unwrap_or_default().to_string_lossy();
     let aside = to.with_file_name(format!(".tmp-{name}"));
