@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use datasets_spec::{Progress, Report, check_dataset, check_hashes};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use quadpixel::command::CommandError;
 
@@ -17,6 +18,9 @@ const TOLD_EVERY: Duration = Duration::from_secs(10);
 pub struct CheckArgs {
     /// Folder of the dataset.
     folder: PathBuf,
+    /// Lengths and hashes only, as fast as the disk; absent: also that every picture decodes and its pixels keep the rules.
+    #[arg(long)]
+    hashes: bool,
     /// Prints one JSON object on stdout, and progress as one JSON object a line on stderr.
     #[arg(long)]
     pub json: bool,
@@ -27,14 +31,22 @@ pub struct CheckArgs {
 /// # Errors
 /// A folder that is not there (2), or findings (1).
 pub fn run(args: &CheckArgs, log: Log) -> Result<(), CommandError> {
-    check(&args.folder, log, args.json)
+    let depth = if args.hashes {
+        check_hashes
+    } else {
+        check_dataset
+    };
+    check(&args.folder, depth, log, args.json)
 }
+
+/// A check of a dataset.
+pub(crate) type Depth = fn(&Path, &mut (dyn FnMut(Progress) + Send)) -> Report;
 
 /// As [`run`].
 ///
 /// # Errors
 /// As there.
-pub fn check(folder: &Path, log: Log, json: bool) -> Result<(), CommandError> {
+pub(crate) fn check(folder: &Path, depth: Depth, log: Log, json: bool) -> Result<(), CommandError> {
     let name = folder.display();
     if !folder.is_dir() {
         return Err(CommandError::input(format!(
@@ -45,7 +57,7 @@ pub fn check(folder: &Path, log: Log, json: bool) -> Result<(), CommandError> {
     let began = Instant::now();
     let bar = bar(log);
     let mut told = began;
-    let report = datasets_spec::check_dataset(folder, &mut |p| {
+    let report = depth(folder, &mut |p| {
         bar.set_length(p.total as u64);
         bar.set_position(p.done as u64);
         if bar.is_hidden() && told.elapsed() > TOLD_EVERY {

@@ -96,7 +96,7 @@ pub fn run(args: &MergeArgs, log: Log) -> Result<(), CommandError> {
     }
     whole.end()?;
     progress.info(&format!("{} shards joined, {count} samples", parts.len()));
-    check_command::check(&args.out, log, args.json)
+    check_command::check(&args.out, datasets_spec::check_dataset, log, args.json)
 }
 
 /// The number of samples, if all parts are of one dataset, divided in one way, and none is there twice.

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Contents, Report, parse, pixels};
+use super::{Contents, Depth, Report, parse, pixels};
 use crate::layout::sample_files;
 use crate::load::{Planes, decode};
 use crate::manifest::{FileEntry, SampleEntry};
@@ -16,6 +16,7 @@ pub(super) fn check(
     folder: &str,
     listed: &[(&str, &FileEntry)],
     contents: &Contents,
+    depth: Depth,
     report: &mut Report,
 ) -> Option<String> {
     let six_digits = entry.id.len() == 6 && entry.id.bytes().all(|b| b.is_ascii_digit());
@@ -51,6 +52,9 @@ pub(super) fn check(
     }
     if !check_list(&meta, &meta_path, report) {
         return configuration; // without the right list there is nothing to hold the pictures to
+    }
+    if depth == Depth::Hashes {
+        return configuration;
     }
     let mut pictures = BTreeMap::new();
     for file in &meta.files {
