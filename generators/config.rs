@@ -99,6 +99,11 @@ pub enum ResponseConfig {
         /// Built-in names or `.toml` files; one is drawn a sample.
         pixels: Vec<String>,
     },
+    /// Fourier modal tables of one of these pixels, that `qpgen response --model rcwa` has made.
+    Rcwa {
+        /// Built-in names or `.toml` files; one is drawn a sample.
+        pixels: Vec<String>,
+    },
     /// The ideal box.
     Geometric,
     /// Tables from files, such as imported ones.
@@ -248,7 +253,9 @@ impl DatasetConfig {
         some("scene.charts", self.scene.charts.len())?;
         some("scene.texture_px", self.scene.texture_px)?;
         match &self.response {
-            ResponseConfig::Wave { pixels } | ResponseConfig::Fdtd { pixels } => {
+            ResponseConfig::Wave { pixels }
+            | ResponseConfig::Fdtd { pixels }
+            | ResponseConfig::Rcwa { pixels } => {
                 some("response.pixels", pixels.len())?;
             }
             ResponseConfig::Table { files } => some("response.files", files.len())?,

@@ -35,12 +35,12 @@ impl Grid {
     /// Fourier coefficient G of the part of an axis that the rectangles take; walls are centred on the borders of the parts.
     pub fn filled(&self, axis: usize, order: i32) -> f64 {
         let m = self.parts[axis];
-        if order % m != 0 {
-            return 0.0;
-        }
         let walls = f64::from(m) * self.wall;
         if order == 0 {
             return 1.0 - walls;
+        }
+        if order % m != 0 || walls == 0.0 {
+            return 0.0;
         }
         let x = std::f64::consts::PI * f64::from(order) * self.wall;
         let sign = if order % 2 == 0 { 1.0 } else { -1.0 };

@@ -14,7 +14,8 @@
 //!
 //! The lens changes within a slice. Two slices are one step of the commutator-free Magnus method of fourth order (Blanes & Moan,
 //! Appl. Numer. Math. 56, 1519 (2006)): the upper one takes 1/2 + 1/√3 of the P and Q at the upper Gauss node of both, and
-//! 1/2 − 1/√3 of those at the lower node; the lower one the other way round.
+//! 1/2 − 1/√3 of those at the lower node; the lower one the other way round. No step reaches across the height at which the lens meets
+//! its neighbours: there its cross-section changes its law.
 
 use std::f64::consts::PI;
 
@@ -27,7 +28,7 @@ use crate::em::PixelStack;
 /// The lens in slices, from the top.
 pub(super) struct LensSlices {
     /// Thickness of each in µm.
-    pub slice_um: f64,
+    thickness_um: Vec<f64>,
     /// Resin below the lens's lowest point, in µm.
     pub pedestal_um: f64,
     /// Fourier coefficients of the part of the cell that is resin: of orders (|n_x|, |n_y|) up to `most`, at the Gauss nodes of each pair
@@ -43,17 +44,24 @@ impl LensSlices {
     /// Slices of `slice_um` at most, with coefficients for differences of orders up to `most`.
     pub fn new(stack: &PixelStack, resin: C, slice_um: f64, most: usize) -> Self {
         let sag = stack.sag_um();
-        let steps = (0.5 * sag / slice_um).ceil().max(1.0);
-        let nodes = gauss_legendre(2, 0.0, sag / steps);
         let (r, p) = (stack.lens.radius_um, stack.pitch_um);
-        let mask = |i: usize| {
-            let depth = (i / 2) as f64 * sag / steps + nodes[i % 2].0;
-            disc(most, (depth * (2.0 * r - depth)).sqrt() / p)
-        };
+        let meets = r - (r * r - 0.25 * p * p).max(0.0).sqrt();
+        let (mut thickness_um, mut masks) = (Vec::new(), Vec::new());
+        for (from, to) in [(0.0, meets), (meets, sag)] {
+            let steps = (0.5 * (to - from) / slice_um).ceil().max(1.0) as usize;
+            let step = (to - from) / steps as f64;
+            for i in 0..steps {
+                let top = from + i as f64 * step;
+                for (depth, _) in gauss_legendre(2, top, top + step) {
+                    thickness_um.push(0.5 * step);
+                    masks.push(disc(most, (depth * (2.0 * r - depth)).sqrt() / p));
+                }
+            }
+        }
         Self {
-            slice_um: 0.5 * sag / steps,
+            thickness_um,
             pedestal_um: (stack.lens.height_um - sag).max(0.0),
-            masks: (0..2 * steps as usize).map(mask).collect(),
+            masks,
             most,
             shift: stack.lens.shift_um.map(|s| s / p),
             resin,
@@ -110,7 +118,7 @@ impl LensSlices {
         k0_per_um: f64,
         below: &Matrix,
     ) -> (Matrix, Matrix) {
-        let d = k0_per_um * self.slice_um;
+        let d = k0_per_um * self.thickness_um[slice];
         let Operators { p, q, .. } = self.operators(basis, slice);
         let highest = (self.resin * self.resin).re;
         let [c0, c1, c2] = tangent(1.0 - basis.cutoff * basis.cutoff, highest, d);

@@ -57,6 +57,8 @@ impl RcwaModel {
     pub fn solve(&self, u: f64, v: f64) -> Result<RcwaAnswer, RcwaError> {
         let began = Instant::now();
         within("sine of the angle of incidence", u.hypot(v), 0.0, STEEPEST)?;
+        // cos 90° in binary is not quite 0, and a mirror is worth a factor of four.
+        let [u, v] = [u, v].map(|x| if x.abs() < 1e-12 { 0.0 } else { x });
         let lattice = Lattice {
             bloch: [u, v],
             step: 2.0 * PI / (self.stack.pitch_um * self.k0_per_um),
@@ -78,6 +80,7 @@ impl RcwaModel {
                 answers.extend(self.sector(lattice, sector, &[wave], &mut functions)?);
             }
         }
+        if std::env::var("RCWA_TIME").is_ok() { eprintln!("total {:.2}", began.elapsed().as_secs_f64()); }
         let mut answers = answers.into_iter();
         match (answers.next(), answers.next()) {
             (Some(s), Some(p)) => Ok(RcwaAnswer {
@@ -102,6 +105,7 @@ impl RcwaModel {
         waves: &[[f64; 2]],
         functions: &mut usize,
     ) -> Result<Vec<RcwaPowers>, RcwaError> {
+        let t0 = Instant::now();
         let k0 = self.k0_per_um;
         let n = &self.indices;
         let high = Basis::new(lattice, sector, self.settings.lens_cutoff, Class::WHOLE);
@@ -132,6 +136,7 @@ impl RcwaModel {
         let cutoff = self.settings.silicon_cutoff * n.silicon.re;
         let silicon = Silicon::new(&basis, grid, nearest, cutoff)?;
         *functions = (*functions).max(silicon.functions());
+        if std::env::var("RCWA_TIME").is_ok() { eprintln!("  silicon {:.2} low {} high {}", t0.elapsed().as_secs_f64(), basis.len(), high.len()); }
         let in_nearest = Uniform::new(&basis, nearest);
         let rho = silicon.reflection(basis.len());
         let silicon_basis = basis.clone();
@@ -174,11 +179,14 @@ impl RcwaModel {
                 &mut admittance,
             );
         }
+        if std::env::var("RCWA_TIME").is_ok() { eprintln!("  layers {:.2} slices {}", t0.elapsed().as_secs_f64(), self.slices.count()); }
         for slice in (0..self.slices.count()).rev() {
             let (above, passage) = self.slices.climb(&basis, slice, k0, &admittance);
             go(Climbed { above, passage }, &mut admittance);
         }
 
+        let tm = |what: &str| if std::env::var("RCWA_TIME").is_ok() { eprintln!("  {what} {:.2}", t0.elapsed().as_secs_f64()); };
+        tm("lens");
         // Air.
         let air = Uniform::new(&basis, C::ONE);
         let incident = order_zero(&basis, waves);
@@ -197,6 +205,7 @@ impl RcwaModel {
         let down = super::linear::solve(&super::linear::plus_one(rho), &field);
         debug_assert_eq!(down.nrows(), silicon_basis.len());
         let inside = silicon.absorb(&down, k0, self.stack.silicon_um);
+        tm("absorbed");
         Ok(inside
             .into_iter()
             .enumerate()
