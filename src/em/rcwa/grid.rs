@@ -11,10 +11,10 @@
 //! ε E_x is continuous across walls that lie along y, E_x across those along x. By Li's rule (J. Opt. Soc. Am. A 14, 2758 (1997)) it is the
 //! inverse of the truncated series of 1/ε that multiplies along x, and the plain series along y:
 //! ε_x = ε_wall + (⟦1/ε_row⟧⁻¹ − ε_wall) ⊗ b, ε_row being ε along a row of rectangles and b the part of y that these take. The
-//! orders lie in a circle; the inverse is that of its longest row for all rows, so that ε_x E_x is what one field D_x, and D_x/ε_row a
-//! field whose absorption adds up to the loss of flux to the last digit.
+//! orders lie in a circle; the inverse is that of its diameter for all rows: then D_x = ε_x E_x along a row of rectangles, and the absorption
+//! of D_x/ε there adds up to the loss of flux to the last digits.
 
-use super::basis::{Basis, Order, Parity, places};
+use super::basis::{Basis, Parity, places};
 use super::linear::{C, Matrix, downward, eigen, scale_columns, solve};
 use super::{RcwaError, uniform};
 
@@ -52,11 +52,17 @@ impl Grid {
         let terms = parity.couplings(n, other);
         terms
             .iter()
-            .map(|(g, w)| if *w == 0.0 { 0.0 } else { w * self.filled(axis, *g) })
+            .map(|(g, w)| {
+                if *w == 0.0 {
+                    0.0
+                } else {
+                    w * self.filled(axis, *g)
+                }
+            })
             .sum()
     }
 
-    /// ⟦1/ε_row⟧⁻¹ along an axis, of orders `first..=last` that the parity has.
+    /// ⟦1/ε_row⟧⁻¹ along an axis.
     pub fn inverse_rule(&self, axis: usize, parity: Parity, orders: &[i32]) -> Matrix {
         let n = orders.len();
         let (inside, outside) = (self.inside.inv(), self.outside.inv());
@@ -117,8 +123,8 @@ impl Operators {
     /// Of rectangles and walls.
     pub fn of_grid(basis: &Basis, grid: &Grid) -> Self {
         let parities = basis.parities();
-        let epsilon_x = tangential(grid, &basis.x, 0, parities[0]);
-        let epsilon_y = tangential(grid, &basis.y, 1, parities[1]);
+        let epsilon_x = tangential(basis, grid, 0, parities[0]);
+        let epsilon_y = tangential(basis, grid, 1, parities[1]);
         let contrast = grid.inside - grid.outside;
         let [px, py] = parities[2];
         let n = basis.z.len();
@@ -142,11 +148,9 @@ impl Operators {
 }
 
 /// ε for the field component along `axis`, with functions `orders` of parities `parity`.
-fn tangential(grid: &Grid, orders: &[Order], axis: usize, parity: [Parity; 2]) -> Matrix {
-    let across = 1 - axis;
-    let mut along: Vec<i32> = orders.iter().map(|o| o.n[axis]).collect();
-    along.sort_unstable();
-    along.dedup();
+fn tangential(basis: &Basis, grid: &Grid, axis: usize, parity: [Parity; 2]) -> Matrix {
+    let (orders, across) = ([&basis.x, &basis.y][axis], 1 - axis);
+    let along = basis.axis(axis, parity[axis]);
     let inverse = grid.inverse_rule(axis, parity[axis], &along);
     let place: Vec<usize> = orders
         .iter()

@@ -14,8 +14,8 @@
 //!
 //! The lens changes within a slice. Two slices are one step of the commutator-free Magnus method of fourth order (Blanes & Moan,
 //! Appl. Numer. Math. 56, 1519 (2006)): the upper one takes 1/2 + 1/√3 of the P and Q at the upper Gauss node of both, and
-//! 1/2 − 1/√3 of those at the lower node; the lower one the other way round. No step reaches across the height at which the lens meets
-//! its neighbours: there its cross-section changes its law.
+//! 1/2 − 1/√3 of those at the lower node; the lower one the other way round. No step reaches across the height z0 at which the lens meets
+//! its neighbours: below it the corners that are left go as (z0 − z)^(3/2), which makes the order 5/2 in all.
 
 use std::f64::consts::PI;
 
@@ -97,8 +97,7 @@ impl LensSlices {
         };
         let [x, y, z] = basis.parities();
         let one = Matrix::identity(basis.z.len(), basis.z.len());
-        let [eta, eta_other] =
-            [own, other].map(|mask| solve(&epsilon(mask, &basis.z, z), &one));
+        let [eta, eta_other] = [own, other].map(|mask| solve(&epsilon(mask, &basis.z, z), &one));
         let eta = eta * faer::Scale(C::from(most)) + eta_other * faer::Scale(C::from(least));
         let (x, y) = (epsilon(&mixed, &basis.x, x), epsilon(&mixed, &basis.y, y));
         Operators::new(basis, &x, &y, eta)
@@ -189,7 +188,11 @@ fn disc(most: usize, radius: f64) -> Vec<f64> {
         let high: Vec<f64> = (0..columns)
             .map(|g| {
                 let k = 2.0 * PI * g as f64;
-                if g == 0 { 2.0 * h } else { 2.0 * (k * h).sin() / k }
+                if g == 0 {
+                    2.0 * h
+                } else {
+                    2.0 * (k * h).sin() / k
+                }
             })
             .collect();
         for gx in 0..columns {

@@ -8,7 +8,7 @@ use super::error::within;
 use super::grid::Grid;
 use super::layers::{self, Climbed, narrowed, whole};
 use super::lens::LensSlices;
-use super::linear::{C, Matrix, flux};
+use super::linear::{C, Matrix, flux, plus_one, solve};
 use super::silicon::Silicon;
 use super::uniform::Uniform;
 use super::{RcwaAnswer, RcwaError, RcwaPowers, RcwaSettings};
@@ -63,8 +63,8 @@ impl RcwaModel {
             bloch: [u, v],
             step: 2.0 * PI / (self.stack.pitch_um * self.k0_per_um),
         };
-        let mirrors = [0, 1]
-            .map(|axis| lattice.bloch[axis] == 0.0 && self.stack.lens.shift_um[axis] == 0.0);
+        let mirrors =
+            [0, 1].map(|axis| lattice.bloch[axis] == 0.0 && self.stack.lens.shift_um[axis] == 0.0);
         let waves = incident(lattice.bloch);
         let mut functions = 0;
         let mut answers = Vec::new();
@@ -80,7 +80,6 @@ impl RcwaModel {
                 answers.extend(self.sector(lattice, sector, &[wave], &mut functions)?);
             }
         }
-        if std::env::var("RCWA_TIME").is_ok() { eprintln!("total {:.2}", began.elapsed().as_secs_f64()); }
         let mut answers = answers.into_iter();
         match (answers.next(), answers.next()) {
             (Some(s), Some(p)) => Ok(RcwaAnswer {
@@ -105,7 +104,6 @@ impl RcwaModel {
         waves: &[[f64; 2]],
         functions: &mut usize,
     ) -> Result<Vec<RcwaPowers>, RcwaError> {
-        let t0 = Instant::now();
         let k0 = self.k0_per_um;
         let n = &self.indices;
         let high = Basis::new(lattice, sector, self.settings.lens_cutoff, Class::WHOLE);
@@ -133,13 +131,11 @@ impl RcwaModel {
             inside: n.silicon * n.silicon,
             outside: n.trench * n.trench,
         };
-        let cutoff = self.settings.silicon_cutoff * n.silicon.re;
+        let cutoff = n.silicon.re + self.settings.silicon_margin * lattice.step;
         let silicon = Silicon::new(&basis, grid, nearest, cutoff)?;
         *functions = (*functions).max(silicon.functions());
-        if std::env::var("RCWA_TIME").is_ok() { eprintln!("  silicon {:.2} low {} high {}", t0.elapsed().as_secs_f64(), basis.len(), high.len()); }
         let in_nearest = Uniform::new(&basis, nearest);
         let rho = silicon.reflection(basis.len());
-        let silicon_basis = basis.clone();
 
         let mut climbed: Vec<Climbed> = Vec::new();
         let mut admittance = layers::admittance(&in_nearest, &rho);
@@ -179,18 +175,15 @@ impl RcwaModel {
                 &mut admittance,
             );
         }
-        if std::env::var("RCWA_TIME").is_ok() { eprintln!("  layers {:.2} slices {}", t0.elapsed().as_secs_f64(), self.slices.count()); }
         for slice in (0..self.slices.count()).rev() {
             let (above, passage) = self.slices.climb(&basis, slice, k0, &admittance);
             go(Climbed { above, passage }, &mut admittance);
         }
 
-        let tm = |what: &str| if std::env::var("RCWA_TIME").is_ok() { eprintln!("  {what} {:.2}", t0.elapsed().as_secs_f64()); };
-        tm("lens");
         // Air.
         let air = Uniform::new(&basis, C::ONE);
         let incident = order_zero(&basis, waves);
-        let e = super::linear::solve(
+        let e = solve(
             &(air.matrix() + &admittance),
             &(air.times(&incident) * faer::Scale(C::new(2.0, 0.0))),
         );
@@ -202,10 +195,8 @@ impl RcwaModel {
             field = &c.passage * &field;
         }
         // E of both waves at the silicon: the one that falls in is (1 + ρ)⁻¹ E.
-        let down = super::linear::solve(&super::linear::plus_one(rho), &field);
-        debug_assert_eq!(down.nrows(), silicon_basis.len());
+        let down = solve(&plus_one(rho), &field);
         let inside = silicon.absorb(&down, k0, self.stack.silicon_um);
-        tm("absorbed");
         Ok(inside
             .into_iter()
             .enumerate()
@@ -227,7 +218,11 @@ impl RcwaModel {
     /// The layer with metal walls, and these (their host to be filled in).
     fn walls(&self) -> Option<(usize, Grid)> {
         let metal = self.stack.metal.as_ref()?;
-        let layer = self.stack.layers.iter().position(|l| l.name == metal.layer)?;
+        let layer = self
+            .stack
+            .layers
+            .iter()
+            .position(|l| l.name == metal.layer)?;
         let epsilon = self.indices.metal * self.indices.metal;
         Some((
             layer,
