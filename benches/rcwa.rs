@@ -2,8 +2,8 @@
 //!
 //! ```sh
 //! cargo bench --bench rcwa -- curve 1.6 standard             # P of each half over θ, beside the reference; `1.6` .. `3.5`
-//! cargo bench --bench rcwa -- curve 1.6 40/2.2/4/1.4 0,10,20 # slice nm / lens / wall / silicon cutoff
-//! cargo bench --bench rcwa -- pixel 2.8um-tungsten standard 0,10,20
+//! cargo bench --bench rcwa -- curve 1.6 40/2.2/4/5 0,10,20   # slice nm / lens cutoff / wall cutoff / silicon margin
+//! cargo bench --bench rcwa -- pixel 2.8um-tungsten standard 0,10,20 30  # a built-in pixel; last the azimuth, deg
 //! ```
 #![allow(clippy::unwrap_used)] // because a bench fails by panicking
 
@@ -21,7 +21,7 @@ fn settings(name: &str) -> RcwaSettings {
                 slice_nm: n[0],
                 lens_cutoff: n[1],
                 wall_cutoff: n[2],
-                silicon_cutoff: n[3],
+                silicon_margin: n[3],
             }
         }
     }
@@ -45,7 +45,9 @@ fn light(model: &RcwaModel, theta_deg: f64, phi_deg: f64) -> RcwaAnswer {
 fn pixel(name: &str, preset: &str, thetas: &str, phi_deg: f64) {
     let stack = PixelStack::builtin(name).unwrap();
     let model = RcwaModel::new(&stack, 550.0, &settings(preset)).unwrap();
-    println!("{name} {preset} phi {phi_deg}: theta, left right of s, of p, of the mean, R_s R_p, balance-1, s");
+    println!(
+        "{name} {preset} phi {phi_deg}: theta, left right of s, of p, of the mean, R_s R_p, balance-1, s"
+    );
     for theta in numbers(thetas) {
         let a = light(&model, theta, phi_deg);
         let (s, p) = (halves(&a.s), halves(&a.p));

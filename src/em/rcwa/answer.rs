@@ -36,3 +36,12 @@ pub struct RcwaAnswer {
     /// Wall clock.
     pub seconds: f64,
 }
+
+impl RcwaAnswer {
+    /// Largest difference, as a part of the incident power, of what the photodiodes absorb by volume and what the silicon loses by flux.
+    /// With trenches that absorb it is not small.
+    pub fn residual(&self) -> f64 {
+        let off = |p: &RcwaPowers| (p.absorbed.iter().sum::<f64>() - p.absorbed_by_flux).abs();
+        off(&self.s).max(off(&self.p))
+    }
+}

@@ -185,6 +185,12 @@ impl Basis {
         self.x.len() + self.y.len()
     }
 
+    /// The numbers of all functions of one axis, of all classes.
+    pub fn axis(&self, axis: usize, parity: Parity) -> Vec<i32> {
+        let [first, last] = self.lattice.range(axis, self.cutoff);
+        (first..=last).filter(|n| parity.has(*n)).collect()
+    }
+
     /// Parities of E_x, E_y, E_z along x and y.
     pub fn parities(&self) -> [[Parity; 2]; 3] {
         let Sector { x, y } = self.sector;

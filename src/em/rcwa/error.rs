@@ -14,7 +14,9 @@ pub enum RcwaError {
         allowed: String,
     },
     /// The modes of a layer were not found.
-    #[error("rcwa: the eigenvalue iteration on {size} functions did not converge; other orders may help")]
+    #[error(
+        "rcwa: the eigenvalue iteration on {size} functions did not converge; other orders may help"
+    )]
     Eigen {
         /// Functions.
         size: usize,

@@ -11,9 +11,10 @@
 //! ε E_x is continuous across walls that lie along y, E_x across those along x. By Li's rule (J. Opt. Soc. Am. A 14, 2758 (1997)) it is the
 //! inverse of the truncated series of 1/ε that multiplies along x, and the plain series along y:
 //! ε_x = ε_wall + (⟦1/ε_row⟧⁻¹ − ε_wall) ⊗ b, ε_row being ε along a row of rectangles and b the part of y that these take. The
-//! orders lie in a circle: the inverse is that of the row of orders of the larger |k_y|, beyond which the plain series goes on.
+//! orders lie in a circle; the inverse is that of its diameter for all rows: then D_x = ε_x E_x along a row of rectangles, and the absorption
+//! of D_x/ε there adds up to the loss of flux to the last digits.
 
-use super::basis::{Basis, Order, Parity, places};
+use super::basis::{Basis, Parity, places};
 use super::linear::{C, Matrix, downward, eigen, scale_columns, solve};
 use super::{RcwaError, uniform};
 
@@ -34,12 +35,12 @@ impl Grid {
     /// Fourier coefficient G of the part of an axis that the rectangles take; walls are centred on the borders of the parts.
     pub fn filled(&self, axis: usize, order: i32) -> f64 {
         let m = self.parts[axis];
-        if order % m != 0 {
-            return 0.0;
-        }
         let walls = f64::from(m) * self.wall;
         if order == 0 {
             return 1.0 - walls;
+        }
+        if order % m != 0 || walls == 0.0 {
+            return 0.0;
         }
         let x = std::f64::consts::PI * f64::from(order) * self.wall;
         let sign = if order % 2 == 0 { 1.0 } else { -1.0 };
@@ -51,11 +52,17 @@ impl Grid {
         let terms = parity.couplings(n, other);
         terms
             .iter()
-            .map(|(g, w)| if *w == 0.0 { 0.0 } else { w * self.filled(axis, *g) })
+            .map(|(g, w)| {
+                if *w == 0.0 {
+                    0.0
+                } else {
+                    w * self.filled(axis, *g)
+                }
+            })
             .sum()
     }
 
-    /// ⟦1/ε_row⟧⁻¹ along an axis, of orders `first..=last` that the parity has.
+    /// ⟦1/ε_row⟧⁻¹ along an axis.
     pub fn inverse_rule(&self, axis: usize, parity: Parity, orders: &[i32]) -> Matrix {
         let n = orders.len();
         let (inside, outside) = (self.inside.inv(), self.outside.inv());
@@ -116,8 +123,8 @@ impl Operators {
     /// Of rectangles and walls.
     pub fn of_grid(basis: &Basis, grid: &Grid) -> Self {
         let parities = basis.parities();
-        let epsilon_x = tangential(basis, grid, &basis.x, 0, parities[0]);
-        let epsilon_y = tangential(basis, grid, &basis.y, 1, parities[1]);
+        let epsilon_x = tangential(basis, grid, 0, parities[0]);
+        let epsilon_y = tangential(basis, grid, 1, parities[1]);
         let contrast = grid.inside - grid.outside;
         let [px, py] = parities[2];
         let n = basis.z.len();
@@ -141,60 +148,20 @@ impl Operators {
 }
 
 /// ε for the field component along `axis`, with functions `orders` of parities `parity`.
-fn tangential(
-    basis: &Basis,
-    grid: &Grid,
-    orders: &[Order],
-    axis: usize,
-    parity: [Parity; 2],
-) -> Matrix {
-    let across = 1 - axis;
-    let rule = std::env::var("RCWA_RULE").unwrap_or_default();
-    // Rows: orders of equal number across, each with its numbers along.
-    let mut rows: Vec<(i32, f64, Vec<i32>)> = Vec::new();
-    for o in orders {
-        match rows.iter_mut().find(|(n, ..)| *n == o.n[across]) {
-            Some(row) => row.2.push(o.n[axis]),
-            None => rows.push((o.n[across], o.k[across].abs(), vec![o.n[axis]])),
-        }
-    }
-    let widest: Vec<i32> = {
-        let mut all: Vec<i32> = orders.iter().map(|o| o.n[axis]).collect();
-        all.sort_unstable();
-        all.dedup();
-        all
-    };
-    for row in &mut rows {
-        row.2.sort_unstable();
-        if rule == "b" {
-            row.2 = widest.clone();
-        }
-    }
-    let inverses: Vec<Matrix> = rows
+fn tangential(basis: &Basis, grid: &Grid, axis: usize, parity: [Parity; 2]) -> Matrix {
+    let (orders, across) = ([&basis.x, &basis.y][axis], 1 - axis);
+    let along = basis.axis(axis, parity[axis]);
+    let inverse = grid.inverse_rule(axis, parity[axis], &along);
+    let place: Vec<usize> = orders
         .iter()
-        .map(|(_, _, along)| grid.inverse_rule(axis, parity[axis], along))
+        .map(|o| along.partition_point(|n| *n < o.n[axis]))
         .collect();
-    let row_of = |n: i32| rows.iter().position(|(m, ..)| *m == n).unwrap_or(0);
-    let row_index: Vec<usize> = orders.iter().map(|o| row_of(o.n[across])).collect();
-    let contrast = grid.inside - grid.outside;
     let n = orders.len();
-    let _ = basis;
     Matrix::from_fn(n, n, |i, j| {
         let (a, b) = (orders[i].n, orders[j].n);
-        let outside = if i == j { grid.outside } else { C::ZERO };
+        let outside = |same: bool| if same { grid.outside } else { C::ZERO };
         let share = grid.part(across, parity[across], a[across], b[across]);
-        let (ri, rj) = (row_index[i], row_index[j]);
-        let row = if rows[ri].1 > rows[rj].1 { ri } else { rj };
-        let along = &rows[row].2;
-        let found = (along.binary_search(&a[axis]), along.binary_search(&b[axis]));
-        let inner = match found {
-            (Ok(p), Ok(q)) if rule != "a" => {
-                let same = if a[axis] == b[axis] { grid.outside } else { C::ZERO };
-                inverses[row][(p, q)] - same
-            }
-            _ => contrast * grid.part(axis, parity[axis], a[axis], b[axis]),
-        };
-        outside + inner * share
+        outside(i == j) + (inverse[(place[i], place[j])] - outside(a[axis] == b[axis])) * share
     })
 }
 

@@ -23,7 +23,9 @@ pub(super) fn solve_right(b: &Matrix, a: &Matrix) -> Matrix {
 
 /// Eigenvalues and eigenvectors (columns).
 pub(super) fn eigen(a: &Matrix) -> Result<(Vec<C>, Matrix), RcwaError> {
-    let found = a.eigen().map_err(|_| RcwaError::Eigen { size: a.nrows() })?;
+    let found = a
+        .eigen()
+        .map_err(|_| RcwaError::Eigen { size: a.nrows() })?;
     let values = found.S().column_vector().iter().copied().collect();
     Ok((values, found.U().to_owned()))
 }
@@ -68,5 +70,9 @@ pub(super) fn downward(gamma_squared: C) -> C {
     // Rounding may put a lossless wave on the wrong side of the cut.
     let g = if g.im < -1e-9 * g.norm() { -g } else { g };
     // A wave that grazes to the last bit has no admittance.
-    if g.norm() < 1e-8 { C::new(0.0, 1e-8) } else { g }
+    if g.norm() < 1e-8 {
+        C::new(0.0, 1e-8)
+    } else {
+        g
+    }
 }

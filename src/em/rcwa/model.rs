@@ -8,7 +8,7 @@ use super::error::within;
 use super::grid::Grid;
 use super::layers::{self, Climbed, narrowed, whole};
 use super::lens::LensSlices;
-use super::linear::{C, Matrix, flux};
+use super::linear::{C, Matrix, flux, plus_one, solve};
 use super::silicon::Silicon;
 use super::uniform::Uniform;
 use super::{RcwaAnswer, RcwaError, RcwaPowers, RcwaSettings};
@@ -57,12 +57,14 @@ impl RcwaModel {
     pub fn solve(&self, u: f64, v: f64) -> Result<RcwaAnswer, RcwaError> {
         let began = Instant::now();
         within("sine of the angle of incidence", u.hypot(v), 0.0, STEEPEST)?;
+        // cos 90° in binary is not quite 0, and a mirror is worth a factor of four.
+        let [u, v] = [u, v].map(|x| if x.abs() < 1e-12 { 0.0 } else { x });
         let lattice = Lattice {
             bloch: [u, v],
             step: 2.0 * PI / (self.stack.pitch_um * self.k0_per_um),
         };
-        let mirrors = [0, 1]
-            .map(|axis| lattice.bloch[axis] == 0.0 && self.stack.lens.shift_um[axis] == 0.0);
+        let mirrors =
+            [0, 1].map(|axis| lattice.bloch[axis] == 0.0 && self.stack.lens.shift_um[axis] == 0.0);
         let waves = incident(lattice.bloch);
         let mut functions = 0;
         let mut answers = Vec::new();
@@ -129,12 +131,11 @@ impl RcwaModel {
             inside: n.silicon * n.silicon,
             outside: n.trench * n.trench,
         };
-        let cutoff = self.settings.silicon_cutoff * n.silicon.re;
+        let cutoff = n.silicon.re + self.settings.silicon_margin * lattice.step;
         let silicon = Silicon::new(&basis, grid, nearest, cutoff)?;
         *functions = (*functions).max(silicon.functions());
         let in_nearest = Uniform::new(&basis, nearest);
         let rho = silicon.reflection(basis.len());
-        let silicon_basis = basis.clone();
 
         let mut climbed: Vec<Climbed> = Vec::new();
         let mut admittance = layers::admittance(&in_nearest, &rho);
@@ -182,7 +183,7 @@ impl RcwaModel {
         // Air.
         let air = Uniform::new(&basis, C::ONE);
         let incident = order_zero(&basis, waves);
-        let e = super::linear::solve(
+        let e = solve(
             &(air.matrix() + &admittance),
             &(air.times(&incident) * faer::Scale(C::new(2.0, 0.0))),
         );
@@ -194,8 +195,7 @@ impl RcwaModel {
             field = &c.passage * &field;
         }
         // E of both waves at the silicon: the one that falls in is (1 + ρ)⁻¹ E.
-        let down = super::linear::solve(&super::linear::plus_one(rho), &field);
-        debug_assert_eq!(down.nrows(), silicon_basis.len());
+        let down = solve(&plus_one(rho), &field);
         let inside = silicon.absorb(&down, k0, self.stack.silicon_um);
         Ok(inside
             .into_iter()
@@ -218,7 +218,11 @@ impl RcwaModel {
     /// The layer with metal walls, and these (their host to be filled in).
     fn walls(&self) -> Option<(usize, Grid)> {
         let metal = self.stack.metal.as_ref()?;
-        let layer = self.stack.layers.iter().position(|l| l.name == metal.layer)?;
+        let layer = self
+            .stack
+            .layers
+            .iter()
+            .position(|l| l.name == metal.layer)?;
         let epsilon = self.indices.metal * self.indices.metal;
         Some((
             layer,

@@ -15,8 +15,9 @@ pub struct RcwaSettings {
     pub lens_cutoff: f64,
     /// Largest transverse wavenumber in a layer with metal walls, in k0.
     pub wall_cutoff: f64,
-    /// Largest transverse wavenumber followed in silicon, in n_silicon k0. 1 holds all that travels in it.
-    pub silicon_cutoff: f64,
+    /// Orders followed in silicon beyond all that travel in it, along an axis. The error of the trenches' fields depends on it, whatever
+    /// the pitch.
+    pub silicon_margin: f64,
 }
 
 impl RcwaSettings {
@@ -26,27 +27,27 @@ impl RcwaSettings {
             slice_nm: 60.0,
             lens_cutoff: 1.8,
             wall_cutoff: 3.0,
-            silicon_cutoff: 1.15,
+            silicon_margin: 2.5,
         }
     }
 
     /// The default.
     pub fn standard() -> Self {
         Self {
-            slice_nm: 40.0,
-            lens_cutoff: 2.2,
+            slice_nm: 45.0,
+            lens_cutoff: 2.1,
             wall_cutoff: 4.0,
-            silicon_cutoff: 1.4,
+            silicon_margin: 5.0,
         }
     }
 
     /// To compare others with.
     pub fn reference() -> Self {
         Self {
-            slice_nm: 20.0,
+            slice_nm: 25.0,
             lens_cutoff: 3.0,
             wall_cutoff: 6.0,
-            silicon_cutoff: 2.0,
+            silicon_margin: 9.0,
         }
     }
 
@@ -55,6 +56,6 @@ impl RcwaSettings {
         within("slice_nm", self.slice_nm, 2.0, 100.0)?;
         within("lens_cutoff", self.lens_cutoff, 1.2, 12.0)?;
         within("wall_cutoff", self.wall_cutoff, 1.2, 24.0)?;
-        within("silicon_cutoff", self.silicon_cutoff, 0.5, 6.0)
+        within("silicon_margin", self.silicon_margin, 0.0, 50.0)
     }
 }

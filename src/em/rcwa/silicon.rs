@@ -7,7 +7,7 @@
 use faer::linalg::solvers::{PartialPivLu, Solve};
 
 use super::RcwaError;
-use super::basis::{Basis, Class, Lattice, Order, Sector, places};
+use super::basis::{Basis, Class, Order, places};
 use super::grid::{Grid, Modes, Operators};
 use super::linear::{C, Matrix, flux, scale_rows};
 use super::quadrature::gauss_legendre;
@@ -28,10 +28,8 @@ struct Block {
 pub(super) struct Silicon {
     blocks: Vec<Block>,
     grid: Grid,
-    /// k∥ lattice and sector of the field.
-    lattice: Lattice,
-    sector: Sector,
-    cutoff: f64,
+    /// All classes together.
+    whole: Basis,
 }
 
 /// Powers in silicon, in units of Re E†h.
@@ -72,15 +70,13 @@ impl Silicon {
         Ok(Self {
             blocks,
             grid,
-            lattice,
-            sector,
-            cutoff,
+            whole: Basis::new(lattice, sector, cutoff, Class::WHOLE),
         })
     }
 
     /// Functions followed in silicon, of all classes.
     pub fn functions(&self) -> usize {
-        self.blocks.iter().map(|b| b.basis.len()).sum()
+        self.whole.len()
     }
 
     /// b of a, `n` functions each.
@@ -191,12 +187,13 @@ struct Detector<'a> {
 
 impl<'a> Detector<'a> {
     fn new(silicon: &Silicon, depths: &'a [(f64, f64)]) -> Self {
-        let Silicon { grid, lattice, .. } = silicon;
+        let Silicon { grid, whole, .. } = silicon;
+        let lattice = whole.lattice;
         let period = 2.0 * std::f64::consts::PI / lattice.step;
         let places = [0, 1].map(|axis| {
             let m = grid.parts[axis];
             let side = (1.0 / f64::from(m) - grid.wall) * period;
-            let count = (0.5 * silicon.cutoff * side) as usize + 8;
+            let count = (0.5 * whole.cutoff * side) as usize + 8;
             (0..m)
                 .flat_map(|i| {
                     let middle = ((f64::from(i) + 0.5) / f64::from(m) - 0.5) * period;
@@ -205,14 +202,8 @@ impl<'a> Detector<'a> {
                 })
                 .collect::<Vec<_>>()
         });
-        let parities = silicon.basis_parities();
-        let orders = parities.map(|both| {
-            [0, 1].map(|axis| {
-                let [first, last] = lattice.range(axis, silicon.cutoff);
-                let has = |n: &i32| both[axis].has(*n);
-                (first..=last).filter(has).collect::<Vec<_>>()
-            })
-        });
+        let parities = whole.parities();
+        let orders = parities.map(|both| [0, 1].map(|axis| whole.axis(axis, both[axis])));
         let synthesis = [0, 1, 2].map(|component| {
             [0, 1].map(|axis| {
                 let (parity, n) = (parities[component][axis], &orders[component][axis]);
@@ -245,7 +236,8 @@ impl<'a> Detector<'a> {
         });
         for (block, c) in silicon.blocks.iter().zip(amplitudes) {
             for (component, f) in block.fields(c, j, self.depths).iter().enumerate() {
-                let [x0, y0] = [0, 1].map(|axis| self.orders[component][axis].first().map_or(0, |n| *n));
+                let [x0, y0] =
+                    [0, 1].map(|axis| self.orders[component][axis].first().map_or(0, |n| *n));
                 for (i, o) in block.orders(component).iter().enumerate() {
                     let at = ((o.n[0] - x0) as usize, (o.n[1] - y0) as usize);
                     for (p, plane) in fields[component].iter_mut().enumerate() {
@@ -267,19 +259,5 @@ impl<'a> Detector<'a> {
         }
         let loss = silicon.grid.inside.im;
         out.iter().map(|p| p * loss).collect()
-    }
-}
-
-impl Silicon {
-    fn basis_parities(&self) -> [[super::basis::Parity; 2]; 3] {
-        Basis {
-            lattice: self.lattice,
-            sector: self.sector,
-            cutoff: self.cutoff,
-            x: Vec::new(),
-            y: Vec::new(),
-            z: Vec::new(),
-        }
-        .parities()
     }
 }

@@ -28,10 +28,7 @@ impl Uniform {
                 (kx, x.get(&o.n).copied())
             };
             gamma.push(g);
-            rows.push((
-                (epsilon - own * own) / g,
-                partner.map(|j| (j, kx * ky / g)),
-            ));
+            rows.push(((epsilon - own * own) / g, partner.map(|j| (j, kx * ky / g))));
         }
         Self { gamma, rows }
     }
