@@ -98,7 +98,7 @@ enum Command {
     /// Sharpness and phase difference over the focus stacks of a dataset: where would the camera focus?
     ///
     /// Focus is in dioptres, 1/m from the entrance pupil. For each stack: the zero of the phase difference x_L - x_R (px), the peaks of
-    /// gradient, De and Wee, and the truth of the sample's own maps. A stack comes from [sweep] in the configuration of qpgen dataset.
+    /// gradient, De and Wee, and the truth of the sample's own maps. A stack comes from `[sweep]` in the configuration of qpgen dataset.
     ///
     /// Example: qpalgo autofocus out -o autofocus
     #[command(verbatim_doc_comment)]

@@ -23,7 +23,7 @@ use report::Curve;
 /// Arguments of `qpalgo autofocus`.
 #[derive(Clone, Debug, Args)]
 pub struct AutofocusArgs {
-    /// Folder of a dataset with focus stacks ([sweep] in its configuration): scenes of three samples or more.
+    /// Folder of a dataset with focus stacks (`[sweep]` in its configuration): scenes of three samples or more.
     dataset: PathBuf,
     /// Folder to write: autofocus.csv (a line a sample), focus.csv (a line a scene), SCENE.svg.
     #[arg(long, short)]
