@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::camera::{Channel, Exposure, Focus, Intrinsics, Lens, Response, Sensor};
 use crate::readout::Readout;
+use crate::manifest::FileEntry;
 
 /// The whole of `meta.json`. No date, host name, run time or thread count: the same seed gives the same bytes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -53,6 +54,8 @@ pub struct SampleMeta {
     pub coc_disparity: Option<CocDisparity>,
     /// The sample's files but `meta.json`, in the order of their names.
     pub files: Vec<SampleFile>,
+    /// Length and hash of each of them, in the same order; a path is the file's name.
+    pub contents: Vec<FileEntry>,
 }
 
 /// The scene.

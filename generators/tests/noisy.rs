@@ -3,13 +3,13 @@
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 #![allow(missing_docs)]
 
-mod process;
+mod small;
 
 use std::fs;
 use std::path::Path;
 
 use datasets_spec::{DatasetManifest, FileEntry, SampleMeta, check_dataset};
-use process::{SMALL, dataset, done, files, qpgen};
+use small::{SMALL, dataset, done, files, qpgen};
 use quadpixel::image::exr::{Compression, Layer, NamedLayer, Sample, encode_layers, read_layers};
 use quadpixel::image::{Image, raster};
 
