@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use generators::log::{Level, Log};
 use generators::{
-    check_command, dataset_command, lens_command, merge, preview_command, render_command,
+    check_command, dataset_command, export, lens_command, merge, preview_command, render_command,
     response_command, study, validate_command,
 };
 use quadpixel::command::{CommandError, use_threads};
@@ -71,6 +71,11 @@ enum Command {
     /// Example: qpgen check out
     #[command(verbatim_doc_comment)]
     Check(check_command::CheckArgs),
+    /// Writes a dataset in a layout that published training code reads: DPDD, QPDNet, WebDataset shards.
+    ///
+    /// Example: qpgen export out --layout dpdd -o dpdd
+    #[command(verbatim_doc_comment)]
+    Export(export::ExportArgs),
 }
 
 impl Command {
@@ -86,6 +91,7 @@ impl Command {
             Self::Study(args) => args.json,
             Self::Validate(args) => args.json,
             Self::Lens(_) => false,
+            Self::Export(args) => args.json,
         }
     }
 }
@@ -118,5 +124,6 @@ fn run(cli: Cli, log: Log) -> Result<(), CommandError> {
         Command::Validate(args) => validate_command::run(&args, log),
         Command::Lens(args) => lens_command::run(args),
         Command::Check(args) => check_command::run(&args, log),
+        Command::Export(args) => export::run(&args),
     }
 }

@@ -163,24 +163,26 @@ fn an_exported_response_comes_back_by_import_and_serves_a_dataset() {
     let meta: serde_json::Value = serde_json::from_str(&meta).unwrap();
     assert_eq!(meta["sensor"]["pitch_um"], 2.8);
 
-    // No dataset begins hours of FDTD unasked.
-    let config = include_str!("../default.toml")
-        .replace("model = \"wave\"", "model = \"fdtd\"")
-        .replace("\"2.8um\", \"1.6um\"", "\"3.5um-thin-filter\"");
-    fs::write(at("f.toml"), config).unwrap();
-    let asked = [
-        "dataset",
-        "--config",
-        &at("f.toml"),
-        "--count",
-        "1",
-        "--out",
-        &at("f"),
-    ];
-    refused(
-        &qpgen(folder.path(), &asked),
-        "qpgen response --model fdtd --pixel 3.5um-thin-filter",
-    );
+    // No dataset begins hours of FDTD or of Fourier modes unasked.
+    for model in ["fdtd", "rcwa"] {
+        let config = include_str!("../default.toml")
+            .replace("model = \"wave\"", &format!("model = \"{model}\""))
+            .replace("\"2.8um\", \"1.6um\"", "\"3.5um-thin-filter\"");
+        fs::write(at("f.toml"), config).unwrap();
+        let asked = [
+            "dataset",
+            "--config",
+            &at("f.toml"),
+            "--count",
+            "1",
+            "--out",
+            &at("f"),
+        ];
+        refused(
+            &qpgen(folder.path(), &asked),
+            &format!("qpgen response --model {model} --pixel 3.5um-thin-filter"),
+        );
+    }
 
     let broken = csv.replacen("5.0,0.0,A,", "5.0,0.0,A,x", 1);
     fs::write(at("broken.csv"), broken).unwrap();
