@@ -26,6 +26,7 @@ pub mod preview;
 pub mod preview_command;
 pub mod progress;
 pub mod recipe;
+mod recipes;
 pub mod render_command;
 pub mod response_command;
 pub mod run_folder;

@@ -263,13 +263,13 @@ fn two_runs_do_not_write_to_one_folder() {
     assert!(said(&second).contains("another run"), "{second:?}");
 }
 
-/// QUADPIXEL_MEMORY_SAMPLES: how many (60; the full test has 200). Bound before the run: what a sample of this size holds (its
+/// QUADPIXEL_MEMORY_SAMPLES: how many (45; the full test has 200). Bound before the run: what a sample of this size holds (its
 /// images, 0.4 MB at the least) must not stay, so two thirds of the samples may add no more than 6 MB, the allocator's unrest.
 #[test]
 #[cfg(target_os = "linux")]
 fn memory_stays_flat() {
     let folder = tempfile::tempdir().unwrap();
-    let count = number_from("QUADPIXEL_MEMORY_SAMPLES", 60);
+    let count = number_from("QUADPIXEL_MEMORY_SAMPLES", 45);
     let generator = Generator::new(folder.path(), count);
     let mut child = generator
         .command("out", &["--threads", "1", "--json"])
