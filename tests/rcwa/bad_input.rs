@@ -25,6 +25,10 @@ fn bad_settings_pixels_and_directions_are_refused_with_the_reason() {
     let mut broken = stack.clone();
     broken.pitch_um = -1.0;
     assert!(said(&broken, 550.0, settings).contains("pitch_um is -1"));
+    let mut huge = stack.clone();
+    (huge.pitch_um, huge.lens.radius_um) = (12.0, 9.0);
+    (huge.lens.height_um, huge.subpixels) = (9.0, quadpixel::sensor::Subpixels::SINGLE);
+    assert!(said(&huge, 550.0, settings).contains("functions of a class in silicon"));
 
     let model = RcwaModel::new(&stack, 550.0, &settings).unwrap();
     for (u, v) in [(1.0, 0.0), (0.8, 0.8), (f64::NAN, 0.0)] {

@@ -7,18 +7,19 @@ use serde::{Deserialize, Serialize};
 pub struct RcwaPowers {
     /// Absorbed per sub-pixel, by volume integral (see [`crate::sensor::Subpixels`] for the order).
     pub absorbed: Vec<f64>,
-    /// What is lost on the way through the counted silicon, trenches included.
+    /// The same in all, by the loss of flux on the way through the counted silicon. (Where trenches absorb, what they do is known by this
+    /// difference only, and the two are equal.)
     pub absorbed_by_flux: f64,
     /// Reflected into all orders in air.
     pub reflected: f64,
     /// Passing below the counted silicon.
     pub transmitted: f64,
-    /// Absorbed above the silicon: in lens, layers and walls.
+    /// Absorbed elsewhere: in lens, layers, walls and trenches.
     pub elsewhere: f64,
 }
 
 impl RcwaPowers {
-    /// Sum of all powers, the photodiodes' by volume integral; 1 for an exact solution and trenches without loss.
+    /// Sum of all powers, the photodiodes' by volume integral; 1 for an exact solution.
     pub fn balance(&self) -> f64 {
         self.reflected + self.transmitted + self.elsewhere + self.absorbed.iter().sum::<f64>()
     }
@@ -38,8 +39,7 @@ pub struct RcwaAnswer {
 }
 
 impl RcwaAnswer {
-    /// Largest difference, as a part of the incident power, of what the photodiodes absorb by volume and what the silicon loses by flux.
-    /// With trenches that absorb it is not small.
+    /// Largest difference, as a part of the incident power, of what the photodiodes absorb by volume and by flux.
     pub fn residual(&self) -> f64 {
         let off = |p: &RcwaPowers| (p.absorbed.iter().sum::<f64>() - p.absorbed_by_flux).abs();
         off(&self.s).max(off(&self.p))

@@ -21,6 +21,9 @@ pub enum RcwaError {
         /// Functions.
         size: usize,
     },
+    /// A matrix could not be inverted.
+    #[error("rcwa: the powers are not finite; a direction a hair off, or other orders, may help")]
+    NotFinite,
     /// A pixel or a material that cannot be.
     #[error(transparent)]
     Pixel(#[from] crate::em::StackError),

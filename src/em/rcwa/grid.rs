@@ -16,6 +16,7 @@
 
 use super::basis::{Basis, Parity, places};
 use super::linear::{C, Matrix, downward, eigen, scale_columns, solve};
+use super::uniform::Uniform;
 use super::{RcwaError, uniform};
 
 /// Rectangles and walls.
@@ -137,8 +138,8 @@ impl Operators {
         Self::new(basis, &epsilon_x, &epsilon_y, eta)
     }
 
-    /// The modes.
-    pub fn modes(&self) -> Result<Modes, RcwaError> {
+    /// The modes of a layer that is not uniform.
+    fn modes(&self) -> Result<Modes, RcwaError> {
         let (squares, w) = eigen(&(&self.p * &self.q))?;
         let gamma: Vec<C> = squares.into_iter().map(downward).collect();
         let inverse: Vec<C> = gamma.iter().map(|g| g.inv()).collect();
@@ -173,6 +174,20 @@ pub(super) struct Modes {
 }
 
 impl Modes {
+    /// Of a grid with these operators.
+    pub fn of_grid(basis: &Basis, grid: &Grid, operators: &Operators) -> Result<Self, RcwaError> {
+        if grid.wall != 0.0 && grid.inside != grid.outside {
+            return operators.modes();
+        }
+        // Plane waves: many of equal γ, of which the eigenvalue iteration would make anything.
+        let plain = Uniform::new(basis, grid.inside);
+        Ok(Self {
+            w: Matrix::identity(basis.len(), basis.len()),
+            v: plain.matrix(),
+            gamma: plain.gamma,
+        })
+    }
+
     pub fn phases(&self, k0_z: f64) -> Vec<C> {
         uniform::phases(&self.gamma, k0_z)
     }

@@ -5,12 +5,12 @@
 //! Only decaying exponentials occur.
 
 use super::RcwaError;
-use super::basis::{Basis, Class};
+use super::basis::Basis;
 use super::grid::{Grid, Modes, Operators};
 use super::linear::{C, Matrix, plus_one, scale_columns, scale_rows, solve, solve_right};
 use super::uniform::Uniform;
 
-/// How E at the top of something becomes what is wanted below it.
+/// What a layer makes of what is below it.
 pub(super) struct Climbed {
     /// Admittance at the top.
     pub above: Matrix,
@@ -52,7 +52,8 @@ pub(super) fn walled(
     k0_d: f64,
     below: &Matrix,
 ) -> Result<Climbed, RcwaError> {
-    let Modes { gamma, w, v } = Operators::of_grid(basis, grid).modes()?;
+    let operators = Operators::of_grid(basis, grid);
+    let Modes { gamma, w, v } = Modes::of_grid(basis, grid, &operators)?;
     let yw = below * &w;
     let rho = solve(&(&v + &yw), &(&v - &yw));
     let x = super::uniform::phases(&gamma, k0_d);
@@ -83,9 +84,4 @@ pub(super) fn narrowed(low: &Basis, high: &Basis, epsilon: C, below: &Matrix) ->
         above,
         passage: solve_right(&widened, &plus_one(kept)),
     }
-}
-
-/// The functions of one sector, all classes.
-pub(super) fn whole(of: &Basis, cutoff: f64) -> Basis {
-    Basis::new(of.lattice, of.sector, cutoff, Class::WHOLE)
 }

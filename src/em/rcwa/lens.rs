@@ -21,6 +21,7 @@ use std::f64::consts::PI;
 
 use super::basis::{Basis, Order, Parity};
 use super::grid::Operators;
+use super::layers::Climbed;
 use super::linear::{C, Matrix, plus_one, solve};
 use super::quadrature::gauss_legendre;
 use crate::em::PixelStack;
@@ -109,14 +110,8 @@ impl LensSlices {
         C::from_polar(mask[at], -2.0 * PI * turn)
     }
 
-    /// Through a slice: the admittance at its top, and E at its bottom of E at its top.
-    pub fn climb(
-        &self,
-        basis: &Basis,
-        slice: usize,
-        k0_per_um: f64,
-        below: &Matrix,
-    ) -> (Matrix, Matrix) {
+    /// Through a slice.
+    pub fn climb(&self, basis: &Basis, slice: usize, k0_per_um: f64, below: &Matrix) -> Climbed {
         let d = k0_per_um * self.thickness_um[slice];
         let Operators { p, q, .. } = self.operators(basis, slice);
         let highest = (self.resin * self.resin).re;
@@ -136,7 +131,7 @@ impl LensSlices {
         let right = plus_one(-ba);
         let passage = solve(&left, &right);
         let above = (below - &a) * &passage - a;
-        (above, passage)
+        Climbed { above, passage }
     }
 }
 

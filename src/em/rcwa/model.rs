@@ -3,17 +3,14 @@
 use std::f64::consts::PI;
 use std::time::Instant;
 
-use super::basis::{Basis, Class, Lattice, Parity, Sector};
+use super::basis::{Basis, Lattice, Parity, Sector};
+use super::column::{Column, Pixel};
 use super::error::within;
-use super::grid::Grid;
-use super::layers::{self, Climbed, narrowed, whole};
 use super::lens::LensSlices;
-use super::linear::{C, Matrix, flux, plus_one, solve};
-use super::silicon::Silicon;
+use super::linear::{C, Matrix, flux, solve};
 use super::uniform::Uniform;
 use super::{RcwaAnswer, RcwaError, RcwaPowers, RcwaSettings};
 use crate::em::PixelStack;
-use crate::em::stack::Indices;
 
 /// Name and version of the model: part of every table's key, so a change of the physics changes the key.
 pub const MODEL: &str = "rcwa-1";
@@ -21,14 +18,11 @@ pub const MODEL: &str = "rcwa-1";
 /// sin θ up to which a wave is taken for a plane wave in air.
 const STEEPEST: f64 = 0.999;
 
+/// Functions of one matrix that are still computed: 0.6 GB each, of which a direction holds some dozen.
+const MOST_FUNCTIONS: f64 = 6000.0;
+
 /// A pixel at one wavelength, ready to be lit from any direction.
-pub struct RcwaModel {
-    stack: PixelStack,
-    settings: RcwaSettings,
-    indices: Indices,
-    k0_per_um: f64,
-    slices: LensSlices,
-}
+pub struct RcwaModel(Pixel);
 
 impl RcwaModel {
     /// Checks pixel, settings and wavelength.
@@ -42,15 +36,33 @@ impl RcwaModel {
         let indices = stack.indices(wavelength_nm)?;
         let k0_per_um = 2.0 * PI / (wavelength_nm * 1e-3);
         let step = 2.0 * PI / (stack.pitch_um * k0_per_um);
+        // Two components for every order in a circle, in silicon parted into classes.
+        let functions = |cutoff: f64| 2.0 * PI * (cutoff / step).powi(2);
+        let cutoff = indices.silicon.re + settings.silicon_margin * step;
+        let in_class = functions(cutoff) / stack.subpixels.count() as f64;
+        let above = match stack.metal {
+            Some(_) => settings.wall_cutoff.max(settings.lens_cutoff),
+            None => settings.lens_cutoff,
+        };
+        for (field, functions) in [
+            ("functions of a class in silicon (pitch, orders)", in_class),
+            (
+                "functions above the silicon (pitch, orders)",
+                functions(above),
+            ),
+        ] {
+            within(field, functions.round(), 0.0, MOST_FUNCTIONS)?;
+        }
         // The sum of two order numbers, each up to (cutoff + 1)/step.
         let most = 2 * ((settings.lens_cutoff + 1.0) / step).ceil() as usize;
-        Ok(Self {
+        Ok(Self(Pixel {
             stack: stack.clone(),
             settings: *settings,
             k0_per_um,
+            step,
             slices: LensSlices::new(stack, indices.lens, settings.slice_nm * 1e-3, most),
             indices,
-        })
+        }))
     }
 
     /// Where the light of a plane wave of direction cosines (u, v) goes. Needs √(u² + v²) ≤ 0.999.
@@ -58,181 +70,67 @@ impl RcwaModel {
         let began = Instant::now();
         within("sine of the angle of incidence", u.hypot(v), 0.0, STEEPEST)?;
         // cos 90° in binary is not quite 0, and a mirror is worth a factor of four.
-        let [u, v] = [u, v].map(|x| if x.abs() < 1e-12 { 0.0 } else { x });
-        let lattice = Lattice {
-            bloch: [u, v],
-            step: 2.0 * PI / (self.stack.pitch_um * self.k0_per_um),
-        };
+        let bloch = [u, v].map(|x| if x.abs() < 1e-12 { 0.0 } else { x });
         let mirrors =
-            [0, 1].map(|axis| lattice.bloch[axis] == 0.0 && self.stack.lens.shift_um[axis] == 0.0);
-        let waves = incident(lattice.bloch);
-        let mut functions = 0;
-        let mut answers = Vec::new();
-        if mirrors == [false, false] {
-            let sector = Sector {
-                x: Parity::None,
-                y: Parity::None,
-            };
-            answers = self.sector(lattice, sector, &waves, &mut functions)?;
+            [0, 1].map(|axis| bloch[axis] == 0.0 && self.0.stack.lens.shift_um[axis] == 0.0);
+        let [s, p] = incident(bloch);
+        let ((s, p), functions) = if mirrors == [false, false] {
+            let column = self.column(bloch, sector_of(s, mirrors))?;
+            let [s, p] = light(&column, [s, p])?;
+            ((s, p), column.functions())
         } else {
-            for wave in waves {
-                let sector = sector_of(wave, mirrors);
-                answers.extend(self.sector(lattice, sector, &[wave], &mut functions)?);
-            }
-        }
-        let mut answers = answers.into_iter();
-        match (answers.next(), answers.next()) {
-            (Some(s), Some(p)) => Ok(RcwaAnswer {
-                s,
-                p,
-                functions,
-                seconds: began.elapsed().as_secs_f64(),
-            }),
-            _ => Err(RcwaError::Value {
-                field: "polarizations",
-                value: "fewer than 2".into(),
-                allowed: "2".into(),
-            }),
-        }
+            let one = |wave| -> Result<_, RcwaError> {
+                let column = self.column(bloch, sector_of(wave, mirrors))?;
+                let [powers] = light(&column, [wave])?;
+                Ok((powers, column.functions()))
+            };
+            let ((s, of_s), (p, of_p)) = (one(s)?, one(p)?);
+            ((s, p), of_s.max(of_p))
+        };
+        Ok(RcwaAnswer {
+            s,
+            p,
+            functions,
+            seconds: began.elapsed().as_secs_f64(),
+        })
     }
 
-    /// Powers of incident waves (E_x, E_y of order 0) of one sector.
-    fn sector(
-        &self,
-        lattice: Lattice,
-        sector: Sector,
-        waves: &[[f64; 2]],
-        functions: &mut usize,
-    ) -> Result<Vec<RcwaPowers>, RcwaError> {
-        let k0 = self.k0_per_um;
-        let n = &self.indices;
-        let high = Basis::new(lattice, sector, self.settings.lens_cutoff, Class::WHOLE);
-        let walls = self.walls();
-        let mut basis = match walls {
-            Some(_) => whole(&high, self.settings.wall_cutoff),
-            None => high.clone(),
-        };
-        // What lies over the silicon, from the silicon up.
-        let over: Vec<(usize, C, f64)> = n
-            .layers
-            .iter()
-            .zip(&self.stack.layers)
-            .enumerate()
-            .filter(|(_, (_, l))| l.thickness_um > 0.0)
-            .map(|(i, (n, l))| (i, n * n, l.thickness_um))
-            .rev()
-            .collect();
-        let lens = n.lens * n.lens;
-        let nearest = over.first().map_or(lens, |o| o.1);
-        let [cols, rows] = [self.stack.subpixels.m(), self.stack.subpixels.n()];
-        let grid = Grid {
-            parts: [cols as i32, rows as i32],
-            wall: self.stack.trench_um / self.stack.pitch_um,
-            inside: n.silicon * n.silicon,
-            outside: n.trench * n.trench,
-        };
-        let cutoff = n.silicon.re + self.settings.silicon_margin * lattice.step;
-        let silicon = Silicon::new(&basis, grid, nearest, cutoff)?;
-        *functions = (*functions).max(silicon.functions());
-        let in_nearest = Uniform::new(&basis, nearest);
-        let rho = silicon.reflection(basis.len());
-
-        let mut climbed: Vec<Climbed> = Vec::new();
-        let mut admittance = layers::admittance(&in_nearest, &rho);
-        let mut go = |c: Climbed, admittance: &mut Matrix| {
-            admittance.clone_from(&c.above);
-            climbed.push(c);
-        };
-        for (place, (index, epsilon, thickness)) in over.iter().enumerate() {
-            match walls {
-                Some((layer, wall)) if layer == *index => {
-                    let walls = Grid {
-                        inside: *epsilon,
-                        ..wall
-                    };
-                    go(
-                        layers::walled(&basis, &walls, k0 * thickness, &admittance)?,
-                        &mut admittance,
-                    );
-                    let above = over.get(place + 1).map_or(lens, |o| o.1);
-                    go(narrowed(&basis, &high, above, &admittance), &mut admittance);
-                    basis = high.clone();
-                }
-                _ => go(
-                    layers::uniform(&basis, *epsilon, k0 * thickness, &admittance),
-                    &mut admittance,
-                ),
-            }
-        }
-        if walls.is_some() && basis.len() != high.len() {
-            // The layer with the walls has no thickness.
-            go(narrowed(&basis, &high, lens, &admittance), &mut admittance);
-            basis = high.clone();
-        }
-        if self.slices.pedestal_um > 0.0 {
-            go(
-                layers::uniform(&basis, lens, k0 * self.slices.pedestal_um, &admittance),
-                &mut admittance,
-            );
-        }
-        for slice in (0..self.slices.count()).rev() {
-            let (above, passage) = self.slices.climb(&basis, slice, k0, &admittance);
-            go(Climbed { above, passage }, &mut admittance);
-        }
-
-        // Air.
-        let air = Uniform::new(&basis, C::ONE);
-        let incident = order_zero(&basis, waves);
-        let e = solve(
-            &(air.matrix() + &admittance),
-            &(air.times(&incident) * faer::Scale(C::new(2.0, 0.0))),
-        );
-        let up = &e - &incident;
-        let (h_in, h_up) = (air.times(&incident), air.times(&up));
-        // Down again.
-        let mut field = e.clone();
-        for c in climbed.iter().rev() {
-            field = &c.passage * &field;
-        }
-        // E of both waves at the silicon: the one that falls in is (1 + ρ)⁻¹ E.
-        let down = solve(&plus_one(rho), &field);
-        let inside = silicon.absorb(&down, k0, self.stack.silicon_um);
-        Ok(inside
-            .into_iter()
-            .enumerate()
-            .map(|(j, inside)| {
-                let unit = 1.0 / flux(incident.as_ref(), h_in.as_ref(), j);
-                let h = &admittance * &e;
-                let entering = flux(e.as_ref(), h.as_ref(), j);
-                RcwaPowers {
-                    absorbed: inside.absorbed.iter().map(|p| p * unit).collect(),
-                    absorbed_by_flux: (inside.entering - inside.leaving) * unit,
-                    reflected: flux(up.as_ref(), h_up.as_ref(), j) * unit,
-                    transmitted: inside.leaving * unit,
-                    elsewhere: (entering - inside.entering) * unit,
-                }
-            })
-            .collect())
+    fn column(&self, bloch: [f64; 2], sector: Sector) -> Result<Column, RcwaError> {
+        let step = self.0.step;
+        Column::new(&self.0, Lattice { bloch, step }, sector)
     }
+}
 
-    /// The layer with metal walls, and these (their host to be filled in).
-    fn walls(&self) -> Option<(usize, Grid)> {
-        let metal = self.stack.metal.as_ref()?;
-        let layer = self
-            .stack
-            .layers
-            .iter()
-            .position(|l| l.name == metal.layer)?;
-        let epsilon = self.indices.metal * self.indices.metal;
-        Some((
-            layer,
-            Grid {
-                parts: [1, 1],
-                wall: metal.width_um / self.stack.pitch_um,
-                inside: epsilon,
-                outside: epsilon,
-            },
-        ))
+/// Powers of incident waves (E_x, E_y of order 0) of the column's sector.
+fn light<const N: usize>(
+    column: &Column,
+    waves: [[f64; 2]; N],
+) -> Result<[RcwaPowers; N], RcwaError> {
+    let air = Uniform::new(&column.basis, C::ONE);
+    let incident = order_zero(&column.basis, &waves);
+    let h_incident = air.times(&incident);
+    let twice = h_incident.clone() * faer::Scale(C::from(2.0));
+    let e = solve(&(air.matrix() + &column.admittance), &twice);
+    let h = &column.admittance * &e;
+    let up = &e - &incident;
+    let h_up = air.times(&up);
+    let inside = column.absorb(&e);
+    let powers: [RcwaPowers; N] = std::array::from_fn(|j| {
+        let inside = &inside[j];
+        let unit = 1.0 / flux(incident.as_ref(), h_incident.as_ref(), j);
+        let entering = flux(e.as_ref(), h.as_ref(), j);
+        RcwaPowers {
+            absorbed: inside.absorbed.iter().map(|p| p * unit).collect(),
+            absorbed_by_flux: (inside.entering - inside.leaving - inside.trenches) * unit,
+            reflected: flux(up.as_ref(), h_up.as_ref(), j) * unit,
+            transmitted: inside.leaving * unit,
+            elsewhere: (entering - inside.entering + inside.trenches) * unit,
+        }
+    });
+    if powers.iter().all(|p| p.balance().is_finite()) {
+        Ok(powers)
+    } else {
+        Err(RcwaError::NotFinite)
     }
 }
 

@@ -40,6 +40,8 @@ pub(super) struct InSilicon {
     pub leaving: f64,
     /// Absorbed in each photodiode, by volume integral.
     pub absorbed: Vec<f64>,
+    /// Absorbed in the trenches, if they absorb at all: what is left of the loss of flux.
+    pub trenches: f64,
 }
 
 impl Silicon {
@@ -53,7 +55,7 @@ impl Silicon {
                 continue;
             }
             let operators = Operators::of_grid(&basis, &grid);
-            let modes = operators.modes()?;
+            let modes = Modes::of_grid(&basis, &grid, &operators)?;
             let above = Uniform::new(&basis, above);
             let matching = (above.times(&modes.w) + &modes.v).partial_piv_lu();
             let places = low.places_in(&basis).into_iter().enumerate();
@@ -125,10 +127,19 @@ impl Silicon {
         };
         let detector = Detector::new(self, &z);
         (0..down.ncols())
-            .map(|j| InSilicon {
-                entering: flux_at(0.0, j),
-                leaving: flux_at(depth, j),
-                absorbed: detector.absorbed(self, &amplitudes, j),
+            .map(|j| {
+                let (entering, leaving) = (flux_at(0.0, j), flux_at(depth, j));
+                let absorbed = detector.absorbed(self, &amplitudes, j);
+                let trenches = match self.grid.outside.im > 0.0 {
+                    true => entering - leaving - absorbed.iter().sum::<f64>(),
+                    false => 0.0,
+                };
+                InSilicon {
+                    entering,
+                    leaving,
+                    absorbed,
+                    trenches,
+                }
             })
             .collect()
     }
@@ -137,7 +148,7 @@ impl Silicon {
 impl Block {
     /// c of a.
     fn amplitudes(&self, a: &Matrix) -> Matrix {
-        let twice = self.above.times(a) * faer::Scale(C::new(2.0, 0.0));
+        let twice = self.above.times(a) * faer::Scale(C::from(2.0));
         self.matching.solve(&twice)
     }
 
