@@ -5,9 +5,7 @@ use quadpixel::command::CommandError;
 use quadpixel::em::PixelStack;
 use quadpixel::lens::{Lens, Prescription};
 use quadpixel::render::Camera;
-use quadpixel::response::{
-    GeometricResponse, PixelModel, Response, ResponseCache, TableSettings,
-};
+use quadpixel::response::{GeometricResponse, PixelModel, Response, ResponseCache, TableSettings};
 use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
 use quadpixel::spectrum::ChannelWavelengths;
 
@@ -50,8 +48,8 @@ pub fn sharp_split() -> Result<Response, CommandError> {
 fn table_settings() -> TableSettings {
     let coarse = std::env::var("COARSE").is_ok();
     TableSettings {
-        cosine_max: if coarse {0.16} else {0.4},
-        steps: if coarse {4} else {12},
+        cosine_max: if coarse { 0.16 } else { 0.4 },
+        steps: if coarse { 4 } else { 12 },
         refine: 4,
         ..TableSettings::wave_standard()
     }

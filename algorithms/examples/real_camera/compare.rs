@@ -32,7 +32,10 @@ pub fn compare(simulated: &Views, real: &Views) -> (Views, Likeness) {
     let coded = |views: &Views| {
         let of = |image: &Image| {
             let mut image = image.clone();
-            image.data_mut().iter_mut().for_each(|v| *v = from_linear(*v));
+            image
+                .data_mut()
+                .iter_mut()
+                .for_each(|v| *v = from_linear(*v));
             image
         };
         [of(&views.left), of(&views.right)]
@@ -40,7 +43,10 @@ pub fn compare(simulated: &Views, real: &Views) -> (Views, Likeness) {
     let (mut a, b) = (coded(simulated), coded(real));
     let curve = tone_curve(&a, &b);
     for image in &mut a {
-        image.data_mut().iter_mut().for_each(|v| *v = read(&curve, *v));
+        image
+            .data_mut()
+            .iter_mut()
+            .for_each(|v| *v = read(&curve, *v));
     }
     let (mut squares, mut count, mut ssims) = (0.0, 0, 0.0);
     for (a, b) in a.iter().zip(&b) {
@@ -113,7 +119,11 @@ fn ssim(a: &Image, b: &Image) -> f64 {
     let all: f64 = weights.iter().sum();
     let gray = |image: &Image| -> Vec<f64> {
         let of = |p: &[f32]| p.iter().map(|v| f64::from(*v)).sum::<f64>() / p.len() as f64;
-        image.data().chunks_exact(image.channels()).map(of).collect()
+        image
+            .data()
+            .chunks_exact(image.channels())
+            .map(of)
+            .collect()
     };
     let (width, height) = (a.width(), a.height());
     // The window is the product of two: along rows, then along columns.
@@ -142,8 +152,7 @@ fn ssim(a: &Image, b: &Image) -> f64 {
         let i = y * width + x;
         let (m, n) = (mp[i], mq[i]);
         let (vp, vq, cov) = (pp[i] - m * m, qq[i] - n * n, pq[i] - m * n);
-        sum += (2.0 * m * n + c1) * (2.0 * cov + c2)
-            / ((m * m + n * n + c1) * (vp + vq + c2));
+        sum += (2.0 * m * n + c1) * (2.0 * cov + c2) / ((m * m + n * n + c1) * (vp + vq + c2));
         count += 1.0;
     }
     sum / count

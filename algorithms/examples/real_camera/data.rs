@@ -75,7 +75,11 @@ impl Captures {
                 });
             }
         }
-        (found.flats).sort_by(|a, b| (a.distance_mm, a.mark).partial_cmp(&(b.distance_mm, b.mark)).unwrap_or(std::cmp::Ordering::Equal));
+        (found.flats).sort_by(|a, b| {
+            (a.distance_mm, a.mark)
+                .partial_cmp(&(b.distance_mm, b.mark))
+                .unwrap_or(std::cmp::Ordering::Equal)
+        });
         found.scenes.sort_by(|a, b| a.name.cmp(&b.name));
         if found.flats.is_empty() && found.scenes.is_empty() {
             return Err(CommandError::input(format!(
@@ -129,12 +133,16 @@ pub fn depth_m(path: &Path, width: usize, height: usize) -> Result<Image, Comman
     let map = map.into_luma16();
     let (from_width, from_height) = (map.width() as usize, map.height() as usize);
     if from_width < width || from_height < height {
-        return Err(bad(format!("{from_width} × {from_height}: smaller than the views")));
+        return Err(bad(format!(
+            "{from_width} × {from_height}: smaller than the views"
+        )));
     }
     let mut depth = Image::zeros(width, height, 1);
     for y in 0..height {
         for x in 0..width {
-            let at = |i: usize, n: usize, from: usize| ((i as f64 + 0.5) * from as f64 / n as f64) as u32;
+            let at = |i: usize, n: usize, from: usize| {
+                ((i as f64 + 0.5) * from as f64 / n as f64) as u32
+            };
             let code = map.get_pixel(at(x, width, from_width), at(y, height, from_height))[0];
             depth.pixel_mut(x, y)[0] = match (code, eight_bit) {
                 (0, _) => f32::NAN,

@@ -9,9 +9,9 @@ use quadpixel::image::Image;
 use quadpixel::lens::{chief_ray, trace_backward};
 use quadpixel::render::truth::{ReceptiveField, WhiteField};
 use quadpixel::render::{Camera, Execution, RenderSettings, render};
+use quadpixel::scene::Scene;
 use quadpixel::scene::TexturedPlane;
 use quadpixel::scene::texture::Texture;
-use quadpixel::scene::Scene;
 use quadpixel::sensor::FieldGrid;
 use quadpixel::simd::SimdLevel;
 use rayon::prelude::*;
@@ -41,7 +41,14 @@ pub fn rendered(
         rays_per_pixel: RAYS_PER_PIXEL,
         seed: 1,
     };
-    let shot = render(camera, &scene, &settings, &Execution::default(), None, &|_| ());
+    let shot = render(
+        camera,
+        &scene,
+        &settings,
+        &Execution::default(),
+        None,
+        &|_| (),
+    );
     let white = WhiteField::new(camera);
     let shares = shares(camera);
     let mut views = [shot.image.view(0), shot.image.view(1)];
@@ -96,7 +103,10 @@ fn plane_of(
     let corner = camera.sensor().farthest_corner_mm();
     let magnified = interpolated(&heights, 0, corner) / corner;
     let half = 1.04 * magnified * DVec2::new(window.half_width, window.half_height);
-    let (width, height) = (OVERSAMPLING * picture.width(), OVERSAMPLING * picture.height());
+    let (width, height) = (
+        OVERSAMPLING * picture.width(),
+        OVERSAMPLING * picture.height(),
+    );
     let pitch = camera.sensor().pitch_mm();
     let middle = 0.5 * DVec2::new(picture.width() as f64 - 1.0, picture.height() as f64 - 1.0);
     let map = Map::from_fn(width, height, |x, y| {
@@ -108,7 +118,14 @@ fn plane_of(
         (px.x, px.y)
     })
     .map_err(|e| CommandError::failed(e.to_string()))?;
-    let texels = warp(picture, &map, Lobes::Three, Border::Replicate, SimdLevel::detect()).image;
+    let texels = warp(
+        picture,
+        &map,
+        Lobes::Three,
+        Border::Replicate,
+        SimdLevel::detect(),
+    )
+    .image;
     let texture = Texture::from_fn(width, height, |x, y| {
         let p = texels.pixel(x, y);
         [p[0].max(0.0), p[1].max(0.0), p[2].max(0.0)]
@@ -144,7 +161,9 @@ fn heights_on_plane(camera: &Camera, depth_mm: f64) -> Result<Vec<[f64; 2]>, Com
 
 /// Column 1 − `from` at a value of column `from`, linear between the rows.
 fn interpolated(rows: &[[f64; 2]], from: usize, value: f64) -> f64 {
-    let k = rows.partition_point(|r| r[from] < value).clamp(1, rows.len() - 1);
+    let k = rows
+        .partition_point(|r| r[from] < value)
+        .clamp(1, rows.len() - 1);
     let (a, b) = (rows[k - 1], rows[k]);
     let t = (value - a[from]) / (b[from] - a[from]);
     a[1 - from] + t * (b[1 - from] - a[1 - from])
@@ -193,7 +212,8 @@ fn convolved(picture: &Image, kernel: &[(i64, i64, f32)]) -> Image {
     rows.for_each(|(y, row)| {
         for (x, pixel) in row.chunks_exact_mut(3).enumerate() {
             for &(dx, dy, w) in kernel {
-                let at = |p: usize, d: i64, n: usize| (p as i64 - d).clamp(0, n as i64 - 1) as usize;
+                let at =
+                    |p: usize, d: i64, n: usize| (p as i64 - d).clamp(0, n as i64 - 1) as usize;
                 let from = picture.pixel(at(x, dx, width), at(y, dy, height));
                 for (to, v) in pixel.iter_mut().zip(from) {
                     *to += w * v;
