@@ -125,11 +125,43 @@ fn check_meta(
         (RawFormat::Exr, (None, None, None)) => true,
         _ => false,
     };
+    check_readout(meta, path, report);
     if !fits {
         report.add(
             path,
             "raw: a PNG has black level < white level and linear_at_white, an EXR none of them",
         );
+    }
+}
+
+fn check_readout(meta: &SampleMeta, path: &str, report: &mut Report) {
+    let Some(readout) = meta.noise.readout() else {
+        return;
+    };
+    let positive = [
+        ("photons_um2", readout.photons_um2),
+        ("quantum_efficiency", readout.quantum_efficiency),
+        ("electrons_at_white", readout.electrons_at_white),
+        ("full_well_e", readout.full_well_e),
+        ("gain_dn_per_e", readout.gain_dn_per_e),
+    ];
+    for (field, value) in positive {
+        if value <= 0.0 {
+            let what = format!("noise.readout.{field} is {value}, it must be above 0");
+            report.add(path, what);
+        }
+    }
+    let (bits, black) = (readout.bits, u32::from(readout.black_level));
+    if !(2..=16).contains(&bits) || black >= (1 << bits) - 1 {
+        let what = "noise.readout: bits are 2 to 16, and the black level is below the largest code";
+        report.add(path, what);
+    }
+    let subpixels = meta.sensor.subpixels;
+    let count = subpixels.columns as usize * subpixels.rows as usize;
+    if readout.subpixel_gains.len() != count {
+        let given = readout.subpixel_gains.len();
+        let what = format!("noise.readout has {given} sub-pixel gains for {count} sub-pixels");
+        report.add(path, what);
     }
 }
 
@@ -167,7 +199,9 @@ fn check_list(meta: &SampleMeta, path: &str, report: &mut Report) -> bool {
     };
     let sheet = has(FileKind::Preview).map_or([0, 0], |file| [file.width, file.height]);
     let distance = has(FileKind::Distance).is_some();
-    if meta.files == sample_files(sensor, &meta.channels, meta.raw.format, distance, sheet) {
+    let noisy = meta.noise.readout().is_some();
+    let format = meta.raw.format;
+    if meta.files == sample_files(sensor, &meta.channels, format, distance, noisy, sheet) {
         return true;
     }
     report.add(

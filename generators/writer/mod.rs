@@ -39,10 +39,23 @@ pub struct SampleFiles<'a> {
     pub coc_px: &'a Image,
     /// Fraction (0 to 1) of the pupil that sees another surface than the chief ray, one channel.
     pub occlusion: &'a Image,
+    /// The capture as a sensor reads it, where that is asked for.
+    pub noisy: Option<NoisyFiles<'a>>,
     /// Where the float maps apply. A pixel with NaN in any of them is invalid too, and NaN goes into all of them there.
     pub valid: &'a [bool],
     /// Everything else.
     pub description: Description,
+}
+
+/// A noisy capture.
+#[derive(Clone, Copy, Debug)]
+pub struct NoisyFiles<'a> {
+    /// Digital numbers of the mosaic.
+    pub codes: &'a Image,
+    /// Their linear values.
+    pub linear: &'a Image,
+    /// What a white wall gives on each sub-pixel, in stored order: W × H, one channel a colour.
+    pub shading: &'a [Image],
 }
 
 /// How the raw mosaic is stored.

@@ -27,8 +27,8 @@ pub struct Likeness {
     pub ssim: f64,
 }
 
-/// `simulated` with the tone curve that fits `real` best, as sRGB codes, and how alike they are.
-pub fn compare(simulated: &Views, real: &Views) -> (Views, Likeness) {
+/// How alike they are once `simulated` has the tone curve that fits `real` best.
+pub fn compare(simulated: &Views, real: &Views) -> Likeness {
     let coded = |views: &Views| {
         let of = |image: &Image| {
             let mut image = image.clone();
@@ -58,12 +58,10 @@ pub fn compare(simulated: &Views, real: &Views) -> (Views, Likeness) {
         }
         ssims += 0.5 * ssim(a, b);
     }
-    let likeness = Likeness {
+    Likeness {
         psnr_db: -10.0 * (squares / f64::from(count)).log10(),
         ssim: ssims,
-    };
-    let [left, right] = a;
-    (Views { left, right }, likeness)
+    }
 }
 
 fn inner(image: &Image) -> impl Iterator<Item = (usize, usize)> + use<> {

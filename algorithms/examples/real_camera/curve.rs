@@ -6,6 +6,7 @@ use quadpixel::render::Camera;
 use quadpixel::render::truth::{ReceptiveField, TextureSpectrum};
 use rayon::prelude::*;
 
+use crate::camera::contrast;
 use crate::measure::GREEN;
 
 /// Nodes over the picture.
@@ -19,7 +20,11 @@ const RELATIVE_ERROR: f64 = 0.05;
 const OFFSET_ERROR_PX: f64 = 0.02;
 
 /// x_L − x_R, as a matcher of windows of `window_px` finds it, at each node and distance.
-pub fn of_camera(camera: &Camera, source: String, window_px: usize) -> Result<FieldCurve, CommandError> {
+pub fn of_camera(
+    camera: &Camera,
+    source: String,
+    window_px: usize,
+) -> Result<FieldCurve, CommandError> {
     let sensor = camera.sensor();
     let texture = TextureSpectrum {
         window_px: window_px as f64,
@@ -27,14 +32,21 @@ pub fn of_camera(camera: &Camera, source: String, window_px: usize) -> Result<Fi
     };
     let inverse: Vec<f64> = (1..=DISTANCES).map(|k| STEP_PER_M * k as f64).collect();
     let places = |n: usize, px: usize| -> Vec<f64> {
-        (0..n).map(|i| i as f64 / (n - 1) as f64 * (px - 1) as f64).collect()
+        (0..n)
+            .map(|i| i as f64 / (n - 1) as f64 * (px - 1) as f64)
+            .collect()
     };
-    let (columns_px, rows_px) = (places(NODES.0, sensor.width()), places(NODES.1, sensor.height()));
+    let (columns_px, rows_px) = (
+        places(NODES.0, sensor.width()),
+        places(NODES.1, sensor.height()),
+    );
     let node = |x: f64, y: f64| -> Option<Vec<f64>> {
         let field = ReceptiveField::new(camera, GREEN, sensor.position_mm(x, y), RAYS)?;
+        // Views mixed with each other by c lie 1 − 2c as far apart, as long as that is less than the texture is fine.
+        let contrast = contrast(sensor.position_mm(x, y).x);
         let at = |i: &f64| {
             let depth_mm = 1e3 / i - camera.sensor_z_mm();
-            field.matched_shift_px(depth_mm, [0, 1], &texture)
+            contrast * field.matched_shift_px(depth_mm, [0, 1], &texture)
         };
         Some(inverse.iter().map(at).collect())
     };

@@ -66,7 +66,12 @@ pub fn found(views: &Views, curve: &FieldCurve) -> Result<Found, CommandError> {
 
 /// Errors where σ is at most `claim_m` (infinite: wherever there is a match).
 pub fn score(found: &Found, known_m: &Image, claim_m: f64) -> Score {
-    let all = found.z_m.data().iter().zip(found.sigma_m.data()).zip(known_m.data());
+    let all = found
+        .z_m
+        .data()
+        .iter()
+        .zip(found.sigma_m.data())
+        .zip(known_m.data());
     let mut errors = Vec::new();
     let (mut known_count, mut relative, mut near) = (0usize, 0.0, 0usize);
     for ((&z, &sigma), &known) in all {

@@ -1,278 +1,297 @@
-//! prototype
+//! Captures of a real dual-pixel camera, simulated, and depth measured from them: `scripts/real-camera DATA_DIR`.
+//!
+//! ```text
+//! captures ─ data ─▶ views ─ measure ─▶ shifts                          camera: lens, stop, focus, pixel
+//! F/20 view ─ simulate ─▶ F/4 views by wave, sharp split, half disks ─ compare ─▶ PSNR, SSIM, shifts ┐
+//! aperture: shift over circle of confusion from F/1.8 to F/20                                        ├─ report ─▶ page
+//! curve ─▶ disparity against distance ─ depths ─▶ errors over planes and scenes                      ┘
+//! ```
+
+mod aperture;
 mod camera;
 mod compare;
+mod curve;
 mod data;
+mod depths;
 mod measure;
+mod report;
 mod simulate;
-use measure::*;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use algorithms::field_curve::FieldCurve;
+use clap::Parser;
+use quadpixel::command::CommandError;
 use quadpixel::em::PixelStack;
-use quadpixel::render::truth::{Defocus, ReceptiveField, TextureSpectrum};
+use quadpixel::image::Image;
+use quadpixel::render::Camera;
+use quadpixel::render::truth::Defocus;
+use quadpixel::response::Response;
 use quadpixel::sensor::ShiftRule;
-use std::path::Path;
-fn main() -> Result<(), quadpixel::command::CommandError> {
-    let args: Vec<String> = std::env::args().collect();
-    let found = data::Captures::find(Path::new(&args[1]))?;
-    if args.get(2).is_some_and(|a| a == "measure") {
-        for f in &found.flats {
-            let v = data::Views::read(&f.folder)?;
-            let (w, h) = (v.left.width(), v.left.height());
-            let parts = thirds(w, h);
-            let s = both(shifts(&v.left, &v.right, &parts)?);
-            println!("{} f{}: {s:.3?}", f.distance_mm, f.mark);
-            // brightness ratio L/R by column sixths
-            let mean = |im: &quadpixel::image::Image, k: usize| {
-                let mut s = 0.0;
-                let n = w / 6;
-                for y in 0..h {
-                    for x in k * n..(k + 1) * n {
-                        s += im.pixel(x, y)[1] as f64;
-                    }
-                }
-                s
-            };
-            println!(
-                "  L/R {:.3?}",
-                (0..6)
-                    .map(|k| mean(&v.left, k) / mean(&v.right, k))
-                    .collect::<Vec<_>>()
-            );
-        }
-        let get = |m: f64| {
-            found
-                .flats
-                .iter()
-                .find(|f| f.distance_mm == 600.0 && f.mark == m)
-                .map(|f| data::Views::read(&f.folder))
-                .unwrap()
-        };
-        let (a, b) = (get(4.0)?, get(20.0)?);
-        let parts = thirds(768, 512);
-        println!(
-            "mean F4 vs F20 (x_F4 - x_F20): {:.3?}",
-            both(shifts(&a.mean(), &b.mean(), &parts)?)
-        );
-        println!(
-            "L4-mean20 {:.3?} R4-mean20 {:.3?}",
-            both(shifts(&a.left, &b.mean(), &parts)?),
-            both(shifts(&a.right, &b.mean(), &parts)?)
-        );
-        println!("L20-mean4 {:.3?}", both(shifts(&b.left, &b.right, &parts)?));
-    }
-    if args.get(2).is_some_and(|a| a == "simulate" || a == "blur") {
-        let get = |m: f64| {
-            found
-                .flats
-                .iter()
-                .find(|f| f.distance_mm == 600.0 && f.mark == m)
-                .map(|f| data::Views::read(&f.folder))
-                .unwrap()
-        };
-        let (real, sharp) = (get(4.0)?, get(20.0)?);
-        if args.get(2).is_some_and(|a| a == "blur") {
-            let get = |m: f64| {
-                found
-                    .flats
-                    .iter()
-                    .find(|f| f.distance_mm == 600.0 && f.mark == m)
-                    .map(|f| data::Views::read(&f.folder))
-                    .unwrap()
-            };
-            let (real, sharp) = (get(4.0)?, get(20.0)?);
-            let name = "lib_50mm_US20210263286_ex1";
-            let st = PixelStack::builtin("6um-dual").unwrap();
-            let r = camera::wave(&st)?;
-            let mean = sharp.mean();
-            let rm = real.mean();
-            let parts: Vec<Part> = (0..6)
-                .map(|i| Part {
-                    name: "",
-                    x: 128 * i,
-                    y: 128,
-                    side: 128,
-                })
-                .chain((0..6).map(|i| Part {
-                    name: "",
-                    x: 128 * i,
-                    y: 256,
-                    side: 128,
-                }))
-                .collect();
-            println!(
-                "real {:.3?}",
-                shifts(&real.left, &real.right, &parts)?
-                    .iter()
-                    .map(|s| s.whole_px)
-                    .collect::<Vec<_>>()
-            );
-            for dist in [600.0, 630.0, 660.0, 700.0] {
-                let l = camera::lens(name, 4.0)?;
-                let l20 = camera::lens(name, 20.0)?;
-                let cam = camera::camera(&l, &r, (768, 512), ShiftRule::ChiefRay)?;
-                let c20 = camera::camera(&l20, &r, (768, 512), ShiftRule::ChiefRay)?;
-                let v = simulate::rendered(&cam, &c20, &mean, dist)?;
-                let (c, like) = compare::compare(&v, &real);
-                let m = c.mean();
-                // register by whole window first? report MSE by part of the mean
-                let mse: Vec<f64> = parts
-                    .iter()
-                    .map(|p| {
-                        let mut q = 0.0;
-                        let mut n = 0.0;
-                        for y in p.y..p.y + p.side {
-                            for x in p.x.max(24)..(p.x + p.side).min(744) {
-                                for c in 0..3 {
-                                    let d = m.pixel(x, y)[c]
-                                        - quadpixel::image::srgb::from_linear(rm.pixel(x, y)[c]);
-                                    q += (d * d) as f64;
-                                    n += 1.0;
-                                }
-                            }
-                        }
-                        -10.0 * (q / n as f64).log10()
-                    })
-                    .collect();
-                println!(
-                    "{dist} {like:?}\n psnr {mse:.1?}\n shift {:.3?}",
-                    shifts(&v.left, &v.right, &parts)?
-                        .iter()
-                        .map(|s| s.whole_px)
-                        .collect::<Vec<_>>()
-                );
-            }
-            return Ok(());
-        }
-        let name = "lib_50mm_US20210263286_ex1";
-        let mut st = PixelStack::builtin("6um-dual").unwrap();
-        let n: Vec<f64> = args[3].split(',').map(|x| x.parse().unwrap()).collect();
-        st.lens.radius_um = n[0];
-        st.lens.height_um = st.sag_um() + 0.1;
-        st.layer_mut("wiring").unwrap().thickness_um = n[1];
-        let parts = thirds(768, 512);
-        println!(
-            "real {:.3?}",
-            both(shifts(&real.left, &real.right, &parts)?)
-        );
-        let mean = sharp.mean();
-        let mut coc = 0.0;
-        for (name2, r) in [
-            ("wave", camera::wave(&st)?),
-            ("sharp", camera::sharp_split()?),
-        ] {
-            let l = camera::lens(name, 4.0)?;
-            let l20 = camera::lens(name, 20.0)?;
-            let cam = camera::camera(&l, &r, (768, 512), ShiftRule::ChiefRay)?;
-            let c20 = camera::camera(&l20, &r, (768, 512), ShiftRule::ChiefRay)?;
-            coc = Defocus::new(&cam)
-                .unwrap()
-                .circle_of_confusion_mm(600.0 - l.sensor_z_mm())
-                / cam.sensor().pitch_mm();
-            let t = std::time::Instant::now();
-            let v = simulate::rendered(&cam, &c20, &mean, 600.0)?;
-            println!("{name2} {:.1} s", t.elapsed().as_secs_f64());
-            report(name2, &v, &real, &sharp, &parts)?;
-        }
-        report(
-            "half disk",
-            &simulate::half_disks(&mean, coc),
-            &real,
-            &sharp,
-            &parts,
-        )?;
-        report("none", &sharp, &real, &sharp, &parts)?;
-        return Ok(());
-    }
-    let name = "lib_50mm_US20210263286_ex1";
-    for mark in [1.8, 2.8, 4.0, 5.6, 20.0] {
-        let l = camera::lens(name, mark)?;
-        let p = l.paraxial(550.0).unwrap();
-        println!(
-            "F/{mark}: EFL {:.3} F {:.3} sensor z {:.3} focus {:.3}",
-            p.efl_mm,
-            p.f_number,
-            l.sensor_z_mm(),
-            l.focus_distance_mm()
-        );
-    }
-    let mut stacks = vec![("sharp".to_string(), camera::sharp_split()?)];
-    for spec in &args[3..] {
-        let n: Vec<f64> = spec.split(',').map(|x| x.parse().unwrap()).collect();
-        let mut st = PixelStack::builtin("6um-dual").unwrap();
-        st.lens.radius_um = n[0];
-        st.lens.height_um = st.sag_um() + 0.1;
-        st.layer_mut("wiring").unwrap().thickness_um = n[1];
-        stacks.push((spec.clone(), camera::wave(&st)?));
-    }
-    for (name2, r) in &stacks {
-        for mark in [4.0, 20.0] {
-            let l = camera::lens(name, mark)?;
-            let cam = camera::camera(&l, r, (768, 512), ShiftRule::ChiefRay)?;
-            let d = Defocus::new(&cam).unwrap();
-            for dist in [600.0, 800.0, 1000.0, 1500.0, 2000.0] {
-                if mark == 20.0 && dist != 600.0 && dist != 1500.0 {
-                    continue;
-                }
-                let depth = dist - l.sensor_z_mm();
-                let coc = d.circle_of_confusion_mm(depth) / cam.sensor().pitch_mm();
-                let mut line = format!("{name2} F/{mark} {dist}: coc {coc:.3} centroid,matched:");
-                for col in [-256.0, -128.0, 0.0, 128.0, 256.0] {
-                    let f = ReceptiveField::new(
-                        &cam,
-                        1,
-                        cam.sensor().position_mm(383.5 + col, 255.5),
-                        1024,
-                    )
-                    .unwrap();
-                    line += &format!(
-                        " {:.3},{:.3}",
-                        f.centroid_shift_px(depth, [0, 1]),
-                        f.matched_shift_px(
-                            depth,
-                            [0, 1],
-                            &TextureSpectrum {
-                                window_px: 31.0,
-                                ..Default::default()
-                            }
-                        )
-                    );
-                }
-                println!("{line}");
-            }
-        }
-    }
-    Ok(())
+
+use data::{Captures, Flat, Views};
+use report::{ApertureResult, CaptureResult, DepthResult, LensResult, ModelResult, Results};
+
+/// The F-number of scenes, which their folders do not say: the published network for these captures is trained at F/4.
+const SCENE_MARK: f64 = 4.0;
+/// The F-number from which on a capture counts as sharp, to be the texture of a wider one.
+const SHARP_MARK: f64 = 16.0;
+
+/// Simulates the captures in a folder, measures depth in them, and writes a page.
+///
+/// Example: real_camera ../captures --out docs/real-camera
+#[derive(Parser)]
+struct Args {
+    /// Folder of the captures; see data.rs.
+    data: PathBuf,
+    /// Folder to write.
+    #[arg(long, default_value = "docs/real-camera")]
+    out: PathBuf,
+    /// Lens: a built-in name, a .json or a .zmx file.
+    #[arg(long, default_value = "lib_50mm_US20210263286_ex1")]
+    lens: String,
+    /// Pixel: a built-in name of `qpgen response`.
+    #[arg(long, default_value = "6um-dual")]
+    pixel: String,
 }
 
-fn both(v: Vec<Shift>) -> Vec<[f64; 2]> {
-    v.iter().map(|s| [s.whole_px, s.median_px]).collect()
-}
-fn report(
-    name: &str,
-    v: &data::Views,
-    real: &data::Views,
-    sharp: &data::Views,
-    parts: &[Part],
-) -> Result<(), quadpixel::command::CommandError> {
-    let (c, like) = compare::compare(v, real);
-    println!(
-        "{name}: {like:?} shift {:.3?} mean vs f20 {:.3?} sim mean vs real mean {:.3?}",
-        both(shifts(&v.left, &v.right, parts)?),
-        both(shifts(&v.mean(), &sharp.mean(), parts)?),
-        both(shifts(&v.mean(), &real.mean(), parts)?)
-    );
-    for (n, im) in [("l", &c.left), ("r", &c.right)] {
-        let codes: Vec<u8> = im
-            .data()
-            .iter()
-            .map(|x| (x * 255.0).round() as u8)
-            .collect();
-        quadpixel::image::raster::write_png8(
-            std::path::Path::new(&format!("/tmp/canon_px/{}_{n}.png", name.replace(' ', "_"))),
-            &codes,
-            im.width(),
-            im.height(),
-            3,
-        )
-        .unwrap();
+fn main() -> ExitCode {
+    match run(&Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("real_camera: {error}");
+            ExitCode::from(error.exit_code())
+        }
     }
-    Ok(())
+}
+
+fn step(text: &str) {
+    eprintln!("real_camera: {text}");
+}
+
+fn run(args: &Args) -> Result<(), CommandError> {
+    let captures = Captures::find(&args.data)?;
+    step("response of the pixel by the wave model");
+    let stack = PixelStack::builtin(&args.pixel).map_err(|e| CommandError::input(e.to_string()))?;
+    let responses = [
+        ("wave", camera::wave(&stack)?),
+        ("sharp split", camera::sharp_split()?),
+    ];
+    let mut results = Results {
+        lens: lens_figures(&args.lens)?,
+        ..Results::default()
+    };
+    for flat in captures.flats.iter().filter(|f| f.mark < SHARP_MARK) {
+        let twin = (captures.flats.iter())
+            .find(|s| s.distance_mm == flat.distance_mm && s.mark >= SHARP_MARK);
+        if let Some(sharp) = twin {
+            step(&format!(
+                "simulating {} mm at F/{}",
+                flat.distance_mm, flat.mark
+            ));
+            let simulated = simulated(&args.lens, &responses, flat, sharp)?;
+            results.captures.push(simulated);
+        }
+    }
+    step("shift against aperture");
+    results.aperture = apertures(&args.lens, &responses, &captures)?;
+    results.depths = all_depths(args, &responses[0].1, &captures)?;
+    results.write(&args.out)
+}
+
+fn lens_figures(name: &str) -> Result<Vec<LensResult>, CommandError> {
+    [1.8, 4.0, 20.0]
+        .iter()
+        .map(|&mark| {
+            let lens = camera::lens(name, mark, camera::FOCUS_MM)?;
+            let input = |e: quadpixel::lens::LensError| CommandError::input(e.to_string());
+            let p = lens.paraxial(quadpixel::units::D_LINE_NM).map_err(input)?;
+            Ok(LensResult {
+                mark,
+                stop_semi_mm: lens.stop_semi_mm(),
+                efl_mm: p.efl_mm,
+                f_number: p.f_number,
+                sensor_from_vertex_mm: lens.sensor_z_mm(),
+                focus_from_vertex_mm: lens.focus_distance_mm(),
+            })
+        })
+        .collect()
+}
+
+/// One capture by all models.
+fn simulated(
+    lens: &str,
+    responses: &[(&str, Response)],
+    flat: &Flat,
+    sharp: &Flat,
+) -> Result<CaptureResult, CommandError> {
+    let (real, picture) = (
+        Views::read(&flat.folder)?,
+        Views::read(&sharp.folder)?.mean(),
+    );
+    let size = (picture.width(), picture.height());
+    let parts = measure::thirds(size.0, size.1);
+    let shifts = |views: &Views| measure::shifts(&views.left, &views.right, &parts);
+    let mut result = CaptureResult {
+        distance_mm: flat.distance_mm,
+        mark: flat.mark,
+        coc_px: 0.0,
+        measured: shifts(&real)?,
+        models: Vec::new(),
+    };
+    let mut judged = |name: &str, views: &Views| -> Result<(), CommandError> {
+        let likeness = compare::compare(views, &real);
+        let shifts = shifts(views)?;
+        result.models.push(ModelResult {
+            name: name.to_owned(),
+            likeness,
+            shifts,
+        });
+        Ok(())
+    };
+    let pair = |response: &Response, focus_mm: f64| -> Result<[Camera; 2], CommandError> {
+        let at = |mark: f64| {
+            let lens = camera::lens(lens, mark, focus_mm)?;
+            camera::camera(&lens, response, size, ShiftRule::ChiefRay)
+        };
+        Ok([at(flat.mark)?, at(sharp.mark)?])
+    };
+    let mut coc_px = 0.0;
+    for (name, response) in responses {
+        let [wide, narrow] = pair(response, camera::FOCUS_MM)?;
+        coc_px = coc(&wide, flat.distance_mm)? / wide.sensor().pitch_mm();
+        let views = simulate::rendered(&wide, &narrow, &picture, flat.distance_mm)?;
+        judged(name, &views)?;
+    }
+    let found = format!(
+        "wave, crosstalk off the axis, focus {} mm",
+        camera::FOUND_FOCUS_MM
+    );
+    let [wide, narrow] = pair(&responses[0].1, camera::FOUND_FOCUS_MM)?;
+    let views = simulate::rendered(&wide, &narrow, &picture, flat.distance_mm)?;
+    judged(&found, &simulate::with_crosstalk(&views, &wide))?;
+    judged("half disks", &simulate::half_disks(&picture, coc_px))?;
+    result.coc_px = coc_px;
+    Ok(result)
+}
+
+/// Circle of confusion, mm, negative in front of the focus.
+fn coc(camera: &Camera, distance_mm: f64) -> Result<f64, CommandError> {
+    Defocus::new(camera)
+        .map(|d| d.circle_of_confusion_mm(distance_mm - camera.sensor_z_mm()))
+        .ok_or_else(|| CommandError::failed("a camera without a lens"))
+}
+
+fn apertures(
+    lens: &str,
+    responses: &[(&str, Response)],
+    captures: &Captures,
+) -> Result<ApertureResult, CommandError> {
+    // In front of the focus by as much as the nearest capture.
+    const DISTANCE_MM: f64 = 600.0;
+    let mut result = ApertureResult::default();
+    for (name, response) in responses {
+        let points = aperture::simulated(lens, response, DISTANCE_MM)?;
+        result.curves.push((name.to_string(), points));
+    }
+    for flat in &captures.flats {
+        let views = Views::read(&flat.folder)?;
+        let size = (views.left.width(), views.left.height());
+        let parts = measure::thirds(size.0, size.1);
+        let shift = &measure::shifts(&views.left, &views.right, &parts)?[1];
+        let camera = camera::camera(
+            &camera::lens(lens, flat.mark, camera::FOCUS_MM)?,
+            &responses[1].1,
+            size,
+            ShiftRule::ChiefRay,
+        )?;
+        let coc_px = coc(&camera, flat.distance_mm)? / camera.sensor().pitch_mm();
+        let name = format!("{} mm", flat.distance_mm);
+        let point = (flat.mark, -shift.whole_px / coc_px);
+        result.measured.push((name, coc_px, shift.whole_px, point));
+    }
+    Ok(result)
+}
+
+fn all_depths(
+    args: &Args,
+    response: &Response,
+    captures: &Captures,
+) -> Result<Vec<DepthResult>, CommandError> {
+    let mut results = Vec::new();
+    let mut curves: Vec<(f64, FieldCurve)> = Vec::new();
+    let flats = captures.flats.iter().filter(|f| f.mark < SHARP_MARK);
+    let flats = flats.map(|f| {
+        (
+            format!("plane at {} mm", f.distance_mm),
+            f.mark,
+            &f.folder,
+            Some(f.distance_mm),
+        )
+    });
+    let scenes = captures
+        .scenes
+        .iter()
+        .map(|s| (s.name.clone(), SCENE_MARK, &s.folder, None));
+    for (name, mark, folder, distance_mm) in flats.chain(scenes) {
+        step(&format!("depth of {name}"));
+        let views = Views::read(folder)?;
+        let size = (views.left.width(), views.left.height());
+        if !curves
+            .iter()
+            .any(|(m, c)| *m == mark && (c.width_px, c.height_px) == size)
+        {
+            curves.push((mark, curve_at(args, response, mark, size)?));
+        }
+        let Some((_, curve)) = curves
+            .iter()
+            .find(|(m, c)| *m == mark && (c.width_px, c.height_px) == size)
+        else {
+            continue;
+        };
+        let known_m = match distance_mm {
+            Some(mm) => {
+                let all = vec![(mm * 1e-3) as f32; size.0 * size.1];
+                Image::from_vec(size.0, size.1, 1, all)
+                    .unwrap_or_else(|| Image::zeros(size.0, size.1, 1))
+            }
+            None => data::depth_m(&folder.join("d.png"), size.0, size.1)?,
+        };
+        let found = depths::found(&views, curve)?;
+        results.push(DepthResult {
+            claimed: depths::score(&found, &known_m, depths::CLAIM_M),
+            all: depths::score(&found, &known_m, f64::INFINITY),
+            name,
+            mark,
+            is_plane: distance_mm.is_some(),
+            found,
+            known_m,
+        });
+    }
+    Ok(results)
+}
+
+/// The calibration file at a marked F-number, written beside the page too.
+fn curve_at(
+    args: &Args,
+    response: &Response,
+    mark: f64,
+    size: (usize, usize),
+) -> Result<FieldCurve, CommandError> {
+    step(&format!("disparity against distance at F/{mark}"));
+    let lens = camera::lens(&args.lens, mark, camera::FOUND_FOCUS_MM)?;
+    let camera = camera::camera(&lens, response, size, ShiftRule::ChiefRay)?;
+    let source = format!(
+        "simulated: lens {} at F/{mark}, focus {} mm from the sensor, pixel {} by the wave model",
+        Path::new(&args.lens)
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy(),
+        camera::FOUND_FOCUS_MM,
+        args.pixel
+    );
+    let curve = curve::of_camera(&camera, source, depths::WINDOW_PX)?;
+    report::write_curve(&args.out, mark, &curve)?;
+    Ok(curve)
 }

@@ -19,6 +19,8 @@ const PUPIL_KEY: u64 = 0x9091;
 pub(super) struct Centroid {
     /// ∫ P cos θ dω, sr.
     pub weight: f64,
+    /// ∫ cos θ dω over the rays that pass, sr: what arrives, absorbed or not. Counted for all rays together only.
+    pub incident: f64,
     /// Mean of q₀.
     pub q0: DVec2,
     /// Mean of q₁, mm.
@@ -43,6 +45,7 @@ impl Centroid {
         };
         Self {
             weight: self.weight * scale,
+            incident: self.incident * scale,
             q0: self.q0 * inverse,
             q1_mm: self.q1_mm * inverse,
             slope: self.slope * inverse,
@@ -58,6 +61,8 @@ pub(super) struct Bundle {
     pub slopes: Vec<DVec2>,
     /// `[ray][sub-pixel]`: P cos θ dω, in units of [`Self::scale`].
     pub weights: Vec<f64>,
+    /// cos θ dω of each ray, in the same units.
+    pub measure: Vec<f64>,
     /// sr a unit of weight.
     pub scale: f64,
     pub subpixels: usize,
@@ -103,6 +108,7 @@ impl Bundle {
             q1_mm: Vec::with_capacity(n),
             slopes: Vec::with_capacity(n),
             weights: Vec::with_capacity(n * n_sub),
+            measure: Vec::with_capacity(n),
             scale: pupil.area_mm2() / n as f64,
             subpixels: n_sub,
         };
@@ -112,6 +118,7 @@ impl Bundle {
             bundle.q0.push(-m);
             bundle.q1_mm.push(o.truncate() - o.z * m);
             bundle.slopes.push(slopes[i]);
+            bundle.measure.push(measure[i]);
             let of_ray = &response[i * n_sub..][..n_sub];
             let weights = of_ray.iter().map(|&w| f64::from(w) * measure[i]);
             bundle.weights.extend(weights);
@@ -133,6 +140,7 @@ pub(super) fn centroids(
     let mut of_all = Centroid::default();
     for (i, weights) in bundle.weights.chunks_exact(bundle.subpixels).enumerate() {
         let (q0, q1, slope) = (bundle.q0[i], bundle.q1_mm[i], bundle.slopes[i]);
+        of_all.incident += bundle.measure[i];
         for (s, &w) in of_subpixel.iter_mut().zip(weights) {
             s.add(w, q0, q1, slope);
             of_all.add(w, q0, q1, slope);

@@ -215,6 +215,7 @@ mod tests {
                 q0: vec![DVec2::ZERO; n * n],
                 slopes: q1_mm.clone(),
                 weights: q1_mm.iter().flat_map(weights).collect(),
+                measure: vec![1.0; n * n],
                 q1_mm,
                 scale: 1.0,
                 subpixels: 2,
