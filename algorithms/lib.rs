@@ -20,6 +20,7 @@ pub mod depth_command;
 pub mod disparity;
 pub mod disparity_command;
 pub mod field;
+pub mod field_curve;
 pub mod load;
 pub mod maps;
 pub mod metrics;

@@ -93,6 +93,7 @@ enum Command {
     ///
     /// Example: qpalgo depth out/samples/000001 --score -o depth
     ///          qpalgo depth capture/raw.png --calibration camera.json --format pfm -o depth
+    ///          qpalgo depth --left l.png --right r.png --srgb --curve camera-curve.json -o depth
     #[command(verbatim_doc_comment)]
     Depth(depth_command::DepthArgs),
     /// Sharpness and phase difference over the focus stacks of a dataset: where would the camera focus?
