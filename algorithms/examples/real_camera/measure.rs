@@ -13,7 +13,6 @@ pub const GREEN: usize = 1;
 /// A rectangle of a picture, px.
 #[derive(Clone, Copy)]
 pub struct Part {
-    pub name: &'static str,
     pub x: usize,
     pub y: usize,
     pub side: usize,
@@ -23,11 +22,11 @@ pub struct Part {
 pub fn thirds(width: usize, height: usize) -> [Part; 3] {
     let side = height / 2;
     let y = (height - side) / 2;
-    let part = |name, x| Part { name, x, y, side };
+    let part = |x| Part { x, y, side };
     [
-        part("left", 0),
-        part("centre", (width - side) / 2),
-        part("right", width - side),
+        part(0),
+        part((width - side) / 2),
+        part(width - side),
     ]
 }
 
