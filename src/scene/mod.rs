@@ -4,12 +4,13 @@
 //! uniform environment; each card's radiance is its texture, the same in all directions (a Lambertian chart under even
 //! light).
 
+mod cards;
 mod mip;
 mod plane;
-mod world;
 
 pub mod coverage;
 pub mod texture;
+pub mod world;
 
+pub use cards::{Hits, NO_SURFACE, RaySlices, Scene};
 pub use plane::{PlaneError, TexturedPlane};
-pub use world::{Hits, NO_SURFACE, RaySlices, Scene};
