@@ -2,7 +2,7 @@
 //! our pictures of them by a pinhole and by a thin lens, with the variance of every pixel.
 //!
 //! ```text
-//! cargo run --release --example peer_paths -- FOLDER [paths a pixel, default 1024]
+//! cargo run --release --example peer_paths -- FOLDER [paths a pixel, default 256]
 //! ```
 
 #[path = "../benches/support/room.rs"]
@@ -39,7 +39,7 @@ struct Camera {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let folder = arguments.next().ok_or("give a folder")?;
-    let paths = arguments.next().map_or(Ok(1024), |n| n.parse())?;
+    let paths = arguments.next().map_or(Ok(256), |n| n.parse())?;
     let folder = Path::new(&folder);
     write_plys(&room::room(), &folder.join("speed"))?;
     let pinhole = |half_width| Camera {
@@ -53,7 +53,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         focus_mm,
     };
     let panorama = Arc::new(panorama());
-    save(&folder.join("panorama.exr"), &panorama)?;
     let scenes = [
         ("box", boxed(), [pinhole(0.28), thin(0.28, 720.0)]),
         ("open", open(panorama), [pinhole(0.35), thin(0.35, 700.0)]),

@@ -22,7 +22,7 @@ import numpy as np
 
 folder = sys.argv[1]
 mi.set_variant("scalar_rgb")
-SIDE, PASSES, SPP = 96, 32, 32
+SIDE, PASSES, SPP = 96, 64, 4
 
 rgb = lambda c: {"type": "rgb", "value": c}
 diffuse = lambda c: {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": rgb(c)}}
@@ -38,11 +38,14 @@ BOX = [
 OPEN = [diffuse([0.5, 0.4, 0.3]), metal(0.2), mirror, glass(1.6)]
 
 
-def panorama():
-    image = np.array(mi.Bitmap(f"{folder}/panorama.exr"))[:, :, :3]
-    # Our middle column is -z; Mitsuba's first column is.
-    image = np.roll(image, image.shape[1] // 2, axis=1)
-    return {"type": "envmap", "bitmap": mi.Bitmap(np.ascontiguousarray(image, dtype=np.float32))}
+def panorama(width=512, height=256):
+    """The panorama of `examples/peer_paths.rs` where Mitsuba has its texels: columns from -z at (x + 1/2)/W, rows at y/(H - 1)."""
+    u = (((np.arange(width) + 0.5) / width + 0.5) % 1.0)[None, :]
+    v = (np.arange(height) / (height - 1))[:, None]
+    lobe = np.exp(-((u - 0.7) ** 2 + (v - 0.3) ** 2) / 0.01)
+    sky = 0.3 + 0.2 * np.cos(np.pi * v) + 0 * u
+    image = np.stack([sky + 3 * lobe, sky + 2 * lobe, 1.3 * sky + lobe], axis=2)
+    return {"type": "envmap", "bitmap": mi.Bitmap(image.astype(np.float32))}
 
 
 def scene(name, half_width, lens):

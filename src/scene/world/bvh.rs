@@ -1,16 +1,21 @@
-//! A bounding volume hierarchy with four children a node, and the walk of a ray through it.
+//! A bounding volume hierarchy with eight children a node, and the walk of a ray through it.
 //!
 //! The tree is built by `obvhs` (PLOC with reinsertion: D. Meister, J. Bittner, TVCG 24(3) (2018) and CGF 37 (2018)) as a binary one and then
-//! folded to four children, which one vector instruction tests together. The walk is ours, because rays of this program need
+//! folded to eight children, which are tested together. The walk is ours, because rays of this program need
 //! boxes that never miss, transformed instances, and triangles without holes ([`super::triangles`]).
 
-use glam::{Vec3, Vec3A, Vec4};
+use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
+use super::fold::{leaf_counts, members_of};
+#[cfg(target_arch = "x86_64")]
+use super::lanes::avx::Avx;
+use super::lanes::{Lanes, Portable};
 use super::triangles::WalkRay;
+use crate::simd::SimdLevel;
 
 /// Items in a leaf, at most: the lanes of a packet.
 pub(super) const LEAF_ITEMS: usize = 4;
@@ -26,14 +31,28 @@ impl Child {
     fn leaf(number: u32, items: u32) -> Self {
         Self(1 << 31 | (items - 1) << 29 | number)
     }
+
+    #[inline(always)]
+    fn is_leaf(self) -> bool {
+        self.0 >> 31 == 1
+    }
+
+    /// Of a leaf.
+    #[inline(always)]
+    fn number(self) -> u32 {
+        self.0 & ((1 << 29) - 1)
+    }
 }
 
-/// Boxes of four children as columns: least x, greatest x, least y, …; a child that is not there has an inverted box.
+/// Children of a node.
+pub(super) const WIDTH: usize = 8;
+
+/// Boxes of eight children as columns: least x, greatest x, least y, …; a child that is not there has an inverted box.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 struct Node {
-    bounds: [Vec4; 6],
-    children: [Child; 4],
+    bounds: [[f32; WIDTH]; 6],
+    children: [Child; WIDTH],
 }
 
 /// See the module.
@@ -41,11 +60,19 @@ struct Node {
 pub(super) struct Bvh {
     nodes: Vec<Node>,
     root: Option<Child>,
+    simd: SimdLevel,
 }
 
 /// What is still to be visited: entry distance and child.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(in crate::scene) struct Stack(Vec<(f32, Child)>);
+
+impl Default for Stack {
+    /// With room for the usual depth.
+    fn default() -> Self {
+        Self(Vec::with_capacity(64))
+    }
+}
 
 /// An axis-aligned box; empty if inverted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,6 +111,13 @@ impl Bounds {
     }
 }
 
+#[cfg(test)]
+impl Bvh {
+    pub fn set_simd(&mut self, simd: SimdLevel) {
+        self.simd = simd;
+    }
+}
+
 impl Bvh {
     /// A tree over boxes, which are widened by what rounding may move the edges of what is in them. `leaf` hears of the items of each leaf (1
     /// to [`LEAF_ITEMS`] of them) in the order of the leaves' numbers. At most 2²⁹ items.
@@ -92,6 +126,7 @@ impl Bvh {
             return Self {
                 nodes: Vec::new(),
                 root: None,
+                simd: SimdLevel::detect(),
             };
         }
         let all = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
@@ -102,40 +137,33 @@ impl Bvh {
             .collect();
         let params = BvhBuildParams {
             max_prims_per_leaf: LEAF_ITEMS as u32,
-            collapse_traversal_cost: std::env::var("CTC").map_or(3.0, |v| v.parse().unwrap()),
-            reinsertion_batch_ratio: std::env::var("RBR").map_or(0.05, |v| v.parse().unwrap()),
             ..BvhBuildParams::medium_build()
         };
         let binary = build_bvh2(&boxes, params, &mut std::time::Duration::default());
         let mut folded = Self {
-            nodes: Vec::with_capacity(binary.nodes.len() / 3 + 1),
+            nodes: Vec::with_capacity(binary.nodes.len() / 7 + 1),
             root: None,
+            simd: SimdLevel::detect(),
         };
-        let mut leaves = 0;
-        folded.root = Some(folded.fold(&binary, 0, &mut leaves, &mut leaf));
+        folded.root = Some(folded.fold(&binary, &mut leaf));
         folded
     }
 
-    /// Folds the binary subtree of node `index`, without recursion, and returns its child entry.
-    fn fold(
-        &mut self,
-        binary: &Bvh2,
-        index: usize,
-        leaves: &mut u32,
-        leaf: &mut impl FnMut(&[u32]),
-    ) -> Child {
+    /// Folds the binary tree, without recursion, and returns its root's entry.
+    fn fold(&mut self, binary: &Bvh2, leaf: &mut impl FnMut(&[u32])) -> Child {
+        let counts = leaf_counts(binary);
         // (binary node, the entry to fill in: node and lane)
-        let mut open = vec![(index, None::<(usize, usize)>)];
-        let mut root = Child(0);
+        let mut open = vec![(0, None::<(usize, usize)>)];
+        let (mut root, mut leaves) = (Child(0), 0);
         while let Some((index, place)) = open.pop() {
             let node = &binary.nodes[index];
             let child = if node.is_leaf() {
                 let first = node.first_index as usize;
                 leaf(&binary.primitive_indices[first..first + node.prim_count as usize]);
-                *leaves += 1;
-                Child::leaf(*leaves - 1, node.prim_count)
+                leaves += 1;
+                Child::leaf(leaves - 1, node.prim_count)
             } else {
-                let members = four_of(binary, node.first_index as usize);
+                let members = members_of(binary, &counts, node.first_index as usize);
                 let number = self.nodes.len();
                 self.nodes.push(boxes_of(binary, &members));
                 let entries = members.iter().enumerate();
@@ -151,22 +179,57 @@ impl Bvh {
     }
 
     /// Visits the leaves that the ray may meet before `t_max`, about from near to far: `leaf(number, items, t_max)` may lower `t_max` and
-    /// ends the walk by returning true.
+    /// ends the walk by returning true; `expect(number)` hears of leaves that may be visited later.
     #[inline(always)]
     pub fn walk(
         &self,
         ray: &WalkRay,
         t_max: &mut f32,
         stack: &mut Stack,
+        leaf: impl FnMut(u32, u32, &mut f32, &mut Stack) -> bool,
+        expect: impl Fn(u32),
+    ) {
+        #[cfg(target_arch = "x86_64")]
+        if self.simd >= SimdLevel::Avx2 {
+            // SAFETY: the level says that the CPU has AVX2.
+            unsafe { self.walk_avx2(ray, t_max, stack, leaf, expect) };
+            return;
+        }
+        self.walk_by::<Portable>(ray, t_max, stack, leaf, expect);
+    }
+
+    /// # Safety
+    /// The CPU must have AVX2.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    unsafe fn walk_avx2(
+        &self,
+        ray: &WalkRay,
+        t_max: &mut f32,
+        stack: &mut Stack,
+        leaf: impl FnMut(u32, u32, &mut f32, &mut Stack) -> bool,
+        expect: impl Fn(u32),
+    ) {
+        self.walk_by::<Avx>(ray, t_max, stack, leaf, expect);
+    }
+
+    #[inline(always)]
+    fn walk_by<L: Lanes>(
+        &self,
+        ray: &WalkRay,
+        t_max: &mut f32,
+        stack: &mut Stack,
         mut leaf: impl FnMut(u32, u32, &mut f32, &mut Stack) -> bool,
+        expect: impl Fn(u32),
     ) {
         let Some(mut current) = self.root else {
             return;
         };
         let base = stack.0.len();
         let (o, inv) = (ray.origin, ray.inverse);
-        let origin = [Vec4::splat(o.x), Vec4::splat(o.y), Vec4::splat(o.z)];
-        let inverse = [Vec4::splat(inv.x), Vec4::splat(inv.y), Vec4::splat(inv.z)];
+        let origin = [L::splat(o.x), L::splat(o.y), L::splat(o.z)];
+        let inverse = [L::splat(inv.x), L::splat(inv.y), L::splat(inv.z)];
+        let (zero, far_factor) = (L::splat(0.0), L::splat(FAR_FACTOR));
         // Bounds of an axis that a ray meets first: the least if it runs up.
         let near = [
             usize::from(inv.x.is_sign_negative()),
@@ -174,26 +237,28 @@ impl Bvh {
             4 + usize::from(inv.z.is_sign_negative()),
         ];
         loop {
-            if current.0 >> 31 == 1 {
-                let number = current.0 & ((1 << 29) - 1);
-                if leaf(number, (current.0 >> 29 & 3) + 1, t_max, stack) {
+            if current.is_leaf() {
+                if leaf(current.number(), (current.0 >> 29 & 3) + 1, t_max, stack) {
                     stack.0.truncate(base);
                     return;
                 }
             } else {
                 let node = &self.nodes[current.0 as usize];
-                let slab =
-                    |axis: usize, bound: usize| (node.bounds[bound] - origin[axis]) * inverse[axis];
+                let slab = |axis: usize, bound: usize| {
+                    L::load(&node.bounds[bound])
+                        .minus(origin[axis])
+                        .times(inverse[axis])
+                };
                 let enter = slab(0, near[0])
-                    .max(slab(1, near[1]))
-                    .max(slab(2, near[2]).max(Vec4::ZERO));
+                    .greatest(slab(1, near[1]))
+                    .greatest(slab(2, near[2]).greatest(zero));
                 let leave = slab(0, near[0] ^ 1)
-                    .min(slab(1, near[1] ^ 1))
-                    .min(slab(2, near[2] ^ 1))
-                    * FAR_FACTOR;
-                let mut hits = enter.cmple(leave.min(Vec4::splat(*t_max))).bitmask();
+                    .least(slab(1, near[1] ^ 1))
+                    .least(slab(2, near[2] ^ 1))
+                    .times(far_factor);
+                let mut hits = enter.at_most(leave.least(L::splat(*t_max)));
                 if hits != 0 {
-                    let enter = enter.to_array();
+                    let enter = enter.store();
                     let first = hits.trailing_zeros() as usize;
                     hits &= hits - 1;
                     current = node.children[first];
@@ -207,6 +272,12 @@ impl Bvh {
                             if entry.0 < nearest {
                                 std::mem::swap(&mut entry.0, &mut nearest);
                                 std::mem::swap(&mut entry.1, &mut current);
+                            }
+                            // What comes later is fetched while what is near is worked on.
+                            if entry.1.is_leaf() {
+                                expect(entry.1.number());
+                            } else if let Some(node) = self.nodes.get(entry.1.0 as usize) {
+                                prefetch(node);
                             }
                             // Far ones lie deeper.
                             stack.0.push(entry);
@@ -236,32 +307,26 @@ impl Bvh {
     }
 }
 
-/// Up to four descendants of the pair at `first` in the binary tree: the inner one of the largest surface is opened again and again.
-fn four_of(binary: &Bvh2, first: usize) -> Vec<usize> {
-    let mut members = vec![first, first + 1];
-    while members.len() < 4 {
-        let inner = members
-            .iter()
-            .enumerate()
-            .filter(|(_, m)| !binary.nodes[**m].is_leaf());
-        let area = |m: usize| binary.nodes[m].aabb().half_area();
-        let Some((place, &largest)) = inner.max_by(|a, b| area(*a.1).total_cmp(&area(*b.1))) else {
-            break;
-        };
-        let child = binary.nodes[largest].first_index as usize;
-        members[place] = child;
-        members.push(child + 1);
+/// Asks for an item that will be read soon: a walk waits for memory more than for anything else.
+#[inline(always)]
+pub(super) fn prefetch<T>(item: &T) {
+    #[cfg(target_arch = "x86_64")]
+    for line in (0..size_of::<T>()).step_by(64) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: the address lies within the item, and a prefetch reads nothing that could be seen.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(item).cast::<i8>().add(line)) };
     }
-    members
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = item;
 }
 
 fn boxes_of(binary: &Bvh2, members: &[usize]) -> Node {
     let side = |pick: &dyn Fn(&Aabb) -> f32, absent: f32| {
-        Vec4::from_array(std::array::from_fn(|lane| {
+        std::array::from_fn(|lane| {
             members
                 .get(lane)
                 .map_or(absent, |&m| pick(binary.nodes[m].aabb()))
-        }))
+        })
     };
     let (up, down) = (f32::INFINITY, f32::NEG_INFINITY);
     Node {
@@ -273,6 +338,6 @@ fn boxes_of(binary: &Bvh2, members: &[usize]) -> Node {
             side(&|b| b.min.z, up),
             side(&|b| b.max.z, down),
         ],
-        children: [Child(0); 4],
+        children: [Child(0); WIDTH],
     }
 }

@@ -13,7 +13,9 @@ mod bvh;
 mod check;
 mod description;
 mod environment;
+mod fold;
 mod geometry;
+mod lanes;
 mod lights;
 mod material;
 mod microfacet;
@@ -60,6 +62,8 @@ pub struct World {
     /// Of each material, whether shadow rays may pass, and whether of any.
     lets_through: Vec<bool>,
     has_veils: bool,
+    /// Of each material, whether it asks for texture coordinates.
+    is_textured: Vec<bool>,
     warnings: WorldWarnings,
 }
 
@@ -85,6 +89,13 @@ pub struct PathKey {
     pub spread: f32,
 }
 
+fn is_textured(m: &Material) -> bool {
+    m.base_colour_texture.is_some()
+        || m.metallic_roughness_texture.is_some()
+        || m.emission_texture.is_some()
+        || m.normal_map.is_some()
+}
+
 impl World {
     /// Checks a description and prepares it for rays.
     ///
@@ -104,6 +115,7 @@ impl World {
                 .any(|m| matches!(m.alpha, Alpha::Mask { .. })),
             lets_through: materials.iter().map(material::lets_through).collect(),
             has_veils: materials.iter().any(material::lets_through),
+            is_textured: materials.iter().map(is_textured).collect(),
             albedos: microfacet::AlbedoTable::new(),
             materials: description.materials,
             textures: description.textures,

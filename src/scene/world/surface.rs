@@ -30,11 +30,14 @@ impl World {
     pub(super) fn corners(&self, element: Element) -> [DVec3; 3] {
         let placed = &self.stage.placed[element.placed as usize];
         let geometry = &self.stage.geometries[placed.geometry];
-        let corners = geometry.packets[element.packet as usize].corners(usize::from(element.lane));
-        corners.map(|p| match placed.object_id {
-            None => p.as_dvec3(),
-            Some(_) => placed.camera_from_mesh.transform_point3(p.as_dvec3()),
-        })
+        let packet = &geometry.packets[element.packet as usize];
+        let [a, b, c] = packet.corners(usize::from(element.lane));
+        let [a, b, c] = [a.as_dvec3(), b.as_dvec3(), c.as_dvec3()];
+        if placed.object_id.is_none() {
+            return [a, b, c];
+        }
+        let place = |p| placed.camera_from_mesh.transform_point3(p);
+        [place(a), place(b), place(c)]
     }
 
     /// Where a ray meets a triangle that it is known to meet: rounding is taken back to the triangle's border.
@@ -91,7 +94,7 @@ impl World {
         }
 
         let (mut uv, mut uv_per_mm, mut along_uv) = ([0.0; 2], 0.0, [Vec3::ZERO; 2]);
-        if !geometry.uvs.is_empty() {
+        if !geometry.uvs.is_empty() && self.is_textured[part.material as usize] {
             let at = vertices().map(|v| geometry.uvs[v]);
             uv = std::array::from_fn(|i| b[0] * at[0][i] + b[1] * at[1][i] + b[2] * at[2][i]);
             let [d1, d2] = [1, 2].map(|k| [at[k][0] - at[0][0], at[k][1] - at[0][1]]);

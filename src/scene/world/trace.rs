@@ -6,7 +6,7 @@
 use glam::{DVec3, Vec3};
 
 use super::World;
-use super::bvh::Stack;
+use super::bvh::{Stack, prefetch};
 use super::description::Alpha;
 use super::geometry::Placed;
 use super::triangles::WalkRay;
@@ -73,9 +73,11 @@ impl World {
             self.visit_placed(0, placed, &outer, &mut t_max, stack, &mut found);
             return;
         }
-        self.stage
-            .bvh
-            .walk(&outer, &mut t_max, stack, |leaf, items, t_max, stack| {
+        self.stage.bvh.walk(
+            &outer,
+            &mut t_max,
+            stack,
+            |leaf, items, t_max, stack| {
                 let slots = &self.stage.slots[leaf as usize][..items as usize];
                 slots.iter().any(|&slot| {
                     let placed = &self.stage.placed[slot as usize];
@@ -88,7 +90,9 @@ impl World {
                     };
                     self.visit_placed(slot, placed, &inner, t_max, stack, &mut found)
                 })
-            });
+            },
+            |_| (),
+        );
     }
 
     #[inline(always)]
@@ -103,9 +107,11 @@ impl World {
     ) -> bool {
         let geometry = &self.stage.geometries[placed.geometry];
         let mut ended = false;
-        geometry
-            .bvh
-            .walk(ray, t_max, stack, |leaf, items, t_max, _| {
+        geometry.bvh.walk(
+            ray,
+            t_max,
+            stack,
+            |leaf, items, t_max, _| {
                 let packet = &geometry.packets[leaf as usize];
                 let hits = packet.intersect(ray, *t_max, items);
                 let mut mask = hits.mask;
@@ -123,7 +129,13 @@ impl World {
                     }
                 }
                 false
-            });
+            },
+            |leaf| {
+                if let Some(packet) = geometry.packets.get(leaf as usize) {
+                    prefetch(packet);
+                }
+            },
+        );
         ended
     }
 

@@ -5,6 +5,7 @@ use glam::{DAffine3, DVec3};
 use crate::sampling::uniform;
 use crate::scene::world::trace::Ray;
 use crate::scene::world::{Instance, Material, Stack, TriangleMesh, World, WorldDescription};
+use crate::simd::SimdLevel;
 
 fn random_direction(key: u64) -> DVec3 {
     let z = 2.0 * uniform(7, &[key, 0]) - 1.0;
@@ -166,6 +167,33 @@ fn the_nearest_hit_is_that_of_a_plain_search() {
         }
     }
     assert!(hits > 50);
+}
+
+#[test]
+fn every_level_of_instructions_finds_the_same_triangle() {
+    let best = World::new(ball(
+        40,
+        DVec3::new(3.0, 2.0, -9.0),
+        DVec3::new(2.0, 1.0, 3.0),
+    ))
+    .unwrap();
+    let mut plain = best.clone();
+    for geometry in &mut plain.stage.geometries {
+        geometry.bvh.set_simd(SimdLevel::Scalar);
+    }
+    let mut stack = Stack::default();
+    for k in 0..2000 {
+        let origin = DVec3::new(3.0, 2.0, -9.0) + 4.0 * random_direction(k);
+        let aim = DVec3::new(3.0, 2.0, -9.0) + 2.0 * random_direction(9000 + k);
+        let ray = Ray {
+            origin,
+            direction: (aim - origin).normalize(),
+        };
+        assert_eq!(
+            best.closest(&ray, &mut stack),
+            plain.closest(&ray, &mut stack)
+        );
+    }
 }
 
 #[test]
