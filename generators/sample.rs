@@ -98,7 +98,7 @@ pub fn render_sample(
     let gain = recipe.exposure_ev.exp2() / white.reference_sr();
     let mut mosaic = rendered.image;
     mosaic.scale(gain as f32);
-    let mut target = chief.target(&camera, &scene, &white);
+    let mut target = chief.target(&camera, &scene, &white, &recipe.render);
     // Where there is no chief ray the target is black, and `valid` says so.
     target
         .data_mut()

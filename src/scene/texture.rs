@@ -267,7 +267,7 @@ impl Texture {
         if footprint_texels.is_nan() || footprint_texels <= 1.0 {
             return self.sample_bilinear(s, t);
         }
-        let levels = self.levels.get_or_init(|| mip::levels(self));
+        let levels = self.levels();
         let level = footprint_texels.log2().min(levels.len() as f32);
         let (whole, f) = (level as usize, level.fract());
         let pick = |k: usize| if k == 0 { self } else { &levels[k - 1] };
@@ -277,6 +277,19 @@ impl Texture {
         }
         let coarse = pick(whole + 1).sample_bilinear(s, t);
         std::array::from_fn(|c| fine[c] + (coarse[c] - fine[c]) * f)
+    }
+
+    /// The halved rasters, which the first call builds.
+    pub(super) fn levels(&self) -> &[Texture] {
+        self.levels.get_or_init(|| mip::levels(self))
+    }
+
+    /// This raster (0) or one of [`Self::levels`].
+    pub(super) fn level(&self, level: usize) -> &Texture {
+        match level {
+            0 => self,
+            k => &self.levels()[k - 1],
+        }
     }
 
     /// Mean of each channel.

@@ -1,0 +1,325 @@
+//! What a description must hold, what is refused and what is only counted.
+
+use glam::{DAffine3, DVec3};
+
+use super::description::{
+    Alpha, Environment, Instance, Light, Material, MaterialIndices, TextureRef, TriangleMesh,
+    WorldDescription,
+};
+
+/// Why a description makes no world.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("world: {place}: {field} is {value}; allowed: {allowed}")]
+pub struct WorldError {
+    /// Which entry: its list, number and name.
+    pub place: String,
+    /// Its field.
+    pub field: &'static str,
+    /// What it was.
+    pub value: String,
+    /// What it may be.
+    pub allowed: String,
+}
+
+/// What was left out or mended, counted. All zero for a clean description.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct WorldWarnings {
+    /// Triangles without an area, left out.
+    pub degenerate_triangles: usize,
+    /// Triangles with a vertex that is not finite, left out.
+    pub non_finite_triangles: usize,
+    /// Vertex normals that are zero or not finite: the flat normal serves instead.
+    pub bad_normals: usize,
+    /// Texture coordinates that are not finite: 0 serves instead.
+    pub bad_uvs: usize,
+    /// Instances that are squeezed flat, left out.
+    pub flat_instances: usize,
+}
+
+impl WorldWarnings {
+    /// A line for each kind that occurred, for a log.
+    pub fn lines(&self) -> Vec<String> {
+        let kinds = [
+            (
+                self.degenerate_triangles,
+                "triangles without an area left out",
+            ),
+            (
+                self.non_finite_triangles,
+                "triangles with a vertex that is not finite left out",
+            ),
+            (
+                self.bad_normals,
+                "zero or non-finite vertex normals: flat there",
+            ),
+            (self.bad_uvs, "non-finite texture coordinates set to 0"),
+            (
+                self.flat_instances,
+                "instances squeezed flat by their transform left out",
+            ),
+        ];
+        let occurred = kinds.into_iter().filter(|(count, _)| *count > 0);
+        occurred
+            .map(|(count, what)| format!("{count} {what}"))
+            .collect()
+    }
+}
+
+/// Most triangles of all meshes together, so that 32-bit indices reach them.
+const MAX_TRIANGLES: usize = 1 << 30;
+
+/// Where an error is.
+struct Place(String);
+
+impl Place {
+    fn refuse(
+        &self,
+        field: &'static str,
+        value: impl ToString,
+        allowed: impl ToString,
+    ) -> WorldError {
+        WorldError {
+            place: self.0.clone(),
+            field,
+            value: value.to_string(),
+            allowed: allowed.to_string(),
+        }
+    }
+
+    fn within(
+        &self,
+        field: &'static str,
+        value: f64,
+        [from, to]: [f64; 2],
+    ) -> Result<(), WorldError> {
+        if (from..=to).contains(&value) {
+            Ok(())
+        } else {
+            Err(self.refuse(field, value, format_args!("{from} to {to}")))
+        }
+    }
+
+    fn strength(&self, field: &'static str, rgb: [f32; 3]) -> Result<(), WorldError> {
+        if rgb.iter().all(|x| x.is_finite() && *x >= 0.0) {
+            Ok(())
+        } else {
+            Err(self.refuse(field, format_args!("{rgb:?}"), "finite, not negative"))
+        }
+    }
+
+    fn index(&self, field: &'static str, index: usize, len: usize) -> Result<(), WorldError> {
+        if index < len {
+            Ok(())
+        } else {
+            Err(self.refuse(field, index, format_args!("below {len}")))
+        }
+    }
+
+    fn direction(&self, field: &'static str, d: DVec3) -> Result<(), WorldError> {
+        if d.is_finite() && d.length() > 0.0 {
+            Ok(())
+        } else {
+            Err(self.refuse(field, d, "finite, not zero"))
+        }
+    }
+
+    fn position(&self, field: &'static str, p: DVec3) -> Result<(), WorldError> {
+        if p.is_finite() {
+            Ok(())
+        } else {
+            Err(self.refuse(field, p, "finite"))
+        }
+    }
+}
+
+/// Refuses what cannot be a world. Geometry that is only bad in places is counted where it is built.
+pub(super) fn check(world: &WorldDescription) -> Result<(), WorldError> {
+    for (i, mesh) in world.meshes.iter().enumerate() {
+        check_mesh(
+            &Place(format!("mesh {i} ({:?})", mesh.name)),
+            mesh,
+            world.materials.len(),
+        )?;
+    }
+    let triangles: usize = world.meshes.iter().map(|m| m.triangles.len()).sum();
+    if triangles > MAX_TRIANGLES {
+        return Err(Place("meshes".into()).refuse(
+            "number of triangles",
+            triangles,
+            format_args!("at most {MAX_TRIANGLES}"),
+        ));
+    }
+    for (i, instance) in world.instances.iter().enumerate() {
+        let Instance {
+            mesh,
+            camera_from_mesh,
+            object_id,
+        } = instance;
+        let place = Place(format!("instance {i}"));
+        place.index("mesh", *mesh, world.meshes.len())?;
+        if !camera_from_mesh.is_finite() {
+            return Err(place.refuse("camera_from_mesh", camera_from_mesh, "finite numbers"));
+        }
+        place.index("object_id", usize::from(*object_id), usize::from(u16::MAX))?;
+    }
+    for (i, material) in world.materials.iter().enumerate() {
+        let place = Place(format!("material {i} ({:?})", material.name));
+        check_material(&place, material, world.textures.len())?;
+    }
+    for (i, light) in world.lights.iter().enumerate() {
+        check_light(&Place(format!("light {i}")), light)?;
+    }
+    check_environment(&Place("environment".into()), &world.environment)
+}
+
+fn check_mesh(place: &Place, mesh: &TriangleMesh, materials: usize) -> Result<(), WorldError> {
+    let vertices = mesh.positions_mm.len();
+    let as_many = |field, len: Option<usize>| match len {
+        Some(len) if len != vertices => Err(place.refuse(
+            field,
+            format_args!("{len} entries"),
+            format_args!("{vertices}, one a vertex"),
+        )),
+        _ => Ok(()),
+    };
+    as_many("normals", mesh.normals.as_ref().map(Vec::len))?;
+    as_many("uvs", mesh.uvs.as_ref().map(Vec::len))?;
+    for corner in mesh.triangles.iter().flatten() {
+        place.index("vertex index of a triangle", *corner as usize, vertices)?;
+    }
+    match &mesh.materials {
+        MaterialIndices::Mesh(index) => place.index("material", *index, materials),
+        MaterialIndices::Triangles(list) => {
+            if list.len() != mesh.triangles.len() {
+                return Err(place.refuse(
+                    "materials",
+                    format_args!("{} entries", list.len()),
+                    format_args!("{}, one a triangle", mesh.triangles.len()),
+                ));
+            }
+            list.iter().try_for_each(|index| {
+                place.index("material of a triangle", *index as usize, materials)
+            })
+        }
+    }
+}
+
+fn check_material(place: &Place, m: &Material, textures: usize) -> Result<(), WorldError> {
+    let unit = [0.0, 1.0];
+    for x in m.base_colour {
+        place.within("base_colour", f64::from(x), unit)?;
+    }
+    place.within("metallic", f64::from(m.metallic), unit)?;
+    place.within("roughness", f64::from(m.roughness), unit)?;
+    place.within("ior", f64::from(m.ior), [1.0, 4.0])?;
+    place.within("transmission", f64::from(m.transmission), unit)?;
+    place.strength("emission", m.emission)?;
+    match m.alpha {
+        Alpha::Opaque => {}
+        Alpha::Mask { alpha, cutoff } => {
+            place.within("alpha", f64::from(alpha), unit)?;
+            place.within(
+                "alpha cutoff",
+                f64::from(cutoff),
+                [0.0, f64::from(f32::MAX)],
+            )?;
+        }
+        Alpha::Blend { alpha } => place.within("alpha", f64::from(alpha), unit)?,
+    }
+    let texture = |field, reference: Option<TextureRef>| match reference {
+        Some(TextureRef {
+            texture,
+            uv_from_mesh,
+        }) => {
+            place.index(field, texture, textures)?;
+            if uv_from_mesh.is_finite() {
+                Ok(())
+            } else {
+                Err(place.refuse("uv_from_mesh", uv_from_mesh, "finite numbers"))
+            }
+        }
+        None => Ok(()),
+    };
+    texture("base_colour_texture", m.base_colour_texture)?;
+    texture("metallic_roughness_texture", m.metallic_roughness_texture)?;
+    texture("emission_texture", m.emission_texture)?;
+    texture("normal_map", m.normal_map.map(|n| n.texture))?;
+    match m.normal_map {
+        Some(map) if !map.scale.is_finite() => {
+            Err(place.refuse("normal_map scale", map.scale, "finite"))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn check_light(place: &Place, light: &Light) -> Result<(), WorldError> {
+    match *light {
+        Light::Sun {
+            direction,
+            irradiance,
+            half_angle_deg,
+        } => {
+            place.direction("direction", direction)?;
+            place.strength("irradiance", irradiance)?;
+            place.within("half_angle_deg", half_angle_deg, [0.0, 45.0])
+        }
+        Light::Point {
+            position_mm,
+            intensity_m2,
+        } => {
+            place.position("position_mm", position_mm)?;
+            place.strength("intensity_m2", intensity_m2)
+        }
+        Light::Spot {
+            position_mm,
+            direction,
+            intensity_m2,
+            inner_deg,
+            outer_deg,
+        } => {
+            place.position("position_mm", position_mm)?;
+            place.direction("direction", direction)?;
+            place.strength("intensity_m2", intensity_m2)?;
+            place.within("outer_deg", outer_deg, [1e-3, 90.0])?;
+            place.within("inner_deg", inner_deg, [0.0, outer_deg - 1e-4])
+        }
+    }
+}
+
+fn check_environment(place: &Place, environment: &Environment) -> Result<(), WorldError> {
+    match environment {
+        Environment::Even(radiance) => place.strength("radiance", *radiance),
+        Environment::Map {
+            image,
+            camera_from_map,
+            scale,
+        } => {
+            if image.channels() != 3 || image.width() == 0 || image.height() == 0 {
+                let shape = format!(
+                    "{} × {} × {}",
+                    image.width(),
+                    image.height(),
+                    image.channels()
+                );
+                return Err(place.refuse("image", shape, "W × H × 3"));
+            }
+            if let Some(bad) = image.data().iter().find(|x| !(x.is_finite() && **x >= 0.0)) {
+                return Err(place.refuse("radiance", bad, "finite, not negative"));
+            }
+            let gram = camera_from_map.transpose() * *camera_from_map;
+            let off = (gram - glam::DMat3::IDENTITY).to_cols_array().map(f64::abs);
+            // NaN fails too.
+            if !off.iter().all(|x| *x < 1e-6) || camera_from_map.determinant() < 0.0 {
+                return Err(place.refuse("camera_from_map", camera_from_map, "a rotation"));
+            }
+            place.within("scale", f64::from(*scale), [0.0, f64::from(f32::MAX)])
+        }
+    }
+}
+
+/// Whether a transform leaves volumes: its columns are far enough from one plane to be undone in f64.
+pub(super) fn is_solid(transform: &DAffine3) -> bool {
+    let m = transform.matrix3;
+    let sides = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
+    m.determinant().abs() > 1e-9 * sides
+}
