@@ -28,7 +28,7 @@ mod symmetry;
 mod table;
 
 pub use build::{BuildReport, BuiltTable, build_table};
-pub use cache::{CacheWarning, CachedTable, ResponseCache};
+pub use cache::{CacheWarning, CachedTable, PartOfTable, ResponseCache};
 pub use error::ResponseError;
 pub use frame::MovingFrame;
 pub use geometric::GeometricResponse;
