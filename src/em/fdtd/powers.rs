@@ -109,17 +109,17 @@ impl Fields<'_> {
     /// E of a node up to two beyond the sides.
     fn e(&self, component: usize, node: [isize; 2], k: usize) -> C {
         let (mut place, mut factor) = (node, C::ONE);
-        for axis in 0..2 {
+        for (axis, place) in place.iter_mut().enumerate() {
             let n = self.cells(axis) as isize;
-            let i = place[axis];
+            let i = *place;
             match self.sides[axis] {
                 Lateral::Bloch { phase_rad } if i < 0 || i > n => {
                     let periods = i.div_euclid(n);
-                    place[axis] = i - periods * n;
+                    *place = i - periods * n;
                     factor *= C::from_polar(1.0, periods as f64 * phase_rad);
                 }
                 Lateral::Mirror(wall) if i < 0 || i > n => {
-                    place[axis] = if i < 0 { -i } else { 2 * n - i };
+                    *place = if i < 0 { -i } else { 2 * n - i };
                     factor *= if wall == Wall::Electric { -1.0 } else { 1.0 };
                 }
                 _ => (),
