@@ -6,7 +6,7 @@ use quadpixel::em::{Material, MetalWalls, PixelStack};
 
 use super::solve;
 
-/// The paper's layers, under a lens of air; no trenches.
+/// The paper's layers, under a lens of air; no trenches. Of this pitch, two wavelengths, orders graze in air at θ = 0.
 fn flat() -> PixelStack {
     let mut stack = PixelStack::paper(1.1, 0.8, 0.8, 0.75);
     stack.lens.material = Material::Constant { n: 1.0, k: 0.0 };

@@ -22,13 +22,15 @@ impl Uniform {
         for (i, o) in basis.x.iter().chain(&basis.y).enumerate() {
             let [kx, ky] = o.k;
             let g = downward(epsilon - kx * kx - ky * ky);
-            let (own, partner) = if i < first_y {
-                (ky, y.get(&o.n).map(|j| j + first_y))
+            let (across, partner) = if i < first_y {
+                (kx, y.get(&o.n).map(|j| j + first_y))
             } else {
-                (kx, x.get(&o.n).copied())
+                (ky, x.get(&o.n).copied())
             };
             gamma.push(g);
-            rows.push(((epsilon - own * own) / g, partner.map(|j| (j, kx * ky / g))));
+            // (ε − k_y²)/γ, so written that a grazing order keeps an admittance.
+            let partner = partner.map(|j| (j, kx * ky / g));
+            rows.push((g + across * across / g, partner));
         }
         Self { gamma, rows }
     }
