@@ -2,7 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{AngularResponse, BuildReport, BuiltTable, ResponseError, TableSettings, build_table};
+use super::{
+    AngularResponse, BuildReport, BuiltTable, ResponseError, ShiftedSettings, TableSettings,
+    build_shifted_table, build_table,
+};
 use crate::em::PixelStack;
 
 /// A folder of tables.
@@ -107,10 +110,31 @@ impl ResponseCache {
         settings: &TableSettings,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<CachedTable, ResponseError> {
-        let key = settings.key(stack);
-        let path = self.path(&key);
+        let build = |journal: Option<&Path>| build_table(stack, settings, journal, progress);
+        self.get_or(&settings.key(stack), build)
+    }
+
+    /// [`Self::get_or_build`] of a table of all lens shifts.
+    pub fn get_or_build_shifted(
+        &self,
+        stack: &PixelStack,
+        settings: &ShiftedSettings,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<CachedTable, ResponseError> {
+        let build =
+            |journal: Option<&Path>| build_shifted_table(stack, settings, journal, progress);
+        self.get_or(&settings.key(stack), build)
+    }
+
+    /// The table of a key, or what `build` makes with the journal that it is given.
+    fn get_or(
+        &self,
+        key: &str,
+        build: impl FnOnce(Option<&Path>) -> Result<BuiltTable, ResponseError>,
+    ) -> Result<CachedTable, ResponseError> {
+        let path = self.path(key);
         let mut warnings = Vec::new();
-        match self.get(&key) {
+        match self.get(key) {
             Ok(Some(table)) => {
                 return Ok(CachedTable {
                     table,
@@ -123,8 +147,7 @@ impl ResponseCache {
         }
         let folder = std::fs::create_dir_all(&self.dir);
         let journal = folder.is_ok().then(|| path.with_extension("journal"));
-        let BuiltTable { table, report } =
-            build_table(stack, settings, journal.as_deref(), progress)?;
+        let BuiltTable { table, report } = build(journal.as_deref())?;
         let trouble = report.journal_trouble.clone();
         warnings.extend(trouble.map(CacheWarning::NoJournal));
         let kept = folder

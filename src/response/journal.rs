@@ -28,8 +28,9 @@ pub(super) struct Answer {
     pub warnings: Vec<String>,
 }
 
-/// A run by its first wavelength (its place in the table's list) and its node.
-pub(super) type RunId = (usize, Node);
+/// A run by its first wavelength (its place in the table's list), its node, and its lens shift (its place in the table's grid; 0 for the
+/// centred lens).
+pub(super) type RunId = (usize, Node, usize);
 
 #[derive(Serialize, Deserialize)]
 struct Head {
@@ -40,6 +41,8 @@ struct Head {
 struct Line {
     wavelength: usize,
     node: Node,
+    #[serde(default)]
+    shift: usize,
     answer: Answer,
 }
 
@@ -82,7 +85,7 @@ impl Journal {
         if known {
             // A line that is no run is a run not done.
             let runs = lines.filter_map(|l| serde_json::from_str::<Line>(l).ok());
-            done.extend(runs.map(|l| ((l.wavelength, l.node), l.answer)));
+            done.extend(runs.map(|l| ((l.wavelength, l.node, l.shift), l.answer)));
             file.set_len(whole.len() as u64).map_err(io)?;
         } else {
             file.set_len(0).map_err(io)?;
@@ -106,10 +109,11 @@ impl Journal {
 
     /// Keeps a run. It is with the system when this returns: a kill of the program loses nothing. A full disk is no failure of the
     /// build; [`Self::remove`] tells of it.
-    pub fn keep(&self, (wavelength, node): RunId, answer: &Answer) {
+    pub fn keep(&self, (wavelength, node, shift): RunId, answer: &Answer) {
         let line = Line {
             wavelength,
             node,
+            shift,
             answer: answer.clone(),
         };
         // A poisoned lock only means that another thread stopped; lines are written whole.
@@ -156,19 +160,19 @@ mod tests {
         let path = folder.path().join("deep/a.journal");
         let journal = Journal::open(&path, "k").unwrap();
         for i in 0..3 {
-            journal.keep((0, (i, 1)), &answer(0.1 * i as f64));
+            journal.keep((0, (i, 1), 0), &answer(0.1 * i as f64));
         }
         drop(journal);
         let text = std::fs::read_to_string(&path).unwrap();
         let broken = text.replacen("\"node\":[1,1]", "\"node\":[1]", 1);
         std::fs::write(&path, &broken[..broken.len() - 5]).unwrap();
         let journal = Journal::open(&path, "k").unwrap();
-        assert_eq!(journal.answer((0, (0, 1))), Some(&answer(0.0)));
-        assert_eq!(journal.answer((0, (1, 1))), None);
-        assert_eq!(journal.answer((0, (2, 1))), None);
-        journal.keep((0, (2, 1)), &answer(0.7));
+        assert_eq!(journal.answer((0, (0, 1), 0)), Some(&answer(0.0)));
+        assert_eq!(journal.answer((0, (1, 1), 0)), None);
+        assert_eq!(journal.answer((0, (2, 1), 0)), None);
+        journal.keep((0, (2, 1), 0), &answer(0.7));
         let journal = Journal::open(&path, "k").unwrap();
-        assert_eq!(journal.answer((0, (2, 1))), Some(&answer(0.7)));
+        assert_eq!(journal.answer((0, (2, 1), 0)), Some(&answer(0.7)));
         assert_eq!(journal.remove(), None);
         assert!(!path.exists());
     }
@@ -178,8 +182,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.journal");
         let journal = Journal::open(&path, "one").unwrap();
-        journal.keep((0, (0, 0)), &answer(0.5));
+        journal.keep((0, (0, 0), 0), &answer(0.5));
         let journal = Journal::open(&path, "two").unwrap();
-        assert_eq!(journal.answer((0, (0, 0))), None);
+        assert_eq!(journal.answer((0, (0, 0), 0)), None);
     }
 }

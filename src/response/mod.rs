@@ -4,13 +4,15 @@
 //! so 0 ≤ P_i and Σ P_i ≤ 1. The renderer asks a [`ResponseLookup`] and knows nothing of what is behind it:
 //!
 //! ```text
-//! PixelStack ── em::wave, em::fdtd ── build ──▶ table ──┐
+//! PixelStack ── em::wave, em::fdtd ── build ──▶ table ──┐      (build_shifted: under all shifts of the lens)
 //! file (.npz), import (.csv), cache, shipped ──▶ table  ├─▶ Response ─ at a wavelength ─▶ ResponseLookup ─▶ weights
 //! GeometricResponse (eq. 2, exact) ─────────────────────┘
 //! ```
 
 mod build;
+mod build_shifted;
 mod cache;
+mod chief_ray;
 mod error;
 mod file;
 mod frame;
@@ -23,12 +25,17 @@ mod plane_wave;
 mod rejection;
 mod resample;
 mod settings;
+mod shift_grid;
+mod shifted_interpolator;
+mod shifted_pixel;
 mod shipped;
 mod symmetry;
 mod table;
 
 pub use build::{BuildReport, BuiltTable, build_table};
+pub use build_shifted::{ShiftedSettings, build_shifted_table};
 pub use cache::{CacheWarning, CachedTable, ResponseCache};
+pub use chief_ray::{ChiefRayShifts, FoundShift};
 pub use error::ResponseError;
 pub use frame::MovingFrame;
 pub use geometric::GeometricResponse;
@@ -38,4 +45,7 @@ pub use lookup::{Response, ResponseLookup};
 pub use plane_wave::{LitPixel, PlaneWaveAnswer, Powers, direction_cosines};
 pub use rejection::{REJECTION_THRESHOLD, RejectionRanges};
 pub use settings::{PixelModel, TableSettings};
+pub use shift_grid::ShiftGrid;
+pub use shifted_interpolator::ShiftedInterpolator;
+pub use shifted_pixel::ShiftedPixel;
 pub use table::{AngularResponse, ResponseAxes, ResponseMeta};

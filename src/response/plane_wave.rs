@@ -3,7 +3,7 @@
 use super::{GeometricResponse, PixelModel, ResponseError};
 use crate::em::PixelStack;
 use crate::em::fdtd::{FdtdAnswer, FdtdPowers, FdtdRun, FdtdSettings, solve};
-use crate::em::wave::WaveModel;
+use crate::em::wave::{WaveModel, WavePowers};
 
 /// Where the light of a plane wave goes, as parts of the power incident on the pixel's whole footprint. They add up to one but for
 /// the imbalance.
@@ -100,22 +100,7 @@ impl LitPixel {
                     warnings: Vec::new(),
                 })
             }
-            Lit::Wave(model) => {
-                let powers = model.solve(u, v)?;
-                Ok(PlaneWaveAnswer {
-                    mean: Powers {
-                        transmitted: powers.into_silicon - powers.absorbed.iter().sum::<f64>(),
-                        absorbed: powers.absorbed,
-                        reflected: powers.reflected,
-                        elsewhere: powers.filter,
-                    },
-                    polarized: None,
-                    residual: powers.residual,
-                    imbalance: powers.imbalance,
-                    steps: None,
-                    warnings: Vec::new(),
-                })
-            }
+            Lit::Wave(model) => Ok(wave_answer(model.solve(u, v)?)),
             Lit::Fdtd {
                 stack,
                 settings,
@@ -135,6 +120,23 @@ impl LitPixel {
                 })
             }
         }
+    }
+}
+
+/// What the wave model says.
+pub(super) fn wave_answer(powers: WavePowers) -> PlaneWaveAnswer {
+    PlaneWaveAnswer {
+        mean: Powers {
+            transmitted: powers.into_silicon - powers.absorbed.iter().sum::<f64>(),
+            absorbed: powers.absorbed,
+            reflected: powers.reflected,
+            elsewhere: powers.filter,
+        },
+        polarized: None,
+        residual: powers.residual,
+        imbalance: powers.imbalance,
+        steps: None,
+        warnings: Vec::new(),
     }
 }
 

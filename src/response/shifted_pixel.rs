@@ -1,0 +1,86 @@
+//! One plane wave on a pixel under several lens shifts.
+//!
+//! A lens moved by s multiplies each diffraction order (a, b) of its field by `e^(−2πi (a, b)·s / pitch)`. So P is periodic in s, and a
+//! model that knows its orders ([`WaveModel::solve_shifts`]) answers for all shifts at little more than the cost of one.
+
+use super::plane_wave::wave_answer;
+use super::{LitPixel, MovingFrame, PixelModel, PlaneWaveAnswer, ResponseError};
+use crate::em::PixelStack;
+use crate::em::wave::WaveModel;
+use crate::sensor::Subpixels;
+
+/// A pixel at one wavelength whose lens is moved about.
+pub struct ShiftedPixel {
+    stack: PixelStack,
+    model: PixelModel,
+    wavelength_nm: f64,
+    /// The model that shares its work among the shifts.
+    wave: Option<WaveModel>,
+}
+
+impl ShiftedPixel {
+    /// Checks pixel, model and wavelength. Refuses the geometric model, whose lens has no neighbours: it is exact in its moving frame.
+    pub fn new(
+        stack: &PixelStack,
+        model: &PixelModel,
+        wavelength_nm: f64,
+    ) -> Result<Self, ResponseError> {
+        if let PixelModel::Geometric { .. } = model {
+            return Err(ResponseError::value(
+                "model",
+                "geometric",
+                "a wave-optical one; a shifted geometric pixel is exact in its moving frame",
+            ));
+        }
+        // Says what is wrong, if anything is, before a long build.
+        LitPixel::new(stack, model, wavelength_nm)?;
+        let wave = match model {
+            PixelModel::Wave(settings) => Some(WaveModel::new(stack, wavelength_nm, settings)?),
+            _ => None,
+        };
+        Ok(Self {
+            stack: stack.clone(),
+            model: model.clone(),
+            wavelength_nm,
+            wave,
+        })
+    }
+
+    /// Sub-pixels of the pixel.
+    pub fn subpixels(&self) -> Subpixels {
+        self.stack.subpixels
+    }
+    /// Pitch in µm.
+    pub fn pitch_um(&self) -> f64 {
+        self.stack.pitch_um
+    }
+    /// How a lens shift moves the response, to first order.
+    pub fn frame(&self) -> Result<MovingFrame, ResponseError> {
+        MovingFrame::of(&self.stack, self.wavelength_nm)
+    }
+
+    /// Lights the pixel from direction cosines (u, v), u² + v² < 1, under each shift (µm) of the lens.
+    pub fn light(
+        &self,
+        u: f64,
+        v: f64,
+        shifts_um: &[[f64; 2]],
+    ) -> Result<Vec<PlaneWaveAnswer>, ResponseError> {
+        if let Some(wave) = &self.wave {
+            let all = wave.solve_shifts(u, v, shifts_um)?;
+            return Ok(all.into_iter().map(wave_answer).collect());
+        }
+        let one = |&shift: &[f64; 2]| {
+            let stack = shifted(&self.stack, shift);
+            LitPixel::new(&stack, &self.model, self.wavelength_nm)?.light(u, v)
+        };
+        shifts_um.iter().map(one).collect()
+    }
+}
+
+/// The pixel with its lens elsewhere.
+pub(super) fn shifted(stack: &PixelStack, shift_um: [f64; 2]) -> PixelStack {
+    let mut stack = stack.clone();
+    stack.lens.shift_um = shift_um;
+    stack
+}
