@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 use quadpixel::em::PixelStack;
 use quadpixel::em::fdtd::FdtdSettings;
 use quadpixel::em::wave::WaveSettings;
-use quadpixel::response::{PixelModel, TableSettings};
+use quadpixel::response::{PixelModel, ShiftedSettings, TableSettings};
 
 /// Arguments that choose a pixel model.
 #[derive(Args)]
@@ -63,6 +63,17 @@ impl PixelModelArgs {
             (Model::Fdtd, Preset::Standard) => TableSettings::fdtd_standard(),
             (Model::Fdtd, Preset::Reference) => TableSettings::fdtd_reference(stack),
         }
+    }
+
+    /// The model's table of a pixel under all shifts of its lens.
+    pub fn shifted(&self, stack: &PixelStack) -> ShiftedSettings {
+        let mut settings = ShiftedSettings::wave_for(stack);
+        match (self.model, self.preset) {
+            (Model::Wave, Preset::Standard) => {}
+            (Model::Wave, Preset::Draft) => settings.table.steps = 12,
+            _ => settings.table = self.table(stack),
+        }
+        settings
     }
 
     /// The model's name, as it is given.
