@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 use quadpixel::em::PixelStack;
 use quadpixel::em::fdtd::FdtdSettings;
 use quadpixel::em::wave::WaveSettings;
-use quadpixel::response::{PixelModel, ShiftedSettings, TableSettings};
+use quadpixel::response::{CorrectedSettings, PixelModel, ShiftedSettings, TableSettings};
 
 /// Arguments that choose a pixel model.
 #[derive(Args)]
@@ -15,6 +15,15 @@ pub struct PixelModelArgs {
     /// How finely the model computes.
     #[arg(long, value_enum, default_value_t = Preset::Standard)]
     preset: Preset,
+    /// Exact model of the corrected level.
+    #[arg(long, value_enum, default_value_t = Exact::Fdtd)]
+    exact: Exact,
+    /// How finely the exact model of the corrected level computes.
+    #[arg(long, value_enum, default_value_t = Preset::Draft)]
+    exact_preset: Preset,
+    /// Runs of the exact model that the corrected level is fitted to.
+    #[arg(long, default_value_t = 16)]
+    exact_runs: usize,
     /// Focal length of the ideal microlens of the geometric model, µm.
     #[arg(long, default_value_t = 7.0)]
     focal_length_um: f64,
@@ -27,6 +36,15 @@ enum Model {
     /// Scalar wave propagation through the pixel stack.
     Wave,
     /// Maxwell's equations in time, both polarizations: seconds to minutes a direction.
+    Fdtd,
+    /// The wave model, corrected by a smooth fit of its difference to a few runs of an exact model (--exact, --exact-runs).
+    Corrected,
+}
+
+/// An exact model that corrects the wave model.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Exact {
+    /// Maxwell's equations in time.
     Fdtd,
 }
 
@@ -49,6 +67,24 @@ impl PixelModelArgs {
             (Model::Fdtd, Preset::Draft) => PixelModel::Fdtd(FdtdSettings::draft()),
             (Model::Fdtd, Preset::Standard) => PixelModel::Fdtd(FdtdSettings::standard()),
             (Model::Fdtd, Preset::Reference) => PixelModel::Fdtd(FdtdSettings::reference()),
+            (Model::Corrected, _) => PixelModel::Corrected(self.corrected()),
+        }
+    }
+
+    /// The corrected level, with the wave model of the preset.
+    pub fn corrected(&self) -> CorrectedSettings {
+        let exact = match (self.exact, self.exact_preset) {
+            (Exact::Fdtd, Preset::Draft) => PixelModel::Fdtd(FdtdSettings::draft()),
+            (Exact::Fdtd, Preset::Standard) => PixelModel::Fdtd(FdtdSettings::standard()),
+            (Exact::Fdtd, Preset::Reference) => PixelModel::Fdtd(FdtdSettings::reference()),
+        };
+        CorrectedSettings {
+            wave: match self.preset {
+                Preset::Draft => WaveSettings::draft(),
+                Preset::Standard => WaveSettings::standard(),
+                Preset::Reference => WaveSettings::reference(),
+            },
+            ..CorrectedSettings::with(exact, self.exact_runs)
         }
     }
 
@@ -62,6 +98,10 @@ impl PixelModelArgs {
             (Model::Fdtd, Preset::Draft) => TableSettings::fdtd_draft(),
             (Model::Fdtd, Preset::Standard) => TableSettings::fdtd_standard(),
             (Model::Fdtd, Preset::Reference) => TableSettings::fdtd_reference(stack),
+            (Model::Corrected, _) => TableSettings {
+                model: PixelModel::Corrected(self.corrected()),
+                ..TableSettings::wave_standard_for(stack)
+            },
         }
     }
 
@@ -82,6 +122,7 @@ impl PixelModelArgs {
             Model::Geometric => "geometric",
             Model::Wave => "wave",
             Model::Fdtd => "fdtd",
+            Model::Corrected => "corrected",
         }
     }
 }

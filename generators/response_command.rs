@@ -163,6 +163,12 @@ fn table(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
         ));
     }
     progress.finish();
+    for error in &made.table.meta().corrections {
+        eprintln!(
+            "corrected by {} exact runs: off by {:.4} rms, {:.4} at most (wave alone: {:.4}, {:.4}), each run left out in turn",
+            error.runs, error.left_rms, error.left_max, error.before_rms, error.before_max
+        );
+    }
     let path = args
         .output
         .clone()
@@ -175,7 +181,7 @@ fn table(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
             serde_json::json!({
                 "file": path, "nodes": nodes(&made.table), "seconds": seconds, "key": made.table.meta().key,
                 "from_cache": report.is_none(), "build": report, "shifts": made.table.axes().shifts_um.len(),
-                "chief_ray_shifts": made.table.meta().chief_ray_shifts
+                "chief_ray_shifts": made.table.meta().chief_ray_shifts, "corrections": made.table.meta().corrections
             })
         );
         return Ok(());

@@ -47,9 +47,8 @@ pub(super) fn run(args: &StudyArgs) -> Result<(), CommandError> {
     let progress = Progress::stderr();
     let began = std::time::Instant::now();
     let told = |done: usize, total: usize| progress.angles(done, total);
-    let map =
-        ChiefRayShifts::of_pixel(&pixel, args.cone_f_number, &THETA_DEG, AZIMUTHS, &told)
-            .map_err(input)?;
+    let map = ChiefRayShifts::of_pixel(&pixel, args.cone_f_number, &THETA_DEG, AZIMUTHS, &told)
+        .map_err(input)?;
     let chiefs: Vec<(f64, f64)> = DRAWN.into_iter().flatten().collect();
     let shift = |&(theta, phi): &(f64, f64)| {
         let [u, v] = direction_cosines(theta, phi);
@@ -221,7 +220,11 @@ fn plot(
     }
     for theta in [20.0, 40.0, 60.0] {
         let radius = (at(centre, theta, 0.0) - centre).length();
-        svg.circle(centre, radius, "fill=\"none\" stroke=\"#bbb\" stroke-width=\"0.5\"");
+        svg.circle(
+            centre,
+            radius,
+            "fill=\"none\" stroke=\"#bbb\" stroke-width=\"0.5\"",
+        );
     }
     let chief = direction_cosines(chief_theta, chief_phi);
     let rim: Vec<DVec2> = (0..=36)
@@ -235,9 +238,17 @@ fn plot(
             )
         })
         .collect();
-    svg.polyline(&rim, "fill=\"none\" stroke=\"#d1332b\" stroke-width=\"1.2\"");
+    svg.polyline(
+        &rim,
+        "fill=\"none\" stroke=\"#d1332b\" stroke-width=\"1.2\"",
+    );
     let name = format!("chief ray θ {chief_theta}°, φ {chief_phi}°");
-    svg.text(centre - DVec2::new(0.0, RADIUS + 7.0), "middle", 12.0, &name);
+    svg.text(
+        centre - DVec2::new(0.0, RADIUS + 7.0),
+        "middle",
+        12.0,
+        &name,
+    );
 }
 
 /// White to dark blue.

@@ -7,6 +7,7 @@
 
 mod cases;
 mod chief_ray;
+mod corrected;
 mod curve;
 mod figures;
 mod flat_field;
@@ -31,8 +32,8 @@ pub struct StudyArgs {
     /// What to study.
     #[arg(value_enum)]
     kind: Kind,
-    /// Pixels of the rejection study, parted by commas, or the one of the cra and flat-field studies: built-in names or TOML files; absent:
-    /// 3.5um-roc3.5,3.5um, or 3.5um-thin-filter (cra), or 1.6um (flat-field).
+    /// Pixels of the rejection study, parted by commas, or the one of the cra, flat-field and corrected studies: built-in names or TOML files; absent:
+    /// 3.5um-roc3.5,3.5um, or 3.5um-thin-filter (cra), or 1.6um (flat-field, corrected).
     #[arg(long, value_delimiter = ',')]
     pixel: Vec<String>,
     /// Lens shifts a pitch of the flat-field study, a multiple of 8.
@@ -73,6 +74,8 @@ enum Kind {
     Cra,
     /// A white wall over the whole 5.6 x 5.6 mm sensor, each view: interpolation between lens shifts (section 3.1).
     FlatField,
+    /// Exact runs spent against error left, of the corrected wave model.
+    Corrected,
     /// Tungsten walls on the 2.8 µm pixel (Fig. 3(b)); needs a vector model.
     Tungsten,
 }
@@ -88,6 +91,7 @@ impl Kind {
             Self::Tungsten => "tungsten",
             Self::Cra => "cra",
             Self::FlatField => "flat-field",
+            Self::Corrected => "corrected",
         }
     }
 }
@@ -100,6 +104,7 @@ pub fn run(args: &StudyArgs) -> Result<(), CommandError> {
     match args.kind {
         Kind::Cra => return chief_ray::run(args),
         Kind::FlatField => return flat_field::run(args),
+        Kind::Corrected => return corrected::run(args),
         _ => {}
     }
     let angles = Angles::new(args.theta_step_deg, args.theta_max_deg)?;

@@ -123,6 +123,7 @@ pub fn build_table(
     stack.check()?;
     let frame = moving_frame(stack, settings)?;
     let plan = Plan::new(stack, settings, settings.model.is_pulsed());
+    let folder = journal.and_then(Path::parent);
     let (journal, no_journal) = match journal.map(|path| Journal::open(path, &settings.key(stack)))
     {
         None => (None, None),
@@ -131,7 +132,7 @@ pub fn build_table(
     };
     let wavelengths = settings.wavelengths_nm.iter();
     let lit = wavelengths
-        .map(|&nm| LitPixel::new(stack, &settings.model, nm))
+        .map(|&nm| LitPixel::with_exact_runs_in(folder, stack, &settings.model, nm))
         .collect::<Result<Vec<_>, _>>()?;
     let simulated = plan.simulate(journal.as_ref(), progress, &|run| {
         let cosines = run.cosines(run.wavelengths.start, &plan.step);
@@ -143,6 +144,8 @@ pub fn build_table(
         Ok(lit_answer(light))
     })?;
     let mut built = plan.table(stack, settings, frame, simulated)?;
+    let corrections = lit.iter().filter_map(|l| Some(l.correction()?.error()));
+    built.table = built.table.with_corrections(corrections.collect());
     let trouble = journal.and_then(Journal::remove);
     built.report.journal_trouble = no_journal.or(trouble);
     Ok(built)
@@ -393,6 +396,7 @@ impl Plan {
             key: settings.key(stack),
             shift_grid: None,
             chief_ray_shifts: None,
+            corrections: Vec::new(),
         };
         let table = AngularResponse::new(axes, meta, values)?;
         Ok(BuiltTable { table, report })

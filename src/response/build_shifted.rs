@@ -51,7 +51,7 @@ impl ShiftedSettings {
         }
         Self {
             table,
-            per_pitch: ShiftGrid::per_pitch_for(stack.pitch_um),
+            per_pitch: 16,
             cone_f_number: 2.0,
         }
     }
@@ -299,6 +299,7 @@ impl ShiftedPlan {
             key: settings.key(stack),
             shift_grid: Some(self.grid),
             chief_ray_shifts: None,
+            corrections: Vec::new(),
         };
         let table = AngularResponse::new(axes, meta, table)?;
         let shifts = ChiefRayShifts::of_table(&table, settings.cone_f_number)?;

@@ -1,6 +1,8 @@
 //! One plane wave on a pixel, whatever the model.
 
-use super::{GeometricResponse, PixelModel, ResponseError};
+use std::path::Path;
+
+use super::{Correction, GeometricResponse, PixelModel, ResponseError};
 use crate::em::PixelStack;
 use crate::em::fdtd::{FdtdAnswer, FdtdPowers, FdtdRun, FdtdSettings, solve};
 use crate::em::wave::{WaveModel, WavePowers};
@@ -49,22 +51,27 @@ enum Lit {
         settings: FdtdSettings,
         wavelength_nm: f64,
     },
+    Corrected(WaveModel, Correction),
 }
 
 impl LitPixel {
-    /// Checks pixel, model and wavelength.
+    /// Checks pixel, model and wavelength. The corrected level makes its exact runs here.
     pub fn new(
         stack: &PixelStack,
         model: &PixelModel,
         wavelength_nm: f64,
     ) -> Result<Self, ResponseError> {
         stack.check()?;
+        if let PixelModel::Corrected(_) = model {
+            return Self::with_exact_runs_in(None, stack, model, wavelength_nm);
+        }
         Ok(Self(match model {
             PixelModel::Geometric { focal_length_um } => Lit::Geometric(GeometricResponse::new(
                 stack.subpixels,
                 stack.pitch_um,
                 *focal_length_um,
             )?),
+            PixelModel::Corrected(_) => unreachable!("made above"),
             PixelModel::Wave(settings) => {
                 Lit::Wave(WaveModel::new(stack, wavelength_nm, settings)?)
             }
@@ -77,6 +84,31 @@ impl LitPixel {
                 }
             }
         }))
+    }
+
+    /// [`Self::new`]; exact runs of the corrected level are kept in `folder` and found there again.
+    pub(super) fn with_exact_runs_in(
+        folder: Option<&Path>,
+        stack: &PixelStack,
+        model: &PixelModel,
+        wavelength_nm: f64,
+    ) -> Result<Self, ResponseError> {
+        let PixelModel::Corrected(settings) = model else {
+            return Self::new(stack, model, wavelength_nm);
+        };
+        let wave = WaveModel::new(stack, wavelength_nm, &settings.wave)?;
+        let file = format!("{}.exact", settings.exact_key(stack, wavelength_nm));
+        let path = folder.map(|f| f.join(file));
+        let correction = settings.simulate(stack, wavelength_nm, path.as_deref())?;
+        Ok(Self(Lit::Corrected(wave, correction)))
+    }
+
+    /// The fit of the corrected level.
+    pub fn correction(&self) -> Option<&Correction> {
+        match &self.0 {
+            Lit::Corrected(_, correction) => Some(correction),
+            _ => None,
+        }
     }
 
     /// Lights the pixel from direction cosines (u, v); u² + v² < 1.
@@ -101,6 +133,9 @@ impl LitPixel {
                 })
             }
             Lit::Wave(model) => Ok(wave_answer(model.solve(u, v)?)),
+            Lit::Corrected(model, correction) => {
+                Ok(correction.apply_to([u, v], wave_answer(model.solve(u, v)?)))
+            }
             Lit::Fdtd {
                 stack,
                 settings,

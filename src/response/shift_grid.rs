@@ -45,12 +45,6 @@ impl ShiftGrid {
         })
     }
 
-    /// N that resolves the response of a pixel: the spot under the lens is as wide as the wavelength allows, so N goes with the pitch.
-    pub fn per_pitch_for(pitch_um: f64) -> usize {
-        const NODE_UM: f64 = 0.15;
-        (2.0 * (pitch_um / NODE_UM / 2.0).round()).clamp(12.0, 24.0) as usize
-    }
-
     /// Shift of a node in µm, within half a pitch of the centre.
     pub fn shift_um(&self, node: [usize; 2]) -> [f64; 2] {
         let n = self.per_pitch as f64;

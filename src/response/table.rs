@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::symmetry::{Symmetry, symmetries_of};
 use super::{
-    ChiefRayShifts, Interpolator, MovingFrame, ResponseError, ShiftGrid, ShiftedInterpolator,
+    ChiefRayShifts, CorrectionError, Interpolator, MovingFrame, ResponseError, ShiftGrid,
+    ShiftedInterpolator,
 };
 use crate::sensor::Subpixels;
 
@@ -51,6 +52,9 @@ pub struct ResponseMeta {
     /// Which shift each chief ray needs, where it was found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chief_ray_shifts: Option<ChiefRayShifts>,
+    /// Of the corrected level, its error at each wavelength.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub corrections: Vec<CorrectionError>,
 }
 
 /// P_i(λ, shift, u, v): power absorbed by sub-pixel i over `irradiance × pitch² × cos θ`.
@@ -207,6 +211,12 @@ impl AngularResponse {
     /// The table with the shifts that chief rays need.
     pub(super) fn with_chief_ray_shifts(mut self, shifts: ChiefRayShifts) -> Self {
         self.meta.chief_ray_shifts = Some(shifts);
+        self
+    }
+
+    /// The table with what is known of its correction.
+    pub(super) fn with_corrections(mut self, corrections: Vec<CorrectionError>) -> Self {
+        self.meta.corrections = corrections;
         self
     }
 

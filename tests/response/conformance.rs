@@ -153,6 +153,7 @@ pub fn table(subpixels: Subpixels, wavelengths_nm: Vec<f64>) -> AngularResponse 
         key: String::new(),
         shift_grid: None,
         chief_ray_shifts: None,
+        corrections: Vec::new(),
     };
     let axes = ResponseAxes {
         wavelengths_nm,

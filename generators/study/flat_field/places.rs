@@ -84,7 +84,9 @@ impl Sensor56 {
                 let uv = uv_from_camera_direction(-direction);
                 place.u.push(uv.x as f32);
                 place.v.push(uv.y as f32);
-                place.measure.push(way.z * way.z / way.length_squared().powi(2));
+                place
+                    .measure
+                    .push(way.z * way.z / way.length_squared().powi(2));
             }
         }
         (!place.u.is_empty()).then_some(place)

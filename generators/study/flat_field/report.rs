@@ -8,9 +8,9 @@ use quadpixel::image::colour::Rgb;
 use quadpixel::image::raster::write_png8;
 use rayon::prelude::*;
 
+use super::Deviation;
 use super::places::{SIDE_MM, Sensor56};
 use super::ways::{Nodes, Way};
-use super::Deviation;
 use crate::preview::Sheet;
 use quadpixel::command::CommandError;
 

@@ -87,8 +87,7 @@ impl Nodes {
             let lookup = &self.each[a * n + b];
             let (mut u, mut v) = (place.u.clone(), place.v.clone());
             if way == Way::Moving {
-                let from_node =
-                    [0, 1].map(|k: usize| place.shift_um[k] - node[k] as f64 * step);
+                let from_node = [0, 1].map(|k: usize| place.shift_um[k] - node[k] as f64 * step);
                 lookup.frame().centred_batch(from_node, &mut u, &mut v);
             }
             lookup.weights_batch(&u, &v, &mut read);

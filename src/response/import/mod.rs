@@ -113,6 +113,7 @@ impl AngularResponse {
             key: hash.finalize().to_hex().to_string(),
             shift_grid: None,
             chief_ray_shifts: None,
+            corrections: Vec::new(),
         };
         let axes = ResponseAxes {
             wavelengths_nm,
