@@ -7,8 +7,8 @@ use std::fmt::Write;
 use glam::DVec2;
 use quadpixel::em::PixelStack;
 use quadpixel::response::{
-    AngularResponse, CorrectedSettings, Correction, ExactRun, LitPixel, PixelModel, ResponseError,
-    spread,
+    AngularResponse, CorrectedSettings, Correction, ExactRun, Incidence, PixelModel, ResponseError,
+    ShiftedPixel, spread,
 };
 use quadpixel::svg::Svg;
 use rayon::prelude::*;
@@ -24,8 +24,6 @@ const WAVELENGTH_NM: f64 = 550.0;
 const SPENT: [usize; 12] = [3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48];
 /// Runs that at least are held out.
 const HELD_OUT: usize = 6;
-/// Directions beyond are left out, sin θ.
-const REACH: f64 = 0.7;
 
 /// What a fit of some runs leaves, in parts of the largest P.
 struct Left {
@@ -48,19 +46,24 @@ pub(super) fn run(args: &StudyArgs) -> Result<(), CommandError> {
     let began = std::time::Instant::now();
     let told = |done: usize, total: usize| progress.angles(done, total);
     let wave = PixelModel::Wave(settings.wave);
-    let (source, exact) = match shipped(&stack, &settings).map_err(input)? {
+    let shipped = if args.all_shifts {
+        None
+    } else {
+        shipped(&stack, &settings).map_err(input)?
+    };
+    let (source, exact) = match shipped {
         Some(runs) => ("the shipped FDTD table", runs),
         None => (
             settings.exact.version(),
-            simulated(&stack, &settings, &told).map_err(input)?,
+            simulated(&stack, &settings, args.all_shifts, &told).map_err(input)?,
         ),
     };
-    let wave = LitPixel::new(&stack, &wave, WAVELENGTH_NM).map_err(input)?;
-    let both = |([u, v], exact): &([f64; 2], Vec<f64>)| {
+    let wave = ShiftedPixel::new(&stack, &wave, WAVELENGTH_NM).map_err(input)?;
+    let both = |(incidence, exact): &(Incidence, Vec<f64>)| {
         Ok(ExactRun {
-            direction: [*u, *v],
+            incidence: *incidence,
             exact: exact.clone(),
-            wave: wave.light(*u, *v)?.mean.absorbed,
+            wave: lit(&wave, incidence)?,
         })
     };
     let runs: Result<Vec<ExactRun>, ResponseError> = exact.par_iter().map(both).collect();
@@ -116,7 +119,7 @@ pub(super) fn run(args: &StudyArgs) -> Result<(), CommandError> {
 fn shipped(
     stack: &PixelStack,
     settings: &CorrectedSettings,
-) -> Result<Option<Vec<([f64; 2], Vec<f64>)>>, ResponseError> {
+) -> Result<Option<Vec<(Incidence, Vec<f64>)>>, ResponseError> {
     if !matches!(*settings.exact, PixelModel::Fdtd(_)) {
         return Ok(None);
     }
@@ -131,29 +134,42 @@ fn shipped(
     let nodes = octant.map(|(i, j)| (half + i * refine, half + j * refine));
     let all = nodes.map(|(iu, iv)| {
         let p = table.node(0, 0, iv, iu).iter().map(|&p| f64::from(p));
-        ([axis[iu], axis[iv]], p.collect::<Vec<f64>>())
+        let incidence = Incidence {
+            direction: [axis[iu], axis[iv]],
+            shift_um: [0.0, 0.0],
+        };
+        (incidence, p.collect::<Vec<f64>>())
     });
-    let all: Vec<_> = all.filter(|([u, v], _)| u.hypot(*v) <= REACH).collect();
-    let directions: Vec<[f64; 2]> = all.iter().map(|a| a.0).collect();
-    let order = spread(&directions, stack, directions.len());
+    let near = |i: &Incidence| i.direction[0].hypot(i.direction[1]) <= settings.reach;
+    let all: Vec<_> = all.filter(|(i, _)| near(i)).collect();
+    let waves: Vec<Incidence> = all.iter().map(|a| a.0).collect();
+    let order = spread(&waves, stack, waves.len())?;
     Ok(Some(order.into_iter().map(|i| all[i].clone()).collect()))
+}
+
+/// P of each sub-pixel.
+fn lit(pixel: &ShiftedPixel, incidence: &Incidence) -> Result<Vec<f64>, ResponseError> {
+    let [u, v] = incidence.direction;
+    let mut light = pixel.light(u, v, &[incidence.shift_um])?;
+    Ok(light.swap_remove(0).mean.absorbed)
 }
 
 fn simulated(
     stack: &PixelStack,
     settings: &CorrectedSettings,
+    all_shifts: bool,
     told: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Vec<([f64; 2], Vec<f64>)>, ResponseError> {
-    let exact = LitPixel::new(stack, &settings.exact, WAVELENGTH_NM)?;
-    let directions = settings.directions(stack);
+) -> Result<Vec<(Incidence, Vec<f64>)>, ResponseError> {
+    let exact = ShiftedPixel::new(stack, &settings.exact, WAVELENGTH_NM)?;
+    let plan = settings.plan(stack, all_shifts)?;
     let done = std::sync::atomic::AtomicUsize::new(0);
-    let one = |&[u, v]: &[f64; 2]| {
-        let p = exact.light(u, v)?.mean.absorbed;
+    let one = |incidence: &Incidence| {
+        let p = lit(&exact, incidence)?;
         let so_far = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-        told(so_far, directions.len());
-        Ok(([u, v], p))
+        told(so_far, plan.len());
+        Ok((*incidence, p))
     };
-    directions.par_iter().map(one).collect()
+    plan.par_iter().map(one).collect()
 }
 
 fn left(stack: &PixelStack, runs: &[ExactRun], n: usize) -> Result<Left, ResponseError> {
@@ -165,7 +181,7 @@ fn left(stack: &PixelStack, runs: &[ExactRun], n: usize) -> Result<Left, Respons
     let (mut wave, mut sum, mut max, mut count) = (0.0, 0.0, 0f64, 0.0);
     for run in &runs[n..] {
         let mut p = run.wave.clone();
-        correction.apply(run.direction, &mut p);
+        correction.apply(run.incidence, &mut p);
         for ((p, w), e) in p.iter().zip(&run.wave).zip(&run.exact) {
             wave += (w - e) * (w - e);
             sum += (p - e) * (p - e);

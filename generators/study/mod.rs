@@ -39,6 +39,9 @@ pub struct StudyArgs {
     /// Lens shifts a pitch of the flat-field study, a multiple of 8.
     #[arg(long, default_value_t = 16)]
     shifts: usize,
+    /// The corrected study under all lens shifts, not the centred one.
+    #[arg(long)]
+    all_shifts: bool,
     /// F-number of the cone that the sub-pixels share, of the cra study.
     #[arg(long, default_value_t = 2.0)]
     cone_f_number: f64,

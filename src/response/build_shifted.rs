@@ -108,10 +108,11 @@ pub fn build_shifted_table(
         ));
     }
     let table = &settings.table;
+    let folder = journal.and_then(Path::parent);
     let plan = ShiftedPlan::new(stack, settings)?;
     let wavelengths = table.wavelengths_nm.iter();
     let pixels = wavelengths
-        .map(|&nm| ShiftedPixel::new(stack, &table.model, nm))
+        .map(|&nm| ShiftedPixel::with_exact_runs_in(folder, stack, &table.model, nm))
         .collect::<Result<Vec<_>, _>>()?;
     let (journal, no_journal) = match journal.map(|path| Journal::open(path, &settings.key(stack)))
     {
@@ -137,7 +138,10 @@ pub fn build_shifted_table(
         let light = pixels[run.wavelengths.start].light(u, v, shifts)?;
         Ok(light.into_iter().map(lit_answer).collect())
     })?;
-    let table = plan.table(stack, settings, &values, &mut report)?;
+    let corrections = pixels.iter().filter_map(|p| Some(p.correction()?.error()));
+    let table = plan
+        .table(stack, settings, &values, &mut report)?
+        .with_corrections(corrections.collect());
     let trouble = journal.and_then(Journal::remove);
     report.journal_trouble = no_journal.or(trouble);
     Ok(BuiltTable { table, report })

@@ -37,7 +37,7 @@ pub use build::{BuildReport, BuiltTable, build_table};
 pub use build_shifted::{ShiftedSettings, build_shifted_table};
 pub use cache::{CacheWarning, CachedTable, ResponseCache};
 pub use chief_ray::{ChiefRayShifts, FoundShift};
-pub use corrected::{CorrectedSettings, Correction, CorrectionError, ExactRun, spread};
+pub use corrected::{CorrectedSettings, Correction, CorrectionError, ExactRun, Incidence, spread};
 pub use error::ResponseError;
 pub use frame::MovingFrame;
 pub use geometric::GeometricResponse;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Correction, GeometricResponse, PixelModel, ResponseError};
+use super::{Correction, GeometricResponse, Incidence, PixelModel, ResponseError};
 use crate::em::PixelStack;
 use crate::em::fdtd::{FdtdAnswer, FdtdPowers, FdtdRun, FdtdSettings, solve};
 use crate::em::wave::{WaveModel, WavePowers};
@@ -51,7 +51,11 @@ enum Lit {
         settings: FdtdSettings,
         wavelength_nm: f64,
     },
-    Corrected(WaveModel, Correction),
+    Corrected {
+        wave: WaveModel,
+        correction: Correction,
+        shift_um: [f64; 2],
+    },
 }
 
 impl LitPixel {
@@ -97,16 +101,20 @@ impl LitPixel {
             return Self::new(stack, model, wavelength_nm);
         };
         let wave = WaveModel::new(stack, wavelength_nm, &settings.wave)?;
-        let file = format!("{}.exact", settings.exact_key(stack, wavelength_nm));
+        let file = format!("{}.exact", settings.exact_key(stack, wavelength_nm, false));
         let path = folder.map(|f| f.join(file));
-        let correction = settings.simulate(stack, wavelength_nm, path.as_deref())?;
-        Ok(Self(Lit::Corrected(wave, correction)))
+        let correction = settings.simulate(stack, wavelength_nm, false, path.as_deref())?;
+        Ok(Self(Lit::Corrected {
+            wave,
+            correction,
+            shift_um: stack.lens.shift_um,
+        }))
     }
 
     /// The fit of the corrected level.
     pub fn correction(&self) -> Option<&Correction> {
         match &self.0 {
-            Lit::Corrected(_, correction) => Some(correction),
+            Lit::Corrected { correction, .. } => Some(correction),
             _ => None,
         }
     }
@@ -133,8 +141,16 @@ impl LitPixel {
                 })
             }
             Lit::Wave(model) => Ok(wave_answer(model.solve(u, v)?)),
-            Lit::Corrected(model, correction) => {
-                Ok(correction.apply_to([u, v], wave_answer(model.solve(u, v)?)))
+            Lit::Corrected {
+                wave,
+                correction,
+                shift_um,
+            } => {
+                let incidence = Incidence {
+                    direction: [u, v],
+                    shift_um: *shift_um,
+                };
+                Ok(correction.apply_to(incidence, wave_answer(wave.solve(u, v)?)))
             }
             Lit::Fdtd {
                 stack,

@@ -3,8 +3,12 @@
 //! A lens moved by s multiplies each diffraction order (a, b) of its field by `e^(−2πi (a, b)·s / pitch)`. So P is periodic in s, and a
 //! model that knows its orders ([`WaveModel::solve_shifts`]) answers for all shifts at little more than the cost of one.
 
+use std::path::Path;
+
 use super::plane_wave::wave_answer;
-use super::{LitPixel, MovingFrame, PixelModel, PlaneWaveAnswer, ResponseError};
+use super::{
+    Correction, Incidence, LitPixel, MovingFrame, PixelModel, PlaneWaveAnswer, ResponseError,
+};
 use crate::em::PixelStack;
 use crate::em::wave::WaveModel;
 use crate::sensor::Subpixels;
@@ -16,11 +20,22 @@ pub struct ShiftedPixel {
     wavelength_nm: f64,
     /// The model that shares its work among the shifts.
     wave: Option<WaveModel>,
+    correction: Option<Correction>,
 }
 
 impl ShiftedPixel {
-    /// Checks pixel, model and wavelength. Refuses the geometric model, whose lens has no neighbours: it is exact in its moving frame.
+    /// Checks pixel, model and wavelength. The corrected level makes its exact runs here. Refuses the geometric model, whose lens has no neighbours: it is exact in its moving frame.
     pub fn new(
+        stack: &PixelStack,
+        model: &PixelModel,
+        wavelength_nm: f64,
+    ) -> Result<Self, ResponseError> {
+        Self::with_exact_runs_in(None, stack, model, wavelength_nm)
+    }
+
+    /// [`Self::new`]; exact runs of the corrected level are kept in `folder` and found there again.
+    pub(super) fn with_exact_runs_in(
+        folder: Option<&Path>,
         stack: &PixelStack,
         model: &PixelModel,
         wavelength_nm: f64,
@@ -32,18 +47,34 @@ impl ShiftedPixel {
                 "a wave-optical one; a shifted geometric pixel is exact in its moving frame",
             ));
         }
-        // Says what is wrong, if anything is, before a long build.
-        LitPixel::new(stack, model, wavelength_nm)?;
-        let wave = match model {
-            PixelModel::Wave(settings) => Some(WaveModel::new(stack, wavelength_nm, settings)?),
-            _ => None,
-        };
+        stack.check()?;
+        let (mut wave, mut correction) = (None, None);
+        match model {
+            PixelModel::Wave(settings) => {
+                wave = Some(WaveModel::new(stack, wavelength_nm, settings)?);
+            }
+            PixelModel::Corrected(settings) => {
+                wave = Some(WaveModel::new(stack, wavelength_nm, &settings.wave)?);
+                let key = settings.exact_key(stack, wavelength_nm, true);
+                let path = folder.map(|f| f.join(format!("{key}.exact")));
+                correction =
+                    Some(settings.simulate(stack, wavelength_nm, true, path.as_deref())?);
+            }
+            // Says what is wrong, if anything is, before a long build.
+            _ => drop(LitPixel::new(stack, model, wavelength_nm)?),
+        }
         Ok(Self {
             stack: stack.clone(),
             model: model.clone(),
             wavelength_nm,
             wave,
+            correction,
         })
+    }
+
+    /// The fit of the corrected level.
+    pub fn correction(&self) -> Option<&Correction> {
+        self.correction.as_ref()
     }
 
     /// Sub-pixels of the pixel.
@@ -68,7 +99,18 @@ impl ShiftedPixel {
     ) -> Result<Vec<PlaneWaveAnswer>, ResponseError> {
         if let Some(wave) = &self.wave {
             let all = wave.solve_shifts(u, v, shifts_um)?;
-            return Ok(all.into_iter().map(wave_answer).collect());
+            let answers = all.into_iter().map(wave_answer).zip(shifts_um);
+            let corrected = |(answer, &shift_um): (PlaneWaveAnswer, &[f64; 2])| {
+                let incidence = Incidence {
+                    direction: [u, v],
+                    shift_um,
+                };
+                match &self.correction {
+                    Some(correction) => correction.apply_to(incidence, answer),
+                    None => answer,
+                }
+            };
+            return Ok(answers.map(corrected).collect());
         }
         let one = |&shift: &[f64; 2]| {
             let stack = shifted(&self.stack, shift);

@@ -1,16 +1,16 @@
 //! A white wall over the whole sensor, view by view: what interpolation between lens shifts prints on the sub-aperture images (section 3.1 of
 //! the paper), against responses simulated at the shifts of places that no node holds.
 //!
-//! Every place of the sensor is lit by the same rays through the lens for all ways of interpolation, so only these differ.
+//! Every place of the sensor is lit by the same rays through the lens for all ways of interpolation, so only these differ. At the held-out
+//! places the rays are those of the table's simulated directions that come through the lens, so that only the shift is between nodes.
 
 mod places;
 mod report;
 mod ways;
 
-use quadpixel::em::PixelStack;
 use quadpixel::file;
 use quadpixel::response::{
-    AngularResponse, Interpolator, ResponseCache, ResponseError, ShiftedSettings,
+    AngularResponse, ResponseCache, ResponseError, ShiftedPixel, ShiftedSettings,
 };
 use rayon::prelude::*;
 
@@ -68,14 +68,16 @@ pub(super) fn run(args: &StudyArgs) -> Result<(), CommandError> {
         .map_err(input)?
         .table;
     let sensor = Sensor56::new(&stack, &table)?;
+    let step = settings.table.cosine_max / settings.table.steps as f64;
     let held_out: Vec<Place> = HELD_OUT_MM
         .iter()
-        .filter_map(|&(x, y)| sensor.place(x, y))
+        .filter_map(|&(x, y)| sensor.place_on_nodes(x, y, step))
         .collect();
-    let truths = held_out
-        .iter()
-        .map(|place| truth(&cache, &stack, &settings, place, &told))
-        .collect::<Result<Vec<_>, _>>()
+    let pixel = ShiftedPixel::new(&stack, &settings.table.model, WAVELENGTH_NM).map_err(input)?;
+    let truths: Vec<Vec<f32>> = held_out
+        .par_iter()
+        .map(|place| truth(&pixel, place))
+        .collect::<Result<_, _>>()
         .map_err(input)?;
     progress.finish();
 
@@ -125,34 +127,23 @@ fn nodes(table: &AngularResponse, divisor: usize) -> Result<Nodes, CommandError>
         .ok_or_else(|| CommandError::failed("the table has no such part of its shifts"))
 }
 
-/// The response simulated at the shift of a place, on the table's own directions, so that only the shift is between nodes.
-fn truth(
-    cache: &ResponseCache,
-    stack: &PixelStack,
-    settings: &ShiftedSettings,
-    place: &Place,
-    told: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Interpolator, ResponseError> {
-    let mut stack = stack.clone();
-    stack.lens.shift_um = place.shift_um;
-    let made = cache.get_or_build(&stack, &settings.table, told)?;
-    Ok(made.table.interpolator(WAVELENGTH_NM))
+/// The weights `[ray][sub-pixel]` of a place, simulated under its own lens shift.
+fn truth(pixel: &ShiftedPixel, place: &Place) -> Result<Vec<f32>, ResponseError> {
+    let mut all = Vec::new();
+    for (&u, &v) in place.u.iter().zip(&place.v) {
+        for answer in pixel.light(f64::from(u), f64::from(v), &[place.shift_um])? {
+            all.extend(answer.mean.absorbed.iter().map(|&p| p as f32));
+        }
+    }
+    Ok(all)
 }
 
-fn deviation(nodes: &Nodes, way: Way, held_out: &[Place], truths: &[Interpolator]) -> Deviation {
+fn deviation(nodes: &Nodes, way: Way, held_out: &[Place], truths: &[Vec<f32>]) -> Deviation {
     let count = nodes.subpixels().count();
     let (mut flat, mut flat_max, mut flats) = (0.0, 0f64, 0.0);
     let (mut rays, mut of, mut peak) = (0.0, 0.0, 0f64);
-    let pairs: Vec<(Vec<f32>, Vec<f32>)> = held_out
-        .par_iter()
-        .zip(truths)
-        .map(|(place, truth)| {
-            let mut wanted = vec![0f32; place.u.len() * count];
-            truth.weights_batch(&place.u, &place.v, &mut wanted);
-            (nodes.weights(way, place), wanted)
-        })
-        .collect();
-    for (place, (found, wanted)) in held_out.iter().zip(&pairs) {
+    for (place, wanted) in held_out.iter().zip(truths) {
+        let found = &nodes.weights(way, place);
         let (a, b) = (place.flat(found, count), place.flat(wanted, count));
         let mean = b.iter().sum::<f64>() / count as f64;
         for (a, b) in a.iter().zip(&b) {

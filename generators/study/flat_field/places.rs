@@ -93,6 +93,43 @@ impl Sensor56 {
     }
 }
 
+impl Sensor56 {
+    /// The place (x, y), mm, with the rays of directions on a grid of (u, v), `step` apart: equal parts of the irradiance.
+    pub fn place_on_nodes(&self, x_mm: f64, y_mm: f64, step: f64) -> Option<Place> {
+        let whole = self.place(x_mm, y_mm)?;
+        let xy = DVec2::new(x_mm, y_mm);
+        let origin_mm = camera_from_sensor_mm(xy, self.0.sensor_z_mm());
+        let ahead = (self.0.pupil_at(xy)?.centre_mm.z - origin_mm.z).signum();
+        let system = self.0.system(ChannelWavelengths::REFERENCE);
+        let mut place = Place {
+            shift_um: whole.shift_um,
+            u: Vec::new(),
+            v: Vec::new(),
+            measure: Vec::new(),
+        };
+        let reach = (0.94 / step) as i64;
+        for (a, b) in (-reach..=reach).flat_map(|a| (-reach..=reach).map(move |b| (a, b))) {
+            let (u, v) = (a as f64 * step, b as f64 * step);
+            let w2 = 1.0 - u * u - v * v;
+            if w2 < 0.1 {
+                continue;
+            }
+            // The sensor frame's y runs against the camera frame's for directions away from the sensor (see `uv_from_camera_direction`).
+            let direction = DVec3::new(u, -v, ahead * w2.sqrt());
+            let ray = Ray {
+                origin_mm,
+                direction,
+            };
+            if trace_backward(system, ray).is_ok() {
+                place.u.push(u as f32);
+                place.v.push(v as f32);
+                place.measure.push(1.0);
+            }
+        }
+        (!place.u.is_empty()).then_some(place)
+    }
+}
+
 impl Place {
     /// What a white wall gives each sub-pixel, from the weights `[ray][sub-pixel]`.
     pub fn flat(&self, weights: &[f32], count: usize) -> Vec<f64> {

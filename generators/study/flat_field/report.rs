@@ -9,13 +9,13 @@ use quadpixel::image::raster::write_png8;
 use rayon::prelude::*;
 
 use super::Deviation;
-use super::places::{SIDE_MM, Sensor56};
+use super::places::{Place, SIDE_MM, Sensor56};
 use super::ways::{Nodes, Way};
 use crate::preview::Sheet;
 use quadpixel::command::CommandError;
 
 /// Places a side of a picture.
-const ACROSS: usize = 180;
+const ACROSS: usize = 140;
 /// Brightness that the pictures stretch over, in parts of the mean view; deviations by this much more.
 const STRETCH: f64 = 0.05;
 const STRETCH_DEVIATION: f64 = 0.01;
@@ -80,13 +80,18 @@ pub(super) fn picture(
 ) -> Result<(), CommandError> {
     let s = nodes.subpixels();
     let view = s.index(s.m() - 1, 0);
-    let truth = flat(sensor, finest, Way::Fourier, view);
+    let at = |i: usize| ((i as f64 + 0.5) / ACROSS as f64 - 0.5) * SIDE_MM;
+    let places: Vec<Option<Place>> = (0..ACROSS * ACROSS)
+        .into_par_iter()
+        .map(|k| sensor.place(at(k % ACROSS), at(k / ACROSS)))
+        .collect();
+    let truth = flat(&places, finest, Way::Fourier, view);
     let cell = ACROSS + GAP;
     let width = Way::ALL.len() * cell + GAP;
     let height = 2 * (cell + HEAD) + GAP;
     let mut sheet = Sheet::new(width, height, [255, 255, 255]);
     for (i, way) in Way::ALL.into_iter().enumerate() {
-        let found = flat(sensor, nodes, way, view);
+        let found = flat(&places, nodes, way, view);
         let off: Vec<f32> = found.iter().zip(&truth).map(|(a, b)| a - b).collect();
         let left = GAP + i * cell;
         let pictures = [(&found, 1.0, STRETCH), (&off, 0.0, STRETCH_DEVIATION)];
@@ -111,17 +116,13 @@ pub(super) fn picture(
 }
 
 /// One view of the white wall over the mean view.
-fn flat(sensor: &Sensor56, nodes: &Nodes, way: Way, view: usize) -> Vec<f32> {
+fn flat(places: &[Option<Place>], nodes: &Nodes, way: Way, view: usize) -> Vec<f32> {
     let count = nodes.subpixels().count();
-    let at = |i: usize| ((i as f64 + 0.5) / ACROSS as f64 - 0.5) * SIDE_MM;
-    (0..ACROSS * ACROSS)
-        .into_par_iter()
-        .map(|k| {
-            let place = sensor.place(at(k % ACROSS), at(k / ACROSS));
-            place.map_or(1.0, |place| {
-                let views = place.flat(&nodes.weights(way, &place), count);
-                (views[view] * count as f64 / views.iter().sum::<f64>()) as f32
-            })
+    let one = |place: &Option<Place>| {
+        place.as_ref().map_or(1.0, |place| {
+            let views = place.flat(&nodes.weights(way, place), count);
+            (views[view] * count as f64 / views.iter().sum::<f64>()) as f32
         })
-        .collect()
+    };
+    places.par_iter().map(one).collect()
 }

@@ -4,30 +4,32 @@
 //! k(r) = (1 + ρ + ρ²/3) e^(−ρ) + ν [r = 0],   ρ = √5 r / ℓ        f(x) = k(x, X) K⁻¹ y
 //! ```
 //! (Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), eqs. 2.25, 4.17). A run left out with all its mirror images B is
-//! predicted with the error `(K⁻¹_BB)⁻¹ (K⁻¹ y)_B` (Dubrule, Math. Geol. 15, 687 (1983)). The length ℓ in (u, v) and the noise ν are those of
-//! the smallest such error. All sub-pixels share K.
+//! predicted with the error `(K⁻¹_BB)⁻¹ (K⁻¹ y)_B` (Dubrule, Math. Geol. 15, 687 (1983)). The length ℓ and the noise ν are those of
+//! the smallest such error. All sub-pixels share K. Distances r are those of [`super::design`]; k is summed over the neighbouring lenses of
+//! the array.
 
-use super::super::symmetry::Symmetry;
-use super::image;
-use crate::sensor::Subpixels;
+use super::design::{Incidence, Point, Space, distance};
 
 const LENGTHS: [f64; 8] = [0.05, 0.08, 0.12, 0.18, 0.27, 0.4, 0.6, 1.0];
 const NOISES: [f64; 4] = [1e-4, 1e-2, 1e-1, 1.0];
-/// Images nearer than this are one point.
-const SAME: f64 = 1e-9;
+/// Images nearer than this are one point; places are f32.
+const SAME: f64 = 1e-6;
 
 /// The fitted function.
 #[derive(Clone, Debug)]
 pub(super) struct Process {
+    space: Space,
     length: f64,
-    points: Vec<[f64; 2]>,
+    points: Vec<Point>,
     /// K⁻¹ y, `[point][sub-pixel]`.
     coefficients: Vec<Vec<f64>>,
 }
 
 /// Points with their values, and which run each belongs to.
 struct Data {
-    points: Vec<[f64; 2]>,
+    points: Vec<Point>,
+    /// Distances of each pair, of one of them under nine lenses of the array.
+    apart: Vec<Vec<[f64; 9]>>,
     values: Vec<Vec<f64>>,
     run: Vec<usize>,
     runs: usize,
@@ -35,12 +37,8 @@ struct Data {
 
 impl Process {
     /// Through the values of each run and all its images; also the error of each run left out, over its sub-pixels.
-    pub fn fit(
-        runs: &[([f64; 2], Vec<f64>)],
-        group: &[Symmetry],
-        subpixels: Subpixels,
-    ) -> (Self, Vec<Vec<f64>>) {
-        let data = Data::new(runs, group, subpixels);
+    pub fn fit(runs: &[(Incidence, Vec<f64>)], space: Space) -> (Self, Vec<Vec<f64>>) {
+        let data = Data::new(runs, &space);
         let mut best: Option<(f64, Self, Vec<Vec<f64>>)> = None;
         for length in LENGTHS {
             for noise in NOISES {
@@ -52,6 +50,7 @@ impl Process {
                 let sum: f64 = out.iter().flatten().map(|x| x * x).sum();
                 if best.as_ref().is_none_or(|b| sum < b.0) {
                     let process = Self {
+                        space: space.clone(),
                         length,
                         points: data.points.clone(),
                         coefficients,
@@ -62,9 +61,10 @@ impl Process {
         }
         let none = || {
             let nothing = Self {
+                space: space.clone(),
                 length: 1.0,
                 points: Vec::new(),
-                coefficients: vec![vec![0.0; subpixels.count()]],
+                coefficients: Vec::new(),
             };
             (0.0, nothing, data.values.clone())
         };
@@ -73,10 +73,12 @@ impl Process {
     }
 
     /// The function, a value a sub-pixel.
-    pub fn at(&self, [u, v]: [f64; 2]) -> Vec<f64> {
-        let mut sum = vec![0.0; self.coefficients[0].len()];
-        for ([a, b], c) in self.points.iter().zip(&self.coefficients) {
-            let k = covariance((u - a).hypot(v - b), self.length);
+    pub fn at(&self, incidence: Incidence) -> Vec<f64> {
+        let mut sum = vec![0.0; self.space.subpixels.count()];
+        let own = self.space.periods(incidence);
+        for (point, c) in self.points.iter().zip(&self.coefficients) {
+            let apart = own.map(|p| distance(&p, point));
+            let k = periodic(&apart, self.length);
             for (s, c) in sum.iter_mut().zip(c) {
                 *s += k * c;
             }
@@ -86,20 +88,23 @@ impl Process {
 }
 
 impl Data {
-    fn new(runs: &[([f64; 2], Vec<f64>)], group: &[Symmetry], subpixels: Subpixels) -> Self {
+    fn new(runs: &[(Incidence, Vec<f64>)], space: &Space) -> Self {
         let mut data = Self {
             points: Vec::new(),
+            apart: Vec::new(),
             values: Vec::new(),
             run: Vec::new(),
             runs: runs.len(),
         };
-        for (r, (direction, values)) in runs.iter().enumerate() {
+        let mut waves = Vec::new();
+        for (r, (incidence, values)) in runs.iter().enumerate() {
             let first = data.points.len();
             // Images that fall together (on an axis of symmetry) are one point, of the mean value.
             let mut times = Vec::new();
-            for symmetry in group {
-                let (at, sent) = image(*symmetry, subpixels, *direction, values);
-                let near = |p: &[f64; 2]| (p[0] - at[0]).hypot(p[1] - at[1]) < SAME;
+            for symmetry in &space.group {
+                let (wave, sent) = space.image(*symmetry, *incidence, values);
+                let at = space.point(wave);
+                let near = |p: &Point| distance(p, &at) < SAME;
                 match data.points[first..].iter().position(near) {
                     Some(i) => {
                         times[i] += 1.0;
@@ -107,6 +112,7 @@ impl Data {
                         own.iter_mut().zip(sent).for_each(|(o, s)| *o += s);
                     }
                     None => {
+                        waves.push(wave);
                         data.points.push(at);
                         data.values.push(sent);
                         data.run.push(r);
@@ -118,6 +124,12 @@ impl Data {
                 values.iter_mut().for_each(|v| *v /= times);
             }
         }
+        let row = |wave: &Incidence| {
+            let own = space.periods(*wave);
+            let to = |p: &Point| own.map(|o| distance(&o, p));
+            data.points.iter().map(to).collect()
+        };
+        data.apart = waves.iter().map(row).collect();
         data
     }
 
@@ -125,9 +137,11 @@ impl Data {
     fn inverse(&self, length: f64, noise: f64) -> Option<Vec<Vec<f64>>> {
         let n = self.points.len();
         let mut matrix = vec![vec![0.0; n]; n];
-        for (i, [a, b]) in self.points.iter().enumerate() {
-            for (j, [c, d]) in self.points[..=i].iter().enumerate() {
-                let k = covariance((a - c).hypot(b - d), length);
+        for i in 0..n {
+            for j in 0..=i {
+                // The mean of both ways round: the frame is not linear, so they differ a little.
+                let (there, back) = (&self.apart[i][j], &self.apart[j][i]);
+                let k = 0.5 * (periodic(there, length) + periodic(back, length));
                 matrix[i][j] = if i == j { k + noise } else { k };
                 matrix[j][i] = matrix[i][j];
             }
@@ -155,6 +169,11 @@ impl Data {
         }
         all
     }
+}
+
+/// Summed over the lenses of the array.
+fn periodic(apart: &[f64; 9], length: f64) -> f64 {
+    apart.iter().map(|r| covariance(*r, length)).sum()
 }
 
 fn covariance(distance: f64, length: f64) -> f64 {

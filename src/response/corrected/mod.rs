@@ -1,11 +1,12 @@
 //! The `corrected` level: the wave model everywhere, plus a smooth fit of its difference to a few runs of an exact model.
 //!
 //! ```text
-//! P_i(u, v) ≈ (1 + β) W_i(u, v) + δ_i(u, v)
+//! P_i(u, v; s) ≈ (1 + β) W_i(u, v; s) + δ_i(u', v'; s)
 //! ```
-//! W is the wave model's P; β, one number, the part by which it is dim or bright; δ the Gaussian-process mean ([`fit`]) of what is left. The
-//! exact runs are spread over the octant of directions that symmetry needs, each as far as can be from those before ([`design`]), so
-//! a fit with more runs uses all of one with fewer. The error is measured on runs left out, one at a time.
+//! under a lens shift s, where (u', v') is (u, v) in the moving frame. W is the wave model's P; β, one number, the part by which it is dim or bright; δ the Gaussian-process mean ([`fit`]) of what is left. The
+//! exact runs are spread over the directions (and shifts) that symmetry leaves, each as far as can be from those before ([`design`]), so
+//! a fit with more runs uses all of one with fewer. The error is measured on runs left out, one at a time; of
+//! few runs (six) this is too hopeful by a third or more, for ℓ and ν of the fit are chosen by it.
 
 mod design;
 mod fit;
@@ -18,18 +19,15 @@ use serde::{Deserialize, Serialize};
 use self::fit::Process;
 use super::build::lit_answer;
 use super::journal::{Answer, Journal};
-use super::symmetry::{Symmetry, symmetries};
-use super::{LitPixel, PixelModel, PlaneWaveAnswer, ResponseError};
+use super::{PixelModel, PlaneWaveAnswer, ResponseError, ShiftedPixel};
 use crate::em::PixelStack;
 use crate::em::wave::{WaveModel, WaveSettings};
-use crate::sensor::Subpixels;
 
-pub use self::design::spread;
+pub use self::design::{Incidence, spread};
+use self::design::{Space, centred, shifted};
 
 /// Name and version of the model: part of every table's key.
 pub(super) const MODEL: &str = "corrected-1";
-/// Directions that exact runs are chosen from, from the normal to the reach along each axis.
-const LATTICE: i64 = 12;
 
 /// Settings of the corrected level.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,15 +39,15 @@ pub struct CorrectedSettings {
     pub exact: Box<PixelModel>,
     /// Runs of the exact model, 3 to 200.
     pub runs: usize,
-    /// Largest sin θ of an exact run, 0.1 to 0.94; beyond, the correction fades to that by β.
+    /// Largest √(u'² + v'²) of an exact run, 0.1 to 0.94 (sin θ, for a centred lens); beyond, the correction fades to that by β.
     pub reach: f64,
 }
 
-/// One direction of incidence, and what both models say of it.
+/// What both models say of one plane wave.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExactRun {
-    /// Direction cosines (u, v).
-    pub direction: [f64; 2],
+    /// Its direction, and the shift of the lens.
+    pub incidence: Incidence,
     /// P of each sub-pixel by the exact model.
     pub exact: Vec<f64>,
     /// P of each sub-pixel by the wave model.
@@ -115,17 +113,20 @@ impl CorrectedSettings {
         Ok(())
     }
 
-    /// The directions of the exact runs for a pixel, in the order in which they are made.
-    pub fn directions(&self, stack: &PixelStack) -> Vec<[f64; 2]> {
-        let step = self.reach / LATTICE as f64;
-        let group = symmetries(stack);
-        let nodes = super::symmetry::canonical_nodes(LATTICE, &group).into_iter();
-        let all = nodes.map(|(a, b)| [a as f64 * step, b as f64 * step]);
-        let all: Vec<[f64; 2]> = all
-            .filter(|[u, v]| u.hypot(*v) <= self.reach + 1e-9)
-            .collect();
-        let order = spread(&all, stack, self.runs);
-        order.into_iter().map(|i| all[i]).collect()
+    /// The exact runs for a pixel under its own lens shift, or under all shifts, in the order in which they are made.
+    pub fn plan(
+        &self,
+        stack: &PixelStack,
+        all_shifts: bool,
+    ) -> Result<Vec<Incidence>, ResponseError> {
+        let space = Space::of(stack)?;
+        let all = if all_shifts {
+            shifted(stack, &space, self.reach)?
+        } else {
+            centred(stack, self.reach)
+        };
+        let order = spread(&all, stack, self.runs)?;
+        Ok(order.into_iter().map(|i| all[i]).collect())
     }
 
     /// Makes the exact runs (those that `journal` holds are not made again; it is left for a later fit with more) and fits them.
@@ -133,21 +134,24 @@ impl CorrectedSettings {
         &self,
         stack: &PixelStack,
         wavelength_nm: f64,
+        all_shifts: bool,
         journal: Option<&Path>,
     ) -> Result<Correction, ResponseError> {
         self.check()?;
-        let exact = LitPixel::new(stack, &self.exact, wavelength_nm)?;
+        let exact = ShiftedPixel::new(stack, &self.exact, wavelength_nm)?;
         let wave = WaveModel::new(stack, wavelength_nm, &self.wave)?;
         // A journal that cannot be kept only costs a later build its start.
-        let key = self.exact_key(stack, wavelength_nm);
+        let key = self.exact_key(stack, wavelength_nm, all_shifts);
         let journal = journal.and_then(|path| Journal::open(path, &key).ok());
-        let one = |(k, &[u, v]): (usize, &[f64; 2])| {
+        let one = |(k, incidence): (usize, &Incidence)| {
+            let [u, v] = incidence.direction;
             let id = (0, (k as i64, 0), 0);
             let known = journal.as_ref().and_then(|j| j.answer(id)).cloned();
-            let answer = match known {
+            let answer: Answer = match known {
                 Some(answer) => answer,
                 None => {
-                    let answer: Answer = lit_answer(exact.light(u, v)?);
+                    let mut light = exact.light(u, v, &[incidence.shift_um])?;
+                    let answer = lit_answer(light.swap_remove(0));
                     if let Some(journal) = &journal {
                         journal.keep(id, &answer);
                     }
@@ -155,23 +159,33 @@ impl CorrectedSettings {
                 }
             };
             let absorbed = answer.absorbed.into_iter().next();
+            let mut wave = wave.solve_shifts(u, v, &[incidence.shift_um])?;
             Ok(ExactRun {
-                direction: [u, v],
+                incidence: *incidence,
                 exact: absorbed.unwrap_or_default(),
-                wave: wave.solve(u, v)?.absorbed,
+                wave: wave.swap_remove(0).absorbed,
             })
         };
-        let directions = self.directions(stack);
+        let plan = self.plan(stack, all_shifts)?;
         let runs: Result<Vec<ExactRun>, ResponseError> =
-            directions.par_iter().enumerate().map(one).collect();
+            plan.par_iter().enumerate().map(one).collect();
         Correction::fit(stack, &runs?)
     }
 
     /// Hash of what the exact runs depend on, but for their number.
-    pub(super) fn exact_key(&self, stack: &PixelStack, wavelength_nm: f64) -> String {
+    pub(super) fn exact_key(
+        &self,
+        stack: &PixelStack,
+        wavelength_nm: f64,
+        all_shifts: bool,
+    ) -> String {
         let mut hash = blake3::Hasher::new();
         hash.update(self.exact.version().as_bytes());
-        hash.update(format!("{stack:?}{:?}{wavelength_nm}{}", self.exact, self.reach).as_bytes());
+        let what = format!(
+            "{stack:?}{:?} {wavelength_nm} {} {all_shifts}",
+            self.exact, self.reach
+        );
+        hash.update(what.as_bytes());
         hash.finalize().to_hex().to_string()
     }
 }
@@ -196,11 +210,10 @@ impl Correction {
         let left = runs.iter().map(|r| {
             let pairs = r.exact.iter().zip(&r.wave);
             let left = pairs.map(|(e, w)| e - (1.0 + brighter) * w).collect();
-            (r.direction, left)
+            (r.incidence, left)
         });
-        let left: Vec<([f64; 2], Vec<f64>)> = left.collect();
-        let group: Vec<Symmetry> = symmetries(stack);
-        let (process, out) = Process::fit(&left, &group, stack.subpixels);
+        let left: Vec<(Incidence, Vec<f64>)> = left.collect();
+        let (process, out) = Process::fit(&left, Space::of(stack)?);
         let off = runs.iter().flat_map(|r| r.exact.iter().zip(&r.wave));
         let (before_rms, before_max) = size(off.map(|(e, w)| e - w));
         let (left_rms, left_max) = size(out.into_iter().flatten());
@@ -222,9 +235,9 @@ impl Correction {
         self.error
     }
 
-    /// Corrects P of light from `direction`, kept at 0 or more and at a sum of 1 or less.
-    pub fn apply(&self, direction: [f64; 2], p: &mut [f64]) {
-        let difference = self.process.at(direction);
+    /// Corrects P of a plane wave, kept at 0 or more and at a sum of 1 or less.
+    pub fn apply(&self, incidence: Incidence, p: &mut [f64]) {
+        let difference = self.process.at(incidence);
         for (p, d) in p.iter_mut().zip(difference) {
             *p = ((1.0 + self.brighter) * *p + d).max(0.0);
         }
@@ -237,11 +250,11 @@ impl Correction {
     /// Corrects an answer of the wave model; what the sub-pixels take more or less is transmitted less or more.
     pub(super) fn apply_to(
         &self,
-        direction: [f64; 2],
+        incidence: Incidence,
         mut answer: PlaneWaveAnswer,
     ) -> PlaneWaveAnswer {
         let before: f64 = answer.mean.absorbed.iter().sum();
-        self.apply(direction, &mut answer.mean.absorbed);
+        self.apply(incidence, &mut answer.mean.absorbed);
         answer.mean.transmitted += before - answer.mean.absorbed.iter().sum::<f64>();
         answer
     }
@@ -256,20 +269,6 @@ fn size(of: impl Iterator<Item = f64>) -> (f64, f64) {
         most = most.max(x.abs());
     }
     ((sum / count.max(1) as f64).sqrt(), most)
-}
-
-/// The sub-pixel that a symmetry makes of each, and the direction it sends a direction to.
-fn image(
-    symmetry: Symmetry,
-    subpixels: Subpixels,
-    direction: [f64; 2],
-    values: &[f64],
-) -> ([f64; 2], Vec<f64>) {
-    let mut sent = vec![0.0; values.len()];
-    for (i, v) in values.iter().enumerate() {
-        sent[symmetry.sub_pixel(subpixels, i)] = *v;
-    }
-    (symmetry.direction(direction), sent)
 }
 
 #[cfg(test)]
