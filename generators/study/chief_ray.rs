@@ -63,7 +63,15 @@ pub(super) fn run(args: &StudyArgs) -> Result<(), CommandError> {
     let files = ["cra.csv", "cra-shifts.csv", "cra.svg"].map(|f| args.out.join(f));
     write(&files[0], &responses_csv(&stack, &chiefs, &shifts, &all))?;
     write(&files[1], &shifts_csv(&pixel, &map)?)?;
-    write(&files[2], &svg(&stack, &chiefs, &all, model.version()))?;
+    write(
+        &files[2],
+        &svg(
+            &stack,
+            &chiefs,
+            &all,
+            (model.version(), 0.5 / args.cone_f_number),
+        ),
+    )?;
     if args.json {
         println!(
             "{}",
@@ -155,7 +163,13 @@ fn shifts_csv(pixel: &ShiftedPixel, map: &ChiefRayShifts) -> Result<String, Comm
     Ok(text)
 }
 
-fn svg(stack: &PixelStack, chiefs: &[(f64, f64)], all: &[Direction], model: &str) -> String {
+/// `radius`: of the cone, in (u, v).
+fn svg(
+    stack: &PixelStack,
+    chiefs: &[(f64, f64)],
+    all: &[Direction],
+    (model, radius): (&str, f64),
+) -> String {
     // The sub-pixel that the paper draws: right and low (A of a quad pixel).
     let s = stack.subpixels;
     let drawn = s.index(s.m() - 1, 0);
@@ -167,7 +181,7 @@ fn svg(stack: &PixelStack, chiefs: &[(f64, f64)], all: &[Direction], model: &str
         .flat_map(|d| d.shares.iter().map(|p| p[drawn]))
         .fold(1e-9, f64::max);
     let title = format!(
-        "P of sub-pixel {} of {}, model {model}; white 0, dark {most:.2}; θ to 70°, rings every 20°; circle: F/2 cone of the chief ray",
+        "P of sub-pixel {} of {}, model {model}; white 0, dark {most:.2}; θ to 70°, rings every 20°; circle: cone of the chief ray",
         s.name(drawn),
         stack.name
     );
@@ -175,7 +189,8 @@ fn svg(stack: &PixelStack, chiefs: &[(f64, f64)], all: &[Direction], model: &str
     for (k, &chief) in chiefs.iter().enumerate() {
         let place = DVec2::new((k % columns) as f64 + 0.5, (k / columns) as f64 + 0.5);
         let centre = place * SIDE + DVec2::new(0.0, 38.0);
-        plot(&mut svg, centre, chief, |d| d.shares[k][drawn] / most, all);
+        let value = |d: &Direction| d.shares[k][drawn] / most;
+        plot(&mut svg, centre, (chief, radius), value, all);
     }
     svg.finish()
 }
@@ -190,7 +205,7 @@ fn at(centre: DVec2, theta_deg: f64, phi_deg: f64) -> DVec2 {
 fn plot(
     svg: &mut Svg,
     centre: DVec2,
-    (chief_theta, chief_phi): (f64, f64),
+    ((chief_theta, chief_phi), radius): ((f64, f64), f64),
     value: impl Fn(&Direction) -> f64,
     all: &[Direction],
 ) {
@@ -204,8 +219,7 @@ fn plot(
         let inner = half(ring.checked_sub(1).and_then(|r| RINGS_DEG.get(r)));
         let style = format!("fill=\"{}\"", shade(value(d)));
         if ring == 0 {
-            let radius = (at(centre, outer, 0.0) - centre).length();
-            svg.circle(centre, radius, &style);
+            svg.circle(centre, (at(centre, outer, 0.0) - centre).length(), &style);
             continue;
         }
         let (low, high) = (d.phi_deg - 0.5 * SECTOR_DEG, d.phi_deg + 0.5 * SECTOR_DEG);
@@ -230,7 +244,7 @@ fn plot(
     let rim: Vec<DVec2> = (0..=36)
         .map(|i| {
             let (sin, cos) = (10.0 * f64::from(i)).to_radians().sin_cos();
-            let (u, v) = (chief[0] + 0.25 * cos, chief[1] + 0.25 * sin);
+            let (u, v) = (chief[0] + radius * cos, chief[1] + radius * sin);
             at(
                 centre,
                 u.hypot(v).min(1.0).asin().to_degrees(),

@@ -83,7 +83,8 @@ fn symmetry_fills_every_shift_and_direction_from_an_octant() {
             }
         }
     }
-    // Three harmonics through eight nodes: the lookup is exact anywhere, but for its splines (2π 3/16)⁴ / 720 of 0.05 and f32.
+    // Three harmonics through eight nodes: the lookup is exact anywhere, but for its splines (1e-3 of 0.05, and
+    // 5e-5 of the first's 0.3) and f32.
     let lookup = table.shifted_interpolator(550.0).unwrap();
     for shift in [[0.1, 0.3], [-0.77, 0.42], [1.2, -0.95], [5.31, 7.3]] {
         let mut p = [0f32; 4];
