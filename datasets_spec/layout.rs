@@ -22,17 +22,21 @@ impl FileKind {
             (FileKind::Occlusion, _) => "occlusion.png",
             (FileKind::Valid, _) => "valid.png",
             (FileKind::Preview, _) => crate::paths::PREVIEW,
+            (FileKind::Noisy, _) => "noisy.png",
+            (FileKind::NoisyViews, _) => "noisy_views.exr",
+            (FileKind::Shading, _) => "shading.exr",
         }
     }
 }
 
 /// The files of a sample in the order of their names, each with size, channels and number format. `preview` is the contact
-/// sheet's width and height; `distance` says whether the ray-distance map is there.
+/// sheet's width and height; `distance` says whether the ray-distance map is there, `noisy` whether a readout is.
 pub fn sample_files(
     sensor: &Sensor,
     colours: &[Channel],
     raw: RawFormat,
     distance: bool,
+    noisy: bool,
     preview: [u32; 2],
 ) -> Vec<SampleFile> {
     use FileKind as K;
@@ -77,6 +81,13 @@ pub fn sample_files(
     ];
     if distance {
         rows.push((K::Distance, size, own(&["distance"]), float));
+    }
+    if noisy {
+        rows.extend([
+            (K::Noisy, mosaic, own(&colours), Storage::Uint16),
+            (K::NoisyViews, size, layers(&with_sum, &colours), half),
+            (K::Shading, size, layers(&names, &colours), half),
+        ]);
     }
     let file = |(kind, [width, height], channels, storage): (K, [u32; 2], _, _)| SampleFile {
         name: kind.file_name(raw).to_string(),

@@ -14,6 +14,7 @@ use quadpixel::response::{
 use quadpixel::scene::{Scene, TexturedPlane};
 use quadpixel::sensor::{Sensor, Subpixels};
 use quadpixel::spectrum::ChannelWavelengths;
+use quadpixel::units::MM_PER_UM;
 
 use crate::field_of_view::{centre_at, covering};
 use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, WindowRecipe};
@@ -33,6 +34,10 @@ pub struct Responses {
 pub fn lens(recipe: &LensRecipe) -> Result<Lens, CommandError> {
     let input = |e: quadpixel::lens::LensError| CommandError::input(e.to_string());
     let mut lens = Prescription::named(&recipe.name)
+        .and_then(|p| match recipe.deviations.as_slice() {
+            [] => Ok(p),
+            some => p.with_deviations(some),
+        })
         .and_then(|p| Lens::new(&p))
         .map_err(input)?;
     if let Some(f) = recipe.f_number {
@@ -43,6 +48,10 @@ pub fn lens(recipe: &LensRecipe) -> Result<Lens, CommandError> {
     lens = lens
         .focused_at(focus_mm, FocusBy::Sensor, wavelength)
         .map_err(input)?;
+    if recipe.focus_error_um != 0.0 {
+        let error_mm = recipe.focus_error_um * MM_PER_UM;
+        lens = lens.with_focus_error(error_mm, wavelength).map_err(input)?;
+    }
     if recipe.misalignments.is_empty() {
         return Ok(lens);
     }
@@ -90,8 +99,12 @@ impl Responses {
             return Ok(response.clone());
         }
         let table = match &recipe.response {
-            ResponseRecipe::Wave { pixel } => {
-                let stack = pixel_stack(pixel, subpixels)?;
+            ResponseRecipe::Wave { pixel, stack_scale } => {
+                let mut stack = pixel_stack(pixel, subpixels)?;
+                for layer in &mut stack.layers {
+                    layer.thickness_um *= stack_scale;
+                }
+                stack.check().map_err(|e| input(&e))?;
                 let made = self.cache.get_or_build(
                     &stack,
                     &TableSettings::wave_standard_for(&stack),
@@ -102,7 +115,19 @@ impl Responses {
                 self.warnings.extend(warnings);
                 made.table
             }
-            ResponseRecipe::Fdtd { pixel } => self.fdtd(pixel, &pixel_stack(pixel, subpixels)?)?,
+            ResponseRecipe::Fdtd { pixel } => {
+                let stack = pixel_stack(pixel, subpixels)?;
+                let shipped = AngularResponse::shipped_fdtd(&stack);
+                match shipped.map_err(|e| CommandError::failed(e.to_string()))? {
+                    Some(table) => table,
+                    None => self.kept("fdtd", pixel, &stack, &TableSettings::fdtd_standard())?,
+                }
+            }
+            ResponseRecipe::Rcwa { pixel } => {
+                let stack = pixel_stack(pixel, subpixels)?;
+                let settings = TableSettings::rcwa_standard_for(&stack);
+                self.kept("rcwa", pixel, &stack, &settings)?
+            }
             ResponseRecipe::Table { file } => {
                 AngularResponse::read_npz(Path::new(file)).map_err(|e| input(&e))?
             }
@@ -115,21 +140,23 @@ impl Responses {
 }
 
 impl Responses {
-    /// The FDTD table of a pixel, shipped or kept; to make one takes hours, which a dataset does not begin unasked.
-    fn fdtd(&mut self, name: &str, stack: &PixelStack) -> Result<AngularResponse, CommandError> {
-        let shipped = AngularResponse::shipped_fdtd(stack);
-        if let Some(table) = shipped.map_err(|e| CommandError::failed(e.to_string()))? {
-            return Ok(table);
-        }
-        let kept = self.cache.get(&TableSettings::fdtd_standard().key(stack));
+    /// The kept table of a pixel by a model that takes up to hours, which a dataset does not begin unasked.
+    fn kept(
+        &mut self,
+        model: &str,
+        name: &str,
+        stack: &PixelStack,
+        settings: &TableSettings,
+    ) -> Result<AngularResponse, CommandError> {
+        let kept = self.cache.get(&settings.key(stack));
         let kept = kept.unwrap_or_else(|warning| {
             self.warnings.push(warning.to_string());
             None
         });
         kept.ok_or_else(|| {
             CommandError::input(format!(
-                "response: no FDTD table of pixel {name} ({}) is shipped or kept; make one first, in hours: \
-                 qpgen response --model fdtd --pixel {name} --subpixels {}",
+                "response: no {model} table of pixel {name} ({}) is shipped or kept; make one first, in up to hours: \
+                 qpgen response --model {model} --pixel {name} --subpixels {}",
                 stack.subpixels, stack.subpixels
             ))
         })
@@ -162,6 +189,16 @@ pub fn camera(
     subpixels: Subpixels,
 ) -> Result<Camera, CommandError> {
     let lens = lens(&recipe.lens)?;
+    focused_camera(recipe, &lens, response, subpixels)
+}
+
+/// The camera of a recipe with its lens focused as given.
+fn focused_camera(
+    recipe: &Recipe,
+    lens: &Lens,
+    response: &Response,
+    subpixels: Subpixels,
+) -> Result<Camera, CommandError> {
     let wavelengths = ChannelWavelengths::default();
     let centre = match recipe.sensor.window {
         WindowRecipe::Centre => DVec2::ZERO,
@@ -176,17 +213,44 @@ pub fn camera(
     let size = (recipe.sensor.width, recipe.sensor.height);
     let sensor = Sensor::new(recipe.sensor.pitch_um, subpixels, size, centre)
         .map_err(|e| CommandError::input(e.to_string()))?;
-    Camera::new(
-        &lens,
+    let offset_um = DVec2::from(recipe.sensor.microlens_offset_um);
+    if !offset_um.is_finite() {
+        return Err(CommandError::input(format!(
+            "sensor.microlens_offset_um is {offset_um}; allowed: finite lengths"
+        )));
+    }
+    let camera = Camera::new(
+        lens,
         sensor,
         recipe.sensor.microlens_shift,
         response,
         wavelengths,
-    )
-    .map_err(|e| CommandError::input(e.to_string()))
+    );
+    camera
+        .map(|c| c.with_microlens_offset_um(offset_um))
+        .map_err(|e| CommandError::input(e.to_string()))
 }
 
-/// The scene of a recipe, in front of its camera.
+/// The camera in front of which the recipe's cards are laid out, where that is not its own.
+///
+/// # Errors
+/// What a field of the recipe is and may be.
+pub fn framing_camera(
+    recipe: &Recipe,
+    response: &Response,
+    subpixels: Subpixels,
+) -> Result<Option<Camera>, CommandError> {
+    let framing = |focus_mm| {
+        let aligned = LensRecipe {
+            focus_mm: Some(focus_mm),
+            ..recipe.lens.clone()
+        };
+        focused_camera(recipe, &lens(&aligned)?, response, subpixels)
+    };
+    recipe.framing_focus_mm.map(framing).transpose()
+}
+
+/// The scene of a recipe, laid out in front of a camera: its own, or that of its framing.
 ///
 /// # Errors
 /// What a field of the recipe is and may be.

@@ -3,6 +3,7 @@
 use clap::{Args, ValueEnum};
 use quadpixel::em::PixelStack;
 use quadpixel::em::fdtd::FdtdSettings;
+use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::em::wave::WaveSettings;
 use quadpixel::response::{CorrectedSettings, PixelModel, ShiftedSettings, TableSettings};
 
@@ -39,6 +40,8 @@ enum Model {
     Fdtd,
     /// The wave model, corrected by a smooth fit of its difference to a few runs of an exact model (--exact, --exact-runs).
     Corrected,
+    /// Maxwell's equations by Fourier modes, both polarizations: a second to a minute a direction.
+    Rcwa,
 }
 
 /// An exact model that corrects the wave model.
@@ -46,6 +49,8 @@ enum Model {
 enum Exact {
     /// Maxwell's equations in time.
     Fdtd,
+    /// Maxwell's equations by Fourier modes.
+    Rcwa,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -67,6 +72,9 @@ impl PixelModelArgs {
             (Model::Fdtd, Preset::Draft) => PixelModel::Fdtd(FdtdSettings::draft()),
             (Model::Fdtd, Preset::Standard) => PixelModel::Fdtd(FdtdSettings::standard()),
             (Model::Fdtd, Preset::Reference) => PixelModel::Fdtd(FdtdSettings::reference()),
+            (Model::Rcwa, Preset::Draft) => PixelModel::Rcwa(RcwaSettings::draft()),
+            (Model::Rcwa, Preset::Standard) => PixelModel::Rcwa(RcwaSettings::standard()),
+            (Model::Rcwa, Preset::Reference) => PixelModel::Rcwa(RcwaSettings::reference()),
             (Model::Corrected, _) => PixelModel::Corrected(self.corrected()),
         }
     }
@@ -77,6 +85,9 @@ impl PixelModelArgs {
             (Exact::Fdtd, Preset::Draft) => PixelModel::Fdtd(FdtdSettings::draft()),
             (Exact::Fdtd, Preset::Standard) => PixelModel::Fdtd(FdtdSettings::standard()),
             (Exact::Fdtd, Preset::Reference) => PixelModel::Fdtd(FdtdSettings::reference()),
+            (Exact::Rcwa, Preset::Draft) => PixelModel::Rcwa(RcwaSettings::draft()),
+            (Exact::Rcwa, Preset::Standard) => PixelModel::Rcwa(RcwaSettings::standard()),
+            (Exact::Rcwa, Preset::Reference) => PixelModel::Rcwa(RcwaSettings::reference()),
         };
         CorrectedSettings {
             wave: match self.preset {
@@ -102,6 +113,9 @@ impl PixelModelArgs {
                 model: PixelModel::Corrected(self.corrected()),
                 ..TableSettings::wave_standard_for(stack)
             },
+            (Model::Rcwa, Preset::Draft) => TableSettings::rcwa_draft(),
+            (Model::Rcwa, Preset::Standard) => TableSettings::rcwa_standard_for(stack),
+            (Model::Rcwa, Preset::Reference) => TableSettings::rcwa_reference(),
         }
     }
 
@@ -123,6 +137,7 @@ impl PixelModelArgs {
             Model::Wave => "wave",
             Model::Fdtd => "fdtd",
             Model::Corrected => "corrected",
+            Model::Rcwa => "rcwa",
         }
     }
 }

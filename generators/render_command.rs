@@ -6,6 +6,7 @@ use clap::Args;
 
 use crate::assemble::Responses;
 use crate::dataset::write_error;
+use crate::log::Log;
 use crate::progress::Progress;
 use crate::recipe::Recipe;
 use crate::sample::{SampleId, render_sample};
@@ -29,7 +30,7 @@ pub struct RenderArgs {
     print_scene: bool,
     /// Prints one JSON object on stdout at the end.
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 /// Reads a recipe: TOML, or the `scene.parameters` of a sample's `meta.json`.
@@ -58,7 +59,7 @@ fn parse(text: &str, name: &str) -> Result<Recipe, CommandError> {
 ///
 /// # Errors
 /// A bad recipe or a folder that is there already (2), or a disk that fails (1).
-pub fn run(args: &RenderArgs) -> Result<(), CommandError> {
+pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
     if args.print_scene {
         print!("{DEFAULT_TOML}");
         return Ok(());
@@ -84,7 +85,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CommandError> {
         configuration_blake3: configuration_hash(&json),
     };
     let mut responses = Responses::new();
-    let progress = Progress::stderr();
+    let progress = Progress::new(log.json(args.json));
     progress.start(1, recipe.rays());
     let angles = |done: usize, total: usize| progress.angles(done, total);
     let sample = render_sample(&recipe, id, &mut responses, &angles, &|n| progress.rays(n))

@@ -1,5 +1,6 @@
 //! Recipe → rendered sample with all its truths, ready for the writer.
 
+use datasets_spec as spec;
 use quadpixel::image::Image;
 use quadpixel::image::raster::Levels;
 use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField, DisparityMaps, WhiteField};
@@ -9,6 +10,7 @@ use quadpixel::units::M_PER_MM;
 
 use crate::assemble::{self, Responses};
 use crate::describe::describe;
+use crate::noisy::Noisy;
 use crate::recipe::Recipe;
 use crate::stages::{Stages, timed};
 use crate::writer::{Description, RawEncoding, SampleFiles};
@@ -27,6 +29,7 @@ pub struct Sample {
     coc_px: Image,
     occlusion: Image,
     valid: Vec<bool>,
+    noisy: Option<Noisy>,
     description: Description,
     stages: Stages,
 }
@@ -64,7 +67,8 @@ pub fn render_sample(
     })?;
     let (camera, scene) = timed(&mut stages.scene_s, || {
         let camera = assemble::camera(recipe, &response, subpixels)?;
-        let scene = assemble::scene(recipe, &camera)?;
+        let framing = assemble::framing_camera(recipe, &response, subpixels)?;
+        let scene = assemble::scene(recipe, framing.as_ref().unwrap_or(&camera))?;
         Ok::<_, CommandError>((camera, scene))
     })?;
     let beyond = camera.chief_rays_beyond();
@@ -128,7 +132,11 @@ pub fn render_sample(
         .iter()
         .map(|d| !d.is_nan())
         .collect();
-    let description = describe(recipe, id, &camera, &response, gain, &rendered.stats)?;
+    let expose = |settings| Noisy::expose(settings, &mosaic, &camera, &white, gain);
+    let noisy = recipe.readout.as_ref().map(expose).transpose()?;
+    let noise = noisy.as_ref().map(Noisy::description);
+    let mut description = describe(recipe, id, &camera, &response, gain, &rendered.stats)?;
+    description.noise = noise.map_or(spec::Noise::None, spec::Noise::Readout);
     let disparity = field.maps(&camera, &geometry.depth_mm);
     stages.truth_s += began.elapsed().as_secs_f64();
     Ok(Sample {
@@ -142,6 +150,7 @@ pub fn render_sample(
             .occlusion
             .unwrap_or_else(|| Image::zeros(width, height, 1)),
         valid,
+        noisy,
         description,
         mosaic,
     })
@@ -171,6 +180,7 @@ impl Sample {
             paraxial_px: &self.disparity.paraxial,
             coc_px: &self.coc_px,
             occlusion: &self.occlusion,
+            noisy: self.noisy.as_ref().map(Noisy::files),
             valid: &self.valid,
             description: self.description.clone(),
         }

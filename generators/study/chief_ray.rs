@@ -10,6 +10,7 @@ use quadpixel::svg::Svg;
 use rayon::prelude::*;
 
 use super::{StudyArgs, one_pixel, write};
+use crate::log::Log;
 use crate::progress::Progress;
 use quadpixel::command::CommandError;
 use quadpixel::file;
@@ -39,12 +40,12 @@ struct Direction {
     shares: Vec<Vec<f64>>,
 }
 
-pub(super) fn run(args: &StudyArgs) -> Result<(), CommandError> {
+pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     let stack = one_pixel(args, "3.5um-thin-filter")?;
     let model = args.model.shifted(&stack).table.model;
     let input = |e: quadpixel::response::ResponseError| CommandError::input(e.to_string());
     let pixel = ShiftedPixel::new(&stack, &model, WAVELENGTH_NM).map_err(input)?;
-    let progress = Progress::stderr();
+    let progress = Progress::new(log.json(args.json));
     let began = std::time::Instant::now();
     let told = |done: usize, total: usize| progress.angles(done, total);
     let map = ChiefRayShifts::of_pixel(&pixel, args.cone_f_number, &THETA_DEG, AZIMUTHS, &told)

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 
 use super::plot::{Line, Panel, whole};
 use super::{StudyArgs, one_pixel, write};
+use crate::log::Log;
 use crate::progress::Progress;
 use quadpixel::command::CommandError;
 use quadpixel::file;
@@ -37,12 +38,12 @@ struct Left {
     told: f64,
 }
 
-pub(super) fn run(args: &StudyArgs) -> Result<(), CommandError> {
+pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     let stack = one_pixel(args, "1.6um")?;
     let input = |e: ResponseError| CommandError::input(e.to_string());
     let settings = args.model.corrected();
     settings.check().map_err(input)?;
-    let progress = Progress::stderr();
+    let progress = Progress::new(log.json(args.json));
     let began = std::time::Instant::now();
     let told = |done: usize, total: usize| progress.angles(done, total);
     let wave = PixelModel::Wave(settings.wave);

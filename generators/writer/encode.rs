@@ -5,15 +5,18 @@
 
 use std::path::Path;
 
-use datasets_spec::{FileKind, Raw, RawFormat, RenderStatistics, SampleFile, SampleMeta};
+use datasets_spec::{
+    FileEntry, FileKind, Raw, RawFormat, RenderStatistics, SampleFile, SampleMeta,
+};
 use datasets_spec::{SCHEMA_VERSION, SUM_LAYER, paths, sample_files};
 use quadpixel::image::exr::{Compression, Layer, Sample, encode_layers};
+use quadpixel::image::raster::Levels;
 use quadpixel::image::views::{split_views, sum_of};
 use quadpixel::image::{Image, raster};
 use rayon::prelude::*;
 
 use super::truth::{self, Truth};
-use super::{RawEncoding, SampleFiles, VERSION, WriteError, json};
+use super::{NoisyFiles, RawEncoding, SampleFiles, VERSION, WriteError, json};
 use crate::preview;
 
 /// Files of a sample: name and content.
@@ -43,6 +46,7 @@ pub(super) fn encode(
         &given.channels,
         format,
         sample.distance_m.is_some(),
+        given.noise.readout().is_some(),
         [preview::SHEET_WIDTH as u32, preview::SHEET_HEIGHT as u32],
     );
     let colours: Vec<&str> = given.channels.iter().map(|c| c.name.as_str()).collect();
@@ -59,12 +63,15 @@ pub(super) fn encode(
         .map(|file| pictures.encode(file))
         .collect::<Result<_, _>>()?;
     let clipped = encoded.iter().map(|(_, clipped)| clipped).sum();
+    let hashed = (files.par_iter().zip(&encoded))
+        .map(|(file, (bytes, _))| FileEntry::of(&file.name, bytes))
+        .collect();
     let meta = describe(
         sample,
         name,
         &truth,
         raw_of(sample.raw_encoding, clipped),
-        files,
+        (files, hashed),
     );
     let mut contents: Contents = meta
         .files
@@ -90,6 +97,19 @@ struct Pictures<'a> {
 }
 
 impl Pictures<'_> {
+    /// A layer a sub-pixel.
+    fn layers<'b>(&'b self, images: &'b [Image]) -> Vec<Layer<'b>> {
+        let named = self.subpixels.iter().zip(images);
+        named
+            .map(|(name, image)| layer(name, self.colours, image, Sample::Half))
+            .collect()
+    }
+
+    fn noisy(&self, file: &SampleFile) -> Result<NoisyFiles<'_>, WriteError> {
+        let noisy = self.sample.noisy;
+        noisy.ok_or_else(|| input(&file.name, "there is no noisy capture"))
+    }
+
     fn sheet(&self) -> preview::Sheet {
         let subpixels = self.sample.description.sensor.subpixels;
         let (columns, rows) = (subpixels.columns as usize, subpixels.rows as usize);
@@ -126,13 +146,25 @@ impl Pictures<'_> {
                 RawEncoding::Exr => half(&[layer("", self.colours, sample.raw, Sample::Half)]),
             },
             FileKind::Views => {
-                let views = self.subpixels.iter().zip(self.views);
-                let mut layers: Vec<Layer<'_>> = views
-                    .map(|(name, view)| layer(name, self.colours, view, Sample::Half))
-                    .collect();
+                let mut layers = self.layers(self.views);
                 layers.push(layer(SUM_LAYER, self.colours, self.sum, Sample::Half));
                 half(&layers)
             }
+            FileKind::Noisy => {
+                let levels = Levels::full_range(f32::from(u16::MAX));
+                raster::encode_png16(path, self.noisy(file)?.codes, levels).map(|(bytes, _)| bytes)
+            }
+            FileKind::NoisyViews => {
+                let subpixels = sample.description.sensor.subpixels;
+                let (columns, rows) = (subpixels.columns as usize, subpixels.rows as usize);
+                let views = split_views(self.noisy(file)?.linear, columns, rows);
+                let sum = sum_of(&views)
+                    .ok_or_else(|| input(&file.name, "the pixel has no sub-pixel"))?;
+                let mut layers = self.layers(&views);
+                layers.push(layer(SUM_LAYER, self.colours, &sum, Sample::Half));
+                half(&layers)
+            }
+            FileKind::Shading => half(&self.layers(self.noisy(file)?.shading)),
             FileKind::Target => half(&[layer("", self.colours, sample.target, Sample::Half)]),
             FileKind::Depth => map(&"Z", &self.truth.depth_m),
             FileKind::Distance => match &self.truth.distance_m {
@@ -200,7 +232,7 @@ fn describe(
     name: &str,
     truth: &Truth,
     raw: Raw,
-    files: Vec<SampleFile>,
+    (files, contents): (Vec<SampleFile>, Vec<FileEntry>),
 ) -> SampleMeta {
     let given = sample.description.clone();
     let subpixels = given.sensor.subpixels;
@@ -235,6 +267,7 @@ fn describe(
             subpixels.rows as usize,
         ),
         files,
+        contents,
     }
 }
 
@@ -261,6 +294,11 @@ fn check(sample: &SampleFiles<'_>, name: &str) -> Result<(), WriteError> {
         ("coc", sample.coc_px, width, height, 1),
         ("occlusion", sample.occlusion, width, height, 1),
     ];
+    if let Some(noisy) = &sample.noisy {
+        let mosaics = [("noisy", noisy.codes), ("noisy, linear", noisy.linear)];
+        images.extend(mosaics.map(|(what, map)| (what, map, m * width, n * height, colours)));
+        images.extend((noisy.shading.iter()).map(|map| ("shading", map, width, height, colours)));
+    }
     images.extend(
         sample
             .distance_m

@@ -61,6 +61,7 @@ pub struct Camera {
     pupils: Pupils,
     shifts: MicrolensShifts,
     chief_rays_beyond: f64,
+    microlens_offset_um: DVec2,
     response: ResponseLookup,
     paraxial: Option<Paraxial>,
     focus_distance_mm: f64,
@@ -134,6 +135,7 @@ impl Camera {
             pupils: Pupils::OfLens(pupils),
             shifts,
             chief_rays_beyond: beyond,
+            microlens_offset_um: DVec2::ZERO,
             response: response.at(wavelengths.reference_nm()),
             wavelengths,
         })
@@ -164,11 +166,20 @@ impl Camera {
             pupils: Pupils::Fixed(target),
             shifts: MicrolensShifts::Centred,
             chief_rays_beyond: 0.0,
+            microlens_offset_um: DVec2::ZERO,
             response: response.at(wavelengths.reference_nm()),
             paraxial: None,
             focus_distance_mm: f64::INFINITY,
             wavelengths,
         })
+    }
+
+    /// The camera with all its microlenses out of place by the same (x, y), sensor frame: the error of aligning their mask.
+    pub fn with_microlens_offset_um(self, offset_um: DVec2) -> Self {
+        Self {
+            microlens_offset_um: offset_um,
+            ..self
+        }
     }
 
     /// The sensor window.
@@ -229,7 +240,7 @@ impl Camera {
     }
     /// Shift of the microlens at a sensor position, µm.
     pub fn shift_at_um(&self, xy_mm: DVec2) -> DVec2 {
-        self.shifts.at_um(xy_mm)
+        self.shifts.at_um(xy_mm) + self.microlens_offset_um
     }
     /// Chief-ray angle (deg) at a sensor position, reference wavelength; `None` where no chief ray passes.
     pub fn chief_ray_angle_deg(&self, xy_mm: DVec2) -> Option<f64> {

@@ -100,6 +100,23 @@ pub fn build_shifted_table(
 ) -> Result<BuiltTable, ResponseError> {
     settings.check()?;
     stack.check()?;
+    let journal = journal.map(|path| Journal::open(path, &settings.key(stack)));
+    let (journal, no_journal) = match journal.transpose() {
+        Ok(journal) => (journal, None),
+        Err(e) => (None, Some(e.to_string())),
+    };
+    let mut built = build_shifted_with(stack, settings, journal.as_ref(), progress)?;
+    built.report.journal_trouble = no_journal.or(journal.and_then(Journal::remove));
+    Ok(built)
+}
+
+/// As [`build_shifted_table`], with a journal that is open and stays.
+pub(super) fn build_shifted_with(
+    stack: &PixelStack,
+    settings: &ShiftedSettings,
+    journal: Option<&Journal>,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<BuiltTable, ResponseError> {
     if stack.lens.shift_um != [0.0, 0.0] {
         return Err(ResponseError::value(
             "lens.shift_um",
@@ -108,19 +125,13 @@ pub fn build_shifted_table(
         ));
     }
     let table = &settings.table;
-    let folder = journal.and_then(Path::parent);
+    let folder = journal.and_then(|j| j.path().parent());
     let plan = ShiftedPlan::new(stack, settings)?;
     let wavelengths = table.wavelengths_nm.iter();
     let pixels = wavelengths
         .map(|&nm| ShiftedPixel::with_exact_runs_in(folder, stack, &table.model, nm))
         .collect::<Result<Vec<_>, _>>()?;
-    let (journal, no_journal) = match journal.map(|path| Journal::open(path, &settings.key(stack)))
-    {
-        None => (None, None),
-        Some(Ok(journal)) => (Some(journal), None),
-        Some(Err(e)) => (None, Some(e.to_string())),
-    };
-    let (values, mut report) = plan.simulate(journal.as_ref(), progress, &|run, shifts| {
+    let (values, mut report) = plan.simulate(journal, progress, &|run, shifts| {
         let cosines = run.cosines(run.wavelengths.start, &plan.plan.step);
         if let PixelModel::Fdtd(fdtd) = &table.model {
             let nm = &table.wavelengths_nm[run.wavelengths.clone()];
@@ -142,8 +153,6 @@ pub fn build_shifted_table(
     let table = plan
         .table(stack, settings, &values, &mut report)?
         .with_corrections(corrections.collect());
-    let trouble = journal.and_then(Journal::remove);
-    report.journal_trouble = no_journal.or(trouble);
     Ok(BuiltTable { table, report })
 }
 

@@ -4,7 +4,7 @@
 //! so 0 ≤ P_i and Σ P_i ≤ 1. The renderer asks a [`ResponseLookup`] and knows nothing of what is behind it:
 //!
 //! ```text
-//! PixelStack ── em::wave, em::fdtd ── build ──▶ table ──┐      (build_shifted: under all shifts of the lens)
+//! PixelStack ── em::wave, em::rcwa, em::fdtd ── build ──▶ table ──┐
 //! file (.npz), import (.csv), cache, shipped ──▶ table  ├─▶ Response ─ at a wavelength ─▶ ResponseLookup ─▶ weights
 //! GeometricResponse (eq. 2, exact) ─────────────────────┘
 //! ```
@@ -35,7 +35,7 @@ mod table;
 
 pub use build::{BuildReport, BuiltTable, build_table};
 pub use build_shifted::{ShiftedSettings, build_shifted_table};
-pub use cache::{CacheWarning, CachedTable, ResponseCache};
+pub use cache::{CacheWarning, CachedTable, PartOfTable, ResponseCache};
 pub use chief_ray::{ChiefRayShifts, FoundShift};
 pub use corrected::{CorrectedSettings, Correction, CorrectionError, ExactRun, Incidence, spread};
 pub use error::ResponseError;

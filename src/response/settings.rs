@@ -6,6 +6,7 @@ use super::ResponseError;
 use super::corrected::{self, CorrectedSettings};
 use crate::em::PixelStack;
 use crate::em::fdtd::{self, FdtdSettings};
+use crate::em::rcwa::{self, RcwaSettings};
 use crate::em::wave::{self, WaveSettings};
 
 /// A pixel model that is simulated, with its settings.
@@ -23,6 +24,8 @@ pub enum PixelModel {
     Fdtd(FdtdSettings),
     /// The wave model with a fit of its difference to a few runs of an exact one ([`super::CorrectedSettings`]).
     Corrected(CorrectedSettings),
+    /// Maxwell's equations by Fourier modes ([`crate::em::rcwa`]).
+    Rcwa(RcwaSettings),
 }
 
 impl PixelModel {
@@ -33,6 +36,7 @@ impl PixelModel {
             Self::Wave(_) => wave::MODEL,
             Self::Fdtd(_) => fdtd::MODEL,
             Self::Corrected(_) => corrected::MODEL,
+            Self::Rcwa(_) => rcwa::MODEL,
         }
     }
 
@@ -54,13 +58,14 @@ impl PixelModel {
             Self::Wave(settings) => Ok(settings.check()?),
             Self::Fdtd(settings) => Ok(settings.check()?),
             Self::Corrected(settings) => settings.check(),
+            Self::Rcwa(settings) => Ok(settings.check()?),
         }
     }
 
     /// Whether one run answers for many wavelengths at one transverse wavevector k∥.
     pub(super) fn is_pulsed(&self) -> bool {
         match self {
-            Self::Geometric { .. } | Self::Wave(_) | Self::Corrected(_) => false,
+            Self::Geometric { .. } | Self::Wave(_) | Self::Rcwa(_) | Self::Corrected(_) => false,
             Self::Fdtd(_) => true,
         }
     }
@@ -155,6 +160,29 @@ impl TableSettings {
         Self {
             model: PixelModel::Fdtd(FdtdSettings::reference()),
             ..Self::wave_standard_for(stack)
+        }
+    }
+
+    /// Fourier modes, quick looks, at 550 nm; the directions of [`Self::wave_draft`].
+    pub fn rcwa_draft() -> Self {
+        Self {
+            model: PixelModel::Rcwa(RcwaSettings::draft()),
+            ..Self::wave_draft()
+        }
+    }
+    /// Fourier modes, the default, at 550 nm; the directions of [`Self::wave_standard_for`]. Minutes for a small pixel, hours for a large
+    /// one.
+    pub fn rcwa_standard_for(stack: &PixelStack) -> Self {
+        Self {
+            model: PixelModel::Rcwa(RcwaSettings::standard()),
+            ..Self::wave_standard_for(stack)
+        }
+    }
+    /// Fourier modes, converged, at 550 nm; the directions of [`Self::wave_reference`].
+    pub fn rcwa_reference() -> Self {
+        Self {
+            model: PixelModel::Rcwa(RcwaSettings::reference()),
+            ..Self::wave_reference()
         }
     }
 

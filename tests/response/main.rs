@@ -5,5 +5,6 @@ mod cache;
 mod conformance;
 mod curves;
 mod fdtd;
+mod rcwa;
 mod shifted;
 mod wave;

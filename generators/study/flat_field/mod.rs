@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use self::places::{Place, Sensor56};
 use self::ways::{Nodes, Way};
 use super::{StudyArgs, one_pixel};
+use crate::log::Log;
 use crate::progress::Progress;
 use quadpixel::command::CommandError;
 
@@ -45,7 +46,7 @@ struct Deviation {
     ray_rms: f64,
 }
 
-pub(super) fn run(args: &StudyArgs) -> Result<(), CommandError> {
+pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     if !(8..=32).contains(&args.shifts) || !args.shifts.is_multiple_of(8) {
         return Err(CommandError::input(format!(
             "--shifts is {}; allowed: 8, 16, 24 or 32",
@@ -59,7 +60,7 @@ pub(super) fn run(args: &StudyArgs) -> Result<(), CommandError> {
         ..args.model.shifted(&stack)
     };
     let input = |e: ResponseError| CommandError::input(e.to_string());
-    let progress = Progress::stderr();
+    let progress = Progress::new(log.json(args.json));
     let told = |done: usize, total: usize| progress.angles(done, total);
     let began = std::time::Instant::now();
     let cache = ResponseCache::open(ResponseCache::default_dir());
