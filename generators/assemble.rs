@@ -162,6 +162,11 @@ impl Responses {
         })
     }
 
+    /// Adds to what [`Self::take_warnings`] tells.
+    pub fn warn(&mut self, warning: String) {
+        self.warnings.push(warning);
+    }
+
     /// What went wrong with the cache, without harm, since this was last asked.
     pub fn take_warnings(&mut self) -> Vec<String> {
         std::mem::take(&mut self.warnings)

@@ -3,7 +3,7 @@
 use datasets_spec as spec;
 use glam::DVec2;
 use quadpixel::render::{Camera, RenderStats};
-use quadpixel::response::Response;
+use quadpixel::response::{Response, ResponseLookup};
 use quadpixel::sensor::ShiftRule;
 use quadpixel::units::M_PER_MM;
 
@@ -268,10 +268,14 @@ fn effects(recipe: &Recipe, camera: &Camera) -> spec::Effects {
         ShiftRule::Centred => left_out.push(("microlens shift", "centred microlenses asked for")),
         _ => {
             simulated.push("microlens shift");
-            left_out.push((
-                "distortion of the response by the microlens shift",
-                "the centred table is looked up in the moving frame",
-            ));
+            let distortion = "distortion of the response by the microlens shift";
+            match camera.response() {
+                ResponseLookup::Shifted(_) => simulated.push(distortion),
+                _ => left_out.push((
+                    distortion,
+                    "the centred table is looked up in the moving frame",
+                )),
+            }
         }
     }
     spec::Effects {

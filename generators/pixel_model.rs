@@ -5,7 +5,7 @@ use quadpixel::em::PixelStack;
 use quadpixel::em::fdtd::FdtdSettings;
 use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::em::wave::WaveSettings;
-use quadpixel::response::{PixelModel, TableSettings};
+use quadpixel::response::{CorrectedSettings, PixelModel, ShiftedSettings, TableSettings};
 
 /// Arguments that choose a pixel model.
 #[derive(Args)]
@@ -16,6 +16,15 @@ pub struct PixelModelArgs {
     /// How finely the model computes.
     #[arg(long, value_enum, default_value_t = Preset::Standard)]
     preset: Preset,
+    /// Exact model of the corrected level.
+    #[arg(long, value_enum, default_value_t = Exact::Fdtd)]
+    exact: Exact,
+    /// How finely the exact model of the corrected level computes.
+    #[arg(long, value_enum, default_value_t = Preset::Draft)]
+    exact_preset: Preset,
+    /// Runs of the exact model that the corrected level is fitted to.
+    #[arg(long, default_value_t = 16)]
+    exact_runs: usize,
     /// Focal length of the ideal microlens of the geometric model, µm.
     #[arg(long, default_value_t = 7.0)]
     focal_length_um: f64,
@@ -29,7 +38,18 @@ enum Model {
     Wave,
     /// Maxwell's equations in time, both polarizations: seconds to minutes a direction.
     Fdtd,
+    /// The wave model, corrected by a smooth fit of its difference to a few runs of an exact model (--exact, --exact-runs).
+    Corrected,
     /// Maxwell's equations by Fourier modes, both polarizations: a second to a minute a direction.
+    Rcwa,
+}
+
+/// An exact model that corrects the wave model.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Exact {
+    /// Maxwell's equations in time.
+    Fdtd,
+    /// Maxwell's equations by Fourier modes.
     Rcwa,
 }
 
@@ -55,6 +75,27 @@ impl PixelModelArgs {
             (Model::Rcwa, Preset::Draft) => PixelModel::Rcwa(RcwaSettings::draft()),
             (Model::Rcwa, Preset::Standard) => PixelModel::Rcwa(RcwaSettings::standard()),
             (Model::Rcwa, Preset::Reference) => PixelModel::Rcwa(RcwaSettings::reference()),
+            (Model::Corrected, _) => PixelModel::Corrected(self.corrected()),
+        }
+    }
+
+    /// The corrected level, with the wave model of the preset.
+    pub fn corrected(&self) -> CorrectedSettings {
+        let exact = match (self.exact, self.exact_preset) {
+            (Exact::Fdtd, Preset::Draft) => PixelModel::Fdtd(FdtdSettings::draft()),
+            (Exact::Fdtd, Preset::Standard) => PixelModel::Fdtd(FdtdSettings::standard()),
+            (Exact::Fdtd, Preset::Reference) => PixelModel::Fdtd(FdtdSettings::reference()),
+            (Exact::Rcwa, Preset::Draft) => PixelModel::Rcwa(RcwaSettings::draft()),
+            (Exact::Rcwa, Preset::Standard) => PixelModel::Rcwa(RcwaSettings::standard()),
+            (Exact::Rcwa, Preset::Reference) => PixelModel::Rcwa(RcwaSettings::reference()),
+        };
+        CorrectedSettings {
+            wave: match self.preset {
+                Preset::Draft => WaveSettings::draft(),
+                Preset::Standard => WaveSettings::standard(),
+                Preset::Reference => WaveSettings::reference(),
+            },
+            ..CorrectedSettings::with(exact, self.exact_runs)
         }
     }
 
@@ -68,10 +109,25 @@ impl PixelModelArgs {
             (Model::Fdtd, Preset::Draft) => TableSettings::fdtd_draft(),
             (Model::Fdtd, Preset::Standard) => TableSettings::fdtd_standard(),
             (Model::Fdtd, Preset::Reference) => TableSettings::fdtd_reference(stack),
+            (Model::Corrected, _) => TableSettings {
+                model: PixelModel::Corrected(self.corrected()),
+                ..TableSettings::wave_standard_for(stack)
+            },
             (Model::Rcwa, Preset::Draft) => TableSettings::rcwa_draft(),
             (Model::Rcwa, Preset::Standard) => TableSettings::rcwa_standard_for(stack),
             (Model::Rcwa, Preset::Reference) => TableSettings::rcwa_reference(),
         }
+    }
+
+    /// The model's table of a pixel under all shifts of its lens.
+    pub fn shifted(&self, stack: &PixelStack) -> ShiftedSettings {
+        let mut settings = ShiftedSettings::wave_for(stack);
+        match (self.model, self.preset) {
+            (Model::Wave, Preset::Standard) => {}
+            (Model::Wave, Preset::Draft) => settings.table.steps = 12,
+            _ => settings.table = self.table(stack),
+        }
+        settings
     }
 
     /// The model's name, as it is given.
@@ -80,6 +136,7 @@ impl PixelModelArgs {
             Model::Geometric => "geometric",
             Model::Wave => "wave",
             Model::Fdtd => "fdtd",
+            Model::Corrected => "corrected",
             Model::Rcwa => "rcwa",
         }
     }

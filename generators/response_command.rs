@@ -8,7 +8,8 @@ use clap::Args;
 use datasets_spec::paths::sanitised;
 use quadpixel::em::PixelStack;
 use quadpixel::response::{
-    AngularResponse, ImportSettings, ResponseCache, ResponseError, TableSettings,
+    AngularResponse, CachedTable, ImportSettings, ResponseCache, ResponseError, ShiftedSettings,
+    TableSettings,
 };
 use quadpixel::shard::Shard;
 
@@ -44,6 +45,12 @@ pub struct ResponseArgs {
     /// The table's end: largest direction cosines |u| and |v|.
     #[arg(long)]
     cosine_max: Option<f64>,
+    /// A table of all lens shifts (5D), for sensors whose microlenses follow the chief ray: this many a pitch along x and along y, even, 4 to 32.
+    #[arg(long, value_name = "N", conflicts_with = "theta_deg")]
+    shifts: Option<usize>,
+    /// F-number of the cone of light that the sub-pixels shall share, of a table of lens shifts.
+    #[arg(long, default_value_t = 2.0, requires = "shifts")]
+    cone_f_number: f64,
     /// Only these angles of incidence, deg, parted by commas.
     #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
     theta_deg: Vec<f64>,
@@ -111,24 +118,52 @@ fn print_pixel(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandErr
     Ok(())
 }
 
-fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), CommandError> {
-    let preset = args.model.table(stack);
-    let settings = TableSettings {
+/// The settings of a preset as the arguments change them.
+fn changed(args: &ResponseArgs, preset: TableSettings) -> TableSettings {
+    TableSettings {
         wavelengths_nm: args.wavelength_nm.clone(),
         steps: args.grid.unwrap_or(preset.steps),
         cosine_max: args.cosine_max.unwrap_or(preset.cosine_max),
         ..preset
+    }
+}
+
+/// The table asked for, from the cache or made for it.
+fn made(
+    args: &ResponseArgs,
+    stack: &PixelStack,
+    angles: &(dyn Fn(usize, usize) + Sync),
+) -> Result<CachedTable, CommandError> {
+    let cache = ResponseCache::open(ResponseCache::default_dir());
+    let made = match args.shifts {
+        None => cache.get_or_build(stack, &changed(args, args.model.table(stack)), angles),
+        Some(per_pitch) => {
+            let settings = ShiftedSettings {
+                table: changed(args, args.model.shifted(stack).table),
+                per_pitch,
+                cone_f_number: args.cone_f_number,
+            };
+            cache.get_or_build_shifted(stack, &settings, angles)
+        }
     };
+    made.map_err(|e| CommandError::input(e.to_string()))
+}
+
+fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), CommandError> {
     let progress = Progress::new(log.json(args.json));
     let angles = |done: usize, total: usize| progress.angles(done, total);
     let shard = args.shard.shard(&progress)?;
     if !shard.is_whole() {
+        if args.shifts.is_some() {
+            return Err(CommandError::input(
+                "--shard with --shifts; allowed: parts of tables of one lens shift only",
+            ));
+        }
+        let settings = changed(args, args.model.table(stack));
         return part(args, stack, &settings, shard, &progress);
     }
     let began = std::time::Instant::now();
-    let made = ResponseCache::open(ResponseCache::default_dir())
-        .get_or_build(stack, &settings, &angles)
-        .map_err(|e| CommandError::input(e.to_string()))?;
+    let made = made(args, stack, &angles)?;
     let seconds = began.elapsed().as_secs_f64();
     for warning in &made.warnings {
         progress.warn(&warning.to_string());
@@ -149,6 +184,12 @@ fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), Comman
         ));
     }
     progress.finish();
+    for error in &made.table.meta().corrections {
+        eprintln!(
+            "corrected by {} exact runs: off by {:.4} rms, {:.4} at most (wave alone: {:.4}, {:.4}), each run left out in turn",
+            error.runs, error.left_rms, error.left_max, error.before_rms, error.before_max
+        );
+    }
     let path = args
         .output
         .clone()
@@ -160,7 +201,8 @@ fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), Comman
             "{}",
             serde_json::json!({
                 "file": path, "nodes": nodes(&made.table), "seconds": seconds, "key": made.table.meta().key,
-                "from_cache": report.is_none(), "build": report
+                "from_cache": report.is_none(), "build": report, "shifts": made.table.axes().shifts_um.len(),
+                "chief_ray_shifts": made.table.meta().chief_ray_shifts, "corrections": made.table.meta().corrections
             })
         );
         return Ok(());
@@ -170,6 +212,14 @@ fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), Comman
         path.display(),
         nodes(&made.table)
     );
+    if let Some(lookup) = made.table.shifted_interpolator(args.wavelength_nm[0]) {
+        println!(
+            "{} lens shifts, the others by symmetry; {:.0} MB here, {:.0} MB when read by a renderer",
+            made.table.axes().shifts_um.len(),
+            std::mem::size_of_val(made.table.table()) as f64 * 1e-6,
+            lookup.bytes() as f64 * 1e-6
+        );
+    }
     match made.report {
         None => println!("computed earlier and kept"),
         Some(r) => println!(
@@ -269,5 +319,5 @@ fn default_output(stack: &PixelStack, what: &str) -> PathBuf {
 
 fn nodes(response: &AngularResponse) -> usize {
     let axes = response.axes();
-    axes.u.len() * axes.v.len() * axes.wavelengths_nm.len()
+    axes.u.len() * axes.v.len() * axes.wavelengths_nm.len() * axes.shifts_um.len()
 }

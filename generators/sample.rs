@@ -71,6 +71,13 @@ pub fn render_sample(
         let scene = assemble::scene(recipe, framing.as_ref().unwrap_or(&camera))?;
         Ok::<_, CommandError>((camera, scene))
     })?;
+    let beyond = camera.chief_rays_beyond();
+    if beyond > 0.0 {
+        responses.warn(format!(
+            "chief rays of {:.1} % of the window lie beyond the last one that the response holds a microlens shift for; its shift is taken there",
+            100.0 * beyond
+        ));
+    }
     let chief = ChiefRays::new(&camera);
     let geometry = timed(&mut stages.truth_s, || chief.geometry(&camera, &scene));
     let surfaces = (scene.planes().len() > 1).then_some(geometry.surfaces.as_slice());

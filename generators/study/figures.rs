@@ -31,7 +31,12 @@ pub(super) fn svg(kind: Kind, cases: &[Case], curves: &[Curve], model: &str) -> 
             rows_of_three(all)
         }
         Kind::Wavelength => columns(cases, curves, &[BLUE, GREEN, RED]),
-        Kind::Rejection | Kind::Filter | Kind::Tungsten => columns(cases, curves, &[]),
+        Kind::Rejection
+        | Kind::Filter
+        | Kind::Tungsten
+        | Kind::Cra
+        | Kind::FlatField
+        | Kind::Corrected => columns(cases, curves, &[]),
     };
     let widest = panels.iter().map(Vec::len).max().unwrap_or(1);
     let head = 28.0;

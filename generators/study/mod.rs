@@ -1,4 +1,4 @@
-//! `qpgen study`: the paper's studies of the pixel (its Figs. 2, 3, 11, 13) with any pixel model, as tables, CSV files and plots.
+//! `qpgen study`: the paper's studies of the pixel (its Figs. 2, 3, 5, 11, 13, and the lines of section 3.1) with any pixel model, as tables, CSV files and plots.
 //!
 //! ```text
 //! kind ─ cases ─▶ pixels and wavelengths ─ curve ─▶ P over θ, ranges ─ report ─▶ CSV, table, JSON
@@ -6,17 +6,22 @@
 //! ```
 
 mod cases;
+mod chief_ray;
+mod corrected;
 mod curve;
 mod figures;
+mod flat_field;
 mod plot;
 mod report;
 
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use quadpixel::em::PixelStack;
 use quadpixel::file;
 
 use self::curve::Angles;
+use crate::assemble::pixel;
 use crate::log::Log;
 use crate::pixel_model::PixelModelArgs;
 use crate::progress::Progress;
@@ -28,9 +33,19 @@ pub struct StudyArgs {
     /// What to study.
     #[arg(value_enum)]
     kind: Kind,
-    /// Pixels of the rejection study, parted by commas: built-in names or TOML files.
-    #[arg(long, value_delimiter = ',', default_value = "3.5um-roc3.5,3.5um")]
+    /// Pixels of the rejection study, parted by commas, or the one of the cra, flat-field and corrected studies: built-in names or TOML files; absent:
+    /// 3.5um-roc3.5,3.5um, or 3.5um-thin-filter (cra), or 1.6um (flat-field, corrected).
+    #[arg(long, value_delimiter = ',')]
     pixel: Vec<String>,
+    /// Lens shifts a pitch of the flat-field study, a multiple of 8.
+    #[arg(long, default_value_t = 16)]
+    shifts: usize,
+    /// The corrected study under all lens shifts, not the centred one.
+    #[arg(long)]
+    all_shifts: bool,
+    /// F-number of the cone that the sub-pixels share, of the cra study.
+    #[arg(long, default_value_t = 2.0)]
+    cone_f_number: f64,
     #[command(flatten)]
     model: PixelModelArgs,
     /// Step of the angle of incidence, deg.
@@ -39,7 +54,7 @@ pub struct StudyArgs {
     /// Largest angle of incidence, deg, from the chief ray.
     #[arg(long, default_value_t = 50.0)]
     theta_max_deg: f64,
-    /// Folder for KIND.csv (curves), KIND-ranges.csv and KIND.svg.
+    /// Folder for KIND.csv and KIND.svg (of flat-field a .png); also KIND-ranges.csv, or cra-shifts.csv.
     #[arg(long, default_value = "study")]
     out: PathBuf,
     /// Prints one JSON object on stdout.
@@ -59,6 +74,12 @@ enum Kind {
     Wavelength,
     /// Colour filters of 1 µm and 750 nm (Fig. 3(a)).
     Filter,
+    /// Lens shifts by chief-ray angle, and the response of sub-pixel A under them (Fig. 5).
+    Cra,
+    /// A white wall over the whole 5.6 x 5.6 mm sensor, each view: interpolation between lens shifts (section 3.1).
+    FlatField,
+    /// Exact runs spent against error left, of the corrected wave model.
+    Corrected,
     /// Tungsten walls on the 2.8 µm pixel (Fig. 3(b)); needs a vector model.
     Tungsten,
 }
@@ -72,6 +93,9 @@ impl Kind {
             Self::Wavelength => "wavelength",
             Self::Filter => "filter",
             Self::Tungsten => "tungsten",
+            Self::Cra => "cra",
+            Self::FlatField => "flat-field",
+            Self::Corrected => "corrected",
         }
     }
 }
@@ -81,6 +105,12 @@ impl Kind {
 /// # Errors
 /// Bad arguments (2), or a disk that fails (1).
 pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
+    match args.kind {
+        Kind::Cra => return chief_ray::run(args, log),
+        Kind::FlatField => return flat_field::run(args, log),
+        Kind::Corrected => return corrected::run(args, log),
+        _ => {}
+    }
     let angles = Angles::new(args.theta_step_deg, args.theta_max_deg)?;
     let cases = cases::of(args.kind, &args.pixel)?;
     let progress = Progress::new(log.json(args.json));
@@ -135,6 +165,18 @@ pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
         args.out.display()
     );
     Ok(())
+}
+
+/// The one pixel of a study that has but one.
+fn one_pixel(args: &StudyArgs, default: &str) -> Result<PixelStack, CommandError> {
+    match &args.pixel[..] {
+        [] => pixel(default),
+        [name] => pixel(name),
+        _ => Err(CommandError::input(format!(
+            "--pixel is {}; allowed: one pixel in this study",
+            args.pixel.join(",")
+        ))),
+    }
 }
 
 fn write(path: &Path, text: &str) -> Result<(), CommandError> {

@@ -7,7 +7,7 @@ use crate::frames::uv_from_camera_direction;
 use crate::lens::{
     ExitPupilMap, Lens, LensError, OpticalSystem, PacketTracer, Paraxial, PupilEllipse, chief_ray,
 };
-use crate::response::{MovingFrame, Response, ResponseLookup};
+use crate::response::{ChiefRayShifts, MovingFrame, Response, ResponseLookup};
 use crate::sensor::{FieldGrid, MicrolensShifts, Sensor, ShiftRule};
 use crate::spectrum::ChannelWavelengths;
 
@@ -60,6 +60,7 @@ pub struct Camera {
     tracers: Vec<PacketTracer>,
     pupils: Pupils,
     shifts: MicrolensShifts,
+    chief_rays_beyond: f64,
     microlens_offset_um: DVec2,
     response: ResponseLookup,
     paraxial: Option<Paraxial>,
@@ -106,13 +107,24 @@ impl Camera {
                 height_mm: dark.length(),
             });
         }
+        let mut beyond = 0.0;
         let shifts = match rule {
             ShiftRule::Centred => MicrolensShifts::Centred,
             ShiftRule::Linear { um_per_mm } => MicrolensShifts::Linear { um_per_mm },
-            ShiftRule::ChiefRay => MicrolensShifts::ChiefRay {
-                chief_uv: chief_field(&reference, &sensor, size),
-                frame: response.frame(),
-            },
+            ShiftRule::ChiefRay => {
+                let chief_uv = chief_field(&reference, &sensor, size);
+                match response.chief_ray_shifts() {
+                    None => MicrolensShifts::ChiefRay {
+                        chief_uv,
+                        frame: response.frame(),
+                    },
+                    Some(map) => {
+                        let (shift_um, clamped) = found_shifts(map, &chief_uv, &sensor, size);
+                        beyond = clamped;
+                        MicrolensShifts::Found { shift_um }
+                    }
+                }
+            }
         };
         Ok(Self {
             tracers: systems.iter().map(PacketTracer::new).collect(),
@@ -122,6 +134,7 @@ impl Camera {
             systems,
             pupils: Pupils::OfLens(pupils),
             shifts,
+            chief_rays_beyond: beyond,
             microlens_offset_um: DVec2::ZERO,
             response: response.at(wavelengths.reference_nm()),
             wavelengths,
@@ -152,6 +165,7 @@ impl Camera {
             sensor,
             pupils: Pupils::Fixed(target),
             shifts: MicrolensShifts::Centred,
+            chief_rays_beyond: 0.0,
             microlens_offset_um: DVec2::ZERO,
             response: response.at(wavelengths.reference_nm()),
             paraxial: None,
@@ -226,6 +240,11 @@ impl Camera {
             Pupils::Fixed(ellipse) => Some(*ellipse),
         }
     }
+    /// The part of the window whose chief rays lie beyond those that the response's shifts were found for: the shift of the last one is
+    /// taken there.
+    pub fn chief_rays_beyond(&self) -> f64 {
+        self.chief_rays_beyond
+    }
     /// Shift of the microlens at a sensor position, µm.
     pub fn shift_at_um(&self, xy_mm: DVec2) -> DVec2 {
         self.shifts.at_um(xy_mm) + self.microlens_offset_um
@@ -261,6 +280,22 @@ fn corners(sensor: &Sensor) -> [DVec2; 5] {
         at(-1.0, 1.0),
         at(1.0, 1.0),
     ]
+}
+
+/// The shifts found for the chief rays of a field, and the part of its nodes that lie beyond those.
+fn found_shifts(
+    map: &ChiefRayShifts,
+    chief_uv: &FieldGrid,
+    sensor: &Sensor,
+    size: (usize, usize),
+) -> (FieldGrid, f64) {
+    let chief = chief_uv.data().chunks_exact(2);
+    let found: Vec<_> = chief.map(|uv| map.at(uv[0], uv[1])).collect();
+    let clamped = found.iter().filter(|f| f.clamped).count();
+    let data = found.iter().flat_map(|f| f.shift_um).collect();
+    let field = FieldGrid::new(sensor.window_mm(), size, 2, data)
+        .unwrap_or_else(|| unreachable!("two values a node"));
+    (field, clamped as f64 / found.len() as f64)
 }
 
 /// Direction cosines of the chief ray where it arrives, over the window. Where none passes, the value of the axis.

@@ -169,17 +169,13 @@ impl Workspace {
             self.u[i] = dx[i] as f32;
             self.v[i] = -dy[i] as f32;
         }
-        if aim.shift_um != DVec2::ZERO {
-            camera.response_frame().centred_batch(
-                aim.shift_um.to_array(),
-                &mut self.u,
-                &mut self.v,
-            );
-        }
         self.weights.resize(n * n_sub, 0.0);
-        camera
-            .response()
-            .weights_batch(&self.u, &self.v, &mut self.weights);
+        camera.response().weights_under(
+            aim.shift_um.to_array(),
+            &mut self.u,
+            &mut self.v,
+            &mut self.weights,
+        );
     }
 
     /// Traces the aimed rays from the sensor into the scene.

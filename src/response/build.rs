@@ -19,10 +19,12 @@ use super::plane_wave;
 use super::resample::{Grid, Place, shares};
 use super::symmetry::{Node, Symmetry, canonical_nodes, symmetries, unfold};
 use super::{
-    AngularResponse, LitPixel, MovingFrame, PixelModel, ResponseAxes, ResponseError, ResponseMeta,
-    TableSettings,
+    AngularResponse, CorrectionError, LitPixel, MovingFrame, PixelModel, PlaneWaveAnswer,
+    ResponseAxes, ResponseError, ResponseMeta, TableSettings,
 };
 use crate::em::PixelStack;
+use crate::em::fdtd::FdtdRun;
+use crate::sensor::Subpixels;
 use crate::shard::Shard;
 
 /// Directions are simulated up to this sin θ (70°); near grazing no model is to be trusted.
@@ -56,6 +58,38 @@ pub struct BuildReport {
 }
 
 impl BuildReport {
+    pub(super) fn of(runs: usize, reused: usize) -> Self {
+        Self {
+            runs,
+            reused,
+            least: f64::INFINITY,
+            largest_sum: 0.0,
+            most_cut: 0.0,
+            residual: 0.0,
+            imbalance: 0.0,
+            warned: 0,
+            warning: None,
+            journal_trouble: None,
+        }
+    }
+
+    /// Takes the answer to light from (u, v) into account.
+    pub(super) fn note(&mut self, answer: &Answer, [u, v]: [f64; 2]) {
+        self.residual = self.residual.max(answer.residual);
+        if let Some(first) = answer.warnings.first() {
+            self.warned += 1;
+            self.warning
+                .get_or_insert_with(|| format!("(u, v) = ({u:.3}, {v:.3}): {first}"));
+        }
+        if answer.imbalance.abs() > self.imbalance.abs() {
+            self.imbalance = answer.imbalance;
+        }
+        for p in &answer.absorbed {
+            self.least = p.iter().copied().fold(self.least, f64::min);
+            self.largest_sum = self.largest_sum.max(p.iter().sum());
+        }
+    }
+
     /// What the model said that cannot be, beyond rounding; `None` if all is well.
     pub fn violation(&self) -> Option<String> {
         if self.least < -SHARE_TOLERANCE {
@@ -109,8 +143,10 @@ pub(super) fn build_with(
     stack.check()?;
     let frame = moving_frame(stack, settings)?;
     let plan = Plan::new(stack, settings, settings.model.is_pulsed());
-    let simulated = simulated(&plan, stack, settings, journal, progress)?;
-    plan.table(stack, settings, frame, simulated)
+    let (simulated, corrections) = simulated(&plan, stack, settings, journal, progress)?;
+    let mut built = plan.table(stack, settings, frame, simulated)?;
+    built.table = built.table.with_corrections(corrections);
+    Ok(built)
 }
 
 /// Simulates the runs of one part of a table into `journal`: how many they are, and how many of them it held.
@@ -125,47 +161,61 @@ pub(super) fn build_part(
     let mut place = 0..;
     plan.runs
         .retain(|_| place.next().is_some_and(|unit| shard.owns(unit)));
-    let report = simulated(&plan, stack, settings, Some(journal), progress)?.report;
+    let report = simulated(&plan, stack, settings, Some(journal), progress)?
+        .0
+        .report;
     Ok((report.runs, report.reused))
 }
 
-/// Asks the pixel model for the runs of a plan.
+/// Asks the pixel model for the runs of a plan; also the errors of the corrected level.
 fn simulated(
     plan: &Plan,
     stack: &PixelStack,
     settings: &TableSettings,
     journal: Option<&Journal>,
     progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Simulated, ResponseError> {
+) -> Result<(Simulated, Vec<CorrectionError>), ResponseError> {
+    let folder = journal.and_then(|j| j.path().parent());
     let wavelengths = settings.wavelengths_nm.iter();
     let lit = wavelengths
-        .map(|&nm| LitPixel::new(stack, &settings.model, nm))
+        .map(|&nm| LitPixel::with_exact_runs_in(folder, stack, &settings.model, nm))
         .collect::<Result<Vec<_>, _>>()?;
-    plan.simulate(journal, progress, &|run| {
+    let simulated = plan.simulate(journal, progress, &|run| {
         let cosines = run.cosines(run.wavelengths.start, &plan.step);
         if let PixelModel::Fdtd(fdtd) = &settings.model {
             let nm = &settings.wavelengths_nm[run.wavelengths.clone()];
-            let run = plane_wave::pulse(stack, nm, cosines, fdtd)?;
-            let means = run.answers.iter().map(plane_wave::mean);
-            return Ok(Answer {
-                absorbed: means.map(|m| m.absorbed).collect(),
-                residual: run.residual,
-                imbalance: plane_wave::imbalance(&run),
-                warnings: run.warnings(),
-            });
+            return Ok(pulsed_answer(&plane_wave::pulse(stack, nm, cosines, fdtd)?));
         }
-        let answer = lit[run.wavelengths.start].light(cosines[0], cosines[1])?;
-        Ok(Answer {
-            absorbed: vec![answer.mean.absorbed],
-            residual: answer.residual,
-            imbalance: answer.imbalance,
-            warnings: answer.warnings,
-        })
-    })
+        let light = lit[run.wavelengths.start].light(cosines[0], cosines[1])?;
+        Ok(lit_answer(light))
+    })?;
+    let corrections = lit.iter().filter_map(|l| Some(l.correction()?.error()));
+    Ok((simulated, corrections.collect()))
+}
+
+/// What a table keeps of a pulse at several wavelengths.
+pub(super) fn pulsed_answer(run: &FdtdRun) -> Answer {
+    let means = run.answers.iter().map(plane_wave::mean);
+    Answer {
+        absorbed: means.map(|m| m.absorbed).collect(),
+        residual: run.residual,
+        imbalance: plane_wave::imbalance(run),
+        warnings: run.warnings(),
+    }
+}
+
+/// What a table keeps of a plane wave.
+pub(super) fn lit_answer(light: PlaneWaveAnswer) -> Answer {
+    Answer {
+        absorbed: vec![light.mean.absorbed],
+        residual: light.residual,
+        imbalance: light.imbalance,
+        warnings: light.warnings,
+    }
 }
 
 /// How a lens shift moves the response; the geometric model has its own frame.
-fn moving_frame(
+pub(super) fn moving_frame(
     stack: &PixelStack,
     settings: &TableSettings,
 ) -> Result<MovingFrame, ResponseError> {
@@ -177,33 +227,34 @@ fn moving_frame(
 
 /// One call of a pixel model.
 #[derive(Clone, Debug, PartialEq)]
-struct Run {
-    node: Node,
+pub(super) struct Run {
+    pub node: Node,
     /// Which of the table's wavelengths it answers for.
-    wavelengths: Range<usize>,
+    pub wavelengths: Range<usize>,
 }
 
 impl Run {
     fn id(&self) -> RunId {
-        (self.wavelengths.start, self.node)
+        (self.wavelengths.start, self.node, 0)
     }
 
     /// (u, v) at a wavelength, given the simulated step of each wavelength.
-    fn cosines(&self, wavelength: usize, step: &[f64]) -> [f64; 2] {
+    pub fn cosines(&self, wavelength: usize, step: &[f64]) -> [f64; 2] {
         let s = step[wavelength];
         [self.node.0 as f64 * s, self.node.1 as f64 * s]
     }
 }
 
 /// What has to be simulated for a table.
-struct Plan {
-    runs: Vec<Run>,
+pub(super) struct Plan {
+    pub runs: Vec<Run>,
     /// Simulated step of u and v per wavelength.
-    step: Vec<f64>,
+    pub step: Vec<f64>,
     steps: i64,
-    symmetries: Vec<Symmetry>,
+    pub symmetries: Vec<Symmetry>,
+    pub subpixels: Subpixels,
     /// Sub-pixels.
-    count: usize,
+    pub count: usize,
 }
 
 /// What was simulated.
@@ -214,7 +265,7 @@ struct Simulated {
 }
 
 impl Plan {
-    fn new(stack: &PixelStack, settings: &TableSettings, pulsed: bool) -> Self {
+    pub fn new(stack: &PixelStack, settings: &TableSettings, pulsed: bool) -> Self {
         let symmetries = symmetries(stack);
         let steps = settings.steps as i64;
         let finest = settings.cosine_max / settings.steps as f64;
@@ -251,6 +302,7 @@ impl Plan {
             step,
             steps,
             symmetries,
+            subpixels: stack.subpixels,
             count: stack.subpixels.count(),
         }
     }
@@ -303,7 +355,8 @@ impl Plan {
         Ok(self.collected(answers, reused))
     }
 
-    fn fits(&self, run: &Run, answer: &Answer) -> bool {
+    /// Whether an answer is one to the run: its numbers, and as many of them.
+    pub fn fits(&self, run: &Run, answer: &Answer) -> bool {
         let whole = |p: &Vec<f64>| p.len() == self.count && p.iter().all(|p| p.is_finite());
         answer.absorbed.len() == run.wavelengths.len()
             && answer.absorbed.iter().all(whole)
@@ -312,38 +365,41 @@ impl Plan {
     }
 
     fn collected(&self, answers: Vec<Answer>, reused: usize) -> Simulated {
-        let mut report = BuildReport {
-            runs: answers.len(),
-            reused,
-            least: f64::INFINITY,
-            largest_sum: 0.0,
-            most_cut: 0.0,
-            residual: 0.0,
-            imbalance: 0.0,
-            warned: 0,
-            warning: None,
-            journal_trouble: None,
-        };
+        let mut report = BuildReport::of(answers.len(), reused);
         let mut nodes = vec![BTreeMap::new(); self.step.len()];
         for (run, answer) in self.runs.iter().zip(answers) {
-            report.residual = report.residual.max(answer.residual);
-            if let Some(first) = answer.warnings.first() {
-                report.warned += 1;
-                let [u, v] = run.cosines(run.wavelengths.start, &self.step);
-                report
-                    .warning
-                    .get_or_insert_with(|| format!("(u, v) = ({u:.3}, {v:.3}): {first}"));
-            }
-            if answer.imbalance.abs() > report.imbalance.abs() {
-                report.imbalance = answer.imbalance;
-            }
+            report.note(&answer, run.cosines(run.wavelengths.start, &self.step));
             for (w, p) in run.wavelengths.clone().zip(answer.absorbed) {
-                report.least = p.iter().copied().fold(report.least, f64::min);
-                report.largest_sum = report.largest_sum.max(p.iter().sum());
                 nodes[w].insert(run.node, p);
             }
         }
         Simulated { nodes, report }
+    }
+
+    /// The table's direction cosines along u and along v.
+    pub fn axis(&self, settings: &TableSettings) -> Vec<f64> {
+        let half = self.steps * settings.refine as i64;
+        (-half..=half)
+            .map(|i| settings.cosine_max * i as f64 / half as f64)
+            .collect()
+    }
+
+    /// The table's values `[v][u][sub-pixel]` of all simulated nodes, `step` apart, and the most that they were cut.
+    pub fn sampled(
+        &self,
+        all: &BTreeMap<Node, Vec<f64>>,
+        step: f64,
+        refine: i64,
+    ) -> (Vec<f32>, f64) {
+        let grid = Grid::filled(all, self.steps, LARGEST_SINE / step, self.count);
+        let places = Place::axis(self.steps * refine, refine, self.step[0] / step, self.steps);
+        shares(grid.at(&places), self.count)
+    }
+
+    /// Nodes of the square grid of directions.
+    pub fn square(&self) -> impl Iterator<Item = Node> + use<> {
+        let steps = self.steps;
+        (-steps..=steps).flat_map(move |a| (-steps..=steps).map(move |b| (a, b)))
     }
 
     /// The table of what was simulated.
@@ -356,19 +412,14 @@ impl Plan {
     ) -> Result<BuiltTable, ResponseError> {
         let Simulated { nodes, mut report } = simulated;
         let refine = settings.refine as i64;
-        let half = self.steps * refine;
         let mut values = Vec::new();
         for (nodes, &step) in nodes.iter().zip(&self.step) {
             let all = unfold(nodes, self.steps, &self.symmetries, stack.subpixels);
-            let grid = Grid::filled(&all, self.steps, LARGEST_SINE / step, self.count);
-            let places = Place::axis(half, refine, self.step[0] / step, self.steps);
-            let (p, cut) = shares(grid.at(&places), self.count);
+            let (p, cut) = self.sampled(&all, step, refine);
             report.most_cut = report.most_cut.max(cut);
             values.extend(p);
         }
-        let axis: Vec<f64> = (-half..=half)
-            .map(|i| settings.cosine_max * i as f64 / half as f64)
-            .collect();
+        let axis = self.axis(settings);
         let axes = ResponseAxes {
             wavelengths_nm: settings.wavelengths_nm.clone(),
             shifts_um: vec![[0.0, 0.0]],
@@ -385,6 +436,9 @@ impl Plan {
             subpixels: stack.subpixels,
             frame,
             key: settings.key(stack),
+            shift_grid: None,
+            chief_ray_shifts: None,
+            corrections: Vec::new(),
         };
         let table = AngularResponse::new(axes, meta, values)?;
         Ok(BuiltTable { table, report })

@@ -3,8 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use super::build::{build_part, build_with};
+use super::build_shifted::build_shifted_with;
 use super::journal::Journal;
-use super::{AngularResponse, BuildReport, BuiltTable, ResponseError, TableSettings};
+use super::{
+    AngularResponse, BuildReport, BuiltTable, ResponseError, ShiftedSettings, TableSettings,
+};
 use crate::em::PixelStack;
 use crate::shard::Shard;
 
@@ -112,10 +115,33 @@ impl ResponseCache {
     ) -> Result<CachedTable, ResponseError> {
         settings.check()?;
         stack.check()?;
-        let key = settings.key(stack);
-        let path = self.path(&key);
+        let build = |journal: Option<&Journal>| build_with(stack, settings, journal, progress);
+        self.get_or(&settings.key(stack), build)
+    }
+
+    /// [`Self::get_or_build`] of a table of all lens shifts.
+    pub fn get_or_build_shifted(
+        &self,
+        stack: &PixelStack,
+        settings: &ShiftedSettings,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<CachedTable, ResponseError> {
+        settings.check()?;
+        stack.check()?;
+        let build =
+            |journal: Option<&Journal>| build_shifted_with(stack, settings, journal, progress);
+        self.get_or(&settings.key(stack), build)
+    }
+
+    /// The table of a key, or what `build` makes with the journal that it is given.
+    fn get_or(
+        &self,
+        key: &str,
+        build: impl FnOnce(Option<&Journal>) -> Result<BuiltTable, ResponseError>,
+    ) -> Result<CachedTable, ResponseError> {
+        let path = self.path(key);
         let mut warnings = Vec::new();
-        match self.get(&key) {
+        match self.get(key) {
             Ok(Some(table)) => {
                 return Ok(CachedTable {
                     table,
@@ -128,14 +154,14 @@ impl ResponseCache {
         }
         let folder = std::fs::create_dir_all(&self.dir);
         let path_of_journal = path.with_extension("journal");
-        let opened = (folder.is_ok()).then(|| Journal::open(&path_of_journal, &key));
+        let opened = (folder.is_ok()).then(|| Journal::open(&path_of_journal, key));
         let (mut journal, no_journal) = match opened.transpose() {
             Ok(journal) => (journal, None),
             Err(e) => (None, Some(e.to_string())),
         };
         if let Some(open) = &mut journal {
             // Another process may have made the table while this one waited for the journal.
-            if let Ok(Some(table)) = self.get(&key) {
+            if let Ok(Some(table)) = self.get(key) {
                 let trouble = journal.and_then(Journal::remove);
                 warnings.extend(trouble.map(CacheWarning::NoJournal));
                 return Ok(CachedTable {
@@ -144,12 +170,11 @@ impl ResponseCache {
                     warnings,
                 });
             }
-            for part in self.parts(&key) {
-                open.join(&part, &key);
+            for part in self.parts(key) {
+                open.join(&part, key);
             }
         }
-        let BuiltTable { table, mut report } =
-            build_with(stack, settings, journal.as_ref(), progress)?;
+        let BuiltTable { table, mut report } = build(journal.as_ref())?;
         let kept = folder
             .map_err(|e| e.to_string())
             .and_then(|()| table.write_npz(&path).map_err(|e| e.to_string()));

@@ -29,8 +29,9 @@ pub(super) struct Answer {
     pub warnings: Vec<String>,
 }
 
-/// A run by its first wavelength (its place in the table's list) and its node.
-pub(super) type RunId = (usize, Node);
+/// A run by its first wavelength (its place in the table's list), its node, and its lens shift (its place in the table's grid; 0 for the
+/// centred lens).
+pub(super) type RunId = (usize, Node, usize);
 
 #[derive(Serialize, Deserialize)]
 struct Head {
@@ -41,6 +42,8 @@ struct Head {
 struct Line {
     wavelength: usize,
     node: Node,
+    #[serde(default)]
+    shift: usize,
     answer: Answer,
 }
 
@@ -60,7 +63,10 @@ fn runs(text: &str, key: &str) -> Option<BTreeMap<RunId, Answer>> {
     let mut lines = text.lines();
     let head = serde_json::from_str::<Head>(lines.next()?).ok()?;
     let runs = lines.filter_map(|l| serde_json::from_str::<Line>(l).ok());
-    (head.key == key).then(|| runs.map(|l| ((l.wavelength, l.node), l.answer)).collect())
+    (head.key == key).then(|| {
+        runs.map(|l| ((l.wavelength, l.node, l.shift), l.answer))
+            .collect()
+    })
 }
 
 impl Journal {
@@ -132,10 +138,11 @@ impl Journal {
 
     /// Keeps a run. It is with the system when this returns: a kill of the program loses nothing. A full disk is no failure of the
     /// build; [`Self::remove`] tells of it.
-    pub fn keep(&self, (wavelength, node): RunId, answer: &Answer) {
+    pub fn keep(&self, (wavelength, node, shift): RunId, answer: &Answer) {
         let line = Line {
             wavelength,
             node,
+            shift,
             answer: answer.clone(),
         };
         // A poisoned lock only means that another thread stopped; lines are written whole.
@@ -189,20 +196,20 @@ mod tests {
         let path = folder.path().join("deep/a.journal");
         let journal = Journal::open(&path, "k").unwrap();
         for i in 0..3 {
-            journal.keep((0, (i, 1)), &answer(0.1 * i as f64));
+            journal.keep((0, (i, 1), 0), &answer(0.1 * i as f64));
         }
         drop(journal);
         let text = std::fs::read_to_string(&path).unwrap();
         let broken = text.replacen("\"node\":[1,1]", "\"node\":[1]", 1);
         std::fs::write(&path, &broken[..broken.len() - 5]).unwrap();
         let journal = Journal::open(&path, "k").unwrap();
-        assert_eq!(journal.answer((0, (0, 1))), Some(&answer(0.0)));
-        assert_eq!(journal.answer((0, (1, 1))), None);
-        assert_eq!(journal.answer((0, (2, 1))), None);
-        journal.keep((0, (2, 1)), &answer(0.7));
+        assert_eq!(journal.answer((0, (0, 1), 0)), Some(&answer(0.0)));
+        assert_eq!(journal.answer((0, (1, 1), 0)), None);
+        assert_eq!(journal.answer((0, (2, 1), 0)), None);
+        journal.keep((0, (2, 1), 0), &answer(0.7));
         drop(journal);
         let journal = Journal::open(&path, "k").unwrap();
-        assert_eq!(journal.answer((0, (2, 1))), Some(&answer(0.7)));
+        assert_eq!(journal.answer((0, (2, 1), 0)), Some(&answer(0.7)));
         assert_eq!(journal.remove(), None);
         assert!(!path.exists());
     }
@@ -216,7 +223,7 @@ mod tests {
             .enumerate()
         {
             let part = Journal::open(path, key).unwrap();
-            part.keep((0, (i as i64, 0)), &answer(i as f64));
+            part.keep((0, (i as i64, 0), 0), &answer(i as f64));
             assert_eq!(part.trouble(), None);
         }
         // The last line of a part that still runs, or was killed, is not whole.
@@ -226,9 +233,9 @@ mod tests {
         for part in [&a, &b, &other, &folder.path().join("none")] {
             journal.join(part, "k");
         }
-        assert_eq!(journal.answer((0, (0, 0))), Some(&answer(0.0)));
-        assert_eq!(journal.answer((0, (1, 0))), Some(&answer(1.0)));
-        assert_eq!(journal.answer((0, (2, 0))), None);
+        assert_eq!(journal.answer((0, (0, 0), 0)), Some(&answer(0.0)));
+        assert_eq!(journal.answer((0, (1, 0), 0)), Some(&answer(1.0)));
+        assert_eq!(journal.answer((0, (2, 0), 0)), None);
         journal.remove();
         assert!(!a.exists() && !b.exists() && !whole.exists() && other.exists());
     }
@@ -238,9 +245,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.journal");
         let journal = Journal::open(&path, "one").unwrap();
-        journal.keep((0, (0, 0)), &answer(0.5));
+        journal.keep((0, (0, 0), 0), &answer(0.5));
         drop(journal);
         let journal = Journal::open(&path, "two").unwrap();
-        assert_eq!(journal.answer((0, (0, 0))), None);
+        assert_eq!(journal.answer((0, (0, 0), 0)), None);
     }
 }

@@ -1,6 +1,9 @@
 //! One call for the renderer, whatever the pixel model.
 
-use super::{AngularResponse, GeometricResponse, Interpolator, MovingFrame};
+use super::{
+    AngularResponse, ChiefRayShifts, GeometricResponse, Interpolator, MovingFrame,
+    ShiftedInterpolator,
+};
 use crate::sensor::Subpixels;
 
 /// A pixel's response: a table, or the exact geometric pixel.
@@ -17,8 +20,10 @@ pub enum Response {
 /// A [`Response`] at one wavelength, ready to be read.
 #[derive(Clone, Debug)]
 pub enum ResponseLookup {
-    /// Bilinear lookup in a table.
+    /// Bilinear lookup in a table of the centred lens; a shifted one is read in its moving frame.
     Table(Interpolator),
+    /// Lookup in a table of all shifts.
+    Shifted(ShiftedInterpolator),
     /// Boxes (eq. 2), evaluated exactly.
     Geometric(GeometricResponse),
 }
@@ -27,7 +32,10 @@ impl Response {
     /// The lookup at `wavelength_nm` (the geometric pixel is the same at all).
     pub fn at(&self, wavelength_nm: f64) -> ResponseLookup {
         match self {
-            Self::Table(t) => ResponseLookup::Table(t.interpolator(wavelength_nm)),
+            Self::Table(t) => match t.shifted_interpolator(wavelength_nm) {
+                Some(shifted) => ResponseLookup::Shifted(shifted),
+                None => ResponseLookup::Table(t.interpolator(wavelength_nm)),
+            },
             Self::Geometric(g) => ResponseLookup::Geometric(*g),
         }
     }
@@ -36,6 +44,13 @@ impl Response {
         match self {
             Self::Table(t) => t.subpixels(),
             Self::Geometric(g) => g.subpixels(),
+        }
+    }
+    /// Which lens shift each chief ray needs, where the table knows.
+    pub fn chief_ray_shifts(&self) -> Option<&ChiefRayShifts> {
+        match self {
+            Self::Table(t) => t.meta().chief_ray_shifts.as_ref(),
+            Self::Geometric(_) => None,
         }
     }
     /// Pitch in µm.
@@ -59,28 +74,38 @@ impl ResponseLookup {
     pub fn subpixels(&self) -> Subpixels {
         match self {
             Self::Table(t) => t.subpixels(),
+            Self::Shifted(t) => t.subpixels(),
             Self::Geometric(g) => g.subpixels(),
         }
     }
-    /// How a lens shift moves the response: read a shifted lens at [`MovingFrame::centred_uv`].
+    /// Where light lands behind the microlens.
     pub fn frame(&self) -> MovingFrame {
         match self {
             Self::Table(t) => t.frame(),
+            Self::Shifted(t) => t.frame(),
             Self::Geometric(g) => g.frame(),
         }
     }
     /// The weights P_i of one direction under a centred lens; `out` has one place a sub-pixel.
     pub fn weights(&self, u: f32, v: f32, out: &mut [f32]) {
-        match self {
-            Self::Table(t) => t.weights(u, v, out),
-            Self::Geometric(g) => g.weights(u, v, out),
+        if let Some(out) = out.get_mut(..self.subpixels().count()) {
+            self.weights_batch(&[u], &[v], out);
         }
     }
     /// The weights of many directions under a centred lens: `out` is `[direction][sub-pixel]`. The shortest slice counts.
     pub fn weights_batch(&self, u: &[f32], v: &[f32], out: &mut [f32]) {
         match self {
             Self::Table(t) => t.weights_batch(u, v, out),
+            Self::Shifted(t) => t.weights_batch([0.0, 0.0], u, v, out),
             Self::Geometric(g) => g.weights_batch(u, v, out),
         }
+    }
+    /// [`Self::weights_batch`] under a lens shifted by `shift_um`; a table of the centred lens moves the directions in place.
+    pub fn weights_under(&self, shift_um: [f64; 2], u: &mut [f32], v: &mut [f32], out: &mut [f32]) {
+        if let Self::Shifted(t) = self {
+            return t.weights_batch(shift_um, u, v, out);
+        }
+        self.frame().centred_batch(shift_um, u, v);
+        self.weights_batch(u, v, out);
     }
 }

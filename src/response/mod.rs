@@ -10,7 +10,10 @@
 //! ```
 
 mod build;
+mod build_shifted;
 mod cache;
+mod chief_ray;
+mod corrected;
 mod error;
 mod file;
 mod frame;
@@ -23,12 +26,18 @@ mod plane_wave;
 mod rejection;
 mod resample;
 mod settings;
+mod shift_grid;
+mod shifted_interpolator;
+mod shifted_pixel;
 mod shipped;
 mod symmetry;
 mod table;
 
 pub use build::{BuildReport, BuiltTable, build_table};
+pub use build_shifted::{ShiftedSettings, build_shifted_table};
 pub use cache::{CacheWarning, CachedTable, PartOfTable, ResponseCache};
+pub use chief_ray::{ChiefRayShifts, FoundShift};
+pub use corrected::{CorrectedSettings, Correction, CorrectionError, ExactRun, Incidence, spread};
 pub use error::ResponseError;
 pub use frame::MovingFrame;
 pub use geometric::GeometricResponse;
@@ -38,4 +47,7 @@ pub use lookup::{Response, ResponseLookup};
 pub use plane_wave::{LitPixel, PlaneWaveAnswer, Powers, direction_cosines};
 pub use rejection::{REJECTION_THRESHOLD, RejectionRanges};
 pub use settings::{PixelModel, TableSettings};
+pub use shift_grid::ShiftGrid;
+pub use shifted_interpolator::ShiftedInterpolator;
+pub use shifted_pixel::ShiftedPixel;
 pub use table::{AngularResponse, ResponseAxes, ResponseMeta};

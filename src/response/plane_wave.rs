@@ -1,10 +1,12 @@
 //! One plane wave on a pixel, whatever the model.
 
-use super::{GeometricResponse, PixelModel, ResponseError};
+use std::path::Path;
+
+use super::{Correction, GeometricResponse, Incidence, PixelModel, ResponseError};
 use crate::em::PixelStack;
 use crate::em::fdtd::{FdtdAnswer, FdtdPowers, FdtdRun, FdtdSettings, solve};
 use crate::em::rcwa::{RcwaModel, RcwaPowers};
-use crate::em::wave::WaveModel;
+use crate::em::wave::{WaveModel, WavePowers};
 
 /// Where the light of a plane wave goes, as parts of the power incident on the pixel's whole footprint. They add up to one but for
 /// the imbalance.
@@ -50,23 +52,32 @@ enum Lit {
         settings: FdtdSettings,
         wavelength_nm: f64,
     },
+    Corrected {
+        wave: WaveModel,
+        correction: Correction,
+        shift_um: [f64; 2],
+    },
     Rcwa(RcwaModel),
 }
 
 impl LitPixel {
-    /// Checks pixel, model and wavelength.
+    /// Checks pixel, model and wavelength. The corrected level makes its exact runs here.
     pub fn new(
         stack: &PixelStack,
         model: &PixelModel,
         wavelength_nm: f64,
     ) -> Result<Self, ResponseError> {
         stack.check()?;
+        if let PixelModel::Corrected(_) = model {
+            return Self::with_exact_runs_in(None, stack, model, wavelength_nm);
+        }
         Ok(Self(match model {
             PixelModel::Geometric { focal_length_um } => Lit::Geometric(GeometricResponse::new(
                 stack.subpixels,
                 stack.pitch_um,
                 *focal_length_um,
             )?),
+            PixelModel::Corrected(_) => unreachable!("made above"),
             PixelModel::Wave(settings) => {
                 Lit::Wave(WaveModel::new(stack, wavelength_nm, settings)?)
             }
@@ -82,6 +93,35 @@ impl LitPixel {
                 Lit::Rcwa(RcwaModel::new(stack, wavelength_nm, settings)?)
             }
         }))
+    }
+
+    /// [`Self::new`]; exact runs of the corrected level are kept in `folder` and found there again.
+    pub(super) fn with_exact_runs_in(
+        folder: Option<&Path>,
+        stack: &PixelStack,
+        model: &PixelModel,
+        wavelength_nm: f64,
+    ) -> Result<Self, ResponseError> {
+        let PixelModel::Corrected(settings) = model else {
+            return Self::new(stack, model, wavelength_nm);
+        };
+        let wave = WaveModel::new(stack, wavelength_nm, &settings.wave)?;
+        let file = format!("{}.exact", settings.exact_key(stack, wavelength_nm, false));
+        let path = folder.map(|f| f.join(file));
+        let correction = settings.simulate(stack, wavelength_nm, false, path.as_deref())?;
+        Ok(Self(Lit::Corrected {
+            wave,
+            correction,
+            shift_um: stack.lens.shift_um,
+        }))
+    }
+
+    /// The fit of the corrected level.
+    pub fn correction(&self) -> Option<&Correction> {
+        match &self.0 {
+            Lit::Corrected { correction, .. } => Some(correction),
+            _ => None,
+        }
     }
 
     /// Lights the pixel from direction cosines (u, v); u² + v² < 1.
@@ -105,21 +145,17 @@ impl LitPixel {
                     warnings: Vec::new(),
                 })
             }
-            Lit::Wave(model) => {
-                let powers = model.solve(u, v)?;
-                Ok(PlaneWaveAnswer {
-                    mean: Powers {
-                        transmitted: powers.into_silicon - powers.absorbed.iter().sum::<f64>(),
-                        absorbed: powers.absorbed,
-                        reflected: powers.reflected,
-                        elsewhere: powers.filter,
-                    },
-                    polarized: None,
-                    residual: powers.residual,
-                    imbalance: powers.imbalance,
-                    steps: None,
-                    warnings: Vec::new(),
-                })
+            Lit::Wave(model) => Ok(wave_answer(model.solve(u, v)?)),
+            Lit::Corrected {
+                wave,
+                correction,
+                shift_um,
+            } => {
+                let incidence = Incidence {
+                    direction: [u, v],
+                    shift_um: *shift_um,
+                };
+                Ok(correction.apply_to(incidence, wave_answer(wave.solve(u, v)?)))
             }
             Lit::Fdtd {
                 stack,
@@ -152,6 +188,23 @@ impl LitPixel {
                 })
             }
         }
+    }
+}
+
+/// What the wave model says.
+pub(super) fn wave_answer(powers: WavePowers) -> PlaneWaveAnswer {
+    PlaneWaveAnswer {
+        mean: Powers {
+            transmitted: powers.into_silicon - powers.absorbed.iter().sum::<f64>(),
+            absorbed: powers.absorbed,
+            reflected: powers.reflected,
+            elsewhere: powers.filter,
+        },
+        polarized: None,
+        residual: powers.residual,
+        imbalance: powers.imbalance,
+        steps: None,
+        warnings: Vec::new(),
     }
 }
 

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::ResponseError;
+use super::corrected::{self, CorrectedSettings};
 use crate::em::PixelStack;
 use crate::em::fdtd::{self, FdtdSettings};
 use crate::em::rcwa::{self, RcwaSettings};
@@ -21,6 +22,8 @@ pub enum PixelModel {
     Wave(WaveSettings),
     /// Maxwell's equations in time ([`crate::em::fdtd`]).
     Fdtd(FdtdSettings),
+    /// The wave model with a fit of its difference to a few runs of an exact one ([`super::CorrectedSettings`]).
+    Corrected(CorrectedSettings),
     /// Maxwell's equations by Fourier modes ([`crate::em::rcwa`]).
     Rcwa(RcwaSettings),
 }
@@ -32,6 +35,7 @@ impl PixelModel {
             Self::Geometric { .. } => "geometric-1",
             Self::Wave(_) => wave::MODEL,
             Self::Fdtd(_) => fdtd::MODEL,
+            Self::Corrected(_) => corrected::MODEL,
             Self::Rcwa(_) => rcwa::MODEL,
         }
     }
@@ -53,6 +57,7 @@ impl PixelModel {
             }
             Self::Wave(settings) => Ok(settings.check()?),
             Self::Fdtd(settings) => Ok(settings.check()?),
+            Self::Corrected(settings) => settings.check(),
             Self::Rcwa(settings) => Ok(settings.check()?),
         }
     }
@@ -60,7 +65,7 @@ impl PixelModel {
     /// Whether one run answers for many wavelengths at one transverse wavevector k∥.
     pub(super) fn is_pulsed(&self) -> bool {
         match self {
-            Self::Geometric { .. } | Self::Wave(_) | Self::Rcwa(_) => false,
+            Self::Geometric { .. } | Self::Wave(_) | Self::Rcwa(_) | Self::Corrected(_) => false,
             Self::Fdtd(_) => true,
         }
     }

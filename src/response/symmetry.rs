@@ -20,7 +20,15 @@ pub(super) struct Symmetry {
 }
 
 impl Symmetry {
-    fn node(self, (a, b): Node) -> Node {
+    /// The one that changes nothing.
+    pub const NONE: Self = Self {
+        swap: false,
+        sign_x: 1,
+        sign_y: 1,
+    };
+
+    /// Where it sends a node.
+    pub fn node(self, (a, b): Node) -> Node {
         let (a, b) = if self.swap { (b, a) } else { (a, b) };
         (a * self.sign_x, b * self.sign_y)
     }
@@ -39,16 +47,24 @@ impl Symmetry {
     }
 }
 
+/// The symmetries of a pixel with a centred lens.
+pub(super) fn symmetries_of(subpixels: Subpixels) -> Vec<Symmetry> {
+    kept(subpixels, [0.0, 0.0])
+}
+
 /// The symmetries that leave the pixel and its lens shift as they are.
 pub(super) fn symmetries(stack: &PixelStack) -> Vec<Symmetry> {
-    let [sx, sy] = stack.lens.shift_um;
+    kept(stack.subpixels, stack.lens.shift_um)
+}
+
+fn kept(subpixels: Subpixels, [sx, sy]: [f64; 2]) -> Vec<Symmetry> {
     let mut found = Vec::new();
     for swap in [false, true] {
         for sign_x in [1, -1] {
             for sign_y in [1, -1] {
                 let (a, b) = if swap { (sy, sx) } else { (sx, sy) };
                 let keeps_shift = a * sign_x as f64 == sx && b * sign_y as f64 == sy;
-                let keeps_pixel = !swap || stack.subpixels.m() == stack.subpixels.n();
+                let keeps_pixel = !swap || subpixels.m() == subpixels.n();
                 if keeps_shift && keeps_pixel {
                     found.push(Symmetry {
                         swap,

@@ -1,10 +1,15 @@
 //! The angular response as a table, checked when made.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Interpolator, MovingFrame, ResponseError};
+use super::symmetry::{Symmetry, symmetries_of};
+use super::{
+    ChiefRayShifts, CorrectionError, Interpolator, MovingFrame, ResponseError, ShiftGrid,
+    ShiftedInterpolator,
+};
 use crate::sensor::Subpixels;
 
 /// What Σ P_i may exceed 1 by: rounding of f32, no more.
@@ -41,6 +46,15 @@ pub struct ResponseMeta {
     pub frame: MovingFrame,
     /// Hash (blake3, hex) of model, settings and pixel: the same key means the same table.
     pub key: String,
+    /// The grid that the shifts are the octant of, of a table of shifted lenses ([`super::build_shifted_table`]).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shift_grid: Option<ShiftGrid>,
+    /// Which shift each chief ray needs, where it was found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chief_ray_shifts: Option<ChiefRayShifts>,
+    /// Of the corrected level, its error at each wavelength.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub corrections: Vec<CorrectionError>,
 }
 
 /// P_i(λ, shift, u, v): power absorbed by sub-pixel i over `irradiance × pitch² × cos θ`.
@@ -63,6 +77,7 @@ impl AngularResponse {
         table: Vec<f32>,
     ) -> Result<Self, ResponseError> {
         check_axes(&axes)?;
+        check_shifts(&axes, &meta)?;
         MovingFrame::new(meta.frame.index, meta.frame.height_um)?;
         if !(meta.pitch_um > 0.0 && meta.pitch_um.is_finite()) {
             return Err(ResponseError::value(
@@ -127,6 +142,135 @@ impl AngularResponse {
     /// Bilinear lookup of the centred lens at `wavelength_nm`: linear between the two nearest wavelengths of the table, the
     /// end's own table beyond them.
     pub fn interpolator(&self, wavelength_nm: f64) -> Interpolator {
+        self.bilinear(self.blended(wavelength_nm, 0))
+    }
+
+    /// The lookup under any shift of the lens, at a wavelength as of [`Self::interpolator`]; `None` for a table of the centred lens.
+    pub fn shifted_interpolator(&self, wavelength_nm: f64) -> Option<ShiftedInterpolator> {
+        let grid = self.meta.shift_grid?;
+        let symmetries = symmetries_of(self.meta.subpixels);
+        let stored = self.stored_shifts(&grid, wavelength_nm);
+        Some(ShiftedInterpolator::new(
+            self.meta.subpixels,
+            self.meta.frame,
+            self.along(&self.axes.u),
+            self.along(&self.axes.v),
+            &grid,
+            |node| self.unfolded(&grid, &symmetries, &stored, node),
+        ))
+    }
+
+    /// Bilinear lookup under the lens at one node of the shift grid, `[i, j]` from 0 to N − 1; `None` for a table of the centred lens
+    /// or no such node.
+    pub fn interpolator_at_shift(
+        &self,
+        node: [usize; 2],
+        wavelength_nm: f64,
+    ) -> Option<Interpolator> {
+        let grid = self.meta.shift_grid?;
+        if node.iter().any(|&i| i >= grid.per_pitch) {
+            return None;
+        }
+        let symmetries = symmetries_of(self.meta.subpixels);
+        let own = grid.stands_for(&symmetries, node).0;
+        let place = grid.stored(&symmetries).iter().position(|n| *n == own)?;
+        let stored = BTreeMap::from([(own, self.blended(wavelength_nm, place))]);
+        Some(self.bilinear(self.unfolded(&grid, &symmetries, &stored, node)))
+    }
+
+    /// The table with every `divisor`-th of the shift grid's nodes along each axis; `None` for a table of the centred lens, or where
+    /// fewer would be no grid.
+    pub fn with_fewer_shifts(&self, divisor: usize) -> Option<Self> {
+        let grid = self.meta.shift_grid?;
+        if divisor == 0 || !grid.per_pitch.is_multiple_of(divisor) {
+            return None;
+        }
+        let fewer = ShiftGrid::new(grid.pitch_um, grid.per_pitch / divisor).ok()?;
+        let stored = grid.stored(&symmetries_of(self.meta.subpixels));
+        let kept: Vec<usize> = (0..stored.len())
+            .filter(|&i| stored[i].iter().all(|x| x.is_multiple_of(divisor)))
+            .collect();
+        let mut table = Vec::new();
+        for w in 0..self.axes.wavelengths_nm.len() {
+            for &i in &kept {
+                table.extend_from_slice(&self.table[self.plane(w, i)]);
+            }
+        }
+        let axes = ResponseAxes {
+            shifts_um: kept.iter().map(|&i| self.axes.shifts_um[i]).collect(),
+            ..self.axes.clone()
+        };
+        let meta = ResponseMeta {
+            shift_grid: Some(fewer),
+            key: format!("{} / {divisor}", self.meta.key),
+            ..self.meta.clone()
+        };
+        Self::new(axes, meta, table).ok()
+    }
+
+    /// The table with the shifts that chief rays need.
+    pub(super) fn with_chief_ray_shifts(mut self, shifts: ChiefRayShifts) -> Self {
+        self.meta.chief_ray_shifts = Some(shifts);
+        self
+    }
+
+    /// The table with what is known of its correction.
+    pub(super) fn with_corrections(mut self, corrections: Vec<CorrectionError>) -> Self {
+        self.meta.corrections = corrections;
+        self
+    }
+
+    fn along(&self, axis: &[f64]) -> (usize, f32) {
+        (axis.len(), axis[axis.len() - 1] as f32)
+    }
+
+    fn bilinear(&self, plane: Vec<f32>) -> Interpolator {
+        Interpolator::new(
+            self.meta.subpixels,
+            self.meta.frame,
+            self.along(&self.axes.u),
+            self.along(&self.axes.v),
+            plane,
+        )
+    }
+
+    fn stored_shifts(
+        &self,
+        grid: &ShiftGrid,
+        wavelength_nm: f64,
+    ) -> BTreeMap<[usize; 2], Vec<f32>> {
+        let nodes = grid.stored(&symmetries_of(self.meta.subpixels));
+        let planes = nodes.into_iter().enumerate();
+        planes
+            .map(|(i, node)| (node, self.blended(wavelength_nm, i)))
+            .collect()
+    }
+
+    /// The plane `[v][u][sub-pixel]` of any node of the grid, from the stored ones.
+    fn unfolded(
+        &self,
+        grid: &ShiftGrid,
+        symmetries: &[Symmetry],
+        stored: &BTreeMap<[usize; 2], Vec<f32>>,
+        node: [usize; 2],
+    ) -> Vec<f32> {
+        let (own, symmetry) = grid.stands_for(symmetries, node);
+        let source = &stored[&own];
+        let s = self.meta.subpixels;
+        let (nu, nv) = (self.axes.u.len() as i64, self.axes.v.len() as i64);
+        let mut plane = Vec::with_capacity(source.len());
+        for iv in 0..nv {
+            for iu in 0..nu {
+                let (a, b) = symmetry.node((iu - nu / 2, iv - nv / 2));
+                let at = ((b + nv / 2) * nu + a + nu / 2) as usize * s.count();
+                plane.extend((0..s.count()).map(|i| source[at + symmetry.sub_pixel(s, i)]));
+            }
+        }
+        plane
+    }
+
+    /// The plane of a stored shift at a wavelength.
+    fn blended(&self, wavelength_nm: f64, shift: usize) -> Vec<f32> {
         let w = &self.axes.wavelengths_nm;
         let upper = w.partition_point(|&x| x < wavelength_nm);
         let (a, b) = (upper.saturating_sub(1), upper.min(w.len() - 1));
@@ -135,19 +279,10 @@ impl AngularResponse {
         } else {
             ((wavelength_nm - w[a]) / (w[b] - w[a])) as f32
         };
-        let (low, high) = (&self.table[self.plane(a, 0)], &self.table[self.plane(b, 0)]);
-        let plane = low
-            .iter()
-            .zip(high)
-            .map(|(&p, &q)| p * (1.0 - part) + q * part)
-            .collect();
-        Interpolator::new(
-            self.meta.subpixels,
-            self.meta.frame,
-            (self.axes.u.len(), self.axes.u[self.axes.u.len() - 1] as f32),
-            (self.axes.v.len(), self.axes.v[self.axes.v.len() - 1] as f32),
-            plane,
-        )
+        let low = &self.table[self.plane(a, shift)];
+        let high = &self.table[self.plane(b, shift)];
+        let both = low.iter().zip(high);
+        both.map(|(&p, &q)| p * (1.0 - part) + q * part).collect()
     }
 
     fn plane(&self, wavelength: usize, shift: usize) -> Range<usize> {
@@ -155,6 +290,33 @@ impl AngularResponse {
         let at = (wavelength * self.axes.shifts_um.len() + shift) * size;
         at..at + size
     }
+}
+
+/// The shifts of a grid are its stored nodes, and a square pixel's axes are equal, or symmetry could not fill the rest.
+fn check_shifts(axes: &ResponseAxes, meta: &ResponseMeta) -> Result<(), ResponseError> {
+    if let Some(map) = &meta.chief_ray_shifts {
+        map.check(meta.subpixels)?;
+    }
+    let Some(grid) = &meta.shift_grid else {
+        return Ok(());
+    };
+    ShiftGrid::new(grid.pitch_um, grid.per_pitch)?;
+    let stored = grid.stored(&symmetries_of(meta.subpixels));
+    let near = |(node, shift): (&[usize; 2], &[f64; 2])| {
+        let wanted = grid.shift_um(*node);
+        (0..2).all(|a| (wanted[a] - shift[a]).abs() < 1e-9 * grid.pitch_um)
+    };
+    let same_axes = meta.subpixels.m() != meta.subpixels.n() || axes.u == axes.v;
+    let same_shifts =
+        stored.len() == axes.shifts_um.len() && stored.iter().zip(&axes.shifts_um).all(near);
+    if grid.pitch_um == meta.pitch_um && same_axes && same_shifts {
+        return Ok(());
+    }
+    Err(ResponseError::value(
+        "shift_um",
+        format!("{} shifts", axes.shifts_um.len()),
+        "the octant (of pixels that are not square: the quadrant) of shift_grid, with the pixel's pitch and u as v",
+    ))
 }
 
 fn check_axes(axes: &ResponseAxes) -> Result<(), ResponseError> {

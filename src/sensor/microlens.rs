@@ -19,7 +19,8 @@ pub enum ShiftRule {
         /// Shift in µm a mm of image height.
         um_per_mm: f64,
     },
-    /// The shift that centres the main lens's own chief ray on each pixel.
+    /// The shift that centres the main lens's own chief ray on each pixel: as the response's table says, where it holds shifts found
+    /// for chief rays, else to first order (moving frame).
     ChiefRay,
 }
 
@@ -32,6 +33,11 @@ pub enum MicrolensShifts {
     Linear {
         /// Shift in µm a mm of image height.
         um_per_mm: f64,
+    },
+    /// Found for the chief rays of the window ([`ChiefRayShifts`](crate::response::ChiefRayShifts)), in µm.
+    Found {
+        /// (s_x, s_y).
+        shift_um: FieldGrid,
     },
     /// From the chief ray's direction cosines (u, v) over the window.
     ChiefRay {
@@ -49,6 +55,11 @@ impl MicrolensShifts {
         match self {
             Self::Centred => DVec2::ZERO,
             Self::Linear { um_per_mm } => -xy_mm * *um_per_mm,
+            Self::Found { shift_um } => {
+                let mut shift = [0.0; 2];
+                shift_um.sample(xy_mm, &mut shift);
+                DVec2::from(shift)
+            }
             Self::ChiefRay { chief_uv, frame } => {
                 let mut uv = [0.0; 2];
                 chief_uv.sample(xy_mm, &mut uv);

@@ -151,6 +151,9 @@ pub fn table(subpixels: Subpixels, wavelengths_nm: Vec<f64>) -> AngularResponse 
             height_um: 3.0,
         },
         key: String::new(),
+        shift_grid: None,
+        chief_ray_shifts: None,
+        corrections: Vec::new(),
     };
     let axes = ResponseAxes {
         wavelengths_nm,

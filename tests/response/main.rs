@@ -6,4 +6,5 @@ mod conformance;
 mod curves;
 mod fdtd;
 mod rcwa;
+mod shifted;
 mod wave;

@@ -32,7 +32,7 @@ pub(super) struct LensRegion {
     background: C,
     depth_um: f64,
     slices: usize,
-    /// V for the sum over slices, `[slice][y][x]`; x = index × pitch / grid from the pixel's centre.
+    /// V for the sum over slices, `[slice][y][x]`; x = index × pitch / grid from the lens's centre.
     potential: Vec<S>,
     /// e^(iVΔz/2k) − 1 with k of the background, for the rough inverse.
     screen: Vec<S>,
@@ -341,20 +341,20 @@ struct Ends {
     rises: C,
 }
 
-/// Depth of the lens surface below the apex on `fine × fine` points, [y][x] from the pixel's centre.
+/// Depth of the lens surface below the apex on `fine × fine` points, [y][x] from the lens's centre.
 fn surface_depth(stack: &PixelStack, fine: usize) -> Vec<f64> {
     let p = stack.pitch_um;
     let r = stack.lens.radius_um;
     // +½: the points of a grid cell lie symmetrically about its grid point.
-    let from_lens = |i: usize, shift: f64| {
-        let x = (i as f64 + 0.5) * p / fine as f64 - shift;
+    let from_lens = |i: usize| {
+        let x = (i as f64 + 0.5) * p / fine as f64;
         x - p * (x / p).round()
     };
     let mut depth = Vec::with_capacity(fine * fine);
     for j in 0..fine {
-        let y = from_lens(j, stack.lens.shift_um[1]);
+        let y = from_lens(j);
         for i in 0..fine {
-            let x = from_lens(i, stack.lens.shift_um[0]);
+            let x = from_lens(i);
             depth.push(r - (r * r - x * x - y * y).max(0.0).sqrt());
         }
     }

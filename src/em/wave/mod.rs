@@ -27,11 +27,11 @@ mod surface;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use rustfft::num_complex::Complex64;
+use rustfft::num_complex::{Complex32, Complex64};
 
 pub use settings::WaveSettings;
 
-use self::lens::{LensRegion, Lit};
+use self::lens::{LensField, LensRegion, Lit};
 use self::modes::{AxisModes, Trenches};
 use self::planar::{FlatLayers, FlatStack, kz};
 use self::silicon::{Silicon, Surface};
@@ -61,6 +61,15 @@ pub struct WavePowers {
     pub imbalance: f64,
     /// Relative residual of the lens field.
     pub residual: f64,
+}
+
+/// What all lens shifts share at one angle.
+struct Parts<'a> {
+    lit: &'a Lit<'a>,
+    flat: &'a FlatStack,
+    silicon: &'a Silicon,
+    /// (u, v).
+    direction: [f64; 2],
 }
 
 /// A pixel at one wavelength, ready to be lit from any direction.
@@ -121,6 +130,21 @@ impl WaveModel {
 
     /// Where the light of a plane wave of direction cosines (u, v) goes. Needs u² + v² < 1.
     pub fn solve(&self, u: f64, v: f64) -> Result<WavePowers, StackError> {
+        let shifts = [self.stack.lens.shift_um];
+        let mut one = self.solve_shifts(u, v, &shifts)?;
+        Ok(one.swap_remove(0))
+    }
+
+    /// [`Self::solve`] for each of several lens shifts (µm) in place of the stack's own.
+    ///
+    /// A lens moved by s multiplies the field's order (a, b) below it by `e^(−i G·s)`, `G = 2π (a, b) / pitch`: all shifts share
+    /// the field in the lens, but for the light that the trenches send back into it.
+    pub fn solve_shifts(
+        &self,
+        u: f64,
+        v: f64,
+        shifts_um: &[[f64; 2]],
+    ) -> Result<Vec<WavePowers>, StackError> {
         let sine_squared = u * u + v * v;
         if sine_squared.is_nan() || sine_squared >= 1.0 {
             return Err(StackError::value(
@@ -131,10 +155,6 @@ impl WaveModel {
         }
         let bloch = [u * self.k0, v * self.k0];
         let orders = self.orders(bloch);
-        let incident = orders
-            .iter()
-            .position(|o| o.a == 0 && o.b == 0)
-            .unwrap_or(0);
         let silicon = Silicon::new(
             self.surface,
             self.k0,
@@ -147,40 +167,88 @@ impl WaveModel {
         let flat = FlatStack::new(&self.flat, self.surface.silicon, self.k0, &orders);
         let lit = Lit {
             orders: &orders,
-            incident,
+            incident: orders
+                .iter()
+                .position(|o| o.a == 0 && o.b == 0)
+                .unwrap_or(0),
             resin: self.flat.lens,
             stack: &flat.seen,
         };
-        let mut extra = vec![C::ZERO; orders.len()];
+        // These passes find a few per cent of the light: a rough field is enough.
+        let rough = if self.settings.bounces > 0 { 5.0 } else { 1.0 };
+        let dark = vec![C::ZERO; orders.len()];
         let mut field = Vec::new();
-        for _ in 0..self.settings.bounces {
-            // These passes find a few per cent of the light: a rough field is enough.
-            let rising = flat.rising(&extra);
-            let f = self
-                .lens
-                .solve(&lit, &rising, &mut field, 5.0 * self.settings.tolerance);
-            let (down, _) = flat.descend(&f.at_bottom, &rising, &extra);
-            let (_, up) = silicon.enter(&orders, &down, MATCHING_TOLERANCE);
+        let rising = flat.rising(&dark);
+        let tolerance = rough * self.settings.tolerance;
+        let first = self.lens.solve(&lit, &rising, &mut field, tolerance);
+        let parts = Parts {
+            lit: &lit,
+            flat: &flat,
+            silicon: &silicon,
+            direction: [u, v],
+        };
+        let one = |&shift| self.under_shift(&parts, shift, &first, &field);
+        Ok(shifts_um.iter().map(one).collect())
+    }
+
+    /// The powers under a shifted lens; `first` is the field that leaves the lens before any light came back from the trenches.
+    fn under_shift(
+        &self,
+        parts: &Parts,
+        shift_um: [f64; 2],
+        first: &LensField,
+        field: &[Complex32],
+    ) -> WavePowers {
+        let Parts {
+            lit, flat, silicon, ..
+        } = parts;
+        let orders = lit.orders;
+        let g = 2.0 * std::f64::consts::PI / self.stack.pitch_um;
+        let phases: Vec<C> = orders
+            .iter()
+            .map(|o| C::cis(-g * (o.a as f64 * shift_um[0] + o.b as f64 * shift_um[1])))
+            .collect();
+        let seen_by_silicon =
+            |down: &[C]| -> Vec<C> { down.iter().zip(&phases).map(|(d, p)| d * p).collect() };
+        let mut extra = vec![C::ZERO; orders.len()];
+        let mut rising = flat.rising(&extra);
+        let mut below: Option<LensField> = None;
+        let mut field = if self.settings.bounces > 0 {
+            field.to_vec()
+        } else {
+            Vec::new()
+        };
+        for bounce in 1..=self.settings.bounces {
+            let (down, _) = {
+                let f = below.as_ref().unwrap_or(first);
+                flat.descend(&f.at_bottom, &rising, &extra)
+            };
+            let (_, mut up) = silicon.enter(orders, &seen_by_silicon(&down), MATCHING_TOLERANCE);
+            for (up, p) in up.iter_mut().zip(&phases) {
+                *up *= p.conj();
+            }
             extra = flat.beyond_plain(&down, &up);
+            rising = flat.rising(&extra);
+            let last = bounce == self.settings.bounces;
+            let tolerance = if last { 1.0 } else { 5.0 } * self.settings.tolerance;
+            below = Some(self.lens.solve(lit, &rising, &mut field, tolerance));
         }
-        let rising = flat.rising(&extra);
-        let f = self
-            .lens
-            .solve(&lit, &rising, &mut field, self.settings.tolerance);
+        let f = below.as_ref().unwrap_or(first);
         let (down, entering) = flat.descend(&f.at_bottom, &rising, &extra);
-        let (modes, _) = silicon.enter(&orders, &down, MATCHING_TOLERANCE);
+        let (modes, _) = silicon.enter(orders, &seen_by_silicon(&down), MATCHING_TOLERANCE);
 
         let air = |o: &Order| kz(C::ONE, self.k0, o.k_perp_squared).re;
-        let incoming = air(&orders[incident]);
+        let incoming = air(&orders[lit.incident]);
         let mut reflected = 0.0;
         for (i, (o, psi)) in orders.iter().zip(&f.at_top).enumerate() {
-            let own = if i == incident { C::ONE } else { C::ZERO };
+            let own = if i == lit.incident { C::ONE } else { C::ZERO };
             reflected += air(o) * (psi - own).norm_sqr() / incoming;
         }
         let entering = entering / incoming;
         // Reflected and entering light add up to one but for the slices and the residual; the powers are scaled so that they do.
         let found = reflected + entering;
         // The scalar field was reflected by the lens as s light is; the mean of s and p loses less.
+        let [u, v] = parts.direction;
         let gain = surface::transmission_gain(&self.stack, self.flat.lens.re, u, v);
         let scale = (gain / found).min(1.0 / entering);
         let into_silicon = scale * silicon.flux(&modes) / incoming;
@@ -189,14 +257,14 @@ impl WaveModel {
         for a in &mut absorbed {
             *a *= scale / incoming;
         }
-        Ok(WavePowers {
+        WavePowers {
             absorbed,
             reflected: 1.0 - scale * entering,
             filter: scale * entering - into_silicon,
             into_silicon,
             imbalance: found - 1.0,
             residual: f.residual,
-        })
+        }
     }
 
     fn orders(&self, bloch: [f64; 2]) -> Vec<Order> {

@@ -78,7 +78,6 @@ impl Bundle {
         samples.fill(3, PUPIL_KEY, 0, &mut q);
         let origin = camera_from_sensor_mm(xy_mm, camera.sensor_z_mm());
         let shift = camera.shift_at_um(xy_mm);
-        let frame = camera.response_frame();
         let n_sub = camera.sensor().subpixels().count();
         let mut batch = RayBatch::default();
         let (mut u, mut v, mut measure, mut slopes) = (
@@ -96,10 +95,12 @@ impl Bundle {
             measure[i] = e.z * e.z / e.length_squared().powi(2);
             slopes[i] = DVec2::new(d.x, d.y) / d.z;
             let uv = uv_from_camera_direction(-d);
-            (u[i], v[i]) = frame.centred_uv(uv.x as f32, uv.y as f32, shift.to_array());
+            (u[i], v[i]) = (uv.x as f32, uv.y as f32);
         }
         let mut response = vec![0f32; n * n_sub];
-        camera.response().weights_batch(&u, &v, &mut response);
+        camera
+            .response()
+            .weights_under(shift.to_array(), &mut u, &mut v, &mut response);
         camera
             .tracer_of(channel)
             .trace_backward(&mut batch, SimdLevel::detect());

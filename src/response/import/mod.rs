@@ -111,6 +111,9 @@ impl AngularResponse {
             subpixels: stack.subpixels,
             frame: MovingFrame::of(stack, wavelengths_nm[0])?,
             key: hash.finalize().to_hex().to_string(),
+            shift_grid: None,
+            chief_ray_shifts: None,
+            corrections: Vec::new(),
         };
         let axes = ResponseAxes {
             wavelengths_nm,

@@ -1,0 +1,119 @@
+#![allow(clippy::unwrap_used)] // because tests fail by panicking
+
+use std::sync::Mutex;
+
+use super::*;
+
+/// A made-up pixel: what a lens at s sends to each sub-pixel, of few harmonics in s, with the symmetries of the square.
+fn shares(u: f64, v: f64, shift_um: [f64; 2], pitch_um: f64) -> Vec<f64> {
+    let half = |c: f64, s: f64| {
+        let x = 2.0 * std::f64::consts::PI * (s / pitch_um + 0.9 * c);
+        0.5 + 0.3 * x.sin() + 0.05 * (3.0 * x).sin()
+    };
+    let (right, up) = (half(u, shift_um[0]), half(v, shift_um[1]));
+    let dim = 0.8 * (1.0 - 0.3 * (u * u + v * v));
+    [(0, 0), (1, 0), (0, 1), (1, 1)]
+        .map(|(c, r)| {
+            let part = |x: f64, side: i32| if side == 1 { x } else { 1.0 - x };
+            dim * part(right, c) * part(up, r)
+        })
+        .to_vec()
+}
+
+fn stack() -> PixelStack {
+    PixelStack::paper(2.0, 1.5, 1.5, 1.0)
+}
+
+fn settings() -> ShiftedSettings {
+    let mut all = ShiftedSettings::wave_for(&stack());
+    all.table.steps = 5;
+    all.table.refine = 1;
+    all.per_pitch = 8;
+    all
+}
+
+fn asked<'a>(
+    plan: &'a ShiftedPlan,
+    count: &'a Mutex<Vec<(Node, usize)>>,
+    most: usize,
+) -> impl Fn(&Run, &[[f64; 2]]) -> Result<Vec<Answer>, ResponseError> + Sync + 'a {
+    move |run, shifts| {
+        let [u, v] = run.cosines(0, &plan.plan.step);
+        let mut count = count.lock().unwrap();
+        if count.iter().map(|c| c.1).sum::<usize>() >= most {
+            // The kill: no answer.
+            return Err(ResponseError::value("power", "off", "on"));
+        }
+        count.push((run.node, shifts.len()));
+        let one = |s: &[f64; 2]| Answer {
+            absorbed: vec![shares(u, v, *s, 2.0)],
+            residual: 0.0,
+            imbalance: 0.0,
+            warnings: Vec::new(),
+        };
+        Ok(shifts.iter().map(one).collect())
+    }
+}
+
+#[test]
+fn symmetry_fills_every_shift_and_direction_from_an_octant() {
+    let plan = ShiftedPlan::new(&stack(), &settings()).unwrap();
+    let runs = Mutex::new(Vec::new());
+    let (values, mut report) = plan
+        .simulate(None, &|_, _| (), &asked(&plan, &runs, usize::MAX))
+        .unwrap();
+    // All of the 11 × 11 directions under 64 shifts, but for the corners beyond 70°: an eighth, and the axes of symmetry.
+    assert!(report.runs < 121 * 64 / 6, "{}", report.runs);
+    let table = plan
+        .table(&stack(), &settings(), &values, &mut report)
+        .unwrap();
+    for i in 0..8 {
+        for j in 0..8 {
+            let lookup = table.interpolator_at_shift([i, j], 550.0).unwrap();
+            let shift = plan.grid.shift_um([i, j]);
+            for (u, v) in [(0.0, 0.0), (0.16, -0.48), (-0.64, 0.16), (0.48, 0.48)] {
+                let mut p = [0f32; 4];
+                lookup.weights(u as f32, v as f32, &mut p);
+                for (p, wanted) in p.iter().zip(shares(u, v, shift, 2.0)) {
+                    assert!(
+                        (f64::from(*p) - wanted).abs() < 1e-6,
+                        "{shift:?} ({u}, {v})"
+                    );
+                }
+            }
+        }
+    }
+    // Three harmonics through eight nodes: the lookup is exact anywhere, but for its splines (1e-3 of 0.05, and
+    // 5e-5 of the first's 0.3) and f32.
+    let lookup = table.shifted_interpolator(550.0).unwrap();
+    for shift in [[0.1, 0.3], [-0.77, 0.42], [1.2, -0.95], [5.31, 7.3]] {
+        let mut p = [0f32; 4];
+        lookup.weights_batch(shift, &[0.32], &[-0.16], &mut p);
+        for (p, wanted) in p.iter().zip(shares(0.32, -0.16, shift, 2.0)) {
+            assert!((f64::from(*p) - wanted).abs() < 5e-4, "{shift:?}");
+        }
+    }
+    assert!(lookup.bytes() == 11 * 11 * 11 * 11 * 4 * 4);
+}
+
+#[test]
+fn a_build_stopped_in_the_middle_goes_on_and_ends_with_the_same_bits() {
+    let plan = ShiftedPlan::new(&stack(), &settings()).unwrap();
+    let none = Mutex::new(Vec::new());
+    let (whole, _) = plan
+        .simulate(None, &|_, _| (), &asked(&plan, &none, usize::MAX))
+        .unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.journal");
+    let runs = Mutex::new(Vec::new());
+    let go = |most: usize| {
+        let journal = Journal::open(&path, "key").unwrap();
+        plan.simulate(Some(&journal), &|_, _| (), &asked(&plan, &runs, most))
+    };
+    assert!(go(200).is_err());
+    let (resumed, report) = go(usize::MAX).unwrap();
+    assert!(report.reused >= 200 && report.reused < report.runs);
+    assert_eq!(resumed, whole);
+    let simulated: usize = runs.lock().unwrap().iter().map(|r| r.1).sum();
+    assert_eq!(simulated, report.runs);
+}
