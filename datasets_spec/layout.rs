@@ -20,6 +20,8 @@ impl FileKind {
             (FileKind::Disparity, _) => "disparity.exr",
             (FileKind::Coc, _) => "coc.exr",
             (FileKind::Occlusion, _) => "occlusion.png",
+            (FileKind::Objects, _) => "objects.png",
+            (FileKind::Normal, _) => "normal.exr",
             (FileKind::Valid, _) => "valid.png",
             (FileKind::Preview, _) => crate::paths::PREVIEW,
         }
@@ -27,12 +29,13 @@ impl FileKind {
 }
 
 /// The files of a sample in the order of their names, each with size, channels and number format. `preview` is the contact
-/// sheet's width and height; `distance` says whether the ray-distance map is there.
+/// sheet's width and height; `distance` says whether the ray-distance map is there, `world` whether objects and normals are.
 pub fn sample_files(
     sensor: &Sensor,
     colours: &[Channel],
     raw: RawFormat,
     distance: bool,
+    world: bool,
     preview: [u32; 2],
 ) -> Vec<SampleFile> {
     use FileKind as K;
@@ -77,6 +80,10 @@ pub fn sample_files(
     ];
     if distance {
         rows.push((K::Distance, size, own(&["distance"]), float));
+    }
+    if world {
+        rows.push((K::Objects, size, own(&["Y"]), Storage::Uint16));
+        rows.push((K::Normal, size, own(&["X", "Y", "Z"]), float));
     }
     let file = |(kind, [width, height], channels, storage): (K, [u32; 2], _, _)| SampleFile {
         name: kind.file_name(raw).to_string(),

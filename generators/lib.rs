@@ -21,6 +21,7 @@ pub mod recipe;
 pub mod render_command;
 pub mod response_command;
 pub mod sample;
+pub mod scenes;
 pub mod stages;
 pub mod study;
 pub mod validate;

@@ -11,7 +11,7 @@ use crate::assemble::{self, Responses};
 use crate::describe::describe;
 use crate::recipe::Recipe;
 use crate::stages::{Stages, timed};
-use crate::writer::{Description, RawEncoding, SampleFiles};
+use crate::writer::{Description, RawEncoding, SampleFiles, Seen};
 use quadpixel::command::CommandError;
 
 /// Headroom of the 16-bit mosaic: the linear value (of one sub-pixel) at its white level, as a multiple of an equal share of 1.
@@ -27,6 +27,9 @@ pub struct Sample {
     coc_px: Image,
     occlusion: Image,
     valid: Vec<bool>,
+    /// Object numbers and normals, of worlds of meshes.
+    seen: Option<(Vec<u16>, Image)>,
+    warnings: Vec<String>,
     description: Description,
     stages: Stages,
 }
@@ -62,14 +65,15 @@ pub fn render_sample(
     let response = timed(&mut stages.response_s, || {
         responses.get(recipe, subpixels, response_progress)
     })?;
-    let (camera, scene) = timed(&mut stages.scene_s, || {
+    let (camera, scene, warnings) = timed(&mut stages.scene_s, || {
         let camera = assemble::camera(recipe, &response, subpixels)?;
-        let scene = assemble::scene(recipe, &camera)?;
-        Ok::<_, CommandError>((camera, scene))
+        let (scene, warnings) = assemble::scene_and_warnings(recipe, &camera)?;
+        Ok::<_, CommandError>((camera, scene, warnings))
     })?;
     let chief = ChiefRays::new(&camera);
     let geometry = timed(&mut stages.truth_s, || chief.geometry(&camera, &scene));
-    let surfaces = (scene.planes().len() > 1).then_some(geometry.surfaces.as_slice());
+    let several = scene.planes().len() > 1 || scene.world().is_some();
+    let surfaces = several.then_some(geometry.surfaces.as_slice());
     let rendered = timed(&mut stages.rays_s, || {
         let execution = Execution::default();
         render(
@@ -121,6 +125,10 @@ pub fn render_sample(
         .iter()
         .map(|d| !d.is_nan())
         .collect();
+    let seen = scene.world().is_some().then(|| {
+        let normals = per_spec_frame(&geometry.normals);
+        (geometry.surfaces.clone(), normals)
+    });
     let description = describe(recipe, id, &camera, &response, gain, &rendered.stats)?;
     let disparity = field.maps(&camera, &geometry.depth_mm);
     stages.truth_s += began.elapsed().as_secs_f64();
@@ -135,15 +143,32 @@ pub fn render_sample(
             .occlusion
             .unwrap_or_else(|| Image::zeros(width, height, 1)),
         valid,
+        seen,
+        warnings,
         description,
         mosaic,
     })
+}
+
+/// Directions in the layout's frame, whose Z runs into the scene.
+fn per_spec_frame(normals: &Image) -> Image {
+    let mut normals = normals.clone();
+    for n in normals.data_mut().chunks_exact_mut(3) {
+        // Written as a difference, so that no −0 is stored.
+        n[2] = 0.0 - n[2];
+    }
+    normals
 }
 
 impl Sample {
     /// Where the time went.
     pub fn stages(&self) -> Stages {
         self.stages
+    }
+
+    /// What was left out of its scene.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Its description.
@@ -165,6 +190,7 @@ impl Sample {
             coc_px: &self.coc_px,
             occlusion: &self.occlusion,
             valid: &self.valid,
+            seen: self.seen.as_ref().map(|(objects, normals)| Seen { objects, normals }),
             description: self.description.clone(),
         }
     }

@@ -167,7 +167,9 @@ fn check_list(meta: &SampleMeta, path: &str, report: &mut Report) -> bool {
     };
     let sheet = has(FileKind::Preview).map_or([0, 0], |file| [file.width, file.height]);
     let distance = has(FileKind::Distance).is_some();
-    if meta.files == sample_files(sensor, &meta.channels, meta.raw.format, distance, sheet) {
+    let world = has(FileKind::Objects).is_some() || has(FileKind::Normal).is_some();
+    let raw = meta.raw.format;
+    if meta.files == sample_files(sensor, &meta.channels, raw, distance, world, sheet) {
         return true;
     }
     report.add(
