@@ -167,14 +167,20 @@ impl WorldConfig {
             ));
         }
         let share = (0.0, 0.5);
-        self.near_over_focus.check("scene.world.near_over_focus", (0.02, 50.0))?;
-        self.far_over_focus.check("scene.world.far_over_focus", (0.05, 100.0))?;
+        self.near_over_focus
+            .check("scene.world.near_over_focus", (0.02, 50.0))?;
+        self.far_over_focus
+            .check("scene.world.far_over_focus", (0.05, 100.0))?;
         self.objects.check("scene.world.objects", (0.0, 400.99))?;
         self.thin.check("scene.world.thin", share)?;
         self.clear.check("scene.world.clear", share)?;
         self.glints.check("scene.world.glints", (0.0, 400.99))?;
-        self.difficulty.check("scene.world.difficulty", (0.0, 1.0))?;
-        let (nearest, farthest) = (self.near_over_focus.bounds().1, self.far_over_focus.bounds().0);
+        self.difficulty
+            .check("scene.world.difficulty", (0.0, 1.0))?;
+        let (nearest, farthest) = (
+            self.near_over_focus.bounds().1,
+            self.far_over_focus.bounds().0,
+        );
         if farthest < 1.05 * nearest {
             return Err(CommandError::input(format!(
                 "scene.world.far_over_focus begins at {farthest}; allowed: at least 1.05 times the largest near_over_focus, {nearest}"

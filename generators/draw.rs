@@ -139,7 +139,11 @@ pub fn recipe(
             None => planes(config, &dice, focus_mm)?,
             Some(_) => Vec::new(),
         },
-        world: config.scene.world.as_ref().map(|w| world(w, &dice, focus_mm)),
+        world: config
+            .scene
+            .world
+            .as_ref()
+            .map(|w| world(w, &dice, focus_mm)),
         environment: [0.0; 3],
         exposure_ev: dice.of(&config.exposure_ev, For::Exposure, 0),
         render: RenderSettings {

@@ -98,7 +98,7 @@ pub fn render_sample(
     let gain = recipe.exposure_ev.exp2() / white.reference_sr();
     let mut mosaic = rendered.image;
     mosaic.scale(gain as f32);
-    let mut target = chief.target(&camera, &scene, &white);
+    let mut target = chief.target(&camera, &scene, &white, &recipe.render);
     // Where there is no chief ray the target is black, and `valid` says so.
     target
         .data_mut()
@@ -190,7 +190,10 @@ impl Sample {
             coc_px: &self.coc_px,
             occlusion: &self.occlusion,
             valid: &self.valid,
-            seen: self.seen.as_ref().map(|(objects, normals)| Seen { objects, normals }),
+            seen: self
+                .seen
+                .as_ref()
+                .map(|(objects, normals)| Seen { objects, normals }),
             description: self.description.clone(),
         }
     }

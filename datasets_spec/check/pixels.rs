@@ -117,7 +117,10 @@ fn seen(pictures: &BTreeMap<FileKind, Planes>, findings: &mut Vec<(FileKind, Str
     };
     let [x, y, z] = ["X", "Y", "Z"].map(|name| &normal.channels[name]);
     let bad = (0..x.len()).filter(|&i| {
-        let square = [x, y, z].map(|c| f64::from(c[i]).powi(2)).iter().sum::<f64>();
+        let square = [x, y, z]
+            .map(|c| f64::from(c[i]).powi(2))
+            .iter()
+            .sum::<f64>();
         let expected = f64::from(u8::from(met(i)));
         // NaN, where nothing is valid, has its own rule.
         (square - expected).abs() > 1e-4

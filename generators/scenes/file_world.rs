@@ -90,7 +90,9 @@ impl FileWorld {
     pub(crate) fn load(&self, focus_mm: Option<f64>) -> Result<Placed, CommandError> {
         for (field, value) in [("distance_mm", self.distance_mm), ("size_mm", self.size_mm)] {
             if let Some(value) = value.filter(|v| !(*v > 0.0 && v.is_finite())) {
-                return Err(CommandError::input(format!("{field} is {value}; allowed: a positive length")));
+                return Err(CommandError::input(format!(
+                    "{field} is {value}; allowed: a positive length"
+                )));
             }
         }
         if let Some(expected) = &self.blake3 {
@@ -103,13 +105,21 @@ impl FileWorld {
             }
         }
         let scene = import(Path::new(&self.path), self.unit_mm).map_err(super::finish::input)?;
-        let mut warnings: Vec<String> = scene.warnings.iter().map(|(what, n)| format!("{n} × {what}")).collect();
+        let mut warnings: Vec<String> = scene
+            .warnings
+            .iter()
+            .map(|(what, n)| format!("{n} × {what}"))
+            .collect();
         let by_camera = match (&self.camera, self.distance_mm) {
             (Some(name), _) => {
                 let found = scene.cameras.iter().find(|c| c.name == *name);
                 let names: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
                 Some(found.ok_or_else(|| {
-                    let names = if names.is_empty() { "none".into() } else { names.join(", ") };
+                    let names = if names.is_empty() {
+                        "none".into()
+                    } else {
+                        names.join(", ")
+                    };
                     CommandError::input(format!("camera is {name:?}; allowed: {names}"))
                 })?)
             }
@@ -135,8 +145,9 @@ impl FileWorld {
         world: &WorldDescription,
         distance_mm: f64,
     ) -> Result<DAffine3, CommandError> {
-        let (low, high) = bounds_mm(world)
-            .ok_or_else(|| CommandError::input(format!("{}: has no triangle to show", self.path)))?;
+        let (low, high) = bounds_mm(world).ok_or_else(|| {
+            CommandError::input(format!("{}: has no triangle to show", self.path))
+        })?;
         let longest = (high - low).max_element();
         let scale = match self.size_mm {
             Some(size) if longest > 0.0 => size / longest,
@@ -145,7 +156,9 @@ impl FileWorld {
         let turn = DMat3::from_rotation_x(self.pitch_deg.to_radians())
             * DMat3::from_rotation_y(self.yaw_deg.to_radians());
         if !turn.is_finite() {
-            return Err(CommandError::input("yaw_deg, pitch_deg: allowed: finite angles"));
+            return Err(CommandError::input(
+                "yaw_deg, pitch_deg: allowed: finite angles",
+            ));
         }
         Ok(DAffine3::from_translation(-distance_mm * DVec3::Z)
             * DAffine3::from_mat3(turn * scale)
@@ -169,7 +182,9 @@ impl FileWorld {
         let lit = world.materials.iter().any(|m| strong(&m.emission))
             || world.lights.iter().any(|light| match light {
                 Light::Sun { irradiance, .. } => strong(irradiance),
-                Light::Point { intensity_m2, .. } | Light::Spot { intensity_m2, .. } => strong(intensity_m2),
+                Light::Point { intensity_m2, .. } | Light::Spot { intensity_m2, .. } => {
+                    strong(intensity_m2)
+                }
             });
         let radiance = self.sky.unwrap_or(if lit { 0.0 } else { 1.0 });
         if self.sky.is_none() && !lit {

@@ -28,7 +28,11 @@ pub(super) fn build(drawn: &Drawn, view: &View) -> Result<WorldDescription, Comm
         let t = (k as f64 + key.uniform(0)) / f64::from(drawn.objects);
         let depth = drawn.depth_mm(0.97 * t);
         let spread = 1.05;
-        let at = view.at(key.range(1, -spread, spread), key.range(2, -spread, spread), depth);
+        let at = view.at(
+            key.range(1, -spread, spread),
+            key.range(2, -spread, spread),
+            depth,
+        );
         // The nearer half is kept smaller, or it would hide the rest.
         let largest = if t < 0.5 { 0.45 } else { 0.8 };
         let size = view.reach_mm(depth) * 0.12 * (largest / 0.12f64).powf(key.uniform(3));
@@ -68,12 +72,18 @@ fn backdrop(
     let material = matt(builder, key, kind)?;
     let half = 2.0 * drawn.far_mm * view.half;
     let wave = 0.04 * view.reach_mm(drawn.far_mm);
-    let tilt = DMat3::from_rotation_y(key.range(1, -0.3, 0.3)) * DMat3::from_rotation_x(key.range(2, -0.3, 0.3));
+    let tilt = DMat3::from_rotation_y(key.range(1, -0.3, 0.3))
+        * DMat3::from_rotation_x(key.range(2, -0.3, 0.3));
     let wall = Shape::patch(40, 40, |u, v| {
         let ripple = (9.0 * u + 3.0 * v).sin() * (7.0 * v).cos();
-        DVec3::new((2.0 * u - 1.0) * half.x, (2.0 * v - 1.0) * half.y, wave * ripple)
+        DVec3::new(
+            (2.0 * u - 1.0) * half.x,
+            (2.0 * v - 1.0) * half.y,
+            wave * ripple,
+        )
     });
-    let place = DAffine3::from_mat3_translation(view.facing() * tilt, view.at(0.0, 0.0, drawn.far_mm));
+    let place =
+        DAffine3::from_mat3_translation(view.facing() * tilt, view.at(0.0, 0.0, drawn.far_mm));
     builder.object("backdrop", vec![(wall, material)], place);
     Ok(())
 }

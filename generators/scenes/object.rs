@@ -57,7 +57,14 @@ pub(super) fn still_life(
                     slender(builder, key)
                 };
                 let pot = lathe(
-                    &[(0.0, 0.0), (0.12, 0.0), (0.12, 0.0), (0.17, 0.25), (0.17, 0.25), (0.0, 0.22)],
+                    &[
+                        (0.0, 0.0),
+                        (0.12, 0.0),
+                        (0.12, 0.0),
+                        (0.17, 0.25),
+                        (0.17, 0.25),
+                        (0.0, 0.22),
+                    ],
                     ROUND,
                 );
                 let leaves = plant(key, 0.85, u64::from(key.whole(903, 9, 24)));
@@ -77,29 +84,54 @@ pub(super) fn still_life(
                 // Brushes or knitting needles in a cup.
                 let needle = |k: u64| {
                     let key = key.with(k);
-                    let foot = DVec3::new(key.range(0, -0.08, 0.08), 0.03, key.range(1, -0.08, 0.08));
-                    let top = foot + DVec3::new(key.range(2, -0.2, 0.2), key.range(3, 0.75, 1.0), key.range(4, -0.2, 0.2));
+                    let foot =
+                        DVec3::new(key.range(0, -0.08, 0.08), 0.03, key.range(1, -0.08, 0.08));
+                    let top = foot
+                        + DVec3::new(
+                            key.range(2, -0.2, 0.2),
+                            key.range(3, 0.75, 1.0),
+                            key.range(4, -0.2, 0.2),
+                        );
                     wire(foot, top, key.range(5, 0.006, 0.014))
                 };
                 let needles = (0..7).fold(Shape::default(), |s, k| s.with(&needle(k)));
                 let own = slender(builder, key);
-                vec![(needles, own), (cup(0.16, 0.4), opaque(builder, key.with(1))?)]
+                vec![
+                    (needles, own),
+                    (cup(0.16, 0.4), opaque(builder, key.with(1))?),
+                ]
             }
         },
         Nature::Clear => match kind {
-            0 | 1 => vec![(sphere(0.5, ROUND).at(DVec3::Y * 0.5), clear(builder, key, true))],
+            0 | 1 => vec![(
+                sphere(0.5, ROUND).at(DVec3::Y * 0.5),
+                clear(builder, key, true),
+            )],
             2 | 3 => vec![(bottle(key), clear(builder, key, true))],
-            4 => vec![(cuboid(DVec3::new(0.5, 0.9, 0.5)).at(DVec3::Y * 0.45), clear(builder, key, true))],
-            _ => vec![(cuboid(DVec3::new(0.8, 1.0, 0.02)).at(DVec3::Y * 0.5), clear(builder, key, false))],
+            4 => vec![(
+                cuboid(DVec3::new(0.5, 0.9, 0.5)).at(DVec3::Y * 0.45),
+                clear(builder, key, true),
+            )],
+            _ => vec![(
+                cuboid(DVec3::new(0.8, 1.0, 0.02)).at(DVec3::Y * 0.5),
+                clear(builder, key, false),
+            )],
         },
         Nature::Opaque => match kind {
-            0 => vec![(sphere(0.45, ROUND).at(DVec3::Y * 0.45), opaque(builder, key)?)],
+            0 => vec![(
+                sphere(0.45, ROUND).at(DVec3::Y * 0.45),
+                opaque(builder, key)?,
+            )],
             1 => vec![(bottle(key), opaque(builder, key)?)],
             2 => vec![(cup(key.range(902, 0.2, 0.35), 0.5), opaque(builder, key)?)],
             3 => books(builder, key)?,
             4 => vec![(
-                cuboid(DVec3::new(key.range(902, 0.4, 0.9), key.range(903, 0.3, 1.0), key.range(904, 0.3, 0.7)))
-                    .at(DVec3::Y * 0.5 * key.range(903, 0.3, 1.0)),
+                cuboid(DVec3::new(
+                    key.range(902, 0.4, 0.9),
+                    key.range(903, 0.3, 1.0),
+                    key.range(904, 0.3, 0.7),
+                ))
+                .at(DVec3::Y * 0.5 * key.range(903, 0.3, 1.0)),
                 opaque(builder, key)?,
             )],
             _ => vec![(cone(0.35, 0.9, ROUND), opaque(builder, key)?)],
@@ -116,15 +148,33 @@ pub(super) fn flying(
     let kind = key.whole(901, 0, 6);
     let shape = match nature {
         Nature::Thin => match kind {
-            0 | 1 => spring(0.3, 1.0, key.range(902, 3.0, 7.0), key.range(903, 0.008, 0.025)),
+            0 | 1 => spring(
+                0.3,
+                1.0,
+                key.range(902, 3.0, 7.0),
+                key.range(903, 0.008, 0.025),
+            ),
             2 => torus(0.48, key.range(903, 0.008, 0.02), ROUND),
-            3 | 4 => fence(1.0, 1.0, key.whole(902, 4, 14) as usize, key.range(903, 0.005, 0.018)),
-            5 => wire(DVec3::new(0.0, -0.8, 0.0), DVec3::new(0.0, 0.8, 0.0), key.range(903, 0.004, 0.015)),
+            3 | 4 => fence(
+                1.0,
+                1.0,
+                key.whole(902, 4, 14) as usize,
+                key.range(903, 0.005, 0.018),
+            ),
+            5 => wire(
+                DVec3::new(0.0, -0.8, 0.0),
+                DVec3::new(0.0, 0.8, 0.0),
+                key.range(903, 0.004, 0.015),
+            ),
             _ => knot(0.5, key.range(903, 0.012, 0.03)),
         },
         _ => match kind {
             0 => sphere(0.5, ROUND),
-            1 => cuboid(DVec3::new(0.8, key.range(902, 0.3, 0.8), key.range(903, 0.2, 0.8))),
+            1 => cuboid(DVec3::new(
+                0.8,
+                key.range(902, 0.3, 0.8),
+                key.range(903, 0.2, 0.8),
+            )),
             2 => torus(0.36, key.range(902, 0.08, 0.18), ROUND),
             3 => cylinder(0.3, 0.9, ROUND).at(DVec3::Y * -0.45),
             4 => cone(0.45, 0.9, ROUND).at(DVec3::Y * -0.45),
@@ -144,13 +194,16 @@ pub(super) fn flying(
 /// A chair, 1 high.
 pub(super) fn chair(builder: &mut Builder, key: Key) -> Result<Parts, CommandError> {
     let (frame, seat) = (opaque(builder, key)?, opaque(builder, key.with(1))?);
-    let leg = |x: f64, z: f64, h: f64| cuboid(DVec3::new(0.04, h, 0.04)).at(DVec3::new(x, 0.5 * h, z));
+    let leg =
+        |x: f64, z: f64, h: f64| cuboid(DVec3::new(0.04, h, 0.04)).at(DVec3::new(x, 0.5 * h, z));
     let legs = leg(-0.2, 0.2, 0.45)
         .with(&leg(0.2, 0.2, 0.45))
         .with(&leg(-0.2, -0.2, 1.0))
         .with(&leg(0.2, -0.2, 1.0));
     let slat = |y: f64| cuboid(DVec3::new(0.4, 0.06, 0.02)).at(DVec3::new(0.0, y, -0.2));
-    let back = (0..3).fold(Shape::default(), |s, k| s.with(&slat(0.6 + 0.15 * f64::from(k))));
+    let back = (0..3).fold(Shape::default(), |s, k| {
+        s.with(&slat(0.6 + 0.15 * f64::from(k)))
+    });
     let board = cuboid(DVec3::new(0.46, 0.04, 0.46)).at(DVec3::Y * 0.46);
     Ok(vec![(legs.with(&back), frame), (board, seat)])
 }
@@ -159,14 +212,21 @@ pub(super) fn chair(builder: &mut Builder, key: Key) -> Result<Parts, CommandErr
 pub(super) fn table(builder: &mut Builder, key: Key, width: f64) -> Result<Parts, CommandError> {
     let depth = key.range(0, 0.6, 0.9);
     let leg = |x: f64, z: f64| {
-        cylinder(0.03, 0.72, 16).at(DVec3::new(x * (0.5 * width - 0.06), 0.0, z * (0.5 * depth - 0.06)))
+        cylinder(0.03, 0.72, 16).at(DVec3::new(
+            x * (0.5 * width - 0.06),
+            0.0,
+            z * (0.5 * depth - 0.06),
+        ))
     };
     let legs = leg(-1.0, -1.0)
         .with(&leg(1.0, -1.0))
         .with(&leg(-1.0, 1.0))
         .with(&leg(1.0, 1.0));
     let board = cuboid(DVec3::new(width, 0.03, depth)).at(DVec3::Y * 0.735);
-    Ok(vec![(legs, slender(builder, key)), (board, opaque(builder, key.with(1))?)])
+    Ok(vec![
+        (legs, slender(builder, key)),
+        (board, opaque(builder, key.with(1))?),
+    ])
 }
 
 /// A shelf with books, 2 high.
@@ -183,12 +243,19 @@ pub(super) fn shelf(builder: &mut Builder, key: Key) -> Result<Parts, CommandErr
         let mut x = -0.42;
         let mut row = [Shape::default(), Shape::default()];
         for k in 0.. {
-            let (w, h) = (key.with(k).range(0, 0.02, 0.06), key.with(k).range(1, 0.2, 0.33));
+            let (w, h) = (
+                key.with(k).range(0, 0.02, 0.06),
+                key.with(k).range(1, 0.2, 0.33),
+            );
             if x + w > key.range(2, 0.1, 0.42) {
                 break;
             }
             let foot = 0.035 + 1.96 * level as f64 / levels as f64;
-            let book = cuboid(DVec3::new(w * 0.96, h, 0.2)).at(DVec3::new(x + 0.5 * w, foot + 0.5 * h, 0.02));
+            let book = cuboid(DVec3::new(w * 0.96, h, 0.2)).at(DVec3::new(
+                x + 0.5 * w,
+                foot + 0.5 * h,
+                0.02,
+            ));
             let pile = &mut row[k as usize % 2];
             *pile = std::mem::take(pile).with(&book);
             x += w;
@@ -265,7 +332,9 @@ fn books(builder: &mut Builder, key: Key) -> Result<Parts, CommandError> {
         let h = key.range(0, 0.06, 0.16);
         let turn = DMat3::from_rotation_y(key.range(1, -0.4, 0.4));
         let size = DVec3::new(key.range(2, 0.5, 0.75), h, key.range(3, 0.35, 0.5));
-        let book = cuboid(size).moved(DAffine3::from_mat3(turn)).at(DVec3::Y * (y + 0.5 * h));
+        let book = cuboid(size)
+            .moved(DAffine3::from_mat3(turn))
+            .at(DVec3::Y * (y + 0.5 * h));
         parts.push((book, opaque(builder, key)?));
         y += h;
     }

@@ -100,7 +100,10 @@ fn clouds(key: Key, u: f64, v: f64, cells: u64) -> f64 {
 
 fn draw(f: impl Fn(f64, f64) -> [f32; 3] + Sync) -> Result<Texture, TextureError> {
     Texture::from_fn(SIDE, SIDE, |x, y| {
-        f((x as f64 + 0.5) / SIDE as f64, (y as f64 + 0.5) / SIDE as f64)
+        f(
+            (x as f64 + 0.5) / SIDE as f64,
+            (y as f64 + 0.5) / SIDE as f64,
+        )
     })
 }
 
@@ -113,7 +116,12 @@ fn wood(key: Key) -> Result<Texture, TextureError> {
         let bent = v + 0.12 * clouds(key, u, v, 3);
         let ring = (std::f64::consts::TAU * rings * bent).sin() * 0.5 + 0.5;
         let fibre = noise(key.with(9), u * 0.06, v, 160);
-        mix(dark, light, 0.25 + 0.55 * ring.powi(2) + 0.35 * (fibre - 0.5)).map(|c| c * tone)
+        mix(
+            dark,
+            light,
+            0.25 + 0.55 * ring.powi(2) + 0.35 * (fibre - 0.5),
+        )
+        .map(|c| c * tone)
     })
 }
 
@@ -122,7 +130,9 @@ fn stone(key: Key) -> Result<Texture, TextureError> {
     let (a, b) = (colour(key.with(1)), colour(key.with(2)));
     draw(|u, v| {
         let turbulence = clouds(key, u, v, 4);
-        let vein = (std::f64::consts::TAU * (2.0 * u + 3.0 * turbulence)).sin().abs();
+        let vein = (std::f64::consts::TAU * (2.0 * u + 3.0 * turbulence))
+            .sin()
+            .abs();
         let grain = noise(key.with(7), u, v, 190);
         mix(a, b, vein.powf(0.4)).map(|c| c * (0.75 + 0.5 * grain as f32))
     })

@@ -90,16 +90,35 @@ fn shell(builder: &mut Builder, frame: &Frame, key: Key) -> Result<(), CommandEr
     let lying = rectangle(w, l)
         .moved(DAffine3::from_rotation_x(-0.25 * TAU))
         .at(DVec3::Z * 0.5 * l);
-    place(builder, frame, "floor", vec![(lying, floor)], DVec3::ZERO, 0.0, 1.0);
+    place(
+        builder,
+        frame,
+        "floor",
+        vec![(lying, floor)],
+        DVec3::ZERO,
+        0.0,
+        1.0,
+    );
     let papers = ["noise", "cloth", "stripes", "stone", "dead-leaves"];
-    for (number, name) in ["back wall", "left wall", "right wall"].into_iter().enumerate() {
+    for (number, name) in ["back wall", "left wall", "right wall"]
+        .into_iter()
+        .enumerate()
+    {
         let key = key.with(2 + number as u64);
         let kind = papers[key.whole(0, 0, papers.len() as u32 - 1) as usize];
         let paper = matt(builder, key, kind)?;
         let (shape, turn, at) = match number {
             0 => (rectangle(w, HEIGHT_M), 0.0, DVec3::ZERO),
-            1 => (rectangle(l, HEIGHT_M), 0.25 * TAU, DVec3::new(-0.5 * w, 0.0, 0.5 * l)),
-            _ => (rectangle(l, HEIGHT_M), -0.25 * TAU, DVec3::new(0.5 * w, 0.0, 0.5 * l)),
+            1 => (
+                rectangle(l, HEIGHT_M),
+                0.25 * TAU,
+                DVec3::new(-0.5 * w, 0.0, 0.5 * l),
+            ),
+            _ => (
+                rectangle(l, HEIGHT_M),
+                -0.25 * TAU,
+                DVec3::new(0.5 * w, 0.0, 0.5 * l),
+            ),
         };
         let wall = shape.at(DVec3::Y * 0.5 * HEIGHT_M);
         place(builder, frame, name, vec![(wall, paper)], at, turn, 1.0);
@@ -108,10 +127,22 @@ fn shell(builder: &mut Builder, frame: &Frame, key: Key) -> Result<(), CommandEr
     for k in 0..2 {
         let side = 0.35 * w.min(frame.length_m);
         let radiance = (0.9 * HEIGHT_M * HEIGHT_M / (side * side)).min(40.0) as f32;
-        let material = builder.material(Material::emitter([radiance, 0.96 * radiance, 0.88 * radiance]));
+        let material = builder.material(Material::emitter([
+            radiance,
+            0.96 * radiance,
+            0.88 * radiance,
+        ]));
         let panel = rectangle(side, side).moved(DAffine3::from_rotation_x(0.25 * TAU));
         let z = frame.length_m * (0.25 + 0.5 * f64::from(k));
-        place(builder, frame, "panel", vec![(panel, material)], DVec3::new(0.0, HEIGHT_M, z), 0.0, 1.0);
+        place(
+            builder,
+            frame,
+            "panel",
+            vec![(panel, material)],
+            DVec3::new(0.0, HEIGHT_M, z),
+            0.0,
+            1.0,
+        );
     }
     Ok(())
 }
@@ -130,14 +161,26 @@ fn furniture(
         let depth = drawn.depth_mm(0.1 + 0.85 * t);
         // As far to the side as the view goes at that depth.
         let reach = (1.1 * view.half.x * depth / frame.scale).min(frame.half_width_m - 0.3);
-        let at = DVec3::new(key.range(1, -reach, reach), 1e-4, camera_z_m(depth).max(0.3));
+        let at = DVec3::new(
+            key.range(1, -reach, reach),
+            1e-4,
+            camera_z_m(depth).max(0.3),
+        );
         let turn = TAU * key.uniform(2);
-        let on_wall = DVec3::new(key.range(3, -0.85, 0.85) * frame.half_width_m, key.range(4, 0.9, 2.0), 0.02);
+        let on_wall = DVec3::new(
+            key.range(3, -0.85, 0.85) * frame.half_width_m,
+            key.range(4, 0.9, 2.0),
+            0.02,
+        );
         // Nearer than half of the far depth, only small things: they would fill the view.
         let small = depth < 0.5 * drawn.far_mm;
         match key.whole(5, 0, if small { 1 } else { 5 }) {
             0 | 1 => {
-                let size = if small { 0.9 * depth / drawn.far_mm } else { key.range(6, 0.4, 0.9) };
+                let size = if small {
+                    0.9 * depth / drawn.far_mm
+                } else {
+                    key.range(6, 0.4, 0.9)
+                };
                 let nature = Nature::draw(key, drawn.thin, drawn.clear);
                 let parts = still_life(builder, key, nature)?;
                 place(builder, frame, "piece", parts, at, turn, size);
@@ -151,7 +194,15 @@ fn furniture(
                 place(builder, frame, "table", parts, at, turn, 1.0);
                 let nature = Nature::draw(key.with(7), drawn.thin, drawn.clear);
                 let parts = still_life(builder, key.with(7), nature)?;
-                place(builder, frame, "piece", parts, at + DVec3::Y * 0.751, turn, 0.35);
+                place(
+                    builder,
+                    frame,
+                    "piece",
+                    parts,
+                    at + DVec3::Y * 0.751,
+                    turn,
+                    0.35,
+                );
             }
             4 => {
                 let parts = shelf(builder, key)?;
@@ -161,8 +212,20 @@ fn furniture(
             _ => {
                 let kind = KINDS[key.whole(8, 0, KINDS.len() as u32 - 1) as usize];
                 let own = matt(builder, key, kind)?;
-                let picture = cuboid(DVec3::new(key.range(9, 0.3, 0.7), key.range(10, 0.3, 0.7), 0.03));
-                place(builder, frame, "picture", vec![(picture, own)], on_wall, 0.0, 1.0);
+                let picture = cuboid(DVec3::new(
+                    key.range(9, 0.3, 0.7),
+                    key.range(10, 0.3, 0.7),
+                    0.03,
+                ));
+                place(
+                    builder,
+                    frame,
+                    "picture",
+                    vec![(picture, own)],
+                    on_wall,
+                    0.0,
+                    1.0,
+                );
             }
         }
     }

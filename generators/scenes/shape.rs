@@ -34,7 +34,9 @@ impl Shape {
                 // At a pole one derivative is zero; a little inside it is not.
                 let inside = v + (0.5 - v) * 1e-3;
                 shape.positions.push(at(u, v));
-                shape.normals.push(normal(v).or_else(|| normal(inside)).unwrap_or(DVec3::Y));
+                shape
+                    .normals
+                    .push(normal(v).or_else(|| normal(inside)).unwrap_or(DVec3::Y));
                 shape.uvs.push(DVec2::new(u, 1.0 - v));
             }
         }
@@ -89,7 +91,10 @@ impl Shape {
     /// The volume it encloses, if it is closed: Σ a · (b × c)/6 (the divergence theorem); positive when its fronts are outside.
     #[cfg(test)]
     pub fn volume(&self) -> f64 {
-        let corners = self.triangles.iter().map(|t| t.map(|i| self.positions[i as usize]));
+        let corners = self
+            .triangles
+            .iter()
+            .map(|t| t.map(|i| self.positions[i as usize]));
         corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
     }
 
@@ -109,7 +114,9 @@ impl Shape {
 
 /// A flat rectangle around the origin in the plane z = 0, facing +z; u to the right, v down.
 pub(super) fn rectangle(width: f64, height: f64) -> Shape {
-    Shape::patch(1, 1, |u, v| DVec3::new((u - 0.5) * width, (v - 0.5) * height, 0.0))
+    Shape::patch(1, 1, |u, v| {
+        DVec3::new((u - 0.5) * width, (v - 0.5) * height, 0.0)
+    })
 }
 
 /// A box around the origin.
@@ -135,7 +142,11 @@ pub(super) fn sphere(radius: f64, cells: usize) -> Shape {
     Shape::patch(2 * cells, cells, |u, v| {
         let (sin, cos) = (TAU * u).sin_cos();
         // Exactly zero at the poles, so that their triangles close.
-        let ring = if v == 0.0 || v == 1.0 { 0.0 } else { (PI * v).sin() };
+        let ring = if v == 0.0 || v == 1.0 {
+            0.0
+        } else {
+            (PI * v).sin()
+        };
         radius * DVec3::new(ring * sin, -(PI * v).cos(), ring * cos)
     })
 }
@@ -181,7 +192,10 @@ pub(super) fn cylinder(radius: f64, height: f64, cells: usize) -> Shape {
 
 /// A closed cone on the plane y = 0.
 pub(super) fn cone(radius: f64, height: f64, cells: usize) -> Shape {
-    lathe(&[(0.0, 0.0), (radius, 0.0), (radius, 0.0), (0.0, height)], cells)
+    lathe(
+        &[(0.0, 0.0), (radius, 0.0), (radius, 0.0), (0.0, height)],
+        cells,
+    )
 }
 
 /// A regular solid of 20 flat faces around the origin, corners at `radius`.

@@ -30,7 +30,10 @@ pub(super) struct Floor {
 impl Floor {
     /// The plane through the middle of the view's line y = `low` at the near depth and y = `high` at the far depth.
     pub fn new(drawn: &Drawn, view: &View, low: f64, high: f64) -> Self {
-        let (near, far) = (view.at(0.0, low, drawn.near_mm), view.at(0.0, high, drawn.far_mm));
+        let (near, far) = (
+            view.at(0.0, low, drawn.near_mm),
+            view.at(0.0, high, drawn.far_mm),
+        );
         let right = view.facing().x_axis;
         let up = right.cross(far - near).normalize();
         Self {
@@ -67,7 +70,8 @@ pub(super) fn build(drawn: &Drawn, view: &View) -> Result<WorldDescription, Comm
     let width = 5.0 * view.half.x * drawn.far_mm;
     let cover = ["wood", "cloth", "stone", "tiles"][key.whole(0, 0, 3) as usize];
     let material = matt(&mut builder, key.with(1), cover)?;
-    let top = rectangle(width, 3.0 * floor.length_mm()).moved(DAffine3::from_rotation_x(-0.25 * TAU));
+    let top =
+        rectangle(width, 3.0 * floor.length_mm()).moved(DAffine3::from_rotation_x(-0.25 * TAU));
     let middle = floor.at(view, 0.0, drawn.far_mm);
     let place = DAffine3::from_mat3_translation(turn, middle);
     builder.object("table", vec![(top, material)], place);
@@ -88,7 +92,11 @@ pub(super) fn build(drawn: &Drawn, view: &View) -> Result<WorldDescription, Comm
         let parts = still_life(&mut builder, key, nature)?;
         // Hair's breadth above the table, so that two surfaces are never one.
         let foot = foot + floor.up * 1e-4 * size;
-        builder.object("piece", parts, standing(foot, floor.up, TAU * key.uniform(3), size));
+        builder.object(
+            "piece",
+            parts,
+            standing(foot, floor.up, TAU * key.uniform(3), size),
+        );
     }
     glints(&mut builder, drawn, view, key.with(5));
     panel(&mut builder, drawn, view, &floor, key.with(6));
@@ -104,7 +112,11 @@ fn panel(builder: &mut Builder, drawn: &Drawn, view: &View, floor: &Floor, key: 
     let foot = floor.at(view, x, depth);
     // E = L A/h² right below a small panel.
     let radiance = (2.0 * height * height / (side * side)) as f32;
-    let material = builder.material(Material::emitter([radiance, 0.95 * radiance, 0.86 * radiance]));
+    let material = builder.material(Material::emitter([
+        radiance,
+        0.95 * radiance,
+        0.86 * radiance,
+    ]));
     let down = DMat3::from_rotation_x(0.25 * TAU);
     let place = DAffine3::from_mat3_translation(floor.turn(view) * down, foot + height * floor.up);
     builder.object("panel", vec![(rectangle(side, side), material)], place);

@@ -99,7 +99,11 @@ pub(super) fn leaf(length: f64, width: f64, bend: f64) -> Shape {
         } else {
             (angle.sin() / bend, (1.0 - angle.cos()) / bend)
         };
-        let half = 0.5 * width * (std::f64::consts::PI * v.clamp(0.0, 1.0).powf(0.7)).sin().max(0.0);
+        let half = 0.5
+            * width
+            * (std::f64::consts::PI * v.clamp(0.0, 1.0).powf(0.7))
+                .sin()
+                .max(0.0);
         let fold = 0.3 * half * (2.0 * (u - 0.5)).powi(2);
         DVec3::new((2.0 * u - 1.0) * half, y * length, z * length - fold)
     })

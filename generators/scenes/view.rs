@@ -27,7 +27,9 @@ impl View {
             middle_ray(camera, place)
                 .and_then(|ray| trace_backward(system, ray).ok())
                 .map(|ray| ray.direction.truncate() / -ray.direction.z)
-                .ok_or_else(|| CommandError::input("sensor window: no light reaches one of its edges"))
+                .ok_or_else(|| {
+                    CommandError::input("sensor window: no light reaches one of its edges")
+                })
         };
         let across = slope(1.0, 0.0)? - slope(-1.0, 0.0)?;
         let down = slope(0.0, 1.0)? - slope(0.0, -1.0)?;

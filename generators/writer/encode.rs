@@ -288,7 +288,10 @@ fn check(sample: &SampleFiles<'_>, name: &str) -> Result<(), WriteError> {
     if let Some(seen) = sample.seen {
         images.push(("normal", seen.normals, width, height, 3));
         if seen.objects.len() != width * height {
-            let what = format!("{} objects for {width} × {height} pixels", seen.objects.len());
+            let what = format!(
+                "{} objects for {width} × {height} pixels",
+                seen.objects.len()
+            );
             return Err(input(name, what));
         }
     }
