@@ -86,7 +86,7 @@ impl SobolSet {
 
 /// Owen scrambling of a bit-reversed integer by hashing: each bit is flipped by a hash of the bits above it.
 #[inline(always)]
-fn owen_scramble(mut x: u32, seed: u32) -> u32 {
+pub(crate) fn owen_scramble(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
     x = x.wrapping_mul((seed >> 16) | 1);

@@ -181,6 +181,13 @@ impl Camera {
     pub fn focus_distance_mm(&self) -> f64 {
         self.focus_distance_mm
     }
+    /// By how much each of `rays` rays' share of a pixel grows with distance in front of the lens, mm a mm: the pixel's angle over √rays. 0 for bare
+    /// pixels.
+    pub(super) fn ray_spread(&self, rays: usize) -> f32 {
+        let angle = |p: &Paraxial| self.sensor.pitch_mm() / p.efl_mm.abs();
+        let angle = self.paraxial.as_ref().map_or(0.0, angle);
+        (angle / (rays.max(1) as f64).sqrt()) as f32
+    }
     /// The lens at the wavelength of a channel.
     pub fn system(&self, channel: usize) -> &OpticalSystem {
         &self.systems[channel.min(self.systems.len() - 1)]

@@ -8,6 +8,7 @@ use super::{Execution, RenderSettings};
 use crate::frames::camera_from_sensor_mm;
 use crate::lens::{PupilEllipse, RayBatch};
 use crate::sampling::{SobolSet, concentric_disk, hash};
+use crate::scene::world::PathKey;
 use crate::scene::{Hits, RaySlices, Scene};
 use crate::spectrum::ChannelWavelengths;
 
@@ -27,7 +28,8 @@ pub(super) struct Workspace {
     weights: Vec<f32>,
     batch: RayBatch,
     hits: Hits,
-    radiance: Vec<f32>,
+    /// One list a channel.
+    radiance: [Vec<f32>; 3],
 }
 
 /// The pixel's own data that its rays share.
@@ -54,6 +56,8 @@ pub(super) struct Estimator<'a> {
     pub settings: &'a RenderSettings,
     pub execution: &'a Execution,
     pub sobol: SobolSet,
+    /// See [`PathKey::spread`].
+    pub spread: f32,
 }
 
 impl Estimator<'_> {
@@ -74,21 +78,33 @@ impl Estimator<'_> {
             let n = (self.settings.rays_per_pixel - first).min(BLOCK);
             work.aim(self.camera, &self.sobol, aim, first, n);
             work.respond(self.camera, aim, n_sub);
+            work.radiance.iter_mut().for_each(|l| l.resize(n, 0.0));
             for channel in 0..3 {
                 if let Some(tracer) = self.camera.tracer(channel) {
                     work.trace(tracer, self.execution);
                     tally.rays += n as u64;
                     let lost = (0..n).filter_map(|i| work.batch.failure(i));
                     lost.for_each(|f| tally.lost.count(f));
-                    let rays = RaySlices {
-                        origin_mm: [&work.batch.ox, &work.batch.oy, &work.batch.oz],
-                        direction: [&work.batch.dx, &work.batch.dy, &work.batch.dz],
+                    let Workspace {
+                        batch,
+                        hits,
+                        radiance,
+                        ..
+                    } = &mut *work;
+                    let rays = RaySlices::of_batch(batch);
+                    self.scene.intersect(rays, hits);
+                    let served = match self.camera.is_dispersive() {
+                        true => channel..channel + 1,
+                        false => 0..3,
                     };
-                    self.scene.intersect(rays, &mut work.hits);
+                    let key = PathKey {
+                        key: aim.key,
+                        first: first as u32,
+                        spread: self.spread,
+                    };
+                    self.scene.radiance(rays, hits, served, &key, radiance);
                 }
-                work.radiance.resize(n, 0.0);
-                self.scene.radiance(&work.hits, channel, &mut work.radiance);
-                work.splat(n_sub, &mut out[channel * n_sub..][..n_sub]);
+                work.splat(channel, n_sub, &mut out[channel * n_sub..][..n_sub]);
                 if channel == ChannelWavelengths::REFERENCE
                     && let Some(occlusion) = occlusion.as_deref_mut()
                 {
@@ -179,9 +195,8 @@ impl Workspace {
     }
 
     /// out[s] += Σ radiance · weight · measure over the rays that passed.
-    fn splat(&mut self, n_sub: usize, out: &mut [f64]) {
-        let rays = self
-            .radiance
+    fn splat(&mut self, channel: usize, n_sub: usize, out: &mut [f64]) {
+        let rays = self.radiance[channel]
             .iter()
             .zip(&self.measure)
             .zip(self.weights.chunks_exact(n_sub))

@@ -45,6 +45,7 @@ pub fn render(
         settings,
         execution,
         sobol,
+        spread: camera.ray_spread(settings.rays_per_pixel),
     };
     let mut mosaic = Image::zeros(width * m, height * n, 3);
     let mut occlusion = Image::zeros(if chief_surfaces.is_some() { width } else { 0 }, height, 1);

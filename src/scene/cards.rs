@@ -1,42 +1,17 @@
-//! The scene as a whole: which surface each ray of a batch meets first, where, and its radiance there.
+//! Flat cards: which one each ray of a batch meets first, where, and its radiance there.
 
+use super::kind::{Hits, NO_SURFACE, RaySlices};
 use super::plane::{Solver, TexturedPlane};
-
-/// Surface number of a ray that meets nothing but the environment.
-pub const NO_SURFACE: u16 = u16::MAX;
 
 /// Flat cards in front of an even environment.
 #[derive(Clone, Debug, Default)]
-pub struct Scene {
+pub(super) struct Cards {
     planes: Vec<TexturedPlane>,
     solvers: Vec<Solver>,
     environment: [f32; 3],
 }
 
-/// First hits of a batch of rays, one entry a ray.
-#[derive(Clone, Debug, Default)]
-pub struct Hits {
-    /// Distance along the ray from its origin, mm; +∞ where nothing is met.
-    pub distance_mm: Vec<f64>,
-    /// Texture coordinate to the right, in [0, 1].
-    pub s: Vec<f32>,
-    /// Texture coordinate down, in [0, 1].
-    pub t: Vec<f32>,
-    /// Index of the surface in the scene, or [`NO_SURFACE`].
-    pub surface: Vec<u16>,
-}
-
-/// Origins and unit directions of a batch of rays in the camera frame, as slices of equal length.
-#[derive(Clone, Copy, Debug)]
-pub struct RaySlices<'a> {
-    /// Origin, mm.
-    pub origin_mm: [&'a [f64]; 3],
-    /// Unit direction, away from the camera.
-    pub direction: [&'a [f64]; 3],
-}
-
-impl Scene {
-    /// Cards (at most 65,534) and the radiance of all that lies behind and beside them.
+impl Cards {
     pub fn new(planes: Vec<TexturedPlane>, environment: [f32; 3]) -> Self {
         let solvers = planes.iter().map(TexturedPlane::solver).collect();
         Self {
@@ -46,22 +21,12 @@ impl Scene {
         }
     }
 
-    /// The cards.
     pub fn planes(&self) -> &[TexturedPlane] {
         &self.planes
     }
 
-    /// First hits of all rays. Touching cards: the first in the list wins.
+    /// First hits of all rays, into hits that have been reset.
     pub fn intersect(&self, rays: RaySlices<'_>, hits: &mut Hits) {
-        let n = rays.origin_mm[0].len();
-        hits.distance_mm.clear();
-        hits.distance_mm.resize(n, f64::INFINITY);
-        hits.s.clear();
-        hits.s.resize(n, 0.0);
-        hits.t.clear();
-        hits.t.resize(n, 0.0);
-        hits.surface.clear();
-        hits.surface.resize(n, NO_SURFACE);
         for (index, (plane, solver)) in self.planes.iter().zip(&self.solvers).enumerate() {
             if plane.has_coverage() {
                 update(solver, rays, hits, index as u16, |s, t| {

@@ -39,7 +39,11 @@ fn in_focus_the_sum_is_the_target_and_an_even_wall_is_equal_everywhere() {
         [0.0; 3],
     );
     let white = WhiteField::new(&camera);
-    let target = ChiefRays::new(&camera).target(&camera, &scene, &white);
+    let settings = RenderSettings {
+        rays_per_pixel: 16,
+        seed: 2,
+    };
+    let target = ChiefRays::new(&camera).target(&camera, &scene, &white, &settings);
     let sum = shoot(&camera, &scene, 1024, 2).image.sum();
     for (a, b) in sum.data().iter().zip(target.data()) {
         assert!((a / b - 1.0).abs() < 0.01, "{a} against {b}");

@@ -11,13 +11,18 @@ use super::WhiteField;
 use crate::image::Image;
 use crate::lens::{RayBatch, SimdLevel, chief_ray};
 use crate::render::Camera;
+use crate::render::RenderSettings;
 use crate::render::estimator::pixel_origin_mm;
+use crate::sampling::hash;
+use crate::scene::world::PathKey;
 use crate::scene::{Hits, NO_SURFACE, RaySlices, Scene};
 use crate::sensor::FieldGrid;
 use crate::spectrum::ChannelWavelengths;
 
 /// Places along each side of the pixel at which the target is sampled.
 const TARGET_SIDE: usize = 4;
+/// Keeps the target's random numbers apart from the image's.
+const TARGET_KEY: u64 = 0x7A26_E700;
 
 /// Slopes (dx/dz, dy/dz) of the chief rays at the sensor, over the window.
 #[derive(Clone, Debug)]
@@ -107,10 +112,21 @@ impl ChiefRays {
     }
 
     /// The all-in-focus target, W × H × 3, in the unit of the sum image: radiance × what a white wall would give there.
-    /// NaN where there is no chief ray.
-    pub fn target(&self, camera: &Camera, scene: &Scene, white: &WhiteField) -> Image {
+    /// NaN where there is no chief ray. A world of meshes is given as many paths a pixel as `settings` has rays, 16 at least.
+    pub fn target(
+        &self,
+        camera: &Camera,
+        scene: &Scene,
+        white: &WhiteField,
+        settings: &RenderSettings,
+    ) -> Image {
         let (width, height) = (camera.sensor().width(), camera.sensor().height());
         let mut target = Image::zeros(width, height, 3);
+        // Cards need no light to be followed.
+        let paths = match scene.world() {
+            Some(_) => settings.rays_per_pixel.div_ceil(TARGET_SIDE * TARGET_SIDE),
+            None => 1,
+        };
         target
             .data_mut()
             .par_chunks_mut(width * 3)
@@ -119,20 +135,29 @@ impl ChiefRays {
                 let offsets: Vec<f64> = (0..TARGET_SIDE)
                     .map(|i| (i as f64 + 0.5) / TARGET_SIDE as f64 - 0.5)
                     .collect();
-                let mut radiance = vec![0.0; width * TARGET_SIDE];
-                for &dy in &offsets {
+                let n = width * TARGET_SIDE;
+                let mut radiance = [0; 3].map(|_| vec![0.0; n]);
+                for (line, &dy) in offsets.iter().enumerate() {
                     let places = (0..width).flat_map(|c| {
                         offsets
                             .iter()
                             .map(move |dx| (c as f64 + dx, row as f64 + dy))
                     });
-                    let (batch, hits) = self.trace(camera, scene, places);
-                    for channel in 0..3 {
-                        scene.radiance(&hits, channel, &mut radiance);
-                        for (i, &l) in radiance.iter().enumerate() {
-                            let lost = if batch.status[i] == 0 { 0.0 } else { f32::NAN };
-                            out[i / TARGET_SIDE * 3 + channel] +=
-                                (l + lost) / (TARGET_SIDE * TARGET_SIDE) as f32;
+                    let (batch, mut hits) = self.trace(camera, scene, places);
+                    for path in 0..paths {
+                        let key = PathKey {
+                            key: hash(settings.seed, &[TARGET_KEY, row as u64, line as u64]),
+                            first: (path * n) as u32,
+                            spread: camera.ray_spread(paths * TARGET_SIDE * TARGET_SIDE),
+                        };
+                        let rays = RaySlices::of_batch(&batch);
+                        scene.radiance(rays, &mut hits, 0..3, &key, &mut radiance);
+                        for (channel, radiance) in radiance.iter().enumerate() {
+                            for (i, &l) in radiance.iter().enumerate() {
+                                let lost = if batch.status[i] == 0 { 0.0 } else { f32::NAN };
+                                out[i / TARGET_SIDE * 3 + channel] +=
+                                    (l + lost) / (TARGET_SIDE * TARGET_SIDE * paths) as f32;
+                            }
                         }
                     }
                 }
@@ -168,11 +193,7 @@ impl ChiefRays {
             .tracer_of(ChannelWavelengths::REFERENCE)
             .trace_backward(&mut batch, SimdLevel::detect());
         let mut hits = Hits::default();
-        let rays = RaySlices {
-            origin_mm: [&batch.ox, &batch.oy, &batch.oz],
-            direction: [&batch.dx, &batch.dy, &batch.dz],
-        };
-        scene.intersect(rays, &mut hits);
+        scene.intersect(RaySlices::of_batch(&batch), &mut hits);
         (batch, hits)
     }
 }

@@ -1,20 +1,87 @@
 //! A world of triangle meshes, materials and lights, whose radiance is found by following paths of light.
+//!
+//! ```text
+//! WorldDescription ─ check ─▶ World: stage (trees of triangles) · materials · lights · sky
+//! ray ─ trace ─▶ Element ─ surface ─▶ place ─ material ─▶ Bsdf ─ path ─▶ radiance
+//!                                              lights ─────────┘
+//! ```
+//!
+//! Places are f64, so that a depth is as exact as its vertices; the walk through the trees and all shading are f32, whose rounding is far below the noise of
+//! the paths.
 
+mod bvh;
 mod check;
 mod description;
+mod environment;
+mod geometry;
+mod lights;
+mod material;
+mod microfacet;
+mod path;
+mod sampler;
+mod shapes;
+mod surface;
 mod texture_map;
+mod trace;
+mod triangles;
+
+#[cfg(test)]
+mod tests;
 
 pub use check::{WorldError, WorldWarnings};
 pub use description::{
     Alpha, Environment, Instance, Light, Material, MaterialIndices, NormalMap, TextureRef,
     TriangleMesh, WorldDescription,
 };
+pub use path::PathSettings;
 pub use texture_map::{Encoding, TextureMap, Wrap};
+
+pub(super) use bvh::Stack;
+pub(super) use trace::Element;
+
+use glam::{DVec3, Vec3};
+
+use crate::sampling::hash;
+use path::Start;
+use sampler::PathSamples;
+use trace::Ray;
 
 /// A checked world, ready for rays.
 #[derive(Clone, Debug)]
 pub struct World {
+    stage: geometry::Stage,
+    materials: Vec<Material>,
+    textures: Vec<TextureMap>,
+    lights: lights::Lights,
+    sky: environment::Sky,
+    albedos: microfacet::AlbedoTable,
+    /// Whether any material is a cut-out.
+    has_masks: bool,
+    /// Of each material, whether shadow rays may pass.
+    lets_through: Vec<bool>,
     warnings: WorldWarnings,
+}
+
+/// The first surface on a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstHit {
+    /// From the ray's origin, mm.
+    pub distance_mm: f64,
+    /// Unit shading normal (smooth, without normal maps) on the side of the ray.
+    pub normal: DVec3,
+    /// The instance's object.
+    pub object_id: u16,
+}
+
+/// Which random numbers a batch of camera rays uses, and how finely they sample the image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathKey {
+    /// Shared by rays that are averaged: those of a pixel.
+    pub key: u64,
+    /// Number of the batch's first ray among them.
+    pub first: u32,
+    /// By how much a ray's share of the image grows with distance, mm a mm: for N rays a pixel, its angle over √N.
+    pub spread: f32,
 }
 
 impl World {
@@ -25,13 +92,120 @@ impl World {
     /// bad in themselves are left out or mended, and counted ([`World::warnings`]).
     pub fn new(description: WorldDescription) -> Result<Self, WorldError> {
         check::check(&description)?;
+        let mut warnings = WorldWarnings::default();
+        let stage = geometry::Stage::new(&description, &mut warnings);
+        let sky = environment::Sky::new(&description.environment);
+        let materials = &description.materials;
         Ok(Self {
-            warnings: WorldWarnings::default(),
+            lights: lights::Lights::new(&description, &stage, &sky),
+            has_masks: materials
+                .iter()
+                .any(|m| matches!(m.alpha, Alpha::Mask { .. })),
+            lets_through: materials.iter().map(material::lets_through).collect(),
+            albedos: microfacet::AlbedoTable::new(),
+            materials: description.materials,
+            textures: description.textures,
+            stage,
+            sky,
+            warnings,
         })
     }
 
     /// What was left out or mended.
     pub fn warnings(&self) -> WorldWarnings {
         self.warnings
+    }
+
+    /// Triangles of all instances.
+    pub fn triangles(&self) -> usize {
+        let of = |p: &geometry::Placed| self.stage.geometries[p.geometry].triangles.len();
+        self.stage.placed.iter().map(of).sum()
+    }
+
+    /// Least and greatest corner of all triangles, camera frame, mm; `None` without any.
+    pub fn bounds_mm(&self) -> Option<[DVec3; 2]> {
+        let b = self.stage.bounds;
+        (b.least.x <= b.greatest.x).then(|| [b.least.as_dvec3(), b.greatest.as_dvec3()])
+    }
+
+    /// What a ray (camera frame, mm; unit direction) meets first.
+    pub fn first_hit(&self, origin_mm: DVec3, direction: DVec3) -> Option<FirstHit> {
+        let ray = Ray {
+            origin: origin_mm,
+            direction,
+        };
+        let element = self.closest(&ray, &mut Stack::default())?;
+        Some(self.hit_of(element, &ray))
+    }
+
+    fn hit_of(&self, element: Element, ray: &Ray) -> FirstHit {
+        let surface = self.surface(element, ray);
+        let side = if surface.normal.as_dvec3().dot(ray.direction) < 0.0 {
+            1.0
+        } else {
+            -1.0
+        };
+        FirstHit {
+            distance_mm: surface.distance,
+            normal: surface.shading.as_dvec3() * side,
+            object_id: surface.object_id,
+        }
+    }
+
+    /// Radiance along a ray (camera frame, mm; unit direction) by one path, number `sample` of those of `key.key` that are averaged.
+    pub fn radiance_along(
+        &self,
+        origin_mm: DVec3,
+        direction: DVec3,
+        settings: &PathSettings,
+        key: &PathKey,
+    ) -> [f32; 3] {
+        let ray = Ray {
+            origin: origin_mm,
+            direction,
+        };
+        let stack = &mut Stack::default();
+        let start = Start {
+            ray,
+            hit: self.closest(&ray, stack),
+            spread: key.spread,
+            channels: Vec3::ONE,
+        };
+        let samples = PathSamples::new(key.key, key.first);
+        self.radiance(&start, settings, samples, stack).to_array()
+    }
+
+    /// First hit of a camera ray: element, distance and object.
+    pub(super) fn meet(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        stack: &mut Stack,
+    ) -> Option<(Element, FirstHit)> {
+        let ray = Ray { origin, direction };
+        let element = self.closest(&ray, stack)?;
+        Some((element, self.hit_of(element, &ray)))
+    }
+
+    /// Radiance of the wanted channels along a camera ray whose first hit is known.
+    pub(super) fn shade(
+        &self,
+        (origin, direction): (DVec3, DVec3),
+        hit: Option<Element>,
+        channels: std::ops::Range<usize>,
+        settings: &PathSettings,
+        key: &PathKey,
+        stack: &mut Stack,
+    ) -> Vec3 {
+        let wanted = [0, 1, 2].map(|c| f32::from(channels.contains(&c)));
+        let start = Start {
+            ray: Ray { origin, direction },
+            hit,
+            spread: key.spread,
+            channels: Vec3::from(wanted),
+        };
+        // Channels with rays of their own have paths of their own.
+        let samples = PathSamples::new(hash(key.key, &[channels.start as u64]), key.first);
+        self.radiance(&start, settings, samples, stack)
     }
 }

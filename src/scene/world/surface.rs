@@ -1,0 +1,187 @@
+//! The place where a ray meets a triangle, computed in f64, and the material there.
+
+use glam::{DVec3, Vec3};
+
+use super::World;
+use super::description::{Alpha, Material, TextureRef};
+use super::trace::{Element, Ray};
+
+/// A place on a triangle, camera frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surface {
+    pub position: DVec3,
+    /// From the ray's origin, mm.
+    pub distance: f64,
+    /// Unit normal of the front.
+    pub normal: Vec3,
+    /// Unit normal for shading, on the front's side; before any normal map.
+    pub shading: Vec3,
+    pub uv: [f32; 2],
+    /// Texture coordinates a mm, in the mean over directions.
+    pub uv_per_mm: f32,
+    /// Directions in which u and v grow; zero where there are no coordinates.
+    pub along_uv: [Vec3; 2],
+    pub material: usize,
+    pub object_id: u16,
+}
+
+/// Three corners in the camera frame and which vertices they are.
+struct Corners {
+    points: [DVec3; 3],
+    vertices: [usize; 3],
+}
+
+impl World {
+    fn corners(&self, element: Element) -> Corners {
+        let placed = &self.stage.placed[element.placed as usize];
+        let geometry = &self.stage.geometries[placed.geometry];
+        let vertices = geometry.triangles[element.triangle as usize]
+            .vertices
+            .map(|v| v as usize);
+        let points = vertices.map(|v| {
+            let p = geometry.positions[v].as_dvec3();
+            match placed.object_id {
+                None => p,
+                Some(_) => placed.camera_from_mesh.transform_point3(p),
+            }
+        });
+        Corners { points, vertices }
+    }
+
+    /// Where a ray meets a triangle that it is known to meet: rounding is taken back to the triangle's border.
+    pub(super) fn surface(&self, element: Element, ray: &Ray) -> Surface {
+        let corners = self.corners(element);
+        let b = barycentric(&corners.points, ray);
+        let mut surface = self.surface_at(element, &corners, b);
+        surface.distance = (surface.position - ray.origin).dot(ray.direction);
+        surface
+    }
+
+    /// The place of a triangle for a point (s, t) of the unit square, evenly over its area.
+    pub(super) fn surface_sample(&self, element: Element, [s, t]: [f32; 2]) -> Surface {
+        let corners = self.corners(element);
+        let root = f64::from(s).sqrt();
+        self.surface_at(
+            element,
+            &corners,
+            [root * (1.0 - f64::from(t)), root * f64::from(t)],
+        )
+    }
+
+    fn surface_at(&self, element: Element, corners: &Corners, [b1, b2]: [f64; 2]) -> Surface {
+        let placed = &self.stage.placed[element.placed as usize];
+        let geometry = &self.stage.geometries[placed.geometry];
+        let [p0, p1, p2] = corners.points;
+        let (e1, e2) = (p1 - p0, p2 - p0);
+        let cross = e1.cross(e2);
+        let double_area = cross.length();
+        let outward = if placed.mirrored { -1.0 } else { 1.0 };
+        let normal = (cross * (outward / double_area)).as_vec3();
+        let b = [1.0 - b1 - b2, b1, b2].map(|x| x as f32);
+        let part = geometry.parts[geometry.triangles[element.triangle as usize].part as usize];
+
+        let mut shading = normal;
+        if !geometry.normals.is_empty() {
+            let [n0, n1, n2] = corners.vertices.map(|v| geometry.normals[v]);
+            let is_smooth = n0 != Vec3::ZERO && n1 != Vec3::ZERO && n2 != Vec3::ZERO;
+            let mut n = b[0] * n0 + b[1] * n1 + b[2] * n2;
+            if placed.object_id.is_some() {
+                // Normals go by the inverse transpose.
+                n = placed.mesh_from_camera.matrix3.transpose() * n;
+            }
+            let n = n.normalize_or_zero();
+            if is_smooth && n != Vec3::ZERO {
+                shading = if n.dot(normal) < 0.0 { -n } else { n };
+            }
+        }
+
+        let (mut uv, mut uv_per_mm, mut along_uv) = ([0.0; 2], 0.0, [Vec3::ZERO; 2]);
+        if !geometry.uvs.is_empty() {
+            let at = corners.vertices.map(|v| geometry.uvs[v]);
+            uv = std::array::from_fn(|i| b[0] * at[0][i] + b[1] * at[1][i] + b[2] * at[2][i]);
+            let [d1, d2] = [1, 2].map(|k| [at[k][0] - at[0][0], at[k][1] - at[0][1]]);
+            let det = d1[0] * d2[1] - d1[1] * d2[0];
+            if det != 0.0 {
+                let (e1, e2) = (e1.as_vec3(), e2.as_vec3());
+                along_uv = [
+                    (e1 * d2[1] - e2 * d1[1]) / det,
+                    (e2 * d1[0] - e1 * d2[0]) / det,
+                ];
+                uv_per_mm = (det.abs() / double_area as f32).sqrt();
+            }
+        }
+        Surface {
+            position: p0 + b1 * e1 + b2 * e2,
+            distance: 0.0,
+            normal,
+            shading,
+            uv,
+            uv_per_mm,
+            along_uv,
+            material: part.material as usize,
+            object_id: placed.object_id.unwrap_or(part.object_id),
+        }
+    }
+
+    /// R, G, B, A of a picture; white without one.
+    pub(super) fn texel(
+        &self,
+        reference: Option<TextureRef>,
+        uv: [f32; 2],
+        footprint_uv: f32,
+    ) -> [f32; 4] {
+        match reference {
+            None => [1.0; 4],
+            Some(r) => {
+                let moved = r.uv_from_mesh.transform_point2(uv.into()).to_array();
+                let scale = r.uv_from_mesh.matrix2.determinant().abs().sqrt();
+                self.textures[r.texture].sample(moved, footprint_uv * scale)
+            }
+        }
+    }
+
+    /// Alpha of a material at a place: 1 where opaque; 0 or 1 for a cut-out.
+    pub(super) fn opacity(&self, material: &Material, uv: [f32; 2], footprint_uv: f32) -> f32 {
+        let texel = |alpha: f32| {
+            let texture = material.base_colour_texture;
+            alpha * texture.map_or(1.0, |t| self.texel(Some(t), uv, footprint_uv)[3])
+        };
+        match material.alpha {
+            Alpha::Opaque => 1.0,
+            Alpha::Blend { alpha } => texel(alpha).clamp(0.0, 1.0),
+            Alpha::Mask { alpha, cutoff } => f32::from(texel(alpha) >= cutoff),
+        }
+    }
+
+    /// Whether a cut-out is there, where the ray meets it. The full picture decides: a footprint would make edges depend on the ray's past.
+    pub(super) fn is_solid(&self, element: Element, ray: &Ray) -> bool {
+        let surface = self.surface(element, ray);
+        self.opacity(&self.materials[surface.material], surface.uv, 0.0) > 0.0
+    }
+
+    /// Radiance that the front (or the back, where that shines too) sends at a place.
+    pub(super) fn emission(&self, surface: &Surface, is_front: bool, footprint_uv: f32) -> Vec3 {
+        let material = &self.materials[surface.material];
+        if material.emission == [0.0; 3] || !(is_front || material.two_sided) {
+            return Vec3::ZERO;
+        }
+        let [r, g, b, _] = self.texel(material.emission_texture, surface.uv, footprint_uv);
+        Vec3::from(material.emission)
+            * Vec3::new(r, g, b)
+            * self.opacity(material, surface.uv, footprint_uv)
+    }
+}
+
+/// Weights of the second and third corner where the ray meets the triangle, moved into it where rounding left it.
+fn barycentric([p0, p1, p2]: &[DVec3; 3], ray: &Ray) -> [f64; 2] {
+    let (e1, e2) = (*p1 - *p0, *p2 - *p0);
+    let n = e1.cross(e2);
+    let t = n.dot(*p0 - ray.origin) / n.dot(ray.direction);
+    let q = ray.origin + t * ray.direction - *p0;
+    let squared = n.length_squared();
+    // A ray along the plane makes t infinite and these NaN: then the first corner serves.
+    let b1 = (n.dot(q.cross(e2)) / squared).max(0.0).min(1.0);
+    let b2 = (n.dot(e1.cross(q)) / squared).max(0.0).min(1.0);
+    let over = (b1 + b2).max(1.0);
+    [b1 / over, b2 / over]
+}

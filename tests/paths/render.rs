@@ -1,0 +1,197 @@
+//! Worlds through a lens: the same scene as a card, the same bytes at any number of threads, the clamp.
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+use quadpixel::lens::{FocusBy, Lens, Prescription};
+use quadpixel::render::truth::{ChiefRays, WhiteField};
+use quadpixel::render::{Camera, Execution, RenderSettings, Rendered, render};
+use quadpixel::response::{GeometricResponse, Response};
+use quadpixel::scene::texture::Texture;
+use quadpixel::scene::world::{
+    Encoding, Light, Material, PathSettings, TextureMap, TextureRef, TriangleMesh, World,
+    WorldDescription, Wrap,
+};
+use quadpixel::scene::{NO_SURFACE, Scene, TexturedPlane};
+use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
+use quadpixel::spectrum::ChannelWavelengths;
+
+use super::{bounces, mean};
+
+fn camera(side: usize) -> Camera {
+    let prescription = Prescription::builtin("wide_US20120327520A1_emb3").unwrap();
+    let lens = Lens::new(&prescription)
+        .unwrap()
+        .focused_at(750.0, FocusBy::Sensor, 550.0)
+        .unwrap();
+    let response = Response::Geometric(
+        GeometricResponse::new(Subpixels::new(2, 2).unwrap(), 60.0, 150.0).unwrap(),
+    );
+    let sensor = Sensor::new(60.0, response.subpixels(), (side, side), DVec2::ZERO).unwrap();
+    Camera::new(
+        &lens,
+        sensor,
+        ShiftRule::ChiefRay,
+        &response,
+        ChannelWavelengths::default(),
+    )
+    .unwrap()
+}
+
+fn shoot(camera: &Camera, scene: &Scene, rays_per_pixel: usize) -> Rendered {
+    let settings = RenderSettings {
+        rays_per_pixel,
+        seed: 5,
+    };
+    render(
+        camera,
+        scene,
+        &settings,
+        &Execution::default(),
+        None,
+        &|_| (),
+    )
+}
+
+#[test]
+fn a_shining_rectangle_is_the_same_picture_as_a_card() {
+    // Same rays, same texture lookups up to f32; so the images agree far below their noise. Rows of the picture tell mirroring and turning apart.
+    let picture = Texture::from_fn(64, 64, |x, y| {
+        [0.2 + x as f32 / 64.0, 0.1 + y as f32 / 64.0, 0.5]
+    })
+    .unwrap();
+    let picture = Arc::new(picture);
+    let (side, z) = (900.0, -750.0);
+    let card = TexturedPlane::new(
+        DVec3::new(0.0, 0.0, z),
+        (side, side),
+        (0.0, 0.0, 0.0),
+        picture.clone(),
+        None,
+    )
+    .unwrap();
+    let cards = Scene::new(vec![card], [0.0; 3]);
+    let mut world = WorldDescription {
+        textures: vec![TextureMap::from_texture(picture, [Wrap::Clamp; 2])],
+        materials: vec![Material {
+            emission_texture: Some(TextureRef::new(0)),
+            ..Material::emitter([1.0; 3])
+        }],
+        ..WorldDescription::default()
+    };
+    let corner = DVec3::new(-0.5 * side, 0.5 * side, z);
+    world.add(
+        TriangleMesh::rectangle(corner, DVec3::X * side, DVec3::Y * -side, 0),
+        7,
+    );
+    let world = Scene::of_world(
+        Arc::new(World::new(world).unwrap()),
+        PathSettings::default(),
+    );
+    let camera = camera(24);
+    let (a, b) = (shoot(&camera, &cards, 64), shoot(&camera, &world, 64));
+    assert_eq!(a.stats.rays, b.stats.rays);
+    for (x, y) in a.image.mosaic.data().iter().zip(b.image.mosaic.data()) {
+        assert!((x - y).abs() < 1e-4 * x.abs().max(0.01), "{x} and {y}");
+    }
+    let chief = ChiefRays::new(&camera);
+    let (flat, deep) = (
+        chief.geometry(&camera, &cards),
+        chief.geometry(&camera, &world),
+    );
+    for i in 0..24 * 24 {
+        assert!((flat.depth_mm.data()[i] - deep.depth_mm.data()[i]).abs() < 1e-3);
+        assert_eq!(
+            (flat.surfaces[i] == NO_SURFACE, deep.surfaces[i]),
+            (false, 7)
+        );
+    }
+    let white = WhiteField::new(&camera);
+    let settings = RenderSettings {
+        rays_per_pixel: 16,
+        seed: 1,
+    };
+    let [a, b] = [&cards, &world].map(|s| chief.target(&camera, s, &white, &settings));
+    for (x, y) in a.data().iter().zip(b.data()) {
+        assert!((x - y).abs() < 1e-4 * x.abs().max(0.01), "{x} and {y}");
+    }
+}
+
+#[test]
+fn a_path_traced_picture_has_the_same_bytes_at_any_number_of_threads() {
+    let mut world = WorldDescription::cornell_box();
+    world.lights.push(Light::Point {
+        position_mm: DVec3::new(0.0, 0.0, -650.0),
+        intensity_m2: [0.01; 3],
+    });
+    let scene = Scene::of_world(
+        Arc::new(World::new(world).unwrap()),
+        PathSettings::default(),
+    );
+    let camera = camera(20);
+    let of = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.unwrap().install(|| shoot(&camera, &scene, 8).image)
+    };
+    let one = of(1);
+    assert!(one.mosaic.data().iter().any(|x| *x > 0.0));
+    assert_eq!(one.mosaic, of(2).mosaic);
+    assert_eq!(one.mosaic, of(5).mosaic);
+}
+
+#[test]
+fn the_clamp_only_takes_light_away_and_is_off_by_default() {
+    assert_eq!(PathSettings::default().clamp, None);
+    let world = World::new(WorldDescription::cornell_box()).unwrap();
+    let ray = (DVec3::ZERO, DVec3::new(0.1, -0.15, -1.0).normalize());
+    let free = mean(&world, ray, &bounces(8), 500);
+    let cut = PathSettings {
+        clamp: Some(0.2),
+        ..bounces(8)
+    };
+    let cut = mean(&world, ray, &cut, 500);
+    for c in 0..3 {
+        assert!(cut[c].0 <= free[c].0 && cut[c].0 <= 0.2 + 1e-6);
+    }
+}
+
+#[test]
+fn a_texture_far_away_is_filtered_to_its_mean() {
+    // A checkerboard of 1024² texels within a few pixels: with a pixel's spread a single path sees grey, with none black or white.
+    let texels = (0..1024 * 1024)
+        .map(|i| {
+            let white = (i % 1024 + i / 1024) % 2 == 0;
+            [if white { 255 } else { 0 }; 4].map(|v: u8| v.max(1))
+        })
+        .collect();
+    let map = TextureMap::from_rgba8((1024, 1024), texels, Encoding::Linear, [Wrap::Repeat; 2]);
+    let mut world = WorldDescription {
+        textures: vec![map.unwrap()],
+        materials: vec![Material {
+            emission_texture: Some(TextureRef::new(0)),
+            ..Material::emitter([1.0; 3])
+        }],
+        ..WorldDescription::default()
+    };
+    let corner = DVec3::new(-50.0, 50.0, -1000.0);
+    world.add(
+        TriangleMesh::rectangle(corner, DVec3::X * 100.0, DVec3::Y * -100.0, 0),
+        0,
+    );
+    let world = World::new(world).unwrap();
+    let sample = |spread: f32, k: u32| {
+        let d = DVec3::new(0.0123 + 1.01e-5 * f64::from(k), 0.0077, -1.0).normalize();
+        let key = quadpixel::scene::world::PathKey {
+            key: 1,
+            first: k,
+            spread,
+        };
+        world.radiance_along(DVec3::ZERO, d, &PathSettings::default(), &key)[0]
+    };
+    let spread_of = |spread: f32| {
+        let l: Vec<f32> = (0..64).map(|k| sample(spread, k)).collect();
+        l.iter().fold(0.0f32, |m, x| m.max((x - 0.5).abs()))
+    };
+    assert!(spread_of(0.0) > 0.3);
+    assert!(spread_of(1e-3) < 0.02, "{}", spread_of(1e-3));
+}
