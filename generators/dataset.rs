@@ -86,10 +86,10 @@ pub fn make(
         let angles = |done: usize, total: usize| progress.angles(done, total);
         let sample = render_sample(recipe, id, &mut responses, &angles, &|n| progress.rays(n))
             .map_err(|e| e.within(&format!("sample {index}")))?;
-        responses
-            .take_warnings()
-            .iter()
-            .for_each(|w| progress.warn(w));
+        let warnings = responses.take_warnings();
+        for warning in warnings.iter().chain(sample.warnings()) {
+            progress.warn(warning);
+        }
         stages = stages.plus(sample.stages());
         let written = timed(&mut stages.writing_s, || write_sample(out, &sample.files()));
         samples.push(written.map_err(write_error)?);

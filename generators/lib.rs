@@ -7,6 +7,7 @@
 pub mod assemble;
 pub mod charts;
 pub mod check_command;
+mod coarse;
 pub mod config;
 pub mod dataset;
 mod describe;
@@ -21,6 +22,7 @@ pub mod recipe;
 pub mod render_command;
 pub mod response_command;
 pub mod sample;
+mod scene_args;
 pub mod scenes;
 pub mod stages;
 pub mod study;

@@ -125,6 +125,11 @@ impl Progress {
         }
     }
 
+    /// Tells of something that is there already.
+    pub fn tell(&self, text: &str) {
+        self.bar.suspend(|| eprintln!("{text}"));
+    }
+
     /// Tells of something that did not stop the run.
     pub fn warn(&self, text: &str) {
         self.bar.suspend(|| eprintln!("warning: {text}"));

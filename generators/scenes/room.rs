@@ -62,7 +62,7 @@ pub(super) fn build(drawn: &Drawn, view: &View) -> Result<WorldDescription, Comm
         place(&mut builder, &frame, "lamp", parts, at, 0.0, 1.0);
     }
     glints(&mut builder, drawn, view, key.with(5));
-    Ok(builder.finished([0.15, 0.16, 0.18]))
+    Ok(builder.finished([0.3, 0.32, 0.35]))
 }
 
 fn place(
@@ -123,10 +123,10 @@ fn shell(builder: &mut Builder, frame: &Frame, key: Key) -> Result<(), CommandEr
         let wall = shape.at(DVec3::Y * 0.5 * HEIGHT_M);
         place(builder, frame, name, vec![(wall, paper)], at, turn, 1.0);
     }
-    // Two panels of the ceiling; E = Σ L A cos/d² is about 2 below them.
+    // Two panels of the ceiling; E = Σ L A cos/d² is about 4 below them.
     for k in 0..2 {
         let side = 0.35 * w.min(frame.length_m);
-        let radiance = (0.9 * HEIGHT_M * HEIGHT_M / (side * side)).min(40.0) as f32;
+        let radiance = (2.0 * HEIGHT_M * HEIGHT_M / (side * side)).min(80.0) as f32;
         let material = builder.material(Material::emitter([
             radiance,
             0.96 * radiance,

@@ -100,10 +100,10 @@ pub(super) fn build(drawn: &Drawn, view: &View) -> Result<WorldDescription, Comm
     }
     glints(&mut builder, drawn, view, key.with(5));
     panel(&mut builder, drawn, view, &floor, key.with(6));
-    Ok(builder.finished([0.22, 0.24, 0.28]))
+    Ok(builder.finished([0.3, 0.32, 0.36]))
 }
 
-/// A light panel above the objects, out of view, that gives the floor below it an irradiance of about 2.
+/// A light panel above the objects, out of view, that gives the table below it an irradiance of about 3.
 fn panel(builder: &mut Builder, drawn: &Drawn, view: &View, floor: &Floor, key: Key) {
     let depth = drawn.depth_mm(key.range(0, 0.3, 0.7));
     let side = 1.2 * floor.length_mm();
@@ -111,7 +111,7 @@ fn panel(builder: &mut Builder, drawn: &Drawn, view: &View, floor: &Floor, key: 
     let x = key.range(1, -0.5, 0.5) * side;
     let foot = floor.at(view, x, depth);
     // E = L A/h² right below a small panel.
-    let radiance = (2.0 * height * height / (side * side)) as f32;
+    let radiance = (3.0 * height * height / (side * side)) as f32;
     let material = builder.material(Material::emitter([
         radiance,
         0.95 * radiance,
