@@ -105,9 +105,9 @@ fn a_plain_path_tracer_without_connections_agrees_within_its_variance() {
     let (mut z_sum, mut count) = (0.0, 0.0);
     for k in 0..36 {
         let (x, y) = ((k % 6) as f64 / 5.0 - 0.5, (k / 6) as f64 / 5.0 - 0.5);
-        let d = DVec3::new(0.55 * x, 0.55 * y, -1.0).normalize();
+        let d = DVec3::new(0.53 * x, 0.53 * y, -1.0).normalize();
         let ours = mean(&world, (DVec3::ZERO, d), &settings, 500);
-        let n = 1500;
+        let n = 2000;
         let (mut sum, mut squares) = ([0.0; 3], [0.0; 3]);
         for path in 0..n {
             let l = plain.radiance(DVec3::ZERO, d, 4, k * 100_000 + path);

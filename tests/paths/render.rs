@@ -179,8 +179,9 @@ fn a_texture_far_away_is_filtered_to_its_mean() {
         0,
     );
     let world = World::new(world).unwrap();
+    // The row's middle: v · 1024 = 433.5.
     let sample = |spread: f32, k: u32| {
-        let d = DVec3::new(0.0123 + 1.01e-5 * f64::from(k), 0.0077, -1.0).normalize();
+        let d = DVec3::new(0.0123 + 1.01e-5 * f64::from(k), 0.007_666, -1.0).normalize();
         let key = quadpixel::scene::world::PathKey {
             key: 1,
             first: k,

@@ -102,6 +102,8 @@ impl Bvh {
             .collect();
         let params = BvhBuildParams {
             max_prims_per_leaf: LEAF_ITEMS as u32,
+            collapse_traversal_cost: std::env::var("CTC").map_or(3.0, |v| v.parse().unwrap()),
+            reinsertion_batch_ratio: std::env::var("RBR").map_or(0.05, |v| v.parse().unwrap()),
             ..BvhBuildParams::medium_build()
         };
         let binary = build_bvh2(&boxes, params, &mut std::time::Duration::default());
@@ -162,11 +164,15 @@ impl Bvh {
             return;
         };
         let base = stack.0.len();
-        let origin = ray.origin.to_array().map(Vec4::splat);
-        let inverse = ray.inverse.to_array().map(Vec4::splat);
+        let (o, inv) = (ray.origin, ray.inverse);
+        let origin = [Vec4::splat(o.x), Vec4::splat(o.y), Vec4::splat(o.z)];
+        let inverse = [Vec4::splat(inv.x), Vec4::splat(inv.y), Vec4::splat(inv.z)];
         // Bounds of an axis that a ray meets first: the least if it runs up.
-        let near: [usize; 3] =
-            std::array::from_fn(|i| 2 * i + usize::from(ray.inverse[i].is_sign_negative()));
+        let near = [
+            usize::from(inv.x.is_sign_negative()),
+            2 + usize::from(inv.y.is_sign_negative()),
+            4 + usize::from(inv.z.is_sign_negative()),
+        ];
         loop {
             if current.0 >> 31 == 1 {
                 let number = current.0 & ((1 << 29) - 1);

@@ -172,8 +172,8 @@ impl Builder {
             let lanes: Vec<_> = items
                 .iter()
                 .map(|&i| {
-                    let corners = corners(&self.triangles[i as usize]);
-                    (corners.map(|p| p.to_array()), i)
+                    let triangle = &self.triangles[i as usize];
+                    (corners(triangle).map(|p| p.to_array()), i, triangle.part)
                 })
                 .collect();
             packets.push(Packet::new(&lanes));

@@ -100,19 +100,21 @@ impl Lights {
         let mut powers = Vec::new();
         for (slot, placed) in stage.placed.iter().enumerate() {
             let geometry = &stage.geometries[placed.geometry];
-            for (number, triangle) in geometry.triangles.iter().enumerate() {
-                let part = geometry.parts[triangle.part as usize];
-                let bright = brightness[part.material as usize];
-                if bright > 0.0 {
-                    let [p, q, r] = triangle.vertices.map(|v| {
-                        let p = geometry.positions[v as usize].as_dvec3();
-                        placed.camera_from_mesh.transform_point3(p)
-                    });
-                    triangles.push(Element {
-                        placed: slot as u32,
-                        triangle: number as u32,
-                    });
-                    powers.push(bright * 0.5 * (q - p).cross(r - p).length());
+            for (packet, lanes) in geometry.packets.iter().enumerate() {
+                for lane in 0..lanes.len() {
+                    let part = geometry.parts[lanes.parts[lane] as usize];
+                    let bright = brightness[part.material as usize];
+                    if bright > 0.0 {
+                        let [p, q, r] = lanes
+                            .corners(lane)
+                            .map(|p| placed.camera_from_mesh.transform_point3(p.as_dvec3()));
+                        triangles.push(Element {
+                            placed: slot as u32,
+                            packet: packet as u32,
+                            lane: lane as u8,
+                        });
+                        powers.push(bright * 0.5 * (q - p).cross(r - p).length());
+                    }
                 }
             }
         }

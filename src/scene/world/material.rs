@@ -156,8 +156,7 @@ impl World {
 
     /// Share of light that a material passes straight on along a ray.
     pub(super) fn passes(&self, element: Element, ray: &Ray) -> Vec3 {
-        let m = &self.materials[self.material_of(element)];
-        if !lets_through(m) {
+        if !self.lets_through[self.material_of(element)] {
             return Vec3::ZERO;
         }
         let surface = self.surface(element, ray);
@@ -298,21 +297,27 @@ impl Bsdf<'_> {
             let weight = self.clear / clear;
             if left < r * clear {
                 let direction = mirror_image();
-                return (self.normal.dot(direction) > 0.0)
-                    .then_some(())
-                    .and_then(|()| mirrored(direction, weight, 1.0));
+                if self.normal.dot(direction) <= 0.0 {
+                    return None;
+                }
+                return mirrored(direction, weight, 1.0);
             }
             let local = Vec3::new(-self.o.x / self.eta, -self.o.y / self.eta, -beyond);
             let direction = self.to_world(local);
             // Radiance grows with the square of the index: less of it here than beyond.
             let denser = self.eta * self.eta;
-            return (self.normal.dot(direction) < 0.0)
-                .then_some(())
-                .and_then(|()| mirrored(direction, weight * self.tint / denser, denser));
+            if self.normal.dot(direction) >= 0.0 {
+                return None;
+            }
+            return mirrored(direction, weight * self.tint / denser, denser);
         }
         left -= clear;
         if left < pane {
-            return mirrored(mirror_image(), self.pane / pane, 1.0);
+            let direction = mirror_image();
+            if self.normal.dot(direction) <= 0.0 {
+                return None;
+            }
+            return mirrored(direction, self.pane / pane, 1.0);
         }
         left -= pane;
         let is_diffuse = left >= gloss || gloss == 0.0;

@@ -57,8 +57,9 @@ pub struct World {
     albedos: microfacet::AlbedoTable,
     /// Whether any material is a cut-out.
     has_masks: bool,
-    /// Of each material, whether shadow rays may pass.
+    /// Of each material, whether shadow rays may pass, and whether of any.
     lets_through: Vec<bool>,
+    has_veils: bool,
     warnings: WorldWarnings,
 }
 
@@ -102,6 +103,7 @@ impl World {
                 .iter()
                 .any(|m| matches!(m.alpha, Alpha::Mask { .. })),
             lets_through: materials.iter().map(material::lets_through).collect(),
+            has_veils: materials.iter().any(material::lets_through),
             albedos: microfacet::AlbedoTable::new(),
             materials: description.materials,
             textures: description.textures,

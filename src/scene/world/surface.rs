@@ -25,33 +25,22 @@ pub(super) struct Surface {
     pub object_id: u16,
 }
 
-/// Three corners in the camera frame and which vertices they are.
-struct Corners {
-    points: [DVec3; 3],
-    vertices: [usize; 3],
-}
-
 impl World {
-    fn corners(&self, element: Element) -> Corners {
+    /// A triangle's corners in the camera frame.
+    pub(super) fn corners(&self, element: Element) -> [DVec3; 3] {
         let placed = &self.stage.placed[element.placed as usize];
         let geometry = &self.stage.geometries[placed.geometry];
-        let vertices = geometry.triangles[element.triangle as usize]
-            .vertices
-            .map(|v| v as usize);
-        let points = vertices.map(|v| {
-            let p = geometry.positions[v].as_dvec3();
-            match placed.object_id {
-                None => p,
-                Some(_) => placed.camera_from_mesh.transform_point3(p),
-            }
-        });
-        Corners { points, vertices }
+        let corners = geometry.packets[element.packet as usize].corners(usize::from(element.lane));
+        corners.map(|p| match placed.object_id {
+            None => p.as_dvec3(),
+            Some(_) => placed.camera_from_mesh.transform_point3(p.as_dvec3()),
+        })
     }
 
     /// Where a ray meets a triangle that it is known to meet: rounding is taken back to the triangle's border.
     pub(super) fn surface(&self, element: Element, ray: &Ray) -> Surface {
         let corners = self.corners(element);
-        let b = barycentric(&corners.points, ray);
+        let b = barycentric(&corners, ray);
         let mut surface = self.surface_at(element, &corners, b);
         surface.distance = (surface.position - ray.origin).dot(ray.direction);
         surface
@@ -68,21 +57,27 @@ impl World {
         )
     }
 
-    fn surface_at(&self, element: Element, corners: &Corners, [b1, b2]: [f64; 2]) -> Surface {
+    fn surface_at(&self, element: Element, corners: &[DVec3; 3], [b1, b2]: [f64; 2]) -> Surface {
         let placed = &self.stage.placed[element.placed as usize];
         let geometry = &self.stage.geometries[placed.geometry];
-        let [p0, p1, p2] = corners.points;
+        let packet = &geometry.packets[element.packet as usize];
+        let lane = usize::from(element.lane);
+        let [p0, p1, p2] = *corners;
         let (e1, e2) = (p1 - p0, p2 - p0);
         let cross = e1.cross(e2);
         let double_area = cross.length();
         let outward = if placed.mirrored { -1.0 } else { 1.0 };
         let normal = (cross * (outward / double_area)).as_vec3();
         let b = [1.0 - b1 - b2, b1, b2].map(|x| x as f32);
-        let part = geometry.parts[geometry.triangles[element.triangle as usize].part as usize];
+        let part = geometry.parts[packet.parts[lane] as usize];
+        let vertices = || {
+            let triangle = &geometry.triangles[packet.ids[lane] as usize];
+            triangle.vertices.map(|v| v as usize)
+        };
 
         let mut shading = normal;
         if !geometry.normals.is_empty() {
-            let [n0, n1, n2] = corners.vertices.map(|v| geometry.normals[v]);
+            let [n0, n1, n2] = vertices().map(|v| geometry.normals[v]);
             let is_smooth = n0 != Vec3::ZERO && n1 != Vec3::ZERO && n2 != Vec3::ZERO;
             let mut n = b[0] * n0 + b[1] * n1 + b[2] * n2;
             if placed.object_id.is_some() {
@@ -97,7 +92,7 @@ impl World {
 
         let (mut uv, mut uv_per_mm, mut along_uv) = ([0.0; 2], 0.0, [Vec3::ZERO; 2]);
         if !geometry.uvs.is_empty() {
-            let at = corners.vertices.map(|v| geometry.uvs[v]);
+            let at = vertices().map(|v| geometry.uvs[v]);
             uv = std::array::from_fn(|i| b[0] * at[0][i] + b[1] * at[1][i] + b[2] * at[2][i]);
             let [d1, d2] = [1, 2].map(|k| [at[k][0] - at[0][0], at[k][1] - at[0][1]]);
             let det = d1[0] * d2[1] - d1[1] * d2[0];

@@ -18,11 +18,12 @@ pub(super) struct Ray {
     pub direction: DVec3,
 }
 
-/// A triangle of a placed geometry.
+/// A triangle of a placed geometry, by its lane in a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::scene) struct Element {
     pub placed: u32,
-    pub triangle: u32,
+    pub packet: u32,
+    pub lane: u8,
 }
 
 impl World {
@@ -46,7 +47,10 @@ impl World {
             if self.is_masked(element) && !self.is_solid(element, ray) {
                 return false;
             }
-            share *= self.passes(element, ray);
+            share *= match self.has_veils {
+                true => self.passes(element, ray),
+                false => Vec3::ZERO,
+            };
             share == Vec3::ZERO
         });
         share
@@ -110,7 +114,8 @@ impl World {
                     mask &= mask - 1;
                     let element = Element {
                         placed: slot,
-                        triangle: packet.ids[lane],
+                        packet: leaf,
+                        lane: lane as u8,
                     };
                     if hits.t[lane] < *t_max && found(element, hits.t[lane], t_max) {
                         ended = true;
@@ -126,7 +131,7 @@ impl World {
     pub(super) fn material_of(&self, element: Element) -> usize {
         let placed = &self.stage.placed[element.placed as usize];
         let geometry = &self.stage.geometries[placed.geometry];
-        let part = geometry.triangles[element.triangle as usize].part;
+        let part = geometry.packets[element.packet as usize].parts[usize::from(element.lane)];
         geometry.parts[part as usize].material as usize
     }
 

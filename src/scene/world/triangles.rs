@@ -52,12 +52,15 @@ impl WalkRay {
     }
 }
 
-/// Up to four triangles as columns: `vertices[vertex][axis]`.
+/// Up to four triangles as columns: `vertices[vertex][axis]`. Unused lanes repeat the last.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub(super) struct Packet {
     vertices: [[Vec4; 3]; 3],
-    /// Triangle numbers in their geometry; unused lanes repeat the last.
+    /// Triangle numbers in their geometry.
     pub ids: [u32; 4],
+    /// Their parts: what a hit asks for first lies beside what it was found with.
+    pub parts: [u32; 4],
 }
 
 /// What a ray meets of a packet.
@@ -69,8 +72,8 @@ pub(super) struct PacketHits {
 }
 
 impl Packet {
-    /// From at least one triangle and its number; more than four are left out.
-    pub fn new(triangles: &[([[f32; 3]; 3], u32)]) -> Self {
+    /// From at least one triangle, its number and its part; more than four are left out.
+    pub fn new(triangles: &[([[f32; 3]; 3], u32, u32)]) -> Self {
         let lane = |i: usize| &triangles[i.min(triangles.len() - 1)];
         Self {
             vertices: std::array::from_fn(|v| {
@@ -79,22 +82,40 @@ impl Packet {
                 })
             }),
             ids: std::array::from_fn(|i| lane(i).1),
+            parts: std::array::from_fn(|i| lane(i).2),
         }
+    }
+
+    /// Triangles in it: lanes up to the last that is not a repetition.
+    pub fn len(&self) -> usize {
+        1 + self.ids.windows(2).take_while(|w| w[0] != w[1]).count()
+    }
+
+    /// The corners of a lane.
+    #[inline]
+    pub fn corners(&self, lane: usize) -> [Vec3; 3] {
+        let corner = |v: &[Vec4; 3]| Vec3::new(v[0][lane], v[1][lane], v[2][lane]);
+        let [a, b, c] = &self.vertices;
+        [corner(a), corner(b), corner(c)]
     }
 
     /// Hits of the first `count` lanes at 0 < t < `t_max`.
     #[inline(always)]
     pub fn intersect(&self, ray: &WalkRay, t_max: f32, count: u32) -> PacketHits {
         let [x, y, z] = ray.axes;
-        let o = ray.origin.to_array().map(Vec4::splat);
-        let [sx, sy, sz] = ray.shear.to_array().map(Vec4::splat);
+        let (ox, oy, oz) = (
+            Vec4::splat(ray.origin[x]),
+            Vec4::splat(ray.origin[y]),
+            Vec4::splat(ray.origin[z]),
+        );
+        let (sx, sy, sz) = (
+            Vec4::splat(ray.shear.x),
+            Vec4::splat(ray.shear.y),
+            Vec4::splat(ray.shear.z),
+        );
         let sheared = |v: &[Vec4; 3]| {
-            let depth = v[z] - o[z];
-            (
-                (v[x] - o[x]) - sx * depth,
-                (v[y] - o[y]) - sy * depth,
-                depth,
-            )
+            let depth = v[z] - oz;
+            ((v[x] - ox) - sx * depth, (v[y] - oy) - sy * depth, depth)
         };
         let [a, b, c] = &self.vertices;
         let ((ax, ay, az), (bx, by, bz), (cx, cy, cz)) = (sheared(a), sheared(b), sheared(c));
