@@ -75,9 +75,10 @@ fn first_look(
     args: &RenderArgs,
     prepared: &mut Prepared,
     progress: &Progress,
+    finds_exposure: bool,
 ) -> Result<(), CommandError> {
     let coarse = Coarse::new(prepared)?;
-    if args.scene_args.file.is_some() && args.scene_args.exposure_ev.is_none() {
+    if finds_exposure {
         prepared.expose(coarse.exposure_ev());
     }
     let mut name = args.out.file_name().unwrap_or_default().to_os_string();
@@ -143,8 +144,10 @@ pub fn run(args: &RenderArgs) -> Result<(), CommandError> {
     progress.start(1, recipe.rays());
     let angles = |done: usize, total: usize| progress.angles(done, total);
     let mut prepared = prepare(&recipe, &mut responses, &angles).map_err(|e| e.within(&name))?;
-    if recipe.world.is_some() {
-        first_look(args, &mut prepared, &progress)?;
+    // Kept rays need no first look, but for the exposure.
+    let finds_exposure = args.scene_args.file.is_some() && args.scene_args.exposure_ev.is_none();
+    if recipe.world.is_some() && (args.from_rays.is_none() || finds_exposure) {
+        first_look(args, &mut prepared, &progress, finds_exposure)?;
     }
     let about = to_json(prepared.recipe())?;
     let id = SampleId {

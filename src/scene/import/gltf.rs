@@ -4,13 +4,14 @@
 //! whether a body is solid), `KHR_texture_transform`, `KHR_mesh_quantization`. A file that requires another one (such as a
 //! compression) is refused. Animation, skins and morph targets stay in their rest pose.
 
-use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 
 use super::accessor::Buffers;
+use super::container::{buffers, chunks};
 use super::folder::Folder;
 use super::gltf_material::Materials;
-use super::json::{Document, Node, Primitive};
-use super::raw::RawMesh;
+use super::json::{Document, Node};
+use super::primitive::primitive_mesh;
 use super::{FileCamera, Imported, MAX_INSTANCES, MAX_TRIANGLES, Warnings};
 use crate::scene::world::{Instance, Light, WorldDescription};
 
@@ -69,54 +70,6 @@ pub(super) fn read(bytes: &[u8], folder: &Folder, unit_mm: f64) -> Result<Import
     let mut imported = reader.imported;
     (imported.world.materials, imported.world.textures) = reader.materials.finished();
     Ok(imported)
-}
-
-/// The JSON chunk and the binary one of a GLB (specification, chapter 4).
-fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
-    let word = |at: usize| -> Option<usize> {
-        let four = bytes.get(at..at.checked_add(4)?)?;
-        Some(u32::from_le_bytes(four.try_into().ok()?) as usize)
-    };
-    let cut = || "ends within a chunk".to_string();
-    let version = word(4).ok_or_else(cut)?;
-    if version != 2 {
-        return Err(format!("version is {version}; allowed: 2"));
-    }
-    let (mut json, mut binary, mut at) = (None, None, 12);
-    while at < bytes.len() {
-        let length = word(at).ok_or_else(cut)?;
-        let kind = bytes.get(at + 4..at + 8).ok_or_else(cut)?;
-        let end = (at + 8).checked_add(length).ok_or_else(cut)?;
-        let data = bytes.get(at + 8..end).ok_or_else(cut)?;
-        match kind {
-            b"JSON" => json = json.or(Some(data)),
-            b"BIN\0" => binary = binary.or(Some(data)),
-            _ => {} // chunks of other kinds are to be passed over
-        }
-        at = end;
-    }
-    Ok((json.ok_or("has no JSON chunk")?, binary))
-}
-
-fn buffers(
-    document: &Document,
-    binary: Option<&[u8]>,
-    folder: &Folder,
-) -> Result<Vec<Vec<u8>>, Broken> {
-    let of = |(index, buffer): (usize, &super::json::Buffer)| {
-        let at = |what: String| (format!("buffers[{index}]"), what);
-        let bytes = match (&buffer.uri, binary) {
-            (Some(uri), _) => folder.read(uri).map_err(at)?,
-            (None, Some(binary)) if index == 0 => binary.to_vec(),
-            (None, _) => return Err(at("has no uri and no binary chunk".into())),
-        };
-        if (bytes.len() as u64) < buffer.byte_length {
-            let (has, says) = (bytes.len(), buffer.byte_length);
-            return Err(at(format!("has {has} bytes, byteLength says {says}")));
-        }
-        Ok(bytes)
-    };
-    document.buffers.iter().enumerate().map(of).collect()
 }
 
 struct Reader<'a> {
@@ -369,57 +322,4 @@ fn rotation(m: DMat3) -> Option<DMat3> {
     let z = m.z_axis.try_normalize()?;
     let x = m.y_axis.cross(z).try_normalize()?;
     Some(DMat3::from_cols(x, z.cross(x), z))
-}
-
-/// The triangles of a primitive; `None` for points, lines, or without positions.
-fn primitive_mesh(buffers: &Buffers<'_>, p: &Primitive) -> Result<Option<RawMesh>, String> {
-    let mode = p.mode.unwrap_or(4);
-    let Some(position) = p.attributes.position else {
-        return Ok(None);
-    };
-    if !(4..=6).contains(&mode) {
-        return Ok(None);
-    }
-    let vectors = |index: Option<usize>| -> Result<Vec<DVec3>, String> {
-        let values = index.map(|i| buffers.read::<3>(i)).transpose()?;
-        Ok(values
-            .unwrap_or_default()
-            .into_iter()
-            .map(DVec3::from)
-            .collect())
-    };
-    let positions = vectors(Some(position))?;
-    let uvs = p.attributes.uv.map(|i| buffers.read::<2>(i)).transpose()?;
-    let indices: Vec<u32> = match p.indices {
-        // The cast saturates: what is no vertex number is out of range, and dropped when cleaned.
-        Some(i) => buffers
-            .read::<1>(i)?
-            .into_iter()
-            .map(|[i]| i as u32)
-            .collect(),
-        None => (0..positions.len() as u32).collect(),
-    };
-    let triangles = match mode {
-        4 => indices
-            .chunks_exact(3)
-            .map(|t| [t[0], t[1], t[2]])
-            .collect(),
-        // Every second triangle of a strip runs the other way round.
-        5 => (indices.windows(3).enumerate())
-            .map(|(k, t)| [t[0], t[1 + k % 2], t[2 - k % 2]])
-            .collect(),
-        _ => (indices.windows(2).skip(1))
-            .map(|t| [indices[0], t[0], t[1]])
-            .collect(),
-    };
-    Ok(Some(RawMesh {
-        normals: vectors(p.attributes.normal)?,
-        uvs: uvs
-            .unwrap_or_default()
-            .into_iter()
-            .map(DVec2::from)
-            .collect(),
-        positions,
-        triangles,
-    }))
 }

@@ -9,6 +9,7 @@
 //! area, an index out of range) is left out and counted in [`Warnings`].
 
 mod accessor;
+mod container;
 mod folder;
 mod gltf;
 mod gltf_material;
@@ -18,6 +19,7 @@ mod obj_scene;
 mod panorama;
 mod picture;
 mod placing;
+mod primitive;
 mod raw;
 
 use std::collections::BTreeMap;
