@@ -10,6 +10,7 @@ mod layout;
 mod load;
 mod manifest;
 pub mod paths;
+mod readout;
 mod sample;
 mod split;
 
@@ -17,8 +18,9 @@ pub use camera::{
     Channel, CraShift, ExitPupil, Exposure, Focus, Intrinsics, Lens, Response, Sensor, Subpixels,
 };
 pub use check::{Finding, Progress, Report, check_dataset};
-pub use layout::{SUM_LAYER, sample_files};
+pub use layout::{Optional, SUM_LAYER, sample_files};
 pub use manifest::{DatasetManifest, FileEntry, SampleEntry, Tool, conventions, units};
+pub use readout::Readout;
 pub use sample::{
     CocDisparity, Effects, EstimatedError, FileKind, LeftOut, LostRays, Noise, Range, Ranges, Raw,
     RawFormat, RenderStatistics, SampleFile, SampleMeta, Scene, Storage,

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{Channel, Exposure, Focus, Intrinsics, Lens, Response, Sensor};
+use crate::readout::Readout;
 
 /// The whole of `meta.json`. No date, host name, run time or thread count: the same seed gives the same bytes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -92,12 +93,24 @@ pub enum RawFormat {
     Exr,
 }
 
-/// Noise in the images.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+/// Noise that was added, in files of its own: `raw`, `views` and `target` are clean always.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Noise {
-    /// None was added; what noise there is, is the render's own (see the statistics).
+    /// None; what noise there is, is the render's own (see the statistics).
     None,
+    /// `noisy` and `noisyviews` are a sensor's readout of the clean mosaic.
+    Readout(Readout),
+}
+
+impl Noise {
+    /// The readout, where there is one.
+    pub fn readout(&self) -> Option<&Readout> {
+        match self {
+            Self::None => None,
+            Self::Readout(readout) => Some(readout),
+        }
+    }
 }
 
 /// What the pictures contain.
@@ -247,6 +260,12 @@ pub enum FileKind {
     Valid,
     /// The contact sheet.
     Preview,
+    /// The mosaic as a sensor reads it: digital numbers.
+    Noisy,
+    /// The views of the noisy mosaic and their sum, linear.
+    NoisyViews,
+    /// What a white wall gives on each sub-pixel.
+    Shading,
 }
 
 /// How a number is stored.

@@ -15,6 +15,7 @@ use quadpixel::scene::world::World;
 use quadpixel::scene::{Scene, TexturedPlane};
 use quadpixel::sensor::{Sensor, Subpixels};
 use quadpixel::spectrum::ChannelWavelengths;
+use quadpixel::units::MM_PER_UM;
 
 use crate::field_of_view::{centre_at, covering};
 use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, WindowRecipe};
@@ -35,6 +36,10 @@ pub struct Responses {
 pub fn lens(recipe: &LensRecipe) -> Result<Lens, CommandError> {
     let input = |e: quadpixel::lens::LensError| CommandError::input(e.to_string());
     let mut lens = Prescription::named(&recipe.name)
+        .and_then(|p| match recipe.deviations.as_slice() {
+            [] => Ok(p),
+            some => p.with_deviations(some),
+        })
         .and_then(|p| Lens::new(&p))
         .map_err(input)?;
     if let Some(f) = recipe.f_number {
@@ -45,6 +50,10 @@ pub fn lens(recipe: &LensRecipe) -> Result<Lens, CommandError> {
     lens = lens
         .focused_at(focus_mm, FocusBy::Sensor, wavelength)
         .map_err(input)?;
+    if recipe.focus_error_um != 0.0 {
+        let error_mm = recipe.focus_error_um * MM_PER_UM;
+        lens = lens.with_focus_error(error_mm, wavelength).map_err(input)?;
+    }
     if recipe.misalignments.is_empty() {
         return Ok(lens);
     }
@@ -92,8 +101,12 @@ impl Responses {
             return Ok(response.clone());
         }
         let table = match &recipe.response {
-            ResponseRecipe::Wave { pixel } => {
-                let stack = pixel_stack(pixel, subpixels)?;
+            ResponseRecipe::Wave { pixel, stack_scale } => {
+                let mut stack = pixel_stack(pixel, subpixels)?;
+                for layer in &mut stack.layers {
+                    layer.thickness_um *= stack_scale;
+                }
+                stack.check().map_err(|e| input(&e))?;
                 let made = self.cache.get_or_build(
                     &stack,
                     &TableSettings::wave_standard_for(&stack),
@@ -159,6 +172,16 @@ pub fn camera(
     subpixels: Subpixels,
 ) -> Result<Camera, CommandError> {
     let lens = lens(&recipe.lens)?;
+    focused_camera(recipe, &lens, response, subpixels)
+}
+
+/// The camera of a recipe with its lens focused as given.
+fn focused_camera(
+    recipe: &Recipe,
+    lens: &Lens,
+    response: &Response,
+    subpixels: Subpixels,
+) -> Result<Camera, CommandError> {
     let wavelengths = ChannelWavelengths::default();
     let centre = match recipe.sensor.window {
         WindowRecipe::Centre => DVec2::ZERO,
@@ -173,17 +196,44 @@ pub fn camera(
     let size = (recipe.sensor.width, recipe.sensor.height);
     let sensor = Sensor::new(recipe.sensor.pitch_um, subpixels, size, centre)
         .map_err(|e| CommandError::input(e.to_string()))?;
-    Camera::new(
-        &lens,
+    let offset_um = DVec2::from(recipe.sensor.microlens_offset_um);
+    if !offset_um.is_finite() {
+        return Err(CommandError::input(format!(
+            "sensor.microlens_offset_um is {offset_um}; allowed: finite lengths"
+        )));
+    }
+    let camera = Camera::new(
+        lens,
         sensor,
         recipe.sensor.microlens_shift,
         response,
         wavelengths,
-    )
-    .map_err(|e| CommandError::input(e.to_string()))
+    );
+    camera
+        .map(|c| c.with_microlens_offset_um(offset_um))
+        .map_err(|e| CommandError::input(e.to_string()))
 }
 
-/// The scene of a recipe, in front of its camera.
+/// The camera in front of which the recipe's cards are laid out, where that is not its own.
+///
+/// # Errors
+/// What a field of the recipe is and may be.
+pub fn framing_camera(
+    recipe: &Recipe,
+    response: &Response,
+    subpixels: Subpixels,
+) -> Result<Option<Camera>, CommandError> {
+    let framing = |focus_mm| {
+        let aligned = LensRecipe {
+            focus_mm: Some(focus_mm),
+            ..recipe.lens.clone()
+        };
+        focused_camera(recipe, &lens(&aligned)?, response, subpixels)
+    };
+    recipe.framing_focus_mm.map(framing).transpose()
+}
+
+/// The scene of a recipe, laid out in front of a camera: its own, or that of its framing.
 ///
 /// # Errors
 /// What a field of the recipe is and may be.

@@ -2,6 +2,14 @@
 //!
 //! The default is the commented file `generators/default.toml`; `qpgen dataset --print-config` prints it.
 
+mod readout;
+mod sweep;
+mod tolerances;
+
+pub use readout::ReadoutConfig;
+pub use sweep::SweepConfig;
+pub use tolerances::ToleranceConfig;
+
 use quadpixel::sampling::uniform;
 use quadpixel::sensor::ShiftRule;
 use serde::{Deserialize, Serialize};
@@ -34,6 +42,12 @@ pub struct DatasetConfig {
     pub exposure_ev: Draw,
     /// Rays a microlens and colour channel.
     pub rays_per_pixel: usize,
+    /// Focus stacks; absent: a scene a sample.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sweep: Option<SweepConfig>,
+    /// Sensor electronics: noisy captures beside the clean ones; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub readout: Option<ReadoutConfig>,
 }
 
 /// Main lens.
@@ -47,6 +61,12 @@ pub struct LensConfig {
     /// F-number; absent: wide open.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub f_number: Option<Draw>,
+    /// How far the sensor stands behind (+) where it would be in focus, µm; absent: nowhere else.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub focus_error_um: Option<Draw>,
+    /// Deviations of elements and surfaces; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerances: Option<ToleranceConfig>,
 }
 
 /// Sensor.
@@ -63,6 +83,9 @@ pub struct SensorConfig {
     pub window: WindowConfig,
     /// How microlenses follow the chief ray.
     pub microlens_shift: ShiftRule,
+    /// By how much all microlenses are out of place, µm, along x and along y; absent: not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub microlens_offset_um: Option<Draw>,
     /// Pitch of the microlenses, µm; absent: that of the response's pixel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pitch_um: Option<Draw>,
@@ -96,6 +119,9 @@ pub enum ResponseConfig {
     Wave {
         /// Built-in names or `.toml` files; one is drawn a sample.
         pixels: Vec<String>,
+        /// Thickness of the layers; absent: as the pixels have it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        stack: Option<StackConfig>,
     },
     /// FDTD tables of one of these pixels: shipped ones, or those that `qpgen response --model fdtd` has made.
     Fdtd {
@@ -109,6 +135,16 @@ pub enum ResponseConfig {
         /// `.npz` files of `qpgen response`; one is drawn a sample.
         files: Vec<String>,
     },
+}
+
+/// Thickness of a pixel's flat layers. Each value needs a table of its own, so few are made and shared.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StackConfig {
+    /// Factor on the thickness of all flat layers.
+    pub scale: Draw,
+    /// Number of values that are drawn for each pixel; one of them is drawn a sample.
+    pub variants: usize,
 }
 
 /// Scenes of flat cards.
@@ -226,20 +262,24 @@ pub enum Scale {
     Inverse,
 }
 
-impl Draw {
-    /// The number for a seed and key.
-    pub fn at(&self, seed: u64, key: &[u64]) -> f64 {
-        let Self::Range(Range { min, max, scale }) = *self else {
-            let Self::Fixed(value) = *self else {
-                unreachable!("two variants")
-            };
-            return value;
-        };
-        let t = uniform(seed, key);
+impl Range {
+    /// The number at a part t (0 to 1) of the way from `min` to `max`, even in the scale.
+    pub fn at(&self, t: f64) -> f64 {
+        let Self { min, max, scale } = *self;
         match scale {
             Scale::Linear => min + t * (max - min),
             Scale::Log => (min.ln() + t * (max / min).ln()).exp(),
             Scale::Inverse => 1.0 / (1.0 / min + t * (1.0 / max - 1.0 / min)),
+        }
+    }
+}
+
+impl Draw {
+    /// The number for a seed and key.
+    pub fn at(&self, seed: u64, key: &[u64]) -> f64 {
+        match self {
+            Self::Fixed(value) => *value,
+            Self::Range(range) => range.at(uniform(seed, key)),
         }
     }
 
@@ -310,15 +350,32 @@ impl DatasetConfig {
         some("scene.charts", self.scene.charts.len())?;
         some("scene.texture_px", self.scene.texture_px)?;
         match &self.response {
-            ResponseConfig::Wave { pixels } | ResponseConfig::Fdtd { pixels } => {
+            ResponseConfig::Wave { pixels, stack } => {
                 some("response.pixels", pixels.len())?;
+                if let Some(stack) = stack {
+                    some("response.stack.variants", stack.variants)?;
+                    stack.scale.check("response.stack.scale", (0.5, 2.0))?;
+                }
             }
+            ResponseConfig::Fdtd { pixels } => some("response.pixels", pixels.len())?,
             ResponseConfig::Table { files } => some("response.files", files.len())?,
             ResponseConfig::Geometric => {}
         }
         self.lens.focus_mm.check("lens.focus_mm", (1.0, inf))?;
         if let Some(f) = &self.lens.f_number {
             f.check("lens.f_number", (0.5, 64.0))?;
+        }
+        if let Some(error) = &self.lens.focus_error_um {
+            error.check("lens.focus_error_um", (-1e4, 1e4))?;
+        }
+        if let Some(tolerances) = &self.lens.tolerances {
+            tolerances.check()?;
+        }
+        if let Some(offset) = &self.sensor.microlens_offset_um {
+            offset.check("sensor.microlens_offset_um", (-10.0, 10.0))?;
+        }
+        if let Some(sweep) = &self.sweep {
+            sweep.check(&self.lens.focus_mm)?;
         }
         if let Some(p) = &self.sensor.pitch_um {
             p.check("sensor.pitch_um", (0.1, 100.0))?;
@@ -331,6 +388,9 @@ impl DatasetConfig {
             phi_deg.check("sensor.window.phi_deg", (-360.0, 360.0))?;
         }
         self.exposure_ev.check("exposure_ev", (-16.0, 16.0))?;
+        if let Some(readout) = &self.readout {
+            readout.check()?;
+        }
         self.scene
             .background_over_focus
             .check("scene.background_over_focus", (0.05, 100.0))?;

@@ -115,7 +115,8 @@ pub(crate) fn describe(
                 .collect(),
         },
         focus: spec::Focus {
-            distance_m: recipe.lens.focus_mm.map(|d| d * M_PER_MM),
+            distance_m: (camera.focus_distance_mm().is_finite())
+                .then(|| camera.focus_distance_mm() * M_PER_MM),
             by: "sensor".to_string(),
         },
         sensor: sensor(recipe, camera),
@@ -206,7 +207,6 @@ fn intrinsics(camera: &Camera) -> spec::Intrinsics {
 fn effects(recipe: &Recipe, camera: &Camera) -> spec::Effects {
     let mut simulated = vec!["lens aberrations", "vignetting", "defocus", "occlusion"];
     let mut left_out = vec![
-        ("sensor noise", "clean signal; not simulated yet"),
         (
             "width of the colour bands",
             "each channel is traced at one wavelength",
@@ -224,6 +224,31 @@ fn effects(recipe: &Recipe, camera: &Camera) -> spec::Effects {
             "transmission of the lens is 1",
         ),
     ];
+    let lens = &recipe.lens;
+    let made = !(lens.misalignments.is_empty() && lens.deviations.is_empty());
+    let others = [
+        (made, "tolerances of the lens"),
+        (lens.focus_error_um != 0.0, "focus error"),
+        (
+            recipe.sensor.microlens_offset_um != [0.0; 2],
+            "misaligned microlenses",
+        ),
+        (
+            matches!(recipe.response, ResponseRecipe::Wave { stack_scale, .. } if stack_scale != 1.0),
+            "thickness of the pixel's layers",
+        ),
+    ];
+    simulated.extend(
+        others
+            .into_iter()
+            .filter(|(is, _)| *is)
+            .map(|(_, name)| name),
+    );
+    if recipe.readout.is_some() {
+        simulated.push("sensor noise (in files of its own)");
+    } else {
+        left_out.push(("sensor noise", "clean signal asked for"));
+    }
     if camera.is_dispersive() {
         simulated.push("dispersion");
     } else {

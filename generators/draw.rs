@@ -1,6 +1,9 @@
 //! Draws sample `index`'s recipe from the configuration. Every number is a hash of (seed, index, what it is for): it does
 //! not depend on the other samples, their order or their number.
 
+mod optics;
+mod readout;
+
 use std::path::Path;
 
 use quadpixel::render::RenderSettings;
@@ -40,6 +43,29 @@ enum For {
     Exposure,
     Render,
     Pitch,
+    Photons,
+    ExposureTime,
+    DarkCurrent,
+    FullWell,
+    Prnu,
+    ReadNoise,
+    Gain,
+    GainMismatch,
+    SubpixelGain,
+    Sensor,
+    Shot,
+    DecentreX,
+    DecentreY,
+    Despace,
+    Tip,
+    Tilt,
+    Radius,
+    Index,
+    FocusError,
+    MicrolensX,
+    MicrolensY,
+    StackVariant,
+    StackScale,
     Near,
     Far,
     Objects,
@@ -51,6 +77,7 @@ enum For {
 }
 
 /// Numbers of one sample.
+#[derive(Clone, Copy)]
 struct Dice {
     seed: u64,
     index: u64,
@@ -81,16 +108,28 @@ pub fn recipe(
     index: u64,
     pitch_of: &dyn Fn(&str) -> Result<f64, CommandError>,
 ) -> Result<Recipe, CommandError> {
+    // A focus stack is one scene and one camera; only the focus, the rays and the shot are each sample's own.
+    let (scene, step) = match &config.sweep {
+        Some(sweep) => (index / sweep.steps as u64, index % sweep.steps as u64),
+        None => (index, 0),
+    };
     let dice = Dice {
         seed: config.seed,
-        index,
+        index: scene,
     };
+    let shot = Dice { index, ..dice };
     let focus_mm = dice.of(&config.lens.focus_mm, For::Focus, 0);
     let (response, pixel_pitch) = match &config.response {
-        ResponseConfig::Wave { pixels } => {
+        ResponseConfig::Wave { pixels, stack } => {
             let pixel = dice.choice(pixels, For::Pixel, 0).clone();
             let pitch = pitch_of(&pixel)?;
-            (ResponseRecipe::Wave { pixel }, Some(pitch))
+            let stack_scale = stack.map_or(1.0, |stack| {
+                let variant = (dice.unit(For::StackVariant, 0) * stack.variants as f64) as u64;
+                // A variant is the dataset's, not the sample's: its table is made once.
+                let key = [For::StackScale as u64, variant];
+                stack.scale.at(dice.seed, &key)
+            });
+            (ResponseRecipe::Wave { pixel, stack_scale }, Some(pitch))
         }
         ResponseConfig::Fdtd { pixels } => {
             let pixel = dice.choice(pixels, For::Pixel, 0).clone();
@@ -119,12 +158,34 @@ pub fn recipe(
             "sensor.pitch_um is absent; the geometric response has no pixel to take it from",
         ));
     };
+    let readout = |electronics| {
+        let subpixels = crate::assemble::subpixels(&config.sensor.subpixels)?;
+        Ok(readout::readout(
+            electronics,
+            &dice,
+            &shot,
+            pitch_um,
+            subpixels,
+        ))
+    };
+    let name = dice.choice(&config.lens.names, For::Lens, 0).clone();
+    let (misalignments, deviations) = match &config.lens.tolerances {
+        Some(tolerances) => optics::defects(tolerances, &dice, &name)?,
+        None => (Vec::new(), Vec::new()),
+    };
+    let focused_mm = match &config.sweep {
+        Some(sweep) => focus_mm * sweep.factor(step),
+        None => focus_mm,
+    };
+    let drawn = |draw: &Option<Draw>, what| draw.map_or(0.0, |d| dice.of(&d, what, 0));
     Ok(Recipe {
         lens: LensRecipe {
-            name: dice.choice(&config.lens.names, For::Lens, 0).clone(),
-            focus_mm: focus_mm.is_finite().then_some(focus_mm),
+            name,
+            focus_mm: focused_mm.is_finite().then_some(focused_mm),
             f_number: config.lens.f_number.map(|d| dice.of(&d, For::FNumber, 0)),
-            misalignments: Vec::new(),
+            misalignments,
+            deviations,
+            focus_error_um: drawn(&config.lens.focus_error_um, For::FocusError),
         },
         sensor: SensorRecipe {
             pitch_um,
@@ -133,6 +194,8 @@ pub fn recipe(
             height: config.sensor.height,
             window: window(config, &dice),
             microlens_shift: config.sensor.microlens_shift,
+            microlens_offset_um: [For::MicrolensX, For::MicrolensY]
+                .map(|what| drawn(&config.sensor.microlens_offset_um, what)),
         },
         response,
         planes: match config.scene.world {
@@ -144,12 +207,14 @@ pub fn recipe(
             .world
             .as_ref()
             .map(|w| world(w, &dice, focus_mm)),
+        framing_focus_mm: config.sweep.map(|_| focus_mm),
         environment: [0.0; 3],
         exposure_ev: dice.of(&config.exposure_ev, For::Exposure, 0),
         render: RenderSettings {
             rays_per_pixel: config.rays_per_pixel,
-            seed: dice.key(For::Render, 0),
+            seed: shot.key(For::Render, 0),
         },
+        readout: config.readout.as_ref().map(readout).transpose()?,
     })
 }
 

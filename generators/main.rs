@@ -7,7 +7,8 @@ use clap::{Args, Parser, Subcommand};
 use generators::config::{DEFAULT_TOML, DatasetConfig};
 use generators::progress::Progress;
 use generators::{
-    check_command, dataset, lens_command, render_command, response_command, study, validate_command,
+    check_command, dataset, export, lens_command, render_command, response_command, study,
+    validate_command,
 };
 use quadpixel::command::{CommandError, use_threads};
 
@@ -59,6 +60,11 @@ enum Command {
     /// Example: qpgen check out
     #[command(verbatim_doc_comment)]
     Check(check_command::CheckArgs),
+    /// Writes a dataset in a layout that published training code reads: DPDD, QPDNet, WebDataset shards.
+    ///
+    /// Example: qpgen export out --layout dpdd -o dpdd
+    #[command(verbatim_doc_comment)]
+    Export(export::ExportArgs),
 }
 
 #[derive(Args)]
@@ -103,6 +109,7 @@ fn run(cli: Cli) -> Result<(), CommandError> {
         Command::Validate(args) => validate_command::run(&args),
         Command::Lens(args) => lens_command::run(args),
         Command::Check(args) => check_command::run(&args),
+        Command::Export(args) => export::run(&args),
     }
 }
 

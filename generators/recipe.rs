@@ -1,9 +1,10 @@
 //! A recipe: everything that makes one sample, fully drawn. `qpgen render` reads one from TOML; `qpgen dataset` draws many from
 //! its configuration and records each in the sample's metadata, so that any sample can be rendered again alone.
 
-use quadpixel::lens::Misalignment;
+use quadpixel::lens::{Deviation, Misalignment};
 use quadpixel::render::RenderSettings;
 use quadpixel::sensor::ShiftRule;
+use quadpixel::sensor::readout::ReadoutSettings;
 use serde::{Deserialize, Serialize};
 
 use crate::charts::ChartSpec;
@@ -26,6 +27,10 @@ pub struct Recipe {
     /// A world of meshes in the place of cards.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub world: Option<WorldRecipe>,
+    /// Depth in focus at which the cards that fill the window, or lie in parts of it, are laid out, mm; absent: the lens's own. All of a
+    /// focus stack share one, so that they see one scene.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub framing_focus_mm: Option<f64>,
     /// Linear RGB radiance of everything beside the cards.
     #[serde(default)]
     pub environment: [f32; 3],
@@ -34,6 +39,9 @@ pub struct Recipe {
     pub exposure_ev: f64,
     /// Rays and the seed of their samples.
     pub render: RenderSettings,
+    /// The sensor's electronics: a noisy capture beside the clean one; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub readout: Option<ReadoutSettings>,
 }
 
 impl Recipe {
@@ -58,6 +66,16 @@ pub struct LensRecipe {
     /// Misplaced elements.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub misalignments: Vec<Misalignment>,
+    /// Surfaces whose radius or glass is not as prescribed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub deviations: Vec<Deviation>,
+    /// How far the sensor stands behind (+) where `focus_mm` is in focus, µm; it comes no nearer than where infinity is in focus.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub focus_error_um: f64,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 /// Sensor window.
@@ -78,6 +96,13 @@ pub struct SensorRecipe {
     /// How microlenses follow the chief ray.
     #[serde(default = "chief_ray")]
     pub microlens_shift: ShiftRule,
+    /// By how much all microlenses are out of place besides, (x, y) µm, sensor frame.
+    #[serde(default, skip_serializing_if = "is_origin")]
+    pub microlens_offset_um: [f64; 2],
+}
+
+fn is_origin(offset: &[f64; 2]) -> bool {
+    *offset == [0.0; 2]
 }
 
 fn chief_ray() -> ShiftRule {
@@ -115,6 +140,9 @@ pub enum ResponseRecipe {
     Wave {
         /// Name of a built-in pixel or path of a `.toml` file.
         pixel: String,
+        /// Factor on the thickness of every flat layer between lens and silicon.
+        #[serde(default = "one", skip_serializing_if = "is_one")]
+        stack_scale: f64,
     },
     /// The FDTD table of a pixel: a shipped one, or the one that `qpgen response --model fdtd` has made.
     Fdtd {
@@ -132,6 +160,14 @@ pub enum ResponseRecipe {
         /// `.npz` file of an angular response.
         file: String,
     },
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn is_one(value: &f64) -> bool {
+    *value == 1.0
 }
 
 /// A flat card.

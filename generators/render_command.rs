@@ -36,7 +36,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE")]
     keep_rays: Option<PathBuf>,
     /// Traces nothing: takes the rays of a --keep-rays file. The recipe may differ from the kept one in its response, sub-pixels,
-    /// microlens shift and exposure.
+    /// microlens shift, readout and exposure.
     #[arg(long, value_name = "FILE", conflicts_with = "keep_rays")]
     from_rays: Option<PathBuf>,
     /// Prints one JSON object on stdout at the end.
@@ -101,11 +101,13 @@ fn kept_rays(path: &Path, recipe: &Recipe) -> Result<RayRecord, CommandError> {
     expected.sensor.subpixels.clone_from(&kept.sensor.subpixels);
     expected.sensor.microlens_shift = kept.sensor.microlens_shift;
     expected.exposure_ev = kept.exposure_ev;
+    expected.readout.clone_from(&kept.readout);
+    expected.sensor.microlens_offset_um = kept.sensor.microlens_offset_um;
     if expected == kept {
         return Ok(record);
     }
     Err(input(format!(
-        "{}: holds the rays of another recipe; allowed: one that differs in response, subpixels, microlens_shift and exposure_ev only",
+        "{}: holds the rays of another recipe; allowed: one that differs in response, subpixels, microlens_shift, microlens_offset_um, readout and exposure_ev only",
         path.display()
     )))
 }

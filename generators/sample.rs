@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use datasets_spec as spec;
 use quadpixel::image::Image;
 use quadpixel::image::raster::Levels;
 use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField, DisparityMaps, WhiteField};
@@ -13,6 +14,7 @@ use quadpixel::units::M_PER_MM;
 
 use crate::assemble::{self, Responses};
 use crate::describe::describe;
+use crate::noisy::Noisy;
 use crate::recipe::Recipe;
 use crate::stages::{Stages, timed};
 use crate::writer::{Description, RawEncoding, SampleFiles, Seen};
@@ -31,6 +33,7 @@ pub struct Sample {
     coc_px: Image,
     occlusion: Image,
     valid: Vec<bool>,
+    noisy: Option<Noisy>,
     /// Object numbers and normals, of worlds of meshes.
     seen: Option<(Vec<u16>, Image)>,
     warnings: Vec<String>,
@@ -104,7 +107,9 @@ pub fn prepare(
     })?;
     let (camera, scene, warnings) = timed(&mut stages.scene_s, || {
         let camera = assemble::camera(recipe, &response, subpixels)?;
-        let (scene, warnings) = assemble::scene_and_warnings(recipe, &camera)?;
+        let framing = assemble::framing_camera(recipe, &response, subpixels)?;
+        let framing = framing.as_ref().unwrap_or(&camera);
+        let (scene, warnings) = assemble::scene_and_warnings(recipe, framing)?;
         Ok::<_, CommandError>((camera, scene, warnings))
     })?;
     Ok(Prepared {
@@ -217,7 +222,11 @@ impl Prepared {
             let normals = per_spec_frame(&geometry.normals);
             (geometry.surfaces.clone(), normals)
         });
-        let description = describe(&recipe, id, &camera, &response, gain, &rendered.stats)?;
+        let expose = |settings| Noisy::expose(settings, &mosaic, &camera, &white, gain);
+        let noisy = recipe.readout.as_ref().map(expose).transpose()?;
+        let noise = noisy.as_ref().map(Noisy::description);
+        let mut description = describe(&recipe, id, &camera, &response, gain, &rendered.stats)?;
+        description.noise = noise.map_or(spec::Noise::None, spec::Noise::Readout);
         let disparity = field.maps(&camera, &geometry.depth_mm);
         stages.truth_s += began.elapsed().as_secs_f64();
         let sample = Sample {
@@ -231,6 +240,7 @@ impl Prepared {
                 .occlusion
                 .unwrap_or_else(|| Image::zeros(width, height, 1)),
             valid,
+            noisy,
             seen,
             warnings,
             description,
@@ -279,6 +289,7 @@ impl Sample {
             paraxial_px: &self.disparity.paraxial,
             coc_px: &self.coc_px,
             occlusion: &self.occlusion,
+            noisy: self.noisy.as_ref().map(Noisy::files),
             valid: &self.valid,
             seen: self
                 .seen

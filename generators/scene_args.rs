@@ -120,6 +120,8 @@ impl SceneArgs {
                 focus_mm: self.focus_mm.is_finite().then_some(self.focus_mm),
                 f_number: self.f_number,
                 misalignments: Vec::new(),
+                deviations: Vec::new(),
+                focus_error_um: 0.0,
             },
             sensor: SensorRecipe {
                 pitch_um: self.pitch_um.unwrap_or(pixel_pitch),
@@ -128,10 +130,12 @@ impl SceneArgs {
                 height,
                 window: WindowRecipe::Centre,
                 microlens_shift: ShiftRule::ChiefRay,
+                microlens_offset_um: [0.0; 2],
             },
             response: match &self.pixel {
                 Some(pixel) => ResponseRecipe::Wave {
                     pixel: pixel.clone(),
+                    stack_scale: 1.0,
                 },
                 None => ResponseRecipe::Geometric {
                     focal_length_um: None,
@@ -145,12 +149,14 @@ impl SceneArgs {
                     ..PathSettings::default()
                 },
             }),
+            framing_focus_mm: None,
             environment: [0.0; 3],
             exposure_ev: self.exposure_ev.unwrap_or(0.0),
             render: RenderSettings {
                 rays_per_pixel: self.rays_per_pixel,
                 seed: self.seed,
             },
+            readout: None,
         })
     }
 }

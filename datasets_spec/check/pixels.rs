@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use crate::layout::SUM_LAYER;
 use crate::load::Planes;
 use crate::paths::subpixel_names;
+use crate::readout::Readout;
 use crate::sample::{FileKind, RawFormat, SampleMeta};
 
 const HALF_RELATIVE: f64 = 1.0 / 2048.0;
@@ -21,7 +22,12 @@ pub(super) fn check(
     pictures: &BTreeMap<FileKind, Planes>,
 ) -> Vec<(FileKind, String)> {
     let mut findings = Vec::new();
-    for kind in [FileKind::Raw, FileKind::Views, FileKind::Target] {
+    for kind in [
+        FileKind::Raw,
+        FileKind::Views,
+        FileKind::Target,
+        FileKind::Shading,
+    ] {
         each_channel(
             pictures,
             kind,
@@ -61,10 +67,13 @@ pub(super) fn check(
     }
     seen(pictures, &mut findings);
     if let Some(views) = pictures.get(&FileKind::Views) {
-        sums(meta, views, &mut findings);
+        sums(meta, FileKind::Views, views, &mut findings);
         if let Some(raw) = pictures.get(&FileKind::Raw) {
             mosaic(meta, views, raw, &mut findings);
         }
+    }
+    if let Some(readout) = meta.noise.readout() {
+        noisy(meta, readout, pictures, &mut findings);
     }
     findings
 }
@@ -164,7 +173,7 @@ fn colours(meta: &SampleMeta) -> impl Iterator<Item = &str> {
     meta.channels.iter().map(|channel| channel.name.as_str())
 }
 
-fn sums(meta: &SampleMeta, views: &Planes, findings: &mut Vec<(FileKind, String)>) {
+fn sums(meta: &SampleMeta, kind: FileKind, views: &Planes, findings: &mut Vec<(FileKind, String)>) {
     let names = subpixel_names(meta.sensor.subpixels.columns, meta.sensor.subpixels.rows);
     for colour in colours(meta) {
         let parts: Vec<&Vec<f32>> = names
@@ -177,12 +186,13 @@ fn sums(meta: &SampleMeta, views: &Planes, findings: &mut Vec<(FileKind, String)
         };
         let bad = (0..sum.len()).filter(|&i| {
             let total: f64 = parts.iter().map(|part| f64::from(part[i])).sum();
-            let allowed = (HALF_RELATIVE + FLOAT_RELATIVE) * (total + f64::from(sum[i]))
+            let size: f64 = parts.iter().map(|part| f64::from(part[i].abs())).sum();
+            let allowed = (HALF_RELATIVE + FLOAT_RELATIVE) * (size + f64::from(sum[i].abs()))
                 + HALF_ABSOLUTE * (parts.len() + 1) as f64;
             (total - f64::from(sum[i])).abs() > allowed
         });
         if let Some(text) = places(bad, views.width, &channel) {
-            findings.push((FileKind::Views, format!("{text} not the sum of the views")));
+            findings.push((kind, format!("{text} not the sum of the views")));
         }
     }
 }
@@ -221,6 +231,52 @@ fn mosaic(meta: &SampleMeta, views: &Planes, raw: &Planes, findings: &mut Vec<(F
         });
         if let Some(text) = places(bad, raw.width, colour) {
             findings.push((FileKind::Raw, format!("{text} not the views' values")));
+        }
+    }
+}
+
+/// Codes that the converter has, views that are their linear values, and a sum.
+fn noisy(
+    meta: &SampleMeta,
+    readout: &Readout,
+    pictures: &BTreeMap<FileKind, Planes>,
+    findings: &mut Vec<(FileKind, String)>,
+) {
+    let kind = FileKind::Noisy;
+    let top = ((1u32 << readout.bits.clamp(1, 16)) - 1) as f32;
+    let what = "above the converter's largest code";
+    each_channel(pictures, kind, findings, what, |_, code| code <= top);
+    let kind = FileKind::NoisyViews;
+    each_channel(pictures, kind, findings, "not finite", |_, v| v.is_finite());
+    let Some(views) = pictures.get(&kind) else {
+        return;
+    };
+    sums(meta, kind, views, findings);
+    let Some(codes) = pictures.get(&FileKind::Noisy) else {
+        return;
+    };
+    let (columns, rows) = (
+        meta.sensor.subpixels.columns as usize,
+        meta.sensor.subpixels.rows as usize,
+    );
+    let names = subpixel_names(meta.sensor.subpixels.columns, meta.sensor.subpixels.rows);
+    for colour in colours(meta) {
+        let Some(own) = codes.channels.get(colour) else {
+            continue;
+        };
+        let bad = (0..own.len()).filter(|&i| {
+            let (x, y) = (i % codes.width, i / codes.width);
+            let name = &names[(y % rows) * columns + x % columns];
+            let Some(view) = views.channels.get(&format!("{name}.{colour}")) else {
+                return false;
+            };
+            let view = f64::from(view[(y / rows) * views.width + x / columns]);
+            let linear = readout.linear(f64::from(own[i]));
+            let allowed = (HALF_RELATIVE + FLOAT_RELATIVE) * linear.abs() + HALF_ABSOLUTE;
+            (linear - view).abs() > allowed
+        });
+        if let Some(text) = places(bad, codes.width, colour) {
+            findings.push((kind, format!("{text} not the linear values of noisy.png")));
         }
     }
 }

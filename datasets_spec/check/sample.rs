@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Contents, Report, parse, pixels};
-use crate::layout::sample_files;
+use crate::layout::{Optional, sample_files};
 use crate::load::{Planes, decode};
 use crate::manifest::SampleEntry;
 use crate::paths;
@@ -125,11 +125,43 @@ fn check_meta(
         (RawFormat::Exr, (None, None, None)) => true,
         _ => false,
     };
+    check_readout(meta, path, report);
     if !fits {
         report.add(
             path,
             "raw: a PNG has black level < white level and linear_at_white, an EXR none of them",
         );
+    }
+}
+
+fn check_readout(meta: &SampleMeta, path: &str, report: &mut Report) {
+    let Some(readout) = meta.noise.readout() else {
+        return;
+    };
+    let positive = [
+        ("photons_um2", readout.photons_um2),
+        ("quantum_efficiency", readout.quantum_efficiency),
+        ("electrons_at_white", readout.electrons_at_white),
+        ("full_well_e", readout.full_well_e),
+        ("gain_dn_per_e", readout.gain_dn_per_e),
+    ];
+    for (field, value) in positive {
+        if value <= 0.0 {
+            let what = format!("noise.readout.{field} is {value}, it must be above 0");
+            report.add(path, what);
+        }
+    }
+    let (bits, black) = (readout.bits, u32::from(readout.black_level));
+    if !(2..=16).contains(&bits) || black >= (1 << bits) - 1 {
+        let what = "noise.readout: bits are 2 to 16, and the black level is below the largest code";
+        report.add(path, what);
+    }
+    let subpixels = meta.sensor.subpixels;
+    let count = subpixels.columns as usize * subpixels.rows as usize;
+    if readout.subpixel_gains.len() != count {
+        let given = readout.subpixel_gains.len();
+        let what = format!("noise.readout has {given} sub-pixel gains for {count} sub-pixels");
+        report.add(path, what);
     }
 }
 
@@ -167,9 +199,13 @@ fn check_list(meta: &SampleMeta, path: &str, report: &mut Report) -> bool {
     };
     let sheet = has(FileKind::Preview).map_or([0, 0], |file| [file.width, file.height]);
     let distance = has(FileKind::Distance).is_some();
-    let world = has(FileKind::Objects).is_some() || has(FileKind::Normal).is_some();
+    let optional = Optional {
+        distance,
+        world: has(FileKind::Objects).is_some() || has(FileKind::Normal).is_some(),
+        noisy: meta.noise.readout().is_some(),
+    };
     let raw = meta.raw.format;
-    if meta.files == sample_files(sensor, &meta.channels, raw, distance, world, sheet) {
+    if meta.files == sample_files(sensor, &meta.channels, raw, optional, sheet) {
         return true;
     }
     report.add(

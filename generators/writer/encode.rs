@@ -6,14 +6,15 @@
 use std::path::Path;
 
 use datasets_spec::{FileKind, Raw, RawFormat, RenderStatistics, SampleFile, SampleMeta};
-use datasets_spec::{SCHEMA_VERSION, SUM_LAYER, paths, sample_files};
+use datasets_spec::{Optional, SCHEMA_VERSION, SUM_LAYER, paths, sample_files};
 use quadpixel::image::exr::{Compression, Layer, Sample, encode_layers};
+use quadpixel::image::raster::Levels;
 use quadpixel::image::views::{split_views, sum_of};
 use quadpixel::image::{Image, raster};
 use rayon::prelude::*;
 
 use super::truth::{self, Truth};
-use super::{RawEncoding, SampleFiles, VERSION, WriteError, json};
+use super::{NoisyFiles, RawEncoding, SampleFiles, VERSION, WriteError, json};
 use crate::preview;
 
 /// Files of a sample: name and content.
@@ -43,8 +44,11 @@ pub(super) fn encode(
         &given.sensor,
         &given.channels,
         format,
-        sample.distance_m.is_some(),
-        sample.seen.is_some(),
+        Optional {
+            distance: sample.distance_m.is_some(),
+            world: sample.seen.is_some(),
+            noisy: given.noise.readout().is_some(),
+        },
         [preview::SHEET_WIDTH as u32, preview::SHEET_HEIGHT as u32],
     );
     let colours: Vec<&str> = given.channels.iter().map(|c| c.name.as_str()).collect();
@@ -92,6 +96,19 @@ struct Pictures<'a> {
 }
 
 impl Pictures<'_> {
+    /// A layer a sub-pixel.
+    fn layers<'b>(&'b self, images: &'b [Image]) -> Vec<Layer<'b>> {
+        let named = self.subpixels.iter().zip(images);
+        named
+            .map(|(name, image)| layer(name, self.colours, image, Sample::Half))
+            .collect()
+    }
+
+    fn noisy(&self, file: &SampleFile) -> Result<NoisyFiles<'_>, WriteError> {
+        let noisy = self.sample.noisy;
+        noisy.ok_or_else(|| input(&file.name, "there is no noisy capture"))
+    }
+
     fn sheet(&self) -> preview::Sheet {
         let subpixels = self.sample.description.sensor.subpixels;
         let (columns, rows) = (subpixels.columns as usize, subpixels.rows as usize);
@@ -133,13 +150,25 @@ impl Pictures<'_> {
                 RawEncoding::Exr => half(&[layer("", self.colours, sample.raw, Sample::Half)]),
             },
             FileKind::Views => {
-                let views = self.subpixels.iter().zip(self.views);
-                let mut layers: Vec<Layer<'_>> = views
-                    .map(|(name, view)| layer(name, self.colours, view, Sample::Half))
-                    .collect();
+                let mut layers = self.layers(self.views);
                 layers.push(layer(SUM_LAYER, self.colours, self.sum, Sample::Half));
                 half(&layers)
             }
+            FileKind::Noisy => {
+                let levels = Levels::full_range(f32::from(u16::MAX));
+                raster::encode_png16(path, self.noisy(file)?.codes, levels).map(|(bytes, _)| bytes)
+            }
+            FileKind::NoisyViews => {
+                let subpixels = sample.description.sensor.subpixels;
+                let (columns, rows) = (subpixels.columns as usize, subpixels.rows as usize);
+                let views = split_views(self.noisy(file)?.linear, columns, rows);
+                let sum = sum_of(&views)
+                    .ok_or_else(|| input(&file.name, "the pixel has no sub-pixel"))?;
+                let mut layers = self.layers(&views);
+                layers.push(layer(SUM_LAYER, self.colours, &sum, Sample::Half));
+                half(&layers)
+            }
+            FileKind::Shading => half(&self.layers(self.noisy(file)?.shading)),
             FileKind::Target => half(&[layer("", self.colours, sample.target, Sample::Half)]),
             FileKind::Depth => map(&"Z", &self.truth.depth_m),
             FileKind::Distance => match &self.truth.distance_m {
@@ -280,6 +309,11 @@ fn check(sample: &SampleFiles<'_>, name: &str) -> Result<(), WriteError> {
         ("coc", sample.coc_px, width, height, 1),
         ("occlusion", sample.occlusion, width, height, 1),
     ];
+    if let Some(noisy) = &sample.noisy {
+        let mosaics = [("noisy", noisy.codes), ("noisy, linear", noisy.linear)];
+        images.extend(mosaics.map(|(what, map)| (what, map, m * width, n * height, colours)));
+        images.extend((noisy.shading.iter()).map(|map| ("shading", map, width, height, colours)));
+    }
     images.extend(
         sample
             .distance_m

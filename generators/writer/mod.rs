@@ -39,6 +39,8 @@ pub struct SampleFiles<'a> {
     pub coc_px: &'a Image,
     /// Fraction (0 to 1) of the pupil that sees another surface than the chief ray, one channel.
     pub occlusion: &'a Image,
+    /// The capture as a sensor reads it, where that is asked for.
+    pub noisy: Option<NoisyFiles<'a>>,
     /// Where the float maps apply. A pixel with NaN in any of them is invalid too, and NaN goes into all of them there.
     pub valid: &'a [bool],
     /// Objects and normals, of worlds of meshes; left out of the sample if `None`.
@@ -54,6 +56,17 @@ pub struct Seen<'a> {
     pub objects: &'a [u16],
     /// Unit normal on the camera's side (X right, Y up, Z into the scene), three channels; 0 where nothing is met.
     pub normals: &'a Image,
+}
+
+/// A noisy capture.
+#[derive(Clone, Copy, Debug)]
+pub struct NoisyFiles<'a> {
+    /// Digital numbers of the mosaic.
+    pub codes: &'a Image,
+    /// Their linear values.
+    pub linear: &'a Image,
+    /// What a white wall gives on each sub-pixel, in stored order: W × H, one channel a colour.
+    pub shading: &'a [Image],
 }
 
 /// How the raw mosaic is stored.

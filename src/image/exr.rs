@@ -190,7 +190,8 @@ pub fn read_layers(path: &Path) -> Result<Vec<NamedLayer>, ImageError> {
     decode_layers(path, &file::read(path)?)
 }
 
-fn decode_layers(path: &Path, bytes: &[u8]) -> Result<Vec<NamedLayer>, ImageError> {
+/// The layers of a file's bytes, as [`read_layers`]; `path` is for messages only.
+pub fn decode_layers(path: &Path, bytes: &[u8]) -> Result<Vec<NamedLayer>, ImageError> {
     let decode = |cause: String| ImageError::Decode {
         path: path.to_path_buf(),
         cause,

@@ -62,6 +62,32 @@ impl Lens {
         })
     }
 
+    /// The lens with its sensor `error_mm` behind (+) where it is in focus. The plane in focus moves along, and
+    /// [`Lens::focus_distance_mm`] tells where it is now. The sensor comes no nearer than where infinity is in focus: an actuator's end stop.
+    ///
+    /// # Errors
+    /// [`LensError::Request`] for an error that is not finite, or a wavelength out of range.
+    pub fn with_focus_error(&self, error_mm: f64, wavelength_nm: f64) -> Result<Lens, LensError> {
+        if !error_mm.is_finite() {
+            return Err(self.refuse("focus error_mm", error_mm, "a finite length".into()));
+        }
+        let p = self.paraxial(wavelength_nm)?;
+        let image = |distance| p.image_z_mm(distance).unwrap_or(f64::NAN);
+        // Newton's equation: z' = z_F' + f²/(z_F + D).
+        let (before, end) = (image(self.focus_distance_mm), image(f64::INFINITY));
+        let after = (before + error_mm).max(end);
+        let focus_distance_mm = if after > end {
+            p.efl_mm * p.efl_mm / (after - end) - p.front_focal_z_mm
+        } else {
+            f64::INFINITY
+        };
+        Ok(Lens {
+            sensor_z_mm: self.sensor_z_mm + (after - before),
+            focus_distance_mm,
+            ..self.clone()
+        })
+    }
+
     /// The lens stopped down to an F-number (EFL over entrance pupil diameter, at infinity and the d line).
     ///
     /// # Errors
@@ -108,6 +134,25 @@ mod tests {
             let lens = phone().focused_at(f64::INFINITY, by, D_LINE_NM).unwrap();
             assert!((lens.sensor_z_mm() - phone().sensor_z_mm()).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn a_focus_error_moves_the_sensor_and_the_plane_in_focus_and_ends_at_infinity() {
+        let focused = phone()
+            .focused_at(400.0, FocusBy::Sensor, D_LINE_NM)
+            .unwrap();
+        for error in [0.004, -0.004, 0.0] {
+            let off = focused.with_focus_error(error, D_LINE_NM).unwrap();
+            assert!((off.sensor_z_mm() - focused.sensor_z_mm() - error).abs() < 1e-12);
+            // Focused at the distance that it tells, the sensor stands at the same place.
+            let twin = phone().focused_at(off.focus_distance_mm(), FocusBy::Sensor, D_LINE_NM);
+            assert!((twin.unwrap().sensor_z_mm() - off.sensor_z_mm()).abs() < 1e-10);
+            assert_eq!(off.focus_distance_mm() < 399.0, error > 0.0);
+        }
+        let end = focused.with_focus_error(-1.0, D_LINE_NM).unwrap();
+        assert_eq!(end.focus_distance_mm(), f64::INFINITY);
+        assert!((end.sensor_z_mm() - phone().sensor_z_mm()).abs() < 1e-12);
+        assert!(focused.with_focus_error(f64::NAN, D_LINE_NM).is_err());
     }
 
     #[test]

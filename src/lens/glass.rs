@@ -79,6 +79,26 @@ impl Glass {
         }
     }
 
+    /// The glass with another index at the d line, by `difference`: Sellmeier's strengths B all scaled alike, else the same difference at
+    /// every wavelength.
+    pub fn with_index_deviation(&self, difference: f64) -> Glass {
+        match *self {
+            Glass::Constant { n } => Glass::Constant { n: n + difference },
+            Glass::Cauchy { a, b_um2 } => Glass::Cauchy {
+                a: a + difference,
+                b_um2,
+            },
+            Glass::Sellmeier { b, c_um2 } => {
+                let nd = self.index(D_LINE_NM);
+                let scale = ((nd + difference).powi(2) - 1.0) / (nd * nd - 1.0);
+                Glass::Sellmeier {
+                    b: b.map(|b| b * scale),
+                    c_um2,
+                }
+            }
+        }
+    }
+
     /// Whether the index depends on the wavelength.
     pub fn is_dispersive(&self) -> bool {
         !matches!(self, Glass::Constant { .. })

@@ -6,6 +6,7 @@ pub mod aim;
 pub mod analysis;
 mod check;
 pub mod chief;
+pub mod deviation;
 pub mod drawing;
 pub mod error;
 pub mod focus;
@@ -27,6 +28,7 @@ pub mod verification;
 pub mod zmx;
 
 pub use chief::chief_ray;
+pub use deviation::Deviation;
 pub use error::LensError;
 pub use focus::FocusBy;
 pub use fold::Fold;

@@ -60,6 +60,7 @@ pub struct Camera {
     tracers: Vec<PacketTracer>,
     pupils: Pupils,
     shifts: MicrolensShifts,
+    microlens_offset_um: DVec2,
     response: ResponseLookup,
     paraxial: Option<Paraxial>,
     focus_distance_mm: f64,
@@ -121,6 +122,7 @@ impl Camera {
             systems,
             pupils: Pupils::OfLens(pupils),
             shifts,
+            microlens_offset_um: DVec2::ZERO,
             response: response.at(wavelengths.reference_nm()),
             wavelengths,
         })
@@ -150,11 +152,20 @@ impl Camera {
             sensor,
             pupils: Pupils::Fixed(target),
             shifts: MicrolensShifts::Centred,
+            microlens_offset_um: DVec2::ZERO,
             response: response.at(wavelengths.reference_nm()),
             paraxial: None,
             focus_distance_mm: f64::INFINITY,
             wavelengths,
         })
+    }
+
+    /// The camera with all its microlenses out of place by the same (x, y), sensor frame: the error of aligning their mask.
+    pub fn with_microlens_offset_um(self, offset_um: DVec2) -> Self {
+        Self {
+            microlens_offset_um: offset_um,
+            ..self
+        }
     }
 
     /// The sensor window.
@@ -217,7 +228,7 @@ impl Camera {
     }
     /// Shift of the microlens at a sensor position, µm.
     pub fn shift_at_um(&self, xy_mm: DVec2) -> DVec2 {
-        self.shifts.at_um(xy_mm)
+        self.shifts.at_um(xy_mm) + self.microlens_offset_um
     }
     /// Chief-ray angle (deg) at a sensor position, reference wavelength; `None` where no chief ray passes.
     pub fn chief_ray_angle_deg(&self, xy_mm: DVec2) -> Option<f64> {

@@ -19,6 +19,8 @@ const PUPIL_KEY: u64 = 0x9091;
 pub(super) struct Centroid {
     /// ∫ P cos θ dω, sr.
     pub weight: f64,
+    /// ∫ cos θ dω over the rays that pass, sr: what arrives, absorbed or not. Counted for all rays together only.
+    pub incident: f64,
     /// Mean of q₀.
     pub q0: DVec2,
     /// Mean of q₁, mm.
@@ -43,6 +45,7 @@ impl Centroid {
         };
         Self {
             weight: self.weight * scale,
+            incident: self.incident * scale,
             q0: self.q0 * inverse,
             q1_mm: self.q1_mm * inverse,
             slope: self.slope * inverse,
@@ -96,6 +99,7 @@ pub(super) fn centroids(
         let o = DVec3::new(batch.ox[i], batch.oy[i], batch.oz[i]);
         let m = DVec2::new(batch.dx[i], batch.dy[i]) / batch.dz[i];
         let (q0, q1) = (-m, o.truncate() - o.z * m);
+        of_all.incident += measure[i];
         for (s, &w) in of_subpixel.iter_mut().zip(&weights[i * n_sub..][..n_sub]) {
             let w = f64::from(w) * measure[i];
             s.add(w, q0, q1, slopes[i]);

@@ -4,9 +4,11 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::bundle::centroids;
+use crate::image::Image;
 use crate::render::Camera;
 use crate::sampling::SobolSet;
-use crate::sensor::FieldGrid;
+use crate::sensor::{FieldGrid, Sensor};
+use crate::spectrum::ChannelWavelengths;
 
 const RAYS: usize = 1024;
 
@@ -16,6 +18,7 @@ pub struct WhiteField {
     grid: FieldGrid,
     subpixels: usize,
     centre_mm: DVec2,
+    quantum_efficiency: f64,
 }
 
 impl WhiteField {
@@ -47,11 +50,41 @@ impl WhiteField {
             .collect();
         let grid = FieldGrid::new(sensor.window_mm(), size, 3 * subpixels, data)
             .unwrap_or_else(|| unreachable!("three channels of sub-pixels a node"));
+        let middle = centroids(
+            camera,
+            ChannelWavelengths::REFERENCE,
+            sensor.centre_mm(),
+            &samples,
+        );
         Self {
             grid,
             subpixels,
             centre_mm: sensor.centre_mm(),
+            quantum_efficiency: middle.map_or(0.0, |(_, all)| all.weight / all.incident),
         }
+    }
+
+    /// Part of the photons arriving on a pixel in the middle of the window that its photodiodes absorb together, reference channel.
+    pub fn quantum_efficiency(&self) -> f64 {
+        self.quantum_efficiency
+    }
+
+    /// What each sub-pixel receives over the window, sr: one image of three channels a sub-pixel, in stored order.
+    pub fn of_subpixels_sr(&self, sensor: &Sensor) -> Vec<Image> {
+        let (width, height) = (sensor.width(), sensor.height());
+        let mut images = vec![Image::zeros(width, height, 3); self.subpixels];
+        let mut values = vec![0.0; 3 * self.subpixels];
+        for y in 0..height {
+            for x in 0..width {
+                let place = sensor.position_mm(x as f64, y as f64);
+                self.grid.sample(place, &mut values);
+                for (s, image) in images.iter_mut().enumerate() {
+                    let own = image.pixel_mut(x, y).iter_mut().enumerate();
+                    own.for_each(|(c, to)| *to = values[c * self.subpixels + s] as f32);
+                }
+            }
+        }
+        images
     }
 
     /// Per channel, the sum over sub-pixels at a sensor position, sr.
@@ -63,6 +96,6 @@ impl WhiteField {
 
     /// The sum over sub-pixels in the middle of the window, reference channel, sr: what exposure is counted from.
     pub fn reference_sr(&self) -> f64 {
-        self.sum_sr(self.centre_mm)[crate::spectrum::ChannelWavelengths::REFERENCE]
+        self.sum_sr(self.centre_mm)[ChannelWavelengths::REFERENCE]
     }
 }

@@ -1,0 +1,77 @@
+//! `[readout]`: from what each sample's sensor electronics are drawn.
+
+use quadpixel::command::CommandError;
+use serde::{Deserialize, Serialize};
+
+use super::Draw;
+
+/// Sensor electronics; what a file leaves out is a small modern sensor's. Symbols as in [`quadpixel::sensor::readout`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ReadoutConfig {
+    /// Photons a µm² of each colour channel in the middle of the window at the linear value 1.
+    pub photons_um2: Draw,
+    /// Exposure time, s.
+    pub exposure_s: Draw,
+    /// Dark current of a sub-pixel, e⁻/s.
+    pub dark_current_e_s: Draw,
+    /// Full well, e⁻ a µm² of the sub-pixel's area: so a pixel that is drawn smaller holds less.
+    pub full_well_e_um2: Draw,
+    /// Photo-response non-uniformity, standard deviation over mean.
+    pub prnu: Draw,
+    /// Read noise, standard deviation, e⁻.
+    pub read_noise_e: Draw,
+    /// Gain, DN/e⁻; absent: by the exposure, as a camera chooses its ISO speed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gain_dn_per_e: Option<Draw>,
+    /// Standard deviation of the sub-pixels' amplifier gains about 1.
+    pub gain_mismatch: Draw,
+    /// Digital number of no electrons.
+    pub black_level: u16,
+    /// Bits of the converter, 2 to 16.
+    pub bits: u32,
+    /// Whether all samples share one sensor: its PRNU pattern and its sub-pixel gains.
+    pub same_sensor: bool,
+}
+
+impl Default for ReadoutConfig {
+    fn default() -> Self {
+        let between = |min, max, scale| Draw::Range(super::Range { min, max, scale });
+        Self {
+            photons_um2: between(100.0, 3000.0, super::Scale::Log),
+            exposure_s: Draw::Fixed(0.02),
+            dark_current_e_s: Draw::Fixed(5.0),
+            full_well_e_um2: Draw::Fixed(5000.0),
+            prnu: Draw::Fixed(0.01),
+            read_noise_e: between(1.0, 3.0, super::Scale::Linear),
+            gain_dn_per_e: None,
+            gain_mismatch: Draw::Fixed(0.01),
+            black_level: 64,
+            bits: 12,
+            same_sensor: false,
+        }
+    }
+}
+
+impl ReadoutConfig {
+    pub(super) fn check(&self) -> Result<(), CommandError> {
+        let least = 1e-6;
+        (self.photons_um2).check("readout.photons_um2", (least, 1e9))?;
+        self.exposure_s.check("readout.exposure_s", (0.0, 1e6))?;
+        (self.dark_current_e_s).check("readout.dark_current_e_s", (0.0, 1e6))?;
+        (self.full_well_e_um2).check("readout.full_well_e_um2", (least, 1e7))?;
+        self.prnu.check("readout.prnu", (0.0, 0.5))?;
+        (self.read_noise_e).check("readout.read_noise_e", (0.0, 1e6))?;
+        if let Some(gain) = &self.gain_dn_per_e {
+            gain.check("readout.gain_dn_per_e", (least, 1e6))?;
+        }
+        (self.gain_mismatch).check("readout.gain_mismatch", (0.0, 0.1))?;
+        let (bits, black) = (self.bits, self.black_level);
+        if (2..=16).contains(&bits) && u32::from(black) < (1 << bits) - 1 {
+            return Ok(());
+        }
+        Err(CommandError::input(format!(
+            "readout.bits is {bits} and readout.black_level {black}; allowed: 2 to 16 bits, and a black level below 2^bits - 1"
+        )))
+    }
+}

@@ -1,0 +1,45 @@
+//! Draws a sample's sensor electronics.
+
+use quadpixel::sensor::Subpixels;
+use quadpixel::sensor::readout::{ReadoutSettings, Stream};
+
+use super::{Dice, For};
+use crate::config::ReadoutConfig;
+
+/// Gains stay within this many standard deviations.
+const FARTHEST: f64 = 5.0;
+
+pub(super) fn readout(
+    config: &ReadoutConfig,
+    dice: &Dice,
+    shot: &Dice,
+    pitch_um: f64,
+    subpixels: Subpixels,
+) -> ReadoutSettings {
+    // One sensor for all samples is that of sample 0.
+    let sensor = Dice {
+        index: if config.same_sensor { 0 } else { dice.index },
+        ..*dice
+    };
+    let count = subpixels.count();
+    let mismatch = sensor.of(&config.gain_mismatch, For::GainMismatch, 0);
+    let gain = |subpixel: usize| {
+        let mut random = Stream::new(sensor.key(For::SubpixelGain, subpixel as u64), &[]);
+        1.0 + mismatch * random.normal().clamp(-FARTHEST, FARTHEST)
+    };
+    let area_um2 = pitch_um * pitch_um / count as f64;
+    ReadoutSettings {
+        photons_um2: dice.of(&config.photons_um2, For::Photons, 0),
+        exposure_s: dice.of(&config.exposure_s, For::ExposureTime, 0),
+        dark_current_e_s: dice.of(&config.dark_current_e_s, For::DarkCurrent, 0),
+        full_well_e: area_um2 * sensor.of(&config.full_well_e_um2, For::FullWell, 0),
+        prnu: sensor.of(&config.prnu, For::Prnu, 0),
+        read_noise_e: dice.of(&config.read_noise_e, For::ReadNoise, 0),
+        gain_dn_per_e: (config.gain_dn_per_e.as_ref()).map(|g| dice.of(g, For::Gain, 0)),
+        black_level: config.black_level,
+        bits: config.bits,
+        subpixel_gains: (0..count).map(gain).collect(),
+        sensor_seed: sensor.key(For::Sensor, 0),
+        shot_seed: shot.key(For::Shot, 0),
+    }
+}

@@ -1,0 +1,159 @@
+"""A dataset as a sequence of samples."""
+
+import json
+import os
+
+import numpy as np
+
+from .files import read_exr, read_png, stack
+from .geometry import left_right, subpixel_names
+
+SCHEMA_VERSION = 1
+
+#: What a sample can be asked for, and the file it comes from.
+ITEMS = {
+    "raw": None,  # raw.png or raw.exr, as meta.json says
+    "views": "views.exr",
+    "target": "target.exr",
+    "depth": "depth.exr",
+    "distance": "distance.exr",
+    "disparity": "disparity.exr",
+    "coc": "coc.exr",
+    "occlusion": "occlusion.png",
+    "valid": "valid.png",
+    "noisy": "noisy.png",
+    "noisy_views": "noisy_views.exr",
+    "shading": "shading.exr",
+}
+
+
+def _file_of(item, meta):
+    return ITEMS[item] or f"raw.{meta['raw']['format']}"
+
+
+def decode(files, items=None):
+    """A sample from the content of its files.
+
+    ``files`` maps names (``views.exr``, ``meta.json`` ...) to bytes, as a WebDataset gives them; ``items`` names what to decode
+    (None: all that is there). Returns a dict:
+
+    ========================  ==================  ==================================================================
+    key                       shape, type         meaning
+    ========================  ==================  ==================================================================
+    id, meta                  str, dict           name, and ``meta.json``
+    raw                       (nH, mW, 3) f32     clean sub-pixel mosaic, linear
+    views, sum                (mn, H, W, 3) f32   clean views in stored order, linear; their sum (H, W, 3)
+    target                    (H, W, 3) f32       all in focus, linear, on the scale of the sum
+    depth                     (H, W) f32          z along the axis, m from the first lens vertex; sky is +inf
+    distance                  (H, W) f32          ray distance, m: not the depth
+    disparity                 (mn, H, W, 2) f32   (dx, dy) of each view against the sum, px, dx right, dy down; traced
+    paraxial                  (mn, H, W, 2) f32   the same of the ideal lens
+    left_right                (H, W) f32          x_L - x_R, px, positive nearer than the focus (m > 1; with disparity)
+    coc                       (H, W) f32          signed circle of confusion, px, positive behind the focus
+    occlusion                 (H, W) f32          part of the pupil that sees another surface, 0 to 1
+    valid                     (H, W) bool         where depth, distance, disparity and coc apply (they are NaN elsewhere)
+    noisy                     (nH, mW, 3) u16     digital numbers of the noisy mosaic
+    noisy_views, noisy_sum    as views, sum       the same as linear values; some are negative
+    shading                   (mn, H, W, 3) f32   what a white wall gives on each sub-pixel, linear
+    ========================  ==================  ==================================================================
+    """
+    meta = json.loads(files["meta.json"])
+    if meta["schema_version"] != SCHEMA_VERSION:
+        raise ValueError(f"schema version {meta['schema_version']}; this package reads {SCHEMA_VERSION}")
+    if items is None:
+        items = [item for item in ITEMS if _file_of(item, meta) in files]
+    subpixels = meta["sensor"]["subpixels"]
+    names = subpixel_names(subpixels["columns"], subpixels["rows"])
+    colours = [channel["name"] for channel in meta["channels"]]
+    sample = {"id": meta["id"], "meta": meta}
+    for item in items:
+        file = _file_of(item, meta)
+        if file not in files:
+            raise KeyError(f"sample {meta['id']} has no {file}")
+        content = files[file]
+        if item == "raw":
+            sample[item] = _raw(content, meta, colours)
+        elif item in ("views", "noisy_views"):
+            channels = read_exr(content)
+            sample[item] = stack(channels, names, colours)
+            sample[item.replace("views", "sum")] = stack(channels, ["sum"], colours)[0]
+        elif item == "shading":
+            sample[item] = stack(read_exr(content), names, colours)
+        elif item == "target":
+            sample[item] = stack(read_exr(content), [""], colours)[0]
+        elif item == "disparity":
+            channels = read_exr(content)
+            sample[item] = stack(channels, names, ["dx", "dy"])
+            sample["paraxial"] = stack(channels, names, ["paraxial_dx", "paraxial_dy"])
+            if subpixels["columns"] > 1:
+                sample["left_right"] = left_right(sample[item], meta)
+        elif item in ("depth", "distance", "coc"):
+            (sample[item],) = read_exr(content).values()
+        elif item == "occlusion":
+            sample[item] = read_png(content).astype(np.float32) / 255.0
+        elif item == "valid":
+            sample[item] = read_png(content) != 0
+        elif item == "noisy":
+            sample[item] = read_png(content)
+        else:
+            raise KeyError(f"{item!r} is none of {', '.join(ITEMS)}")
+    return sample
+
+
+def _raw(content, meta, colours):
+    levels = meta["raw"]
+    if levels["format"] == "exr":
+        return stack(read_exr(content), [""], colours)[0]
+    codes = read_png(content).astype(np.float64)
+    span = levels["white_level"] - levels["black_level"]
+    return ((codes - levels["black_level"]) * (levels["linear_at_white"] / span)).astype(np.float32)
+
+
+class Dataset:
+    """A map-style dataset, as ``torch.utils.data.DataLoader`` takes it: ``len(d)`` samples, ``d[i]`` a dict (see `decode`).
+
+    root       folder of the dataset
+    split      'train', 'val', 'test', or None for all; splits are by scene
+    items      what to load, of `ITEMS`
+    transform  called with each dict; its result is what ``d[i]`` gives
+    """
+
+    def __init__(self, root, split=None, items=("views", "target", "depth", "disparity", "valid"), transform=None):
+        self.root = os.fspath(root)
+        with open(os.path.join(self.root, "dataset.json"), "rb") as file:
+            #: ``dataset.json``: configuration, units, conventions, licence
+            self.manifest = json.load(file)
+        version = self.manifest["schema_version"]
+        if version != SCHEMA_VERSION:
+            raise ValueError(f"{self.root}: schema version {version}; this package reads {SCHEMA_VERSION}")
+        if split not in (None, "train", "val", "test"):
+            raise ValueError(f"split is {split!r}; allowed: 'train', 'val', 'test', None")
+        unknown = [item for item in items if item not in ITEMS]
+        if unknown:
+            raise ValueError(f"items has {unknown[0]!r}; allowed: {', '.join(ITEMS)}")
+        #: names of the samples, in order
+        self.ids = [entry["id"] for entry in self.manifest["samples"] if split in (None, entry["split"])]
+        self.items = tuple(items)
+        self.transform = transform
+
+    def __len__(self):
+        return len(self.ids)
+
+    def _read(self, index, name):
+        with open(os.path.join(self.root, "samples", self.ids[index], name), "rb") as file:
+            return file.read()
+
+    def meta(self, index):
+        """``meta.json`` of a sample: lens, focus, intrinsics, exposure, noise, ranges."""
+        return json.loads(self._read(index, "meta.json"))
+
+    def __getitem__(self, index):
+        if not -len(self) <= index < len(self):
+            raise IndexError(index)
+        files = {"meta.json": self._read(index, "meta.json")}
+        meta = json.loads(files["meta.json"])
+        for item in self.items:
+            name = _file_of(item, meta)
+            files[name] = self._read(index, name)
+        sample = decode(files, self.items)
+        return sample if self.transform is None else self.transform(sample)

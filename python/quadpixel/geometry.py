@@ -1,0 +1,70 @@
+"""Sub-pixels, halves of the pupil, and metres from disparity."""
+
+import numpy as np
+
+
+def _counts(meta):
+    subpixels = meta["sensor"]["subpixels"]
+    return subpixels["columns"], subpixels["rows"]
+
+
+def subpixel_names(columns, rows):
+    """Names of the sub-pixels in stored order: B A D C for 2x2, L R for 2x1, T B for 1x2, else r{row}c{column}."""
+    known = {(2, 2): ["B", "A", "D", "C"], (2, 1): ["L", "R"], (1, 2): ["T", "B"]}
+    return known.get((columns, rows)) or [f"r{j}c{i}" for j in range(rows) for i in range(columns)]
+
+
+def side_members(side, columns, rows):
+    """Indices, in stored order, of the sub-pixels on a ``side``: 'L', 'R', 'T' or 'B' of the stored pixel.
+
+    The stored left sees the left half of the pupil, as the photographer looks. An odd number's middle belongs to neither side.
+    """
+    half_m, half_n = columns // 2, rows // 2
+    inside = {
+        "L": lambda i, j: i < half_m,
+        "R": lambda i, j: i >= columns - half_m,
+        "T": lambda i, j: j < half_n,
+        "B": lambda i, j: j >= rows - half_n,
+    }[side]
+    return [j * columns + i for j in range(rows) for i in range(columns) if inside(i, j)]
+
+
+def halves(views, meta, sides="LR"):
+    """The views of two (or more) sides of the pupil, each the sum of its sub-pixels: a tuple of (H, W, 3) float32, linear.
+
+    ``views`` is (m*n, H, W, 3) in stored order.
+    """
+    members = [side_members(side, *_counts(meta)) for side in sides]
+    if not all(members):
+        raise ValueError(f"a pixel of {_counts(meta)[0]} x {_counts(meta)[1]} sub-pixels has no halves {sides}")
+    return tuple(views[own].sum(axis=0, dtype=np.float32) for own in members)
+
+
+def left_right(disparity, meta):
+    """x_L - x_R, px, (H, W) float32: positive for points nearer than the focus.
+
+    ``disparity`` is (m*n, H, W, 2): each view's (dx, dy) in stored order.
+    """
+    left, right = (disparity[side_members(s, *_counts(meta)), ..., 0] for s in "LR")
+    if not len(left):
+        raise ValueError("a pixel of one column has no left and right")
+    return (left.mean(axis=0) - right.mean(axis=0)).astype(np.float32)
+
+
+def depth_from_left_right(shift_px, meta, ratio=None):
+    """Depth z, metres from the first lens vertex, of a left-right disparity x_L - x_R in px (SPEC.md, "Metres from disparity").
+
+    ``ratio`` is disparity over circle of confusion; None: the sample's own traced ratio. inf where the disparity is that of
+    infinity or beyond. The disparity of the lens's aberrations is not taken off.
+    """
+    if ratio is None:
+        if meta["coc_disparity"] is None:
+            raise ValueError(f"sample {meta['id']} has no ratio of disparity to coc: nothing is out of focus; give one")
+        ratio = meta["coc_disparity"]["traced_ratio"]
+    pinhole = meta["intrinsics"]
+    behind = pinhole["pinhole_behind_vertex_m"]
+    focus = meta["focus"]["distance_m"]
+    in_focus = 0.0 if focus is None else 1.0 / (focus + behind)
+    inverse = in_focus + np.asarray(shift_px) / (ratio * pinhole["fx_px"] * pinhole["entrance_pupil_diameter_m"])
+    with np.errstate(divide="ignore"):
+        return np.where(inverse > 0.0, 1.0 / np.maximum(inverse, 1e-12) - behind, np.inf)

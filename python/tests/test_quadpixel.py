@@ -1,0 +1,165 @@
+"""Reads a dataset and its exports as `python/test` makes them; QUADPIXEL_DATA is their folder."""
+
+import glob
+import json
+import os
+import subprocess
+import sys
+import unittest
+
+import cv2
+import numpy as np
+
+import quadpixel
+
+DATA = os.environ["QUADPIXEL_DATA"]
+ROOT = os.path.join(DATA, "set")
+EXAMPLES = os.path.join(os.path.dirname(__file__), "..", "examples")
+HALF = 2.0**-11  # relative rounding of half precision
+
+
+def srgb(v):
+    v = np.clip(v, 0.0, 1.0)
+    return np.where(v <= 0.0031308, 12.92 * v, 1.055 * np.maximum(v, 1e-12) ** (1 / 2.4) - 0.055)
+
+
+class Native(unittest.TestCase):
+    def test_splits_are_disjoint_and_whole(self):
+        parts = [quadpixel.Dataset(ROOT, split=s).ids for s in ("train", "val", "test")]
+        self.assertEqual(sorted(sum(parts, [])), quadpixel.Dataset(ROOT).ids)
+        self.assertEqual(len(quadpixel.Dataset(ROOT)), 6)
+        with self.assertRaises(ValueError):
+            quadpixel.Dataset(ROOT, items=("views", "normals"))
+        with self.assertRaises(IndexError):
+            quadpixel.Dataset(ROOT)[6]
+
+    def test_shapes_types_and_the_ties_between_files(self):
+        sample = quadpixel.Dataset(ROOT, items=tuple(quadpixel.ITEMS))[1]
+        h, w = 48, 64
+        shapes = {"raw": (2 * h, 2 * w, 3), "views": (4, h, w, 3), "sum": (h, w, 3), "target": (h, w, 3), "depth": (h, w),
+                  "disparity": (4, h, w, 2), "left_right": (h, w), "valid": (h, w), "noisy": (2 * h, 2 * w, 3),
+                  "noisy_views": (4, h, w, 3), "shading": (4, h, w, 3)}
+        for name, shape in shapes.items():
+            self.assertEqual(sample[name].shape, shape, name)
+        self.assertEqual((sample["views"].dtype, sample["noisy"].dtype, sample["valid"].dtype), (np.float32, np.uint16, bool))
+        # raw(2x + i, 2y + j) = view_{2j+i}(x, y), to half a code and half precision.
+        levels = sample["meta"]["raw"]
+        step = levels["linear_at_white"] / (levels["white_level"] - levels["black_level"])
+        for index in range(4):
+            own = sample["raw"][index // 2 :: 2, index % 2 :: 2]
+            self.assertLessEqual(np.max(np.abs(own - sample["views"][index]) - HALF * own), 0.51 * step + 1e-7)
+        total = sample["views"].sum(axis=0)
+        self.assertLessEqual(np.max(np.abs(total - sample["sum"]) - 2.1 * HALF * total), 1e-6)
+        # The noisy codes are the noisy views.
+        noise = sample["meta"]["noise"]["readout"]
+        linear = ((sample["noisy"] - float(noise["black_level"])) / noise["gain_dn_per_e"] - noise["dark_e"]) / noise["electrons_at_white"]
+        for index in range(4):
+            own = linear[index // 2 :: 2, index % 2 :: 2]
+            self.assertLessEqual(np.max(np.abs(own - sample["noisy_views"][index]) - 1.1 * HALF * np.abs(own)), 1e-7)
+        # Light and its noisy capture agree on average.
+        self.assertAlmostEqual(float(linear.mean() / sample["raw"].mean()), 1.0, delta=0.03)
+        for name in ("depth", "distance", "coc", "left_right"):
+            np.testing.assert_array_equal(np.isnan(sample[name]), ~sample["valid"], name)
+        self.assertTrue(np.all(sample["distance"][sample["valid"]] >= sample["depth"][sample["valid"]] * (1 - 1e-6)))
+
+    def test_signs_and_metres(self):
+        for sample in quadpixel.Dataset(ROOT, items=("disparity", "depth", "coc", "valid")):
+            meta, valid = sample["meta"], sample["valid"]
+            focus = meta["focus"]["distance_m"]
+            near = valid & (sample["depth"] < 0.9 * focus)
+            far = valid & (sample["depth"] > 1.1 * focus)
+            self.assertTrue(np.all(sample["coc"][near] < 0) and np.all(sample["coc"][far] > 0))
+            self.assertGreater(np.median(sample["left_right"][near]) if near.any() else 1.0, 0.0)
+            self.assertLess(np.median(sample["left_right"][far]) if far.any() else -1.0, 0.0)
+            # SPEC.md: with the paraxial maps and the ratio at the pixel itself the depth comes back exactly.
+            shift = quadpixel.left_right(sample["paraxial"], meta)
+            blurred = valid & (np.abs(sample["coc"]) > 0.5)
+            own = -shift[blurred] / sample["coc"][blurred]
+            depth = quadpixel.depth_from_left_right(shift[blurred], meta, own)
+            np.testing.assert_allclose(depth, sample["depth"][blurred], rtol=1e-4)
+            # The sample's one ratio is their mean, weighted by coc squared.
+            weight = sample["coc"][blurred] ** 2
+            self.assertAlmostEqual(np.average(own, weights=weight), meta["coc_disparity"]["paraxial_ratio"], delta=0.01)
+
+
+class Layouts(unittest.TestCase):
+    def test_dpdd_as_its_loaders_read_it(self):
+        found = 0
+        for split in ("train", "val", "test"):
+            lists = [sorted(glob.glob(os.path.join(DATA, "dpdd", f"{split}_{part}", kind, "*.png")))
+                     for part, kind in (("c", "source"), ("c", "target"), ("l", "source"), ("r", "source"))]
+            names = [[os.path.basename(p) for p in paths] for paths in lists]
+            self.assertTrue(all(n == names[0] for n in names))
+            data = quadpixel.Dataset(ROOT, split=split, items=("views", "target"))
+            self.assertEqual([n[:-4] for n in names[0]], data.ids)
+            for sample, *paths in zip(data, *lists):
+                codes = [cv2.imread(path, -1) for path in paths]
+                self.assertTrue(all(c.dtype == np.uint16 and c.ndim == 3 for c in codes))
+                source, target, left, right = (c[..., ::-1] / 65535 for c in codes)
+                np.testing.assert_allclose(source, srgb(sample["sum"]), atol=1.5e-5)
+                np.testing.assert_allclose(target, srgb(sample["target"]), atol=1.5e-5)
+                halves = quadpixel.halves(sample["views"], sample["meta"])
+                for picture, half in zip((left, right), halves):
+                    np.testing.assert_allclose(picture, srgb(2 * half), atol=1.5e-5)
+                found += 1
+        self.assertEqual(found, 6)
+
+    def test_qpdnet_as_its_loader_reads_it(self):
+        found = 0
+        for split in ("train", "val", "test"):
+            root = os.path.join(DATA, "qpdnet")
+            images = [sorted(glob.glob(os.path.join(root, f"{split}_{part}", "source", "seq_*/*.png"))) for part in "clrtb"]
+            shifts = sorted(glob.glob(os.path.join(root, f"{split}_c", "target_disp", "seq_*/*.npy")))
+            by_id = {sample["id"]: sample for sample in quadpixel.Dataset(ROOT, split=split)}
+            for *paths, shift in zip(*images, shifts):
+                disparity = np.load(shift)
+                flow = np.stack([-disparity, np.zeros_like(disparity)], axis=-1)
+                self.assertEqual((disparity.dtype, flow.shape), (np.float32, (48, 64, 2)))
+                pictures = [cv2.imread(path, -1) for path in paths]
+                self.assertTrue(all(p.dtype == np.uint8 for p in pictures))
+                sample = by_id[os.path.basename(shift)[:-4]]
+                usable = np.abs(flow[..., 0]) < 512
+                np.testing.assert_array_equal(usable, sample["valid"])
+                np.testing.assert_allclose(disparity[usable], sample["left_right"][usable], atol=1e-5)
+                for side, picture in zip("LRTB", pictures[1:]):
+                    (half,) = quadpixel.halves(sample["views"], sample["meta"], side)
+                    np.testing.assert_allclose(picture[..., ::-1] / 255, srgb(2 * half), atol=0.51 / 255)
+                found += 1
+        self.assertEqual(found, 6)
+
+    def test_webdataset_gives_the_same_samples(self):
+        seen = []
+        for index in sorted(glob.glob(os.path.join(DATA, "webdataset", "*.json"))):
+            if os.path.basename(index) == "export.json":
+                continue
+            with open(index, "rb") as file:
+                listed = sum(shard["nsamples"] for shard in json.load(file)["shardlist"])
+            split = os.path.basename(index)[:-5]
+            native = quadpixel.Dataset(ROOT, split=split, items=tuple(quadpixel.ITEMS))
+            self.assertEqual(listed, len(native))
+            for ours, theirs in zip(native, quadpixel.iterate_shards(index)):
+                self.assertEqual(sorted(ours), sorted(theirs))
+                for name, value in ours.items():
+                    np.testing.assert_equal(theirs[name], value)
+                seen.append(ours["id"])
+        self.assertEqual(sorted(seen), quadpixel.Dataset(ROOT).ids)
+
+
+class Examples(unittest.TestCase):
+    def run_example(self, name, *arguments):
+        done = subprocess.run([sys.executable, os.path.join(EXAMPLES, name), *arguments], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def test_training_runs_or_says_what_is_missing(self):
+        text = self.run_example("train_depth.py", ROOT, "40")
+        print("train_depth.py:", text.strip())
+        self.assertTrue("after" in text or "torch is not installed" in text)
+
+    def test_shards_are_read(self):
+        text = self.run_example("read_shards.py", os.path.join(DATA, "webdataset", "train.json"))
+        self.assertIn("samples", text)
+
+
+if __name__ == "__main__":
+    unittest.main()

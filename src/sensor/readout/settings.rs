@@ -1,0 +1,141 @@
+//! The numbers of a sensor's electronics, checked.
+
+use serde::{Deserialize, Serialize};
+
+use crate::sensor::Subpixels;
+
+/// Linear value of a sub-pixel, as a multiple of an equal share of 1, that has the largest code where no gain is given.
+const HEADROOM: f64 = 1.5;
+
+/// Why a readout cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("readout: {field} is {value}; allowed: {allowed}")]
+pub struct ReadoutError {
+    /// Field of the settings.
+    pub field: &'static str,
+    /// What it was.
+    pub value: f64,
+    /// What it may be.
+    pub allowed: &'static str,
+}
+
+/// See the equation of [`crate::sensor::readout`]. Electrons, well and noise are those of one sub-pixel.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReadoutSettings {
+    /// Photons a µm² of each colour channel in the middle of the window at the linear value 1 (H).
+    pub photons_um2: f64,
+    /// Exposure time, s (t): counts for the dark current.
+    pub exposure_s: f64,
+    /// Dark current, e⁻/s (d).
+    pub dark_current_e_s: f64,
+    /// Full well, e⁻ (w).
+    pub full_well_e: f64,
+    /// Photo-response non-uniformity: standard deviation of the sensitivity over its mean (s₁).
+    pub prnu: f64,
+    /// Read noise: standard deviation, e⁻ (σ).
+    pub read_noise_e: f64,
+    /// Gain, digital numbers an electron (K); absent: the one at which 1.5 times a sub-pixel's equal share of white, or a full well if
+    /// that is less, has the largest code, as a camera's choice of its ISO speed would have it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain_dn_per_e: Option<f64>,
+    /// Digital number of no electrons (b).
+    pub black_level: u16,
+    /// Bits of the converter, 2 to 16.
+    pub bits: u32,
+    /// Gain of each sub-pixel's amplifier relative to K, in stored order (g).
+    pub subpixel_gains: Vec<f64>,
+    /// Seed of what stays from shot to shot: PRNU.
+    pub sensor_seed: u64,
+    /// Seed of the shot: photons, dark electrons, read noise.
+    pub shot_seed: u64,
+}
+
+impl ReadoutSettings {
+    /// N = H p² η: electrons of a whole pixel at the linear value 1.
+    pub fn electrons_at_white(&self, pitch_um: f64, quantum_efficiency: f64) -> f64 {
+        self.photons_um2 * pitch_um * pitch_um * quantum_efficiency
+    }
+
+    /// The largest digital number.
+    pub fn largest_code(&self) -> u16 {
+        ((1u32 << self.bits.clamp(1, 16)) - 1) as u16
+    }
+
+    /// K, given N.
+    pub(super) fn gain(&self, subpixels: Subpixels, electrons_at_white: f64) -> f64 {
+        self.gain_dn_per_e.unwrap_or_else(|| {
+            let share = electrons_at_white / subpixels.count() as f64;
+            let codes = f64::from(self.largest_code()) - f64::from(self.black_level);
+            codes / (HEADROOM * share).min(self.full_well_e)
+        })
+    }
+
+    /// Whether every number is in its range and there is one gain a sub-pixel.
+    pub(super) fn check(&self, subpixels: Subpixels) -> Result<(), ReadoutError> {
+        let positive = [
+            ("photons_um2", self.photons_um2),
+            ("full_well_e", self.full_well_e),
+            ("gain_dn_per_e", self.gain_dn_per_e.unwrap_or(1.0)),
+        ];
+        for (field, value) in positive {
+            within(
+                field,
+                value,
+                value > 0.0 && value <= 1e9,
+                "above 0, at most 1e9",
+            )?;
+        }
+        let not_negative = [
+            ("exposure_s", self.exposure_s),
+            ("dark_current_e_s", self.dark_current_e_s),
+            ("read_noise_e", self.read_noise_e),
+        ];
+        for (field, value) in not_negative {
+            within(field, value, (0.0..=1e6).contains(&value), "0 to 1e6")?;
+        }
+        within(
+            "prnu",
+            self.prnu,
+            (0.0..=0.5).contains(&self.prnu),
+            "0 to 0.5",
+        )?;
+        let bits = self.bits;
+        within("bits", f64::from(bits), (2..=16).contains(&bits), "2 to 16")?;
+        let black = self.black_level;
+        let fits = black < self.largest_code();
+        within("black_level", f64::from(black), fits, "below 2^bits − 1")?;
+        let count = self.subpixel_gains.len();
+        let fits = count == subpixels.count();
+        within(
+            "subpixel_gains (count)",
+            count as f64,
+            fits,
+            "one a sub-pixel",
+        )?;
+        self.subpixel_gains.iter().try_for_each(|&gain| {
+            within(
+                "subpixel_gains",
+                gain,
+                (0.1..=10.0).contains(&gain),
+                "0.1 to 10",
+            )
+        })
+    }
+}
+
+fn within(
+    field: &'static str,
+    value: f64,
+    fits: bool,
+    allowed: &'static str,
+) -> Result<(), ReadoutError> {
+    if fits {
+        return Ok(());
+    }
+    Err(ReadoutError {
+        field,
+        value,
+        allowed,
+    })
+}
