@@ -14,7 +14,7 @@ use crate::sample::Prepared;
 /// Pixels in a row, about.
 const WIDTH_PX: usize = 128;
 /// Rays a pixel and channel.
-const RAYS: usize = 4;
+const RAYS: usize = 16;
 const QUALITY: u8 = 85;
 
 /// A coarse image: the sum of all sub-pixels, linear, 1 for a white wall of radiance 1 in the middle.

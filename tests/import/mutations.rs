@@ -1,5 +1,5 @@
 //! Thousands of damaged copies of a valid file: the importer answers with a world or an error, never a panic, and what it calls a
-//! world the checks of [`World::new`] never meet with a panic either.
+//! world does not make [`World::new`] panic either (one in forty is tried: preparing takes far longer than reading).
 //!
 //! `QUADPIXEL_MUTATIONS` sets the number of copies of each kind (default 4000).
 
@@ -64,7 +64,11 @@ fn survive(copy: impl Fn(u64) -> Vec<u8>, is_obj: bool) -> (u64, u64) {
         match import_bytes(&copy(key), is_obj, "damaged") {
             Ok(scene) => {
                 bounds_mm(&scene.world);
-                worlds += u64::from(World::new(scene.world).is_ok());
+                worlds += 1;
+                // Preparing a world for rays takes far longer than reading it: one in forty.
+                if worlds % 40 == 0 {
+                    let _ = World::new(scene.world);
+                }
             }
             Err(_) => errors += 1,
         }

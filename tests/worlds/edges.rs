@@ -11,8 +11,10 @@ use quadpixel::sensor::ShiftRule;
 use super::{Sheet, camera, scene, sheets};
 
 /// Pinholes along the pupil's side, and places along a pixel's side.
-const PINHOLES: usize = 24;
-const PLACES: usize = 3;
+const PINHOLES: usize = 12;
+const PLACES: usize = 8;
+/// Every other pixel of every other row: the plain trace is slow.
+const STEP: usize = 2;
 
 /// The nearest sheet on a ray: its number and the point.
 fn seen(sheets: &[Sheet], ray: &Ray) -> Option<(usize, DVec3)> {
@@ -90,8 +92,8 @@ fn truth_at_depth_edges_is_that_of_an_array_of_pinholes() {
     let sum = rendered.image.sum();
     let (mut on_edges, mut worst, mut squares, mut n) = (0, [0.0f64; 2], [0.0; 2], 0.0);
     let mut white = Vec::new();
-    for row in 0..24 {
-        for column in 0..32 {
+    for row in (0..24).step_by(STEP) {
+        for column in (0..32).step_by(STEP) {
             let place: DVec2 = camera.sensor().position_mm(column as f64, row as f64);
             let chief = chief_ray(camera.system(1), place.x, place.y)
                 .unwrap()
@@ -138,18 +140,19 @@ fn truth_at_depth_edges_is_that_of_an_array_of_pinholes() {
             n += 1.0;
         }
     }
-    assert!(on_edges > 80, "{on_edges} pixels with two depths");
+    assert!(on_edges > 25, "{on_edges} pixels with two depths");
     let rms = squares.map(|s: f64| (s / n).sqrt());
-    // A straight edge cuts about 24 of the 450 pinholes of a grid: half a row of them, 1/40 of the pupil, at worst for each of the nine
-    // places; 1024 scrambled Sobol points leave less. The bounds allow the two at once. Radiances differ by a factor of up to 4.
+    // What the array itself lacks: an edge in focus that runs along a row of places may be half their spacing off, 1/16 of the
+    // pixel; a blurred one is half a row of pinholes off at one place, but otherwise at each of the 64. To it comes the sampling
+    // of the render, of the order of 1/√(1024) at most. Radiances differ by a factor of up to 4.
     assert!(
-        worst[0] < 0.05 && rms[0] < 0.01,
+        worst[0] < 0.0625 + 0.03 && rms[0] < 0.01,
         "occlusion: worst {} rms {}",
         worst[0],
         rms[0]
     );
     assert!(
-        worst[1] < 0.15 && rms[1] < 0.03,
+        worst[1] < 0.3 && rms[1] < 0.03,
         "light: worst {} rms {}",
         worst[1],
         rms[1]
