@@ -10,6 +10,7 @@ use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel::image::Image;
 use quadpixel::image::exr::NamedLayer;
+use quadpixel::image::srgb::to_linear;
 
 use crate::load;
 use crate::sai::{Partition, Views};
@@ -18,7 +19,7 @@ use crate::sai::{Partition, Views};
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
-    /// Distance of the microlenses, µm.
+    /// Distance of the microlenses, µm; 0: not known.
     pub pitch_um: f64,
     /// Sub-pixels, `COLUMNSxROWS`.
     pub subpixels: String,
@@ -181,6 +182,37 @@ impl Exposure {
 }
 
 impl Capture {
+    /// The left and right view of a camera of which nothing else is known; with `srgb`, the transfer function of the codes is undone.
+    pub fn of_pair(left: &Path, right: &Path, srgb: bool) -> Result<Self, CommandError> {
+        let mut images = load::alike(&[left.to_path_buf(), right.to_path_buf()])?;
+        if srgb {
+            let values = images.iter_mut().flat_map(|image| image.data_mut());
+            values.for_each(|v| *v = to_linear(*v));
+        }
+        let named = |e: String| CommandError::input(format!("{}: {e}", left.display()));
+        let partition = Partition::new(2, 1).map_err(|e| named(e.to_string()))?;
+        let names: &[&str] = match images[0].channels() {
+            3 => &["R", "G", "B"],
+            _ => &["Y"],
+        };
+        let camera = Camera {
+            pitch_um: 0.0,
+            subpixels: partition.to_string(),
+            width_px: images[0].width(),
+            height_px: images[0].height(),
+            channels: names.iter().map(ToString::to_string).collect(),
+            centre_mm: None,
+        };
+        let views = Views::new(partition, images).map_err(|e| named(e.to_string()))?;
+        Ok(Self {
+            views,
+            camera,
+            white: 1.0,
+            sample: None,
+            meta: None,
+        })
+    }
+
     /// Reads as [`Exposure::read`] does, and makes the camera of it; `pitch_um` is needed where no `meta.json` says it.
     pub fn read(path: &Path, given: &Given, pitch_um: Option<f64>) -> Result<Self, CommandError> {
         let read = Exposure::read(path, given)?;

@@ -12,8 +12,9 @@ use quadpixel::image::{Image, ImageError, channel, raster};
 use crate::calibration::Calibration;
 use crate::capture::{Capture, Given};
 use crate::correct_command::read_calibration;
-use crate::depth::{DepthCurve, Measured, Pair, combine, measure};
+use crate::depth::{Depth, DepthCurve, Measured, Pair, combine, measure};
 use crate::disparity::{Axes, MatchSettings};
+use crate::field_curve::FieldCurve;
 use crate::maps::{MapFormat, Maps};
 use crate::progress::Progress;
 use crate::sai::Side;
@@ -22,7 +23,21 @@ use crate::sai::Side;
 #[derive(Clone, Debug, Args)]
 pub struct DepthArgs {
     /// A sample's folder, or a mosaic with meta.json beside it: intrinsics and focus are read from it.
-    capture: PathBuf,
+    #[arg(required_unless_present = "left")]
+    capture: Option<PathBuf>,
+    /// Left view of a camera without meta.json.
+    #[arg(long, requires_all = ["right", "curve"], conflicts_with_all = ["capture", "calibration"])]
+    left: Option<PathBuf>,
+    /// Its right view.
+    #[arg(long, requires = "left")]
+    right: Option<PathBuf>,
+    /// The views are pictures in sRGB: its transfer function is undone.
+    #[arg(long, requires = "left")]
+    srgb: bool,
+    /// Curve file: the camera's disparity against distance over the field (JSON, see the module field_curve), in place of meta.json's
+    /// numbers; depth then counts from where the file says.
+    #[arg(long, conflicts_with_all = ["kappa", "score"])]
+    curve: Option<PathBuf>,
     /// Folder to write: depth.FORMAT (Z, m), confidence.FORMAT (0 to 1, standard deviation of Z in m, disparity in px), depth.png;
     /// NaN where there is no trusted match.
     #[arg(long, short)]
@@ -55,11 +70,19 @@ pub struct DepthArgs {
 
 /// Measures, converts, writes; no file is written before all are made.
 pub fn run(args: &DepthArgs) -> Result<(), CommandError> {
-    let bad = |text: String| CommandError::input(format!("{}: {text}", args.capture.display()));
+    let named =
+        (args.capture.as_ref().or(args.left.as_ref())).map_or(Path::new(""), PathBuf::as_path);
+    let bad = |text: String| CommandError::input(format!("{}: {text}", named.display()));
     let progress = Progress::stderr();
-    progress.stage(format!("reading {}", args.capture.display()));
-    let capture = Capture::read(&args.capture, &Given::default(), None)?;
-    let curve = curve(args, &capture)?;
+    progress.stage(format!("reading {}", named.display()));
+    let capture = match (&args.left, &args.right) {
+        (Some(left), Some(right)) => Capture::of_pair(left, right, args.srgb)?,
+        _ => Capture::read(named, &Given::default(), None)?,
+    };
+    let curve = match &args.curve {
+        Some(path) => Curve::Field(field_curve(path, &capture)?),
+        None => Curve::OfMeta(curve(args, named, &capture)?),
+    };
     let calibration = (args.calibration.as_ref())
         .map(|path| of_this_camera(path, &capture))
         .transpose()?;
@@ -99,15 +122,17 @@ pub fn run(args: &DepthArgs) -> Result<(), CommandError> {
             beside.copy_from_slice(&[0.0, f32::NAN, f32::NAN]);
             continue;
         };
-        let z = curve.depth(m.disparity_px, m.sigma_px);
+        let z = curve.depth([i % width, i / width], *m);
         let confidence = (1.0 - m.sigma_px / limit).max(0.0);
         *to = z.z_m as f32;
         beside.copy_from_slice(&[confidence as f32, z.sigma_m as f32, m.disparity_px as f32]);
     }
     progress.stage("encoding the maps");
     let files = files(args.format, &depth, &trust).map_err(CommandError::failed)?;
-    let score = match (&capture.sample, args.score) {
-        (Some(sample), true) => Some(score(&sample.join("depth.exr"), &depth, &curve)?),
+    let score = match (&capture.sample, &curve) {
+        (Some(sample), Curve::OfMeta(curve)) if args.score => {
+            Some(score(&sample.join("depth.exr"), &depth, curve)?)
+        }
         _ => None,
     };
     file::write_folder(&args.out, &files).map_err(CommandError::failed)?;
@@ -115,7 +140,7 @@ pub fn run(args: &DepthArgs) -> Result<(), CommandError> {
     let measured = found.iter().flatten().count() as f64 / found.len() as f64;
     let summary = serde_json::json!({
         "files": files.iter().map(|(name, _)| name).collect::<Vec<_>>(),
-        "measured_share": measured, "kappa_fx_a_px_m": curve.gain_px_m, "score": score,
+        "measured_share": measured, "kappa_fx_a_px_m": curve.gain_px_m(), "score": score,
     });
     if args.json {
         println!("{summary}");
@@ -137,8 +162,51 @@ pub fn run(args: &DepthArgs) -> Result<(), CommandError> {
     Ok(())
 }
 
-fn curve(args: &DepthArgs, capture: &Capture) -> Result<DepthCurve, CommandError> {
-    let bad = |text: &str| CommandError::input(format!("{}: {text}", args.capture.display()));
+/// Where depth comes from.
+enum Curve {
+    OfMeta(DepthCurve),
+    Field(FieldCurve),
+}
+
+impl Curve {
+    fn depth(&self, [x, y]: [usize; 2], m: Measured) -> Depth {
+        match self {
+            Self::OfMeta(curve) => curve.depth(m.disparity_px, m.sigma_px),
+            Self::Field(curve) => curve.depth([x as f64, y as f64], m),
+        }
+    }
+
+    /// The paraxial curve's one number.
+    fn gain_px_m(&self) -> Option<f64> {
+        match self {
+            Self::OfMeta(curve) => Some(curve.gain_px_m),
+            Self::Field(_) => None,
+        }
+    }
+}
+
+fn field_curve(path: &Path, capture: &Capture) -> Result<FieldCurve, CommandError> {
+    let file = path.display().to_string();
+    let input = |what: String| CommandError::input(format!("{file}: {what}"));
+    let bytes = file::read(path).map_err(|e| CommandError::input(e.to_string()))?;
+    let text = String::from_utf8(bytes).map_err(|e| input(e.to_string()))?;
+    let curve =
+        FieldCurve::from_json(&text, &file).map_err(|e| CommandError::input(e.to_string()))?;
+    let (of_curve, of_views) = (
+        (curve.width_px, curve.height_px),
+        (capture.camera.width_px, capture.camera.height_px),
+    );
+    if of_curve != of_views {
+        return Err(input(format!(
+            "width_px × height_px are {} × {}; allowed: those of the views, {} × {}",
+            of_curve.0, of_curve.1, of_views.0, of_views.1
+        )));
+    }
+    Ok(curve)
+}
+
+fn curve(args: &DepthArgs, named: &Path, capture: &Capture) -> Result<DepthCurve, CommandError> {
+    let bad = |text: &str| CommandError::input(format!("{}: {text}", named.display()));
     let meta =
         (capture.meta.as_ref()).ok_or_else(|| bad("depth needs a meta.json beside the capture"))?;
     let of_meta = meta.coc_disparity.as_ref().map(|c| c.paraxial_ratio);

@@ -7,6 +7,8 @@
 //! They see pictures and sub-pixel layouts only, never the scene, the lens or the pixel model: no truth can leak in.
 
 pub mod aberration_score;
+pub mod autofocus;
+pub mod autofocus_command;
 pub mod calibration;
 pub mod capture;
 pub mod centroid;
@@ -18,6 +20,7 @@ pub mod depth_command;
 pub mod disparity;
 pub mod disparity_command;
 pub mod field;
+pub mod field_curve;
 pub mod load;
 pub mod maps;
 pub mod metrics;

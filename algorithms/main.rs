@@ -3,8 +3,8 @@
 use std::process::ExitCode;
 
 use algorithms::{
-    correct_command, depth_command, disparity_command, refocus_command, sai_command, score_command,
-    sharpness_command, table_command,
+    autofocus_command, correct_command, depth_command, disparity_command, refocus_command,
+    sai_command, score_command, sharpness_command, table_command,
 };
 use clap::{Parser, Subcommand};
 use quadpixel::command::{CommandError, use_threads};
@@ -93,8 +93,17 @@ enum Command {
     ///
     /// Example: qpalgo depth out/samples/000001 --score -o depth
     ///          qpalgo depth capture/raw.png --calibration camera.json --format pfm -o depth
+    ///          qpalgo depth --left l.png --right r.png --srgb --curve camera-curve.json -o depth
     #[command(verbatim_doc_comment)]
     Depth(depth_command::DepthArgs),
+    /// Sharpness and phase difference over the focus stacks of a dataset: where would the camera focus?
+    ///
+    /// Focus is in dioptres, 1/m from the entrance pupil. For each stack: the zero of the phase difference x_L - x_R (px), the peaks of
+    /// gradient, De and Wee, and the truth of the sample's own maps. A stack comes from `[sweep]` in the configuration of qpgen dataset.
+    ///
+    /// Example: qpalgo autofocus out -o autofocus
+    #[command(verbatim_doc_comment)]
+    Autofocus(autofocus_command::AutofocusArgs),
 }
 
 fn main() -> ExitCode {
@@ -116,6 +125,7 @@ fn run(cli: Cli) -> Result<(), CommandError> {
         Command::CorrectAberrations(args) => correct_command::run(&args),
         Command::Table(args) => table_command::run(&args),
         Command::Depth(args) => depth_command::run(&args),
+        Command::Autofocus(args) => autofocus_command::run(&args),
         Command::Score(args) => score_command::run(&args),
         Command::Disparity(args) => disparity_command::run(&args),
     }

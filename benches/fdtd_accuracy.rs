@@ -6,6 +6,8 @@
 //! cargo bench --bench fdtd_accuracy -- curve 1.6 standard     # P of each half over θ, beside the reference; `1.6` .. `3.5`
 //! cargo bench --bench fdtd_accuracy -- curve 1.6 standard 0,10,20
 //! cargo bench --bench fdtd_accuracy -- curve 1.6 32/11/0.002 0,10,20   # lateral nm / cells a wavelength / tolerance
+//! cargo bench --bench fdtd_accuracy -- modal 1.6um draft 0,10,20 30   # beside the Fourier modal level: pixel, preset, θ, φ; a pixel's
+//!                                                                     # name may end in -nolens (flat) or -notrench
 //! ```
 #![allow(clippy::unwrap_used)] // because a bench fails by panicking
 
@@ -14,6 +16,7 @@ use std::f64::consts::PI;
 use quadpixel::em::PixelStack;
 use quadpixel::em::fdtd::{FdtdPowers, FdtdSettings, solve};
 use quadpixel::em::multilayer::{FlatStack, Polarization};
+use quadpixel::em::rcwa::{RcwaModel, RcwaSettings};
 
 fn settings(name: &str) -> FdtdSettings {
     match name {
@@ -163,6 +166,74 @@ fn curve(pixel: &str, name: &str, only: Option<&str>) {
     );
 }
 
+/// A built-in pixel, or a part of one.
+fn part(name: &str) -> PixelStack {
+    if let Some(whole) = name.strip_suffix("-nolens") {
+        let mut stack = PixelStack::builtin(whole).unwrap();
+        stack.lens.radius_um = 1e3;
+        stack.lens.height_um = 0.5;
+        return stack;
+    }
+    let whole = name.strip_suffix("-notrench");
+    let mut stack = PixelStack::builtin(whole.unwrap_or(name)).unwrap();
+    if whole.is_some() {
+        stack.trench_um = 1e-3;
+    }
+    stack
+}
+
+/// FDTD beside the Fourier modal level, every sub-pixel, s and p.
+fn modal(pixel: &str, name: &str, thetas: &str, phi_deg: f64) {
+    let stack = part(pixel);
+    let model = RcwaModel::new(&stack, 550.0, &RcwaSettings::standard()).unwrap();
+    println!(
+        "{pixel} {name} phi {phi_deg}: theta pol, error of each sub-pixel and of the sum in % of the largest half, R of both"
+    );
+    let (mut worst, mut worst_mean, mut squares, mut count, mut seconds) =
+        (0.0f64, 0.0f64, 0.0, 0.0, 0.0);
+    for theta in thetas.split(',').map(|x| x.parse::<f64>().unwrap()) {
+        let [bx, by] = bloch(theta, phi_deg);
+        let k0 = 2.0 * PI / 0.55;
+        let exact = model.solve(bx / k0, by / k0).unwrap();
+        let run = solve(&stack, &[550.0], [bx, by], &settings(name), &|_| ()).unwrap();
+        let a = &run.answers[0];
+        let mut errors = Vec::new();
+        for (pol, fdtd, exact) in [("s", &a.s, &exact.s), ("p", &a.p, &exact.p)] {
+            let half = 2.0 * exact.absorbed.iter().copied().fold(0.0, f64::max);
+            let e: Vec<f64> = fdtd
+                .absorbed
+                .iter()
+                .zip(&exact.absorbed)
+                .map(|(a, b)| 200.0 * (a - b) / half)
+                .collect();
+            let shown: Vec<String> = e.iter().map(|e| format!("{e:+.2}")).collect();
+            println!(
+                "{theta:5.1} {pol} {}  {:+.2}  {:.4} {:.4}",
+                shown.join(" "),
+                e.iter().sum::<f64>() / 2.0,
+                fdtd.reflected,
+                exact.reflected
+            );
+            worst = e.iter().fold(worst, |w, e| w.max(e.abs()));
+            squares += e.iter().map(|e| e * e).sum::<f64>();
+            count += e.len() as f64;
+            errors.push(e);
+        }
+        for (s, p) in errors[0].iter().zip(&errors[1]) {
+            worst_mean = worst_mean.max(0.5 * (s + p).abs());
+        }
+        seconds += run.seconds;
+        println!(
+            "      {:?} x{} {} steps, t {:.0}, {:.1} s",
+            run.cells, run.sets, run.steps, run.time_um, run.seconds
+        );
+    }
+    println!(
+        "{pixel} {name}: worst {worst:.2} %, of the mean {worst_mean:.2} %, rms {:.2} %, {seconds:.0} s",
+        f64::sqrt(squares / count)
+    );
+}
+
 fn main() {
     let words: Vec<String> = std::env::args()
         .skip(1)
@@ -174,6 +245,12 @@ fn main() {
             word(1).unwrap_or("1.6"),
             word(2).unwrap_or("draft"),
             word(3),
+        ),
+        Some("modal") => modal(
+            word(1).unwrap_or("1.6um"),
+            word(2).unwrap_or("draft"),
+            word(3).unwrap_or("0,10,20"),
+            word(4).map_or(0.0, |w| w.parse().unwrap()),
         ),
         Some("flat") if words.len() > 1 => flat(&words[1..]),
         _ => flat(&["draft", "standard", "reference"].map(String::from)),

@@ -17,6 +17,13 @@ pub const META: &str = "meta.json";
 /// A sample's contact sheet.
 pub const PREVIEW: &str = "preview.jpg";
 
+/// The data card.
+pub const CARD: &str = "README.md";
+/// The folder of the data card's plots.
+pub const PLOTS: &str = "plots";
+/// What an unfinished run was asked for; gone when the dataset is whole.
+pub const RUN: &str = "run.json";
+
 /// Most samples that a dataset's six digits can name.
 pub const MAX_SAMPLES: u32 = 1_000_000;
 
@@ -43,6 +50,19 @@ pub fn sample_name(index: u32) -> Result<String, PathError> {
     } else {
         Err(PathError::SampleNumber(index))
     }
+}
+
+/// The folder of part `number` (from 1) of `of` of a dataset that is made in parts.
+pub fn shard_folder(number: usize, of: usize) -> String {
+    format!("shard-{number}-of-{of}")
+}
+
+/// Number and count of a part by its folder's name.
+pub fn parse_shard_folder(name: &str) -> Option<(usize, usize)> {
+    let (number, of) = name.strip_prefix("shard-")?.split_once("-of-")?;
+    let (number, of) = (number.parse().ok()?, of.parse().ok()?);
+    // Only the spelling that this program writes.
+    (shard_folder(number, of) == name).then_some((number, of))
 }
 
 /// The list of a split, below the dataset's folder.
@@ -164,6 +184,20 @@ mod tests {
         assert_eq!(sample_name(7).as_deref(), Ok("000007"));
         assert_eq!(sample_name(999_999).as_deref(), Ok("999999"));
         assert!(sample_name(1_000_000).is_err());
+    }
+
+    #[test]
+    fn a_shard_is_known_by_its_folder() {
+        assert_eq!(parse_shard_folder(&shard_folder(2, 4)), Some((2, 4)));
+        for other in [
+            "shard-02-of-4",
+            "shard-2",
+            "2-of-4",
+            "shard--1-of-4",
+            "samples",
+        ] {
+            assert_eq!(parse_shard_folder(other), None, "{other}");
+        }
     }
 
     #[test]

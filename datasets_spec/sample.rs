@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{Channel, Exposure, Focus, Intrinsics, Lens, Response, Sensor};
+use crate::manifest::FileEntry;
 use crate::readout::Readout;
 
 /// The whole of `meta.json`. No date, host name, run time or thread count: the same seed gives the same bytes.
@@ -53,6 +54,8 @@ pub struct SampleMeta {
     pub coc_disparity: Option<CocDisparity>,
     /// The sample's files but `meta.json`, in the order of their names.
     pub files: Vec<SampleFile>,
+    /// Length and hash of each of them, in the same order; a path is the file's name.
+    pub contents: Vec<FileEntry>,
 }
 
 /// The scene.

@@ -117,7 +117,19 @@ impl Responses {
                 self.warnings.extend(warnings);
                 made.table
             }
-            ResponseRecipe::Fdtd { pixel } => self.fdtd(pixel, &pixel_stack(pixel, subpixels)?)?,
+            ResponseRecipe::Fdtd { pixel } => {
+                let stack = pixel_stack(pixel, subpixels)?;
+                let shipped = AngularResponse::shipped_fdtd(&stack);
+                match shipped.map_err(|e| CommandError::failed(e.to_string()))? {
+                    Some(table) => table,
+                    None => self.kept("fdtd", pixel, &stack, &TableSettings::fdtd_standard())?,
+                }
+            }
+            ResponseRecipe::Rcwa { pixel } => {
+                let stack = pixel_stack(pixel, subpixels)?;
+                let settings = TableSettings::rcwa_standard_for(&stack);
+                self.kept("rcwa", pixel, &stack, &settings)?
+            }
             ResponseRecipe::Table { file } => {
                 AngularResponse::read_npz(Path::new(file)).map_err(|e| input(&e))?
             }
@@ -130,21 +142,23 @@ impl Responses {
 }
 
 impl Responses {
-    /// The FDTD table of a pixel, shipped or kept; to make one takes hours, which a dataset does not begin unasked.
-    fn fdtd(&mut self, name: &str, stack: &PixelStack) -> Result<AngularResponse, CommandError> {
-        let shipped = AngularResponse::shipped_fdtd(stack);
-        if let Some(table) = shipped.map_err(|e| CommandError::failed(e.to_string()))? {
-            return Ok(table);
-        }
-        let kept = self.cache.get(&TableSettings::fdtd_standard().key(stack));
+    /// The kept table of a pixel by a model that takes up to hours, which a dataset does not begin unasked.
+    fn kept(
+        &mut self,
+        model: &str,
+        name: &str,
+        stack: &PixelStack,
+        settings: &TableSettings,
+    ) -> Result<AngularResponse, CommandError> {
+        let kept = self.cache.get(&settings.key(stack));
         let kept = kept.unwrap_or_else(|warning| {
             self.warnings.push(warning.to_string());
             None
         });
         kept.ok_or_else(|| {
             CommandError::input(format!(
-                "response: no FDTD table of pixel {name} ({}) is shipped or kept; make one first, in hours: \
-                 qpgen response --model fdtd --pixel {name} --subpixels {}",
+                "response: no {model} table of pixel {name} ({}) is shipped or kept; make one first, in up to hours: \
+                 qpgen response --model {model} --pixel {name} --subpixels {}",
                 stack.subpixels, stack.subpixels
             ))
         })

@@ -128,6 +128,11 @@ pub enum ResponseConfig {
         /// Built-in names or `.toml` files; one is drawn a sample.
         pixels: Vec<String>,
     },
+    /// Fourier modal tables of one of these pixels, that `qpgen response --model rcwa` has made.
+    Rcwa {
+        /// Built-in names or `.toml` files; one is drawn a sample.
+        pixels: Vec<String>,
+    },
     /// The ideal box.
     Geometric,
     /// Tables from files, such as imported ones.
@@ -357,7 +362,9 @@ impl DatasetConfig {
                     stack.scale.check("response.stack.scale", (0.5, 2.0))?;
                 }
             }
-            ResponseConfig::Fdtd { pixels } => some("response.pixels", pixels.len())?,
+            ResponseConfig::Fdtd { pixels } | ResponseConfig::Rcwa { pixels } => {
+                some("response.pixels", pixels.len())?;
+            }
             ResponseConfig::Table { files } => some("response.files", files.len())?,
             ResponseConfig::Geometric => {}
         }

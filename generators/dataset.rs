@@ -1,150 +1,277 @@
 //! `qpgen dataset`: draws, renders and writes sample after sample, and finishes the dataset.
 
-use std::cell::RefCell;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use datasets_spec::paths;
 use quadpixel::command::CommandError;
-use quadpixel::response::AngularResponse;
+use quadpixel::shard::Shard;
 
-use crate::assemble::{Responses, pixel};
+use crate::assemble::Responses;
 use crate::config::DatasetConfig;
-use crate::draw;
+use crate::identity::Identity;
 use crate::progress::Progress;
-use crate::recipe::Recipe;
+use crate::recipes::Recipes;
+use crate::run_folder::{RunFolder, asked_for, refuse_other};
 use crate::sample::{SampleId, render_sample};
 use crate::stages::{Stages, timed};
-use crate::writer::{
-    Dataset, WriteError, WrittenSample, configuration_hash, finish_dataset, finished_sample,
-    write_sample,
-};
+use crate::stop::Stop;
+use crate::writer::{Dataset, Found, WriteError, finish_dataset, found_sample, write_sample};
 
 /// Licence of what is made: charts and fonts allow it.
-const LICENCE: &str = "CC0-1.0";
+pub(crate) const LICENCE: &str = "CC0-1.0";
+
+/// Which samples to make, and when to stop.
+#[derive(Clone, Debug)]
+pub struct Order {
+    /// The part of the dataset.
+    pub shard: Shard,
+    /// Asked before every sample.
+    pub stop: Stop,
+}
 
 /// What a run did.
 #[derive(Clone, Debug)]
 pub struct Summary {
-    /// Samples in the dataset.
+    /// Samples of the dataset, or of the part of it.
     pub samples: usize,
     /// Those of them that an earlier run had finished.
     pub reused: usize,
-    /// The gallery.
-    pub gallery: PathBuf,
+    /// The gallery; none for a part.
+    pub gallery: Option<PathBuf>,
     /// Where the time went.
     pub stages: Stages,
 }
 
-/// Makes the dataset in `out`. A folder that holds samples of the same configuration goes on where it stopped.
+/// Makes the whole dataset in `out`, as [`make_part`] does.
 ///
 /// # Errors
-/// A bad configuration or folder, or a disk that fails; what was written stays valid.
+/// As there.
 pub fn make(
     config: &DatasetConfig,
     out: &Path,
     progress: &Progress,
 ) -> Result<Summary, CommandError> {
+    let order = Order {
+        shard: Shard::WHOLE,
+        stop: Stop::never(),
+    };
+    make_part(config, out, &order, progress)
+}
+
+/// Makes the dataset in `out`, or a part of it in a folder of its own there, which [`crate::merge`] joins. A folder that holds samples
+/// of the same configuration goes on where it stopped.
+///
+/// # Errors
+/// A bad configuration or folder (2); a disk that fails or a signal that ended the run (1). What was written stays valid.
+pub fn make_part(
+    config: &DatasetConfig,
+    out: &Path,
+    order: &Order,
+    progress: &Progress,
+) -> Result<Summary, CommandError> {
     config.check()?;
+    let shard = order.shard;
     check_folder(out)?;
-    let configuration = serde_json::to_value(config)
-        .map_err(|e| CommandError::failed(format!("configuration: {e}")))?;
-    // The number of samples is no part of what a sample is: a dataset may grow.
-    let hash = configuration_hash(
-        &serde_json::json!({ "version": env!("CARGO_PKG_VERSION"), "config": without_count(config)? }),
-    );
-    let beyond = out
-        .join(datasets_spec::paths::SAMPLES)
-        .join(format!("{:06}", config.count));
-    if beyond.exists() {
-        return Err(CommandError::input(format!(
-            "--count is {}; {} holds more samples already; allowed: at least as many, or a new folder",
-            config.count,
-            out.display()
-        )));
-    }
-    let recipes = recipes(config)?;
+    let identity = Identity::of(config)?;
+    let hash = identity.hash();
+    let recipes = Recipes::checked(config, shard)?;
+    let in_whole = shard_neighbours(out, shard, &identity)?;
+    let place = match shard.is_whole() {
+        true => out.to_path_buf(),
+        false => out.join(paths::shard_folder(shard.number(), shard.of())),
+    };
+    refuse_fewer(&place, config.count)?;
+    let folder = RunFolder::open(&place, &identity, shard)?;
     let mut responses = Responses::new();
-    let mut samples: Vec<WrittenSample> = Vec::with_capacity(recipes.len());
-    let mut reused = 0;
+    let (mut done, mut reused) = (0, 0);
     let mut stages = Stages::default();
-    progress.start(recipes.len(), recipes.iter().map(Recipe::rays).sum());
-    for (index, recipe) in recipes.iter().enumerate() {
-        let index = u32::try_from(index).map_err(|_| {
-            CommandError::input(format!("count is {}; allowed: up to 2^32", config.count))
-        })?;
-        if let Some(done) = finished_sample(out, index, &hash).map_err(write_error)? {
-            samples.push(done);
+    progress.start(recipes.indices.len(), recipes.rays);
+    for &index in &recipes.indices {
+        let recipe = recipes.draw(config, index)?;
+        let found = match in_whole && found(out, index, &hash, progress)? {
+            true => true,
+            false => found(&place, index, &hash, progress)?,
+        };
+        if found {
+            done += 1;
             reused += 1;
-            progress.rays(recipe.rays());
-            progress.sample_done();
+            progress.sample_reused(recipe.rays());
             continue;
+        }
+        if order.stop.asked() {
+            progress.finish();
+            return Err(stopped(done, recipes.indices.len()));
         }
         let id = SampleId {
             index,
             configuration_blake3: hash.clone(),
         };
-        let angles = |done: usize, total: usize| progress.angles(done, total);
-        let sample = render_sample(recipe, id, &mut responses, &angles, &|n| progress.rays(n))
+        let angles = |done: usize, total: usize| {
+            tell_stop(&order.stop, progress);
+            progress.angles(done, total);
+        };
+        let rays = |n: u64| {
+            tell_stop(&order.stop, progress);
+            progress.rays(n);
+        };
+        let sample = render_sample(&recipe, id, &mut responses, &angles, &rays)
             .map_err(|e| e.within(&format!("sample {index}")))?;
         let warnings = responses.take_warnings();
         for warning in warnings.iter().chain(sample.warnings()) {
             progress.warn(warning);
         }
         stages = stages.plus(sample.stages());
-        let written = timed(&mut stages.writing_s, || write_sample(out, &sample.files()));
-        samples.push(written.map_err(write_error)?);
+        folder.still_there()?;
+        let written = timed(&mut stages.writing_s, || {
+            write_sample(&place, &sample.files())
+        });
+        written.map_err(write_error)?;
+        progress.debug(&format!("sample {index}: {}", sample.stages()));
+        done += 1;
         progress.sample_done();
     }
-    let dataset = Dataset {
-        seed: config.seed,
-        configuration,
-        licence: LICENCE,
-        samples: &samples,
-    };
-    finish_dataset(out, &dataset).map_err(write_error)?;
+    folder.still_there()?;
+    let mut gallery = None;
+    if shard.is_whole() {
+        progress.info(&format!("{done} samples: lists, gallery and data card"));
+        finish(&place, &identity)?;
+        folder.end()?;
+        gallery = Some(place.join(paths::INDEX));
+    }
     progress.finish();
     Ok(Summary {
-        samples: samples.len(),
+        samples: done,
         reused,
-        gallery: out.join(datasets_spec::paths::INDEX),
+        gallery,
         stages,
     })
 }
 
-fn without_count(config: &DatasetConfig) -> Result<serde_json::Value, CommandError> {
-    serde_json::to_value(DatasetConfig {
-        count: 0,
-        ..config.clone()
-    })
-    .map_err(|e| CommandError::failed(format!("configuration: {e}")))
-}
-
-/// Pitch of a pixel or of the pixel of a table (`.npz`).
-fn pitch_um(name: &str) -> Result<f64, CommandError> {
-    if !name.ends_with(".npz") {
-        return Ok(pixel(name)?.pitch_um);
-    }
-    let table = AngularResponse::read_npz(Path::new(name));
-    table
-        .map(|t| t.meta().pitch_um)
-        .map_err(|e| CommandError::input(e.to_string()))
-}
-
-/// All recipes, so that a bad one is found before the first ray.
-fn recipes(config: &DatasetConfig) -> Result<Vec<Recipe>, CommandError> {
-    crate::assemble::subpixels(&config.sensor.subpixels)?;
-    let known = RefCell::new(BTreeMap::new());
-    let pitch_of = |name: &str| {
-        if let Some(&pitch_um) = known.borrow().get(name) {
-            return Ok(pitch_um);
-        }
-        let pitch_um = pitch_um(name)?;
-        known.borrow_mut().insert(name.to_owned(), pitch_um);
-        Ok(pitch_um)
+/// Makes the dataset of the samples in `out` whole.
+///
+/// # Errors
+/// A sample that cannot be read, or the disk.
+pub(crate) fn finish(out: &Path, identity: &Identity) -> Result<(), CommandError> {
+    let number = |name: &str| {
+        identity
+            .configuration
+            .get(name)
+            .and_then(serde_json::Value::as_u64)
     };
-    (0..config.count as u64)
-        .map(|index| draw::recipe(config, index, &pitch_of))
-        .collect()
+    let (Some(seed), Some(count)) = (number("seed"), number("count")) else {
+        let text = format!("{}: its configuration has no count and seed", out.display());
+        return Err(CommandError::input(text));
+    };
+    let dataset = Dataset {
+        seed,
+        configuration: identity.configuration.clone(),
+        inputs: identity.inputs.clone(),
+        licence: LICENCE,
+        count: u32::try_from(count).unwrap_or(u32::MAX),
+    };
+    finish_dataset(out, &dataset).map_err(write_error)?;
+    Ok(())
+}
+
+fn tell_stop(stop: &Stop, progress: &Progress) {
+    if stop.news() {
+        progress.warn("asked to stop: ending after the sample in hand; once more ends it at once");
+    }
+}
+
+fn stopped(done: usize, of: usize) -> CommandError {
+    CommandError::failed(format!(
+        "stopped by a signal; {done} of {of} samples are there, and the same command goes on with them"
+    ))
+}
+
+/// Whether an earlier run finished a sample; what is broken is told and taken away.
+fn found(root: &Path, index: u32, hash: &str, progress: &Progress) -> Result<bool, CommandError> {
+    match found_sample(root, index, hash).map_err(write_error)? {
+        Found::Whole => Ok(true),
+        Found::Nothing => Ok(false),
+        Found::Broken(what) => {
+            progress.warn(&format!(
+                "sample {index} was damaged ({what}); it is made again"
+            ));
+            Ok(false)
+        }
+    }
+}
+
+/// Refuses parts of another dataset, or of another number of parts, in `out`. Says whether samples may lie in `out` itself, from an
+/// earlier merge.
+fn shard_neighbours(out: &Path, shard: Shard, identity: &Identity) -> Result<bool, CommandError> {
+    let parts = shard_folders(out)?;
+    if shard.is_whole() {
+        return match parts.is_empty() {
+            true => Ok(false),
+            false => Err(CommandError::input(format!(
+                "--out {}: holds shards of a dataset; allowed: --shard i/n, or qpgen merge, or another folder",
+                out.display()
+            ))),
+        };
+    }
+    for part in &parts {
+        let of = part
+            .file_name()
+            .and_then(|n| paths::parse_shard_folder(n.to_str()?));
+        if of.is_some_and(|(_, of)| of != shard.of()) {
+            return Err(CommandError::input(format!(
+                "--shard {shard}: {} is there already; allowed: the same number of shards, or another folder",
+                part.display()
+            )));
+        }
+        if let Some(there) = asked_for(part)? {
+            refuse_other(part, &there, identity)?;
+        }
+    }
+    let whole = asked_for(out)?;
+    if let Some(there) = &whole {
+        refuse_other(out, there, identity)?;
+    }
+    Ok(whole.is_some())
+}
+
+/// The folders of parts in `out`, in the order of their names.
+pub(crate) fn shard_folders(out: &Path) -> Result<Vec<PathBuf>, CommandError> {
+    let Ok(entries) = std::fs::read_dir(out) else {
+        return Ok(Vec::new());
+    };
+    let mut found = Vec::new();
+    for entry in entries {
+        let entry = entry.map_err(|e| CommandError::failed(format!("{}: {e}", out.display())))?;
+        let plain = entry.file_type().is_ok_and(|kind| kind.is_dir());
+        if plain
+            && entry
+                .file_name()
+                .to_str()
+                .and_then(paths::parse_shard_folder)
+                .is_some()
+        {
+            found.push(entry.path());
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// A dataset may grow, but not shrink: samples would be left over.
+fn refuse_fewer(place: &Path, count: usize) -> Result<(), CommandError> {
+    let Ok(entries) = std::fs::read_dir(place.join(paths::SAMPLES)) else {
+        return Ok(());
+    };
+    let numbers = entries
+        .flatten()
+        .filter_map(|entry| entry.file_name().to_str()?.parse().ok());
+    match numbers.max() {
+        Some(largest @ 0usize..) if largest >= count => Err(CommandError::input(format!(
+            "--count is {count}; {} holds sample {largest} already; allowed: at least {}, or a new folder",
+            place.display(),
+            largest + 1
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// A folder may be absent, empty, or hold an earlier run.
@@ -155,9 +282,13 @@ fn check_folder(out: &Path) -> Result<(), CommandError> {
             out.display()
         )));
     }
-    let ours = out.join(datasets_spec::paths::SAMPLES).is_dir();
-    let empty =
-        !out.exists() || std::fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_none());
+    let known = [paths::RUN, paths::DATASET].map(|name| out.join(name).is_file());
+    let ours = known.contains(&true) || !shard_folders(out)?.is_empty();
+    // A run that was killed in its first moment leaves a half-made run.json.
+    let begun = |name: &std::ffi::OsStr| name.to_string_lossy().starts_with(paths::RUN);
+    let empty = !out.exists()
+        || std::fs::read_dir(out)
+            .is_ok_and(|entries| entries.flatten().all(|e| begun(&e.file_name())));
     if ours || empty {
         return Ok(());
     }

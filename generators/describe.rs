@@ -61,6 +61,7 @@ pub(crate) fn describe(
     let model = match &recipe.response {
         ResponseRecipe::Wave { .. } => "wave".to_string(),
         ResponseRecipe::Fdtd { .. } => "fdtd".to_string(),
+        ResponseRecipe::Rcwa { .. } => "rcwa".to_string(),
         ResponseRecipe::Geometric { .. } => "geometric".to_string(),
         ResponseRecipe::Table { file } => format!("table {file}"),
     };

@@ -136,6 +136,11 @@ pub fn recipe(
             let pitch = pitch_of(&pixel)?;
             (ResponseRecipe::Fdtd { pixel }, Some(pitch))
         }
+        ResponseConfig::Rcwa { pixels } => {
+            let pixel = dice.choice(pixels, For::Pixel, 0).clone();
+            let pitch = pitch_of(&pixel)?;
+            (ResponseRecipe::Rcwa { pixel }, Some(pitch))
+        }
         ResponseConfig::Table { files } => {
             let file = dice.choice(files, For::Pixel, 0).clone();
             let pitch = pitch_of(&file)?;

@@ -19,8 +19,8 @@ img{display:block;width:100%;height:auto}\
 dl{display:grid;grid-template-columns:auto 1fr;gap:.1rem .9rem;margin:0;font-size:.9rem}\
 dt{color:#999}dd{margin:0}.files{margin:.7rem 0 0;font-size:.85rem}a{color:#8ab4f8}";
 
-/// The page; `entries` and `metas` are in the same order.
-pub fn page(entries: &[SampleEntry], metas: &[&SampleMeta]) -> String {
+/// The page. `shown` are the samples that it shows, by their places in `entries`.
+pub fn page(entries: &[SampleEntry], shown: &[(usize, SampleMeta)]) -> String {
     let mut html = String::from(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>quadpixel dataset</title>\n",
@@ -30,16 +30,21 @@ pub fn page(entries: &[SampleEntry], metas: &[&SampleMeta]) -> String {
     let _ = write!(
         html,
         "<style>{STYLE}</style>\n</head>\n<body>\n<h1>quadpixel dataset</h1>\n<p class=\"lead\">{} samples: {} train, \
-         {} val, {} test. <a href=\"{}\">{}</a></p>\n<main>\n",
+         {} val, {} test{}. <a href=\"{}\">{}</a>, <a href=\"{}\">data card</a></p>\n<main>\n",
         entries.len(),
         count(Split::Train),
         count(Split::Val),
         count(Split::Test),
+        match shown.len() {
+            all if all == entries.len() => String::new(),
+            some => format!("; {some} of them, evenly spread, are shown"),
+        },
         paths::DATASET,
         paths::DATASET,
+        paths::CARD,
     );
-    for (entry, meta) in entries.iter().zip(metas) {
-        card(&mut html, entry, meta);
+    for (place, meta) in shown {
+        card(&mut html, &entries[*place], meta);
     }
     html.push_str("</main>\n</body>\n</html>\n");
     html

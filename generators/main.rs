@@ -1,14 +1,12 @@
 //! `qpgen`: parse, validate, call the library, return an exit code (0 done, 1 failed, 2 bad arguments or input).
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
-use generators::config::{DEFAULT_TOML, DatasetConfig};
-use generators::progress::Progress;
+use clap::{Parser, Subcommand};
+use generators::log::{Level, Log};
 use generators::{
-    check_command, dataset, export, lens_command, render_command, response_command, study,
-    validate_command,
+    check_command, dataset_command, export, lens_command, merge, preview_command, render_command,
+    response_command, study, validate_command,
 };
 use quadpixel::command::{CommandError, use_threads};
 
@@ -19,6 +17,12 @@ struct Cli {
     /// Threads; 0: all cores. The result does not depend on it.
     #[arg(long, global = true, default_value_t = 0)]
     threads: usize,
+    /// What is said on stderr.
+    #[arg(long, global = true, value_enum, default_value_t = Level::Info)]
+    log: Level,
+    /// Warnings and errors only: --log warn.
+    #[arg(long, short, global = true, conflicts_with = "log")]
+    quiet: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -29,7 +33,17 @@ enum Command {
     ///
     /// Example: qpgen dataset --count 100 --seed 7 --out data
     #[command(verbatim_doc_comment)]
-    Dataset(DatasetArgs),
+    Dataset(dataset_command::DatasetArgs),
+    /// Joins the shards of a dataset, and checks it.
+    ///
+    /// Example: qpgen dataset --shard 1/2; qpgen dataset --shard 2/2; qpgen merge out
+    #[command(verbatim_doc_comment)]
+    Merge(merge::MergeArgs),
+    /// Rebuilds a dataset's gallery and data card, also while it is being made.
+    ///
+    /// Example: qpgen preview out
+    #[command(verbatim_doc_comment)]
+    Preview(preview_command::PreviewArgs),
     /// Renders one image from a recipe (TOML, or the meta.json of a sample), or from a glTF, GLB or OBJ scene. A first, coarse look
     /// at a world of meshes is written as OUT-first.jpg within a second or two.
     ///
@@ -67,89 +81,52 @@ enum Command {
     Export(export::ExportArgs),
 }
 
-#[derive(Args)]
-struct DatasetArgs {
-    /// Configuration (TOML); absent: the built-in one.
-    #[arg(long)]
-    config: Option<PathBuf>,
-    /// Number of samples.
-    #[arg(long)]
-    count: Option<usize>,
-    /// Seed: same seed, same bytes.
-    #[arg(long)]
-    seed: Option<u64>,
-    /// Folder of the dataset; one of an earlier run with the same configuration goes on where it stopped.
-    #[arg(long, default_value = "out")]
-    out: PathBuf,
-    /// Prints the default configuration with comments, and stops.
-    #[arg(long)]
-    print_config: bool,
-    /// Prints one JSON object on stdout at the end.
-    #[arg(long)]
-    json: bool,
+impl Command {
+    /// Whether stderr is for programs too.
+    fn json(&self) -> bool {
+        match self {
+            Self::Dataset(args) => args.json,
+            Self::Merge(args) => args.json,
+            Self::Check(args) => args.json,
+            Self::Preview(args) => args.json,
+            Self::Render(args) => args.json,
+            Self::Response(args) => args.json,
+            Self::Study(args) => args.json,
+            Self::Validate(args) => args.json,
+            Self::Lens(_) => false,
+            Self::Export(args) => args.json,
+        }
+    }
 }
 
 fn main() -> ExitCode {
-    match run(Cli::parse()) {
+    let cli = Cli::parse();
+    let level = if cli.quiet { Level::Warn } else { cli.log };
+    let log = Log { level, json: false };
+    let json = cli.command.json();
+    match run(cli, log) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("qpgen: {error}");
+            let fields = [("exit_code", error.exit_code().into())];
+            log.json(json)
+                .line(Level::Error, &error.to_string(), &fields);
             ExitCode::from(error.exit_code())
         }
     }
 }
 
-fn run(cli: Cli) -> Result<(), CommandError> {
+fn run(cli: Cli, log: Log) -> Result<(), CommandError> {
     use_threads(cli.threads)?;
     match cli.command {
-        Command::Dataset(args) => make_dataset(&args),
-        Command::Render(args) => render_command::run(&args),
-        Command::Response(args) => response_command::run(&args),
-        Command::Study(args) => study::run(&args),
-        Command::Validate(args) => validate_command::run(&args),
+        Command::Dataset(args) => dataset_command::run(&args, log),
+        Command::Merge(args) => merge::run(&args, log),
+        Command::Preview(args) => preview_command::run(&args),
+        Command::Render(args) => render_command::run(&args, log),
+        Command::Response(args) => response_command::run(&args, log),
+        Command::Study(args) => study::run(&args, log),
+        Command::Validate(args) => validate_command::run(&args, log),
         Command::Lens(args) => lens_command::run(args),
-        Command::Check(args) => check_command::run(&args),
+        Command::Check(args) => check_command::run(&args, log),
         Command::Export(args) => export::run(&args),
     }
-}
-
-fn make_dataset(args: &DatasetArgs) -> Result<(), CommandError> {
-    if args.print_config {
-        print!("{DEFAULT_TOML}");
-        return Ok(());
-    }
-    let mut config = match &args.config {
-        None => DatasetConfig::from_toml(DEFAULT_TOML, "built-in configuration")?,
-        Some(path) => {
-            let name = path.display().to_string();
-            let text = std::fs::read_to_string(path)
-                .map_err(|e| CommandError::input(format!("{name}: {e}")))?;
-            DatasetConfig::from_toml(&text, &name)?
-        }
-    };
-    config.count = args.count.unwrap_or(config.count);
-    config.seed = args.seed.unwrap_or(config.seed);
-    let began = std::time::Instant::now();
-    let done = dataset::make(&config, &args.out, &Progress::stderr())?;
-    let seconds = began.elapsed().as_secs_f64();
-    if args.json {
-        let gallery = done.gallery.display().to_string();
-        let object = serde_json::json!({
-            "samples": done.samples, "reused": done.reused, "seconds": seconds, "gallery": gallery,
-            "stages": done.stages
-        });
-        println!("{object}");
-    } else {
-        let reused = if done.reused > 0 {
-            format!(" ({} of an earlier run)", done.reused)
-        } else {
-            String::new()
-        };
-        println!(
-            "{} samples{reused} in {seconds:.1} s: {}",
-            done.samples, done.stages
-        );
-        println!("gallery: {}", done.gallery.display());
-    }
-    Ok(())
 }

@@ -3,6 +3,7 @@
 use clap::{Args, ValueEnum};
 use quadpixel::em::PixelStack;
 use quadpixel::em::fdtd::FdtdSettings;
+use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::em::wave::WaveSettings;
 use quadpixel::response::{PixelModel, TableSettings};
 
@@ -28,6 +29,8 @@ enum Model {
     Wave,
     /// Maxwell's equations in time, both polarizations: seconds to minutes a direction.
     Fdtd,
+    /// Maxwell's equations by Fourier modes, both polarizations: a second to a minute a direction.
+    Rcwa,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -49,6 +52,9 @@ impl PixelModelArgs {
             (Model::Fdtd, Preset::Draft) => PixelModel::Fdtd(FdtdSettings::draft()),
             (Model::Fdtd, Preset::Standard) => PixelModel::Fdtd(FdtdSettings::standard()),
             (Model::Fdtd, Preset::Reference) => PixelModel::Fdtd(FdtdSettings::reference()),
+            (Model::Rcwa, Preset::Draft) => PixelModel::Rcwa(RcwaSettings::draft()),
+            (Model::Rcwa, Preset::Standard) => PixelModel::Rcwa(RcwaSettings::standard()),
+            (Model::Rcwa, Preset::Reference) => PixelModel::Rcwa(RcwaSettings::reference()),
         }
     }
 
@@ -62,6 +68,9 @@ impl PixelModelArgs {
             (Model::Fdtd, Preset::Draft) => TableSettings::fdtd_draft(),
             (Model::Fdtd, Preset::Standard) => TableSettings::fdtd_standard(),
             (Model::Fdtd, Preset::Reference) => TableSettings::fdtd_reference(stack),
+            (Model::Rcwa, Preset::Draft) => TableSettings::rcwa_draft(),
+            (Model::Rcwa, Preset::Standard) => TableSettings::rcwa_standard_for(stack),
+            (Model::Rcwa, Preset::Reference) => TableSettings::rcwa_reference(),
         }
     }
 
@@ -71,6 +80,7 @@ impl PixelModelArgs {
             Model::Geometric => "geometric",
             Model::Wave => "wave",
             Model::Fdtd => "fdtd",
+            Model::Rcwa => "rcwa",
         }
     }
 }

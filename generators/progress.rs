@@ -1,4 +1,4 @@
-//! Progress on the terminal: samples, rays per second, time left. On stderr; one line a sample where stderr is no terminal.
+//! Progress on stderr: samples, rays per second, time left. A bar on a terminal; one line a sample elsewhere, and for programs.
 
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -7,12 +7,18 @@ use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::log::{Level, Log};
+
 /// A progress bar over rays.
 pub struct Progress {
+    log: Log,
     bar: ProgressBar,
-    terminal: bool,
+    /// Whether the bar tells it all.
+    drawn: bool,
     samples: AtomicU64,
     of: AtomicU64,
+    /// Samples that were there already: no part of the pace.
+    reused: AtomicU64,
     began: Instant,
     angles: Mutex<Option<Angles>>,
 }
@@ -24,24 +30,18 @@ struct Angles {
     told: Instant,
 }
 
-/// How often the angles are told of where stderr is no terminal.
+/// How often the angles are told of where no bar is drawn.
 const ANGLES_TOLD_EVERY: Duration = Duration::from_secs(30);
 
 impl Progress {
-    /// Draws on stderr.
-    pub fn stderr() -> Self {
-        Self::with(
-            ProgressDrawTarget::stderr(),
-            std::io::stderr().is_terminal(),
-        )
-    }
-
-    /// Draws nothing.
-    pub fn hidden() -> Self {
-        Self::with(ProgressDrawTarget::hidden(), true)
-    }
-
-    fn with(target: ProgressDrawTarget, terminal: bool) -> Self {
+    /// Tells on stderr what `log` says of it.
+    pub fn new(log: Log) -> Self {
+        let drawn = log.says(Level::Info) && !log.json && std::io::stderr().is_terminal();
+        let target = if drawn {
+            ProgressDrawTarget::stderr()
+        } else {
+            ProgressDrawTarget::hidden()
+        };
         let bar = ProgressBar::with_draw_target(Some(0), target);
         let style =
             ProgressStyle::with_template("{msg} {wide_bar} {percent}% · {per_sec} · {eta} left");
@@ -55,13 +55,28 @@ impl Progress {
             ));
         }
         Self {
+            log,
             bar,
-            terminal,
+            drawn,
             samples: AtomicU64::new(0),
             of: AtomicU64::new(0),
+            reused: AtomicU64::new(0),
             began: Instant::now(),
             angles: Mutex::new(None),
         }
+    }
+
+    /// Says everything, for people.
+    pub fn stderr() -> Self {
+        Self::new(Log::default())
+    }
+
+    /// Says nothing but errors.
+    pub fn hidden() -> Self {
+        Self::new(Log {
+            level: Level::Error,
+            json: false,
+        })
     }
 
     /// Begins a run.
@@ -76,8 +91,8 @@ impl Progress {
         self.bar.inc(n);
     }
 
-    /// Counts angles of a response table and tells the time left, by the pace since it was first called. Where stderr is no terminal,
-    /// a line every half minute.
+    /// Counts angles of a response table and tells the time left, by the pace since it was first called. Where no bar is drawn, a line
+    /// every half minute.
     pub fn angles(&self, done: usize, total: usize) {
         // A poisoned lock only means that another thread stopped.
         let mut angles = self.angles.lock().unwrap_or_else(PoisonError::into_inner);
@@ -99,40 +114,73 @@ impl Progress {
         };
         let text = format!("angular response {done}/{total}");
         self.bar.set_message(format!("{text}{left}"));
-        if self.terminal {
+        if self.drawn {
             return;
         }
+        let seconds = (now - angles.began).as_secs_f64();
+        let fields = [
+            ("event", "angles".into()),
+            ("done", done.into()),
+            ("of", total.into()),
+            ("seconds", seconds.into()),
+        ];
         if done == total {
-            let seconds = (now - angles.began).as_secs_f64();
-            eprintln!("angular response: {total} angles, {seconds:.1} s");
+            let text = format!("angular response: {total} angles, {seconds:.1} s");
+            self.log.line(Level::Info, &text, &fields);
         } else if now - angles.told > ANGLES_TOLD_EVERY {
             angles.told = now;
-            eprintln!("{text}{left}");
+            self.log
+                .line(Level::Info, &format!("{text}{left}"), &fields);
         }
+    }
+
+    /// Counts a sample of an earlier run, which asked for `rays` rays.
+    pub fn sample_reused(&self, rays: u64) {
+        self.bar.inc(rays);
+        self.samples.fetch_add(1, Ordering::Relaxed);
+        self.reused.fetch_add(1, Ordering::Relaxed);
+        self.show();
     }
 
     /// Counts a finished sample.
     pub fn sample_done(&self) {
         let done = self.samples.fetch_add(1, Ordering::Relaxed) + 1;
         self.show();
-        if !self.terminal {
-            let (of, seconds) = (
-                self.of.load(Ordering::Relaxed),
-                self.began.elapsed().as_secs_f64(),
-            );
-            let rate = self.bar.position() as f64 / seconds * 1e-6;
-            eprintln!("sample {done}/{of} · {seconds:.1} s · {rate:.2} M rays/s");
+        if self.drawn {
+            return;
         }
-    }
-
-    /// Tells of something that is there already.
-    pub fn tell(&self, text: &str) {
-        self.bar.suspend(|| eprintln!("{text}"));
+        let of = self.of.load(Ordering::Relaxed);
+        let seconds = self.began.elapsed().as_secs_f64();
+        let made = done - self.reused.load(Ordering::Relaxed).min(done);
+        let left = seconds / made.max(1) as f64 * of.saturating_sub(done) as f64;
+        let text = format!("sample {done}/{of} · {seconds:.1} s · {left:.0} s left");
+        let fields = [
+            ("event", "sample".into()),
+            ("done", done.into()),
+            ("of", of.into()),
+            ("seconds", seconds.into()),
+            ("seconds_left", left.into()),
+        ];
+        self.log.line(Level::Info, &text, &fields);
     }
 
     /// Tells of something that did not stop the run.
     pub fn warn(&self, text: &str) {
-        self.bar.suspend(|| eprintln!("warning: {text}"));
+        self.tell(Level::Warn, text);
+    }
+
+    /// Tells what is done.
+    pub fn info(&self, text: &str) {
+        self.tell(Level::Info, text);
+    }
+
+    /// Tells a detail.
+    pub fn debug(&self, text: &str) {
+        self.tell(Level::Debug, text);
+    }
+
+    fn tell(&self, level: Level, text: &str) {
+        self.bar.suspend(|| self.log.line(level, text, &[]));
     }
 
     /// Ends the run.

@@ -149,6 +149,11 @@ pub enum ResponseRecipe {
         /// Name of a built-in pixel or path of a `.toml` file.
         pixel: String,
     },
+    /// The Fourier modal table of a pixel, that `qpgen response --model rcwa` has made.
+    Rcwa {
+        /// Name of a built-in pixel or path of a `.toml` file.
+        pixel: String,
+    },
     /// The ideal box of the paper's equation 2 (its classic mode).
     Geometric {
         /// Focal length of the microlens, µm; absent: as fits the F-number of the main lens.

@@ -7,6 +7,7 @@ use clap::Args;
 use crate::assemble::Responses;
 use crate::coarse::Coarse;
 use crate::dataset::write_error;
+use crate::log::Log;
 use crate::progress::Progress;
 use crate::recipe::Recipe;
 use crate::sample::{Prepared, Rays, SampleId, prepare};
@@ -41,7 +42,7 @@ pub struct RenderArgs {
     from_rays: Option<PathBuf>,
     /// Prints one JSON object on stdout at the end.
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 /// Reads a recipe: TOML, or the `scene.parameters` of a sample's `meta.json`.
@@ -85,7 +86,7 @@ fn first_look(
     name.push("-first.jpg");
     let path = args.out.with_file_name(name);
     coarse.write(&path, prepared.recipe().exposure_ev)?;
-    progress.tell(&format!("first look: {}", path.display()));
+    progress.info(&format!("first look: {}", path.display()));
     Ok(())
 }
 
@@ -116,7 +117,7 @@ fn kept_rays(path: &Path, recipe: &Recipe) -> Result<RayRecord, CommandError> {
 ///
 /// # Errors
 /// A bad recipe or a folder that is there already (2), or a disk that fails (1).
-pub fn run(args: &RenderArgs) -> Result<(), CommandError> {
+pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
     if args.print_scene {
         print!("{DEFAULT_TOML}");
         return Ok(());
@@ -142,7 +143,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CommandError> {
         (None, None) => Rays::Trace,
     };
     let mut responses = Responses::new();
-    let progress = Progress::stderr();
+    let progress = Progress::new(log.json(args.json));
     progress.start(1, recipe.rays());
     let angles = |done: usize, total: usize| progress.angles(done, total);
     let mut prepared = prepare(&recipe, &mut responses, &angles).map_err(|e| e.within(&name))?;

@@ -5,12 +5,18 @@ mod directions;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use datasets_spec::paths::sanitised;
 use quadpixel::em::PixelStack;
-use quadpixel::response::{AngularResponse, ImportSettings, ResponseCache, TableSettings};
+use quadpixel::response::{
+    AngularResponse, ImportSettings, ResponseCache, ResponseError, TableSettings,
+};
+use quadpixel::shard::Shard;
 
 use crate::assemble::{pixel, subpixels};
+use crate::log::Log;
 use crate::pixel_model::PixelModelArgs;
 use crate::progress::Progress;
+use crate::shard_args::ShardArgs;
 use quadpixel::command::CommandError;
 
 /// Arguments of `qpgen response`.
@@ -56,6 +62,8 @@ pub struct ResponseArgs {
     /// The imported file holds part of the directions; the pixel's symmetry gives the others.
     #[arg(long, requires = "import")]
     symmetric: bool,
+    #[command(flatten)]
+    shard: ShardArgs,
     /// Table to write, an .npz that NumPy reads; absent: NAME-MODEL.npz.
     #[arg(long, short)]
     output: Option<PathBuf>,
@@ -64,14 +72,14 @@ pub struct ResponseArgs {
     print_pixel: bool,
     /// Prints one JSON object on stdout.
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 /// Computes, prints, writes.
 ///
 /// # Errors
 /// Bad arguments (2), or a disk that fails (1).
-pub fn run(args: &ResponseArgs) -> Result<(), CommandError> {
+pub fn run(args: &ResponseArgs, log: Log) -> Result<(), CommandError> {
     let mut stack = pixel(&args.pixel)?;
     if let Some(name) = &args.subpixels {
         stack.subpixels = subpixels(name)?;
@@ -82,9 +90,9 @@ pub fn run(args: &ResponseArgs) -> Result<(), CommandError> {
     if let Some(csv) = &args.import {
         import(args, &stack, csv)
     } else if args.theta_deg.is_empty() {
-        table(args, &stack)
+        table(args, &stack, log)
     } else {
-        directions::print(args, &stack)
+        directions::print(args, &stack, log.json(args.json))
     }
 }
 
@@ -103,7 +111,7 @@ fn print_pixel(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandErr
     Ok(())
 }
 
-fn table(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
+fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), CommandError> {
     let preset = args.model.table(stack);
     let settings = TableSettings {
         wavelengths_nm: args.wavelength_nm.clone(),
@@ -111,8 +119,12 @@ fn table(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
         cosine_max: args.cosine_max.unwrap_or(preset.cosine_max),
         ..preset
     };
-    let progress = Progress::stderr();
+    let progress = Progress::new(log.json(args.json));
     let angles = |done: usize, total: usize| progress.angles(done, total);
+    let shard = args.shard.shard(&progress)?;
+    if !shard.is_whole() {
+        return part(args, stack, &settings, shard, &progress);
+    }
     let began = std::time::Instant::now();
     let made = ResponseCache::open(ResponseCache::default_dir())
         .get_or_build(stack, &settings, &angles)
@@ -140,7 +152,7 @@ fn table(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
     let path = args
         .output
         .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("{}-{}.npz", stack.name, args.model.name())));
+        .unwrap_or_else(|| default_output(stack, args.model.name()));
     written(&made.table, &path)?;
     if args.json {
         let report = made.report.as_ref();
@@ -169,6 +181,41 @@ fn table(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
     Ok(())
 }
 
+/// Simulates a part of the directions into the cache.
+fn part(
+    args: &ResponseArgs,
+    stack: &PixelStack,
+    settings: &TableSettings,
+    shard: Shard,
+    progress: &Progress,
+) -> Result<(), CommandError> {
+    let angles = |done: usize, total: usize| progress.angles(done, total);
+    let began = std::time::Instant::now();
+    let part = ResponseCache::open(ResponseCache::default_dir())
+        .build_part(stack, settings, shard, &angles)
+        .map_err(|e| match e {
+            ResponseError::Io { .. } => CommandError::failed(e),
+            other => CommandError::input(other),
+        })?;
+    progress.finish();
+    let seconds = began.elapsed().as_secs_f64();
+    if args.json {
+        let object = serde_json::json!({
+            "shard": shard.to_string(), "file": part.path, "runs": part.runs, "reused": part.reused, "seconds": seconds
+        });
+        println!("{object}");
+    } else {
+        println!(
+            "shard {shard}: {} runs ({} of an earlier call) in {seconds:.1} s, kept in {}\n\
+             when all shards are done, the same command with --shard 1/1 makes the table",
+            part.runs,
+            part.reused,
+            part.path.display()
+        );
+    }
+    Ok(())
+}
+
 fn import(args: &ResponseArgs, stack: &PixelStack, csv: &Path) -> Result<(), CommandError> {
     let [wavelength_nm] = args.wavelength_nm[..] else {
         return Err(CommandError::input(
@@ -189,7 +236,7 @@ fn import(args: &ResponseArgs, stack: &PixelStack, csv: &Path) -> Result<(), Com
     let path = args
         .output
         .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("{}-import.npz", stack.name)));
+        .unwrap_or_else(|| default_output(stack, "import"));
     written(&response, &path)?;
     let wavelengths = &response.axes().wavelengths_nm;
     if args.json {
@@ -213,6 +260,11 @@ fn written(response: &AngularResponse, path: &Path) -> Result<(), CommandError> 
     response
         .write_npz(path)
         .map_err(|e| CommandError::failed(e.to_string()))
+}
+
+/// `NAME-what.npz` in the working folder, whatever a file calls its pixel.
+fn default_output(stack: &PixelStack, what: &str) -> PathBuf {
+    PathBuf::from(format!("{}-{what}.npz", sanitised(&stack.name)))
 }
 
 fn nodes(response: &AngularResponse) -> usize {

@@ -9,6 +9,7 @@ use quadpixel::response::{AngularResponse, ResponseCache, TableSettings};
 use quadpixel::sensor::Subpixels;
 
 use crate::assemble::pixel_stack;
+use crate::log::Log;
 use crate::preview::canvas::Sheet;
 use crate::progress::Progress;
 use crate::validate::{Experiment, Probe, masked_plane, moving_disk};
@@ -35,7 +36,7 @@ pub struct ValidateArgs {
     out: PathBuf,
     /// Prints one JSON object on stdout.
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 /// Side of a polar plot, px, and the room around it.
@@ -48,7 +49,7 @@ const FULL_DIFFERENCE: f64 = 0.02;
 ///
 /// # Errors
 /// Bad arguments (2), or a disk that fails (1).
-pub fn run(args: &ValidateArgs) -> Result<(), CommandError> {
+pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
     if !(args.theta_max_deg > 0.0 && args.theta_max_deg <= 70.0) {
         return Err(CommandError::input(format!(
             "--theta-max-deg is {}; allowed: above 0, up to 70",
@@ -63,7 +64,7 @@ pub fn run(args: &ValidateArgs) -> Result<(), CommandError> {
     }
     let subpixels = crate::assemble::subpixels(&args.subpixels)?;
     let stack = pixel_stack(&args.pixel, subpixels)?;
-    let progress = Progress::stderr();
+    let progress = Progress::new(log.json(args.json));
     let angles = |done: usize, total: usize| progress.angles(done, total);
     let cached = ResponseCache::open(ResponseCache::default_dir())
         .get_or_build(&stack, &TableSettings::wave_standard_for(&stack), &angles)

@@ -18,6 +18,7 @@ pub mod response;
 pub mod sampling;
 pub mod scene;
 pub mod sensor;
+pub mod shard;
 pub mod simd;
 pub mod spectrum;
 pub mod svg;

@@ -7,8 +7,11 @@ mod sample;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
-use crate::manifest::{DatasetManifest, FileEntry};
+use rayon::prelude::*;
+
+use crate::manifest::{DatasetManifest, FileEntry, SampleEntry};
 use crate::split::Split;
 use crate::{SCHEMA_VERSION, paths};
 
@@ -62,8 +65,29 @@ impl Report {
 /// has been reported, so its content is not looked at).
 type Contents = BTreeMap<String, Option<Vec<u8>>>;
 
-/// Reads the dataset at `root` and lists everything that breaks SPEC.md; `progress` is called after each file.
-pub fn check_dataset(root: &Path, progress: &mut dyn FnMut(Progress)) -> Report {
+/// What `dataset.json` lists below one folder: names there, and entries.
+type Listed<'a> = Vec<(&'a str, &'a FileEntry)>;
+
+/// Reads the dataset at `root` on all threads, one sample a thread, and lists everything that breaks SPEC.md in the order of the
+/// samples; `progress` is called after each file.
+pub fn check_dataset(root: &Path, progress: &mut (dyn FnMut(Progress) + Send)) -> Report {
+    check_to(Depth::Pixels, root, progress)
+}
+
+/// As [`check_dataset`], without a look at the pixels: the files that `dataset.json` lists and no other are there, with their lengths
+/// and hashes, and the descriptions and split lists are in order. As fast as the disk.
+pub fn check_hashes(root: &Path, progress: &mut (dyn FnMut(Progress) + Send)) -> Report {
+    check_to(Depth::Hashes, root, progress)
+}
+
+/// How far a check goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Depth {
+    Hashes,
+    Pixels,
+}
+
+fn check_to(depth: Depth, root: &Path, progress: &mut (dyn FnMut(Progress) + Send)) -> Report {
     let mut report = Report::default();
     let Some(manifest) = read_manifest(root, &mut report) else {
         return report;
@@ -72,36 +96,58 @@ pub fn check_dataset(root: &Path, progress: &mut dyn FnMut(Progress)) -> Report 
     check_tree(root, &manifest, &mut report);
 
     // Files by folder, so that one sample's content is in memory at a time.
-    let mut folders: BTreeMap<&str, Vec<(&str, &FileEntry)>> = BTreeMap::new();
+    let mut folders: BTreeMap<&str, Listed<'_>> = BTreeMap::new();
     for entry in &manifest.files {
         let (folder, name) = entry.path.rsplit_once('/').unwrap_or(("", &entry.path));
         folders.entry(folder).or_default().push((name, entry));
     }
-    let mut state = Progress {
-        done: 0,
-        total: manifest.files.len(),
-    };
-    let mut load = |folder: &str, report: &mut Report| -> Contents {
+    let counted = Mutex::new((0, progress));
+    let total = manifest.files.len();
+    let load = |folder: &str, report: &mut Report| -> Contents {
         let mut contents = Contents::new();
-        for (name, entry) in folders.remove(folder).unwrap_or_default() {
-            contents.insert(name.to_string(), read_entry(root, entry, report));
-            state.done += 1;
-            progress(state);
+        for (name, entry) in folders.get(folder).into_iter().flatten() {
+            contents.insert((*name).to_string(), read_entry(root, entry, report));
+            // A poisoned lock only means that another thread stopped.
+            let mut counted = counted.lock().unwrap_or_else(PoisonError::into_inner);
+            let (done, progress) = &mut *counted;
+            *done += 1;
+            progress(Progress { done: *done, total });
         }
         contents
     };
     load("", &mut report);
+    load(paths::PLOTS, &mut report);
     let lists = load(paths::SPLITS, &mut report);
     check_splits(&manifest, &lists, &mut report);
-    let mut configuration = None;
-    for entry in &manifest.samples {
-        let folder = format!("{}/{}", paths::SAMPLES, entry.id);
-        let contents = load(&folder, &mut report);
-        sample::check(entry, &folder, &contents, &mut configuration, &mut report);
+    let folder_of = |entry: &SampleEntry| format!("{}/{}", paths::SAMPLES, entry.id);
+    let one = |entry: &SampleEntry| {
+        let (folder, mut own) = (folder_of(entry), Report::default());
+        let contents = load(&folder, &mut own);
+        let listed = folders.get(folder.as_str()).map_or(&[][..], Vec::as_slice);
+        let configuration = sample::check(entry, &folder, listed, &contents, depth, &mut own);
+        (own, configuration)
+    };
+    let checked: Vec<(Report, Option<String>)> = manifest.samples.par_iter().map(one).collect();
+    let mut common: Option<String> = None;
+    for ((own, configuration), entry) in checked.into_iter().zip(&manifest.samples) {
+        report.files += own.files;
+        report.bytes += own.bytes;
+        report.findings.extend(own.findings);
+        let Some(configuration) = configuration else {
+            continue;
+        };
+        if *common.get_or_insert_with(|| configuration.clone()) != configuration {
+            let what = "was made with another configuration than the first sample";
+            report.add(&format!("{}/{}", folder_of(entry), paths::META), what);
+        }
     }
-    let rest: Vec<String> = folders.keys().map(ToString::to_string).collect();
-    for folder in rest {
-        report.add(&folder, "is the folder of no listed sample");
+    let samples: BTreeSet<String> = manifest.samples.iter().map(folder_of).collect();
+    let known = |folder: &str| ["", paths::SPLITS, paths::PLOTS].contains(&folder);
+    for folder in folders
+        .keys()
+        .filter(|f| !known(f) && !samples.contains(**f))
+    {
+        report.add(folder, "is the folder of no listed sample");
     }
     report
 }
@@ -110,7 +156,13 @@ fn read_manifest(root: &Path, report: &mut Report) -> Option<DatasetManifest> {
     let bytes = match fs::read(root.join(paths::DATASET)) {
         Ok(bytes) => bytes,
         Err(cause) => {
-            report.add(paths::DATASET, format!("cannot be read: {cause}"));
+            let unfinished = root.join(paths::RUN).is_file();
+            let hint = if unfinished {
+                ": a run has not ended here, or its shards are not merged"
+            } else {
+                ""
+            };
+            report.add(paths::DATASET, format!("cannot be read: {cause}{hint}"));
             return None;
         }
     };
@@ -158,7 +210,9 @@ fn check_tree(root: &Path, manifest: &DatasetManifest, report: &mut Report) {
     found.sort();
     for path in found {
         if path != paths::DATASET && !listed.contains(path.as_str()) {
-            let what = if path.contains(".tmp-") {
+            let what = if path == paths::RUN {
+                "a run has not ended here: the same qpgen dataset goes on with it"
+            } else if path.contains(".tmp-") {
                 "is the leftover of an interrupted run"
             } else {
                 "is not listed in dataset.json"

@@ -2,21 +2,23 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Contents, Report, parse, pixels};
+use super::{Contents, Depth, Report, parse, pixels};
 use crate::layout::{Optional, sample_files};
 use crate::load::{Planes, decode};
-use crate::manifest::SampleEntry;
+use crate::manifest::{FileEntry, SampleEntry};
 use crate::paths;
 use crate::sample::{FileKind, RawFormat, SampleFile, SampleMeta};
 
-/// Adds to `report` what is wrong with a sample. `configuration` is the hash that all samples share, once known.
+/// Adds to `report` what is wrong with a sample, and gives the hash of its configuration. `listed` is what `dataset.json` says of
+/// its files, `contents` what was read of them.
 pub(super) fn check(
     entry: &SampleEntry,
     folder: &str,
+    listed: &[(&str, &FileEntry)],
     contents: &Contents,
-    configuration: &mut Option<String>,
+    depth: Depth,
     report: &mut Report,
-) {
+) -> Option<String> {
     let six_digits = entry.id.len() == 6 && entry.id.bytes().all(|b| b.is_ascii_digit());
     if !six_digits {
         report.add(
@@ -26,14 +28,22 @@ pub(super) fn check(
     }
     let meta_path = format!("{folder}/{}", paths::META);
     let meta: SampleMeta = match contents.get(paths::META) {
-        None => return report.add(&meta_path, "is not listed in dataset.json"),
-        Some(None) => return,
+        None => {
+            report.add(&meta_path, "is not listed in dataset.json");
+            return None;
+        }
+        Some(None) => return None,
         Some(Some(bytes)) => match parse(bytes) {
             Ok(meta) => meta,
-            Err(what) => return report.add(&meta_path, what),
+            Err(what) => {
+                report.add(&meta_path, what);
+                return None;
+            }
         },
     };
-    check_meta(&meta, entry, &meta_path, configuration, report);
+    check_meta(&meta, entry, &meta_path, report);
+    check_contents(&meta, listed, &meta_path, report);
+    let configuration = Some(meta.configuration_blake3.clone());
     let names: BTreeSet<&str> = meta.files.iter().map(|file| file.name.as_str()).collect();
     for name in contents.keys() {
         if name != paths::META && !names.contains(name.as_str()) {
@@ -41,7 +51,10 @@ pub(super) fn check(
         }
     }
     if !check_list(&meta, &meta_path, report) {
-        return; // without the right list there is nothing to hold the pictures to
+        return configuration; // without the right list there is nothing to hold the pictures to
+    }
+    if depth == Depth::Hashes {
+        return configuration;
     }
     let mut pictures = BTreeMap::new();
     for file in &meta.files {
@@ -65,15 +78,33 @@ pub(super) fn check(
         let name = kind.file_name(meta.raw.format);
         report.add(&format!("{folder}/{name}"), what);
     }
+    configuration
 }
 
-fn check_meta(
+/// Lengths and hashes are those of `dataset.json`: one for every listed file, in their order.
+fn check_contents(
     meta: &SampleMeta,
-    entry: &SampleEntry,
+    listed: &[(&str, &FileEntry)],
     path: &str,
-    configuration: &mut Option<String>,
     report: &mut Report,
 ) {
+    let of_content = meta.contents.iter().map(|own| own.path.as_str());
+    if !of_content.eq(meta.files.iter().map(|file| file.name.as_str())) {
+        report.add(
+            path,
+            "contents: not one entry a file, in the order of files",
+        );
+    }
+    for own in &meta.contents {
+        let known = listed.iter().find(|(name, _)| *name == own.path);
+        if known.is_some_and(|(_, e)| (e.bytes, &e.blake3) != (own.bytes, &own.blake3)) {
+            let what = format!("contents: {} differs from dataset.json", own.path);
+            report.add(path, what);
+        }
+    }
+}
+
+fn check_meta(meta: &SampleMeta, entry: &SampleEntry, path: &str, report: &mut Report) {
     if meta.id != entry.id {
         report.add(
             path,
@@ -86,13 +117,6 @@ fn check_meta(
             meta.scene.id, entry.scene
         );
         report.add(path, what);
-    }
-    let common = configuration.get_or_insert_with(|| meta.configuration_blake3.clone());
-    if *common != meta.configuration_blake3 {
-        report.add(
-            path,
-            "was made with another configuration than the first sample",
-        );
     }
     let positive = [
         ("lens.efl_mm", meta.lens.efl_mm),

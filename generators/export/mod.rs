@@ -37,7 +37,7 @@ pub struct ExportArgs {
     shard_mb: u64,
     /// Prints one JSON object on stdout at the end.
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 /// What is written.

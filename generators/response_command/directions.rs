@@ -6,6 +6,7 @@ use quadpixel::sensor::Subpixels;
 use rayon::prelude::*;
 
 use super::ResponseArgs;
+use crate::log::{Level, Log};
 use quadpixel::command::CommandError;
 
 /// The response to one plane wave.
@@ -27,7 +28,7 @@ impl Direction {
     }
 }
 
-pub(super) fn print(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
+pub(super) fn print(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), CommandError> {
     let outside = |t: &&f64| t.is_nan() || t.abs() >= 90.0;
     if let Some(theta) = args.theta_deg.iter().find(outside) {
         return Err(CommandError::input(format!(
@@ -42,10 +43,8 @@ pub(super) fn print(args: &ResponseArgs, stack: &PixelStack) -> Result<(), Comma
     let all = solve(args, stack)?;
     for d in &all {
         for warning in &d.answer.warnings {
-            eprintln!(
-                "warning: theta {}, phi {}: {warning}",
-                d.theta_deg, d.phi_deg
-            );
+            let text = format!("theta {}, phi {}: {warning}", d.theta_deg, d.phi_deg);
+            log.line(Level::Warn, &text, &[]);
         }
     }
     if args.json {

@@ -17,6 +17,7 @@ use clap::{Args, ValueEnum};
 use quadpixel::file;
 
 use self::curve::Angles;
+use crate::log::Log;
 use crate::pixel_model::PixelModelArgs;
 use crate::progress::Progress;
 use quadpixel::command::CommandError;
@@ -43,7 +44,7 @@ pub struct StudyArgs {
     out: PathBuf,
     /// Prints one JSON object on stdout.
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -79,10 +80,10 @@ impl Kind {
 ///
 /// # Errors
 /// Bad arguments (2), or a disk that fails (1).
-pub fn run(args: &StudyArgs) -> Result<(), CommandError> {
+pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     let angles = Angles::new(args.theta_step_deg, args.theta_max_deg)?;
     let cases = cases::of(args.kind, &args.pixel)?;
-    let progress = Progress::stderr();
+    let progress = Progress::new(log.json(args.json));
     let began = std::time::Instant::now();
     let told = |done: usize, total: usize| progress.angles(done, total);
     let curves = curve::all(&cases, &args.model.model(), &angles, &told)?;

@@ -5,31 +5,33 @@
 
 mod fixture;
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use datasets_spec::{DatasetManifest, Report, check_dataset};
 use fixture::{HALF_DISK_RATIO, synthetic};
 use generators::writer::{
-    Dataset, RawEncoding, WriteError, WrittenSample, configuration_hash, finish_dataset,
-    finished_sample, write_sample,
+    Dataset, Found, RawEncoding, WriteError, configuration_hash, finish_dataset, found_sample,
+    write_sample,
 };
 
 const SIZE: [u32; 2] = [48, 32];
 
 fn write(root: &Path, count: u32, subpixels: [u32; 2]) -> DatasetManifest {
-    let samples: Vec<WrittenSample> = (0..count)
-        .map(|index| write_sample(root, &synthetic(index, SIZE, subpixels).files()).unwrap())
-        .collect();
-    finish(root, &samples)
+    for index in 0..count {
+        write_sample(root, &synthetic(index, SIZE, subpixels).files()).unwrap();
+    }
+    finish(root, count)
 }
 
-fn finish(root: &Path, samples: &[WrittenSample]) -> DatasetManifest {
+fn finish(root: &Path, count: u32) -> DatasetManifest {
     let dataset = Dataset {
         seed: 7,
         configuration: serde_json::json!({"lens": "thin"}),
+        inputs: BTreeMap::new(),
         licence: "CC0-1.0",
-        samples,
+        count,
     };
     finish_dataset(root, &dataset).unwrap()
 }
@@ -74,8 +76,8 @@ fn a_dataset_as_written_is_sound_for_every_pixel_kind_and_raw_format() {
     let folder = tempfile::tempdir().unwrap();
     let mut sample = synthetic(0, SIZE, [2, 2]);
     sample.raw_encoding = RawEncoding::Exr;
-    let written = write_sample(folder.path(), &sample.files()).unwrap();
-    finish(folder.path(), &[written]);
+    write_sample(folder.path(), &sample.files()).unwrap();
+    finish(folder.path(), 1);
     assert_eq!(check(folder.path()).findings, []);
 }
 
@@ -100,7 +102,7 @@ fn the_same_samples_give_the_same_bytes_on_any_number_of_threads() {
 fn the_half_disk_ratio_of_disparity_to_defocus_is_recovered() {
     let folder = tempfile::tempdir().unwrap();
     let written = write_sample(folder.path(), &synthetic(0, SIZE, [2, 2]).files()).unwrap();
-    let ratio = written.meta.coc_disparity.unwrap();
+    let ratio = written.coc_disparity.unwrap();
     assert!(
         (ratio.paraxial_ratio - HALF_DISK_RATIO).abs() < 1e-6,
         "{ratio:?}"
@@ -111,9 +113,9 @@ fn the_half_disk_ratio_of_disparity_to_defocus_is_recovered() {
         "{ratio:?}"
     );
     let one = write_sample(folder.path(), &synthetic(1, SIZE, [1, 2]).files()).unwrap();
-    assert!(one.meta.coc_disparity.is_none());
+    assert!(one.coc_disparity.is_none());
     // Three pixels were marked, one has a NaN in a single map: all maps are NaN at all four.
-    assert_eq!(written.meta.statistics.invalid_pixels, 4);
+    assert_eq!(written.statistics.invalid_pixels, 4);
 }
 
 #[test]
@@ -288,24 +290,52 @@ fn an_interrupted_run_goes_on_and_another_configuration_is_kept_out() {
     let first = write_sample(other.path(), &synthetic(0, SIZE, [2, 2]).files()).unwrap();
     fs::create_dir_all(other.path().join("samples/.tmp-000001")).unwrap();
     fs::write(other.path().join("samples/.tmp-000001/raw.png"), b"half").unwrap();
-    let hash = &first.meta.configuration_blake3;
-    let resumed: Vec<WrittenSample> = (0..3)
-        .map(
-            |index| match finished_sample(other.path(), index, hash).unwrap() {
-                Some(sample) => sample,
-                None => {
-                    write_sample(other.path(), &synthetic(index, SIZE, [2, 2]).files()).unwrap()
-                }
-            },
-        )
-        .collect();
-    assert_eq!(finish(other.path(), &resumed), whole);
+    let hash = &first.configuration_blake3;
+    for index in 0..3 {
+        let found = found_sample(other.path(), index, hash).unwrap();
+        assert_eq!(found == Found::Whole, index == 0, "{found:?}");
+        if found != Found::Whole {
+            write_sample(other.path(), &synthetic(index, SIZE, [2, 2]).files()).unwrap();
+        }
+    }
+    for half_made in [
+        "dataset.json.tmp-7",
+        "run.json.tmp-8",
+        "splits/val.txt.tmp-9",
+    ] {
+        fs::create_dir_all(other.path().join("splits")).unwrap();
+        fs::write(other.path().join(half_made), b"half").unwrap();
+    }
+    assert_eq!(finish(other.path(), 3), whole);
     assert!(bytes_of(root) == bytes_of(other.path()));
     let changed = configuration_hash(&serde_json::json!({"lens": "thick"}));
-    let error = finished_sample(root, 0, &changed).unwrap_err();
+    let error = found_sample(root, 0, &changed).unwrap_err();
     assert!(matches!(error, WriteError::Occupied { .. }), "{error}");
     let again = write_sample(root, &synthetic(0, SIZE, [2, 2]).files()).unwrap_err();
     assert!(matches!(again, WriteError::Occupied { .. }), "{again}");
+}
+
+#[test]
+fn a_damaged_sample_is_taken_away_and_made_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
+    let meta = write_sample(root, &synthetic(0, SIZE, [2, 2]).files()).unwrap();
+    let (sample, hash) = (root.join("samples/000000"), &meta.configuration_blake3);
+    type Damage = fn(&Path);
+    let damages: [Damage; 4] = [
+        |sample| fs::write(sample.join("raw.png"), b"short").unwrap(),
+        |sample| fs::remove_file(sample.join("depth.exr")).unwrap(),
+        |sample| fs::write(sample.join("meta.json"), b"{}").unwrap(),
+        |sample| fs::remove_file(sample.join("meta.json")).unwrap(),
+    ];
+    for damage in damages {
+        damage(&sample);
+        let found = found_sample(root, 0, hash).unwrap();
+        assert!(matches!(found, Found::Broken(_)), "{found:?}");
+        assert_eq!(fs::read_dir(root.join("samples")).unwrap().count(), 0);
+        write_sample(root, &synthetic(0, SIZE, [2, 2]).files()).unwrap();
+        assert_eq!(found_sample(root, 0, hash).unwrap(), Found::Whole);
+    }
 }
 
 #[test]

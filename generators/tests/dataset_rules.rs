@@ -5,10 +5,11 @@
 
 mod fixture;
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use datasets_spec::{DatasetManifest, FileEntry, check_dataset};
+use datasets_spec::{DatasetManifest, FileEntry, SampleMeta, check_dataset};
 use fixture::synthetic;
 use generators::writer::{Dataset, finish_dataset, write_sample};
 use quadpixel::image::exr::{Compression, Layer, NamedLayer, Sample, encode_layers, read_layers};
@@ -18,22 +19,33 @@ const SIZE: [u32; 2] = [40, 30];
 const FOLDER: &str = "samples/000000";
 
 fn dataset(root: &Path) -> DatasetManifest {
-    let written = write_sample(root, &synthetic(0, SIZE, [2, 2]).files()).unwrap();
+    write_sample(root, &synthetic(0, SIZE, [2, 2]).files()).unwrap();
     let dataset = Dataset {
         seed: 1,
         configuration: serde_json::Value::Null,
+        inputs: BTreeMap::new(),
         licence: "CC0-1.0",
-        samples: &[written],
+        count: 1,
     };
     finish_dataset(root, &dataset).unwrap()
 }
 
 /// Puts `bytes` in the place of a file as a faulty writer would have: with its hash.
 fn replace(root: &Path, manifest: &mut DatasetManifest, name: &str, bytes: &[u8]) {
-    let path = format!("{FOLDER}/{name}");
-    fs::write(root.join(&path), bytes).unwrap();
-    let entry = manifest.files.iter_mut().find(|entry| entry.path == path);
-    *entry.unwrap() = FileEntry::of(&path, bytes);
+    let mut put = |name: &str, bytes: &[u8]| {
+        let path = format!("{FOLDER}/{name}");
+        fs::write(root.join(&path), bytes).unwrap();
+        let entry = manifest.files.iter_mut().find(|entry| entry.path == path);
+        *entry.unwrap() = FileEntry::of(&path, bytes);
+    };
+    put(name, bytes);
+    if name != "meta.json" {
+        let meta = fs::read(root.join(FOLDER).join("meta.json")).unwrap();
+        let mut meta: SampleMeta = serde_json::from_slice(&meta).unwrap();
+        let own = meta.contents.iter_mut().find(|own| own.path == name);
+        *own.unwrap() = FileEntry::of(name, bytes);
+        put("meta.json", &serde_json::to_vec(&meta).unwrap());
+    }
     let text = serde_json::to_vec(&manifest).unwrap();
     fs::write(root.join("dataset.json"), text).unwrap();
 }

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 #![allow(missing_docs)]
 
-mod process;
+mod small;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 
 use image::{ColorType, ImageReader};
 use ndarray::Array2;
-use process::{SMALL, dataset, done, files, qpgen};
 use quadpixel::image::Image;
 use quadpixel::image::exr::{NamedLayer, read_layers};
+use small::{SMALL, dataset, done, files, qpgen};
 
 /// A dataset of three samples, with noisy captures, and its export.
 fn exported(folder: &Path, layout: &str, more: &[&str]) -> (PathBuf, PathBuf) {

@@ -318,7 +318,7 @@ fn unreadable_recipes_and_lenses_are_named() {
 #[test]
 fn every_subcommand_has_help_with_an_example() {
     for command in [
-        "dataset", "render", "response", "study", "validate", "check",
+        "dataset", "merge", "preview", "render", "response", "study", "validate", "check",
     ] {
         let help = String::from_utf8(qpgen(&[command, "--help"]).stdout).unwrap();
         assert!(help.contains("Example: qpgen"), "{command}");

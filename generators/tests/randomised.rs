@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 #![allow(missing_docs)]
 
-mod process;
+mod small;
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -13,8 +13,8 @@ use datasets_spec::{DatasetManifest, SampleMeta, check_dataset};
 use generators::config::DatasetConfig;
 use generators::draw;
 use generators::recipe::{Recipe, ResponseRecipe};
-use process::{SMALL, dataset, done, files, qpgen};
 use quadpixel::image::exr::read_layers;
+use small::{SMALL, dataset, done, files, qpgen};
 
 const OPTICS: &str = r#"
 [lens.tolerances]

@@ -163,24 +163,26 @@ fn an_exported_response_comes_back_by_import_and_serves_a_dataset() {
     let meta: serde_json::Value = serde_json::from_str(&meta).unwrap();
     assert_eq!(meta["sensor"]["pitch_um"], 2.8);
 
-    // No dataset begins hours of FDTD unasked.
-    let config = include_str!("../default.toml")
-        .replace("model = \"wave\"", "model = \"fdtd\"")
-        .replace("\"2.8um\", \"1.6um\"", "\"3.5um-thin-filter\"");
-    fs::write(at("f.toml"), config).unwrap();
-    let asked = [
-        "dataset",
-        "--config",
-        &at("f.toml"),
-        "--count",
-        "1",
-        "--out",
-        &at("f"),
-    ];
-    refused(
-        &qpgen(folder.path(), &asked),
-        "qpgen response --model fdtd --pixel 3.5um-thin-filter",
-    );
+    // No dataset begins hours of FDTD or of Fourier modes unasked.
+    for model in ["fdtd", "rcwa"] {
+        let config = include_str!("../default.toml")
+            .replace("model = \"wave\"", &format!("model = \"{model}\""))
+            .replace("\"2.8um\", \"1.6um\"", "\"3.5um-thin-filter\"");
+        fs::write(at("f.toml"), config).unwrap();
+        let asked = [
+            "dataset",
+            "--config",
+            &at("f.toml"),
+            "--count",
+            "1",
+            "--out",
+            &at("f"),
+        ];
+        refused(
+            &qpgen(folder.path(), &asked),
+            &format!("qpgen response --model {model} --pixel 3.5um-thin-filter"),
+        );
+    }
 
     let broken = csv.replacen("5.0,0.0,A,", "5.0,0.0,A,x", 1);
     fs::write(at("broken.csv"), broken).unwrap();
@@ -290,4 +292,72 @@ fn bad_directions_tables_and_pixels_are_refused() {
         &response(&["--pixel", old.to_str().unwrap()]),
         "planarization_um",
     );
+}
+
+#[test]
+fn a_table_made_in_parts_has_the_bytes_of_one_made_in_one_go() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = |cache: &str, more: &[&str]| {
+        let output = folder.path().join(format!("{cache}.npz"));
+        let arguments = "response --pixel 2.8um --preset draft --grid 5 --json -o";
+        let arguments = arguments.split(' ').chain([output.to_str().unwrap()]);
+        let arguments: Vec<&str> = arguments.chain(more.iter().copied()).collect();
+        let said = json(&qpgen(&folder.path().join(cache), &arguments));
+        (said, fs::read(output).ok())
+    };
+    let (said, whole) = table("whole", &[]);
+    let runs = said["build"]["runs"].as_u64().unwrap();
+    for split in [2, 5] {
+        let cache = format!("parts-{split}");
+        let mut done = 0;
+        for part in 1..=split {
+            let (said, none) = table(&cache, &["--shard", &format!("{part}/{split}")]);
+            done += said["runs"].as_u64().unwrap();
+            assert!(none.is_none() && said["reused"] == 0);
+        }
+        assert_eq!(done, runs);
+        // A shard that is run again does nothing twice.
+        let (said, _) = table(&cache, &["--shard", &format!("1/{split}")]);
+        assert_eq!(said["reused"], said["runs"]);
+        let (said, joined) = table(&cache, &[]);
+        assert_eq!(said["build"]["reused"], runs, "{split}");
+        assert!(joined == whole, "{split}");
+        let left = fs::read_dir(folder.path().join(&cache)).unwrap();
+        let left: Vec<_> = left.map(|f| f.unwrap().path()).collect();
+        assert!(
+            left.len() == 1 && left[0].extension().is_some_and(|e| e == "npz"),
+            "{left:?}"
+        );
+    }
+    // A part that never came is made by the call that joins.
+    table("some", &["--shard", "2/3"]);
+    let (said, joined) = table("some", &[]);
+    assert!((1..runs).contains(&said["build"]["reused"].as_u64().unwrap()));
+    assert!(joined == whole);
+}
+
+#[test]
+fn two_processes_that_want_the_same_table_make_it_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = [
+        "response", "--pixel", "2.8um", "--preset", "draft", "--grid", "6", "--json",
+    ];
+    let spawn = |name: &str| {
+        let output = folder.path().join(name);
+        let arguments = [&arguments[..], &["-o", output.to_str().unwrap()]].concat();
+        let mut command = command(&folder.path().join("cache"), &arguments);
+        command
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap()
+    };
+    let both = ["a.npz", "b.npz"]
+        .map(spawn)
+        .map(|child| json(&child.wait_with_output().unwrap()));
+    let made = both
+        .iter()
+        .filter(|said| said["from_cache"] == false)
+        .count();
+    assert_eq!(made, 1, "{both:?}");
 }

@@ -1,16 +1,17 @@
-//! The end of a run: split lists, gallery, and `dataset.json`, which is written last and makes the dataset whole.
+//! The end of a run: split lists, gallery, data card, and `dataset.json`, which is written last and makes the dataset whole.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
 use datasets_spec::{
-    DatasetManifest, FileEntry, SCHEMA_VERSION, SampleEntry, Split, Tool, conventions, paths,
-    split_scenes, units,
+    DatasetManifest, FileEntry, SCHEMA_VERSION, Split, Tool, conventions, paths, units,
 };
 use quadpixel::file::{self, FileError};
 
-use super::{VERSION, WriteError, WrittenSample, json};
-use crate::gallery;
+use super::survey::{Survey, survey};
+use super::{VERSION, WriteError, json};
+use crate::{card, gallery};
 
 /// What a dataset is made of.
 #[derive(Clone, Debug)]
@@ -19,44 +20,36 @@ pub struct Dataset<'a> {
     pub seed: u64,
     /// The whole configuration.
     pub configuration: serde_json::Value,
+    /// Hash of each file that the configuration names.
+    pub inputs: BTreeMap<String, String>,
     /// Licence of the data, SPDX.
     pub licence: &'a str,
-    /// All samples, in any order.
-    pub samples: &'a [WrittenSample],
+    /// Number of samples.
+    pub count: u32,
 }
 
-/// Writes split lists, gallery and manifest below `root`, and removes what an interrupted run left in `samples/`.
+/// Writes split lists, gallery, data card and manifest below `root`, which holds all samples, and removes what an interrupted run
+/// left in `samples/`. Lengths and hashes are those that the samples were written with: a file that changed since is found by the
+/// check.
 pub fn finish_dataset(root: &Path, dataset: &Dataset<'_>) -> Result<DatasetManifest, WriteError> {
-    let mut samples: Vec<&WrittenSample> = dataset.samples.iter().collect();
-    samples.sort_by(|a, b| a.meta.id.cmp(&b.meta.id));
-    let names: Vec<&str> = samples
-        .iter()
-        .map(|sample| sample.meta.id.as_str())
-        .collect();
+    let names: Vec<String> = (0..dataset.count)
+        .map(paths::sample_name)
+        .collect::<Result<_, _>>()?;
     clear_samples(&root.join(paths::SAMPLES), &names)?;
-    let splits = split_scenes(samples.iter().map(|sample| sample.meta.scene.id.as_str()));
-    let entry = |sample: &&WrittenSample| SampleEntry {
-        id: sample.meta.id.clone(),
-        scene: sample.meta.scene.id.clone(),
-        split: splits
-            .get(&sample.meta.scene.id)
-            .copied()
-            .unwrap_or(Split::Train),
-    };
-    let entries: Vec<SampleEntry> = samples.iter().map(entry).collect();
-    let mut files: Vec<FileEntry> = samples.iter().flat_map(|s| s.files.clone()).collect();
-    file::create_folder(&root.join(paths::SPLITS))?;
+    clear_half_made(root)?;
+    let survey = survey(root, &names)?;
+    let mut files = write_pages(root, &survey, dataset.licence)?;
+    let splits = root.join(paths::SPLITS);
+    file::remove(&splits)?;
+    file::own_folder(&splits)?;
     for split in Split::ALL {
-        let own = entries.iter().filter(|entry| entry.split == split);
+        let own = survey.entries.iter().filter(|entry| entry.split == split);
         let list: String = own.map(|entry| format!("{}\n", entry.id)).collect();
         let path = paths::split_list(split);
         file::write_aside(&root.join(&path), list.as_bytes())?;
         files.push(FileEntry::of(&path, list.as_bytes()));
     }
-    let metas: Vec<_> = samples.iter().map(|sample| &sample.meta).collect();
-    let page = gallery::page(&entries, &metas);
-    file::write_aside(&root.join(paths::INDEX), page.as_bytes())?;
-    files.push(FileEntry::of(paths::INDEX, page.as_bytes()));
+    files.extend(survey.files);
     files.sort_by(|a, b| a.path.cmp(&b.path));
     let manifest = DatasetManifest {
         schema_version: SCHEMA_VERSION,
@@ -66,29 +59,118 @@ pub fn finish_dataset(root: &Path, dataset: &Dataset<'_>) -> Result<DatasetManif
         },
         seed: dataset.seed,
         configuration: dataset.configuration.clone(),
+        inputs: dataset.inputs.clone(),
         units: units(),
         conventions: conventions(),
         licence: dataset.licence.to_string(),
-        samples: entries,
+        samples: survey.entries,
         files,
     };
-    let path = root.join(paths::DATASET);
-    file::write_aside(&path, &json(&path, &manifest)?)?;
+    write_manifest(root, &manifest)?;
     Ok(manifest)
 }
 
-/// Removes unfinished samples; a finished one that is not of this dataset is an error.
-fn clear_samples(samples: &Path, names: &[&str]) -> Result<(), WriteError> {
+/// Writes the gallery and the data card again, from the descriptions on disk, and brings their entries in `manifest` up to date;
+/// all other entries stay, so that damage to a sample is still found by the check. Without a manifest, the run is not at its end:
+/// the pages show the samples that there are.
+///
+/// # Errors
+/// A description that cannot be read, or the disk.
+pub fn rebuild_pages(
+    root: &Path,
+    manifest: Option<DatasetManifest>,
+    licence: &str,
+) -> Result<usize, WriteError> {
+    let names = match &manifest {
+        Some(manifest) => manifest.samples.iter().map(|s| s.id.clone()).collect(),
+        None => finished(&root.join(paths::SAMPLES))?,
+    };
+    let survey = survey(root, &names)?;
+    let pages = write_pages(root, &survey, licence)?;
+    if let Some(mut manifest) = manifest {
+        let page =
+            |path: &str| !path.starts_with(paths::SAMPLES) && !path.starts_with(paths::SPLITS);
+        manifest.files.retain(|entry| !page(&entry.path));
+        manifest.files.extend(pages);
+        manifest.files.sort_by(|a, b| a.path.cmp(&b.path));
+        write_manifest(root, &manifest)?;
+    }
+    Ok(names.len())
+}
+
+fn write_manifest(root: &Path, manifest: &DatasetManifest) -> Result<(), WriteError> {
+    let path = root.join(paths::DATASET);
+    Ok(file::write_aside(&path, &json(&path, manifest)?)?)
+}
+
+/// Gallery and data card.
+fn write_pages(root: &Path, survey: &Survey, licence: &str) -> Result<Vec<FileEntry>, WriteError> {
+    let mut pages = vec![(
+        paths::INDEX.to_string(),
+        gallery::page(&survey.entries, &survey.shown),
+    )];
+    pages.extend(card::pages(
+        &survey.census,
+        &survey.entries,
+        &survey.files,
+        licence,
+    ));
+    // Plots of an earlier, smaller dataset that this one does not have.
+    file::remove(&root.join(paths::PLOTS))?;
+    file::own_folder(&root.join(paths::PLOTS))?;
+    let mut files = Vec::new();
+    for (path, text) in pages {
+        file::write_aside(&root.join(&path), text.as_bytes())?;
+        files.push(FileEntry::of(&path, text.as_bytes()));
+    }
+    Ok(files)
+}
+
+/// Names of the samples that are whole.
+fn finished(samples: &Path) -> Result<Vec<String>, WriteError> {
     let error = |cause| FileError::new(samples, "read", cause);
-    file::create_folder(samples)?;
+    let mut names = Vec::new();
     for entry in fs::read_dir(samples).map_err(error)? {
         let entry = entry.map_err(error)?;
-        let (path, name) = (entry.path(), entry.file_name());
-        let name = name.to_string_lossy();
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let numbered = name.len() == 6 && name.bytes().all(|b| b.is_ascii_digit());
+        if numbered && entry.path().join(paths::META).is_file() {
+            names.push(name);
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
+/// Removes files that a killed run was about to name.
+fn clear_half_made(root: &Path) -> Result<(), WriteError> {
+    let error = |cause| FileError::new(root, "read", cause);
+    for entry in fs::read_dir(root).map_err(error)? {
+        let entry = entry.map_err(error)?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let stem = name.split_once(".tmp-").map(|(stem, _)| stem);
+        let ours = [paths::DATASET, paths::INDEX, paths::CARD, paths::RUN];
+        if stem.is_some_and(|stem| ours.contains(&stem)) {
+            file::remove(&entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+/// Removes unfinished samples; a finished one that is not of this dataset is an error.
+fn clear_samples(samples: &Path, names: &[String]) -> Result<(), WriteError> {
+    let error = |cause| FileError::new(samples, "read", cause);
+    file::own_folder(samples)?;
+    for entry in fs::read_dir(samples).map_err(error)? {
+        let entry = entry.map_err(error)?;
+        let name = entry.file_name().to_string_lossy().into_owned();
         if name.starts_with(".tmp-") {
-            fs::remove_dir_all(&path).map_err(|cause| FileError::new(&path, "remove", cause))?;
-        } else if !names.contains(&name.as_ref()) {
-            let what = "is not a sample of this dataset: choose another output folder".into();
+            file::remove(&entry.path())?;
+        } else if names.binary_search(&name).is_err() {
+            let (path, what) = (
+                entry.path(),
+                "is not a sample of this dataset: choose another output folder".into(),
+            );
             return Err(WriteError::Occupied { path, what });
         }
     }

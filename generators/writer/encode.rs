@@ -5,7 +5,9 @@
 
 use std::path::Path;
 
-use datasets_spec::{FileKind, Raw, RawFormat, RenderStatistics, SampleFile, SampleMeta};
+use datasets_spec::{
+    FileEntry, FileKind, Raw, RawFormat, RenderStatistics, SampleFile, SampleMeta,
+};
 use datasets_spec::{Optional, SCHEMA_VERSION, SUM_LAYER, paths, sample_files};
 use quadpixel::image::exr::{Compression, Layer, Sample, encode_layers};
 use quadpixel::image::raster::Levels;
@@ -65,12 +67,15 @@ pub(super) fn encode(
         .map(|file| pictures.encode(file))
         .collect::<Result<_, _>>()?;
     let clipped = encoded.iter().map(|(_, clipped)| clipped).sum();
+    let hashed = (files.par_iter().zip(&encoded))
+        .map(|(file, (bytes, _))| FileEntry::of(&file.name, bytes))
+        .collect();
     let meta = describe(
         sample,
         name,
         &truth,
         raw_of(sample.raw_encoding, clipped),
-        files,
+        (files, hashed),
     );
     let mut contents: Contents = meta
         .files
@@ -248,7 +253,7 @@ fn describe(
     name: &str,
     truth: &Truth,
     raw: Raw,
-    files: Vec<SampleFile>,
+    (files, contents): (Vec<SampleFile>, Vec<FileEntry>),
 ) -> SampleMeta {
     let given = sample.description.clone();
     let subpixels = given.sensor.subpixels;
@@ -283,6 +288,7 @@ fn describe(
             subpixels.rows as usize,
         ),
         files,
+        contents,
     }
 }
 

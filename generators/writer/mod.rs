@@ -1,13 +1,14 @@
 //! Writes one sample into the native layout (datasets_spec, SPEC.md), and finishes a dataset of them.
 //!
 //! A sample is written into `samples/.tmp-NNNNNN` and renamed to `samples/NNNNNN` when it is whole, so a folder under its
-//! final name is always complete and an interrupted run goes on where it stopped ([`finished_sample`]).
+//! final name is always complete and an interrupted run goes on where it stopped ([`found_sample`]).
 
 mod dataset;
 mod encode;
+mod resume;
+mod survey;
 mod truth;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use datasets_spec as spec;
@@ -16,7 +17,8 @@ use quadpixel::file::{self, FileError};
 use quadpixel::image::raster::Levels;
 use quadpixel::image::{Image, ImageError};
 
-pub use dataset::{Dataset, finish_dataset};
+pub use dataset::{Dataset, finish_dataset, rebuild_pages};
+pub use resume::{Found, found_sample};
 
 /// What a sample consists of. W × H pixels of m × n sub-pixels; every image has row 0 on top.
 #[derive(Clone, Debug)]
@@ -117,15 +119,6 @@ pub struct Description {
     pub mean_relative_standard_error: Option<f64>,
 }
 
-/// A sample on disk.
-#[derive(Clone, Debug)]
-pub struct WrittenSample {
-    /// Its description as written.
-    pub meta: spec::SampleMeta,
-    /// Its files, with paths below the dataset's folder.
-    pub files: Vec<spec::FileEntry>,
-}
-
 /// Why a sample or dataset could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
@@ -171,110 +164,63 @@ pub fn configuration_hash(configuration: &serde_json::Value) -> String {
         .to_string()
 }
 
-/// Writes a sample below `root` (created if missing).
+/// Writes a sample below `root` (created if missing), and waits for the disk.
 ///
-/// Errors: an image of another size than the sensor's, light that is negative or not finite, a sample of that name, the disk.
-/// Nothing is left under the final name then.
-pub fn write_sample(root: &Path, sample: &SampleFiles<'_>) -> Result<WrittenSample, WriteError> {
+/// Errors: an image of another size than the sensor's, light that is negative or not finite, a sample of that name, a link in the
+/// place of a folder, the disk. Nothing is left under the final name then.
+pub fn write_sample(root: &Path, sample: &SampleFiles<'_>) -> Result<spec::SampleMeta, WriteError> {
     let name = paths::sample_name(sample.description.index)?;
-    let folder = root.join(paths::SAMPLES).join(&name);
-    if folder.exists() {
-        return Err(WriteError::Occupied {
-            path: folder,
-            what: "there is a sample of this name already".into(),
-        });
-    }
+    let samples = root.join(paths::SAMPLES);
     let (meta, contents) = encode::encode(sample, &name)?;
-    let aside = folder.with_file_name(format!(".tmp-{name}"));
-    let result = write_folder(&aside, &folder, &contents);
-    if result.is_err() {
-        // The first error is the one to tell; a leftover that cannot be removed changes nothing about it.
-        let _ = fs::remove_dir_all(&aside);
-    }
-    result?;
-    let own = |(file, bytes): &(String, Vec<u8>)| {
-        spec::FileEntry::of(&format!("{}/{name}/{file}", paths::SAMPLES), bytes)
-    };
-    Ok(WrittenSample {
-        meta,
-        files: contents.iter().map(own).collect(),
-    })
+    file::create_folder(root)?;
+    file::own_folder(&samples)?;
+    write_folder(&aside_of(&samples, &name), &samples.join(&name), &contents)?;
+    Ok(meta)
 }
 
 /// Writes a sample of no dataset as the new folder `folder`; as [`write_sample`] otherwise.
-pub fn write_alone(folder: &Path, sample: &SampleFiles<'_>) -> Result<WrittenSample, WriteError> {
-    if folder.exists() {
-        return Err(WriteError::Occupied {
-            path: folder.to_path_buf(),
-            what: "is there already: choose a new folder".into(),
-        });
-    }
+pub fn write_alone(
+    folder: &Path,
+    sample: &SampleFiles<'_>,
+) -> Result<spec::SampleMeta, WriteError> {
     let name = paths::sample_name(sample.description.index)?;
     let (meta, contents) = encode::encode(sample, &name)?;
-    let aside = file::aside(folder);
-    let result = write_folder(&aside, folder, &contents);
-    if result.is_err() {
-        let _ = fs::remove_dir_all(&aside);
+    if let Some(parent) = folder.parent() {
+        file::create_folder(parent)?;
     }
-    result?;
-    let own = |(file, bytes): &(String, Vec<u8>)| spec::FileEntry::of(file, bytes);
-    Ok(WrittenSample {
-        meta,
-        files: contents.iter().map(own).collect(),
-    })
+    write_folder(&file::aside(folder), folder, &contents)?;
+    Ok(meta)
+}
+
+/// Where a sample is made before it gets its name; one that is not named again is the leftover of a killed run.
+fn aside_of(samples: &Path, name: &str) -> PathBuf {
+    samples.join(format!(".tmp-{name}"))
 }
 
 fn write_folder(
     aside: &Path,
     folder: &Path,
     contents: &[(String, Vec<u8>)],
-) -> Result<(), FileError> {
-    if aside.exists() {
-        fs::remove_dir_all(aside).map_err(|cause| FileError::new(aside, "remove", cause))?;
+) -> Result<(), WriteError> {
+    if folder.symlink_metadata().is_ok() {
+        return Err(WriteError::Occupied {
+            path: folder.to_path_buf(),
+            what: "is there already".into(),
+        });
     }
-    file::create_folder(aside)?;
-    for (name, bytes) in contents {
-        let path = aside.join(name);
-        fs::write(&path, bytes).map_err(|cause| FileError::new(&path, "write", cause))?;
-    }
-    fs::rename(aside, folder).map_err(|cause| FileError::new(folder, "write", cause))
-}
-
-/// The sample of that number if an earlier run with the same configuration finished it.
-///
-/// Errors: it is there but of another configuration or version, or cannot be read.
-pub fn finished_sample(
-    root: &Path,
-    index: u32,
-    configuration_blake3: &str,
-) -> Result<Option<WrittenSample>, WriteError> {
-    let name = paths::sample_name(index)?;
-    let folder = root.join(paths::SAMPLES).join(&name);
-    if !folder.exists() {
-        return Ok(None);
-    }
-    let occupied = |what: &str| WriteError::Occupied {
-        path: folder.clone(),
-        what: what.into(),
+    let write = || {
+        file::remove(aside)?;
+        file::own_folder(aside)?;
+        for (name, bytes) in contents {
+            file::write_synced(&aside.join(name), bytes)?;
+        }
+        file::rename_synced(aside, folder)
     };
-    let bytes = file::read(&folder.join(paths::META))?;
-    let meta: spec::SampleMeta = serde_json::from_slice(&bytes)
-        .map_err(|_| occupied("holds a sample of another version of this program"))?;
-    if meta.configuration_blake3 != configuration_blake3 || meta.tool_version != VERSION {
-        return Err(occupied(
-            "holds a sample of another configuration or version: choose another output folder",
-        ));
-    }
-    let mut names: Vec<&str> = meta.files.iter().map(|file| file.name.as_str()).collect();
-    names.push(paths::META);
-    names.sort_unstable();
-    let mut files = Vec::new();
-    for file_name in names {
-        let bytes = file::read(&folder.join(paths::checked_name(file_name)?))?;
-        let path = format!("{}/{name}/{file_name}", paths::SAMPLES);
-        files.push(spec::FileEntry::of(&path, &bytes));
-    }
-    Ok(Some(WrittenSample { meta, files }))
+    write().map_err(|error| {
+        // The first error is the one to tell; a leftover that cannot be removed changes nothing about it.
+        let _ = file::remove(aside);
+        error.into()
+    })
 }
 
 /// Version of this program, as written into the files.

@@ -1,14 +1,14 @@
-//! The paper's pixels, and pixels from files.
+//! The paper's pixels, a photographic dual pixel, and pixels from files.
 //!
 //! A built-in pixel is a file of `src/em/pixels/`, so each one is an example of the format; `2.8um-tungsten.toml` explains every field.
-//! Unless the name says otherwise R = h = half the diagonal, the best of the paper's nine lenses.
+//! Unless the name says otherwise the paper's pixels have R = h = half the diagonal, the best of its nine lenses.
 
 use super::stack::{Layer, Microlens};
 use super::{Material, PixelStack, StackError};
 use crate::sensor::Subpixels;
 
 /// Name and file.
-const FILES: [(&str, &str); 6] = [
+const FILES: [(&str, &str); 7] = [
     ("3.5um", include_str!("pixels/3.5um.toml")),
     ("3.5um-roc3.5", include_str!("pixels/3.5um-roc3.5.toml")),
     (
@@ -18,6 +18,7 @@ const FILES: [(&str, &str); 6] = [
     ("2.8um", include_str!("pixels/2.8um.toml")),
     ("2.8um-tungsten", include_str!("pixels/2.8um-tungsten.toml")),
     ("1.6um", include_str!("pixels/1.6um.toml")),
+    ("6um-dual", include_str!("pixels/6um-dual.toml")),
 ];
 
 impl PixelStack {
@@ -62,7 +63,7 @@ impl PixelStack {
     }
 
     /// Names that [`Self::builtin`] knows.
-    pub fn builtin_names() -> [&'static str; 6] {
+    pub fn builtin_names() -> [&'static str; 7] {
         FILES.map(|(name, _)| name)
     }
 
@@ -73,7 +74,7 @@ impl PixelStack {
             None => Err(StackError::value(
                 "name",
                 name,
-                "3.5um, 3.5um-roc3.5, 3.5um-thin-filter, 2.8um, 2.8um-tungsten, 1.6um, or a .toml file",
+                "3.5um, 3.5um-roc3.5, 3.5um-thin-filter, 2.8um, 2.8um-tungsten, 1.6um, 6um-dual, or a .toml file",
             )),
         }
     }
@@ -121,7 +122,8 @@ mod tests {
             ("2.8um-tungsten", tungsten),
             ("1.6um", best(1.6, 0.75)),
         ];
-        assert_eq!(meant.len(), PixelStack::builtin_names().len());
+        // All but the dual pixel, which is not the paper's.
+        assert_eq!(meant.len() + 1, PixelStack::builtin_names().len());
         for (name, meant) in meant {
             let meant = PixelStack {
                 name: name.into(),

@@ -4,6 +4,7 @@ mod builtin;
 pub mod fdtd;
 mod material;
 pub mod multilayer;
+pub mod rcwa;
 mod stack;
 pub mod wave;
 

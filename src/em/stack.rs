@@ -158,6 +158,14 @@ impl PixelStack {
         self.layer_mut(&name)
     }
 
+    /// The walls in layer `index`, if it has any.
+    pub(super) fn walls_in(&self, index: usize) -> Option<&MetalWalls> {
+        let name = &self.layers.get(index)?.name;
+        self.metal
+            .as_ref()
+            .filter(|m| m.layer == *name && m.width_um > 0.0)
+    }
+
     /// Whether the layers make a pixel: ranges, known materials, a lens that covers the cell, trenches and walls narrower than
     /// sub-pixels.
     pub fn check(&self) -> Result<(), StackError> {

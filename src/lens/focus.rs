@@ -62,6 +62,41 @@ impl Lens {
         })
     }
 
+    /// The lens focused on the plane `distance_mm` in front of the *sensor*, as photographers count, by moving the whole lens:
+    /// afterwards [`Lens::focus_distance_mm`] and [`Lens::sensor_z_mm`] add up to it.
+    ///
+    /// # Errors
+    /// Those of [`Lens::focused_at`].
+    pub fn focused_from_sensor(
+        &self,
+        distance_mm: f64,
+        wavelength_nm: f64,
+    ) -> Result<Lens, LensError> {
+        // At infinity focus the first vertex stands as far in front of the sensor as the lens is long.
+        let far = self.focused_at(f64::INFINITY, FocusBy::Lens, wavelength_nm)?;
+        let before_vertex_mm = distance_mm - far.sensor_z_mm;
+        self.focused_at(before_vertex_mm, FocusBy::Lens, wavelength_nm)
+    }
+
+    /// The lens with its stop set to a semi-aperture, for lenses whose marked F-numbers stand for known stops.
+    ///
+    /// # Errors
+    /// [`LensError::Request`] unless it is above 0 and at most twice the prescribed one.
+    pub fn with_stop_semi_mm(&self, semi_mm: f64) -> Result<Lens, LensError> {
+        let most = 2.0 * self.prescription.surfaces[self.stop].semi_aperture_mm;
+        if !(semi_mm > 0.0 && semi_mm <= most) {
+            return Err(self.refuse(
+                "stop_semi_mm",
+                semi_mm,
+                format!("above 0, at most {most:.3}"),
+            ));
+        }
+        Ok(Lens {
+            stop_semi_mm: semi_mm,
+            ..self.clone()
+        })
+    }
+
     /// The lens with its sensor `error_mm` behind (+) where it is in focus. The plane in focus moves along, and
     /// [`Lens::focus_distance_mm`] tells where it is now. The sensor comes no nearer than where infinity is in focus: an actuator's end stop.
     ///
@@ -164,6 +199,30 @@ mod tests {
             .focused_at(lens.focus_distance_mm(), FocusBy::Sensor, D_LINE_NM)
             .unwrap();
         assert!((twin.sensor_z_mm() - lens.sensor_z_mm()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn photographers_distance_counts_from_the_sensor() {
+        for distance_mm in [300.0, 1000.0, 5e4] {
+            let lens = Lens::new(&Prescription::builtin("lib_50mm_US20210263286_ex1").unwrap());
+            let lens = lens
+                .unwrap()
+                .focused_from_sensor(distance_mm, D_LINE_NM)
+                .unwrap();
+            let apart = lens.focus_distance_mm() + lens.sensor_z_mm();
+            assert!((apart - distance_mm).abs() < 1e-9, "{apart}");
+        }
+    }
+
+    #[test]
+    fn a_stop_set_by_its_size_is_that_size_and_a_wild_one_is_refused() {
+        let open = phone();
+        let set = open.with_stop_semi_mm(0.5 * open.stop_semi_mm()).unwrap();
+        let f = open.paraxial(D_LINE_NM).unwrap().f_number;
+        assert!((set.paraxial(D_LINE_NM).unwrap().f_number / (2.0 * f) - 1.0).abs() < 1e-12);
+        for bad in [0.0, -1.0, f64::NAN, 3.0 * open.stop_semi_mm()] {
+            assert!(open.with_stop_semi_mm(bad).is_err());
+        }
     }
 
     #[test]

@@ -14,6 +14,7 @@ macro_rules! builtin {
 }
 
 const LIBRARY: &[(&str, &str)] = &[
+    builtin!("lib_50mm_US20210263286_ex1"),
     builtin!("lib_dgauss_50mm"),
     builtin!("lib_double_gauss_100mm_glass"),
     builtin!("lib_fisheye_10mm"),

@@ -23,6 +23,7 @@ use super::{
     TableSettings,
 };
 use crate::em::PixelStack;
+use crate::shard::Shard;
 
 /// Directions are simulated up to this sin θ (70°); near grazing no model is to be trusted.
 const LARGEST_SINE: f64 = 0.94;
@@ -87,19 +88,60 @@ pub fn build_table(
 ) -> Result<BuiltTable, ResponseError> {
     settings.check()?;
     stack.check()?;
+    let journal = journal.map(|path| Journal::open(path, &settings.key(stack)));
+    let (journal, no_journal) = match journal.transpose() {
+        Ok(journal) => (journal, None),
+        Err(e) => (None, Some(e.to_string())),
+    };
+    let mut built = build_with(stack, settings, journal.as_ref(), progress)?;
+    built.report.journal_trouble = no_journal.or(journal.and_then(Journal::remove));
+    Ok(built)
+}
+
+/// As [`build_table`], with a journal that is open and stays.
+pub(super) fn build_with(
+    stack: &PixelStack,
+    settings: &TableSettings,
+    journal: Option<&Journal>,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<BuiltTable, ResponseError> {
+    settings.check()?;
+    stack.check()?;
     let frame = moving_frame(stack, settings)?;
     let plan = Plan::new(stack, settings, settings.model.is_pulsed());
-    let (journal, no_journal) = match journal.map(|path| Journal::open(path, &settings.key(stack)))
-    {
-        None => (None, None),
-        Some(Ok(journal)) => (Some(journal), None),
-        Some(Err(e)) => (None, Some(e.to_string())),
-    };
+    let simulated = simulated(&plan, stack, settings, journal, progress)?;
+    plan.table(stack, settings, frame, simulated)
+}
+
+/// Simulates the runs of one part of a table into `journal`: how many they are, and how many of them it held.
+pub(super) fn build_part(
+    stack: &PixelStack,
+    settings: &TableSettings,
+    journal: &Journal,
+    shard: Shard,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<(usize, usize), ResponseError> {
+    let mut plan = Plan::new(stack, settings, settings.model.is_pulsed());
+    let mut place = 0..;
+    plan.runs
+        .retain(|_| place.next().is_some_and(|unit| shard.owns(unit)));
+    let report = simulated(&plan, stack, settings, Some(journal), progress)?.report;
+    Ok((report.runs, report.reused))
+}
+
+/// Asks the pixel model for the runs of a plan.
+fn simulated(
+    plan: &Plan,
+    stack: &PixelStack,
+    settings: &TableSettings,
+    journal: Option<&Journal>,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Simulated, ResponseError> {
     let wavelengths = settings.wavelengths_nm.iter();
     let lit = wavelengths
         .map(|&nm| LitPixel::new(stack, &settings.model, nm))
         .collect::<Result<Vec<_>, _>>()?;
-    let simulated = plan.simulate(journal.as_ref(), progress, &|run| {
+    plan.simulate(journal, progress, &|run| {
         let cosines = run.cosines(run.wavelengths.start, &plan.step);
         if let PixelModel::Fdtd(fdtd) = &settings.model {
             let nm = &settings.wavelengths_nm[run.wavelengths.clone()];
@@ -119,11 +161,7 @@ pub fn build_table(
             imbalance: answer.imbalance,
             warnings: answer.warnings,
         })
-    })?;
-    let mut built = plan.table(stack, settings, frame, simulated)?;
-    let trouble = journal.and_then(Journal::remove);
-    built.report.journal_trouble = no_journal.or(trouble);
-    Ok(built)
+    })
 }
 
 /// How a lens shift moves the response; the geometric model has its own frame.

@@ -2,8 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{AngularResponse, BuildReport, BuiltTable, ResponseError, TableSettings, build_table};
+use super::build::{build_part, build_with};
+use super::journal::Journal;
+use super::{AngularResponse, BuildReport, BuiltTable, ResponseError, TableSettings};
 use crate::em::PixelStack;
+use crate::shard::Shard;
 
 /// A folder of tables.
 #[derive(Clone, Debug)]
@@ -107,6 +110,8 @@ impl ResponseCache {
         settings: &TableSettings,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<CachedTable, ResponseError> {
+        settings.check()?;
+        stack.check()?;
         let key = settings.key(stack);
         let path = self.path(&key);
         let mut warnings = Vec::new();
@@ -122,23 +127,99 @@ impl ResponseCache {
             Err(warning) => warnings.push(warning),
         }
         let folder = std::fs::create_dir_all(&self.dir);
-        let journal = folder.is_ok().then(|| path.with_extension("journal"));
-        let BuiltTable { table, report } =
-            build_table(stack, settings, journal.as_deref(), progress)?;
-        let trouble = report.journal_trouble.clone();
-        warnings.extend(trouble.map(CacheWarning::NoJournal));
+        let path_of_journal = path.with_extension("journal");
+        let opened = (folder.is_ok()).then(|| Journal::open(&path_of_journal, &key));
+        let (mut journal, no_journal) = match opened.transpose() {
+            Ok(journal) => (journal, None),
+            Err(e) => (None, Some(e.to_string())),
+        };
+        if let Some(open) = &mut journal {
+            // Another process may have made the table while this one waited for the journal.
+            if let Ok(Some(table)) = self.get(&key) {
+                let trouble = journal.and_then(Journal::remove);
+                warnings.extend(trouble.map(CacheWarning::NoJournal));
+                return Ok(CachedTable {
+                    table,
+                    report: None,
+                    warnings,
+                });
+            }
+            for part in self.parts(&key) {
+                open.join(&part, &key);
+            }
+        }
+        let BuiltTable { table, mut report } =
+            build_with(stack, settings, journal.as_ref(), progress)?;
         let kept = folder
             .map_err(|e| e.to_string())
             .and_then(|()| table.write_npz(&path).map_err(|e| e.to_string()));
         if let Err(why) = kept {
             warnings.push(CacheWarning::NotKept { path, why });
         }
+        // Only now: a process that waits for the journal finds the table.
+        report.journal_trouble = no_journal.or(journal.and_then(Journal::remove));
+        let trouble = report.journal_trouble.clone();
+        warnings.extend(trouble.map(CacheWarning::NoJournal));
         Ok(CachedTable {
             table,
             report: Some(report),
             warnings,
         })
     }
+
+    /// Simulates one part of the directions of a table into a journal beside it. When all parts have, [`Self::get_or_build`] in the
+    /// same folder makes the table of them, with the bytes of one made in one go; what a part did not do, it does itself.
+    ///
+    /// # Errors
+    /// Bad settings, or a folder that the journal cannot be kept in.
+    pub fn build_part(
+        &self,
+        stack: &PixelStack,
+        settings: &TableSettings,
+        shard: Shard,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<PartOfTable, ResponseError> {
+        settings.check()?;
+        stack.check()?;
+        let key = settings.key(stack);
+        let name = format!("{key}.{}-of-{}.journal", shard.number(), shard.of());
+        let journal = Journal::open(&self.dir.join(name), &key)?;
+        let (runs, reused) = build_part(stack, settings, &journal, shard, progress)?;
+        let path = journal.path().to_owned();
+        match journal.trouble() {
+            None => Ok(PartOfTable { path, runs, reused }),
+            Some(trouble) => Err(ResponseError::Io {
+                path,
+                source: std::io::Error::other(trouble),
+            }),
+        }
+    }
+
+    /// The journals of parts of a table, in the order of their names.
+    fn parts(&self, key: &str) -> Vec<PathBuf> {
+        let Ok(entries) = std::fs::read_dir(&self.dir) else {
+            return Vec::new();
+        };
+        let of_key = |path: &PathBuf| {
+            let name = path.file_name().and_then(|n| n.to_str());
+            let part = name.and_then(|n| n.strip_prefix(key)?.strip_suffix(".journal"));
+            part.is_some_and(|part| part.contains("-of-"))
+        };
+        let mut parts: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(of_key).collect();
+        parts.sort();
+        parts
+    }
+}
+
+/// What was done for a part of a table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PartOfTable {
+    /// The journal that holds it.
+    pub path: PathBuf,
+    /// Runs of the pixel model in it.
+    pub runs: usize,
+    /// Those of them that an earlier, interrupted call had done.
+    pub reused: usize,
 }
 
 fn read(path: &Path, key: &str) -> Result<AngularResponse, String> {

@@ -37,6 +37,9 @@ pub enum ResponseError {
     /// The FDTD model refused its settings or the machine.
     #[error(transparent)]
     Fdtd(#[from] crate::em::fdtd::FdtdError),
+    /// The Fourier modal model refused its settings, or found no modes.
+    #[error(transparent)]
+    Rcwa(#[from] crate::em::rcwa::RcwaError),
 }
 
 impl ResponseError {

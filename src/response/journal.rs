@@ -1,11 +1,12 @@
 //! The runs of a table that are done, on disk: a build that was killed goes on where it stopped.
 //!
 //! One line of JSON a run, after a line with the table's key; appended when the run ends. Numbers come back to the bit, so a table made
-//! in several goes equals one made in one go. A last line that was torn by the kill is cut off.
+//! in several goes equals one made in one go. A last line that was torn by the kill is cut off. A journal is locked while it is open: a
+//! second process that wants the same table waits for the first.
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -50,10 +51,21 @@ pub(super) struct Journal {
     /// Why the first run that could not be kept was not.
     trouble: Mutex<Option<String>>,
     done: BTreeMap<RunId, Answer>,
+    /// Journals of parts whose runs are among these.
+    joined: Vec<PathBuf>,
+}
+
+/// The runs in a journal's text, if it is that of the table `key`. A line that is no run is a run not done.
+fn runs(text: &str, key: &str) -> Option<BTreeMap<RunId, Answer>> {
+    let mut lines = text.lines();
+    let head = serde_json::from_str::<Head>(lines.next()?).ok()?;
+    let runs = lines.filter_map(|l| serde_json::from_str::<Line>(l).ok());
+    (head.key == key).then(|| runs.map(|l| ((l.wavelength, l.node), l.answer)).collect())
 }
 
 impl Journal {
-    /// Opens or begins the journal of the table `key`; a file that is another table's is begun anew.
+    /// Opens or begins the journal of the table `key`; a file that is another table's is begun anew. Waits while another process has
+    /// it open.
     pub fn open(path: &Path, key: &str) -> Result<Self, ResponseError> {
         let io = |source| ResponseError::Io {
             path: path.to_owned(),
@@ -62,41 +74,55 @@ impl Journal {
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(io)?;
         }
-        let text = match std::fs::read(path) {
-            Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => String::new(),
-            Err(e) => return Err(io(e)),
-        };
-        let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
-        let mut lines = whole.lines();
-        let head = lines
-            .next()
-            .and_then(|l| serde_json::from_str::<Head>(l).ok());
-        let known = head.is_some_and(|h| h.key == key);
-        let file = OpenOptions::new()
+        let mut file = OpenOptions::new()
             .create(true)
             .append(true)
+            .read(true)
             .open(path)
             .map_err(io)?;
-        let mut done = BTreeMap::new();
-        if known {
-            // A line that is no run is a run not done.
-            let runs = lines.filter_map(|l| serde_json::from_str::<Line>(l).ok());
-            done.extend(runs.map(|l| ((l.wavelength, l.node), l.answer)));
-            file.set_len(whole.len() as u64).map_err(io)?;
-        } else {
-            file.set_len(0).map_err(io)?;
-            let head = Head {
-                key: key.to_owned(),
-            };
-            append(&file, &head).map_err(io)?;
-        }
+        // A file system without locks: two processes may then do the same work; lines are written whole.
+        let _ = file.lock();
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(io)?;
+        let text = String::from_utf8_lossy(&bytes);
+        let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
+        let done = match runs(whole, key) {
+            Some(done) => {
+                file.set_len(whole.len() as u64).map_err(io)?;
+                done
+            }
+            None => {
+                file.set_len(0).map_err(io)?;
+                let head = Head {
+                    key: key.to_owned(),
+                };
+                append(&file, &head).map_err(io)?;
+                BTreeMap::new()
+            }
+        };
         Ok(Self {
             path: path.to_owned(),
             file: Mutex::new(file),
             trouble: Mutex::new(None),
             done,
+            joined: Vec::new(),
         })
+    }
+
+    /// Adds the runs of another journal of the same table; one of another table adds none.
+    pub fn join(&mut self, path: &Path, key: &str) {
+        let Ok(bytes) = std::fs::read(path) else {
+            return; // its runs are done again
+        };
+        if let Some(done) = runs(&String::from_utf8_lossy(&bytes), key) {
+            self.done.extend(done);
+            self.joined.push(path.to_owned());
+        }
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// The answer of a run done earlier.
@@ -122,8 +148,15 @@ impl Journal {
 
     /// Forgets all of it, once the table is made; why a run could not be kept, if so.
     pub fn remove(self) -> Option<String> {
-        // One left over is only untidy: its table is found before it is looked at.
-        let _ = std::fs::remove_file(&self.path);
+        for path in self.joined.iter().chain([&self.path]) {
+            // One left over is only untidy: its table is found before it is looked at.
+            let _ = std::fs::remove_file(path);
+        }
+        self.trouble()
+    }
+
+    /// Closes it for a later build; why a run could not be kept, if so.
+    pub fn trouble(self) -> Option<String> {
         self.trouble
             .into_inner()
             .unwrap_or_else(PoisonError::into_inner)
@@ -167,10 +200,37 @@ mod tests {
         assert_eq!(journal.answer((0, (1, 1))), None);
         assert_eq!(journal.answer((0, (2, 1))), None);
         journal.keep((0, (2, 1)), &answer(0.7));
+        drop(journal);
         let journal = Journal::open(&path, "k").unwrap();
         assert_eq!(journal.answer((0, (2, 1))), Some(&answer(0.7)));
         assert_eq!(journal.remove(), None);
         assert!(!path.exists());
+    }
+
+    #[test]
+    fn journals_of_parts_are_joined_and_go_with_the_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let [a, b, other, whole] = ["a", "b", "other", "whole"].map(|n| folder.path().join(n));
+        for (i, (path, key)) in [(&a, "k"), (&b, "k"), (&other, "x")]
+            .into_iter()
+            .enumerate()
+        {
+            let part = Journal::open(path, key).unwrap();
+            part.keep((0, (i as i64, 0)), &answer(i as f64));
+            assert_eq!(part.trouble(), None);
+        }
+        // The last line of a part that still runs, or was killed, is not whole.
+        let text = std::fs::read_to_string(&b).unwrap();
+        std::fs::write(&b, format!("{text}{{\"wavel")).unwrap();
+        let mut journal = Journal::open(&whole, "k").unwrap();
+        for part in [&a, &b, &other, &folder.path().join("none")] {
+            journal.join(part, "k");
+        }
+        assert_eq!(journal.answer((0, (0, 0))), Some(&answer(0.0)));
+        assert_eq!(journal.answer((0, (1, 0))), Some(&answer(1.0)));
+        assert_eq!(journal.answer((0, (2, 0))), None);
+        journal.remove();
+        assert!(!a.exists() && !b.exists() && !whole.exists() && other.exists());
     }
 
     #[test]
@@ -179,6 +239,7 @@ mod tests {
         let path = folder.path().join("a.journal");
         let journal = Journal::open(&path, "one").unwrap();
         journal.keep((0, (0, 0)), &answer(0.5));
+        drop(journal);
         let journal = Journal::open(&path, "two").unwrap();
         assert_eq!(journal.answer((0, (0, 0))), None);
     }

@@ -4,7 +4,7 @@
 //! so 0 ≤ P_i and Σ P_i ≤ 1. The renderer asks a [`ResponseLookup`] and knows nothing of what is behind it:
 //!
 //! ```text
-//! PixelStack ── em::wave, em::fdtd ── build ──▶ table ──┐
+//! PixelStack ── em::wave, em::rcwa, em::fdtd ── build ──▶ table ──┐
 //! file (.npz), import (.csv), cache, shipped ──▶ table  ├─▶ Response ─ at a wavelength ─▶ ResponseLookup ─▶ weights
 //! GeometricResponse (eq. 2, exact) ─────────────────────┘
 //! ```
@@ -28,7 +28,7 @@ mod symmetry;
 mod table;
 
 pub use build::{BuildReport, BuiltTable, build_table};
-pub use cache::{CacheWarning, CachedTable, ResponseCache};
+pub use cache::{CacheWarning, CachedTable, PartOfTable, ResponseCache};
 pub use error::ResponseError;
 pub use frame::MovingFrame;
 pub use geometric::GeometricResponse;

@@ -3,6 +3,7 @@
 use super::{GeometricResponse, PixelModel, ResponseError};
 use crate::em::PixelStack;
 use crate::em::fdtd::{FdtdAnswer, FdtdPowers, FdtdRun, FdtdSettings, solve};
+use crate::em::rcwa::{RcwaModel, RcwaPowers};
 use crate::em::wave::WaveModel;
 
 /// Where the light of a plane wave goes, as parts of the power incident on the pixel's whole footprint. They add up to one but for
@@ -49,6 +50,7 @@ enum Lit {
         settings: FdtdSettings,
         wavelength_nm: f64,
     },
+    Rcwa(RcwaModel),
 }
 
 impl LitPixel {
@@ -75,6 +77,9 @@ impl LitPixel {
                     settings: *settings,
                     wavelength_nm,
                 }
+            }
+            PixelModel::Rcwa(settings) => {
+                Lit::Rcwa(RcwaModel::new(stack, wavelength_nm, settings)?)
             }
         }))
     }
@@ -134,6 +139,18 @@ impl LitPixel {
                     warnings: run.warnings(),
                 })
             }
+            Lit::Rcwa(model) => {
+                let answer = model.solve(u, v)?;
+                let [s, p] = [&answer.s, &answer.p].map(of_modes);
+                Ok(PlaneWaveAnswer {
+                    mean: mean_of(&s, &p),
+                    polarized: Some([s, p]),
+                    residual: answer.residual(),
+                    imbalance: largest([&answer.s, &answer.p].map(|p| p.balance() - 1.0)),
+                    steps: None,
+                    warnings: Vec::new(),
+                })
+            }
         }
     }
 }
@@ -159,11 +176,13 @@ pub(super) fn pulse(
 /// The deviation from 1 of the sum of all powers, the worst of the run.
 pub(super) fn imbalance(run: &FdtdRun) -> f64 {
     let both = run.answers.iter().flat_map(|a| [a.s.balance, a.p.balance]);
-    let off = both.map(|balance| balance - 1.0);
-    off.fold(
-        0.0,
-        |worst: f64, x| if x.abs() > worst.abs() { x } else { worst },
-    )
+    largest(both.map(|balance| balance - 1.0))
+}
+
+/// The one of largest size.
+fn largest(of: impl IntoIterator<Item = f64>) -> f64 {
+    let larger = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
+    of.into_iter().fold(0.0, larger)
 }
 
 fn powers(of: &FdtdPowers) -> Powers {
@@ -175,9 +194,21 @@ fn powers(of: &FdtdPowers) -> Powers {
     }
 }
 
+fn of_modes(of: &RcwaPowers) -> Powers {
+    Powers {
+        absorbed: of.absorbed.clone(),
+        reflected: of.reflected,
+        transmitted: of.transmitted,
+        elsewhere: of.elsewhere,
+    }
+}
+
 /// The mean of s and p.
 pub(super) fn mean(answer: &FdtdAnswer) -> Powers {
-    let (s, p) = (&answer.s, &answer.p);
+    mean_of(&powers(&answer.s), &powers(&answer.p))
+}
+
+fn mean_of(s: &Powers, p: &Powers) -> Powers {
     let half = |a: f64, b: f64| 0.5 * (a + b);
     let absorbed = s.absorbed.iter().zip(&p.absorbed);
     Powers {

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::ResponseError;
 use crate::em::PixelStack;
 use crate::em::fdtd::{self, FdtdSettings};
+use crate::em::rcwa::{self, RcwaSettings};
 use crate::em::wave::{self, WaveSettings};
 
 /// A pixel model that is simulated, with its settings.
@@ -20,6 +21,8 @@ pub enum PixelModel {
     Wave(WaveSettings),
     /// Maxwell's equations in time ([`crate::em::fdtd`]).
     Fdtd(FdtdSettings),
+    /// Maxwell's equations by Fourier modes ([`crate::em::rcwa`]).
+    Rcwa(RcwaSettings),
 }
 
 impl PixelModel {
@@ -29,6 +32,7 @@ impl PixelModel {
             Self::Geometric { .. } => "geometric-1",
             Self::Wave(_) => wave::MODEL,
             Self::Fdtd(_) => fdtd::MODEL,
+            Self::Rcwa(_) => rcwa::MODEL,
         }
     }
 
@@ -49,13 +53,14 @@ impl PixelModel {
             }
             Self::Wave(settings) => Ok(settings.check()?),
             Self::Fdtd(settings) => Ok(settings.check()?),
+            Self::Rcwa(settings) => Ok(settings.check()?),
         }
     }
 
     /// Whether one run answers for many wavelengths at one transverse wavevector k∥.
     pub(super) fn is_pulsed(&self) -> bool {
         match self {
-            Self::Geometric { .. } | Self::Wave(_) => false,
+            Self::Geometric { .. } | Self::Wave(_) | Self::Rcwa(_) => false,
             Self::Fdtd(_) => true,
         }
     }
@@ -150,6 +155,29 @@ impl TableSettings {
         Self {
             model: PixelModel::Fdtd(FdtdSettings::reference()),
             ..Self::wave_standard_for(stack)
+        }
+    }
+
+    /// Fourier modes, quick looks, at 550 nm; the directions of [`Self::wave_draft`].
+    pub fn rcwa_draft() -> Self {
+        Self {
+            model: PixelModel::Rcwa(RcwaSettings::draft()),
+            ..Self::wave_draft()
+        }
+    }
+    /// Fourier modes, the default, at 550 nm; the directions of [`Self::wave_standard_for`]. Minutes for a small pixel, hours for a large
+    /// one.
+    pub fn rcwa_standard_for(stack: &PixelStack) -> Self {
+        Self {
+            model: PixelModel::Rcwa(RcwaSettings::standard()),
+            ..Self::wave_standard_for(stack)
+        }
+    }
+    /// Fourier modes, converged, at 550 nm; the directions of [`Self::wave_reference`].
+    pub fn rcwa_reference() -> Self {
+        Self {
+            model: PixelModel::Rcwa(RcwaSettings::reference()),
+            ..Self::wave_reference()
         }
     }
 

@@ -8,6 +8,7 @@ mod misalignment;
 use quadpixel::lens::aim::Field;
 use quadpixel::lens::verification::{Comparison, Origin, WHY_STATED_FIGURES_DIFFER, compare};
 use quadpixel::lens::{Lens, Prescription, builtin_names};
+use quadpixel::units::D_LINE_NM;
 
 fn figures(name: &str) -> Vec<Comparison> {
     compare(&Prescription::builtin(name).unwrap()).unwrap()
@@ -71,4 +72,49 @@ fn zemax_file_of_a_50_mm_lens_focuses_where_its_own_image_distance_says() {
     assert!((2.0 * p.entrance_pupil_semi_mm - 26.75).abs() < 1e-9);
     assert!((p.f_number - 1.85).abs() < 5e-3, "F/{}", p.f_number);
     assert_eq!(lens.prescription().wavelengths_nm.len(), 3);
+}
+
+#[test]
+fn bundled_50_mm_lens_is_the_one_of_the_zemax_file() {
+    let file = include_bytes!("data/rf50mm.zmx");
+    let read = Lens::new(&Prescription::from_zmx(file, "rf50mm.zmx").unwrap()).unwrap();
+    let bundled = Prescription::builtin("lib_50mm_US20210263286_ex1").unwrap();
+    let bundled = Lens::new(&bundled).unwrap();
+    // The file's reader takes the catalogue's glass where its n_d is the line's (five digits): 5e-6 of an index, 5e-6 × 50 mm × a few
+    // surfaces of length. The line itself is what the bundled lens has.
+    let same = |what: &str, x: f64, y: f64| assert!((x - y).abs() < 2e-3, "{what}: {x} and {y}");
+    // Marked F-numbers and the stops noted for them beside the file. Marks are rounded to a third of a stop, 12 %.
+    for (mark, stop_semi_mm) in [(1.8, 8.0), (2.8, 5.69), (4.0, 3.65), (5.6, 2.85)] {
+        let at = |lens: &Lens| {
+            let lens = lens.with_stop_semi_mm(stop_semi_mm).unwrap();
+            lens.focused_from_sensor(1000.0, D_LINE_NM).unwrap()
+        };
+        let (a, b) = (at(&read), at(&bundled));
+        same("sensor, mm", a.sensor_z_mm(), b.sensor_z_mm());
+        let [a, b] = [a, b].map(|l| l.paraxial(D_LINE_NM).unwrap());
+        same("EFL, mm", a.efl_mm, b.efl_mm);
+        same("F-number", a.f_number, b.f_number);
+        assert!(
+            (b.f_number / mark - 1.0).abs() < 0.12,
+            "F/{mark}: {}",
+            b.f_number
+        );
+    }
+    for field_deg in [7.0, 14.0, 21.0] {
+        let at = |lens: &Lens| {
+            let lens = lens.with_stop_semi_mm(3.65).unwrap();
+            lens.field_figures(Field::up(field_deg)).unwrap()
+        };
+        let (a, b) = (at(&read), at(&bundled));
+        same(
+            "chief height, mm",
+            a.chief_height_mm.unwrap(),
+            b.chief_height_mm.unwrap(),
+        );
+        same(
+            "distortion, %",
+            a.distortion_pct.unwrap(),
+            b.distortion_pct.unwrap(),
+        );
+    }
 }

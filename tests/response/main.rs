@@ -5,4 +5,5 @@ mod cache;
 mod conformance;
 mod curves;
 mod fdtd;
+mod rcwa;
 mod wave;

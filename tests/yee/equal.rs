@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use quadpixel::em::fdtd::{
     Component, CpmlSettings, Lateral, MaterialMap, Medium, Member, Part, Pole, Simulation, Source,
-    Wall, YeeGrid, stable_step_um,
+    Stencil, Wall, YeeGrid, stable_step_um,
 };
 use quadpixel::simd::SimdLevel;
 
@@ -51,7 +51,22 @@ fn scrambled(nx: usize, ny: usize, members: &[Member]) -> Simulation {
     for _ in 0..nz {
         z.push(z.last().unwrap() + 0.01 + 0.03 * random());
     }
-    let grid = YeeGrid::new(nx, ny, 0.025, 0.02, z).unwrap();
+    let mut grid = YeeGrid::new(nx, ny, 0.025, 0.02, z).unwrap();
+    if nx > 1 && ny > 1 {
+        // Some planes and layers with far nodes, some without.
+        let mut stencils = |count: usize| -> Vec<[Stencil; 2]> {
+            (0..count)
+                .map(|k| {
+                    [0.025, 0.02].map(|d| Stencil {
+                        near: (1.0 + 0.2 * random()) / d,
+                        far: if k % 3 == 0 { 0.0 } else { -0.1 * random() / d },
+                    })
+                })
+                .collect()
+        };
+        let (planes, layers) = (stencils(nz + 1), stencils(nz));
+        grid = grid.with_stencils(planes, layers).unwrap();
+    }
     let nodes = (nx + 1) * (ny + 1) * (nz + 1);
     let mut map = |polar_from: usize| -> Vec<u16> {
         (0..nodes)

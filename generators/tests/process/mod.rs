@@ -1,25 +1,24 @@
-//! `qpgen` as a process, on datasets small enough for a second.
+//! `qpgen` as a process, on datasets of small samples with an ideal pixel (no response table).
 
-#![allow(dead_code)] // because each test binary uses its own part
+#![allow(dead_code)] // each test binary uses its part
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output};
 
-/// Two small samples with an ideal pixel, so that no response table is computed. Tables follow the top-level keys.
-pub const SMALL: &str = r#"
-count = 2
+const CONFIGURATION: &str = r#"
+count = 1
 seed = 5
-rays_per_pixel = 16
+rays_per_pixel = 4
 exposure_ev = 0
 [lens]
-names = ["wide_US20120327520A1_emb3"]
-focus_mm = { min = 200, max = 400 }
+names = ["lib_triplet_US2453260"]
+focus_mm = { min = 800, max = 1600 }
 [sensor]
 subpixels = "2x2"
-width = 40
-height = 32
+width = 32
+height = 24
 window = { at = "random", max_height_mm = 1.0 }
 microlens_shift = { rule = "chief-ray" }
 pitch_um = 2.0
@@ -29,51 +28,90 @@ model = "geometric"
 charts = ["noise", "checkerboard"]
 background_over_focus = 1.5
 tilt_deg = { min = -10, max = 10 }
-cards = 2
+cards = 1
 card_over_focus = 0.7
 card_size = 0.4
-texture_px = 64
+texture_px = 32
 "#;
 
+/// Makes datasets of one configuration in one folder.
+pub struct Generator {
+    folder: PathBuf,
+    config: PathBuf,
+}
+
+impl Generator {
+    pub fn new(folder: &Path, count: usize) -> Self {
+        let text = CONFIGURATION.replace("count = 1", &format!("count = {count}"));
+        Self::of(folder, &text)
+    }
+
+    /// Of the configuration above after `change`.
+    pub fn changed(folder: &Path, change: impl Fn(&str) -> String) -> Self {
+        Self::of(folder, &change(CONFIGURATION))
+    }
+
+    fn of(folder: &Path, text: &str) -> Self {
+        let config = folder.join("config.toml");
+        fs::write(&config, text).unwrap();
+        Self {
+            folder: folder.to_owned(),
+            config,
+        }
+    }
+
+    /// `qpgen dataset` into `folder/name`.
+    pub fn command(&self, name: &str, more: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_qpgen"));
+        command.args(["dataset", "--config"]).arg(&self.config);
+        command.arg("--out").arg(self.folder.join(name)).args(more);
+        command
+    }
+
+    /// As [`Self::command`], to its end.
+    pub fn make(&self, name: &str, more: &[&str]) {
+        let done = self.command(name, more).output().unwrap();
+        assert!(done.status.success(), "{name} {more:?}: {}", said(&done));
+    }
+}
+
 pub fn qpgen(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_qpgen"))
-        .args(arguments)
-        .output()
-        .unwrap()
+    let mut command = Command::new(env!("CARGO_BIN_EXE_qpgen"));
+    command.args(arguments).output().unwrap()
 }
 
-/// Runs `qpgen` and expects success.
-pub fn done(arguments: &[&str]) -> Output {
-    let output = qpgen(arguments);
-    assert!(output.status.success(), "{arguments:?}: {output:?}");
-    output
+/// What a process said on stderr.
+pub fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// Makes a dataset of the configuration `text` in `folder/NAME`.
-pub fn dataset(folder: &Path, name: &str, text: &str, more: &[&str]) -> Output {
-    let config = folder.join(format!("{name}.toml"));
-    fs::write(&config, text).unwrap();
-    let out = folder.join(name);
-    let mut arguments = vec!["dataset", "--config", config.to_str().unwrap(), "--out"];
-    arguments.push(out.to_str().unwrap());
-    arguments.extend(more);
-    done(&arguments)
-}
-
-/// Every file below a folder, by its relative path.
+/// Every file and link below a folder, by its relative path.
 pub fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut folders = vec![root.to_path_buf()];
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
-            if path.is_dir() {
+            if path.symlink_metadata().unwrap().is_dir() {
                 folders.push(path);
             } else {
                 let name = path.strip_prefix(root).unwrap().display().to_string();
-                found.insert(name, fs::read(&path).unwrap());
+                found.insert(name, fs::read(&path).unwrap_or_default());
             }
         }
     }
     found
+}
+
+/// A number from the environment.
+pub fn number_from(variable: &str, otherwise: usize) -> usize {
+    let set = std::env::var(variable).ok();
+    set.map_or(otherwise, |value| value.parse().unwrap())
+}
+
+/// Sends a signal, such as `TERM`.
+pub fn signal(child: &Child, name: &str) {
+    let command = format!("kill -{name} {}", child.id());
+    let status = Command::new("sh").args(["-c", &command]).status();
+    assert!(status.unwrap().success());
 }

@@ -22,16 +22,24 @@ use super::{FdtdError, MaterialMap, Medium, Pole, YeeGrid};
 /// The largest time step in µm/c that is stable whatever the fields do.
 ///
 /// The leapfrog needs dt² < 4 / λ, λ the largest eigenvalue of ε⁻¹ curl curl. On a product grid curl curl = −∇² − grad div and the last term
-/// only lowers λ; Gershgorin's theorem on ε⁻¹(−∇²) gives λ ≤ max over nodes of (4/dx² + 4/dy² + g_z) / ε∞, g_z the row sum of
-/// the graded second difference. So fine layers in silicon do not bound the step of the coarse ones in air.
+/// only lowers λ; Gershgorin's theorem on ε⁻¹(−∇²) gives λ ≤ max over nodes of (K_x² + K_y² + g_z) / ε∞, K the largest symbol of the
+/// lateral differences (2/dx; of those beside the node, where they change with z), g_z the row sum of the graded second difference. So fine layers
+/// in silicon do not bound the step of the coarse ones in air.
 pub fn stable_step_um(grid: &YeeGrid, map: &MaterialMap) -> Result<f64, FdtdError> {
     if !map.fits(grid) {
         return Err(unfit());
     }
-    let lateral = 4.0 / grid.dx_um().powi(2) + 4.0 / grid.dy_um().powi(2);
+    let square = |s: [super::Stencil; 2]| s.iter().map(|s| s.largest().powi(2)).sum::<f64>();
     let mut largest = 0.0f64;
     for k in 0..grid.nz() {
         let thin = grid.thickness_um(k);
+        let beside = [
+            grid.in_layer(k.saturating_sub(1)),
+            grid.in_layer(k),
+            grid.on_plane(k),
+            grid.on_plane(k + 1),
+        ];
+        let lateral = beside.map(square).into_iter().fold(0.0, f64::max);
         // The outer planes are conductors: neither tangential E nor a divergence of E is there.
         let inverse_dual = |k: usize| match k {
             k if k == 0 || k == grid.nz() => 0.0,
@@ -131,6 +139,26 @@ impl Vertical {
     }
 }
 
+/// The lateral differences on one plane or in one layer: dt times the weights of the near and the far nodes, along x and along y.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Across {
+    pub x: [f32; 2],
+    pub y: [f32; 2],
+}
+
+impl Across {
+    fn new(stencils: [super::Stencil; 2], dt: f64) -> Self {
+        let [x, y] = stencils.map(|s| [(dt * s.near) as f32, (dt * s.far) as f32]);
+        Self { x, y }
+    }
+
+    /// Whether far nodes count.
+    #[inline(always)]
+    pub fn is_wide(&self) -> bool {
+        self.x[1] != 0.0 || self.y[1] != 0.0
+    }
+}
+
 /// Coefficients along one row of E nodes, `width` places each, zero beyond the nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Row {
@@ -177,8 +205,10 @@ impl Row {
 
 /// All coefficients of a run; every member shares them.
 pub(super) struct Coefficients {
-    /// dt/dx and dt/dy.
-    pub lateral: [f32; 2],
+    /// Of Ex, Ey, Hz on plane k.
+    pub on_plane: Vec<Across>,
+    /// Of Hx, Hy, Ez in layer k.
+    pub in_layer: Vec<Across>,
     /// Of E on plane k.
     pub e_vertical: Vec<Vertical>,
     /// Of H between the planes k and k + 1.
@@ -211,7 +241,8 @@ impl Coefficients {
             .map(|m| MediumStep::new(m, dt_um))
             .collect();
         let mut out = Self {
-            lateral: [(dt_um / grid.dx_um()) as f32, (dt_um / grid.dy_um()) as f32],
+            on_plane: Vec::with_capacity(grid.nz()),
+            in_layer: Vec::with_capacity(grid.nz()),
             e_vertical: Vec::new(),
             h_vertical: Vec::new(),
             steps,
@@ -225,6 +256,8 @@ impl Coefficients {
         let mut known: HashMap<&[u16], u32> = HashMap::new();
         for k in 0..grid.nz() {
             let vertical = |z, step| Vertical::new(grid, cpml, dt_um, z, step);
+            out.on_plane.push(Across::new(grid.on_plane(k), dt_um));
+            out.in_layer.push(Across::new(grid.in_layer(k), dt_um));
             out.e_vertical.push(vertical(z[k], grid.dual_um(k)));
             out.h_vertical
                 .push(vertical(0.5 * (z[k] + z[k + 1]), grid.thickness_um(k)));

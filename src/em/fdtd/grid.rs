@@ -12,6 +12,37 @@
 use super::FdtdError;
 use super::error::within;
 
+/// A lateral derivative between nodes: near (f(½) − f(−½)) + far (f(3/2) − f(−3/2)), in 1/µm, f at so many steps from its place. Its
+/// symbol is 2 near sin(kd/2) + 2 far sin(3kd/2) in place of k.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stencil {
+    /// Weight of the two nodes beside the place.
+    pub near: f64,
+    /// Weight of the next two; 0: Yee's own difference.
+    pub far: f64,
+}
+
+impl Stencil {
+    /// Yee's: (f(½) − f(−½))/d.
+    pub fn yee(step_um: f64) -> Self {
+        Self {
+            near: 1.0 / step_um,
+            far: 0.0,
+        }
+    }
+
+    /// K of a wave of wavenumber `k` in 1/µm on nodes `step_um` apart.
+    pub fn symbol(&self, k: f64, step_um: f64) -> f64 {
+        let half = 0.5 * k * step_um;
+        2.0 * (self.near * half.sin() + self.far * (3.0 * half).sin())
+    }
+
+    /// The largest K of all waves, or a little more.
+    pub fn largest(&self) -> f64 {
+        2.0 * (self.near.abs() + self.far.abs())
+    }
+}
+
 /// Cells and spacing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct YeeGrid {
@@ -20,6 +51,10 @@ pub struct YeeGrid {
     dx_um: f64,
     dy_um: f64,
     z_um: Vec<f64>,
+    /// Of Ex, Ey, Hz on plane k: along x, along y.
+    on_planes: Vec<[Stencil; 2]>,
+    /// Of Hx, Hy, Ez between the planes k and k + 1.
+    in_layers: Vec<[Stencil; 2]>,
 }
 
 impl YeeGrid {
@@ -41,13 +76,61 @@ impl YeeGrid {
         for pair in z_um.windows(2) {
             within("step of z_um", pair[1] - pair[0], 1e-5, 10.0)?;
         }
+        let yee = [Stencil::yee(dx_um), Stencil::yee(dy_um)];
         Ok(Self {
             nx,
             ny,
             dx_um,
             dy_um,
+            on_planes: vec![yee; z_um.len()],
+            in_layers: vec![yee; z_um.len() - 1],
             z_um,
         })
+    }
+
+    /// With these lateral derivatives (along x, along y) on each plane (nz + 1) and in each layer (nz) instead of Yee's. Fails for
+    /// other numbers of them, for weights that are not finite, and for far nodes where there are fewer than 2 × 2 cells.
+    pub fn with_stencils(
+        self,
+        on_planes: Vec<[Stencil; 2]>,
+        in_layers: Vec<[Stencil; 2]>,
+    ) -> Result<Self, FdtdError> {
+        let (planes, layers) = (self.nz() + 1, self.nz());
+        within(
+            "stencils on planes",
+            on_planes.len() as f64,
+            planes as f64,
+            planes as f64,
+        )?;
+        within(
+            "stencils in layers",
+            in_layers.len() as f64,
+            layers as f64,
+            layers as f64,
+        )?;
+        let least = self.nx.min(self.ny) as f64;
+        for s in on_planes.iter().chain(&in_layers).flatten() {
+            within("near weight of a stencil", s.near, 1e-3, 1e6)?;
+            within("far weight of a stencil", s.far, -1e6, 1e6)?;
+            if s.far != 0.0 {
+                within("cells under wide stencils", least, 2.0, 4096.0)?;
+            }
+        }
+        Ok(Self {
+            on_planes,
+            in_layers,
+            ..self
+        })
+    }
+
+    /// Derivatives along x and y of Ex, Ey and Hz on plane k.
+    pub fn on_plane(&self, k: usize) -> [Stencil; 2] {
+        self.on_planes[k]
+    }
+
+    /// Derivatives along x and y of Hx, Hy and Ez between the planes k and k + 1.
+    pub fn in_layer(&self, k: usize) -> [Stencil; 2] {
+        self.in_layers[k]
     }
 
     /// Cells in x.

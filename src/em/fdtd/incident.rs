@@ -24,10 +24,10 @@ pub(super) struct Incident {
 impl Incident {
     /// For a sheet of amplitude `current` times `spectrum`, the Fourier transform of the waveform.
     pub fn new(mesh: &Mesh, numerics: &Numerics, current: [f64; 2], spectrum: C) -> Self {
-        let dz = mesh.grid.thickness_um(mesh.source);
-        let epsilon = numerics.permittivity(C::ONE, dz);
-        let (along, half) = numerics.along_z(epsilon, dz);
-        let [kx, ky] = numerics.transverse();
+        let air = mesh.air();
+        let epsilon = numerics.permittivity(C::ONE, air);
+        let (along, half) = numerics.along_z(epsilon, air);
+        let [kx, ky] = numerics.transverse(air.stencils);
         let k = kx.hypot(ky);
         // Unit vectors along the plane of incidence and across it.
         let p = if k > 0.0 {
@@ -116,8 +116,8 @@ impl Incident {
                 };
                 let weight = end(0, i, g.nx()) * end(1, j, g.ny());
                 let (hx, hy) = if a == 0 { (0.5, 0.0) } else { (0.0, 0.5) };
-                let phase = kx * (i as f64 + hx) * mesh.lateral_um[0]
-                    + ky * (j as f64 + hy) * mesh.lateral_um[1];
+                let phase = kx * (i as f64 + hx) * mesh.lateral_um()[0]
+                    + ky * (j as f64 + hy) * mesh.lateral_um()[1];
                 let turn = C::from_polar(weight, -phase);
                 e += turn * fields.phasors.e(a, i, j, mesh.outlet);
                 h += turn * sign * fields.h_on_plane(a, [i, j, mesh.outlet], Side::Both);

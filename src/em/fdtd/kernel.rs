@@ -6,17 +6,27 @@ use super::layout::VECTOR;
 
 type Lanes = [f32; VECTOR];
 
-/// Which of the two differences of a curl is stretched by an absorbing layer.
+/// Which of the two differences of a curl is stretched by an absorbing layer, and which have far nodes.
 pub(super) const NEITHER: usize = 0;
 pub(super) const FIRST: usize = 1;
 pub(super) const SECOND: usize = 2;
+pub(super) const BOTH: usize = 3;
 
-/// A row of one component of a curl, (a1 − a0) ra − (b1 − b0) rb.
+/// A row of a difference: (near1 − near0) rate, and where it is wide + (far1 − far0) far_rate.
+#[derive(Clone, Copy)]
+pub(super) struct Difference<'a> {
+    pub near: [&'a [f32]; 2],
+    pub rate: f32,
+    /// Looked at only where the difference is wide.
+    pub far: [&'a [f32]; 2],
+    pub far_rate: f32,
+}
+
+/// A row of one component of a curl, a − b.
 #[derive(Clone, Copy)]
 pub(super) struct Curl<'a> {
-    pub a: [&'a [f32]; 2],
-    pub b: [&'a [f32]; 2],
-    pub rates: [f32; 2],
+    pub a: Difference<'a>,
+    pub b: Difference<'a>,
 }
 
 /// ψ of the stretched difference, with b and c; empty if none is.
@@ -48,26 +58,38 @@ fn vectors_mut(row: &mut [f32]) -> &mut [Lanes] {
 
 /// [`Curl`] and ψ by vectors. Vectors are read whole before one is written, and there are no closures: otherwise the compiler, which cannot
 /// know that rows do not overlap, or does not inline, falls back to single numbers.
-struct Vectors<'a> {
-    nodes: [&'a [Lanes]; 4],
+struct Vectors<'a, const WIDE: usize> {
+    near: [&'a [Lanes]; 4],
     rates: [f32; 2],
+    far: [&'a [Lanes]; 4],
+    far_rates: [f32; 2],
     psi: &'a mut [Lanes],
     bc: [f32; 2],
 }
 
-impl<'a> Vectors<'a> {
+impl<'a, const WIDE: usize> Vectors<'a, WIDE> {
     #[inline(always)]
-    fn new(curl: Curl<'a>, psi: Psi<'a>, count: usize) -> Self {
-        let Curl { a, b, rates } = curl;
-        let nodes = [
-            vectors(a[0], count),
-            vectors(a[1], count),
-            vectors(b[0], count),
-            vectors(b[1], count),
-        ];
+    fn new(Curl { a, b }: Curl<'a>, psi: Psi<'a>, count: usize) -> Self {
+        let none: &[Lanes] = &[];
+        let mut far = [none; 4];
+        if WIDE & FIRST != 0 {
+            far[0] = vectors(a.far[0], count);
+            far[1] = vectors(a.far[1], count);
+        }
+        if WIDE & SECOND != 0 {
+            far[2] = vectors(b.far[0], count);
+            far[3] = vectors(b.far[1], count);
+        }
         Self {
-            nodes,
-            rates,
+            near: [
+                vectors(a.near[0], count),
+                vectors(a.near[1], count),
+                vectors(b.near[0], count),
+                vectors(b.near[1], count),
+            ],
+            rates: [a.rate, b.rate],
+            far,
+            far_rates: [a.far_rate, b.far_rate],
             psi: vectors_mut(psi.row),
             bc: psi.bc,
         }
@@ -75,38 +97,60 @@ impl<'a> Vectors<'a> {
 
     #[inline(always)]
     fn curl<const STRETCHED: usize>(&mut self, v: usize) -> Lanes {
-        let [a1, a0, b1, b0] = self.nodes;
+        let [a1, a0, b1, b0] = self.near;
         let (a1, a0, b1, b0) = (a1[v], a0[v], b1[v], b0[v]);
         let [ra, rb] = self.rates;
-        let [b, c] = self.bc;
-        let mut out = [0.0; VECTOR];
-        if STRETCHED == NEITHER {
-            for l in 0..VECTOR {
-                out[l] = (a1[l] - a0[l]) * ra - (b1[l] - b0[l]) * rb;
-            }
-            return out;
-        }
-        let mut psi = self.psi[v];
+        let (mut da, mut db) = ([0.0; VECTOR], [0.0; VECTOR]);
         for l in 0..VECTOR {
-            let (da, db) = (a1[l] - a0[l], b1[l] - b0[l]);
-            if STRETCHED == FIRST {
-                psi[l] = b * psi[l] + c * da;
-                out[l] = (da * ra + psi[l]) - db * rb;
-            } else {
-                psi[l] = b * psi[l] + c * db;
-                out[l] = da * ra - (db * rb + psi[l]);
+            (da[l], db[l]) = (a1[l] - a0[l], b1[l] - b0[l]);
+        }
+        let (mut a, mut b) = ([0.0; VECTOR], [0.0; VECTOR]);
+        for l in 0..VECTOR {
+            (a[l], b[l]) = (da[l] * ra, db[l] * rb);
+        }
+        if WIDE & FIRST != 0 {
+            let (f1, f0) = (self.far[0][v], self.far[1][v]);
+            for l in 0..VECTOR {
+                a[l] += (f1[l] - f0[l]) * self.far_rates[0];
             }
         }
-        self.psi[v] = psi;
+        if WIDE & SECOND != 0 {
+            let (f1, f0) = (self.far[2][v], self.far[3][v]);
+            for l in 0..VECTOR {
+                b[l] += (f1[l] - f0[l]) * self.far_rates[1];
+            }
+        }
+        if STRETCHED != NEITHER {
+            let [keep, gain] = self.bc;
+            let mut psi = self.psi[v];
+            for l in 0..VECTOR {
+                let d = if STRETCHED == FIRST { da[l] } else { db[l] };
+                psi[l] = keep * psi[l] + gain * d;
+                if STRETCHED == FIRST {
+                    a[l] += psi[l];
+                } else {
+                    b[l] += psi[l];
+                }
+            }
+            self.psi[v] = psi;
+        }
+        let mut out = [0.0; VECTOR];
+        for l in 0..VECTOR {
+            out[l] = a[l] - b[l];
+        }
         out
     }
 }
 
 /// H ← H − dt curl E.
 #[inline(always)]
-pub(super) fn h_row<const STRETCHED: usize>(h: &mut [f32], curl: Curl<'_>, psi: Psi<'_>) {
+pub(super) fn h_row<const STRETCHED: usize, const WIDE: usize>(
+    h: &mut [f32],
+    curl: Curl<'_>,
+    psi: Psi<'_>,
+) {
     let h = vectors_mut(h);
-    let mut curl = Vectors::new(curl, psi, h.len());
+    let mut curl = Vectors::<WIDE>::new(curl, psi, h.len());
     for (v, place) in h.iter_mut().enumerate() {
         let c = curl.curl::<STRETCHED>(v);
         let mut h = *place;
@@ -119,7 +163,7 @@ pub(super) fn h_row<const STRETCHED: usize>(h: &mut [f32], curl: Curl<'_>, psi: 
 
 /// E ← ca E + cb dt curl H.
 #[inline(always)]
-pub(super) fn e_row<const STRETCHED: usize>(
+pub(super) fn e_row<const STRETCHED: usize, const WIDE: usize>(
     e: &mut [f32],
     row: &Row,
     curl: Curl<'_>,
@@ -128,7 +172,7 @@ pub(super) fn e_row<const STRETCHED: usize>(
     let e = vectors_mut(e);
     let n = e.len();
     let (ca, cb) = (vectors(&row.ca, n), vectors(&row.cb, n));
-    let mut curl = Vectors::new(curl, psi, n);
+    let mut curl = Vectors::<WIDE>::new(curl, psi, n);
     for (v, place) in e.iter_mut().enumerate() {
         let c = curl.curl::<STRETCHED>(v);
         let (mut e, ca, cb) = (*place, ca[v], cb[v]);
@@ -157,7 +201,7 @@ pub(super) fn pole_drive(drive: &mut [f32], pole: &[Vec<f32>; 5], q: &[f32], p: 
 
 /// As [`e_row`], less the poles' `drive`, which becomes E + E before.
 #[inline(always)]
-pub(super) fn e_row_driven<const STRETCHED: usize>(
+pub(super) fn e_row_driven<const STRETCHED: usize, const WIDE: usize>(
     e: &mut [f32],
     row: &Row,
     curl: Curl<'_>,
@@ -167,7 +211,7 @@ pub(super) fn e_row_driven<const STRETCHED: usize>(
     let e = vectors_mut(e);
     let n = e.len();
     let (ca, cb) = (vectors(&row.ca, n), vectors(&row.cb, n));
-    let mut curl = Vectors::new(curl, psi, n);
+    let mut curl = Vectors::<WIDE>::new(curl, psi, n);
     for (v, (e_place, sum_place)) in e.iter_mut().zip(vectors_mut(drive)).enumerate() {
         let c = curl.curl::<STRETCHED>(v);
         let (mut e, mut sum, ca, cb) = (*e_place, *sum_place, ca[v], cb[v]);

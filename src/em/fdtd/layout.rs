@@ -1,8 +1,8 @@
 //! Where a node's number lies in memory.
 //!
 //! A component is one array of rows along x; a row has `stride` places, a multiple of 16 (one AVX-512 vector), of which
-//! `lanes` are nodes. A layer has the rows j = −1 … ny: rows −1 and ny hold what the other side of the period has. In x, E at
-//! node nx has a place of its own, and H at i = −1 is the last place of the row before: there is always one spare.
+//! `lanes` are nodes. A layer has the rows j = −2 … ny + 1: those below 0 and from ny on hold what lies beyond the sides. In x, nodes to
+//! nx + 1 have places of their own, and those at −1 and −2 are the last places of the row before.
 
 /// Numbers in a vector of the widest kind.
 pub(super) const VECTOR: usize = 16;
@@ -32,22 +32,22 @@ impl Layout {
             lanes,
             rows: ny + usize::from(mirror_y),
             width,
-            stride: (lanes + 1).next_multiple_of(VECTOR),
+            stride: (nx + 4).next_multiple_of(VECTOR),
         }
     }
 
     /// Places of a layer.
     pub fn layer(&self) -> usize {
-        (self.ny + 2) * self.stride
+        (self.ny + 4) * self.stride
     }
 
-    /// Place of node (0, j) of a layer; j = −1 is row −1.
+    /// Place of node (0, j) of a layer; j from −2.
     pub fn at(&self, layer: usize, j: isize) -> usize {
-        layer * self.layer() + (j + 1) as usize * self.stride
+        layer * self.layer() + (j + 2) as usize * self.stride
     }
 
     /// Places of `layers` layers; the last row's neighbours exist as well.
     pub fn places(&self, layers: usize) -> usize {
-        layers * self.layer() + 2 * self.stride
+        layers * self.layer() + 4 * self.stride
     }
 }

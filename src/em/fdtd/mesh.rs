@@ -2,15 +2,15 @@
 //!
 //! Each flat layer is divided evenly into grid layers of the same optical thickness, so interfaces lie on planes of tangential E and
 //! reflect what they should; silicon is fine and air coarse. Between the lens's corner and its apex, and in the air above, the step is the
-//! resin's: a step that changes within one medium reflects.
+//! resin's: a step that changes within one medium reflects. Each slab has lateral differences of its own ([`super::dispersion`]).
 
 use std::ops::Range;
 
 use rustfft::num_complex::Complex64;
 
-use super::dispersion::stretch;
+use super::dispersion::{Layers, between, stencil};
 use super::error::within;
-use super::{CpmlSettings, FdtdError, FdtdSettings, YeeGrid};
+use super::{CpmlSettings, FdtdError, FdtdSettings, Stencil, YeeGrid};
 use crate::em::PixelStack;
 
 /// Layers thinner than this are left out: less than a thousandth of a wavelength.
@@ -37,14 +37,13 @@ pub(super) enum Filling {
 pub(super) struct Slab {
     pub filling: Filling,
     pub cells: Range<usize>,
+    pub layers: Layers,
 }
 
 /// The grid, what fills it, and the planes at which powers are taken.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Mesh {
     pub grid: YeeGrid,
-    /// dx, dy of the pixel; the grid has them stretched ([`super::dispersion`]).
-    pub lateral_um: [f64; 2],
     pub slabs: Vec<Slab>,
     /// Which axes hold only the half from −pitch/2 to 0.
     pub mirrors: [bool; 2],
@@ -81,7 +80,24 @@ impl Mesh {
         let silicon = step(n.silicon);
         let counted = (stack.silicon_um / silicon).ceil().max(4.0) as usize;
         let dz = stack.silicon_um / counted as f64;
-        let mut build = Builder::new(-stack.silicon_um - (ends + 2) as f64 * dz);
+        let parts = [stack.subpixels.m(), stack.subpixels.n()];
+        let [nx, ny] = [0, 1].map(|a| cells_across(stack.pitch_um, parts[a], settings.lateral_nm));
+        let lateral_um = [nx, ny].map(|n| stack.pitch_um / n as f64);
+        // Directions are made right in the middle of the band, if there is one.
+        let longest = wavelengths_nm.iter().copied().fold(0.0, f64::max);
+        let k0 = 1e3 * std::f64::consts::PI * (1.0 / shortest + 1.0 / longest);
+        let stencils = |filling, dz_um| {
+            let (media, wide) = match filling {
+                // Narrow without trenches, too: the sides of a photodiode are sides of cells.
+                Filling::Silicon => (vec![n.silicon.re], false),
+                Filling::Layer(i) => (vec![n.layers[i].re.max(1.0)], stack.walls_in(i).is_none()),
+                Filling::Pedestal => (vec![n.lens.re], true),
+                Filling::Lens => (vec![n.lens.re, 1.0], true),
+                Filling::Air => (vec![1.0], false),
+            };
+            lateral_um.map(|d| stencil(&media, k0, dz_um, d, wide))
+        };
+        let mut build = Builder::new(&stencils, -stack.silicon_um - (ends + 2) as f64 * dz);
         build.even(Filling::Silicon, ends + 2, dz);
         let bottom = build.planes();
         build.even(Filling::Silicon, counted, dz);
@@ -106,28 +122,29 @@ impl Mesh {
         let apex = build.planes();
         build.even(Filling::Air, 10 + ends, air);
 
-        let parts = [stack.subpixels.m(), stack.subpixels.n()];
-        let [nx, ny] = [0, 1].map(|a| cells_across(stack.pitch_um, parts[a], settings.lateral_nm));
-        let lateral_um = [nx, ny].map(|n| stack.pitch_um / n as f64);
-        // In the middle of the band, if there is one.
-        let longest = wavelengths_nm.iter().copied().fold(0.0, f64::max);
-        let middle = 2.0 / (1.0 / shortest + 1.0 / longest);
-        let widest = lateral_um[0].max(lateral_um[1]);
-        let k = 2e3 * std::f64::consts::PI * n.lens.re / middle;
-        let cells = settings.cells_per_wavelength * middle / shortest;
-        let stretch = stretch(cells, k * widest);
         let halved = |n: usize, mirror| if mirror { n / 2 } else { n };
         let grid = YeeGrid::new(
             halved(nx, mirrors[0]),
             halved(ny, mirrors[1]),
-            lateral_um[0] / stretch,
-            lateral_um[1] / stretch,
+            lateral_um[0],
+            lateral_um[1],
             build.z_um,
+        )?;
+        let in_layers: Vec<&Layers> = build
+            .slabs
+            .iter()
+            .flat_map(|s| std::iter::repeat_n(&s.layers, s.cells.len()))
+            .collect();
+        let last = in_layers.len() - 1;
+        let on_planes =
+            (0..=last + 1).map(|k| between(in_layers[k.saturating_sub(1)], in_layers[k.min(last)]));
+        let grid = grid.with_stencils(
+            on_planes.collect(),
+            in_layers.iter().map(|l| l.stencils).collect(),
         )?;
         let index = [n.silicon.re, 1.0];
         Ok(Self {
             grid,
-            lateral_um,
             slabs: build.slabs,
             mirrors,
             bottom,
@@ -145,9 +162,14 @@ impl Mesh {
         self.grid.z_um()[air]
     }
 
-    /// Thickness of a slab's layers in µm.
-    pub fn step_um(&self, slab: &Slab) -> f64 {
-        self.grid.thickness_um(slab.cells.start)
+    /// dx, dy.
+    pub fn lateral_um(&self) -> [f64; 2] {
+        [self.grid.dx_um(), self.grid.dy_um()]
+    }
+
+    /// The air, with the source and what measures reflection.
+    pub fn air(&self) -> &Layers {
+        &self.slabs[self.slabs.len() - 1].layers
     }
 
     /// Place of E node (i, ...) along an axis, in the pixel's frame; `half` for nodes between the integer ones.
@@ -157,7 +179,7 @@ impl Mesh {
         } else {
             self.grid.ny()
         };
-        let d = self.lateral_um[axis];
+        let d = self.lateral_um()[axis];
         let whole = if self.mirrors[axis] { 2 * n } else { n };
         (i as f64 + if half { 0.5 } else { 0.0 } - 0.5 * whole as f64) * d
     }
@@ -176,14 +198,16 @@ fn cells_across(pitch_um: f64, parts: usize, lateral_nm: f64) -> usize {
 }
 
 /// Slabs from the bottom up.
-struct Builder {
+struct Builder<'a> {
+    stencils: &'a dyn Fn(Filling, f64) -> [Stencil; 2],
     z_um: Vec<f64>,
     slabs: Vec<Slab>,
 }
 
-impl Builder {
-    fn new(bottom_um: f64) -> Self {
+impl<'a> Builder<'a> {
+    fn new(stencils: &'a dyn Fn(Filling, f64) -> [Stencil; 2], bottom_um: f64) -> Self {
         Self {
+            stencils,
             z_um: vec![bottom_um],
             slabs: Vec::new(),
         }
@@ -216,7 +240,15 @@ impl Builder {
             self.z_um.push(below + i as f64 * step_um);
         }
         let cells = start..start + cells;
-        self.slabs.push(Slab { filling, cells });
+        let layers = Layers {
+            dz_um: step_um,
+            stencils: (self.stencils)(filling, step_um),
+        };
+        self.slabs.push(Slab {
+            filling,
+            cells,
+            layers,
+        });
     }
 }
 

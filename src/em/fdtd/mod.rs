@@ -50,7 +50,7 @@ pub use answer::{BALANCE, FdtdAnswer, FdtdPowers, FdtdProgress, FdtdRun};
 pub use coefficients::stable_step_um;
 pub use cpml::CpmlSettings;
 pub use error::FdtdError;
-pub use grid::YeeGrid;
+pub use grid::{Stencil, YeeGrid};
 pub use medium::{MaterialMap, Medium, Pole};
 pub use member::{Lateral, Member, Wall};
 pub use run::{CHECK_UM, MODEL, solve};

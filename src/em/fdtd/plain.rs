@@ -3,7 +3,7 @@
 //! the places beyond the sides.
 
 use super::coefficients::Vertical;
-use super::sides::{Side, e_beyond_x, e_row_beyond_y, turned};
+use super::sides::{Side, e_beyond, turned};
 use super::simulation::Shared;
 use super::state::{Set, State};
 
@@ -29,10 +29,8 @@ pub(super) fn step(shared: &Shared, state: &mut State, current: f32) {
                 }
             }
         }
-        for j in 0..layout.rows {
-            e_beyond_x(&mut state.sets, state.sides[0], layout, k, j);
-        }
-        e_row_beyond_y(&mut state.sets, state.sides[1], layout, k);
+        // Not for the stepping, which looks across the sides itself, but for who reads rows of E.
+        e_beyond(&mut state.sets, state.sides, layout, k);
     }
 }
 
@@ -52,17 +50,20 @@ fn step_h(shared: &Shared, state: &mut State, part: usize, node: Node) {
     let [i, j, k] = node;
     let (in_x, in_y) = (i < layout.nx, j < layout.ny);
     let at = layout.at(k, j as isize) + i;
-    let [rate_x, rate_y] = shared.coefficients.lateral;
+    let in_layer = shared.coefficients.in_layer[k];
+    let on_plane = shared.coefficients.on_plane[k];
     let vertical = shared.coefficients.h_vertical[k];
-    let e = |axis, node| e_at(shared, state, part, axis, node);
-    let [ex, ey, ez] = [0, 1, 2].map(|axis| e(axis, node));
-    // Differences that leave the grid are not used below.
-    let x_ey = if in_x { e(1, [i + 1, j, k]) - ey } else { 0.0 };
-    let x_ez = if in_x { e(2, [i + 1, j, k]) - ez } else { 0.0 };
-    let y_ex = if in_y { e(0, [i, j + 1, k]) - ex } else { 0.0 };
-    let y_ez = if in_y { e(2, [i, j + 1, k]) - ez } else { 0.0 };
-    let z_ex = e(0, [i, j, k + 1]) - ex;
-    let z_ey = e(1, [i, j, k + 1]) - ey;
+    // H stands half a step on: its near nodes are its own and the next.
+    let e = |axis, along, step| value(shared, state, part, Field::E(axis), node, along, step);
+    let across = |axis, along, rates| difference(&|step| e(axis, along, step + 1), rates);
+    let x_ey = if in_x { across(1, 0, on_plane.x) } else { 0.0 };
+    let x_ez = if in_x { across(2, 0, in_layer.x) } else { 0.0 };
+    let y_ex = if in_y { across(0, 1, on_plane.y) } else { 0.0 };
+    let y_ez = if in_y { across(2, 1, in_layer.y) } else { 0.0 };
+    let [z_ex, z_ey] = [0, 1].map(|axis| {
+        let up = [i, j, k + 1];
+        value(shared, state, part, Field::E(axis), up, 0, 0) - e(axis, 0, 0)
+    });
 
     let Set { h, psi_h, .. } = &mut state.sets[part];
     let mut none = [0.0; 2];
@@ -73,13 +74,13 @@ fn step_h(shared: &Shared, state: &mut State, part: usize, node: Node) {
         None => none.each_mut(),
     };
     if in_y {
-        h[0][at] -= y_ez * rate_y - along_z(vertical, z_ey, psi_x);
+        h[0][at] -= y_ez - along_z(vertical, z_ey, psi_x);
     }
     if in_x {
-        h[1][at] -= along_z(vertical, z_ex, psi_y) - x_ez * rate_x;
+        h[1][at] -= along_z(vertical, z_ex, psi_y) - x_ez;
     }
     if in_x && in_y {
-        h[2][at] -= x_ey * rate_x - y_ex * rate_y;
+        h[2][at] -= x_ey - y_ex;
     }
 }
 
@@ -87,41 +88,21 @@ fn step_e(shared: &Shared, state: &mut State, part: usize, node: Node, current: 
     let layout = &shared.layout;
     let [i, j, k] = node;
     let (in_x, in_y) = (i < layout.nx, j < layout.ny);
-    let [rate_x, rate_y] = shared.coefficients.lateral;
+    let in_layer = shared.coefficients.in_layer[k];
+    let on_plane = shared.coefficients.on_plane[k];
     let vertical = shared.coefficients.e_vertical[k];
-    let [hx, hy, hz] = [0, 1, 2].map(|axis| state.sets[part].h[axis][layout.at(k, j as isize) + i]);
-    let left = |axis| h_left(shared, state, part, axis, node);
-    let front = |axis| h_front(shared, state, part, axis, node);
-    // At i = nx, j = ny there is H only as the image behind a mirror.
-    let hy_here = if in_x {
-        hy
-    } else {
-        h_right(shared, state, part, 1, node)
-    };
-    let hz_right = if in_x {
-        hz
-    } else {
-        h_right(shared, state, part, 2, node)
-    };
-    let hx_here = if in_y {
-        hx
-    } else {
-        h_back(shared, state, part, 0, node)
-    };
-    let hz_back = if in_y {
-        hz
-    } else {
-        h_back(shared, state, part, 2, node)
-    };
-    let x_hy = hy_here - left(1);
-    let x_hz = hz_right - left(2);
-    let y_hx = hx_here - front(0);
-    let y_hz = hz_back - front(2);
+    let h = |axis, along, step| value(shared, state, part, Field::H(axis), node, along, step);
+    let across = |axis, along, rates| difference(&|step| h(axis, along, step), rates);
+    let x_hy = across(1, 0, in_layer.x);
+    let x_hz = across(2, 0, on_plane.x);
+    let y_hx = across(0, 1, in_layer.y);
+    let y_hz = across(2, 1, on_plane.y);
 
     if k > 0 {
+        let at = layout.at(k, j as isize) + i;
         let below = layout.at(k - 1, j as isize) + i;
-        let z_hx = hx - state.sets[part].h[0][below];
-        let z_hy = hy - state.sets[part].h[1][below];
+        let [z_hx, z_hy] =
+            [0, 1].map(|axis| state.sets[part].h[axis][at] - state.sets[part].h[axis][below]);
         let mut none = [0.0; 2];
         let [psi_x, psi_y] = match shared.absorbing(k) {
             Some(slot) => state.sets[part]
@@ -133,10 +114,10 @@ fn step_e(shared: &Shared, state: &mut State, part: usize, node: Node, current: 
         // On the middle planes of ψ only the nodes that exist move on.
         let (mut curl_x, mut curl_y) = (0.0, 0.0);
         if in_x {
-            curl_x = y_hz * rate_y - along_z(vertical, z_hy, psi_x);
+            curl_x = y_hz - along_z(vertical, z_hy, psi_x);
         }
         if in_y {
-            curl_y = along_z(vertical, z_hx, psi_y) - x_hz * rate_x;
+            curl_y = along_z(vertical, z_hx, psi_y) - x_hz;
         }
         if in_x {
             step_material(shared, state, part, 0, node, curl_x);
@@ -147,7 +128,6 @@ fn step_e(shared: &Shared, state: &mut State, part: usize, node: Node, current: 
         if k == shared.source_plane {
             for (axis, inside) in [(0, in_x), (1, in_y)] {
                 if inside {
-                    let at = layout.at(k, j as isize) + i;
                     let cb = shared.medium_step(axis, node).cb;
                     let amplitude = state.sheet.amplitude[part][axis][j * layout.width + i];
                     state.sets[part].e[axis][at] -= cb * (amplitude * current);
@@ -155,8 +135,7 @@ fn step_e(shared: &Shared, state: &mut State, part: usize, node: Node, current: 
             }
         }
     }
-    let curl_z = x_hy * rate_x - y_hx * rate_y;
-    step_material(shared, state, part, 2, node, curl_z);
+    step_material(shared, state, part, 2, node, x_hy - y_hx);
 }
 
 /// E and the poles of one node; `curl` is dt curl H.
@@ -193,81 +172,78 @@ fn step_material(
     set.e[axis][at] = after;
 }
 
-/// E of a node that may be the first one beyond the far sides.
-fn e_at(shared: &Shared, state: &State, part: usize, axis: usize, [i, j, k]: Node) -> f32 {
+/// A component of E or H.
+#[derive(Clone, Copy)]
+enum Field {
+    E(usize),
+    H(usize),
+}
+
+/// A difference by its weights: `value(0)` and `value(−1)` are the near nodes, `value(1)` and `value(−2)` the far ones.
+fn difference(value: &dyn Fn(isize) -> f32, [near, far]: [f32; 2]) -> f32 {
+    let sum = (value(0) - value(-1)) * near;
+    if far == 0.0 {
+        return sum;
+    }
+    sum + (value(1) - value(-2)) * far
+}
+
+/// A component `step` nodes from `node` along x (0) or y (1), across the sides if need be.
+fn value(
+    shared: &Shared,
+    state: &State,
+    part: usize,
+    field: Field,
+    node: Node,
+    along: usize,
+    step: isize,
+) -> f32 {
     let layout = &shared.layout;
-    let at = |i, j: usize| layout.at(k, j as isize) + i;
-    let value = |part: usize, place: usize| state.sets[part].e[axis][place];
-    let (place, factor) = match state.sides {
-        [Side::Bloch(factor), _] if i == layout.nx => (at(0, j), factor),
-        [_, Side::Bloch(factor)] if j == layout.ny => (at(i, 0), factor),
-        _ => return value(part, at(i, j)),
+    let [i, j, k] = node;
+    let at = |part: usize, place: isize| {
+        let (i, j) = if along == 0 {
+            (place, j as isize)
+        } else {
+            (i as isize, place)
+        };
+        let at = (layout.at(k, j) as isize + i) as usize;
+        match field {
+            Field::E(axis) => state.sets[part].e[axis][at],
+            Field::H(axis) => state.sets[part].h[axis][at],
+        }
     };
-    fetch(state, part, factor, |part| value(part, place))
-}
-
-/// A value on the other side of the period, times the factor.
-fn fetch(state: &State, part: usize, factor: [f32; 2], value: impl Fn(usize) -> f32) -> f32 {
-    if state.sets.len() == 1 {
-        factor[0] * value(0)
-    } else {
-        turned(value(0), value(1), factor)[part]
-    }
-}
-
-/// H half a step to the left of an E node.
-fn h_left(shared: &Shared, state: &State, part: usize, axis: usize, [i, j, k]: Node) -> f32 {
-    let layout = &shared.layout;
-    let value = |part: usize, i: usize| state.sets[part].h[axis][layout.at(k, j as isize) + i];
-    if i > 0 {
-        return value(part, i - 1);
-    }
-    match state.sides[0] {
-        Side::Bloch([c, s]) => fetch(state, part, [c, -s], |part| value(part, layout.nx - 1)),
-        Side::Mirror(sign) => fetch(state, part, [sign, 0.0], |part| value(part, 0)),
-    }
-}
-
-/// H half a step in front (−y) of an E node.
-fn h_front(shared: &Shared, state: &State, part: usize, axis: usize, [i, j, k]: Node) -> f32 {
-    let layout = &shared.layout;
-    let value = |part: usize, j: usize| state.sets[part].h[axis][layout.at(k, j as isize) + i];
-    if j > 0 {
-        return value(part, j - 1);
-    }
-    match state.sides[1] {
-        Side::Bloch([c, s]) => fetch(state, part, [c, -s], |part| value(part, layout.ny - 1)),
-        Side::Mirror(sign) => fetch(state, part, [sign, 0.0], |part| value(part, 0)),
-    }
-}
-
-/// H behind the right mirror.
-fn h_right(shared: &Shared, state: &State, part: usize, axis: usize, [i, j, k]: Node) -> f32 {
-    image(
-        state,
-        part,
-        0,
-        axis,
-        shared.layout.at(k, j as isize) + i - 1,
-    )
-}
-
-/// H behind the far mirror in y.
-fn h_back(shared: &Shared, state: &State, part: usize, axis: usize, [i, j, k]: Node) -> f32 {
-    image(
-        state,
-        part,
-        1,
-        axis,
-        shared.layout.at(k, j as isize - 1) + i,
-    )
-}
-
-fn image(state: &State, part: usize, side: usize, axis: usize, place: usize) -> f32 {
-    let Side::Mirror(sign) = state.sides[side] else {
-        return 0.0;
+    let n = [layout.nx, layout.ny][along] as isize;
+    let mut place = [i, j][along] as isize + step;
+    let turn = |by: [f32; 2], of: &dyn Fn(usize) -> f32| -> f32 {
+        if state.sets.len() == 1 {
+            by[0] * of(0)
+        } else {
+            turned(of(0), of(1), by)[part]
+        }
     };
-    fetch(state, part, [sign, 0.0], |part| {
-        state.sets[part].h[axis][place]
-    })
+    match state.sides[along] {
+        Side::Bloch([c, s]) => {
+            let periods = place.div_euclid(n);
+            place -= periods * n;
+            let by = if periods > 0 { [c, s] } else { [c, -s] };
+            if periods == 0 {
+                at(part, place)
+            } else {
+                turn(by, &|part| at(part, place))
+            }
+        }
+        Side::Mirror(sign) => {
+            let mut factor = 1.0;
+            loop {
+                let (image, flip) = match field {
+                    Field::E(_) if place < 0 => (-place, -sign),
+                    Field::E(_) if place > n => (2 * n - place, -sign),
+                    Field::H(_) if place < 0 => (-1 - place, sign),
+                    Field::H(_) if place >= n => (2 * n - 1 - place, sign),
+                    _ => return factor * at(part, place),
+                };
+                (place, factor) = (image, factor * flip);
+            }
+        }
+    }
 }

@@ -8,11 +8,11 @@ use std::ops::Range;
 
 use rustfft::num_complex::Complex64;
 
-use super::Lateral;
 use super::dispersion::Numerics;
 use super::mesh::Mesh;
 use super::phasors::Phasors;
 use super::raster::Raster;
+use super::{Lateral, Stencil, Wall};
 use crate::sensor::Subpixels;
 
 type C = Complex64;
@@ -106,31 +106,61 @@ impl Fields<'_> {
         curl / C::new(0.0, self.numerics.leapfrog_omega())
     }
 
-    fn hx(&self, i: usize, j: usize, k: usize) -> C {
+    /// E of a node up to two beyond the sides.
+    fn e(&self, component: usize, node: [isize; 2], k: usize) -> C {
+        let (mut place, mut factor) = (node, C::ONE);
+        for axis in 0..2 {
+            let n = self.cells(axis) as isize;
+            let i = place[axis];
+            match self.sides[axis] {
+                Lateral::Bloch { phase_rad } if i < 0 || i > n => {
+                    let periods = i.div_euclid(n);
+                    place[axis] = i - periods * n;
+                    factor *= C::from_polar(1.0, periods as f64 * phase_rad);
+                }
+                Lateral::Mirror(wall) if i < 0 || i > n => {
+                    place[axis] = if i < 0 { -i } else { 2 * n - i };
+                    factor *= if wall == Wall::Electric { -1.0 } else { 1.0 };
+                }
+                _ => (),
+            }
+        }
+        let [i, j] = place.map(|i| i as usize);
+        factor * self.phasors.e(component, i, j, k)
+    }
+
+    /// The stepper's derivative of a component of E along an axis, half a step beyond its node (i, j).
+    fn along(&self, axis: usize, component: usize, node: [usize; 2], k: usize, by: Stencil) -> C {
+        let value = |step: isize| {
+            let mut at = node.map(|i| i as isize);
+            at[axis] += step;
+            self.e(component, at, k)
+        };
+        let near = by.near * (value(1) - value(0));
+        if by.far == 0.0 {
+            return near;
+        }
+        near + by.far * (value(2) - value(-1))
+    }
+
+    fn along_z(&self, component: usize, [i, j]: [usize; 2], k: usize) -> C {
         let p = self.phasors;
-        let g = &self.mesh.grid;
-        self.over_omega(
-            (p.e(2, i, j + 1, k) - p.e(2, i, j, k)) / g.dy_um()
-                - (p.e(1, i, j, k + 1) - p.e(1, i, j, k)) / g.thickness_um(k),
-        )
+        (p.e(component, i, j, k + 1) - p.e(component, i, j, k)) / self.mesh.grid.thickness_um(k)
+    }
+
+    fn hx(&self, i: usize, j: usize, k: usize) -> C {
+        let [_, y] = self.mesh.grid.in_layer(k);
+        self.over_omega(self.along(1, 2, [i, j], k, y) - self.along_z(1, [i, j], k))
     }
 
     fn hy(&self, i: usize, j: usize, k: usize) -> C {
-        let p = self.phasors;
-        let g = &self.mesh.grid;
-        self.over_omega(
-            (p.e(0, i, j, k + 1) - p.e(0, i, j, k)) / g.thickness_um(k)
-                - (p.e(2, i + 1, j, k) - p.e(2, i, j, k)) / g.dx_um(),
-        )
+        let [x, _] = self.mesh.grid.in_layer(k);
+        self.over_omega(self.along_z(0, [i, j], k) - self.along(0, 2, [i, j], k, x))
     }
 
     fn hz(&self, i: usize, j: usize, k: usize) -> C {
-        let p = self.phasors;
-        let g = &self.mesh.grid;
-        self.over_omega(
-            (p.e(1, i + 1, j, k) - p.e(1, i, j, k)) / g.dx_um()
-                - (p.e(0, i, j + 1, k) - p.e(0, i, j, k)) / g.dy_um(),
-        )
+        let [x, y] = self.mesh.grid.on_plane(k);
+        self.over_omega(self.along(0, 1, [i, j], k, x) - self.along(1, 0, [i, j], k, y))
     }
 
     /// Tangential H at Ex (Hy) or Ey (Hx) of plane k.
@@ -172,7 +202,12 @@ impl Fields<'_> {
             return 0.0;
         }
         let g = &self.mesh.grid;
-        let step = if axis == 0 { g.dy_um() } else { g.dx_um() };
+        let (step, own) = if axis == 0 {
+            (g.dy_um(), g.dx_um())
+        } else {
+            (g.dx_um(), g.dy_um())
+        };
+        // What the stepper takes for the area of a side: its difference is near × own of Yee's. In silicon there are no far nodes.
         let mut sum = 0.0;
         for k in z.start..=z.end {
             // The box ends at the H nodes above the surface (Side::Above), so the surface's nodes are in it whole.
@@ -181,6 +216,7 @@ impl Fields<'_> {
             } else {
                 self.height(k, z)
             };
+            let height = height * g.on_plane(k)[axis].near * own;
             for j in across.clone() {
                 // E along the face in the plane, with Hz.
                 let (e, sign) = if axis == 0 {
@@ -192,7 +228,7 @@ impl Fields<'_> {
             }
         }
         for k in z.clone() {
-            let height = g.thickness_um(k);
+            let height = g.thickness_um(k) * g.in_layer(k)[axis].near * own;
             for j in across.start..=across.end {
                 let (e, sign) = if axis == 0 {
                     (self.phasors.e(2, i, j, k), -1.0)

@@ -12,8 +12,8 @@ use std::collections::HashMap;
 
 use rustfft::num_complex::Complex64;
 
-use super::dispersion::Numerics;
-use super::mesh::{Filling, Mesh};
+use super::dispersion::{Layers, Numerics};
+use super::mesh::{Filling, Mesh, Slab};
 use super::{FdtdError, MaterialMap, Medium, poles};
 use crate::em::stack::{Indices, PixelStack};
 
@@ -46,10 +46,10 @@ pub(super) struct Spectra<'a> {
 }
 
 impl Spectra<'_> {
-    /// Corrected ε of a medium in layers of `dz_um`.
-    fn corrected(&self, dz_um: f64, index: impl Fn(&Indices) -> C) -> Spectrum {
+    /// Corrected ε of a medium in such layers.
+    fn corrected(&self, layers: &Layers, index: impl Fn(&Indices) -> C) -> Spectrum {
         let n = index(&self.indices[self.design]);
-        let factor = self.numerics[self.design].permittivity(n, dz_um) / (n * n);
+        let factor = self.numerics[self.design].permittivity(n, layers) / (n * n);
         self.indices
             .iter()
             .map(|i| {
@@ -73,7 +73,7 @@ pub(super) fn raster(
     let cells: Vec<Cell> = mesh
         .slabs
         .iter()
-        .map(|s| Cell::new(stack, mesh.step_um(s), s.filling, spectra))
+        .map(|s| Cell::new(stack, s, spectra))
         .collect();
     let slab_of: Vec<usize> = mesh
         .slabs
@@ -225,7 +225,7 @@ impl Fills {
             } else {
                 mesh.grid.ny()
             };
-            let d = mesh.lateral_um[axis];
+            let d = mesh.lateral_um()[axis];
             let (lines, width) = if what == 0 {
                 (count[axis], stack.trench_um)
             } else {
@@ -311,24 +311,22 @@ struct Cell {
 }
 
 impl Cell {
-    fn new(stack: &PixelStack, dz_um: f64, filling: Filling, spectra: &Spectra) -> Self {
-        let air = spectra.corrected(dz_um, |_| C::ONE);
-        let (base, inset) = match filling {
+    fn new(stack: &PixelStack, slab: &Slab, spectra: &Spectra) -> Self {
+        let layers = &slab.layers;
+        let air = spectra.corrected(layers, |_| C::ONE);
+        let (base, inset) = match slab.filling {
             Filling::Silicon => (
-                spectra.corrected(dz_um, |n| n.silicon),
-                (stack.trench_um > 0.0).then(|| (spectra.corrected(dz_um, |n| n.trench), 0)),
+                spectra.corrected(layers, |n| n.silicon),
+                (stack.trench_um > 0.0).then(|| (spectra.corrected(layers, |n| n.trench), 0)),
             ),
             Filling::Layer(i) => {
-                let here = stack
-                    .metal
-                    .as_ref()
-                    .filter(|m| m.layer == stack.layers[i].name && m.width_um > 0.0);
+                let here = stack.walls_in(i);
                 (
-                    spectra.corrected(dz_um, |n| n.layers[i]),
-                    here.map(|_| (spectra.corrected(dz_um, |n| n.metal), 1)),
+                    spectra.corrected(layers, |n| n.layers[i]),
+                    here.map(|_| (spectra.corrected(layers, |n| n.metal), 1)),
                 )
             }
-            Filling::Pedestal | Filling::Lens => (spectra.corrected(dz_um, |n| n.lens), None),
+            Filling::Pedestal | Filling::Lens => (spectra.corrected(layers, |n| n.lens), None),
             Filling::Air => (air.clone(), None),
         };
         Self { base, inset, air }
@@ -396,7 +394,7 @@ fn lens_fill(
     centre: [f64; 2],
     [low, high]: [f64; 2],
 ) -> (f64, [f64; 3]) {
-    let size = mesh.lateral_um;
+    let size = mesh.lateral_um();
     let p = stack.pitch_um;
     let r = stack.lens.radius_um;
     // The lens's base is the top of the flat layers.

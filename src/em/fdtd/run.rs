@@ -23,7 +23,7 @@ use crate::em::stack::{Indices, PixelStack};
 type C = Complex64;
 
 /// Name and version of the model: part of every table's key, so a change of the physics changes the key.
-pub const MODEL: &str = "fdtd-1";
+pub const MODEL: &str = "fdtd-2";
 
 /// How often the absorbed power is looked at, in µm/c.
 pub const CHECK_UM: f64 = 5.0;
@@ -137,7 +137,7 @@ fn members(mesh: &Mesh, bloch: [f64; 2]) -> [Member; 2] {
                 (true, true) => Lateral::Mirror(Wall::Electric),
                 (true, false) => Lateral::Mirror(Wall::Magnetic),
                 (false, _) => Lateral::Bloch {
-                    phase_rad: bloch[a] * cells as f64 * mesh.lateral_um[a],
+                    phase_rad: bloch[a] * cells as f64 * mesh.lateral_um()[a],
                 },
             }
         };
@@ -247,8 +247,7 @@ impl Matter {
                 .map(|omega| Numerics {
                     omega: *omega,
                     dt_um,
-                    lateral_um: mesh.lateral_um,
-                    stepped_um: [mesh.grid.dx_um(), mesh.grid.dy_um()],
+                    lateral_um: mesh.lateral_um(),
                     bloch,
                 })
                 .collect();

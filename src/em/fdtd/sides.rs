@@ -1,7 +1,9 @@
 //! What lies beyond the sides of the period, copied to the places that [`super::layout`] keeps for it.
 //!
-//! With p = e^(i phase): E(nx) = p E(0) and H(−1) = p* H(nx − 1). Behind a mirror tangential H is even (electric wall) or odd (magnetic):
-//! H(−1) = ± H(0), H(nx) = ± H(nx − 1), while E on the wall is a node as any other; on an electric wall these images keep it at zero.
+//! Two nodes deep, as far as the wide differences reach. With p = e^(i phase): E(nx + i) = p E(i), H(−1 − i) = p* H(nx − 1 − i), and so on. Behind
+//! a mirror tangential H is even (electric wall) or odd (magnetic), H(−1 − i) = ± H(i), H(nx + i) = ± H(nx − 1 − i), and tangential E the
+//! other way round: E(−1) = ∓ E(1), E(nx + 1) = ∓ E(nx − 1). E on the wall is a node as any other; on an electric wall these images keep it at
+//! zero.
 
 use super::layout::Layout;
 use super::member::{Lateral, Wall};
@@ -53,60 +55,91 @@ fn carry(sets: &mut [Set], component: Component, [from, to, len]: [usize; 3], fa
     }
 }
 
-/// Sets Hy, Hz beyond the x sides of row j of layer k.
+/// A place beyond the sides, the place that its value comes from, and the factor.
+type Image = (isize, isize, [f32; 2]);
+
+/// The images of H along an axis of `n` cells, in the order in which they can be set (of a single cell some are images of images).
 #[inline(always)]
-pub(super) fn h_beyond_x(sets: &mut [Set], side: Side, layout: &Layout, k: usize, j: usize) {
-    let at = layout.at(k, j as isize);
-    let nx = layout.nx;
-    for component in [Component::Hy, Component::Hz] {
-        match side {
-            Side::Bloch([c, s]) => carry(sets, component, [at + nx - 1, at - 1, 1], [c, -s]),
-            Side::Mirror(sign) => {
-                carry(sets, component, [at, at - 1, 1], [sign, 0.0]);
-                carry(sets, component, [at + nx - 1, at + nx, 1], [sign, 0.0]);
-            }
+fn h_images(side: Side, n: usize) -> ([Image; 4], usize) {
+    let n = n as isize;
+    match side {
+        Side::Bloch([c, s]) => {
+            let none = (0, 0, [1.0, 0.0]);
+            let back = [c, -s];
+            (
+                [(-1, n - 1, back), (-2, n - 2, back), (n, 0, [c, s]), none],
+                3,
+            )
+        }
+        Side::Mirror(sign) => {
+            let f = [sign, 0.0];
+            (
+                [(-1, 0, f), (n, n - 1, f), (-2, 1, f), (n + 1, n - 2, f)],
+                4,
+            )
         }
     }
 }
 
-/// Sets E at node nx of row j of layer k from node 0.
+/// The images of tangential E.
 #[inline(always)]
-pub(super) fn e_beyond_x(sets: &mut [Set], side: Side, layout: &Layout, k: usize, j: usize) {
-    let Side::Bloch(factor) = side else {
-        return;
-    };
-    let at = layout.at(k, j as isize);
-    for component in [Component::Ex, Component::Ey, Component::Ez] {
-        carry(sets, component, [at, at + layout.nx, 1], factor);
+fn e_images(side: Side, n: usize) -> ([Image; 4], usize) {
+    let n = n as isize;
+    let none = (0, 0, [1.0, 0.0]);
+    match side {
+        Side::Bloch([c, s]) => {
+            let on = [c, s];
+            ([(n, 0, on), (n + 1, 1, on), (-1, n - 1, [c, -s]), none], 3)
+        }
+        Side::Mirror(sign) => {
+            let f = [-sign, 0.0];
+            ([(-1, 1, f), (n + 1, n - 1, f), none, none], 2)
+        }
     }
 }
 
-/// Sets a row of Hx, Hz from row `from`: row −1 or, behind a mirror, row ny.
-#[inline(always)]
-pub(super) fn h_row_beyond_y(
-    sets: &mut [Set],
-    factor: [f32; 2],
-    layout: &Layout,
-    k: usize,
-    [from, to]: [isize; 2],
-) {
-    let places = [layout.at(k, from), layout.at(k, to), layout.lanes];
-    carry(sets, Component::Hx, places, factor);
-    carry(sets, Component::Hz, places, factor);
+fn place(row: usize, i: isize) -> usize {
+    (row as isize + i) as usize
 }
 
-/// Sets row ny of E in layer k from row 0.
+/// Sets H of layer k beyond all sides: Hy and Hz in x, Hx and Hz in y.
 #[inline(always)]
-pub(super) fn e_row_beyond_y(sets: &mut [Set], side: Side, layout: &Layout, k: usize) {
-    let Side::Bloch(factor) = side else {
-        return;
-    };
-    let places = [
-        layout.at(k, 0),
-        layout.at(k, layout.ny as isize),
-        layout.nx + 1,
-    ];
-    carry(sets, Component::Ex, places, factor);
-    carry(sets, Component::Ey, places, factor);
-    carry(sets, Component::Ez, places, factor);
+pub(super) fn h_beyond(sets: &mut [Set], sides: [Side; 2], layout: &Layout, k: usize) {
+    let (images, count) = h_images(sides[0], layout.nx);
+    for j in 0..layout.rows {
+        let row = layout.at(k, j as isize);
+        for (to, from, factor) in &images[..count] {
+            let places = [place(row, *from), place(row, *to), 1];
+            carry(sets, Component::Hy, places, *factor);
+            carry(sets, Component::Hz, places, *factor);
+        }
+    }
+    let (images, count) = h_images(sides[1], layout.ny);
+    for (to, from, factor) in &images[..count] {
+        let places = [layout.at(k, *from), layout.at(k, *to), layout.lanes];
+        carry(sets, Component::Hx, places, *factor);
+        carry(sets, Component::Hz, places, *factor);
+    }
+}
+
+/// Sets E of layer k beyond all sides; the first nodes beyond are those of the next period, in all components.
+#[inline(always)]
+pub(super) fn e_beyond(sets: &mut [Set], sides: [Side; 2], layout: &Layout, k: usize) {
+    let (images, count) = e_images(sides[0], layout.nx);
+    for j in 0..layout.rows {
+        let row = layout.at(k, j as isize);
+        for (to, from, factor) in &images[..count] {
+            for component in [Component::Ex, Component::Ey, Component::Ez] {
+                let places = [place(row, *from), place(row, *to), 1];
+                carry(sets, component, places, *factor);
+            }
+        }
+    }
+    let (images, count) = e_images(sides[1], layout.ny);
+    for (to, from, factor) in &images[..count] {
+        let places = [layout.at(k, *from), layout.at(k, *to), layout.nx + 1];
+        for component in [Component::Ex, Component::Ey, Component::Ez] {
+            carry(sets, component, places, *factor);
+        }
+    }
 }

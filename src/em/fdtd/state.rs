@@ -2,7 +2,7 @@
 
 use super::layout::{Layout, VECTOR};
 use super::member::{Lateral, Wall};
-use super::sides::{Side, e_beyond_x, e_row_beyond_y};
+use super::sides::{Side, e_beyond};
 use super::{Member, coefficients::Coefficients};
 
 /// A field component.
@@ -200,10 +200,7 @@ impl State {
                     }
                 }
             }
-            for j in 0..layout.ny {
-                e_beyond_x(&mut self.sets, self.sides[0], layout, k, j);
-            }
-            e_row_beyond_y(&mut self.sets, self.sides[1], layout, k);
+            e_beyond(&mut self.sets, self.sides, layout, k);
         }
     }
 }

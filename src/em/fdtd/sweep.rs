@@ -5,13 +5,14 @@
 //!           │      ·        ·    [f]       f − 1, and so on: each finds H below and E above at its own time, so the bits are those
 //!           │      ·      [f−1]   ■        of whole steps in turn. Layers stay in the second-level cache for all the steps of
 //!           │    [f−2]      ■     ■        a pass.
-//!           │      ■        ■     ■        Within a layer, row j of H is followed at once by row j of E.
+//!           │      ■        ■     ■        Within a layer, all rows of H are followed by all rows of E.
 //! ```
 
 use super::kernel::{
-    Curl, FIRST, NEITHER, Psi, SECOND, e_row, e_row_driven, h_row, pole_drive, pole_row,
+    BOTH, Curl, Difference, FIRST, NEITHER, Psi, SECOND, e_row, e_row_driven, h_row, pole_drive,
+    pole_row,
 };
-use super::sides::{Side, e_beyond_x, e_row_beyond_y, h_beyond_x, h_row_beyond_y};
+use super::sides::{e_beyond, h_beyond};
 use super::simulation::Shared;
 use super::state::{Aligned, Polarization, Set, State};
 use crate::simd::SimdLevel;
@@ -69,32 +70,45 @@ fn run_pass(shared: &Shared, state: &mut State, currents: &[f32]) {
 #[inline(always)]
 fn step_layer(shared: &Shared, state: &mut State, k: usize, current: f32) {
     let layout = &shared.layout;
-    let last = layout.ny - 1;
-    let [side_x, side_y] = state.sides;
-    if let Side::Bloch([c, s]) = side_y {
-        // Row 0 of E needs the last row of H.
-        h_rows(shared, &mut state.sets, last, k);
-        h_row_beyond_y(&mut state.sets, [c, -s], layout, k, [last as isize, -1]);
-    }
     for j in 0..layout.rows {
-        match side_y {
-            Side::Bloch(_) if j == last => (),
-            _ => h_rows(shared, &mut state.sets, j, k),
-        }
-        if let Side::Mirror(sign) = side_y {
-            let images = [
-                (0, [0, -1]),
-                (layout.ny, [last as isize, layout.ny as isize]),
-            ];
-            for (_, rows) in images.into_iter().filter(|(at, _)| *at == j) {
-                h_row_beyond_y(&mut state.sets, [sign, 0.0], layout, k, rows);
-            }
-        }
-        h_beyond_x(&mut state.sets, side_x, layout, k, j);
-        e_rows(shared, state, j, k, current);
-        e_beyond_x(&mut state.sets, side_x, layout, k, j);
+        h_rows(shared, &mut state.sets, j, k);
     }
-    e_row_beyond_y(&mut state.sets, side_y, layout, k);
+    h_beyond(&mut state.sets, state.sides, layout, k);
+    for j in 0..layout.rows {
+        e_rows(shared, state, j, k, current);
+    }
+    e_beyond(&mut state.sets, state.sides, layout, k);
+}
+
+/// The difference of a field between the places `at` and `at` − `step`, and its far nodes one step outside.
+#[inline(always)]
+fn across(
+    field: &Aligned,
+    at: usize,
+    step: usize,
+    width: usize,
+    rates: [f32; 2],
+) -> Difference<'_> {
+    Difference {
+        near: [row(field, at, width), row(field, at - step, width)],
+        rate: rates[0],
+        far: [
+            row(field, at + step, width),
+            row(field, at - 2 * step, width),
+        ],
+        far_rate: rates[1],
+    }
+}
+
+/// The difference of a field between the layers of the places `at` and `below`.
+#[inline(always)]
+fn along_z(field: &Aligned, at: usize, below: usize, width: usize, rate: f32) -> Difference<'_> {
+    Difference {
+        near: [row(field, at, width), row(field, below, width)],
+        rate,
+        far: [&[]; 2],
+        far_rate: 0.0,
+    }
 }
 
 /// Row j of H in layer k.
@@ -103,27 +117,25 @@ fn h_rows(shared: &Shared, sets: &mut [Set], j: usize, k: usize) {
     let layout = &shared.layout;
     let at = layout.at(k, j as isize);
     let (up, back) = (at + layout.layer(), at + layout.stride);
-    let width = layout.width;
-    let [rate_x, rate_y] = shared.coefficients.lateral;
+    let (width, stride) = (layout.width, layout.stride);
+    let in_layer = shared.coefficients.in_layer[k];
+    let on_plane = shared.coefficients.on_plane[k];
     let vertical = shared.coefficients.h_vertical[k];
     for set in sets {
         let [ex, ey, ez] = &set.e;
         let [hx, hy, hz] = &mut set.h;
         let [psi_x, psi_y] = &mut set.psi_h;
         let curl_x = Curl {
-            a: [row(ez, back, width), row(ez, at, width)],
-            b: [row(ey, up, width), row(ey, at, width)],
-            rates: [rate_y, vertical.rate],
+            a: across(ez, back, stride, width, in_layer.y),
+            b: along_z(ey, up, at, width, vertical.rate),
         };
         let curl_y = Curl {
-            a: [row(ex, up, width), row(ex, at, width)],
-            b: [row(ez, at + 1, width), row(ez, at, width)],
-            rates: [vertical.rate, rate_x],
+            a: along_z(ex, up, at, width, vertical.rate),
+            b: across(ez, at + 1, 1, width, in_layer.x),
         };
         let curl_z = Curl {
-            a: [row(ey, at + 1, width), row(ey, at, width)],
-            b: [row(ex, back, width), row(ex, at, width)],
-            rates: [rate_x, rate_y],
+            a: across(ey, at + 1, 1, width, on_plane.x),
+            b: across(ex, back, stride, width, on_plane.y),
         };
         let hx = row_mut(hx, at, width);
         let hy = row_mut(hy, at, width);
@@ -131,16 +143,32 @@ fn h_rows(shared: &Shared, sets: &mut [Set], j: usize, k: usize) {
             (Some(bc), Some(slot)) => {
                 let at = layout.at(slot, j as isize);
                 let row = row_mut(psi_x, at, width);
-                h_row::<SECOND>(hx, curl_x, Psi { row, bc });
+                let x = Psi { row, bc };
                 let row = row_mut(psi_y, at, width);
-                h_row::<FIRST>(hy, curl_y, Psi { row, bc });
+                let y = Psi { row, bc };
+                if in_layer.is_wide() {
+                    h_row::<SECOND, FIRST>(hx, curl_x, x);
+                    h_row::<FIRST, SECOND>(hy, curl_y, y);
+                } else {
+                    h_row::<SECOND, NEITHER>(hx, curl_x, x);
+                    h_row::<FIRST, NEITHER>(hy, curl_y, y);
+                }
+            }
+            _ if in_layer.is_wide() => {
+                h_row::<NEITHER, FIRST>(hx, curl_x, Psi::none());
+                h_row::<NEITHER, SECOND>(hy, curl_y, Psi::none());
             }
             _ => {
-                h_row::<NEITHER>(hx, curl_x, Psi::none());
-                h_row::<NEITHER>(hy, curl_y, Psi::none());
+                h_row::<NEITHER, NEITHER>(hx, curl_x, Psi::none());
+                h_row::<NEITHER, NEITHER>(hy, curl_y, Psi::none());
             }
         }
-        h_row::<NEITHER>(row_mut(hz, at, width), curl_z, Psi::none());
+        let hz = row_mut(hz, at, width);
+        if on_plane.is_wide() {
+            h_row::<NEITHER, BOTH>(hz, curl_z, Psi::none());
+        } else {
+            h_row::<NEITHER, NEITHER>(hz, curl_z, Psi::none());
+        }
     }
 }
 
@@ -159,11 +187,12 @@ fn row_mut(field: &mut Aligned, at: usize, width: usize) -> &mut [f32] {
 fn e_rows(shared: &Shared, state: &mut State, j: usize, k: usize, current: f32) {
     let layout = &shared.layout;
     let at = layout.at(k, j as isize);
-    let front = at - layout.stride;
-    let width = layout.width;
-    let [rate_x, rate_y] = shared.coefficients.lateral;
+    let (width, stride) = (layout.width, layout.stride);
+    let in_layer = shared.coefficients.in_layer[k];
+    let on_plane = shared.coefficients.on_plane[k];
     let vertical = shared.coefficients.e_vertical[k];
     let scratch = &mut state.scratch;
+    let of = |axis| Material { shared, axis, j, k };
     for (part, set) in state.sets.iter_mut().enumerate() {
         let [hx, hy, hz] = &set.h;
         let [ex, ey, ez] = &mut set.e;
@@ -173,14 +202,12 @@ fn e_rows(shared: &Shared, state: &mut State, j: usize, k: usize, current: f32) 
         if k > 0 {
             let below = at - layout.layer();
             let curl_x = Curl {
-                a: [row(hz, at, width), row(hz, front, width)],
-                b: [row(hy, at, width), row(hy, below, width)],
-                rates: [rate_y, vertical.rate],
+                a: across(hz, at, stride, width, on_plane.y),
+                b: along_z(hy, at, below, width, vertical.rate),
             };
             let curl_y = Curl {
-                a: [row(hx, at, width), row(hx, below, width)],
-                b: [row(hz, at, width), row(hz, at - 1, width)],
-                rates: [vertical.rate, rate_x],
+                a: along_z(hx, at, below, width, vertical.rate),
+                b: across(hz, at, 1, width, on_plane.x),
             };
             let ex = row_mut(ex, at, width);
             let ey = row_mut(ey, at, width);
@@ -188,49 +215,24 @@ fn e_rows(shared: &Shared, state: &mut State, j: usize, k: usize, current: f32) 
                 (Some(bc), Some(slot)) => {
                     let at = layout.at(slot, j as isize);
                     let row = row_mut(psi_x, at, width);
-                    Material {
-                        shared,
-                        axis: 0,
-                        j,
-                        k,
-                    }
-                    .step::<SECOND>(
-                        ex,
-                        curl_x,
-                        Psi { row, bc },
-                        poles_x,
-                        scratch,
-                    );
+                    let x = Psi { row, bc };
                     let row = row_mut(psi_y, at, width);
-                    Material {
-                        shared,
-                        axis: 1,
-                        j,
-                        k,
+                    let y = Psi { row, bc };
+                    if on_plane.is_wide() {
+                        of(0).step::<SECOND, FIRST>(ex, curl_x, x, poles_x, scratch);
+                        of(1).step::<FIRST, SECOND>(ey, curl_y, y, poles_y, scratch);
+                    } else {
+                        of(0).step::<SECOND, NEITHER>(ex, curl_x, x, poles_x, scratch);
+                        of(1).step::<FIRST, NEITHER>(ey, curl_y, y, poles_y, scratch);
                     }
-                    .step::<FIRST>(
-                        ey,
-                        curl_y,
-                        Psi { row, bc },
-                        poles_y,
-                        scratch,
-                    );
+                }
+                _ if on_plane.is_wide() => {
+                    of(0).step::<NEITHER, FIRST>(ex, curl_x, Psi::none(), poles_x, scratch);
+                    of(1).step::<NEITHER, SECOND>(ey, curl_y, Psi::none(), poles_y, scratch);
                 }
                 _ => {
-                    Material {
-                        shared,
-                        axis: 0,
-                        j,
-                        k,
-                    }
-                    .step::<NEITHER>(ex, curl_x, Psi::none(), poles_x, scratch);
-                    Material {
-                        shared,
-                        axis: 1,
-                        j,
-                        k,
-                    }
-                    .step::<NEITHER>(ey, curl_y, Psi::none(), poles_y, scratch);
+                    of(0).step::<NEITHER, NEITHER>(ex, curl_x, Psi::none(), poles_x, scratch);
+                    of(1).step::<NEITHER, NEITHER>(ey, curl_y, Psi::none(), poles_y, scratch);
                 }
             }
             if k == shared.source_plane {
@@ -244,23 +246,15 @@ fn e_rows(shared: &Shared, state: &mut State, j: usize, k: usize, current: f32) 
             }
         }
         let curl_z = Curl {
-            a: [row(hy, at, width), row(hy, at - 1, width)],
-            b: [row(hx, at, width), row(hx, front, width)],
-            rates: [rate_x, rate_y],
+            a: across(hy, at, 1, width, in_layer.x),
+            b: across(hx, at, stride, width, in_layer.y),
         };
-        Material {
-            shared,
-            axis: 2,
-            j,
-            k,
+        let ez = row_mut(ez, at, width);
+        if in_layer.is_wide() {
+            of(2).step::<NEITHER, BOTH>(ez, curl_z, Psi::none(), poles_z, scratch);
+        } else {
+            of(2).step::<NEITHER, NEITHER>(ez, curl_z, Psi::none(), poles_z, scratch);
         }
-        .step::<NEITHER>(
-            row_mut(ez, at, width),
-            curl_z,
-            Psi::none(),
-            poles_z,
-            scratch,
-        );
     }
 }
 
@@ -274,7 +268,7 @@ struct Material<'a> {
 
 impl Material<'_> {
     #[inline(always)]
-    fn step<const STRETCHED: usize>(
+    fn step<const STRETCHED: usize, const WIDE: usize>(
         self,
         e: &mut [f32],
         curl: Curl<'_>,
@@ -286,7 +280,7 @@ impl Material<'_> {
         let row = coefficients.row(self.axis, self.j, self.k);
         let layer = match coefficients.polar_layer[self.k] {
             Some(layer) if !row.poles.is_empty() => layer,
-            _ => return e_row::<STRETCHED>(e, row, curl, psi),
+            _ => return e_row::<STRETCHED, WIDE>(e, row, curl, psi),
         };
         let at = self.shared.layout.at(layer, self.j as isize);
         let places = at..at + e.len();
@@ -298,7 +292,7 @@ impl Material<'_> {
             );
             pole_drive(scratch, pole, q, p);
         }
-        e_row_driven::<STRETCHED>(e, row, curl, psi, scratch);
+        e_row_driven::<STRETCHED, WIDE>(e, row, curl, psi, scratch);
         for (pole, polarization) in row.poles.iter().zip(poles) {
             let Polarization { q, p } = polarization;
             pole_row(

@@ -53,6 +53,80 @@ impl Centroid {
     }
 }
 
+/// Rays of one pixel that pass the lens: what they see, and what each is worth to each sub-pixel.
+#[derive(Clone, Debug)]
+pub(super) struct Bundle {
+    pub q0: Vec<DVec2>,
+    pub q1_mm: Vec<DVec2>,
+    pub slopes: Vec<DVec2>,
+    /// `[ray][sub-pixel]`: P cos θ dω, in units of [`Self::scale`].
+    pub weights: Vec<f64>,
+    /// cos θ dω of each ray, in the same units.
+    pub measure: Vec<f64>,
+    /// sr a unit of weight.
+    pub scale: f64,
+    pub subpixels: usize,
+}
+
+impl Bundle {
+    /// From the sensor position `xy_mm`, at a channel's wavelength. `None` where no light passes.
+    pub fn new(camera: &Camera, channel: usize, xy_mm: DVec2, samples: &SobolSet) -> Option<Self> {
+        let pupil = camera.pupil_at(xy_mm)?;
+        let n = samples.len();
+        let (mut p, mut q) = (vec![0.0; n], vec![0.0; n]);
+        samples.fill(2, PUPIL_KEY, 0, &mut p);
+        samples.fill(3, PUPIL_KEY, 0, &mut q);
+        let origin = camera_from_sensor_mm(xy_mm, camera.sensor_z_mm());
+        let shift = camera.shift_at_um(xy_mm);
+        let frame = camera.response_frame();
+        let n_sub = camera.sensor().subpixels().count();
+        let mut batch = RayBatch::default();
+        let (mut u, mut v, mut measure, mut slopes) = (
+            vec![0f32; n],
+            vec![0f32; n],
+            vec![0.0; n],
+            vec![DVec2::ZERO; n],
+        );
+        for i in 0..n {
+            let (a, b) = concentric_disk(p[i], q[i]);
+            let target = pupil.centre_mm + (a * pupil.axis_a_mm + b * pupil.axis_b_mm).extend(0.0);
+            let e = target - origin;
+            let d = e.normalize();
+            batch.push(origin, d);
+            measure[i] = e.z * e.z / e.length_squared().powi(2);
+            slopes[i] = DVec2::new(d.x, d.y) / d.z;
+            let uv = uv_from_camera_direction(-d);
+            (u[i], v[i]) = frame.centred_uv(uv.x as f32, uv.y as f32, shift.to_array());
+        }
+        let mut response = vec![0f32; n * n_sub];
+        camera.response().weights_batch(&u, &v, &mut response);
+        camera
+            .tracer_of(channel)
+            .trace_backward(&mut batch, SimdLevel::detect());
+        let mut bundle = Self {
+            q0: Vec::with_capacity(n),
+            q1_mm: Vec::with_capacity(n),
+            slopes: Vec::with_capacity(n),
+            weights: Vec::with_capacity(n * n_sub),
+            measure: Vec::with_capacity(n),
+            scale: pupil.area_mm2() / n as f64,
+            subpixels: n_sub,
+        };
+        for i in (0..n).filter(|&i| batch.status[i] == 0) {
+            let o = DVec3::new(batch.ox[i], batch.oy[i], batch.oz[i]);
+            let m = DVec2::new(batch.dx[i], batch.dy[i]) / batch.dz[i];
+            bundle.q0.push(-m);
+            bundle.q1_mm.push(o.truncate() - o.z * m);
+            bundle.slopes.push(slopes[i]);
+            bundle.measure.push(measure[i]);
+            let of_ray = &response[i * n_sub..][..n_sub];
+            let weights = of_ray.iter().map(|&w| f64::from(w) * measure[i]);
+            bundle.weights.extend(weights);
+        }
+        Some(bundle)
+    }
+}
+
 /// Centroids of each sub-pixel's rays, and of all together, from the sensor position `xy_mm`, at a channel's wavelength.
 /// `None` where no light passes.
 pub(super) fn centroids(
@@ -61,52 +135,18 @@ pub(super) fn centroids(
     xy_mm: DVec2,
     samples: &SobolSet,
 ) -> Option<(Vec<Centroid>, Centroid)> {
-    let pupil = camera.pupil_at(xy_mm)?;
-    let n = samples.len();
-    let (mut p, mut q) = (vec![0.0; n], vec![0.0; n]);
-    samples.fill(2, PUPIL_KEY, 0, &mut p);
-    samples.fill(3, PUPIL_KEY, 0, &mut q);
-    let origin = camera_from_sensor_mm(xy_mm, camera.sensor_z_mm());
-    let shift = camera.shift_at_um(xy_mm);
-    let frame = camera.response_frame();
-    let n_sub = camera.sensor().subpixels().count();
-    let mut batch = RayBatch::default();
-    let (mut u, mut v, mut measure, mut slopes) = (
-        vec![0f32; n],
-        vec![0f32; n],
-        vec![0.0; n],
-        vec![DVec2::ZERO; n],
-    );
-    for i in 0..n {
-        let (a, b) = concentric_disk(p[i], q[i]);
-        let target = pupil.centre_mm + (a * pupil.axis_a_mm + b * pupil.axis_b_mm).extend(0.0);
-        let e = target - origin;
-        let d = e.normalize();
-        batch.push(origin, d);
-        measure[i] = e.z * e.z / e.length_squared().powi(2);
-        slopes[i] = DVec2::new(d.x, d.y) / d.z;
-        let uv = uv_from_camera_direction(-d);
-        (u[i], v[i]) = frame.centred_uv(uv.x as f32, uv.y as f32, shift.to_array());
-    }
-    let mut weights = vec![0f32; n * n_sub];
-    camera.response().weights_batch(&u, &v, &mut weights);
-    camera
-        .tracer_of(channel)
-        .trace_backward(&mut batch, SimdLevel::detect());
-    let mut of_subpixel = vec![Centroid::default(); n_sub];
+    let bundle = Bundle::new(camera, channel, xy_mm, samples)?;
+    let mut of_subpixel = vec![Centroid::default(); bundle.subpixels];
     let mut of_all = Centroid::default();
-    for i in (0..n).filter(|&i| batch.status[i] == 0) {
-        let o = DVec3::new(batch.ox[i], batch.oy[i], batch.oz[i]);
-        let m = DVec2::new(batch.dx[i], batch.dy[i]) / batch.dz[i];
-        let (q0, q1) = (-m, o.truncate() - o.z * m);
-        of_all.incident += measure[i];
-        for (s, &w) in of_subpixel.iter_mut().zip(&weights[i * n_sub..][..n_sub]) {
-            let w = f64::from(w) * measure[i];
-            s.add(w, q0, q1, slopes[i]);
-            of_all.add(w, q0, q1, slopes[i]);
+    for (i, weights) in bundle.weights.chunks_exact(bundle.subpixels).enumerate() {
+        let (q0, q1, slope) = (bundle.q0[i], bundle.q1_mm[i], bundle.slopes[i]);
+        of_all.incident += bundle.measure[i];
+        for (s, &w) in of_subpixel.iter_mut().zip(weights) {
+            s.add(w, q0, q1, slope);
+            of_all.add(w, q0, q1, slope);
         }
     }
-    let scale = pupil.area_mm2() / n as f64;
+    let scale = bundle.scale;
     (of_all.weight > 0.0).then(|| {
         (
             of_subpixel

@@ -154,8 +154,21 @@ fn node(
     coarse: &SobolSet,
 ) -> Option<Vec<f64>> {
     let (of_subpixel, all) = centroids(camera, channel, p, fine)?;
+    let [j0, j1] = jacobian(camera, channel, p, coarse)?;
+    let mut c = [j0.to_cols_array(), j1.to_cols_array()].concat();
+    for s in of_subpixel {
+        // A sub-pixel that gets no light at all has no centroid, and so no disparity.
+        let dark = if s.weight > 0.0 { 0.0 } else { f64::NAN };
+        let (d0, d1, slope) = (s.q0 - all.q0, s.q1_mm - all.q1_mm, s.slope - all.slope);
+        c.extend([d0.x, d0.y, d1.x, d1.y, slope.x, slope.y].map(|v| v + dark));
+    }
+    Some(c)
+}
+
+/// J₀ and J₁ of J(D) = J₀ + J₁/D at a sensor position; J₁ in mm/px.
+fn jacobian(camera: &Camera, channel: usize, p: DVec2, samples: &SobolSet) -> Option<[DMat2; 2]> {
     let step = STEP_PX * camera.sensor().pitch_mm();
-    let at = |d: DVec2| centroids(camera, channel, p + d, coarse).map(|c| c.1);
+    let at = |d: DVec2| centroids(camera, channel, p + d, samples).map(|c| c.1);
     let difference = |a: Centroid, b: Centroid| {
         (
             (a.q0 - b.q0) / (2.0 * STEP_PX),
@@ -164,12 +177,10 @@ fn node(
     };
     let (x0, x1) = difference(at(DVec2::X * step)?, at(-DVec2::X * step)?);
     let (y0, y1) = difference(at(DVec2::Y * step)?, at(-DVec2::Y * step)?);
-    let mut c = vec![x0.x, x0.y, y0.x, y0.y, x1.x, x1.y, y1.x, y1.y];
-    for s in of_subpixel {
-        // A sub-pixel that gets no light at all has no centroid, and so no disparity.
-        let dark = if s.weight > 0.0 { 0.0 } else { f64::NAN };
-        let (d0, d1, slope) = (s.q0 - all.q0, s.q1_mm - all.q1_mm, s.slope - all.slope);
-        c.extend([d0.x, d0.y, d1.x, d1.y, slope.x, slope.y].map(|v| v + dark));
-    }
-    Some(c)
+    Some([DMat2::from_cols(x0, y0), DMat2::from_cols(x1, y1)])
+}
+
+/// [`jacobian`] for other modules of the truth, with the rays that the disparity's has.
+pub(super) fn jacobian_at(camera: &Camera, channel: usize, p: DVec2) -> Option<[DMat2; 2]> {
+    jacobian(camera, channel, p, &SobolSet::new(JACOBIAN_RAYS))
 }

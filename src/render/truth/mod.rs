@@ -7,9 +7,11 @@ mod bundle;
 mod chief;
 mod defocus;
 mod disparity;
+mod receptive;
 mod white;
 
 pub use chief::{ChiefRays, GeometryTruth};
 pub use defocus::Defocus;
 pub use disparity::{DisparityField, DisparityMaps};
+pub use receptive::{ReceptiveField, TextureSpectrum};
 pub use white::WhiteField;

@@ -10,12 +10,12 @@ const SMALL_MEAN: f64 = 10.0;
 
 /// A Poisson number of mean `mean`; 0 for a mean that is not above 0.
 pub fn poisson(mean: f64, random: &mut Stream) -> f64 {
-    if !(mean > 0.0) {
-        0.0
-    } else if mean < SMALL_MEAN {
+    if mean >= SMALL_MEAN {
+        by_rejection(mean, random)
+    } else if mean > 0.0 {
         by_inversion(mean, random.uniform())
     } else {
-        by_rejection(mean, random)
+        0.0
     }
 }
 
@@ -23,11 +23,14 @@ fn by_inversion(mean: f64, uniform: f64) -> f64 {
     let mut k = 0.0;
     let mut probability = (-mean).exp();
     let mut sum = probability;
-    // The terms fall to 0 before k = 200: there the sum stops growing and rounding alone keeps it below the uniform number.
-    while uniform > sum && probability > 0.0 {
+    while uniform > sum {
         k += 1.0;
         probability *= mean / k;
-        sum += probability;
+        let next = sum + probability;
+        if next == sum {
+            break; // what is left of the law is below the rounding of the sum
+        }
+        sum = next;
     }
     k
 }

@@ -22,7 +22,8 @@ impl Stream {
     pub fn uniform(&mut self) -> f64 {
         let bits = mix(self.start ^ mix(self.count));
         self.count += 1;
-        ((bits >> 11) as f64 + 0.5) * (1.0 / (1u64 << 53) as f64)
+        // 52 bits and a half: exact in f64, so that the largest does not round to 1.
+        ((bits >> 12) as f64 + 0.5) * (1.0 / (1u64 << 52) as f64)
     }
 
     /// Normal, of mean 0 and variance 1: √(−2 ln U₁) cos 2πU₂ (Box & Muller, Ann. Math. Stat. 29, 610 (1958)).

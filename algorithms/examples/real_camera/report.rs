@@ -1,0 +1,296 @@
+//! The page: tables, a plot, depth maps, and the numbers once more as JSON.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use algorithms::field_curve::FieldCurve;
+use quadpixel::command::CommandError;
+use quadpixel::file;
+use quadpixel::image::colour::viridis;
+use quadpixel::image::{Image, raster};
+use serde_json::{Value, json};
+
+use crate::aperture::{self, Point};
+use crate::compare::Likeness;
+use crate::depths::{CLAIM_M, Found, Score};
+use crate::measure::Shift;
+
+/// What is said whatever the numbers are.
+const INTRODUCTION: &str = include_str!("page_introduction.md");
+const LIMITS: &str = include_str!("page_limits.md");
+/// Depth pictures are this much smaller than the views: plots, not photographs.
+const SMALLER: usize = 3;
+
+/// The lens at one mark.
+pub struct LensResult {
+    pub mark: f64,
+    pub stop_semi_mm: f64,
+    pub efl_mm: f64,
+    pub f_number: f64,
+    pub sensor_from_vertex_mm: f64,
+    pub focus_from_vertex_mm: f64,
+}
+
+/// One capture simulated.
+pub struct CaptureResult {
+    pub distance_mm: f64,
+    pub mark: f64,
+    pub coc_px: f64,
+    pub measured: Vec<Shift>,
+    pub models: Vec<ModelResult>,
+}
+
+/// By one model.
+pub struct ModelResult {
+    pub name: String,
+    pub likeness: Likeness,
+    pub shifts: Vec<Shift>,
+}
+
+/// Shift over circle of confusion.
+#[derive(Default)]
+pub struct ApertureResult {
+    /// Name and points of each model.
+    pub curves: Vec<(String, Vec<Point>)>,
+    /// Name, circle of confusion (px), shift (px) and point of each capture.
+    pub measured: Vec<(String, f64, f64, Point)>,
+}
+
+/// Depth of one capture.
+pub struct DepthResult {
+    pub name: String,
+    pub mark: f64,
+    pub is_plane: bool,
+    pub claimed: Score,
+    pub all: Score,
+    pub found: Found,
+    pub known_m: Image,
+}
+
+/// Everything.
+#[derive(Default)]
+pub struct Results {
+    pub lens: Vec<LensResult>,
+    pub captures: Vec<CaptureResult>,
+    pub aperture: ApertureResult,
+    pub depths: Vec<DepthResult>,
+}
+
+/// Writes a curve file for `qpalgo depth`.
+pub fn write_curve(out: &Path, mark: f64, curve: &FieldCurve) -> Result<(), CommandError> {
+    let text = serde_json::to_string(curve).map_err(|e| CommandError::failed(e.to_string()))?;
+    let file = (format!("curve-f{mark}.json"), (text + "\n").into_bytes());
+    file::write_folder(out, &[file]).map_err(|e| CommandError::failed(e.to_string()))
+}
+
+impl Results {
+    /// Writes README.md, results.json, aperture.svg and a picture of each scene's depth.
+    pub fn write(&self, out: &Path) -> Result<(), CommandError> {
+        let failed = |e: &dyn std::fmt::Display| CommandError::failed(e.to_string());
+        let colours = ["#1f6fb2", "#888888"];
+        let curves: Vec<(&str, &str, &[Point])> = (self.aperture.curves.iter().zip(colours))
+            .map(|((name, points), colour)| (name.as_str(), colour, points.as_slice()))
+            .collect();
+        let measured: Vec<(String, Point)> = (self.aperture.measured.iter())
+            .map(|(name, _, _, point)| (name.clone(), *point))
+            .collect();
+        let json = serde_json::to_string_pretty(&self.json()).map_err(|e| failed(&e))?;
+        let mut files = vec![
+            ("README.md".to_owned(), self.page().into_bytes()),
+            ("results.json".to_owned(), (json + "\n").into_bytes()),
+            (
+                "aperture.svg".to_owned(),
+                aperture::plot(&curves, &measured).into_bytes(),
+            ),
+        ];
+        for depth in &self.depths {
+            let (codes, width, height) = depth.picture();
+            let name = depth.picture_name();
+            let bytes = raster::encode_png8(Path::new(&name), &codes, width, height, 3)
+                .map_err(|e| failed(&e))?;
+            files.push((name, bytes));
+        }
+        file::write_folder(out, &files).map_err(|e| failed(&e))
+    }
+
+    fn page(&self) -> String {
+        let mut page = INTRODUCTION.to_owned();
+        // Writing to a String cannot fail.
+        let mut line = |text: String| {
+            let _ = writeln!(page, "{text}");
+        };
+        line("| mark | stop, mm | EFL, mm | F-number | sensor behind first vertex, mm | focus in front of it, mm |\n|---|---|---|---|---|---|".into());
+        for l in &self.lens {
+            line(format!(
+                "| F/{} | {:.3} | {:.3} | {:.3} | {:.3} | {:.3} |",
+                l.mark,
+                l.stop_semi_mm,
+                l.efl_mm,
+                l.f_number,
+                l.sensor_from_vertex_mm,
+                l.focus_from_vertex_mm
+            ));
+        }
+        line("\n## Captures simulated\n\nShift: x_L − x_R, px, one window of 256 × 256 each; in brackets the median of windows of 31 × 31 that the matcher trusts (— none).\n".into());
+        for c in &self.captures {
+            line(format!(
+                "**{} mm, F/{}**, circle of confusion {:.2} px\n\n| | PSNR, dB | SSIM | left | centre | right |\n|---|---|---|---|---|---|",
+                c.distance_mm,
+                c.mark,
+                c.coc_px.abs()
+            ));
+            line(format!("| measured | | | {} |", cells(&c.measured)));
+            for m in &c.models {
+                line(format!(
+                    "| {} | {:.2} | {:.4} | {} |",
+                    m.name,
+                    m.likeness.psnr_db,
+                    m.likeness.ssim,
+                    cells(&m.shifts)
+                ));
+            }
+            line(String::new());
+        }
+        line("## Shift against aperture\n\nShift over circle of confusion in the middle of the picture, for a point at 600 mm.\n\n![Shift over circle of confusion against the F-number](aperture.svg)\n".into());
+        let names: Vec<&str> = self.aperture.curves.iter().map(|c| c.0.as_str()).collect();
+        line(format!(
+            "| F-number | {} |\n|---|{}",
+            names.join(" | "),
+            "---|".repeat(names.len())
+        ));
+        for (i, mark) in aperture::MARKS.iter().enumerate() {
+            let parts: Vec<String> = (self.aperture.curves.iter())
+                .map(|(_, points)| format!("{:.4}", points[i].1))
+                .collect();
+            line(format!("| {mark} | {} |", parts.join(" | ")));
+        }
+        line("\n| measured | circle of confusion, px | shift, px | shift over circle |\n|---|---|---|---|".into());
+        for (name, coc, shift, (mark, part)) in &self.aperture.measured {
+            line(format!(
+                "| {name}, F/{mark} | {coc:.2} | {shift:.3} | {part:.4} |"
+            ));
+        }
+        line(format!(
+            "\n## Depth\n\nClaimed: where the estimate's own standard deviation is at most {CLAIM_M} m. MAE: mean error; accuracy: part within a factor of 1.25. Share: of the pixels whose depth is known (to 10 m).\n"
+        ));
+        line("| capture | MAE claimed, m | median, m | relative | accuracy | share claimed | MAE of all matched, m | share matched |\n|---|---|---|---|---|---|---|---|".into());
+        for d in &self.depths {
+            let (c, a) = (&d.claimed, &d.all);
+            line(format!(
+                "| {}, F/{} | {:.4} | {:.4} | {:.1} % | {:.3} | {:.1} % | {:.4} | {:.1} % |",
+                d.name,
+                d.mark,
+                c.mean_m,
+                c.median_m,
+                100.0 * c.relative,
+                c.accuracy,
+                100.0 * c.share,
+                a.mean_m,
+                100.0 * a.share
+            ));
+        }
+        for (kind, is_plane) in [("planes", true), ("scenes", false)] {
+            let of: Vec<&DepthResult> = self
+                .depths
+                .iter()
+                .filter(|d| d.is_plane == is_plane)
+                .collect();
+            if of.len() > 1 {
+                let mean = of.iter().map(|d| d.claimed.mean_m).sum::<f64>() / of.len() as f64;
+                line(format!(
+                    "| mean of {} {kind} | {mean:.4} | | | | | | |",
+                    of.len()
+                ));
+            }
+        }
+        line(String::new());
+        for d in &self.depths {
+            line(format!("![Depth of {}]({})\n", d.name, d.picture_name()));
+        }
+        line("Left: claimed depth; right: known depth; yellow is near, black is not claimed or not known; one scale, linear in 1/Z.\n".into());
+        page + LIMITS
+    }
+
+    fn json(&self) -> Value {
+        let shifts = |s: &[Shift]| -> Value {
+            s.iter()
+                .map(|s| json!({ "whole_px": s.whole_px, "median_px": s.median_px }))
+                .collect()
+        };
+        let score = |s: &Score| json!({ "mean_m": s.mean_m, "median_m": s.median_m, "relative": s.relative, "accuracy": s.accuracy, "share": s.share });
+        let captures: Value = (self.captures.iter())
+            .map(|c| {
+                let models: Value = (c.models.iter())
+                    .map(|m| json!({ "name": m.name, "psnr_db": m.likeness.psnr_db, "ssim": m.likeness.ssim, "shifts": shifts(&m.shifts) }))
+                    .collect();
+                json!({ "distance_mm": c.distance_mm, "mark": c.mark, "coc_px": c.coc_px, "measured": shifts(&c.measured), "models": models })
+            })
+            .collect();
+        let depths: Value = (self.depths.iter())
+            .map(|d| json!({ "name": d.name, "mark": d.mark, "claimed": score(&d.claimed), "all": score(&d.all) }))
+            .collect();
+        json!({ "captures": captures, "aperture": { "curves": self.aperture.curves, "measured": self.aperture.measured }, "depths": depths })
+    }
+}
+
+fn cells(shifts: &[Shift]) -> String {
+    let cell = |s: &Shift| {
+        let median = if s.median_px.is_nan() {
+            "—".to_owned()
+        } else {
+            format!("{:.3}", s.median_px)
+        };
+        format!("{:.3} ({median})", s.whole_px)
+    };
+    shifts.iter().map(cell).collect::<Vec<_>>().join(" | ")
+}
+
+impl DepthResult {
+    fn picture_name(&self) -> String {
+        let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
+        format!(
+            "depth-{}-f{}.png",
+            self.name.chars().map(plain).collect::<String>(),
+            self.mark
+        )
+    }
+
+    /// Claimed depth beside the known one: codes, width, height.
+    fn picture(&self) -> (Vec<u8>, usize, usize) {
+        let (width, height) = (
+            self.known_m.width() / SMALLER,
+            self.known_m.height() / SMALLER,
+        );
+        let inverse = |z: f32| if z > 0.0 { 1.0 / z } else { f32::NAN };
+        let mut known: Vec<f32> = (self.known_m.data().iter())
+            .map(|z| inverse(*z))
+            .filter(|v| v.is_finite())
+            .collect();
+        known.sort_by(f32::total_cmp);
+        let at = |percent: usize| {
+            known
+                .get(known.len().saturating_sub(1) * percent / 100)
+                .copied()
+                .unwrap_or(1.0)
+        };
+        // A plane has no range of its own: 0.2 per m on either side.
+        let (low, high) = (at(2).min(at(50) - 0.2), at(98).max(at(50) + 0.2));
+        let mut codes = Vec::with_capacity(6 * width * height);
+        for y in 0..height {
+            for image in [&self.found.z_m, &self.known_m] {
+                for x in 0..width {
+                    let (x, y) = (x * SMALLER, y * SMALLER);
+                    let claimed = f64::from(self.found.sigma_m.pixel(x, y)[0]) <= CLAIM_M;
+                    let shown = claimed || std::ptr::eq(image, &self.known_m);
+                    let v = inverse(image.pixel(x, y)[0]);
+                    codes.extend(if shown && v.is_finite() {
+                        viridis((v - low) / (high - low))
+                    } else {
+                        [0; 3]
+                    });
+                }
+            }
+        }
+        (codes, 2 * width, height)
+    }
+}

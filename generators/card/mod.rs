@@ -1,0 +1,276 @@
+//! The data card: `README.md` in a dataset says what it holds, under which licence, and how its quantities are distributed, with
+//! plots. Of the samples' descriptions alone, so the same samples give the same bytes.
+
+mod histogram;
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use datasets_spec::{FileEntry, Range, SampleEntry, SampleMeta, Split, paths};
+
+use crate::preview::number;
+
+/// A number that every sample has, or may have.
+struct Quantity {
+    name: &'static str,
+    unit: &'static str,
+    /// Stem of the plot's file.
+    file: &'static str,
+    /// Whether its plot is logarithmic.
+    log: bool,
+    of: fn(&SampleMeta) -> Option<f64>,
+}
+
+const QUANTITIES: [Quantity; 9] = [
+    Quantity {
+        name: "depth in focus",
+        unit: "m",
+        file: "focus",
+        log: true,
+        of: |m| m.focus.distance_m,
+    },
+    Quantity {
+        name: "nearest depth",
+        unit: "m",
+        file: "nearest",
+        log: true,
+        of: |m| m.ranges.depth_m.map(|r| r.min),
+    },
+    Quantity {
+        name: "farthest depth but the sky",
+        unit: "m",
+        file: "farthest",
+        log: true,
+        of: |m| m.ranges.depth_m.map(|r| r.max),
+    },
+    Quantity {
+        name: "largest disparity of a sub-pixel",
+        unit: "px",
+        file: "disparity",
+        log: false,
+        of: |m| Some(size(m.ranges.dx_px?).max(size(m.ranges.dy_px?))),
+    },
+    Quantity {
+        name: "largest circle of confusion",
+        unit: "px",
+        file: "coc",
+        log: false,
+        of: |m| m.ranges.coc_px.map(size),
+    },
+    Quantity {
+        name: "ratio of disparity to circle of confusion",
+        unit: "1",
+        file: "ratio",
+        log: false,
+        of: |m| m.coc_disparity.map(|c| c.traced_ratio),
+    },
+    Quantity {
+        name: "image height of the window",
+        unit: "mm",
+        file: "height",
+        log: false,
+        of: |m| Some(m.sensor.centre_mm[0].hypot(m.sensor.centre_mm[1])),
+    },
+    Quantity {
+        name: "F-number",
+        unit: "1",
+        file: "f_number",
+        log: false,
+        of: |m| Some(m.lens.f_number),
+    },
+    Quantity {
+        name: "standard error of a rendered value",
+        unit: "%",
+        file: "error",
+        log: false,
+        of: |m| m.statistics.mean_relative_standard_error.map(|e| 100.0 * e),
+    },
+];
+
+fn size(range: Range) -> f64 {
+    range.min.abs().max(range.max.abs())
+}
+
+/// What the samples are, counted.
+#[derive(Clone, Debug, Default)]
+pub struct Census {
+    lenses: BTreeMap<String, u64>,
+    responses: BTreeMap<String, u64>,
+    charts: BTreeMap<String, u64>,
+    windows: BTreeMap<String, u64>,
+    simulated: BTreeMap<String, u64>,
+    left_out: BTreeMap<String, String>,
+    values: [Vec<f64>; QUANTITIES.len()],
+}
+
+impl Census {
+    /// Counts a sample.
+    pub fn count(&mut self, meta: &SampleMeta) {
+        let add = |to: &mut BTreeMap<String, u64>, what: String| *to.entry(what).or_default() += 1;
+        add(&mut self.lenses, meta.lens.name.clone());
+        let response = &meta.response;
+        add(
+            &mut self.responses,
+            format!("{}, {}", response.pixel, response.model),
+        );
+        let sensor = &meta.sensor;
+        add(
+            &mut self.windows,
+            format!(
+                "{} × {} pixels of {} × {} sub-pixels",
+                sensor.width_px, sensor.height_px, sensor.subpixels.columns, sensor.subpixels.rows
+            ),
+        );
+        for chart in &meta.scene.charts {
+            add(&mut self.charts, chart.clone());
+        }
+        for effect in &meta.effects.simulated {
+            add(&mut self.simulated, effect.clone());
+        }
+        for effect in &meta.effects.left_out {
+            self.left_out
+                .insert(effect.name.clone(), effect.reason.clone());
+        }
+        for (values, quantity) in self.values.iter_mut().zip(&QUANTITIES) {
+            values.extend((quantity.of)(meta).filter(|v| v.is_finite()));
+        }
+    }
+
+    /// The quantities that some sample has, with their values in order of size.
+    fn distributions(&self) -> Vec<(&'static Quantity, Vec<f64>)> {
+        let sorted = |values: &Vec<f64>| {
+            let mut values = values.clone();
+            values.sort_by(f64::total_cmp);
+            values
+        };
+        let all = QUANTITIES.iter().zip(self.values.iter().map(sorted));
+        all.filter(|(_, values)| !values.is_empty()).collect()
+    }
+}
+
+/// The card and its plots: paths below the dataset's folder, and texts. `files` are those of the samples.
+pub(crate) fn pages(
+    census: &Census,
+    entries: &[SampleEntry],
+    files: &[FileEntry],
+    licence: &str,
+) -> Vec<(String, String)> {
+    let distributions = census.distributions();
+    let plot = |(quantity, values): &(&Quantity, Vec<f64>)| {
+        let title = label(quantity);
+        (
+            plot_path(quantity),
+            histogram::svg(&title, values, quantity.log),
+        )
+    };
+    let mut pages: Vec<(String, String)> = distributions.iter().map(plot).collect();
+    let card = text(census, entries, files, licence, &distributions);
+    pages.push((paths::CARD.to_string(), card));
+    pages
+}
+
+fn plot_path(quantity: &Quantity) -> String {
+    format!("{}/{}.svg", paths::PLOTS, quantity.file)
+}
+
+fn label(quantity: &Quantity) -> String {
+    match quantity.unit {
+        "1" => quantity.name.to_string(),
+        unit => format!("{}, {unit}", quantity.name),
+    }
+}
+
+fn text(
+    census: &Census,
+    entries: &[SampleEntry],
+    files: &[FileEntry],
+    licence: &str,
+    distributions: &[(&Quantity, Vec<f64>)],
+) -> String {
+    let count = |split: Split| entries.iter().filter(|entry| entry.split == split).count();
+    let scenes: std::collections::BTreeSet<&str> =
+        entries.iter().map(|e| e.scene.as_str()).collect();
+    let bytes: u64 = files.iter().map(|file| file.bytes).sum();
+    let each = bytes as f64 * 1e-6 / entries.len().max(1) as f64;
+    let mut card = String::new();
+    // Writing to a String cannot fail.
+    let _ = write!(
+        card,
+        "---\nlicense: {}\ntags: [dual-pixel, quad-pixel, depth-estimation, synthetic]\n---\n\n# quadpixel dataset\n\n\
+         Simulated images of a camera whose pixels see the pupil in parts, with true depth, disparity and circle of confusion. \
+         `{}` holds the configuration, units, frames and signs, and the hash of every file; `{}` shows the samples.\n\n\
+         Licence: {licence}. Made by qpgen {}. Check it with `qpgen check`.\n\n\
+         | | |\n|---|---|\n| samples | {} |\n| train, val, test (by scene) | {}, {}, {} |\n| scenes | {} |\n| files of the samples | {} |\n\
+         | their size | {:.1} MB, {each:.2} MB a sample |\n\n",
+        licence.to_lowercase(),
+        paths::DATASET,
+        paths::INDEX,
+        env!("CARGO_PKG_VERSION"),
+        entries.len(),
+        count(Split::Train),
+        count(Split::Val),
+        count(Split::Test),
+        scenes.len(),
+        files.len(),
+        bytes as f64 * 1e-6,
+    );
+    let counted = [
+        ("Main lenses", &census.lenses),
+        ("Angular responses", &census.responses),
+        ("Sensor windows", &census.windows),
+        ("Charts, by card", &census.charts),
+        ("Effects simulated", &census.simulated),
+    ];
+    for (title, table) in counted {
+        let _ = write!(card, "## {title}\n\n| what | samples |\n|---|---|\n");
+        for (what, number) in table {
+            let _ = writeln!(card, "| {} | {number} |", cell(what));
+        }
+        card.push('\n');
+    }
+    card.push_str("## Effects left out\n\n");
+    for (name, reason) in &census.left_out {
+        let _ = writeln!(card, "- {}: {}", cell(name), cell(reason));
+    }
+    card.push_str("\n## Distributions\n\nOne value a sample.\n\n| quantity | samples | min | 5 % | median | 95 % | max |\n|---|---|---|---|---|---|---|\n");
+    for (quantity, values) in distributions {
+        let at = |part: f64| number(values[((values.len() - 1) as f64 * part).round() as usize]);
+        let _ = writeln!(
+            card,
+            "| {} | {} | {} | {} | {} | {} | {} |",
+            label(quantity),
+            values.len(),
+            at(0.0),
+            at(0.05),
+            at(0.5),
+            at(0.95),
+            at(1.0)
+        );
+    }
+    card.push('\n');
+    for (quantity, _) in distributions {
+        let _ = writeln!(card, "![{}]({})", label(quantity), plot_path(quantity));
+    }
+    card
+}
+
+/// A text from a configuration, harmless within a table.
+fn cell(text: &str) -> String {
+    let plain = |c: char| match c {
+        c if c.is_control() => ' ',
+        c => c,
+    };
+    let text: String = text.chars().map(plain).collect();
+    let text = text.replace('\\', "\\\\").replace('|', "\\|");
+    text.replace('&', "&amp;").replace('<', "&lt;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_from_a_configuration_stays_in_its_cell() {
+        assert_eq!(cell("a|b\n| <script>"), "a\\|b \\| &lt;script>");
+    }
+}

@@ -1,0 +1,208 @@
+//! `qpgen merge`: the shards of a dataset become the dataset, with the bytes of a run in one go.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use datasets_spec::paths;
+use quadpixel::command::CommandError;
+use quadpixel::file;
+use quadpixel::shard::Shard;
+
+use crate::check_command;
+use crate::dataset::{finish, shard_folders};
+use crate::identity::Identity;
+use crate::log::Log;
+use crate::progress::Progress;
+use crate::run_folder::RunFolder;
+
+/// Arguments of `qpgen merge`.
+#[derive(Args)]
+pub struct MergeArgs {
+    /// Folder of the dataset: the --out of the shards.
+    #[arg(default_value = "out")]
+    out: PathBuf,
+    /// Folders of shards that lie elsewhere; they are copied and stay. Absent: those in the dataset's folder, which are moved.
+    #[arg(long, num_args = 1.., value_name = "FOLDER")]
+    from: Vec<PathBuf>,
+    /// Prints one JSON object on stdout at the end, and progress as one JSON object a line on stderr.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A shard on disk, locked.
+struct Part {
+    folder: RunFolder,
+    identity: Identity,
+    shard: Shard,
+}
+
+/// Joins, makes whole, checks.
+///
+/// # Errors
+/// Shards that do not belong together (2); samples that are missing, findings of the check, or a disk that fails (1). A merge that
+/// stopped goes on when it is called again.
+pub fn run(args: &MergeArgs, log: Log) -> Result<(), CommandError> {
+    let progress = Progress::new(log.json(args.json));
+    let inside = args.from.is_empty();
+    let folders = match inside {
+        true => shard_folders(&args.out)?,
+        false => args.from.clone(),
+    };
+    let parts = folders.iter().map(|folder| {
+        let (folder, identity, shard) = RunFolder::existing(folder)?;
+        Ok(Part {
+            folder,
+            identity,
+            shard,
+        })
+    });
+    let parts: Vec<Part> = parts.collect::<Result<_, CommandError>>()?;
+    let Some(first) = parts.first() else {
+        return Err(CommandError::input(format!(
+            "{}: holds no shards; allowed: the --out of qpgen dataset --shard, or --from",
+            args.out.display()
+        )));
+    };
+    let count = one_dataset(first, &parts)?;
+    let names = (0..count).map(paths::sample_name);
+    let names: Vec<String> = names
+        .collect::<Result<_, _>>()
+        .map_err(CommandError::input)?;
+    refuse_missing(&args.out, first.shard, &parts, &names)?;
+    let whole = RunFolder::open(&args.out, &first.identity, Shard::WHOLE)?;
+    let samples = args.out.join(paths::SAMPLES);
+    file::own_folder(&samples).map_err(failed)?;
+    progress.start(names.len(), 0);
+    for (place, name) in names.iter().enumerate() {
+        whole.still_there()?;
+        let to = samples.join(name);
+        let owner = parts.iter().find(|part| part.shard.owns(place));
+        if let Some(part) = owner.filter(|_| to.symlink_metadata().is_err()) {
+            let from = part.folder.path().join(paths::SAMPLES).join(name);
+            take(&from, &to, inside)?;
+            if !inside {
+                progress.sample_done();
+            }
+        }
+    }
+    progress.finish();
+    finish(&args.out, &first.identity)?;
+    if inside {
+        for part in &parts {
+            file::remove(part.folder.path()).map_err(failed)?;
+        }
+    }
+    whole.end()?;
+    progress.info(&format!("{} shards joined, {count} samples", parts.len()));
+    check_command::check(&args.out, datasets_spec::check_dataset, log, args.json)
+}
+
+/// The number of samples, if all parts are of one dataset, divided in one way, and none is there twice.
+fn one_dataset(first: &Part, parts: &[Part]) -> Result<u32, CommandError> {
+    let count_of = |part: &Part| {
+        part.identity
+            .configuration
+            .get("count")
+            .and_then(|c| c.as_u64())
+    };
+    let mut seen = BTreeMap::new();
+    for part in parts {
+        let path = part.folder.path().display();
+        let mut differences = first.identity.differences(&part.identity);
+        if part.shard.of() != first.shard.of() {
+            differences.push(format!("shard: {} and {}", first.shard, part.shard));
+        }
+        if count_of(part) != count_of(first) {
+            let said = |part| count_of(part).map_or("none".into(), |n| n.to_string());
+            differences.push(format!("count: {} and {}", said(first), said(part)));
+        }
+        if let Some(other) = seen.insert(part.shard.number(), part.folder.path()) {
+            differences.push(format!("shard {}: also in {}", part.shard, other.display()));
+        }
+        if !differences.is_empty() {
+            return Err(CommandError::input(format!(
+                "{path}: does not belong to {}:\n  {}",
+                first.folder.path().display(),
+                differences.join("\n  ")
+            )));
+        }
+    }
+    let count = count_of(first).and_then(|n| u32::try_from(n).ok());
+    count.ok_or_else(|| {
+        CommandError::input(format!("{}: has no count", first.folder.path().display()))
+    })
+}
+
+/// Tells which shards to run again.
+fn refuse_missing(
+    out: &Path,
+    any: Shard,
+    parts: &[Part],
+    names: &[String],
+) -> Result<(), CommandError> {
+    let there = |root: &Path, name: &String| {
+        root.join(paths::SAMPLES)
+            .join(name)
+            .join(paths::META)
+            .is_file()
+    };
+    let mut lines = Vec::new();
+    for number in 1..=any.of() {
+        let shard = Shard::new(number, any.of()).map_err(CommandError::input)?;
+        let part = parts.iter().find(|part| part.shard == shard);
+        let own = names
+            .iter()
+            .enumerate()
+            .filter(|(place, _)| shard.owns(*place));
+        let missing: Vec<&String> = own
+            .map(|(_, name)| name)
+            .filter(|name| {
+                !there(out, name) && !part.is_some_and(|part| there(part.folder.path(), name))
+            })
+            .collect();
+        if let Some(first) = missing.first() {
+            let n = missing.len();
+            lines.push(format!(
+                "shard {shard}: {n} samples are missing, the first {first}; run it again"
+            ));
+        }
+    }
+    if lines.is_empty() {
+        return Ok(());
+    }
+    let text = format!("{}: not whole\n  {}", out.display(), lines.join("\n  "));
+    Err(CommandError::failed(text))
+}
+
+/// Moves a sample, or copies it aside and gives it its name.
+fn take(from: &Path, to: &Path, may_move: bool) -> Result<(), CommandError> {
+    let plain = from.symlink_metadata().is_ok_and(|data| data.is_dir());
+    if !plain {
+        let text = format!(
+            "{}: is a link or file; allowed: a sample's folder",
+            from.display()
+        );
+        return Err(CommandError::input(text));
+    }
+    if may_move {
+        // The sample is on the disk already; a move that a loss of power undoes is done again.
+        return fs::rename(from, to).map_err(|e| failed(format!("{}: {e}", to.display())));
+    }
+    let name = to.file_name().unwrap_or_default().to_string_lossy();
+    let aside = to.with_file_name(format!(".tmp-{name}"));
+    file::remove(&aside).map_err(failed)?;
+    file::own_folder(&aside).map_err(failed)?;
+    let entries = fs::read_dir(from).map_err(|e| failed(format!("{}: {e}", from.display())))?;
+    for entry in entries {
+        let entry = entry.map_err(|e| failed(format!("{}: {e}", from.display())))?;
+        let bytes = file::read(&entry.path()).map_err(failed)?;
+        file::write_synced(&aside.join(entry.file_name()), &bytes).map_err(failed)?;
+    }
+    file::rename_synced(&aside, to).map_err(failed)
+}
+
+fn failed(error: impl ToString) -> CommandError {
+    CommandError::failed(error.to_string())
+}

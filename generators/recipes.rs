@@ -1,0 +1,73 @@
+//! The recipes of a run, drawn one by one: many samples need no more memory than few.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use datasets_spec::paths;
+use quadpixel::command::CommandError;
+use quadpixel::response::AngularResponse;
+use quadpixel::shard::Shard;
+
+use crate::assemble::pixel;
+use crate::config::DatasetConfig;
+use crate::draw;
+use crate::recipe::Recipe;
+
+/// The recipes of a part, drawn one by one.
+pub(crate) struct Recipes {
+    /// Numbers of the samples.
+    pub indices: Vec<u32>,
+    /// Rays of all of them.
+    pub rays: u64,
+    pitches: RefCell<BTreeMap<String, f64>>,
+}
+
+impl Recipes {
+    /// Draws all of them once, so that a bad one is found before the first ray.
+    pub fn checked(config: &DatasetConfig, shard: Shard) -> Result<Self, CommandError> {
+        crate::assemble::subpixels(&config.sensor.subpixels)?;
+        let count = u32::try_from(config.count)
+            .ok()
+            .filter(|n| *n <= paths::MAX_SAMPLES);
+        let Some(count) = count else {
+            let (n, most) = (config.count, paths::MAX_SAMPLES);
+            return Err(CommandError::input(format!(
+                "count is {n}; allowed: up to {most}"
+            )));
+        };
+        let mut recipes = Self {
+            indices: (0..count).filter(|i| shard.owns(*i as usize)).collect(),
+            rays: 0,
+            pitches: RefCell::default(),
+        };
+        for &index in &recipes.indices {
+            recipes.rays += recipes.draw(config, index)?.rays();
+        }
+        Ok(recipes)
+    }
+
+    /// The recipe of a sample.
+    pub fn draw(&self, config: &DatasetConfig, index: u32) -> Result<Recipe, CommandError> {
+        let pitch_of = |name: &str| {
+            if let Some(&pitch_um) = self.pitches.borrow().get(name) {
+                return Ok(pitch_um);
+            }
+            let pitch_um = pitch_um(name)?;
+            self.pitches.borrow_mut().insert(name.to_owned(), pitch_um);
+            Ok(pitch_um)
+        };
+        draw::recipe(config, u64::from(index), &pitch_of)
+    }
+}
+
+/// Pitch of a pixel or of the pixel of a table (`.npz`).
+fn pitch_um(name: &str) -> Result<f64, CommandError> {
+    if !name.ends_with(".npz") {
+        return Ok(pixel(name)?.pitch_um);
+    }
+    let table = AngularResponse::read_npz(Path::new(name));
+    table
+        .map(|t| t.meta().pitch_um)
+        .map_err(|e| CommandError::input(e.to_string()))
+}

@@ -1,0 +1,287 @@
+//! The folder that a run writes to. `run.json` in it says what was asked for, from the first moment until the dataset is whole, and
+//! is locked while the run lasts: nobody else writes there, and nothing of another configuration gets in.
+
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::path::{Path, PathBuf};
+
+use datasets_spec::{DatasetManifest, SCHEMA_VERSION, paths};
+use quadpixel::command::CommandError;
+use quadpixel::file::{self, FileError};
+use quadpixel::shard::Shard;
+use serde::{Deserialize, Serialize};
+
+use crate::identity::Identity;
+
+/// The content of `run.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Record {
+    schema_version: u32,
+    version: String,
+    configuration: serde_json::Value,
+    inputs: BTreeMap<String, String>,
+    /// `i/n`; absent: all of the dataset.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    shard: Option<String>,
+}
+
+impl Record {
+    fn of(identity: &Identity, shard: Shard) -> Self {
+        Self {
+            schema_version: SCHEMA_VERSION,
+            version: identity.version.clone(),
+            configuration: identity.configuration.clone(),
+            inputs: identity.inputs.clone(),
+            shard: (!shard.is_whole()).then(|| shard.to_string()),
+        }
+    }
+
+    fn identity(self) -> Identity {
+        Identity {
+            version: self.version,
+            configuration: self.configuration,
+            inputs: self.inputs,
+        }
+    }
+}
+
+/// A folder that this process alone writes to.
+#[derive(Debug)]
+pub struct RunFolder {
+    folder: PathBuf,
+    /// The locked `run.json`.
+    lock: File,
+}
+
+impl RunFolder {
+    /// Creates the folder, or takes up the run in it.
+    ///
+    /// # Errors
+    /// Another identity (2), shown by its differences; another process that writes there, or the disk (1).
+    pub fn open(folder: &Path, identity: &Identity, shard: Shard) -> Result<Self, CommandError> {
+        if let Some(there) = asked_for(folder)? {
+            refuse_other(folder, &there, identity)?;
+        }
+        file::create_folder(folder).map_err(failed)?;
+        let path = folder.join(paths::RUN);
+        let asked = Record::of(identity, shard);
+        let text = serde_json::to_vec_pretty(&asked).map_err(failed)?;
+        if path.symlink_metadata().is_err() {
+            file::write_aside(&path, &text).map_err(failed)?;
+        }
+        let mut lock = locked(&path)?;
+        // A dataset that grows.
+        if read(&path)? != asked {
+            file::write_aside(&path, &text).map_err(failed)?;
+            lock = locked(&path)?;
+        }
+        Ok(Self {
+            folder: folder.to_path_buf(),
+            lock,
+        })
+    }
+
+    /// Takes up what is there, for a merge.
+    ///
+    /// # Errors
+    /// There is nothing (2), or another process writes to it (1).
+    pub fn existing(folder: &Path) -> Result<(Self, Identity, Shard), CommandError> {
+        let path = folder.join(paths::RUN);
+        if !path.is_file() {
+            return Err(CommandError::input(format!(
+                "{}: holds no shard; allowed: a folder of qpgen dataset --shard",
+                folder.display()
+            )));
+        }
+        let lock = locked(&path)?;
+        let record = read(&path)?;
+        let shard = record.shard.as_deref().map(str::parse).transpose();
+        let shard = shard.map_err(|e| CommandError::input(format!("{}: {e}", path.display())))?;
+        let folder = folder.to_path_buf();
+        Ok((
+            Self { folder, lock },
+            record.identity(),
+            shard.unwrap_or(Shard::WHOLE),
+        ))
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Is it still the folder that was opened? A mount that went away would leave an empty folder under the same name.
+    ///
+    /// # Errors
+    /// It is not (1).
+    pub fn still_there(&self) -> Result<(), CommandError> {
+        if same_file(&self.lock, &self.folder.join(paths::RUN)) {
+            return Ok(());
+        }
+        Err(CommandError::failed(format!(
+            "{}: the folder that this run wrote to has gone from there (unmounted, moved or removed?)",
+            self.folder.display()
+        )))
+    }
+
+    /// The dataset is whole.
+    ///
+    /// # Errors
+    /// The disk.
+    pub fn end(self) -> Result<(), CommandError> {
+        file::remove(&self.folder.join(paths::RUN)).map_err(failed)
+    }
+}
+
+/// What the run in a folder was asked for, or what its dataset was made of; `None` if neither is there.
+///
+/// # Errors
+/// A file that is damaged or of another version (2).
+pub fn asked_for(folder: &Path) -> Result<Option<Identity>, CommandError> {
+    let path = folder.join(paths::RUN);
+    if path.is_file() {
+        return Ok(Some(read(&path)?.identity()));
+    }
+    let path = folder.join(paths::DATASET);
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let manifest: DatasetManifest = parsed(&path)?;
+    Ok(Some(Identity {
+        version: manifest.tool.version,
+        configuration: manifest.configuration,
+        inputs: manifest.inputs,
+    }))
+}
+
+/// Refuses to mix `asked` with what is `there` in a folder. One that holds no sample yet (of a run that a faulty configuration ended,
+/// say) has nothing to mix with.
+///
+/// # Errors
+/// They differ (2).
+pub fn refuse_other(folder: &Path, there: &Identity, asked: &Identity) -> Result<(), CommandError> {
+    let differences = there.differences(asked);
+    let samples = std::fs::read_dir(folder.join(paths::SAMPLES));
+    let any = samples.is_ok_and(|mut entries| entries.next().is_some());
+    if differences.is_empty() || !(any || folder.join(paths::DATASET).exists()) {
+        return Ok(());
+    }
+    Err(CommandError::input(format!(
+        "{}: holds a dataset of another configuration; allowed: the same, or another folder\n  {}",
+        folder.display(),
+        differences.join("\n  ")
+    )))
+}
+
+fn read(path: &Path) -> Result<Record, CommandError> {
+    parsed(path)
+}
+
+fn parsed<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, CommandError> {
+    let bytes = file::read(path).map_err(failed)?;
+    serde_json::from_slice(&bytes).map_err(|e| {
+        CommandError::input(format!(
+            "{}: is not of this version of qpgen, or is damaged ({e}); allowed: another folder",
+            path.display()
+        ))
+    })
+}
+
+fn locked(path: &Path) -> Result<File, CommandError> {
+    let plain = path.symlink_metadata().is_ok_and(|data| data.is_file());
+    if !plain {
+        return Err(CommandError::input(format!(
+            "{}: is a link or folder; allowed: a file of qpgen",
+            path.display()
+        )));
+    }
+    let open = OpenOptions::new().read(true).append(true).open(path);
+    let file = open.map_err(|cause| failed(FileError::new(path, "write", cause)))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(CommandError::failed(format!(
+            "{}: another run is writing to this folder",
+            path.display()
+        ))),
+        // A file system without locks: the user sees to it that only one run writes.
+        Err(TryLockError::Error(_)) => Ok(file),
+    }
+}
+
+#[cfg(unix)]
+fn same_file(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    match (file.metadata(), path.metadata()) {
+        (Ok(a), Ok(b)) => (a.dev(), a.ino()) == (b.dev(), b.ino()),
+        _ => false,
+    }
+}
+
+#[cfg(not(unix))]
+fn same_file(_: &File, path: &Path) -> bool {
+    path.is_file()
+}
+
+fn failed(error: impl ToString) -> CommandError {
+    CommandError::failed(error.to_string())
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+
+    fn identity(seed: u64) -> Identity {
+        Identity {
+            version: "0".into(),
+            configuration: serde_json::json!({ "count": 3, "seed": seed }),
+            inputs: BTreeMap::new(),
+        }
+    }
+
+    #[test]
+    fn a_folder_has_one_writer_and_one_identity() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("out");
+        let run = RunFolder::open(&out, &identity(1), Shard::WHOLE).unwrap();
+        let second = RunFolder::open(&out, &identity(1), Shard::WHOLE).unwrap_err();
+        assert_eq!(second.exit_code(), 1, "{second}");
+        drop(run);
+        // Nothing is there yet that another configuration would mix with.
+        drop(RunFolder::open(&out, &identity(3), Shard::WHOLE).unwrap());
+        drop(RunFolder::open(&out, &identity(1), Shard::WHOLE).unwrap());
+        std::fs::create_dir_all(out.join("samples/000000")).unwrap();
+        let other = RunFolder::open(&out, &identity(2), Shard::WHOLE).unwrap_err();
+        let text = other.to_string();
+        assert!(text.contains("seed: 1 there, 2 asked for"), "{text}");
+        assert_eq!(other.exit_code(), 2);
+        RunFolder::open(&out, &identity(1), Shard::WHOLE)
+            .unwrap()
+            .end()
+            .unwrap();
+        assert_eq!(std::fs::read_dir(&out).unwrap().count(), 1);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_folder_that_was_moved_away_is_noticed() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("out");
+        let run = RunFolder::open(&out, &identity(1), Shard::WHOLE).unwrap();
+        run.still_there().unwrap();
+        std::fs::rename(&out, folder.path().join("elsewhere")).unwrap();
+        std::fs::create_dir(&out).unwrap();
+        assert_eq!(run.still_there().unwrap_err().exit_code(), 1);
+        std::fs::write(out.join("run.json"), b"{}").unwrap();
+        assert!(run.still_there().is_err());
+    }
+
+    #[test]
+    fn a_damaged_record_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("run.json"), b"{\"seed\":").unwrap();
+        let error = RunFolder::open(folder.path(), &identity(1), Shard::WHOLE).unwrap_err();
+        assert!(error.to_string().contains("run.json"), "{error}");
+    }
+}

@@ -1,0 +1,82 @@
+//! What an earlier run left of a sample.
+
+use std::fs;
+use std::path::Path;
+
+use datasets_spec::{SampleMeta, paths};
+use quadpixel::file;
+
+use super::{VERSION, WriteError, aside_of};
+
+/// What is under a sample's name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Found {
+    /// Nothing.
+    Nothing,
+    /// The whole sample.
+    Whole,
+    /// Something that is not whole, in words: a disk or a person damaged it, for this program gives the name last. It was taken away.
+    Broken(String),
+}
+
+/// Looks for a sample of an earlier run with the same configuration. Lengths are compared, not hashes: to go on with many samples
+/// must not read them all; `qpgen check` does.
+///
+/// # Errors
+/// It is of another configuration or version, or cannot be read or taken away.
+pub fn found_sample(
+    root: &Path,
+    index: u32,
+    configuration_blake3: &str,
+) -> Result<Found, WriteError> {
+    let name = paths::sample_name(index)?;
+    let samples = root.join(paths::SAMPLES);
+    let folder = samples.join(&name);
+    let Ok(data) = folder.symlink_metadata() else {
+        return Ok(Found::Nothing);
+    };
+    if !data.is_dir() {
+        return Err(WriteError::Occupied {
+            path: folder,
+            what: "is a link or file; allowed: a sample's folder".into(),
+        });
+    }
+    let broken = match whole(&folder) {
+        Ok(meta)
+            if meta.configuration_blake3 == configuration_blake3
+                && meta.tool_version == VERSION =>
+        {
+            return Ok(Found::Whole);
+        }
+        Ok(_) => {
+            return Err(WriteError::Occupied {
+                path: folder,
+                what: "holds a sample of another configuration or version: choose another output folder".into(),
+            });
+        }
+        Err(what) => what,
+    };
+    let aside = aside_of(&samples, &name);
+    file::remove(&aside)?;
+    file::rename_synced(&folder, &aside)?;
+    file::remove(&aside)?;
+    Ok(Found::Broken(broken))
+}
+
+/// The description, if all files that it names are there at their lengths; else what is wrong.
+fn whole(folder: &Path) -> Result<SampleMeta, String> {
+    let path = folder.join(paths::META);
+    let bytes = fs::read(&path).map_err(|e| format!("{}: {e}", paths::META))?;
+    let meta: SampleMeta =
+        serde_json::from_slice(&bytes).map_err(|e| format!("{}: {e}", paths::META))?;
+    for own in &meta.contents {
+        let name = paths::checked_name(&own.path).map_err(|e| e.to_string())?;
+        let length = folder.join(name).symlink_metadata().map(|data| data.len());
+        match length {
+            Ok(length) if length == own.bytes => {}
+            Ok(length) => return Err(format!("{name} has {length} bytes, not {}", own.bytes)),
+            Err(e) => return Err(format!("{name}: {e}")),
+        }
+    }
+    Ok(meta)
+}

@@ -1,0 +1,48 @@
+//! What the Fourier modal level refuses, and why.
+
+/// A solution that cannot be had.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RcwaError {
+    /// A value out of its range.
+    #[error("rcwa: {field} is {value}; allowed: {allowed}")]
+    Value {
+        /// The field.
+        field: &'static str,
+        /// What was given.
+        value: String,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// The modes of a layer were not found.
+    #[error(
+        "rcwa: the eigenvalue iteration on {size} functions did not converge; other orders may help"
+    )]
+    Eigen {
+        /// Functions.
+        size: usize,
+    },
+    /// A matrix could not be inverted.
+    #[error("rcwa: the powers are not finite; a direction a hair off, or other orders, may help")]
+    NotFinite,
+    /// A pixel or a material that cannot be.
+    #[error(transparent)]
+    Pixel(#[from] crate::em::StackError),
+}
+
+/// `Ok` if `value` lies in `low..=high` (a NaN does not).
+pub(super) fn within(
+    field: &'static str,
+    value: f64,
+    low: f64,
+    high: f64,
+) -> Result<(), RcwaError> {
+    if (low..=high).contains(&value) {
+        Ok(())
+    } else {
+        Err(RcwaError::Value {
+            field,
+            value: value.to_string(),
+            allowed: format!("{low} to {high}"),
+        })
+    }
+}

@@ -1,0 +1,36 @@
+//! The `rcwa` level: Fourier modal solution of Maxwell's equations for one period of the pixel.
+//!
+//! ```text
+//!   order 0 in air, s and p
+//!   ──────────────────────  lens.rs     slices: admittance from below, by matrices alone
+//!   ──────────────────────  layers.rs   uniform layers order by order (uniform.rs); walls by their modes (grid.rs)
+//!   █│█████│█████│█████│██  silicon.rs  modes of silicon and trenches, class by class; absorption of each photodiode
+//! ```
+//! `column.rs` stacks them; everything is matrices over the orders of `basis.rs`, halved by each mirror of pixel and wave. Lengths inside are
+//! in units of 1/k0; z points down; time convention e^(−iωt). One direction is one thread's.
+//!
+//! # What makes it fast
+//!
+//! Silicon needs many orders, and its modes cost their number cubed. But its trenches part every sub-pixel alike: it has half of a quad pixel's
+//! period, and couples a quarter of the orders at a time, one sixteenth of the work. The lens needs few orders but many slices,
+//! which here take no modes. Li's rule for the trenches halves the number of orders. Measured errors and times:
+//! `benches/runs/2026-11-21/rcwa.md`.
+
+mod answer;
+mod basis;
+mod column;
+mod error;
+mod grid;
+mod layers;
+mod lens;
+mod linear;
+mod model;
+mod quadrature;
+mod settings;
+mod silicon;
+mod uniform;
+
+pub use answer::{RcwaAnswer, RcwaPowers};
+pub use error::RcwaError;
+pub use model::{MODEL, RcwaModel};
+pub use settings::RcwaSettings;

@@ -1,0 +1,173 @@
+//! From a pixel and a direction to powers.
+
+use std::f64::consts::PI;
+use std::time::Instant;
+
+use super::basis::{Basis, Lattice, Parity, Sector};
+use super::column::{Column, Pixel};
+use super::error::within;
+use super::lens::LensSlices;
+use super::linear::{C, Matrix, flux, solve};
+use super::uniform::Uniform;
+use super::{RcwaAnswer, RcwaError, RcwaPowers, RcwaSettings};
+use crate::em::PixelStack;
+
+/// Name and version of the model: part of every table's key, so a change of the physics changes the key.
+pub const MODEL: &str = "rcwa-1";
+
+/// sin θ up to which a wave is taken for a plane wave in air.
+const STEEPEST: f64 = 0.999;
+
+/// Functions of one matrix that are still computed: 0.6 GB each, of which a direction holds some dozen.
+const MOST_FUNCTIONS: f64 = 6000.0;
+
+/// A pixel at one wavelength, ready to be lit from any direction.
+pub struct RcwaModel(Pixel);
+
+impl RcwaModel {
+    /// Checks pixel, settings and wavelength.
+    pub fn new(
+        stack: &PixelStack,
+        wavelength_nm: f64,
+        settings: &RcwaSettings,
+    ) -> Result<Self, RcwaError> {
+        stack.check()?;
+        settings.check()?;
+        let indices = stack.indices(wavelength_nm)?;
+        let k0_per_um = 2.0 * PI / (wavelength_nm * 1e-3);
+        let step = 2.0 * PI / (stack.pitch_um * k0_per_um);
+        // Two components for every order in a circle, in silicon parted into classes.
+        let functions = |cutoff: f64| 2.0 * PI * (cutoff / step).powi(2);
+        let cutoff = indices.silicon.re + settings.silicon_margin * step;
+        let in_class = functions(cutoff) / stack.subpixels.count() as f64;
+        let above = match stack.metal {
+            Some(_) => settings.wall_cutoff.max(settings.lens_cutoff),
+            None => settings.lens_cutoff,
+        };
+        for (field, functions) in [
+            ("functions of a class in silicon (pitch, orders)", in_class),
+            (
+                "functions above the silicon (pitch, orders)",
+                functions(above),
+            ),
+        ] {
+            within(field, functions.round(), 0.0, MOST_FUNCTIONS)?;
+        }
+        // The sum of two order numbers, each up to (cutoff + 1)/step.
+        let most = 2 * ((settings.lens_cutoff + 1.0) / step).ceil() as usize;
+        Ok(Self(Pixel {
+            stack: stack.clone(),
+            settings: *settings,
+            k0_per_um,
+            step,
+            slices: LensSlices::new(stack, indices.lens, settings.slice_nm * 1e-3, most),
+            indices,
+        }))
+    }
+
+    /// Where the light of a plane wave of direction cosines (u, v) goes. Needs √(u² + v²) ≤ 0.999.
+    pub fn solve(&self, u: f64, v: f64) -> Result<RcwaAnswer, RcwaError> {
+        let began = Instant::now();
+        within("sine of the angle of incidence", u.hypot(v), 0.0, STEEPEST)?;
+        // cos 90° in binary is not quite 0, and a mirror is worth a factor of four.
+        let bloch = [u, v].map(|x| if x.abs() < 1e-12 { 0.0 } else { x });
+        let mirrors =
+            [0, 1].map(|axis| bloch[axis] == 0.0 && self.0.stack.lens.shift_um[axis] == 0.0);
+        let [s, p] = incident(bloch);
+        let ((s, p), functions) = if mirrors == [false, false] {
+            let column = self.column(bloch, sector_of(s, mirrors))?;
+            let [s, p] = light(&column, [s, p])?;
+            ((s, p), column.functions())
+        } else {
+            let one = |wave| -> Result<_, RcwaError> {
+                let column = self.column(bloch, sector_of(wave, mirrors))?;
+                let [powers] = light(&column, [wave])?;
+                Ok((powers, column.functions()))
+            };
+            let ((s, of_s), (p, of_p)) = (one(s)?, one(p)?);
+            ((s, p), of_s.max(of_p))
+        };
+        Ok(RcwaAnswer {
+            s,
+            p,
+            functions,
+            seconds: began.elapsed().as_secs_f64(),
+        })
+    }
+
+    fn column(&self, bloch: [f64; 2], sector: Sector) -> Result<Column, RcwaError> {
+        let step = self.0.step;
+        Column::new(&self.0, Lattice { bloch, step }, sector)
+    }
+}
+
+/// Powers of incident waves (E_x, E_y of order 0) of the column's sector.
+fn light<const N: usize>(
+    column: &Column,
+    waves: [[f64; 2]; N],
+) -> Result<[RcwaPowers; N], RcwaError> {
+    let air = Uniform::new(&column.basis, C::ONE);
+    let incident = order_zero(&column.basis, &waves);
+    let h_incident = air.times(&incident);
+    let twice = h_incident.clone() * faer::Scale(C::from(2.0));
+    let e = solve(&(air.matrix() + &column.admittance), &twice);
+    let h = &column.admittance * &e;
+    let up = &e - &incident;
+    let h_up = air.times(&up);
+    let inside = column.absorb(&e);
+    let powers: [RcwaPowers; N] = std::array::from_fn(|j| {
+        let inside = &inside[j];
+        let unit = 1.0 / flux(incident.as_ref(), h_incident.as_ref(), j);
+        let entering = flux(e.as_ref(), h.as_ref(), j);
+        RcwaPowers {
+            absorbed: inside.absorbed.iter().map(|p| p * unit).collect(),
+            absorbed_by_flux: (inside.entering - inside.leaving - inside.trenches) * unit,
+            reflected: flux(up.as_ref(), h_up.as_ref(), j) * unit,
+            transmitted: inside.leaving * unit,
+            elsewhere: (entering - inside.entering + inside.trenches) * unit,
+        }
+    });
+    if powers.iter().all(|p| p.balance().is_finite()) {
+        Ok(powers)
+    } else {
+        Err(RcwaError::NotFinite)
+    }
+}
+
+/// Tangential E of s and p, of unit strength.
+fn incident([u, v]: [f64; 2]) -> [[f64; 2]; 2] {
+    let sine = u.hypot(v);
+    let [c, s] = if sine > 0.0 {
+        [u / sine, v / sine]
+    } else {
+        [1.0, 0.0]
+    };
+    let cosine = (1.0 - sine * sine).sqrt();
+    [[-s, c], [c * cosine, s * cosine]]
+}
+
+/// The parities of E_x that a wave makes, where there are mirrors. Its E lies along or across each of them.
+fn sector_of([ex, _]: [f64; 2], mirrors: [bool; 2]) -> Sector {
+    let [x, y] = mirrors.map(|mirror| match (mirror, ex != 0.0) {
+        (false, _) => Parity::None,
+        (true, true) => Parity::Even,
+        (true, false) => Parity::Odd,
+    });
+    Sector { x, y }
+}
+
+/// Order 0, a column a wave.
+fn order_zero(basis: &Basis, waves: &[[f64; 2]]) -> Matrix {
+    let mut out = Matrix::zeros(basis.len(), waves.len());
+    for (i, (orders, first)) in [(&basis.x, 0), (&basis.y, basis.x.len())]
+        .into_iter()
+        .enumerate()
+    {
+        if let Some(at) = orders.iter().position(|o| o.n == [0, 0]) {
+            for (j, wave) in waves.iter().enumerate() {
+                out[(first + at, j)] = C::from(wave[i]);
+            }
+        }
+    }
+    out
+}
