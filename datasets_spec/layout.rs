@@ -20,6 +20,8 @@ impl FileKind {
             (FileKind::Disparity, _) => "disparity.exr",
             (FileKind::Coc, _) => "coc.exr",
             (FileKind::Occlusion, _) => "occlusion.png",
+            (FileKind::Objects, _) => "objects.png",
+            (FileKind::Normal, _) => "normal.exr",
             (FileKind::Valid, _) => "valid.png",
             (FileKind::Preview, _) => crate::paths::PREVIEW,
             (FileKind::Noisy, _) => "noisy.png",
@@ -29,14 +31,24 @@ impl FileKind {
     }
 }
 
+/// Files that not every sample has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Optional {
+    /// The map of ray distance.
+    pub distance: bool,
+    /// Objects and normals of a world of meshes.
+    pub world: bool,
+    /// A readout: the noisy capture, its views and the shading.
+    pub noisy: bool,
+}
+
 /// The files of a sample in the order of their names, each with size, channels and number format. `preview` is the contact
-/// sheet's width and height; `distance` says whether the ray-distance map is there, `noisy` whether a readout is.
+/// sheet's width and height; `optional` says which of the files are there that not every sample has.
 pub fn sample_files(
     sensor: &Sensor,
     colours: &[Channel],
     raw: RawFormat,
-    distance: bool,
-    noisy: bool,
+    optional: Optional,
     preview: [u32; 2],
 ) -> Vec<SampleFile> {
     use FileKind as K;
@@ -79,10 +91,14 @@ pub fn sample_files(
         (K::Valid, size, own(&["Y"]), byte),
         (K::Preview, preview, own(&sheet), byte),
     ];
-    if distance {
+    if optional.distance {
         rows.push((K::Distance, size, own(&["distance"]), float));
     }
-    if noisy {
+    if optional.world {
+        rows.push((K::Objects, size, own(&["Y"]), Storage::Uint16));
+        rows.push((K::Normal, size, own(&["X", "Y", "Z"]), float));
+    }
+    if optional.noisy {
         rows.extend([
             (K::Noisy, mosaic, own(&colours), Storage::Uint16),
             (K::NoisyViews, size, layers(&with_sum, &colours), half),

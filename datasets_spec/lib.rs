@@ -18,7 +18,7 @@ pub use camera::{
     Channel, CraShift, ExitPupil, Exposure, Focus, Intrinsics, Lens, Response, Sensor, Subpixels,
 };
 pub use check::{Finding, Progress, Report, check_dataset, check_hashes};
-pub use layout::{SUM_LAYER, sample_files};
+pub use layout::{Optional, SUM_LAYER, sample_files};
 pub use manifest::{DatasetManifest, FileEntry, SampleEntry, Tool, conventions, units};
 pub use readout::Readout;
 pub use sample::{

@@ -255,6 +255,10 @@ pub enum FileKind {
     Coc,
     /// Part of the pupil that sees another surface.
     Occlusion,
+    /// Number of the object that is seen; of worlds of meshes.
+    Objects,
+    /// Normal of the surface that is seen; of worlds of meshes.
+    Normal,
     /// 255 where the float maps apply, else 0.
     Valid,
     /// The contact sheet.

@@ -11,6 +11,7 @@ use quadpixel::render::Camera;
 use quadpixel::response::{
     AngularResponse, GeometricResponse, Response, ResponseCache, TableSettings,
 };
+use quadpixel::scene::world::World;
 use quadpixel::scene::{Scene, TexturedPlane};
 use quadpixel::sensor::{Sensor, Subpixels};
 use quadpixel::spectrum::ChannelWavelengths;
@@ -18,6 +19,7 @@ use quadpixel::units::MM_PER_UM;
 
 use crate::field_of_view::{centre_at, covering};
 use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, WindowRecipe};
+use crate::scenes::WorldRecipe;
 use quadpixel::command::CommandError;
 
 /// Angular responses that several samples share, loaded or computed once.
@@ -255,6 +257,20 @@ pub fn framing_camera(
 /// # Errors
 /// What a field of the recipe is and may be.
 pub fn scene(recipe: &Recipe, camera: &Camera) -> Result<Scene, CommandError> {
+    Ok(scene_and_warnings(recipe, camera)?.0)
+}
+
+/// The scene of a recipe, and what was left out of it.
+///
+/// # Errors
+/// As [`scene`].
+pub(crate) fn scene_and_warnings(
+    recipe: &Recipe,
+    camera: &Camera,
+) -> Result<(Scene, Vec<String>), CommandError> {
+    if let Some(world) = &recipe.world {
+        return world_scene(recipe, world, camera);
+    }
     if recipe.planes.is_empty() {
         return Err(CommandError::input(
             "planes is empty; allowed: at least one card",
@@ -263,10 +279,25 @@ pub fn scene(recipe: &Recipe, camera: &Camera) -> Result<Scene, CommandError> {
     let planes = recipe.planes.iter().enumerate();
     let planes =
         planes.map(|(i, p)| plane(p, camera).map_err(|e| e.within(&format!("planes[{i}]"))));
-    Ok(Scene::new(
-        planes.collect::<Result<_, _>>()?,
-        recipe.environment,
-    ))
+    let planes = planes.collect::<Result<_, _>>()?;
+    Ok((Scene::new(planes, recipe.environment), Vec::new()))
+}
+
+fn world_scene(
+    recipe: &Recipe,
+    world: &WorldRecipe,
+    camera: &Camera,
+) -> Result<(Scene, Vec<String>), CommandError> {
+    if !recipe.planes.is_empty() {
+        return Err(CommandError::input(
+            "planes: there is a world too; allowed: cards or a world",
+        ));
+    }
+    let (description, mut warnings) = world.build(camera)?;
+    let checked = World::new(description).map_err(|e| CommandError::input(e.to_string()))?;
+    warnings.extend(checked.warnings().lines());
+    let scene = Scene::of_world(Arc::new(checked), world.paths);
+    Ok((scene, warnings))
 }
 
 fn plane(recipe: &PlaneRecipe, camera: &Camera) -> Result<TexturedPlane, CommandError> {

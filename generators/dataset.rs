@@ -116,10 +116,10 @@ pub fn make_part(
         };
         let sample = render_sample(&recipe, id, &mut responses, &angles, &rays)
             .map_err(|e| e.within(&format!("sample {index}")))?;
-        responses
-            .take_warnings()
-            .iter()
-            .for_each(|w| progress.warn(w));
+        let warnings = responses.take_warnings();
+        for warning in warnings.iter().chain(sample.warnings()) {
+            progress.warn(warning);
+        }
         stages = stages.plus(sample.stages());
         folder.still_there()?;
         let written = timed(&mut stages.writing_s, || {

@@ -15,8 +15,11 @@ use quadpixel::command::CommandError;
 
 /// Name of the scene by its content, so that the same cards in front of two cameras are one scene (and in one split).
 fn scene_id(recipe: &Recipe) -> Result<String, CommandError> {
-    let cards = serde_json::to_string(&(&recipe.planes, recipe.environment))
-        .map_err(|e| CommandError::failed(format!("recipe: {e}")))?;
+    let cards = match &recipe.world {
+        None => serde_json::to_string(&(&recipe.planes, recipe.environment)),
+        Some(world) => serde_json::to_string(world),
+    }
+    .map_err(|e| CommandError::failed(format!("recipe: {e}")))?;
     let hash = blake3::hash(cards.as_bytes()).to_hex();
     Ok(format!("scene-{}", &hash[..16]))
 }
@@ -96,6 +99,7 @@ pub(crate) fn describe(
                 .planes
                 .iter()
                 .map(|p| p.chart.name().to_string())
+                .chain(recipe.world.iter().map(|w| w.name().to_string()))
                 .collect(),
             parameters: json,
         },
@@ -250,6 +254,19 @@ fn effects(recipe: &Recipe, camera: &Camera) -> spec::Effects {
         simulated.push("dispersion");
     } else {
         left_out.push(("dispersion", "the lens file has no Abbe numbers"));
+    }
+    if let Some(world) = &recipe.world {
+        simulated.push("light reflected and transmitted between surfaces");
+        left_out.push((
+            "light of very long paths",
+            "paths end after `scene.parameters.world.paths.max_bounces` surfaces",
+        ));
+        if world.paths.clamp.is_some() {
+            left_out.push((
+                "brightest indirect light",
+                "cut by `scene.parameters.world.paths.clamp`, as asked for",
+            ));
+        }
     }
     match recipe.response {
         ResponseRecipe::Geometric { .. } => left_out.push((

@@ -10,11 +10,12 @@ use quadpixel::render::RenderSettings;
 use quadpixel::sampling::{hash, uniform};
 
 use crate::charts::{ChartSpec, ImageFile, Mask, random_spec};
-use crate::config::{DatasetConfig, Draw, ResponseConfig, WindowConfig};
+use crate::config::{DatasetConfig, Draw, ResponseConfig, WindowConfig, WorldConfig};
 use crate::recipe::{
     Cutout, ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, SensorRecipe,
     WindowRecipe,
 };
+use crate::scenes::{Drawn, WorldRecipe, WorldSource};
 use quadpixel::command::CommandError;
 
 /// What a drawn number is for; part of its key.
@@ -65,6 +66,14 @@ enum For {
     MicrolensY,
     StackVariant,
     StackScale,
+    Near,
+    Far,
+    Objects,
+    Thin,
+    Clear,
+    Glints,
+    Difficulty,
+    World,
 }
 
 /// Numbers of one sample.
@@ -194,7 +203,15 @@ pub fn recipe(
                 .map(|what| drawn(&config.sensor.microlens_offset_um, what)),
         },
         response,
-        planes: planes(config, &dice, focus_mm)?,
+        planes: match config.scene.world {
+            None => planes(config, &dice, focus_mm)?,
+            Some(_) => Vec::new(),
+        },
+        world: config
+            .scene
+            .world
+            .as_ref()
+            .map(|w| world(w, &dice, focus_mm)),
         framing_focus_mm: config.sweep.map(|_| focus_mm),
         environment: [0.0; 3],
         exposure_ev: dice.of(&config.exposure_ev, For::Exposure, 0),
@@ -221,6 +238,24 @@ fn window(config: &DatasetConfig, dice: &Dice) -> WindowRecipe {
             theta_deg: dice.of(theta_deg, For::WindowHeight, 0),
             phi_deg: dice.of(phi_deg, For::WindowAzimuth, 0),
         },
+    }
+}
+
+/// A world of the kind whose turn it is.
+fn world(config: &WorldConfig, dice: &Dice, focus_mm: f64) -> WorldRecipe {
+    let difficulty = dice.of(&config.difficulty, For::Difficulty, 0);
+    WorldRecipe {
+        source: WorldSource::Generated(Drawn {
+            kind: config.kinds[dice.index as usize % config.kinds.len()],
+            seed: dice.key(For::World, 0),
+            near_mm: focus_mm * dice.of(&config.near_over_focus, For::Near, 0),
+            far_mm: focus_mm * dice.of(&config.far_over_focus, For::Far, 0),
+            objects: dice.of(&config.objects, For::Objects, 0) as u32,
+            thin: difficulty * dice.of(&config.thin, For::Thin, 0),
+            clear: difficulty * dice.of(&config.clear, For::Clear, 0),
+            glints: (difficulty * dice.of(&config.glints, For::Glints, 0)) as u32,
+        }),
+        paths: config.paths,
     }
 }
 

@@ -44,9 +44,12 @@ enum Command {
     /// Example: qpgen preview out
     #[command(verbatim_doc_comment)]
     Preview(preview_command::PreviewArgs),
-    /// Renders one image from a recipe (TOML, or the meta.json of a sample).
+    /// Renders one image from a recipe (TOML, or the meta.json of a sample), or from a glTF, GLB or OBJ scene. A first, coarse look
+    /// at a world of meshes is written as OUT-first.jpg within a second or two.
     ///
     /// Example: qpgen render out/samples/000003/meta.json --out again
+    ///
+    /// Example: qpgen render --scene shop.glb --focus-mm 1200 --size 640x480 --out shop
     #[command(verbatim_doc_comment)]
     Render(render_command::RenderArgs),
     /// A pixel's angular response: the table that the renderer uses, or P at a few angles.

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::charts::ChartSpec;
 use crate::charts::Mask;
+use crate::scenes::WorldRecipe;
 
 /// One sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,8 +21,12 @@ pub struct Recipe {
     pub sensor: SensorRecipe,
     /// The pixel's angular response.
     pub response: ResponseRecipe,
-    /// Flat cards; the nearest one that a ray meets is seen.
+    /// Flat cards; the nearest one that a ray meets is seen. None where there is a world.
+    #[serde(default)]
     pub planes: Vec<PlaneRecipe>,
+    /// A world of meshes in the place of cards.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub world: Option<WorldRecipe>,
     /// Depth in focus at which the cards that fill the window, or lie in parts of it, are laid out, mm; absent: the lens's own. All of a
     /// focus stack share one, so that they see one scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]

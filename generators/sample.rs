@@ -1,10 +1,14 @@
 //! Recipe → rendered sample with all its truths, ready for the writer.
 
+use std::sync::Arc;
+
 use datasets_spec as spec;
 use quadpixel::image::Image;
 use quadpixel::image::raster::Levels;
 use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField, DisparityMaps, WhiteField};
-use quadpixel::render::{Execution, SubPixelImage, render};
+use quadpixel::render::{Camera, Execution, RayRecord, RecordError, SubPixelImage, render};
+use quadpixel::response::Response;
+use quadpixel::scene::Scene;
 use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel::units::M_PER_MM;
 
@@ -13,7 +17,7 @@ use crate::describe::describe;
 use crate::noisy::Noisy;
 use crate::recipe::Recipe;
 use crate::stages::{Stages, timed};
-use crate::writer::{Description, RawEncoding, SampleFiles};
+use crate::writer::{Description, RawEncoding, SampleFiles, Seen};
 use quadpixel::command::CommandError;
 
 /// Headroom of the 16-bit mosaic: the linear value (of one sub-pixel) at its white level, as a multiple of an equal share of 1.
@@ -30,6 +34,9 @@ pub struct Sample {
     occlusion: Image,
     valid: Vec<bool>,
     noisy: Option<Noisy>,
+    /// Object numbers and normals, of worlds of meshes.
+    seen: Option<(Vec<u16>, Image)>,
+    warnings: Vec<String>,
     description: Description,
     stages: Stages,
 }
@@ -54,6 +61,39 @@ pub fn render_sample(
     response_progress: &(dyn Fn(usize, usize) + Sync),
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Sample, CommandError> {
+    let prepared = prepare(recipe, responses, response_progress)?;
+    Ok(prepared.render(id, Rays::Trace, progress)?.0)
+}
+
+/// A recipe put together, before its first ray.
+pub struct Prepared {
+    recipe: Recipe,
+    response: Arc<Response>,
+    camera: Camera,
+    scene: Scene,
+    warnings: Vec<String>,
+    stages: Stages,
+}
+
+/// Where the radiance of the rays comes from.
+pub enum Rays {
+    /// They are traced.
+    Trace,
+    /// They are traced and kept.
+    Keep,
+    /// They were kept.
+    Develop(Box<RayRecord>),
+}
+
+/// Lens, response, camera and scene of a recipe.
+///
+/// # Errors
+/// What a field of the recipe is and may be.
+pub fn prepare(
+    recipe: &Recipe,
+    responses: &mut Responses,
+    response_progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Prepared, CommandError> {
     let subpixels = assemble::subpixels(&recipe.sensor.subpixels)?;
     if !(1..=1 << 24).contains(&recipe.render.rays_per_pixel) {
         let n = recipe.render.rays_per_pixel;
@@ -65,11 +105,12 @@ pub fn render_sample(
     let response = timed(&mut stages.response_s, || {
         responses.get(recipe, subpixels, response_progress)
     })?;
-    let (camera, scene) = timed(&mut stages.scene_s, || {
+    let (camera, scene, warnings) = timed(&mut stages.scene_s, || {
         let camera = assemble::camera(recipe, &response, subpixels)?;
         let framing = assemble::framing_camera(recipe, &response, subpixels)?;
-        let scene = assemble::scene(recipe, framing.as_ref().unwrap_or(&camera))?;
-        Ok::<_, CommandError>((camera, scene))
+        let framing = framing.as_ref().unwrap_or(&camera);
+        let (scene, warnings) = assemble::scene_and_warnings(recipe, framing)?;
+        Ok::<_, CommandError>((camera, scene, warnings))
     })?;
     let beyond = camera.chief_rays_beyond();
     if beyond > 0.0 {
@@ -78,88 +119,163 @@ pub fn render_sample(
             100.0 * beyond
         ));
     }
-    let chief = ChiefRays::new(&camera);
-    let geometry = timed(&mut stages.truth_s, || chief.geometry(&camera, &scene));
-    let surfaces = (scene.planes().len() > 1).then_some(geometry.surfaces.as_slice());
-    let rendered = timed(&mut stages.rays_s, || {
-        let execution = Execution::default();
-        render(
-            &camera,
-            &scene,
-            &recipe.render,
-            &execution,
-            surfaces,
-            progress,
-        )
-    });
+    Ok(Prepared {
+        recipe: recipe.clone(),
+        response,
+        camera,
+        scene,
+        warnings,
+        stages,
+    })
+}
 
-    let began = std::time::Instant::now();
-    let white = WhiteField::new(&camera);
-    let (Some(field), Some(defocus)) = (
-        DisparityField::new(&camera, ChannelWavelengths::REFERENCE),
-        Defocus::new(&camera),
-    ) else {
-        unreachable!("a camera with a lens has a focus");
-    };
+impl Prepared {
+    /// Its recipe.
+    pub fn recipe(&self) -> &Recipe {
+        &self.recipe
+    }
+    /// Its response.
+    pub fn response(&self) -> &Response {
+        &self.response
+    }
+    /// Its scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+    /// Exposes it by `ev` stops.
+    pub fn expose(&mut self, ev: f64) {
+        self.recipe.exposure_ev = ev;
+    }
 
-    let gain = recipe.exposure_ev.exp2() / white.reference_sr();
-    let mut mosaic = rendered.image;
-    mosaic.scale(gain as f32);
-    let mut target = chief.target(&camera, &scene, &white, &recipe.render);
-    // Where there is no chief ray the target is black, and `valid` says so.
-    target
-        .data_mut()
-        .iter_mut()
-        .for_each(|x| *x = if x.is_nan() { 0.0 } else { *x * gain as f32 });
-    let (width, height) = (camera.sensor().width(), camera.sensor().height());
-    let pitch_mm = camera.sensor().pitch_mm();
-    let per_pixel = |f: &dyn Fn(f32) -> f32| {
-        let data = geometry.depth_mm.data().iter().map(|&d| f(d)).collect();
-        Image::from_vec(width, height, 1, data).unwrap_or_else(|| unreachable!("one value a pixel"))
-    };
-    let coc_px = per_pixel(&|d| (defocus.circle_of_confusion_mm(f64::from(d)) / pitch_mm) as f32);
-    let metres = |image: &Image| {
-        let mut image = image.clone();
-        image
+    /// Renders it. `progress` hears of rays done. The record is there if it was asked for.
+    ///
+    /// # Errors
+    /// A record of another camera, or one that would be too large.
+    pub fn render(
+        self,
+        id: SampleId,
+        rays: Rays,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<(Sample, Option<RayRecord>), CommandError> {
+        let Self {
+            recipe,
+            response,
+            camera,
+            scene,
+            warnings,
+            mut stages,
+        } = self;
+        let chief = ChiefRays::new(&camera);
+        let geometry = timed(&mut stages.truth_s, || chief.geometry(&camera, &scene));
+        let several = scene.planes().len() > 1 || scene.world().is_some();
+        let surfaces = several.then_some(geometry.surfaces.as_slice());
+        let (settings, execution) = (&recipe.render, Execution::default());
+        let input = |e: RecordError| CommandError::input(e.to_string());
+        let (rendered, record) = timed(&mut stages.rays_s, || match rays {
+            Rays::Trace => {
+                let rendered = render(&camera, &scene, settings, &execution, surfaces, progress);
+                Ok((rendered, None))
+            }
+            Rays::Keep => {
+                let both =
+                    RayRecord::render(&camera, &scene, settings, &execution, surfaces, progress);
+                both.map(|(rendered, record)| (rendered, Some(record)))
+            }
+            Rays::Develop(record) => record.develop(&camera).map(|rendered| (rendered, None)),
+        })
+        .map_err(input)?;
+        let began = std::time::Instant::now();
+        let white = WhiteField::new(&camera);
+        let (Some(field), Some(defocus)) = (
+            DisparityField::new(&camera, ChannelWavelengths::REFERENCE),
+            Defocus::new(&camera),
+        ) else {
+            unreachable!("a camera with a lens has a focus");
+        };
+
+        let gain = recipe.exposure_ev.exp2() / white.reference_sr();
+        let mut mosaic = rendered.image;
+        mosaic.scale(gain as f32);
+        let mut target = chief.target(&camera, &scene, &white, &recipe.render);
+        // Where there is no chief ray the target is black, and `valid` says so.
+        target
             .data_mut()
             .iter_mut()
-            .for_each(|x| *x *= M_PER_MM as f32);
-        image
-    };
-    let valid = geometry
-        .depth_mm
-        .data()
-        .iter()
-        .map(|d| !d.is_nan())
-        .collect();
-    let expose = |settings| Noisy::expose(settings, &mosaic, &camera, &white, gain);
-    let noisy = recipe.readout.as_ref().map(expose).transpose()?;
-    let noise = noisy.as_ref().map(Noisy::description);
-    let mut description = describe(recipe, id, &camera, &response, gain, &rendered.stats)?;
-    description.noise = noise.map_or(spec::Noise::None, spec::Noise::Readout);
-    let disparity = field.maps(&camera, &geometry.depth_mm);
-    stages.truth_s += began.elapsed().as_secs_f64();
-    Ok(Sample {
-        stages,
-        target,
-        depth_m: metres(&geometry.depth_mm),
-        distance_m: metres(&geometry.distance_mm),
-        disparity,
-        coc_px,
-        occlusion: rendered
-            .occlusion
-            .unwrap_or_else(|| Image::zeros(width, height, 1)),
-        valid,
-        noisy,
-        description,
-        mosaic,
-    })
+            .for_each(|x| *x = if x.is_nan() { 0.0 } else { *x * gain as f32 });
+        let (width, height) = (camera.sensor().width(), camera.sensor().height());
+        let pitch_mm = camera.sensor().pitch_mm();
+        let per_pixel = |f: &dyn Fn(f32) -> f32| {
+            let data = geometry.depth_mm.data().iter().map(|&d| f(d)).collect();
+            Image::from_vec(width, height, 1, data)
+                .unwrap_or_else(|| unreachable!("one value a pixel"))
+        };
+        let coc_px =
+            per_pixel(&|d| (defocus.circle_of_confusion_mm(f64::from(d)) / pitch_mm) as f32);
+        let metres = |image: &Image| {
+            let mut image = image.clone();
+            image
+                .data_mut()
+                .iter_mut()
+                .for_each(|x| *x *= M_PER_MM as f32);
+            image
+        };
+        let valid = geometry
+            .depth_mm
+            .data()
+            .iter()
+            .map(|d| !d.is_nan())
+            .collect();
+        let seen = scene.world().is_some().then(|| {
+            let normals = per_spec_frame(&geometry.normals);
+            (geometry.surfaces.clone(), normals)
+        });
+        let expose = |settings| Noisy::expose(settings, &mosaic, &camera, &white, gain);
+        let noisy = recipe.readout.as_ref().map(expose).transpose()?;
+        let noise = noisy.as_ref().map(Noisy::description);
+        let mut description = describe(&recipe, id, &camera, &response, gain, &rendered.stats)?;
+        description.noise = noise.map_or(spec::Noise::None, spec::Noise::Readout);
+        let disparity = field.maps(&camera, &geometry.depth_mm);
+        stages.truth_s += began.elapsed().as_secs_f64();
+        let sample = Sample {
+            stages,
+            target,
+            depth_m: metres(&geometry.depth_mm),
+            distance_m: metres(&geometry.distance_mm),
+            disparity,
+            coc_px,
+            occlusion: rendered
+                .occlusion
+                .unwrap_or_else(|| Image::zeros(width, height, 1)),
+            valid,
+            noisy,
+            seen,
+            warnings,
+            description,
+            mosaic,
+        };
+        Ok((sample, record))
+    }
+}
+
+/// Directions in the layout's frame, whose Z runs into the scene.
+fn per_spec_frame(normals: &Image) -> Image {
+    let mut normals = normals.clone();
+    for n in normals.data_mut().chunks_exact_mut(3) {
+        // Written as a difference, so that no −0 is stored.
+        n[2] = 0.0 - n[2];
+    }
+    normals
 }
 
 impl Sample {
     /// Where the time went.
     pub fn stages(&self) -> Stages {
         self.stages
+    }
+
+    /// What was left out of its scene.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Its description.
@@ -182,6 +298,10 @@ impl Sample {
             occlusion: &self.occlusion,
             noisy: self.noisy.as_ref().map(Noisy::files),
             valid: &self.valid,
+            seen: self
+                .seen
+                .as_ref()
+                .map(|(objects, normals)| Seen { objects, normals }),
             description: self.description.clone(),
         }
     }

@@ -65,6 +65,7 @@ pub(super) fn check(
             least.is_nan() || v.is_nan() || f64::from(v) >= least
         });
     }
+    seen(pictures, &mut findings);
     if let Some(views) = pictures.get(&FileKind::Views) {
         sums(meta, FileKind::Views, views, &mut findings);
         if let Some(raw) = pictures.get(&FileKind::Raw) {
@@ -83,7 +84,7 @@ fn truth(
     findings: &mut Vec<(FileKind, String)>,
 ) {
     use FileKind as K;
-    for kind in [K::Depth, K::Distance, K::Disparity, K::Coc] {
+    for kind in [K::Depth, K::Distance, K::Disparity, K::Coc, K::Normal] {
         each_channel(
             pictures,
             kind,
@@ -107,6 +108,35 @@ fn truth(
         each_channel(pictures, kind, findings, "infinite", |_, v| {
             !v.is_infinite()
         });
+    }
+}
+
+/// Objects and normals agree with the depth: 65535 and (0, 0, 0) exactly where nothing is met, else a unit vector.
+fn seen(pictures: &BTreeMap<FileKind, Planes>, findings: &mut Vec<(FileKind, String)>) {
+    let Some(depth) = pictures.get(&FileKind::Depth) else {
+        return;
+    };
+    let met = |i: usize| depth.channels["Z"][i].is_finite();
+    let what = "not 65535 exactly where nothing is met";
+    each_channel(pictures, FileKind::Objects, findings, what, |i, v| {
+        (v != 65535.0) == met(i)
+    });
+    let Some(normal) = pictures.get(&FileKind::Normal) else {
+        return;
+    };
+    let [x, y, z] = ["X", "Y", "Z"].map(|name| &normal.channels[name]);
+    let bad = (0..x.len()).filter(|&i| {
+        let square = [x, y, z]
+            .map(|c| f64::from(c[i]).powi(2))
+            .iter()
+            .sum::<f64>();
+        let expected = f64::from(u8::from(met(i)));
+        // NaN, where nothing is valid, has its own rule.
+        (square - expected).abs() > 1e-4
+    });
+    if let Some(text) = places(bad, normal.width, "X, Y, Z") {
+        let what = format!("{text} no unit vector (or not 0 where nothing is met)");
+        findings.push((FileKind::Normal, what));
     }
 }
 

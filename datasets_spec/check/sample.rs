@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Contents, Depth, Report, parse, pixels};
-use crate::layout::sample_files;
+use crate::layout::{Optional, sample_files};
 use crate::load::{Planes, decode};
 use crate::manifest::{FileEntry, SampleEntry};
 use crate::paths;
@@ -223,9 +223,13 @@ fn check_list(meta: &SampleMeta, path: &str, report: &mut Report) -> bool {
     };
     let sheet = has(FileKind::Preview).map_or([0, 0], |file| [file.width, file.height]);
     let distance = has(FileKind::Distance).is_some();
-    let noisy = meta.noise.readout().is_some();
-    let format = meta.raw.format;
-    if meta.files == sample_files(sensor, &meta.channels, format, distance, noisy, sheet) {
+    let optional = Optional {
+        distance,
+        world: has(FileKind::Objects).is_some() || has(FileKind::Normal).is_some(),
+        noisy: meta.noise.readout().is_some(),
+    };
+    let raw = meta.raw.format;
+    if meta.files == sample_files(sensor, &meta.channels, raw, optional, sheet) {
         return true;
     }
     report.add(

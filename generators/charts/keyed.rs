@@ -4,18 +4,18 @@
 
 /// A hash state: absorb words with [`Key::with`], then read numbers.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Key(u64);
+pub(crate) struct Key(u64);
 
 impl Key {
     /// The key of `seed` and a name, so that two uses of one seed are independent.
-    pub(super) fn new(seed: u64, name: &str) -> Self {
+    pub(crate) fn new(seed: u64, name: &str) -> Self {
         name.bytes()
             .fold(Self(seed).with(0), |key, byte| key.with(u64::from(byte)))
     }
 
     /// The key with `word` absorbed.
     #[inline]
-    pub(super) fn with(self, word: u64) -> Self {
+    pub(crate) fn with(self, word: u64) -> Self {
         let mut z =
             (self.0 ^ word.wrapping_mul(0xD6E8_FEB8_6659_FD93)).wrapping_add(0x9E37_79B9_7F4A_7C15);
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -25,24 +25,24 @@ impl Key {
 
     /// Number `index` of this key, uniform in [0, 1).
     #[inline]
-    pub(super) fn uniform(self, index: u64) -> f64 {
+    pub(crate) fn uniform(self, index: u64) -> f64 {
         (self.with(index).0 >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
     /// Number `index` of this key, uniform in [low, high).
     #[inline]
-    pub(super) fn range(self, index: u64, low: f64, high: f64) -> f64 {
+    pub(crate) fn range(self, index: u64, low: f64, high: f64) -> f64 {
         low + (high - low) * self.uniform(index)
     }
 
     /// Whole number `index` of this key, uniform in low..=high.
-    pub(super) fn whole(self, index: u64, low: u32, high: u32) -> u32 {
+    pub(crate) fn whole(self, index: u64, low: u32, high: u32) -> u32 {
         low + (self.uniform(index) * f64::from(high - low + 1)) as u32
     }
 
     /// Two independent standard normal numbers (Box and Muller, 1958).
     #[inline]
-    pub(super) fn normal_pair(self) -> [f32; 2] {
+    pub(crate) fn normal_pair(self) -> [f32; 2] {
         let bits = self.with(0).0;
         // 32 bits each; the half keeps the logarithm finite. Tails reach 6.6 standard deviations.
         let u = ((bits >> 32) as f32 + 0.5) * (1.0 / 4_294_967_296.0);

@@ -9,7 +9,7 @@ mod alphabet;
 mod dead_leaves;
 mod error;
 mod image_file;
-mod keyed;
+pub(crate) mod keyed;
 mod lettering;
 mod mask;
 

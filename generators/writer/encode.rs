@@ -8,7 +8,7 @@ use std::path::Path;
 use datasets_spec::{
     FileEntry, FileKind, Raw, RawFormat, RenderStatistics, SampleFile, SampleMeta,
 };
-use datasets_spec::{SCHEMA_VERSION, SUM_LAYER, paths, sample_files};
+use datasets_spec::{Optional, SCHEMA_VERSION, SUM_LAYER, paths, sample_files};
 use quadpixel::image::exr::{Compression, Layer, Sample, encode_layers};
 use quadpixel::image::raster::Levels;
 use quadpixel::image::views::{split_views, sum_of};
@@ -23,6 +23,7 @@ use crate::preview;
 pub(super) type Contents = Vec<(String, Vec<u8>)>;
 
 const DISPARITY_CHANNELS: [&str; 4] = ["dx", "dy", "paraxial_dx", "paraxial_dy"];
+const NORMAL_CHANNELS: [&str; 3] = ["X", "Y", "Z"];
 const PREVIEW_QUALITY: u8 = 90;
 
 /// The sample's description and the content of each of its files, in the order of their names.
@@ -45,8 +46,11 @@ pub(super) fn encode(
         &given.sensor,
         &given.channels,
         format,
-        sample.distance_m.is_some(),
-        given.noise.readout().is_some(),
+        Optional {
+            distance: sample.distance_m.is_some(),
+            world: sample.seen.is_some(),
+            noisy: given.noise.readout().is_some(),
+        },
         [preview::SHEET_WIDTH as u32, preview::SHEET_HEIGHT as u32],
     );
     let colours: Vec<&str> = given.channels.iter().map(|c| c.name.as_str()).collect();
@@ -126,6 +130,11 @@ impl Pictures<'_> {
         })
     }
 
+    fn seen(&self, file: &str) -> Result<super::Seen<'_>, WriteError> {
+        let seen = self.sample.seen;
+        seen.ok_or_else(|| input(file, "there is no map of objects"))
+    }
+
     /// The bytes of a file, and how many values were clipped.
     fn encode(&self, file: &SampleFile) -> Result<(Vec<u8>, u64), WriteError> {
         let (sample, path) = (self.sample, Path::new(&file.name));
@@ -177,6 +186,18 @@ impl Pictures<'_> {
                     .map(|(name, map)| layer(name, &DISPARITY_CHANNELS, map, Sample::Float))
                     .collect();
                 encode_layers(path, &layers, Compression::Zip)
+            }
+            FileKind::Objects => {
+                let seen = self.seen(&file.name)?;
+                let (width, height) = (file.width as usize, file.height as usize);
+                raster::encode_gray16(path, seen.objects, width, height)
+            }
+            FileKind::Normal => {
+                let normals = self.truth.normals.as_ref();
+                let normals =
+                    normals.ok_or_else(|| input(&file.name, "there is no map of normals"))?;
+                let layer = layer("", &NORMAL_CHANNELS, normals, Sample::Float);
+                encode_layers(path, &[layer], Compression::Zip)
             }
             FileKind::Coc => map(&"coc", &self.truth.coc_px),
             FileKind::Occlusion => {
@@ -304,6 +325,16 @@ fn check(sample: &SampleFiles<'_>, name: &str) -> Result<(), WriteError> {
             .distance_m
             .map(|map| ("distance", map, width, height, 1)),
     );
+    if let Some(seen) = sample.seen {
+        images.push(("normal", seen.normals, width, height, 3));
+        if seen.objects.len() != width * height {
+            let what = format!(
+                "{} objects for {width} × {height} pixels",
+                seen.objects.len()
+            );
+            return Err(input(name, what));
+        }
+    }
     for maps in [sample.traced_px, sample.paraxial_px] {
         if maps.len() != m * n {
             let what = format!("{} disparity maps for {} sub-pixels", maps.len(), m * n);

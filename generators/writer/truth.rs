@@ -17,13 +17,16 @@ pub(super) struct Truth {
     /// (dx, dy, paraxial dx, paraxial dy) a sub-pixel.
     pub disparity_px: Vec<Image>,
     pub coc_px: Image,
+    /// Of worlds of meshes.
+    pub normals: Option<Image>,
 }
 
 /// A pixel is valid where `sample.valid` says so and no map is NaN there.
 pub(super) fn masked(sample: &SampleFiles<'_>) -> Truth {
     let mut valid = sample.valid.to_vec();
     let maps = [sample.depth_m, sample.coc_px];
-    let maps = maps.into_iter().chain(sample.distance_m);
+    let normals = sample.seen.map(|seen| seen.normals);
+    let maps = maps.into_iter().chain(sample.distance_m).chain(normals);
     for map in maps.chain(sample.traced_px).chain(sample.paraxial_px) {
         for (valid, values) in valid.iter_mut().zip(map.data().chunks(map.channels())) {
             *valid &= !values.iter().any(|value| value.is_nan());
@@ -44,6 +47,7 @@ pub(super) fn masked(sample: &SampleFiles<'_>) -> Truth {
         distance_m: sample.distance_m.map(|map| mask(map.clone())),
         disparity_px: pairs.map(|(a, b)| mask(side_by_side(a, b))).collect(),
         coc_px: mask(sample.coc_px.clone()),
+        normals: sample.seen.map(|seen| mask(seen.normals.clone())),
         valid,
     }
 }

@@ -20,6 +20,8 @@ ITEMS = {
     "disparity": "disparity.exr",
     "coc": "coc.exr",
     "occlusion": "occlusion.png",
+    "objects": "objects.png",
+    "normal": "normal.exr",
     "valid": "valid.png",
     "noisy": "noisy.png",
     "noisy_views": "noisy_views.exr",
@@ -51,6 +53,8 @@ def decode(files, items=None):
     left_right                (H, W) f32          x_L - x_R, px, positive nearer than the focus (m > 1; with disparity)
     coc                       (H, W) f32          signed circle of confusion, px, positive behind the focus
     occlusion                 (H, W) f32          part of the pupil that sees another surface, 0 to 1
+    objects                   (H, W) u16          number of the object seen, 65535 where none (worlds of meshes only)
+    normal                    (H, W, 3) f32       its unit normal, X right, Y up, Z into the scene (worlds of meshes only)
     valid                     (H, W) bool         where depth, distance, disparity and coc apply (they are NaN elsewhere)
     noisy                     (nH, mW, 3) u16     digital numbers of the noisy mosaic
     noisy_views, noisy_sum    as views, sum       the same as linear values; some are negative
@@ -93,7 +97,9 @@ def decode(files, items=None):
             sample[item] = read_png(content).astype(np.float32) / 255.0
         elif item == "valid":
             sample[item] = read_png(content) != 0
-        elif item == "noisy":
+        elif item == "normal":
+            sample[item] = stack(read_exr(content), [""], ["X", "Y", "Z"])[0]
+        elif item in ("noisy", "objects"):
             sample[item] = read_png(content)
         else:
             raise KeyError(f"{item!r} is none of {', '.join(ITEMS)}")

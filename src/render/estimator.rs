@@ -49,10 +49,18 @@ pub(super) struct Occlusion {
     pub all: f64,
 }
 
+/// Radiance of a pixel's rays, one entry a channel and ray (channels outermost, lost rays 0): not kept, written, or read.
+pub(super) enum Kept<'a> {
+    No,
+    Write(&'a mut [f32]),
+    Read(&'a [f32]),
+}
+
 /// What every pixel of a render shares.
 pub(super) struct Estimator<'a> {
     pub camera: &'a Camera,
-    pub scene: &'a Scene,
+    /// `None`: the radiance of each ray comes from a record.
+    pub scene: Option<&'a Scene>,
     pub settings: &'a RenderSettings,
     pub execution: &'a Execution,
     pub sobol: SobolSet,
@@ -67,6 +75,7 @@ impl Estimator<'_> {
         &self,
         aim: &PixelAim,
         mut occlusion: Option<&mut Occlusion>,
+        mut kept: Kept<'_>,
         work: &mut Workspace,
         tally: &mut Tally,
         out: &mut [f64],
@@ -80,7 +89,10 @@ impl Estimator<'_> {
             work.respond(self.camera, aim, n_sub);
             work.radiance.iter_mut().for_each(|l| l.resize(n, 0.0));
             for channel in 0..3 {
-                if let Some(tracer) = self.camera.tracer(channel) {
+                let own = channel * self.settings.rays_per_pixel + first;
+                if let Kept::Read(radiance) = &kept {
+                    work.recall(channel, &radiance[own..][..n]);
+                } else if let Some(tracer) = self.camera.tracer(channel) {
                     work.trace(tracer, self.execution);
                     tally.rays += n as u64;
                     let lost = (0..n).filter_map(|i| work.batch.failure(i));
@@ -92,7 +104,8 @@ impl Estimator<'_> {
                         ..
                     } = &mut *work;
                     let rays = RaySlices::of_batch(batch);
-                    self.scene.intersect(rays, hits);
+                    let Some(scene) = self.scene else { continue };
+                    scene.intersect(rays, hits);
                     let served = match self.camera.is_dispersive() {
                         true => channel..channel + 1,
                         false => 0..3,
@@ -102,7 +115,10 @@ impl Estimator<'_> {
                         first: first as u32,
                         spread: self.spread,
                     };
-                    self.scene.radiance(rays, hits, served, &key, radiance);
+                    scene.radiance(rays, hits, served, &key, radiance);
+                }
+                if let Kept::Write(radiance) = &mut kept {
+                    work.keep(channel, &mut radiance[own..][..n]);
                 }
                 work.splat(channel, n_sub, &mut out[channel * n_sub..][..n_sub]);
                 if channel == ChannelWavelengths::REFERENCE
@@ -188,6 +204,21 @@ impl Workspace {
             target.clone_from(source);
         }
         tracer.trace_backward(b, execution.simd);
+    }
+
+    /// Takes the radiance of a channel from a record; no ray is lost any more, those that were are dark.
+    fn recall(&mut self, channel: usize, radiance: &[f32]) {
+        self.radiance[channel].copy_from_slice(radiance);
+        self.batch.status.clear();
+        self.batch.status.resize(radiance.len(), 0);
+    }
+
+    /// Writes the radiance of a channel into a record.
+    fn keep(&self, channel: usize, out: &mut [f32]) {
+        let rays = self.radiance[channel].iter().zip(&self.batch.status);
+        for (out, (&radiance, &status)) in out.iter_mut().zip(rays) {
+            *out = if status == 0 { radiance } else { 0.0 };
+        }
     }
 
     /// out[s] += Σ radiance · weight · measure over the rays that passed.

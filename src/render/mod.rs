@@ -14,12 +14,14 @@
 mod camera;
 mod estimator;
 mod image;
+mod record;
 mod run;
 mod stats;
 pub mod truth;
 
 pub use camera::{Camera, CameraError};
 pub use image::SubPixelImage;
+pub use record::{RayRecord, RecordError};
 pub use run::{Rendered, render};
 pub use stats::{LostRays, RenderStats};
 

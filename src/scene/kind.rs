@@ -42,6 +42,8 @@ pub struct Hits {
     pub t: Vec<f32>,
     /// Index of the card, or object of the world's instance; [`NO_SURFACE`] for none.
     pub surface: Vec<u16>,
+    /// Unit normal (smooth, without normal maps) on the side of the ray; of worlds only, 0 where nothing is met.
+    pub normal: Vec<DVec3>,
     /// Triangles met; of worlds only.
     elements: Vec<Option<Element>>,
     stack: Stack,
@@ -58,6 +60,7 @@ impl Hits {
         fill(&mut self.s, n, 0.0);
         fill(&mut self.t, n, 0.0);
         fill(&mut self.surface, n, NO_SURFACE);
+        self.normal.clear();
         self.elements.clear();
     }
 }
@@ -131,6 +134,7 @@ impl Scene {
             Kind::Cards(cards) => cards.intersect(rays, hits),
             Kind::World(world, _) => {
                 hits.elements.resize(hits.surface.len(), None);
+                hits.normal.resize(hits.surface.len(), DVec3::ZERO);
                 for i in 0..hits.surface.len() {
                     if rays.status[i] != 0 {
                         continue;
@@ -140,6 +144,7 @@ impl Scene {
                         hits.elements[i] = Some(element);
                         hits.distance_mm[i] = hit.distance_mm;
                         hits.surface[i] = hit.object_id;
+                        hits.normal[i] = hit.normal;
                     }
                 }
             }

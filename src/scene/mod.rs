@@ -10,6 +10,7 @@ mod mip;
 mod plane;
 
 pub mod coverage;
+pub mod import;
 pub mod texture;
 pub mod world;
 

@@ -39,6 +39,9 @@ pub struct GeometryTruth {
     pub distance_mm: Image,
     /// Index of the surface that the chief ray meets, row-major; [`NO_SURFACE`] where none.
     pub surfaces: Vec<u16>,
+    /// Unit normal of a world's surface on the camera's side, camera frame, 3 channels; 0 where nothing (or a card) is met, NaN where
+    /// there is no chief ray.
+    pub normals: Image,
 }
 
 impl ChiefRays {
@@ -77,14 +80,18 @@ impl ChiefRays {
         let (width, height) = (camera.sensor().width(), camera.sensor().height());
         let mut depth = Image::zeros(width, height, 1);
         let mut distance = Image::zeros(width, height, 1);
+        let mut normals = Image::zeros(width, height, 3);
         let mut surfaces = vec![NO_SURFACE; width * height];
         let rows = depth
             .data_mut()
             .par_chunks_mut(width)
             .zip(distance.data_mut().par_chunks_mut(width));
-        rows.zip(surfaces.par_chunks_mut(width))
+        let others = surfaces
+            .par_chunks_mut(width)
+            .zip(normals.data_mut().par_chunks_mut(3 * width));
+        rows.zip(others)
             .enumerate()
-            .for_each(|(row, ((depth, distance), surfaces))| {
+            .for_each(|(row, ((depth, distance), (surfaces, normals)))| {
                 let places = (0..width).map(|c| (c as f64, row as f64));
                 let (batch, hits) = self.trace(camera, scene, places);
                 for i in 0..width {
@@ -97,6 +104,9 @@ impl ChiefRays {
                         _ => (f64::NAN, f64::NAN),
                     };
                     (depth[i], distance[i]) = (z as f32, d as f32);
+                    let lost = if batch.status[i] == 0 { 0.0 } else { f32::NAN };
+                    let normal = hits.normal.get(i).copied().unwrap_or_default().as_vec3();
+                    normals[3 * i..][..3].copy_from_slice(&(normal + lost).to_array());
                     surfaces[i] = if batch.status[i] == 0 {
                         hits.surface[i]
                     } else {
@@ -108,6 +118,7 @@ impl ChiefRays {
             depth_mm: depth,
             distance_mm: distance,
             surfaces,
+            normals,
         }
     }
 

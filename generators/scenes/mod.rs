@@ -1,0 +1,168 @@
+//! Worlds made from a seed: rooms, table-tops and flying shapes, in front of any camera and over a depth range around its focus.
+//!
+//! A world fits the view: its size follows from the window's field of view and the depths asked for, so a narrow window sees a model
+//! room and a wide one a real one. Everything is drawn from the numbers of [`Drawn`] and the camera; the same numbers and
+//! camera give the same world.
+
+mod builder;
+mod file_world;
+mod finish;
+mod flying_shapes;
+mod object;
+mod pictures;
+mod room;
+mod shape;
+mod table_top;
+mod thin;
+mod view;
+
+use quadpixel::command::CommandError;
+use quadpixel::render::Camera;
+use quadpixel::scene::world::{PathSettings, WorldDescription};
+use serde::{Deserialize, Serialize};
+
+pub use file_world::FileWorld;
+use view::View;
+
+/// A world of meshes, and how its light is followed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorldRecipe {
+    /// What is in it.
+    pub source: WorldSource,
+    /// How paths of light are followed.
+    #[serde(default)]
+    pub paths: PathSettings,
+}
+
+/// Where a world comes from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WorldSource {
+    /// From numbers.
+    Generated(Drawn),
+    /// From a file.
+    File(FileWorld),
+}
+
+impl WorldRecipe {
+    /// The world in front of a camera, and what was left out of it.
+    ///
+    /// # Errors
+    /// A number out of its range, or what is wrong with a file.
+    pub(crate) fn build(
+        &self,
+        camera: &Camera,
+    ) -> Result<(WorldDescription, Vec<String>), CommandError> {
+        match &self.source {
+            WorldSource::Generated(drawn) => Ok((drawn.build(camera)?, Vec::new())),
+            WorldSource::File(file) => {
+                let focus = camera.focus_distance_mm();
+                let placed = file.load(focus.is_finite().then_some(focus))?;
+                Ok((placed.world, placed.warnings))
+            }
+        }
+    }
+
+    /// A name for what is shown.
+    pub fn name(&self) -> &str {
+        match &self.source {
+            WorldSource::Generated(drawn) => drawn.kind.name(),
+            WorldSource::File(_) => "file",
+        }
+    }
+}
+
+/// A kind of world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WorldKind {
+    /// A room with furniture, shelves, pictures and lamps.
+    Room,
+    /// A still life on a table.
+    TableTop,
+    /// Shapes in mid air before a backdrop.
+    FlyingShapes,
+}
+
+/// The numbers of a world, drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Drawn {
+    /// What it is.
+    pub kind: WorldKind,
+    /// Seed of shapes, places, pictures and finishes.
+    pub seed: u64,
+    /// Depth of the nearest objects, mm from the first lens vertex.
+    pub near_mm: f64,
+    /// Depth of the backdrop, mm.
+    pub far_mm: f64,
+    /// Number of objects (clutter), 0 to 400.
+    pub objects: u32,
+    /// Share of thin structures among them, 0 to 1.
+    pub thin: f64,
+    /// Share of glass, panes and veils among them, 0 to 1 (with `thin` at most 1).
+    pub clear: f64,
+    /// Number of small bright points, which blur to bokeh, 0 to 400.
+    pub glints: u32,
+}
+
+impl WorldKind {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Room, Self::TableTop, Self::FlyingShapes];
+
+    /// Its name, as in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Room => "room",
+            Self::TableTop => "table-top",
+            Self::FlyingShapes => "flying-shapes",
+        }
+    }
+}
+
+impl Drawn {
+    /// The world in front of a camera.
+    ///
+    /// # Errors
+    /// A number out of its range, or a window that sees nothing.
+    pub fn build(&self, camera: &Camera) -> Result<WorldDescription, CommandError> {
+        self.check()?;
+        let view = View::of(camera)?;
+        match self.kind {
+            WorldKind::Room => room::build(self, &view),
+            WorldKind::TableTop => table_top::build(self, &view),
+            WorldKind::FlyingShapes => flying_shapes::build(self, &view),
+        }
+    }
+
+    fn check(&self) -> Result<(), CommandError> {
+        let bad = |field: &str, value: f64, allowed: &str| {
+            Err(CommandError::input(format!(
+                "world.{field} is {value}; allowed: {allowed}"
+            )))
+        };
+        // Written so that NaN fails.
+        if !(self.near_mm > 0.0 && self.near_mm.is_finite()) {
+            return bad("near_mm", self.near_mm, "a positive length");
+        }
+        if !(self.far_mm > 1.05 * self.near_mm && self.far_mm.is_finite()) {
+            return bad("far_mm", self.far_mm, "at least 1.05 near_mm");
+        }
+        if !(self.thin >= 0.0 && self.clear >= 0.0 && self.thin + self.clear <= 1.0) {
+            let sum = self.thin + self.clear;
+            return bad("thin + clear", sum, "0 to 1, neither negative");
+        }
+        for (field, n) in [("objects", self.objects), ("glints", self.glints)] {
+            if n > 400 {
+                return bad(field, f64::from(n), "0 to 400");
+            }
+        }
+        Ok(())
+    }
+
+    /// A depth between `near_mm` and `far_mm`, even in its inverse (and so in disparity) at t ∈ [0, 1].
+    fn depth_mm(&self, t: f64) -> f64 {
+        1.0 / (1.0 / self.near_mm + t * (1.0 / self.far_mm - 1.0 / self.near_mm))
+    }
+}

@@ -1,0 +1,342 @@
+//! Objects of unit height or so, standing on y = 0, drawn from a seed.
+
+use glam::{DAffine3, DMat3, DVec3};
+use quadpixel::command::CommandError;
+use quadpixel::scene::world::Material;
+
+use super::builder::Builder;
+use super::finish::{clear, cut_out, metal, opaque, slender};
+use super::shape::{Shape, cone, cuboid, cylinder, icosahedron, lathe, sphere, torus};
+use super::thin::{fence, knot, plant, spring, wire};
+use crate::charts::keyed::Key;
+
+/// Cells around a round object.
+const ROUND: usize = 48;
+
+/// Parts of an object: shapes and their materials.
+pub(super) type Parts = Vec<(Shape, usize)>;
+
+/// What an object is mostly made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Nature {
+    /// Solid and opaque.
+    Opaque,
+    /// Wires, leaves, gratings.
+    Thin,
+    /// Glass, panes, veils.
+    Clear,
+}
+
+impl Nature {
+    /// Drawn so that `thin` and `clear` (0 to 1) are the shares of theirs.
+    pub fn draw(key: Key, thin: f64, clear: f64) -> Self {
+        let x = key.uniform(900);
+        if x < thin {
+            Self::Thin
+        } else if x < thin + clear {
+            Self::Clear
+        } else {
+            Self::Opaque
+        }
+    }
+}
+
+/// A piece of a still life, about 1 high, standing on y = 0.
+pub(super) fn still_life(
+    builder: &mut Builder,
+    key: Key,
+    nature: Nature,
+) -> Result<Parts, CommandError> {
+    let kind = key.whole(901, 0, 5);
+    Ok(match nature {
+        Nature::Thin => match kind {
+            0 | 1 => {
+                let material = if key.uniform(902) < 0.5 {
+                    cut_out(builder, key)?
+                } else {
+                    slender(builder, key)
+                };
+                let pot = lathe(
+                    &[
+                        (0.0, 0.0),
+                        (0.12, 0.0),
+                        (0.12, 0.0),
+                        (0.17, 0.25),
+                        (0.17, 0.25),
+                        (0.0, 0.22),
+                    ],
+                    ROUND,
+                );
+                let leaves = plant(key, 0.85, u64::from(key.whole(903, 9, 24)));
+                let pot_material = opaque(builder, key.with(1))?;
+                vec![(leaves.at(DVec3::Y * 0.2), material), (pot, pot_material)]
+            }
+            2 => {
+                let coil = spring(0.22, 0.9, key.range(902, 5.0, 9.0), 0.012);
+                vec![(coil.at(DVec3::Y * 0.48), slender(builder, key))]
+            }
+            3 => {
+                let bars = key.whole(902, 5, 12) as usize;
+                let grating = fence(0.8, 1.0, bars, key.range(904, 0.006, 0.02));
+                vec![(grating.at(DVec3::Y * 0.5), slender(builder, key))]
+            }
+            _ => {
+                // Brushes or knitting needles in a cup.
+                let needle = |k: u64| {
+                    let key = key.with(k);
+                    let foot =
+                        DVec3::new(key.range(0, -0.08, 0.08), 0.03, key.range(1, -0.08, 0.08));
+                    let top = foot
+                        + DVec3::new(
+                            key.range(2, -0.2, 0.2),
+                            key.range(3, 0.75, 1.0),
+                            key.range(4, -0.2, 0.2),
+                        );
+                    wire(foot, top, key.range(5, 0.006, 0.014))
+                };
+                let needles = (0..7).fold(Shape::default(), |s, k| s.with(&needle(k)));
+                let own = slender(builder, key);
+                vec![
+                    (needles, own),
+                    (cup(0.16, 0.4), opaque(builder, key.with(1))?),
+                ]
+            }
+        },
+        Nature::Clear => match kind {
+            0 | 1 => vec![(
+                sphere(0.5, ROUND).at(DVec3::Y * 0.5),
+                clear(builder, key, true),
+            )],
+            2 | 3 => vec![(bottle(key), clear(builder, key, true))],
+            4 => vec![(
+                cuboid(DVec3::new(0.5, 0.9, 0.5)).at(DVec3::Y * 0.45),
+                clear(builder, key, true),
+            )],
+            _ => vec![(
+                cuboid(DVec3::new(0.8, 1.0, 0.02)).at(DVec3::Y * 0.5),
+                clear(builder, key, false),
+            )],
+        },
+        Nature::Opaque => match kind {
+            0 => vec![(
+                sphere(0.45, ROUND).at(DVec3::Y * 0.45),
+                opaque(builder, key)?,
+            )],
+            1 => vec![(bottle(key), opaque(builder, key)?)],
+            2 => vec![(cup(key.range(902, 0.2, 0.35), 0.5), opaque(builder, key)?)],
+            3 => books(builder, key)?,
+            4 => vec![(
+                cuboid(DVec3::new(
+                    key.range(902, 0.4, 0.9),
+                    key.range(903, 0.3, 1.0),
+                    key.range(904, 0.3, 0.7),
+                ))
+                .at(DVec3::Y * 0.5 * key.range(903, 0.3, 1.0)),
+                opaque(builder, key)?,
+            )],
+            _ => vec![(cone(0.35, 0.9, ROUND), opaque(builder, key)?)],
+        },
+    })
+}
+
+/// Something that flies: about 1 across, around the origin.
+pub(super) fn flying(
+    builder: &mut Builder,
+    key: Key,
+    nature: Nature,
+) -> Result<Parts, CommandError> {
+    let kind = key.whole(901, 0, 6);
+    let shape = match nature {
+        Nature::Thin => match kind {
+            0 | 1 => spring(
+                0.3,
+                1.0,
+                key.range(902, 3.0, 7.0),
+                key.range(903, 0.008, 0.025),
+            ),
+            2 => torus(0.48, key.range(903, 0.008, 0.02), ROUND),
+            3 | 4 => fence(
+                1.0,
+                1.0,
+                key.whole(902, 4, 14) as usize,
+                key.range(903, 0.005, 0.018),
+            ),
+            5 => wire(
+                DVec3::new(0.0, -0.8, 0.0),
+                DVec3::new(0.0, 0.8, 0.0),
+                key.range(903, 0.004, 0.015),
+            ),
+            _ => knot(0.5, key.range(903, 0.012, 0.03)),
+        },
+        _ => match kind {
+            0 => sphere(0.5, ROUND),
+            1 => cuboid(DVec3::new(
+                0.8,
+                key.range(902, 0.3, 0.8),
+                key.range(903, 0.2, 0.8),
+            )),
+            2 => torus(0.36, key.range(902, 0.08, 0.18), ROUND),
+            3 => cylinder(0.3, 0.9, ROUND).at(DVec3::Y * -0.45),
+            4 => cone(0.45, 0.9, ROUND).at(DVec3::Y * -0.45),
+            5 => icosahedron(0.5),
+            _ => knot(0.5, 0.12),
+        },
+    };
+    let material = match nature {
+        Nature::Opaque => opaque(builder, key)?,
+        Nature::Thin if key.uniform(904) < 0.15 => cut_out(builder, key)?,
+        Nature::Thin => slender(builder, key),
+        Nature::Clear => clear(builder, key, key.uniform(904) < 0.7),
+    };
+    Ok(vec![(shape, material)])
+}
+
+/// A chair, 1 high.
+pub(super) fn chair(builder: &mut Builder, key: Key) -> Result<Parts, CommandError> {
+    let (frame, seat) = (opaque(builder, key)?, opaque(builder, key.with(1))?);
+    let leg =
+        |x: f64, z: f64, h: f64| cuboid(DVec3::new(0.04, h, 0.04)).at(DVec3::new(x, 0.5 * h, z));
+    let legs = leg(-0.2, 0.2, 0.45)
+        .with(&leg(0.2, 0.2, 0.45))
+        .with(&leg(-0.2, -0.2, 1.0))
+        .with(&leg(0.2, -0.2, 1.0));
+    let slat = |y: f64| cuboid(DVec3::new(0.4, 0.06, 0.02)).at(DVec3::new(0.0, y, -0.2));
+    let back = (0..3).fold(Shape::default(), |s, k| {
+        s.with(&slat(0.6 + 0.15 * f64::from(k)))
+    });
+    let board = cuboid(DVec3::new(0.46, 0.04, 0.46)).at(DVec3::Y * 0.46);
+    Ok(vec![(legs.with(&back), frame), (board, seat)])
+}
+
+/// A table, 0.75 high, with `width`.
+pub(super) fn table(builder: &mut Builder, key: Key, width: f64) -> Result<Parts, CommandError> {
+    let depth = key.range(0, 0.6, 0.9);
+    let leg = |x: f64, z: f64| {
+        cylinder(0.03, 0.72, 16).at(DVec3::new(
+            x * (0.5 * width - 0.06),
+            0.0,
+            z * (0.5 * depth - 0.06),
+        ))
+    };
+    let legs = leg(-1.0, -1.0)
+        .with(&leg(1.0, -1.0))
+        .with(&leg(-1.0, 1.0))
+        .with(&leg(1.0, 1.0));
+    let board = cuboid(DVec3::new(width, 0.03, depth)).at(DVec3::Y * 0.735);
+    Ok(vec![
+        (legs, slender(builder, key)),
+        (board, opaque(builder, key.with(1))?),
+    ])
+}
+
+/// A shelf with books, 2 high.
+pub(super) fn shelf(builder: &mut Builder, key: Key) -> Result<Parts, CommandError> {
+    let board = |y: f64| cuboid(DVec3::new(0.9, 0.03, 0.3)).at(DVec3::Y * y);
+    let side = |x: f64| cuboid(DVec3::new(0.03, 2.0, 0.3)).at(DVec3::new(x, 1.0, 0.0));
+    let levels = 5;
+    let rack = (0..=levels).fold(side(-0.45).with(&side(0.45)), |s, k| {
+        s.with(&board(0.02 + 1.96 * f64::from(k) / f64::from(levels)))
+    });
+    let mut parts = vec![(rack, opaque(builder, key)?)];
+    for level in 0..levels as u64 {
+        let key = key.with(10 + level);
+        let mut x = -0.42;
+        let mut row = [Shape::default(), Shape::default()];
+        for k in 0.. {
+            let (w, h) = (
+                key.with(k).range(0, 0.02, 0.06),
+                key.with(k).range(1, 0.2, 0.33),
+            );
+            if x + w > key.range(2, 0.1, 0.42) {
+                break;
+            }
+            let foot = 0.035 + 1.96 * level as f64 / levels as f64;
+            let book = cuboid(DVec3::new(w * 0.96, h, 0.2)).at(DVec3::new(
+                x + 0.5 * w,
+                foot + 0.5 * h,
+                0.02,
+            ));
+            let pile = &mut row[k as usize % 2];
+            *pile = std::mem::take(pile).with(&book);
+            x += w;
+        }
+        for (k, pile) in row.into_iter().enumerate() {
+            if !pile.triangles.is_empty() {
+                parts.push((pile, opaque(builder, key.with(50 + k as u64))?));
+            }
+        }
+    }
+    Ok(parts)
+}
+
+/// A bright ball of the given radiance: a lamp far off, a glint.
+pub(super) fn glint(builder: &mut Builder, radius: f64, radiance: [f32; 3]) -> Parts {
+    let material = builder.material(Material::emitter(radiance));
+    vec![(sphere(radius, 8), material)]
+}
+
+/// A hanging lamp: a lit ball in a metal shade.
+pub(super) fn lamp(builder: &mut Builder, key: Key, radiance: f32) -> Parts {
+    let shade = lathe(&[(0.3, 0.0), (0.12, 0.25), (0.03, 0.3)], ROUND);
+    let inner = lathe(&[(0.027, 0.295), (0.117, 0.245), (0.297, 0.0)], ROUND);
+    let paint = builder.material(Material {
+        two_sided: true,
+        ..metal(key)
+    });
+    let mut parts = glint(builder, 0.09, [radiance, 0.9 * radiance, 0.72 * radiance]);
+    parts[0].0 = std::mem::take(&mut parts[0].0).at(DVec3::Y * 0.08);
+    let cord = wire(DVec3::Y * 0.3, DVec3::Y * 3.0, 0.008);
+    parts.push((shade.with(&inner).with(&cord), paint));
+    parts
+}
+
+fn cup(radius: f64, height: f64) -> Shape {
+    let (outer, inner) = (radius, 0.9 * radius);
+    let (rim, floor) = ((outer, height), (0.85 * inner, 0.05 * height));
+    lathe(
+        &[
+            (0.0, 0.0),
+            (0.85 * outer, 0.0),
+            (0.85 * outer, 0.0),
+            rim,
+            rim,
+            (inner, height),
+            (inner, height),
+            floor,
+            floor,
+            (0.0, 0.05 * height),
+        ],
+        ROUND,
+    )
+}
+
+fn bottle(key: Key) -> Shape {
+    let (belly, neck) = (key.range(910, 0.16, 0.26), key.range(911, 0.05, 0.08));
+    let shoulder = key.range(912, 0.45, 0.65);
+    let curve = |k: usize| {
+        let t = f64::from(k as u32) / 8.0;
+        let s = t * t * (3.0 - 2.0 * t);
+        (belly + s * (neck - belly), shoulder + 0.2 * t)
+    };
+    let mut profile = vec![(0.0, 0.0), (belly, 0.0), (belly, 0.0), (belly, shoulder)];
+    profile.extend((1..=8).map(curve));
+    profile.extend([(neck, 1.0), (neck, 1.0), (0.0, 1.0)]);
+    lathe(&profile, ROUND)
+}
+
+fn books(builder: &mut Builder, key: Key) -> Result<Parts, CommandError> {
+    let mut parts = Vec::new();
+    let mut y = 0.0;
+    for k in 0..u64::from(key.whole(902, 2, 5)) {
+        let key = key.with(k);
+        let h = key.range(0, 0.06, 0.16);
+        let turn = DMat3::from_rotation_y(key.range(1, -0.4, 0.4));
+        let size = DVec3::new(key.range(2, 0.5, 0.75), h, key.range(3, 0.35, 0.5));
+        let book = cuboid(size)
+            .moved(DAffine3::from_mat3(turn))
+            .at(DVec3::Y * (y + 0.5 * h));
+        parts.push((book, opaque(builder, key)?));
+        y += h;
+    }
+    Ok(parts)
+}

@@ -1,0 +1,65 @@
+//! Environment maps: equirectangular radiance from an OpenEXR or Radiance HDR file.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use super::ImportError;
+use super::folder::read_limited;
+use crate::image::Image;
+use crate::image::exr::NamedLayer;
+
+/// Reads an equirectangular panorama (`.exr` with channels R, G, B, or `.hdr`), linear, 3 channels.
+///
+/// # Errors
+/// A file that cannot be read, of another kind, without R, G and B, or with a value that is negative or not finite.
+pub fn read_panorama(path: &Path) -> Result<Image, ImportError> {
+    let broken = |place: &str, what: String| ImportError::Broken {
+        file: path.display().to_string(),
+        place: place.into(),
+        what,
+    };
+    let extension = path.extension().and_then(|e| e.to_str());
+    let image = match extension.unwrap_or_default().to_ascii_lowercase().as_str() {
+        "exr" => {
+            let layers = crate::image::exr::read_layers(path)
+                .map_err(|e| broken("picture", e.to_string()))?;
+            rgb(layers).ok_or_else(|| broken("channels", "has no R, G and B".into()))?
+        }
+        "hdr" => {
+            let bytes = read_limited(path)?;
+            let reader =
+                image::ImageReader::with_format(Cursor::new(bytes), image::ImageFormat::Hdr);
+            let picture = reader
+                .decode()
+                .map_err(|e| broken("picture", e.to_string()))?
+                .into_rgb32f();
+            let (width, height) = (picture.width() as usize, picture.height() as usize);
+            Image::from_vec(width, height, 3, picture.into_raw())
+                .ok_or_else(|| broken("picture", "is not whole".into()))?
+        }
+        other => {
+            return Err(broken(
+                "extension",
+                format!("is `{other}`; allowed: exr, hdr"),
+            ));
+        }
+    };
+    match image.data().iter().find(|v| !(v.is_finite() && **v >= 0.0)) {
+        Some(v) => Err(broken(
+            "radiance",
+            format!("{v}; allowed: finite, not negative"),
+        )),
+        None => Ok(image),
+    }
+}
+
+/// The first layer with R, G and B, and of it these three.
+fn rgb(layers: Vec<NamedLayer>) -> Option<Image> {
+    let layer = layers
+        .into_iter()
+        .find(|l| l.channels.len() >= 3 && l.channels[..3] == ["R", "G", "B"])?;
+    let image = layer.image;
+    let texels = image.data().chunks_exact(image.channels());
+    let data = texels.flat_map(|t| [t[0], t[1], t[2]]).collect();
+    Image::from_vec(image.width(), image.height(), 3, data)
+}

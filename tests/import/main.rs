@@ -1,0 +1,9 @@
+//! Scenes from files: where things land, what is left out and counted, and that no bytes make the importer panic.
+
+#![allow(clippy::unwrap_used)] // because tests fail by panicking
+
+mod broken;
+mod glb;
+mod gltf;
+mod mutations;
+mod obj;
