@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{Channel, Exposure, Focus, Intrinsics, Lens, Response, Sensor};
-use crate::readout::Readout;
 use crate::manifest::FileEntry;
+use crate::readout::Readout;
 
 /// The whole of `meta.json`. No date, host name, run time or thread count: the same seed gives the same bytes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

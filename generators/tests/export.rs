@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 
 use image::{ColorType, ImageReader};
 use ndarray::Array2;
-use small::{SMALL, dataset, done, files, qpgen};
 use quadpixel::image::Image;
 use quadpixel::image::exr::{NamedLayer, read_layers};
+use small::{SMALL, dataset, done, files, qpgen};
 
 /// A dataset of three samples, with noisy captures, and its export.
 fn exported(folder: &Path, layout: &str, more: &[&str]) -> (PathBuf, PathBuf) {

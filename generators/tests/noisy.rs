@@ -9,9 +9,9 @@ use std::fs;
 use std::path::Path;
 
 use datasets_spec::{DatasetManifest, FileEntry, SampleMeta, check_dataset};
-use small::{SMALL, dataset, done, files, qpgen};
 use quadpixel::image::exr::{Compression, Layer, NamedLayer, Sample, encode_layers, read_layers};
 use quadpixel::image::{Image, raster};
+use small::{SMALL, dataset, done, files, qpgen};
 
 /// Much light, so that the normal law is near.
 const READOUT: &str = "[readout]\nphotons_um2 = 4000\nprnu = 0.01\ngain_mismatch = 0.02\n";

@@ -13,8 +13,8 @@ use datasets_spec::{DatasetManifest, SampleMeta, check_dataset};
 use generators::config::DatasetConfig;
 use generators::draw;
 use generators::recipe::{Recipe, ResponseRecipe};
-use small::{SMALL, dataset, done, files, qpgen};
 use quadpixel::image::exr::read_layers;
+use small::{SMALL, dataset, done, files, qpgen};
 
 const OPTICS: &str = r#"
 [lens.tolerances]
