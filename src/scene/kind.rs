@@ -168,7 +168,10 @@ impl Scene {
                 }
             }
             Kind::World(world, settings) => {
-                for i in 0..hits.surface.len() {
+                let Hits {
+                    elements, stack, ..
+                } = hits;
+                for (i, &element) in elements.iter().enumerate() {
                     if rays.status[i] != 0 {
                         continue;
                     }
@@ -178,14 +181,16 @@ impl Scene {
                     };
                     let l = world.shade(
                         rays.ray(i),
-                        hits.elements[i],
+                        element,
                         channels.clone(),
                         settings,
                         &key,
-                        &mut hits.stack,
+                        stack,
                     );
-                    for channel in channels.clone() {
-                        out[channel][i] = l[channel];
+                    for (channel, out) in out.iter_mut().enumerate() {
+                        if channels.contains(&channel) {
+                            out[i] = l[channel];
+                        }
                     }
                 }
             }

@@ -178,8 +178,9 @@ fn barycentric([p0, p1, p2]: &[DVec3; 3], ray: &Ray) -> [f64; 2] {
     let q = ray.origin + t * ray.direction - *p0;
     let squared = n.length_squared();
     // A ray along the plane makes t infinite and these NaN: then the first corner serves.
-    let b1 = (n.dot(q.cross(e2)) / squared).max(0.0).min(1.0);
-    let b2 = (n.dot(e1.cross(q)) / squared).max(0.0).min(1.0);
+    let within = |x: f64| if x > 0.0 { x.min(1.0) } else { 0.0 };
+    let b1 = within(n.dot(q.cross(e2)) / squared);
+    let b2 = within(n.dot(e1.cross(q)) / squared);
     let over = (b1 + b2).max(1.0);
     [b1 / over, b2 / over]
 }

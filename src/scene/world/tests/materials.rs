@@ -99,8 +99,8 @@ fn each_material_is_reciprocal() {
         for k in 0..200 {
             let u = |d| uniform(1, &[k, d]) as f32;
             let (a, b) = (
-                direction(0.05 + 0.95 * u(0), 6.28 * u(1)),
-                direction(0.05 + 0.95 * u(2), 6.28 * u(3)),
+                direction(0.05 + 0.95 * u(0), std::f32::consts::TAU * u(1)),
+                direction(0.05 + 0.95 * u(2), std::f32::consts::TAU * u(3)),
             );
             let f = |o: Vec3, i: Vec3| seen_from(&world, o).value(i).0 / i.z;
             let (ab, ba) = (f(a, b), f(b, a));
