@@ -223,7 +223,7 @@ mod tests {
             .enumerate()
         {
             let part = Journal::open(path, key).unwrap();
-            part.keep((0, (i as i64, 0)), &answer(i as f64));
+            part.keep((0, (i as i64, 0), 0), &answer(i as f64));
             assert_eq!(part.trouble(), None);
         }
         // The last line of a part that still runs, or was killed, is not whole.
