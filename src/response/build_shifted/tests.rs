@@ -83,14 +83,14 @@ fn symmetry_fills_every_shift_and_direction_from_an_octant() {
             }
         }
     }
-    // Three harmonics through eight nodes: the lookup is exact anywhere, but for its splines (1e-3 of 0.05, and
-    // 5e-5 of the first's 0.3) and f32.
+    // Three harmonics through eight nodes: the lookup is exact anywhere, but for its splines. On 16 knots these are off
+    // by 1.4 f³, twice that at worst: 9e-3 of the third harmonic (0.026 of P) and 3e-4 of the first (0.16), along both axes.
     let lookup = table.shifted_interpolator(550.0).unwrap();
     for shift in [[0.1, 0.3], [-0.77, 0.42], [1.2, -0.95], [5.31, 7.3]] {
         let mut p = [0f32; 4];
         lookup.weights_batch(shift, &[0.32], &[-0.16], &mut p);
         for (p, wanted) in p.iter().zip(shares(0.32, -0.16, shift, 2.0)) {
-            assert!((f64::from(*p) - wanted).abs() < 5e-4, "{shift:?}");
+            assert!((f64::from(*p) - wanted).abs() < 1.3e-3, "{shift:?}");
         }
     }
     assert!(lookup.bytes() == 11 * 11 * 11 * 11 * 4 * 4);

@@ -5,8 +5,7 @@
 //! ```
 //! (Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), eqs. 2.25, 4.17). A run left out with all its mirror images B is
 //! predicted with the error `(K⁻¹_BB)⁻¹ (K⁻¹ y)_B` (Dubrule, Math. Geol. 15, 687 (1983)). The length ℓ and the noise ν are those of
-//! the smallest such error. All sub-pixels share K. Distances r are those of [`super::design`]; k is summed over the neighbouring lenses of
-//! the array.
+//! the smallest such error. All sub-pixels share K. Distances r are those of [`super::design`].
 
 use super::design::{Incidence, Point, Space, distance};
 
@@ -28,8 +27,6 @@ pub(super) struct Process {
 /// Points with their values, and which run each belongs to.
 struct Data {
     points: Vec<Point>,
-    /// Distances of each pair, of one of them under nine lenses of the array.
-    apart: Vec<Vec<[f64; 9]>>,
     values: Vec<Vec<f64>>,
     run: Vec<usize>,
     runs: usize,
@@ -75,10 +72,9 @@ impl Process {
     /// The function, a value a sub-pixel.
     pub fn at(&self, incidence: Incidence) -> Vec<f64> {
         let mut sum = vec![0.0; self.space.subpixels.count()];
-        let own = self.space.periods(incidence);
+        let own = self.space.point(incidence);
         for (point, c) in self.points.iter().zip(&self.coefficients) {
-            let apart = own.map(|p| distance(&p, point));
-            let k = periodic(&apart, self.length);
+            let k = covariance(distance(&own, point), self.length);
             for (s, c) in sum.iter_mut().zip(c) {
                 *s += k * c;
             }
@@ -91,12 +87,10 @@ impl Data {
     fn new(runs: &[(Incidence, Vec<f64>)], space: &Space) -> Self {
         let mut data = Self {
             points: Vec::new(),
-            apart: Vec::new(),
             values: Vec::new(),
             run: Vec::new(),
             runs: runs.len(),
         };
-        let mut waves = Vec::new();
         for (r, (incidence, values)) in runs.iter().enumerate() {
             let first = data.points.len();
             // Images that fall together (on an axis of symmetry) are one point, of the mean value.
@@ -112,7 +106,6 @@ impl Data {
                         own.iter_mut().zip(sent).for_each(|(o, s)| *o += s);
                     }
                     None => {
-                        waves.push(wave);
                         data.points.push(at);
                         data.values.push(sent);
                         data.run.push(r);
@@ -124,12 +117,6 @@ impl Data {
                 values.iter_mut().for_each(|v| *v /= times);
             }
         }
-        let row = |wave: &Incidence| {
-            let own = space.periods(*wave);
-            let to = |p: &Point| own.map(|o| distance(&o, p));
-            data.points.iter().map(to).collect()
-        };
-        data.apart = waves.iter().map(row).collect();
         data
     }
 
@@ -139,9 +126,7 @@ impl Data {
         let mut matrix = vec![vec![0.0; n]; n];
         for i in 0..n {
             for j in 0..=i {
-                // The mean of both ways round: the frame is not linear, so they differ a little.
-                let (there, back) = (&self.apart[i][j], &self.apart[j][i]);
-                let k = 0.5 * (periodic(there, length) + periodic(back, length));
+                let k = covariance(distance(&self.points[i], &self.points[j]), length);
                 matrix[i][j] = if i == j { k + noise } else { k };
                 matrix[j][i] = matrix[i][j];
             }
@@ -169,11 +154,6 @@ impl Data {
         }
         all
     }
-}
-
-/// Summed over the lenses of the array.
-fn periodic(apart: &[f64; 9], length: f64) -> f64 {
-    apart.iter().map(|r| covariance(*r, length)).sum()
 }
 
 fn covariance(distance: f64, length: f64) -> f64 {
