@@ -23,11 +23,7 @@ pub fn thirds(width: usize, height: usize) -> [Part; 3] {
     let side = height / 2;
     let y = (height - side) / 2;
     let part = |x| Part { x, y, side };
-    [
-        part(0),
-        part((width - side) / 2),
-        part(width - side),
-    ]
+    [part(0), part((width - side) / 2), part(width - side)]
 }
 
 /// Settings of the local matches: whose median the page shows beside the whole window's.
