@@ -116,11 +116,14 @@ pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     Ok(())
 }
 
+/// A direction and P of each sub-pixel there.
+type Held = (Incidence, Vec<f64>);
+
 /// The simulated directions of the shipped table, spread out first.
 fn shipped(
     stack: &PixelStack,
     settings: &CorrectedSettings,
-) -> Result<Option<Vec<(Incidence, Vec<f64>)>>, ResponseError> {
+) -> Result<Option<Vec<Held>>, ResponseError> {
     if !matches!(*settings.exact, PixelModel::Fdtd(_)) {
         return Ok(None);
     }

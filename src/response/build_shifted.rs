@@ -89,6 +89,8 @@ struct ShiftedPlan {
 
 /// P per wavelength, direction simulated, shift (all of the period) and sub-pixel.
 type ByDirection = Vec<BTreeMap<Node, Vec<f64>>>;
+/// The answers of a run under each of these lens shifts in µm.
+type ShiftsOfRun<'a> = dyn Fn(&Run, &[[f64; 2]]) -> Result<Vec<Answer>, ResponseError> + Sync + 'a;
 
 /// Simulates the table of a pixel under all shifts of its lens, on all threads; journal and progress as of [`super::build_table`], a run
 /// being one direction under one shift.
@@ -181,7 +183,7 @@ impl ShiftedPlan {
         &self,
         journal: Option<&Journal>,
         progress: &(dyn Fn(usize, usize) + Sync),
-        model: &(dyn Fn(&Run, &[[f64; 2]]) -> Result<Vec<Answer>, ResponseError> + Sync),
+        model: &ShiftsOfRun<'_>,
     ) -> Result<(ByDirection, BuildReport), ResponseError> {
         let total = self.shifts.iter().map(Vec::len).sum();
         let (done, reused) = (AtomicUsize::new(0), AtomicUsize::new(0));

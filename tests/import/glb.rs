@@ -46,7 +46,7 @@ pub fn document() -> Value {
         "scene": 0,
         "scenes": [{"nodes": [0, 2, 3]}],
         "nodes": [
-            {"name": "turned", "translation": [1.0, 2.0, 3.0], "rotation": [0.0, 0.7071067811865476, 0.0, 0.7071067811865476],
+            {"name": "turned", "translation": [1.0, 2.0, 3.0], "rotation": [0.0, (0.5f64.sqrt()), 0.0, (0.5f64.sqrt())],
              "children": [1], "mesh": 0},
             {"mesh": 1, "scale": [2.0, 2.0, 2.0]},
             {"name": "eye", "translation": [0.0, 0.0, 5.0], "camera": 0},
@@ -101,10 +101,10 @@ pub fn parts() -> [Vec<u8>; 2] {
 
 /// A GLB of any two chunks, with the right lengths.
 pub fn container_of(mut json: Vec<u8>, mut bin: Vec<u8>) -> Vec<u8> {
-    while json.len() % 4 != 0 {
+    while !json.len().is_multiple_of(4) {
         json.push(b' ');
     }
-    while bin.len() % 4 != 0 {
+    while !bin.len().is_multiple_of(4) {
         bin.push(0);
     }
     let length = 12 + 8 + json.len() + 8 + bin.len();

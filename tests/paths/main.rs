@@ -1,5 +1,7 @@
 //! Light in worlds of meshes: closed forms, an independent plain path tracer, and the same bytes whatever the threads.
 
+#![allow(clippy::unwrap_used)] // because tests fail by panicking
+
 mod closed_forms;
 mod plain;
 mod render;

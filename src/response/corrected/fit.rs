@@ -122,16 +122,11 @@ impl Data {
 
     /// K⁻¹, `None` where rounding leaves K not positive.
     fn inverse(&self, length: f64, noise: f64) -> Option<Vec<Vec<f64>>> {
-        let n = self.points.len();
-        let mut matrix = vec![vec![0.0; n]; n];
-        for i in 0..n {
-            for j in 0..=i {
-                let k = covariance(distance(&self.points[i], &self.points[j]), length);
-                matrix[i][j] = if i == j { k + noise } else { k };
-                matrix[j][i] = matrix[i][j];
-            }
-        }
-        inverse(matrix)
+        let row = |(i, a)| {
+            let of = |(j, b)| covariance(distance(a, b), length) + if i == j { noise } else { 0.0 };
+            self.points.iter().enumerate().map(of).collect()
+        };
+        inverse(self.points.iter().enumerate().map(row).collect())
     }
 
     /// The error of each run, left out with its images, averaged over these back to the run's own sub-pixels' sizes.
@@ -185,8 +180,7 @@ fn inverse(mut a: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
             let sum: f64 = own[..j].iter().zip(&other[..j]).map(|(x, y)| x * y).sum();
             let left = own[j] - sum;
             a[i][j] = if i == j {
-                // Written so that NaN fails.
-                if !(left > 1e-14) {
+                if left.is_nan() || left <= 1e-14 {
                     return None;
                 }
                 left.sqrt()
@@ -233,10 +227,9 @@ mod tests {
             vec![0.5, -0.2, 2.0],
         ];
         let back = inverse(a.clone()).unwrap();
-        for i in 0..3 {
-            for j in 0..3 {
-                let sum: f64 = (0..3).map(|k| a[i][k] * back[k][j]).sum();
-                assert!((sum - f64::from(u8::from(i == j))).abs() < 1e-12);
+        for (i, row) in product(&a, &back).iter().enumerate() {
+            for (j, entry) in row.iter().enumerate() {
+                assert!((entry - f64::from(u8::from(i == j))).abs() < 1e-12);
             }
         }
     }
