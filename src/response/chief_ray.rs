@@ -90,7 +90,7 @@ impl ChiefRayShifts {
         Self::found(&balance, theta_deg, azimuths, progress)
     }
 
-    /// Of a table of shifted lenses: every 5° up to 40°.
+    /// Of a table of shifted lenses: every 5° up to 40°, as far as the table holds the whole cone.
     pub(super) fn of_table(
         table: &AngularResponse,
         cone_f_number: f64,
@@ -114,7 +114,12 @@ impl ChiefRayShifts {
             cone_f_number,
             shares: &shares,
         };
-        let theta_deg: Vec<f64> = (1..=8).map(|i| 5.0 * f64::from(i)).collect();
+        let edge = table.axes().u.last().copied().unwrap_or(0.0);
+        let reach = 0.5 / cone_f_number * CONE.iter().flatten().fold(0.0, |m: f64, c| m.max(*c));
+        let theta_deg: Vec<f64> = (1..=8)
+            .map(|i| 5.0 * f64::from(i))
+            .take_while(|theta| *theta <= 5.0 || theta.to_radians().sin() + reach <= edge)
+            .collect();
         Self::found(&balance, &theta_deg, 3, &|_, _| ())
     }
 

@@ -193,13 +193,13 @@ mod tests {
 
     #[test]
     fn oblique_light_keeps_its_phase_in_the_resin_on_a_draft_mesh() {
-        // 2 µm of it: bound 0.01 rad/µm. Yee's differences are off by more than 1 there, one scaled difference by more than 0.2.
+        // 2 µm of it: bound 0.01 rad/µm. Yee's differences and one scaled difference are both off by more than ten times that.
         let (n, cells, d) = (1.56, 8.0, 0.04);
         let dz_um = 0.55 / n / cells;
         let by = |wide| worst(n, cells, d, stencil(&[n], 11.424, dz_um, d, wide));
         assert!(by(true) < 0.01, "{}", by(true));
         assert!(by(false) > 0.1, "{}", by(false));
-        assert!(worst(n, cells, d, Stencil::yee(d)) > 0.5);
+        assert!(worst(n, cells, d, Stencil::yee(d)) > 0.1);
     }
 
     #[test]
