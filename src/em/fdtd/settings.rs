@@ -25,8 +25,8 @@ pub struct FdtdSettings {
 }
 
 impl FdtdSettings {
-    /// Seconds a direction. P of each half, mean of s and p, is within 4.7 % of the strong half (single polarizations 7.9 %) of four
-    /// independent curves, `benches/runs/2026-11-21/fdtd_accuracy.md`.
+    /// Seconds a direction. P of each half, s and p apart, is within 5.5 % of the strong half (mean of both 3.6 %) of independent curves of
+    /// the 1.6 µm pixel, `benches/runs/2026-11-21/fdtd_accuracy.md`.
     pub fn draft() -> Self {
         Self {
             lateral_nm: 40.0,
@@ -37,7 +37,7 @@ impl FdtdSettings {
         }
     }
 
-    /// A finer mesh; where it was measured, at two angles, no nearer to the curves than [`Self::draft`].
+    /// A finer mesh. Not measured with the lateral differences of `fdtd-2` ([`super::MODEL`]).
     pub fn standard() -> Self {
         Self {
             lateral_nm: 32.0,
@@ -48,7 +48,8 @@ impl FdtdSettings {
         }
     }
 
-    /// To compare others with; minutes a direction. Within 1.6 % at the three angles measured.
+    /// To compare others with; minutes a direction. With `fdtd-1` within 1.6 % at three angles; not measured with `fdtd-2` but for what
+    /// the figures say.
     pub fn reference() -> Self {
         Self {
             lateral_nm: 25.0,

@@ -32,7 +32,7 @@ impl RcwaSettings {
         }
     }
 
-    /// The default: within 0.4 %. With metal walls within 1.5 %.
+    /// The default: within 0.4 %. With metal walls s beyond 20° still moves by some per cent with `wall_cutoff`.
     pub fn standard() -> Self {
         Self {
             slice_nm: 45.0,
