@@ -16,7 +16,7 @@
 //! components in and out, E from above, H from below): at half of 64 bytes a cycle 1.3 G cells/s. From memory 48 bytes for every pass, which at 15 GB/s
 //! bounds a stepper without passes to 0.3 G cells/s; with passes of d steps (`sweep` takes up to eight while the layers fit into 1 MiB) to
 //! d times that. A complex cell is two real ones. The coefficients take next to nothing: rows of equal media are stored
-//! once. Measured (`benches/fdtd.rs`, a
+//! once. Layers with far nodes take ten sums and products more a cell. Measured before these were there (`benches/fdtd.rs`, a
 //! shared machine): 0.77 G real and 0.28 to 0.35 G complex cells/s on grids of 62 × 62, absorbing layers and source included; 0.45 to 0.55 and
 //! 0.20 on 140 × 140, where a complex pass is one step deep. Two poles in silicon halve it.
 
