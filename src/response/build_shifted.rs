@@ -143,6 +143,7 @@ pub(super) fn build_shifted_with(
                     nm,
                     cosines,
                     fdtd,
+                    &|_| (),
                 )?))
             };
             return shifts.iter().map(one).collect();
