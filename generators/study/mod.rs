@@ -12,7 +12,6 @@ mod curve;
 mod figures;
 mod flat_field;
 mod kept;
-mod plot;
 mod report;
 
 use std::path::{Path, PathBuf};
