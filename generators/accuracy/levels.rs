@@ -44,7 +44,7 @@ pub(super) fn table(size: Size) -> Result<Table, CommandError> {
     Ok(Table {
         knob: "levels",
         work: format!(
-            "P of each sub-pixel of {PIXEL}, mean of s and p, {WAVELENGTH_NM} nm, from (theta, phi) in deg: {directions:?}"
+            "P of the left and right half of {PIXEL}, mean of s and p, {WAVELENGTH_NM} nm, from (theta, phi) in deg: {directions:?}"
         ),
         reference: "Fourier modes, preset reference, which is within 0.3 % of finer ones and within 1 % of independent curves".into(),
         seconds_unit: "s a direction",
@@ -145,7 +145,7 @@ mod tests {
         });
         let wave = error(PixelModel::Wave(WaveSettings::standard()));
         let rcwa = error(PixelModel::Rcwa(RcwaSettings::draft()));
-        // Bounds stated by the presets: rcwa draft within 1 % of the strong half, so of a sub-pixel's peak.
+        // Bounds stated by the presets: rcwa draft within 1 % of the strong half, so of the largest P.
         assert!(
             rcwa < 1.0 && rcwa < wave && wave < boxes,
             "{rcwa} {wave} {boxes}"

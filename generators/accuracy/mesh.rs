@@ -39,7 +39,7 @@ pub(super) fn table(size: Size) -> Result<Table, CommandError> {
     }
     Ok(Table {
         knob: "mesh",
-        work: format!("P of each sub-pixel of {PIXEL} by fdtd, mean of s and p, {WAVELENGTH_NM} nm, from (theta, phi) in deg: {DIRECTIONS:?}"),
+        work: format!("P of the left and right half of {PIXEL} by fdtd, mean of s and p, {WAVELENGTH_NM} nm, from (theta, phi) in deg: {DIRECTIONS:?}"),
         reference: "Fourier modes, preset reference".into(),
         seconds_unit: "s a direction",
         error_unit: "RMS of P, % of the largest",
