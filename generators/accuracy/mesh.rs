@@ -48,6 +48,6 @@ pub(super) fn table(size: Size) -> Result<Table, CommandError> {
             rows,
         }],
         law: None,
-        notes: vec!["Presets standard (about three times the time of draft) and reference (a hundred times) run with --full.".into()],
+        notes: vec!["Presets standard (four times the time of draft) and reference (twenty to thirty times) run with --full.".into()],
     })
 }

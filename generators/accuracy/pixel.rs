@@ -27,10 +27,8 @@ impl Exact {
     pub fn new(directions: &[[f64; 2]], settings: RcwaSettings) -> Result<Self, CommandError> {
         let stack = PixelStack::builtin(PIXEL).map_err(failed)?;
         let model = PixelModel::Rcwa(settings);
-        let (_, p) = all(
-            &LitPixel::new(&stack, &model, WAVELENGTH_NM).map_err(failed)?,
-            directions,
-        )?;
+        let lit = LitPixel::new(&stack, &model, WAVELENGTH_NM).map_err(failed)?;
+        let (_, p) = all(&lit, stack.subpixels, directions)?;
         Ok(Self {
             stack,
             directions: directions.to_vec(),
