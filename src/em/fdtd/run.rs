@@ -113,7 +113,7 @@ fn check(
     Ok(indices)
 }
 
-/// Which axes the pixel and k∥ allow to be halved.
+/// Which axes the pixel and k∥ allow to be halved. A mosaic keeps the mirrors through the centres of its microlenses.
 pub(super) fn mirrors(stack: &PixelStack, bloch: [f64; 2]) -> [bool; 2] {
     [0, 1].map(|a| bloch[a] == 0.0 && stack.lens.shift_um[a] == 0.0)
 }
@@ -377,9 +377,8 @@ impl<'a> Run<'a> {
     }
 
     fn footprints(&self) -> Vec<Footprint> {
-        let subpixels = self.stack.subpixels;
-        (0..subpixels.count())
-            .map(|i| Footprint::of_subpixel(self.mesh, subpixels, i))
+        (0..self.stack.photodiodes())
+            .map(|i| Footprint::of_photodiode(self.mesh, self.stack, i))
             .collect()
     }
 
