@@ -1,6 +1,6 @@
 //! A mosaic of colour filters: the supercell of 2×2 microlenses.
 
-use quadpixel::em::fdtd::{FdtdPowers, FdtdRun};
+use quadpixel::em::fdtd::{FdtdPowers, FdtdRun, FdtdSettings};
 use quadpixel::em::mosaic::{FilterColour, Mosaic};
 use quadpixel::em::rcwa::{RcwaModel, RcwaPowers, RcwaSettings};
 use quadpixel::em::{Material, PixelStack};
@@ -69,14 +69,18 @@ fn energy_is_kept_among_opaque_neighbours() {
     holds(&run(&stack, bloch(25.0, 0.0), &coarse()), 2e-3);
 }
 
-/// The Fourier modal level is another solver. Bound: 5 % of the strongest half, the draft mesh's error on pixels of one colour
+/// The Fourier modal level is another solver. Bound: 6 % of the strongest half, the draft preset's on pixels of one colour
 /// (`tests/fdtd/pixel.rs`).
 #[test]
 fn unlike_neighbours_are_what_the_fourier_modal_level_finds() {
     let stack = coloured([(1.62, 0.25), (1.6, 0.005), (1.6, 0.1)]);
     let model = RcwaModel::new(&stack, NM, &RcwaSettings::draft()).unwrap();
+    let draft = FdtdSettings {
+        tolerance: 5e-4,
+        ..FdtdSettings::draft()
+    };
     for theta in [0.0, 20.0] {
-        let run: FdtdRun = run(&stack, bloch(theta, 0.0), &coarse());
+        let run: FdtdRun = run(&stack, bloch(theta, 0.0), &draft);
         let modal = model.solve(f64::to_radians(theta).sin(), 0.0).unwrap();
         let modal: [&RcwaPowers; 2] = [&modal.s, &modal.p];
         for (ours, theirs) in both(&run).into_iter().zip(modal) {
@@ -86,9 +90,12 @@ fn unlike_neighbours_are_what_the_fourier_modal_level_finds() {
                 all.iter().flat_map(of).collect()
             };
             let (ours, theirs) = (halves(&ours.absorbed), halves(&theirs.absorbed));
-            println!("{theta} deg\n{ours:.4?}\n{theirs:.4?}");
+            println!(
+                "{theta} deg, {:.1} s\n{ours:.4?}\n{theirs:.4?}",
+                run.seconds
+            );
             let strongest = theirs.iter().copied().fold(0.0, f64::max);
-            assert!(distance(&ours, &theirs) < 0.05 * strongest);
+            assert!(distance(&ours, &theirs) < 0.06 * strongest);
         }
     }
 }

@@ -57,6 +57,8 @@ pub fn solve(
 
     let mut before: Option<Vec<f64>> = None;
     let (mut residual, mut quiet) = (f64::INFINITY, 0);
+    // P of a photodiode is of the light on its microlens.
+    let microlenses = (mesh.microlenses * mesh.microlenses) as f64;
     // Light has to be there before it can be quiet.
     let earliest = run.pulse.end_um() + 2.0 * optical_height_um(stack, &indices);
     while quiet < 2 && run.sim.time_um() < settings.longest_um {
@@ -64,7 +66,7 @@ pub fn solve(
         let now = run.absorbed();
         if let Some(before) = &before {
             let change = before.iter().zip(&now).map(|(a, b)| (a - b).abs());
-            residual = change.fold(run.mismatch(), f64::max);
+            residual = microlenses * change.fold(run.mismatch(), f64::max);
         }
         before = Some(now);
         let settled = residual < settings.tolerance && run.sim.time_um() > earliest;
