@@ -195,10 +195,10 @@ pub(super) fn simulated(
         let cosines = run.cosines(run.wavelengths.start, &plan.step);
         if let PixelModel::Fdtd(fdtd) = &settings.model {
             let nm = &settings.wavelengths_nm[run.wavelengths.clone()];
-            let pulse = plane_wave::pulse(stack, nm, cosines, fdtd)?;
+            let pulse = plane_wave::pulse(stack, nm, cosines, fdtd, &|_| ())?;
             return Ok(pulsed_answer(own, &pulse));
         }
-        let mut light = lit[run.wavelengths.start].light_period(cosines[0], cosines[1])?;
+        let mut light = lit[run.wavelengths.start].light_period(cosines[0], cosines[1], &|_| ())?;
         light.mean.absorbed = own(&light.mean.absorbed);
         Ok(lit_answer(light))
     })?;
@@ -334,9 +334,7 @@ impl Plan {
         };
         let known: Vec<Option<Answer>> = self.runs.iter().map(earlier).collect();
         let reused = known.iter().flatten().count();
-        if reused > 0 {
-            progress(reused, total);
-        }
+        progress(reused, total);
         let done = AtomicUsize::new(reused);
         let one = |(run, known): (&Run, Option<Answer>)| {
             if let Some(answer) = known {

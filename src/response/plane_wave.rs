@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{Correction, GeometricResponse, Incidence, PixelModel, ResponseError};
 use crate::em::PixelStack;
-use crate::em::fdtd::{FdtdAnswer, FdtdPowers, FdtdRun, FdtdSettings, solve};
+use crate::em::fdtd::{FdtdAnswer, FdtdPowers, FdtdProgress, FdtdRun, FdtdSettings, solve};
 use crate::em::rcwa::{RcwaModel, RcwaPowers};
 use crate::em::wave::{WaveModel, WavePowers};
 
@@ -133,7 +133,17 @@ impl LitPixel {
 
     /// Lights the pixel from direction cosines (u, v); u² + v² < 1. Of a mosaic the answer is that of its colour.
     pub fn light(&self, u: f64, v: f64) -> Result<PlaneWaveAnswer, ResponseError> {
-        let mut answer = self.light_period(u, v)?;
+        self.light_watched(u, v, &|_| ())
+    }
+
+    /// [`Self::light`], and tells how far a model in time has come.
+    pub fn light_watched(
+        &self,
+        u: f64,
+        v: f64,
+        watch: &dyn Fn(FdtdProgress),
+    ) -> Result<PlaneWaveAnswer, ResponseError> {
+        let mut answer = self.light_period(u, v, watch)?;
         if self.stack.mosaic.is_some() {
             let polarized = answer.polarized.iter_mut().flatten();
             for powers in polarized.chain([&mut answer.mean]) {
@@ -145,9 +155,14 @@ impl LitPixel {
         Ok(answer)
     }
 
-    /// [`Self::light`] with P of every photodiode of a period, as parts of the power that falls on the period: of a mosaic all of its microlenses
-    /// ([`PixelStack::by_microlens`] takes them apart).
-    pub fn light_period(&self, u: f64, v: f64) -> Result<PlaneWaveAnswer, ResponseError> {
+    /// [`Self::light_watched`] with P of every photodiode of a period, as parts of the power that falls on the period: of a mosaic all of its
+    /// microlenses ([`PixelStack::by_microlens`] takes them apart).
+    pub fn light_period(
+        &self,
+        u: f64,
+        v: f64,
+        watch: &dyn Fn(FdtdProgress),
+    ) -> Result<PlaneWaveAnswer, ResponseError> {
         match &self.lit {
             Lit::Geometric(geometric) => {
                 let mut p = vec![0f32; geometric.subpixels().count()];
@@ -179,7 +194,7 @@ impl LitPixel {
                 settings,
                 wavelength_nm,
             } => {
-                let run = pulse(&self.stack, &[*wavelength_nm], [u, v], settings)?;
+                let run = pulse(&self.stack, &[*wavelength_nm], [u, v], settings, watch)?;
                 let answer = run.answers.first().ok_or_else(|| {
                     ResponseError::value("answers of the FDTD run", 0, "one a wavelength")
                 })?;
@@ -231,6 +246,7 @@ pub(super) fn pulse(
     wavelengths_nm: &[f64],
     [u, v]: [f64; 2],
     settings: &FdtdSettings,
+    watch: &dyn Fn(FdtdProgress),
 ) -> Result<FdtdRun, ResponseError> {
     let first_um = wavelengths_nm.first().map_or(f64::NAN, |nm| nm * 1e-3);
     let k0 = 2.0 * std::f64::consts::PI / first_um;
@@ -239,7 +255,7 @@ pub(super) fn pulse(
         wavelengths_nm,
         [u * k0, v * k0],
         settings,
-        &|_| (),
+        watch,
     )?)
 }
 

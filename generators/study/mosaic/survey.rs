@@ -98,7 +98,7 @@ impl Survey {
         let one = |&(kind, band, theta_deg): &(usize, usize, f64)| {
             let began = Instant::now();
             let [u, v] = direction_cosines(theta_deg, 0.0);
-            let answer = lit[band * kinds + kind].light_period(u, v);
+            let answer = lit[band * kinds + kind].light_period(u, v, &|_| ());
             let answer = answer.map_err(|e| input(&e))?;
             told(done.fetch_add(1, Ordering::Relaxed) + 1, wanted.len());
             let by_microlens = stacks[kind].by_microlens(&answer.mean.absorbed);
