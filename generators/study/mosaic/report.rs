@@ -9,8 +9,8 @@ use serde::Serialize;
 
 use super::super::curve::TOTAL_WITHIN_DEG;
 use super::super::figures::sheet;
-use super::super::plot::{Line, Panel};
 use super::survey::{Band, Halves, Point, Survey, place};
+use crate::plot::{Line, Panel};
 
 /// From this angle on what the weak half gets comes mostly from the neighbour (the paper, section 2.1.3: "P_B increases again after 20°"), deg.
 const BEYOND_DEG: f64 = 20.0;
@@ -247,6 +247,7 @@ fn panel(band: &Band, title: &str, y_name: &'static str, most: f64, lines: Vec<L
         x: (0.0, band.points.last().map_or(1.0, |p| p.theta_deg)),
         y: (0.0, most),
         ticks: (10.0, if most > 0.5 { 0.2 } else { 0.05 }),
+        decades: false,
         level: None,
         lines,
     }
