@@ -132,8 +132,8 @@ fn a_bands_image_lies_where_the_images_of_its_wavelengths_do_on_average() {
     let response = geometric(1, 1, 2.0);
     let place = DVec2::new(1.4, 0.0);
     let of = Bands {
-        middle_nm: [600.0, 550.0, 500.0],
-        width_nm: [150.0; 3],
+        middle_nm: [500.0; 3],
+        width_nm: [200.0; 3],
         wavelengths: 4,
     };
     let camera = banded(&lens, &response, place, bands(of));
@@ -160,29 +160,28 @@ fn a_bands_image_lies_where_the_images_of_its_wavelengths_do_on_average() {
         }
         (flux, first)
     };
-    for channel in [0, 2] {
-        let whole = moments(&camera, channel);
-        let alone: Vec<(f64, f64)> = (bands(of).traced_nm(channel).into_iter())
-            .map(|nm| {
-                let line = Bands {
-                    middle_nm: [nm; 3],
-                    width_nm: [0.0; 3],
-                    wavelengths: 1,
-                };
-                moments(&banded(&lens, &response, place, bands(line)), channel)
-            })
-            .collect();
-        let sum = alone.iter().fold((0.0, 0.0), |s, a| (s.0 + a.0, s.1 + a.1));
-        let centre = |m: (f64, f64)| m.1 / m.0;
-        let spread = (centre(alone[0]) - centre(alone[3])).abs();
-        assert!(spread > 0.05, "no lateral colour to speak of: {spread}");
-        let off = (centre(whole) - centre(sum)).abs();
-        assert!(off < 0.01, "channel {channel}: {off} px of {spread}");
-        assert!(
-            (4.0 * whole.0 / sum.0 - 1.0).abs() < 5e-3,
-            "{whole:?} {sum:?}"
-        );
-    }
+    let channel = 1;
+    let whole = moments(&camera, channel);
+    let alone: Vec<(f64, f64)> = (bands(of).traced_nm(channel).into_iter())
+        .map(|nm| {
+            let line = Bands {
+                middle_nm: [nm; 3],
+                width_nm: [0.0; 3],
+                wavelengths: 1,
+            };
+            moments(&banded(&lens, &response, place, bands(line)), channel)
+        })
+        .collect();
+    let sum = alone.iter().fold((0.0, 0.0), |s, a| (s.0 + a.0, s.1 + a.1));
+    let centre = |m: (f64, f64)| m.1 / m.0;
+    let spread = (centre(alone[0]) - centre(alone[3])).abs();
+    assert!(spread > 0.05, "no lateral colour to speak of: {spread}");
+    let off = (centre(whole) - centre(sum)).abs();
+    assert!(off < 0.01, "{off} px of {spread}");
+    assert!(
+        (4.0 * whole.0 / sum.0 - 1.0).abs() < 5e-3,
+        "{whole:?} {sum:?}"
+    );
 }
 
 #[test]
