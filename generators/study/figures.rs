@@ -36,7 +36,8 @@ pub(super) fn svg(kind: Kind, cases: &[Case], curves: &[Curve], model: &str) -> 
         | Kind::Tungsten
         | Kind::Cra
         | Kind::FlatField
-        | Kind::Corrected => columns(cases, curves, &[]),
+        | Kind::Corrected
+        | Kind::Size => columns(cases, curves, &[]),
     };
     let widest = panels.iter().map(Vec::len).max().unwrap_or(1);
     let head = 28.0;

@@ -23,6 +23,11 @@ pub(super) struct Pixel {
 }
 
 impl Pixel {
+    /// ε of the lens.
+    pub fn resin(&self) -> C {
+        self.indices.lens * self.indices.lens
+    }
+
     /// Silicon and its trenches.
     fn silicon(&self) -> Grid {
         let [m, n] = [self.stack.subpixels.m(), self.stack.subpixels.n()];
@@ -53,22 +58,20 @@ impl Pixel {
     }
 }
 
-/// See the module's head.
-pub(super) struct Column {
-    /// Functions in the air.
+/// All below the slices of the lens: silicon, layers, and resin that no lens reaches. No shift of the lens changes it.
+pub(super) struct Base {
+    /// Functions below the lens.
     pub basis: Basis,
-    /// h of E in the air.
+    /// h of E at its top.
     pub admittance: Matrix,
     /// E at the bottom of E at the top of each layer, from the silicon up.
     passages: Vec<Matrix>,
     /// What the silicon reflects into the medium above it.
     reflection: Matrix,
-    silicon: Silicon,
-    k0_per_um: f64,
-    silicon_um: f64,
+    pub silicon: Silicon,
 }
 
-impl Column {
+impl Base {
     pub fn new(pixel: &Pixel, lattice: Lattice, sector: Sector) -> Result<Self, RcwaError> {
         let (k0, settings) = (pixel.k0_per_um, &pixel.settings);
         let of = |cutoff| Basis::new(lattice, sector, cutoff, Class::WHOLE);
@@ -79,7 +82,7 @@ impl Column {
             true => of(settings.wall_cutoff.max(settings.lens_cutoff)),
             false => high.clone(),
         };
-        let lens = pixel.indices.lens * pixel.indices.lens;
+        let lens = pixel.resin();
         let medium = |i: usize| over.get(i).map_or(lens, |layer| layer.0);
         let cutoff = pixel.indices.silicon.re + settings.silicon_margin * lattice.step;
         let silicon = Silicon::new(&low, pixel.silicon(), medium(0), cutoff)?;
@@ -106,32 +109,72 @@ impl Column {
         if pedestal > 0.0 {
             admittance = climb(layers::uniform(&basis, lens, pedestal, &admittance));
         }
-        for slice in (0..pixel.slices.count()).rev() {
-            admittance = climb(pixel.slices.climb(&basis, slice, k0, &admittance));
-        }
         Ok(Self {
             basis,
             admittance,
             passages,
             reflection,
             silicon,
-            k0_per_um: k0,
+        })
+    }
+
+    /// What falls into the silicon of fields E at the top, a column each.
+    pub fn falling(&self, e: &Matrix) -> Matrix {
+        let down = |e, passage: &Matrix| passage * e;
+        let at_silicon = self.passages.iter().rev().fold(e.clone(), down);
+        // E is that of both waves; the one that falls in is (1 + ρ)⁻¹ E.
+        solve(&plus_one(self.reflection.clone()), &at_silicon)
+    }
+}
+
+/// See the module's head.
+pub(super) struct Column {
+    /// h of E in the air.
+    pub admittance: Matrix,
+    base: Base,
+    /// E at the bottom of E at the top of each slice, from the lowest.
+    passages: Vec<Matrix>,
+    k0_per_um: f64,
+    silicon_um: f64,
+}
+
+impl Column {
+    pub fn new(pixel: &Pixel, lattice: Lattice, sector: Sector) -> Result<Self, RcwaError> {
+        let base = Base::new(pixel, lattice, sector)?;
+        let k0_per_um = pixel.k0_per_um;
+        let mut admittance = base.admittance.clone();
+        let mut passages = Vec::new();
+        for slice in (0..pixel.slices.count()).rev() {
+            let slices = &pixel.slices;
+            let climbed = slices.climb(&base.basis, slice, k0_per_um, &admittance);
+            passages.push(climbed.passage);
+            admittance = climbed.above;
+        }
+        Ok(Self {
+            admittance,
+            base,
+            passages,
+            k0_per_um,
             silicon_um: pixel.stack.silicon_um,
         })
     }
 
+    /// Functions in the air.
+    pub fn basis(&self) -> &Basis {
+        &self.base.basis
+    }
+
     /// Functions followed in silicon.
     pub fn functions(&self) -> usize {
-        self.silicon.functions()
+        self.base.silicon.functions()
     }
 
     /// What becomes in the silicon of fields E in the air, a column each.
     pub fn absorb(&self, e: &Matrix) -> Vec<InSilicon> {
         let down = |e, passage: &Matrix| passage * e;
-        let at_silicon = self.passages.iter().rev().fold(e.clone(), down);
-        // E is that of both waves; the one that falls in is (1 + ρ)⁻¹ E.
-        let falling = solve(&plus_one(self.reflection.clone()), &at_silicon);
-        self.silicon
-            .absorb(&falling, self.k0_per_um, self.silicon_um)
+        let below = self.passages.iter().rev().fold(e.clone(), down);
+        let falling = self.base.falling(&below);
+        let silicon = &self.base.silicon;
+        silicon.absorb(&falling, self.k0_per_um, self.silicon_um)
     }
 }

@@ -7,7 +7,8 @@
 //!   █│█████│█████│█████│██  silicon.rs  modes of silicon and trenches, class by class; absorption of each photodiode
 //! ```
 //! `column.rs` stacks them; everything is matrices over the orders of `basis.rs`, halved by each mirror of pixel and wave. Lengths inside are
-//! in units of 1/k0; z points down; time convention e^(−iωt). One direction is one thread's.
+//! in units of 1/k0; z points down; time convention e^(−iωt). One direction is one thread's. Under many shifts of the lens (`shifts.rs`)
+//! it is solved once: lens (`free_lens.rs`) and what lies below it (`forms.rs`: what the photodiodes absorb) meet with other phases.
 //!
 //! # What makes it fast
 //!
@@ -19,7 +20,10 @@
 mod answer;
 mod basis;
 mod column;
+mod detector;
 mod error;
+mod forms;
+mod free_lens;
 mod grid;
 mod layers;
 mod lens;
@@ -27,6 +31,7 @@ mod linear;
 mod model;
 mod quadrature;
 mod settings;
+mod shifts;
 mod silicon;
 mod uniform;
 

@@ -9,7 +9,7 @@ use super::error::within;
 use super::lens::LensSlices;
 use super::linear::{C, Matrix, flux, solve};
 use super::uniform::Uniform;
-use super::{RcwaAnswer, RcwaError, RcwaPowers, RcwaSettings};
+use super::{RcwaAnswer, RcwaError, RcwaPowers, RcwaSettings, shifts};
 use crate::em::PixelStack;
 
 /// Name and version of the model: part of every table's key, so a change of the physics changes the key.
@@ -95,6 +95,33 @@ impl RcwaModel {
         })
     }
 
+    /// [`Self::solve`] for each of several lens shifts (µm) in place of the stack's own. Silicon, layers and lens are solved once for
+    /// all; no mirror is used, so fewer than four shifts of a direction in a plane of symmetry are better solved one by one.
+    pub fn solve_shifts(
+        &self,
+        u: f64,
+        v: f64,
+        shifts_um: &[[f64; 2]],
+    ) -> Result<Vec<RcwaAnswer>, RcwaError> {
+        let began = Instant::now();
+        within("sine of the angle of incidence", u.hypot(v), 0.0, STEEPEST)?;
+        let (bloch, step) = ([u, v], self.0.step);
+        let periods: Vec<[f64; 2]> = shifts_um
+            .iter()
+            .map(|s| s.map(|s| s / self.0.stack.pitch_um))
+            .collect();
+        let lattice = Lattice { bloch, step };
+        let (all, functions) = shifts::light(&self.0, lattice, incident(bloch), &periods)?;
+        let seconds = began.elapsed().as_secs_f64() / shifts_um.len().max(1) as f64;
+        let answer = |[s, p]: [RcwaPowers; 2]| RcwaAnswer {
+            s,
+            p,
+            functions,
+            seconds,
+        };
+        Ok(all.into_iter().map(answer).collect())
+    }
+
     fn column(&self, bloch: [f64; 2], sector: Sector) -> Result<Column, RcwaError> {
         let step = self.0.step;
         Column::new(&self.0, Lattice { bloch, step }, sector)
@@ -106,8 +133,8 @@ fn light<const N: usize>(
     column: &Column,
     waves: [[f64; 2]; N],
 ) -> Result<[RcwaPowers; N], RcwaError> {
-    let air = Uniform::new(&column.basis, C::ONE);
-    let incident = order_zero(&column.basis, &waves);
+    let air = Uniform::new(column.basis(), C::ONE);
+    let incident = order_zero(column.basis(), &waves);
     let h_incident = air.times(&incident);
     let twice = h_incident.clone() * faer::Scale(C::from(2.0));
     let e = solve(&(air.matrix() + &column.admittance), &twice);
@@ -157,7 +184,7 @@ fn sector_of([ex, _]: [f64; 2], mirrors: [bool; 2]) -> Sector {
 }
 
 /// Order 0, a column a wave.
-fn order_zero(basis: &Basis, waves: &[[f64; 2]]) -> Matrix {
+pub(super) fn order_zero(basis: &Basis, waves: &[[f64; 2]]) -> Matrix {
     let mut out = Matrix::zeros(basis.len(), waves.len());
     for (i, (orders, first)) in [(&basis.x, 0), (&basis.y, basis.x.len())]
         .into_iter()
