@@ -11,6 +11,7 @@ mod corrected;
 mod curve;
 mod figures;
 mod flat_field;
+mod kept;
 mod plot;
 mod report;
 mod size;
@@ -22,6 +23,7 @@ use quadpixel::em::PixelStack;
 use quadpixel::file;
 
 use self::curve::Angles;
+use self::kept::Kept;
 use crate::assemble::pixel;
 use crate::log::Log;
 use crate::pixel_model::PixelModelArgs;
@@ -55,7 +57,7 @@ pub struct StudyArgs {
     /// Largest angle of incidence, deg, from the chief ray.
     #[arg(long, default_value_t = 50.0)]
     theta_max_deg: f64,
-    /// Folder for KIND.csv and KIND.svg (of flat-field a .png, of size a .jpg); also KIND-ranges.csv, or cra-shifts.csv.
+    /// Folder for KIND.csv and KIND.svg (of flat-field a .png, of size a .jpg), and KIND.partial while it runs, with which a killed study goes on; also KIND-ranges.csv, or cra-shifts.csv.
     #[arg(long, default_value = "study")]
     out: PathBuf,
     /// Prints one JSON object on stdout.
@@ -122,7 +124,11 @@ pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     let progress = Progress::new(log.json(args.json));
     let began = std::time::Instant::now();
     let told = |done: usize, total: usize| progress.angles(done, total);
-    let curves = curve::all(&cases, &args.model.model(), &angles, &told)?;
+    let model = args.model.model();
+    file::create_folder(&args.out).map_err(|e| CommandError::failed(e.to_string()))?;
+    let partial = args.out.join(format!("{}.partial", args.kind.name()));
+    let kept = Kept::open(partial, &cases, &model)?;
+    let curves = curve::all(&cases, &model, &angles, &kept, &told)?;
     let points = curves.iter().flat_map(|c| &c.points);
     let warned = points.filter(|p| p.warned).count();
     if warned > 0 {
@@ -133,13 +139,12 @@ pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     progress.finish();
     let seconds = began.elapsed().as_secs_f64();
 
-    file::create_folder(&args.out).map_err(|e| CommandError::failed(e.to_string()))?;
     let name = args.kind.name();
     let write = |file: String, text: &str| -> Result<PathBuf, CommandError> {
         let path = args.out.join(file);
         write(&path, text).map(|()| path)
     };
-    let model = args.model.model().version();
+    let model = model.version();
     let files = [
         write(format!("{name}.csv"), &report::curves_csv(&cases, &curves))?,
         write(
@@ -151,6 +156,7 @@ pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
             &figures::svg(args.kind, &cases, &curves, model),
         )?,
     ];
+    kept.remove();
     if args.json {
         println!(
             "{}",

@@ -112,7 +112,13 @@ fn simulated(
         let cosines = run.cosines(run.wavelengths.start, &plan.step);
         if let PixelModel::Fdtd(fdtd) = &settings.model {
             let nm = &settings.wavelengths_nm[run.wavelengths.clone()];
-            return Ok(pulsed_answer(&plane_wave::pulse(stack, nm, cosines, fdtd)?));
+            return Ok(pulsed_answer(&plane_wave::pulse(
+                stack,
+                nm,
+                cosines,
+                fdtd,
+                &|_| (),
+            )?));
         }
         let light = lit[run.wavelengths.start].light(cosines[0], cosines[1])?;
         Ok(lit_answer(light))
@@ -279,9 +285,7 @@ impl Plan {
         };
         let known: Vec<Option<Answer>> = self.runs.iter().map(earlier).collect();
         let reused = known.iter().flatten().count();
-        if reused > 0 {
-            progress(reused, total);
-        }
+        progress(reused, total);
         let done = AtomicUsize::new(reused);
         let one = |(run, known): (&Run, Option<Answer>)| {
             if let Some(answer) = known {

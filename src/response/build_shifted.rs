@@ -175,6 +175,7 @@ fn simulated(
                     nm,
                     cosines,
                     fdtd,
+                    &|_| (),
                 )?))
             };
             return shifts.iter().map(one).collect();

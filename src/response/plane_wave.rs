@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{Correction, GeometricResponse, Incidence, PixelModel, ResponseError};
 use crate::em::PixelStack;
-use crate::em::fdtd::{FdtdAnswer, FdtdPowers, FdtdRun, FdtdSettings, solve};
+use crate::em::fdtd::{FdtdAnswer, FdtdPowers, FdtdProgress, FdtdRun, FdtdSettings, solve};
 use crate::em::rcwa::{RcwaAnswer, RcwaModel, RcwaPowers};
 use crate::em::wave::{WaveModel, WavePowers};
 
@@ -126,6 +126,16 @@ impl LitPixel {
 
     /// Lights the pixel from direction cosines (u, v); u² + v² < 1.
     pub fn light(&self, u: f64, v: f64) -> Result<PlaneWaveAnswer, ResponseError> {
+        self.light_watched(u, v, &|_| ())
+    }
+
+    /// [`Self::light`], and tells how far a model in time has come.
+    pub fn light_watched(
+        &self,
+        u: f64,
+        v: f64,
+        watch: &dyn Fn(FdtdProgress),
+    ) -> Result<PlaneWaveAnswer, ResponseError> {
         match &self.0 {
             Lit::Geometric(geometric) => {
                 let mut p = vec![0f32; geometric.subpixels().count()];
@@ -162,7 +172,7 @@ impl LitPixel {
                 settings,
                 wavelength_nm,
             } => {
-                let run = pulse(stack, &[*wavelength_nm], [u, v], settings)?;
+                let run = pulse(stack, &[*wavelength_nm], [u, v], settings, watch)?;
                 let answer = run.answers.first().ok_or_else(|| {
                     ResponseError::value("answers of the FDTD run", 0, "one a wavelength")
                 })?;
@@ -216,6 +226,7 @@ pub(super) fn pulse(
     wavelengths_nm: &[f64],
     [u, v]: [f64; 2],
     settings: &FdtdSettings,
+    watch: &dyn Fn(FdtdProgress),
 ) -> Result<FdtdRun, ResponseError> {
     let first_um = wavelengths_nm.first().map_or(f64::NAN, |nm| nm * 1e-3);
     let k0 = 2.0 * std::f64::consts::PI / first_um;
@@ -224,7 +235,7 @@ pub(super) fn pulse(
         wavelengths_nm,
         [u * k0, v * k0],
         settings,
-        &|_| (),
+        watch,
     )?)
 }
 
