@@ -32,6 +32,7 @@ use crate::shard::Shard;
 
 /// Directions are simulated up to this sin θ (70°); near grazing no model is to be trusted.
 const LARGEST_SINE: f64 = 0.94;
+
 /// Simulates the table of a pixel, on all threads. `journal` is a file that keeps the runs done: a build that was stopped goes on with
 /// them, and the file is removed at the end. `progress(done, total)` counts runs; it may be called from any thread.
 pub fn build_table(
@@ -287,7 +288,7 @@ impl Plan {
         let reused = known.iter().flatten().count();
         progress(reused, total);
         let done = AtomicUsize::new(reused);
-        let one = |(run, known): (&Run, Option<Answer>)| {
+        let one = |(run, known): (&Run, Option<Answer>)| -> Result<Answer, ResponseError> {
             if let Some(answer) = known {
                 return Ok(answer);
             }

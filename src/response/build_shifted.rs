@@ -230,7 +230,7 @@ impl ShiftedPlan {
     ) -> Result<(ByDirection, BuildReport), ResponseError> {
         let total = self.shifts.iter().map(Vec::len).sum();
         let (done, reused) = (AtomicUsize::new(0), AtomicUsize::new(0));
-        let one = |(run, shifts): (&Run, &Vec<ShiftNode>)| {
+        let one = |(run, shifts): (&Run, &Vec<ShiftNode>)| -> Result<Vec<Answer>, ResponseError> {
             let id = |node: ShiftNode| (run.wavelengths.start, run.node, self.grid.index(node));
             let known = |node: &ShiftNode| {
                 let answer = journal?.answer(id(*node))?;

@@ -1,6 +1,5 @@
 //! Integrals of Im ε |E|² over the photodiodes.
 
-use super::basis::Parity;
 use super::linear::{C, Matrix};
 use super::quadrature::gauss_legendre;
 use super::silicon::Silicon;
