@@ -97,7 +97,12 @@ impl Responses {
                 .map_err(|e| input(&e))?;
             return Ok(Arc::new(Response::Geometric(geometric)));
         }
-        let key = format!("{:?} {subpixels}", recipe.response);
+        let wavelengths_nm = recipe.wavelengths()?.all_response_nm();
+        let at_wavelengths = |settings: TableSettings| TableSettings {
+            wavelengths_nm: wavelengths_nm.clone(),
+            ..settings
+        };
+        let key = format!("{:?} {subpixels} {wavelengths_nm:?}", recipe.response);
         if let Some(response) = self.loaded.get(&key) {
             return Ok(response.clone());
         }
@@ -115,11 +120,15 @@ impl Responses {
                 let made = match shifts {
                     Some(shifts) => {
                         let asked = ShiftedTable::wave(pixel, *stack_scale, &stack, *shifts);
-                        asked.made(&self.cache, progress)?
+                        asked.at(&wavelengths_nm).made(&self.cache, progress)?
                     }
                     None => {
-                        let settings = TableSettings::wave_standard_for(&stack);
-                        let made = self.cache.get_or_build(&stack, &settings, progress);
+                        let made = self.cache.get_or_build_each(
+                            &stack,
+                            &at_wavelengths(TableSettings::wave_standard_for(&stack)),
+                            ChannelWavelengths::default().reference_nm(),
+                            progress,
+                        );
                         made.map_err(|e| input(&e))?
                     }
                 };
@@ -131,8 +140,12 @@ impl Responses {
                 let stack = pixel_stack(pixel, subpixels)?;
                 let shipped = AngularResponse::shipped_fdtd(&stack);
                 match shipped.map_err(|e| CommandError::failed(e.to_string()))? {
-                    Some(table) => table,
-                    None => self.kept("fdtd", pixel, &stack, &TableSettings::fdtd_standard())?,
+                    // It is of one wavelength.
+                    Some(table) if recipe.spectrum.is_none() => table,
+                    _ => {
+                        let settings = at_wavelengths(TableSettings::fdtd_standard());
+                        self.kept("fdtd", pixel, &stack, &settings)?
+                    }
                 }
             }
             ResponseRecipe::Rcwa {
@@ -141,6 +154,7 @@ impl Responses {
             } => {
                 let stack = pixel_stack(pixel, subpixels)?;
                 let asked = ShiftedTable::rcwa(pixel, &stack, *shifts);
+                let asked = asked.at(&wavelengths_nm);
                 asked.kept(&self.cache, &mut self.warnings)?
             }
             ResponseRecipe::Rcwa {
@@ -148,7 +162,7 @@ impl Responses {
                 shifts: None,
             } => {
                 let stack = pixel_stack(pixel, subpixels)?;
-                let settings = TableSettings::rcwa_standard_for(&stack);
+                let settings = at_wavelengths(TableSettings::rcwa_standard_for(&stack));
                 self.kept("rcwa", pixel, &stack, &settings)?
             }
             ResponseRecipe::Table { file } => {
@@ -177,10 +191,14 @@ impl Responses {
             None
         });
         kept.ok_or_else(|| {
+            let nm: Vec<String> = (settings.wavelengths_nm.iter().map(f64::to_string)).collect();
             CommandError::input(format!(
-                "response: no {model} table of pixel {name} ({}) is shipped or kept; make one first, in up to hours: \
-                 qpgen response --model {model} --pixel {name} --subpixels {}",
-                stack.subpixels, stack.subpixels
+                "response: no {model} table of pixel {name} ({}) at {} nm is shipped or kept; make one first, in up to hours: \
+                 qpgen response --model {model} --pixel {name} --subpixels {} --wavelength-nm {}",
+                stack.subpixels,
+                nm.join(", "),
+                stack.subpixels,
+                nm.join(",")
             ))
         })
     }
@@ -222,7 +240,7 @@ fn focused_camera(
     response: &Response,
     subpixels: Subpixels,
 ) -> Result<Camera, CommandError> {
-    let wavelengths = ChannelWavelengths::default();
+    let wavelengths = recipe.wavelengths()?;
     let centre = match recipe.sensor.window {
         WindowRecipe::Centre => DVec2::ZERO,
         WindowRecipe::Position { x_mm, y_mm } => DVec2::new(x_mm, y_mm),

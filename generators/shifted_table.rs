@@ -46,6 +46,12 @@ impl<'a> ShiftedTable<'a> {
         }
     }
 
+    /// The same table at these wavelengths, nm.
+    pub fn at(mut self, wavelengths_nm: &[f64]) -> Self {
+        self.settings.table.wavelengths_nm = wavelengths_nm.to_vec();
+        self
+    }
+
     /// From the cache, or made for it if that is soon done.
     pub fn made(
         &self,

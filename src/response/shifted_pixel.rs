@@ -63,7 +63,8 @@ impl ShiftedPixel {
                 correction =
                     Some(settings.simulate(stack, wavelength_nm, true, path.as_deref())?);
             }
-            PixelModel::Rcwa(settings) => {
+            // A mosaic's shifts are solved one by one.
+            PixelModel::Rcwa(settings) if stack.mosaic.is_none() => {
                 rcwa = Some(RcwaModel::new(stack, wavelength_nm, settings)?);
             }
             // Says what is wrong, if anything is, before a long build.

@@ -6,6 +6,7 @@ mod bad_input;
 mod curves;
 mod flat;
 mod light;
+mod mosaic;
 mod shifts;
 
 use quadpixel::em::PixelStack;

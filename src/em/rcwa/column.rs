@@ -1,4 +1,4 @@
-//! The pixel from its silicon up to the air, for one k∥ and sector: the admittance that the air sees, and the way back down.
+//! The pixel from its silicon up, for one k∥ and sector: the admittance that is seen from above, and the way back down.
 
 use super::basis::{Basis, Class, Lattice, Sector};
 use super::grid::Grid;
@@ -17,8 +17,10 @@ pub(super) struct Pixel {
     pub settings: RcwaSettings,
     pub indices: Indices,
     pub k0_per_um: f64,
-    /// Of the reciprocal lattice, in k0.
+    /// Of the reciprocal lattice of the period, in k0.
     pub step: f64,
+    /// Largest transverse wavenumber followed in silicon, in k0.
+    pub silicon_cutoff: f64,
     pub slices: LensSlices,
 }
 
@@ -30,25 +32,29 @@ impl Pixel {
 
     /// Silicon and its trenches.
     fn silicon(&self) -> Grid {
+        let microlenses = self.stack.microlenses_across();
         let [m, n] = [self.stack.subpixels.m(), self.stack.subpixels.n()];
         Grid {
-            parts: [m as i32, n as i32],
-            wall: self.stack.trench_um / self.stack.pitch_um,
+            parts: [(m * microlenses) as i32, (n * microlenses) as i32],
+            wall: self.stack.trench_um / self.stack.period_um(),
+            border: 0.5 / microlenses as f64,
             inside: self.indices.silicon * self.indices.silicon,
             outside: self.indices.trench * self.indices.trench,
         }
     }
 
     /// Layers of some thickness from the silicon up: ε, thickness in µm, and metal walls with the layer between them.
-    fn layers(&self) -> Vec<(C, f64, Option<Grid>)> {
+    pub fn layers(&self) -> Vec<(C, f64, Option<Grid>)> {
         let (n, metal) = (&self.indices, self.stack.metal.as_ref());
+        let microlenses = self.stack.microlenses_across();
         let both = n.layers.iter().zip(&self.stack.layers).rev();
         both.filter(|(_, layer)| layer.thickness_um > 0.0)
             .map(|(n_layer, layer)| {
                 let epsilon = n_layer * n_layer;
                 let walls = metal.filter(|m| m.layer == layer.name).map(|m| Grid {
-                    parts: [1, 1],
-                    wall: m.width_um / self.stack.pitch_um,
+                    parts: [microlenses as i32; 2],
+                    wall: m.width_um / self.stack.period_um(),
+                    border: 0.5 / microlenses as f64,
                     inside: epsilon,
                     outside: n.metal * n.metal,
                 });
@@ -58,21 +64,49 @@ impl Pixel {
     }
 }
 
-/// All below the slices of the lens: silicon, layers, and resin that no lens reaches. No shift of the lens changes it.
-pub(super) struct Base {
-    /// Functions below the lens.
+/// Silicon and layers above it, as seen from their top.
+pub(super) struct Column {
+    /// Functions at the top.
     pub basis: Basis,
-    /// h of E at its top.
+    /// h of E at the top.
     pub admittance: Matrix,
     /// E at the bottom of E at the top of each layer, from the silicon up.
     passages: Vec<Matrix>,
     /// What the silicon reflects into the medium above it.
     reflection: Matrix,
     pub silicon: Silicon,
+    k0_per_um: f64,
+    silicon_um: f64,
 }
 
-impl Base {
+impl Column {
+    /// The whole pixel, up to the air.
     pub fn new(pixel: &Pixel, lattice: Lattice, sector: Sector) -> Result<Self, RcwaError> {
+        let mut column = Self::below_lens(pixel, lattice, sector)?;
+        let k0 = pixel.k0_per_um;
+        for slice in (0..pixel.slices.count()).rev() {
+            column.climb(|basis, y| pixel.slices.climb(basis, slice, k0, y));
+        }
+        Ok(column)
+    }
+
+    /// All that no shift of the lens changes: silicon, layers, and resin that no lens reaches.
+    pub fn below_lens(pixel: &Pixel, lattice: Lattice, sector: Sector) -> Result<Self, RcwaError> {
+        let mut column = Self::below(pixel, lattice, sector, pixel.layers().len())?;
+        let pedestal = pixel.k0_per_um * pixel.slices.pedestal_um;
+        if pedestal > 0.0 {
+            column.climb(|basis, y| layers::uniform(basis, pixel.resin(), pedestal, y));
+        }
+        Ok(column)
+    }
+
+    /// Silicon and the first of the layers above it.
+    pub fn below(
+        pixel: &Pixel,
+        lattice: Lattice,
+        sector: Sector,
+        first: usize,
+    ) -> Result<Self, RcwaError> {
         let (k0, settings) = (pixel.k0_per_um, &pixel.settings);
         let of = |cutoff| Basis::new(lattice, sector, cutoff, Class::WHOLE);
         let high = of(settings.lens_cutoff);
@@ -84,38 +118,41 @@ impl Base {
         };
         let lens = pixel.resin();
         let medium = |i: usize| over.get(i).map_or(lens, |layer| layer.0);
-        let cutoff = pixel.indices.silicon.re + settings.silicon_margin * lattice.step;
-        let silicon = Silicon::new(&low, pixel.silicon(), medium(0), cutoff)?;
+        let silicon = Silicon::new(&low, pixel.silicon(), medium(0), pixel.silicon_cutoff)?;
         let reflection = silicon.reflection(low.len());
-
-        let mut basis = low;
-        let mut admittance = layers::admittance(&Uniform::new(&basis, medium(0)), &reflection);
-        let mut passages = Vec::new();
-        let mut climb = |c: Climbed| {
-            passages.push(c.passage);
-            c.above
-        };
-        for (i, (epsilon, thickness_um, walls)) in over.iter().enumerate() {
-            let depth = k0 * thickness_um;
-            if let Some(walls) = walls {
-                admittance = climb(layers::walled(&basis, walls, depth, &admittance)?);
-                admittance = climb(layers::narrowed(&basis, &high, medium(i + 1), &admittance));
-                basis = high.clone();
-            } else {
-                admittance = climb(layers::uniform(&basis, *epsilon, depth, &admittance));
-            }
-        }
-        let pedestal = k0 * pixel.slices.pedestal_um;
-        if pedestal > 0.0 {
-            admittance = climb(layers::uniform(&basis, lens, pedestal, &admittance));
-        }
-        Ok(Self {
-            basis,
-            admittance,
-            passages,
+        let mut column = Self {
+            admittance: layers::admittance(&Uniform::new(&low, medium(0)), &reflection),
+            basis: low,
+            passages: Vec::new(),
             reflection,
             silicon,
-        })
+            k0_per_um: k0,
+            silicon_um: pixel.stack.silicon_um,
+        };
+        for (i, (epsilon, thickness_um, walls)) in over.iter().take(first).enumerate() {
+            let depth = k0 * thickness_um;
+            if let Some(walls) = walls {
+                let through = layers::walled(&column.basis, walls, depth, &column.admittance)?;
+                column.climb(|_, _| through);
+                column.climb(|low, y| layers::narrowed(low, &high, medium(i + 1), y));
+                column.basis = high.clone();
+            } else {
+                column.climb(|basis, y| layers::uniform(basis, *epsilon, depth, y));
+            }
+        }
+        Ok(column)
+    }
+
+    /// Adds a layer on top.
+    pub fn climb(&mut self, layer: impl FnOnce(&Basis, &Matrix) -> Climbed) {
+        let Climbed { above, passage } = layer(&self.basis, &self.admittance);
+        self.admittance = above;
+        self.passages.push(passage);
+    }
+
+    /// Functions followed in silicon.
+    pub fn functions(&self) -> usize {
+        self.silicon.functions()
     }
 
     /// What falls into the silicon of fields E at the top, a column each.
@@ -125,56 +162,10 @@ impl Base {
         // E is that of both waves; the one that falls in is (1 + ρ)⁻¹ E.
         solve(&plus_one(self.reflection.clone()), &at_silicon)
     }
-}
 
-/// See the module's head.
-pub(super) struct Column {
-    /// h of E in the air.
-    pub admittance: Matrix,
-    base: Base,
-    /// E at the bottom of E at the top of each slice, from the lowest.
-    passages: Vec<Matrix>,
-    k0_per_um: f64,
-    silicon_um: f64,
-}
-
-impl Column {
-    pub fn new(pixel: &Pixel, lattice: Lattice, sector: Sector) -> Result<Self, RcwaError> {
-        let base = Base::new(pixel, lattice, sector)?;
-        let k0_per_um = pixel.k0_per_um;
-        let mut admittance = base.admittance.clone();
-        let mut passages = Vec::new();
-        for slice in (0..pixel.slices.count()).rev() {
-            let slices = &pixel.slices;
-            let climbed = slices.climb(&base.basis, slice, k0_per_um, &admittance);
-            passages.push(climbed.passage);
-            admittance = climbed.above;
-        }
-        Ok(Self {
-            admittance,
-            base,
-            passages,
-            k0_per_um,
-            silicon_um: pixel.stack.silicon_um,
-        })
-    }
-
-    /// Functions in the air.
-    pub fn basis(&self) -> &Basis {
-        &self.base.basis
-    }
-
-    /// Functions followed in silicon.
-    pub fn functions(&self) -> usize {
-        self.base.silicon.functions()
-    }
-
-    /// What becomes in the silicon of fields E in the air, a column each.
+    /// What becomes in the silicon of fields E at the top, a column each.
     pub fn absorb(&self, e: &Matrix) -> Vec<InSilicon> {
-        let down = |e, passage: &Matrix| passage * e;
-        let below = self.passages.iter().rev().fold(e.clone(), down);
-        let falling = self.base.falling(&below);
-        let silicon = &self.base.silicon;
-        silicon.absorb(&falling, self.k0_per_um, self.silicon_um)
+        self.silicon
+            .absorb(&self.falling(e), self.k0_per_um, self.silicon_um)
     }
 }

@@ -25,7 +25,7 @@ impl Detector {
             let count = (0.5 * whole.cutoff * side) as usize + 8;
             (0..m)
                 .flat_map(|i| {
-                    let middle = ((f64::from(i) + 0.5) / f64::from(m) - 0.5) * period;
+                    let middle = ((f64::from(i) + 0.5) / f64::from(m) - grid.border) * period;
                     let nodes = gauss_legendre(count, middle - 0.5 * side, middle + 0.5 * side);
                     nodes.into_iter().map(move |(x, w)| (i as usize, x, w))
                 })

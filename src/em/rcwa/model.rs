@@ -8,8 +8,11 @@ use super::column::{Column, Pixel};
 use super::error::within;
 use super::lens::LensSlices;
 use super::linear::{C, Matrix, flux, solve};
+use super::shifts;
+use super::silicon::InSilicon;
+use super::supercell;
 use super::uniform::Uniform;
-use super::{RcwaAnswer, RcwaError, RcwaPowers, RcwaSettings, shifts};
+use super::{RcwaAnswer, RcwaError, RcwaPowers, RcwaSettings};
 use crate::em::PixelStack;
 
 /// Name and version of the model: part of every table's key, so a change of the physics changes the key.
@@ -35,11 +38,13 @@ impl RcwaModel {
         settings.check()?;
         let indices = stack.indices(wavelength_nm)?;
         let k0_per_um = 2.0 * PI / (wavelength_nm * 1e-3);
-        let step = 2.0 * PI / (stack.pitch_um * k0_per_um);
+        let step = 2.0 * PI / (stack.period_um() * k0_per_um);
+        let step_of_microlens = 2.0 * PI / (stack.pitch_um * k0_per_um);
+        check_walls(stack)?;
         // Two components for every order in a circle, in silicon parted into classes.
         let functions = |cutoff: f64| 2.0 * PI * (cutoff / step).powi(2);
-        let cutoff = indices.silicon.re + settings.silicon_margin * step;
-        let in_class = functions(cutoff) / stack.subpixels.count() as f64;
+        let silicon_cutoff = indices.silicon.re + settings.silicon_margin * step_of_microlens;
+        let in_class = functions(silicon_cutoff) / stack.photodiodes() as f64;
         let above = match stack.metal {
             Some(_) => settings.wall_cutoff.max(settings.lens_cutoff),
             None => settings.lens_cutoff,
@@ -53,13 +58,14 @@ impl RcwaModel {
         ] {
             within(field, functions.round(), 0.0, MOST_FUNCTIONS)?;
         }
-        // The sum of two order numbers, each up to (cutoff + 1)/step.
-        let most = 2 * ((settings.lens_cutoff + 1.0) / step).ceil() as usize;
+        // The sum of two order numbers of a microlens, each up to (cutoff + 1)/step.
+        let most = 2 * ((settings.lens_cutoff + 1.0) / step_of_microlens).ceil() as usize;
         Ok(Self(Pixel {
             stack: stack.clone(),
             settings: *settings,
             k0_per_um,
             step,
+            silicon_cutoff,
             slices: LensSlices::new(stack, indices.lens, settings.slice_nm * 1e-3, most),
             indices,
         }))
@@ -75,16 +81,11 @@ impl RcwaModel {
             [0, 1].map(|axis| bloch[axis] == 0.0 && self.0.stack.lens.shift_um[axis] == 0.0);
         let [s, p] = incident(bloch);
         let ((s, p), functions) = if mirrors == [false, false] {
-            let column = self.column(bloch, sector_of(s, mirrors))?;
-            let [s, p] = light(&column, [s, p])?;
-            ((s, p), column.functions())
+            let ([s, p], functions) = self.light(bloch, sector_of(s, mirrors), [s, p])?;
+            ((s, p), functions)
         } else {
-            let one = |wave| -> Result<_, RcwaError> {
-                let column = self.column(bloch, sector_of(wave, mirrors))?;
-                let [powers] = light(&column, [wave])?;
-                Ok((powers, column.functions()))
-            };
-            let ((s, of_s), (p, of_p)) = (one(s)?, one(p)?);
+            let one = |wave| self.light(bloch, sector_of(wave, mirrors), [wave]);
+            let (([s], of_s), ([p], of_p)) = (one(s)?, one(p)?);
             ((s, p), of_s.max(of_p))
         };
         Ok(RcwaAnswer {
@@ -96,7 +97,7 @@ impl RcwaModel {
     }
 
     /// [`Self::solve`] for each of several lens shifts (µm) in place of the stack's own. Silicon, layers and lens are solved once for
-    /// all; no mirror is used, so fewer than four shifts of a direction in a plane of symmetry are better solved one by one.
+    /// all; no mirror is used, so fewer than four shifts of a direction in a plane of symmetry are better solved one by one. Not for mosaics.
     pub fn solve_shifts(
         &self,
         u: f64,
@@ -105,13 +106,20 @@ impl RcwaModel {
     ) -> Result<Vec<RcwaAnswer>, RcwaError> {
         let began = Instant::now();
         within("sine of the angle of incidence", u.hypot(v), 0.0, STEEPEST)?;
+        if self.0.stack.mosaic.is_some() {
+            return Err(RcwaError::Value {
+                field: "mosaic",
+                value: "of several colours".into(),
+                allowed: "none for many lens shifts at once".into(),
+            });
+        }
         let (bloch, step) = ([u, v], self.0.step);
-        let periods: Vec<[f64; 2]> = shifts_um
+        let pitches: Vec<[f64; 2]> = shifts_um
             .iter()
             .map(|s| s.map(|s| s / self.0.stack.pitch_um))
             .collect();
         let lattice = Lattice { bloch, step };
-        let (all, functions) = shifts::light(&self.0, lattice, incident(bloch), &periods)?;
+        let (all, functions) = shifts::light(&self.0, lattice, incident(bloch), &pitches)?;
         let seconds = began.elapsed().as_secs_f64() / shifts_um.len().max(1) as f64;
         let answer = |[s, p]: [RcwaPowers; 2]| RcwaAnswer {
             s,
@@ -122,19 +130,37 @@ impl RcwaModel {
         Ok(all.into_iter().map(answer).collect())
     }
 
-    fn column(&self, bloch: [f64; 2], sector: Sector) -> Result<Column, RcwaError> {
-        let step = self.0.step;
-        Column::new(&self.0, Lattice { bloch, step }, sector)
+    /// Powers of incident waves (E_x, E_y of order 0) of a sector, and the functions followed in silicon.
+    fn light<const N: usize>(
+        &self,
+        bloch: [f64; 2],
+        sector: Sector,
+        waves: [[f64; 2]; N],
+    ) -> Result<([RcwaPowers; N], usize), RcwaError> {
+        let pixel = &self.0;
+        let lattice = Lattice {
+            bloch,
+            step: pixel.step,
+        };
+        let (powers, functions) = match pixel.indices.mosaic {
+            Some(filters) => supercell::light(pixel, lattice, sector, waves, filters.n)?,
+            None => {
+                let column = Column::new(pixel, lattice, sector)?;
+                (light(&column, waves), column.functions())
+            }
+        };
+        if powers.iter().all(|p| p.balance().is_finite()) {
+            Ok((powers, functions))
+        } else {
+            Err(RcwaError::NotFinite)
+        }
     }
 }
 
-/// Powers of incident waves (E_x, E_y of order 0) of the column's sector.
-fn light<const N: usize>(
-    column: &Column,
-    waves: [[f64; 2]; N],
-) -> Result<[RcwaPowers; N], RcwaError> {
-    let air = Uniform::new(column.basis(), C::ONE);
-    let incident = order_zero(column.basis(), &waves);
+/// Powers of incident waves of the column's sector.
+fn light<const N: usize>(column: &Column, waves: [[f64; 2]; N]) -> [RcwaPowers; N] {
+    let air = Uniform::new(&column.basis, C::ONE);
+    let incident = order_zero(&column.basis, &waves);
     let h_incident = air.times(&incident);
     let twice = h_incident.clone() * faer::Scale(C::from(2.0));
     let e = solve(&(air.matrix() + &column.admittance), &twice);
@@ -142,22 +168,39 @@ fn light<const N: usize>(
     let up = &e - &incident;
     let h_up = air.times(&up);
     let inside = column.absorb(&e);
-    let powers: [RcwaPowers; N] = std::array::from_fn(|j| {
-        let inside = &inside[j];
+    std::array::from_fn(|j| {
         let unit = 1.0 / flux(incident.as_ref(), h_incident.as_ref(), j);
         let entering = flux(e.as_ref(), h.as_ref(), j);
-        RcwaPowers {
-            absorbed: inside.absorbed.iter().map(|p| p * unit).collect(),
-            absorbed_by_flux: (inside.entering - inside.leaving - inside.trenches) * unit,
-            reflected: flux(up.as_ref(), h_up.as_ref(), j) * unit,
-            transmitted: inside.leaving * unit,
-            elsewhere: (entering - inside.entering + inside.trenches) * unit,
-        }
-    });
-    if powers.iter().all(|p| p.balance().is_finite()) {
-        Ok(powers)
-    } else {
-        Err(RcwaError::NotFinite)
+        let reflected = flux(up.as_ref(), h_up.as_ref(), j);
+        powers(&inside[j], entering, reflected, unit)
+    })
+}
+
+/// Powers of fluxes.
+pub(super) fn powers(inside: &InSilicon, entering: f64, reflected: f64, unit: f64) -> RcwaPowers {
+    RcwaPowers {
+        absorbed: inside.absorbed.iter().map(|p| p * unit).collect(),
+        absorbed_by_flux: (inside.entering - inside.leaving - inside.trenches) * unit,
+        reflected: reflected * unit,
+        transmitted: inside.leaving * unit,
+        elsewhere: (entering - inside.entering + inside.trenches) * unit,
+    }
+}
+
+/// Walls above the filters of a mosaic would couple the classes that the lens keeps apart.
+fn check_walls(stack: &PixelStack) -> Result<(), RcwaError> {
+    let (Some(_), Some((filter, _)), Some(metal)) =
+        (&stack.mosaic, stack.filter_layer(), &stack.metal)
+    else {
+        return Ok(());
+    };
+    match stack.layers.iter().position(|l| l.name == metal.layer) {
+        Some(walls) if walls < filter => Err(RcwaError::Value {
+            field: "metal.layer",
+            value: format!("`{}`", metal.layer),
+            allowed: "a layer below the filters of a mosaic".into(),
+        }),
+        _ => Ok(()),
     }
 }
 

@@ -16,12 +16,12 @@
 use super::RcwaError;
 use super::answer::RcwaPowers;
 use super::basis::{Basis, Lattice, Parity, Sector};
-use super::column::{Base, Pixel};
+use super::column::{Column, Pixel};
 use super::forms::Forms;
 use super::free_lens::FreeLens;
 use super::layers;
 use super::linear::{C, Matrix, flux, plus_one, solve};
-use super::model::order_zero;
+use super::model::{order_zero, powers};
 use super::uniform::Uniform;
 
 /// Change of x at which it is taken for converged, of its length.
@@ -40,7 +40,7 @@ struct Shared {
     astray: Matrix,
 }
 
-/// Powers of the incident waves (E_x, E_y of order 0) under each shift, in periods; and the functions followed in silicon.
+/// Powers of the incident waves (E_x, E_y of order 0) under each shift, in pitches; and the functions followed in silicon.
 pub(super) fn light<const N: usize>(
     pixel: &Pixel,
     lattice: Lattice,
@@ -51,7 +51,7 @@ pub(super) fn light<const N: usize>(
         x: Parity::None,
         y: Parity::None,
     };
-    let base = Base::new(pixel, lattice, sector)?;
+    let base = Column::below_lens(pixel, lattice, sector)?;
     let basis = &base.basis;
     let resin = Uniform::new(basis, pixel.resin());
     let reflected = layers::reflection(&resin, &base.admittance);
@@ -92,16 +92,9 @@ pub(super) fn light<const N: usize>(
     let one = |k: usize| -> [RcwaPowers; N] {
         std::array::from_fn(|wave| {
             let j = k * N + wave;
-            let inside = &inside[j];
-            let unit = 1.0 / flux(incident.as_ref(), h_incident.as_ref(), wave);
-            let reflected = flux(up.as_ref(), h_up.as_ref(), j) * unit;
-            RcwaPowers {
-                absorbed: inside.absorbed.iter().map(|p| p * unit).collect(),
-                absorbed_by_flux: (inside.entering - inside.leaving - inside.trenches) * unit,
-                reflected,
-                transmitted: inside.leaving * unit,
-                elsewhere: 1.0 - reflected - (inside.entering - inside.trenches) * unit,
-            }
+            let whole = flux(incident.as_ref(), h_incident.as_ref(), wave);
+            let reflected = flux(up.as_ref(), h_up.as_ref(), j);
+            powers(&inside[j], whole - reflected, reflected, 1.0 / whole)
         })
     };
     let all: Vec<[RcwaPowers; N]> = (0..shifts.len()).map(one).collect();

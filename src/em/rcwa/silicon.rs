@@ -40,7 +40,7 @@ pub(super) struct InSilicon {
     pub entering: f64,
     /// Passing below the counted depth.
     pub leaving: f64,
-    /// Absorbed in each photodiode, by volume integral.
+    /// Absorbed in each photodiode, by volume integral: by columns of a row, from half a microlens before the origin.
     pub absorbed: Vec<f64>,
     /// Absorbed in the trenches, if they absorb at all: what is left of the loss of flux.
     pub trenches: f64,

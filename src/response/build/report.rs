@@ -61,9 +61,14 @@ impl BuildReport {
             self.imbalance = answer.imbalance;
         }
         for p in &answer.absorbed {
-            self.least = p.iter().copied().fold(self.least, f64::min);
-            self.largest_sum = self.largest_sum.max(p.iter().sum());
+            self.note_shares(p);
         }
+    }
+
+    /// Takes P of the sub-pixels into account.
+    pub(in crate::response) fn note_shares(&mut self, p: &[f64]) {
+        self.least = p.iter().copied().fold(self.least, f64::min);
+        self.largest_sum = self.largest_sum.max(p.iter().sum());
     }
 
     /// What the model said that cannot be, beyond rounding; `None` if all is well.
