@@ -14,12 +14,12 @@ use super::shot::Shot;
 use crate::preview::Sheet;
 
 /// Side of a view in the picture, px, what is between, and the lines of text above each.
-const SIDE: usize = 256;
+const SIDE: usize = 224;
 const GAP: usize = 8;
 const HEAD: usize = 24;
 /// Difference of views that is drawn in full colour; 1 is white.
 const FULL: f32 = 0.3;
-const QUALITY: u8 = 85;
+const QUALITY: u8 = 75;
 
 /// The amplitude in parts of the classic mode's of the same pixel.
 fn kept(shots: &[Shot], shot: &Shot) -> f64 {
@@ -31,17 +31,18 @@ fn kept(shots: &[Shot], shot: &Shot) -> f64 {
 
 pub(super) fn csv(shots: &[Shot]) -> String {
     let mut text = String::from(
-        "pixel,pitch_um,mode,defocus_px,centroid_px,matched_px,seen_px,amplitude_per_px_of_defocus,of_classic,difference_rms,light_taken\n",
+        "pixel,pitch_um,mode,defocus_px,at_focus_px,centroid_px,matched_px,seen_px,amplitude_per_px_of_defocus,of_classic,difference_rms,light_taken\n",
     );
     for s in shots {
         // Writing to a String cannot fail, here and below.
         let _ = writeln!(
             text,
-            "\"{}\",{},{},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4}",
+            "\"{}\",{},{},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4}",
             s.pixel,
             s.pitch_um,
             s.mode.name(),
             s.defocus_px,
+            s.at_focus_px,
             s.centroid_px,
             s.matched_px,
             s.seen_px,
@@ -57,7 +58,7 @@ pub(super) fn csv(shots: &[Shot]) -> String {
 pub(super) fn json(shots: &[Shot]) -> Vec<serde_json::Value> {
     let one = |s: &Shot| {
         serde_json::json!({
-            "pixel": s.pixel, "pitch_um": s.pitch_um, "mode": s.mode.name(), "defocus_px": s.defocus_px, "centroid_px": s.centroid_px,
+            "pixel": s.pixel, "pitch_um": s.pitch_um, "mode": s.mode.name(), "defocus_px": s.defocus_px, "at_focus_px": s.at_focus_px, "centroid_px": s.centroid_px,
             "matched_px": s.matched_px, "seen_px": s.seen_px, "amplitude_per_px_of_defocus": s.amplitude(), "of_classic": kept(shots, s),
             "difference_rms": s.difference, "light_taken": s.taken
         })
@@ -67,7 +68,7 @@ pub(super) fn json(shots: &[Shot]) -> Vec<serde_json::Value> {
 
 pub(super) fn table(shots: &[Shot]) -> String {
     let mut text = format!(
-        "{:<18} {:<12} {:>10} {:>24} {:>16} {:>11} {:>11} {:>7}\n{:<18} {:<12} {:>10} {:>8} {:>7} {:>7} {:>16} {:>11} {:>11} {:>7}\n",
+        "{:<18} {:<12} {:>10} {:>33} {:>16} {:>11} {:>11} {:>7}\n{:<18} {:<12} {:>10} {:>8} {:>8} {:>7} {:>7} {:>16} {:>11} {:>11} {:>7}\n",
         "pixel",
         "mode",
         "defocus",
@@ -79,6 +80,7 @@ pub(super) fn table(shots: &[Shot]) -> String {
         "",
         "",
         "px",
+        "at focus",
         "centroid",
         "matched",
         "seen",
@@ -90,10 +92,11 @@ pub(super) fn table(shots: &[Shot]) -> String {
     for s in shots {
         let _ = writeln!(
             text,
-            "{:<18} {:<12} {:>10.2} {:>8.3} {:>7.3} {:>7.3} {:>16.3} {:>10.0}% {:>10.1}% {:>6.0}%",
+            "{:<18} {:<12} {:>10.2} {:>8.3} {:>8.3} {:>7.3} {:>7.3} {:>16.3} {:>10.0}% {:>10.1}% {:>6.0}%",
             s.pixel,
             s.mode.name(),
             s.defocus_px,
+            s.at_focus_px,
             s.centroid_px,
             s.matched_px,
             s.seen_px,
@@ -111,7 +114,7 @@ pub(super) fn picture(path: &Path, shots: &[Shot]) -> Result<(), CommandError> {
     let (across, down) = (SIDE + GAP, SIDE + HEAD + GAP);
     let mut sheet = Sheet::new(4 * across + GAP, shots.len() * down + GAP, [255; 3]);
     let gray = |v: &[f32]| -> Rgb { [code_from_linear(v[0]); 3] };
-    let apart = |v: &[f32]| blue_white_red((v[0] / FULL).clamp(-1.0, 1.0));
+    let apart = |v: &[f32]| blue_white_red(0.5 + 0.5 * (v[0] / FULL).clamp(-1.0, 1.0));
     for (row, shot) in shots.iter().enumerate() {
         let top = GAP + row * down;
         let [a, d] = &shot.views;

@@ -46,7 +46,9 @@ pub(super) struct Shot {
     pub views: [Image; 2],
     /// Diameter of the circle of confusion, px, below 0 for a chart before the focus.
     pub defocus_px: f64,
-    /// x_B − x_A, px: by the rays' centroids; as a matcher finds it on a texture; and as found on the rendered views.
+    /// x_B − x_A of a point in focus, px: what aberrations leave.
+    pub at_focus_px: f64,
+    /// x_B − x_A on the chart, px: by the rays' centroids; as a matcher finds it on a texture; and as found on the rendered views.
     pub centroid_px: f64,
     pub matched_px: f64,
     pub seen_px: f64,
@@ -57,9 +59,10 @@ pub(super) struct Shot {
 }
 
 impl Shot {
-    /// Disparity amplitude a pixel of defocus: |x_B − x_A| over the circle of confusion's diameter, by centroids.
+    /// Disparity amplitude a pixel of defocus: what x_B − x_A grows by from the focus to the chart over the circle of confusion's diameter, by
+    /// centroids. (Two half disks: 4/3π = 0.42.)
     pub fn amplitude(&self) -> f64 {
-        (self.centroid_px / self.defocus_px).abs()
+        ((self.centroid_px - self.at_focus_px) / self.defocus_px).abs()
     }
 }
 
@@ -155,6 +158,7 @@ impl Bench {
             pitch_um: stack.pitch_um,
             mode,
             defocus_px: defocus.circle_of_confusion_mm(CHART_MM) / pitch_mm,
+            at_focus_px: truth.centroid_shift_px(FOCUS_MM, pair),
             centroid_px,
             matched_px: truth.matched_shift_px(CHART_MM, pair, &TextureSpectrum::default()),
             seen_px: seen_shift_px(&left, &right, centroid_px),
