@@ -107,7 +107,7 @@ impl<'a> ShiftedTable<'a> {
 /// What `runs` runs of the wave model take about, on one core.
 fn seconds_by_wave(stack: &PixelStack, runs: usize) -> f64 {
     // Measured: `benches/runs/2026-11-21/cra.md`.
-    5e-3 * (stack.pitch_um / 1.6).powi(2) * runs as f64
+    1.5e-3 * (stack.pitch_um / 1.6).powi(3) * runs as f64
 }
 
 #[cfg(test)]
