@@ -11,6 +11,7 @@ pub use sweep::SweepConfig;
 pub use tolerances::ToleranceConfig;
 
 use datasets_spec::MosaicPattern;
+use quadpixel::response::ShiftGrid;
 use quadpixel::sampling::uniform;
 use quadpixel::sensor::ShiftRule;
 use quadpixel::spectrum::Bands;
@@ -130,6 +131,9 @@ pub enum ResponseConfig {
         /// Thickness of the layers; absent: as the pixels have it.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stack: Option<StackConfig>,
+        /// Lens shifts a pitch of a table of all lens shifts; absent: the table of the centred lens, moved along with the lens.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        shifts: Option<usize>,
     },
     /// FDTD tables of one of these pixels: shipped ones, or those that `qpgen response --model fdtd` has made.
     Fdtd {
@@ -140,6 +144,9 @@ pub enum ResponseConfig {
     Rcwa {
         /// Built-in names or `.toml` files; one is drawn a sample.
         pixels: Vec<String>,
+        /// Lens shifts a pitch of a table of all lens shifts, made with `--shifts`; absent: the table of the centred lens.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        shifts: Option<usize>,
     },
     /// The ideal box.
     Geometric,
@@ -148,6 +155,14 @@ pub enum ResponseConfig {
         /// `.npz` files of `qpgen response`; one is drawn a sample.
         files: Vec<String>,
     },
+}
+
+/// Lens shifts that a table can have.
+fn check_shifts(shifts: Option<usize>) -> Result<(), CommandError> {
+    let checked = shifts.map(|n| ShiftGrid::new(1.0, n)).transpose();
+    checked
+        .map(|_| ())
+        .map_err(|e| CommandError::input(format!("response.shifts: {e}")))
 }
 
 /// Thickness of a pixel's flat layers. Each value needs a table of its own, so few are made and shared.
@@ -363,15 +378,22 @@ impl DatasetConfig {
         some("scene.charts", self.scene.charts.len())?;
         some("scene.texture_px", self.scene.texture_px)?;
         match &self.response {
-            ResponseConfig::Wave { pixels, stack } => {
+            ResponseConfig::Wave {
+                pixels,
+                stack,
+                shifts,
+            } => {
                 some("response.pixels", pixels.len())?;
+                check_shifts(*shifts)?;
                 if let Some(stack) = stack {
                     some("response.stack.variants", stack.variants)?;
                     stack.scale.check("response.stack.scale", (0.5, 2.0))?;
                 }
             }
-            ResponseConfig::Fdtd { pixels } | ResponseConfig::Rcwa { pixels } => {
+            ResponseConfig::Fdtd { pixels } => some("response.pixels", pixels.len())?,
+            ResponseConfig::Rcwa { pixels, shifts } => {
                 some("response.pixels", pixels.len())?;
+                check_shifts(*shifts)?;
             }
             ResponseConfig::Table { files } => some("response.files", files.len())?,
             ResponseConfig::Geometric => {}

@@ -120,7 +120,12 @@ pub fn recipe(
     let shot = Dice { index, ..dice };
     let focus_mm = dice.of(&config.lens.focus_mm, For::Focus, 0);
     let (response, pixel_pitch) = match &config.response {
-        ResponseConfig::Wave { pixels, stack } => {
+        ResponseConfig::Wave {
+            pixels,
+            stack,
+            shifts,
+        } => {
+            let shifts = *shifts;
             let pixel = dice.choice(pixels, For::Pixel, 0).clone();
             let pitch = pitch_of(&pixel)?;
             let stack_scale = stack.map_or(1.0, |stack| {
@@ -129,17 +134,23 @@ pub fn recipe(
                 let key = [For::StackScale as u64, variant];
                 stack.scale.at(dice.seed, &key)
             });
-            (ResponseRecipe::Wave { pixel, stack_scale }, Some(pitch))
+            let wave = ResponseRecipe::Wave {
+                pixel,
+                stack_scale,
+                shifts,
+            };
+            (wave, Some(pitch))
         }
         ResponseConfig::Fdtd { pixels } => {
             let pixel = dice.choice(pixels, For::Pixel, 0).clone();
             let pitch = pitch_of(&pixel)?;
             (ResponseRecipe::Fdtd { pixel }, Some(pitch))
         }
-        ResponseConfig::Rcwa { pixels } => {
+        ResponseConfig::Rcwa { pixels, shifts } => {
+            let shifts = *shifts;
             let pixel = dice.choice(pixels, For::Pixel, 0).clone();
             let pitch = pitch_of(&pixel)?;
-            (ResponseRecipe::Rcwa { pixel }, Some(pitch))
+            (ResponseRecipe::Rcwa { pixel, shifts }, Some(pitch))
         }
         ResponseConfig::Table { files } => {
             let file = dice.choice(files, For::Pixel, 0).clone();
