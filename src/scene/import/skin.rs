@@ -65,11 +65,8 @@ impl Pose {
         for (i, p) in mesh.positions.iter_mut().enumerate() {
             let (mut sum, mut total) = (DMat4::ZERO, 0.0);
             let own = influences.iter().filter_map(|set| set.get(i));
-            for (&joint, &weight) in own.flat_map(|(joints, weights)| joints.iter().zip(weights)) {
-                // NaN fails too.
-                if !(weight > 0.0) {
-                    continue;
-                }
+            let own = own.flat_map(|(joints, weights)| joints.iter().zip(weights));
+            for (&joint, &weight) in own.filter(|(_, weight)| **weight > 0.0) {
                 // The cast saturates: what is no number of a joint is beyond them.
                 match self.0.get(joint as usize) {
                     Some(m) => {
