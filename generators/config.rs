@@ -5,10 +5,12 @@
 mod readout;
 mod sweep;
 mod tolerances;
+mod world;
 
 pub use readout::ReadoutConfig;
 pub use sweep::SweepConfig;
 pub use tolerances::ToleranceConfig;
+pub use world::{WorldConfig, WorldFileConfig};
 
 use datasets_spec::MosaicPattern;
 use quadpixel::response::ShiftGrid;
@@ -18,9 +20,6 @@ use quadpixel::spectrum::Bands;
 use serde::{Deserialize, Serialize};
 
 use quadpixel::command::CommandError;
-use quadpixel::scene::world::PathSettings;
-
-use crate::scenes::WorldKind;
 
 /// The default configuration, with comments.
 pub const DEFAULT_TOML: &str = include_str!("default.toml");
@@ -196,62 +195,6 @@ pub struct SceneConfig {
     /// Worlds of meshes in the place of cards.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub world: Option<WorldConfig>,
-}
-
-/// Worlds of meshes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct WorldConfig {
-    /// Kinds of world; the samples take them in turn.
-    pub kinds: Vec<WorldKind>,
-    /// Depth of the nearest objects as a multiple of the focused depth.
-    pub near_over_focus: Draw,
-    /// Depth of the backdrop as a multiple of the focused depth.
-    pub far_over_focus: Draw,
-    /// Number of objects (rounded down): the clutter.
-    pub objects: Draw,
-    /// Share of wires, leaves and gratings among them, at difficulty 1.
-    pub thin: Draw,
-    /// Share of glass, panes and veils among them, at difficulty 1.
-    pub clear: Draw,
-    /// Number of small bright points, at difficulty 1 (rounded down).
-    pub glints: Draw,
-    /// Factor of the three, 0 to 1: 0 has solid, opaque things only.
-    pub difficulty: Draw,
-    /// How paths of light are followed.
-    #[serde(default)]
-    pub paths: PathSettings,
-}
-
-impl WorldConfig {
-    fn check(&self) -> Result<(), CommandError> {
-        if self.kinds.is_empty() {
-            return Err(CommandError::input(
-                "scene.world.kinds is empty; allowed: at least one of room, table-top, flying-shapes",
-            ));
-        }
-        let share = (0.0, 0.5);
-        self.near_over_focus
-            .check("scene.world.near_over_focus", (0.02, 50.0))?;
-        self.far_over_focus
-            .check("scene.world.far_over_focus", (0.05, 100.0))?;
-        self.objects.check("scene.world.objects", (0.0, 400.99))?;
-        self.thin.check("scene.world.thin", share)?;
-        self.clear.check("scene.world.clear", share)?;
-        self.glints.check("scene.world.glints", (0.0, 400.99))?;
-        self.difficulty
-            .check("scene.world.difficulty", (0.0, 1.0))?;
-        let (nearest, farthest) = (
-            self.near_over_focus.bounds().1,
-            self.far_over_focus.bounds().0,
-        );
-        if farthest < 1.05 * nearest {
-            return Err(CommandError::input(format!(
-                "scene.world.far_over_focus begins at {farthest}; allowed: at least 1.05 times the largest near_over_focus, {nearest}"
-            )));
-        }
-        Ok(())
-    }
 }
 
 /// A number, or how one is drawn.
