@@ -81,8 +81,13 @@ impl Column {
         };
         let lens = pixel.indices.lens * pixel.indices.lens;
         let medium = |i: usize| over.get(i).map_or(lens, |layer| layer.0);
-        let cutoff = pixel.indices.silicon.re + settings.silicon_margin * lattice.step;
-        let silicon = Silicon::new(&low, pixel.silicon(), medium(0), cutoff)?;
+        let grid = pixel.silicon();
+        // Without trenches silicon couples no orders: those that come down are all.
+        let cutoff = match grid.is_plain() {
+            true => low.cutoff,
+            false => pixel.indices.silicon.re + settings.silicon_margin * lattice.step,
+        };
+        let silicon = Silicon::new(&low, grid, medium(0), cutoff)?;
         let reflection = silicon.reflection(low.len());
 
         let mut basis = low;

@@ -33,6 +33,11 @@ pub(super) struct Grid {
 }
 
 impl Grid {
+    /// Whether it is all one medium.
+    pub fn is_plain(&self) -> bool {
+        self.wall == 0.0 || self.inside == self.outside
+    }
+
     /// Fourier coefficient G of the part of an axis that the rectangles take; walls are centred on the borders of the parts.
     pub fn filled(&self, axis: usize, order: i32) -> f64 {
         let m = self.parts[axis];
@@ -176,7 +181,7 @@ pub(super) struct Modes {
 impl Modes {
     /// Of a grid with these operators.
     pub fn of_grid(basis: &Basis, grid: &Grid, operators: &Operators) -> Result<Self, RcwaError> {
-        if grid.wall != 0.0 && grid.inside != grid.outside {
+        if !grid.is_plain() {
             return operators.modes();
         }
         // Plane waves: many of equal γ, of which the eigenvalue iteration would make anything.

@@ -38,12 +38,15 @@ impl RcwaModel {
         let step = 2.0 * PI / (stack.pitch_um * k0_per_um);
         // Two components for every order in a circle, in silicon parted into classes.
         let functions = |cutoff: f64| 2.0 * PI * (cutoff / step).powi(2);
-        let cutoff = indices.silicon.re + settings.silicon_margin * step;
-        let in_class = functions(cutoff) / stack.subpixels.count() as f64;
         let above = match stack.metal {
             Some(_) => settings.wall_cutoff.max(settings.lens_cutoff),
             None => settings.lens_cutoff,
         };
+        let cutoff = match stack.trench_um > 0.0 {
+            true => indices.silicon.re + settings.silicon_margin * step,
+            false => above,
+        };
+        let in_class = functions(cutoff) / stack.subpixels.count() as f64;
         for (field, functions) in [
             ("functions of a class in silicon (pitch, orders)", in_class),
             (
