@@ -105,7 +105,12 @@ fn calibrate(args: &CorrectArgs, progress: Progress, chart: &Path) -> Result<(),
     Ok(())
 }
 
-fn apply(args: &CorrectArgs, progress: Progress, calibration_path: &Path, path: &Path) -> Result<(), CommandError> {
+fn apply(
+    args: &CorrectArgs,
+    progress: Progress,
+    calibration_path: &Path,
+    path: &Path,
+) -> Result<(), CommandError> {
     progress.stage(format!("reading {}", path.display()));
     let calibration = read_calibration(calibration_path)?;
     let capture = Capture::read(path, &args.given, args.pitch_um)?;

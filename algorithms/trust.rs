@@ -89,7 +89,8 @@ impl Windows<'_> {
         for j in 0..side {
             let across = at[1] - half + j;
             for (i, to) in row.iter_mut().enumerate() {
-                let tap = |(k, w): (usize, &f32)| f64::from(*w) * value(self.b, first + i + k, across);
+                let tap =
+                    |(k, w): (usize, &f32)| f64::from(*w) * value(self.b, first + i + k, across);
                 *to = taps.iter().enumerate().map(tap).sum();
             }
             for i in 0..side {
@@ -107,9 +108,12 @@ impl Windows<'_> {
     /// c of the window about (x, y), which lies inside.
     fn shared_variance(&self, [x, y]: [usize; 2]) -> f64 {
         let half = self.window_px / 2;
-        let value = |image: &Image, x: usize, y: usize| f64::from(image.data()[y * self.a.width() + x]);
+        let value =
+            |image: &Image, x: usize, y: usize| f64::from(image.data()[y * self.a.width() + x]);
         let second = |image: &Image, x: usize, y: usize| {
-            let row = |y: usize| value(image, x - 1, y) - 2.0 * value(image, x, y) + value(image, x + 1, y);
+            let row = |y: usize| {
+                value(image, x - 1, y) - 2.0 * value(image, x, y) + value(image, x + 1, y)
+            };
             row(y - 1) - 2.0 * row(y) + row(y + 1)
         };
         let (mut sum, mut count) = (0.0, 0.0);
@@ -210,7 +214,10 @@ mod tests {
             wave(0.31, 0.2) + wave(0.23, -0.37) + wave(0.45, 0.05)
         };
         let inside = |i: &usize| (i % SIDE).abs_diff(48) <= 15 && (i / SIDE).abs_diff(48) <= 15;
-        let hessian: f64 = (0..SIDE * SIDE).filter(inside).map(|i| slope(i).powi(2)).sum();
+        let hessian: f64 = (0..SIDE * SIDE)
+            .filter(inside)
+            .map(|i| slope(i).powi(2))
+            .sum();
         let mut mean = 0.0;
         for seed in 1..=draws {
             let (mut p, mut q) = (noise(seed), noise(1000 + seed));
@@ -230,7 +237,9 @@ mod tests {
         let b = picture(|i| waves(i, if i / SIDE < 48 { 0.2 } else { -0.2 }));
         let two = worth(&a, &b, 0.0).variance_px2.sqrt();
         assert!(two > 0.2 / 15f64.sqrt() * 0.9, "{two}");
-        let one = worth(&a, &picture(|i| waves(i, 0.2)), 0.2).variance_px2.sqrt();
+        let one = worth(&a, &picture(|i| waves(i, 0.2)), 0.2)
+            .variance_px2
+            .sqrt();
         assert!(one < 1e-3, "{one}");
     }
 

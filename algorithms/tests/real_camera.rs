@@ -12,6 +12,8 @@ mod data;
 mod exact;
 #[path = "../examples/real_camera/measure.rs"]
 mod measure;
+#[path = "../examples/real_camera/noise.rs"]
+mod noise;
 #[path = "../examples/real_camera/simulate.rs"]
 mod simulate;
 #[path = "../examples/real_camera/spread.rs"]
@@ -132,12 +134,17 @@ fn captures_are_found_by_pattern_and_what_is_none_is_named() {
         (names.iter()).for_each(|n| std::fs::write(here.join(n), b"").unwrap());
     }
     let found = Captures::find(folder.path()).unwrap();
-    let flats: Vec<_> = (found.flats.iter()).map(|f| (f.distance_mm, f.mark)).collect();
+    let flats: Vec<_> = (found.flats.iter())
+        .map(|f| (f.distance_mm, f.mark))
+        .collect();
     assert_eq!(flats, [(600.0, 20.0), (850.0, 2.8)]);
     let scenes: Vec<_> = (found.scenes.iter())
         .map(|s| (s.name.as_str(), s.kind()))
         .collect();
-    assert_eq!(scenes, [("box-007", "box"), ("casual-orbbec-002", "casual")]);
+    assert_eq!(
+        scenes,
+        [("box-007", "box"), ("casual-orbbec-002", "casual")]
+    );
     assert_eq!(found.left_out.len(), 2, "{:?}", found.left_out);
     assert!(found.left_out[0].contains("flat/0600/f4: r.png is missing"));
     assert!(found.left_out[1].contains("flat/near/f4: neither d.png"));
@@ -146,7 +153,9 @@ fn captures_are_found_by_pattern_and_what_is_none_is_named() {
 /// A table on v = u = −0.4 … 0.4 of a pixel of 6 µm: P_right(u), the left one its mirror image.
 fn table(right: impl Fn(f64) -> f64) -> AngularResponse {
     let axis: Vec<f64> = (-80..=80).map(|i| f64::from(i) / 200.0).collect();
-    let row = axis.iter().flat_map(|u| [right(-u) as f32, right(*u) as f32]);
+    let row = axis
+        .iter()
+        .flat_map(|u| [right(-u) as f32, right(*u) as f32]);
     let row: Vec<f32> = row.collect();
     let axes = ResponseAxes {
         wavelengths_nm: vec![550.0],
@@ -181,12 +190,17 @@ fn wandering_charge_makes_an_error_function_of_a_sharp_split() {
         let steps = 4000;
         let cut = |k: i32| -8.0 + (z + 8.0) * (f64::from(k) + 0.5) / f64::from(steps);
         let gauss = |x: f64| (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
-        let phi: f64 = (0..steps).map(|k| gauss(cut(k))).sum::<f64>() * (z + 8.0) / f64::from(steps);
+        let phi: f64 =
+            (0..steps).map(|k| gauss(cut(k))).sum::<f64>() * (z + 8.0) / f64::from(steps);
         let mut p = [0.0f32; 2];
         lookup.weights(u as f32, 0.0, &mut p);
         // The sum of 25 places a quarter of σ apart over a step that the table blurs by 0.005 in u, a thirtieth of σ: half a place's
         // weight, 0.1 · 0.8/2, at the most; nothing at 0.
-        assert!((f64::from(p[1]) / 0.8 - phi).abs() < 0.05, "{u}: {} {phi}", p[1]);
+        assert!(
+            (f64::from(p[1]) / 0.8 - phi).abs() < 0.05,
+            "{u}: {} {phi}",
+            p[1]
+        );
         assert!((f64::from(p[0] + p[1]) - 0.8).abs() < 1e-5);
     }
     // Where P goes straight with the place of the light, nothing changes.
@@ -196,6 +210,42 @@ fn wandering_charge_makes_an_error_function_of_a_sharp_split() {
     straight.interpolator(550.0).weights(0.05, 0.0, &mut p);
     same.interpolator(550.0).weights(0.05, 0.0, &mut q);
     assert!((p[1] - q[1]).abs() < 1e-4, "{p:?} {q:?}");
+}
+
+#[test]
+fn the_view_with_less_light_is_known_by_its_noise() {
+    // Uniform noise whose width goes from 2 to 4 codes in the left view and back in the right one, on smooth grey; equally bright.
+    let mut state = 1u64;
+    let mut uniform = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (state >> 40) as f64 / f64::from(1u32 << 24) - 0.5
+    };
+    let mut view = |width_at: &dyn Fn(f64) -> f64| {
+        let mut image = Image::zeros(386, 258, 3);
+        for y in 0..258 {
+            for x in 0..386 {
+                let code = 120.0 + 0.1 * y as f64 + width_at(x as f64 / 386.0) * uniform();
+                let linear = quadpixel::image::srgb::to_linear((code / 255.0) as f32);
+                image.pixel_mut(x, y).fill(linear);
+            }
+        }
+        image
+    };
+    let views = Views {
+        left: view(&|t| 2.0 + 2.0 * t),
+        right: view(&|t| 4.0 - 2.0 * t),
+    };
+    for (i, found) in noise::left_over_right(&views).into_iter().enumerate() {
+        let t = (i as f64 + 0.5) / 6.0;
+        let expected = ((2.0 + 2.0 * t) / (4.0 - 2.0 * t)).powi(2);
+        // Some 20 blocks of 256 pixels whose second differences hang together: 3 %; the width changes within a part: 2 %.
+        assert!(
+            (found / expected - 1.0).abs() < 0.1,
+            "{i}: {found} {expected}"
+        );
+    }
 }
 
 #[test]
@@ -209,7 +259,11 @@ fn the_corrected_table_is_the_exact_one_on_its_meridian_and_mirrored() {
     let runs = exact::Runs {
         pixel: PixelStack::builtin("6um-dual").unwrap(),
         settings: RcwaSettings::draft(),
-        runs: vec![run(0.0, 0.31, 0.31), run(0.2, 0.22, 0.42), run(0.4, 0.1, 0.5)],
+        runs: vec![
+            run(0.0, 0.31, 0.31),
+            run(0.2, 0.22, 0.42),
+            run(0.4, 0.1, 0.5),
+        ],
     };
     let corrected = runs.correct(&wave).unwrap();
     let lookup = corrected.interpolator(550.0);

@@ -19,11 +19,7 @@ const RAYS: usize = 1024;
 pub type Point = (f64, f64);
 
 /// Shift over circle of confusion on the axis, as a matcher finds it, for a point `distance_mm` from the sensor.
-pub fn simulated(
-    lens: &str,
-    model: &Model,
-    distance_mm: f64,
-) -> Result<Vec<Point>, CommandError> {
+pub fn simulated(lens: &str, model: &Model, distance_mm: f64) -> Result<Vec<Point>, CommandError> {
     let at = |&mark: &f64| {
         let lens = camera::lens(lens, mark, camera::FOCUS_MM)?;
         let camera = camera::camera(&lens, model, (768, 512))?;

@@ -101,13 +101,21 @@ impl Captures {
             self.scenes.push(Scene { name, folder });
             return Ok(());
         }
-        let positive = |text: &str| text.parse().ok().filter(|v: &f64| *v > 0.0 && v.is_finite());
+        let positive = |text: &str| {
+            text.parse()
+                .ok()
+                .filter(|v: &f64| *v > 0.0 && v.is_finite())
+        };
         let plane = match parts {
-            [.., distance, mark] => positive(distance).zip(mark.strip_prefix('f').and_then(positive)),
+            [.., distance, mark] => {
+                positive(distance).zip(mark.strip_prefix('f').and_then(positive))
+            }
             _ => None,
         };
         let Some((distance_mm, mark)) = plane else {
-            return Err("neither d.png beside the views nor DISTANCE_MM/fMARK as folders".to_owned());
+            return Err(
+                "neither d.png beside the views nor DISTANCE_MM/fMARK as folders".to_owned(),
+            );
         };
         self.flats.push(Flat {
             distance_mm,

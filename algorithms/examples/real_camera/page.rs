@@ -6,6 +6,7 @@ use crate::aperture;
 use crate::camera::FITTED_ON;
 use crate::depths::CLAIM_M;
 use crate::measure::Shift;
+use crate::noise::PARTS;
 use crate::report::{CaptureResult, DepthResult, Results};
 
 /// What is said whatever the numbers are.
@@ -16,6 +17,7 @@ const LIMITS: &str = include_str!("page_limits.md");
 pub fn of(results: &Results) -> String {
     let mut page = INTRODUCTION.to_owned();
     for part in [
+        noise(results),
         lens(results),
         captures(results),
         apertures(results),
@@ -40,8 +42,23 @@ fn fit_or_prediction(fitted: bool) -> &'static str {
     if fitted { "fit" } else { "prediction" }
 }
 
+fn noise(results: &Results) -> String {
+    let head = "| variance left / right, by sixths of the width | 1 | 2 | 3 | 4 | 5 | 6 |\n|---|---|---|---|---|---|---|";
+    let row = |(name, ratios): &(String, [f64; PARTS])| {
+        let cells: Vec<String> = ratios.iter().map(|r| format!("{r:.2}")).collect();
+        format!("| {name} | {} |", cells.join(" | "))
+    };
+    let tail = "\nSo the left view has less light on the right of the picture, and the right view on its left: the light arrives beside the split there, by the chief ray.";
+    let rows = results.noise.iter().map(row);
+    lines(
+        std::iter::once(head.to_owned())
+            .chain(rows)
+            .chain([tail.to_owned()]),
+    )
+}
+
 fn lens(results: &Results) -> String {
-    let head = "| mark | stop, mm | EFL, mm | F-number | sensor behind first vertex, mm | focus in front of it, mm |\n|---|---|---|---|---|---|";
+    let head = "\n## Lens\n\n| mark | stop, mm | EFL, mm | F-number | sensor behind first vertex, mm | focus in front of it, mm |\n|---|---|---|---|---|---|";
     let row = |l: &crate::report::LensResult| {
         format!(
             "| F/{} | {:.3} | {:.3} | {:.3} | {:.3} | {:.3} |",
@@ -111,7 +128,8 @@ fn apertures(results: &Results) -> String {
     }
     rows.push("\n| measured | used for | circle of confusion, px | shift, px | shift over circle |\n|---|---|---|---|---|".to_owned());
     for (name, coc, shift, (mark, part)) in &results.aperture.measured {
-        let fitted = (name.as_str(), *mark) == (format!("{} mm", FITTED_ON.0).as_str(), FITTED_ON.1);
+        let fitted =
+            (name.as_str(), *mark) == (format!("{} mm", FITTED_ON.0).as_str(), FITTED_ON.1);
         rows.push(format!(
             "| {name}, F/{mark} | {} | {coc:.2} | {shift:.3} | {part:.4} |",
             fit_or_prediction(fitted)
@@ -149,7 +167,9 @@ fn depths(results: &Results) -> String {
         rows.extend(mean_of(kind, &results.depths));
     }
     rows.push(String::new());
-    rows.extend((results.depths.iter()).map(|d| format!("![Depth of {}]({})\n", d.name, d.picture_name())));
+    rows.extend(
+        (results.depths.iter()).map(|d| format!("![Depth of {}]({})\n", d.name, d.picture_name())),
+    );
     rows.push("Left: claimed depth; right: known depth; yellow is near, black is not claimed or not known; one scale, linear in 1/Z.\n".to_owned());
     lines(rows)
 }

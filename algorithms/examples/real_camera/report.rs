@@ -13,6 +13,7 @@ use crate::aperture::{self, Point};
 use crate::compare::Likeness;
 use crate::depths::{CLAIM_M, Found, Score};
 use crate::measure::Shift;
+use crate::noise;
 use crate::page;
 
 /// Depth pictures are this much smaller than the views: plots, not photographs.
@@ -74,6 +75,8 @@ pub struct Results {
     pub captures: Vec<CaptureResult>,
     pub aperture: ApertureResult,
     pub depths: Vec<DepthResult>,
+    /// Name, and variance of the noise of the left over that of the right view by parts of the width.
+    pub noise: Vec<(String, [f64; noise::PARTS])>,
     /// What was found and not used, and why.
     pub left_out: Vec<String>,
 }
@@ -139,7 +142,7 @@ impl Results {
         let depths: Value = (self.depths.iter())
             .map(|d| json!({ "name": d.name, "mark": d.mark, "kind": d.kind, "fitted": d.fitted, "claimed": score(&d.claimed), "all": score(&d.all) }))
             .collect();
-        json!({ "captures": captures, "aperture": { "curves": self.aperture.curves, "measured": self.aperture.measured }, "depths": depths, "left_out": self.left_out })
+        json!({ "captures": captures, "aperture": { "curves": self.aperture.curves, "measured": self.aperture.measured }, "depths": depths, "noise_left_over_right": self.noise, "left_out": self.left_out })
     }
 }
 
