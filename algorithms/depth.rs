@@ -21,8 +21,8 @@ use rayon::prelude::*;
 
 /// Systematic error of a match, px, so that one noiseless axis does not silence the other.
 const FLOOR_PX: f64 = 0.002;
-/// Largest part of a window's slope that may be noise which the views share: it pulls the shift towards 0 by as much.
-const MOST_SHARED_NOISE: f64 = 0.1;
+/// Largest part of a window's slope that may be noise: it pulls the shift towards 0 by up to as much.
+const MOST_NOISE: f64 = 0.1;
 
 /// A camera's own relation of disparity and depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,9 +130,10 @@ fn trusted(windows: &Windows<'_>, (x, y): (usize, usize), found: &Match) -> Opti
         false => (found.dx_px, found.covariance_px2[0]),
     };
     let worth = windows.worth([x, y], shift)?;
-    (worth.shared_noise <= MOST_SHARED_NOISE).then(|| Measured {
+    let pulled = worth.noise * shift;
+    (worth.noise <= MOST_NOISE).then(|| Measured {
         disparity_px: shift,
-        sigma_px: (variance.max(worth.variance_px2) + FLOOR_PX * FLOOR_PX).sqrt(),
+        sigma_px: (variance.max(worth.variance_px2) + pulled * pulled + FLOOR_PX * FLOOR_PX).sqrt(),
     })
 }
 

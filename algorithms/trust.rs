@@ -1,4 +1,4 @@
-//! What a match is worth: its variance by the scatter of the window's parts, and how much of the window may be noise that the views share.
+//! What a match is worth: its variance by the scatter of the window's parts, and how much of the window may be noise.
 //!
 //! The matcher's own variance σ²/H takes what is left over for noise that knows nothing of its neighbours. Where two depths or two blurs
 //! meet in a window, or where the views share something that is no texture of the scene, it hangs together, and the parts of the
@@ -13,16 +13,16 @@
 //! V is the variance of d whatever r is like within a block (the "sandwich" of generalised estimating equations: Liang & Zeger, Biometrika
 //! 73, 13 (1986)); for independent noise it is σ²/H.
 //!
-//! # Shared noise
-//! The halves of a pixel share its gain (and what a converter does to their sum), so the views hold a picture of the sensor that does not
-//! move. Where the scene is smooth it is what matches, at 0: a shift d comes out as d (1 − q), q the part of H that it makes. A second
-//! difference along both axes sees hardly anything of a blurred scene and all of white noise, so its covariance over the window is that
-//! noise's variance c, and as the slope of white noise has the variance 2 Σ SLOPE² c,
+//! # Noise taken for texture
+//! The halves of a pixel share its gain, and a converter what it does to their sum and how it rounds, so the views hold a picture of the
+//! sensor that does not move. Where the scene is smooth it is what matches: a shift comes out too small, by up to q, the part of H that
+//! is noise. A second difference along both axes sees hardly anything of a blurred scene and all of white noise, so its mean square over the
+//! window is the noise's variance, and the slope of white noise has 2 Σ SLOPE² times it:
 //!
 //! ```text
-//! q = g² n 2 Σ SLOPE² max(c, 0) / H        c = mean (∂²∂² a)(∂²∂² b) / 36,   ∂²: 1, −2, 1
+//! q = g n 2 Σ SLOPE² √(c_a c_b) / H        c = mean (∂²∂²)² / 36 of a and of b,   ∂²: 1, −2, 1
 //! ```
-//! Sharp texture at shift 0 looks the same and is given up with it only where it is nearly white.
+//! How much of it the views share is not known; all of it is feared. Texture that is nearly white is given up with it.
 
 use quadpixel::image::Image;
 
@@ -51,7 +51,7 @@ pub struct Worth {
     /// V, px².
     pub variance_px2: f64,
     /// q.
-    pub shared_noise: f64,
+    pub noise: f64,
 }
 
 impl Windows<'_> {
@@ -101,12 +101,12 @@ impl Windows<'_> {
                 samples.push([value(self.a, at[0] - half + i, across), row[c], slope]);
             }
         }
-        let noise = self.shared_variance([x, y]);
+        let noise = self.noise_variance([x, y]);
         scatter(&samples, side, noise)
     }
 
-    /// c of the window about (x, y), which lies inside.
-    fn shared_variance(&self, [x, y]: [usize; 2]) -> f64 {
+    /// √(c_a c_b) of the window about (x, y), which lies inside.
+    fn noise_variance(&self, [x, y]: [usize; 2]) -> f64 {
         let half = self.window_px / 2;
         let value =
             |image: &Image, x: usize, y: usize| f64::from(image.data()[y * self.a.width() + x]);
@@ -116,14 +116,15 @@ impl Windows<'_> {
             };
             row(y - 1) - 2.0 * row(y) + row(y + 1)
         };
-        let (mut sum, mut count) = (0.0, 0.0);
+        let (mut of_a, mut of_b, mut count) = (0.0, 0.0, 0.0);
         for y in y + 1 - half..y + half {
             for x in x + 1 - half..x + half {
-                sum += second(self.a, x, y) * second(self.b, x, y);
+                of_a += second(self.a, x, y).powi(2);
+                of_b += second(self.b, x, y).powi(2);
                 count += 1.0;
             }
         }
-        sum / (36.0 * count)
+        f64::sqrt(of_a * of_b) / (36.0 * count)
     }
 }
 
@@ -155,9 +156,9 @@ fn scatter(samples: &[[f64; 3]], side: usize, noise: f64) -> Option<Worth> {
     let slopes: f64 = 2.0 * SLOPE.iter().map(|w| w * w).sum::<f64>();
     let worth = Worth {
         variance_px2: variance,
-        shared_noise: gain * gain * n * slopes * noise.max(0.0) / hessian,
+        noise: gain.abs() * n * slopes * noise / hessian,
     };
-    (variance.is_finite() && worth.shared_noise.is_finite()).then_some(worth)
+    (variance.is_finite() && worth.noise.is_finite()).then_some(worth)
 }
 
 #[cfg(test)]
@@ -244,24 +245,21 @@ mod tests {
     }
 
     #[test]
-    fn shared_noise_is_known_from_texture_and_from_noise_of_its_own() {
+    fn noise_is_told_from_texture() {
         let mut p = noise(7);
         let shared: Vec<f64> = (0..SIDE * SIDE).map(|_| p()).collect();
-        // Nothing but noise, and the same in both views: q = 1 but for the window's finite number of pixels.
+        // Nothing but white noise, the same in both views: q = 1 but for the window's finite number of pixels.
         let same = picture(|i| shared[i]);
-        let q = worth(&same, &same, 0.0).shared_noise;
+        let q = worth(&same, &same, 0.0).noise;
         assert!((q - 1.0).abs() < 0.2, "{q}");
-        // Each its own: nothing shared but by chance.
-        let mut p = noise(8);
-        let own = picture(|_| p());
-        let q = worth(&same, &own, 0.0).shared_noise;
-        assert!(q < 0.25, "{q}");
-        // Waves of a standard deviation of 1.2 and long slopes: next to nothing.
-        let moved = worth(
-            &picture(|i| waves(i, 0.0)),
-            &picture(|i| waves(i, 0.3)),
-            0.3,
-        );
-        assert!(moved.shared_noise < 0.02, "{}", moved.shared_noise);
+        // Waves of some pixels, and as much again of noise of a tenth of their slope's variance.
+        let moved = [0.0, 0.3].map(|dx| picture(|i| waves(i, dx)));
+        let q = worth(&moved[0], &moved[1], 0.3).noise;
+        assert!(q < 0.02, "{q}");
+        let slope: f64 = 0.5 * (0.31f64.powi(2) + 0.23f64.powi(2) + 0.45f64.powi(2));
+        let sigma = (0.1 * slope / 0.903).sqrt();
+        let noisy = picture(|i| waves(i, 0.0) + sigma * shared[i]);
+        let q = worth(&noisy, &noisy, 0.0).noise;
+        assert!((q - 0.1 / 1.1).abs() < 0.03, "{q}");
     }
 }
