@@ -12,7 +12,8 @@ use quadpixel::image::Image;
 #[test]
 fn a_reader_that_goes_away_ends_the_process_without_a_word() {
     let folder = tempfile::tempdir().unwrap();
-    let picture = Image::from_vec(8, 8, 1, (0..64).map(|i| (i % 7) as f32).collect()).unwrap();
+    let values = (0..64 * 64).map(|i| (i % 7) as f32 / 7.0).collect();
+    let picture = Image::from_vec(64, 64, 1, values).unwrap();
     common::write_exr(&folder.path().join("a.exr"), &picture);
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
