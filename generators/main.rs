@@ -8,7 +8,7 @@ use generators::{
     accuracy, check_command, dataset_command, export, lens_command, merge, preview_command,
     render_command, response_command, study, validate_command,
 };
-use quadpixel::command::{CommandError, use_threads};
+use quadpixel::command::{CommandError, end_with_the_reader, use_threads};
 
 /// Simulates cameras whose pixels see the pupil in parts (dual-pixel, quad-pixel, m×n) and makes training data with them.
 #[derive(Parser)]
@@ -129,6 +129,7 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: Cli, log: Log) -> Result<(), CommandError> {
+    end_with_the_reader()?;
     use_threads(cli.threads)?;
     match cli.command {
         Command::Dataset(args) => dataset_command::run(&args, log),

@@ -43,12 +43,16 @@ impl RcwaModel {
         check_walls(stack)?;
         // Two components for every order in a circle, in silicon parted into classes.
         let functions = |cutoff: f64| 2.0 * PI * (cutoff / step).powi(2);
-        let silicon_cutoff = indices.silicon.re + settings.silicon_margin * step_of_microlens;
-        let in_class = functions(silicon_cutoff) / stack.photodiodes() as f64;
         let above = match stack.metal {
             Some(_) => settings.wall_cutoff.max(settings.lens_cutoff),
             None => settings.lens_cutoff,
         };
+        // Without trenches silicon couples no orders: those that come down are all.
+        let silicon_cutoff = match stack.trench_um > 0.0 {
+            true => indices.silicon.re + settings.silicon_margin * step_of_microlens,
+            false => above,
+        };
+        let in_class = functions(silicon_cutoff) / stack.photodiodes() as f64;
         for (field, functions) in [
             ("functions of a class in silicon (pitch, orders)", in_class),
             (
