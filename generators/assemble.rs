@@ -96,22 +96,16 @@ impl Responses {
                 .map_err(|e| input(&e))?;
             return Ok(Arc::new(Response::Geometric(geometric)));
         }
-        let key = format!("{:?} {subpixels}", recipe.response);
+        let key = key(&recipe.response, subpixels);
         if let Some(response) = self.loaded.get(&key) {
             return Ok(response.clone());
         }
         let table = match &recipe.response {
-            ResponseRecipe::Wave { pixel, stack_scale } => {
-                let mut stack = pixel_stack(pixel, subpixels)?;
-                for layer in &mut stack.layers {
-                    layer.thickness_um *= stack_scale;
-                }
-                stack.check().map_err(|e| input(&e))?;
-                let made = self.cache.get_or_build(
-                    &stack,
-                    &TableSettings::wave_standard_for(&stack),
-                    progress,
-                );
+            ResponseRecipe::Wave { .. } => {
+                let Some((stack, settings)) = wave_table(&recipe.response, subpixels)? else {
+                    unreachable!("a wave table's recipe");
+                };
+                let made = self.cache.get_or_build(&stack, &settings, progress);
                 let made = made.map_err(|e| input(&e))?;
                 let warnings = made.warnings.iter().map(ToString::to_string);
                 self.warnings.extend(warnings);
@@ -141,7 +135,49 @@ impl Responses {
     }
 }
 
+/// By which loaded responses are found again.
+fn key(response: &ResponseRecipe, subpixels: Subpixels) -> String {
+    format!("{response:?} {subpixels}")
+}
+
+/// The pixel of a wave level's recipe and the settings of its table; `None` for other recipes.
+///
+/// # Errors
+/// An unknown pixel, or one that cannot be.
+pub(crate) fn wave_table(
+    response: &ResponseRecipe,
+    subpixels: Subpixels,
+) -> Result<Option<(PixelStack, TableSettings)>, CommandError> {
+    let ResponseRecipe::Wave {
+        pixel,
+        stack_scale,
+        grid,
+    } = response
+    else {
+        return Ok(None);
+    };
+    let mut stack = pixel_stack(pixel, subpixels)?;
+    for layer in &mut stack.layers {
+        layer.thickness_um *= stack_scale;
+    }
+    let checked = stack.check();
+    checked.map_err(|e| CommandError::input(e.to_string()))?;
+    let settings = grid.settings(&stack);
+    Ok(Some((stack, settings)))
+}
+
 impl Responses {
+    /// Takes a response as that of a recipe.
+    pub(crate) fn put(
+        &mut self,
+        recipe: &ResponseRecipe,
+        subpixels: Subpixels,
+        response: Response,
+    ) {
+        self.loaded
+            .insert(key(recipe, subpixels), Arc::new(response));
+    }
+
     /// The kept table of a pixel by a model that takes up to hours, which a dataset does not begin unasked.
     fn kept(
         &mut self,

@@ -10,6 +10,7 @@ pub use readout::ReadoutConfig;
 pub use sweep::SweepConfig;
 pub use tolerances::ToleranceConfig;
 
+use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::sampling::uniform;
 use quadpixel::sensor::ShiftRule;
 use serde::{Deserialize, Serialize};
@@ -17,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use quadpixel::command::CommandError;
 use quadpixel::scene::world::PathSettings;
 
+use crate::preset::WaveGrid;
 use crate::scenes::WorldKind;
 
 /// The default configuration, with comments.
@@ -42,6 +44,12 @@ pub struct DatasetConfig {
     pub exposure_ev: Draw,
     /// Rays a microlens and colour channel.
     pub rays_per_pixel: usize,
+    /// Effects that are simulated: `"auto"`, `"all"`, `"none"` or a list of names.
+    #[serde(default, skip_serializing_if = "Choice::is_auto")]
+    pub effects: Choice,
+    /// Below which `"auto"` leaves an effect out.
+    #[serde(default, skip_serializing_if = "Tolerance::is_default")]
+    pub tolerance: Tolerance,
     /// Focus stacks; absent: a scene a sample.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<SweepConfig>,
@@ -122,6 +130,9 @@ pub enum ResponseConfig {
         /// Thickness of the layers; absent: as the pixels have it.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stack: Option<StackConfig>,
+        /// How finely its table is made.
+        #[serde(default, skip_serializing_if = "WaveGrid::is_standard")]
+        grid: WaveGrid,
     },
     /// FDTD tables of one of these pixels: shipped ones, or those that `qpgen response --model fdtd` has made.
     Fdtd {
@@ -355,7 +366,7 @@ impl DatasetConfig {
         some("scene.charts", self.scene.charts.len())?;
         some("scene.texture_px", self.scene.texture_px)?;
         match &self.response {
-            ResponseConfig::Wave { pixels, stack } => {
+            ResponseConfig::Wave { pixels, stack, .. } => {
                 some("response.pixels", pixels.len())?;
                 if let Some(stack) = stack {
                     some("response.stack.variants", stack.variants)?;
@@ -394,6 +405,7 @@ impl DatasetConfig {
             theta_deg.check("sensor.window.theta_deg", (0.0, 89.0))?;
             phi_deg.check("sensor.window.phi_deg", (-360.0, 360.0))?;
         }
+        crate::planned::checked(&self.tolerance)?;
         self.exposure_ev.check("exposure_ev", (-16.0, 16.0))?;
         if let Some(readout) = &self.readout {
             readout.check()?;

@@ -43,8 +43,13 @@ pub(crate) fn describe(
     let lens_hash = blake3::hash(format!("{:?}", lens.prescription().surfaces).as_bytes())
         .to_hex()
         .to_string();
-    let (pixel, hash, table_nm) = match (response, &recipe.response) {
-        (Response::Table(t), _) => (
+    // An ideal pixel may have taken the place of a table's.
+    let ideal = match (camera.response(), response) {
+        (ResponseLookup::Geometric(g), _) | (_, Response::Geometric(g)) => Some(g),
+        _ => None,
+    };
+    let (pixel, hash, table_nm) = match (ideal, response) {
+        (None, Response::Table(t)) => (
             t.meta().pixel["name"]
                 .as_str()
                 .unwrap_or("unnamed")
@@ -52,13 +57,14 @@ pub(crate) fn describe(
             t.meta().key.clone(),
             t.axes().wavelengths_nm.clone(),
         ),
-        (Response::Geometric(g), _) => (
+        (Some(g), _) | (_, Response::Geometric(g)) => (
             format!("ideal, focal length {} µm", g.focal_length_um()),
             String::new(),
             Vec::new(),
         ),
     };
     let model = match &recipe.response {
+        _ if ideal.is_some() => "geometric".to_string(),
         ResponseRecipe::Wave { .. } => "wave".to_string(),
         ResponseRecipe::Fdtd { .. } => "fdtd".to_string(),
         ResponseRecipe::Rcwa { .. } => "rcwa".to_string(),
@@ -134,7 +140,7 @@ pub(crate) fn describe(
         },
         noise: spec::Noise::None,
         intrinsics: intrinsics(camera),
-        effects: effects(recipe, camera),
+        effects: effects(recipe, camera, lens.prescription().is_dispersive()),
         rays_per_pixel: recipe.render.rays_per_pixel as u32,
         rays: stats.rays,
         lost: spec::LostRays {
@@ -205,7 +211,7 @@ fn intrinsics(camera: &Camera) -> spec::Intrinsics {
     }
 }
 
-fn effects(recipe: &Recipe, camera: &Camera) -> spec::Effects {
+fn effects(recipe: &Recipe, camera: &Camera, dispersive: bool) -> spec::Effects {
     let mut simulated = vec!["lens aberrations", "vignetting", "defocus", "occlusion"];
     let mut left_out = vec![
         (
@@ -250,7 +256,8 @@ fn effects(recipe: &Recipe, camera: &Camera) -> spec::Effects {
     } else {
         left_out.push(("sensor noise", "clean signal asked for"));
     }
-    if camera.is_dispersive() {
+    // What a plan leaves out is moved to the other list when it is known.
+    if dispersive {
         simulated.push("dispersion");
     } else {
         left_out.push(("dispersion", "the lens file has no Abbe numbers"));
@@ -287,7 +294,9 @@ fn effects(recipe: &Recipe, camera: &Camera) -> spec::Effects {
             simulated.push("microlens shift");
             let distortion = "distortion of the response by the microlens shift";
             match camera.response() {
-                ResponseLookup::Shifted(_) => simulated.push(distortion),
+                ResponseLookup::Shifted(_) | ResponseLookup::Fixed(_) => {
+                    simulated.push(distortion);
+                }
                 _ => left_out.push((
                     distortion,
                     "the centred table is looked up in the moving frame",

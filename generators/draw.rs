@@ -120,7 +120,11 @@ pub fn recipe(
     let shot = Dice { index, ..dice };
     let focus_mm = dice.of(&config.lens.focus_mm, For::Focus, 0);
     let (response, pixel_pitch) = match &config.response {
-        ResponseConfig::Wave { pixels, stack } => {
+        ResponseConfig::Wave {
+            pixels,
+            stack,
+            grid,
+        } => {
             let pixel = dice.choice(pixels, For::Pixel, 0).clone();
             let pitch = pitch_of(&pixel)?;
             let stack_scale = stack.map_or(1.0, |stack| {
@@ -129,7 +133,12 @@ pub fn recipe(
                 let key = [For::StackScale as u64, variant];
                 stack.scale.at(dice.seed, &key)
             });
-            (ResponseRecipe::Wave { pixel, stack_scale }, Some(pitch))
+            let recipe = ResponseRecipe::Wave {
+                pixel,
+                stack_scale,
+                grid: *grid,
+            };
+            (recipe, Some(pitch))
         }
         ResponseConfig::Fdtd { pixels } => {
             let pixel = dice.choice(pixels, For::Pixel, 0).clone();
@@ -219,6 +228,8 @@ pub fn recipe(
             rays_per_pixel: config.rays_per_pixel,
             seed: shot.key(For::Render, 0),
         },
+        effects: config.effects.clone(),
+        tolerance: config.tolerance,
         readout: config.readout.as_ref().map(readout).transpose()?,
     })
 }

@@ -1,6 +1,7 @@
 //! A recipe: everything that makes one sample, fully drawn. `qpgen render` reads one from TOML; `qpgen dataset` draws many from
 //! its configuration and records each in the sample's metadata, so that any sample can be rendered again alone.
 
+use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::lens::{Deviation, Misalignment};
 use quadpixel::render::RenderSettings;
 use quadpixel::sensor::ShiftRule;
@@ -9,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::charts::ChartSpec;
 use crate::charts::Mask;
+use crate::preset::WaveGrid;
 use crate::scenes::WorldRecipe;
 
 /// One sample.
@@ -39,6 +41,12 @@ pub struct Recipe {
     pub exposure_ev: f64,
     /// Rays and the seed of their samples.
     pub render: RenderSettings,
+    /// Effects that are simulated: `"auto"`, `"all"`, `"none"` or a list of names.
+    #[serde(default, skip_serializing_if = "Choice::is_auto")]
+    pub effects: Choice,
+    /// Below which `"auto"` leaves an effect out.
+    #[serde(default, skip_serializing_if = "Tolerance::is_default")]
+    pub tolerance: Tolerance,
     /// The sensor's electronics: a noisy capture beside the clean one; absent: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub readout: Option<ReadoutSettings>,
@@ -143,6 +151,9 @@ pub enum ResponseRecipe {
         /// Factor on the thickness of every flat layer between lens and silicon.
         #[serde(default = "one", skip_serializing_if = "is_one")]
         stack_scale: f64,
+        /// How finely its table is made.
+        #[serde(default, skip_serializing_if = "WaveGrid::is_standard")]
+        grid: WaveGrid,
     },
     /// The FDTD table of a pixel: a shipped one, or the one that `qpgen response --model fdtd` has made.
     Fdtd {

@@ -1,15 +1,21 @@
 //! A camera ready to render: the lens at each channel's wavelength, its pupils over the window, the sensor, the response.
 
+mod reduced;
+
+use std::sync::Arc;
+
 use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::frames::uv_from_camera_direction;
 use crate::lens::{
-    ExitPupilMap, Lens, LensError, OpticalSystem, PacketTracer, Paraxial, PupilEllipse, chief_ray,
+    ExitPupilMap, Lens, LensError, OpticalSystem, Paraxial, PupilEllipse, chief_ray,
 };
 use crate::response::{ChiefRayShifts, MovingFrame, Response, ResponseLookup};
 use crate::sensor::{FieldGrid, MicrolensShifts, Sensor, ShiftRule};
 use crate::spectrum::ChannelWavelengths;
+
+use super::tracer::Tracer;
 
 /// Why a camera cannot be put together.
 #[derive(Debug, thiserror::Error)]
@@ -57,12 +63,12 @@ pub struct Camera {
     sensor: Sensor,
     /// R, G, B; a single one when the lens has no dispersion.
     systems: Vec<OpticalSystem>,
-    tracers: Vec<PacketTracer>,
+    tracers: Vec<Tracer>,
     pupils: Pupils,
     shifts: MicrolensShifts,
     chief_rays_beyond: f64,
     microlens_offset_um: DVec2,
-    response: ResponseLookup,
+    response: Arc<ResponseLookup>,
     paraxial: Option<Paraxial>,
     focus_distance_mm: f64,
     wavelengths: ChannelWavelengths,
@@ -127,7 +133,7 @@ impl Camera {
             }
         };
         Ok(Self {
-            tracers: systems.iter().map(PacketTracer::new).collect(),
+            tracers: systems.iter().map(Tracer::surfaces).collect(),
             paraxial: Some(lens.paraxial(wavelengths.reference_nm())?),
             focus_distance_mm: lens.focus_distance_mm(),
             sensor,
@@ -136,7 +142,7 @@ impl Camera {
             shifts,
             chief_rays_beyond: beyond,
             microlens_offset_um: DVec2::ZERO,
-            response: response.at(wavelengths.reference_nm()),
+            response: Arc::new(response.at(wavelengths.reference_nm())),
             wavelengths,
         })
     }
@@ -160,14 +166,14 @@ impl Camera {
             wavelength_nm: wavelengths.reference_nm(),
         };
         Ok(Self {
-            tracers: vec![PacketTracer::new(&system)],
+            tracers: vec![Tracer::surfaces(&system)],
             systems: vec![system],
             sensor,
             pupils: Pupils::Fixed(target),
             shifts: MicrolensShifts::Centred,
             chief_rays_beyond: 0.0,
             microlens_offset_um: DVec2::ZERO,
-            response: response.at(wavelengths.reference_nm()),
+            response: Arc::new(response.at(wavelengths.reference_nm())),
             paraxial: None,
             focus_distance_mm: f64::INFINITY,
             wavelengths,
@@ -226,12 +232,18 @@ impl Camera {
         self.systems[0].sensor_z_mm
     }
     /// The tracer of a channel; `None` where the channel shares the rays of the one before.
-    pub(super) fn tracer(&self, channel: usize) -> Option<&PacketTracer> {
+    pub(super) fn tracer(&self, channel: usize) -> Option<&Tracer> {
         self.tracers.get(channel)
     }
     /// The tracer that serves a channel.
-    pub(super) fn tracer_of(&self, channel: usize) -> &PacketTracer {
+    pub(super) fn tracer_of(&self, channel: usize) -> &Tracer {
         &self.tracers[channel.min(self.tracers.len() - 1)]
+    }
+    /// Slope (dx/dz, dy/dz), camera frame, of the chief ray of a sensor position at the reference wavelength; `None` where there is none.
+    pub(super) fn chief_slope(&self, xy_mm: DVec2) -> Option<DVec2> {
+        let channel = ChannelWavelengths::REFERENCE;
+        self.tracer_of(channel)
+            .chief_slope(self.system(channel), xy_mm)
     }
     /// Bounds of the bundle that passes the lens from a sensor position.
     pub fn pupil_at(&self, xy_mm: DVec2) -> Option<PupilEllipse> {
