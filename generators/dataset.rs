@@ -121,7 +121,7 @@ pub fn make_part(
         for warning in warnings.iter().chain(sample.warnings()) {
             progress.warn(warning);
         }
-        planned::tell(progress, &format!("sample {index}"), sample.decisions());
+        planned::tell(progress, &format!("sample {index}"), &sample);
         stages = stages.plus(sample.stages());
         folder.still_there()?;
         let written = timed(&mut stages.writing_s, || {

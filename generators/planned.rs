@@ -11,6 +11,7 @@ use quadpixel::sensor::readout::ReadoutSettings;
 
 use crate::log::Level;
 use crate::progress::Progress;
+use crate::sample::Sample;
 
 /// Arguments that choose the effects.
 #[derive(Args)]
@@ -76,13 +77,16 @@ pub(crate) fn noise(
 }
 
 /// Says what was left out, and in detail all the rest.
-pub(crate) fn tell(progress: &Progress, what: &str, decisions: &[Decision]) {
-    for decision in decisions {
+pub(crate) fn tell(progress: &Progress, what: &str, sample: &Sample) {
+    for decision in sample.decisions() {
         let level = match decision.verdict.is_left_out() {
             true => Level::Info,
             false => Level::Debug,
         };
         progress.tell(level, &format!("{what}: {decision}"));
+    }
+    if let Some(estimate) = sample.left_out_together() {
+        progress.info(&format!("{what}: left out together: {estimate}"));
     }
 }
 

@@ -169,7 +169,7 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
     for warning in warnings.iter().chain(sample.warnings()) {
         progress.warn(warning);
     }
-    planned::tell(&progress, &name, sample.decisions());
+    planned::tell(&progress, &name, &sample);
     if let (Some(record), Some(path)) = (record, &args.keep_rays) {
         let written = record.write_npz(path, &about);
         written.map_err(|e| CommandError::failed(e.to_string()))?;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use datasets_spec as spec;
-use quadpixel::effects::{Choice, Decision, Effect, Planned, Subject, plan};
+use quadpixel::effects::{Choice, Decision, Effect, Estimate, Planned, Subject, plan};
 use quadpixel::image::Image;
 use quadpixel::image::raster::Levels;
 use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField, DisparityMaps, WhiteField};
@@ -41,6 +41,7 @@ pub struct Sample {
     warnings: Vec<String>,
     description: Description,
     decisions: Vec<Decision>,
+    together: Option<Estimate>,
     stages: Stages,
 }
 
@@ -184,6 +185,7 @@ impl Prepared {
         let Planned {
             subject: Subject { camera, scene },
             mut decisions,
+            together,
         } = planned;
         // Without aberrations, what a pixel sees has moved.
         let lens_left_out =
@@ -282,6 +284,7 @@ impl Prepared {
             warnings,
             description,
             decisions,
+            together,
             mosaic,
         };
         Ok((sample, record))
@@ -312,6 +315,11 @@ impl Sample {
     /// Which effects it was rendered with, and why.
     pub fn decisions(&self) -> &[Decision] {
         &self.decisions
+    }
+
+    /// What the effects that were left out, if they are several, do together.
+    pub fn left_out_together(&self) -> Option<Estimate> {
+        self.together
     }
 
     /// Its description.

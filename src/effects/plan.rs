@@ -61,6 +61,8 @@ pub struct Planned {
     pub subject: Subject,
     /// One an effect, in the order of [`Effect::ALL`].
     pub decisions: Vec<Decision>,
+    /// What leaving out all those does together, where they are more than one that the scene does not call for.
+    pub together: Option<Estimate>,
 }
 
 /// Effects with a cheaper path of their own, in the order in which they are tried: first what saves most.
@@ -96,12 +98,13 @@ pub fn plan(
         });
         return Planned {
             decisions: decisions.collect(),
+            together: None,
             subject: whole,
         };
     }
     let mut judge = Judge::new(&whole, depths_mm, settings);
     let mut subject = whole.clone();
-    let mut decided = Vec::new();
+    let (mut decided, mut sum) = (Vec::new(), None);
     for effect in CANDIDATES {
         let Some(alone) = whole.without(effect) else {
             continue;
@@ -111,13 +114,13 @@ pub fn plan(
             continue;
         }
         let together = subject.without(effect).unwrap_or_else(|| subject.clone());
-        let mut estimate = judge.estimate(effect, &alone, tolerance, wanted.is_none());
+        let estimate = judge.estimate(effect, &alone, tolerance, wanted.is_none());
         let mut below = tolerance.allows(&estimate);
         if below && decided.iter().any(|d: &Decision| d.verdict.is_left_out()) {
-            let sum = judge.estimate(effect, &together, tolerance, true);
-            below = tolerance.allows(&sum);
+            let both = judge.estimate(effect, &together, tolerance, true);
+            below = tolerance.allows(&both);
             if below {
-                estimate = larger(estimate, sum);
+                sum = Some(both);
             }
         }
         let verdict = match wanted {
@@ -141,6 +144,7 @@ pub fn plan(
     });
     Planned {
         decisions: decisions.collect(),
+        together: sum,
         subject,
     }
 }
@@ -170,17 +174,6 @@ fn other(effect: Effect, whole: &Subject, decided: &[Decision], choice: &Choice)
         effect,
         verdict,
         estimate,
-    }
-}
-
-fn larger(a: Estimate, b: Estimate) -> Estimate {
-    let most = |a: Option<f64>, b: Option<f64>| match (a, b) {
-        (Some(a), Some(b)) => Some(a.max(b)),
-        (a, b) => a.or(b),
-    };
-    Estimate {
-        signal_percent: most(a.signal_percent, b.signal_percent),
-        shift_px: most(a.shift_px, b.shift_px),
     }
 }
 

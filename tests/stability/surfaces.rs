@@ -39,11 +39,12 @@ fn in_packet(system: &OpticalSystem, ray: Ray, travel: Travel) -> Result<Ray, Ra
 }
 
 /// From the vertex to the rim, at incidences from normal over critical to grazing, in both senses and in and across the meridian: a ray obeys
-/// Snell's law as a vector to 1e-11 and keeps its length to 1e-12, or is lost for the reason that is true. Both tracers say the same.
+/// Snell's law as a vector to 1e-11 and keeps its length to 1e-12, or is lost for the reason that is true. Both tracers say the same. At aspheres, and
+/// there only, a ray more than 60° off the axis may be lost as one that misses.
 #[test]
 fn grazing_incidence_and_total_reflection_at_every_surface() {
     let (mut passed, mut reflected) = (0, 0);
-    let mut missed: Vec<f64> = Vec::new();
+    let mut missed = 0;
     for (name, surface) in library_surfaces() {
         let mut open = surface.clone();
         open.aperture.semi_mm = f64::INFINITY;
@@ -111,10 +112,10 @@ fn grazing_incidence_and_total_reflection_at_every_surface() {
                             }
                             // A grazing ray may leave the surface's own domain before it meets it.
                             (Err(RayFailure::Missed { .. }), None) => {
-                                println!(
-                                    "missed {name} part {part} {incidence:.3} {travel:?} across {across} sag at {at}"
-                                );
-                                missed.push(incidence);
+                                // Found: at strong aspheres, rays that run more than 60° off the axis may be lost though they meet.
+                                let slanted = direction.z.abs() < 0.5 && open.aspheric_terms > 0;
+                                assert!(slanted, "{name} {part} {incidence}: {direction}");
+                                missed += 1;
                             }
                             other => panic!("{name} {part} {incidence}: {other:?}"),
                         }
@@ -123,7 +124,7 @@ fn grazing_incidence_and_total_reflection_at_every_surface() {
             }
         }
     }
-    println!("{passed} {reflected} {}", missed.len());
+    assert!(missed < passed / 20, "{missed} of {passed}");
     assert!(passed > 1000 && reflected > 500, "{passed} {reflected}");
 }
 
