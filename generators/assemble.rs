@@ -96,16 +96,26 @@ impl Responses {
                 .map_err(|e| input(&e))?;
             return Ok(Arc::new(Response::Geometric(geometric)));
         }
-        let key = key(&recipe.response, subpixels);
+        let wavelengths_nm = recipe.wavelengths()?.all_response_nm();
+        let at_wavelengths = |settings: TableSettings| TableSettings {
+            wavelengths_nm: wavelengths_nm.clone(),
+            ..settings
+        };
+        let key = key(recipe, subpixels)?;
         if let Some(response) = self.loaded.get(&key) {
             return Ok(response.clone());
         }
         let table = match &recipe.response {
             ResponseRecipe::Wave { .. } => {
-                let Some((stack, settings)) = wave_table(&recipe.response, subpixels)? else {
+                let Some((stack, settings)) = wave_table(recipe, subpixels)? else {
                     unreachable!("a wave table's recipe");
                 };
-                let made = self.cache.get_or_build(&stack, &settings, progress);
+                let made = self.cache.get_or_build_each(
+                    &stack,
+                    &settings,
+                    ChannelWavelengths::default().reference_nm(),
+                    progress,
+                );
                 let made = made.map_err(|e| input(&e))?;
                 let warnings = made.warnings.iter().map(ToString::to_string);
                 self.warnings.extend(warnings);
@@ -115,13 +125,17 @@ impl Responses {
                 let stack = pixel_stack(pixel, subpixels)?;
                 let shipped = AngularResponse::shipped_fdtd(&stack);
                 match shipped.map_err(|e| CommandError::failed(e.to_string()))? {
-                    Some(table) => table,
-                    None => self.kept("fdtd", pixel, &stack, &TableSettings::fdtd_standard())?,
+                    // It is of one wavelength.
+                    Some(table) if recipe.spectrum.is_none() => table,
+                    _ => {
+                        let settings = at_wavelengths(TableSettings::fdtd_standard());
+                        self.kept("fdtd", pixel, &stack, &settings)?
+                    }
                 }
             }
             ResponseRecipe::Rcwa { pixel } => {
                 let stack = pixel_stack(pixel, subpixels)?;
-                let settings = TableSettings::rcwa_standard_for(&stack);
+                let settings = at_wavelengths(TableSettings::rcwa_standard_for(&stack));
                 self.kept("rcwa", pixel, &stack, &settings)?
             }
             ResponseRecipe::Table { file } => {
@@ -136,8 +150,9 @@ impl Responses {
 }
 
 /// By which loaded responses are found again.
-fn key(response: &ResponseRecipe, subpixels: Subpixels) -> String {
-    format!("{response:?} {subpixels}")
+fn key(recipe: &Recipe, subpixels: Subpixels) -> Result<String, CommandError> {
+    let nm = recipe.wavelengths()?.all_response_nm();
+    Ok(format!("{:?} {subpixels} {nm:?}", recipe.response))
 }
 
 /// The pixel of a wave level's recipe and the settings of its table; `None` for other recipes.
@@ -145,14 +160,14 @@ fn key(response: &ResponseRecipe, subpixels: Subpixels) -> String {
 /// # Errors
 /// An unknown pixel, or one that cannot be.
 pub(crate) fn wave_table(
-    response: &ResponseRecipe,
+    recipe: &Recipe,
     subpixels: Subpixels,
 ) -> Result<Option<(PixelStack, TableSettings)>, CommandError> {
     let ResponseRecipe::Wave {
         pixel,
         stack_scale,
         grid,
-    } = response
+    } = &recipe.response
     else {
         return Ok(None);
     };
@@ -162,20 +177,27 @@ pub(crate) fn wave_table(
     }
     let checked = stack.check();
     checked.map_err(|e| CommandError::input(e.to_string()))?;
-    let settings = grid.settings(&stack);
+    let settings = TableSettings {
+        wavelengths_nm: recipe.wavelengths()?.all_response_nm(),
+        ..grid.settings(&stack)
+    };
     Ok(Some((stack, settings)))
 }
 
 impl Responses {
     /// Takes a response as that of a recipe.
+    ///
+    /// # Errors
+    /// Bands out of their range.
     pub(crate) fn put(
         &mut self,
-        recipe: &ResponseRecipe,
+        recipe: &Recipe,
         subpixels: Subpixels,
         response: Response,
-    ) {
+    ) -> Result<(), CommandError> {
         self.loaded
-            .insert(key(recipe, subpixels), Arc::new(response));
+            .insert(key(recipe, subpixels)?, Arc::new(response));
+        Ok(())
     }
 
     /// The kept table of a pixel by a model that takes up to hours, which a dataset does not begin unasked.
@@ -192,10 +214,14 @@ impl Responses {
             None
         });
         kept.ok_or_else(|| {
+            let nm: Vec<String> = (settings.wavelengths_nm.iter().map(f64::to_string)).collect();
             CommandError::input(format!(
-                "response: no {model} table of pixel {name} ({}) is shipped or kept; make one first, in up to hours: \
-                 qpgen response --model {model} --pixel {name} --subpixels {}",
-                stack.subpixels, stack.subpixels
+                "response: no {model} table of pixel {name} ({}) at {} nm is shipped or kept; make one first, in up to hours: \
+                 qpgen response --model {model} --pixel {name} --subpixels {} --wavelength-nm {}",
+                stack.subpixels,
+                nm.join(", "),
+                stack.subpixels,
+                nm.join(",")
             ))
         })
     }
@@ -237,7 +263,7 @@ fn focused_camera(
     response: &Response,
     subpixels: Subpixels,
 ) -> Result<Camera, CommandError> {
-    let wavelengths = ChannelWavelengths::default();
+    let wavelengths = recipe.wavelengths()?;
     let centre = match recipe.sensor.window {
         WindowRecipe::Centre => DVec2::ZERO,
         WindowRecipe::Position { x_mm, y_mm } => DVec2::new(x_mm, y_mm),

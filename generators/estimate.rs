@@ -9,8 +9,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use quadpixel::command::CommandError;
+use quadpixel::em::PixelStack;
 use quadpixel::file;
-use quadpixel::response::{Response, ResponseCache, TableSettings, build_table};
+use quadpixel::response::{AngularResponse, Response, ResponseCache, TableSettings, build_table};
 use quadpixel::sensor::Subpixels;
 use quadpixel::shard::Shard;
 use serde::Serialize;
@@ -206,31 +207,60 @@ fn missing_tables(
     let mut looked_at: Vec<ResponseRecipe> = Vec::new();
     let mut seconds = 0.0;
     for &index in &recipes.indices {
-        let response = recipes.draw(config, index)?.response;
-        if looked_at.contains(&response) {
+        let recipe = recipes.draw(config, index)?;
+        if looked_at.contains(&recipe.response) {
             continue;
         }
-        if let Some((stack, settings)) = assemble::wave_table(&response, subpixels)?
-            && !matches!(cache.get(&settings.key(&stack)), Ok(Some(_)))
-        {
-            let coarse = TableSettings {
-                steps: STEPS.min(settings.steps),
-                ..settings.clone()
-            };
-            let began = Instant::now();
-            let built = build_table(&stack, &coarse, None, &|_, _| ())
-                .map_err(|e| CommandError::input(e.to_string()))?;
-            let directions = |s: &TableSettings| directions(s.steps as f64, subpixels);
-            seconds += began.elapsed().as_secs_f64() * directions(&settings) / directions(&coarse);
-            responses.put(&response, subpixels, Response::Table(built.table));
+        if let Some((stack, settings)) = assemble::wave_table(&recipe, subpixels)? {
+            let absent = missing(&cache, &stack, &settings);
+            if absent > 0 {
+                let (one, coarse) = one_table(&stack, &settings)?;
+                seconds += one * absent as f64;
+                responses.put(&recipe, subpixels, Response::Table(coarse))?;
+            }
         }
-        looked_at.push(response);
+        looked_at.push(recipe.response);
     }
     Ok(seconds)
 }
 
+/// Wavelengths of a table that are not kept: each is a file of its own.
+fn missing(cache: &ResponseCache, stack: &PixelStack, settings: &TableSettings) -> usize {
+    let kept = |nm: &&f64| {
+        let one = TableSettings {
+            wavelengths_nm: vec![**nm],
+            ..settings.clone()
+        };
+        matches!(cache.get(&one.key(stack)), Ok(Some(_)))
+    };
+    settings
+        .wavelengths_nm
+        .iter()
+        .filter(|nm| !kept(nm))
+        .count()
+}
+
+/// Seconds that a table of one wavelength will take, by a coarse one, which comes with them.
+fn one_table(
+    stack: &PixelStack,
+    settings: &TableSettings,
+) -> Result<(f64, AngularResponse), CommandError> {
+    let coarse = TableSettings {
+        steps: STEPS.min(settings.steps),
+        wavelengths_nm: settings.wavelengths_nm[..1].to_vec(),
+        ..settings.clone()
+    };
+    let began = Instant::now();
+    let built = build_table(stack, &coarse, None, &|_, _| ())
+        .map_err(|e| CommandError::input(e.to_string()))?;
+    let more =
+        directions(settings.steps, stack.subpixels) / directions(coarse.steps, stack.subpixels);
+    Ok((began.elapsed().as_secs_f64() * more, built.table))
+}
+
 /// Directions that are simulated: of an octant for a pixel that is the same from both sides, else of a quadrant.
-fn directions(steps: f64, subpixels: Subpixels) -> f64 {
+fn directions(steps: usize, subpixels: Subpixels) -> f64 {
+    let steps = steps as f64;
     if subpixels.m() == subpixels.n() {
         (steps + 1.0) * (steps + 2.0) / 2.0
     } else {

@@ -4,6 +4,7 @@
 //! config ─ draw ─▶ recipe ─ assemble ─▶ camera, scene ─ sample ─▶ images and truths ─ writer ─▶ dataset (datasets_spec)
 //! ```
 
+pub mod accuracy;
 pub mod assemble;
 pub mod card;
 pub mod charts;
@@ -25,6 +26,7 @@ pub mod merge;
 mod noisy;
 pub mod pixel_model;
 mod planned;
+pub mod plot;
 pub mod preset;
 pub mod preview;
 pub mod preview_command;

@@ -1,7 +1,7 @@
 //! Three points between speed and accuracy.
 //!
 //! Rays halve the noise of a card's edges for every 3 to 4 times their number (low-discrepancy samples do better than 4); the grid of directions is that of
-//! [`TableSettings`].
+//! [`TableSettings`]. Where channels have bands, 2, 4 or 8 wavelengths stand for each.
 
 use clap::ValueEnum;
 use quadpixel::em::PixelStack;
@@ -66,12 +66,15 @@ pub enum Preset {
 impl Preset {
     /// Puts its numbers in the place of the configuration's.
     pub fn apply(self, config: &mut DatasetConfig) {
-        let (rays, grid) = match self {
-            Self::Draft => (32, WaveGrid::Draft),
-            Self::Standard => (128, WaveGrid::Standard),
-            Self::Reference => (512, WaveGrid::Reference),
+        let (rays, grid, wavelengths) = match self {
+            Self::Draft => (32, WaveGrid::Draft, 2),
+            Self::Standard => (128, WaveGrid::Standard, 4),
+            Self::Reference => (512, WaveGrid::Reference, 8),
         };
         config.rays_per_pixel = rays;
+        if let Some(bands) = &mut config.spectrum {
+            bands.wavelengths = wavelengths;
+        }
         if let ResponseConfig::Wave { grid: own, .. } = &mut config.response {
             *own = grid;
         }

@@ -21,6 +21,8 @@ pub struct Progress {
     reused: AtomicU64,
     began: Instant,
     angles: Mutex<Option<Angles>>,
+    /// When a simulation was last told of.
+    simulation: Mutex<Instant>,
 }
 
 /// Pace of a response table.
@@ -30,8 +32,8 @@ struct Angles {
     told: Instant,
 }
 
-/// How often the angles are told of where no bar is drawn.
-const ANGLES_TOLD_EVERY: Duration = Duration::from_secs(30);
+/// How often angles and simulations are told of where no bar is drawn.
+const TOLD_EVERY: Duration = Duration::from_secs(30);
 
 impl Progress {
     /// Tells on stderr what `log` says of it.
@@ -63,6 +65,7 @@ impl Progress {
             reused: AtomicU64::new(0),
             began: Instant::now(),
             angles: Mutex::new(None),
+            simulation: Mutex::new(Instant::now()),
         }
     }
 
@@ -127,10 +130,24 @@ impl Progress {
         if done == total {
             let text = format!("angular response: {total} angles, {seconds:.1} s");
             self.log.line(Level::Info, &text, &fields);
-        } else if now - angles.told > ANGLES_TOLD_EVERY {
+        } else if now - angles.told > TOLD_EVERY {
             angles.told = now;
             self.log
                 .line(Level::Info, &format!("{text}{left}"), &fields);
+        }
+    }
+
+    /// Tells how far one long simulation has come. Where no bar is drawn, a line every half minute.
+    pub fn simulation(&self, text: &str) {
+        self.bar.set_message(text.to_owned());
+        let mut told = self
+            .simulation
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        if !self.drawn && told.elapsed() > TOLD_EVERY {
+            *told = Instant::now();
+            self.log
+                .line(Level::Info, text, &[("event", "simulation".into())]);
         }
     }
 

@@ -14,7 +14,7 @@ use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel::units::M_PER_MM;
 
 use crate::assemble::{self, Responses};
-use crate::describe::describe;
+use crate::describe::{Exposed, describe};
 use crate::noisy::Noisy;
 use crate::planned;
 use crate::recipe::Recipe;
@@ -263,7 +263,11 @@ impl Prepared {
         decisions.push(noise);
         let noisy = readout.map(expose).transpose()?;
         let noise = noisy.as_ref().map(Noisy::description);
-        let mut description = describe(&recipe, id, &camera, &response, gain, &rendered.stats)?;
+        let exposure = Exposed {
+            gain,
+            white_sr: white.middle_sr(),
+        };
+        let mut description = describe(&recipe, id, &camera, &response, exposure, &rendered.stats)?;
         planned::into_effects(&mut description.effects, &decisions, &recipe.tolerance);
         description.noise = noise.map_or(spec::Noise::None, spec::Noise::Readout);
         let disparity = field.maps(&camera, &geometry.depth_mm);

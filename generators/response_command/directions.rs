@@ -1,12 +1,14 @@
 //! P at a few angles, for a person or a program.
 
 use quadpixel::em::PixelStack;
+use quadpixel::em::fdtd::FdtdProgress;
 use quadpixel::response::{LitPixel, PlaneWaveAnswer, Powers, direction_cosines};
 use quadpixel::sensor::Subpixels;
 use rayon::prelude::*;
 
 use super::ResponseArgs;
 use crate::log::{Level, Log};
+use crate::progress::Progress;
 use quadpixel::command::CommandError;
 
 /// The response to one plane wave.
@@ -40,7 +42,9 @@ pub(super) fn print(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result
             "--phi-deg is {phi}; allowed: a finite angle"
         )));
     }
-    let all = solve(args, stack)?;
+    let progress = Progress::new(log);
+    let all = solve(args, stack, &progress)?;
+    progress.finish();
     for d in &all {
         for warning in &d.answer.warnings {
             let text = format!("theta {}, phi {}: {warning}", d.theta_deg, d.phi_deg);
@@ -61,7 +65,11 @@ pub(super) fn print(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result
     Ok(())
 }
 
-fn solve(args: &ResponseArgs, stack: &PixelStack) -> Result<Vec<Direction>, CommandError> {
+fn solve(
+    args: &ResponseArgs,
+    stack: &PixelStack,
+    progress: &Progress,
+) -> Result<Vec<Direction>, CommandError> {
     let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
     let model = args.model.model();
     let mut all = Vec::new();
@@ -72,7 +80,13 @@ fn solve(args: &ResponseArgs, stack: &PixelStack) -> Result<Vec<Direction>, Comm
         let one = |&(theta_deg, phi_deg): &(f64, f64)| {
             let began = std::time::Instant::now();
             let [u, v] = direction_cosines(theta_deg, phi_deg);
-            let answer = pixel.light(u, v).map_err(|e| input(&e))?;
+            let watch = |run: FdtdProgress| {
+                progress.simulation(&format!(
+                    "{theta_deg}°, φ {phi_deg}°, {wavelength_nm} nm: {:.0} µm/c of light, residual {:.1e}",
+                    run.time_um, run.residual
+                ));
+            };
+            let answer = pixel.light_watched(u, v, &watch).map_err(|e| input(&e))?;
             Ok(Direction {
                 wavelength_nm,
                 theta_deg,

@@ -4,8 +4,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use quadpixel::response::{LitPixel, PixelModel, RejectionRanges, direction_cosines};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::cases::Case;
+use super::kept::Kept;
 use quadpixel::command::CommandError;
 
 /// Most angles on one side of a curve.
@@ -41,6 +43,11 @@ impl Angles {
         })
     }
 
+    /// From 0 to one side, ascending.
+    pub fn one_side(&self) -> Vec<f64> {
+        (0..=self.count).map(|i| i as f64 * self.step_deg).collect()
+    }
+
     /// Of a case, ascending. A centred lens gives one side, its mirror image is the other.
     fn of(&self, case: &Case) -> Vec<f64> {
         let count = self.count as i64;
@@ -53,7 +60,7 @@ impl Angles {
 }
 
 /// One angle. P of left and right is that of one row of sub-pixels (B and A of a quad pixel).
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Point {
     pub theta_deg: f64,
     pub left: f64,
@@ -76,11 +83,12 @@ pub(super) struct Curve {
     pub angles: usize,
 }
 
-/// The curves of all cases, on all threads.
+/// The curves of all cases, on all threads; angles that were kept are not computed again.
 pub(super) fn all(
     cases: &[Case],
     model: &PixelModel,
     angles: &Angles,
+    kept: &Kept,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Vec<Curve>, CommandError> {
     let input = |case: &Case, e: quadpixel::response::ResponseError| {
@@ -97,6 +105,10 @@ pub(super) fn all(
         .collect();
     let done = AtomicUsize::new(0);
     let one = |&(i, theta_deg): &(usize, f64)| {
+        if let Some(point) = kept.point(i, theta_deg) {
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, wanted.len());
+            return Ok(point);
+        }
         let [u, v] = direction_cosines(theta_deg, 0.0);
         let answer = lit[i].light(u, v).map_err(|e| input(&cases[i], e))?;
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, wanted.len());
@@ -106,14 +118,16 @@ pub(super) fn all(
             let own = p.filter(|(k, _)| s.centre(*k).0 * side > 0.0);
             own.map(|(_, p)| p).sum::<f64>() / s.n() as f64
         };
-        Ok(Point {
+        let point = Point {
             theta_deg,
             left: half(-1.0),
             right: half(1.0),
             total: answer.mean.absorbed.iter().sum(),
             reflected: answer.mean.reflected,
             warned: !answer.warnings.is_empty(),
-        })
+        };
+        kept.keep(i, point);
+        Ok(point)
     };
     let points: Result<Vec<Point>, CommandError> = wanted.par_iter().map(one).collect();
     let mut points = points?.into_iter();

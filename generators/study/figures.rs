@@ -8,7 +8,7 @@ use quadpixel::svg::Svg;
 use super::Kind;
 use super::cases::Case;
 use super::curve::{Curve, Point};
-use super::plot::{Line, Panel, whole};
+use crate::plot::{Line, Panel, whole};
 
 const BLUE: &str = "#1f6fd0";
 const GREEN: &str = "#2a9d3a";
@@ -36,14 +36,20 @@ pub(super) fn svg(kind: Kind, cases: &[Case], curves: &[Curve], model: &str) -> 
         | Kind::Tungsten
         | Kind::Cra
         | Kind::FlatField
+        | Kind::Mosaic
         | Kind::Corrected => columns(cases, curves, &[]),
     };
+    let title = format!("{} study, model {model}", kind.name());
+    sheet(&title, &panels)
+}
+
+/// Rows of panels under a title.
+pub(super) fn sheet(title: &str, panels: &[Vec<Panel>]) -> String {
     let widest = panels.iter().map(Vec::len).max().unwrap_or(1);
     let head = 28.0;
     let size = whole() * DVec2::new(widest as f64, panels.len() as f64) + DVec2::new(0.0, head);
     let mut svg = Svg::new(size);
-    let title = format!("{} study, model {model}", kind.name());
-    svg.text(DVec2::new(10.0, 19.0), "start", 13.0, &title);
+    svg.text(DVec2::new(10.0, 19.0), "start", 13.0, title);
     for (j, row) in panels.iter().enumerate() {
         for (i, panel) in row.iter().enumerate() {
             let corner = whole() * DVec2::new(i as f64, j as f64) + DVec2::new(0.0, head);
@@ -117,6 +123,7 @@ fn columns(cases: &[Case], curves: &[Curve], colours: &[&'static str]) -> Vec<Ve
             // Room for the legend.
             y: (0.0, (highest * 1.45 * 10.0).ceil() / 10.0),
             ticks: (10.0, 0.2),
+            decades: false,
             level: None,
             lines,
         });
@@ -143,6 +150,7 @@ fn ratios(title: String, cases: &[(&Case, &Curve, &'static str, &str)]) -> Panel
         x: (centre - RATIO_WITHIN_DEG, centre + RATIO_WITHIN_DEG),
         y: (0.0, LARGEST_RATIO),
         ticks: (10.0, 0.2),
+        decades: false,
         level: Some(REJECTION_THRESHOLD),
         lines: lines.collect(),
     }
@@ -208,6 +216,7 @@ fn pitches(cases: &[Case], curves: &[Curve]) -> Panel {
         x: (1.0, 6.2),
         y: (0.0, 40.0),
         ticks: (1.0, 5.0),
+        decades: false,
         level: None,
         lines,
     }

@@ -1,4 +1,4 @@
-//! `qpgen study`: the paper's studies of the pixel (its Figs. 2, 3, 5, 11, 13, and the lines of section 3.1) with any pixel model, as tables, CSV files and plots.
+//! `qpgen study`: the paper's studies of the pixel (its Figs. 2, 3, 5, 11, 13, the lines of section 3.1, and the worst case of section 4) with any pixel model, as tables, CSV files and plots.
 //!
 //! ```text
 //! kind ─ cases ─▶ pixels and wavelengths ─ curve ─▶ P over θ, ranges ─ report ─▶ CSV, table, JSON
@@ -11,7 +11,8 @@ mod corrected;
 mod curve;
 mod figures;
 mod flat_field;
-mod plot;
+mod kept;
+mod mosaic;
 mod report;
 
 use std::path::{Path, PathBuf};
@@ -21,6 +22,7 @@ use quadpixel::em::PixelStack;
 use quadpixel::file;
 
 use self::curve::Angles;
+use self::kept::Kept;
 use crate::assemble::pixel;
 use crate::log::Log;
 use crate::pixel_model::PixelModelArgs;
@@ -33,8 +35,8 @@ pub struct StudyArgs {
     /// What to study.
     #[arg(value_enum)]
     kind: Kind,
-    /// Pixels of the rejection study, parted by commas, or the one of the cra, flat-field and corrected studies: built-in names or TOML files; absent:
-    /// 3.5um-roc3.5,3.5um, or 3.5um-thin-filter (cra), or 1.6um (flat-field, corrected).
+    /// Pixels of the rejection study, parted by commas, or the one of the cra, flat-field, corrected and mosaic studies: built-in names or TOML files;
+    /// absent: 3.5um-roc3.5,3.5um, or 3.5um-thin-filter (cra), 1.6um (flat-field, corrected), 1.6um-bayer (mosaic).
     #[arg(long, value_delimiter = ',')]
     pixel: Vec<String>,
     /// Lens shifts a pitch of the flat-field study, a multiple of 8.
@@ -54,7 +56,7 @@ pub struct StudyArgs {
     /// Largest angle of incidence, deg, from the chief ray.
     #[arg(long, default_value_t = 50.0)]
     theta_max_deg: f64,
-    /// Folder for KIND.csv and KIND.svg (of flat-field a .png); also KIND-ranges.csv, or cra-shifts.csv.
+    /// Folder for KIND.csv and KIND.svg (of flat-field a .png), and KIND.partial while it runs, with which a killed study goes on; also KIND-ranges.csv, or cra-shifts.csv.
     #[arg(long, default_value = "study")]
     out: PathBuf,
     /// Prints one JSON object on stdout.
@@ -82,6 +84,9 @@ enum Kind {
     Corrected,
     /// Tungsten walls on the 2.8 µm pixel (Fig. 3(b)); needs a vector model.
     Tungsten,
+    /// Crosstalk under a mosaic of colour filters against the period of one colour, the paper's worst case; needs a vector model: qpgen study mosaic
+    /// --model rcwa --preset draft --theta-step-deg 5.
+    Mosaic,
 }
 
 impl Kind {
@@ -96,6 +101,7 @@ impl Kind {
             Self::Cra => "cra",
             Self::FlatField => "flat-field",
             Self::Corrected => "corrected",
+            Self::Mosaic => "mosaic",
         }
     }
 }
@@ -109,6 +115,7 @@ pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
         Kind::Cra => return chief_ray::run(args, log),
         Kind::FlatField => return flat_field::run(args, log),
         Kind::Corrected => return corrected::run(args, log),
+        Kind::Mosaic => return mosaic::run(args, log),
         _ => {}
     }
     let angles = Angles::new(args.theta_step_deg, args.theta_max_deg)?;
@@ -116,7 +123,11 @@ pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     let progress = Progress::new(log.json(args.json));
     let began = std::time::Instant::now();
     let told = |done: usize, total: usize| progress.angles(done, total);
-    let curves = curve::all(&cases, &args.model.model(), &angles, &told)?;
+    let model = args.model.model();
+    file::create_folder(&args.out).map_err(|e| CommandError::failed(e.to_string()))?;
+    let partial = args.out.join(format!("{}.partial", args.kind.name()));
+    let kept = Kept::open(partial, &cases, &model)?;
+    let curves = curve::all(&cases, &model, &angles, &kept, &told)?;
     let points = curves.iter().flat_map(|c| &c.points);
     let warned = points.filter(|p| p.warned).count();
     if warned > 0 {
@@ -127,13 +138,12 @@ pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     progress.finish();
     let seconds = began.elapsed().as_secs_f64();
 
-    file::create_folder(&args.out).map_err(|e| CommandError::failed(e.to_string()))?;
     let name = args.kind.name();
     let write = |file: String, text: &str| -> Result<PathBuf, CommandError> {
         let path = args.out.join(file);
         write(&path, text).map(|()| path)
     };
-    let model = args.model.model().version();
+    let model = model.version();
     let files = [
         write(format!("{name}.csv"), &report::curves_csv(&cases, &curves))?,
         write(
@@ -145,6 +155,7 @@ pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
             &figures::svg(args.kind, &cases, &curves, model),
         )?,
     ];
+    kept.remove();
     if args.json {
         println!(
             "{}",

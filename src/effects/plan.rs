@@ -66,9 +66,10 @@ pub struct Planned {
 }
 
 /// Effects with a cheaper path of their own, in the order in which they are tried: first what saves most.
-const CANDIDATES: [Effect; 5] = [
+const CANDIDATES: [Effect; 6] = [
     Effect::GlobalIllumination,
     Effect::Dispersion,
+    Effect::Wavelengths,
     Effect::Aberrations,
     Effect::CraVariation,
     Effect::PixelDiffraction,

@@ -24,10 +24,11 @@ impl Subject {
         match effect {
             Effect::PixelDiffraction => self.camera.without_pixel_diffraction().map(seen_by),
             Effect::CraVariation => self.camera.without_chief_ray_variation().map(seen_by),
+            Effect::Wavelengths => self.camera.without_band_width().map(seen_by),
             Effect::Dispersion => self.camera.without_dispersion().map(seen_by),
             Effect::Aberrations => self.camera.without_aberrations().map(seen_by),
             Effect::GlobalIllumination => self.in_direct_light(),
-            Effect::Vignetting | Effect::Wavelengths | Effect::Occlusion | Effect::Noise => None,
+            Effect::Vignetting | Effect::Occlusion | Effect::Noise => None,
         }
     }
 
@@ -36,7 +37,7 @@ impl Subject {
         match effect {
             Effect::Vignetting => self.camera.is_real_lens(),
             Effect::Occlusion => self.scene.planes().len() > 1 || self.scene.world().is_some(),
-            Effect::Wavelengths | Effect::Noise => false,
+            Effect::Noise => false,
             other => self.without(other).is_some(),
         }
     }

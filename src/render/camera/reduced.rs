@@ -5,18 +5,34 @@ use std::sync::Arc;
 
 use super::super::tracer::Tracer;
 use super::Camera;
-use crate::lens::{IdealLens, Paraxial};
+use crate::lens::{IdealLens, OpticalSystem, Paraxial};
 use crate::response::{GeometricResponse, ResponseLookup};
 use crate::sensor::MicrolensShifts;
-use crate::spectrum::ChannelWavelengths;
+use crate::spectrum::{Bands, ChannelWavelengths};
 
 impl Camera {
     /// All channels by the rays of the reference wavelength: a third of the rays. `None` where they are already.
     pub fn without_dispersion(&self) -> Option<Self> {
-        let own = ChannelWavelengths::REFERENCE;
+        let system = self.system(ChannelWavelengths::REFERENCE);
         self.is_dispersive().then(|| Self {
-            systems: vec![self.systems[own].clone()],
-            tracers: vec![self.tracers[own].clone()],
+            systems: vec![system.clone()],
+            colours: self.colours.traced_by(system, &self.reference_tracer),
+            ..self.clone()
+        })
+    }
+
+    /// Each channel at one wavelength, the middle of its band, and weighed by the middle one of its responses. `None` where it is so already.
+    pub fn without_band_width(&self) -> Option<Self> {
+        let bands = self.wavelengths.bands().filter(|b| b.wavelengths > 1)?;
+        let one = Bands {
+            wavelengths: 1,
+            ..*bands
+        };
+        let tracers = self.systems.iter().map(|s| self.tracer_like(s));
+        let tracers = tracers.collect::<Option<Vec<_>>>()?;
+        Some(Self {
+            colours: self.colours.of_one_wavelength(&self.systems, tracers),
+            wavelengths: ChannelWavelengths::of_bands(one).ok()?,
             ..self.clone()
         })
     }
@@ -27,21 +43,17 @@ impl Camera {
         if !self.is_real_lens() {
             return None;
         }
-        let image_z_mm = self.paraxial.as_ref()?.image_z_mm(self.focus_distance_mm)?;
-        let ideal = |system: &crate::lens::OpticalSystem| {
-            IdealLens::new(&Paraxial::of_aligned(system), image_z_mm, system.stop)
-                .map(Tracer::Ideal)
-        };
+        let reference = self.system(ChannelWavelengths::REFERENCE);
         Some(Self {
-            tracers: self.systems.iter().map(ideal).collect::<Option<_>>()?,
+            reference_tracer: self.ideal(reference)?,
+            colours: self.colours.retraced(|system| self.ideal(system))?,
             ..self.clone()
         })
     }
 
     /// Whether rays go through the surfaces of a lens, one by one.
     pub fn is_real_lens(&self) -> bool {
-        let real = |t: &Tracer| matches!(t, Tracer::Surfaces(_));
-        self.paraxial.is_some() && self.tracers.iter().all(real)
+        self.paraxial.is_some() && matches!(self.reference_tracer, Tracer::Surfaces(_))
     }
 
     /// Every microlens shifted as the one in the middle of the window is; a response of several shifts is read at this one, as quickly as that of a
@@ -54,35 +66,48 @@ impl Camera {
             return None;
         }
         let middle = self.sensor.centre_mm();
-        let response = match &*self.response {
-            ResponseLookup::Shifted(all) => {
-                let fixed = all.at_shift(self.shift_at_um(middle).to_array());
-                Arc::new(ResponseLookup::Fixed(fixed))
-            }
-            _ => self.response.clone(),
+        let shift_um = self.shift_at_um(middle).to_array();
+        let fixed = |response: &Arc<ResponseLookup>| match &**response {
+            ResponseLookup::Shifted(all) => Arc::new(ResponseLookup::Fixed(all.at_shift(shift_um))),
+            _ => response.clone(),
         };
         Some(Self {
             shifts: MicrolensShifts::Constant {
                 shift_um: self.shifts.at_um(middle),
             },
-            response,
+            colours: self.colours.responding(fixed),
             ..self.clone()
         })
     }
 
     /// The ideal pixel (boxes) whose microlens has the focal length of this one's, H/n of the moving frame: no diffraction, no crosstalk, no
-    /// loss. `None` where it is one already.
+    /// loss, the same at all wavelengths. `None` where it is one already.
     pub fn without_pixel_diffraction(&self) -> Option<Self> {
-        if matches!(*self.response, ResponseLookup::Geometric(_)) {
+        if matches!(self.response(), ResponseLookup::Geometric(_)) {
             return None;
         }
-        let frame = self.response.frame();
+        let frame = self.response_frame();
         let focal_um = frame.height_um / frame.index;
-        let ideal =
-            GeometricResponse::new(self.sensor.subpixels(), self.sensor.pitch_um(), focal_um);
+        let sensor = &self.sensor;
+        let ideal = GeometricResponse::new(sensor.subpixels(), sensor.pitch_um(), focal_um);
+        let ideal = Arc::new(ResponseLookup::Geometric(ideal.ok()?));
         Some(Self {
-            response: Arc::new(ResponseLookup::Geometric(ideal.ok()?)),
+            colours: self.colours.responding(|_| ideal.clone()),
             ..self.clone()
         })
+    }
+
+    /// A tracer of the kind that this camera has.
+    fn tracer_like(&self, system: &OpticalSystem) -> Option<Tracer> {
+        match self.reference_tracer {
+            Tracer::Surfaces(_) => Some(Tracer::surfaces(system)),
+            Tracer::Ideal(_) => self.ideal(system),
+        }
+    }
+
+    /// First-order optics of an optical system in the place of the lens.
+    fn ideal(&self, system: &OpticalSystem) -> Option<Tracer> {
+        let image_z_mm = self.paraxial.as_ref()?.image_z_mm(self.focus_distance_mm)?;
+        IdealLens::new(&Paraxial::of_aligned(system), image_z_mm, system.stop).map(Tracer::Ideal)
     }
 }

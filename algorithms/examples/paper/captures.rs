@@ -1,0 +1,170 @@
+//! The paper's images: Fig. 10, Fig. 15 and Table 2.
+//!
+//! "ML-1" and "ML-2" are the stand-ins of the lens library; the paper's own tables are not public to us.
+
+use quadpixel::command::CommandError;
+use serde_json::Value;
+
+use crate::tools::Tools;
+
+/// Setups of Table 2: name for people, name for files.
+pub const SETUPS: [(&str, &str); 3] = [
+    ("ML-1 classic", "ml1-classic"),
+    ("ML-1 diffractive", "ml1-diffractive"),
+    ("ML-2 diffractive, Table 1 defects", "ml2-diffractive"),
+];
+/// Positions of Table 2, likewise, with the window.
+pub const POSITIONS: [(&str, &str, &str); 2] = [
+    ("centre", "centre", r#"{ at = "centre" }"#),
+    (
+        "10°/45°",
+        "corner",
+        r#"{ at = "chief-ray-angle", theta_deg = 10, phi_deg = 45 }"#,
+    ),
+];
+
+const ML1: &str = "name = \"wide_US20120327520A1_emb3\"\nfocus_mm = 750";
+const ML2: &str = "name = \"tele_US10571665B2_220b\"\nfocus_mm = 750
+misalignments = [{ element = 1, dz_um = 1.5 }, { element = 2, dx_um = 6, dy_um = 6 },
+  { element = \"mirror\", tip_deg = 0.625, tilt_deg = 0.25 }, { element = 3, dx_um = 9, dy_um = 5, tip_deg = 0.2, tilt_deg = 0.2 },
+  { element = 4, dx_um = 4, dy_um = 2.5 }]";
+const ALPHABET: &str = "chart = { kind = \"alphabet\" }\nchart_seed = 1";
+const NOISE: &str = "chart = { kind = \"noise\", exponent = 1.0, contrast = 0.2, cutoff_texels = 40 }\nchart_seed = 7";
+
+/// One capture of a flat chart at 750 mm.
+struct Recipe<'a> {
+    lens: &'a str,
+    pixel: &'a str,
+    pitch_um: f64,
+    classic: bool,
+    side: usize,
+    window: &'a str,
+    chart: &'a str,
+    texture_px: usize,
+    rays: usize,
+}
+
+impl Recipe<'_> {
+    fn toml(&self) -> String {
+        let response = if self.classic {
+            // F/2 of the microlens: the cone of eq. 2 holds the lens's.
+            format!("model = \"geometric\"\npixel = \"{}\"", self.pixel)
+        } else {
+            format!("model = \"wave\"\npixel = \"{}\"", self.pixel)
+        };
+        format!(
+            "environment = [0, 0, 0]\n[lens]\n{}\n[sensor]\npitch_um = {}\nsubpixels = \"2x2\"\nwidth = {side}\nheight = {side}\nwindow = {}\n\
+             microlens_shift = {{ rule = \"chief-ray\" }}\n[response]\n{response}\n[[planes]]\n{}\ntexture_px = {}\ndistance_mm = 750\n\
+             [render]\nrays_per_pixel = {}\nseed = 3\n",
+            self.lens,
+            self.pitch_um,
+            self.window,
+            self.chart,
+            self.texture_px,
+            self.rays,
+            side = self.side
+        )
+    }
+}
+
+/// What `qpalgo table` measured.
+pub struct Captures {
+    pub table: Value,
+}
+
+/// Renders, corrects, measures.
+pub fn all(tools: &Tools) -> Result<Captures, CommandError> {
+    charts(tools)?;
+    let (side, rays) = if tools.quick { (64, 32) } else { (150, 512) };
+    let mut list = String::new();
+    for (setup, file) in SETUPS {
+        for (position, place, window) in POSITIONS {
+            let name = |chart: &str| format!("{file}-{place}-{chart}");
+            for (chart, text) in [("noise", NOISE), ("alphabet", ALPHABET)] {
+                let recipe = Recipe {
+                    lens: if file.starts_with("ml1") { ML1 } else { ML2 },
+                    pixel: "1.6um",
+                    pitch_um: 1.6,
+                    classic: file.ends_with("classic"),
+                    side,
+                    window,
+                    chart: text,
+                    texture_px: 1024,
+                    rays,
+                };
+                render(tools, &name(chart), &recipe)?;
+            }
+            let (noise, text) = (name("noise"), name("alphabet"));
+            list += &format!(
+                "[[row]]\nsetup = \"{setup}\"\nposition = \"{position}\"\ncalibration = \"{noise}\"\ncapture = \"{text}\"\n"
+            );
+            correct(tools, &noise, &text)?;
+        }
+    }
+    tools.write("table2.toml", &list)?;
+    let table = ["table", "table2.toml", "-o", "table2"];
+    Ok(Captures {
+        table: tools.json("table2", "qpalgo", &table)?,
+    })
+}
+
+/// Fig. 10: the charts on a sensor of 1.75 µm sub-pixels.
+fn charts(tools: &Tools) -> Result<(), CommandError> {
+    for (name, chart) in [
+        (
+            "fig10-resolution",
+            "chart = { kind = \"resolution\" }\nchart_seed = 1",
+        ),
+        ("fig10-alphabet", ALPHABET),
+    ] {
+        let recipe = Recipe {
+            lens: ML1,
+            pixel: "3.5um",
+            pitch_um: 3.5,
+            classic: false,
+            side: if tools.quick { 96 } else { 480 },
+            window: r#"{ at = "centre" }"#,
+            chart,
+            texture_px: 2048,
+            rays: if tools.quick { 16 } else { 128 },
+        };
+        render(tools, name, &recipe)?;
+        views(tools, name)?;
+    }
+    Ok(())
+}
+
+fn render(tools: &Tools, name: &str, recipe: &Recipe) -> Result<(), CommandError> {
+    let file = format!("{name}.toml");
+    tools.write(&file, &recipe.toml())?;
+    tools.step(name, "qpgen", &["render", &file, "--out", name, "-q"])?;
+    Ok(())
+}
+
+/// Views and their sums of a capture, as pictures.
+fn views(tools: &Tools, name: &str) -> Result<(), CommandError> {
+    let out = format!("{name}-views");
+    tools.step(&out, "qpalgo", &["sai", name, "-o", &out])?;
+    Ok(())
+}
+
+/// Raw and corrected sums for the eye, as the paper corrects: by block matching.
+fn correct(tools: &Tools, noise: &str, text: &str) -> Result<(), CommandError> {
+    views(tools, text)?;
+    let camera = format!("{noise}-camera");
+    let file = format!("{camera}.json");
+    let calibrate = [
+        "correct-aberrations",
+        "--calibration",
+        noise,
+        "--align",
+        "texture",
+        "-o",
+        &file,
+    ];
+    tools.step(&camera, "qpalgo", &calibrate)?;
+    let out = format!("{text}-corrected");
+    let apply = ["correct-aberrations", "--apply", &file, text, "-o", &out];
+    tools.step(&out, "qpalgo", &apply)?;
+    Ok(())
+}
