@@ -19,10 +19,11 @@ use quadpixel::scene::world::{
 };
 use quadpixel::scene::{Scene, TexturedPlane};
 use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
-use quadpixel::spectrum::ChannelWavelengths;
+use quadpixel::spectrum::{Bands, ChannelWavelengths};
 
 use Effect::{
     Aberrations, CraVariation, Dispersion, GlobalIllumination, PixelDiffraction, Vignetting,
+    Wavelengths,
 };
 
 /// A scene and what `auto` is to leave out of it.
@@ -41,6 +42,7 @@ struct Make<'a> {
     side: usize,
     rule: ShiftRule,
     response: Response,
+    wavelengths: ChannelWavelengths,
 }
 
 fn boxes(m: usize, n: usize, pitch_um: f64, focal_um: f64) -> Response {
@@ -61,6 +63,7 @@ impl Make<'_> {
             side: 24,
             rule: ShiftRule::ChiefRay,
             response,
+            wavelengths: ChannelWavelengths::default(),
         }
     }
 
@@ -82,6 +85,7 @@ impl Make<'_> {
             side: 16,
             rule: ShiftRule::ChiefRay,
             response,
+            wavelengths: ChannelWavelengths::default(),
         }
     }
 
@@ -98,7 +102,7 @@ impl Make<'_> {
         let r = &self.response;
         let size = (self.side, self.side);
         let sensor = Sensor::new(r.pitch_um(), r.subpixels(), size, self.centre).unwrap();
-        Camera::new(lens, sensor, self.rule, r, ChannelWavelengths::default()).unwrap()
+        Camera::new(lens, sensor, self.rule, r, self.wavelengths).unwrap()
     }
 
     fn camera(&self) -> Camera {
@@ -301,6 +305,21 @@ pub fn all() -> Vec<Case> {
                 Dispersion,
                 Aberrations,
                 Vignetting,
+            ],
+        ),
+        on_card(
+            "f/22, large pixels, four wavelengths a channel",
+            &Make {
+                wavelengths: ChannelWavelengths::of_bands(Bands::default()).unwrap(),
+                ..Make::simple(wide())
+            },
+            1.0,
+            &[
+                CraVariation,
+                Dispersion,
+                Aberrations,
+                Vignetting,
+                Wavelengths,
             ],
         ),
         on_card(

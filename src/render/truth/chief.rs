@@ -17,7 +17,6 @@ use crate::sampling::hash;
 use crate::scene::world::PathKey;
 use crate::scene::{Hits, NO_SURFACE, RaySlices, Scene};
 use crate::sensor::FieldGrid;
-use crate::spectrum::ChannelWavelengths;
 
 /// Places along each side of the pixel at which the target is sampled.
 const TARGET_SIDE: usize = 4;
