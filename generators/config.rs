@@ -13,6 +13,7 @@ pub use tolerances::ToleranceConfig;
 pub use world::{WorldConfig, WorldFileConfig};
 
 use datasets_spec::MosaicPattern;
+use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::response::ShiftGrid;
 use quadpixel::sampling::uniform;
 use quadpixel::sensor::ShiftRule;
@@ -20,6 +21,8 @@ use quadpixel::spectrum::Bands;
 use serde::{Deserialize, Serialize};
 
 use quadpixel::command::CommandError;
+
+use crate::preset::WaveGrid;
 
 /// The default configuration, with comments.
 pub const DEFAULT_TOML: &str = include_str!("default.toml");
@@ -47,6 +50,12 @@ pub struct DatasetConfig {
     pub exposure_ev: Draw,
     /// Rays a microlens and colour channel.
     pub rays_per_pixel: usize,
+    /// Effects that are simulated: `"auto"`, `"all"`, `"none"` or a list of names.
+    #[serde(default, skip_serializing_if = "Choice::is_auto")]
+    pub effects: Choice,
+    /// Below which `"auto"` leaves an effect out.
+    #[serde(default, skip_serializing_if = "Tolerance::is_default")]
+    pub tolerance: Tolerance,
     /// Focus stacks; absent: a scene a sample.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<SweepConfig>,
@@ -133,6 +142,9 @@ pub enum ResponseConfig {
         /// Lens shifts a pitch of a table of all lens shifts; absent: the table of the centred lens, moved along with the lens.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         shifts: Option<usize>,
+        /// How finely its table is made.
+        #[serde(default, skip_serializing_if = "WaveGrid::is_standard")]
+        grid: WaveGrid,
     },
     /// FDTD tables of one of these pixels: shipped ones, or those that `qpgen response --model fdtd` has made.
     Fdtd {
@@ -325,9 +337,15 @@ impl DatasetConfig {
                 pixels,
                 stack,
                 shifts,
+                grid,
             } => {
                 some("response.pixels", pixels.len())?;
                 check_shifts(*shifts)?;
+                if shifts.is_some() && !grid.is_standard() {
+                    return Err(CommandError::input(
+                        "response.grid with response.shifts; allowed: one of them (a table of all lens shifts has its own grid)",
+                    ));
+                }
                 if let Some(stack) = stack {
                     some("response.stack.variants", stack.variants)?;
                     stack.scale.check("response.stack.scale", (0.5, 2.0))?;
@@ -372,6 +390,7 @@ impl DatasetConfig {
             theta_deg.check("sensor.window.theta_deg", (0.0, 89.0))?;
             phi_deg.check("sensor.window.phi_deg", (-360.0, 360.0))?;
         }
+        crate::planned::checked(&self.tolerance)?;
         self.exposure_ev.check("exposure_ev", (-16.0, 16.0))?;
         if let Some(readout) = &self.readout {
             readout.check()?;

@@ -133,6 +133,7 @@ pub fn recipe(
             pixels,
             stack,
             shifts,
+            grid,
         } => {
             let shifts = *shifts;
             let pixel = dice.choice(pixels, For::Pixel, 0).clone();
@@ -147,6 +148,7 @@ pub fn recipe(
                 pixel,
                 stack_scale,
                 shifts,
+                grid: *grid,
             };
             (wave, Some(pitch))
         }
@@ -241,6 +243,8 @@ pub fn recipe(
             rays_per_pixel: config.rays_per_pixel,
             seed: shot.key(For::Render, 0),
         },
+        effects: config.effects.clone(),
+        tolerance: config.tolerance,
         readout: config.readout.as_ref().map(readout).transpose()?,
     })
 }

@@ -8,6 +8,7 @@
 //! ```
 
 pub mod command;
+pub mod effects;
 pub mod em;
 pub mod file;
 pub mod frames;
