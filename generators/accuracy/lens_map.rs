@@ -111,8 +111,7 @@ impl LensMap {
 
     /// Terms at one ray, in the order in which [`Self::map`] sums them.
     fn values(&self, x: DVec2, p: DVec2) -> Vec<f64> {
-        let [a, b, c] = [2.0 * x.dot(x) - 1.0, x.dot(p), 2.0 * p.dot(p) - 1.0]
-            .map(|t| chebyshev(t, self.degree));
+        let [a, b, c] = self.invariants(x, p).map(|t| chebyshev(t, self.degree));
         let mut all = Vec::with_capacity(terms(self.degree));
         for i in 0..=self.degree {
             for j in 0..=self.degree - i {
@@ -229,7 +228,8 @@ mod tests {
 
     #[test]
     fn a_lens_that_is_a_polynomial_comes_back() {
-        let at = |i: usize, k: i32| (0.5 + i as f64 * 1.32471795f64.powi(-k)).fract() * 2.0 - 1.0;
+        let at =
+            |i: usize, k: i32| (0.5 + i as f64 * 1.324_717_95_f64.powi(-k)).fract() * 2.0 - 1.0;
         let rays: Vec<Traced> = (0..600)
             .map(|i| {
                 let (x, p) = (
