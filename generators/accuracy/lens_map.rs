@@ -113,9 +113,9 @@ impl LensMap {
     fn values(&self, x: DVec2, p: DVec2) -> Vec<f64> {
         let [a, b, c] = self.invariants(x, p).map(|t| chebyshev(t, self.degree));
         let mut all = Vec::with_capacity(terms(self.degree));
-        for i in 0..=self.degree {
-            for j in 0..=self.degree - i {
-                all.extend((0..=self.degree - i - j).map(|k| a[i] * b[j] * c[k]));
+        for (i, a) in a.iter().enumerate() {
+            for (j, b) in b[..=self.degree - i].iter().enumerate() {
+                all.extend(c[..=self.degree - i - j].iter().map(|c| a * b * c));
             }
         }
         all
@@ -183,7 +183,8 @@ fn powers(t: [f64; LANES], degree: usize) -> [[f64; LANES]; LARGEST_DEGREE + 1] 
 }
 
 fn chebyshev(t: f64, degree: usize) -> Vec<f64> {
-    powers([t; LANES], degree).iter().map(|p| p[0]).collect()
+    let all = powers([t; LANES], degree);
+    all[..=degree].iter().map(|p| p[0]).collect()
 }
 
 /// Terms T_i T_j T_k with i + j + k ≤ n.

@@ -40,7 +40,7 @@ pub(super) fn table(size: Size) -> Result<Table, CommandError> {
 
 fn of(plan: &Plan) -> Result<Table, CommandError> {
     let work = Work::new(plan.side)?;
-    let camera = work.camera(ChannelWavelengths::default().rgb_nm)?;
+    let camera = work.camera(ChannelWavelengths::default())?;
     let subpixels = camera.sensor().subpixels().count() as f64;
     let (mut curves, mut notes) = (Vec::new(), Vec::new());
     for (name, distance_mm) in DISTANCES {

@@ -55,14 +55,16 @@ fn middles(middle_nm: f64, count: usize) -> Vec<f64> {
 
 /// The chart in focus: what the lens's dispersion in a band does.
 fn image(work: &Work, reference: usize) -> Result<Curve, CommandError> {
-    let rgb_nm = ChannelWavelengths::default().rgb_nm;
-    let scene = work.scene(&work.camera(rgb_nm)?, FOCUS_MM, 7)?;
-    let mean = |count: usize, rounds: usize| -> Result<(f64, Vec<f32>), CommandError> {
-        let bands = rgb_nm.map(|nm| middles(nm, count));
+    let mut wavelengths = ChannelWavelengths::default();
+    let middles_nm = wavelengths.rgb_nm;
+    let scene = work.scene(&work.camera(wavelengths)?, FOCUS_MM, 7)?;
+    let mut mean = |count: usize, rounds: usize| -> Result<(f64, Vec<f32>), CommandError> {
+        let [red, green, blue] = middles_nm.map(|nm| middles(nm, count));
         let mut sum: Vec<f32> = Vec::new();
         let mut seconds = 0.0;
-        for i in 0..count {
-            let camera = work.camera([0, 1, 2].map(|c| bands[c][i]))?;
+        for ((red, green), blue) in red.into_iter().zip(green).zip(blue) {
+            wavelengths.rgb_nm = [red, green, blue];
+            let camera = work.camera(wavelengths)?;
             let (time, image) = best_of(rounds, || mosaic(&camera, &scene, RAYS, 1));
             seconds += time;
             sum.resize(image.len(), 0.0);
