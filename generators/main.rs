@@ -57,9 +57,11 @@ enum Command {
     /// Example: qpgen response --pixel 1.6um --theta-deg 0,5,10 --phi-deg 0
     #[command(verbatim_doc_comment)]
     Response(response_command::ResponseArgs),
-    /// The paper's studies of the pixel: rejection ratio, microlenses, pitch, wavelength, filter, tungsten.
+    /// The paper's studies of the pixel: rejection ratio, microlenses, pitch, wavelength, filter, tungsten, mosaic.
     ///
     /// Example: qpgen study rejection --pixel 3.5um,2.8um --out study
+    ///
+    /// Example: qpgen study mosaic --model rcwa --preset draft --theta-step-deg 5 --out study
     #[command(verbatim_doc_comment)]
     Study(study::StudyArgs),
     /// Experiments 1 and 2 of the paper's section 2.2.2: does the renderer give back the response put in?

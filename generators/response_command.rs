@@ -1,5 +1,6 @@
 //! `qpgen response`: a pixel's angular response, as a table for the renderer or at a few angles for a person.
 
+mod colours;
 mod directions;
 
 use std::path::{Path, PathBuf};
@@ -13,6 +14,7 @@ use quadpixel::response::{
 };
 use quadpixel::shard::Shard;
 
+use self::colours::ColourArg;
 use crate::assemble::{pixel, subpixels};
 use crate::log::Log;
 use crate::pixel_model::PixelModelArgs;
@@ -29,6 +31,10 @@ pub struct ResponseArgs {
     /// Sub-pixels, columns x rows; absent: as the pixel says.
     #[arg(long)]
     subpixels: Option<String>,
+    /// Colour of the microlens, of a pixel in a mosaic of colour filters (1.6um-bayer; models rcwa, fdtd); all: a table of each, of one simulation;
+    /// absent: as the pixel says.
+    #[arg(long, value_enum)]
+    colour: Option<ColourArg>,
     #[command(flatten)]
     model: PixelModelArgs,
     /// Wavelengths, nm, parted by commas.
@@ -91,8 +97,15 @@ pub fn run(args: &ResponseArgs, log: Log) -> Result<(), CommandError> {
     if let Some(name) = &args.subpixels {
         stack.subpixels = subpixels(name)?;
     }
+    let all_colours = match args.colour {
+        Some(colour) => colours::choose(colour, &mut stack)?,
+        None => false,
+    };
     if args.print_pixel {
         return print_pixel(args, &stack);
+    }
+    if all_colours {
+        return colours::tables(args, &stack, log);
     }
     if let Some(csv) = &args.import {
         import(args, &stack, csv)
@@ -104,7 +117,8 @@ pub fn run(args: &ResponseArgs, log: Log) -> Result<(), CommandError> {
 }
 
 fn print_pixel(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandError> {
-    let commented = PixelStack::builtin_toml(&args.pixel).filter(|_| args.subpixels.is_none());
+    let commented = PixelStack::builtin_toml(&args.pixel)
+        .filter(|_| args.subpixels.is_none() && args.colour.is_none());
     match commented {
         Some(text) => print!("{text}"),
         None => {

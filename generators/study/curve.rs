@@ -43,6 +43,11 @@ impl Angles {
         })
     }
 
+    /// From 0 to one side, ascending.
+    pub fn one_side(&self) -> Vec<f64> {
+        (0..=self.count).map(|i| i as f64 * self.step_deg).collect()
+    }
+
     /// Of a case, ascending. A centred lens gives one side, its mirror image is the other.
     fn of(&self, case: &Case) -> Vec<f64> {
         let count = self.count as i64;

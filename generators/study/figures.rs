@@ -36,14 +36,20 @@ pub(super) fn svg(kind: Kind, cases: &[Case], curves: &[Curve], model: &str) -> 
         | Kind::Tungsten
         | Kind::Cra
         | Kind::FlatField
+        | Kind::Mosaic
         | Kind::Corrected => columns(cases, curves, &[]),
     };
+    let title = format!("{} study, model {model}", kind.name());
+    sheet(&title, &panels)
+}
+
+/// Rows of panels under a title.
+pub(super) fn sheet(title: &str, panels: &[Vec<Panel>]) -> String {
     let widest = panels.iter().map(Vec::len).max().unwrap_or(1);
     let head = 28.0;
     let size = whole() * DVec2::new(widest as f64, panels.len() as f64) + DVec2::new(0.0, head);
     let mut svg = Svg::new(size);
-    let title = format!("{} study, model {model}", kind.name());
-    svg.text(DVec2::new(10.0, 19.0), "start", 13.0, &title);
+    svg.text(DVec2::new(10.0, 19.0), "start", 13.0, title);
     for (j, row) in panels.iter().enumerate() {
         for (i, panel) in row.iter().enumerate() {
             let corner = whole() * DVec2::new(i as f64, j as f64) + DVec2::new(0.0, head);

@@ -1,4 +1,4 @@
-//! `qpgen study`: the paper's studies of the pixel (its Figs. 2, 3, 5, 11, 13, and the lines of section 3.1) with any pixel model, as tables, CSV files and plots.
+//! `qpgen study`: the paper's studies of the pixel (its Figs. 2, 3, 5, 11, 13, the lines of section 3.1, and the worst case of section 4) with any pixel model, as tables, CSV files and plots.
 //!
 //! ```text
 //! kind ─ cases ─▶ pixels and wavelengths ─ curve ─▶ P over θ, ranges ─ report ─▶ CSV, table, JSON
@@ -12,6 +12,7 @@ mod curve;
 mod figures;
 mod flat_field;
 mod kept;
+mod mosaic;
 mod report;
 
 use std::path::{Path, PathBuf};
@@ -34,8 +35,8 @@ pub struct StudyArgs {
     /// What to study.
     #[arg(value_enum)]
     kind: Kind,
-    /// Pixels of the rejection study, parted by commas, or the one of the cra, flat-field and corrected studies: built-in names or TOML files; absent:
-    /// 3.5um-roc3.5,3.5um, or 3.5um-thin-filter (cra), or 1.6um (flat-field, corrected).
+    /// Pixels of the rejection study, parted by commas, or the one of the cra, flat-field, corrected and mosaic studies: built-in names or TOML files;
+    /// absent: 3.5um-roc3.5,3.5um, or 3.5um-thin-filter (cra), 1.6um (flat-field, corrected), 1.6um-bayer (mosaic).
     #[arg(long, value_delimiter = ',')]
     pixel: Vec<String>,
     /// Lens shifts a pitch of the flat-field study, a multiple of 8.
@@ -83,6 +84,9 @@ enum Kind {
     Corrected,
     /// Tungsten walls on the 2.8 µm pixel (Fig. 3(b)); needs a vector model.
     Tungsten,
+    /// Crosstalk under a mosaic of colour filters against the period of one colour, the paper's worst case; needs a vector model: qpgen study mosaic
+    /// --model rcwa --preset draft --theta-step-deg 5.
+    Mosaic,
 }
 
 impl Kind {
@@ -97,6 +101,7 @@ impl Kind {
             Self::Cra => "cra",
             Self::FlatField => "flat-field",
             Self::Corrected => "corrected",
+            Self::Mosaic => "mosaic",
         }
     }
 }
@@ -110,6 +115,7 @@ pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
         Kind::Cra => return chief_ray::run(args, log),
         Kind::FlatField => return flat_field::run(args, log),
         Kind::Corrected => return corrected::run(args, log),
+        Kind::Mosaic => return mosaic::run(args, log),
         _ => {}
     }
     let angles = Angles::new(args.theta_step_deg, args.theta_max_deg)?;

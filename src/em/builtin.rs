@@ -8,7 +8,7 @@ use super::{Material, PixelStack, StackError};
 use crate::sensor::Subpixels;
 
 /// Name and file.
-const FILES: [(&str, &str); 7] = [
+const FILES: [(&str, &str); 8] = [
     ("3.5um", include_str!("pixels/3.5um.toml")),
     ("3.5um-roc3.5", include_str!("pixels/3.5um-roc3.5.toml")),
     (
@@ -18,6 +18,7 @@ const FILES: [(&str, &str); 7] = [
     ("2.8um", include_str!("pixels/2.8um.toml")),
     ("2.8um-tungsten", include_str!("pixels/2.8um-tungsten.toml")),
     ("1.6um", include_str!("pixels/1.6um.toml")),
+    ("1.6um-bayer", include_str!("pixels/1.6um-bayer.toml")),
     ("6um-dual", include_str!("pixels/6um-dual.toml")),
 ];
 
@@ -59,11 +60,12 @@ impl PixelStack {
                 material: resin,
             },
             metal: None,
+            mosaic: None,
         }
     }
 
     /// Names that [`Self::builtin`] knows.
-    pub fn builtin_names() -> [&'static str; 7] {
+    pub fn builtin_names() -> [&'static str; 8] {
         FILES.map(|(name, _)| name)
     }
 
@@ -74,7 +76,7 @@ impl PixelStack {
             None => Err(StackError::value(
                 "name",
                 name,
-                "3.5um, 3.5um-roc3.5, 3.5um-thin-filter, 2.8um, 2.8um-tungsten, 1.6um, 6um-dual, or a .toml file",
+                "3.5um, 3.5um-roc3.5, 3.5um-thin-filter, 2.8um, 2.8um-tungsten, 1.6um, 1.6um-bayer, 6um-dual, or a .toml file",
             )),
         }
     }
@@ -122,8 +124,8 @@ mod tests {
             ("2.8um-tungsten", tungsten),
             ("1.6um", best(1.6, 0.75)),
         ];
-        // All but the dual pixel, which is not the paper's.
-        assert_eq!(meant.len() + 1, PixelStack::builtin_names().len());
+        // All but the dual pixel, which is not the paper's, and the mosaic.
+        assert_eq!(meant.len() + 2, PixelStack::builtin_names().len());
         for (name, meant) in meant {
             let meant = PixelStack {
                 name: name.into(),
@@ -131,6 +133,16 @@ mod tests {
             };
             assert_eq!(PixelStack::builtin(name).unwrap(), meant);
         }
+    }
+
+    #[test]
+    fn the_mosaic_is_the_small_pixel_under_other_filters() {
+        let mut mosaic = PixelStack::builtin("1.6um-bayer").unwrap();
+        let small = PixelStack::builtin("1.6um").unwrap();
+        mosaic.mosaic = None;
+        mosaic.name.clone_from(&small.name);
+        mosaic.layers[1].material = small.layers[1].material.clone();
+        assert_eq!(mosaic, small);
     }
 
     #[test]

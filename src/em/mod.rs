@@ -3,6 +3,7 @@
 mod builtin;
 pub mod fdtd;
 mod material;
+pub mod mosaic;
 pub mod multilayer;
 pub mod rcwa;
 mod stack;

@@ -49,9 +49,14 @@ pub struct FlatStack {
 }
 
 impl FlatStack {
-    /// The pixel with its lens flattened at its mean height and no trenches or walls, its counted silicon as last layer, silicon below.
+    /// The pixel with its lens flattened at its mean height and no trenches or walls, its counted silicon as last layer, silicon below. Refuses a
+    /// mosaic.
     pub fn of_pixel(stack: &PixelStack, wavelength_nm: f64) -> Result<Self, StackError> {
         stack.check()?;
+        if stack.mosaic.is_some() {
+            let allowed = "none in a flat stack, which has one filter";
+            return Err(StackError::value("mosaic", "there", allowed));
+        }
         let n = stack.indices(wavelength_nm)?;
         let mut layers = vec![(n.lens, stack.mean_lens_height_um())];
         layers.extend(

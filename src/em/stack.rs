@@ -11,12 +11,14 @@
 //!      █│█████│█████│█           it goes on below the `silicon_um` whose absorption is counted
 //! ```
 //! The cell is a square of side `pitch_um`, repeated in x and y. A trench or wall along the border is centred on it, so that each
-//! pixel has half of its width. No anti-reflection layer unless it is listed.
+//! pixel has half of its width. No anti-reflection layer unless it is listed. Under a mosaic of colour filters ([`super::mosaic`]) the
+//! period is 2×2 such cells.
 
 use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use super::Material;
+use super::mosaic::{FilterIndices, Mosaic};
 use crate::sensor::Subpixels;
 
 /// Most layers that a pixel may list.
@@ -98,13 +100,13 @@ pub struct MetalWalls {
     pub material: Material,
 }
 
-/// One period of the pixel array.
+/// One period of the pixel array; under a mosaic a quarter of one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PixelStack {
     /// A name for people.
     pub name: String,
-    /// Period in µm.
+    /// Pitch of the microlenses in µm.
     pub pitch_um: f64,
     /// Photodiodes of the pixel (m, n).
     pub subpixels: Subpixels,
@@ -127,14 +129,18 @@ pub struct PixelStack {
     /// Metal walls; absent: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub metal: Option<MetalWalls>,
+    /// Filters of unlike neighbours; absent: all microlenses wear the filter layer's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mosaic: Option<Mosaic>,
 }
 
 /// Indices of a stack at one wavelength.
 #[derive(Clone, Debug)]
 pub(crate) struct Indices {
     pub lens: Complex64,
-    /// One a layer, from the lens down.
+    /// One a layer, from the lens down; the green one of a mosaic.
     pub layers: Vec<Complex64>,
+    pub mosaic: Option<FilterIndices>,
     pub trench: Complex64,
     pub silicon: Complex64,
     /// Of the walls; silicon's where there are none.
@@ -182,7 +188,7 @@ impl PixelStack {
             metal.material.check("metal.material")?;
             within("metal.width_um", metal.width_um, 0.0, widest, allowed)?;
         }
-        Ok(())
+        self.check_mosaic()
     }
 
     fn check_lens(&self) -> Result<(), StackError> {
@@ -277,6 +283,7 @@ impl PixelStack {
             layers: layers
                 .map(|l| l.material.index(wavelength_nm))
                 .collect::<Result<_, _>>()?,
+            mosaic: self.filter_indices(wavelength_nm)?,
             trench: self.trench.index(wavelength_nm)?,
             silicon: self.silicon.index(wavelength_nm)?,
             metal: metal.index(wavelength_nm)?,

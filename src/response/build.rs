@@ -85,9 +85,14 @@ impl BuildReport {
             self.imbalance = answer.imbalance;
         }
         for p in &answer.absorbed {
-            self.least = p.iter().copied().fold(self.least, f64::min);
-            self.largest_sum = self.largest_sum.max(p.iter().sum());
+            self.note_shares(p);
         }
+    }
+
+    /// Takes P of the sub-pixels into account.
+    pub(super) fn note_shares(&mut self, p: &[f64]) {
+        self.least = p.iter().copied().fold(self.least, f64::min);
+        self.largest_sum = self.largest_sum.max(p.iter().sum());
     }
 
     /// What the model said that cannot be, beyond rounding; `None` if all is well.
@@ -143,7 +148,8 @@ pub(super) fn build_with(
     stack.check()?;
     let frame = moving_frame(stack, settings)?;
     let plan = Plan::new(stack, settings, settings.model.is_pulsed());
-    let (simulated, corrections) = simulated(&plan, stack, settings, journal, progress)?;
+    let own = |absorbed: &[f64]| stack.own_share(absorbed);
+    let (simulated, corrections) = simulated(&plan, stack, settings, &own, journal, progress)?;
     let mut built = plan.table(stack, settings, frame, simulated)?;
     built.table = built.table.with_corrections(corrections);
     Ok(built)
@@ -161,17 +167,22 @@ pub(super) fn build_part(
     let mut place = 0..;
     plan.runs
         .retain(|_| place.next().is_some_and(|unit| shard.owns(unit)));
-    let report = simulated(&plan, stack, settings, Some(journal), progress)?
+    let own = |absorbed: &[f64]| stack.own_share(absorbed);
+    let report = simulated(&plan, stack, settings, &own, Some(journal), progress)?
         .0
         .report;
     Ok((report.runs, report.reused))
 }
 
+/// What of the powers of a period's photodiodes a table keeps.
+pub(super) type Kept<'a> = dyn Fn(&[f64]) -> Vec<f64> + Sync + 'a;
+
 /// Asks the pixel model for the runs of a plan; also the errors of the corrected level.
-fn simulated(
+pub(super) fn simulated(
     plan: &Plan,
     stack: &PixelStack,
     settings: &TableSettings,
+    own: &Kept,
     journal: Option<&Journal>,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<(Simulated, Vec<CorrectionError>), ResponseError> {
@@ -184,15 +195,11 @@ fn simulated(
         let cosines = run.cosines(run.wavelengths.start, &plan.step);
         if let PixelModel::Fdtd(fdtd) = &settings.model {
             let nm = &settings.wavelengths_nm[run.wavelengths.clone()];
-            return Ok(pulsed_answer(&plane_wave::pulse(
-                stack,
-                nm,
-                cosines,
-                fdtd,
-                &|_| (),
-            )?));
+            let pulse = plane_wave::pulse(stack, nm, cosines, fdtd, &|_| ())?;
+            return Ok(pulsed_answer(own, &pulse));
         }
-        let light = lit[run.wavelengths.start].light(cosines[0], cosines[1])?;
+        let mut light = lit[run.wavelengths.start].light_period(cosines[0], cosines[1], &|_| ())?;
+        light.mean.absorbed = own(&light.mean.absorbed);
         Ok(lit_answer(light))
     })?;
     let corrections = lit.iter().filter_map(|l| Some(l.correction()?.error()));
@@ -200,10 +207,10 @@ fn simulated(
 }
 
 /// What a table keeps of a pulse at several wavelengths.
-pub(super) fn pulsed_answer(run: &FdtdRun) -> Answer {
+pub(super) fn pulsed_answer(own: &Kept, run: &FdtdRun) -> Answer {
     let means = run.answers.iter().map(plane_wave::mean);
     Answer {
-        absorbed: means.map(|m| m.absorbed).collect(),
+        absorbed: means.map(|m| own(&m.absorbed)).collect(),
         residual: run.residual,
         imbalance: plane_wave::imbalance(run),
         warnings: run.warnings(),
@@ -264,10 +271,10 @@ pub(super) struct Plan {
 }
 
 /// What was simulated.
-struct Simulated {
+pub(super) struct Simulated {
     /// Per wavelength.
-    nodes: Vec<BTreeMap<Node, Vec<f64>>>,
-    report: BuildReport,
+    pub nodes: Vec<BTreeMap<Node, Vec<f64>>>,
+    pub report: BuildReport,
 }
 
 impl Plan {
@@ -407,7 +414,7 @@ impl Plan {
     }
 
     /// The table of what was simulated.
-    fn table(
+    pub fn table(
         &self,
         stack: &PixelStack,
         settings: &TableSettings,

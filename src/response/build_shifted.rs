@@ -138,13 +138,8 @@ pub(super) fn build_shifted_with(
         if let PixelModel::Fdtd(fdtd) = &table.model {
             let nm = &table.wavelengths_nm[run.wavelengths.clone()];
             let one = |&shift| {
-                Ok(pulsed_answer(&pulse(
-                    &shifted(stack, shift),
-                    nm,
-                    cosines,
-                    fdtd,
-                    &|_| (),
-                )?))
+                let run = pulse(&shifted(stack, shift), nm, cosines, fdtd, &|_| ())?;
+                Ok(pulsed_answer(&|p: &[f64]| stack.own_share(p), &run))
             };
             return shifts.iter().map(one).collect();
         }

@@ -4,7 +4,7 @@
 //! so 0 ≤ P_i and Σ P_i ≤ 1. The renderer asks a [`ResponseLookup`] and knows nothing of what is behind it:
 //!
 //! ```text
-//! PixelStack ── em::wave, em::rcwa, em::fdtd ── build ──▶ table ──┐
+//! PixelStack ── em::wave, em::rcwa, em::fdtd ── build ──▶ table ──┐      (at one or several wavelengths)
 //! file (.npz), import (.csv), cache, shipped ──▶ table  ├─▶ Response ─ at a wavelength ─▶ ResponseLookup ─▶ weights
 //! GeometricResponse (eq. 2, exact) ─────────────────────┘
 //! ```
@@ -22,6 +22,7 @@ mod import;
 mod interpolator;
 mod journal;
 mod lookup;
+mod mosaic;
 mod plane_wave;
 mod rejection;
 mod resample;
@@ -32,6 +33,7 @@ mod shifted_pixel;
 mod shipped;
 mod symmetry;
 mod table;
+mod wavelengths;
 
 pub use build::{BuildReport, BuiltTable, build_table};
 pub use build_shifted::{ShiftedSettings, build_shifted_table};
@@ -44,6 +46,7 @@ pub use geometric::GeometricResponse;
 pub use import::ImportSettings;
 pub use interpolator::Interpolator;
 pub use lookup::{Response, ResponseLookup};
+pub use mosaic::{MosaicTables, build_mosaic_tables};
 pub use plane_wave::{LitPixel, PlaneWaveAnswer, Powers, direction_cosines};
 pub use rejection::{REJECTION_THRESHOLD, RejectionRanges};
 pub use settings::{PixelModel, TableSettings};

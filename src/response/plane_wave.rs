@@ -9,7 +9,8 @@ use crate::em::rcwa::{RcwaModel, RcwaPowers};
 use crate::em::wave::{WaveModel, WavePowers};
 
 /// Where the light of a plane wave goes, as parts of the power incident on the pixel's whole footprint. They add up to one but for
-/// the imbalance.
+/// the imbalance. Of a pixel in a mosaic of colour filters: what falls on one microlens of its colour is the unit of P, and the others are means over
+/// the mosaic, `elsewhere` being what is then missing to one (absorbed in filters, or gone over to neighbours; below 0 if more came from them).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Powers {
     /// P of each sub-pixel (see [`crate::sensor::Subpixels`] for the order).
@@ -40,7 +41,10 @@ pub struct PlaneWaveAnswer {
 }
 
 /// A pixel at one wavelength, ready to be lit from any direction.
-pub struct LitPixel(Lit);
+pub struct LitPixel {
+    stack: PixelStack,
+    lit: Lit,
+}
 
 // A program holds a few of these, so the size of the larger variant costs nothing.
 #[allow(clippy::large_enum_variant)]
@@ -48,14 +52,12 @@ enum Lit {
     Geometric(GeometricResponse),
     Wave(WaveModel),
     Fdtd {
-        stack: PixelStack,
         settings: FdtdSettings,
         wavelength_nm: f64,
     },
     Corrected {
         wave: WaveModel,
         correction: Correction,
-        shift_um: [f64; 2],
     },
     Rcwa(RcwaModel),
 }
@@ -71,28 +73,35 @@ impl LitPixel {
         if let PixelModel::Corrected(_) = model {
             return Self::with_exact_runs_in(None, stack, model, wavelength_nm);
         }
-        Ok(Self(match model {
-            PixelModel::Geometric { focal_length_um } => Lit::Geometric(GeometricResponse::new(
-                stack.subpixels,
-                stack.pitch_um,
-                *focal_length_um,
-            )?),
-            PixelModel::Corrected(_) => unreachable!("made above"),
-            PixelModel::Wave(settings) => {
-                Lit::Wave(WaveModel::new(stack, wavelength_nm, settings)?)
-            }
-            PixelModel::Fdtd(settings) => {
-                settings.memory_bytes(stack, &[wavelength_nm], [0.0, 0.0])?;
-                Lit::Fdtd {
-                    stack: stack.clone(),
-                    settings: *settings,
-                    wavelength_nm,
+        if let (PixelModel::Geometric { .. }, Some(_)) = (model, &stack.mosaic) {
+            return Err(ResponseError::value(
+                "mosaic",
+                "there",
+                "none in the geometric model, which has no neighbours",
+            ));
+        }
+        let lit =
+            match model {
+                PixelModel::Geometric { focal_length_um } => Lit::Geometric(
+                    GeometricResponse::new(stack.subpixels, stack.pitch_um, *focal_length_um)?,
+                ),
+                PixelModel::Corrected(_) => unreachable!("made above"),
+                PixelModel::Wave(settings) => {
+                    Lit::Wave(WaveModel::new(stack, wavelength_nm, settings)?)
                 }
-            }
-            PixelModel::Rcwa(settings) => {
-                Lit::Rcwa(RcwaModel::new(stack, wavelength_nm, settings)?)
-            }
-        }))
+                PixelModel::Fdtd(settings) => {
+                    settings.memory_bytes(stack, &[wavelength_nm], [0.0, 0.0])?;
+                    Lit::Fdtd {
+                        settings: *settings,
+                        wavelength_nm,
+                    }
+                }
+                PixelModel::Rcwa(settings) => {
+                    Lit::Rcwa(RcwaModel::new(stack, wavelength_nm, settings)?)
+                }
+            };
+        let stack = stack.clone();
+        Ok(Self { stack, lit })
     }
 
     /// [`Self::new`]; exact runs of the corrected level are kept in `folder` and found there again.
@@ -109,22 +118,20 @@ impl LitPixel {
         let file = format!("{}.exact", settings.exact_key(stack, wavelength_nm, false));
         let path = folder.map(|f| f.join(file));
         let correction = settings.simulate(stack, wavelength_nm, false, path.as_deref())?;
-        Ok(Self(Lit::Corrected {
-            wave,
-            correction,
-            shift_um: stack.lens.shift_um,
-        }))
+        let stack = stack.clone();
+        let lit = Lit::Corrected { wave, correction };
+        Ok(Self { stack, lit })
     }
 
     /// The fit of the corrected level.
     pub fn correction(&self) -> Option<&Correction> {
-        match &self.0 {
+        match &self.lit {
             Lit::Corrected { correction, .. } => Some(correction),
             _ => None,
         }
     }
 
-    /// Lights the pixel from direction cosines (u, v); u² + v² < 1.
+    /// Lights the pixel from direction cosines (u, v); u² + v² < 1. Of a mosaic the answer is that of its colour.
     pub fn light(&self, u: f64, v: f64) -> Result<PlaneWaveAnswer, ResponseError> {
         self.light_watched(u, v, &|_| ())
     }
@@ -136,7 +143,27 @@ impl LitPixel {
         v: f64,
         watch: &dyn Fn(FdtdProgress),
     ) -> Result<PlaneWaveAnswer, ResponseError> {
-        match &self.0 {
+        let mut answer = self.light_period(u, v, watch)?;
+        if self.stack.mosaic.is_some() {
+            let polarized = answer.polarized.iter_mut().flatten();
+            for powers in polarized.chain([&mut answer.mean]) {
+                powers.absorbed = self.stack.own_share(&powers.absorbed);
+                let known = powers.reflected + powers.transmitted;
+                powers.elsewhere = 1.0 - known - powers.absorbed.iter().sum::<f64>();
+            }
+        }
+        Ok(answer)
+    }
+
+    /// [`Self::light_watched`] with P of every photodiode of a period, as parts of the power that falls on the period: of a mosaic all of its
+    /// microlenses ([`PixelStack::by_microlens`] takes them apart).
+    pub fn light_period(
+        &self,
+        u: f64,
+        v: f64,
+        watch: &dyn Fn(FdtdProgress),
+    ) -> Result<PlaneWaveAnswer, ResponseError> {
+        match &self.lit {
             Lit::Geometric(geometric) => {
                 let mut p = vec![0f32; geometric.subpixels().count()];
                 geometric.weights(u as f32, v as f32, &mut p);
@@ -156,23 +183,18 @@ impl LitPixel {
                 })
             }
             Lit::Wave(model) => Ok(wave_answer(model.solve(u, v)?)),
-            Lit::Corrected {
-                wave,
-                correction,
-                shift_um,
-            } => {
+            Lit::Corrected { wave, correction } => {
                 let incidence = Incidence {
                     direction: [u, v],
-                    shift_um: *shift_um,
+                    shift_um: self.stack.lens.shift_um,
                 };
                 Ok(correction.apply_to(incidence, wave_answer(wave.solve(u, v)?)))
             }
             Lit::Fdtd {
-                stack,
                 settings,
                 wavelength_nm,
             } => {
-                let run = pulse(stack, &[*wavelength_nm], [u, v], settings, watch)?;
+                let run = pulse(&self.stack, &[*wavelength_nm], [u, v], settings, watch)?;
                 let answer = run.answers.first().ok_or_else(|| {
                     ResponseError::value("answers of the FDTD run", 0, "one a wavelength")
                 })?;

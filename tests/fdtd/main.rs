@@ -5,6 +5,7 @@
 mod bad_input;
 mod flat;
 mod hard_cases;
+mod mosaic;
 mod pixel;
 
 use std::f64::consts::PI;

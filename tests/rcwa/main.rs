@@ -6,6 +6,7 @@ mod bad_input;
 mod curves;
 mod flat;
 mod light;
+mod mosaic;
 
 use quadpixel::em::PixelStack;
 use quadpixel::em::rcwa::{RcwaAnswer, RcwaModel, RcwaPowers, RcwaSettings};

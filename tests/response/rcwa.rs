@@ -1,8 +1,11 @@
 //! The Fourier modal level as a table.
 
 use quadpixel::em::PixelStack;
+use quadpixel::em::mosaic::FilterColour;
 use quadpixel::em::rcwa::RcwaSettings;
-use quadpixel::response::{LitPixel, PixelModel, Response, TableSettings, build_table};
+use quadpixel::response::{
+    LitPixel, PixelModel, Response, TableSettings, build_mosaic_tables, build_table,
+};
 
 use crate::conformance::conforms;
 
@@ -33,4 +36,46 @@ fn rcwa_tables_conform_and_hold_what_single_directions_say() {
         assert!((f64::from(*value) - p).abs() < 1e-6, "{value} {p}");
     }
     conforms(&Response::Table(built.table), 550.0, 0.7, 1e-5);
+}
+
+/// A small pixel under a mosaic: a table a colour, of one simulation, is what single directions of that colour say, and has the symmetries of
+/// the square.
+#[test]
+fn the_tables_of_a_mosaic_are_those_of_its_colours() {
+    let mut stack = PixelStack::builtin("1.6um-bayer").unwrap();
+    (stack.pitch_um, stack.silicon_um) = (0.9, 1.0);
+    (stack.lens.radius_um, stack.lens.height_um) = (0.7, 0.7);
+    let settings = TableSettings {
+        model: PixelModel::Rcwa(RcwaSettings {
+            silicon_margin: 0.0,
+            lens_cutoff: 1.6,
+            slice_nm: 80.0,
+            ..RcwaSettings::draft()
+        }),
+        steps: 2,
+        refine: 2,
+        cosine_max: 0.6,
+        ..TableSettings::rcwa_draft()
+    };
+    let built = build_mosaic_tables(&stack, &settings, &|_, _| ()).unwrap();
+    // Green light.
+    let total = |colour| built.of(colour).report.largest_sum;
+    assert!(total(FilterColour::Green) > total(FilterColour::Red));
+    assert!(total(FilterColour::Green) > total(FilterColour::Blue));
+    for colour in FilterColour::ALL {
+        let made = built.of(colour);
+        assert_eq!((made.report.runs, made.report.violation()), (6, None));
+        stack.mosaic.as_mut().unwrap().colour = colour;
+        assert_eq!(made.table.meta().key, settings.key(&stack));
+        let single = LitPixel::new(&stack, &settings.model, 550.0).unwrap();
+        // Node (−1, 2) of the simulated grid, of which the symmetry simulated another.
+        let answer = single.light(-0.3, 0.6).unwrap();
+        let node = made.table.node(0, 0, 4 + 4, 4 - 2);
+        for (value, p) in node.iter().zip(&answer.mean.absorbed) {
+            assert!((f64::from(*value) - p).abs() < 1e-6, "{value} {p}");
+        }
+    }
+    stack.mosaic = None;
+    let e = build_mosaic_tables(&stack, &settings, &|_, _| ()).unwrap_err();
+    assert!(e.to_string().contains("mosaic is absent"), "{e}");
 }

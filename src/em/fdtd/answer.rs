@@ -8,7 +8,8 @@ pub const BALANCE: f64 = 0.01;
 /// Where the light of one polarization goes, as parts of the power that falls on the period.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FdtdPowers {
-    /// Absorbed per sub-pixel, by volume integral (see [`crate::sensor::Subpixels`] for the order).
+    /// Absorbed per sub-pixel, by volume integral (see [`crate::sensor::Subpixels`] for the order); of a mosaic microlens by microlens
+    /// ([`crate::em::mosaic`]).
     pub absorbed: Vec<f64>,
     /// The same by the flux through the six faces of its box, less what its trenches absorb.
     pub absorbed_by_flux: Vec<f64>,

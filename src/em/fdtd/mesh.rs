@@ -1,4 +1,5 @@
-//! The grid of a pixel: z = 0 is the silicon's surface, x and y run from −pitch/2 (to 0 where a mirror halves the cell).
+//! The grid of a pixel: z = 0 is the silicon's surface, x and y run from −pitch/2 (to 0 where a mirror halves the cell; of a mosaic from −pitch,
+//! as its mirrors go through the centres of microlenses).
 //!
 //! Each flat layer is divided evenly into grid layers of the same optical thickness, so interfaces lie on planes of tangential E and
 //! reflect what they should; silicon is fine and air coarse. Between the lens's corner and its apex, and in the air above, the step is the
@@ -45,8 +46,10 @@ pub(super) struct Slab {
 pub(super) struct Mesh {
     pub grid: YeeGrid,
     pub slabs: Vec<Slab>,
-    /// Which axes hold only the half from −pitch/2 to 0.
+    /// Which axes hold only the half from minus half the period to 0.
     pub mirrors: [bool; 2],
+    /// Microlenses of the period along an axis.
+    pub microlenses: usize,
     /// Plane at the bottom of the counted silicon.
     pub bottom: usize,
     /// Plane of the silicon's surface.
@@ -81,16 +84,26 @@ impl Mesh {
         let counted = (stack.silicon_um / silicon).ceil().max(4.0) as usize;
         let dz = stack.silicon_um / counted as f64;
         let parts = [stack.subpixels.m(), stack.subpixels.n()];
-        let [nx, ny] = [0, 1].map(|a| cells_across(stack.pitch_um, parts[a], settings.lateral_nm));
-        let lateral_um = [nx, ny].map(|n| stack.pitch_um / n as f64);
+        let microlenses = stack.microlenses_across();
+        let of_microlens = parts.map(|m| cells_across(stack.pitch_um, m, settings.lateral_nm));
+        let lateral_um = of_microlens.map(|n| stack.pitch_um / n as f64);
+        let [nx, ny] = of_microlens.map(|n| n * microlenses);
         // Directions are made right in the middle of the band, if there is one.
         let longest = wavelengths_nm.iter().copied().fold(0.0, f64::max);
         let k0 = 1e3 * std::f64::consts::PI * (1.0 / shortest + 1.0 / longest);
+        // The filters of a mosaic share their layer.
+        let in_layer = |i: usize| match &n.mosaic {
+            Some(filters) if filters.layer == i => filters.distinct(),
+            _ => vec![n.layers[i]],
+        };
         let stencils = |filling, dz_um| {
             let (media, wide) = match filling {
                 // Narrow without trenches, too: the sides of a photodiode are sides of cells.
                 Filling::Silicon => (vec![n.silicon.re], false),
-                Filling::Layer(i) => (vec![n.layers[i].re.max(1.0)], stack.walls_in(i).is_none()),
+                Filling::Layer(i) => {
+                    let all = in_layer(i).into_iter().map(|n| n.re.max(1.0));
+                    (all.collect(), stack.walls_in(i).is_none())
+                }
                 Filling::Pedestal => (vec![n.lens.re], true),
                 Filling::Lens => (vec![n.lens.re, 1.0], true),
                 Filling::Air => (vec![1.0], false),
@@ -105,7 +118,9 @@ impl Mesh {
         build.snap(0.0);
         let surface = build.planes();
         for (i, layer) in stack.layers.iter().enumerate().rev() {
-            build.slab(Filling::Layer(i), layer.thickness_um, step(n.layers[i]));
+            let finest = in_layer(i).into_iter().map(step);
+            let finest = finest.fold(f64::INFINITY, f64::min);
+            build.slab(Filling::Layer(i), layer.thickness_um, finest);
         }
         let resin = step(n.lens);
         let sag = stack.sag_um();
@@ -147,6 +162,7 @@ impl Mesh {
             grid,
             slabs: build.slabs,
             mirrors,
+            microlenses,
             bottom,
             surface,
             inlet: apex + 3,
@@ -174,14 +190,18 @@ impl Mesh {
 
     /// Place of E node (i, ...) along an axis, in the pixel's frame; `half` for nodes between the integer ones.
     pub fn across_um(&self, axis: usize, i: usize, half: bool) -> f64 {
-        let n = if axis == 0 {
-            self.grid.nx()
-        } else {
-            self.grid.ny()
-        };
         let d = self.lateral_um()[axis];
-        let whole = if self.mirrors[axis] { 2 * n } else { n };
-        (i as f64 + if half { 0.5 } else { 0.0 } - 0.5 * whole as f64) * d
+        (i as f64 + if half { 0.5 } else { 0.0 } - self.origin(axis)) * d
+    }
+
+    /// Cells from the grid's side to the centre of the first microlens: half a period to a mirror, half a pitch to a border.
+    fn origin(&self, axis: usize) -> f64 {
+        let n = [self.grid.nx(), self.grid.ny()][axis] as f64;
+        if self.mirrors[axis] {
+            n
+        } else {
+            0.5 * n / self.microlenses as f64
+        }
     }
 }
 

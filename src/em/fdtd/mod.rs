@@ -25,6 +25,7 @@ mod coefficients;
 mod cpml;
 mod dispersion;
 mod error;
+mod fills;
 mod grid;
 mod incident;
 mod kernel;

@@ -13,7 +13,7 @@ use super::mesh::Mesh;
 use super::phasors::Phasors;
 use super::raster::Raster;
 use super::{Lateral, Stencil, Wall};
-use crate::sensor::Subpixels;
+use crate::em::PixelStack;
 
 type C = Complex64;
 
@@ -25,7 +25,7 @@ pub(super) struct Fields<'a> {
     pub sides: [Lateral; 2],
 }
 
-/// A box of cells in x and y, and how often the whole pixel has it.
+/// A box of cells in x and y, and how often the whole period has it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Footprint {
     pub x: Range<usize>,
@@ -45,22 +45,34 @@ impl Footprint {
     }
 
     /// A photodiode's: from trench centre to trench centre.
-    pub fn of_subpixel(mesh: &Mesh, subpixels: Subpixels, index: usize) -> Self {
-        let (column, row) = subpixels.column_row(index);
+    pub fn of_photodiode(mesh: &Mesh, stack: &PixelStack, index: usize) -> Self {
+        let (column, row) = stack.photodiode_column_row(index);
         let along = |n: usize, mirror: bool, parts: usize, at: usize| {
             let cells = if mirror { 2 * n } else { n };
-            let (start, end) = (at * cells / parts, (at + 1) * cells / parts);
+            // A mirror halves the microlens at the side of a supercell.
+            let first = match mirror {
+                true => cells / 2 - cells / (2 * mesh.microlenses),
+                false => 0,
+            };
+            let parts = parts * mesh.microlenses;
+            let place = |at: usize| first + at * cells / parts;
+            let (start, end) = (place(at), place(at + 1));
             if !mirror || end <= n {
                 (start..end, 1.0)
-            } else if start >= n {
+            } else if start < n {
+                (start..n, 2.0)
+            } else if end <= cells {
                 // Beyond the mirror: its image.
                 (cells - end..cells - start, 1.0)
+            } else if start < cells {
+                (0..end - cells, 2.0)
             } else {
-                (start..n, 2.0)
+                (start - cells..end - cells, 1.0)
             }
         };
-        let (x, in_x) = along(mesh.grid.nx(), mesh.mirrors[0], subpixels.m(), column);
-        let (y, in_y) = along(mesh.grid.ny(), mesh.mirrors[1], subpixels.n(), row);
+        let [m, n] = [stack.subpixels.m(), stack.subpixels.n()];
+        let (x, in_x) = along(mesh.grid.nx(), mesh.mirrors[0], m, column);
+        let (y, in_y) = along(mesh.grid.ny(), mesh.mirrors[1], n, row);
         Self {
             x,
             y,

@@ -3,6 +3,7 @@
 //! ```text
 //!   lens surface   1/ε_a = n_a² ⟨1/ε⟩ + (1 − n_a²)/⟨ε⟩ for component a, n the normal, averages over the node's cell
 //!   trenches       the same with vertical normals; a trench thinner than a cell keeps its area
+//!   filters        of a mosaic: the same, with the normals of the microlenses' borders
 //!   flat planes    the mean of both sides by thickness (exact, see dispersion.rs)
 //! ```
 //! The diagonal of the smoothed tensor of A. Farjadpour et al., Opt. Lett. 31, 2972 (2006). All in complex ε at each wavelength, so lossy
@@ -13,13 +14,13 @@ use std::collections::HashMap;
 use rustfft::num_complex::Complex64;
 
 use super::dispersion::{Layers, Numerics};
+use super::fills::{Fills, Pattern, Spectrum, smooth};
 use super::mesh::{Filling, Mesh, Slab};
 use super::{FdtdError, MaterialMap, Medium, poles};
+use crate::em::mosaic::MICROLENSES;
 use crate::em::stack::{Indices, PixelStack};
 
 type C = Complex64;
-/// ε at each wavelength of the run.
-type Spectrum = Vec<C>;
 
 /// Columns of a voxel across which the lens surface is sampled, per axis.
 const SAMPLES: usize = 4;
@@ -109,8 +110,8 @@ pub(super) fn raster(
                 for (at, here) in tables[above][axis].iter().enumerate() {
                     // Neighbouring nodes mostly repeat; the class of a node is its ε on both sides.
                     let class = (
-                        fill.class(axis, at, &cells[above]),
-                        fill.class(axis, at, &cells[below]),
+                        fill.class(cells[above].pattern(), axis, at),
+                        fill.class(cells[below].pattern(), axis, at),
                     );
                     let id = match known.get(&class) {
                         Some(id) => *id,
@@ -190,153 +191,54 @@ fn mean(a: &Spectrum, b: &Spectrum, [wa, wb]: [f64; 2]) -> Spectrum {
         .collect()
 }
 
-/// ε of a voxel filled to `fill` with `a` and else with `b`, whose interface has the part `along` of its squared normal along the field.
-fn smooth(a: C, b: C, fill: f64, along: f64) -> C {
-    if a == b || fill <= 0.0 {
-        return b;
-    }
-    if fill >= 1.0 {
-        return a;
-    }
-    if a.re < 1.0 || b.re < 1.0 {
-        // Means over a metal of Re ε < 0 can vanish: the larger part takes the node.
-        return if fill > 0.5 { a } else { b };
-    }
-    let parallel = a * fill + b * (1.0 - fill);
-    let across = a.inv() * fill + b.inv() * (1.0 - fill);
-    (across * along + parallel.inv() * (1.0 - along)).inv()
-}
-
-/// How much of the voxel of a node is trench or wall, along each lateral axis.
-struct Fills {
-    nx: usize,
-    /// By what (trench, wall), component, lateral axis.
-    parts: [[[Vec<f64>; 2]; 3]; 2],
-}
-
-impl Fills {
-    fn new(stack: &PixelStack, mesh: &Mesh) -> Self {
-        let p = stack.pitch_um;
-        let count = [stack.subpixels.m(), stack.subpixels.n()];
-        let wall = stack.metal.as_ref().map_or(0.0, |m| m.width_um);
-        let part = |what: usize, component: usize, axis: usize| -> Vec<f64> {
-            let n = if axis == 0 {
-                mesh.grid.nx()
-            } else {
-                mesh.grid.ny()
-            };
-            let d = mesh.lateral_um()[axis];
-            let (lines, width) = if what == 0 {
-                (count[axis], stack.trench_um)
-            } else {
-                (1, wall)
-            };
-            (0..=n)
-                .map(|i| {
-                    let x = mesh.across_um(axis, i, component == axis);
-                    let (a, b) = (x - 0.5 * d, x + 0.5 * d);
-                    let covered: f64 = (0..=lines)
-                        .map(|q| {
-                            let c = (q as f64 / lines as f64 - 0.5) * p;
-                            (b.min(c + 0.5 * width) - a.max(c - 0.5 * width)).max(0.0)
-                        })
-                        .sum();
-                    let fill = covered / d;
-                    // Round-off at a face on the grid is not a mixture.
-                    if fill < 1e-9 {
-                        0.0
-                    } else if fill > 1.0 - 1e-9 {
-                        1.0
-                    } else {
-                        fill
-                    }
-                })
-                .collect()
-        };
-        let by = |what| [0, 1, 2].map(|c| [0, 1].map(|a| part(what, c, a)));
-        Self {
-            nx: mesh.grid.nx(),
-            parts: [by(0), by(1)],
-        }
-    }
-
-    /// Fill, and the squared part of the normal along the component.
-    fn at(&self, what: usize, component: usize, at: usize) -> (f64, f64) {
-        let [fx, fy] = self.pair(what, component, at);
-        let fill = 1.0 - (1.0 - fx) * (1.0 - fy);
-        let slope = |f: f64, other: f64| if f > 0.0 && f < 1.0 { 1.0 - other } else { 0.0 };
-        let (gx, gy) = (slope(fx, fy).powi(2), slope(fy, fx).powi(2));
-        let along = match component {
-            0 => gx,
-            1 => gy,
-            _ => 0.0,
-        };
-        (
-            fill,
-            if gx + gy > 0.0 {
-                along / (gx + gy)
-            } else {
-                0.0
-            },
-        )
-    }
-
-    fn pair(&self, what: usize, component: usize, at: usize) -> [f64; 2] {
-        let (i, j) = (at % (self.nx + 1), at / (self.nx + 1));
-        let parts = &self.parts[what][component];
-        [parts[0][i], parts[1][j]]
-    }
-
-    /// A number that is equal for nodes of equal ε in this cell.
-    fn class(&self, component: usize, at: usize, cell: &Cell) -> usize {
-        let Some((_, what)) = &cell.inset else {
-            return 0;
-        };
-        let [fx, fy] = self.pair(*what, component, at);
-        // Fills repeat exactly along the lattice; hash their bits.
-        let mix = fx.to_bits().wrapping_mul(0x9E37_79B9_7F4A_7C15)
-            ^ fy.to_bits()
-                .rotate_left(32)
-                .wrapping_mul(0xC2B2_AE3D_27D4_EB4F);
-        mix as usize
-    }
-}
-
 /// What one slab is made of.
 struct Cell {
     base: Spectrum,
-    /// Trenches (0) or walls (1) in it.
-    inset: Option<(Spectrum, usize)>,
+    inset: Inset,
     air: Spectrum,
+}
+
+/// What else there is in a slab.
+enum Inset {
+    Nothing,
+    /// Trenches or walls.
+    Bands(Spectrum, Pattern),
+    /// The filters of a mosaic, by microlens, in place of the base.
+    Filters([Spectrum; MICROLENSES]),
 }
 
 impl Cell {
     fn new(stack: &PixelStack, slab: &Slab, spectra: &Spectra) -> Self {
         let layers = &slab.layers;
-        let air = spectra.corrected(layers, |_| C::ONE);
+        let of = |index: &dyn Fn(&Indices) -> C| spectra.corrected(layers, index);
+        let air = of(&|_| C::ONE);
         let (base, inset) = match slab.filling {
-            Filling::Silicon => (
-                spectra.corrected(layers, |n| n.silicon),
-                (stack.trench_um > 0.0).then(|| (spectra.corrected(layers, |n| n.trench), 0)),
+            Filling::Silicon if stack.trench_um > 0.0 => (
+                of(&|n| n.silicon),
+                Inset::Bands(of(&|n| n.trench), Pattern::Trenches),
             ),
-            Filling::Layer(i) => {
-                let here = stack.walls_in(i);
-                (
-                    spectra.corrected(layers, |n| n.layers[i]),
-                    here.map(|_| (spectra.corrected(layers, |n| n.metal), 1)),
-                )
-            }
-            Filling::Pedestal | Filling::Lens => (spectra.corrected(layers, |n| n.lens), None),
-            Filling::Air => (air.clone(), None),
+            Filling::Silicon => (of(&|n| n.silicon), Inset::Nothing),
+            Filling::Layer(i) => (of(&|n| n.layers[i]), in_layer(stack, i, &of)),
+            Filling::Pedestal | Filling::Lens => (of(&|n| n.lens), Inset::Nothing),
+            Filling::Air => (air.clone(), Inset::Nothing),
         };
         Self { base, inset, air }
+    }
+
+    fn pattern(&self) -> Option<Pattern> {
+        match &self.inset {
+            Inset::Nothing => None,
+            Inset::Bands(_, pattern) => Some(*pattern),
+            Inset::Filters(_) => Some(Pattern::Microlenses),
+        }
     }
 
     /// ε of a node, the slab being alike at every height.
     fn flat(&self, component: usize, fills: &Fills, at: usize) -> Spectrum {
         match &self.inset {
-            None => self.base.clone(),
-            Some((inset, what)) => {
+            Inset::Nothing => self.base.clone(),
+            Inset::Filters(filters) => fills.mixed(filters, component, at),
+            Inset::Bands(inset, what) => {
                 let (fill, along) = fills.at(*what, component, at);
                 inset
                     .iter()
@@ -349,17 +251,15 @@ impl Cell {
 
     /// Part of the absorption of a silicon node that is silicon's.
     fn share(&self, fills: &Fills, component: usize, at: usize) -> f64 {
-        match &self.inset {
-            None => 1.0,
-            Some((inset, what)) => {
-                let (fill, _) = fills.at(*what, component, at);
-                let (trench, silicon) = (fill * inset[0].im, (1.0 - fill) * self.base[0].im);
-                if trench > 0.0 {
-                    silicon / (silicon + trench)
-                } else {
-                    1.0
-                }
-            }
+        let Inset::Bands(inset, what) = &self.inset else {
+            return 1.0;
+        };
+        let (fill, _) = fills.at(*what, component, at);
+        let (trench, silicon) = (fill * inset[0].im, (1.0 - fill) * self.base[0].im);
+        if trench > 0.0 {
+            silicon / (silicon + trench)
+        } else {
+            1.0
         }
     }
 
@@ -385,6 +285,24 @@ impl Cell {
             .map(|(a, b)| smooth(*a, *b, fill, along))
             .collect()
     }
+}
+
+/// What layer `i` holds; `of` makes spectra for it.
+fn in_layer(
+    stack: &PixelStack,
+    i: usize,
+    of: &dyn Fn(&dyn Fn(&Indices) -> C) -> Spectrum,
+) -> Inset {
+    if stack.walls_in(i).is_some() {
+        return Inset::Bands(of(&|n| n.metal), Pattern::Walls);
+    }
+    let mosaic = stack.mosaic.as_ref().and(stack.filter_layer());
+    if mosaic.is_none_or(|(filter, _)| filter != i) {
+        return Inset::Nothing;
+    }
+    // A stack with a mosaic has its indices.
+    let filter = |n: &Indices, microlens: usize| n.mosaic.map_or(n.layers[i], |m| m.n[microlens]);
+    Inset::Filters([0, 1, 2, 3].map(|microlens| of(&|n| filter(n, microlens))))
 }
 
 /// Part of a voxel below the lens's surface, and the squared normal of the surface in it.

@@ -57,6 +57,8 @@ pub fn solve(
 
     let mut before: Option<Vec<f64>> = None;
     let (mut residual, mut quiet) = (f64::INFINITY, 0);
+    // P of a photodiode is of the light on its microlens.
+    let microlenses = (mesh.microlenses * mesh.microlenses) as f64;
     // Light has to be there before it can be quiet.
     let earliest = run.pulse.end_um() + 2.0 * optical_height_um(stack, &indices);
     while quiet < 2 && run.sim.time_um() < settings.longest_um {
@@ -64,7 +66,7 @@ pub fn solve(
         let now = run.absorbed();
         if let Some(before) = &before {
             let change = before.iter().zip(&now).map(|(a, b)| (a - b).abs());
-            residual = change.fold(run.mismatch(), f64::max);
+            residual = microlenses * change.fold(run.mismatch(), f64::max);
         }
         before = Some(now);
         let settled = residual < settings.tolerance && run.sim.time_um() > earliest;
@@ -113,7 +115,7 @@ fn check(
     Ok(indices)
 }
 
-/// Which axes the pixel and k∥ allow to be halved.
+/// Which axes the pixel and k∥ allow to be halved. A mosaic keeps the mirrors through the centres of its microlenses.
 pub(super) fn mirrors(stack: &PixelStack, bloch: [f64; 2]) -> [bool; 2] {
     [0, 1].map(|a| bloch[a] == 0.0 && stack.lens.shift_um[a] == 0.0)
 }
@@ -377,9 +379,8 @@ impl<'a> Run<'a> {
     }
 
     fn footprints(&self) -> Vec<Footprint> {
-        let subpixels = self.stack.subpixels;
-        (0..subpixels.count())
-            .map(|i| Footprint::of_subpixel(self.mesh, subpixels, i))
+        (0..self.stack.photodiodes())
+            .map(|i| Footprint::of_photodiode(self.mesh, self.stack, i))
             .collect()
     }
 

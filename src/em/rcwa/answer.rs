@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 /// Where the light of one polarization goes, as parts of the power that falls on the period.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RcwaPowers {
-    /// Absorbed per sub-pixel, by volume integral (see [`crate::sensor::Subpixels`] for the order).
+    /// Absorbed per sub-pixel, by volume integral (see [`crate::sensor::Subpixels`] for the order); of a mosaic microlens by microlens
+    /// ([`crate::em::mosaic`]).
     pub absorbed: Vec<f64>,
     /// The same in all, by the loss of flux on the way through the counted silicon. (Where trenches absorb, what they do is known by this
     /// difference only, and the two are equal.)

@@ -1,4 +1,4 @@
-//! The pixel from its silicon up to the air, for one k∥ and sector: the admittance that the air sees, and the way back down.
+//! The pixel from its silicon up, for one k∥ and sector: the admittance that is seen from above, and the way back down.
 
 use super::basis::{Basis, Class, Lattice, Sector};
 use super::grid::Grid;
@@ -17,33 +17,39 @@ pub(super) struct Pixel {
     pub settings: RcwaSettings,
     pub indices: Indices,
     pub k0_per_um: f64,
-    /// Of the reciprocal lattice, in k0.
+    /// Of the reciprocal lattice of the period, in k0.
     pub step: f64,
+    /// Largest transverse wavenumber followed in silicon, in k0.
+    pub silicon_cutoff: f64,
     pub slices: LensSlices,
 }
 
 impl Pixel {
     /// Silicon and its trenches.
     fn silicon(&self) -> Grid {
+        let microlenses = self.stack.microlenses_across();
         let [m, n] = [self.stack.subpixels.m(), self.stack.subpixels.n()];
         Grid {
-            parts: [m as i32, n as i32],
-            wall: self.stack.trench_um / self.stack.pitch_um,
+            parts: [(m * microlenses) as i32, (n * microlenses) as i32],
+            wall: self.stack.trench_um / self.stack.period_um(),
+            border: 0.5 / microlenses as f64,
             inside: self.indices.silicon * self.indices.silicon,
             outside: self.indices.trench * self.indices.trench,
         }
     }
 
     /// Layers of some thickness from the silicon up: ε, thickness in µm, and metal walls with the layer between them.
-    fn layers(&self) -> Vec<(C, f64, Option<Grid>)> {
+    pub fn layers(&self) -> Vec<(C, f64, Option<Grid>)> {
         let (n, metal) = (&self.indices, self.stack.metal.as_ref());
+        let microlenses = self.stack.microlenses_across();
         let both = n.layers.iter().zip(&self.stack.layers).rev();
         both.filter(|(_, layer)| layer.thickness_um > 0.0)
             .map(|(n_layer, layer)| {
                 let epsilon = n_layer * n_layer;
                 let walls = metal.filter(|m| m.layer == layer.name).map(|m| Grid {
-                    parts: [1, 1],
-                    wall: m.width_um / self.stack.pitch_um,
+                    parts: [microlenses as i32; 2],
+                    wall: m.width_um / self.stack.period_um(),
+                    border: 0.5 / microlenses as f64,
                     inside: epsilon,
                     outside: n.metal * n.metal,
                 });
@@ -53,11 +59,11 @@ impl Pixel {
     }
 }
 
-/// See the module's head.
+/// Silicon and layers above it, as seen from their top.
 pub(super) struct Column {
-    /// Functions in the air.
+    /// Functions at the top.
     pub basis: Basis,
-    /// h of E in the air.
+    /// h of E at the top.
     pub admittance: Matrix,
     /// E at the bottom of E at the top of each layer, from the silicon up.
     passages: Vec<Matrix>,
@@ -69,7 +75,28 @@ pub(super) struct Column {
 }
 
 impl Column {
+    /// The whole pixel, up to the air.
     pub fn new(pixel: &Pixel, lattice: Lattice, sector: Sector) -> Result<Self, RcwaError> {
+        let mut column = Self::below(pixel, lattice, sector, pixel.layers().len())?;
+        let k0 = pixel.k0_per_um;
+        let lens = pixel.indices.lens * pixel.indices.lens;
+        let pedestal = k0 * pixel.slices.pedestal_um;
+        if pedestal > 0.0 {
+            column.climb(|basis, y| layers::uniform(basis, lens, pedestal, y));
+        }
+        for slice in (0..pixel.slices.count()).rev() {
+            column.climb(|basis, y| pixel.slices.climb(basis, slice, k0, y));
+        }
+        Ok(column)
+    }
+
+    /// Silicon and the first of the layers above it.
+    pub fn below(
+        pixel: &Pixel,
+        lattice: Lattice,
+        sector: Sector,
+        first: usize,
+    ) -> Result<Self, RcwaError> {
         let (k0, settings) = (pixel.k0_per_um, &pixel.settings);
         let of = |cutoff| Basis::new(lattice, sector, cutoff, Class::WHOLE);
         let high = of(settings.lens_cutoff);
@@ -81,43 +108,36 @@ impl Column {
         };
         let lens = pixel.indices.lens * pixel.indices.lens;
         let medium = |i: usize| over.get(i).map_or(lens, |layer| layer.0);
-        let cutoff = pixel.indices.silicon.re + settings.silicon_margin * lattice.step;
-        let silicon = Silicon::new(&low, pixel.silicon(), medium(0), cutoff)?;
+        let silicon = Silicon::new(&low, pixel.silicon(), medium(0), pixel.silicon_cutoff)?;
         let reflection = silicon.reflection(low.len());
-
-        let mut basis = low;
-        let mut admittance = layers::admittance(&Uniform::new(&basis, medium(0)), &reflection);
-        let mut passages = Vec::new();
-        let mut climb = |c: Climbed| {
-            passages.push(c.passage);
-            c.above
-        };
-        for (i, (epsilon, thickness_um, walls)) in over.iter().enumerate() {
-            let depth = k0 * thickness_um;
-            if let Some(walls) = walls {
-                admittance = climb(layers::walled(&basis, walls, depth, &admittance)?);
-                admittance = climb(layers::narrowed(&basis, &high, medium(i + 1), &admittance));
-                basis = high.clone();
-            } else {
-                admittance = climb(layers::uniform(&basis, *epsilon, depth, &admittance));
-            }
-        }
-        let pedestal = k0 * pixel.slices.pedestal_um;
-        if pedestal > 0.0 {
-            admittance = climb(layers::uniform(&basis, lens, pedestal, &admittance));
-        }
-        for slice in (0..pixel.slices.count()).rev() {
-            admittance = climb(pixel.slices.climb(&basis, slice, k0, &admittance));
-        }
-        Ok(Self {
-            basis,
-            admittance,
-            passages,
+        let mut column = Self {
+            admittance: layers::admittance(&Uniform::new(&low, medium(0)), &reflection),
+            basis: low,
+            passages: Vec::new(),
             reflection,
             silicon,
             k0_per_um: k0,
             silicon_um: pixel.stack.silicon_um,
-        })
+        };
+        for (i, (epsilon, thickness_um, walls)) in over.iter().take(first).enumerate() {
+            let depth = k0 * thickness_um;
+            if let Some(walls) = walls {
+                let through = layers::walled(&column.basis, walls, depth, &column.admittance)?;
+                column.climb(|_, _| through);
+                column.climb(|low, y| layers::narrowed(low, &high, medium(i + 1), y));
+                column.basis = high.clone();
+            } else {
+                column.climb(|basis, y| layers::uniform(basis, *epsilon, depth, y));
+            }
+        }
+        Ok(column)
+    }
+
+    /// Adds a layer on top.
+    pub fn climb(&mut self, layer: impl FnOnce(&Basis, &Matrix) -> Climbed) {
+        let Climbed { above, passage } = layer(&self.basis, &self.admittance);
+        self.admittance = above;
+        self.passages.push(passage);
     }
 
     /// Functions followed in silicon.
@@ -125,7 +145,7 @@ impl Column {
         self.silicon.functions()
     }
 
-    /// What becomes in the silicon of fields E in the air, a column each.
+    /// What becomes in the silicon of fields E at the top, a column each.
     pub fn absorb(&self, e: &Matrix) -> Vec<InSilicon> {
         let down = |e, passage: &Matrix| passage * e;
         let at_silicon = self.passages.iter().rev().fold(e.clone(), down);

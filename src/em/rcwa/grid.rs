@@ -26,6 +26,8 @@ pub(super) struct Grid {
     pub parts: [i32; 2],
     /// Width of the walls in periods.
     pub wall: f64,
+    /// Place of a wall in periods, a quarter or a half: half a microlens from the centre of the first.
+    pub border: f64,
     /// ε of the rectangles.
     pub inside: C,
     /// ε of the walls.
@@ -33,7 +35,8 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// Fourier coefficient G of the part of an axis that the rectangles take; walls are centred on the borders of the parts.
+    /// Fourier coefficient G of the part of an axis that the rectangles take; walls are centred on the borders of the parts. It is real: the origin
+    /// is a mirror.
     pub fn filled(&self, axis: usize, order: i32) -> f64 {
         let m = self.parts[axis];
         let walls = f64::from(m) * self.wall;
@@ -44,7 +47,13 @@ impl Grid {
             return 0.0;
         }
         let x = std::f64::consts::PI * f64::from(order) * self.wall;
-        let sign = if order % 2 == 0 { 1.0 } else { -1.0 };
+        // cos 2πGb of whole and half turns, exactly.
+        let turns = f64::from(order) * self.border;
+        let sign = if (turns - turns.round()).abs() < 0.25 {
+            1.0
+        } else {
+            -1.0
+        };
         -walls * sign * x.sin() / x
     }
 
@@ -139,7 +148,7 @@ impl Operators {
     }
 
     /// The modes of a layer that is not uniform.
-    fn modes(&self) -> Result<Modes, RcwaError> {
+    pub fn modes(&self) -> Result<Modes, RcwaError> {
         let (squares, w) = eigen(&(&self.p * &self.q))?;
         let gamma: Vec<C> = squares.into_iter().map(downward).collect();
         let inverse: Vec<C> = gamma.iter().map(|g| g.inv()).collect();
@@ -179,13 +188,17 @@ impl Modes {
         if grid.wall != 0.0 && grid.inside != grid.outside {
             return operators.modes();
         }
-        // Plane waves: many of equal γ, of which the eigenvalue iteration would make anything.
-        let plain = Uniform::new(basis, grid.inside);
-        Ok(Self {
+        Ok(Self::plain(basis, grid.inside))
+    }
+
+    /// Plane waves: many of equal γ, of which the eigenvalue iteration would make anything.
+    pub fn plain(basis: &Basis, epsilon: C) -> Self {
+        let plain = Uniform::new(basis, epsilon);
+        Self {
             w: Matrix::identity(basis.len(), basis.len()),
             v: plain.matrix(),
             gamma: plain.gamma,
-        })
+        }
     }
 
     pub fn phases(&self, k0_z: f64) -> Vec<C> {

@@ -53,15 +53,21 @@ pub(super) fn walled(
     below: &Matrix,
 ) -> Result<Climbed, RcwaError> {
     let operators = Operators::of_grid(basis, grid);
-    let Modes { gamma, w, v } = Modes::of_grid(basis, grid, &operators)?;
-    let yw = below * &w;
-    let rho = solve(&(&v + &yw), &(&v - &yw));
-    let x = super::uniform::phases(&gamma, k0_d);
+    let modes = Modes::of_grid(basis, grid, &operators)?;
+    Ok(patterned(&modes, k0_d, below))
+}
+
+/// Through a layer of these modes.
+pub(super) fn patterned(modes: &Modes, k0_d: f64, below: &Matrix) -> Climbed {
+    let Modes { w, v, .. } = modes;
+    let yw = below * w;
+    let rho = solve(&(v + &yw), &(v - &yw));
+    let x = modes.phases(k0_d);
     let turned = there_and_back(rho.clone(), &x);
-    let top = &w * plus_one(turned.clone());
-    let above = solve_right(&(&v * plus_one(-turned)), &top);
-    let passage = solve_right(&(&w * scale_columns(plus_one(rho), &x)), &top);
-    Ok(Climbed { above, passage })
+    let top = w * plus_one(turned.clone());
+    let above = solve_right(&(v * plus_one(-turned)), &top);
+    let passage = solve_right(&(w * scale_columns(plus_one(rho), &x)), &top);
+    Climbed { above, passage }
 }
 
 /// From the functions `low` that a fine layer needs to the fewer `high` above it, in a medium: the admittance on `high`, and E on `low` of E on

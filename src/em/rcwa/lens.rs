@@ -19,9 +19,12 @@
 
 use std::f64::consts::PI;
 
+use faer::linalg::solvers::Solve;
+
 use super::basis::{Basis, Order, Parity};
 use super::grid::Operators;
 use super::layers::Climbed;
+use super::lighting::{Lighting, Sunk};
 use super::linear::{C, Matrix, plus_one, solve};
 use super::quadrature::gauss_legendre;
 use crate::em::PixelStack;
@@ -32,11 +35,13 @@ pub(super) struct LensSlices {
     thickness_um: Vec<f64>,
     /// Resin below the lens's lowest point, in µm.
     pub pedestal_um: f64,
-    /// Fourier coefficients of the part of the cell that is resin: of orders (|n_x|, |n_y|) up to `most`, at the Gauss nodes of each pair
+    /// Fourier coefficients of the part of a lens's cell that is resin: of orders (|n_x|, |n_y|) up to `most`, at the Gauss nodes of each pair
     /// of slices.
     masks: Vec<Vec<f64>>,
     most: usize,
-    /// Shift in periods.
+    /// Lenses in a period, along each axis.
+    lenses: i32,
+    /// Shift in pitches.
     shift: [f64; 2],
     resin: C,
 }
@@ -64,6 +69,7 @@ impl LensSlices {
             pedestal_um: (stack.lens.height_um - sag).max(0.0),
             masks,
             most,
+            lenses: stack.microlenses_across() as i32,
             shift: stack.lens.shift_um.map(|s| s / p),
             resin,
         }
@@ -104,14 +110,19 @@ impl LensSlices {
         Operators::new(basis, &x, &y, eta)
     }
 
+    /// Of orders of the period.
     fn coefficient(&self, mask: &[f64], gx: i32, gy: i32) -> C {
+        if gx % self.lenses != 0 || gy % self.lenses != 0 {
+            return C::ZERO;
+        }
+        let (gx, gy) = (gx / self.lenses, gy / self.lenses);
         let at = gx.unsigned_abs() as usize * (self.most + 1) + gy.unsigned_abs() as usize;
         let turn = f64::from(gx) * self.shift[0] + f64::from(gy) * self.shift[1];
         C::from_polar(mask[at], -2.0 * PI * turn)
     }
 
-    /// Through a slice.
-    pub fn climb(&self, basis: &Basis, slice: usize, k0_per_um: f64, below: &Matrix) -> Climbed {
+    /// A and B of a slice.
+    fn faces(&self, basis: &Basis, slice: usize, k0_per_um: f64) -> [Matrix; 2] {
         let d = k0_per_um * self.thickness_um[slice];
         let Operators { p, q, .. } = self.operators(basis, slice);
         let highest = (self.resin * self.resin).re;
@@ -124,15 +135,47 @@ impl LensSlices {
             let one = if i == j { c0 } else { 0.0 };
             C::I * (c[(i, j)] * c1 + square[(i, j)] * c2 + one)
         });
-        let (a, b) = (&q * &t, &t * &p);
-        let ba = &b * &a;
-        let by = &b * below;
-        let left = plus_one(&ba - by * faer::Scale(C::new(2.0, 0.0)));
-        let right = plus_one(-ba);
+        [&q * &t, &t * &p]
+    }
+
+    /// Through a slice.
+    pub fn climb(&self, basis: &Basis, slice: usize, k0_per_um: f64, below: &Matrix) -> Climbed {
+        let [a, b] = self.faces(basis, slice, k0_per_um);
+        let (left, right) = sides(&a, &b, below);
         let passage = solve(&left, &right);
         let above = (below - &a) * &passage - a;
         Climbed { above, passage }
     }
+
+    /// Through a slice from above: see [`Sunk`].
+    pub fn sink(&self, basis: &Basis, slice: usize, k0_per_um: f64, above: &Lighting) -> Sunk {
+        let [a, b] = self.faces(basis, slice, k0_per_um);
+        let Lighting { admittance, source } = above;
+        let (left, right) = sides(&a, &b, admittance);
+        let left = left.partial_piv_lu();
+        let passage = left.solve(&right);
+        // (1 − 2 B U + B A) E_t = (1 − B A) E_b − 2 B s, h_b = (A − U) E_t + A E_b + s.
+        let driven = &b * source;
+        let own = left.solve(&driven) * faer::Scale(C::from(-2.0));
+        let less = admittance - &a;
+        let below = Lighting {
+            admittance: &less * &passage - a,
+            source: source - less * &own,
+        };
+        Sunk {
+            below,
+            passage,
+            own,
+        }
+    }
+}
+
+/// 1 − 2 B Y + B A and 1 − B A.
+fn sides(a: &Matrix, b: &Matrix, y: &Matrix) -> (Matrix, Matrix) {
+    let ba = b * a;
+    let by = b * y;
+    let left = plus_one(&ba - by * faer::Scale(C::new(2.0, 0.0)));
+    (left, plus_one(-ba))
 }
 
 /// Coefficients of the quadratic through tan(√x d/2)/√x at the Chebyshev nodes of [`low`, `high`].

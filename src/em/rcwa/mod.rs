@@ -7,7 +7,8 @@
 //!   █│█████│█████│█████│██  silicon.rs  modes of silicon and trenches, class by class; absorption of each photodiode
 //! ```
 //! `column.rs` stacks them; everything is matrices over the orders of `basis.rs`, halved by each mirror of pixel and wave. Lengths inside are
-//! in units of 1/k0; z points down; time convention e^(−iωt). One direction is one thread's.
+//! in units of 1/k0; z points down; time convention e^(−iωt). One direction is one thread's. Under a mosaic of colour filters the period is 2×2
+//! microlenses (`supercell.rs`): lens and silicon stay as they are, class by class; the filters couple all.
 //!
 //! # What makes it fast
 //!
@@ -18,16 +19,19 @@
 
 mod answer;
 mod basis;
+mod checker;
 mod column;
 mod error;
 mod grid;
 mod layers;
 mod lens;
+mod lighting;
 mod linear;
 mod model;
 mod quadrature;
 mod settings;
 mod silicon;
+mod supercell;
 mod uniform;
 
 pub use answer::{RcwaAnswer, RcwaPowers};

@@ -8,6 +8,8 @@ use super::column::{Column, Pixel};
 use super::error::within;
 use super::lens::LensSlices;
 use super::linear::{C, Matrix, flux, solve};
+use super::silicon::InSilicon;
+use super::supercell;
 use super::uniform::Uniform;
 use super::{RcwaAnswer, RcwaError, RcwaPowers, RcwaSettings};
 use crate::em::PixelStack;
@@ -35,11 +37,13 @@ impl RcwaModel {
         settings.check()?;
         let indices = stack.indices(wavelength_nm)?;
         let k0_per_um = 2.0 * PI / (wavelength_nm * 1e-3);
-        let step = 2.0 * PI / (stack.pitch_um * k0_per_um);
+        let step = 2.0 * PI / (stack.period_um() * k0_per_um);
+        let step_of_microlens = 2.0 * PI / (stack.pitch_um * k0_per_um);
+        check_walls(stack)?;
         // Two components for every order in a circle, in silicon parted into classes.
         let functions = |cutoff: f64| 2.0 * PI * (cutoff / step).powi(2);
-        let cutoff = indices.silicon.re + settings.silicon_margin * step;
-        let in_class = functions(cutoff) / stack.subpixels.count() as f64;
+        let silicon_cutoff = indices.silicon.re + settings.silicon_margin * step_of_microlens;
+        let in_class = functions(silicon_cutoff) / stack.photodiodes() as f64;
         let above = match stack.metal {
             Some(_) => settings.wall_cutoff.max(settings.lens_cutoff),
             None => settings.lens_cutoff,
@@ -53,13 +57,14 @@ impl RcwaModel {
         ] {
             within(field, functions.round(), 0.0, MOST_FUNCTIONS)?;
         }
-        // The sum of two order numbers, each up to (cutoff + 1)/step.
-        let most = 2 * ((settings.lens_cutoff + 1.0) / step).ceil() as usize;
+        // The sum of two order numbers of a microlens, each up to (cutoff + 1)/step.
+        let most = 2 * ((settings.lens_cutoff + 1.0) / step_of_microlens).ceil() as usize;
         Ok(Self(Pixel {
             stack: stack.clone(),
             settings: *settings,
             k0_per_um,
             step,
+            silicon_cutoff,
             slices: LensSlices::new(stack, indices.lens, settings.slice_nm * 1e-3, most),
             indices,
         }))
@@ -75,16 +80,11 @@ impl RcwaModel {
             [0, 1].map(|axis| bloch[axis] == 0.0 && self.0.stack.lens.shift_um[axis] == 0.0);
         let [s, p] = incident(bloch);
         let ((s, p), functions) = if mirrors == [false, false] {
-            let column = self.column(bloch, sector_of(s, mirrors))?;
-            let [s, p] = light(&column, [s, p])?;
-            ((s, p), column.functions())
+            let ([s, p], functions) = self.light(bloch, sector_of(s, mirrors), [s, p])?;
+            ((s, p), functions)
         } else {
-            let one = |wave| -> Result<_, RcwaError> {
-                let column = self.column(bloch, sector_of(wave, mirrors))?;
-                let [powers] = light(&column, [wave])?;
-                Ok((powers, column.functions()))
-            };
-            let ((s, of_s), (p, of_p)) = (one(s)?, one(p)?);
+            let one = |wave| self.light(bloch, sector_of(wave, mirrors), [wave]);
+            let (([s], of_s), ([p], of_p)) = (one(s)?, one(p)?);
             ((s, p), of_s.max(of_p))
         };
         Ok(RcwaAnswer {
@@ -95,17 +95,35 @@ impl RcwaModel {
         })
     }
 
-    fn column(&self, bloch: [f64; 2], sector: Sector) -> Result<Column, RcwaError> {
-        let step = self.0.step;
-        Column::new(&self.0, Lattice { bloch, step }, sector)
+    /// Powers of incident waves (E_x, E_y of order 0) of a sector, and the functions followed in silicon.
+    fn light<const N: usize>(
+        &self,
+        bloch: [f64; 2],
+        sector: Sector,
+        waves: [[f64; 2]; N],
+    ) -> Result<([RcwaPowers; N], usize), RcwaError> {
+        let pixel = &self.0;
+        let lattice = Lattice {
+            bloch,
+            step: pixel.step,
+        };
+        let (powers, functions) = match pixel.indices.mosaic {
+            Some(filters) => supercell::light(pixel, lattice, sector, waves, filters.n)?,
+            None => {
+                let column = Column::new(pixel, lattice, sector)?;
+                (light(&column, waves), column.functions())
+            }
+        };
+        if powers.iter().all(|p| p.balance().is_finite()) {
+            Ok((powers, functions))
+        } else {
+            Err(RcwaError::NotFinite)
+        }
     }
 }
 
-/// Powers of incident waves (E_x, E_y of order 0) of the column's sector.
-fn light<const N: usize>(
-    column: &Column,
-    waves: [[f64; 2]; N],
-) -> Result<[RcwaPowers; N], RcwaError> {
+/// Powers of incident waves of the column's sector.
+fn light<const N: usize>(column: &Column, waves: [[f64; 2]; N]) -> [RcwaPowers; N] {
     let air = Uniform::new(&column.basis, C::ONE);
     let incident = order_zero(&column.basis, &waves);
     let h_incident = air.times(&incident);
@@ -115,22 +133,39 @@ fn light<const N: usize>(
     let up = &e - &incident;
     let h_up = air.times(&up);
     let inside = column.absorb(&e);
-    let powers: [RcwaPowers; N] = std::array::from_fn(|j| {
-        let inside = &inside[j];
+    std::array::from_fn(|j| {
         let unit = 1.0 / flux(incident.as_ref(), h_incident.as_ref(), j);
         let entering = flux(e.as_ref(), h.as_ref(), j);
-        RcwaPowers {
-            absorbed: inside.absorbed.iter().map(|p| p * unit).collect(),
-            absorbed_by_flux: (inside.entering - inside.leaving - inside.trenches) * unit,
-            reflected: flux(up.as_ref(), h_up.as_ref(), j) * unit,
-            transmitted: inside.leaving * unit,
-            elsewhere: (entering - inside.entering + inside.trenches) * unit,
-        }
-    });
-    if powers.iter().all(|p| p.balance().is_finite()) {
-        Ok(powers)
-    } else {
-        Err(RcwaError::NotFinite)
+        let reflected = flux(up.as_ref(), h_up.as_ref(), j);
+        powers(&inside[j], entering, reflected, unit)
+    })
+}
+
+/// Powers of fluxes.
+pub(super) fn powers(inside: &InSilicon, entering: f64, reflected: f64, unit: f64) -> RcwaPowers {
+    RcwaPowers {
+        absorbed: inside.absorbed.iter().map(|p| p * unit).collect(),
+        absorbed_by_flux: (inside.entering - inside.leaving - inside.trenches) * unit,
+        reflected: reflected * unit,
+        transmitted: inside.leaving * unit,
+        elsewhere: (entering - inside.entering + inside.trenches) * unit,
+    }
+}
+
+/// Walls above the filters of a mosaic would couple the classes that the lens keeps apart.
+fn check_walls(stack: &PixelStack) -> Result<(), RcwaError> {
+    let (Some(_), Some((filter, _)), Some(metal)) =
+        (&stack.mosaic, stack.filter_layer(), &stack.metal)
+    else {
+        return Ok(());
+    };
+    match stack.layers.iter().position(|l| l.name == metal.layer) {
+        Some(walls) if walls < filter => Err(RcwaError::Value {
+            field: "metal.layer",
+            value: format!("`{}`", metal.layer),
+            allowed: "a layer below the filters of a mosaic".into(),
+        }),
+        _ => Ok(()),
     }
 }
 
@@ -157,7 +192,7 @@ fn sector_of([ex, _]: [f64; 2], mirrors: [bool; 2]) -> Sector {
 }
 
 /// Order 0, a column a wave.
-fn order_zero(basis: &Basis, waves: &[[f64; 2]]) -> Matrix {
+pub(super) fn order_zero(basis: &Basis, waves: &[[f64; 2]]) -> Matrix {
     let mut out = Matrix::zeros(basis.len(), waves.len());
     for (i, (orders, first)) in [(&basis.x, 0), (&basis.y, basis.x.len())]
         .into_iter()

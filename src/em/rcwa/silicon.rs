@@ -38,7 +38,7 @@ pub(super) struct InSilicon {
     pub entering: f64,
     /// Passing below the counted depth.
     pub leaving: f64,
-    /// Absorbed in each photodiode, by volume integral.
+    /// Absorbed in each photodiode, by volume integral: by columns of a row, from half a microlens before the origin.
     pub absorbed: Vec<f64>,
     /// Absorbed in the trenches, if they absorb at all: what is left of the loss of flux.
     pub trenches: f64,
@@ -207,7 +207,7 @@ impl<'a> Detector<'a> {
             let count = (0.5 * whole.cutoff * side) as usize + 8;
             (0..m)
                 .flat_map(|i| {
-                    let middle = ((f64::from(i) + 0.5) / f64::from(m) - 0.5) * period;
+                    let middle = ((f64::from(i) + 0.5) / f64::from(m) - grid.border) * period;
                     let nodes = gauss_legendre(count, middle - 0.5 * side, middle + 0.5 * side);
                     nodes.into_iter().map(move |(x, w)| (i as usize, x, w))
                 })

@@ -89,7 +89,7 @@ pub struct WaveModel {
 }
 
 impl WaveModel {
-    /// Checks pixel, settings and wavelength. Refuses metal walls.
+    /// Checks pixel, settings and wavelength. Refuses metal walls and mosaics.
     pub fn new(
         stack: &PixelStack,
         wavelength_nm: f64,
@@ -102,6 +102,13 @@ impl WaveModel {
                 "metal",
                 format!("a wall in `{}`", metal.layer),
                 "none in the wave model (a scalar wave does not know how metal treats each polarization); use the fdtd model, or leave [metal] out",
+            ));
+        }
+        if stack.mosaic.is_some() {
+            return Err(StackError::value(
+                "mosaic",
+                "there",
+                "none in the wave model (its layers are flat); use the rcwa or the fdtd model, or leave [mosaic] out",
             ));
         }
         let n = stack.indices(wavelength_nm)?;

@@ -1,0 +1,101 @@
+//! Pixels in a mosaic of colour filters: which microlens a response is of, or a table of each.
+
+use clap::ValueEnum;
+use quadpixel::command::CommandError;
+use quadpixel::em::PixelStack;
+use quadpixel::em::mosaic::FilterColour;
+use quadpixel::response::build_mosaic_tables;
+
+use super::{ResponseArgs, changed, default_output, nodes, written};
+use crate::log::Log;
+use crate::progress::Progress;
+
+/// Whose response.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum ColourArg {
+    Red,
+    /// The mean of both greens.
+    Green,
+    Blue,
+    All,
+}
+
+/// Sets the colour that the pixel's response is of; whether it is all.
+pub(super) fn choose(colour: ColourArg, stack: &mut PixelStack) -> Result<bool, CommandError> {
+    let Some(mosaic) = &mut stack.mosaic else {
+        return Err(CommandError::input(format!(
+            "--colour with the pixel {}; allowed: a pixel with [mosaic], such as 1.6um-bayer",
+            stack.name
+        )));
+    };
+    let one = match colour {
+        ColourArg::Red => FilterColour::Red,
+        ColourArg::Green => FilterColour::Green,
+        ColourArg::Blue => FilterColour::Blue,
+        ColourArg::All => return Ok(true),
+    };
+    mosaic.colour = one;
+    Ok(false)
+}
+
+/// A table of each colour, NAME-MODEL-red.npz and so on, or NAME.red.npz for an output NAME.npz.
+pub(super) fn tables(
+    args: &ResponseArgs,
+    stack: &PixelStack,
+    log: Log,
+) -> Result<(), CommandError> {
+    if !args.theta_deg.is_empty() || args.shifts.is_some() || args.import.is_some() {
+        return Err(CommandError::input(
+            "--colour all with --theta-deg, --shifts or --import; allowed: tables of one lens shift (or one colour)",
+        ));
+    }
+    let progress = Progress::new(log.json(args.json));
+    let angles = |done: usize, total: usize| progress.angles(done, total);
+    if !args.shard.shard(&progress)?.is_whole() {
+        return Err(CommandError::input(
+            "--colour all with --shard; allowed: parts of tables of one colour",
+        ));
+    }
+    let began = std::time::Instant::now();
+    let made = build_mosaic_tables(stack, &changed(args, args.model.table(stack)), &angles)
+        .map_err(|e| CommandError::input(e.to_string()))?;
+    let seconds = began.elapsed().as_secs_f64();
+    let mut rows = Vec::new();
+    for colour in FilterColour::ALL {
+        let built = made.of(colour);
+        if let Some(violation) = built.report.violation() {
+            let text = format!("{}: {violation}; cut in the table", colour.name());
+            progress.warn(&text);
+        }
+        let path = match &args.output {
+            Some(path) => path.with_extension(format!("{}.npz", colour.name())),
+            None => default_output(stack, &format!("{}-{}", args.model.name(), colour.name())),
+        };
+        written(&built.table, &path)?;
+        rows.push((colour.name(), path, built));
+    }
+    progress.finish();
+    if args.json {
+        let tables = rows.iter().map(|(colour, path, built)| {
+            serde_json::json!({
+                "colour": colour, "file": path, "nodes": nodes(&built.table), "key": built.table.meta().key, "build": built.report
+            })
+        });
+        let tables: Vec<_> = tables.collect();
+        println!(
+            "{}",
+            serde_json::json!({ "seconds": seconds, "tables": tables })
+        );
+        return Ok(());
+    }
+    for (colour, path, built) in rows {
+        println!(
+            "{}: {colour}, {} directions, sums up to {:.4}",
+            path.display(),
+            nodes(&built.table),
+            built.report.largest_sum
+        );
+    }
+    println!("{seconds:.1} s");
+    Ok(())
+}

@@ -1,0 +1,149 @@
+//! `qpgen study mosaic` and `qpgen response --colour`, as a user calls them.
+#![allow(clippy::unwrap_used)] // because tests fail by panicking
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// In a folder, with its cache there.
+fn qpgen_in(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_qpgen"));
+    command.current_dir(folder).env("QUADPIXEL_CACHE", folder);
+    command.args(arguments).output().unwrap()
+}
+
+fn json(output: &Output) -> serde_json::Value {
+    assert!(output.status.success(), "{output:?}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn refused(output: &Output, why: &str) {
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains(why), "{said}");
+}
+
+/// The built-in mosaic as a pixel of half its size, which a test can afford.
+fn small_pixel(folder: &Path) -> String {
+    let printed = qpgen_in(
+        folder,
+        &["response", "--pixel", "1.6um-bayer", "--print-pixel"],
+    );
+    let text = String::from_utf8(printed.stdout).unwrap();
+    assert!(text.contains("[mosaic]") && text.contains("stand-ins"));
+    let text = text
+        .replace("pitch_um = 1.6", "pitch_um = 0.8")
+        .replace("1.1313708498984762", "0.57")
+        .replace("silicon_um = 4.0", "silicon_um = 1.0");
+    let path = folder.join("small.toml");
+    fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn the_mosaic_study_tells_every_microlens_beside_its_own_colour_around() {
+    let folder = tempfile::tempdir().unwrap();
+    let pixel = small_pixel(folder.path());
+    let study = |more: &[&str]| {
+        let given = [
+            "study",
+            "mosaic",
+            "--preset",
+            "draft",
+            "--theta-step-deg",
+            "15",
+        ];
+        let given = [&given[..], &["--theta-max-deg", "30", "--json"], more].concat();
+        qpgen_in(folder.path(), &given)
+    };
+    let done = json(&study(&["--model", "rcwa", "--pixel", &pixel]));
+    // Three wavelengths, three angles; the supercell and three filters alone.
+    assert_eq!(done["solutions"], 3 * 3 * 4);
+    assert!(done["worst_imbalance"].as_f64().unwrap() < 1e-6);
+    let all = done["microlenses"].as_array().unwrap();
+    let names: Vec<&str> = all
+        .iter()
+        .map(|m| m["microlens"].as_str().unwrap())
+        .collect();
+    assert_eq!(
+        names,
+        ["blue", "green beside red", "green beside blue", "red"]
+    );
+    for m in all {
+        // A filter passes more of its own colour than others do.
+        assert!(m["unlike_alone"].as_f64().unwrap() < m["one_colour"]["total"].as_f64().unwrap());
+        assert_eq!(m["beyond_angles"], 1);
+    }
+    let csv = fs::read_to_string(folder.path().join("study/mosaic.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + 3 * 3 * (4 + 3));
+    let columns = csv.lines().next().unwrap().split(',').count();
+    assert!(csv.lines().all(|l| l.split(',').count() == columns));
+    let summary = fs::read_to_string(folder.path().join("study/mosaic-summary.csv")).unwrap();
+    assert_eq!(summary.lines().count(), 1 + 2 * 4);
+    let svg = fs::read_to_string(folder.path().join("study/mosaic.svg")).unwrap();
+    assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && !svg.contains("NaN"));
+
+    refused(&study(&["--pixel", &pixel]), "--model is wave");
+    refused(
+        &study(&["--model", "rcwa", "--pixel", "1.6um"]),
+        "a pixel with [mosaic]",
+    );
+}
+
+#[test]
+fn a_table_of_each_colour_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let pixel = small_pixel(folder.path());
+    let response = |more: &[&str]| {
+        let given = ["response", "--pixel", &pixel, "--preset", "draft", "--json"];
+        qpgen_in(folder.path(), &[&given[..], more].concat())
+    };
+    let done = json(&response(&[
+        "--model",
+        "rcwa",
+        "--colour",
+        "all",
+        "--grid",
+        "2",
+        "--cosine-max",
+        "0.5",
+        "-o",
+        "t.npz",
+    ]));
+    let tables = done["tables"].as_array().unwrap();
+    assert_eq!(tables.len(), 3);
+    for (table, colour) in tables.iter().zip(["red", "green", "blue"]) {
+        assert_eq!(table["colour"], colour);
+        assert!(folder.path().join(format!("t.{colour}.npz")).exists());
+    }
+    // Of one colour at one angle, whose powers add up to one.
+    let one = json(&response(&[
+        "--model",
+        "rcwa",
+        "--colour",
+        "red",
+        "--theta-deg",
+        "10",
+    ]));
+    let mean = &one["directions"][0]["powers"]["mean"];
+    let sum: f64 = ["A", "B", "C", "D"]
+        .iter()
+        .map(|n| mean["p"][n].as_f64().unwrap())
+        .sum();
+    let rest = ["reflected", "transmitted", "elsewhere"].map(|n| mean[n].as_f64().unwrap());
+    assert!((sum + rest.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+
+    refused(
+        &response(&["--colour", "red", "--theta-deg", "0"]),
+        "none in the wave model",
+    );
+    refused(
+        &response(&["--model", "rcwa", "--colour", "all", "--theta-deg", "0"]),
+        "--colour all with",
+    );
+    let plain = ["response", "--pixel", "1.6um", "--colour", "red"];
+    refused(
+        &qpgen_in(folder.path(), &plain),
+        "--colour with the pixel 1.6um",
+    );
+}
