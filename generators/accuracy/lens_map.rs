@@ -22,7 +22,7 @@ pub struct LensMap {
     degree: usize,
     sensor_mm: f64,
     pupil_mm: f64,
-    /// Middle and half width of a, b, c over the rays fitted: the terms' arguments are −1 to 1 there.
+    /// Middle and inverse half width of a, b, c over the rays fitted: the terms' arguments are −1 to 1 there.
     ranges: [(f64, f64); 3],
     /// f₁ to f₄ of each term.
     terms: Vec<[f64; 4]>,
@@ -72,7 +72,7 @@ impl LensMap {
         let ends = invariants.fold([(f64::INFINITY, f64::NEG_INFINITY); 3], |ends, at| {
             std::array::from_fn(|i| (ends[i].0.min(at[i]), ends[i].1.max(at[i])))
         });
-        map.ranges = ends.map(|(low, high)| (0.5 * (low + high), (0.5 * (high - low)).max(1e-9)));
+        map.ranges = ends.map(|(low, high)| (0.5 * (low + high), 2.0 / (high - low).max(1e-9)));
         let count = terms(degree);
         // Unknowns of a pair: its f of x, then that of p; equations: both components of every ray.
         let n = 2 * count;
@@ -106,7 +106,7 @@ impl LensMap {
     #[inline(always)]
     fn invariants(&self, x: DVec2, p: DVec2) -> [f64; 3] {
         let of = [x.dot(x), x.dot(p), p.dot(p)];
-        std::array::from_fn(|i| (of[i] - self.ranges[i].0) / self.ranges[i].1)
+        std::array::from_fn(|i| (of[i] - self.ranges[i].0) * self.ranges[i].1)
     }
 
     /// Terms at one ray, in the order in which [`Self::map`] sums them.
@@ -147,8 +147,14 @@ impl LensMap {
     /// f₁ to f₄ of [`LANES`] rays.
     #[inline]
     fn sums(&self, x: &[DVec2; LANES], p: &[DVec2; LANES]) -> [[f64; LANES]; 4] {
-        let invariants: [[f64; 3]; LANES] = std::array::from_fn(|l| self.invariants(x[l], p[l]));
-        let [a, b, c] = [0, 1, 2].map(|i| powers(invariants.map(|of| of[i]), self.degree));
+        // As of `invariants`, but lane beside lane.
+        let argument = |i: usize, of: [f64; LANES]| {
+            let (middle, scale) = self.ranges[i];
+            powers(of.map(|t| (t - middle) * scale), self.degree)
+        };
+        let a = argument(0, std::array::from_fn(|l| x[l].dot(x[l])));
+        let b = argument(1, std::array::from_fn(|l| x[l].dot(p[l])));
+        let c = argument(2, std::array::from_fn(|l| p[l].dot(p[l])));
         let mut f = [[0.0; LANES]; 4];
         let mut terms = self.terms.iter();
         for (i, a) in a.iter().enumerate().take(self.degree + 1) {

@@ -63,7 +63,7 @@ fn of(plan: &Plan) -> Result<Table, CommandError> {
         let name = format!("{name}, {distance_mm} mm");
         curves.push(Curve { name, rows });
     }
-    notes.push("A ray is splatted on all sub-pixels of its pixel, so rays a pixel and colour are what costs. The tracer works on blocks of 64 rays: fewer a pixel take as \
+    notes.push("A ray is splatted on all sub-pixels of its pixel, so rays a pixel and colour are what costs. The tracer works on blocks of 64 rays, the last one of 32: fewer a pixel take as \
          long.".into());
     Ok(Table {
         knob: "rays",
