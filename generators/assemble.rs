@@ -20,6 +20,7 @@ use quadpixel::units::MM_PER_UM;
 use crate::field_of_view::{centre_at, covering};
 use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, WindowRecipe};
 use crate::scenes::WorldRecipe;
+use crate::shifted_table::ShiftedTable;
 use quadpixel::command::CommandError;
 
 /// Angular responses that several samples share, loaded or computed once.
@@ -106,19 +107,31 @@ impl Responses {
             return Ok(response.clone());
         }
         let table = match &recipe.response {
-            ResponseRecipe::Wave { pixel, stack_scale } => {
+            ResponseRecipe::Wave {
+                pixel,
+                stack_scale,
+                shifts,
+            } => {
                 let mut stack = pixel_stack(pixel, subpixels)?;
                 for layer in &mut stack.layers {
                     layer.thickness_um *= stack_scale;
                 }
                 stack.check().map_err(|e| input(&e))?;
-                let made = self.cache.get_or_build_each(
-                    &stack,
-                    &at_wavelengths(TableSettings::wave_standard_for(&stack)),
-                    ChannelWavelengths::default().reference_nm(),
-                    progress,
-                );
-                let made = made.map_err(|e| input(&e))?;
+                let made = match shifts {
+                    Some(shifts) => {
+                        let asked = ShiftedTable::wave(pixel, *stack_scale, &stack, *shifts);
+                        asked.at(&wavelengths_nm).made(&self.cache, progress)?
+                    }
+                    None => {
+                        let made = self.cache.get_or_build_each(
+                            &stack,
+                            &at_wavelengths(TableSettings::wave_standard_for(&stack)),
+                            ChannelWavelengths::default().reference_nm(),
+                            progress,
+                        );
+                        made.map_err(|e| input(&e))?
+                    }
+                };
                 let warnings = made.warnings.iter().map(ToString::to_string);
                 self.warnings.extend(warnings);
                 made.table
@@ -135,7 +148,19 @@ impl Responses {
                     }
                 }
             }
-            ResponseRecipe::Rcwa { pixel } => {
+            ResponseRecipe::Rcwa {
+                pixel,
+                shifts: Some(shifts),
+            } => {
+                let stack = pixel_stack(pixel, subpixels)?;
+                let asked = ShiftedTable::rcwa(pixel, &stack, *shifts);
+                let asked = asked.at(&wavelengths_nm);
+                asked.kept(&self.cache, &mut self.warnings)?
+            }
+            ResponseRecipe::Rcwa {
+                pixel,
+                shifts: None,
+            } => {
                 let stack = pixel_stack(pixel, subpixels)?;
                 let settings = at_wavelengths(TableSettings::rcwa_standard_for(&stack));
                 self.kept("rcwa", pixel, &stack, &settings)?

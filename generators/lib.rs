@@ -37,6 +37,7 @@ pub mod sample;
 mod scene_args;
 pub mod scenes;
 pub mod shard_args;
+mod shifted_table;
 pub mod stages;
 pub mod stop;
 pub mod study;

@@ -164,6 +164,9 @@ pub enum ResponseRecipe {
         /// Factor on the thickness of every flat layer between lens and silicon.
         #[serde(default = "one", skip_serializing_if = "is_one")]
         stack_scale: f64,
+        /// Lens shifts a pitch of a table of all lens shifts; absent: the table of the centred lens, moved along with the lens.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        shifts: Option<usize>,
     },
     /// The FDTD table of a pixel: a shipped one, or the one that `qpgen response --model fdtd` has made.
     Fdtd {
@@ -174,6 +177,9 @@ pub enum ResponseRecipe {
     Rcwa {
         /// Name of a built-in pixel or path of a `.toml` file.
         pixel: String,
+        /// As of the wave model.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        shifts: Option<usize>,
     },
     /// The ideal box of the paper's equation 2 (its classic mode).
     Geometric {

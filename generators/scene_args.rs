@@ -137,6 +137,7 @@ impl SceneArgs {
                 Some(pixel) => ResponseRecipe::Wave {
                     pixel: pixel.clone(),
                     stack_scale: 1.0,
+                    shifts: None,
                 },
                 None => ResponseRecipe::Geometric {
                     focal_length_um: None,

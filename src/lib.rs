@@ -13,6 +13,7 @@ pub mod file;
 pub mod frames;
 pub mod image;
 pub mod lens;
+mod npz;
 pub mod render;
 pub mod response;
 pub mod sampling;
