@@ -17,7 +17,7 @@ use quadpixel::image::raster::encode_png8;
 use quadpixel::image::{Image, ImageError, channel};
 
 use crate::capture::{Exposure, Given};
-use crate::disparity::{Axes, DisparityMap, Limits, Match, MatchSettings, Verdict, match_images};
+use crate::disparity::{Axes, DisparityMap, Match, MatchSettings, Verdict, match_images};
 use crate::load;
 use crate::maps::{MapFormat, Maps};
 use crate::progress::Progress;
@@ -87,7 +87,7 @@ pub fn run(args: &DisparityArgs) -> Result<(), CommandError> {
             Some(Direction::Horizontal) => Axes::Horizontal,
             Some(Direction::Vertical) => Axes::Vertical,
         },
-        limits: Limits::default(),
+        ..MatchSettings::default()
     };
     let progress = Progress::stderr();
     progress.stage(format!("reading {}", args.view.display()));

@@ -6,34 +6,23 @@
 //! cargo bench --bench frame -- --full    the whole frame
 //! ```
 
-use std::sync::Arc;
+#[path = "support/frame.rs"]
+mod support;
+
 use std::time::Instant;
 
-use glam::{DVec2, DVec3};
-use quadpixel::em::PixelStack;
-use quadpixel::lens::{FocusBy, Lens, Prescription};
-use quadpixel::render::{Camera, Execution, RenderSettings, render};
 use quadpixel::response::{
     GeometricResponse, Response, ResponseCache, ShiftedSettings, TableSettings,
 };
-use quadpixel::scene::texture::Texture;
-use quadpixel::scene::{Scene, TexturedPlane};
-use quadpixel::sensor::{Sensor, ShiftRule};
 use quadpixel::spectrum::ChannelWavelengths;
-
-const RAYS_PER_SUBPIXEL: usize = 32;
-const CHART_MM: f64 = 750.0;
+use support::{Frame, RAYS_PER_SUBPIXEL};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let full = std::env::args().any(|a| a == "--full");
     let side = if full { 1700 } else { 425 };
     let repeats = if full { 1 } else { 3 };
-    let stack = PixelStack::builtin("1.6um")?;
-    let lens = Lens::new(&Prescription::builtin("wide_US20120327520A1_emb3")?)?.focused_at(
-        CHART_MM,
-        FocusBy::Sensor,
-        550.0,
-    )?;
+    let frame = Frame::new()?;
+    let (stack, lens) = (&frame.stack, &frame.lens);
     let f_number = lens.paraxial(550.0)?.f_number;
     let classic = Response::Geometric(GeometricResponse::new(
         stack.subpixels,
@@ -41,54 +30,22 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         stack.pitch_um * f_number,
     )?);
     let cached = ResponseCache::open(ResponseCache::default_dir()).get_or_build(
-        &stack,
-        &TableSettings::wave_standard_for(&stack),
+        stack,
+        &TableSettings::wave_standard_for(stack),
         &|_, _| (),
     )?;
     let diffractive = Response::Table(cached.table);
     // Minutes the first time.
     let shifted = ResponseCache::open(ResponseCache::default_dir()).get_or_build_shifted(
-        &stack,
-        &ShiftedSettings::wave_for(&stack),
+        stack,
+        &ShiftedSettings::wave_for(stack),
         &|_, _| (),
     )?;
     let shifted = Response::Table(shifted.table);
-    // A fine checkerboard with shades: every ray looks its texture up.
-    let texture = Texture::from_fn(4096, 4096, |x, y| {
-        let check = if (x / 8 + y / 8) % 2 == 0 { 0.9 } else { 0.1 };
-        [check, 0.5 * check + x as f32 / 8192.0, y as f32 / 4096.0]
-    })?;
-    let plane = TexturedPlane::new(
-        DVec3::new(0.0, 0.0, -CHART_MM),
-        (700.0, 700.0),
-        (0.0, 0.0, 0.0),
-        Arc::new(texture),
-        None,
-    )?;
-    let scene = Scene::new(vec![plane], [0.0; 3]);
-    let rays_per_pixel = RAYS_PER_SUBPIXEL * stack.subpixels.count();
     let shot = |response: &Response| -> Result<(f64, u64, u64), Box<dyn std::error::Error>> {
-        let sensor = Sensor::new(stack.pitch_um, stack.subpixels, (side, side), DVec2::ZERO)?;
         let began = Instant::now();
-        let camera = Camera::new(
-            &lens,
-            sensor,
-            ShiftRule::ChiefRay,
-            response,
-            ChannelWavelengths::default(),
-        )?;
-        let settings = RenderSettings {
-            rays_per_pixel,
-            seed: 1,
-        };
-        let rendered = render(
-            &camera,
-            &scene,
-            &settings,
-            &Execution::default(),
-            None,
-            &|_| (),
-        );
+        let camera = frame.camera(side, response, ChannelWavelengths::default())?;
+        let rendered = frame.shot(&camera);
         Ok((
             began.elapsed().as_secs_f64(),
             rendered.stats.rays,

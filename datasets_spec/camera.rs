@@ -81,16 +81,33 @@ pub struct Response {
     pub wavelengths_nm: Vec<f64>,
 }
 
-/// A colour channel.
+/// A colour channel: traced at one wavelength, or at those that stand for a band.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Channel {
     /// `R`, `G` or `B`.
     pub name: String,
-    /// Wavelength at which its rays were traced, nm.
+    /// Wavelength at which its rays were traced, nm; the middle of its band where it has one.
     pub wavelength_nm: f64,
-    /// Wavelength of the response table that weighted them, nm.
+    /// Wavelength of the response table that weighted them, nm; of a band, the one read in its middle.
     pub response_wavelength_nm: f64,
+    /// The band; absent for a channel of one wavelength.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub band: Option<ChannelBand>,
+}
+
+/// A band of a colour channel: a raised cosine of wavelength (SPEC.md, "Light").
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ChannelBand {
+    /// Full width at half maximum, nm.
+    pub width_nm: f64,
+    /// Wavelengths that stand for it, nm: each had an equal share of the channel's rays.
+    pub wavelengths_nm: Vec<f64>,
+    /// Wavelengths at which the response was read for them, nm; empty where it depends on none.
+    pub response_wavelengths_nm: Vec<f64>,
+    /// Linear value that a white wall gives in the sum in the middle of the window: what a white balance divides by.
+    pub white: f64,
 }
 
 /// Exposure.

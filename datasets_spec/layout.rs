@@ -27,6 +27,8 @@ impl FileKind {
             (FileKind::Noisy, _) => "noisy.png",
             (FileKind::NoisyViews, _) => "noisy_views.exr",
             (FileKind::Shading, _) => "shading.exr",
+            (FileKind::Mosaic, _) => "mosaic.png",
+            (FileKind::NoisyMosaic, _) => "noisy_mosaic.png",
         }
     }
 }
@@ -40,6 +42,8 @@ pub struct Optional {
     pub world: bool,
     /// A readout: the noisy capture, its views and the shading.
     pub noisy: bool,
+    /// The colour-filter mosaic, and with a readout the noisy one.
+    pub mosaic: bool,
 }
 
 /// The files of a sample in the order of their names, each with size, channels and number format. `preview` is the contact
@@ -104,6 +108,12 @@ pub fn sample_files(
             (K::NoisyViews, size, layers(&with_sum, &colours), half),
             (K::Shading, size, layers(&names, &colours), half),
         ]);
+    }
+    if optional.mosaic {
+        rows.push((K::Mosaic, mosaic, own(&["Y"]), Storage::Uint16));
+        if optional.noisy {
+            rows.push((K::NoisyMosaic, mosaic, own(&["Y"]), Storage::Uint16));
+        }
     }
     let file = |(kind, [width, height], channels, storage): (K, [u32; 2], _, _)| SampleFile {
         name: kind.file_name(raw).to_string(),

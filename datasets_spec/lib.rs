@@ -9,17 +9,20 @@ mod check;
 mod layout;
 mod load;
 mod manifest;
+mod mosaic;
 pub mod paths;
 mod readout;
 mod sample;
 mod split;
 
 pub use camera::{
-    Channel, CraShift, ExitPupil, Exposure, Focus, Intrinsics, Lens, Response, Sensor, Subpixels,
+    Channel, ChannelBand, CraShift, ExitPupil, Exposure, Focus, Intrinsics, Lens, Response, Sensor,
+    Subpixels,
 };
 pub use check::{Finding, Progress, Report, check_dataset, check_hashes};
 pub use layout::{Optional, SUM_LAYER, sample_files};
 pub use manifest::{DatasetManifest, FileEntry, SampleEntry, Tool, conventions, units};
+pub use mosaic::{CodeLevels, Mosaic, MosaicPattern};
 pub use readout::Readout;
 pub use sample::{
     CocDisparity, Effects, EstimatedError, FileKind, LeftOut, LostRays, Noise, Range, Ranges, Raw,

@@ -40,6 +40,11 @@ pub struct Readout {
 }
 
 impl Readout {
+    /// The largest digital number, 2^bits − 1.
+    pub fn largest_code(&self) -> u16 {
+        ((1u32 << self.bits.clamp(1, 16)) - 1) as u16
+    }
+
     /// The linear value of a digital number: ((code − black level)/gain − dark electrons)/electrons at white.
     pub fn linear(&self, code: f64) -> f64 {
         ((code - f64::from(self.black_level)) / self.gain_dn_per_e - self.dark_e)

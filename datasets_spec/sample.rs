@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::camera::{Channel, Exposure, Focus, Intrinsics, Lens, Response, Sensor};
 use crate::manifest::FileEntry;
+use crate::mosaic::Mosaic;
 use crate::readout::Readout;
 
 /// The whole of `meta.json`. No date, host name, run time or thread count: the same seed gives the same bytes.
@@ -41,6 +42,9 @@ pub struct SampleMeta {
     pub raw: Raw,
     /// Noise that was added.
     pub noise: Noise,
+    /// The colour-filter mosaic; absent where none was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mosaic: Option<Mosaic>,
     /// The paraxial pinhole camera of the stored images.
     pub intrinsics: Intrinsics,
     /// What was simulated, and what was not.
@@ -269,6 +273,10 @@ pub enum FileKind {
     NoisyViews,
     /// What a white wall gives on each sub-pixel.
     Shading,
+    /// Of the sub-pixel mosaic, each microlens's own colour.
+    Mosaic,
+    /// The same of the noisy one.
+    NoisyMosaic,
 }
 
 /// How a number is stored.

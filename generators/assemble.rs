@@ -96,7 +96,12 @@ impl Responses {
                 .map_err(|e| input(&e))?;
             return Ok(Arc::new(Response::Geometric(geometric)));
         }
-        let key = format!("{:?} {subpixels}", recipe.response);
+        let wavelengths_nm = recipe.wavelengths()?.all_response_nm();
+        let at_wavelengths = |settings: TableSettings| TableSettings {
+            wavelengths_nm: wavelengths_nm.clone(),
+            ..settings
+        };
+        let key = format!("{:?} {subpixels} {wavelengths_nm:?}", recipe.response);
         if let Some(response) = self.loaded.get(&key) {
             return Ok(response.clone());
         }
@@ -107,9 +112,10 @@ impl Responses {
                     layer.thickness_um *= stack_scale;
                 }
                 stack.check().map_err(|e| input(&e))?;
-                let made = self.cache.get_or_build(
+                let made = self.cache.get_or_build_each(
                     &stack,
-                    &TableSettings::wave_standard_for(&stack),
+                    &at_wavelengths(TableSettings::wave_standard_for(&stack)),
+                    ChannelWavelengths::default().reference_nm(),
                     progress,
                 );
                 let made = made.map_err(|e| input(&e))?;
@@ -121,13 +127,17 @@ impl Responses {
                 let stack = pixel_stack(pixel, subpixels)?;
                 let shipped = AngularResponse::shipped_fdtd(&stack);
                 match shipped.map_err(|e| CommandError::failed(e.to_string()))? {
-                    Some(table) => table,
-                    None => self.kept("fdtd", pixel, &stack, &TableSettings::fdtd_standard())?,
+                    // It is of one wavelength.
+                    Some(table) if recipe.spectrum.is_none() => table,
+                    _ => {
+                        let settings = at_wavelengths(TableSettings::fdtd_standard());
+                        self.kept("fdtd", pixel, &stack, &settings)?
+                    }
                 }
             }
             ResponseRecipe::Rcwa { pixel } => {
                 let stack = pixel_stack(pixel, subpixels)?;
-                let settings = TableSettings::rcwa_standard_for(&stack);
+                let settings = at_wavelengths(TableSettings::rcwa_standard_for(&stack));
                 self.kept("rcwa", pixel, &stack, &settings)?
             }
             ResponseRecipe::Table { file } => {
@@ -156,10 +166,14 @@ impl Responses {
             None
         });
         kept.ok_or_else(|| {
+            let nm: Vec<String> = (settings.wavelengths_nm.iter().map(f64::to_string)).collect();
             CommandError::input(format!(
-                "response: no {model} table of pixel {name} ({}) is shipped or kept; make one first, in up to hours: \
-                 qpgen response --model {model} --pixel {name} --subpixels {}",
-                stack.subpixels, stack.subpixels
+                "response: no {model} table of pixel {name} ({}) at {} nm is shipped or kept; make one first, in up to hours: \
+                 qpgen response --model {model} --pixel {name} --subpixels {} --wavelength-nm {}",
+                stack.subpixels,
+                nm.join(", "),
+                stack.subpixels,
+                nm.join(",")
             ))
         })
     }
@@ -201,7 +215,7 @@ fn focused_camera(
     response: &Response,
     subpixels: Subpixels,
 ) -> Result<Camera, CommandError> {
-    let wavelengths = ChannelWavelengths::default();
+    let wavelengths = recipe.wavelengths()?;
     let centre = match recipe.sensor.window {
         WindowRecipe::Centre => DVec2::ZERO,
         WindowRecipe::Position { x_mm, y_mm } => DVec2::new(x_mm, y_mm),

@@ -10,8 +10,10 @@ pub use readout::ReadoutConfig;
 pub use sweep::SweepConfig;
 pub use tolerances::ToleranceConfig;
 
+use datasets_spec::MosaicPattern;
 use quadpixel::sampling::uniform;
 use quadpixel::sensor::ShiftRule;
+use quadpixel::spectrum::Bands;
 use serde::{Deserialize, Serialize};
 
 use quadpixel::command::CommandError;
@@ -36,6 +38,9 @@ pub struct DatasetConfig {
     pub sensor: SensorConfig,
     /// Angular response.
     pub response: ResponseConfig,
+    /// The colour channels' bands; absent: each is traced at one wavelength, and all have the response at 550 nm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spectrum: Option<Bands>,
     /// Scenes.
     pub scene: SceneConfig,
     /// Exposure in stops; see the recipe.
@@ -89,6 +94,9 @@ pub struct SensorConfig {
     /// Pitch of the microlenses, µm; absent: that of the response's pixel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pitch_um: Option<Draw>,
+    /// Colours of the filters over the microlenses: what such a sensor reads, beside all channels; absent: not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mosaic: Option<MosaicPattern>,
 }
 
 /// Where windows lie on the sensor.
@@ -383,6 +391,11 @@ impl DatasetConfig {
         }
         if let Some(sweep) = &self.sweep {
             sweep.check(&self.lens.focus_mm)?;
+        }
+        if let Some(bands) = &self.spectrum {
+            bands
+                .check()
+                .map_err(|e| CommandError::input(e.to_string()))?;
         }
         if let Some(p) = &self.sensor.pitch_um {
             p.check("sensor.pitch_um", (0.1, 100.0))?;

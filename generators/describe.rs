@@ -1,5 +1,7 @@
 //! What `meta.json` says of a sample: camera, response, exposure, effects simulated and left out.
 
+mod colours;
+
 use datasets_spec as spec;
 use glam::DVec2;
 use quadpixel::render::{Camera, RenderStats};
@@ -24,6 +26,14 @@ fn scene_id(recipe: &Recipe) -> Result<String, CommandError> {
     Ok(format!("scene-{}", &hash[..16]))
 }
 
+/// How light became linear values.
+pub(crate) struct Exposed {
+    /// Linear value a sr of absorbed white light.
+    pub gain: f64,
+    /// What a white wall gives in the sum in the middle of the window, per channel, sr.
+    pub white_sr: [f64; 3],
+}
+
 /// Everything about a sample that is not a pixel.
 ///
 /// # Errors
@@ -33,13 +43,12 @@ pub(crate) fn describe(
     id: SampleId,
     camera: &Camera,
     response: &Response,
-    gain: f64,
+    exposure: Exposed,
     stats: &RenderStats,
 ) -> Result<Description, CommandError> {
     let json =
         serde_json::to_value(recipe).map_err(|e| CommandError::failed(format!("recipe: {e}")))?;
     let lens = assemble::lens(&recipe.lens)?;
-    let wavelengths = camera.wavelengths();
     let lens_hash = blake3::hash(format!("{:?}", lens.prescription().surfaces).as_bytes())
         .to_hex()
         .to_string();
@@ -65,26 +74,6 @@ pub(crate) fn describe(
         ResponseRecipe::Geometric { .. } => "geometric".to_string(),
         ResponseRecipe::Table { file } => format!("table {file}"),
     };
-    let nearest = |nm: f64| {
-        let distance = |t: &f64| (t - nm).abs();
-        table_nm
-            .iter()
-            .copied()
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-            .unwrap_or(nm)
-    };
-    let channels = ["R", "G", "B"]
-        .iter()
-        .zip(wavelengths.rgb_nm)
-        .map(|(name, nm)| spec::Channel {
-            name: (*name).to_string(),
-            wavelength_nm: if camera.is_dispersive() {
-                nm
-            } else {
-                wavelengths.reference_nm()
-            },
-            response_wavelength_nm: nearest(wavelengths.reference_nm()),
-        });
     let paraxial = camera
         .paraxial()
         .copied()
@@ -127,14 +116,15 @@ pub(crate) fn describe(
             hash,
             wavelengths_nm: table_nm.clone(),
         },
-        channels: channels.collect(),
+        channels: colours::channels(camera, response, &exposure),
         exposure: spec::Exposure {
-            gain,
+            gain: exposure.gain,
             ev: recipe.exposure_ev,
         },
         noise: spec::Noise::None,
+        mosaic: recipe.sensor.mosaic,
         intrinsics: intrinsics(camera),
-        effects: effects(recipe, camera),
+        effects: effects(recipe, camera, response),
         rays_per_pixel: recipe.render.rays_per_pixel as u32,
         rays: stats.rays,
         lost: spec::LostRays {
@@ -205,17 +195,9 @@ fn intrinsics(camera: &Camera) -> spec::Intrinsics {
     }
 }
 
-fn effects(recipe: &Recipe, camera: &Camera) -> spec::Effects {
+fn effects(recipe: &Recipe, camera: &Camera, response: &Response) -> spec::Effects {
     let mut simulated = vec!["lens aberrations", "vignetting", "defocus", "occlusion"];
     let mut left_out = vec![
-        (
-            "width of the colour bands",
-            "each channel is traced at one wavelength",
-        ),
-        (
-            "colour filter mosaic",
-            "every sub-pixel has all three channels, as in the paper",
-        ),
         (
             "diffraction at the main lens's aperture",
             "rays only; the pixel's own diffraction is in its response",
@@ -225,6 +207,7 @@ fn effects(recipe: &Recipe, camera: &Camera) -> spec::Effects {
             "transmission of the lens is 1",
         ),
     ];
+    colours::effects(recipe, camera, response, &mut simulated, &mut left_out);
     let lens = &recipe.lens;
     let made = !(lens.misalignments.is_empty() && lens.deviations.is_empty());
     let others = [
@@ -273,13 +256,7 @@ fn effects(recipe: &Recipe, camera: &Camera) -> spec::Effects {
             "diffraction and crosstalk in the pixel",
             "geometric response asked for",
         )),
-        _ => {
-            simulated.push("diffraction and crosstalk in the pixel");
-            left_out.push((
-                "wavelength dependence of the response",
-                "all channels use the table at one wavelength, as in the paper",
-            ));
-        }
+        _ => simulated.push("diffraction and crosstalk in the pixel"),
     }
     match recipe.sensor.microlens_shift {
         ShiftRule::Centred => left_out.push(("microlens shift", "centred microlenses asked for")),

@@ -201,8 +201,10 @@ pub fn recipe(
             microlens_shift: config.sensor.microlens_shift,
             microlens_offset_um: [For::MicrolensX, For::MicrolensY]
                 .map(|what| drawn(&config.sensor.microlens_offset_um, what)),
+            mosaic: config.sensor.mosaic,
         },
         response,
+        spectrum: config.spectrum,
         planes: match config.scene.world {
             None => planes(config, &dice, focus_mm)?,
             Some(_) => Vec::new(),

@@ -4,6 +4,7 @@
 //! config ─ draw ─▶ recipe ─ assemble ─▶ camera, scene ─ sample ─▶ images and truths ─ writer ─▶ dataset (datasets_spec)
 //! ```
 
+pub mod accuracy;
 pub mod assemble;
 pub mod card;
 pub mod charts;
@@ -23,6 +24,7 @@ pub mod log;
 pub mod merge;
 mod noisy;
 pub mod pixel_model;
+pub mod plot;
 pub mod preview;
 pub mod preview_command;
 pub mod progress;

@@ -5,8 +5,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use generators::log::{Level, Log};
 use generators::{
-    check_command, dataset_command, export, lens_command, merge, preview_command, render_command,
-    response_command, study, validate_command,
+    accuracy, check_command, dataset_command, export, lens_command, merge, preview_command,
+    render_command, response_command, study, validate_command,
 };
 use quadpixel::command::{CommandError, use_threads};
 
@@ -69,6 +69,11 @@ enum Command {
     /// Example: qpgen validate --pixel 2.8um --out validation
     #[command(verbatim_doc_comment)]
     Validate(validate_command::ValidateArgs),
+    /// What accuracy costs in time: error against time of each knob, against converged references.
+    ///
+    /// Example: qpgen accuracy rays levels --out accuracy
+    #[command(verbatim_doc_comment)]
+    Accuracy(accuracy::AccuracyArgs),
     /// Tables and pictures of a main lens.
     Lens(lens_command::LensArgs),
     /// Checks a dataset: schema, hashes, sizes, ranges, NaN rules.
@@ -95,6 +100,7 @@ impl Command {
             Self::Response(args) => args.json,
             Self::Study(args) => args.json,
             Self::Validate(args) => args.json,
+            Self::Accuracy(args) => args.json,
             Self::Lens(_) => false,
             Self::Export(args) => args.json,
         }
@@ -127,6 +133,7 @@ fn run(cli: Cli, log: Log) -> Result<(), CommandError> {
         Command::Response(args) => response_command::run(&args, log),
         Command::Study(args) => study::run(&args, log),
         Command::Validate(args) => validate_command::run(&args, log),
+        Command::Accuracy(args) => accuracy::run(&args, log),
         Command::Lens(args) => lens_command::run(args),
         Command::Check(args) => check_command::run(&args, log),
         Command::Export(args) => export::run(&args),

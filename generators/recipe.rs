@@ -1,10 +1,13 @@
 //! A recipe: everything that makes one sample, fully drawn. `qpgen render` reads one from TOML; `qpgen dataset` draws many from
 //! its configuration and records each in the sample's metadata, so that any sample can be rendered again alone.
 
+use datasets_spec::MosaicPattern;
+use quadpixel::command::CommandError;
 use quadpixel::lens::{Deviation, Misalignment};
 use quadpixel::render::RenderSettings;
 use quadpixel::sensor::ShiftRule;
 use quadpixel::sensor::readout::ReadoutSettings;
+use quadpixel::spectrum::{Bands, ChannelWavelengths};
 use serde::{Deserialize, Serialize};
 
 use crate::charts::ChartSpec;
@@ -21,6 +24,9 @@ pub struct Recipe {
     pub sensor: SensorRecipe,
     /// The pixel's angular response.
     pub response: ResponseRecipe,
+    /// The colour channels' bands; absent: each is traced at one wavelength, and all have the response at 550 nm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spectrum: Option<Bands>,
     /// Flat cards; the nearest one that a ray meets is seen. None where there is a world.
     #[serde(default)]
     pub planes: Vec<PlaneRecipe>,
@@ -48,6 +54,18 @@ impl Recipe {
     /// Rays that it asks for, all channels.
     pub fn rays(&self) -> u64 {
         3 * self.sensor.width as u64 * self.sensor.height as u64 * self.render.rays_per_pixel as u64
+    }
+
+    /// Wavelengths of the rays and of the response.
+    ///
+    /// # Errors
+    /// Bands out of their range.
+    pub fn wavelengths(&self) -> Result<ChannelWavelengths, CommandError> {
+        let of_bands = |bands| {
+            ChannelWavelengths::of_bands(bands).map_err(|e| CommandError::input(e.to_string()))
+        };
+        self.spectrum
+            .map_or_else(|| Ok(ChannelWavelengths::default()), of_bands)
     }
 }
 
@@ -99,6 +117,9 @@ pub struct SensorRecipe {
     /// By how much all microlenses are out of place besides, (x, y) µm, sensor frame.
     #[serde(default, skip_serializing_if = "is_origin")]
     pub microlens_offset_um: [f64; 2],
+    /// Colours of the filters over the microlenses: what such a sensor reads, beside all channels; absent: not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mosaic: Option<MosaicPattern>,
 }
 
 fn is_origin(offset: &[f64; 2]) -> bool {

@@ -13,7 +13,7 @@ use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel::units::M_PER_MM;
 
 use crate::assemble::{self, Responses};
-use crate::describe::describe;
+use crate::describe::{Exposed, describe};
 use crate::noisy::Noisy;
 use crate::recipe::Recipe;
 use crate::stages::{Stages, timed};
@@ -232,7 +232,11 @@ impl Prepared {
         let expose = |settings| Noisy::expose(settings, &mosaic, &camera, &white, gain);
         let noisy = recipe.readout.as_ref().map(expose).transpose()?;
         let noise = noisy.as_ref().map(Noisy::description);
-        let mut description = describe(&recipe, id, &camera, &response, gain, &rendered.stats)?;
+        let exposure = Exposed {
+            gain,
+            white_sr: white.middle_sr(),
+        };
+        let mut description = describe(&recipe, id, &camera, &response, exposure, &rendered.stats)?;
         description.noise = noise.map_or(spec::Noise::None, spec::Noise::Readout);
         let disparity = field.maps(&camera, &geometry.depth_mm);
         stages.truth_s += began.elapsed().as_secs_f64();

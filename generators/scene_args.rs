@@ -131,6 +131,7 @@ impl SceneArgs {
                 window: WindowRecipe::Centre,
                 microlens_shift: ShiftRule::ChiefRay,
                 microlens_offset_um: [0.0; 2],
+                mosaic: None,
             },
             response: match &self.pixel {
                 Some(pixel) => ResponseRecipe::Wave {
@@ -141,6 +142,7 @@ impl SceneArgs {
                     focal_length_um: None,
                 },
             },
+            spectrum: None,
             planes: Vec::new(),
             world: Some(WorldRecipe {
                 source: WorldSource::File(world),

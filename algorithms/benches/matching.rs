@@ -10,6 +10,7 @@ mod texture;
 use std::time::Instant;
 
 use algorithms::disparity::{MatchSettings, match_images};
+use generators::accuracy::clock::thread_seconds;
 use score::{Case, judge, pair, score};
 
 const SHIFTS: [[f64; 2]; 5] = [
@@ -64,11 +65,11 @@ fn speed() {
         let (mut best, mut best_cpu) = (f64::INFINITY, f64::INFINITY);
         let mut valid = 0.0;
         for _ in 0..5 {
-            let (began, cpu) = (Instant::now(), cpu_seconds());
+            let (began, cpu) = (Instant::now(), thread_seconds());
             match match_images(&a, &b, &case.settings) {
                 Ok(map) => {
                     best = best.min(began.elapsed().as_secs_f64());
-                    best_cpu = best_cpu.min(cpu_seconds() - cpu);
+                    best_cpu = best_cpu.min(thread_seconds() - cpu);
                     valid = judge(&case, &map).valid;
                 }
                 Err(error) => println!("  {name}: {error}"),
@@ -122,12 +123,4 @@ fn accuracy() {
             }
         }
     }
-}
-
-/// Time that this thread was on a CPU, where Linux tells it; NaN elsewhere. On a busy machine it is the truer one.
-fn cpu_seconds() -> f64 {
-    std::fs::read_to_string("/proc/thread-self/schedstat")
-        .ok()
-        .and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok())
-        .map_or(f64::NAN, |nanoseconds| 1e-9 * nanoseconds)
 }

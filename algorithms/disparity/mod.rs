@@ -63,6 +63,9 @@ pub struct MatchSettings {
     pub search_px: usize,
     /// Directions in which a shift is possible.
     pub axes: Axes,
+    /// The refinement ends with a step that is expected to be shorter than this, px: 1e-6 to 0.5. It is what parts its end from the
+    /// converged one; steps shrink by some 0.05 each.
+    pub last_step_px: f64,
     /// What is too bad to be used.
     pub limits: Limits,
 }
@@ -74,6 +77,7 @@ impl Default for MatchSettings {
             stride_px: 4,
             search_px: 4,
             axes: Axes::Both,
+            last_step_px: 1e-3,
             limits: Limits::default(),
         }
     }
@@ -352,6 +356,9 @@ fn check(settings: &MatchSettings) -> Result<(), MatchError> {
     }
     if !(1..=1024).contains(&settings.search_px) {
         return setting("search", settings.search_px as f64, "1 to 1024 px");
+    }
+    if !(1e-6..=0.5).contains(&settings.last_step_px) {
+        return setting("last step", settings.last_step_px, "1e-6 to 0.5 px");
     }
     for (name, value) in [
         ("largest deviation", settings.limits.deviation_px),

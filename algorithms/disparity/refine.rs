@@ -25,9 +25,7 @@ use quadpixel::simd::SimdLevel;
 
 /// Longest step, px.
 const LONGEST_STEP_PX: f64 = 0.5;
-/// The iteration ends with a step shorter than this, px, or when the next one is expected to be.
-const LAST_STEP_PX: f64 = 1e-3;
-/// The same on the way back, as a share of the disagreement that is allowed.
+/// The last step on the way back, as a share of the disagreement that is allowed.
 const LAST_STEP_BACK: f64 = 0.2;
 /// Length of the second step over that of the first: 0.03 to 0.08 is usual; later ones are measured.
 const SHRINK: f64 = 0.08;
@@ -145,7 +143,15 @@ fn one<V: Lanes>(
     let limits = &settings.limits;
     let [of_a, of_b] = moments;
     let reference = Reference::new::<V>(of_a, at, shape)?;
-    let fit = solve::<V>(&reference, b, at, first, LAST_STEP_PX, shape, sampler)?;
+    let fit = solve::<V>(
+        &reference,
+        b,
+        at,
+        first,
+        settings.last_step_px,
+        shape,
+        sampler,
+    )?;
     if fit.zncc < limits.zncc {
         return Err(Verdict::LowCorrelation);
     }

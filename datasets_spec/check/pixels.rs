@@ -159,7 +159,12 @@ fn each_channel(
     }
 }
 
-fn places(bad: impl Iterator<Item = usize>, width: usize, channel: &str) -> Option<String> {
+/// How many of a channel's pixels are bad, and where the first lies; `None` if none is.
+pub(super) fn places(
+    bad: impl Iterator<Item = usize>,
+    width: usize,
+    channel: &str,
+) -> Option<String> {
     let mut bad = bad.peekable();
     let first = *bad.peek()?;
     let (x, y) = (first % width, first / width);
@@ -243,7 +248,7 @@ fn noisy(
     findings: &mut Vec<(FileKind, String)>,
 ) {
     let kind = FileKind::Noisy;
-    let top = ((1u32 << readout.bits.clamp(1, 16)) - 1) as f32;
+    let top = f32::from(readout.largest_code());
     let what = "above the converter's largest code";
     each_channel(pictures, kind, findings, what, |_, code| code <= top);
     let kind = FileKind::NoisyViews;

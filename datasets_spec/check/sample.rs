@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Contents, Depth, Report, parse, pixels};
+use super::{Contents, Depth, Report, mosaic, parse, pixels};
 use crate::layout::{Optional, sample_files};
 use crate::load::{Planes, decode};
 use crate::manifest::{FileEntry, SampleEntry};
@@ -74,7 +74,8 @@ pub(super) fn check(
             },
         }
     }
-    for (kind, what) in pixels::check(&meta, &pictures) {
+    let findings = pixels::check(&meta, &pictures).into_iter();
+    for (kind, what) in findings.chain(mosaic::check(&meta, &pictures)) {
         let name = kind.file_name(meta.raw.format);
         report.add(&format!("{folder}/{name}"), what);
     }
@@ -150,6 +151,9 @@ fn check_meta(meta: &SampleMeta, entry: &SampleEntry, path: &str, report: &mut R
         _ => false,
     };
     check_readout(meta, path, report);
+    if let Some(what) = mosaic::check_levels(meta) {
+        report.add(path, what);
+    }
     if !fits {
         report.add(
             path,
@@ -227,6 +231,7 @@ fn check_list(meta: &SampleMeta, path: &str, report: &mut Report) -> bool {
         distance,
         world: has(FileKind::Objects).is_some() || has(FileKind::Normal).is_some(),
         noisy: meta.noise.readout().is_some(),
+        mosaic: meta.mosaic.is_some(),
     };
     let raw = meta.raw.format;
     if meta.files == sample_files(sensor, &meta.channels, raw, optional, sheet) {

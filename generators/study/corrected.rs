@@ -13,9 +13,9 @@ use quadpixel::response::{
 use quadpixel::svg::Svg;
 use rayon::prelude::*;
 
-use super::plot::{Line, Panel, whole};
 use super::{StudyArgs, one_pixel, write};
 use crate::log::Log;
+use crate::plot::{Line, Panel, whole};
 use crate::progress::Progress;
 use quadpixel::command::CommandError;
 use quadpixel::file;
@@ -243,6 +243,7 @@ fn svg(stack: &PixelStack, source: &str, all: &[Left]) -> String {
         x: (0.0, all.last().map_or(1.0, |l| l.runs as f64)),
         y: (0.0, (1.4 * highest.fold(0.5, f64::max)).ceil()),
         ticks: (8.0, 1.0),
+        decades: false,
         level: None,
         lines,
     };

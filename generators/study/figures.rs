@@ -8,7 +8,7 @@ use quadpixel::svg::Svg;
 use super::Kind;
 use super::cases::Case;
 use super::curve::{Curve, Point};
-use super::plot::{Line, Panel, whole};
+use crate::plot::{Line, Panel, whole};
 
 const BLUE: &str = "#1f6fd0";
 const GREEN: &str = "#2a9d3a";
@@ -123,6 +123,7 @@ fn columns(cases: &[Case], curves: &[Curve], colours: &[&'static str]) -> Vec<Ve
             // Room for the legend.
             y: (0.0, (highest * 1.45 * 10.0).ceil() / 10.0),
             ticks: (10.0, 0.2),
+            decades: false,
             level: None,
             lines,
         });
@@ -149,6 +150,7 @@ fn ratios(title: String, cases: &[(&Case, &Curve, &'static str, &str)]) -> Panel
         x: (centre - RATIO_WITHIN_DEG, centre + RATIO_WITHIN_DEG),
         y: (0.0, LARGEST_RATIO),
         ticks: (10.0, 0.2),
+        decades: false,
         level: Some(REJECTION_THRESHOLD),
         lines: lines.collect(),
     }
@@ -214,6 +216,7 @@ fn pitches(cases: &[Case], curves: &[Curve]) -> Panel {
         x: (1.0, 6.2),
         y: (0.0, 40.0),
         ticks: (1.0, 5.0),
+        decades: false,
         level: None,
         lines,
     }

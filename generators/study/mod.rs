@@ -13,7 +13,6 @@ mod figures;
 mod flat_field;
 mod kept;
 mod mosaic;
-mod plot;
 mod report;
 
 use std::path::{Path, PathBuf};

@@ -15,6 +15,7 @@ use quadpixel::image::views::{split_views, sum_of};
 use quadpixel::image::{Image, raster};
 use rayon::prelude::*;
 
+use super::mosaic;
 use super::truth::{self, Truth};
 use super::{NoisyFiles, RawEncoding, SampleFiles, VERSION, WriteError, json};
 use crate::preview;
@@ -50,6 +51,7 @@ pub(super) fn encode(
             distance: sample.distance_m.is_some(),
             world: sample.seen.is_some(),
             noisy: given.noise.readout().is_some(),
+            mosaic: given.mosaic.is_some(),
         },
         [preview::SHEET_WIDTH as u32, preview::SHEET_HEIGHT as u32],
     );
@@ -114,6 +116,11 @@ impl Pictures<'_> {
         noisy.ok_or_else(|| input(&file.name, "there is no noisy capture"))
     }
 
+    fn picked(&self, file: &SampleFile, all: &Image) -> Result<Image, WriteError> {
+        let picked = mosaic::picked(&self.sample.description, all);
+        picked.ok_or_else(|| input(&file.name, "there is no pattern of colours"))
+    }
+
     fn sheet(&self) -> preview::Sheet {
         let subpixels = self.sample.description.sensor.subpixels;
         let (columns, rows) = (subpixels.columns as usize, subpixels.rows as usize);
@@ -162,6 +169,18 @@ impl Pictures<'_> {
             FileKind::Noisy => {
                 let levels = Levels::full_range(f32::from(u16::MAX));
                 raster::encode_png16(path, self.noisy(file)?.codes, levels).map(|(bytes, _)| bytes)
+            }
+            FileKind::Mosaic => {
+                let RawEncoding::Png(levels) = sample.raw_encoding else {
+                    return Err(input(&file.name, "is picked from a raw.png"));
+                };
+                let picked = self.picked(file, sample.raw)?;
+                raster::encode_png16(path, &picked, levels).map(|(bytes, _)| bytes)
+            }
+            FileKind::NoisyMosaic => {
+                let picked = self.picked(file, self.noisy(file)?.codes)?;
+                let levels = Levels::full_range(f32::from(u16::MAX));
+                raster::encode_png16(path, &picked, levels).map(|(bytes, _)| bytes)
             }
             FileKind::NoisyViews => {
                 let subpixels = sample.description.sensor.subpixels;
@@ -257,6 +276,7 @@ fn describe(
 ) -> SampleMeta {
     let given = sample.description.clone();
     let subpixels = given.sensor.subpixels;
+    let colours = mosaic::described(&given, &raw);
     SampleMeta {
         schema_version: SCHEMA_VERSION,
         tool_version: VERSION.to_string(),
@@ -270,6 +290,7 @@ fn describe(
         response: given.response,
         channels: given.channels,
         exposure: given.exposure,
+        mosaic: colours,
         raw,
         noise: given.noise,
         intrinsics: given.intrinsics,
@@ -308,6 +329,13 @@ fn check(sample: &SampleFiles<'_>, name: &str) -> Result<(), WriteError> {
         sensor.subpixels.rows as usize,
     );
     let colours = sample.description.channels.len();
+    if sample.description.mosaic.is_some() {
+        let names = sample.description.channels.iter().map(|c| c.name.as_str());
+        let png = matches!(sample.raw_encoding, RawEncoding::Png(_));
+        if !png || !names.eq(["R", "G", "B"]) {
+            return Err(input(name, "a mosaic is picked from a raw.png of R, G, B"));
+        }
+    }
     let mut images = vec![
         ("raw", sample.raw, m * width, n * height, colours),
         ("target", sample.target, width, height, colours),

@@ -5,6 +5,7 @@
 
 mod dataset;
 mod encode;
+mod mosaic;
 mod resume;
 mod survey;
 mod truth;
@@ -105,6 +106,8 @@ pub struct Description {
     pub exposure: spec::Exposure,
     /// Noise.
     pub noise: spec::Noise,
+    /// Colours of the microlenses, where their mosaic is asked for; then the raw mosaic is a PNG of R, G, B.
+    pub mosaic: Option<spec::MosaicPattern>,
     /// Pinhole camera.
     pub intrinsics: spec::Intrinsics,
     /// Effects simulated and left out.

@@ -26,6 +26,8 @@ ITEMS = {
     "noisy": "noisy.png",
     "noisy_views": "noisy_views.exr",
     "shading": "shading.exr",
+    "mosaic": "mosaic.png",
+    "noisy_mosaic": "noisy_mosaic.png",
 }
 
 
@@ -59,6 +61,8 @@ def decode(files, items=None):
     noisy                     (nH, mW, 3) u16     digital numbers of the noisy mosaic
     noisy_views, noisy_sum    as views, sum       the same as linear values; some are negative
     shading                   (mn, H, W, 3) f32   what a white wall gives on each sub-pixel, linear
+    mosaic                    (nH, mW) f32        of raw each microlens's own colour (`mosaic_channels`), linear
+    noisy_mosaic              (nH, mW) u16        of noisy the same: digital numbers; levels in meta["mosaic"]["noisy"]
     ========================  ==================  ==================================================================
     """
     meta = json.loads(files["meta.json"])
@@ -99,7 +103,9 @@ def decode(files, items=None):
             sample[item] = read_png(content) != 0
         elif item == "normal":
             sample[item] = stack(read_exr(content), [""], ["X", "Y", "Z"])[0]
-        elif item in ("noisy", "objects"):
+        elif item == "mosaic":
+            sample[item] = _linear(content, meta)
+        elif item in ("noisy", "noisy_mosaic", "objects"):
             sample[item] = read_png(content)
         else:
             raise KeyError(f"{item!r} is none of {', '.join(ITEMS)}")
@@ -110,6 +116,11 @@ def _raw(content, meta, colours):
     levels = meta["raw"]
     if levels["format"] == "exr":
         return stack(read_exr(content), [""], colours)[0]
+    return _linear(content, meta)
+
+
+def _linear(content, meta):
+    levels = meta["raw"]
     codes = read_png(content).astype(np.float64)
     span = levels["white_level"] - levels["black_level"]
     return ((codes - levels["black_level"]) * (levels["linear_at_white"] / span)).astype(np.float32)

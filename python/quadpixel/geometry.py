@@ -14,6 +14,17 @@ def subpixel_names(columns, rows):
     return known.get((columns, rows)) or [f"r{j}c{i}" for j in range(rows) for i in range(columns)]
 
 
+def mosaic_channels(meta):
+    """Channel (0: R, 1: G, 2: B) of each place of a sample's ``mosaic``, (nH, mW) int: one colour a microlens."""
+    if "mosaic" not in meta:
+        raise ValueError(f"sample {meta['id']} has no mosaic")
+    square = np.array(["rgb".index(colour) for colour in meta["mosaic"]["pattern"]]).reshape(2, 2)
+    columns, rows = _counts(meta)
+    y = np.arange(meta["sensor"]["height_px"] * rows) // rows % 2
+    x = np.arange(meta["sensor"]["width_px"] * columns) // columns % 2
+    return square[y[:, None], x]
+
+
 def side_members(side, columns, rows):
     """Indices, in stored order, of the sub-pixels on a ``side``: 'L', 'R', 'T' or 'B' of the stored pixel.
 

@@ -44,7 +44,7 @@ class Native(unittest.TestCase):
         h, w = 48, 64
         shapes = {"raw": (2 * h, 2 * w, 3), "views": (4, h, w, 3), "sum": (h, w, 3), "target": (h, w, 3), "depth": (h, w),
                   "disparity": (4, h, w, 2), "left_right": (h, w), "valid": (h, w), "noisy": (2 * h, 2 * w, 3),
-                  "noisy_views": (4, h, w, 3), "shading": (4, h, w, 3)}
+                  "noisy_views": (4, h, w, 3), "shading": (4, h, w, 3), "mosaic": (2 * h, 2 * w), "noisy_mosaic": (2 * h, 2 * w)}
         for name, shape in shapes.items():
             self.assertEqual(sample[name].shape, shape, name)
         self.assertEqual((sample["views"].dtype, sample["noisy"].dtype, sample["valid"].dtype), (np.float32, np.uint16, bool))
@@ -62,6 +62,13 @@ class Native(unittest.TestCase):
         for index in range(4):
             own = linear[index // 2 :: 2, index % 2 :: 2]
             self.assertLessEqual(np.max(np.abs(own - sample["noisy_views"][index]) - 1.1 * HALF * np.abs(own)), 1e-7)
+        # Each microlens's own colour.
+        channels = quadpixel.mosaic_channels(sample["meta"])
+        self.assertEqual(channels[:4, :4].tolist(), [[0, 0, 1, 1], [0, 0, 1, 1], [1, 1, 2, 2], [1, 1, 2, 2]])
+        for mosaic, source in (("mosaic", "raw"), ("noisy_mosaic", "noisy")):
+            picked = np.take_along_axis(sample[source], channels[..., None], axis=-1)[..., 0]
+            np.testing.assert_array_equal(sample[mosaic], picked, mosaic)
+        self.assertEqual(sample["noisy_mosaic"].dtype, np.uint16)
         # Light and its noisy capture agree on average.
         self.assertAlmostEqual(float(linear.mean() / sample["raw"].mean()), 1.0, delta=0.03)
         for name in ("depth", "distance", "coc", "left_right"):

@@ -1,8 +1,9 @@
-//! A camera ready to render: the lens at each channel's wavelength, its pupils over the window, the sensor, the response.
+//! A camera ready to render: the lens at each channel's wavelengths, its pupils over the window, the sensor, the response.
 
 use glam::DVec2;
 use rayon::prelude::*;
 
+use super::colours::Colours;
 use crate::frames::uv_from_camera_direction;
 use crate::lens::{
     ExitPupilMap, Lens, LensError, OpticalSystem, PacketTracer, Paraxial, PupilEllipse, chief_ray,
@@ -55,14 +56,14 @@ enum Pupils {
 #[derive(Clone, Debug)]
 pub struct Camera {
     sensor: Sensor,
-    /// R, G, B; a single one when the lens has no dispersion.
+    /// R, G, B in the middle of their bands; a single one when the lens has no dispersion.
     systems: Vec<OpticalSystem>,
-    tracers: Vec<PacketTracer>,
+    reference_tracer: PacketTracer,
+    colours: Colours,
     pupils: Pupils,
     shifts: MicrolensShifts,
     chief_rays_beyond: f64,
     microlens_offset_um: DVec2,
-    response: ResponseLookup,
     paraxial: Option<Paraxial>,
     focus_distance_mm: f64,
     wavelengths: ChannelWavelengths,
@@ -96,7 +97,7 @@ impl Camera {
             FieldGrid::nodes_for(sensor.width()),
             FieldGrid::nodes_for(sensor.height()),
         );
-        let pupils = ExitPupilMap::new(&systems, window);
+        let pupils = ExitPupilMap::new(&with_ends(lens, &systems, &wavelengths)?, window);
         if let Some(dark) = corners(&sensor)
             .into_iter()
             .find(|p| pupils.at(p.x, p.y).is_none())
@@ -127,7 +128,8 @@ impl Camera {
             }
         };
         Ok(Self {
-            tracers: systems.iter().map(PacketTracer::new).collect(),
+            reference_tracer: PacketTracer::new(&reference),
+            colours: Colours::of_lens(lens, response, &wavelengths)?,
             paraxial: Some(lens.paraxial(wavelengths.reference_nm())?),
             focus_distance_mm: lens.focus_distance_mm(),
             sensor,
@@ -136,7 +138,6 @@ impl Camera {
             shifts,
             chief_rays_beyond: beyond,
             microlens_offset_um: DVec2::ZERO,
-            response: response.at(wavelengths.reference_nm()),
             wavelengths,
         })
     }
@@ -160,14 +161,14 @@ impl Camera {
             wavelength_nm: wavelengths.reference_nm(),
         };
         Ok(Self {
-            tracers: vec![PacketTracer::new(&system)],
+            reference_tracer: PacketTracer::new(&system),
+            colours: Colours::of_system(&system, response, &wavelengths),
             systems: vec![system],
             sensor,
             pupils: Pupils::Fixed(target),
             shifts: MicrolensShifts::Centred,
             chief_rays_beyond: 0.0,
             microlens_offset_um: DVec2::ZERO,
-            response: response.at(wavelengths.reference_nm()),
             paraxial: None,
             focus_distance_mm: f64::INFINITY,
             wavelengths,
@@ -186,15 +187,17 @@ impl Camera {
     pub fn sensor(&self) -> &Sensor {
         &self.sensor
     }
-    /// The pixel's response.
+    /// The pixel's response in the middle of the reference channel.
     pub fn response(&self) -> &ResponseLookup {
-        &self.response
+        let middle = self.colours.count() / 2;
+        let number = (self.colours).response_number(ChannelWavelengths::REFERENCE, middle);
+        self.colours.response(number)
     }
     /// Where light lands behind a microlens.
     pub fn response_frame(&self) -> MovingFrame {
-        self.response.frame()
+        self.response().frame()
     }
-    /// Wavelength of each channel.
+    /// Wavelengths of each channel.
     pub fn wavelengths(&self) -> ChannelWavelengths {
         self.wavelengths
     }
@@ -213,11 +216,11 @@ impl Camera {
         let angle = self.paraxial.as_ref().map_or(0.0, angle);
         (angle / (rays.max(1) as f64).sqrt()) as f32
     }
-    /// The lens at the wavelength of a channel.
+    /// The lens in the middle of a channel's band.
     pub fn system(&self, channel: usize) -> &OpticalSystem {
         &self.systems[channel.min(self.systems.len() - 1)]
     }
-    /// Whether each channel is traced at its own wavelength.
+    /// Whether each channel is traced at wavelengths of its own.
     pub fn is_dispersive(&self) -> bool {
         self.systems.len() > 1
     }
@@ -225,13 +228,13 @@ impl Camera {
     pub fn sensor_z_mm(&self) -> f64 {
         self.systems[0].sensor_z_mm
     }
-    /// The tracer of a channel; `None` where the channel shares the rays of the one before.
-    pub(super) fn tracer(&self, channel: usize) -> Option<&PacketTracer> {
-        self.tracers.get(channel)
+    /// The tracer at the reference wavelength.
+    pub(super) fn reference_tracer(&self) -> &PacketTracer {
+        &self.reference_tracer
     }
-    /// The tracer that serves a channel.
-    pub(super) fn tracer_of(&self, channel: usize) -> &PacketTracer {
-        &self.tracers[channel.min(self.tracers.len() - 1)]
+    /// Tracers and responses of the channels.
+    pub(super) fn colours(&self) -> &Colours {
+        &self.colours
     }
     /// Bounds of the bundle that passes the lens from a sensor position.
     pub fn pupil_at(&self, xy_mm: DVec2) -> Option<PupilEllipse> {
@@ -267,6 +270,26 @@ fn same_subpixels(response: &Response, sensor: &Sensor) -> Result<(), CameraErro
         response: response.to_string(),
         sensor: sensor.to_string(),
     })
+}
+
+/// The lens at the shortest and the longest wavelength that is traced as well, if they are not among `systems`: every bundle between
+/// them lies within their bounds.
+fn with_ends(
+    lens: &Lens,
+    systems: &[OpticalSystem],
+    wavelengths: &ChannelWavelengths,
+) -> Result<Vec<OpticalSystem>, LensError> {
+    let mut all = systems.to_vec();
+    if wavelengths.bands().is_some() && systems.len() > 1 {
+        let traced = (0..3).flat_map(|c| wavelengths.traced_nm(c));
+        let (first, last) = traced.fold((f64::INFINITY, 0f64), |(a, b), nm| (a.min(nm), b.max(nm)));
+        for nm in [first, last] {
+            if !all.iter().any(|s| s.wavelength_nm == nm) {
+                all.push(lens.at(nm)?);
+            }
+        }
+    }
+    Ok(all)
 }
 
 /// Corners and centre of the window.

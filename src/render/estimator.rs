@@ -7,6 +7,7 @@ use super::stats::Tally;
 use super::{Execution, RenderSettings};
 use crate::frames::camera_from_sensor_mm;
 use crate::lens::{PupilEllipse, RayBatch};
+use crate::response::ResponseLookup;
 use crate::sampling::{SobolSet, concentric_disk, hash};
 use crate::scene::world::PathKey;
 use crate::scene::{Hits, RaySlices, Scene};
@@ -56,6 +57,15 @@ pub(super) enum Kept<'a> {
     Read(&'a [f32]),
 }
 
+/// Rays of one pixel at one wavelength of each channel.
+struct Block {
+    /// Which of the channel's wavelengths.
+    wavelength: usize,
+    /// Number of the first ray.
+    first: usize,
+    rays: usize,
+}
+
 /// What every pixel of a render shares.
 pub(super) struct Estimator<'a> {
     pub camera: &'a Camera,
@@ -81,56 +91,92 @@ impl Estimator<'_> {
         out: &mut [f64],
     ) {
         out.fill(0.0);
-        let n_sub = self.camera.sensor().subpixels().count();
+        let rays = self.settings.rays_per_pixel;
+        let colours = self.camera.colours();
         let mut first = 0;
-        while first < self.settings.rays_per_pixel {
-            let n = (self.settings.rays_per_pixel - first).min(BLOCK);
-            work.aim(self.camera, &self.sobol, aim, first, n);
-            work.respond(self.camera, aim, n_sub);
-            work.radiance.iter_mut().for_each(|l| l.resize(n, 0.0));
-            for channel in 0..3 {
-                let own = channel * self.settings.rays_per_pixel + first;
-                if let Kept::Read(radiance) = &kept {
-                    work.recall(channel, &radiance[own..][..n]);
-                } else if let Some(tracer) = self.camera.tracer(channel) {
-                    work.trace(tracer, self.execution);
-                    tally.rays += n as u64;
-                    let lost = (0..n).filter_map(|i| work.batch.failure(i));
-                    lost.for_each(|f| tally.lost.count(f));
-                    let Workspace {
-                        batch,
-                        hits,
-                        radiance,
-                        ..
-                    } = &mut *work;
-                    let rays = RaySlices::of_batch(batch);
-                    let Some(scene) = self.scene else { continue };
-                    scene.intersect(rays, hits);
-                    let served = match self.camera.is_dispersive() {
-                        true => channel..channel + 1,
-                        false => 0..3,
-                    };
-                    let key = PathKey {
-                        key: aim.key,
-                        first: first as u32,
-                        spread: self.spread,
-                    };
-                    scene.radiance(rays, hits, served, &key, radiance);
-                }
-                if let Kept::Write(radiance) = &mut kept {
-                    work.keep(channel, &mut radiance[own..][..n]);
-                }
-                work.splat(channel, n_sub, &mut out[channel * n_sub..][..n_sub]);
-                if channel == ChannelWavelengths::REFERENCE
-                    && let Some(occlusion) = occlusion.as_deref_mut()
-                {
-                    work.count_others(occlusion);
-                }
+        for wavelength in 0..colours.count() {
+            let end = colours.end_of_share(wavelength, rays, aim.key);
+            while first < end {
+                let block = Block {
+                    wavelength,
+                    first,
+                    rays: (end - first).min(BLOCK),
+                };
+                let occlusion = occlusion.as_deref_mut();
+                self.block(&block, aim, occlusion, &mut kept, work, tally, out);
+                first += block.rays;
             }
-            first += n;
         }
-        let scale = aim.pupil.area_mm2() / self.settings.rays_per_pixel as f64;
+        let scale = aim.pupil.area_mm2() / rays as f64;
         out.iter_mut().for_each(|x| *x *= scale);
+    }
+
+    /// Adds the rays of a block, before they are scaled.
+    #[allow(clippy::too_many_arguments)] // because it is the inside of `pixel`
+    fn block(
+        &self,
+        block: &Block,
+        aim: &PixelAim,
+        mut occlusion: Option<&mut Occlusion>,
+        kept: &mut Kept<'_>,
+        work: &mut Workspace,
+        tally: &mut Tally,
+        out: &mut [f64],
+    ) {
+        let n_sub = self.camera.sensor().subpixels().count();
+        let colours = self.camera.colours();
+        let &Block {
+            wavelength,
+            first,
+            rays: n,
+        } = block;
+        work.aim(self.camera, &self.sobol, aim, first, n);
+        work.radiance.iter_mut().for_each(|l| l.resize(n, 0.0));
+        let mut responded = None;
+        for channel in 0..3 {
+            let number = colours.response_number(channel, wavelength);
+            if responded != Some(number) {
+                work.respond(colours.response(number), aim, n_sub);
+                responded = Some(number);
+            }
+            let own = channel * self.settings.rays_per_pixel + first;
+            if let Kept::Read(radiance) = kept {
+                work.recall(channel, &radiance[own..][..n]);
+            } else if let Some(tracer) = colours.own_tracer(channel, wavelength) {
+                work.trace(tracer, self.execution);
+                tally.rays += n as u64;
+                let lost = (0..n).filter_map(|i| work.batch.failure(i));
+                lost.for_each(|f| tally.lost.count(f));
+                let Workspace {
+                    batch,
+                    hits,
+                    radiance,
+                    ..
+                } = &mut *work;
+                let rays = RaySlices::of_batch(batch);
+                let Some(scene) = self.scene else { continue };
+                scene.intersect(rays, hits);
+                let served = match self.camera.is_dispersive() {
+                    true => channel..channel + 1,
+                    false => 0..3,
+                };
+                let key = PathKey {
+                    key: aim.key,
+                    first: first as u32,
+                    spread: self.spread,
+                };
+                scene.radiance(rays, hits, served, &key, radiance);
+            }
+            if let Kept::Write(radiance) = kept {
+                work.keep(channel, &mut radiance[own..][..n]);
+            }
+            work.splat(channel, n_sub, &mut out[channel * n_sub..][..n_sub]);
+            if channel == ChannelWavelengths::REFERENCE
+                && let Some(occlusion) = occlusion.as_deref_mut()
+            {
+                work.count_others(occlusion);
+            }
+        }
     }
 }
 
@@ -174,7 +220,7 @@ impl Workspace {
     }
 
     /// The response's weight of each ray on each sub-pixel, times its measure.
-    fn respond(&mut self, camera: &Camera, aim: &PixelAim, n_sub: usize) {
+    fn respond(&mut self, response: &ResponseLookup, aim: &PixelAim, n_sub: usize) {
         let n = self.measure.len();
         self.u.resize(n, 0.0);
         self.v.resize(n, 0.0);
@@ -186,7 +232,7 @@ impl Workspace {
             self.v[i] = -dy[i] as f32;
         }
         self.weights.resize(n * n_sub, 0.0);
-        camera.response().weights_under(
+        response.weights_under(
             aim.shift_um.to_array(),
             &mut self.u,
             &mut self.v,

@@ -3,8 +3,8 @@
 //! A ray's place on the microlens, its direction and its radiance do not depend on what the pixel below does with it: neither on the number of
 //! sub-pixels, nor on their response, nor on the rule by which the microlenses are shifted. Places and directions are functions of (seed,
 //! pixel, ray), so the radiance alone is kept: three f32 a ray, 1.5 kB a pixel of 128 rays. An image developed from a record is the
-//! image that a new render with that pixel would give, to the last bit. The lens, its focus, and pitch, size and place of the window are
-//! the record's.
+//! image that a new render with that pixel would give, to the last bit. The lens, its focus, the wavelengths, and pitch, size and place of
+//! the window are the record's.
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Write};
@@ -25,7 +25,7 @@ pub struct RayRecord {
     width: usize,
     height: usize,
     settings: RenderSettings,
-    /// W, H, pitch (µm), centre (mm), sensor's z (mm), focus (mm): of the camera that it belongs to.
+    /// W, H, pitch (µm), centre (mm), sensor's z (mm), focus (mm), hash of the wavelengths: of the camera that it belongs to.
     geometry: Vec<f64>,
     /// [row][column][channel][ray], lost rays 0.
     radiance: Vec<f32>,
@@ -68,7 +68,7 @@ pub enum RecordError {
 }
 
 /// What the entries of `geometry` are.
-const GEOMETRY: [&str; 7] = [
+const GEOMETRY: [&str; 8] = [
     "width_px",
     "height_px",
     "pitch_um",
@@ -76,6 +76,7 @@ const GEOMETRY: [&str; 7] = [
     "centre y_mm",
     "sensor z_mm",
     "focus_mm",
+    "wavelengths (hash)",
 ];
 
 impl RayRecord {
@@ -253,6 +254,7 @@ fn geometry(camera: &Camera) -> Vec<f64> {
         sensor.centre_mm().y,
         camera.sensor_z_mm(),
         camera.focus_distance_mm(),
+        camera.wavelengths().fingerprint(),
     ]
 }
 

@@ -39,6 +39,17 @@ impl Response {
             Self::Geometric(g) => ResponseLookup::Geometric(*g),
         }
     }
+    /// The wavelength that [`Self::at`] reads in place of `wavelength_nm`: the nearest within the table's, which is not extrapolated; 0 of the
+    /// geometric pixel, which has none.
+    pub fn read_nm(&self, wavelength_nm: f64) -> f64 {
+        match self {
+            Self::Table(t) => {
+                let w = &t.axes().wavelengths_nm;
+                wavelength_nm.clamp(w[0], w[w.len() - 1])
+            }
+            Self::Geometric(_) => 0.0,
+        }
+    }
     /// Sub-pixels of the pixel.
     pub fn subpixels(&self) -> Subpixels {
         match self {

@@ -4,7 +4,7 @@
 //! so 0 ≤ P_i and Σ P_i ≤ 1. The renderer asks a [`ResponseLookup`] and knows nothing of what is behind it:
 //!
 //! ```text
-//! PixelStack ── em::wave, em::rcwa, em::fdtd ── build ──▶ table ──┐
+//! PixelStack ── em::wave, em::rcwa, em::fdtd ── build ──▶ table ──┐      (at one or several wavelengths)
 //! file (.npz), import (.csv), cache, shipped ──▶ table  ├─▶ Response ─ at a wavelength ─▶ ResponseLookup ─▶ weights
 //! GeometricResponse (eq. 2, exact) ─────────────────────┘
 //! ```
@@ -33,6 +33,7 @@ mod shifted_pixel;
 mod shipped;
 mod symmetry;
 mod table;
+mod wavelengths;
 
 pub use build::{BuildReport, BuiltTable, build_table};
 pub use build_shifted::{ShiftedSettings, build_shifted_table};

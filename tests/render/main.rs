@@ -7,6 +7,7 @@
 mod disparity;
 mod execution;
 mod radiometry;
+mod spectral;
 mod truth;
 
 use std::sync::Arc;

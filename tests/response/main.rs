@@ -8,3 +8,4 @@ mod fdtd;
 mod rcwa;
 mod shifted;
 mod wave;
+mod wavelengths;

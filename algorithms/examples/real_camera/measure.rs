@@ -1,6 +1,6 @@
 //! The shift between two views over parts of the field.
 
-use algorithms::disparity::{Axes, Limits, MatchSettings, Verdict, match_images};
+use algorithms::disparity::{Axes, MatchSettings, Verdict, match_images};
 use algorithms::warp::{Border, Lobes, Map, warp};
 use glam::{DMat3, DVec3};
 use quadpixel::command::CommandError;
@@ -33,7 +33,7 @@ pub fn settings() -> MatchSettings {
         stride_px: 8,
         search_px: 4,
         axes: Axes::Horizontal,
-        limits: Limits::default(),
+        ..MatchSettings::default()
     }
 }
 

@@ -5,9 +5,9 @@ use quadpixel::em::mosaic::{FilterColour, MICROLENSES};
 use quadpixel::response::REJECTION_THRESHOLD;
 
 use super::super::figures::sheet;
-use super::super::plot::{Line, Panel};
 use super::report::NAMES;
 use super::survey::{Band, Point, Survey, place};
+use crate::plot::{Line, Panel};
 
 /// On paper, by colour.
 const COLOURS: [&str; 3] = ["#d1332b", "#2a9d3a", "#1f6fd0"];
@@ -44,6 +44,7 @@ fn panel(band: &Band, title: &str, y_name: &'static str, most: f64, lines: Vec<L
         x: (0.0, band.points.last().map_or(1.0, |p| p.theta_deg)),
         y: (0.0, most),
         ticks: (10.0, if most > 0.5 { 0.2 } else { 0.05 }),
+        decades: false,
         level: None,
         lines,
     }

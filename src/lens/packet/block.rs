@@ -6,34 +6,36 @@ use super::batch::RayBatch;
 
 /// Rays in a block: a few vectors, so that their latencies overlap, and little enough to stay in the first-level cache.
 pub(super) const BLOCK: usize = 64;
+/// Rays in the last block of a batch where they fit: those of one wavelength of many are few.
+pub(super) const SMALL_BLOCK: usize = 32;
 
-/// The rays in work. `lost` is 0 or reason + 256 · surface; `moving` is 1 while Newton's method runs.
+/// The N rays in work. `lost` is 0 or reason + 256 · surface; `moving` is 1 while Newton's method runs.
 #[repr(align(64))]
-pub(super) struct Block {
-    pub x: [f64; BLOCK],
-    pub y: [f64; BLOCK],
-    pub z: [f64; BLOCK],
-    pub dx: [f64; BLOCK],
-    pub dy: [f64; BLOCK],
-    pub dz: [f64; BLOCK],
-    pub t: [f64; BLOCK],
-    pub moving: [u64; BLOCK],
-    pub lost: [u64; BLOCK],
+pub(super) struct Block<const N: usize> {
+    pub x: [f64; N],
+    pub y: [f64; N],
+    pub z: [f64; N],
+    pub dx: [f64; N],
+    pub dy: [f64; N],
+    pub dz: [f64; N],
+    pub t: [f64; N],
+    pub moving: [u64; N],
+    pub lost: [u64; N],
 }
 
 #[inline(always)]
-pub(super) fn load(batch: &RayBatch, range: Range<usize>) -> Block {
+pub(super) fn load<const N: usize>(batch: &RayBatch, range: Range<usize>) -> Block<N> {
     // The tail of the last block is filled with lost rays along the axis.
     let mut block = Block {
-        x: [0.0; BLOCK],
-        y: [0.0; BLOCK],
-        z: [0.0; BLOCK],
-        dx: [0.0; BLOCK],
-        dy: [0.0; BLOCK],
-        dz: [1.0; BLOCK],
-        t: [0.0; BLOCK],
-        moving: [0; BLOCK],
-        lost: [u64::MAX; BLOCK],
+        x: [0.0; N],
+        y: [0.0; N],
+        z: [0.0; N],
+        dx: [0.0; N],
+        dy: [0.0; N],
+        dz: [1.0; N],
+        t: [0.0; N],
+        moving: [0; N],
+        lost: [u64::MAX; N],
     };
     let n = range.len();
     block.x[..n].copy_from_slice(&batch.ox[range.clone()]);
@@ -47,7 +49,7 @@ pub(super) fn load(batch: &RayBatch, range: Range<usize>) -> Block {
 }
 
 #[inline(always)]
-pub(super) fn store(block: &Block, batch: &mut RayBatch, range: Range<usize>) {
+pub(super) fn store<const N: usize>(block: &Block<N>, batch: &mut RayBatch, range: Range<usize>) {
     for (i, ray) in range.enumerate() {
         let code = block.lost[i];
         batch.status[ray] = (code & 255) as u8;

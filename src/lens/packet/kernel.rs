@@ -1,10 +1,12 @@
 //! The loops over a block of rays. Each is straight-line arithmetic with selects, so that the compiler turns it into vector
 //! code of whatever width the caller's instructions have; hence `inline(always)` throughout.
 
+use std::ops::Range;
+
 use glam::{DMat3, DVec3};
 
 use super::batch::{RayBatch, RayStatus};
-use super::block::{BLOCK, Block, load, store};
+use super::block::{BLOCK, Block, SMALL_BLOCK, load, store};
 use super::prepared::Prepared;
 use crate::lens::surface::{NEWTON_LIMIT, ROOT_FLOOR, Travel};
 use crate::lens::system::ASPHERE_TERMS;
@@ -20,23 +22,39 @@ pub(super) fn trace(surfaces: &[Prepared], sensor_z_mm: f64, batch: &mut RayBatc
     batch.surface.resize(rays, 0);
     for start in (0..rays).step_by(BLOCK) {
         let range = start..rays.min(start + BLOCK);
-        let mut block = load(batch, range.clone());
-        for step in 0..surfaces.len() {
-            let index = match travel {
-                Travel::Forward => step,
-                Travel::Backward => surfaces.len() - 1 - step,
-            };
-            cross(&mut block, &surfaces[index], index, travel);
+        if range.len() > SMALL_BLOCK {
+            trace_block::<BLOCK>(surfaces, sensor_z_mm, batch, range, travel);
+        } else {
+            trace_block::<SMALL_BLOCK>(surfaces, sensor_z_mm, batch, range, travel);
         }
-        if travel == Travel::Forward {
-            to_sensor(&mut block, sensor_z_mm, surfaces.len().saturating_sub(1));
-        }
-        store(&block, batch, range);
     }
 }
 
+/// At most N rays of the batch.
 #[inline(always)]
-fn cross(block: &mut Block, surface: &Prepared, index: usize, travel: Travel) {
+fn trace_block<const N: usize>(
+    surfaces: &[Prepared],
+    sensor_z_mm: f64,
+    batch: &mut RayBatch,
+    range: Range<usize>,
+    travel: Travel,
+) {
+    let mut block: Block<N> = load(batch, range.clone());
+    for step in 0..surfaces.len() {
+        let index = match travel {
+            Travel::Forward => step,
+            Travel::Backward => surfaces.len() - 1 - step,
+        };
+        cross(&mut block, &surfaces[index], index, travel);
+    }
+    if travel == Travel::Forward {
+        to_sensor(&mut block, sensor_z_mm, surfaces.len().saturating_sub(1));
+    }
+    store(&block, batch, range);
+}
+
+#[inline(always)]
+fn cross<const N: usize>(block: &mut Block<N>, surface: &Prepared, index: usize, travel: Travel) {
     let sign = travel.sign();
     // A square surface is shifted on the fly; a turned one is first brought into its own frame.
     let mut shift = surface.vertex_mm;
@@ -52,12 +70,12 @@ fn cross(block: &mut Block, surface: &Prepared, index: usize, travel: Travel) {
         code: (index as u64) << 8,
     };
     match surface.terms {
-        0 => finish::<0>(block, &ctx, travel),
-        1..=4 => asphere::<4>(block, &ctx, travel),
-        5 | 6 => asphere::<6>(block, &ctx, travel),
-        7 => asphere::<7>(block, &ctx, travel),
-        8 => asphere::<8>(block, &ctx, travel),
-        _ => asphere::<ASPHERE_TERMS>(block, &ctx, travel),
+        0 => finish::<0, N>(block, &ctx, travel),
+        1..=4 => asphere::<4, N>(block, &ctx, travel),
+        5 | 6 => asphere::<6, N>(block, &ctx, travel),
+        7 => asphere::<7, N>(block, &ctx, travel),
+        8 => asphere::<8, N>(block, &ctx, travel),
+        _ => asphere::<ASPHERE_TERMS, N>(block, &ctx, travel),
     }
     if let Some(rotation) = surface.rotation {
         turn(block, rotation, DVec3::ZERO, surface.vertex_mm);
@@ -65,8 +83,8 @@ fn cross(block: &mut Block, surface: &Prepared, index: usize, travel: Travel) {
 }
 
 #[inline(always)]
-fn turn(block: &mut Block, rotation: DMat3, before: DVec3, after: DVec3) {
-    for i in 0..BLOCK {
+fn turn<const N: usize>(block: &mut Block<N>, rotation: DMat3, before: DVec3, after: DVec3) {
+    for i in 0..N {
         let p = rotation * (DVec3::new(block.x[i], block.y[i], block.z[i]) - before) + after;
         let d = rotation * DVec3::new(block.dx[i], block.dy[i], block.dz[i]);
         (block.x[i], block.y[i], block.z[i]) = (p.x, p.y, p.z);
@@ -77,10 +95,10 @@ fn turn(block: &mut Block, rotation: DMat3, before: DVec3, after: DVec3) {
 /// Brings each ray to the point nearest to the vertex and puts into `t` the way from there to the bare conic
 /// (see [`crate::lens::surface`]); NaN where a pure conic is missed.
 #[inline(always)]
-fn meet_conic(block: &mut Block, surface: &Prepared, shift: DVec3, sign: f64) {
+fn meet_conic<const N: usize>(block: &mut Block<N>, surface: &Prepared, shift: DVec3, sign: f64) {
     let (c, k1) = (surface.curvature, surface.k1);
     let on_miss = if surface.terms == 0 { f64::NAN } else { 0.0 };
-    for i in 0..BLOCK {
+    for i in 0..N {
         let (dx, dy, dz) = (block.dx[i], block.dy[i], block.dz[i]);
         let (x, y, z) = (
             block.x[i] - shift.x,
@@ -118,22 +136,29 @@ struct Finish<'a> {
 }
 
 #[inline(always)]
-fn asphere<const TERMS: usize>(block: &mut Block, ctx: &Finish<'_>, travel: Travel) {
+fn asphere<const TERMS: usize, const N: usize>(
+    block: &mut Block<N>,
+    ctx: &Finish<'_>,
+    travel: Travel,
+) {
     for _ in 0..NEWTON_LIMIT {
-        if newton_step::<TERMS>(block, ctx.surface) == 0 {
+        if newton_step::<TERMS, N>(block, ctx.surface) == 0 {
             break;
         }
     }
-    finish::<TERMS>(block, ctx, travel);
+    finish::<TERMS, N>(block, ctx, travel);
 }
 
 /// One Newton step of each ray that has not settled; returns how many still move.
 #[inline(always)]
-fn newton_step<const TERMS: usize>(block: &mut Block, surface: &Prepared) -> u64 {
+fn newton_step<const TERMS: usize, const N: usize>(
+    block: &mut Block<N>,
+    surface: &Prepared,
+) -> u64 {
     let c = surface.curvature;
     let k1_cc = surface.k1 * c * c;
     let mut still_moving = 0;
-    for i in 0..BLOCK {
+    for i in 0..N {
         let (dx, dy, dz) = (block.dx[i], block.dy[i], block.dz[i]);
         let t = block.t[i];
         let (x, y, z) = (
@@ -163,7 +188,11 @@ fn newton_step<const TERMS: usize>(block: &mut Block, surface: &Prepared) -> u64
 
 /// Moves each ray onto the surface, clips it there and refracts it.
 #[inline(always)]
-fn finish<const TERMS: usize>(block: &mut Block, ctx: &Finish<'_>, travel: Travel) {
+fn finish<const TERMS: usize, const N: usize>(
+    block: &mut Block<N>,
+    ctx: &Finish<'_>,
+    travel: Travel,
+) {
     let surface = ctx.surface;
     let c = surface.curvature;
     let (sign, shift, code) = (ctx.sign, ctx.shift, ctx.code);
@@ -174,7 +203,7 @@ fn finish<const TERMS: usize>(block: &mut Block, ctx: &Finish<'_>, travel: Trave
         (None, _) => 1.0,
     };
     let one_minus = 1.0 - eta * eta;
-    for i in 0..BLOCK {
+    for i in 0..N {
         let (dx, dy, dz) = (block.dx[i], block.dy[i], block.dz[i]);
         let t = block.t[i];
         let (x, y, z) = (
@@ -231,8 +260,8 @@ fn finish<const TERMS: usize>(block: &mut Block, ctx: &Finish<'_>, travel: Trave
 }
 
 #[inline(always)]
-fn to_sensor(block: &mut Block, z_mm: f64, last: usize) {
-    for i in 0..BLOCK {
+fn to_sensor<const N: usize>(block: &mut Block<N>, z_mm: f64, last: usize) {
+    for i in 0..N {
         let t = (z_mm - block.z[i]) / block.dz[i];
         let failure = RayStatus::Missed as u64 + ((last as u64) << 8);
         let lost = if t.is_finite() { 0 } else { failure };

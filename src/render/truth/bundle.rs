@@ -69,7 +69,7 @@ pub(super) struct Bundle {
 }
 
 impl Bundle {
-    /// From the sensor position `xy_mm`, at a channel's wavelength. `None` where no light passes.
+    /// From the sensor position `xy_mm`, at a channel's wavelengths. `None` where no light passes.
     pub fn new(camera: &Camera, channel: usize, xy_mm: DVec2, samples: &SobolSet) -> Option<Self> {
         let pupil = camera.pupil_at(xy_mm)?;
         let n = samples.len();
@@ -79,31 +79,6 @@ impl Bundle {
         let origin = camera_from_sensor_mm(xy_mm, camera.sensor_z_mm());
         let shift = camera.shift_at_um(xy_mm);
         let n_sub = camera.sensor().subpixels().count();
-        let mut batch = RayBatch::default();
-        let (mut u, mut v, mut measure, mut slopes) = (
-            vec![0f32; n],
-            vec![0f32; n],
-            vec![0.0; n],
-            vec![DVec2::ZERO; n],
-        );
-        for i in 0..n {
-            let (a, b) = concentric_disk(p[i], q[i]);
-            let target = pupil.centre_mm + (a * pupil.axis_a_mm + b * pupil.axis_b_mm).extend(0.0);
-            let e = target - origin;
-            let d = e.normalize();
-            batch.push(origin, d);
-            measure[i] = e.z * e.z / e.length_squared().powi(2);
-            slopes[i] = DVec2::new(d.x, d.y) / d.z;
-            let uv = uv_from_camera_direction(-d);
-            (u[i], v[i]) = (uv.x as f32, uv.y as f32);
-        }
-        let mut response = vec![0f32; n * n_sub];
-        camera
-            .response()
-            .weights_under(shift.to_array(), &mut u, &mut v, &mut response);
-        camera
-            .tracer_of(channel)
-            .trace_backward(&mut batch, SimdLevel::detect());
         let mut bundle = Self {
             q0: Vec::with_capacity(n),
             q1_mm: Vec::with_capacity(n),
@@ -113,22 +88,50 @@ impl Bundle {
             scale: pupil.area_mm2() / n as f64,
             subpixels: n_sub,
         };
-        for i in (0..n).filter(|&i| batch.status[i] == 0) {
-            let o = DVec3::new(batch.ox[i], batch.oy[i], batch.oz[i]);
-            let m = DVec2::new(batch.dx[i], batch.dy[i]) / batch.dz[i];
-            bundle.q0.push(-m);
-            bundle.q1_mm.push(o.truncate() - o.z * m);
-            bundle.slopes.push(slopes[i]);
-            bundle.measure.push(measure[i]);
-            let of_ray = &response[i * n_sub..][..n_sub];
-            let weights = of_ray.iter().map(|&w| f64::from(w) * measure[i]);
-            bundle.weights.extend(weights);
+        let colours = camera.colours();
+        let shares = colours.count();
+        for wavelength in 0..shares {
+            let share = wavelength * n / shares..(wavelength + 1) * n / shares;
+            // Shares of other lengths count the same.
+            let even = n as f64 / (shares * share.len().max(1)) as f64;
+            let mut batch = RayBatch::with_capacity(share.len());
+            let (mut u, mut v, mut measure, mut slopes) =
+                (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+            for i in share {
+                let (a, b) = concentric_disk(p[i], q[i]);
+                let target =
+                    pupil.centre_mm + (a * pupil.axis_a_mm + b * pupil.axis_b_mm).extend(0.0);
+                let e = target - origin;
+                let d = e.normalize();
+                batch.push(origin, d);
+                measure.push(even * (e.z * e.z / e.length_squared().powi(2)));
+                slopes.push(DVec2::new(d.x, d.y) / d.z);
+                let uv = uv_from_camera_direction(-d);
+                u.push(uv.x as f32);
+                v.push(uv.y as f32);
+            }
+            let mut response = vec![0f32; batch.len() * n_sub];
+            let lookup = colours.response(colours.response_number(channel, wavelength));
+            lookup.weights_under(shift.to_array(), &mut u, &mut v, &mut response);
+            let tracer = colours.tracer(channel, wavelength);
+            tracer.trace_backward(&mut batch, SimdLevel::detect());
+            for i in (0..batch.len()).filter(|&i| batch.status[i] == 0) {
+                let o = DVec3::new(batch.ox[i], batch.oy[i], batch.oz[i]);
+                let m = DVec2::new(batch.dx[i], batch.dy[i]) / batch.dz[i];
+                bundle.q0.push(-m);
+                bundle.q1_mm.push(o.truncate() - o.z * m);
+                bundle.slopes.push(slopes[i]);
+                bundle.measure.push(measure[i]);
+                let of_ray = &response[i * n_sub..][..n_sub];
+                let weights = of_ray.iter().map(|&w| f64::from(w) * measure[i]);
+                bundle.weights.extend(weights);
+            }
         }
         Some(bundle)
     }
 }
 
-/// Centroids of each sub-pixel's rays, and of all together, from the sensor position `xy_mm`, at a channel's wavelength.
+/// Centroids of each sub-pixel's rays, and of all together, from the sensor position `xy_mm`, at a channel's wavelengths.
 /// `None` where no light passes.
 pub(super) fn centroids(
     camera: &Camera,

@@ -201,7 +201,7 @@ impl ChiefRays {
             batch.push(pixel_origin_mm(camera, column, row), direction);
         }
         camera
-            .tracer_of(ChannelWavelengths::REFERENCE)
+            .reference_tracer()
             .trace_backward(&mut batch, SimdLevel::detect());
         let mut hits = Hits::default();
         scene.intersect(RaySlices::of_batch(&batch), &mut hits);

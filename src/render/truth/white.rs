@@ -41,10 +41,10 @@ impl WhiteField {
                         s.iter().map(|s| s.weight).collect()
                     })
                 };
-                if camera.is_dispersive() {
-                    (0..3).flat_map(white).collect()
-                } else {
+                if camera.colours().alike() {
                     white(0).repeat(3)
+                } else {
+                    (0..3).flat_map(white).collect()
                 }
             })
             .collect();
@@ -94,8 +94,13 @@ impl WhiteField {
         std::array::from_fn(|channel| c[channel * self.subpixels..][..self.subpixels].iter().sum())
     }
 
-    /// The sum over sub-pixels in the middle of the window, reference channel, sr: what exposure is counted from.
+    /// The sum over sub-pixels in the middle of the window, per channel, sr.
+    pub fn middle_sr(&self) -> [f64; 3] {
+        self.sum_sr(self.centre_mm)
+    }
+
+    /// Of it the reference channel: what exposure is counted from.
     pub fn reference_sr(&self) -> f64 {
-        self.sum_sr(self.centre_mm)[ChannelWavelengths::REFERENCE]
+        self.middle_sr()[ChannelWavelengths::REFERENCE]
     }
 }

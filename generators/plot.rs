@@ -1,39 +1,51 @@
-//! Panels with axes and lines, as SVG.
+//! Panels with axes and lines, as SVG: the pictures of studies and of accuracy.
 
 use glam::DVec2;
 use quadpixel::svg::Svg;
 
 /// Inside of a panel, px.
-pub(super) const SIZE: DVec2 = DVec2::new(300.0, 190.0);
+const SIZE: DVec2 = DVec2::new(300.0, 190.0);
 /// Around it, for names and numbers: left, top, right, bottom, px.
 const MARGIN: [f64; 4] = [52.0, 26.0, 14.0, 40.0];
 
 /// One line of a panel.
-pub(super) struct Line {
+pub struct Line {
+    /// In the legend; empty: not there.
     pub name: String,
+    /// SVG colour.
     pub colour: &'static str,
+    /// Dashed, not drawn through.
     pub dashed: bool,
     /// Marks instead of a line.
     pub marks: bool,
+    /// In the panel's coordinates.
     pub points: Vec<DVec2>,
 }
 
 /// A coordinate system with lines.
-pub(super) struct Panel {
+pub struct Panel {
+    /// Above the panel.
     pub title: String,
+    /// Below the x axis.
     pub x_name: &'static str,
+    /// Above the y axis.
     pub y_name: &'static str,
+    /// Ends of the x axis.
     pub x: (f64, f64),
+    /// Ends of the y axis.
     pub y: (f64, f64),
     /// Distance of ticks.
     pub ticks: (f64, f64),
+    /// Coordinates are logarithms to the base 10, and ticks say what they are of.
+    pub decades: bool,
     /// A level to compare with.
     pub level: Option<f64>,
+    /// What is drawn.
     pub lines: Vec<Line>,
 }
 
 /// Place that a panel takes, px.
-pub(super) fn whole() -> DVec2 {
+pub fn whole() -> DVec2 {
     SIZE + DVec2::new(MARGIN[0] + MARGIN[2], MARGIN[1] + MARGIN[3])
 }
 
@@ -56,12 +68,22 @@ impl Panel {
         for x in along(self.x, self.ticks.0) {
             let grid = [at(DVec2::new(x, self.y.0)), at(DVec2::new(x, self.y.1))];
             svg.polyline(&grid, "stroke=\"#e4e4e4\"");
-            svg.text(grid[0] + DVec2::new(0.0, 14.0), "middle", 11.0, &number(x));
+            svg.text(
+                grid[0] + DVec2::new(0.0, 14.0),
+                "middle",
+                11.0,
+                &self.number(x),
+            );
         }
         for y in along(self.y, self.ticks.1) {
             let grid = [at(DVec2::new(self.x.0, y)), at(DVec2::new(self.x.1, y))];
             svg.polyline(&grid, "stroke=\"#e4e4e4\"");
-            svg.text(grid[0] + DVec2::new(-6.0, 4.0), "end", 11.0, &number(y));
+            svg.text(
+                grid[0] + DVec2::new(-6.0, 4.0),
+                "end",
+                11.0,
+                &self.number(y),
+            );
         }
         if let Some(y) = self.level {
             let line = [at(DVec2::new(self.x.0, y)), at(DVec2::new(self.x.1, y))];
@@ -93,6 +115,15 @@ impl Panel {
             self.y_name,
         );
         self.legend(svg, inner);
+    }
+
+    /// A tick's number without needless zeros.
+    fn number(&self, x: f64) -> String {
+        match self.decades {
+            true if (-3.0..=3.0).contains(&x) => format!("{}", 10f64.powi(x as i32)),
+            true => format!("1e{x}"),
+            false => format!("{}", (x * 1e6).round() / 1e6),
+        }
     }
 
     /// The parts of a line that lie in the panel.
@@ -189,11 +220,6 @@ fn drawn(svg: &mut Svg, part: &mut Vec<DVec2>, style: &str, at: &dyn Fn(DVec2) -
     part.clear();
 }
 
-/// A tick's number without needless zeros.
-fn number(x: f64) -> String {
-    format!("{}", (x * 1e6).round() / 1e6)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -207,6 +233,7 @@ mod tests {
             x: (0.0, 4.0),
             y: (0.0, 1.0),
             ticks: (1.0, 1.0),
+            decades: false,
             level: None,
             lines: Vec::new(),
         };

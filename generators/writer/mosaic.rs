@@ -1,0 +1,36 @@
+//! What a sensor of one colour a microlens reads: one channel of each place, picked from the mosaic of all.
+
+use datasets_spec::{CodeLevels, Mosaic, Raw};
+use quadpixel::image::Image;
+
+use super::Description;
+
+/// The channel of each microlens's colour, of m·W × n·H values of R, G, B; `None` without a pattern.
+pub(super) fn picked(description: &Description, all: &Image) -> Option<Image> {
+    let pattern = description.mosaic?;
+    let subpixels = description.sensor.subpixels;
+    let (m, n) = (subpixels.columns as usize, subpixels.rows as usize);
+    let mut own = Image::zeros(all.width(), all.height(), 1);
+    for y in 0..all.height() {
+        for x in 0..all.width() {
+            own.pixel_mut(x, y)[0] = all.pixel(x, y)[pattern.channel(x / m, y / n)];
+        }
+    }
+    Some(own)
+}
+
+/// What `meta.json` says of it; `None` without a pattern.
+pub(super) fn described(description: &Description, raw: &Raw) -> Option<Mosaic> {
+    let noisy = description.noise.readout().map(|readout| CodeLevels {
+        black_level: readout.black_level,
+        white_level: readout.largest_code(),
+    });
+    Some(Mosaic {
+        pattern: description.mosaic?,
+        clean: CodeLevels {
+            black_level: raw.black_level?,
+            white_level: raw.white_level?,
+        },
+        noisy,
+    })
+}
