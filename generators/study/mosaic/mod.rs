@@ -4,6 +4,7 @@
 //! colours, give less crosstalk, and calls the period of one colour its worst case. Here both are solved: the supercell of 2×2 microlenses and, for each of
 //! its filters, the period of that filter alone, at a wavelength of each colour, over θ at φ = 0.
 
+mod figure;
 mod report;
 mod survey;
 
@@ -46,7 +47,7 @@ pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     let title = format!("mosaic study, {}, model {}", stack.name, model.version());
     write(&files[0], &report::csv(&survey))?;
     write(&files[1], &report::summary_csv(&summary))?;
-    write(&files[2], &report::svg(&title, &survey))?;
+    write(&files[2], &figure::svg(&title, &survey))?;
     if args.json {
         println!(
             "{}",
