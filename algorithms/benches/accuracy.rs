@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used)] // because a bench fails by panicking
 
 #[path = "../tests/matching/score.rs"]
+#[allow(dead_code)] // because the tests use more of it
 mod score;
 #[path = "../tests/matching/texture.rs"]
 mod texture;

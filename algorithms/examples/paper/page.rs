@@ -208,18 +208,11 @@ impl Page<'_> {
             them: `benches/runs/2026-11-21/cra.md`.\n";
         self.text += "\n## Fig. 12: pixel size\n\n";
         self.size(&studies.size);
-        for (from, to) in [
-            ("size/size.png", "fig12.png"),
-            ("size/size.jpg", "fig12.jpg"),
-        ] {
-            if self.tools.work.join(from).exists() {
-                self.picture(
-                    from,
-                    to,
-                    "Views A and D, classic and diffractive, and their difference",
-                )?;
-            }
-        }
+        self.picture(
+            "size/size.jpg",
+            "fig12.jpg",
+            "Views A and D, classic and diffractive, and their difference",
+        )?;
         self.reason("size");
         Ok(())
     }
