@@ -60,18 +60,17 @@ pub struct CorrectArgs {
 }
 
 /// Calibrates or applies; scores itself where the capture is a dataset's sample. No file is written before all are made.
-pub fn run(args: &CorrectArgs) -> Result<(), CommandError> {
+pub fn run(args: &CorrectArgs, progress: Progress) -> Result<(), CommandError> {
     match (&args.calibration, &args.apply, &args.capture) {
-        (Some(chart), None, None) => calibrate(args, chart),
-        (None, Some(calibration), Some(capture)) => apply(args, calibration, capture),
+        (Some(chart), None, None) => calibrate(args, progress, chart),
+        (None, Some(calibration), Some(capture)) => apply(args, progress, calibration, capture),
         _ => Err(CommandError::input(
             "either --calibration CAPTURE or --apply CALIBRATION CAPTURE is needed".to_owned(),
         )),
     }
 }
 
-fn calibrate(args: &CorrectArgs, chart: &Path) -> Result<(), CommandError> {
-    let progress = Progress::stderr();
+fn calibrate(args: &CorrectArgs, progress: Progress, chart: &Path) -> Result<(), CommandError> {
     progress.stage(format!("reading {}", chart.display()));
     let capture = Capture::read(chart, &args.given, args.pitch_um)?;
     let settings = CalibrationSettings {
@@ -106,8 +105,12 @@ fn calibrate(args: &CorrectArgs, chart: &Path) -> Result<(), CommandError> {
     Ok(())
 }
 
-fn apply(args: &CorrectArgs, calibration_path: &Path, path: &Path) -> Result<(), CommandError> {
-    let progress = Progress::stderr();
+fn apply(
+    args: &CorrectArgs,
+    progress: Progress,
+    calibration_path: &Path,
+    path: &Path,
+) -> Result<(), CommandError> {
     progress.stage(format!("reading {}", path.display()));
     let calibration = read_calibration(calibration_path)?;
     let capture = Capture::read(path, &args.given, args.pitch_um)?;

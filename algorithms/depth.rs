@@ -10,13 +10,19 @@
 //!   length, px; κ: disparity over circle of confusion, a property of the pixel. Source: "Metres from disparity" in the
 //!   dataset's specification.
 //!
+//! A match is believed by the scatter of its window's parts and by how much of the window is texture ([`crate::trust`]).
+//!
 //! A measured shift D belongs to the point midway between where the two views have it, which is where their sum has it.
 
-use crate::disparity::{Axes, DisparityMap, MatchError, MatchSettings, Verdict, match_images};
+use crate::disparity::{Axes, Grid, Match, MatchError, MatchSettings, Verdict, match_images};
+use crate::trust::Windows;
 use quadpixel::image::Image;
+use rayon::prelude::*;
 
 /// Systematic error of a match, px, so that one noiseless axis does not silence the other.
 const FLOOR_PX: f64 = 0.002;
+/// Largest part of a window's slope that may be noise: it pulls the shift towards 0 by up to as much.
+const MOST_NOISE: f64 = 0.1;
 
 /// A camera's own relation of disparity and depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,13 +96,23 @@ pub fn measure(
     };
     let map = match_images(pair.a, pair.b, &settings)?;
     let vertical = pair.axes == Axes::Vertical;
+    let windows = Windows {
+        a: pair.a,
+        b: pair.b,
+        window_px: settings.window_px,
+        vertical,
+    };
+    let nodes: Vec<Option<Measured>> = (map.matches.par_iter().enumerate())
+        .map(|(i, found)| trusted(&windows, map.grid.pixel(i), found))
+        .collect();
     let (width, height) = (pair.a.width(), pair.a.height());
     let at = |x: usize, y: usize| {
-        let first = nearest(&map, x as f64, y as f64, vertical)?;
+        let nearest = |x: f64, y: f64| nodes[nearest(&map.grid, x, y)?];
+        let first = nearest(x as f64, y as f64)?;
         // The window's place in A lies half the shift beside that in the sum.
         let half = 0.5 * first.disparity_px;
         let (dx, dy) = if vertical { (0.0, half) } else { (half, 0.0) };
-        nearest(&map, x as f64 - dx, y as f64 - dy, vertical)
+        nearest(x as f64 - dx, y as f64 - dy)
     };
     Ok((0..height)
         .flat_map(|y| (0..width).map(move |x| (x, y)))
@@ -104,26 +120,31 @@ pub fn measure(
         .collect())
 }
 
-/// The valid match whose node is nearest to (x, y), no farther than a stride.
-fn nearest(map: &DisparityMap, x: f64, y: f64, vertical: bool) -> Option<Measured> {
-    let grid = &map.grid;
+/// What a valid match says, with the larger of the matcher's variance and the scatter of the window's parts.
+fn trusted(windows: &Windows<'_>, (x, y): (usize, usize), found: &Match) -> Option<Measured> {
+    if found.verdict != Verdict::Valid {
+        return None;
+    }
+    let (shift, variance) = match windows.vertical {
+        true => (found.dy_px, found.covariance_px2[2]),
+        false => (found.dx_px, found.covariance_px2[0]),
+    };
+    let worth = windows.worth([x, y], shift)?;
+    let pulled = worth.noise * shift;
+    (worth.noise <= MOST_NOISE).then(|| Measured {
+        disparity_px: shift,
+        sigma_px: (variance.max(worth.variance_px2) + pulled * pulled + FLOOR_PX * FLOOR_PX).sqrt(),
+    })
+}
+
+/// The node nearest to (x, y), no farther than a stride.
+fn nearest(grid: &Grid, x: f64, y: f64) -> Option<usize> {
     let index = |p: f64, count: usize| {
         let node = ((p - grid.first_px as f64) / grid.stride_px as f64).round();
         (node >= 0.0 && node < count as f64).then_some(node as usize)
     };
     let (column, row) = (index(x, grid.columns)?, index(y, grid.rows)?);
-    let found = &map.matches[row * grid.columns + column];
-    (found.verdict == Verdict::Valid).then(|| {
-        let (shift, variance) = if vertical {
-            (found.dy_px, found.covariance_px2[2])
-        } else {
-            (found.dx_px, found.covariance_px2[0])
-        };
-        Measured {
-            disparity_px: shift,
-            sigma_px: (variance + FLOOR_PX * FLOOR_PX).sqrt(),
-        }
-    })
+    Some(row * grid.columns + column)
 }
 
 /// Weighted mean of what both directions say; where one is silent, the other's.

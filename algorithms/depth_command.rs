@@ -69,11 +69,10 @@ pub struct DepthArgs {
 }
 
 /// Measures, converts, writes; no file is written before all are made.
-pub fn run(args: &DepthArgs) -> Result<(), CommandError> {
+pub fn run(args: &DepthArgs, progress: Progress) -> Result<(), CommandError> {
     let named =
         (args.capture.as_ref().or(args.left.as_ref())).map_or(Path::new(""), PathBuf::as_path);
     let bad = |text: String| CommandError::input(format!("{}: {text}", named.display()));
-    let progress = Progress::stderr();
     progress.stage(format!("reading {}", named.display()));
     let capture = match (&args.left, &args.right) {
         (Some(left), Some(right)) => Capture::of_pair(left, right, args.srgb)?,

@@ -77,7 +77,7 @@ struct Pair {
 }
 
 /// Matches each channel and writes the maps; no file is written before all are made.
-pub fn run(args: &DisparityArgs) -> Result<(), CommandError> {
+pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError> {
     let settings = MatchSettings {
         window_px: args.window,
         stride_px: args.stride,
@@ -89,7 +89,6 @@ pub fn run(args: &DisparityArgs) -> Result<(), CommandError> {
         },
         ..MatchSettings::default()
     };
-    let progress = Progress::stderr();
     progress.stage(format!("reading {}", args.view.display()));
     let pairs = match &args.reference {
         Some(_) if args.given.subpixels.is_some() || args.given.meta.is_some() => {

@@ -34,4 +34,5 @@ pub mod score_command;
 pub mod sharpness_command;
 pub mod table;
 pub mod table_command;
+pub mod trust;
 pub mod warp;

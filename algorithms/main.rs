@@ -2,12 +2,13 @@
 
 use std::process::ExitCode;
 
+use algorithms::progress::Progress;
 use algorithms::{
     autofocus_command, correct_command, depth_command, disparity_command, refocus_command,
     sai_command, score_command, sharpness_command, table_command,
 };
 use clap::{Parser, Subcommand};
-use quadpixel::command::{CommandError, use_threads};
+use quadpixel::command::{CommandError, end_with_the_reader, use_threads};
 
 /// Works on pictures of pixels that see the pupil in parts (dual-pixel, quad-pixel, m×n).
 #[derive(Parser)]
@@ -16,6 +17,9 @@ struct Cli {
     /// Threads; 0: all cores. The result does not depend on it.
     #[arg(long, global = true, default_value_t = 0, display_order = 900)]
     threads: usize,
+    /// Warnings and errors only on stderr: no progress.
+    #[arg(long, short, global = true, display_order = 901)]
+    quiet: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -117,16 +121,21 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: Cli) -> Result<(), CommandError> {
+    end_with_the_reader()?;
     use_threads(cli.threads)?;
+    let progress = match cli.quiet {
+        true => Progress::silent(),
+        false => Progress::stderr(),
+    };
     match cli.command {
-        Command::Sai(args) => sai_command::run(&args),
-        Command::Sharpness(args) => sharpness_command::run(&args),
-        Command::Refocus(args) => refocus_command::run(&args),
-        Command::CorrectAberrations(args) => correct_command::run(&args),
-        Command::Table(args) => table_command::run(&args),
-        Command::Depth(args) => depth_command::run(&args),
-        Command::Autofocus(args) => autofocus_command::run(&args),
+        Command::Sai(args) => sai_command::run(&args, progress),
+        Command::Sharpness(args) => sharpness_command::run(&args, progress),
+        Command::Refocus(args) => refocus_command::run(&args, progress),
+        Command::CorrectAberrations(args) => correct_command::run(&args, progress),
+        Command::Table(args) => table_command::run(&args, progress),
+        Command::Depth(args) => depth_command::run(&args, progress),
+        Command::Autofocus(args) => autofocus_command::run(&args, progress),
         Command::Score(args) => score_command::run(&args),
-        Command::Disparity(args) => disparity_command::run(&args),
+        Command::Disparity(args) => disparity_command::run(&args, progress),
     }
 }

@@ -19,6 +19,14 @@ pub struct Progress {
 }
 
 impl Progress {
+    /// Shows nothing.
+    pub fn silent() -> Self {
+        Self {
+            stages: None,
+            thread: None,
+        }
+    }
+
     /// Shows on stderr.
     pub fn stderr() -> Self {
         let (stages, told) = channel::<String>();

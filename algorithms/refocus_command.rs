@@ -38,7 +38,7 @@ pub struct RefocusArgs {
 }
 
 /// Writes the refocused image.
-pub fn run(args: &RefocusArgs) -> Result<(), CommandError> {
+pub fn run(args: &RefocusArgs, progress: Progress) -> Result<(), CommandError> {
     let lobes = match args.lobes {
         3 => Lobes::Three,
         4 => Lobes::Four,
@@ -48,7 +48,6 @@ pub fn run(args: &RefocusArgs) -> Result<(), CommandError> {
             )));
         }
     };
-    let progress = Progress::stderr();
     progress.stage(format!("reading {}", args.raw.display()));
     let read = Exposure::read(&args.raw, &args.given)?;
     progress.stage("shifting and adding the views");

@@ -31,8 +31,7 @@ pub struct SaiArgs {
 }
 
 /// Writes the views and sums; no file is written before all are made.
-pub fn run(args: &SaiArgs) -> Result<(), CommandError> {
-    let progress = Progress::stderr();
+pub fn run(args: &SaiArgs, progress: Progress) -> Result<(), CommandError> {
     progress.stage(format!("reading {}", args.raw.display()));
     let read = Exposure::read(&args.raw, &args.given)?;
     let (views, partition) = (&read.views, read.views.partition());

@@ -79,9 +79,8 @@ enum KernelArg {
 }
 
 /// Measures each channel of each picture.
-pub fn run(args: &SharpnessArgs) -> Result<(), CommandError> {
+pub fn run(args: &SharpnessArgs, progress: Progress) -> Result<(), CommandError> {
     let settings = settings(args)?;
-    let progress = Progress::stderr();
     progress.stage("reading the pictures");
     let images = load::alike(&args.images)?;
     let mut rows: Vec<(String, usize, Sharpness)> = Vec::new();

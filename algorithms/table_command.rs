@@ -44,7 +44,7 @@ pub struct TableArgs {
 }
 
 /// Calibrates and corrects each row's capture; no file is written before all are done.
-pub fn run(args: &TableArgs) -> Result<(), CommandError> {
+pub fn run(args: &TableArgs, progress: Progress) -> Result<(), CommandError> {
     let input = |text: String| CommandError::input(text);
     let bytes = file::read(&args.list).map_err(|e| input(e.to_string()))?;
     let bad = |text: String| input(format!("{}: {text}", args.list.display()));
@@ -63,7 +63,6 @@ pub fn run(args: &TableArgs) -> Result<(), CommandError> {
         smoothing_px: smoothing(args.smoothing)?,
     };
     let folder = args.list.parent().unwrap_or(Path::new(""));
-    let progress = Progress::stderr();
     let rows = (list.row.iter().enumerate())
         .map(|(i, entry)| {
             let (setup, position) = (&entry.setup, &entry.position);

@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 use quadpixel::sampling::uniform;
-use quadpixel::scene::world::{PathKey, PathSettings, World};
+use quadpixel::scene::world::{CameraRay, PathKey, PathSettings, World};
 
 const SIDE_PX: usize = 256;
 /// Tangent of half the horizontal angle of view.
@@ -92,26 +92,35 @@ fn mean(image: &[f32]) -> f64 {
 
 /// A pinhole picture at the origin towards −z, RGB, on this thread.
 fn shoot(world: &World, samples: u32, seed: u64) -> Vec<f32> {
-    let mut image = Vec::with_capacity(SIDE_PX * SIDE_PX * 3);
-    for pixel in 0..SIDE_PX * SIDE_PX {
-        let (x, y) = ((pixel % SIDE_PX) as f64, (pixel / SIDE_PX) as f64);
-        let key = seed << 32 | pixel as u64;
-        let mut sum = [0.0; 3];
-        for sample in 0..samples {
-            let jitter = |d| uniform(key, &[u64::from(sample), d]);
-            let place = |p: f64, d| ((p + jitter(d)) / SIDE_PX as f64 * 2.0 - 1.0) * HALF_WIDTH;
-            let direction = DVec3::new(place(x, 0), -place(y, 1), -1.0).normalize();
-            let key = PathKey {
-                key,
-                first: sample,
-                spread: 1e-3,
-            };
-            let l = world.radiance_along(DVec3::ZERO, direction, &SETTINGS, &key);
-            sum.iter_mut()
+    let mut image = vec![0.0; SIDE_PX * SIDE_PX * 3];
+    let mut rays = Vec::with_capacity(SIDE_PX * samples as usize);
+    for (row, out) in image.chunks_exact_mut(SIDE_PX * 3).enumerate() {
+        rays.clear();
+        for column in 0..SIDE_PX {
+            let key = seed << 32 | (row * SIDE_PX + column) as u64;
+            rays.extend((0..samples).map(|sample| {
+                let jitter = |d| uniform(key, &[u64::from(sample), d]);
+                let place = |p: usize, d| {
+                    ((p as f64 + jitter(d)) / SIDE_PX as f64 * 2.0 - 1.0) * HALF_WIDTH
+                };
+                CameraRay {
+                    origin_mm: DVec3::ZERO,
+                    direction: DVec3::new(place(column, 0), -place(row, 1), -1.0).normalize(),
+                    key: PathKey {
+                        key,
+                        first: sample,
+                        spread: 1e-3,
+                    },
+                }
+            }));
+        }
+        world.radiances(&rays, &SETTINGS, |number, l| {
+            let pixel = &mut out[number / samples as usize * 3..][..3];
+            pixel
+                .iter_mut()
                 .zip(l)
                 .for_each(|(s, l)| *s += l / samples as f32);
-        }
-        image.extend(sum);
+        });
     }
     image
 }

@@ -31,8 +31,9 @@ fn numbers(text: &str) -> Vec<f64> {
     text.split(',').map(|x| x.parse().unwrap()).collect()
 }
 
+/// Of a pixel of two columns.
 fn halves(p: &RcwaPowers) -> [f64; 2] {
-    [p.absorbed[0] + p.absorbed[2], p.absorbed[1] + p.absorbed[3]]
+    [0, 1].map(|side| p.absorbed.iter().skip(side).step_by(2).sum())
 }
 
 /// Light at θ, towards +x.

@@ -2,7 +2,7 @@
 //! turn in one run; and what few wavelengths leave out.
 //!
 //! ```text
-//! cargo bench --bench spectral                 cost: medians of the ratios of seven rounds
+//! cargo bench --bench spectral                 cost: medians of the ratios of five rounds
 //! cargo bench --bench spectral -- --accuracy   views of a white wall by M wavelengths against 16
 //! ```
 //!
@@ -23,8 +23,8 @@ use quadpixel::sensor::{Sensor, ShiftRule};
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
 use support::Frame;
 
-const SIDE: usize = 128;
-const ROUNDS: usize = 7;
+const SIDE: usize = 96;
+const ROUNDS: usize = 5;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let frame = Frame::new()?;

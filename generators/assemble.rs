@@ -9,7 +9,7 @@ use quadpixel::em::PixelStack;
 use quadpixel::lens::{FocusBy, Lens, Prescription, trace_backward};
 use quadpixel::render::Camera;
 use quadpixel::response::{
-    AngularResponse, GeometricResponse, Response, ResponseCache, TableSettings,
+    AngularResponse, CachedTable, GeometricResponse, Response, ResponseCache, TableSettings,
 };
 use quadpixel::scene::world::World;
 use quadpixel::scene::{Scene, TexturedPlane};
@@ -20,6 +20,7 @@ use quadpixel::units::MM_PER_UM;
 use crate::field_of_view::{centre_at, covering};
 use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, WindowRecipe};
 use crate::scenes::WorldRecipe;
+use crate::shifted_table::ShiftedTable;
 use quadpixel::command::CommandError;
 
 /// Angular responses that several samples share, loaded or computed once.
@@ -101,27 +102,33 @@ impl Responses {
             wavelengths_nm: wavelengths_nm.clone(),
             ..settings
         };
-        let key = format!("{:?} {subpixels} {wavelengths_nm:?}", recipe.response);
+        let key = key(recipe, subpixels)?;
         if let Some(response) = self.loaded.get(&key) {
             return Ok(response.clone());
         }
         let table = match &recipe.response {
-            ResponseRecipe::Wave { pixel, stack_scale } => {
-                let mut stack = pixel_stack(pixel, subpixels)?;
-                for layer in &mut stack.layers {
-                    layer.thickness_um *= stack_scale;
-                }
-                stack.check().map_err(|e| input(&e))?;
+            ResponseRecipe::Wave {
+                pixel,
+                stack_scale,
+                shifts: Some(shifts),
+                ..
+            } => {
+                let stack = scaled_stack(pixel, *stack_scale, subpixels)?;
+                let asked = ShiftedTable::wave(pixel, *stack_scale, &stack, *shifts);
+                let made = asked.at(&wavelengths_nm).made(&self.cache, progress)?;
+                self.taken(made)
+            }
+            ResponseRecipe::Wave { .. } => {
+                let Some((stack, settings)) = wave_table(recipe, subpixels)? else {
+                    unreachable!("a wave table's recipe");
+                };
                 let made = self.cache.get_or_build_each(
                     &stack,
-                    &at_wavelengths(TableSettings::wave_standard_for(&stack)),
+                    &settings,
                     ChannelWavelengths::default().reference_nm(),
                     progress,
                 );
-                let made = made.map_err(|e| input(&e))?;
-                let warnings = made.warnings.iter().map(ToString::to_string);
-                self.warnings.extend(warnings);
-                made.table
+                self.taken(made.map_err(|e| input(&e))?)
             }
             ResponseRecipe::Fdtd { pixel } => {
                 let stack = pixel_stack(pixel, subpixels)?;
@@ -135,7 +142,19 @@ impl Responses {
                     }
                 }
             }
-            ResponseRecipe::Rcwa { pixel } => {
+            ResponseRecipe::Rcwa {
+                pixel,
+                shifts: Some(shifts),
+            } => {
+                let stack = pixel_stack(pixel, subpixels)?;
+                let asked = ShiftedTable::rcwa(pixel, &stack, *shifts);
+                let asked = asked.at(&wavelengths_nm);
+                asked.kept(&self.cache, &mut self.warnings)?
+            }
+            ResponseRecipe::Rcwa {
+                pixel,
+                shifts: None,
+            } => {
                 let stack = pixel_stack(pixel, subpixels)?;
                 let settings = at_wavelengths(TableSettings::rcwa_standard_for(&stack));
                 self.kept("rcwa", pixel, &stack, &settings)?
@@ -151,7 +170,76 @@ impl Responses {
     }
 }
 
+/// By which loaded responses are found again.
+fn key(recipe: &Recipe, subpixels: Subpixels) -> Result<String, CommandError> {
+    let nm = recipe.wavelengths()?.all_response_nm();
+    Ok(format!("{:?} {subpixels} {nm:?}", recipe.response))
+}
+
+/// The pixel of a wave level's recipe and the settings of its table; `None` for other recipes.
+///
+/// # Errors
+/// An unknown pixel, or one that cannot be.
+pub(crate) fn wave_table(
+    recipe: &Recipe,
+    subpixels: Subpixels,
+) -> Result<Option<(PixelStack, TableSettings)>, CommandError> {
+    let ResponseRecipe::Wave {
+        pixel,
+        stack_scale,
+        shifts: None,
+        grid,
+    } = &recipe.response
+    else {
+        return Ok(None);
+    };
+    let stack = scaled_stack(pixel, *stack_scale, subpixels)?;
+    let settings = TableSettings {
+        wavelengths_nm: recipe.wavelengths()?.all_response_nm(),
+        ..grid.settings(&stack)
+    };
+    Ok(Some((stack, settings)))
+}
+
+/// A pixel whose flat layers are this much thicker.
+fn scaled_stack(
+    pixel: &str,
+    stack_scale: f64,
+    subpixels: Subpixels,
+) -> Result<PixelStack, CommandError> {
+    let mut stack = pixel_stack(pixel, subpixels)?;
+    for layer in &mut stack.layers {
+        layer.thickness_um *= stack_scale;
+    }
+    stack
+        .check()
+        .map_err(|e| CommandError::input(e.to_string()))?;
+    Ok(stack)
+}
+
 impl Responses {
+    /// The table, its warnings noted.
+    fn taken(&mut self, made: CachedTable) -> AngularResponse {
+        let warnings = made.warnings.iter().map(ToString::to_string);
+        self.warnings.extend(warnings);
+        made.table
+    }
+
+    /// Takes a response as that of a recipe.
+    ///
+    /// # Errors
+    /// Bands out of their range.
+    pub(crate) fn put(
+        &mut self,
+        recipe: &Recipe,
+        subpixels: Subpixels,
+        response: Response,
+    ) -> Result<(), CommandError> {
+        self.loaded
+            .insert(key(recipe, subpixels)?, Arc::new(response));
+        Ok(())
+    }
+
     /// The kept table of a pixel by a model that takes up to hours, which a dataset does not begin unasked.
     fn kept(
         &mut self,

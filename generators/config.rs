@@ -5,21 +5,24 @@
 mod readout;
 mod sweep;
 mod tolerances;
+mod world;
 
 pub use readout::ReadoutConfig;
 pub use sweep::SweepConfig;
 pub use tolerances::ToleranceConfig;
+pub use world::{WorldConfig, WorldFileConfig};
 
 use datasets_spec::MosaicPattern;
+use quadpixel::effects::{Choice, Tolerance};
+use quadpixel::response::ShiftGrid;
 use quadpixel::sampling::uniform;
 use quadpixel::sensor::ShiftRule;
 use quadpixel::spectrum::Bands;
 use serde::{Deserialize, Serialize};
 
 use quadpixel::command::CommandError;
-use quadpixel::scene::world::PathSettings;
 
-use crate::scenes::WorldKind;
+use crate::preset::WaveGrid;
 
 /// The default configuration, with comments.
 pub const DEFAULT_TOML: &str = include_str!("default.toml");
@@ -47,6 +50,12 @@ pub struct DatasetConfig {
     pub exposure_ev: Draw,
     /// Rays a microlens and colour channel.
     pub rays_per_pixel: usize,
+    /// Effects that are simulated: `"auto"`, `"all"`, `"none"` or a list of names.
+    #[serde(default, skip_serializing_if = "Choice::is_auto")]
+    pub effects: Choice,
+    /// Below which `"auto"` leaves an effect out.
+    #[serde(default, skip_serializing_if = "Tolerance::is_default")]
+    pub tolerance: Tolerance,
     /// Focus stacks; absent: a scene a sample.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<SweepConfig>,
@@ -130,6 +139,12 @@ pub enum ResponseConfig {
         /// Thickness of the layers; absent: as the pixels have it.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stack: Option<StackConfig>,
+        /// Lens shifts a pitch of a table of all lens shifts; absent: the table of the centred lens, moved along with the lens.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        shifts: Option<usize>,
+        /// How finely its table is made.
+        #[serde(default, skip_serializing_if = "WaveGrid::is_standard")]
+        grid: WaveGrid,
     },
     /// FDTD tables of one of these pixels: shipped ones, or those that `qpgen response --model fdtd` has made.
     Fdtd {
@@ -140,6 +155,9 @@ pub enum ResponseConfig {
     Rcwa {
         /// Built-in names or `.toml` files; one is drawn a sample.
         pixels: Vec<String>,
+        /// Lens shifts a pitch of a table of all lens shifts, made with `--shifts`; absent: the table of the centred lens.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        shifts: Option<usize>,
     },
     /// The ideal box.
     Geometric,
@@ -148,6 +166,14 @@ pub enum ResponseConfig {
         /// `.npz` files of `qpgen response`; one is drawn a sample.
         files: Vec<String>,
     },
+}
+
+/// Lens shifts that a table can have.
+fn check_shifts(shifts: Option<usize>) -> Result<(), CommandError> {
+    let checked = shifts.map(|n| ShiftGrid::new(1.0, n)).transpose();
+    checked
+        .map(|_| ())
+        .map_err(|e| CommandError::input(format!("response.shifts: {e}")))
 }
 
 /// Thickness of a pixel's flat layers. Each value needs a table of its own, so few are made and shared.
@@ -181,62 +207,6 @@ pub struct SceneConfig {
     /// Worlds of meshes in the place of cards.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub world: Option<WorldConfig>,
-}
-
-/// Worlds of meshes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct WorldConfig {
-    /// Kinds of world; the samples take them in turn.
-    pub kinds: Vec<WorldKind>,
-    /// Depth of the nearest objects as a multiple of the focused depth.
-    pub near_over_focus: Draw,
-    /// Depth of the backdrop as a multiple of the focused depth.
-    pub far_over_focus: Draw,
-    /// Number of objects (rounded down): the clutter.
-    pub objects: Draw,
-    /// Share of wires, leaves and gratings among them, at difficulty 1.
-    pub thin: Draw,
-    /// Share of glass, panes and veils among them, at difficulty 1.
-    pub clear: Draw,
-    /// Number of small bright points, at difficulty 1 (rounded down).
-    pub glints: Draw,
-    /// Factor of the three, 0 to 1: 0 has solid, opaque things only.
-    pub difficulty: Draw,
-    /// How paths of light are followed.
-    #[serde(default)]
-    pub paths: PathSettings,
-}
-
-impl WorldConfig {
-    fn check(&self) -> Result<(), CommandError> {
-        if self.kinds.is_empty() {
-            return Err(CommandError::input(
-                "scene.world.kinds is empty; allowed: at least one of room, table-top, flying-shapes",
-            ));
-        }
-        let share = (0.0, 0.5);
-        self.near_over_focus
-            .check("scene.world.near_over_focus", (0.02, 50.0))?;
-        self.far_over_focus
-            .check("scene.world.far_over_focus", (0.05, 100.0))?;
-        self.objects.check("scene.world.objects", (0.0, 400.99))?;
-        self.thin.check("scene.world.thin", share)?;
-        self.clear.check("scene.world.clear", share)?;
-        self.glints.check("scene.world.glints", (0.0, 400.99))?;
-        self.difficulty
-            .check("scene.world.difficulty", (0.0, 1.0))?;
-        let (nearest, farthest) = (
-            self.near_over_focus.bounds().1,
-            self.far_over_focus.bounds().0,
-        );
-        if farthest < 1.05 * nearest {
-            return Err(CommandError::input(format!(
-                "scene.world.far_over_focus begins at {farthest}; allowed: at least 1.05 times the largest near_over_focus, {nearest}"
-            )));
-        }
-        Ok(())
-    }
 }
 
 /// A number, or how one is drawn.
@@ -363,15 +333,28 @@ impl DatasetConfig {
         some("scene.charts", self.scene.charts.len())?;
         some("scene.texture_px", self.scene.texture_px)?;
         match &self.response {
-            ResponseConfig::Wave { pixels, stack } => {
+            ResponseConfig::Wave {
+                pixels,
+                stack,
+                shifts,
+                grid,
+            } => {
                 some("response.pixels", pixels.len())?;
+                check_shifts(*shifts)?;
+                if shifts.is_some() && !grid.is_standard() {
+                    return Err(CommandError::input(
+                        "response.grid with response.shifts; allowed: one of them (a table of all lens shifts has its own grid)",
+                    ));
+                }
                 if let Some(stack) = stack {
                     some("response.stack.variants", stack.variants)?;
                     stack.scale.check("response.stack.scale", (0.5, 2.0))?;
                 }
             }
-            ResponseConfig::Fdtd { pixels } | ResponseConfig::Rcwa { pixels } => {
+            ResponseConfig::Fdtd { pixels } => some("response.pixels", pixels.len())?,
+            ResponseConfig::Rcwa { pixels, shifts } => {
                 some("response.pixels", pixels.len())?;
+                check_shifts(*shifts)?;
             }
             ResponseConfig::Table { files } => some("response.files", files.len())?,
             ResponseConfig::Geometric => {}
@@ -407,6 +390,7 @@ impl DatasetConfig {
             theta_deg.check("sensor.window.theta_deg", (0.0, 89.0))?;
             phi_deg.check("sensor.window.phi_deg", (-360.0, 360.0))?;
         }
+        crate::planned::checked(&self.tolerance)?;
         self.exposure_ev.check("exposure_ev", (-16.0, 16.0))?;
         if let Some(readout) = &self.readout {
             readout.check()?;

@@ -9,6 +9,7 @@ use quadpixel::shard::Shard;
 use crate::assemble::Responses;
 use crate::config::DatasetConfig;
 use crate::identity::Identity;
+use crate::planned;
 use crate::progress::Progress;
 use crate::recipes::Recipes;
 use crate::run_folder::{RunFolder, asked_for, refuse_other};
@@ -120,6 +121,7 @@ pub fn make_part(
         for warning in warnings.iter().chain(sample.warnings()) {
             progress.warn(warning);
         }
+        planned::tell(progress, &format!("sample {index}"), &sample);
         stages = stages.plus(sample.stages());
         folder.still_there()?;
         let written = timed(&mut stages.writing_s, || {

@@ -7,7 +7,10 @@ use quadpixel::command::CommandError;
 
 use crate::config::{DEFAULT_TOML, DatasetConfig};
 use crate::dataset::{self, Order};
+use crate::estimate;
 use crate::log::Log;
+use crate::planned::EffectArgs;
+use crate::preset::Preset;
 use crate::progress::Progress;
 use crate::shard_args::ShardArgs;
 use crate::stop::Stop;
@@ -28,10 +31,19 @@ pub struct DatasetArgs {
     #[arg(long, default_value = "out")]
     out: PathBuf,
     #[command(flatten)]
+    effects: EffectArgs,
+    #[command(flatten)]
     shard: ShardArgs,
     /// Prints the default configuration with comments, and stops.
     #[arg(long)]
     print_config: bool,
+    /// Rays and response tables: draft (32 rays a microlens and channel), standard (128: the default), reference (512); in the place of
+    /// what the configuration says.
+    #[arg(long, value_enum)]
+    preset: Option<Preset>,
+    /// Says what the dataset will take (s, bytes of memory and disk) and how large its noise will be, after a few trial samples, and stops.
+    #[arg(long)]
+    estimate: bool,
     /// Prints one JSON object on stdout at the end, and progress as one JSON object a line on stderr.
     #[arg(long)]
     pub json: bool,
@@ -57,7 +69,21 @@ pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
     };
     config.count = args.count.unwrap_or(config.count);
     config.seed = args.seed.unwrap_or(config.seed);
+    args.effects
+        .apply(&mut config.effects, &mut config.tolerance);
+    if let Some(preset) = args.preset {
+        preset.apply(&mut config);
+    }
     let progress = Progress::new(log.json(args.json));
+    if args.estimate {
+        let shard = args.shard.shard(&progress)?;
+        let expected = estimate::estimate(&config, &args.out, shard, &progress)?;
+        match args.json {
+            true => println!("{}", serde_json::json!(expected)),
+            false => println!("{expected}"),
+        }
+        return Ok(());
+    }
     let order = Order {
         shard: args.shard.shard(&progress)?,
         stop: Stop::on_signals()?,

@@ -52,8 +52,13 @@ pub(crate) fn describe(
     let lens_hash = blake3::hash(format!("{:?}", lens.prescription().surfaces).as_bytes())
         .to_hex()
         .to_string();
-    let (pixel, hash, table_nm) = match (response, &recipe.response) {
-        (Response::Table(t), _) => (
+    // An ideal pixel may have taken the place of a table's.
+    let ideal = match (camera.response(), response) {
+        (ResponseLookup::Geometric(g), _) | (_, Response::Geometric(g)) => Some(g),
+        _ => None,
+    };
+    let (pixel, hash, table_nm) = match (ideal, response) {
+        (None, Response::Table(t)) => (
             t.meta().pixel["name"]
                 .as_str()
                 .unwrap_or("unnamed")
@@ -61,13 +66,14 @@ pub(crate) fn describe(
             t.meta().key.clone(),
             t.axes().wavelengths_nm.clone(),
         ),
-        (Response::Geometric(g), _) => (
+        (Some(g), _) | (_, Response::Geometric(g)) => (
             format!("ideal, focal length {} µm", g.focal_length_um()),
             String::new(),
             Vec::new(),
         ),
     };
     let model = match &recipe.response {
+        _ if ideal.is_some() => "geometric".to_string(),
         ResponseRecipe::Wave { .. } => "wave".to_string(),
         ResponseRecipe::Fdtd { .. } => "fdtd".to_string(),
         ResponseRecipe::Rcwa { .. } => "rcwa".to_string(),
@@ -124,7 +130,12 @@ pub(crate) fn describe(
         noise: spec::Noise::None,
         mosaic: recipe.sensor.mosaic,
         intrinsics: intrinsics(camera),
-        effects: effects(recipe, camera, response),
+        effects: effects(
+            recipe,
+            camera,
+            response,
+            lens.prescription().is_dispersive(),
+        ),
         rays_per_pixel: recipe.render.rays_per_pixel as u32,
         rays: stats.rays,
         lost: spec::LostRays {
@@ -195,7 +206,12 @@ fn intrinsics(camera: &Camera) -> spec::Intrinsics {
     }
 }
 
-fn effects(recipe: &Recipe, camera: &Camera, response: &Response) -> spec::Effects {
+fn effects(
+    recipe: &Recipe,
+    camera: &Camera,
+    response: &Response,
+    dispersive: bool,
+) -> spec::Effects {
     let mut simulated = vec!["lens aberrations", "vignetting", "defocus", "occlusion"];
     let mut left_out = vec![
         (
@@ -233,7 +249,8 @@ fn effects(recipe: &Recipe, camera: &Camera, response: &Response) -> spec::Effec
     } else {
         left_out.push(("sensor noise", "clean signal asked for"));
     }
-    if camera.is_dispersive() {
+    // What a plan leaves out is moved to the other list when it is known.
+    if dispersive {
         simulated.push("dispersion");
     } else {
         left_out.push(("dispersion", "the lens file has no Abbe numbers"));
@@ -264,7 +281,9 @@ fn effects(recipe: &Recipe, camera: &Camera, response: &Response) -> spec::Effec
             simulated.push("microlens shift");
             let distortion = "distortion of the response by the microlens shift";
             match camera.response() {
-                ResponseLookup::Shifted(_) => simulated.push(distortion),
+                ResponseLookup::Shifted(_) | ResponseLookup::Fixed(_) => {
+                    simulated.push(distortion);
+                }
                 _ => left_out.push((
                     distortion,
                     "the centred table is looked up in the moving frame",

@@ -10,12 +10,14 @@ use quadpixel::render::RenderSettings;
 use quadpixel::sampling::{hash, uniform};
 
 use crate::charts::{ChartSpec, ImageFile, Mask, random_spec};
-use crate::config::{DatasetConfig, Draw, ResponseConfig, WindowConfig, WorldConfig};
+use crate::config::{
+    DatasetConfig, Draw, ResponseConfig, WindowConfig, WorldConfig, WorldFileConfig,
+};
 use crate::recipe::{
     Cutout, ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, SensorRecipe,
     WindowRecipe,
 };
-use crate::scenes::{Drawn, WorldRecipe, WorldSource};
+use crate::scenes::{Drawn, FileWorld, WorldRecipe, WorldSource};
 use quadpixel::command::CommandError;
 
 /// What a drawn number is for; part of its key.
@@ -74,6 +76,13 @@ enum For {
     Glints,
     Difficulty,
     World,
+    Camera,
+    Distance,
+    Size,
+    Yaw,
+    Elevation,
+    Panorama,
+    Sky,
 }
 
 /// Numbers of one sample.
@@ -120,7 +129,13 @@ pub fn recipe(
     let shot = Dice { index, ..dice };
     let focus_mm = dice.of(&config.lens.focus_mm, For::Focus, 0);
     let (response, pixel_pitch) = match &config.response {
-        ResponseConfig::Wave { pixels, stack } => {
+        ResponseConfig::Wave {
+            pixels,
+            stack,
+            shifts,
+            grid,
+        } => {
+            let shifts = *shifts;
             let pixel = dice.choice(pixels, For::Pixel, 0).clone();
             let pitch = pitch_of(&pixel)?;
             let stack_scale = stack.map_or(1.0, |stack| {
@@ -129,17 +144,24 @@ pub fn recipe(
                 let key = [For::StackScale as u64, variant];
                 stack.scale.at(dice.seed, &key)
             });
-            (ResponseRecipe::Wave { pixel, stack_scale }, Some(pitch))
+            let wave = ResponseRecipe::Wave {
+                pixel,
+                stack_scale,
+                shifts,
+                grid: *grid,
+            };
+            (wave, Some(pitch))
         }
         ResponseConfig::Fdtd { pixels } => {
             let pixel = dice.choice(pixels, For::Pixel, 0).clone();
             let pitch = pitch_of(&pixel)?;
             (ResponseRecipe::Fdtd { pixel }, Some(pitch))
         }
-        ResponseConfig::Rcwa { pixels } => {
+        ResponseConfig::Rcwa { pixels, shifts } => {
+            let shifts = *shifts;
             let pixel = dice.choice(pixels, For::Pixel, 0).clone();
             let pitch = pitch_of(&pixel)?;
-            (ResponseRecipe::Rcwa { pixel }, Some(pitch))
+            (ResponseRecipe::Rcwa { pixel, shifts }, Some(pitch))
         }
         ResponseConfig::Table { files } => {
             let file = dice.choice(files, For::Pixel, 0).clone();
@@ -221,6 +243,8 @@ pub fn recipe(
             rays_per_pixel: config.rays_per_pixel,
             seed: shot.key(For::Render, 0),
         },
+        effects: config.effects.clone(),
+        tolerance: config.tolerance,
         readout: config.readout.as_ref().map(readout).transpose()?,
     })
 }
@@ -243,8 +267,14 @@ fn window(config: &DatasetConfig, dice: &Dice) -> WindowRecipe {
     }
 }
 
-/// A world of the kind whose turn it is.
+/// A world of the kind whose turn it is, or a file.
 fn world(config: &WorldConfig, dice: &Dice, focus_mm: f64) -> WorldRecipe {
+    if let Some(file) = &config.file {
+        return WorldRecipe {
+            source: WorldSource::File(file_world(file, dice, focus_mm)),
+            paths: config.paths,
+        };
+    }
     let difficulty = dice.of(&config.difficulty, For::Difficulty, 0);
     WorldRecipe {
         source: WorldSource::Generated(Drawn {
@@ -258,6 +288,32 @@ fn world(config: &WorldConfig, dice: &Dice, focus_mm: f64) -> WorldRecipe {
             glints: (difficulty * dice.of(&config.glints, For::Glints, 0)) as u32,
         }),
         paths: config.paths,
+    }
+}
+
+/// The file whose turn it is, as this sample sees it. Its hash is [`crate::recipes::Recipes`]'s to add.
+fn file_world(config: &WorldFileConfig, dice: &Dice, focus_mm: f64) -> FileWorld {
+    let one_of = |list: &[String], what| match list {
+        [] => None,
+        some => Some(dice.choice(some, what, 0).clone()),
+    };
+    let camera = one_of(&config.cameras, For::Camera);
+    FileWorld {
+        unit_mm: config.unit_mm,
+        // A camera of the file has its own place.
+        distance_mm: match camera {
+            Some(_) => None,
+            None => Some(focus_mm * dice.of(&config.distance_over_focus, For::Distance, 0)),
+        },
+        camera,
+        size_mm: config
+            .size_over_focus
+            .map(|size| focus_mm * dice.of(&size, For::Size, 0)),
+        yaw_deg: dice.of(&config.yaw_deg, For::Yaw, 0),
+        pitch_deg: dice.of(&config.pitch_deg, For::Elevation, 0),
+        panorama: one_of(&config.panoramas, For::Panorama),
+        sky: config.sky.map(|sky| dice.of(&sky, For::Sky, 0) as f32),
+        ..FileWorld::new(&config.names[dice.index as usize % config.names.len()])
     }
 }
 

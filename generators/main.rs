@@ -8,7 +8,7 @@ use generators::{
     accuracy, check_command, dataset_command, export, lens_command, merge, preview_command,
     render_command, response_command, study, validate_command,
 };
-use quadpixel::command::{CommandError, use_threads};
+use quadpixel::command::{CommandError, end_with_the_reader, use_threads};
 
 /// Simulates cameras whose pixels see the pupil in parts (dual-pixel, quad-pixel, m×n) and makes training data with them.
 #[derive(Parser)]
@@ -55,11 +55,16 @@ enum Command {
     /// A pixel's angular response: the table that the renderer uses, or P at a few angles.
     ///
     /// Example: qpgen response --pixel 1.6um --theta-deg 0,5,10 --phi-deg 0
+    ///
+    /// Example: qpgen response --pixel 1.6um --model rcwa --preset draft --shifts 8 -o all-shifts.npz
     #[command(verbatim_doc_comment)]
     Response(response_command::ResponseArgs),
-    /// The paper's studies of the pixel: rejection ratio, microlenses, pitch, wavelength, filter, tungsten, mosaic.
+    /// The paper's studies of the pixel and the sensor: rejection ratio, microlenses, pitch, wavelength, filter, tungsten, mosaic, chief rays, flat field,
+    /// size.
     ///
     /// Example: qpgen study rejection --pixel 3.5um,2.8um --out study
+    ///
+    /// Example: qpgen study size --pixel 3.5um,1.6um --out study
     ///
     /// Example: qpgen study mosaic --model rcwa --preset draft --theta-step-deg 5 --out study
     #[command(verbatim_doc_comment)]
@@ -124,6 +129,7 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: Cli, log: Log) -> Result<(), CommandError> {
+    end_with_the_reader()?;
     use_threads(cli.threads)?;
     match cli.command {
         Command::Dataset(args) => dataset_command::run(&args, log),

@@ -125,6 +125,7 @@ impl PixelModelArgs {
         match (self.model, self.preset) {
             (Model::Wave, Preset::Standard) => {}
             (Model::Wave, Preset::Draft) => settings.table.steps = 12,
+            (Model::Rcwa, Preset::Standard) => settings = ShiftedSettings::rcwa_for(stack),
             _ => settings.table = self.table(stack),
         }
         settings

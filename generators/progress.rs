@@ -196,7 +196,8 @@ impl Progress {
         self.tell(Level::Debug, text);
     }
 
-    fn tell(&self, level: Level, text: &str) {
+    /// Tells something of a level.
+    pub fn tell(&self, level: Level, text: &str) {
         self.bar.suspend(|| self.log.line(level, text, &[]));
     }
 

@@ -3,6 +3,7 @@
 
 use datasets_spec::MosaicPattern;
 use quadpixel::command::CommandError;
+use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::lens::{Deviation, Misalignment};
 use quadpixel::render::RenderSettings;
 use quadpixel::sensor::ShiftRule;
@@ -12,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::charts::ChartSpec;
 use crate::charts::Mask;
+use crate::preset::WaveGrid;
 use crate::scenes::WorldRecipe;
 
 /// One sample.
@@ -45,6 +47,12 @@ pub struct Recipe {
     pub exposure_ev: f64,
     /// Rays and the seed of their samples.
     pub render: RenderSettings,
+    /// Effects that are simulated: `"auto"`, `"all"`, `"none"` or a list of names.
+    #[serde(default, skip_serializing_if = "Choice::is_auto")]
+    pub effects: Choice,
+    /// Below which `"auto"` leaves an effect out.
+    #[serde(default, skip_serializing_if = "Tolerance::is_default")]
+    pub tolerance: Tolerance,
     /// The sensor's electronics: a noisy capture beside the clean one; absent: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub readout: Option<ReadoutSettings>,
@@ -164,6 +172,12 @@ pub enum ResponseRecipe {
         /// Factor on the thickness of every flat layer between lens and silicon.
         #[serde(default = "one", skip_serializing_if = "is_one")]
         stack_scale: f64,
+        /// Lens shifts a pitch of a table of all lens shifts; absent: the table of the centred lens, moved along with the lens.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        shifts: Option<usize>,
+        /// How finely its table is made.
+        #[serde(default, skip_serializing_if = "WaveGrid::is_standard")]
+        grid: WaveGrid,
     },
     /// The FDTD table of a pixel: a shipped one, or the one that `qpgen response --model fdtd` has made.
     Fdtd {
@@ -174,6 +188,9 @@ pub enum ResponseRecipe {
     Rcwa {
         /// Name of a built-in pixel or path of a `.toml` file.
         pixel: String,
+        /// As of the wave model.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        shifts: Option<usize>,
     },
     /// The ideal box of the paper's equation 2 (its classic mode).
     Geometric {

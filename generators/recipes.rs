@@ -13,6 +13,7 @@ use crate::assemble::pixel;
 use crate::config::DatasetConfig;
 use crate::draw;
 use crate::recipe::Recipe;
+use crate::scenes::{FileWorld, WorldSource};
 
 /// The recipes of a part, drawn one by one.
 pub(crate) struct Recipes {
@@ -21,6 +22,8 @@ pub(crate) struct Recipes {
     /// Rays of all of them.
     pub rays: u64,
     pitches: RefCell<BTreeMap<String, f64>>,
+    /// Hashes of scene files.
+    hashes: RefCell<BTreeMap<String, String>>,
 }
 
 impl Recipes {
@@ -40,6 +43,7 @@ impl Recipes {
             indices: (0..count).filter(|i| shard.owns(*i as usize)).collect(),
             rays: 0,
             pitches: RefCell::default(),
+            hashes: RefCell::default(),
         };
         for &index in &recipes.indices {
             recipes.rays += recipes.draw(config, index)?.rays();
@@ -57,7 +61,24 @@ impl Recipes {
             self.pitches.borrow_mut().insert(name.to_owned(), pitch_um);
             Ok(pitch_um)
         };
-        draw::recipe(config, u64::from(index), &pitch_of)
+        let mut recipe = draw::recipe(config, u64::from(index), &pitch_of)?;
+        if let Some(world) = &mut recipe.world
+            && let WorldSource::File(file) = &mut world.source
+        {
+            file.blake3 = Some(self.hash_of(file)?);
+        }
+        Ok(recipe)
+    }
+
+    fn hash_of(&self, file: &FileWorld) -> Result<String, CommandError> {
+        if let Some(hash) = self.hashes.borrow().get(&file.path) {
+            return Ok(hash.clone());
+        }
+        let hash = file.hash()?;
+        self.hashes
+            .borrow_mut()
+            .insert(file.path.clone(), hash.clone());
+        Ok(hash)
     }
 }
 

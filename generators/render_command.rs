@@ -8,6 +8,7 @@ use crate::assemble::Responses;
 use crate::coarse::Coarse;
 use crate::dataset::write_error;
 use crate::log::Log;
+use crate::planned::{self, EffectArgs};
 use crate::progress::Progress;
 use crate::recipe::Recipe;
 use crate::sample::{Prepared, Rays, SampleId, prepare};
@@ -33,6 +34,8 @@ pub struct RenderArgs {
     print_scene: bool,
     #[command(flatten)]
     scene_args: SceneArgs,
+    #[command(flatten)]
+    effects: EffectArgs,
     /// Keeps the radiance of every ray in this file (.npz), for --from-rays.
     #[arg(long, value_name = "FILE")]
     keep_rays: Option<PathBuf>,
@@ -122,7 +125,7 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
         print!("{DEFAULT_TOML}");
         return Ok(());
     }
-    let (recipe, name) = match (&args.scene, &args.scene_args.file) {
+    let (mut recipe, name) = match (&args.scene, &args.scene_args.file) {
         (Some(path), _) => (read_recipe(path)?, path.display().to_string()),
         (None, Some(file)) => (args.scene_args.recipe(file)?, file.clone()),
         (None, None) => (
@@ -130,6 +133,8 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
             "built-in recipe".to_string(),
         ),
     };
+    args.effects
+        .apply(&mut recipe.effects, &mut recipe.tolerance);
     let out = &args.out;
     if out.exists() {
         return Err(CommandError::input(format!(
@@ -164,6 +169,7 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
     for warning in warnings.iter().chain(sample.warnings()) {
         progress.warn(warning);
     }
+    planned::tell(&progress, &name, &sample);
     if let (Some(record), Some(path)) = (record, &args.keep_rays) {
         let written = record.write_npz(path, &about);
         written.map_err(|e| CommandError::failed(e.to_string()))?;
@@ -179,7 +185,7 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
         let object = serde_json::json!({
             "rays": d.rays, "lost": { "vignetted": d.lost.vignetted, "missed": d.lost.missed,
             "total_internal_reflection": d.lost.total_internal_reflection },
-            "relative_spread": d.mean_relative_standard_error, "stages": stages, "preview": preview
+            "relative_spread": d.mean_relative_standard_error, "effects": sample.decisions(), "stages": stages, "preview": preview
         });
         println!("{object}");
         return Ok(());

@@ -142,6 +142,15 @@ fn changed(args: &ResponseArgs, preset: TableSettings) -> TableSettings {
     }
 }
 
+/// The settings of a table of all lens shifts, if it is asked for.
+fn shifted(args: &ResponseArgs, stack: &PixelStack) -> Option<ShiftedSettings> {
+    args.shifts.map(|per_pitch| ShiftedSettings {
+        table: changed(args, args.model.shifted(stack).table),
+        per_pitch,
+        cone_f_number: args.cone_f_number,
+    })
+}
+
 /// The table asked for, from the cache or made for it.
 fn made(
     args: &ResponseArgs,
@@ -149,16 +158,9 @@ fn made(
     angles: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<CachedTable, CommandError> {
     let cache = ResponseCache::open(ResponseCache::default_dir());
-    let made = match args.shifts {
+    let made = match shifted(args, stack) {
         None => cache.get_or_build(stack, &changed(args, args.model.table(stack)), angles),
-        Some(per_pitch) => {
-            let settings = ShiftedSettings {
-                table: changed(args, args.model.shifted(stack).table),
-                per_pitch,
-                cone_f_number: args.cone_f_number,
-            };
-            cache.get_or_build_shifted(stack, &settings, angles)
-        }
+        Some(settings) => cache.get_or_build_shifted(stack, &settings, angles),
     };
     made.map_err(|e| CommandError::input(e.to_string()))
 }
@@ -168,13 +170,7 @@ fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), Comman
     let angles = |done: usize, total: usize| progress.angles(done, total);
     let shard = args.shard.shard(&progress)?;
     if !shard.is_whole() {
-        if args.shifts.is_some() {
-            return Err(CommandError::input(
-                "--shard with --shifts; allowed: parts of tables of one lens shift only",
-            ));
-        }
-        let settings = changed(args, args.model.table(stack));
-        return part(args, stack, &settings, shard, &progress);
+        return part(args, stack, shard, &progress);
     }
     let began = std::time::Instant::now();
     let made = made(args, stack, &angles)?;
@@ -249,18 +245,23 @@ fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), Comman
 fn part(
     args: &ResponseArgs,
     stack: &PixelStack,
-    settings: &TableSettings,
     shard: Shard,
     progress: &Progress,
 ) -> Result<(), CommandError> {
     let angles = |done: usize, total: usize| progress.angles(done, total);
     let began = std::time::Instant::now();
-    let part = ResponseCache::open(ResponseCache::default_dir())
-        .build_part(stack, settings, shard, &angles)
-        .map_err(|e| match e {
-            ResponseError::Io { .. } => CommandError::failed(e),
-            other => CommandError::input(other),
-        })?;
+    let cache = ResponseCache::open(ResponseCache::default_dir());
+    let part = match shifted(args, stack) {
+        None => {
+            let settings = changed(args, args.model.table(stack));
+            cache.build_part(stack, &settings, shard, &angles)
+        }
+        Some(settings) => cache.build_shifted_part(stack, &settings, shard, &angles),
+    };
+    let part = part.map_err(|e| match e {
+        ResponseError::Io { .. } => CommandError::failed(e),
+        other => CommandError::input(other),
+    })?;
     progress.finish();
     let seconds = began.elapsed().as_secs_f64();
     if args.json {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use datasets_spec as spec;
+use quadpixel::effects::{Choice, Decision, Effect, Estimate, Planned, Subject, plan};
 use quadpixel::image::Image;
 use quadpixel::image::raster::Levels;
 use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField, DisparityMaps, WhiteField};
@@ -15,6 +16,7 @@ use quadpixel::units::M_PER_MM;
 use crate::assemble::{self, Responses};
 use crate::describe::{Exposed, describe};
 use crate::noisy::Noisy;
+use crate::planned;
 use crate::recipe::Recipe;
 use crate::stages::{Stages, timed};
 use crate::writer::{Description, RawEncoding, SampleFiles, Seen};
@@ -38,6 +40,8 @@ pub struct Sample {
     seen: Option<(Vec<u16>, Image)>,
     warnings: Vec<String>,
     description: Description,
+    decisions: Vec<Decision>,
+    together: Option<Estimate>,
     stages: Stages,
 }
 
@@ -95,6 +99,7 @@ pub fn prepare(
     response_progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Prepared, CommandError> {
     let subpixels = assemble::subpixels(&recipe.sensor.subpixels)?;
+    planned::checked(&recipe.tolerance)?;
     if !(1..=1 << 24).contains(&recipe.render.rays_per_pixel) {
         let n = recipe.render.rays_per_pixel;
         return Err(CommandError::input(format!(
@@ -165,8 +170,30 @@ impl Prepared {
             warnings,
             mut stages,
         } = self;
-        let chief = ChiefRays::new(&camera);
-        let geometry = timed(&mut stages.truth_s, || chief.geometry(&camera, &scene));
+        let mut chief = ChiefRays::new(&camera);
+        let mut geometry = timed(&mut stages.truth_s, || chief.geometry(&camera, &scene));
+        // Kept rays are those of the whole camera, whatever pixel is put behind it later.
+        let choice = match (&rays, recipe.effects.is_auto()) {
+            (Rays::Keep | Rays::Develop(_), true) => Choice::All,
+            _ => recipe.effects.clone(),
+        };
+        let depths_mm = planned::depth_range_mm(&geometry.depth_mm);
+        let planned = timed(&mut stages.effects_s, || {
+            let whole = Subject { camera, scene };
+            plan(whole, depths_mm, &recipe.render, &choice, &recipe.tolerance)
+        });
+        let Planned {
+            subject: Subject { camera, scene },
+            mut decisions,
+            together,
+        } = planned;
+        // Without aberrations, what a pixel sees has moved.
+        let lens_left_out =
+            |d: &Decision| d.effect == Effect::Aberrations && d.verdict.is_left_out();
+        if decisions.iter().any(lens_left_out) {
+            chief = ChiefRays::new(&camera);
+            geometry = timed(&mut stages.truth_s, || chief.geometry(&camera, &scene));
+        }
         let several = scene.planes().len() > 1 || scene.world().is_some();
         let surfaces = several.then_some(geometry.surfaces.as_slice());
         let (settings, execution) = (&recipe.render, Execution::default());
@@ -230,13 +257,18 @@ impl Prepared {
             (geometry.surfaces.clone(), normals)
         });
         let expose = |settings| Noisy::expose(settings, &mosaic, &camera, &white, gain);
-        let noisy = recipe.readout.as_ref().map(expose).transpose()?;
+        let readout = recipe.readout.as_ref();
+        let noise = planned::noise(readout, &choice, camera.sensor(), &white);
+        let readout = readout.filter(|_| !noise.verdict.is_left_out());
+        decisions.push(noise);
+        let noisy = readout.map(expose).transpose()?;
         let noise = noisy.as_ref().map(Noisy::description);
         let exposure = Exposed {
             gain,
             white_sr: white.middle_sr(),
         };
         let mut description = describe(&recipe, id, &camera, &response, exposure, &rendered.stats)?;
+        planned::into_effects(&mut description.effects, &decisions, &recipe.tolerance);
         description.noise = noise.map_or(spec::Noise::None, spec::Noise::Readout);
         let disparity = field.maps(&camera, &geometry.depth_mm);
         stages.truth_s += began.elapsed().as_secs_f64();
@@ -255,6 +287,8 @@ impl Prepared {
             seen,
             warnings,
             description,
+            decisions,
+            together,
             mosaic,
         };
         Ok((sample, record))
@@ -280,6 +314,16 @@ impl Sample {
     /// What was left out of its scene.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
+    }
+
+    /// Which effects it was rendered with, and why.
+    pub fn decisions(&self) -> &[Decision] {
+        &self.decisions
+    }
+
+    /// What the effects that were left out, if they are several, do together.
+    pub fn left_out_together(&self) -> Option<Estimate> {
+        self.together
     }
 
     /// Its description.

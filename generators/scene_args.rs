@@ -2,10 +2,12 @@
 
 use clap::Args;
 use quadpixel::command::CommandError;
+use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::render::RenderSettings;
 use quadpixel::scene::world::PathSettings;
 use quadpixel::sensor::ShiftRule;
 
+use crate::preset::WaveGrid;
 use crate::recipe::{LensRecipe, Recipe, ResponseRecipe, SensorRecipe, WindowRecipe};
 use crate::scenes::{FileWorld, WorldRecipe, WorldSource};
 
@@ -137,6 +139,8 @@ impl SceneArgs {
                 Some(pixel) => ResponseRecipe::Wave {
                     pixel: pixel.clone(),
                     stack_scale: 1.0,
+                    shifts: None,
+                    grid: WaveGrid::default(),
                 },
                 None => ResponseRecipe::Geometric {
                     focal_length_um: None,
@@ -158,6 +162,8 @@ impl SceneArgs {
                 rays_per_pixel: self.rays_per_pixel,
                 seed: self.seed,
             },
+            effects: Choice::default(),
+            tolerance: Tolerance::default(),
             readout: None,
         })
     }

@@ -8,11 +8,13 @@
 //! ```
 
 pub mod command;
+pub mod effects;
 pub mod em;
 pub mod file;
 pub mod frames;
 pub mod image;
 pub mod lens;
+mod npz;
 pub mod render;
 pub mod response;
 pub mod sampling;

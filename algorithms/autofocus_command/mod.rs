@@ -77,7 +77,7 @@ fn region(text: &str) -> Result<Region, String> {
 }
 
 /// Measures every stack; no file is written before all are made.
-pub fn run(args: &AutofocusArgs) -> Result<(), CommandError> {
+pub fn run(args: &AutofocusArgs, progress: Progress) -> Result<(), CommandError> {
     let kind: SharpnessSettings =
         (args.preset.parse()).map_err(|e| CommandError::input(format!("--preset: {e}")))?;
     let settings = MatchSettings {
@@ -85,7 +85,6 @@ pub fn run(args: &AutofocusArgs) -> Result<(), CommandError> {
         search_px: args.search,
         ..MatchSettings::default()
     };
-    let progress = Progress::stderr();
     let mut curves = Vec::new();
     for (scene, samples) in stacks(&args.dataset)? {
         let mut measured = Vec::new();

@@ -119,7 +119,7 @@ pub(super) fn table(size: Size) -> Result<Table, CommandError> {
 /// What part of a chart's render is tracing, in words.
 fn share(exact: &[Row]) -> Result<String, CommandError> {
     let work = Work::new(24)?;
-    let camera = work.camera(ChannelWavelengths::default().rgb_nm)?;
+    let camera = work.camera(ChannelWavelengths::default())?;
     let scene = work.scene(&camera, FOCUS_MM, 7)?;
     let (seconds, _) = best_of(3, || mosaic(&camera, &scene, RENDERED, 1));
     // The spread is measured by every 64th pixel again.
@@ -144,18 +144,19 @@ fn rays(system: &OpticalSystem, count: usize, key: u64) -> Rays {
     };
     let pupils = ExitPupilMap::new(std::slice::from_ref(system), window);
     let set = SobolSet::new(count);
-    let sample: [Vec<f64>; 4] = std::array::from_fn(|dim| {
+    let [x, y, p, q]: [Vec<f64>; 4] = std::array::from_fn(|dim| {
         let mut s = vec![0.0; count];
         set.fill(dim, key, 0, &mut s);
         s
     });
+    let samples = x.iter().zip(&y).zip(p.iter().zip(&q));
     let mut all = Rays {
         sensor_mm: Vec::new(),
         pupil_mm: Vec::new(),
         start: RayBatch::with_capacity(count),
     };
-    for i in 0..count {
-        let xy = DVec2::new(sample[0][i], sample[1][i]) * (2.0 * HALF_MM) - HALF_MM;
+    for ((x, y), (p, q)) in samples {
+        let xy = DVec2::new(*x, *y) * (2.0 * HALF_MM) - HALF_MM;
         let Some(PupilEllipse {
             centre_mm,
             axis_a_mm,
@@ -164,7 +165,7 @@ fn rays(system: &OpticalSystem, count: usize, key: u64) -> Rays {
         else {
             continue;
         };
-        let (a, b) = concentric_disk(sample[2][i], sample[3][i]);
+        let (a, b) = concentric_disk(*p, *q);
         let target = centre_mm + (a * axis_a_mm + b * axis_b_mm).extend(0.0);
         let origin = camera_from_sensor_mm(xy, system.sensor_z_mm);
         all.sensor_mm.push(origin.truncate());

@@ -22,7 +22,7 @@ pub struct LensMap {
     degree: usize,
     sensor_mm: f64,
     pupil_mm: f64,
-    /// Middle and half width of a, b, c over the rays fitted: the terms' arguments are −1 to 1 there.
+    /// Middle and inverse half width of a, b, c over the rays fitted: the terms' arguments are −1 to 1 there.
     ranges: [(f64, f64); 3],
     /// f₁ to f₄ of each term.
     terms: Vec<[f64; 4]>,
@@ -72,7 +72,7 @@ impl LensMap {
         let ends = invariants.fold([(f64::INFINITY, f64::NEG_INFINITY); 3], |ends, at| {
             std::array::from_fn(|i| (ends[i].0.min(at[i]), ends[i].1.max(at[i])))
         });
-        map.ranges = ends.map(|(low, high)| (0.5 * (low + high), (0.5 * (high - low)).max(1e-9)));
+        map.ranges = ends.map(|(low, high)| (0.5 * (low + high), 2.0 / (high - low).max(1e-9)));
         let count = terms(degree);
         // Unknowns of a pair: its f of x, then that of p; equations: both components of every ray.
         let n = 2 * count;
@@ -106,17 +106,16 @@ impl LensMap {
     #[inline(always)]
     fn invariants(&self, x: DVec2, p: DVec2) -> [f64; 3] {
         let of = [x.dot(x), x.dot(p), p.dot(p)];
-        std::array::from_fn(|i| (of[i] - self.ranges[i].0) / self.ranges[i].1)
+        std::array::from_fn(|i| (of[i] - self.ranges[i].0) * self.ranges[i].1)
     }
 
     /// Terms at one ray, in the order in which [`Self::map`] sums them.
     fn values(&self, x: DVec2, p: DVec2) -> Vec<f64> {
-        let [a, b, c] = [2.0 * x.dot(x) - 1.0, x.dot(p), 2.0 * p.dot(p) - 1.0]
-            .map(|t| chebyshev(t, self.degree));
+        let [a, b, c] = self.invariants(x, p).map(|t| chebyshev(t, self.degree));
         let mut all = Vec::with_capacity(terms(self.degree));
-        for i in 0..=self.degree {
-            for j in 0..=self.degree - i {
-                all.extend((0..=self.degree - i - j).map(|k| a[i] * b[j] * c[k]));
+        for (i, a) in a.iter().enumerate() {
+            for (j, b) in b[..=self.degree - i].iter().enumerate() {
+                all.extend(c[..=self.degree - i - j].iter().map(|c| a * b * c));
             }
         }
         all
@@ -148,8 +147,14 @@ impl LensMap {
     /// f₁ to f₄ of [`LANES`] rays.
     #[inline]
     fn sums(&self, x: &[DVec2; LANES], p: &[DVec2; LANES]) -> [[f64; LANES]; 4] {
-        let invariants: [[f64; 3]; LANES] = std::array::from_fn(|l| self.invariants(x[l], p[l]));
-        let [a, b, c] = [0, 1, 2].map(|i| powers(invariants.map(|of| of[i]), self.degree));
+        // As of `invariants`, but lane beside lane.
+        let argument = |i: usize, of: [f64; LANES]| {
+            let (middle, scale) = self.ranges[i];
+            powers(of.map(|t| (t - middle) * scale), self.degree)
+        };
+        let a = argument(0, std::array::from_fn(|l| x[l].dot(x[l])));
+        let b = argument(1, std::array::from_fn(|l| x[l].dot(p[l])));
+        let c = argument(2, std::array::from_fn(|l| p[l].dot(p[l])));
         let mut f = [[0.0; LANES]; 4];
         let mut terms = self.terms.iter();
         for (i, a) in a.iter().enumerate().take(self.degree + 1) {
@@ -184,7 +189,8 @@ fn powers(t: [f64; LANES], degree: usize) -> [[f64; LANES]; LARGEST_DEGREE + 1] 
 }
 
 fn chebyshev(t: f64, degree: usize) -> Vec<f64> {
-    powers([t; LANES], degree).iter().map(|p| p[0]).collect()
+    let all = powers([t; LANES], degree);
+    all[..=degree].iter().map(|p| p[0]).collect()
 }
 
 /// Terms T_i T_j T_k with i + j + k ≤ n.
@@ -229,7 +235,8 @@ mod tests {
 
     #[test]
     fn a_lens_that_is_a_polynomial_comes_back() {
-        let at = |i: usize, k: i32| (0.5 + i as f64 * 1.32471795f64.powi(-k)).fract() * 2.0 - 1.0;
+        let at =
+            |i: usize, k: i32| (0.5 + i as f64 * 1.324_717_95_f64.powi(-k)).fract() * 2.0 - 1.0;
         let rays: Vec<Traced> = (0..600)
             .map(|i| {
                 let (x, p) = (

@@ -4,9 +4,10 @@ use quadpixel::command::CommandError;
 use quadpixel::em::fdtd::FdtdSettings;
 use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::em::wave::WaveSettings;
-use quadpixel::response::{CorrectedSettings, PixelModel, TableSettings};
+use quadpixel::response::{CorrectedSettings, LitPixel, PixelModel, TableSettings};
 
 use super::Size;
+use super::clock::best_of;
 use super::pixel::{Exact, WAVELENGTH_NM};
 use super::row::{Curve, Row, Table};
 use super::work::{PIXEL, failed};
@@ -113,9 +114,8 @@ fn row(exact: &Exact, setting: String, model: &PixelModel) -> Result<Row, Comman
 /// Processor seconds of all exact runs of the corrected level.
 fn of_exact_runs(exact: &Exact, settings: &CorrectedSettings) -> Result<f64, CommandError> {
     // A run off the mirrors, which is what nearly all of them are, stands for each.
-    let lit = quadpixel::response::LitPixel::new(&exact.stack, &settings.exact, WAVELENGTH_NM)
-        .map_err(failed)?;
-    let (seconds, answer) = super::clock::best_of(1, || lit.light(0.3, 0.2));
+    let lit = LitPixel::new(&exact.stack, &settings.exact, WAVELENGTH_NM).map_err(failed)?;
+    let (seconds, answer) = best_of(1, || lit.light(0.3, 0.2));
     answer.map_err(failed)?;
     Ok(seconds * settings.runs as f64)
 }

@@ -189,3 +189,44 @@ fn write(out: &Path, tables: &[Table]) -> Result<Vec<PathBuf>, CommandError> {
     file("accuracy.svg".into(), picture::svg(TITLE, tables))?;
     Ok(files)
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::row::{Curve, Row};
+    use super::*;
+
+    #[test]
+    fn every_row_of_a_knob_is_in_its_files_and_exact_rows_do_not_break_the_picture() {
+        let folder = tempfile::tempdir().unwrap();
+        let table = Table {
+            knob: "rays",
+            work: "a picture".into(),
+            reference: "many rays".into(),
+            seconds_unit: "s",
+            error_unit: "%",
+            curves: vec![Curve {
+                name: "in focus".into(),
+                rows: vec![
+                    Row::new("4", 0.1, 8.0),
+                    Row::new("16", 0.4, 4.0),
+                    Row::new("all", 9.0, 0.0),
+                ],
+            }],
+            law: Some(-0.5),
+            notes: vec!["a note".into()],
+        };
+        let files = write(folder.path(), &[table]).unwrap();
+        let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+        assert_eq!(files.len(), 4);
+        assert_eq!(read("rays.csv").lines().count(), 1 + 3);
+        for text in ["| in focus | 16 | 0.400 | 4.00 |", "- a note"] {
+            assert!(read("accuracy.md").contains(text), "{text}");
+        }
+        // Two rows with logarithms: two marks; no number that is none.
+        let svg = read("rays.svg");
+        assert_eq!(svg.matches("<circle").count(), 2);
+        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+        assert_eq!(svg, read("accuracy.svg"));
+    }
+}

@@ -40,7 +40,7 @@ pub(super) fn table(size: Size) -> Result<Table, CommandError> {
 
 fn of(plan: &Plan) -> Result<Table, CommandError> {
     let work = Work::new(plan.side)?;
-    let camera = work.camera(ChannelWavelengths::default().rgb_nm)?;
+    let camera = work.camera(ChannelWavelengths::default())?;
     let subpixels = camera.sensor().subpixels().count() as f64;
     let (mut curves, mut notes) = (Vec::new(), Vec::new());
     for (name, distance_mm) in DISTANCES {
@@ -63,7 +63,7 @@ fn of(plan: &Plan) -> Result<Table, CommandError> {
         let name = format!("{name}, {distance_mm} mm");
         curves.push(Curve { name, rows });
     }
-    notes.push("A ray is splatted on all sub-pixels of its pixel, so rays a pixel and colour are what costs. The tracer works on blocks of 64 rays: fewer a pixel take as \
+    notes.push("A ray is splatted on all sub-pixels of its pixel, so rays a pixel and colour are what costs. The tracer works on blocks of 64 rays, the last one of 32: fewer a pixel take as \
          long.".into());
     Ok(Table {
         knob: "rays",

@@ -1,19 +1,17 @@
-//! Wavelengths a channel: a band of colour by a few of its wavelengths, against many. The lens's dispersion and the pixel's are apart:
-//! datasets trace the lens at each channel's own wavelength, and have the pixel's response at one.
+//! Wavelengths a channel: a band of colour by a few of its wavelengths, against many, what the lens's dispersion does apart from what
+//! the pixel's does.
 
 use quadpixel::command::CommandError;
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::WaveSettings;
 use quadpixel::response::{LitPixel, PixelModel, direction_cosines};
-use quadpixel::spectrum::ChannelWavelengths;
+use quadpixel::spectrum::{Bands, ChannelWavelengths};
 
 use super::Size;
 use super::clock::best_of;
 use super::row::{Curve, Row, Table, rms};
 use super::work::{FOCUS_MM, PIXEL, Work, failed, mosaic, percent};
 
-/// Width of each channel's band, nm: about that of absorbing filters at half maximum.
-const WIDTH_NM: f64 = 80.0;
 const COUNTS: [usize; 6] = [1, 2, 3, 4, 6, 8];
 /// Rays a pixel and wavelength: all images have the same random numbers, so it is the wavelengths that differ.
 const RAYS: usize = 64;
@@ -22,20 +20,20 @@ const THETA_DEG: [f64; 5] = [0.0, 5.0, 10.0, 20.0, 30.0];
 
 pub(super) fn table(size: Size) -> Result<Table, CommandError> {
     let (side, reference) = match size {
-        Size::Affordable => (24, 24),
-        Size::Full => (48, 48),
+        Size::Affordable => (20, 16),
+        Size::Full => (48, Bands::MOST),
     };
     let work = Work::new(side)?;
     let image = image(&work, reference)?;
-    let pixel = pixel(reference)?;
+    let pixel = pixel(Bands::MOST)?;
     Ok(Table {
         knob: "wavelengths",
         work: format!(
-            "even bands of {WIDTH_NM} nm about 610, 550 and 465 nm, by the middles of equal parts. Lens: {}, {RAYS} rays a wavelength. Pixel: P of each sub-pixel of {PIXEL}, wave model, \
+            "the default bands (raised cosines of 80, 90, 80 nm at half maximum about 610, 550, 465 nm), each by n wavelengths of equal shares. Lens: {}, {RAYS} rays a wavelength. Pixel: P of each sub-pixel of {PIXEL}, wave model, \
              green band, at theta {THETA_DEG:?} deg; seconds of a direction as s, not those of an image",
             work.text()
         ),
-        reference: format!("{reference} wavelengths a band"),
+        reference: format!("{reference} wavelengths a band (pixel: {})", Bands::MOST),
         seconds_unit: "s a million microlenses (pixel: s a direction)",
         error_unit: "RMS, % of the mean signal",
         curves: vec![image, pixel],
@@ -47,22 +45,27 @@ pub(super) fn table(size: Size) -> Result<Table, CommandError> {
     })
 }
 
-/// The middles of `count` equal parts of a band.
-fn middles(middle_nm: f64, count: usize) -> Vec<f64> {
-    let part = |i: usize| (i as f64 + 0.5) / count as f64 - 0.5;
-    (0..count).map(|i| middle_nm + WIDTH_NM * part(i)).collect()
+/// The wavelengths that stand for the bands of R, G, B.
+fn bands(count: usize) -> Result<[Vec<f64>; 3], CommandError> {
+    let bands = Bands {
+        wavelengths: count,
+        ..Bands::default()
+    };
+    let wavelengths = ChannelWavelengths::of_bands(bands).map_err(failed)?;
+    Ok([0, 1, 2].map(|channel| wavelengths.traced_nm(channel)))
 }
 
 /// The chart in focus: what the lens's dispersion in a band does.
 fn image(work: &Work, reference: usize) -> Result<Curve, CommandError> {
-    let rgb_nm = ChannelWavelengths::default().rgb_nm;
-    let scene = work.scene(&work.camera(rgb_nm)?, FOCUS_MM, 7)?;
-    let mean = |count: usize, rounds: usize| -> Result<(f64, Vec<f32>), CommandError> {
-        let bands = rgb_nm.map(|nm| middles(nm, count));
+    let mut wavelengths = ChannelWavelengths::default();
+    let scene = work.scene(&work.camera(wavelengths)?, FOCUS_MM, 7)?;
+    let mut mean = |count: usize, rounds: usize| -> Result<(f64, Vec<f32>), CommandError> {
+        let [red, green, blue] = bands(count)?;
         let mut sum: Vec<f32> = Vec::new();
         let mut seconds = 0.0;
-        for i in 0..count {
-            let camera = work.camera([0, 1, 2].map(|c| bands[c][i]))?;
+        for ((red, green), blue) in red.into_iter().zip(green).zip(blue) {
+            wavelengths.rgb_nm = [red, green, blue];
+            let camera = work.camera(wavelengths)?;
             let (time, image) = best_of(rounds, || mosaic(&camera, &scene, RAYS, 1));
             seconds += time;
             sum.resize(image.len(), 0.0);
@@ -95,11 +98,11 @@ fn image(work: &Work, reference: usize) -> Result<Curve, CommandError> {
 fn pixel(reference: usize) -> Result<Curve, CommandError> {
     let stack = PixelStack::builtin(PIXEL).map_err(failed)?;
     let model = PixelModel::Wave(WaveSettings::standard());
-    let middle_nm = ChannelWavelengths::default().reference_nm();
     let mean = |count: usize| -> Result<(f64, Vec<f64>), CommandError> {
         let mut p = vec![0.0; THETA_DEG.len() * stack.subpixels.count()];
         let mut seconds = 0.0;
-        for nm in middles(middle_nm, count) {
+        let [_, green, _] = bands(count)?;
+        for nm in green {
             let lit = LitPixel::new(&stack, &model, nm).map_err(failed)?;
             let mut light = || -> Result<Vec<f64>, CommandError> {
                 let mut all = Vec::new();
@@ -142,19 +145,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn middles_of_equal_parts_have_the_band_s_mean_and_variance_in_the_limit() {
-        assert_eq!(middles(550.0, 1), [550.0]);
-        assert_eq!(middles(550.0, 2), [530.0, 570.0]);
-        let many = middles(550.0, 100);
-        let variance = many.iter().map(|nm| (nm - 550.0).powi(2)).sum::<f64>() / 100.0;
-        assert!((variance / (WIDTH_NM * WIDTH_NM / 12.0) - 1.0).abs() < 1e-3);
-    }
-
-    #[test]
     fn error_of_the_pixel_s_band_falls_with_the_number_of_wavelengths() {
-        let curve = pixel(24).unwrap();
+        let curve = pixel(Bands::MOST).unwrap();
         let error: Vec<f64> = curve.rows.iter().map(|r| r.error).collect();
-        // Interference in the layers has a period of some 20 nm, so order comes late: with parts of 10 nm half the error must be gone.
+        // Interference in the layers has a period of some 20 nm, so order comes late: with parts of some 10 nm half the error must be gone.
         assert!(error[5] < 0.5 * error[0], "{error:?}");
     }
 }

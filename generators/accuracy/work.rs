@@ -90,10 +90,8 @@ impl Work {
         (self.sensor.width() * self.sensor.height()) as f64
     }
 
-    /// The camera whose channels are traced at `rgb_nm`.
-    pub fn camera(&self, rgb_nm: [f64; 3]) -> Result<Camera, CommandError> {
-        let mut wavelengths = ChannelWavelengths::default();
-        wavelengths.rgb_nm = rgb_nm;
+    /// The camera whose channels are traced at these wavelengths.
+    pub fn camera(&self, wavelengths: ChannelWavelengths) -> Result<Camera, CommandError> {
         let (lens, sensor) = (&self.lens, self.sensor.clone());
         Camera::new(
             lens,

@@ -108,6 +108,7 @@ impl Shape {
             uvs: Some(self.uvs.iter().map(|p| p.as_vec2().to_array()).collect()),
             triangles: self.triangles,
             materials: MaterialIndices::Mesh(0),
+            ..TriangleMesh::default()
         }
     }
 }

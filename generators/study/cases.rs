@@ -46,7 +46,7 @@ pub(super) fn of(kind: Kind, pixels: &[String]) -> Result<Vec<Case>, CommandErro
         Kind::Rejection if pixels.is_empty() => named(&["3.5um-roc3.5", "3.5um"].map(String::from)),
         Kind::Rejection => named(pixels),
         // Studies of their own kind.
-        Kind::Cra | Kind::FlatField | Kind::Corrected | Kind::Mosaic => Ok(Vec::new()),
+        Kind::Cra | Kind::FlatField | Kind::Corrected | Kind::Size | Kind::Mosaic => Ok(Vec::new()),
         Kind::Filter => named(&["3.5um", "3.5um-thin-filter"].map(String::from)),
         Kind::Tungsten => named(&["2.8um", "2.8um-tungsten"].map(String::from)),
         Kind::Microlens => Ok(microlenses()),

@@ -37,7 +37,8 @@ pub(super) fn svg(kind: Kind, cases: &[Case], curves: &[Curve], model: &str) -> 
         | Kind::Cra
         | Kind::FlatField
         | Kind::Mosaic
-        | Kind::Corrected => columns(cases, curves, &[]),
+        | Kind::Corrected
+        | Kind::Size => columns(cases, curves, &[]),
     };
     let title = format!("{} study, model {model}", kind.name());
     sheet(&title, &panels)

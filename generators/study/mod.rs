@@ -1,4 +1,4 @@
-//! `qpgen study`: the paper's studies of the pixel (its Figs. 2, 3, 5, 11, 13, the lines of section 3.1, and the worst case of section 4) with any pixel model, as tables, CSV files and plots.
+//! `qpgen study`: the paper's studies of the pixel (its Figs. 2, 3, 5, 11, 12, 13, the lines of section 3.1, and the worst case of section 4) with any pixel model, as tables, CSV files and plots.
 //!
 //! ```text
 //! kind ─ cases ─▶ pixels and wavelengths ─ curve ─▶ P over θ, ranges ─ report ─▶ CSV, table, JSON
@@ -14,6 +14,7 @@ mod flat_field;
 mod kept;
 mod mosaic;
 mod report;
+mod size;
 
 use std::path::{Path, PathBuf};
 
@@ -35,8 +36,8 @@ pub struct StudyArgs {
     /// What to study.
     #[arg(value_enum)]
     kind: Kind,
-    /// Pixels of the rejection study, parted by commas, or the one of the cra, flat-field, corrected and mosaic studies: built-in names or TOML files;
-    /// absent: 3.5um-roc3.5,3.5um, or 3.5um-thin-filter (cra), 1.6um (flat-field, corrected), 1.6um-bayer (mosaic).
+    /// Pixels of the rejection and size studies, parted by commas, or the one of the cra, flat-field, corrected and mosaic studies: built-in names or
+    /// TOML files; absent: 3.5um-roc3.5,3.5um, or 3.5um,1.6um (size), 3.5um-thin-filter (cra), 1.6um (flat-field, corrected), 1.6um-bayer (mosaic).
     #[arg(long, value_delimiter = ',')]
     pixel: Vec<String>,
     /// Lens shifts a pitch of the flat-field study, a multiple of 8.
@@ -56,7 +57,7 @@ pub struct StudyArgs {
     /// Largest angle of incidence, deg, from the chief ray.
     #[arg(long, default_value_t = 50.0)]
     theta_max_deg: f64,
-    /// Folder for KIND.csv and KIND.svg (of flat-field a .png), and KIND.partial while it runs, with which a killed study goes on; also KIND-ranges.csv, or cra-shifts.csv.
+    /// Folder for KIND.csv and KIND.svg (of flat-field a .png, of size a .jpg), and KIND.partial while it runs, with which a killed study goes on; also KIND-ranges.csv, or cra-shifts.csv.
     #[arg(long, default_value = "study")]
     out: PathBuf,
     /// Prints one JSON object on stdout.
@@ -82,6 +83,9 @@ enum Kind {
     FlatField,
     /// Exact runs spent against error left, of the corrected wave model.
     Corrected,
+    /// The alphabet chart 500 mm away, focus at 750 mm, by each pixel, classic and diffractive: views, their difference, and the disparity a pixel of
+    /// defocus (Fig. 12).
+    Size,
     /// Tungsten walls on the 2.8 µm pixel (Fig. 3(b)); needs a vector model.
     Tungsten,
     /// Crosstalk under a mosaic of colour filters against the period of one colour, the paper's worst case; needs a vector model: qpgen study mosaic
@@ -101,6 +105,7 @@ impl Kind {
             Self::Cra => "cra",
             Self::FlatField => "flat-field",
             Self::Corrected => "corrected",
+            Self::Size => "size",
             Self::Mosaic => "mosaic",
         }
     }
@@ -115,6 +120,7 @@ pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
         Kind::Cra => return chief_ray::run(args, log),
         Kind::FlatField => return flat_field::run(args, log),
         Kind::Corrected => return corrected::run(args, log),
+        Kind::Size => return size::run(args, log),
         Kind::Mosaic => return mosaic::run(args, log),
         _ => {}
     }

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use generators::assemble::{Responses, camera, scene, subpixels};
-use generators::config::{DEFAULT_TOML, DatasetConfig};
+use generators::config::{DEFAULT_TOML, DatasetConfig, WorldConfig};
 use generators::recipe::Recipe;
 use generators::scenes::{Drawn, WorldKind};
 use quadpixel::render::Camera;
@@ -166,7 +166,17 @@ fn charts_stay_the_default_and_their_configuration_is_unchanged() {
         .collect();
     let config =
         DatasetConfig::from_toml(&format!("{charts}[scene.world]{used}"), "worlds").unwrap();
-    assert_eq!(config.scene.world.unwrap().kinds, WorldKind::ALL);
+    let world = config.scene.world.unwrap();
+    assert_eq!(world.kinds, WorldKind::ALL);
+    // What is absent is as it stands there.
+    let file = world.file.clone();
+    assert_eq!(
+        world,
+        WorldConfig {
+            file,
+            ..WorldConfig::default()
+        }
+    );
 }
 
 fn qpgen(arguments: &[&str]) -> Output {
@@ -193,11 +203,8 @@ fn same_folder(a: &Path, b: &Path, but: &[&str]) {
     }
 }
 
-#[test]
-fn a_dataset_of_worlds_checks_and_each_sample_can_be_rendered_again() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name).display().to_string();
-    let text = r#"
+/// A small dataset without its `[scene.world]`.
+const SMALL: &str = r#"
         count = 3
         seed = 5
         rays_per_pixel = 2
@@ -222,6 +229,13 @@ fn a_dataset_of_worlds_checks_and_each_sample_can_be_rendered_again() {
         card_over_focus = 1
         card_size = 0.5
         texture_px = 16
+"#;
+
+#[test]
+fn a_dataset_of_worlds_checks_and_each_sample_can_be_rendered_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let world = r#"
         [scene.world]
         kinds = ["room", "table-top", "flying-shapes"]
         near_over_focus = { min = 0.5, max = 0.8 }
@@ -232,7 +246,7 @@ fn a_dataset_of_worlds_checks_and_each_sample_can_be_rendered_again() {
         glints = 3
         difficulty = { min = 0, max = 1 }
     "#;
-    fs::write(at("a.toml"), text).unwrap();
+    fs::write(at("a.toml"), format!("{SMALL}{world}")).unwrap();
     done(qpgen(&[
         "dataset",
         "--config",
@@ -260,9 +274,53 @@ fn a_dataset_of_worlds_checks_and_each_sample_can_be_rendered_again() {
     );
 }
 
-/// A tetrahedron with a camera before it.
+/// A tetrahedron on a side of 0.2 m.
 const OBJ: &str =
     "v -0.1 0 0\nv 0.1 0 0\nv 0 0.2 0\nv 0 0.1 0.1\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 3 1 4\nf 1 1 2\n";
+
+#[test]
+fn a_dataset_of_a_scene_file_turns_and_moves_it_and_records_its_hash() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    fs::write(at("a.obj"), OBJ).unwrap();
+    let text = format!(
+        "{SMALL}\n[scene.world.file]\nnames = [{:?}]\ndistance_over_focus = {{ min = 0.8, max = 1.4 }}\n\
+         size_over_focus = {{ min = 0.2, max = 0.4 }}\nyaw_deg = {{ min = -60, max = 60 }}\npitch_deg = 20\n",
+        at("a.obj")
+    );
+    fs::write(at("a.toml"), &text).unwrap();
+    let make = |out: &str| qpgen(&["dataset", "--config", &at("a.toml"), "--out", &at(out)]);
+    done(make("set"));
+    done(qpgen(&["check", &at("set")]));
+    let hash = blake3::hash(OBJ.as_bytes()).to_hex().to_string();
+    let mut turns = Vec::new();
+    for sample in ["000000", "000001", "000002"] {
+        let folder = folder.path().join("set/samples").join(sample);
+        let meta: serde_json::Value =
+            serde_json::from_slice(&fs::read(folder.join("meta.json")).unwrap()).unwrap();
+        let file = &meta["scene"]["parameters"]["world"]["source"]["file"];
+        assert_eq!(file["blake3"], hash.as_str());
+        assert!((400.0..700.0).contains(&file["distance_mm"].as_f64().unwrap()));
+        assert!((100.0..200.0).contains(&file["size_mm"].as_f64().unwrap()));
+        assert_eq!(file["pitch_deg"], 20.0);
+        turns.push(file["yaw_deg"].as_f64().unwrap());
+    }
+    assert!(turns[0] != turns[1] && turns[1] != turns[2], "{turns:?}");
+    // A sample is made again from what it says; not from another file.
+    let sample = folder.path().join("set/samples/000001");
+    let meta = sample.join("meta.json").display().to_string();
+    done(qpgen(&["render", &meta, "--out", &at("again")]));
+    same_folder(
+        &sample,
+        &folder.path().join("again"),
+        &["meta.json", "preview.jpg"],
+    );
+    fs::write(at("a.obj"), OBJ.replace("0.2", "0.3")).unwrap();
+    let refused = qpgen(&["render", &meta, "--out", &at("other")]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("BLAKE3"));
+    assert_eq!(make("set").status.code(), Some(2));
+}
 
 #[test]
 fn a_scene_file_is_rendered_with_a_first_look_and_its_rays_serve_other_pixels() {

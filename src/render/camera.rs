@@ -1,16 +1,20 @@
 //! A camera ready to render: the lens at each channel's wavelengths, its pupils over the window, the sensor, the response.
 
+mod reduced;
+
 use glam::DVec2;
 use rayon::prelude::*;
 
 use super::colours::Colours;
 use crate::frames::uv_from_camera_direction;
 use crate::lens::{
-    ExitPupilMap, Lens, LensError, OpticalSystem, PacketTracer, Paraxial, PupilEllipse, chief_ray,
+    ExitPupilMap, Lens, LensError, OpticalSystem, Paraxial, PupilEllipse, chief_ray,
 };
 use crate::response::{ChiefRayShifts, MovingFrame, Response, ResponseLookup};
 use crate::sensor::{FieldGrid, MicrolensShifts, Sensor, ShiftRule};
 use crate::spectrum::ChannelWavelengths;
+
+use super::tracer::Tracer;
 
 /// Why a camera cannot be put together.
 #[derive(Debug, thiserror::Error)]
@@ -58,7 +62,7 @@ pub struct Camera {
     sensor: Sensor,
     /// R, G, B in the middle of their bands; a single one when the lens has no dispersion.
     systems: Vec<OpticalSystem>,
-    reference_tracer: PacketTracer,
+    reference_tracer: Tracer,
     colours: Colours,
     pupils: Pupils,
     shifts: MicrolensShifts,
@@ -128,7 +132,7 @@ impl Camera {
             }
         };
         Ok(Self {
-            reference_tracer: PacketTracer::new(&reference),
+            reference_tracer: Tracer::surfaces(&reference),
             colours: Colours::of_lens(lens, response, &wavelengths)?,
             paraxial: Some(lens.paraxial(wavelengths.reference_nm())?),
             focus_distance_mm: lens.focus_distance_mm(),
@@ -161,7 +165,7 @@ impl Camera {
             wavelength_nm: wavelengths.reference_nm(),
         };
         Ok(Self {
-            reference_tracer: PacketTracer::new(&system),
+            reference_tracer: Tracer::surfaces(&system),
             colours: Colours::of_system(&system, response, &wavelengths),
             systems: vec![system],
             sensor,
@@ -229,12 +233,17 @@ impl Camera {
         self.systems[0].sensor_z_mm
     }
     /// The tracer at the reference wavelength.
-    pub(super) fn reference_tracer(&self) -> &PacketTracer {
+    pub(super) fn reference_tracer(&self) -> &Tracer {
         &self.reference_tracer
     }
     /// Tracers and responses of the channels.
     pub(super) fn colours(&self) -> &Colours {
         &self.colours
+    }
+    /// Slope (dx/dz, dy/dz), camera frame, of the chief ray of a sensor position at the reference wavelength; `None` where there is none.
+    pub(super) fn chief_slope(&self, xy_mm: DVec2) -> Option<DVec2> {
+        let system = self.system(ChannelWavelengths::REFERENCE);
+        self.reference_tracer.chief_slope(system, xy_mm)
     }
     /// Bounds of the bundle that passes the lens from a sensor position.
     pub fn pupil_at(&self, xy_mm: DVec2) -> Option<PupilEllipse> {

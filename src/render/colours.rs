@@ -4,7 +4,10 @@
 //! own and is traced as one batch. Where M does not divide N the bounds ⌈m N/M − ξ⌉, with one uniform ξ a pixel, give each
 //! wavelength N/M rays on average: the mean of the estimate is that of the M wavelengths for every N.
 
-use crate::lens::{Lens, LensError, OpticalSystem, PacketTracer};
+use std::sync::Arc;
+
+use super::tracer::Tracer;
+use crate::lens::{Lens, LensError, OpticalSystem};
 use crate::response::{Response, ResponseLookup};
 use crate::sampling::uniform;
 use crate::spectrum::ChannelWavelengths;
@@ -17,8 +20,10 @@ const BOUNDS: u64 = 0xC010_0125;
 pub(super) struct Colours {
     /// Wavelengths a channel, M.
     count: usize,
-    tracers: Vec<PacketTracer>,
-    responses: Vec<ResponseLookup>,
+    tracers: Vec<Tracer>,
+    /// What each tracer traces.
+    systems: Vec<OpticalSystem>,
+    responses: Vec<Arc<ResponseLookup>>,
     /// `[channel][wavelength]`: place in `tracers`, and in `responses`.
     uses: Vec<(usize, usize)>,
 }
@@ -38,7 +43,9 @@ impl Colours {
         let traced = (0..3).flat_map(|c| wavelengths.traced_nm(c));
         for (use_, nm) in colours.uses.iter_mut().zip(traced) {
             use_.0 = colours.tracers.len();
-            colours.tracers.push(PacketTracer::new(&lens.at(nm)?));
+            let system = lens.at(nm)?;
+            colours.tracers.push(Tracer::surfaces(&system));
+            colours.systems.push(system);
         }
         Ok(colours)
     }
@@ -50,7 +57,8 @@ impl Colours {
         wavelengths: &ChannelWavelengths,
     ) -> Self {
         Self {
-            tracers: vec![PacketTracer::new(system)],
+            tracers: vec![Tracer::surfaces(system)],
+            systems: vec![system.clone()],
             ..Self::of_system_alone(response, wavelengths)
         }
     }
@@ -65,7 +73,7 @@ impl Colours {
             let nm = response.read_nm(nm);
             let place = read.iter().position(|&r| r == nm).unwrap_or_else(|| {
                 read.push(nm);
-                responses.push(response.at(nm));
+                responses.push(Arc::new(response.at(nm)));
                 responses.len() - 1
             });
             (0, place)
@@ -73,6 +81,7 @@ impl Colours {
         Self {
             count: wavelengths.per_channel(),
             tracers: Vec::new(),
+            systems: Vec::new(),
             uses: uses.collect(),
             responses,
         }
@@ -93,12 +102,12 @@ impl Colours {
     }
 
     /// The tracer of wavelength `m` of a channel; `None` where it shares the rays of the channel before.
-    pub fn own_tracer(&self, channel: usize, m: usize) -> Option<&PacketTracer> {
+    pub fn own_tracer(&self, channel: usize, m: usize) -> Option<&Tracer> {
         (channel == 0 || self.tracers.len() > 1).then(|| self.tracer(channel, m))
     }
 
     /// The tracer that serves wavelength `m` of a channel.
-    pub fn tracer(&self, channel: usize, m: usize) -> &PacketTracer {
+    pub fn tracer(&self, channel: usize, m: usize) -> &Tracer {
         &self.tracers[self.uses[channel * self.count + m].0]
     }
 
@@ -110,6 +119,48 @@ impl Colours {
     /// A response by its number.
     pub fn response(&self, number: usize) -> &ResponseLookup {
         &self.responses[number]
+    }
+
+    /// All channels and wavelengths by one tracer.
+    pub fn traced_by(&self, system: &OpticalSystem, tracer: &Tracer) -> Self {
+        Self {
+            tracers: vec![tracer.clone()],
+            systems: vec![system.clone()],
+            uses: self.uses.iter().map(|&(_, r)| (0, r)).collect(),
+            ..self.clone()
+        }
+    }
+
+    /// One wavelength a channel: that of `systems` (one a channel, or one for all) with their tracers, and the response in the middle of those that
+    /// there were.
+    pub fn of_one_wavelength(&self, systems: &[OpticalSystem], tracers: Vec<Tracer>) -> Self {
+        let last = tracers.len() - 1;
+        let middle = self.count / 2;
+        Self {
+            count: 1,
+            tracers,
+            systems: systems.to_vec(),
+            responses: self.responses.clone(),
+            uses: (0..3)
+                .map(|c| (c.min(last), self.response_number(c, middle)))
+                .collect(),
+        }
+    }
+
+    /// With other tracers of the same systems; `None` if one of them has none.
+    pub fn retraced(&self, tracer: impl Fn(&OpticalSystem) -> Option<Tracer>) -> Option<Self> {
+        Some(Self {
+            tracers: self.systems.iter().map(tracer).collect::<Option<_>>()?,
+            ..self.clone()
+        })
+    }
+
+    /// With other responses in the place of these.
+    pub fn responding(&self, other: impl Fn(&Arc<ResponseLookup>) -> Arc<ResponseLookup>) -> Self {
+        Self {
+            responses: self.responses.iter().map(other).collect(),
+            ..self.clone()
+        }
     }
 
     /// Whether all channels see the same: one tracer and one response.

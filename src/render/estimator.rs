@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::camera::Camera;
 use super::stats::Tally;
+use super::tracer::Tracer;
 use super::{Execution, RenderSettings};
 use crate::frames::camera_from_sensor_mm;
 use crate::lens::{PupilEllipse, RayBatch};
@@ -241,7 +242,7 @@ impl Workspace {
     }
 
     /// Traces the aimed rays from the sensor into the scene.
-    fn trace(&mut self, tracer: &crate::lens::PacketTracer, execution: &Execution) {
+    fn trace(&mut self, tracer: &Tracer, execution: &Execution) {
         let b = &mut self.batch;
         let targets = [
             &mut b.ox, &mut b.oy, &mut b.oz, &mut b.dx, &mut b.dy, &mut b.dz,

@@ -16,13 +16,16 @@ mod camera;
 mod colours;
 mod estimator;
 mod image;
+mod probe;
 mod record;
 mod run;
 mod stats;
+mod tracer;
 pub mod truth;
 
 pub use camera::{Camera, CameraError};
 pub use image::SubPixelImage;
+pub use probe::probe;
 pub use record::{RayRecord, RecordError};
 pub use run::{Rendered, render};
 pub use stats::{LostRays, RenderStats};

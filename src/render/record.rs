@@ -11,12 +11,13 @@ use std::io::{BufReader, BufWriter, Write};
 use std::path::Path;
 
 use ndarray::{Array1, ArrayView1, IxDyn};
-use ndarray_npy::{NpzReader, NpzWriter};
+use ndarray_npy::NpzWriter;
 
 use super::run::{Record, Rows, run};
 use super::{Camera, Execution, RenderSettings, RenderStats, Rendered};
 use crate::file::{FileError, aside};
 use crate::image::Image;
+use crate::npz::Npz;
 use crate::scene::Scene;
 
 /// The radiance of every ray of a render.
@@ -192,14 +193,12 @@ impl RayRecord {
     /// A file that cannot be read, or is no record.
     pub fn read_npz(path: &Path) -> Result<(Self, serde_json::Value), RecordError> {
         let file = File::open(path).map_err(|cause| FileError::new(path, "read", cause))?;
-        let mut npz = NpzReader::new(BufReader::new(file)).map_err(|e| format_error(path, e))?;
-        let radiance: ndarray::ArrayD<f32> =
-            npz.by_name("radiance").map_err(|e| format_error(path, e))?;
-        let occlusion: Array1<f32> = npz
-            .by_name("occlusion")
-            .map_err(|e| format_error(path, e))?;
-        let geometry: Array1<f64> = npz.by_name("geometry").map_err(|e| format_error(path, e))?;
-        let meta: Array1<u8> = npz.by_name("meta").map_err(|e| format_error(path, e))?;
+        let wrong = |what: String| format_error(path, what);
+        let mut npz = Npz::open(BufReader::new(file)).map_err(wrong)?;
+        let radiance: ndarray::ArrayD<f32> = npz.array("radiance").map_err(wrong)?;
+        let occlusion: Array1<f32> = npz.array("occlusion").map_err(wrong)?;
+        let geometry: Array1<f64> = npz.array("geometry").map_err(wrong)?;
+        let meta: Array1<u8> = npz.array("meta").map_err(wrong)?;
         let meta: Meta =
             serde_json::from_slice(&meta.to_vec()).map_err(|e| format_error(path, e))?;
         let wrong = |what: &str| format_error(path, what);

@@ -6,6 +6,8 @@
 //! A run is one transverse wavevector k∥ at one wavelength or, of a pulsed model, at all of them: `(u, v) = k∥ λ / 2π`. So a pulsed model is run on the k∥ grid of the shortest wavelength, on which a longer one has
 //! coarser nodes that reach further out; each wavelength is resampled from its own nodes to the table's (u, v).
 
+mod report;
+
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
@@ -14,6 +16,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 use serde::Serialize;
 
+pub use self::report::{BuildReport, BuiltTable};
 use super::journal::{Answer, Journal, RunId};
 use super::plane_wave;
 use super::resample::{Grid, Place, shares};
@@ -29,93 +32,6 @@ use crate::shard::Shard;
 
 /// Directions are simulated up to this sin θ (70°); near grazing no model is to be trusted.
 const LARGEST_SINE: f64 = 0.94;
-/// What a simulated P may be below 0, or a sum of P above 1, and still be called rounding.
-const SHARE_TOLERANCE: f64 = 1e-3;
-
-/// How a table came about.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct BuildReport {
-    /// Runs of the model that the table needs.
-    pub runs: usize,
-    /// Of these, runs that an earlier, interrupted build had done.
-    pub reused: usize,
-    /// The smallest P simulated, before anything is cut.
-    pub least: f64,
-    /// The largest sum of P over the sub-pixels simulated, before anything is scaled.
-    pub largest_sum: f64,
-    /// The most that cutting at 0 and scaling sums above 1 changed after interpolation.
-    pub most_cut: f64,
-    /// The worst residual of a run.
-    pub residual: f64,
-    /// The imbalance of power of largest size of a run.
-    pub imbalance: f64,
-    /// Runs with something wrong, as the model tells.
-    pub warned: usize,
-    /// The first of these, in words.
-    pub warning: Option<String>,
-    /// Why runs could not be kept for a later build, if so; no harm to this one.
-    pub journal_trouble: Option<String>,
-}
-
-impl BuildReport {
-    pub(super) fn of(runs: usize, reused: usize) -> Self {
-        Self {
-            runs,
-            reused,
-            least: f64::INFINITY,
-            largest_sum: 0.0,
-            most_cut: 0.0,
-            residual: 0.0,
-            imbalance: 0.0,
-            warned: 0,
-            warning: None,
-            journal_trouble: None,
-        }
-    }
-
-    /// Takes the answer to light from (u, v) into account.
-    pub(super) fn note(&mut self, answer: &Answer, [u, v]: [f64; 2]) {
-        self.residual = self.residual.max(answer.residual);
-        if let Some(first) = answer.warnings.first() {
-            self.warned += 1;
-            self.warning
-                .get_or_insert_with(|| format!("(u, v) = ({u:.3}, {v:.3}): {first}"));
-        }
-        if answer.imbalance.abs() > self.imbalance.abs() {
-            self.imbalance = answer.imbalance;
-        }
-        for p in &answer.absorbed {
-            self.note_shares(p);
-        }
-    }
-
-    /// Takes P of the sub-pixels into account.
-    pub(super) fn note_shares(&mut self, p: &[f64]) {
-        self.least = p.iter().copied().fold(self.least, f64::min);
-        self.largest_sum = self.largest_sum.max(p.iter().sum());
-    }
-
-    /// What the model said that cannot be, beyond rounding; `None` if all is well.
-    pub fn violation(&self) -> Option<String> {
-        if self.least < -SHARE_TOLERANCE {
-            Some(format!("a sub-pixel absorbed {:.4} (below 0)", self.least))
-        } else if self.largest_sum > 1.0 + SHARE_TOLERANCE {
-            let sum = self.largest_sum;
-            Some(format!("sub-pixels absorbed {sum:.4} in all (above 1)"))
-        } else {
-            None
-        }
-    }
-}
-
-/// A table, and how it came about.
-#[derive(Clone, Debug)]
-pub struct BuiltTable {
-    /// The table.
-    pub table: AngularResponse,
-    /// How it came about.
-    pub report: BuildReport,
-}
 
 /// Simulates the table of a pixel, on all threads. `journal` is a file that keeps the runs done: a build that was stopped goes on with
 /// them, and the file is removed at the end. `progress(done, total)` counts runs; it may be called from any thread.
@@ -127,12 +43,23 @@ pub fn build_table(
 ) -> Result<BuiltTable, ResponseError> {
     settings.check()?;
     stack.check()?;
-    let journal = journal.map(|path| Journal::open(path, &settings.key(stack)));
-    let (journal, no_journal) = match journal.transpose() {
+    keeping_runs(journal, &settings.key(stack), |journal| {
+        build_with(stack, settings, journal, progress)
+    })
+}
+
+/// A build whose runs are kept in a file while it lasts; that they cannot be is no harm to it.
+pub(super) fn keeping_runs(
+    journal: Option<&Path>,
+    key: &str,
+    build: impl FnOnce(Option<&Journal>) -> Result<BuiltTable, ResponseError>,
+) -> Result<BuiltTable, ResponseError> {
+    let journal = journal.map(|path| Journal::open(path, key)).transpose();
+    let (journal, no_journal) = match journal {
         Ok(journal) => (journal, None),
         Err(e) => (None, Some(e.to_string())),
     };
-    let mut built = build_with(stack, settings, journal.as_ref(), progress)?;
+    let mut built = build(journal.as_ref())?;
     built.report.journal_trouble = no_journal.or(journal.and_then(Journal::remove));
     Ok(built)
 }
@@ -146,11 +73,10 @@ pub(super) fn build_with(
 ) -> Result<BuiltTable, ResponseError> {
     settings.check()?;
     stack.check()?;
-    let frame = moving_frame(stack, settings)?;
     let plan = Plan::new(stack, settings, settings.model.is_pulsed());
     let own = |absorbed: &[f64]| stack.own_share(absorbed);
     let (simulated, corrections) = simulated(&plan, stack, settings, &own, journal, progress)?;
-    let mut built = plan.table(stack, settings, frame, simulated)?;
+    let mut built = plan.table(stack, settings, simulated)?;
     built.table = built.table.with_corrections(corrections);
     Ok(built)
 }
@@ -164,9 +90,7 @@ pub(super) fn build_part(
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<(usize, usize), ResponseError> {
     let mut plan = Plan::new(stack, settings, settings.model.is_pulsed());
-    let mut place = 0..;
-    plan.runs
-        .retain(|_| place.next().is_some_and(|unit| shard.owns(unit)));
+    plan.keep_part(shard);
     let own = |absorbed: &[f64]| stack.own_share(absorbed);
     let report = simulated(&plan, stack, settings, &own, Some(journal), progress)?
         .0
@@ -227,8 +151,31 @@ pub(super) fn lit_answer(light: PlaneWaveAnswer) -> Answer {
     }
 }
 
+/// What a table says of itself; `all`: the settings as they are recorded.
+pub(super) fn meta(
+    stack: &PixelStack,
+    settings: &TableSettings,
+    all: &impl Serialize,
+    key: String,
+) -> Result<ResponseMeta, ResponseError> {
+    let json =
+        |e: serde_json::Error| ResponseError::value("pixel", e.to_string(), "finite numbers");
+    Ok(ResponseMeta {
+        model: settings.model.version().to_owned(),
+        settings: serde_json::to_value(all).map_err(json)?,
+        pixel: serde_json::to_value(stack).map_err(json)?,
+        pitch_um: stack.pitch_um,
+        subpixels: stack.subpixels,
+        frame: moving_frame(stack, settings)?,
+        key,
+        shift_grid: None,
+        chief_ray_shifts: None,
+        corrections: Vec::new(),
+    })
+}
+
 /// How a lens shift moves the response; the geometric model has its own frame.
-pub(super) fn moving_frame(
+fn moving_frame(
     stack: &PixelStack,
     settings: &TableSettings,
 ) -> Result<MovingFrame, ResponseError> {
@@ -320,6 +267,13 @@ impl Plan {
         }
     }
 
+    /// Leaves only the runs of a part of the work.
+    pub fn keep_part(&mut self, shard: Shard) {
+        let mut place = 0..;
+        self.runs
+            .retain(|_| place.next().is_some_and(|unit| shard.owns(unit)));
+    }
+
     /// Asks the model, or the journal, for every run.
     fn simulate(
         &self,
@@ -336,21 +290,11 @@ impl Plan {
         let reused = known.iter().flatten().count();
         progress(reused, total);
         let done = AtomicUsize::new(reused);
-        let one = |(run, known): (&Run, Option<Answer>)| {
+        let one = |(run, known): (&Run, Option<Answer>)| -> Result<Answer, ResponseError> {
             if let Some(answer) = known {
                 return Ok(answer);
             }
-            let answer = model(run)?;
-            if !self.fits(run, &answer) {
-                return Err(ResponseError::value(
-                    "P (from the pixel model)",
-                    format!(
-                        "{answer:?} at (u, v) = {:?}",
-                        run.cosines(run.wavelengths.start, &self.step)
-                    ),
-                    "a finite number a wavelength and sub-pixel",
-                ));
-            }
+            let answer = self.checked(run, model(run)?)?;
             if let Some(journal) = journal {
                 journal.keep(run.id(), &answer);
             }
@@ -373,6 +317,19 @@ impl Plan {
             && answer.absorbed.iter().all(whole)
             && answer.residual.is_finite()
             && answer.imbalance.is_finite()
+    }
+
+    /// An answer of the pixel model, if it is one to the run.
+    pub fn checked(&self, run: &Run, answer: Answer) -> Result<Answer, ResponseError> {
+        if self.fits(run, &answer) {
+            return Ok(answer);
+        }
+        let cosines = run.cosines(run.wavelengths.start, &self.step);
+        Err(ResponseError::value(
+            "P (from the pixel model)",
+            format!("{answer:?} at (u, v) = {cosines:?}"),
+            "a finite number a wavelength and sub-pixel",
+        ))
     }
 
     fn collected(&self, answers: Vec<Answer>, reused: usize) -> Simulated {
@@ -418,7 +375,6 @@ impl Plan {
         &self,
         stack: &PixelStack,
         settings: &TableSettings,
-        frame: MovingFrame,
         simulated: Simulated,
     ) -> Result<BuiltTable, ResponseError> {
         let Simulated { nodes, mut report } = simulated;
@@ -437,20 +393,7 @@ impl Plan {
             u: axis.clone(),
             v: axis,
         };
-        let json =
-            |e: serde_json::Error| ResponseError::value("pixel", e.to_string(), "finite numbers");
-        let meta = ResponseMeta {
-            model: settings.model.version().to_owned(),
-            settings: serde_json::to_value(settings).map_err(json)?,
-            pixel: serde_json::to_value(stack).map_err(json)?,
-            pitch_um: stack.pitch_um,
-            subpixels: stack.subpixels,
-            frame,
-            key: settings.key(stack),
-            shift_grid: None,
-            chief_ray_shifts: None,
-            corrections: Vec::new(),
-        };
+        let meta = meta(stack, settings, settings, settings.key(stack))?;
         let table = AngularResponse::new(axes, meta, values)?;
         Ok(BuiltTable { table, report })
     }

@@ -14,17 +14,19 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::build::{Plan, Run, lit_answer, moving_frame, pulsed_answer};
+use super::build::{Plan, Run, keeping_runs, lit_answer, meta, pulsed_answer};
 use super::journal::{Answer, Journal};
 use super::plane_wave::pulse;
 use super::shift_grid::ShiftNode;
 use super::shifted_pixel::{ShiftedPixel, shifted};
 use super::symmetry::Node;
 use super::{
-    AngularResponse, BuildReport, BuiltTable, ChiefRayShifts, PixelModel, ResponseAxes,
-    ResponseError, ResponseMeta, ShiftGrid, TableSettings,
+    AngularResponse, BuildReport, BuiltTable, ChiefRayShifts, CorrectionError, PixelModel,
+    ResponseAxes, ResponseError, ResponseMeta, ShiftGrid, TableSettings,
 };
 use crate::em::PixelStack;
+use crate::em::rcwa::RcwaSettings;
+use crate::shard::Shard;
 
 /// What to tabulate of a pixel with shifted lenses.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -54,6 +56,20 @@ impl ShiftedSettings {
             per_pitch: 16,
             cone_f_number: 2.0,
         }
+    }
+
+    /// Fourier modes, the default, in the directions of [`Self::wave_for`]. Half an hour for a small pixel, a day for a large one.
+    pub fn rcwa_for(stack: &PixelStack) -> Self {
+        let mut all = Self::wave_for(stack);
+        all.table.model = PixelModel::Rcwa(RcwaSettings::standard());
+        all
+    }
+
+    /// Runs of the model that a table needs, a run being one direction under one shift.
+    pub fn runs(&self, stack: &PixelStack) -> Result<usize, ResponseError> {
+        self.check()?;
+        let plan = ShiftedPlan::new(stack, self, Shard::WHOLE)?;
+        Ok(plan.shifts.iter().map(Vec::len).sum())
     }
 
     /// Ranges in which tables are made.
@@ -102,14 +118,9 @@ pub fn build_shifted_table(
 ) -> Result<BuiltTable, ResponseError> {
     settings.check()?;
     stack.check()?;
-    let journal = journal.map(|path| Journal::open(path, &settings.key(stack)));
-    let (journal, no_journal) = match journal.transpose() {
-        Ok(journal) => (journal, None),
-        Err(e) => (None, Some(e.to_string())),
-    };
-    let mut built = build_shifted_with(stack, settings, journal.as_ref(), progress)?;
-    built.report.journal_trouble = no_journal.or(journal.and_then(Journal::remove));
-    Ok(built)
+    keeping_runs(journal, &settings.key(stack), |journal| {
+        build_shifted_with(stack, settings, journal, progress)
+    })
 }
 
 /// As [`build_shifted_table`], with a journal that is open and stays.
@@ -119,21 +130,42 @@ pub(super) fn build_shifted_with(
     journal: Option<&Journal>,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<BuiltTable, ResponseError> {
-    if stack.lens.shift_um != [0.0, 0.0] {
-        return Err(ResponseError::value(
-            "lens.shift_um",
-            format!("{:?}", stack.lens.shift_um),
-            "[0, 0] for a table of all shifts",
-        ));
-    }
+    let plan = ShiftedPlan::new(stack, settings, Shard::WHOLE)?;
+    let (values, mut report, corrections) = simulated(&plan, stack, settings, journal, progress)?;
+    let table = plan
+        .table(stack, settings, &values, &mut report)?
+        .with_corrections(corrections);
+    Ok(BuiltTable { table, report })
+}
+
+/// Simulates the runs of one part of a table into `journal`: how many they are, and how many of them it held.
+pub(super) fn build_shifted_part(
+    stack: &PixelStack,
+    settings: &ShiftedSettings,
+    journal: &Journal,
+    shard: Shard,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<(usize, usize), ResponseError> {
+    let plan = ShiftedPlan::new(stack, settings, shard)?;
+    let report = simulated(&plan, stack, settings, Some(journal), progress)?.1;
+    Ok((report.runs, report.reused))
+}
+
+/// Asks the pixel model for the runs of a plan; also the errors of the corrected level.
+fn simulated(
+    plan: &ShiftedPlan,
+    stack: &PixelStack,
+    settings: &ShiftedSettings,
+    journal: Option<&Journal>,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<(ByDirection, BuildReport, Vec<CorrectionError>), ResponseError> {
     let table = &settings.table;
     let folder = journal.and_then(|j| j.path().parent());
-    let plan = ShiftedPlan::new(stack, settings)?;
     let wavelengths = table.wavelengths_nm.iter();
     let pixels = wavelengths
         .map(|&nm| ShiftedPixel::with_exact_runs_in(folder, stack, &table.model, nm))
         .collect::<Result<Vec<_>, _>>()?;
-    let (values, mut report) = plan.simulate(journal, progress, &|run, shifts| {
+    let (values, report) = plan.simulate(journal, progress, &|run, shifts| {
         let cosines = run.cosines(run.wavelengths.start, &plan.plan.step);
         if let PixelModel::Fdtd(fdtd) = &table.model {
             let nm = &table.wavelengths_nm[run.wavelengths.clone()];
@@ -148,16 +180,26 @@ pub(super) fn build_shifted_with(
         Ok(light.into_iter().map(lit_answer).collect())
     })?;
     let corrections = pixels.iter().filter_map(|p| Some(p.correction()?.error()));
-    let table = plan
-        .table(stack, settings, &values, &mut report)?
-        .with_corrections(corrections.collect());
-    Ok(BuiltTable { table, report })
+    Ok((values, report, corrections.collect()))
 }
 
 impl ShiftedPlan {
-    fn new(stack: &PixelStack, settings: &ShiftedSettings) -> Result<Self, ResponseError> {
+    /// Of a part of the directions.
+    fn new(
+        stack: &PixelStack,
+        settings: &ShiftedSettings,
+        shard: Shard,
+    ) -> Result<Self, ResponseError> {
+        if stack.lens.shift_um != [0.0, 0.0] {
+            return Err(ResponseError::value(
+                "lens.shift_um",
+                format!("{:?}", stack.lens.shift_um),
+                "[0, 0] for a table of all shifts",
+            ));
+        }
         let table = &settings.table;
-        let plan = Plan::new(stack, table, table.model.is_pulsed());
+        let mut plan = Plan::new(stack, table, table.model.is_pulsed());
+        plan.keep_part(shard);
         let grid = ShiftGrid::new(stack.pitch_um, settings.per_pitch)?;
         let shifts = plan.runs.iter().map(|run| {
             let fixed = plan.symmetries.iter().copied();
@@ -183,42 +225,36 @@ impl ShiftedPlan {
     ) -> Result<(ByDirection, BuildReport), ResponseError> {
         let total = self.shifts.iter().map(Vec::len).sum();
         let (done, reused) = (AtomicUsize::new(0), AtomicUsize::new(0));
-        let one = |(run, shifts): (&Run, &Vec<ShiftNode>)| {
+        let one = |(run, shifts): (&Run, &Vec<ShiftNode>)| -> Result<Vec<Answer>, ResponseError> {
             let id = |node: ShiftNode| (run.wavelengths.start, run.node, self.grid.index(node));
             let known = |node: &ShiftNode| {
                 let answer = journal?.answer(id(*node))?;
                 self.plan.fits(run, answer).then(|| answer.clone())
             };
-            let mut answers: Vec<Option<Answer>> = shifts.iter().map(known).collect();
-            reused.fetch_add(answers.iter().flatten().count(), Ordering::Relaxed);
-            let open: Vec<usize> = (0..shifts.len())
-                .filter(|&i| answers[i].is_none())
-                .collect();
-            let places: Vec<[f64; 2]> = open
-                .iter()
-                .map(|&i| self.grid.shift_um(shifts[i]))
-                .collect();
-            if !places.is_empty() {
-                for (&i, answer) in open.iter().zip(model(run, &places)?) {
-                    if !self.plan.fits(run, &answer) {
-                        return Err(ResponseError::value(
-                            "P (from the pixel model)",
-                            format!("{answer:?}"),
-                            "a finite number a wavelength and sub-pixel",
-                        ));
-                    }
-                    if let Some(journal) = journal {
-                        journal.keep(id(shifts[i]), &answer);
-                    }
-                    answers[i] = Some(answer);
+            // All or none: what a model finds of one shift may hang, in the last bit, on those asked for with it.
+            let answers: Option<Vec<Answer>> = shifts.iter().map(known).collect();
+            let answers = match answers {
+                Some(answers) => {
+                    reused.fetch_add(answers.len(), Ordering::Relaxed);
+                    answers
                 }
-            }
+                None => {
+                    let places: Vec<[f64; 2]> =
+                        shifts.iter().map(|&s| self.grid.shift_um(s)).collect();
+                    let found = model(run, &places)?.into_iter();
+                    let found = found.map(|answer| self.plan.checked(run, answer));
+                    let found = found.collect::<Result<Vec<_>, _>>()?;
+                    if let Some(journal) = journal {
+                        for (&shift, answer) in shifts.iter().zip(&found) {
+                            journal.keep(id(shift), answer);
+                        }
+                    }
+                    found
+                }
+            };
             let so_far = done.fetch_add(shifts.len(), Ordering::Relaxed) + shifts.len();
             progress(so_far, total);
-            answers
-                .into_iter()
-                .collect::<Option<Vec<_>>>()
-                .ok_or_else(|| ResponseError::value("answers of a run", "fewer", "one a shift"))
+            Ok(answers)
         };
         let runs = self.plan.runs.par_iter().zip(&self.shifts);
         let answers: Vec<Vec<Answer>> = runs.map(one).collect::<Result<_, _>>()?;
@@ -298,19 +334,9 @@ impl ShiftedPlan {
             u: axis.clone(),
             v: axis,
         };
-        let json =
-            |e: serde_json::Error| ResponseError::value("pixel", e.to_string(), "finite numbers");
         let meta = ResponseMeta {
-            model: settings.table.model.version().to_owned(),
-            settings: serde_json::to_value(settings).map_err(json)?,
-            pixel: serde_json::to_value(stack).map_err(json)?,
-            pitch_um: stack.pitch_um,
-            subpixels: stack.subpixels,
-            frame: moving_frame(stack, &settings.table)?,
-            key: settings.key(stack),
             shift_grid: Some(self.grid),
-            chief_ray_shifts: None,
-            corrections: Vec::new(),
+            ..meta(stack, &settings.table, settings, settings.key(stack))?
         };
         let table = AngularResponse::new(axes, meta, table)?;
         let shifts = ChiefRayShifts::of_table(&table, settings.cone_f_number)?;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::build::{build_part, build_with};
-use super::build_shifted::build_shifted_with;
+use super::build_shifted::{build_shifted_part, build_shifted_with};
 use super::journal::Journal;
 use super::{
     AngularResponse, BuildReport, BuiltTable, ResponseError, ShiftedSettings, TableSettings,
@@ -206,10 +206,39 @@ impl ResponseCache {
     ) -> Result<PartOfTable, ResponseError> {
         settings.check()?;
         stack.check()?;
-        let key = settings.key(stack);
+        self.part(&settings.key(stack), shard, |journal| {
+            build_part(stack, settings, journal, shard, progress)
+        })
+    }
+
+    /// [`Self::build_part`] of a table of all lens shifts: part of the directions, each under all shifts.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn build_shifted_part(
+        &self,
+        stack: &PixelStack,
+        settings: &ShiftedSettings,
+        shard: Shard,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<PartOfTable, ResponseError> {
+        settings.check()?;
+        stack.check()?;
+        self.part(&settings.key(stack), shard, |journal| {
+            build_shifted_part(stack, settings, journal, shard, progress)
+        })
+    }
+
+    /// What `build` keeps in the journal of a part of the table `key`.
+    fn part(
+        &self,
+        key: &str,
+        shard: Shard,
+        build: impl FnOnce(&Journal) -> Result<(usize, usize), ResponseError>,
+    ) -> Result<PartOfTable, ResponseError> {
         let name = format!("{key}.{}-of-{}.journal", shard.number(), shard.of());
-        let journal = Journal::open(&self.dir.join(name), &key)?;
-        let (runs, reused) = build_part(stack, settings, &journal, shard, progress)?;
+        let journal = Journal::open(&self.dir.join(name), key)?;
+        let (runs, reused) = build(&journal)?;
         let path = journal.path().to_owned();
         match journal.trouble() {
             None => Ok(PartOfTable { path, runs, reused }),

@@ -17,10 +17,11 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter, Cursor, Read, Seek};
 use std::path::Path;
 
-use ndarray::{Array1, Array2, ArrayView1, ArrayView2, Dimension, IxDyn, OwnedRepr};
-use ndarray_npy::{NpzReader, NpzWriter, ReadableElement};
+use ndarray::{Array1, Array2, ArrayView1, ArrayView2, IxDyn};
+use ndarray_npy::NpzWriter;
 
 use super::{AngularResponse, ResponseAxes, ResponseError, ResponseMeta};
+use crate::npz::Npz;
 
 impl AngularResponse {
     /// Writes the table; the file appears under its name only when it is whole.
@@ -77,27 +78,27 @@ impl AngularResponse {
             path: path.to_owned(),
             why,
         };
-        let mut npz = NpzReader::new(contents).map_err(|e| format(e.to_string()))?;
-        let meta: Array1<u8> = array(&mut npz, path, "meta")?;
+        let mut npz = Npz::open(contents).map_err(format)?;
+        let meta: Array1<u8> = npz.array("meta").map_err(format)?;
         let meta: ResponseMeta =
             serde_json::from_slice(&meta.to_vec()).map_err(|e| format(format!("meta: {e}")))?;
-        let shifts: Array2<f64> = array(&mut npz, path, "shift_um")?;
+        let shifts: Array2<f64> = npz.array("shift_um").map_err(format)?;
         if shifts.ncols() != 2 {
             return Err(format(format!(
                 "shift_um: {} columns instead of 2",
                 shifts.ncols()
             )));
         }
-        let wavelengths: Array1<f64> = array(&mut npz, path, "wavelength_nm")?;
-        let u: Array1<f64> = array(&mut npz, path, "u")?;
-        let v: Array1<f64> = array(&mut npz, path, "v")?;
+        let wavelengths: Array1<f64> = npz.array("wavelength_nm").map_err(format)?;
+        let u: Array1<f64> = npz.array("u").map_err(format)?;
+        let v: Array1<f64> = npz.array("v").map_err(format)?;
         let axes = ResponseAxes {
             wavelengths_nm: wavelengths.to_vec(),
             shifts_um: shifts.rows().into_iter().map(|r| [r[0], r[1]]).collect(),
             u: u.to_vec(),
             v: v.to_vec(),
         };
-        let p: ndarray::ArrayD<f32> = array(&mut npz, path, "P")?;
+        let p: ndarray::ArrayD<f32> = npz.array("P").map_err(format)?;
         let shape = [
             axes.wavelengths_nm.len(),
             axes.shifts_um.len(),
@@ -113,17 +114,6 @@ impl AngularResponse {
         }
         Self::new(axes, meta, p.iter().copied().collect()).map_err(|e| format(e.to_string()))
     }
-}
-
-fn array<R: Read + Seek, T: ReadableElement, D: Dimension>(
-    npz: &mut NpzReader<R>,
-    path: &Path,
-    name: &str,
-) -> Result<ndarray::ArrayBase<OwnedRepr<T>, D>, ResponseError> {
-    npz.by_name(name).map_err(|e| ResponseError::Format {
-        path: path.to_owned(),
-        why: format!("{name}: {e}"),
-    })
 }
 
 fn io(path: &Path, source: std::io::Error) -> ResponseError {

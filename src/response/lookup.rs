@@ -24,6 +24,8 @@ pub enum ResponseLookup {
     Table(Interpolator),
     /// Lookup in a table of all shifts.
     Shifted(ShiftedInterpolator),
+    /// Bilinear lookup in the table of one lens shift, whichever shift is asked for.
+    Fixed(Interpolator),
     /// Boxes (eq. 2), evaluated exactly.
     Geometric(GeometricResponse),
 }
@@ -84,7 +86,7 @@ impl ResponseLookup {
     /// Sub-pixels of the pixel.
     pub fn subpixels(&self) -> Subpixels {
         match self {
-            Self::Table(t) => t.subpixels(),
+            Self::Table(t) | Self::Fixed(t) => t.subpixels(),
             Self::Shifted(t) => t.subpixels(),
             Self::Geometric(g) => g.subpixels(),
         }
@@ -92,7 +94,7 @@ impl ResponseLookup {
     /// Where light lands behind the microlens.
     pub fn frame(&self) -> MovingFrame {
         match self {
-            Self::Table(t) => t.frame(),
+            Self::Table(t) | Self::Fixed(t) => t.frame(),
             Self::Shifted(t) => t.frame(),
             Self::Geometric(g) => g.frame(),
         }
@@ -106,17 +108,20 @@ impl ResponseLookup {
     /// The weights of many directions under a centred lens: `out` is `[direction][sub-pixel]`. The shortest slice counts.
     pub fn weights_batch(&self, u: &[f32], v: &[f32], out: &mut [f32]) {
         match self {
-            Self::Table(t) => t.weights_batch(u, v, out),
+            Self::Table(t) | Self::Fixed(t) => t.weights_batch(u, v, out),
             Self::Shifted(t) => t.weights_batch([0.0, 0.0], u, v, out),
             Self::Geometric(g) => g.weights_batch(u, v, out),
         }
     }
     /// [`Self::weights_batch`] under a lens shifted by `shift_um`; a table of the centred lens moves the directions in place.
     pub fn weights_under(&self, shift_um: [f64; 2], u: &mut [f32], v: &mut [f32], out: &mut [f32]) {
-        if let Self::Shifted(t) = self {
-            return t.weights_batch(shift_um, u, v, out);
+        match self {
+            Self::Shifted(t) => t.weights_batch(shift_um, u, v, out),
+            Self::Fixed(t) => t.weights_batch(u, v, out),
+            Self::Table(_) | Self::Geometric(_) => {
+                self.frame().centred_batch(shift_um, u, v);
+                self.weights_batch(u, v, out);
+            }
         }
-        self.frame().centred_batch(shift_um, u, v);
-        self.weights_batch(u, v, out);
     }
 }

@@ -5,7 +5,7 @@
 //! falls on the green microlens and ends in the red one's silicon is found in the red table at the green wavelength. A renderer of a Bayer sensor
 //! weights the rays of wavelength λ on a pixel of colour c with this table at λ.
 
-use super::build::{Plan, Simulated, moving_frame, simulated};
+use super::build::{Plan, Simulated, simulated};
 use super::{BuildReport, BuiltTable, ResponseError, TableSettings};
 use crate::em::PixelStack;
 use crate::em::mosaic::{FilterColour, Mosaic};
@@ -68,8 +68,7 @@ pub fn build_mosaic_tables(
             report.note_shares(p);
         }
         let stack = of_colour(FilterColour::ALL[place]);
-        let frame = moving_frame(&stack, settings)?;
-        plan.table(&stack, settings, frame, Simulated { nodes, report })
+        plan.table(&stack, settings, Simulated { nodes, report })
     };
     Ok(MosaicTables([table(0)?, table(1)?, table(2)?]))
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{Correction, GeometricResponse, Incidence, PixelModel, ResponseError};
 use crate::em::PixelStack;
 use crate::em::fdtd::{FdtdAnswer, FdtdPowers, FdtdProgress, FdtdRun, FdtdSettings, solve};
-use crate::em::rcwa::{RcwaModel, RcwaPowers};
+use crate::em::rcwa::{RcwaAnswer, RcwaModel, RcwaPowers};
 use crate::em::wave::{WaveModel, WavePowers};
 
 /// Where the light of a plane wave goes, as parts of the power incident on the pixel's whole footprint. They add up to one but for
@@ -207,18 +207,7 @@ impl LitPixel {
                     warnings: run.warnings(),
                 })
             }
-            Lit::Rcwa(model) => {
-                let answer = model.solve(u, v)?;
-                let [s, p] = [&answer.s, &answer.p].map(of_modes);
-                Ok(PlaneWaveAnswer {
-                    mean: mean_of(&s, &p),
-                    polarized: Some([s, p]),
-                    residual: answer.residual(),
-                    imbalance: largest([&answer.s, &answer.p].map(|p| p.balance() - 1.0)),
-                    steps: None,
-                    warnings: Vec::new(),
-                })
-            }
+            Lit::Rcwa(model) => Ok(rcwa_answer(&model.solve(u, v)?)),
         }
     }
 }
@@ -235,6 +224,19 @@ pub(super) fn wave_answer(powers: WavePowers) -> PlaneWaveAnswer {
         polarized: None,
         residual: powers.residual,
         imbalance: powers.imbalance,
+        steps: None,
+        warnings: Vec::new(),
+    }
+}
+
+/// What the Fourier modal model says.
+pub(super) fn rcwa_answer(answer: &RcwaAnswer) -> PlaneWaveAnswer {
+    let [s, p] = [&answer.s, &answer.p].map(of_modes);
+    PlaneWaveAnswer {
+        mean: mean_of(&s, &p),
+        polarized: Some([s, p]),
+        residual: answer.residual(),
+        imbalance: largest([&answer.s, &answer.p].map(|p| p.balance() - 1.0)),
         steps: None,
         warnings: Vec::new(),
     }

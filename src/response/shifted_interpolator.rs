@@ -10,7 +10,7 @@
 //! reads: 3 × 3 shifts by 2 × 2 directions. (A harmonic of f periods a knot comes back to some 1.4 f³: 16 nodes, third harmonic, 1e-3 of it.) The shifts of one quadrant are kept; a mirrored lens is a mirrored pixel. What a
 //! series may fall below 0 or exceed a sum of 1 by is cut. Plain multiplies and adds: the same bits on every CPU.
 
-use super::{MovingFrame, ShiftGrid};
+use super::{Interpolator, MovingFrame, ShiftGrid};
 use crate::sensor::Subpixels;
 
 /// B-spline shifts a ray reads along each axis.
@@ -143,6 +143,20 @@ impl ShiftedInterpolator {
             9 => self.batch::<9>(shift_um, u, v, out),
             _ => self.batch::<16>(shift_um, u, v, out),
         }
+    }
+
+    /// The lookup under one lens shift: a quarter of the reads a ray needs here, and the same values (to the rounding of f32, but where a ray's
+    /// sum had to be cut: that is done at the nodes).
+    pub fn at_shift(&self, shift_um: [f64; 2]) -> Interpolator {
+        let cosine = |i: usize, axis: usize| (i as f32 - self.centre[axis]) / self.scale[axis];
+        let nodes = self.nu * self.nv;
+        let u: Vec<f32> = (0..nodes).map(|k| cosine(k % self.nu, 0)).collect();
+        let v: Vec<f32> = (0..nodes).map(|k| cosine(k / self.nu, 1)).collect();
+        let mut plane = vec![0.0; nodes * self.subpixels.count()];
+        self.weights_batch(shift_um, &u, &v, &mut plane);
+        let end = |axis: usize| self.centre[axis] / self.scale[axis];
+        let axes = ((self.nu, end(0)), (self.nv, end(1)));
+        Interpolator::new(self.subpixels, self.frame, axes.0, axes.1, plane)
     }
 
     /// First knot's place, weights, and whether the lens is read mirrored.

@@ -1,15 +1,17 @@
 //! One plane wave on a pixel under several lens shifts.
 //!
 //! A lens moved by s multiplies each diffraction order (a, b) of its field by `e^(−2πi (a, b)·s / pitch)`. So P is periodic in s, and a
-//! model that knows its orders ([`WaveModel::solve_shifts`]) answers for all shifts at little more than the cost of one.
+//! model that knows its orders ([`WaveModel::solve_shifts`], [`RcwaModel::solve_shifts`]) answers for all shifts at little more than the
+//! cost of one.
 
 use std::path::Path;
 
-use super::plane_wave::wave_answer;
+use super::plane_wave::{rcwa_answer, wave_answer};
 use super::{
     Correction, Incidence, LitPixel, MovingFrame, PixelModel, PlaneWaveAnswer, ResponseError,
 };
 use crate::em::PixelStack;
+use crate::em::rcwa::RcwaModel;
 use crate::em::wave::WaveModel;
 use crate::sensor::Subpixels;
 
@@ -18,8 +20,9 @@ pub struct ShiftedPixel {
     stack: PixelStack,
     model: PixelModel,
     wavelength_nm: f64,
-    /// The model that shares its work among the shifts.
+    /// The models that share their work among the shifts.
     wave: Option<WaveModel>,
+    rcwa: Option<RcwaModel>,
     correction: Option<Correction>,
 }
 
@@ -48,7 +51,7 @@ impl ShiftedPixel {
             ));
         }
         stack.check()?;
-        let (mut wave, mut correction) = (None, None);
+        let (mut wave, mut rcwa, mut correction) = (None, None, None);
         match model {
             PixelModel::Wave(settings) => {
                 wave = Some(WaveModel::new(stack, wavelength_nm, settings)?);
@@ -60,6 +63,10 @@ impl ShiftedPixel {
                 correction =
                     Some(settings.simulate(stack, wavelength_nm, true, path.as_deref())?);
             }
+            // A mosaic's shifts are solved one by one.
+            PixelModel::Rcwa(settings) if stack.mosaic.is_none() => {
+                rcwa = Some(RcwaModel::new(stack, wavelength_nm, settings)?);
+            }
             // Says what is wrong, if anything is, before a long build.
             _ => drop(LitPixel::new(stack, model, wavelength_nm)?),
         }
@@ -68,6 +75,7 @@ impl ShiftedPixel {
             model: model.clone(),
             wavelength_nm,
             wave,
+            rcwa,
             correction,
         })
     }
@@ -111,6 +119,11 @@ impl ShiftedPixel {
                 }
             };
             return Ok(answers.map(corrected).collect());
+        }
+        // One shift alone may have mirrors to halve it by.
+        if let Some(rcwa) = self.rcwa.as_ref().filter(|_| shifts_um.len() > 1) {
+            let all = rcwa.solve_shifts(u, v, shifts_um)?;
+            return Ok(all.iter().map(rcwa_answer).collect());
         }
         let one = |&shift: &[f64; 2]| {
             let stack = shifted(&self.stack, shift);

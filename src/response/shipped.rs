@@ -10,7 +10,10 @@ use super::{AngularResponse, ResponseError};
 use crate::em::PixelStack;
 
 /// Name and contents of the `.npz` files.
-const FILES: [(&str, &[u8]); 1] = [("fdtd_1.6um.npz", include_bytes!("tables/fdtd_1.6um.npz"))];
+const FILES: [(&str, &[u8]); 2] = [
+    ("fdtd_1.6um.npz", include_bytes!("tables/fdtd_1.6um.npz")),
+    ("fdtd_2.8um.npz", include_bytes!("tables/fdtd_2.8um.npz")),
+];
 
 impl AngularResponse {
     /// The shipped FDTD table of exactly this pixel, if there is one.

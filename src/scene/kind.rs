@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::cards::Cards;
 use super::plane::TexturedPlane;
-use super::world::{Element, PathKey, PathSettings, Stack, World};
+use super::world::{Element, PathKey, PathSettings, Room, World};
 use crate::lens::RayBatch;
 
 /// Surface number of a ray that meets nothing but the environment.
@@ -46,7 +46,7 @@ pub struct Hits {
     pub normal: Vec<DVec3>,
     /// Triangles met; of worlds only.
     elements: Vec<Option<Element>>,
-    stack: Stack,
+    room: Room,
 }
 
 impl Hits {
@@ -86,13 +86,15 @@ impl<'a> RaySlices<'a> {
         }
     }
 
-    fn ray(&self, i: usize) -> (DVec3, DVec3) {
+    /// Number, origin and direction of each ray that is alive.
+    fn alive(self) -> impl Iterator<Item = (usize, DVec3, DVec3)> + 'a {
         let [ox, oy, oz] = self.origin_mm;
         let [dx, dy, dz] = self.direction;
-        (
-            DVec3::new(ox[i], oy[i], oz[i]),
-            DVec3::new(dx[i], dy[i], dz[i]),
-        )
+        let is_alive = move |i: &usize| self.status[*i] == 0;
+        (0..ox.len()).filter(is_alive).map(move |i| {
+            let origin = DVec3::new(ox[i], oy[i], oz[i]);
+            (i, origin, DVec3::new(dx[i], dy[i], dz[i]))
+        })
     }
 }
 
@@ -135,18 +137,20 @@ impl Scene {
             Kind::World(world, _) => {
                 hits.elements.resize(hits.surface.len(), None);
                 hits.normal.resize(hits.surface.len(), DVec3::ZERO);
-                for i in 0..hits.surface.len() {
-                    if rays.status[i] != 0 {
-                        continue;
-                    }
-                    let (origin, direction) = rays.ray(i);
-                    if let Some((element, hit)) = world.meet(origin, direction, &mut hits.stack) {
-                        hits.elements[i] = Some(element);
-                        hits.distance_mm[i] = hit.distance_mm;
-                        hits.surface[i] = hit.object_id;
-                        hits.normal[i] = hit.normal;
-                    }
-                }
+                let Hits {
+                    distance_mm,
+                    surface,
+                    normal,
+                    elements,
+                    room,
+                    ..
+                } = hits;
+                world.meet(rays.alive(), room, |i, element, hit| {
+                    elements[i] = Some(element);
+                    distance_mm[i] = hit.distance_mm;
+                    surface[i] = hit.object_id;
+                    normal[i] = hit.normal;
+                });
             }
         }
     }
@@ -168,31 +172,12 @@ impl Scene {
                 }
             }
             Kind::World(world, settings) => {
-                let Hits {
-                    elements, stack, ..
-                } = hits;
-                for (i, &element) in elements.iter().enumerate() {
-                    if rays.status[i] != 0 {
-                        continue;
-                    }
-                    let key = PathKey {
-                        first: key.first.wrapping_add(i as u32),
-                        ..*key
-                    };
-                    let l = world.shade(
-                        rays.ray(i),
-                        element,
-                        channels.clone(),
-                        settings,
-                        &key,
-                        stack,
-                    );
-                    for (channel, out) in out.iter_mut().enumerate() {
-                        if channels.contains(&channel) {
-                            out[i] = l[channel];
-                        }
-                    }
-                }
+                let Hits { elements, room, .. } = hits;
+                let met = rays.alive().map(|ray| (ray, elements[ray.0]));
+                let served = channels.clone();
+                world.shade(met, channels, (settings, key), room, |i, l| {
+                    served.clone().for_each(|c| out[c][i] = l[c]);
+                });
             }
         }
     }

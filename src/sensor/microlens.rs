@@ -29,6 +29,11 @@ pub enum ShiftRule {
 pub enum MicrolensShifts {
     /// No shift anywhere.
     Centred,
+    /// Alike everywhere.
+    Constant {
+        /// (s_x, s_y), µm.
+        shift_um: DVec2,
+    },
     /// Proportional to the position, towards the axis.
     Linear {
         /// Shift in µm a mm of image height.
@@ -54,6 +59,7 @@ impl MicrolensShifts {
     pub fn at_um(&self, xy_mm: DVec2) -> DVec2 {
         match self {
             Self::Centred => DVec2::ZERO,
+            Self::Constant { shift_um } => *shift_um,
             Self::Linear { um_per_mm } => -xy_mm * *um_per_mm,
             Self::Found { shift_um } => {
                 let mut shift = [0.0; 2];

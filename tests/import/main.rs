@@ -3,7 +3,10 @@
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 mod broken;
+#[path = "../fuzz/damage.rs"]
+mod damage;
 mod glb;
 mod gltf;
 mod mutations;
 mod obj;
+mod posed;

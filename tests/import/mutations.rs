@@ -3,59 +3,15 @@
 //!
 //! `QUADPIXEL_MUTATIONS` sets the number of copies of each kind (default 4000).
 
-use quadpixel::sampling::hash;
 use quadpixel::scene::import::{bounds_mm, import_bytes};
 use quadpixel::scene::world::World;
 
+use crate::damage::damaged;
 use crate::glb;
 
 fn copies() -> u64 {
     let asked = std::env::var("QUADPIXEL_MUTATIONS").ok();
     asked.and_then(|n| n.parse().ok()).unwrap_or(4000)
-}
-
-/// The bytes with one to three damages: bytes changed, cut out, doubled, or digits put in.
-fn damaged(valid: &[u8], key: u64) -> Vec<u8> {
-    let mut bytes = valid.to_vec();
-    for k in 0..=hash(key, &[0]) % 3 {
-        let dice =
-            |what: u64, below: usize| (hash(key, &[1, k, what]) % below.max(1) as u64) as usize;
-        let at = dice(0, bytes.len());
-        let length = 1 + dice(1, 12).min(bytes.len().saturating_sub(at + 1));
-        match dice(2, 6) {
-            0 => bytes[at] = dice(3, 256) as u8,
-            1 => bytes[at] ^= 1 << dice(3, 8),
-            2 => drop(bytes.drain(at..(at + length).min(bytes.len()))),
-            3 => {
-                let part = bytes[at..(at + length).min(bytes.len())].to_vec();
-                bytes.splice(at..at, part);
-            }
-            4 => {
-                let odd = [
-                    "-1",
-                    "0",
-                    "99999999999",
-                    "1e308",
-                    "null",
-                    "NaN",
-                    "[]",
-                    "65535",
-                    "\"\"",
-                ];
-                let odd = odd[dice(3, odd.len())].bytes();
-                // In the place of a number, where one follows.
-                let digit = |b: &u8| b.is_ascii_digit();
-                let from = bytes[at..].iter().position(digit).map_or(at, |p| at + p);
-                let to = from + bytes[from..].iter().take_while(|b| digit(b)).count();
-                bytes.splice(from..to, odd);
-            }
-            _ => bytes.truncate(at.max(1)),
-        }
-        if bytes.is_empty() {
-            bytes.push(0);
-        }
-    }
-    bytes
 }
 
 fn survive(copy: impl Fn(u64) -> Vec<u8>, is_obj: bool) -> (u64, u64) {

@@ -196,3 +196,49 @@ fn a_texture_far_away_is_filtered_to_its_mean() {
     assert!(spread_of(0.0) > 0.3);
     assert!(spread_of(1e-3) < 0.02, "{}", spread_of(1e-3));
 }
+
+#[test]
+fn a_slanted_texture_is_blurred_along_the_view_and_not_across_it() {
+    // A floor seen at 8°, a texel a mm: the cone of a ray is 4 mm wide there and 28 mm long. Stripes of 16 mm along the view keep what a filter of 4 mm
+    // leaves of them: sinc(1/4) of the box times sinc²(1/4) of the interpolation, 0.73. Stripes across it lose all but about sinc(28/16) = 0.13.
+    let contrast = |is_across: bool| {
+        let stripes = Texture::from_fn(1024, 1024, |x, y| {
+            let place = if is_across { y } else { x };
+            [0.5 + 0.5 * (std::f32::consts::TAU * (place as f32 + 0.5) / 16.0).cos()]
+        });
+        let map = TextureMap::from_texture(Arc::new(stripes.unwrap()), [Wrap::Repeat; 2]);
+        let mut world = WorldDescription {
+            textures: vec![map],
+            materials: vec![Material {
+                emission_texture: Some(TextureRef::new(0)),
+                two_sided: true,
+                ..Material::emitter([1.0; 3])
+            }],
+            ..WorldDescription::default()
+        };
+        let corner = DVec3::new(-512.0, -100.0, -1212.0);
+        world.add(
+            TriangleMesh::rectangle(corner, DVec3::X * 1024.0, DVec3::Z * 1024.0, 0),
+            0,
+        );
+        let world = World::new(world).unwrap();
+        let key = quadpixel::scene::world::PathKey {
+            key: 1,
+            first: 0,
+            spread: 4.0 / 707.0,
+        };
+        let seen = (0..16).map(|k| {
+            let step = f64::from(k);
+            let target = match is_across {
+                true => DVec3::new(0.3, -100.0, -700.0 - step),
+                false => DVec3::new(step, -100.0, -700.3),
+            };
+            let d = target.normalize();
+            world.radiance_along(DVec3::ZERO, d, &PathSettings::default(), &key)[0]
+        });
+        let (low, high) = seen.fold((1.0f32, 0.0f32), |(a, b), l| (a.min(l), b.max(l)));
+        high - low
+    };
+    assert!(contrast(false) > 0.6, "{}", contrast(false));
+    assert!(contrast(true) < 0.25, "{}", contrast(true));
+}

@@ -1,6 +1,9 @@
-"""Paths a second of Mitsuba 3 on the scene of `cargo bench --bench paths -- --ply FOLDER`.
+"""Paths a second of Mitsuba 3 on the scene of `cargo bench --bench paths`, which `cargo run --release --example peer_paths -- FOLDER` writes
+to FOLDER/speed.
 
-    python mitsuba_speed.py FOLDER [variant]      (default scalar_rgb)
+    python mitsuba_speed.py FOLDER/speed [variant]      (default scalar_rgb)
+
+`llvm_ad_rgb` needs libLLVM: `apt-get install libllvm19` on Debian 12, and DRJIT_LIBLLVM_PATH=/usr/lib/x86_64-linux-gnu/libLLVM.so.19.1.
 
 One thread; time on the processor. Same camera, materials, lamp and path length as the bench: `max_depth` 5, no Russian roulette.
 """

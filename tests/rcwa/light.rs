@@ -140,3 +140,21 @@ fn more_orders_in_silicon_converge() {
     println!("{errors:?}");
     assert!(errors[1] < 0.5 * errors[0] && errors[2] < 0.5 * errors[1]);
 }
+
+/// Plain silicon couples no orders, so that none but those above it are followed; thin trenches go the long way, through modes.
+#[test]
+fn silicon_without_trenches_is_the_limit_of_thin_ones() {
+    let (mut stack, settings) = small();
+    stack.subpixels = quadpixel::sensor::Subpixels::DUAL_X;
+    let mut at = |trench_um| {
+        stack.trench_um = trench_um;
+        solve(&stack, &settings, 0.3, 0.0)
+    };
+    let plain = at(0.0);
+    // Three walls of 1e-4 um along and across a cell of 0.9 um take 4e-4 of its area.
+    let thin = at(1e-4);
+    let off = distance(&all(&plain), &all(&thin));
+    assert!(off < 1e-3, "{off:.1e}");
+    assert!(2 * plain.functions < thin.functions);
+    assert!(plain.residual() < 1e-9);
+}

@@ -7,6 +7,7 @@ mod curves;
 mod flat;
 mod light;
 mod mosaic;
+mod shifts;
 
 use quadpixel::em::PixelStack;
 use quadpixel::em::rcwa::{RcwaAnswer, RcwaModel, RcwaPowers, RcwaSettings};

@@ -127,13 +127,13 @@ fn few_rays_over_many_wavelengths_stay_unbiased() {
 
 #[test]
 fn a_bands_image_lies_where_the_images_of_its_wavelengths_do_on_average() {
-    // Lateral colour: the flux-weighted mean column of a small card in focus, off the axis. 256 rays a pixel leave some 0.003 px.
+    // Lateral colour: the flux-weighted mean column of a small card in focus, off the axis. 1024 rays a pixel leave some 0.001 px.
     let lens = lens(PHONE, 400.0);
     let response = geometric(1, 1, 2.0);
     let place = DVec2::new(1.4, 0.0);
     let of = Bands {
-        middle_nm: [600.0, 550.0, 500.0],
-        width_nm: [150.0; 3],
+        middle_nm: [500.0; 3],
+        width_nm: [200.0; 3],
         wavelengths: 4,
     };
     let camera = banded(&lens, &response, place, bands(of));
@@ -150,7 +150,7 @@ fn a_bands_image_lies_where_the_images_of_its_wavelengths_do_on_average() {
     let at = ray.origin_mm + (-depth - ray.origin_mm.z) / ray.direction.z * ray.direction;
     let scene = Scene::new(vec![card(at, 1.5, None)], [0.0; 3]);
     let moments = |camera: &Camera, channel: usize| {
-        let image = shoot(camera, &scene, 256, 7).image.sum();
+        let image = shoot(camera, &scene, 1024, 7).image.sum();
         let (mut flux, mut first) = (0.0, 0.0);
         for y in 0..image.height() {
             for x in 0..image.width() {
@@ -160,29 +160,28 @@ fn a_bands_image_lies_where_the_images_of_its_wavelengths_do_on_average() {
         }
         (flux, first)
     };
-    for channel in [0, 2] {
-        let whole = moments(&camera, channel);
-        let alone: Vec<(f64, f64)> = (bands(of).traced_nm(channel).into_iter())
-            .map(|nm| {
-                let line = Bands {
-                    middle_nm: [nm; 3],
-                    width_nm: [0.0; 3],
-                    wavelengths: 1,
-                };
-                moments(&banded(&lens, &response, place, bands(line)), channel)
-            })
-            .collect();
-        let sum = alone.iter().fold((0.0, 0.0), |s, a| (s.0 + a.0, s.1 + a.1));
-        let centre = |m: (f64, f64)| m.1 / m.0;
-        let spread = (centre(alone[0]) - centre(alone[3])).abs();
-        assert!(spread > 0.05, "no lateral colour to speak of: {spread}");
-        let off = (centre(whole) - centre(sum)).abs();
-        assert!(off < 0.01, "channel {channel}: {off} px of {spread}");
-        assert!(
-            (4.0 * whole.0 / sum.0 - 1.0).abs() < 5e-3,
-            "{whole:?} {sum:?}"
-        );
-    }
+    let channel = 1;
+    let whole = moments(&camera, channel);
+    let alone: Vec<(f64, f64)> = (bands(of).traced_nm(channel).into_iter())
+        .map(|nm| {
+            let line = Bands {
+                middle_nm: [nm; 3],
+                width_nm: [0.0; 3],
+                wavelengths: 1,
+            };
+            moments(&banded(&lens, &response, place, bands(line)), channel)
+        })
+        .collect();
+    let sum = alone.iter().fold((0.0, 0.0), |s, a| (s.0 + a.0, s.1 + a.1));
+    let centre = |m: (f64, f64)| m.1 / m.0;
+    let spread = (centre(alone[0]) - centre(alone[3])).abs();
+    assert!(spread > 0.03, "no lateral colour to speak of: {spread}");
+    let off = (centre(whole) - centre(sum)).abs();
+    assert!(off < 0.006, "{off} px of {spread}");
+    assert!(
+        (4.0 * whole.0 / sum.0 - 1.0).abs() < 5e-3,
+        "{whole:?} {sum:?}"
+    );
 }
 
 #[test]

@@ -4,7 +4,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::WaveSettings;
-use quadpixel::response::{CacheWarning, PixelModel, ResponseCache, TableSettings, build_table};
+use quadpixel::response::{
+    CacheWarning, PixelModel, ResponseCache, ShiftedSettings, TableSettings, build_shifted_table,
+    build_table,
+};
+use quadpixel::shard::Shard;
 
 fn small() -> (PixelStack, TableSettings) {
     let table = TableSettings {
@@ -88,4 +92,33 @@ fn threads_do_not_change_the_table() {
             .install(|| build_table(&stack, &table, None, &|_, _| {}).unwrap().table)
     };
     assert_eq!(with(1), with(3));
+}
+
+#[test]
+fn parts_of_a_table_of_lens_shifts_make_the_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = ResponseCache::open(folder.path());
+    let (stack, table) = small();
+    let settings = ShiftedSettings {
+        table: TableSettings {
+            cosine_max: 0.6,
+            ..table
+        },
+        per_pitch: 4,
+        cone_f_number: 4.0,
+    };
+    let part = |number| {
+        let shard = Shard::new(number, 2).unwrap();
+        cache.build_shifted_part(&stack, &settings, shard, &|_, _| {})
+    };
+    let parts = [part(1).unwrap(), part(2).unwrap()];
+    let whole = cache
+        .get_or_build_shifted(&stack, &settings, &|_, _| {})
+        .unwrap();
+    let report = whole.report.unwrap();
+    // Nothing was left to do, and the bits are those of a table made in one go.
+    assert_eq!(report.runs, parts[0].runs + parts[1].runs);
+    assert_eq!(report.reused, report.runs);
+    let at_once = build_shifted_table(&stack, &settings, None, &|_, _| {}).unwrap();
+    assert_eq!(whole.table, at_once.table);
 }

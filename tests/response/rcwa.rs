@@ -4,16 +4,15 @@ use quadpixel::em::PixelStack;
 use quadpixel::em::mosaic::FilterColour;
 use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::response::{
-    LitPixel, PixelModel, Response, TableSettings, build_mosaic_tables, build_table,
+    LitPixel, PixelModel, Response, ShiftedPixel, ShiftedSettings, TableSettings,
+    build_mosaic_tables, build_shifted_table, build_table,
 };
 
 use crate::conformance::conforms;
 
-#[test]
-fn rcwa_tables_conform_and_hold_what_single_directions_say() {
-    let stack = PixelStack::builtin("1.6um").unwrap();
-    let settings = TableSettings {
-        // Few orders: what is held here does not depend on them.
+/// Few orders: what is held here does not depend on them.
+fn few_orders() -> TableSettings {
+    TableSettings {
         model: PixelModel::Rcwa(RcwaSettings {
             silicon_margin: 0.0,
             lens_cutoff: 1.6,
@@ -23,7 +22,12 @@ fn rcwa_tables_conform_and_hold_what_single_directions_say() {
         refine: 2,
         cosine_max: 0.6,
         ..TableSettings::rcwa_draft()
-    };
+    }
+}
+
+#[test]
+fn rcwa_tables_conform_and_hold_what_single_directions_say() {
+    let (stack, settings) = (PixelStack::builtin("1.6um").unwrap(), few_orders());
     let built = build_table(&stack, &settings, None, &|_, _| ()).unwrap();
     assert_eq!(built.report.runs, 10);
     assert_eq!(built.report.violation(), None);
@@ -36,6 +40,28 @@ fn rcwa_tables_conform_and_hold_what_single_directions_say() {
         assert!((f64::from(*value) - p).abs() < 1e-6, "{value} {p}");
     }
     conforms(&Response::Table(built.table), 550.0, 0.7, 1e-5);
+}
+
+#[test]
+fn a_table_of_all_lens_shifts_holds_what_single_shifts_say() {
+    let stack = PixelStack::builtin("1.6um").unwrap();
+    let settings = ShiftedSettings {
+        table: few_orders(),
+        per_pitch: 8,
+        cone_f_number: 4.0,
+    };
+    let built = build_shifted_table(&stack, &settings, None, &|_, _| ()).unwrap();
+    assert_eq!(built.report.violation(), None);
+    assert!(built.report.imbalance.abs() < 1e-6 && built.report.residual < 1e-6);
+    let single = ShiftedPixel::new(&stack, &settings.table.model, 550.0).unwrap();
+    // Node (3, 6) of the shifts, (−0.2, 0.4) of the directions: symmetry simulated others.
+    let answer = single.light(-0.2, 0.4, &[[0.6, -0.4]]).unwrap().remove(0);
+    let node = built.table.interpolator_at_shift([3, 6], 550.0).unwrap();
+    let mut found = [0f32; 4];
+    node.weights(-0.2, 0.4, &mut found);
+    for (value, p) in found.iter().zip(&answer.mean.absorbed) {
+        assert!((f64::from(*value) - p).abs() < 1e-5, "{value} {p}");
+    }
 }
 
 /// A small pixel under a mosaic: a table a colour, of one simulation, is what single directions of that colour say, and has the symmetries of

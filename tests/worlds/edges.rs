@@ -10,7 +10,8 @@ use quadpixel::sensor::ShiftRule;
 
 use super::{Sheet, camera, scene, sheets};
 
-/// Pinholes along the pupil's side, and places along a pixel's side.
+/// Pinholes along the pupil's side, and places along a pixel's side. Each pinhole has the places moved by a part of their spacing of its own, so that an
+/// edge in focus, which only the places resolve, meets 113 grids and not one.
 const PINHOLES: usize = 12;
 const PLACES: usize = 8;
 /// Every other pixel of every other row: the plain trace is slow.
@@ -46,17 +47,21 @@ fn by_pinholes(
     let centred = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
     let middle = camera.sensor().position_mm(column as f64, row as f64);
     let pupil = camera.pupil_at(middle).unwrap();
-    for k in 0..PLACES * PLACES {
-        let x = column as f64 + centred(k % PLACES, PLACES) - 0.5;
-        let y = row as f64 + centred(k / PLACES, PLACES) - 0.5;
-        let origin_mm =
-            camera_from_sensor_mm(camera.sensor().position_mm(x, y), camera.sensor_z_mm());
-        for h in 0..PINHOLES * PINHOLES {
-            let p = 2.0 * centred(h % PINHOLES, PINHOLES) - 1.0;
-            let q = 2.0 * centred(h / PINHOLES, PINHOLES) - 1.0;
-            if p * p + q * q > 1.0 {
-                continue;
-            }
+    for h in 0..PINHOLES * PINHOLES {
+        let p = 2.0 * centred(h % PINHOLES, PINHOLES) - 1.0;
+        let q = 2.0 * centred(h / PINHOLES, PINHOLES) - 1.0;
+        if p * p + q * q > 1.0 {
+            continue;
+        }
+        // Evenly spread pairs: multiples of 1/g and 1/g², g³ = g + 1 (M. Roberts' generalised golden ratio).
+        let shift =
+            [0.754_877_666_246_692_8, 0.569_840_290_998_053_3].map(|a| (a * h as f64).fract());
+        for k in 0..PLACES * PLACES {
+            let place = |i: usize, shift: f64| (i as f64 + shift) / PLACES as f64 - 0.5;
+            let x = column as f64 + place(k % PLACES, shift[0]);
+            let y = row as f64 + place(k / PLACES, shift[1]);
+            let origin_mm =
+                camera_from_sensor_mm(camera.sensor().position_mm(x, y), camera.sensor_z_mm());
             let hole = pupil.centre_mm + (p * pupil.axis_a_mm + q * pupil.axis_b_mm).extend(0.0);
             let e = hole - origin_mm;
             let ray = Ray {
@@ -142,17 +147,18 @@ fn truth_at_depth_edges_is_that_of_an_array_of_pinholes() {
     }
     assert!(on_edges > 25, "{on_edges} pixels with two depths");
     let rms = squares.map(|s: f64| (s / n).sqrt());
-    // What the array itself lacks: an edge in focus that runs along a row of places may be half their spacing off, 1/16 of the
-    // pixel; a blurred one is half a row of pinholes off at one place, but otherwise at each of the 64. To it comes the sampling
-    // of the render, of the order of 1/√(1024) at most. Radiances differ by a factor of up to 4.
+    // The array's own error: an edge in focus crosses 113 grids of places, each half a spacing off at most (1/16 of the pixel) and evenly spread
+    // within that, so 1/16/√113 or less; a blurred one is half a row of pinholes off, at each of 64 places otherwise: 1/12/√64. Both about 0.01.
+    // The render's: 1024 random rays would have a standard error of 0.5/√1024 = 0.016 at most, stratified ones less; among 150 pixels on
+    // edges the largest is within 2.5 of them, 0.04. Radiances differ by a factor of up to 4, so an error of the share is thrice that of the light.
     assert!(
-        worst[0] < 0.0625 + 0.03 && rms[0] < 0.01,
+        worst[0] < 0.05 && rms[0] < 0.01,
         "occlusion: worst {} rms {}",
         worst[0],
         rms[0]
     );
     assert!(
-        worst[1] < 0.3 && rms[1] < 0.03,
+        worst[1] < 3.0 * 0.05 && rms[1] < 0.03,
         "light: worst {} rms {}",
         worst[1],
         rms[1]

@@ -29,13 +29,13 @@ pub fn all(tools: &Tools) -> Result<Studies, CommandError> {
         tools.json(kind, "qpgen", &arguments)
     };
     let exact: &[&str] = if tools.quick {
-        &["--theta-step-deg", "5"]
+        &["--theta-step-deg", "10"]
     } else {
         &[
             "--model",
             "rcwa",
             "--theta-step-deg",
-            "2.5",
+            "5",
             "--theta-max-deg",
             "40",
         ]

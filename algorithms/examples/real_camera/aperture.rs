@@ -6,11 +6,9 @@
 use glam::DVec2;
 use quadpixel::command::CommandError;
 use quadpixel::render::truth::{Defocus, ReceptiveField, TextureSpectrum};
-use quadpixel::response::Response;
-use quadpixel::sensor::ShiftRule;
 use quadpixel::svg::Svg;
 
-use crate::camera;
+use crate::camera::{self, Model};
 use crate::measure::GREEN;
 
 /// F-numbers of the curves.
@@ -21,14 +19,10 @@ const RAYS: usize = 1024;
 pub type Point = (f64, f64);
 
 /// Shift over circle of confusion on the axis, as a matcher finds it, for a point `distance_mm` from the sensor.
-pub fn simulated(
-    lens: &str,
-    response: &Response,
-    distance_mm: f64,
-) -> Result<Vec<Point>, CommandError> {
+pub fn simulated(lens: &str, model: &Model, distance_mm: f64) -> Result<Vec<Point>, CommandError> {
     let at = |&mark: &f64| {
         let lens = camera::lens(lens, mark, camera::FOCUS_MM)?;
-        let camera = camera::camera(&lens, response, (768, 512), ShiftRule::ChiefRay)?;
+        let camera = camera::camera(&lens, model, (768, 512))?;
         let depth_mm = distance_mm - camera.sensor_z_mm();
         let dark = || CommandError::failed("no light reaches the middle of the sensor");
         let field = ReceptiveField::new(&camera, GREEN, DVec2::ZERO, RAYS).ok_or_else(dark)?;

@@ -5,19 +5,27 @@ use quadpixel::command::CommandError;
 use quadpixel::em::PixelStack;
 use quadpixel::lens::{Lens, Prescription};
 use quadpixel::render::Camera;
-use quadpixel::response::{GeometricResponse, Response, ResponseCache, TableSettings};
+use quadpixel::response::{
+    AngularResponse, GeometricResponse, Response, ResponseCache, TableSettings,
+};
 use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
 use quadpixel::spectrum::ChannelWavelengths;
+
+use crate::exact::Runs;
+use crate::spread::spread;
 
 /// Pixels of the sensor, and the pitch of the captures' pixels: 36 mm / 768, of 7.8 × 7.8 sensor pixels each.
 pub const PIXEL_UM: f64 = 6.0;
 /// Focus as it was set, from the sensor.
 pub const FOCUS_MM: f64 = 1000.0;
-/// Focus as it is found: the blur of the plane at 600 mm, F/4, is that of 630 mm from a camera focused at 1000 mm, and its picture is
-/// larger than the F/20 one by what 0.1 mm of the lens's way makes. The disparities of `box-001` had been looked at when it was settled.
-pub const FOUND_FOCUS_MM: f64 = 965.0;
-/// See [`contrast`]; fitted to the plane at 600 mm and the wall of `box-001`, both over the field.
-const CROSSTALK_MM: f64 = 19.0;
+/// The capture that the pixel's two fitted parameters were fitted on: distance from the sensor in mm, mark. All others are predicted.
+pub const FITTED_ON: (f64, f64) = (600.0, 4.0);
+/// How far charge wanders before it is collected, σ in µm: the second fitted parameter, to the fall of the shift to the sides of
+/// [`FITTED_ON`]. The first, the thickness of the wiring, is in the pixel file.
+pub const CHARGE_SPREAD_UM: f64 = 0.6;
+/// Microlenses stand over the middle of their pixels, as in the published model of this camera (He et al., ICCV 2025); the noise of the views,
+/// which tells how much light each had before the converter made them equally bright, says so, too.
+pub const MICROLENSES: ShiftRule = ShiftRule::Centred;
 /// Width of the sensor.
 pub const SENSOR_MM: f64 = 36.0;
 
@@ -31,12 +39,6 @@ pub fn stop_semi_mm(mark: f64) -> f64 {
     }
 }
 
-/// Contrast of the halves at `x_mm` from the axis, in the direction of the split, against that of the simulated pixel: 1 − 2c, c the
-/// part of each half's signal that turns up in the other. `1/(1 + (x/x₀)²)`, found by its effect; see the page.
-pub fn contrast(x_mm: f64) -> f64 {
-    1.0 / (1.0 + (x_mm / CROSSTALK_MM).powi(2))
-}
-
 /// The lens at a marked F-number, focused `focus_mm` from the sensor.
 pub fn lens(name: &str, mark: f64, focus_mm: f64) -> Result<Lens, CommandError> {
     let input = |e: quadpixel::lens::LensError| CommandError::input(e.to_string());
@@ -48,7 +50,7 @@ pub fn lens(name: &str, mark: f64, focus_mm: f64) -> Result<Lens, CommandError> 
 }
 
 /// A sharp split of the pupil.
-pub fn sharp_split() -> Result<Response, CommandError> {
+fn sharp_split() -> Result<Response, CommandError> {
     // So short that all light of the lens lands on the pixel.
     GeometricResponse::new(Subpixels::DUAL_X, PIXEL_UM, PIXEL_UM)
         .map(Response::Geometric)
@@ -65,26 +67,63 @@ fn table_settings() -> TableSettings {
     }
 }
 
-/// The wave model of a stack.
-pub fn wave(stack: &PixelStack) -> Result<Response, CommandError> {
+/// A pixel as it is simulated.
+pub struct Model {
+    pub name: &'static str,
+    pub response: Response,
+    /// Where its microlenses stand.
+    pub rule: ShiftRule,
+}
+
+/// The models of a stack: first the wave model; last the sharp split, an ideal whose microlenses follow the chief ray.
+pub fn models(stack: &PixelStack) -> Result<Vec<Model>, CommandError> {
+    let failed = |e: &dyn std::fmt::Display| CommandError::failed(e.to_string());
     let settings = table_settings();
-    ResponseCache::open(ResponseCache::default_dir())
+    let wave = ResponseCache::open(ResponseCache::default_dir())
         .get_or_build(stack, &settings, &|_, _| ())
-        .map(|made| Response::Table(made.table))
-        .map_err(|e| CommandError::input(e.to_string()))
+        .map_err(|e| CommandError::input(e.to_string()))?
+        .table;
+    let wandering = |table: &AngularResponse| {
+        let spread = spread(table, CHARGE_SPREAD_UM);
+        spread.map(Response::Table).map_err(|e| failed(&e))
+    };
+    let mut models = vec![Model {
+        name: "wave",
+        response: wandering(&wave)?,
+        rule: MICROLENSES,
+    }];
+    match Runs::kept(stack)? {
+        Some(runs) => models.push(Model {
+            name: "exact",
+            response: wandering(&runs.correct(&wave)?)?,
+            rule: MICROLENSES,
+        }),
+        None => eprintln!("real_camera: no exact runs of this pixel: no exact rows"),
+    }
+    models.push(Model {
+        name: "wave, charge collected where it is made, microlenses on the chief ray",
+        response: Response::Table(wave),
+        rule: ShiftRule::ChiefRay,
+    });
+    models.push(Model {
+        name: "sharp split",
+        response: sharp_split()?,
+        rule: ShiftRule::ChiefRay,
+    });
+    Ok(models)
 }
 
 /// The whole sensor in `width` × `height` pixels.
 pub fn camera(
     lens: &Lens,
-    response: &Response,
+    model: &Model,
     (width, height): (usize, usize),
-    shift: ShiftRule,
 ) -> Result<Camera, CommandError> {
     let input = |e: String| CommandError::input(e);
     let pitch_um = SENSOR_MM * 1e3 / width as f64;
     let sensor = Sensor::new(pitch_um, Subpixels::DUAL_X, (width, height), DVec2::ZERO)
         .map_err(|e| input(e.to_string()))?;
-    Camera::new(lens, sensor, shift, response, ChannelWavelengths::default())
+    let wavelengths = ChannelWavelengths::default();
+    Camera::new(lens, sensor, model.rule, &model.response, wavelengths)
         .map_err(|e| input(e.to_string()))
 }

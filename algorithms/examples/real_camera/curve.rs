@@ -6,7 +6,6 @@ use quadpixel::render::Camera;
 use quadpixel::render::truth::{ReceptiveField, TextureSpectrum};
 use rayon::prelude::*;
 
-use crate::camera::contrast;
 use crate::measure::GREEN;
 
 /// Nodes over the picture.
@@ -42,11 +41,9 @@ pub fn of_camera(
     );
     let node = |x: f64, y: f64| -> Option<Vec<f64>> {
         let field = ReceptiveField::new(camera, GREEN, sensor.position_mm(x, y), RAYS)?;
-        // Views mixed with each other by c lie 1 − 2c as far apart, as long as that is less than the texture is fine.
-        let contrast = contrast(sensor.position_mm(x, y).x);
         let at = |i: &f64| {
             let depth_mm = 1e3 / i - camera.sensor_z_mm();
-            contrast * field.matched_shift_px(depth_mm, [0, 1], &texture)
+            field.matched_shift_px(depth_mm, [0, 1], &texture)
         };
         Some(inverse.iter().map(at).collect())
     };

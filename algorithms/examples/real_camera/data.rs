@@ -4,6 +4,9 @@
 //! flat/DISTANCE_MM/fMARK/{l,r}.png      a plane that far from the sensor, at the marked F-number
 //! NAME/{l,r,d}.png                      a scene; d.png: 8 bits × 10/255 m, or 16 bits in mm; 0: not known
 //! ```
+//! Names, distances and marks are what is found, at any depth of folders; of a scene the last folders above its pictures are the name, up to
+//! its number the kind (`box-001`, `box/001`: box). What is no capture, or cannot be read, is left out and said.
+//!
 //! Views are 8-bit pictures of a converter; their sRGB curve is undone, the converter's own tone curve is not known.
 
 use std::path::{Path, PathBuf};
@@ -36,11 +39,20 @@ pub struct Scene {
     pub folder: PathBuf,
 }
 
+impl Scene {
+    /// Its name up to the first hyphen: box, casual.
+    pub fn kind(&self) -> &str {
+        self.name.split('-').next().unwrap_or_default()
+    }
+}
+
 /// What a folder holds, in order of distance, mark and name.
 #[derive(Default)]
 pub struct Captures {
     pub flats: Vec<Flat>,
     pub scenes: Vec<Scene>,
+    /// Folders that look like captures and are none, and why.
+    pub left_out: Vec<String>,
 }
 
 impl Captures {
@@ -52,35 +64,20 @@ impl Captures {
             let entries = std::fs::read_dir(&here)
                 .map_err(|e| CommandError::input(format!("{}: {e}", here.display())))?;
             open.extend(entries.flatten().map(|e| e.path()).filter(|p| p.is_dir()));
-            if !["l.png", "r.png"].iter().all(|f| here.join(f).is_file()) {
-                continue;
-            }
             let below = here.strip_prefix(folder).unwrap_or(&here);
             let parts: Vec<String> = (below.components())
                 .map(|c| c.as_os_str().to_string_lossy().into_owned())
                 .collect();
-            if here.join("d.png").is_file() {
-                let name = parts.join("-");
-                found.scenes.push(Scene { name, folder: here });
-            } else if let [.., distance, mark] = parts.as_slice()
-                && let (Ok(distance_mm), Some(Ok(mark))) = (
-                    distance.parse(),
-                    mark.strip_prefix('f').map(str::parse::<f64>),
-                )
-            {
-                found.flats.push(Flat {
-                    distance_mm,
-                    mark,
-                    folder: here,
-                });
+            if let Err(why) = found.take(&here, &parts) {
+                found.left_out.push(format!("{}: {why}", parts.join("/")));
             }
         }
-        (found.flats).sort_by(|a, b| {
-            (a.distance_mm, a.mark)
-                .partial_cmp(&(b.distance_mm, b.mark))
-                .unwrap_or(std::cmp::Ordering::Equal)
+        found.flats.sort_by(|a, b| {
+            let by = a.distance_mm.total_cmp(&b.distance_mm);
+            by.then(a.mark.total_cmp(&b.mark))
         });
         found.scenes.sort_by(|a, b| a.name.cmp(&b.name));
+        found.left_out.sort();
         if found.flats.is_empty() && found.scenes.is_empty() {
             return Err(CommandError::input(format!(
                 "{}: no capture in it; looked for flat/DISTANCE_MM/fMARK/{{l,r}}.png and NAME/{{l,r,d}}.png",
@@ -88,6 +85,44 @@ impl Captures {
             )));
         }
         Ok(found)
+    }
+
+    /// Takes the capture in the folder `here`, if there is one; `parts` are the names of the folders down to it.
+    fn take(&mut self, here: &Path, parts: &[String]) -> Result<(), String> {
+        let has = |name: &str| here.join(name).is_file();
+        match (has("l.png"), has("r.png")) {
+            (false, false) => return Ok(()),
+            (true, true) => {}
+            (left, _) => return Err(format!("{}.png is missing", if left { "r" } else { "l" })),
+        }
+        let folder = here.to_path_buf();
+        if has("d.png") {
+            let name = parts.join("-");
+            self.scenes.push(Scene { name, folder });
+            return Ok(());
+        }
+        let positive = |text: &str| {
+            text.parse()
+                .ok()
+                .filter(|v: &f64| *v > 0.0 && v.is_finite())
+        };
+        let plane = match parts {
+            [.., distance, mark] => {
+                positive(distance).zip(mark.strip_prefix('f').and_then(positive))
+            }
+            _ => None,
+        };
+        let Some((distance_mm, mark)) = plane else {
+            return Err(
+                "neither d.png beside the views nor DISTANCE_MM/fMARK as folders".to_owned(),
+            );
+        };
+        self.flats.push(Flat {
+            distance_mm,
+            mark,
+            folder,
+        });
+        Ok(())
     }
 }
 

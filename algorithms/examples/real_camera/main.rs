@@ -1,8 +1,8 @@
 //! Captures of a real dual-pixel camera, simulated, and depth measured from them: `scripts/real-camera DATA_DIR`.
 //!
 //! ```text
-//! captures ─ data ─▶ views ─ measure ─▶ shifts                          camera: lens, stop, focus, pixel
-//! F/20 view ─ simulate ─▶ F/4 views by wave, sharp split, half disks ─ compare ─▶ PSNR, SSIM, shifts ┐
+//! captures ─ data ─▶ views ─ measure ─▶ shifts                          camera: lens, stop, focus, pixel (exact, spread)
+//! F/20 view ─ simulate ─▶ F/4 views by all models ─ compare ─▶ PSNR, SSIM, shifts ┐
 //! aperture: shift over circle of confusion from F/1.8 to F/20                                        ├─ report ─▶ page
 //! curve ─▶ disparity against distance ─ depths ─▶ errors over planes and scenes                      ┘
 //! ```
@@ -13,30 +13,33 @@ mod compare;
 mod curve;
 mod data;
 mod depths;
+mod exact;
 mod measure;
+mod noise;
+mod page;
 mod report;
+mod scenes;
 mod simulate;
+mod spread;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use algorithms::field_curve::FieldCurve;
 use clap::Parser;
 use quadpixel::command::CommandError;
 use quadpixel::em::PixelStack;
-use quadpixel::image::Image;
 use quadpixel::render::Camera;
 use quadpixel::render::truth::Defocus;
-use quadpixel::response::Response;
-use quadpixel::sensor::ShiftRule;
 
+use camera::Model;
 use data::{Captures, Flat, Views};
-use report::{ApertureResult, CaptureResult, DepthResult, LensResult, ModelResult, Results};
+use report::{ApertureResult, CaptureResult, LensResult, ModelResult, Results};
 
-/// The F-number of scenes, which their folders do not say: the published network for these captures is trained at F/4.
-const SCENE_MARK: f64 = 4.0;
 /// The F-number from which on a capture counts as sharp, to be the texture of a wider one.
 const SHARP_MARK: f64 = 16.0;
+
+/// Directions of the exact runs: across the F/1.8 cone, and where the F/4 cone at the side of the field lies.
+const EXACT_U: [f64; 7] = [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4];
 
 /// Simulates the captures in a folder, measures depth in them, and writes a page.
 ///
@@ -54,6 +57,9 @@ struct Args {
     /// Pixel: a built-in name of `qpgen response`.
     #[arg(long, default_value = "6um-dual")]
     pixel: String,
+    /// Makes the exact runs of the pixel (minutes each) and writes them to this file; nothing else is done.
+    #[arg(long)]
+    exact_runs: Option<PathBuf>,
 }
 
 fn main() -> ExitCode {
@@ -71,32 +77,49 @@ fn step(text: &str) {
 }
 
 fn run(args: &Args) -> Result<(), CommandError> {
+    let stack = PixelStack::builtin(&args.pixel).map_err(|e| CommandError::input(e.to_string()))?;
+    if let Some(file) = &args.exact_runs {
+        return exact::Runs::make(&stack, &EXACT_U, file);
+    }
     let captures = Captures::find(&args.data)?;
     step("response of the pixel by the wave model");
-    let stack = PixelStack::builtin(&args.pixel).map_err(|e| CommandError::input(e.to_string()))?;
-    let responses = [
-        ("wave", camera::wave(&stack)?),
-        ("sharp split", camera::sharp_split()?),
-    ];
+    let models = camera::models(&stack)?;
     let mut results = Results {
         lens: lens_figures(&args.lens)?,
+        left_out: captures.left_out.clone(),
         ..Results::default()
     };
     for flat in captures.flats.iter().filter(|f| f.mark < SHARP_MARK) {
         let twin = (captures.flats.iter())
             .find(|s| s.distance_mm == flat.distance_mm && s.mark >= SHARP_MARK);
-        if let Some(sharp) = twin {
-            step(&format!(
-                "simulating {} mm at F/{}",
-                flat.distance_mm, flat.mark
-            ));
-            let simulated = simulated(&args.lens, &responses, flat, sharp)?;
-            results.captures.push(simulated);
+        let name = format!("{} mm at F/{}", flat.distance_mm, flat.mark);
+        let Some(sharp) = twin else {
+            let why = format!("{name}: not simulated, no capture at F/{SHARP_MARK} or more of it");
+            results.left_out.push(why);
+            continue;
+        };
+        step(&format!("simulating {name}"));
+        match simulated(&args.lens, &models, flat, sharp) {
+            Ok(simulated) => results.captures.push(simulated),
+            Err(e) => results.left_out.push(e.to_string()),
+        }
+    }
+    step("noise of the views");
+    let folders = (captures.flats.iter())
+        .map(|f| (format!("{} mm, F/{}", f.distance_mm, f.mark), &f.folder))
+        .chain(captures.scenes.iter().map(|s| (s.name.clone(), &s.folder)));
+    for (name, folder) in folders {
+        // What cannot be read is said where it is to be used.
+        if let Ok(views) = Views::read(folder) {
+            results.noise.push((name, noise::left_over_right(&views)));
         }
     }
     step("shift against aperture");
-    results.aperture = apertures(&args.lens, &responses, &captures)?;
-    results.depths = all_depths(args, &responses[0].1, &captures)?;
+    apertures(&args.lens, &models, &captures, &mut results)?;
+    scenes::all_depths(args, &models[0], &captures, &mut results)?;
+    for line in &results.left_out {
+        step(&format!("left out: {line}"));
+    }
     results.write(&args.out)
 }
 
@@ -122,7 +145,7 @@ fn lens_figures(name: &str) -> Result<Vec<LensResult>, CommandError> {
 /// One capture by all models.
 fn simulated(
     lens: &str,
-    responses: &[(&str, Response)],
+    models: &[Model],
     flat: &Flat,
     sharp: &Flat,
 ) -> Result<CaptureResult, CommandError> {
@@ -131,6 +154,13 @@ fn simulated(
         Views::read(&sharp.folder)?.mean(),
     );
     let size = (picture.width(), picture.height());
+    if size != (real.left.width(), real.left.height()) {
+        let folders = (flat.folder.display(), sharp.folder.display());
+        return Err(CommandError::input(format!(
+            "{} and {}: views of different size",
+            folders.0, folders.1
+        )));
+    }
     let parts = measure::thirds(size.0, size.1);
     let shifts = |views: &Views| measure::shifts(&views.left, &views.right, &parts);
     let mut result = CaptureResult {
@@ -150,27 +180,17 @@ fn simulated(
         });
         Ok(())
     };
-    let pair = |response: &Response, focus_mm: f64| -> Result<[Camera; 2], CommandError> {
-        let at = |mark: f64| {
-            let lens = camera::lens(lens, mark, focus_mm)?;
-            camera::camera(&lens, response, size, ShiftRule::ChiefRay)
-        };
-        Ok([at(flat.mark)?, at(sharp.mark)?])
-    };
     let mut coc_px = 0.0;
-    for (name, response) in responses {
-        let [wide, narrow] = pair(response, camera::FOCUS_MM)?;
+    for model in models {
+        let at = |mark: f64| {
+            let lens = camera::lens(lens, mark, camera::FOCUS_MM)?;
+            camera::camera(&lens, model, size)
+        };
+        let (wide, narrow) = (at(flat.mark)?, at(sharp.mark)?);
         coc_px = coc(&wide, flat.distance_mm)? / wide.sensor().pitch_mm();
         let views = simulate::rendered(&wide, &narrow, &picture, flat.distance_mm)?;
-        judged(name, &views)?;
+        judged(model.name, &views)?;
     }
-    let found = format!(
-        "wave, crosstalk off the axis, focus {} mm",
-        camera::FOUND_FOCUS_MM
-    );
-    let [wide, narrow] = pair(&responses[0].1, camera::FOUND_FOCUS_MM)?;
-    let views = simulate::rendered(&wide, &narrow, &picture, flat.distance_mm)?;
-    judged(&found, &simulate::with_crosstalk(&views, &wide))?;
     judged("half disks", &simulate::half_disks(&picture, coc_px))?;
     result.coc_px = coc_px;
     Ok(result)
@@ -185,113 +205,39 @@ fn coc(camera: &Camera, distance_mm: f64) -> Result<f64, CommandError> {
 
 fn apertures(
     lens: &str,
-    responses: &[(&str, Response)],
+    models: &[Model],
     captures: &Captures,
-) -> Result<ApertureResult, CommandError> {
+    results: &mut Results,
+) -> Result<(), CommandError> {
     // In front of the focus by as much as the nearest capture.
     const DISTANCE_MM: f64 = 600.0;
-    let mut result = ApertureResult::default();
-    for (name, response) in responses {
-        let points = aperture::simulated(lens, response, DISTANCE_MM)?;
-        result.curves.push((name.to_string(), points));
+    let mut found = ApertureResult::default();
+    for model in models {
+        let points = aperture::simulated(lens, model, DISTANCE_MM)?;
+        found.curves.push((model.name.to_string(), points));
     }
-    for flat in &captures.flats {
+    let mut measured = |flat: &Flat| -> Result<(), CommandError> {
         let views = Views::read(&flat.folder)?;
         let size = (views.left.width(), views.left.height());
         let parts = measure::thirds(size.0, size.1);
         let shift = &measure::shifts(&views.left, &views.right, &parts)?[1];
-        let camera = camera::camera(
-            &camera::lens(lens, flat.mark, camera::FOCUS_MM)?,
-            &responses[1].1,
-            size,
-            ShiftRule::ChiefRay,
-        )?;
+        let lens = camera::lens(lens, flat.mark, camera::FOCUS_MM)?;
+        let camera = camera::camera(&lens, &models[0], size)?;
         let coc_px = coc(&camera, flat.distance_mm)? / camera.sensor().pitch_mm();
         let name = format!("{} mm", flat.distance_mm);
         let point = (flat.mark, -shift.whole_px / coc_px);
-        result.measured.push((name, coc_px, shift.whole_px, point));
-    }
-    Ok(result)
-}
-
-fn all_depths(
-    args: &Args,
-    response: &Response,
-    captures: &Captures,
-) -> Result<Vec<DepthResult>, CommandError> {
-    let mut results = Vec::new();
-    let mut curves: Vec<(f64, FieldCurve)> = Vec::new();
-    let flats = captures.flats.iter().filter(|f| f.mark < SHARP_MARK);
-    let flats = flats.map(|f| {
-        (
-            format!("plane at {} mm", f.distance_mm),
-            f.mark,
-            &f.folder,
-            Some(f.distance_mm),
-        )
-    });
-    let scenes = captures
-        .scenes
-        .iter()
-        .map(|s| (s.name.clone(), SCENE_MARK, &s.folder, None));
-    for (name, mark, folder, distance_mm) in flats.chain(scenes) {
-        step(&format!("depth of {name}"));
-        let views = Views::read(folder)?;
-        let size = (views.left.width(), views.left.height());
-        if !curves
-            .iter()
-            .any(|(m, c)| *m == mark && (c.width_px, c.height_px) == size)
-        {
-            curves.push((mark, curve_at(args, response, mark, size)?));
-        }
-        let Some((_, curve)) = curves
-            .iter()
-            .find(|(m, c)| *m == mark && (c.width_px, c.height_px) == size)
-        else {
+        found.measured.push((name, coc_px, shift.whole_px, point));
+        Ok(())
+    };
+    for flat in &captures.flats {
+        // At the focus there is no circle of confusion to compare with.
+        if flat.distance_mm == camera::FOCUS_MM {
             continue;
-        };
-        let known_m = match distance_mm {
-            Some(mm) => {
-                let all = vec![(mm * 1e-3) as f32; size.0 * size.1];
-                Image::from_vec(size.0, size.1, 1, all)
-                    .unwrap_or_else(|| Image::zeros(size.0, size.1, 1))
-            }
-            None => data::depth_m(&folder.join("d.png"), size.0, size.1)?,
-        };
-        let found = depths::found(&views, curve)?;
-        results.push(DepthResult {
-            claimed: depths::score(&found, &known_m, depths::CLAIM_M),
-            all: depths::score(&found, &known_m, f64::INFINITY),
-            name,
-            mark,
-            is_plane: distance_mm.is_some(),
-            found,
-            known_m,
-        });
+        }
+        if let Err(e) = measured(flat) {
+            results.left_out.push(e.to_string());
+        }
     }
-    Ok(results)
-}
-
-/// The calibration file at a marked F-number, written beside the page too.
-fn curve_at(
-    args: &Args,
-    response: &Response,
-    mark: f64,
-    size: (usize, usize),
-) -> Result<FieldCurve, CommandError> {
-    step(&format!("disparity against distance at F/{mark}"));
-    let lens = camera::lens(&args.lens, mark, camera::FOUND_FOCUS_MM)?;
-    let camera = camera::camera(&lens, response, size, ShiftRule::ChiefRay)?;
-    let source = format!(
-        "simulated: lens {} at F/{mark}, focus {} mm from the sensor, pixel {} by the wave model",
-        Path::new(&args.lens)
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy(),
-        camera::FOUND_FOCUS_MM,
-        args.pixel
-    );
-    let curve = curve::of_camera(&camera, source, depths::WINDOW_PX)?;
-    report::write_curve(&args.out, mark, &curve)?;
-    Ok(curve)
+    results.aperture = found;
+    Ok(())
 }

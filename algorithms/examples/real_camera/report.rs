@@ -1,6 +1,5 @@
-//! The page: tables, a plot, depth maps, and the numbers once more as JSON.
+//! What was found, and its files: the page, a plot, depth maps, and the numbers once more as JSON.
 
-use std::fmt::Write;
 use std::path::Path;
 
 use algorithms::field_curve::FieldCurve;
@@ -14,10 +13,9 @@ use crate::aperture::{self, Point};
 use crate::compare::Likeness;
 use crate::depths::{CLAIM_M, Found, Score};
 use crate::measure::Shift;
+use crate::noise;
+use crate::page;
 
-/// What is said whatever the numbers are.
-const INTRODUCTION: &str = include_str!("page_introduction.md");
-const LIMITS: &str = include_str!("page_limits.md");
 /// Depth pictures are this much smaller than the views: plots, not photographs.
 const SMALLER: usize = 3;
 
@@ -60,7 +58,10 @@ pub struct ApertureResult {
 pub struct DepthResult {
     pub name: String,
     pub mark: f64,
-    pub is_plane: bool,
+    /// plane, box, casual.
+    pub kind: String,
+    /// Whether the pixel was fitted on it.
+    pub fitted: bool,
     pub claimed: Score,
     pub all: Score,
     pub found: Found,
@@ -74,6 +75,10 @@ pub struct Results {
     pub captures: Vec<CaptureResult>,
     pub aperture: ApertureResult,
     pub depths: Vec<DepthResult>,
+    /// Name, and variance of the noise of the left over that of the right view by parts of the width.
+    pub noise: Vec<(String, [f64; noise::PARTS])>,
+    /// What was found and not used, and why.
+    pub left_out: Vec<String>,
 }
 
 /// Writes a curve file for `qpalgo depth`.
@@ -87,7 +92,13 @@ impl Results {
     /// Writes README.md, results.json, aperture.svg and a picture of each scene's depth.
     pub fn write(&self, out: &Path) -> Result<(), CommandError> {
         let failed = |e: &dyn std::fmt::Display| CommandError::failed(e.to_string());
-        let colours = ["#1f6fb2", "#888888"];
+        let colours = ["#1f6fb2", "#2e9e5b", "#b07cc6", "#888888"];
+        // The sharp split is the last one, whether there is an exact one or not.
+        let colour = |i: usize| match i + 1 == self.aperture.curves.len() {
+            true => colours[3],
+            false => colours[i.min(2)],
+        };
+        let colours = (0..self.aperture.curves.len()).map(colour);
         let curves: Vec<(&str, &str, &[Point])> = (self.aperture.curves.iter().zip(colours))
             .map(|((name, points), colour)| (name.as_str(), colour, points.as_slice()))
             .collect();
@@ -96,7 +107,7 @@ impl Results {
             .collect();
         let json = serde_json::to_string_pretty(&self.json()).map_err(|e| failed(&e))?;
         let mut files = vec![
-            ("README.md".to_owned(), self.page().into_bytes()),
+            ("README.md".to_owned(), page::of(self).into_bytes()),
             ("results.json".to_owned(), (json + "\n").into_bytes()),
             (
                 "aperture.svg".to_owned(),
@@ -111,104 +122,6 @@ impl Results {
             files.push((name, bytes));
         }
         file::write_folder(out, &files).map_err(|e| failed(&e))
-    }
-
-    fn page(&self) -> String {
-        let mut page = INTRODUCTION.to_owned();
-        // Writing to a String cannot fail.
-        let mut line = |text: String| {
-            let _ = writeln!(page, "{text}");
-        };
-        line("| mark | stop, mm | EFL, mm | F-number | sensor behind first vertex, mm | focus in front of it, mm |\n|---|---|---|---|---|---|".into());
-        for l in &self.lens {
-            line(format!(
-                "| F/{} | {:.3} | {:.3} | {:.3} | {:.3} | {:.3} |",
-                l.mark,
-                l.stop_semi_mm,
-                l.efl_mm,
-                l.f_number,
-                l.sensor_from_vertex_mm,
-                l.focus_from_vertex_mm
-            ));
-        }
-        line("\n## Captures simulated\n\nShift: x_L − x_R, px, one window of 256 × 256 each; in brackets the median of windows of 31 × 31 that the matcher trusts (— none).\n".into());
-        for c in &self.captures {
-            line(format!(
-                "**{} mm, F/{}**, circle of confusion {:.2} px\n\n| | PSNR, dB | SSIM | left | centre | right |\n|---|---|---|---|---|---|",
-                c.distance_mm,
-                c.mark,
-                c.coc_px.abs()
-            ));
-            line(format!("| measured | | | {} |", cells(&c.measured)));
-            for m in &c.models {
-                line(format!(
-                    "| {} | {:.2} | {:.4} | {} |",
-                    m.name,
-                    m.likeness.psnr_db,
-                    m.likeness.ssim,
-                    cells(&m.shifts)
-                ));
-            }
-            line(String::new());
-        }
-        line("## Shift against aperture\n\nShift over circle of confusion in the middle of the picture, for a point at 600 mm.\n\n![Shift over circle of confusion against the F-number](aperture.svg)\n".into());
-        let names: Vec<&str> = self.aperture.curves.iter().map(|c| c.0.as_str()).collect();
-        line(format!(
-            "| F-number | {} |\n|---|{}",
-            names.join(" | "),
-            "---|".repeat(names.len())
-        ));
-        for (i, mark) in aperture::MARKS.iter().enumerate() {
-            let parts: Vec<String> = (self.aperture.curves.iter())
-                .map(|(_, points)| format!("{:.4}", points[i].1))
-                .collect();
-            line(format!("| {mark} | {} |", parts.join(" | ")));
-        }
-        line("\n| measured | circle of confusion, px | shift, px | shift over circle |\n|---|---|---|---|".into());
-        for (name, coc, shift, (mark, part)) in &self.aperture.measured {
-            line(format!(
-                "| {name}, F/{mark} | {coc:.2} | {shift:.3} | {part:.4} |"
-            ));
-        }
-        line(format!(
-            "\n## Depth\n\nClaimed: where the estimate's own standard deviation is at most {CLAIM_M} m. MAE: mean error; accuracy: part within a factor of 1.25. Share: of the pixels whose depth is known (to 10 m).\n"
-        ));
-        line("| capture | MAE claimed, m | median, m | relative | accuracy | share claimed | MAE of all matched, m | share matched |\n|---|---|---|---|---|---|---|---|".into());
-        for d in &self.depths {
-            let (c, a) = (&d.claimed, &d.all);
-            line(format!(
-                "| {}, F/{} | {:.4} | {:.4} | {:.1} % | {:.3} | {:.1} % | {:.4} | {:.1} % |",
-                d.name,
-                d.mark,
-                c.mean_m,
-                c.median_m,
-                100.0 * c.relative,
-                c.accuracy,
-                100.0 * c.share,
-                a.mean_m,
-                100.0 * a.share
-            ));
-        }
-        for (kind, is_plane) in [("planes", true), ("scenes", false)] {
-            let of: Vec<&DepthResult> = self
-                .depths
-                .iter()
-                .filter(|d| d.is_plane == is_plane)
-                .collect();
-            if of.len() > 1 {
-                let mean = of.iter().map(|d| d.claimed.mean_m).sum::<f64>() / of.len() as f64;
-                line(format!(
-                    "| mean of {} {kind} | {mean:.4} | | | | | | |",
-                    of.len()
-                ));
-            }
-        }
-        line(String::new());
-        for d in &self.depths {
-            line(format!("![Depth of {}]({})\n", d.name, d.picture_name()));
-        }
-        line("Left: claimed depth; right: known depth; yellow is near, black is not claimed or not known; one scale, linear in 1/Z.\n".into());
-        page + LIMITS
     }
 
     fn json(&self) -> Value {
@@ -227,26 +140,15 @@ impl Results {
             })
             .collect();
         let depths: Value = (self.depths.iter())
-            .map(|d| json!({ "name": d.name, "mark": d.mark, "claimed": score(&d.claimed), "all": score(&d.all) }))
+            .map(|d| json!({ "name": d.name, "mark": d.mark, "kind": d.kind, "fitted": d.fitted, "claimed": score(&d.claimed), "all": score(&d.all) }))
             .collect();
-        json!({ "captures": captures, "aperture": { "curves": self.aperture.curves, "measured": self.aperture.measured }, "depths": depths })
+        json!({ "captures": captures, "aperture": { "curves": self.aperture.curves, "measured": self.aperture.measured }, "depths": depths, "noise_left_over_right": self.noise, "left_out": self.left_out })
     }
 }
 
-fn cells(shifts: &[Shift]) -> String {
-    let cell = |s: &Shift| {
-        let median = if s.median_px.is_nan() {
-            "—".to_owned()
-        } else {
-            format!("{:.3}", s.median_px)
-        };
-        format!("{:.3} ({median})", s.whole_px)
-    };
-    shifts.iter().map(cell).collect::<Vec<_>>().join(" | ")
-}
-
 impl DepthResult {
-    fn picture_name(&self) -> String {
+    /// File of [`Self::picture`].
+    pub fn picture_name(&self) -> String {
         let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
         format!(
             "depth-{}-f{}.png",

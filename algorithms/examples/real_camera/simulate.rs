@@ -16,7 +16,6 @@ use quadpixel::sensor::FieldGrid;
 use quadpixel::simd::SimdLevel;
 use rayon::prelude::*;
 
-use crate::camera::contrast;
 use crate::data::Views;
 use crate::measure::GREEN;
 
@@ -68,26 +67,6 @@ pub fn rendered(
     }
     let [left, right] = views;
     Ok(Views { left, right })
-}
-
-/// The views of a pixel whose halves share a part of their signal that grows off the axis: [`contrast`].
-pub fn with_crosstalk(views: &Views, camera: &Camera) -> Views {
-    let mut mixed = Views {
-        left: views.left.clone(),
-        right: views.right.clone(),
-    };
-    for y in 0..views.left.height() {
-        for x in 0..views.left.width() {
-            let c =
-                0.5 * (1.0 - contrast(camera.sensor().position_mm(x as f64, y as f64).x)) as f32;
-            for k in 0..3 {
-                let (l, r) = (views.left.pixel(x, y)[k], views.right.pixel(x, y)[k]);
-                mixed.left.pixel_mut(x, y)[k] = (1.0 - c) * l + c * r;
-                mixed.right.pixel_mut(x, y)[k] = (1.0 - c) * r + c * l;
-            }
-        }
-    }
-    mixed
 }
 
 /// Part of the light that each view gets from a white wall, over the sensor.

@@ -8,6 +8,9 @@ mod places;
 mod report;
 mod ways;
 
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use quadpixel::file;
 use quadpixel::response::{
     AngularResponse, ResponseCache, ResponseError, ShiftedPixel, ShiftedSettings,
@@ -75,11 +78,7 @@ pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
         .filter_map(|&(x, y)| sensor.place_on_nodes(x, y, step))
         .collect();
     let pixel = ShiftedPixel::new(&stack, &settings.table.model, WAVELENGTH_NM).map_err(input)?;
-    let truths: Vec<Vec<f32>> = held_out
-        .par_iter()
-        .map(|place| truth(&pixel, place))
-        .collect::<Result<_, _>>()
-        .map_err(input)?;
+    let truths = truths(&pixel, &held_out, stack.subpixels.count(), &told).map_err(input)?;
     progress.finish();
 
     let mut deviations = Vec::new();
@@ -128,12 +127,42 @@ fn nodes(table: &AngularResponse, divisor: usize) -> Result<Nodes, CommandError>
         .ok_or_else(|| CommandError::failed("the table has no such part of its shifts"))
 }
 
-/// The weights `[ray][sub-pixel]` of a place, simulated under its own lens shift.
-fn truth(pixel: &ShiftedPixel, place: &Place) -> Result<Vec<f32>, ResponseError> {
-    let mut all = Vec::new();
-    for (&u, &v) in place.u.iter().zip(&place.v) {
-        for answer in pixel.light(f64::from(u), f64::from(v), &[place.shift_um])? {
-            all.extend(answer.mean.absorbed.iter().map(|&p| p as f32));
+/// The weights `[ray][sub-pixel]` of each place, simulated under its own lens shift. Rays are directions of one grid: the shifts of all
+/// places that light of a direction reaches are asked for together.
+fn truths(
+    pixel: &ShiftedPixel,
+    places: &[Place],
+    count: usize,
+    told: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Vec<Vec<f32>>, ResponseError> {
+    let mut reached: BTreeMap<[u32; 2], Vec<(usize, usize)>> = BTreeMap::new();
+    for (k, place) in places.iter().enumerate() {
+        for (ray, (u, v)) in place.u.iter().zip(&place.v).enumerate() {
+            let direction = [u.to_bits(), v.to_bits()];
+            reached.entry(direction).or_default().push((k, ray));
+        }
+    }
+    let directions: Vec<_> = reached.into_iter().collect();
+    let done = AtomicUsize::new(0);
+    let one = |(direction, rays): &([u32; 2], Vec<(usize, usize)>)| {
+        let [u, v] = direction.map(|bits| f64::from(f32::from_bits(bits)));
+        let shifts: Vec<[f64; 2]> = rays.iter().map(|(k, _)| places[*k].shift_um).collect();
+        let answers = pixel.light(u, v, &shifts)?;
+        told(done.fetch_add(1, Ordering::Relaxed) + 1, directions.len());
+        Ok(answers)
+    };
+    let answers: Vec<_> = directions
+        .par_iter()
+        .map(one)
+        .collect::<Result<_, ResponseError>>()?;
+    let empty = |place: &Place| vec![0f32; place.u.len() * count];
+    let mut all: Vec<Vec<f32>> = places.iter().map(empty).collect();
+    for ((_, rays), answers) in directions.iter().zip(answers) {
+        for (&(k, ray), answer) in rays.iter().zip(answers) {
+            let out = &mut all[k][ray * count..][..count];
+            for (o, p) in out.iter_mut().zip(answer.mean.absorbed) {
+                *o = p as f32;
+            }
         }
     }
     Ok(all)

@@ -35,7 +35,7 @@ pub struct RcwaAnswer {
     pub p: RcwaPowers,
     /// Functions followed in silicon for one polarization (a mirror of the pixel halves them).
     pub functions: usize,
-    /// Wall clock.
+    /// Wall clock; of shifts solved together, an equal part.
     pub seconds: f64,
 }
 

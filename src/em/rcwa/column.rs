@@ -25,6 +25,11 @@ pub(super) struct Pixel {
 }
 
 impl Pixel {
+    /// ε of the lens.
+    pub fn resin(&self) -> C {
+        self.indices.lens * self.indices.lens
+    }
+
     /// Silicon and its trenches.
     fn silicon(&self) -> Grid {
         let microlenses = self.stack.microlenses_across();
@@ -69,7 +74,7 @@ pub(super) struct Column {
     passages: Vec<Matrix>,
     /// What the silicon reflects into the medium above it.
     reflection: Matrix,
-    silicon: Silicon,
+    pub silicon: Silicon,
     k0_per_um: f64,
     silicon_um: f64,
 }
@@ -77,15 +82,20 @@ pub(super) struct Column {
 impl Column {
     /// The whole pixel, up to the air.
     pub fn new(pixel: &Pixel, lattice: Lattice, sector: Sector) -> Result<Self, RcwaError> {
-        let mut column = Self::below(pixel, lattice, sector, pixel.layers().len())?;
+        let mut column = Self::below_lens(pixel, lattice, sector)?;
         let k0 = pixel.k0_per_um;
-        let lens = pixel.indices.lens * pixel.indices.lens;
-        let pedestal = k0 * pixel.slices.pedestal_um;
-        if pedestal > 0.0 {
-            column.climb(|basis, y| layers::uniform(basis, lens, pedestal, y));
-        }
         for slice in (0..pixel.slices.count()).rev() {
             column.climb(|basis, y| pixel.slices.climb(basis, slice, k0, y));
+        }
+        Ok(column)
+    }
+
+    /// All that no shift of the lens changes: silicon, layers, and resin that no lens reaches.
+    pub fn below_lens(pixel: &Pixel, lattice: Lattice, sector: Sector) -> Result<Self, RcwaError> {
+        let mut column = Self::below(pixel, lattice, sector, pixel.layers().len())?;
+        let pedestal = pixel.k0_per_um * pixel.slices.pedestal_um;
+        if pedestal > 0.0 {
+            column.climb(|basis, y| layers::uniform(basis, pixel.resin(), pedestal, y));
         }
         Ok(column)
     }
@@ -106,7 +116,7 @@ impl Column {
             true => of(settings.wall_cutoff.max(settings.lens_cutoff)),
             false => high.clone(),
         };
-        let lens = pixel.indices.lens * pixel.indices.lens;
+        let lens = pixel.resin();
         let medium = |i: usize| over.get(i).map_or(lens, |layer| layer.0);
         let silicon = Silicon::new(&low, pixel.silicon(), medium(0), pixel.silicon_cutoff)?;
         let reflection = silicon.reflection(low.len());
@@ -145,13 +155,17 @@ impl Column {
         self.silicon.functions()
     }
 
-    /// What becomes in the silicon of fields E at the top, a column each.
-    pub fn absorb(&self, e: &Matrix) -> Vec<InSilicon> {
+    /// What falls into the silicon of fields E at the top, a column each.
+    pub fn falling(&self, e: &Matrix) -> Matrix {
         let down = |e, passage: &Matrix| passage * e;
         let at_silicon = self.passages.iter().rev().fold(e.clone(), down);
         // E is that of both waves; the one that falls in is (1 + ρ)⁻¹ E.
-        let falling = solve(&plus_one(self.reflection.clone()), &at_silicon);
+        solve(&plus_one(self.reflection.clone()), &at_silicon)
+    }
+
+    /// What becomes in the silicon of fields E at the top, a column each.
+    pub fn absorb(&self, e: &Matrix) -> Vec<InSilicon> {
         self.silicon
-            .absorb(&falling, self.k0_per_um, self.silicon_um)
+            .absorb(&self.falling(e), self.k0_per_um, self.silicon_um)
     }
 }

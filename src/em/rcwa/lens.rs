@@ -30,6 +30,7 @@ use super::quadrature::gauss_legendre;
 use crate::em::PixelStack;
 
 /// The lens in slices, from the top.
+#[derive(Clone)]
 pub(super) struct LensSlices {
     /// Thickness of each in µm.
     thickness_um: Vec<f64>,
@@ -72,6 +73,14 @@ impl LensSlices {
             lenses: stack.microlenses_across() as i32,
             shift: stack.lens.shift_um.map(|s| s / p),
             resin,
+        }
+    }
+
+    /// The same lens in the middle of the pixel.
+    pub fn centred(&self) -> Self {
+        Self {
+            shift: [0.0; 2],
+            ..self.clone()
         }
     }
 

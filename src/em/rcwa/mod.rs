@@ -8,7 +8,9 @@
 //! ```
 //! `column.rs` stacks them; everything is matrices over the orders of `basis.rs`, halved by each mirror of pixel and wave. Lengths inside are
 //! in units of 1/k0; z points down; time convention e^(−iωt). One direction is one thread's. Under a mosaic of colour filters the period is 2×2
-//! microlenses (`supercell.rs`): lens and silicon stay as they are, class by class; the filters couple all.
+//! microlenses (`supercell.rs`): lens and silicon stay as they are, class by class; the filters couple all. Under many shifts of the lens
+//! (`shifts.rs`) a direction is solved once: lens (`free_lens.rs`) and what lies below it (`forms.rs`: what the photodiodes absorb) meet with other
+//! phases.
 //!
 //! # What makes it fast
 //!
@@ -21,7 +23,10 @@ mod answer;
 mod basis;
 mod checker;
 mod column;
+mod detector;
 mod error;
+mod forms;
+mod free_lens;
 mod grid;
 mod layers;
 mod lens;
@@ -30,6 +35,7 @@ mod linear;
 mod model;
 mod quadrature;
 mod settings;
+mod shifts;
 mod silicon;
 mod supercell;
 mod uniform;

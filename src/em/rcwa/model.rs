@@ -8,6 +8,7 @@ use super::column::{Column, Pixel};
 use super::error::within;
 use super::lens::LensSlices;
 use super::linear::{C, Matrix, flux, solve};
+use super::shifts;
 use super::silicon::InSilicon;
 use super::supercell;
 use super::uniform::Uniform;
@@ -42,12 +43,16 @@ impl RcwaModel {
         check_walls(stack)?;
         // Two components for every order in a circle, in silicon parted into classes.
         let functions = |cutoff: f64| 2.0 * PI * (cutoff / step).powi(2);
-        let silicon_cutoff = indices.silicon.re + settings.silicon_margin * step_of_microlens;
-        let in_class = functions(silicon_cutoff) / stack.photodiodes() as f64;
         let above = match stack.metal {
             Some(_) => settings.wall_cutoff.max(settings.lens_cutoff),
             None => settings.lens_cutoff,
         };
+        // Without trenches silicon couples no orders: those that come down are all.
+        let silicon_cutoff = match stack.trench_um > 0.0 {
+            true => indices.silicon.re + settings.silicon_margin * step_of_microlens,
+            false => above,
+        };
+        let in_class = functions(silicon_cutoff) / stack.photodiodes() as f64;
         for (field, functions) in [
             ("functions of a class in silicon (pitch, orders)", in_class),
             (
@@ -93,6 +98,40 @@ impl RcwaModel {
             functions,
             seconds: began.elapsed().as_secs_f64(),
         })
+    }
+
+    /// [`Self::solve`] for each of several lens shifts (µm) in place of the stack's own. Silicon, layers and lens are solved once for
+    /// all; no mirror is used, so fewer than four shifts of a direction in a plane of symmetry are better solved one by one. Not for mosaics.
+    pub fn solve_shifts(
+        &self,
+        u: f64,
+        v: f64,
+        shifts_um: &[[f64; 2]],
+    ) -> Result<Vec<RcwaAnswer>, RcwaError> {
+        let began = Instant::now();
+        within("sine of the angle of incidence", u.hypot(v), 0.0, STEEPEST)?;
+        if self.0.stack.mosaic.is_some() {
+            return Err(RcwaError::Value {
+                field: "mosaic",
+                value: "of several colours".into(),
+                allowed: "none for many lens shifts at once".into(),
+            });
+        }
+        let (bloch, step) = ([u, v], self.0.step);
+        let pitches: Vec<[f64; 2]> = shifts_um
+            .iter()
+            .map(|s| s.map(|s| s / self.0.stack.pitch_um))
+            .collect();
+        let lattice = Lattice { bloch, step };
+        let (all, functions) = shifts::light(&self.0, lattice, incident(bloch), &pitches)?;
+        let seconds = began.elapsed().as_secs_f64() / shifts_um.len().max(1) as f64;
+        let answer = |[s, p]: [RcwaPowers; 2]| RcwaAnswer {
+            s,
+            p,
+            functions,
+            seconds,
+        };
+        Ok(all.into_iter().map(answer).collect())
     }
 
     /// Powers of incident waves (E_x, E_y of order 0) of a sector, and the functions followed in silicon.

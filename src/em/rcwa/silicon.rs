@@ -8,28 +8,30 @@ use faer::linalg::solvers::{PartialPivLu, Solve};
 
 use super::RcwaError;
 use super::basis::{Basis, Class, Order, places};
+use super::detector::Detector;
 use super::grid::{Grid, Modes, Operators};
 use super::linear::{C, Matrix, flux, scale_rows};
 use super::quadrature::gauss_legendre;
 use super::uniform::Uniform;
 
 /// Modes of one class.
-struct Block {
+pub(super) struct Block {
+    pub class: Class,
     basis: Basis,
     operators: Operators,
-    modes: Modes,
+    pub modes: Modes,
     above: Uniform,
     matching: PartialPivLu<C>,
     /// Where functions of the field above stand in this block: (there, here).
-    shared: Vec<(usize, usize)>,
+    pub shared: Vec<(usize, usize)>,
 }
 
 /// Silicon, ready to be lit.
 pub(super) struct Silicon {
-    blocks: Vec<Block>,
-    grid: Grid,
+    pub blocks: Vec<Block>,
+    pub grid: Grid,
     /// All classes together.
-    whole: Basis,
+    pub whole: Basis,
 }
 
 /// Powers in silicon, in units of Re E†h.
@@ -61,6 +63,7 @@ impl Silicon {
             let places = low.places_in(&basis).into_iter().enumerate();
             let shared = places.filter_map(|(i, p)| Some((i, p?))).collect();
             blocks.push(Block {
+                class,
                 basis,
                 operators,
                 modes,
@@ -85,10 +88,7 @@ impl Silicon {
     pub fn reflection(&self, n: usize) -> Matrix {
         let mut out = Matrix::zeros(n, n);
         for block in &self.blocks {
-            let mut a = Matrix::zeros(block.basis.len(), block.shared.len());
-            for (j, (_, here)) in block.shared.iter().enumerate() {
-                a[(*here, j)] = C::ONE;
-            }
+            let a = block.of_each_shared();
             let e = &block.modes.w * block.amplitudes(&a);
             for (j, (column, _)) in block.shared.iter().enumerate() {
                 for (row, here) in &block.shared {
@@ -125,11 +125,11 @@ impl Silicon {
             };
             self.blocks.iter().zip(&amplitudes).map(of).sum()
         };
-        let detector = Detector::new(self, &z);
+        let detector = Detector::new(self);
         (0..down.ncols())
             .map(|j| {
                 let (entering, leaving) = (flux_at(0.0, j), flux_at(depth, j));
-                let absorbed = detector.absorbed(self, &amplitudes, j);
+                let absorbed = detector.absorbed(self, &amplitudes, &z, j);
                 let trenches = match self.grid.outside.im > 0.0 {
                     true => entering - leaving - absorbed.iter().sum::<f64>(),
                     false => 0.0,
@@ -146,29 +146,42 @@ impl Silicon {
 }
 
 impl Block {
+    /// a of each function shared with the field above, a column each.
+    pub fn of_each_shared(&self) -> Matrix {
+        let mut a = Matrix::zeros(self.basis.len(), self.shared.len());
+        for (j, (_, here)) in self.shared.iter().enumerate() {
+            a[(*here, j)] = C::ONE;
+        }
+        a
+    }
+
     /// c of a.
-    fn amplitudes(&self, a: &Matrix) -> Matrix {
+    pub fn amplitudes(&self, a: &Matrix) -> Matrix {
         let twice = self.above.times(a) * faer::Scale(C::from(2.0));
         self.matching.solve(&twice)
     }
 
     /// E_x, E_y, E_z at depths, a column each, of amplitudes `c` column `j`.
-    fn fields(&self, c: &Matrix, j: usize, depths: &[(f64, f64)]) -> [Matrix; 3] {
+    pub fn fields(&self, c: &Matrix, j: usize, depths: &[(f64, f64)]) -> [Matrix; 3] {
         let mut modal = Matrix::zeros(c.nrows(), depths.len());
         for (p, (depth, _)) in depths.iter().enumerate() {
             for (i, phase) in self.modes.phases(*depth).into_iter().enumerate() {
                 modal[(i, p)] = c[(i, j)] * phase;
             }
         }
-        let (e, h) = (&self.modes.w * &modal, &self.modes.v * &modal);
+        self.components(&(&self.modes.w * &modal), &(&self.modes.v * &modal))
+    }
+
+    /// E_x, E_y, E_z of tangential fields E and h, a column each.
+    pub fn components(&self, e: &Matrix, h: &Matrix) -> [Matrix; 3] {
         let nx = self.basis.x.len();
         // E_z = −η (k_x h_x + k_y h_y).
         let z = places(&self.basis.z);
-        let mut d = Matrix::zeros(self.basis.z.len(), depths.len());
+        let mut d = Matrix::zeros(self.basis.z.len(), h.ncols());
         let x = self.basis.x.iter().map(|o| (o, 0));
         for (i, (o, axis)) in x.chain(self.basis.y.iter().map(|o| (o, 1))).enumerate() {
             if let Some(k) = z.get(&o.n) {
-                for p in 0..depths.len() {
+                for p in 0..h.ncols() {
                     d[(*k, p)] -= h[(i, p)] * o.k[axis];
                 }
             }
@@ -180,95 +193,8 @@ impl Block {
         ]
     }
 
-    fn orders(&self, component: usize) -> &[Order] {
+    /// The functions of E_x, E_y or E_z.
+    pub fn orders(&self, component: usize) -> &[Order] {
         [&self.basis.x, &self.basis.y, &self.basis.z][component]
-    }
-}
-
-/// Integrates Im ε |E|² over the photodiodes: Gauss nodes in every one of them.
-struct Detector<'a> {
-    depths: &'a [(f64, f64)],
-    /// Numbers of the orders along each axis, by component.
-    orders: [[Vec<i32>; 2]; 3],
-    /// From orders to nodes, by component and axis.
-    synthesis: [[Matrix; 2]; 3],
-    /// Photodiode along the axis, and weight in periods, of each node.
-    nodes: [Vec<(usize, f64)>; 2],
-}
-
-impl<'a> Detector<'a> {
-    fn new(silicon: &Silicon, depths: &'a [(f64, f64)]) -> Self {
-        let Silicon { grid, whole, .. } = silicon;
-        let lattice = whole.lattice;
-        let period = 2.0 * std::f64::consts::PI / lattice.step;
-        let places = [0, 1].map(|axis| {
-            let m = grid.parts[axis];
-            let side = (1.0 / f64::from(m) - grid.wall) * period;
-            let count = (0.5 * whole.cutoff * side) as usize + 8;
-            (0..m)
-                .flat_map(|i| {
-                    let middle = ((f64::from(i) + 0.5) / f64::from(m) - grid.border) * period;
-                    let nodes = gauss_legendre(count, middle - 0.5 * side, middle + 0.5 * side);
-                    nodes.into_iter().map(move |(x, w)| (i as usize, x, w))
-                })
-                .collect::<Vec<_>>()
-        });
-        let parities = whole.parities();
-        let orders = parities.map(|both| [0, 1].map(|axis| whole.axis(axis, both[axis])));
-        let synthesis = [0, 1, 2].map(|component| {
-            [0, 1].map(|axis| {
-                let (parity, n) = (parities[component][axis], &orders[component][axis]);
-                let wave = Matrix::from_fn(places[axis].len(), n.len(), |i, j| {
-                    parity.value(n[j], lattice.k(axis, n[j]), places[axis][i].1)
-                });
-                if axis == component {
-                    // Across the walls it is ε E that has no jump and a good series.
-                    let d = grid.inverse_rule(axis, parity, n);
-                    (&wave * &d) * faer::Scale(grid.inside.inv())
-                } else {
-                    wave
-                }
-            })
-        });
-        Self {
-            depths,
-            orders,
-            synthesis,
-            nodes: places.map(|p| p.into_iter().map(|(i, _, w)| (i, w / period)).collect()),
-        }
-    }
-
-    fn absorbed(&self, silicon: &Silicon, amplitudes: &[Matrix], j: usize) -> Vec<f64> {
-        let [columns, rows] = silicon.grid.parts.map(|m| m as usize);
-        let mut out = vec![0.0; columns * rows];
-        let mut fields: [Vec<Matrix>; 3] = [0, 1, 2].map(|component| {
-            let [x, y] = &self.orders[component];
-            vec![Matrix::zeros(x.len(), y.len()); self.depths.len()]
-        });
-        for (block, c) in silicon.blocks.iter().zip(amplitudes) {
-            for (component, f) in block.fields(c, j, self.depths).iter().enumerate() {
-                let [x0, y0] =
-                    [0, 1].map(|axis| self.orders[component][axis].first().map_or(0, |n| *n));
-                for (i, o) in block.orders(component).iter().enumerate() {
-                    let at = ((o.n[0] - x0) as usize, (o.n[1] - y0) as usize);
-                    for (p, plane) in fields[component].iter_mut().enumerate() {
-                        plane[at] = f[(i, p)];
-                    }
-                }
-            }
-        }
-        for (component, planes) in fields.iter().enumerate() {
-            let [x, y] = &self.synthesis[component];
-            for (plane, (_, weight)) in planes.iter().zip(self.depths) {
-                let e = (x * plane) * y.transpose();
-                for (q, (row, wy)) in self.nodes[1].iter().enumerate() {
-                    for (p, (column, wx)) in self.nodes[0].iter().enumerate() {
-                        out[row * columns + column] += weight * wx * wy * e[(p, q)].norm_sqr();
-                    }
-                }
-            }
-        }
-        let loss = silicon.grid.inside.im;
-        out.iter().map(|p| p * loss).collect()
     }
 }

@@ -16,7 +16,7 @@ const PUPIL_KEY: u64 = 0x9091;
 
 /// What one group of rays (a sub-pixel's, or all) sees, per unit weight.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Centroid {
+pub(crate) struct Centroid {
     /// ∫ P cos θ dω, sr.
     pub weight: f64,
     /// ∫ cos θ dω over the rays that pass, sr: what arrives, absorbed or not. Counted for all rays together only.
@@ -133,7 +133,7 @@ impl Bundle {
 
 /// Centroids of each sub-pixel's rays, and of all together, from the sensor position `xy_mm`, at a channel's wavelengths.
 /// `None` where no light passes.
-pub(super) fn centroids(
+pub(crate) fn centroids(
     camera: &Camera,
     channel: usize,
     xy_mm: DVec2,

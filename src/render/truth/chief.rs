@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::WhiteField;
 use crate::image::Image;
-use crate::lens::{RayBatch, SimdLevel, chief_ray};
+use crate::lens::{RayBatch, SimdLevel};
 use crate::render::Camera;
 use crate::render::RenderSettings;
 use crate::render::estimator::pixel_origin_mm;
@@ -17,7 +17,6 @@ use crate::sampling::hash;
 use crate::scene::world::PathKey;
 use crate::scene::{Hits, NO_SURFACE, RaySlices, Scene};
 use crate::sensor::FieldGrid;
-use crate::spectrum::ChannelWavelengths;
 
 /// Places along each side of the pixel at which the target is sampled.
 const TARGET_SIDE: usize = 4;
@@ -53,19 +52,18 @@ impl ChiefRays {
             FieldGrid::nodes_for(sensor.width()),
             FieldGrid::nodes_for(sensor.height()),
         );
-        let system = camera.system(ChannelWavelengths::REFERENCE);
         let data = (0..size.0 * size.1)
             .into_par_iter()
             .flat_map_iter(|k| {
                 let p = FieldGrid::node_mm(window, size, (k % size.0, k / size.0));
-                let slope = match (chief_ray(system, p.x, p.y), camera.pupil_at(p)) {
-                    (Ok(ray), _) => ray.direction.truncate() / ray.direction.z,
-                    (Err(_), Some(pupil)) => {
+                let slope = match (camera.chief_slope(p), camera.pupil_at(p)) {
+                    (Some(slope), _) => slope,
+                    (None, Some(pupil)) => {
                         let e = pupil.centre_mm
-                            - crate::frames::camera_from_sensor_mm(p, system.sensor_z_mm);
+                            - crate::frames::camera_from_sensor_mm(p, camera.sensor_z_mm());
                         e.truncate() / e.z
                     }
-                    (Err(_), None) => DVec2::NAN,
+                    (None, None) => DVec2::NAN,
                 };
                 [slope.x, slope.y]
             })

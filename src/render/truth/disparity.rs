@@ -180,7 +180,7 @@ fn jacobian(camera: &Camera, channel: usize, p: DVec2, samples: &SobolSet) -> Op
     Some([DMat2::from_cols(x0, y0), DMat2::from_cols(x1, y1)])
 }
 
-/// [`jacobian`] for other modules of the truth, with the rays that the disparity's has.
-pub(super) fn jacobian_at(camera: &Camera, channel: usize, p: DVec2) -> Option<[DMat2; 2]> {
+/// [`jacobian`] for others, with the rays that the disparity's has.
+pub(crate) fn jacobian_at(camera: &Camera, channel: usize, p: DVec2) -> Option<[DMat2; 2]> {
     jacobian(camera, channel, p, &SobolSet::new(JACOBIAN_RAYS))
 }

@@ -15,3 +15,7 @@ pub use defocus::Defocus;
 pub use disparity::{DisparityField, DisparityMaps};
 pub use receptive::{ReceptiveField, TextureSpectrum};
 pub use white::WhiteField;
+
+pub(crate) use bundle::{Centroid, centroids};
+pub(crate) use disparity::jacobian_at;
+pub(crate) use white::white_sum_sr;

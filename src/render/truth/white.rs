@@ -104,3 +104,9 @@ impl WhiteField {
         self.middle_sr()[ChannelWavelengths::REFERENCE]
     }
 }
+
+/// The sum over sub-pixels that a white wall gives at a sensor position, reference channel, sr; 0 where it is dark.
+pub(crate) fn white_sum_sr(camera: &Camera, xy_mm: DVec2) -> f64 {
+    let samples = SobolSet::new(RAYS);
+    centroids(camera, ChannelWavelengths::REFERENCE, xy_mm, &samples).map_or(0.0, |c| c.1.weight)
+}

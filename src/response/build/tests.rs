@@ -51,8 +51,7 @@ fn answer(run: &Run, plan: &Plan) -> Answer {
 }
 
 fn built(plan: &Plan, stack: &PixelStack, simulated: Simulated) -> BuiltTable {
-    let frame = moving_frame(stack, &settings()).unwrap();
-    plan.table(stack, &settings(), frame, simulated).unwrap()
+    plan.table(stack, &settings(), simulated).unwrap()
 }
 
 #[test]

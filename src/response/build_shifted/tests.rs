@@ -57,7 +57,7 @@ fn asked<'a>(
 
 #[test]
 fn symmetry_fills_every_shift_and_direction_from_an_octant() {
-    let plan = ShiftedPlan::new(&stack(), &settings()).unwrap();
+    let plan = ShiftedPlan::new(&stack(), &settings(), Shard::WHOLE).unwrap();
     let runs = Mutex::new(Vec::new());
     let (values, mut report) = plan
         .simulate(None, &|_, _| (), &asked(&plan, &runs, usize::MAX))
@@ -98,7 +98,7 @@ fn symmetry_fills_every_shift_and_direction_from_an_octant() {
 
 #[test]
 fn a_build_stopped_in_the_middle_goes_on_and_ends_with_the_same_bits() {
-    let plan = ShiftedPlan::new(&stack(), &settings()).unwrap();
+    let plan = ShiftedPlan::new(&stack(), &settings(), Shard::WHOLE).unwrap();
     let none = Mutex::new(Vec::new());
     let (whole, _) = plan
         .simulate(None, &|_, _| (), &asked(&plan, &none, usize::MAX))

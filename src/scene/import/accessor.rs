@@ -96,7 +96,17 @@ impl Buffers<'_> {
         Ok((part, view))
     }
 
-    /// The elements of an accessor of N components each (SCALAR 1, VEC2 2, VEC3 3).
+    /// Colours with alpha, from RGB or RGBA.
+    pub fn colours(&self, index: usize) -> Result<Vec<[f64; 4]>, String> {
+        let shape = self.document.accessors.get(index).map(|a| a.shape.as_str());
+        if shape == Some("VEC4") {
+            return self.read::<4>(index);
+        }
+        let opaque = |[r, g, b]: [f64; 3]| [r, g, b, 1.0];
+        Ok(self.read::<3>(index)?.into_iter().map(opaque).collect())
+    }
+
+    /// The elements of an accessor of N components each (SCALAR 1, VEC2 2, VEC3 3, VEC4 4, MAT4 16: of 4-byte components, whose columns have no gaps).
     pub fn read<const N: usize>(&self, index: usize) -> Result<Vec<[f64; N]>, String> {
         let accessors = &self.document.accessors;
         let accessor = accessors.get(index).ok_or_else(|| {
@@ -113,7 +123,9 @@ impl Buffers<'_> {
         let shape = match N {
             1 => "SCALAR",
             2 => "VEC2",
-            _ => "VEC3",
+            3 => "VEC3",
+            4 => "VEC4",
+            _ => "MAT4",
         };
         if accessor.shape != shape {
             return Err(format!("type is {}; allowed here: {shape}", accessor.shape));

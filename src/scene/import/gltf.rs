@@ -2,18 +2,20 @@
 //!
 //! Extensions: `KHR_lights_punctual`, `KHR_materials_transmission`, `_ior`, `_emissive_strength`, `_volume` (its thickness decides
 //! whether a body is solid), `KHR_texture_transform`, `KHR_mesh_quantization`. A file that requires another one (such as a
-//! compression) is refused. Animation, skins and morph targets stay in their rest pose.
+//! compression) is refused. Skins stand as their joints do in the file, morph targets have their default weights; animations are not played.
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 
 use super::accessor::Buffers;
 use super::container::{buffers, chunks};
 use super::folder::Folder;
+use super::gltf_light::light;
 use super::gltf_material::Materials;
 use super::json::{Document, Node};
 use super::primitive::primitive_mesh;
+use super::skin::Pose;
 use super::{FileCamera, Imported, MAX_INSTANCES, MAX_TRIANGLES, Warnings};
-use crate::scene::world::{Instance, Light, WorldDescription};
+use crate::scene::world::{Instance, WorldDescription};
 
 /// Place in the file, and what is wrong there.
 pub(super) type Broken = (String, String);
@@ -63,6 +65,7 @@ pub(super) fn read(bytes: &[u8], folder: &Folder, unit_mm: f64) -> Result<Import
             warnings: Warnings::default(),
         },
         parts: vec![None; document.meshes.len()],
+        file_from_node: vec![None; document.nodes.len()],
         triangles: 0,
         objects: 0,
     };
@@ -78,6 +81,8 @@ struct Reader<'a> {
     imported: Imported,
     /// Of each mesh of the file, the meshes of the world that its primitives became, once read.
     parts: Vec<Option<Vec<usize>>>,
+    /// Places of the nodes that the scene reaches.
+    file_from_node: Vec<Option<DAffine3>>,
     triangles: usize,
     objects: usize,
 }
@@ -104,7 +109,7 @@ impl Reader<'_> {
                 return Err(("scene".into(), what));
             }
         };
-        let mut seen = vec![false; document.nodes.len()];
+        let mut order = Vec::new();
         let mut stack: Vec<_> = roots
             .into_iter()
             .rev()
@@ -116,33 +121,27 @@ impl Reader<'_> {
                 .nodes
                 .get(index)
                 .ok_or_else(|| at("does not exist"))?;
-            if std::mem::replace(&mut seen[index], true) {
+            let file_from_node = file_from_parent * transform(node);
+            if self.file_from_node[index].replace(file_from_node).is_some() {
                 return Err(at("is reached twice; the nodes must be trees"));
             }
-            let file_from_node = file_from_parent * transform(node);
             if !file_from_node.is_finite() {
                 return Err(at("has a transform that is not finite"));
             }
-            self.node(index, node, file_from_node)?;
+            order.push((index, node, file_from_node));
             stack.extend(node.children.iter().rev().map(|&c| (c, file_from_node)));
         }
-        Ok(())
+        // Joints may stand anywhere in the scene, so all places are known first.
+        order
+            .into_iter()
+            .try_for_each(|(index, node, place)| self.node(index, node, place))
     }
 
     fn node(&mut self, index: usize, node: &Node, place: DAffine3) -> Result<(), Broken> {
         let at = |what: String| (format!("nodes[{index}]"), what);
         let document = self.buffers.document;
         if let Some(mesh) = node.mesh {
-            if place.matrix3.determinant() == 0.0 {
-                let what = "meshes scaled to nothing: left out";
-                self.imported.warnings.count(what, 1);
-            } else {
-                self.place(mesh, place).map_err(at)?;
-            }
-            let what = "skinned meshes: shown in their rest pose";
-            self.imported
-                .warnings
-                .count(what, u64::from(node.skin.is_some()));
+            self.place(mesh, node, place).map_err(at)?;
         }
         // Cameras and lights have a place and a direction; scale is none of theirs.
         let rigid =
@@ -171,19 +170,42 @@ impl Reader<'_> {
     }
 
     /// One instance of each primitive; together they are one object.
-    fn place(&mut self, mesh: usize, camera_from_mesh: DAffine3) -> Result<(), String> {
-        if self.parts.get(mesh).is_none() {
-            return Err(format!(
-                "mesh {mesh} does not exist; there are {}",
-                self.parts.len()
-            ));
+    fn place(&mut self, mesh: usize, node: &Node, place: DAffine3) -> Result<(), String> {
+        let document = self.buffers.document;
+        if mesh >= self.parts.len() {
+            let n = self.parts.len();
+            return Err(format!("mesh {mesh} does not exist; there are {n}"));
         }
-        let parts = match &self.parts[mesh] {
-            Some(parts) => parts.clone(),
-            None => {
-                let parts = self.mesh(mesh)?;
+        let pose = match node.skin {
+            Some(index) => {
+                let skin = document.skins.get(index).ok_or_else(|| {
+                    let n = document.skins.len();
+                    format!("skin {index} does not exist; there are {n}")
+                })?;
+                let warnings = &mut self.imported.warnings;
+                Pose::new(self.buffers, skin, &self.file_from_node, warnings)
+                    .map_err(|what| format!("skins[{index}]: {what}"))?
+            }
+            None => None,
+        };
+        if pose.is_none() && place.matrix3.determinant() == 0.0 {
+            let what = "meshes scaled to nothing: left out";
+            self.imported.warnings.count(what, 1);
+            return Ok(());
+        }
+        let shared = self.parts[mesh].clone();
+        let (parts, camera_from_mesh) = match (pose, &node.weights, shared) {
+            (Some(pose), ..) => {
+                // Its vertices are in the file's frame already.
+                let parts = self.mesh(mesh, node, Some((&pose, place)))?;
+                (parts, DAffine3::IDENTITY)
+            }
+            (None, Some(_), _) => (self.mesh(mesh, node, None)?, place),
+            (None, None, Some(parts)) => (parts, place),
+            (None, None, None) => {
+                let parts = self.mesh(mesh, node, None)?;
                 self.parts[mesh] = Some(parts.clone());
-                parts
+                (parts, place)
             }
         };
         let world = &mut self.imported.world;
@@ -207,18 +229,21 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The primitives of a mesh as meshes of the world.
-    fn mesh(&mut self, index: usize) -> Result<Vec<usize>, String> {
+    /// The primitives of a mesh as meshes of the world, as a node wears them: with its weights of morph targets, in a pose.
+    fn mesh(
+        &mut self,
+        index: usize,
+        node: &Node,
+        pose: Option<(&Pose, DAffine3)>,
+    ) -> Result<Vec<usize>, String> {
         let mesh = &self.buffers.document.meshes[index];
+        let weights = node.weights.as_ref().unwrap_or(&mesh.weights);
         let mut parts = Vec::new();
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             let at = |what: String| format!("meshes[{index}].primitives[{number}]: {what}");
             let warnings = &mut self.imported.warnings;
-            let morphs = u64::from(!primitive.targets.is_empty());
-            warnings.count("morph targets: shown in their rest pose", morphs);
-            let colours = u64::from(primitive.attributes.colour.is_some());
-            warnings.count("vertex colours: left out", colours);
-            let Some(mut raw) = primitive_mesh(self.buffers, primitive).map_err(at)? else {
+            let raw = primitive_mesh(self.buffers, primitive, weights, warnings).map_err(at)?;
+            let Some(mut raw) = raw else {
                 warnings.count(
                     "primitives that are points, lines or without positions: left out",
                     1,
@@ -226,6 +251,11 @@ impl Reader<'_> {
                 continue;
             };
             raw.clean(warnings);
+            if let Some((pose, place)) = pose {
+                pose.apply(self.buffers, primitive, place, &mut raw, warnings)
+                    .map_err(at)?;
+                raw.clean(warnings);
+            }
             self.triangles += raw.triangles.len();
             if self.triangles > MAX_TRIANGLES {
                 return Err(at(format!("more than {MAX_TRIANGLES} triangles")));
@@ -250,50 +280,18 @@ impl Reader<'_> {
 
     fn light(&mut self, index: usize, place: Option<DAffine3>) -> Result<(), String> {
         let lights = &self.buffers.document.extensions.lights.lights;
-        let light = lights
+        let json = lights
             .get(index)
             .ok_or_else(|| format!("light {index} does not exist; there are {}", lights.len()))?;
+        let warnings = &mut self.imported.warnings;
         let Some(place) = place else {
-            self.imported
-                .warnings
-                .count("lights without a direction: left out", 1);
+            warnings.count("lights without a direction: left out", 1);
             return Ok(());
         };
-        let strength = light.color.map(|c| (c * light.intensity).max(0.0) as f32);
-        let (position_mm, direction) = (place.translation, -place.matrix3.z_axis);
-        let light = match light.kind.as_str() {
-            "directional" => Light::Sun {
-                direction,
-                irradiance: strength,
-                half_angle_deg: 0.0,
-            },
-            "point" => Light::Point {
-                position_mm,
-                intensity_m2: strength,
-            },
-            "spot" => {
-                let spot = light.spot.as_ref();
-                let outer = spot
-                    .and_then(|s| s.outer_cone_angle)
-                    .unwrap_or(std::f64::consts::FRAC_PI_4);
-                let outer_deg = outer.to_degrees().clamp(0.01, 90.0);
-                let inner = spot.and_then(|s| s.inner_cone_angle).unwrap_or(0.0);
-                Light::Spot {
-                    position_mm,
-                    direction,
-                    intensity_m2: strength,
-                    inner_deg: inner.to_degrees().clamp(0.0, 0.999 * outer_deg),
-                    outer_deg,
-                }
-            }
-            _ => {
-                self.imported
-                    .warnings
-                    .count("lights of an unknown type: left out", 1);
-                return Ok(());
-            }
-        };
-        self.imported.world.lights.push(light);
+        match light(json, place) {
+            Some(light) => self.imported.world.lights.push(light),
+            None => warnings.count("lights of an unknown type: left out", 1),
+        }
         Ok(())
     }
 }

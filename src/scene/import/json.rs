@@ -16,6 +16,7 @@ pub(super) struct Document {
     pub scenes: Vec<SceneNodes>,
     pub nodes: Vec<Node>,
     pub meshes: Vec<Mesh>,
+    pub skins: Vec<Skin>,
     pub accessors: Vec<Accessor>,
     pub buffer_views: Vec<BufferView>,
     pub buffers: Vec<Buffer>,
@@ -83,6 +84,8 @@ pub(super) struct Node {
     pub mesh: Option<Index>,
     pub camera: Option<Index>,
     pub skin: Option<Index>,
+    /// Of the mesh's morph targets, in the place of its own.
+    pub weights: Option<Vec<f64>>,
     pub extensions: NodeExtensions,
 }
 
@@ -103,6 +106,14 @@ pub(super) struct NodeLight {
 pub(super) struct Mesh {
     pub name: Option<String>,
     pub primitives: Vec<Primitive>,
+    pub weights: Vec<f64>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Skin {
+    pub joints: Vec<Index>,
+    pub inverse_bind_matrices: Option<Index>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -112,12 +123,34 @@ pub(super) struct Primitive {
     pub indices: Option<Index>,
     pub material: Option<Index>,
     pub mode: Option<u32>,
-    pub targets: Vec<serde::de::IgnoredAny>,
+    pub targets: Vec<Target>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct Attributes {
+    #[serde(rename = "POSITION")]
+    pub position: Option<Index>,
+    #[serde(rename = "NORMAL")]
+    pub normal: Option<Index>,
+    #[serde(rename = "TEXCOORD_0")]
+    pub uv: Option<Index>,
+    #[serde(rename = "COLOR_0")]
+    pub colour: Option<Index>,
+    #[serde(rename = "JOINTS_0")]
+    pub joints: Option<Index>,
+    #[serde(rename = "WEIGHTS_0")]
+    pub weights: Option<Index>,
+    #[serde(rename = "JOINTS_1")]
+    pub more_joints: Option<Index>,
+    #[serde(rename = "WEIGHTS_1")]
+    pub more_weights: Option<Index>,
+}
+
+/// What a morph target adds to.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Target {
     #[serde(rename = "POSITION")]
     pub position: Option<Index>,
     #[serde(rename = "NORMAL")]

@@ -12,6 +12,7 @@ mod accessor;
 mod container;
 mod folder;
 mod gltf;
+mod gltf_light;
 mod gltf_material;
 mod json;
 mod obj;
@@ -21,6 +22,7 @@ mod picture;
 mod placing;
 mod primitive;
 mod raw;
+mod skin;
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -12,12 +12,14 @@ use crate::scene::world::{MaterialIndices, TriangleMesh};
 /// Farthest coordinate accepted, units of the file.
 const FARTHEST: f64 = 1e9;
 
-/// Corners and triangles; the vectors of normals and texture coordinates are empty or as long as the positions.
+/// Corners and triangles; the vectors of normals, texture coordinates and colours are empty or as long as the positions.
 #[derive(Clone, Debug, Default)]
 pub(super) struct RawMesh {
     pub positions: Vec<DVec3>,
     pub normals: Vec<DVec3>,
     pub uvs: Vec<DVec2>,
+    /// Linear RGB and alpha.
+    pub colours: Vec<[f64; 4]>,
     pub triangles: Vec<[u32; 3]>,
 }
 
@@ -25,22 +27,16 @@ impl RawMesh {
     /// Drops what cannot be rendered; `warnings` counts it.
     pub fn clean(&mut self, warnings: &mut Warnings) {
         let n = self.positions.len();
-        if self.normals.len() != n {
-            if !self.normals.is_empty() {
-                warnings.count(
-                    "normals that do not match the vertices in number: left out",
-                    1,
-                );
-            }
-            self.normals.clear();
-        }
-        if self.uvs.len() != n {
-            if !self.uvs.is_empty() {
-                let what = "texture coordinates that do not match the vertices in number: left out";
+        fn as_many<T>(list: &mut Vec<T>, n: usize, what: &str, warnings: &mut Warnings) {
+            if list.len() != n && !list.is_empty() {
+                let what = format!("{what} that do not match the vertices in number: left out");
                 warnings.count(what, 1);
+                list.clear();
             }
-            self.uvs.clear();
         }
+        as_many(&mut self.normals, n, "normals", warnings);
+        as_many(&mut self.uvs, n, "texture coordinates", warnings);
+        as_many(&mut self.colours, n, "vertex colours", warnings);
         let good = |p: &DVec3| p.is_finite() && p.abs().max_element() <= FARTHEST;
         let (mut beyond, mut not_finite) = (0, 0);
         let positions = &self.positions;
@@ -68,12 +64,15 @@ impl RawMesh {
     /// The mesh as the world has it.
     pub fn into_mesh(self, name: String, material: usize) -> TriangleMesh {
         let corners = |v: Vec<DVec3>| v.into_iter().map(|p| p.as_vec3().to_array()).collect();
+        let colours = self.colours.iter().map(|c| c.map(|x| x as f32));
+        let colours: Vec<[f32; 4]> = colours.collect();
         let uvs: Vec<[f32; 2]> = self.uvs.iter().map(|uv| uv.as_vec2().to_array()).collect();
         TriangleMesh {
             name,
             positions_mm: corners(self.positions),
             normals: (!self.normals.is_empty()).then(|| corners(self.normals)),
             uvs: (!uvs.is_empty()).then_some(uvs),
+            colours: (!colours.is_empty()).then_some(colours),
             triangles: self.triangles,
             materials: MaterialIndices::Mesh(material),
         }
@@ -98,6 +97,7 @@ mod tests {
             ],
             normals: vec![DVec3::Z; 4],
             uvs: Vec::new(),
+            colours: vec![[1.0; 4]; 5],
             triangles: vec![[0, 1, 2], [0, 1, 9], [0, 1, 3], [0, 1, 4]],
         };
         let mut warnings = Warnings::default();

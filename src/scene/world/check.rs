@@ -32,6 +32,8 @@ pub struct WorldWarnings {
     pub bad_normals: usize,
     /// Texture coordinates that are not finite: 0 serves instead.
     pub bad_uvs: usize,
+    /// Vertex colours that are not within 0 and 1: the nearest that is, 1 for what is no number.
+    pub bad_colours: usize,
     /// Instances that are squeezed flat, left out.
     pub flat_instances: usize,
 }
@@ -53,6 +55,7 @@ impl WorldWarnings {
                 "zero or non-finite vertex normals: flat there",
             ),
             (self.bad_uvs, "non-finite texture coordinates set to 0"),
+            (self.bad_colours, "vertex colours brought into 0 to 1"),
             (
                 self.flat_instances,
                 "instances squeezed flat by their transform left out",
@@ -184,6 +187,7 @@ fn check_mesh(place: &Place, mesh: &TriangleMesh, materials: usize) -> Result<()
     };
     as_many("normals", mesh.normals.as_ref().map(Vec::len))?;
     as_many("uvs", mesh.uvs.as_ref().map(Vec::len))?;
+    as_many("colours", mesh.colours.as_ref().map(Vec::len))?;
     for corner in mesh.triangles.iter().flatten() {
         place.index("vertex index of a triangle", *corner as usize, vertices)?;
     }

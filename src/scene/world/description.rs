@@ -41,6 +41,8 @@ pub struct TriangleMesh {
     pub normals: Option<Vec<[f32; 3]>>,
     /// A texture coordinate a vertex: u to the right, v **down**, one picture in 0..1 (as in glTF; OBJ's v runs up).
     pub uvs: Option<Vec<[f32; 2]>>,
+    /// A linear colour and alpha a vertex, factors of those of the material, 0 to 1.
+    pub colours: Option<Vec<[f32; 4]>>,
     /// Three vertex indices a triangle.
     pub triangles: Vec<[u32; 3]>,
     /// Which material each triangle has.

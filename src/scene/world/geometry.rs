@@ -36,6 +36,8 @@ pub(super) struct Geometry {
     pub normals: Vec<Vec3>,
     /// One a vertex, or none at all.
     pub uvs: Vec<[f32; 2]>,
+    /// One a vertex, or none at all.
+    pub colours: Vec<[f32; 4]>,
     pub triangles: Vec<Triangle>,
     pub parts: Vec<Part>,
     pub bvh: Bvh,
@@ -74,6 +76,7 @@ struct Builder {
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
     uvs: Vec<[f32; 2]>,
+    colours: Vec<[f32; 4]>,
     triangles: Vec<Triangle>,
     parts: Vec<Part>,
 }
@@ -111,6 +114,14 @@ impl Builder {
                 let good = uv.iter().all(|x| x.is_finite());
                 warnings.bad_uvs += usize::from(!good);
                 self.uvs.push(if good { *uv } else { [0.0; 2] });
+            }
+        }
+        if let Some(colours) = &mesh.colours {
+            self.colours.resize(first as usize, [1.0; 4]);
+            for colour in colours {
+                let mended = colour.map(|x| if x.is_nan() { 1.0 } else { x.clamp(0.0, 1.0) });
+                warnings.bad_colours += usize::from(mended != *colour);
+                self.colours.push(mended);
             }
         }
         let mirrored = move_by.matrix3.determinant() < 0.0;
@@ -158,6 +169,9 @@ impl Builder {
         if !self.uvs.is_empty() {
             self.uvs.resize(self.positions.len(), [0.0; 2]);
         }
+        if !self.colours.is_empty() {
+            self.colours.resize(self.positions.len(), [1.0; 4]);
+        }
     }
 
     fn finish(self) -> Geometry {
@@ -182,6 +196,7 @@ impl Builder {
             positions: self.positions,
             normals: self.normals,
             uvs: self.uvs,
+            colours: self.colours,
             triangles: self.triangles,
             parts: self.parts,
             bvh,

@@ -9,7 +9,7 @@ use super::World;
 use super::description::{Light, Material, WorldDescription};
 use super::environment::Sky;
 use super::geometry::Stage;
-use super::surface::Surface;
+use super::surface::{Footprint, Surface};
 use super::trace::Element;
 
 /// The lights of a world.
@@ -268,7 +268,7 @@ impl World {
                 let distance = way.length();
                 let direction = (way / distance).as_vec3();
                 let is_front = surface.normal.dot(direction) < 0.0;
-                let radiance = self.emission(&surface, is_front, 0.0);
+                let radiance = self.emission(&surface, is_front, &Footprint::POINT);
                 let density = lights.triangle_density(&surface, direction, distance as f32);
                 (radiance != Vec3::ZERO && density > 0.0 && direction.is_finite()).then(|| {
                     LightSample {

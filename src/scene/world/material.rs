@@ -17,7 +17,7 @@ use glam::Vec3;
 use super::World;
 use super::description::Material;
 use super::microfacet::{AlbedoTable, Ggx, fresnel, schlick};
-use super::surface::Surface;
+use super::surface::{Footprint, Surface};
 use super::trace::{Element, Ray};
 
 /// The smallest cosine to the shading normal that a viewing direction is given.
@@ -79,11 +79,10 @@ impl World {
         &self,
         surface: &Surface,
         ray: &Ray,
-        footprint_mm: f32,
+        footprint: &Footprint,
         throughput: Vec3,
     ) -> Bsdf<'_> {
         let m = &self.materials[surface.material];
-        let footprint = footprint_mm * surface.uv_per_mm;
         let view = -ray.direction.as_vec3();
         let is_front = surface.normal.dot(view) >= 0.0;
         let side = if is_front { 1.0 } else { -1.0 };
@@ -93,10 +92,32 @@ impl World {
         let o = Vec3::new(x.dot(view), y.dot(view), n.dot(view).max(LEAST_COSINE)).normalize();
 
         let base = texel3(self.texel(m.base_colour_texture, surface.uv, footprint))
-            * Vec3::from(m.base_colour);
+            * Vec3::from(m.base_colour)
+            * texel3(surface.colour);
+        if self.is_matt[surface.material] {
+            let is_lit = base.dot(throughput) > 0.0;
+            return Bsdf {
+                table: &self.albedos,
+                frame: [x, y, n],
+                normal,
+                view,
+                o,
+                pass: Vec3::ZERO,
+                clear: Vec3::ZERO,
+                tint: base,
+                eta: 1.0,
+                pane: Vec3::ZERO,
+                layered: 1.0,
+                diffuse: base * std::f32::consts::FRAC_1_PI,
+                f0: Vec3::ZERO,
+                f90: 0.0,
+                roughness: 1.0,
+                chances: [0.0, 0.0, 0.0, 0.0, f32::from(is_lit)],
+            };
+        }
         let [_, g, b, _] = self.texel(m.metallic_roughness_texture, surface.uv, footprint);
         let (metallic, roughness) = (m.metallic * b, m.roughness * g);
-        let opacity = self.opacity(m, surface.uv, footprint);
+        let opacity = self.opacity(m, surface, footprint);
         let clear = opacity * m.transmission * (1.0 - metallic);
         let layered = opacity - clear;
         let single = ((m.ior - 1.0) / (m.ior + 1.0)).powi(2);
@@ -160,11 +181,11 @@ impl World {
             return Vec3::ZERO;
         }
         let surface = self.surface(element, ray);
-        self.bsdf(&surface, ray, 0.0, Vec3::ONE).pass
+        self.bsdf(&surface, ray, &Footprint::POINT, Vec3::ONE).pass
     }
 
     /// The shading normal on the front's side, with the normal map.
-    fn bumped(&self, m: &Material, surface: &Surface, footprint: f32) -> Vec3 {
+    fn bumped(&self, m: &Material, surface: &Surface, footprint: &Footprint) -> Vec3 {
         let Some(map) = m.normal_map else {
             return surface.shading;
         };
@@ -182,6 +203,15 @@ impl World {
             n
         }
     }
+}
+
+/// Whether it is diffuse and nothing else, so that its parts need not be weighed.
+pub(super) fn is_matt(m: &Material) -> bool {
+    m.alpha == super::Alpha::Opaque
+        && m.metallic == 0.0
+        && m.ior == 1.0
+        && m.transmission == 0.0
+        && m.normal_map.is_none()
 }
 
 /// Whether shadow rays may pass.

@@ -26,6 +26,7 @@ mod surface;
 mod texture_map;
 mod trace;
 mod triangles;
+mod walk;
 
 #[cfg(test)]
 mod tests;
@@ -38,15 +39,16 @@ pub use description::{
 pub use path::PathSettings;
 pub use texture_map::{Encoding, TextureMap, Wrap};
 
-pub(super) use bvh::Stack;
+pub(super) use path::Room;
 pub(super) use trace::Element;
 
 use glam::{DVec3, Vec3};
 
 use crate::sampling::hash;
-use path::Start;
+use path::{Start, TOGETHER};
 use sampler::PathSamples;
-use trace::Ray;
+use trace::{Errand, Ray};
+use walk::Walks;
 
 /// A checked world, ready for rays.
 #[derive(Clone, Debug)]
@@ -62,6 +64,8 @@ pub struct World {
     /// Of each material, whether shadow rays may pass, and whether of any.
     lets_through: Vec<bool>,
     has_veils: bool,
+    /// Of each material, whether it is diffuse and nothing else.
+    is_matt: Vec<bool>,
     /// Of each material, whether it asks for texture coordinates.
     is_textured: Vec<bool>,
     warnings: WorldWarnings,
@@ -87,6 +91,17 @@ pub struct PathKey {
     pub first: u32,
     /// By how much a ray's share of the image grows with distance, mm a mm: for N rays a pixel, its angle over √N.
     pub spread: f32,
+}
+
+/// A ray of a camera, and the random numbers of its path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraRay {
+    /// Camera frame, mm.
+    pub origin_mm: DVec3,
+    /// Unit vector away from the camera.
+    pub direction: DVec3,
+    /// The path's random numbers: `first` is its own.
+    pub key: PathKey,
 }
 
 fn is_textured(m: &Material) -> bool {
@@ -115,6 +130,7 @@ impl World {
                 .any(|m| matches!(m.alpha, Alpha::Mask { .. })),
             lets_through: materials.iter().map(material::lets_through).collect(),
             has_veils: materials.iter().any(material::lets_through),
+            is_matt: materials.iter().map(material::is_matt).collect(),
             is_textured: materials.iter().map(is_textured).collect(),
             albedos: microfacet::AlbedoTable::new(),
             materials: description.materials,
@@ -148,7 +164,7 @@ impl World {
             origin: origin_mm,
             direction,
         };
-        let element = self.closest(&ray, &mut Stack::default())?;
+        let element = self.closest(&ray, &mut Walks::default())?;
         Some(self.hit_of(element, &ray))
     }
 
@@ -166,7 +182,7 @@ impl World {
         }
     }
 
-    /// Radiance along a ray (camera frame, mm; unit direction) by one path, number `sample` of those of `key.key` that are averaged.
+    /// Radiance along a ray (camera frame, mm; unit direction) by one path, number `key.first` of those of `key.key` that are averaged.
     pub fn radiance_along(
         &self,
         origin_mm: DVec3,
@@ -174,52 +190,94 @@ impl World {
         settings: &PathSettings,
         key: &PathKey,
     ) -> [f32; 3] {
-        let ray = Ray {
-            origin: origin_mm,
+        let mut radiance = [0.0; 3];
+        let ray = CameraRay {
+            origin_mm,
             direction,
+            key: *key,
         };
-        let stack = &mut Stack::default();
-        let start = Start {
-            ray,
-            hit: self.closest(&ray, stack),
-            spread: key.spread,
-            channels: Vec3::ONE,
-        };
-        let samples = PathSamples::new(key.key, key.first);
-        self.radiance(&start, settings, samples, stack).to_array()
+        self.radiances(&[ray], settings, |_, l| radiance = l);
+        radiance
     }
 
-    /// First hit of a camera ray: element, distance and object.
+    /// [`Self::radiance_along`] of many rays, which is faster than of each alone: `found` hears of each ray's place in the list and
+    /// its radiance, in no order.
+    pub fn radiances(
+        &self,
+        rays: &[CameraRay],
+        settings: &PathSettings,
+        mut found: impl FnMut(usize, [f32; 3]),
+    ) {
+        let room = &mut Room::default();
+        for (chunk, rays) in rays.chunks(TOGETHER).enumerate() {
+            let all = rays.iter().map(|r| Ray {
+                origin: r.origin_mm,
+                direction: r.direction,
+            });
+            room.errands.clear();
+            room.errands
+                .extend(all.enumerate().map(|(i, ray)| Errand::nearest(i, ray)));
+            self.run(&mut room.errands, &mut room.walks);
+            let starts = room.errands.iter().zip(rays).map(|(errand, ray)| Start {
+                number: chunk * TOGETHER + errand.number,
+                ray: errand.ray,
+                hit: errand.nearest_element(),
+                spread: ray.key.spread,
+                channels: Vec3::ONE,
+                samples: PathSamples::new(ray.key.key, ray.key.first),
+            });
+            room.paths.set_out(starts);
+            self.radiance(settings, room, |number, l| found(number, l.to_array()));
+        }
+    }
+
+    /// First hits of camera rays (number, origin and direction of each): element, distance and object.
     pub(super) fn meet(
         &self,
-        origin: DVec3,
-        direction: DVec3,
-        stack: &mut Stack,
-    ) -> Option<(Element, FirstHit)> {
-        let ray = Ray { origin, direction };
-        let element = self.closest(&ray, stack)?;
-        Some((element, self.hit_of(element, &ray)))
+        rays: impl Iterator<Item = (usize, DVec3, DVec3)>,
+        room: &mut Room,
+        mut found: impl FnMut(usize, Element, FirstHit),
+    ) {
+        let mut rays = rays
+            .map(|(number, origin, direction)| Errand::nearest(number, Ray { origin, direction }));
+        loop {
+            room.errands.clear();
+            room.errands.extend(rays.by_ref().take(2 * TOGETHER));
+            if room.errands.is_empty() {
+                return;
+            }
+            self.run(&mut room.errands, &mut room.walks);
+            for errand in &room.errands {
+                if let Some(element) = errand.nearest_element() {
+                    found(errand.number, element, self.hit_of(element, &errand.ray));
+                }
+            }
+        }
     }
 
-    /// Radiance of the wanted channels along a camera ray whose first hit is known.
+    /// Radiance of the wanted channels along camera rays (number, origin, direction) whose first hits are known. A ray's number is added to the
+    /// key's.
     pub(super) fn shade(
         &self,
-        (origin, direction): (DVec3, DVec3),
-        hit: Option<Element>,
+        rays: impl Iterator<Item = ((usize, DVec3, DVec3), Option<Element>)>,
         channels: std::ops::Range<usize>,
-        settings: &PathSettings,
-        key: &PathKey,
-        stack: &mut Stack,
-    ) -> Vec3 {
+        (settings, key): (&PathSettings, &PathKey),
+        room: &mut Room,
+        mut found: impl FnMut(usize, Vec3),
+    ) {
         let wanted = [0, 1, 2].map(|c| f32::from(channels.contains(&c)));
-        let start = Start {
+        // Channels with rays of their own have paths of their own.
+        let own_key = hash(key.key, &[channels.start as u64]);
+        let mut starts = rays.map(|((number, origin, direction), hit)| Start {
+            number,
             ray: Ray { origin, direction },
             hit,
             spread: key.spread,
             channels: Vec3::from(wanted),
-        };
-        // Channels with rays of their own have paths of their own.
-        let samples = PathSamples::new(hash(key.key, &[channels.start as u64]), key.first);
-        self.radiance(&start, settings, samples, stack)
+            samples: PathSamples::new(own_key, key.first.wrapping_add(number as u32)),
+        });
+        while room.paths.set_out(starts.by_ref().take(TOGETHER)) {
+            self.radiance(settings, room, &mut found);
+        }
     }
 }

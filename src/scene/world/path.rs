@@ -11,11 +11,11 @@
 use glam::{DVec3, Vec3};
 
 use super::World;
-use super::bvh::Stack;
-use super::material::Kind;
+use super::material::{Kind, Scattered};
 use super::sampler::PathSamples;
-use super::surface::Surface;
-use super::trace::{Element, Ray};
+use super::surface::{Footprint, Surface};
+use super::trace::{Answer, Element, Errand, Ray};
+use super::walk::Walks;
 
 /// How paths are followed. Part of what changes the image: it is recorded with it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -65,122 +65,232 @@ struct Last {
 /// A ray of the camera and what it meets.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start {
+    /// The caller's number of the ray.
+    pub number: usize,
     pub ray: Ray,
     pub hit: Option<Element>,
     /// Growth of the camera ray's share of the image, mm a mm.
     pub spread: f32,
     /// 1 for channels that are wanted, else 0.
     pub channels: Vec3,
+    /// The random numbers of its path.
+    pub samples: PathSamples,
+}
+
+/// A path between two surfaces.
+#[derive(Clone, Debug)]
+struct Path {
+    /// The caller's number of its ray.
+    number: usize,
+    ray: Ray,
+    hit: Option<Element>,
+    throughput: Vec3,
+    /// What the camera's ray itself sees, and what comes to it beyond.
+    direct: Vec3,
+    indirect: Vec3,
+    /// What a light sends if nothing stands in its way.
+    expected: Vec3,
+    last: Last,
+    cone: Cone,
+    bounces: u32,
+    passes: u32,
+    /// Radiance beyond refractions, over that here.
+    denser: f32,
+    samples: PathSamples,
+    /// Whether it goes on.
+    is_open: bool,
+}
+
+/// Room for paths and their rays, used again and again.
+#[derive(Clone, Debug, Default)]
+pub(in crate::scene) struct Room {
+    pub(super) paths: Paths,
+    pub(super) errands: Vec<Errand>,
+    pub(super) walks: Walks,
+}
+
+/// Paths that are followed together.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Paths(Vec<Path>);
+
+impl Paths {
+    /// Begins one path a ray; false if there is none.
+    pub fn set_out(&mut self, starts: impl Iterator<Item = Start>) -> bool {
+        self.0.clear();
+        self.0.extend(starts.map(|s| Path::new(&s)));
+        !self.0.is_empty()
+    }
+}
+
+/// How many paths are followed together: enough rays to fill the processor while memory is waited for, few enough for its nearest cache.
+pub(super) const TOGETHER: usize = 32;
+
+impl Path {
+    fn new(start: &Start) -> Self {
+        Self {
+            number: start.number,
+            ray: start.ray,
+            hit: start.hit,
+            throughput: start.channels,
+            direct: Vec3::ZERO,
+            indirect: Vec3::ZERO,
+            expected: Vec3::ZERO,
+            last: Last {
+                density: None,
+                origin: start.ray.origin,
+            },
+            cone: Cone {
+                width_mm: 0.0,
+                spread: start.spread,
+            },
+            bounces: 0,
+            passes: 0,
+            denser: 1.0,
+            samples: start.samples,
+            is_open: true,
+        }
+    }
+
+    /// Goes on in a scattered direction; false if the path is at its end.
+    fn turn(&mut self, surface: &Surface, next: &Scattered, settings: &PathSettings) -> bool {
+        self.throughput *= next.weight;
+        match next.kind {
+            Kind::Passed => {
+                self.passes += 1;
+                if self.passes > MAX_PASSES {
+                    return false;
+                }
+            }
+            Kind::Mirrored { denser } => {
+                self.bounces += 1;
+                self.denser *= denser;
+                self.last.density = None;
+            }
+            Kind::Spread {
+                density,
+                is_diffuse,
+            } => {
+                self.bounces += 1;
+                self.last.density = Some(density);
+                let cone = &mut self.cone;
+                if is_diffuse {
+                    cone.spread = cone.spread.max(DIFFUSE_SPREAD);
+                } else {
+                    // About the lobe's own half width, 1/√(π density).
+                    let lobe = (std::f32::consts::PI * density).sqrt().recip();
+                    cone.spread = (cone.spread + lobe).min(DIFFUSE_SPREAD);
+                }
+            }
+        }
+        if next.kind != Kind::Passed {
+            if self.bounces > settings.max_bounces {
+                return false;
+            }
+            self.last.origin = surface.position;
+            if self.bounces > settings.roulette_after {
+                let survival = (self.throughput.max_element() * self.denser).min(MOST_SURVIVAL);
+                if self.samples.pair()[0] >= survival {
+                    return false;
+                }
+                self.throughput /= survival;
+            }
+        }
+        self.ray = leave(surface, next.direction);
+        true
+    }
 }
 
 impl World {
-    /// Radiance that arrives along a ray of the camera, by one path.
+    /// Follows the paths that have set out to their ends; `found` hears of each one's number and radiance.
     pub(super) fn radiance(
         &self,
-        start: &Start,
         settings: &PathSettings,
-        mut samples: PathSamples,
-        stack: &mut Stack,
-    ) -> Vec3 {
-        let (mut ray, mut hit) = (start.ray, start.hit);
-        let mut throughput = start.channels;
-        let (mut direct, mut indirect) = (Vec3::ZERO, Vec3::ZERO);
-        let mut last = Last {
-            density: None,
-            origin: ray.origin,
-        };
-        let mut cone = Cone {
-            width_mm: 0.0,
-            spread: start.spread,
-        };
-        let (mut bounces, mut passes) = (0, 0);
-        // Radiance beyond refractions, over that here.
-        let mut denser = 1.0;
-        loop {
-            let found = if bounces == 0 {
-                &mut direct
-            } else {
-                &mut indirect
-            };
-            let Some(element) = hit else {
-                *found += throughput * self.background(ray.direction.as_vec3(), &last);
-                break;
-            };
-            let surface = self.surface(element, &ray);
-            cone.width_mm += cone.spread * surface.distance as f32;
-            let direction = ray.direction.as_vec3();
-            let slant = surface.normal.dot(direction).abs().max(0.05);
-            let footprint_mm = cone.width_mm / slant;
-            *found += throughput * self.shine(&surface, direction, &last, footprint_mm);
-            if bounces == settings.max_bounces && !self.lets_through[surface.material] {
-                break;
+        room: &mut Room,
+        mut found: impl FnMut(usize, Vec3),
+    ) {
+        let Room {
+            paths: Paths(paths),
+            errands,
+            walks,
+        } = room;
+        while !paths.is_empty() {
+            errands.clear();
+            for (i, path) in paths.iter_mut().enumerate() {
+                self.advance(i, path, settings, errands);
             }
-            let bsdf = self.bsdf(&surface, &ray, footprint_mm, throughput);
-            let [choice, light_choice] = samples.pair();
-            let (scatter_pair, light_pair) = (samples.pair(), samples.pair());
-            if bsdf.is_spread() && bounces < settings.max_bounces {
-                let light = self.sample_light(surface.position, light_choice, light_pair);
-                if let Some(light) = light {
-                    let (value, density) = bsdf.value(light.direction);
-                    if value != Vec3::ZERO {
-                        let share = light.density.map_or(1.0, |d| power_share(d, density));
-                        let to_light = leave(&surface, light.direction);
-                        let arriving = self.transmittance(&to_light, light.distance, stack);
-                        indirect += throughput * value * light.weight * arriving * share;
+            self.run(errands, walks);
+            // A path that asked for nothing more is at its end.
+            paths.iter_mut().for_each(|path| path.is_open = false);
+            for errand in errands.iter() {
+                let path = &mut paths[errand.number];
+                match errand.answer {
+                    Answer::Nearest(hit) => {
+                        path.hit = hit;
+                        path.is_open = true;
                     }
+                    Answer::Arriving(share) => path.indirect += path.expected * share,
                 }
             }
-            let Some(next) = bsdf.sample(choice, scatter_pair) else {
-                break;
-            };
-            throughput *= next.weight;
-            match next.kind {
-                Kind::Passed => {
-                    passes += 1;
-                    if passes > MAX_PASSES {
-                        break;
-                    }
+            paths.retain(|path| {
+                if !path.is_open {
+                    let indirect = match settings.clamp {
+                        Some(most) => path.indirect.min(Vec3::splat(most)),
+                        None => path.indirect,
+                    };
+                    found(path.number, path.direct + indirect);
                 }
-                Kind::Mirrored { denser: d } => {
-                    bounces += 1;
-                    denser *= d;
-                    last.density = None;
-                }
-                Kind::Spread {
-                    density,
-                    is_diffuse,
-                } => {
-                    bounces += 1;
-                    last.density = Some(density);
-                    if is_diffuse {
-                        cone.spread = cone.spread.max(DIFFUSE_SPREAD);
-                    } else {
-                        // About the lobe's own half width, 1/√(π density).
-                        let lobe = (std::f32::consts::PI * density).sqrt().recip();
-                        cone.spread = (cone.spread + lobe).min(DIFFUSE_SPREAD);
-                    }
-                }
-            }
-            if next.kind != Kind::Passed {
-                if bounces > settings.max_bounces {
-                    break;
-                }
-                last.origin = surface.position;
-                if bounces > settings.roulette_after {
-                    let survival = (throughput.max_element() * denser).min(MOST_SURVIVAL);
-                    if samples.pair()[0] >= survival {
-                        break;
-                    }
-                    throughput /= survival;
-                }
-            }
-            ray = leave(&surface, next.direction);
-            hit = self.closest(&ray, stack);
+                path.is_open
+            });
         }
-        if let Some(most) = settings.clamp {
-            indirect = indirect.min(Vec3::splat(most));
+    }
+
+    /// Follows a path over the surface that it has met, and asks for what it needs next: whether a light arrives there, what it meets then.
+    fn advance(
+        &self,
+        number: usize,
+        path: &mut Path,
+        settings: &PathSettings,
+        errands: &mut Vec<Errand>,
+    ) {
+        let found = match path.bounces {
+            0 => &mut path.direct,
+            _ => &mut path.indirect,
+        };
+        let ray = path.ray;
+        let direction = ray.direction.as_vec3();
+        let Some(element) = path.hit else {
+            *found += path.throughput * self.background(direction, &path.last);
+            return;
+        };
+        let surface = self.surface(element, &ray);
+        path.cone.width_mm += path.cone.spread * surface.distance as f32;
+        // What is seen directly or in mirrors is worth the sharper filter.
+        let is_sharp = path.last.density.is_none();
+        let footprint = surface.footprint(path.cone.width_mm, direction, is_sharp);
+        *found += path.throughput * self.shine(&surface, direction, &path.last, &footprint);
+        if path.bounces == settings.max_bounces && !self.lets_through[surface.material] {
+            return;
         }
-        direct + indirect
+        let bsdf = self.bsdf(&surface, &ray, &footprint, path.throughput);
+        let [choice, light_choice] = path.samples.pair();
+        let (scatter_pair, light_pair) = (path.samples.pair(), path.samples.pair());
+        if bsdf.is_spread()
+            && path.bounces < settings.max_bounces
+            && let Some(light) = self.sample_light(surface.position, light_choice, light_pair)
+        {
+            let (value, density) = bsdf.value(light.direction);
+            if value != Vec3::ZERO {
+                let share = light.density.map_or(1.0, |d| power_share(d, density));
+                path.expected = path.throughput * value * light.weight * share;
+                let to_light = leave(&surface, light.direction);
+                errands.push(Errand::arriving(number, to_light, light.distance));
+            }
+        }
+        if let Some(next) = bsdf.sample(choice, scatter_pair)
+            && path.turn(&surface, &next, settings)
+        {
+            errands.push(Errand::nearest(number, path.ray));
+        }
     }
 
     /// Radiance from beyond everything, weighed as scattering's share.
@@ -195,9 +305,15 @@ impl World {
     }
 
     /// Radiance that a surface itself sends against the ray, weighed as scattering's share.
-    fn shine(&self, surface: &Surface, direction: Vec3, last: &Last, footprint_mm: f32) -> Vec3 {
+    fn shine(
+        &self,
+        surface: &Surface,
+        direction: Vec3,
+        last: &Last,
+        footprint: &Footprint,
+    ) -> Vec3 {
         let is_front = surface.normal.dot(direction) < 0.0;
-        let radiance = self.emission(surface, is_front, footprint_mm * surface.uv_per_mm);
+        let radiance = self.emission(surface, is_front, footprint);
         match last.density {
             Some(density) if radiance != Vec3::ZERO => {
                 let distance = (surface.position - last.origin).length() as f32;

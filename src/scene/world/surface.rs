@@ -1,6 +1,6 @@
 //! The place where a ray meets a triangle, computed in f64, and the material there.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::World;
 use super::description::{Alpha, Material, TextureRef};
@@ -21,13 +21,92 @@ pub(super) struct Surface {
     pub uv_per_mm: f32,
     /// Directions in which u and v grow; zero where there are no coordinates.
     pub along_uv: [Vec3; 2],
+    /// Factor of the material's base colour and alpha.
+    pub colour: [f32; 4],
     pub material: usize,
     pub object_id: u16,
 }
 
+/// What a texture lookup averages over, in texture coordinates: about a square, or a row of them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Footprint {
+    /// Side of a square.
+    width: f32,
+    /// From one end of the row to the other.
+    row: [f32; 2],
+    /// Squares in the row.
+    probes: u32,
+}
+
+/// Squares in a row, at most: a surface seen at less than arcsin 1/8 = 7° is blurred along the view.
+const MAX_PROBES: f32 = 8.0;
+
+impl Footprint {
+    /// A point.
+    pub const POINT: Self = Self {
+        width: 0.0,
+        row: [0.0; 2],
+        probes: 1,
+    };
+}
+
+impl Surface {
+    /// What a cone of the width `width_mm` covers that comes along `direction`: an ellipse, longer by 1/cos along the view. A sharp one is a row of squares
+    /// (P. Heckbert's ellipse, by the probes of J. McCormack et al., *Feline*, SIGGRAPH 1999); others are the square of the long side.
+    pub fn footprint(&self, width_mm: f32, direction: Vec3, is_sharp: bool) -> Footprint {
+        let along_normal = self.normal.dot(direction);
+        let ratio = 1.0 / along_normal.abs().max(0.05);
+        let square = Footprint {
+            width: width_mm * ratio * self.uv_per_mm,
+            ..Footprint::POINT
+        };
+        let probes = ratio.min(MAX_PROBES).round();
+        if !is_sharp || self.uv_per_mm == 0.0 || probes < 2.0 {
+            return square;
+        }
+        let along =
+            (direction - self.normal * along_normal).normalize_or_zero() * (width_mm * ratio);
+        let [u, v] = self.along_uv;
+        let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
+        let det = uu * vv - uv * uv;
+        let (au, av) = (u.dot(along), v.dot(along));
+        let row = [(vv * au - uv * av) / det, (uu * av - uv * au) / det];
+        if !row.iter().all(|x| x.is_finite()) {
+            return square;
+        }
+        Footprint {
+            width: square.width / probes,
+            row,
+            probes: probes as u32,
+        }
+    }
+}
+
+/// A triangle in the camera frame: its first corner, the edges from it, their cross product and its square.
+struct Facet {
+    p0: DVec3,
+    e1: DVec3,
+    e2: DVec3,
+    cross: DVec3,
+    squared: f64,
+}
+
 impl World {
+    fn facet(&self, element: Element) -> Facet {
+        let [p0, p1, p2] = self.corners(element);
+        let (e1, e2) = (p1 - p0, p2 - p0);
+        let cross = e1.cross(e2);
+        Facet {
+            p0,
+            e1,
+            e2,
+            cross,
+            squared: cross.length_squared(),
+        }
+    }
+
     /// A triangle's corners in the camera frame.
-    pub(super) fn corners(&self, element: Element) -> [DVec3; 3] {
+    fn corners(&self, element: Element) -> [DVec3; 3] {
         let placed = &self.stage.placed[element.placed as usize];
         let geometry = &self.stage.geometries[placed.geometry];
         let packet = &geometry.packets[element.packet as usize];
@@ -42,35 +121,28 @@ impl World {
 
     /// Where a ray meets a triangle that it is known to meet: rounding is taken back to the triangle's border.
     pub(super) fn surface(&self, element: Element, ray: &Ray) -> Surface {
-        let corners = self.corners(element);
-        let b = barycentric(&corners, ray);
-        let mut surface = self.surface_at(element, &corners, b);
+        let facet = self.facet(element);
+        let mut surface = self.surface_at(element, &facet, facet.barycentric(ray));
         surface.distance = (surface.position - ray.origin).dot(ray.direction);
         surface
     }
 
     /// The place of a triangle for a point (s, t) of the unit square, evenly over its area.
     pub(super) fn surface_sample(&self, element: Element, [s, t]: [f32; 2]) -> Surface {
-        let corners = self.corners(element);
         let root = f64::from(s).sqrt();
-        self.surface_at(
-            element,
-            &corners,
-            [root * (1.0 - f64::from(t)), root * f64::from(t)],
-        )
+        let weights = [root * (1.0 - f64::from(t)), root * f64::from(t)];
+        self.surface_at(element, &self.facet(element), weights)
     }
 
-    fn surface_at(&self, element: Element, corners: &[DVec3; 3], [b1, b2]: [f64; 2]) -> Surface {
+    fn surface_at(&self, element: Element, facet: &Facet, [b1, b2]: [f64; 2]) -> Surface {
         let placed = &self.stage.placed[element.placed as usize];
         let geometry = &self.stage.geometries[placed.geometry];
         let packet = &geometry.packets[element.packet as usize];
         let lane = usize::from(element.lane);
-        let [p0, p1, p2] = *corners;
-        let (e1, e2) = (p1 - p0, p2 - p0);
-        let cross = e1.cross(e2);
-        let double_area = cross.length();
+        let Facet { p0, e1, e2, .. } = *facet;
+        let double_area = facet.squared.sqrt();
         let outward = if placed.mirrored { -1.0 } else { 1.0 };
-        let normal = (cross * (outward / double_area)).as_vec3();
+        let normal = (facet.cross * (outward / double_area)).as_vec3();
         let b = [1.0 - b1 - b2, b1, b2].map(|x| x as f32);
         let part = geometry.parts[packet.parts[lane] as usize];
         let vertices = || {
@@ -108,6 +180,11 @@ impl World {
                 uv_per_mm = (det.abs() / double_area as f32).sqrt();
             }
         }
+        let mut colour = [1.0; 4];
+        if !geometry.colours.is_empty() {
+            let [c0, c1, c2] = vertices().map(|v| geometry.colours[v]);
+            colour = std::array::from_fn(|i| b[0] * c0[i] + b[1] * c1[i] + b[2] * c2[i]);
+        }
         Surface {
             position: p0 + b1 * e1 + b2 * e2,
             distance: 0.0,
@@ -116,6 +193,7 @@ impl World {
             uv,
             uv_per_mm,
             along_uv,
+            colour,
             material: part.material as usize,
             object_id: placed.object_id.unwrap_or(part.object_id),
         }
@@ -126,23 +204,42 @@ impl World {
         &self,
         reference: Option<TextureRef>,
         uv: [f32; 2],
-        footprint_uv: f32,
+        footprint: &Footprint,
     ) -> [f32; 4] {
-        match reference {
-            None => [1.0; 4],
-            Some(r) => {
-                let moved = r.uv_from_mesh.transform_point2(uv.into()).to_array();
-                let scale = r.uv_from_mesh.matrix2.determinant().abs().sqrt();
-                self.textures[r.texture].sample(moved, footprint_uv * scale)
-            }
+        let Some(r) = reference else {
+            return [1.0; 4];
+        };
+        let width = footprint.width * r.uv_from_mesh.matrix2.determinant().abs().sqrt();
+        let at = |uv: Vec2| {
+            let moved = r.uv_from_mesh.transform_point2(uv).to_array();
+            self.textures[r.texture].sample(moved, width)
+        };
+        if footprint.probes == 1 {
+            return at(uv.into());
         }
+        let share = 1.0 / footprint.probes as f32;
+        let mut mean = [0.0; 4];
+        for k in 0..footprint.probes {
+            let place = (k as f32 + 0.5) * share - 0.5;
+            let texel = at(Vec2::from(uv) + Vec2::from(footprint.row) * place);
+            mean.iter_mut()
+                .zip(texel)
+                .for_each(|(m, t)| *m += t * share);
+        }
+        mean
     }
 
     /// Alpha of a material at a place: 1 where opaque; 0 or 1 for a cut-out.
-    pub(super) fn opacity(&self, material: &Material, uv: [f32; 2], footprint_uv: f32) -> f32 {
+    pub(super) fn opacity(
+        &self,
+        material: &Material,
+        surface: &Surface,
+        footprint: &Footprint,
+    ) -> f32 {
         let texel = |alpha: f32| {
             let texture = material.base_colour_texture;
-            alpha * texture.map_or(1.0, |t| self.texel(Some(t), uv, footprint_uv)[3])
+            let texel = texture.map_or(1.0, |t| self.texel(Some(t), surface.uv, footprint)[3]);
+            alpha * texel * surface.colour[3]
         };
         match material.alpha {
             Alpha::Opaque => 1.0,
@@ -154,33 +251,48 @@ impl World {
     /// Whether a cut-out is there, where the ray meets it. The full picture decides: a footprint would make edges depend on the ray's past.
     pub(super) fn is_solid(&self, element: Element, ray: &Ray) -> bool {
         let surface = self.surface(element, ray);
-        self.opacity(&self.materials[surface.material], surface.uv, 0.0) > 0.0
+        self.opacity(
+            &self.materials[surface.material],
+            &surface,
+            &Footprint::POINT,
+        ) > 0.0
     }
 
     /// Radiance that the front (or the back, where that shines too) sends at a place.
-    pub(super) fn emission(&self, surface: &Surface, is_front: bool, footprint_uv: f32) -> Vec3 {
+    pub(super) fn emission(
+        &self,
+        surface: &Surface,
+        is_front: bool,
+        footprint: &Footprint,
+    ) -> Vec3 {
         let material = &self.materials[surface.material];
         if material.emission == [0.0; 3] || !(is_front || material.two_sided) {
             return Vec3::ZERO;
         }
-        let [r, g, b, _] = self.texel(material.emission_texture, surface.uv, footprint_uv);
+        let [r, g, b, _] = self.texel(material.emission_texture, surface.uv, footprint);
         Vec3::from(material.emission)
             * Vec3::new(r, g, b)
-            * self.opacity(material, surface.uv, footprint_uv)
+            * self.opacity(material, surface, footprint)
     }
 }
 
-/// Weights of the second and third corner where the ray meets the triangle, moved into it where rounding left it.
-fn barycentric([p0, p1, p2]: &[DVec3; 3], ray: &Ray) -> [f64; 2] {
-    let (e1, e2) = (*p1 - *p0, *p2 - *p0);
-    let n = e1.cross(e2);
-    let t = n.dot(*p0 - ray.origin) / n.dot(ray.direction);
-    let q = ray.origin + t * ray.direction - *p0;
-    let squared = n.length_squared();
-    // A ray along the plane makes t infinite and these NaN: then the first corner serves.
-    let within = |x: f64| if x > 0.0 { x.min(1.0) } else { 0.0 };
-    let b1 = within(n.dot(q.cross(e2)) / squared);
-    let b2 = within(n.dot(e1.cross(q)) / squared);
-    let over = (b1 + b2).max(1.0);
-    [b1 / over, b2 / over]
+impl Facet {
+    /// Weights of the second and third corner where the ray meets the triangle, moved into it where rounding left it.
+    fn barycentric(&self, ray: &Ray) -> [f64; 2] {
+        let Self {
+            p0,
+            e1,
+            e2,
+            cross: n,
+            squared,
+        } = *self;
+        let t = n.dot(p0 - ray.origin) / n.dot(ray.direction);
+        let q = ray.origin + t * ray.direction - p0;
+        // A ray along the plane makes t infinite and these NaN: then the first corner serves.
+        let within = |x: f64| if x > 0.0 { x.min(1.0) } else { 0.0 };
+        let b1 = within(n.dot(q.cross(e2)) / squared);
+        let b2 = within(n.dot(e1.cross(q)) / squared);
+        let over = (b1 + b2).max(1.0);
+        [b1 / over, b2 / over]
+    }
 }

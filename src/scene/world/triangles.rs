@@ -8,7 +8,7 @@
 use glam::{Vec3, Vec4};
 
 /// A ray of the walk, f32: hits are found with it and then computed again in f64.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct WalkRay {
     pub origin: Vec3,
     /// Its inverse direction, each component finite.

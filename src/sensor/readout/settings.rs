@@ -57,6 +57,14 @@ impl ReadoutSettings {
         self.photons_um2 * pitch_um * pitch_um * quantum_efficiency
     }
 
+    /// Standard deviation of the noise of a sub-pixel at its equal share of white, over that: photons, dark electrons, read noise, PRNU.
+    pub fn relative_noise_at_white(&self, subpixels: Subpixels, electrons_at_white: f64) -> f64 {
+        let share = electrons_at_white / subpixels.count() as f64;
+        let dark = self.dark_current_e_s * self.exposure_s;
+        let variance = share + dark + self.read_noise_e.powi(2) + (self.prnu * share).powi(2);
+        variance.sqrt() / share
+    }
+
     /// The largest digital number.
     pub fn largest_code(&self) -> u16 {
         ((1u32 << self.bits.clamp(1, 16)) - 1) as u16

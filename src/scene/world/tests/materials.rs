@@ -4,8 +4,10 @@ use glam::{DVec3, Vec3};
 
 use crate::sampling::uniform;
 use crate::scene::world::material::{Bsdf, Kind};
+use crate::scene::world::surface::Footprint;
 use crate::scene::world::trace::Ray;
-use crate::scene::world::{Alpha, Material, Stack, TriangleMesh, World, WorldDescription};
+use crate::scene::world::walk::Walks;
+use crate::scene::world::{Alpha, Material, TriangleMesh, World, WorldDescription};
 
 /// A square of the material at z = 0, facing +z.
 fn world_of(material: &Material) -> World {
@@ -29,9 +31,9 @@ fn seen_from(world: &World, view: Vec3) -> Bsdf<'_> {
         origin: DVec3::new(0.1, 0.2, 0.0) + view.as_dvec3(),
         direction: -view.as_dvec3(),
     };
-    let element = world.closest(&ray, &mut Stack::default()).unwrap();
+    let element = world.closest(&ray, &mut Walks::default()).unwrap();
     let surface = world.surface(element, &ray);
-    world.bsdf(&surface, &ray, 0.0, Vec3::ONE)
+    world.bsdf(&surface, &ray, &Footprint::POINT, Vec3::ONE)
 }
 
 fn direction(cos: f32, phi: f32) -> Vec3 {

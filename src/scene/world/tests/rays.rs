@@ -4,7 +4,8 @@ use glam::{DAffine3, DVec3};
 
 use crate::sampling::uniform;
 use crate::scene::world::trace::Ray;
-use crate::scene::world::{Instance, Material, Stack, TriangleMesh, World, WorldDescription};
+use crate::scene::world::walk::Walks;
+use crate::scene::world::{Instance, Material, TriangleMesh, World, WorldDescription};
 use crate::simd::SimdLevel;
 
 fn random_direction(key: u64) -> DVec3 {
@@ -41,7 +42,7 @@ fn no_ray_leaves_a_closed_body_through_an_edge_or_a_vertex() {
     ] {
         let world = World::new(ball(24, centre, stretch)).unwrap();
         let geometry = &world.stage.geometries[0];
-        let mut stack = Stack::default();
+        let mut walks = Walks::default();
         let mut tries = 0;
         for (k, triangle) in geometry.triangles.iter().enumerate() {
             let [a, b, c] = triangle
@@ -66,7 +67,7 @@ fn no_ray_leaves_a_closed_body_through_an_edge_or_a_vertex() {
                     if ray.direction.is_finite() {
                         tries += 1;
                         assert!(
-                            world.closest(&ray, &mut stack).is_some(),
+                            world.closest(&ray, &mut walks).is_some(),
                             "ray {ray:?} to a vertex or edge of triangle {k} gets out"
                         );
                     }
@@ -181,7 +182,7 @@ fn every_level_of_instructions_finds_the_same_triangle() {
     for geometry in &mut plain.stage.geometries {
         geometry.bvh.set_simd(SimdLevel::Scalar);
     }
-    let mut stack = Stack::default();
+    let mut walks = Walks::default();
     for k in 0..2000 {
         let origin = DVec3::new(3.0, 2.0, -9.0) + 4.0 * random_direction(k);
         let aim = DVec3::new(3.0, 2.0, -9.0) + 2.0 * random_direction(9000 + k);
@@ -190,8 +191,8 @@ fn every_level_of_instructions_finds_the_same_triangle() {
             direction: (aim - origin).normalize(),
         };
         assert_eq!(
-            best.closest(&ray, &mut stack),
-            plain.closest(&ray, &mut stack)
+            best.closest(&ray, &mut walks),
+            plain.closest(&ray, &mut walks)
         );
     }
 }

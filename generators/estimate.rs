@@ -1,0 +1,329 @@
+//! What a dataset will take, said before it is begun: time, memory, disk, noise.
+//!
+//! Nothing is a constant of some machine: a few samples of the very configuration, spread over it, are made whole with a quarter of their rays and
+//! written where the dataset will be, and measured. Rays cost alike, so their time is four times what that took; all else does not
+//! depend on them. Noise and the size of noisy files are followed from a sixteenth to a quarter of the rays, and on to all. Response tables that are
+//! not kept yet are timed on a coarser grid.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use quadpixel::command::CommandError;
+use quadpixel::em::PixelStack;
+use quadpixel::file;
+use quadpixel::response::{AngularResponse, Response, ResponseCache, TableSettings, build_table};
+use quadpixel::sensor::Subpixels;
+use quadpixel::shard::Shard;
+use serde::Serialize;
+
+use crate::assemble::{self, Responses};
+use crate::config::{DatasetConfig, ResponseConfig};
+use crate::dataset::write_error;
+use crate::progress::Progress;
+use crate::recipe::{Recipe, ResponseRecipe};
+use crate::recipes::Recipes;
+use crate::sample::{Sample, SampleId, render_sample};
+use crate::stages::{Stages, timed};
+use crate::writer::write_alone;
+
+/// Samples that are tried.
+const SAMPLES: usize = 4;
+/// Parts of the rays with which they are.
+const PART: usize = 4;
+/// Fewest rays: below, a ray costs more.
+const LEAST_RAYS: usize = 8;
+/// Directions of a response table from the axis that are timed.
+const STEPS: usize = 4;
+
+/// What to expect.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Expected {
+    /// Samples.
+    pub samples: usize,
+    /// Of all, s, response tables included.
+    pub seconds: f64,
+    /// Of the response tables that are not kept yet, s.
+    pub response_seconds: f64,
+    /// Of one sample, s.
+    pub seconds_a_sample: f64,
+    /// Largest memory, bytes; `None` where the system does not tell.
+    pub memory_bytes: Option<u64>,
+    /// Size of the dataset, bytes.
+    pub disk_bytes: u64,
+    /// RMS error of a sub-pixel that the rays leave, over the mean; `None` if all that was tried is black.
+    pub relative_spread: Option<f64>,
+    /// What the response is off by.
+    pub response_error: String,
+}
+
+/// One sample that was tried.
+struct Trial {
+    stages: Stages,
+    bytes: u64,
+    spread: Option<f64>,
+    rays: usize,
+}
+
+/// What the part `shard` of a dataset that is to be made in `out` will take on this machine.
+///
+/// # Errors
+/// A configuration that cannot be made, or the disk.
+pub fn estimate(
+    config: &DatasetConfig,
+    out: &Path,
+    shard: Shard,
+    progress: &Progress,
+) -> Result<Expected, CommandError> {
+    config.check()?;
+    let recipes = Recipes::checked(config, shard)?;
+    let count = recipes.indices.len();
+    let chosen = tried(count);
+    progress.info(&format!("trying {} samples with fewer rays", chosen.len()));
+    let mut drawn = Vec::new();
+    for &k in &chosen {
+        drawn.push(recipes.draw(config, recipes.indices[k])?);
+    }
+    let folder = Folder::beside(out)?;
+    let mut responses = Responses::new();
+    let response_seconds = missing_tables(config, &recipes, &mut responses)?;
+    let mut trials = Vec::new();
+    for (k, recipe) in drawn.iter().enumerate() {
+        if k == 0 {
+            trials.push(trial(recipe, PART * PART, &folder, &mut responses)?);
+        }
+        trials.push(trial(recipe, PART, &folder, &mut responses)?);
+    }
+    Ok(expected(config, count, &trials, response_seconds))
+}
+
+/// Numbers of the samples that are tried: spread over all, and over what comes in turn.
+fn tried(count: usize) -> Vec<usize> {
+    let n = SAMPLES.min(count);
+    let mut all: Vec<usize> = (0..n).map(|i| (i * (count / n) + i) % count).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// The first trial has a sixteenth of the rays, the others a quarter.
+fn expected(
+    config: &DatasetConfig,
+    count: usize,
+    trials: &[Trial],
+    response_seconds: f64,
+) -> Expected {
+    let (few, more) = (&trials[0], &trials[1..]);
+    let n = more.len() as f64;
+    let rays = config.rays_per_pixel as f64;
+    let seconds: f64 = more
+        .iter()
+        .map(|t| t.stages.at_rays(rays / t.rays as f64))
+        .sum();
+    let seconds_a_sample = seconds / n;
+    // From few to more rays, in powers of two; more[0] is the same sample.
+    let octaves = (more[0].rays as f64 / few.rays as f64).log2();
+    let left = (rays / more[0].rays as f64).log2();
+    let per_octave = |few: f64, more: f64| {
+        if octaves > 0.0 {
+            (more - few) / octaves
+        } else {
+            0.0
+        }
+    };
+    let slope = per_octave(few.bytes as f64, more[0].bytes as f64) / more[0].bytes.max(1) as f64;
+    let bytes =
+        more.iter().map(|t| t.bytes as f64).sum::<f64>() / n * (1.0 + slope * left).max(0.25);
+    let spreads: Vec<f64> = more.iter().filter_map(|t| t.spread).collect();
+    let falls = match (few.spread, more[0].spread) {
+        (Some(few), Some(more)) => per_octave(few.log2(), more.log2()).clamp(-1.0, -0.25),
+        _ => -0.5,
+    };
+    let relative_spread = (!spreads.is_empty())
+        .then(|| spreads.iter().sum::<f64>() / spreads.len() as f64 * (falls * left).exp2());
+    let response_error = match &config.response {
+        ResponseConfig::Wave { grid, .. } => grid.error().to_string(),
+        ResponseConfig::Geometric => "the ideal box: no diffraction, no crosstalk".to_string(),
+        _ => "that of the tables, told where they were made".to_string(),
+    };
+    Expected {
+        samples: count,
+        seconds: response_seconds + count as f64 * seconds_a_sample,
+        response_seconds,
+        seconds_a_sample,
+        memory_bytes: peak_memory_bytes(),
+        disk_bytes: (count as f64 * bytes) as u64,
+        relative_spread,
+        response_error,
+    }
+}
+
+/// Makes and writes a sample with a part of its rays.
+fn trial(
+    recipe: &Recipe,
+    part: usize,
+    folder: &Folder,
+    responses: &mut Responses,
+) -> Result<Trial, CommandError> {
+    let mut recipe = recipe.clone();
+    let rays =
+        (recipe.render.rays_per_pixel / part).max(LEAST_RAYS.min(recipe.render.rays_per_pixel));
+    recipe.render.rays_per_pixel = rays;
+    let id = SampleId {
+        index: 0,
+        configuration_blake3: "0".repeat(64),
+    };
+    let sample: Sample = render_sample(&recipe, id, responses, &|_, _| (), &|_| ())?;
+    let mut stages = sample.stages();
+    let place = folder.0.join("sample");
+    timed(&mut stages.writing_s, || {
+        write_alone(&place, &sample.files())
+    })
+    .map_err(write_error)?;
+    let bytes = size_of(&place)?;
+    file::remove(&place).map_err(|e| CommandError::failed(e.to_string()))?;
+    Ok(Trial {
+        stages,
+        bytes,
+        spread: sample.description().mean_relative_standard_error,
+        rays,
+    })
+}
+
+impl Stages {
+    /// Seconds with `factor` times the rays, the response left out.
+    fn at_rays(&self, factor: f64) -> f64 {
+        self.scene_s + self.effects_s + factor * self.rays_s + self.truth_s + self.writing_s
+    }
+}
+
+/// Seconds that the response tables which are not kept yet will take. Until they are made, coarse ones of the same pixels stand in for them in `responses`.
+fn missing_tables(
+    config: &DatasetConfig,
+    recipes: &Recipes,
+    responses: &mut Responses,
+) -> Result<f64, CommandError> {
+    let cache = ResponseCache::open(ResponseCache::default_dir());
+    let subpixels = assemble::subpixels(&config.sensor.subpixels)?;
+    let mut looked_at: Vec<ResponseRecipe> = Vec::new();
+    let mut seconds = 0.0;
+    for &index in &recipes.indices {
+        let recipe = recipes.draw(config, index)?;
+        if looked_at.contains(&recipe.response) {
+            continue;
+        }
+        if let Some((stack, settings)) = assemble::wave_table(&recipe, subpixels)? {
+            let absent = missing(&cache, &stack, &settings);
+            if absent > 0 {
+                let (one, coarse) = one_table(&stack, &settings)?;
+                seconds += one * absent as f64;
+                responses.put(&recipe, subpixels, Response::Table(coarse))?;
+            }
+        }
+        looked_at.push(recipe.response);
+    }
+    Ok(seconds)
+}
+
+/// Wavelengths of a table that are not kept: each is a file of its own.
+fn missing(cache: &ResponseCache, stack: &PixelStack, settings: &TableSettings) -> usize {
+    let kept = |nm: &&f64| {
+        let one = TableSettings {
+            wavelengths_nm: vec![**nm],
+            ..settings.clone()
+        };
+        matches!(cache.get(&one.key(stack)), Ok(Some(_)))
+    };
+    settings
+        .wavelengths_nm
+        .iter()
+        .filter(|nm| !kept(nm))
+        .count()
+}
+
+/// Seconds that a table of one wavelength will take, by a coarse one, which comes with them.
+fn one_table(
+    stack: &PixelStack,
+    settings: &TableSettings,
+) -> Result<(f64, AngularResponse), CommandError> {
+    let coarse = TableSettings {
+        steps: STEPS.min(settings.steps),
+        wavelengths_nm: settings.wavelengths_nm[..1].to_vec(),
+        ..settings.clone()
+    };
+    let began = Instant::now();
+    let built = build_table(stack, &coarse, None, &|_, _| ())
+        .map_err(|e| CommandError::input(e.to_string()))?;
+    let more =
+        directions(settings.steps, stack.subpixels) / directions(coarse.steps, stack.subpixels);
+    Ok((began.elapsed().as_secs_f64() * more, built.table))
+}
+
+/// Directions that are simulated: of an octant for a pixel that is the same from both sides, else of a quadrant.
+fn directions(steps: usize, subpixels: Subpixels) -> f64 {
+    let steps = steps as f64;
+    if subpixels.m() == subpixels.n() {
+        (steps + 1.0) * (steps + 2.0) / 2.0
+    } else {
+        (steps + 1.0).powi(2)
+    }
+}
+
+/// The largest memory that this process has had, bytes.
+fn peak_memory_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib << 10)
+}
+
+/// Length of all files in a folder.
+fn size_of(folder: &Path) -> Result<u64, CommandError> {
+    let failed = |e: std::io::Error| CommandError::failed(format!("{}: {e}", folder.display()));
+    let mut bytes = 0;
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        bytes += entry.and_then(|e| e.metadata()).map_err(failed)?.len();
+    }
+    Ok(bytes)
+}
+
+/// A folder beside the one of the dataset, on the same disk, gone when it is dropped.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn beside(out: &Path) -> Result<Self, CommandError> {
+        let mut name = out.file_name().unwrap_or_default().to_os_string();
+        name.push(format!("-estimate-{}", std::process::id()));
+        let folder = out.with_file_name(name);
+        file::create_folder(&folder).map_err(|e| CommandError::failed(e.to_string()))?;
+        Ok(Self(folder))
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // What is left of a folder of our own does no harm.
+        let _ = file::remove(&self.0);
+    }
+}
+
+impl std::fmt::Display for Expected {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mega = |bytes: u64| bytes as f64 * 1e-6;
+        write!(
+            f,
+            "{} samples: {:.0} s ({:.2} s a sample, {:.0} s of response tables), {:.1} MB on disk",
+            self.samples,
+            self.seconds,
+            self.seconds_a_sample,
+            self.response_seconds,
+            mega(self.disk_bytes)
+        )?;
+        if let Some(bytes) = self.memory_bytes {
+            write!(f, ", {:.0} MB of memory", mega(bytes))?;
+        }
+        if let Some(spread) = self.relative_spread {
+            write!(f, "\nspread of a sub-pixel: {:.1} %", 100.0 * spread)?;
+        }
+        write!(f, "\nresponse: {}", self.response_error)
+    }
+}

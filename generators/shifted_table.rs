@@ -1,0 +1,158 @@
+//! The table of all lens shifts that a recipe asks for: made and kept if that takes minutes, else one that was made before.
+
+use quadpixel::command::CommandError;
+use quadpixel::em::PixelStack;
+use quadpixel::response::{AngularResponse, CachedTable, ResponseCache, ShiftedSettings};
+
+/// Seconds of one core that a dataset spends on a table unasked.
+const MOST_SECONDS: f64 = 900.0;
+
+/// A table asked for.
+pub(crate) struct ShiftedTable<'a> {
+    model: &'static str,
+    pixel: &'a str,
+    /// Factor on the thickness of the pixel's layers.
+    scale: f64,
+    stack: &'a PixelStack,
+    settings: ShiftedSettings,
+}
+
+impl<'a> ShiftedTable<'a> {
+    /// By the wave model, `per_pitch` shifts a pitch: the table of `qpgen response --shifts`.
+    pub fn wave(pixel: &'a str, scale: f64, stack: &'a PixelStack, per_pitch: usize) -> Self {
+        Self {
+            model: "wave",
+            pixel,
+            scale,
+            stack,
+            settings: ShiftedSettings {
+                per_pitch,
+                ..ShiftedSettings::wave_for(stack)
+            },
+        }
+    }
+
+    /// By Fourier modes.
+    pub fn rcwa(pixel: &'a str, stack: &'a PixelStack, per_pitch: usize) -> Self {
+        Self {
+            model: "rcwa",
+            pixel,
+            scale: 1.0,
+            stack,
+            settings: ShiftedSettings {
+                per_pitch,
+                ..ShiftedSettings::rcwa_for(stack)
+            },
+        }
+    }
+
+    /// The same table at these wavelengths, nm.
+    pub fn at(mut self, wavelengths_nm: &[f64]) -> Self {
+        self.settings.table.wavelengths_nm = wavelengths_nm.to_vec();
+        self
+    }
+
+    /// From the cache, or made for it if that is soon done.
+    pub fn made(
+        &self,
+        cache: &ResponseCache,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<CachedTable, CommandError> {
+        let input = |e: quadpixel::response::ResponseError| CommandError::input(e);
+        let kept = matches!(cache.get(&self.settings.key(self.stack)), Ok(Some(_)));
+        let seconds = seconds_by_wave(self.stack, self.settings.runs(self.stack).map_err(input)?);
+        if !kept && seconds > MOST_SECONDS {
+            return Err(self.missing(&format!("{:.0} minutes of one core", seconds / 60.0)));
+        }
+        cache
+            .get_or_build_shifted(self.stack, &self.settings, progress)
+            .map_err(input)
+    }
+
+    /// From the cache.
+    pub fn kept(
+        &self,
+        cache: &ResponseCache,
+        warnings: &mut Vec<String>,
+    ) -> Result<AngularResponse, CommandError> {
+        let kept = cache.get(&self.settings.key(self.stack));
+        let kept = kept.unwrap_or_else(|warning| {
+            warnings.push(warning.to_string());
+            None
+        });
+        kept.ok_or_else(|| self.missing("minutes for a small pixel, hours for a large one"))
+    }
+
+    fn missing(&self, time: &str) -> CommandError {
+        let (model, shifts) = (self.model, self.settings.per_pitch);
+        let (pixel, subpixels) = (self.pixel, self.stack.subpixels);
+        let command = format!(
+            "qpgen response --model {model} --pixel {pixel} --subpixels {subpixels} --shifts {shifts}"
+        );
+        let scaled = if self.scale == 1.0 {
+            String::new()
+        } else {
+            format!(
+                " (of a pixel file whose layers are {} times as thick; name that file here too)",
+                self.scale
+            )
+        };
+        CommandError::input(format!(
+            "response: no {model} table of all lens shifts of pixel {pixel} ({subpixels}), {shifts} a pitch, is kept; make it first, in about {time}: \
+             {command}{scaled}"
+        ))
+    }
+}
+
+/// What `runs` runs of the wave model take about, on one core.
+fn seconds_by_wave(stack: &PixelStack, runs: usize) -> f64 {
+    // Measured: `benches/runs/2026-11-21/cra.md`.
+    1.5e-3 * (stack.pitch_um / 1.6).powi(3) * runs as f64
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_that_takes_long_is_asked_for_by_the_command_that_makes_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = ResponseCache::open(folder.path());
+        let stack = PixelStack::builtin("3.5um").unwrap();
+        let wave = ShiftedTable::wave("3.5um", 1.0, &stack, 32);
+        let why = wave.made(&cache, &|_, _| ()).unwrap_err().to_string();
+        assert!(
+            why.contains("qpgen response --model wave --pixel 3.5um --subpixels 2x2 --shifts 32"),
+            "{why}"
+        );
+        let mut warnings = Vec::new();
+        let rcwa = ShiftedTable::rcwa("mine.toml", &stack, 8);
+        let why = rcwa.kept(&cache, &mut warnings).unwrap_err().to_string();
+        assert!(
+            why.contains(
+                "qpgen response --model rcwa --pixel mine.toml --subpixels 2x2 --shifts 8"
+            ),
+            "{why}"
+        );
+        // A file that is no table is told of.
+        std::fs::write(cache.path(&rcwa.settings.key(&stack)), b"no table").unwrap();
+        assert!(rcwa.kept(&cache, &mut warnings).is_err());
+        assert_eq!(warnings.len(), 1);
+    }
+
+    #[test]
+    fn a_table_soon_made_is_made_once_and_then_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = ResponseCache::open(folder.path());
+        let stack = PixelStack::builtin("1.6um").unwrap();
+        let mut asked = ShiftedTable::wave("1.6um", 1.0, &stack, 4);
+        asked.settings.table.steps = 3;
+        asked.settings.table.cosine_max = 0.6;
+        let first = asked.made(&cache, &|_, _| ()).unwrap();
+        assert!(first.report.is_some() && first.table.meta().shift_grid.is_some());
+        let mut warnings = Vec::new();
+        assert_eq!(asked.kept(&cache, &mut warnings).unwrap(), first.table);
+        assert!(warnings.is_empty());
+    }
+}

@@ -1,0 +1,227 @@
+//! From a choice and a tolerance to what is rendered.
+
+use super::shift::Gaze;
+use super::signal::Probes;
+use super::vignetting::lost_light;
+use super::{Choice, Effect, Estimate, Subject, Tolerance};
+use crate::render::RenderSettings;
+
+/// What becomes of an effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Simulated: it is above the tolerance, or asked for.
+    Simulated,
+    /// Simulated: leaving it out would save nothing.
+    NoCheaperPath,
+    /// Left out: below the tolerance.
+    Below,
+    /// Left out: not asked for.
+    NotAsked,
+    /// Not there: there is nothing to simulate or to leave out.
+    Absent,
+}
+
+impl Verdict {
+    /// Whether an effect that is there is not simulated.
+    pub fn is_left_out(self) -> bool {
+        matches!(self, Self::Below | Self::NotAsked)
+    }
+}
+
+/// What becomes of one effect, and why.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Decision {
+    /// The effect.
+    pub effect: Effect,
+    /// What becomes of it.
+    pub verdict: Verdict,
+    /// What leaving it out does or would do, where that was looked at.
+    pub estimate: Option<Estimate>,
+}
+
+impl std::fmt::Display for Decision {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let what = match self.verdict {
+            Verdict::Simulated => "simulated",
+            Verdict::NoCheaperPath => "simulated: no cheaper path",
+            Verdict::Below => "left out: below the tolerance",
+            Verdict::NotAsked => "left out: not asked for",
+            Verdict::Absent => "not there",
+        };
+        write!(f, "{}: {what}", self.effect.name())?;
+        self.estimate.map_or(Ok(()), |e| write!(f, " ({e})"))
+    }
+}
+
+/// What is rendered, and what became of each effect but noise, which is no part of the clean image.
+#[derive(Clone, Debug)]
+pub struct Planned {
+    /// Without the effects that are left out.
+    pub subject: Subject,
+    /// One an effect, in the order of [`Effect::ALL`].
+    pub decisions: Vec<Decision>,
+    /// What leaving out all those does together, where they are more than one that the scene does not call for.
+    pub together: Option<Estimate>,
+}
+
+/// Effects with a cheaper path of their own, in the order in which they are tried: first what saves most.
+const CANDIDATES: [Effect; 6] = [
+    Effect::GlobalIllumination,
+    Effect::Dispersion,
+    Effect::Wavelengths,
+    Effect::Aberrations,
+    Effect::CraVariation,
+    Effect::PixelDiffraction,
+];
+
+/// Decides. `depths_mm`: nearest and farthest depth in the picture (+∞ allowed); `settings`: those of the render to come.
+///
+/// Effects are left out one after the other, and each is compared, together with those before it, with the whole: their sum is below the tolerance
+/// too.
+pub fn plan(
+    whole: Subject,
+    depths_mm: [f64; 2],
+    settings: &RenderSettings,
+    choice: &Choice,
+    tolerance: &Tolerance,
+) -> Planned {
+    if *choice == Choice::All {
+        let decisions = Effect::ALL.into_iter().filter(|e| *e != Effect::Noise);
+        let decisions = decisions.map(|effect| Decision {
+            effect,
+            verdict: if whole.has(effect) {
+                Verdict::Simulated
+            } else {
+                Verdict::Absent
+            },
+            estimate: None,
+        });
+        return Planned {
+            decisions: decisions.collect(),
+            together: None,
+            subject: whole,
+        };
+    }
+    let mut judge = Judge::new(&whole, depths_mm, settings);
+    let mut subject = whole.clone();
+    let (mut decided, mut sum) = (Vec::new(), None);
+    for effect in CANDIDATES {
+        let Some(alone) = whole.without(effect) else {
+            continue;
+        };
+        let wanted = choice.asks_for(effect);
+        if wanted == Some(true) {
+            continue;
+        }
+        let together = subject.without(effect).unwrap_or_else(|| subject.clone());
+        let estimate = judge.estimate(effect, &alone, tolerance, wanted.is_none());
+        let mut below = tolerance.allows(&estimate);
+        if below && decided.iter().any(|d: &Decision| d.verdict.is_left_out()) {
+            let both = judge.estimate(effect, &together, tolerance, true);
+            below = tolerance.allows(&both);
+            if below {
+                sum = Some(both);
+            }
+        }
+        let verdict = match wanted {
+            Some(_) => Verdict::NotAsked,
+            None if below => Verdict::Below,
+            None => Verdict::Simulated,
+        };
+        if verdict.is_left_out() {
+            subject = together;
+        }
+        decided.push(Decision {
+            effect,
+            verdict,
+            estimate: Some(estimate),
+        });
+    }
+    let decisions = Effect::ALL.into_iter().filter(|e| *e != Effect::Noise);
+    let decisions = decisions.map(|effect| {
+        let found = decided.iter().find(|d| d.effect == effect).copied();
+        found.unwrap_or_else(|| other(effect, &whole, &decided, choice))
+    });
+    Planned {
+        decisions: decisions.collect(),
+        together: sum,
+        subject,
+    }
+}
+
+/// An effect that no cheaper path belongs to, that is not there, or that is asked for.
+fn other(effect: Effect, whole: &Subject, decided: &[Decision], choice: &Choice) -> Decision {
+    let lens = decided.iter().find(|d| d.effect == Effect::Aberrations);
+    let (verdict, estimate) = match effect {
+        _ if !whole.has(effect) => (Verdict::Absent, None),
+        Effect::Vignetting => {
+            let estimate = lost_light(&whole.camera).map(|lost| Estimate {
+                signal_percent: Some(100.0 * lost),
+                shift_px: None,
+            });
+            // An ideal lens has no apertures but its stop.
+            let verdict = lens.map_or(Verdict::NoCheaperPath, |d| match d.verdict {
+                Verdict::Simulated => Verdict::NoCheaperPath,
+                left_out => left_out,
+            });
+            (verdict, estimate)
+        }
+        Effect::Occlusion => (Verdict::NoCheaperPath, None),
+        _ if choice.asks_for(effect) == Some(true) => (Verdict::Simulated, None),
+        _ => (Verdict::NoCheaperPath, None),
+    };
+    Decision {
+        effect,
+        verdict,
+        estimate,
+    }
+}
+
+/// Compares subjects with the whole. What the whole shows is looked at when it is first asked for.
+struct Judge<'a> {
+    whole: &'a Subject,
+    depths_mm: [f64; 2],
+    settings: &'a RenderSettings,
+    gaze: Option<Gaze>,
+    probes: Option<Probes>,
+}
+
+impl<'a> Judge<'a> {
+    fn new(whole: &'a Subject, depths_mm: [f64; 2], settings: &'a RenderSettings) -> Self {
+        Self {
+            whole,
+            depths_mm,
+            settings,
+            gaze: None,
+            probes: None,
+        }
+    }
+
+    /// What leaving out an effect, and perhaps others before it, does. `brief`: a shift above the tolerance is answer enough.
+    fn estimate(
+        &mut self,
+        effect: Effect,
+        less: &Subject,
+        tolerance: &Tolerance,
+        brief: bool,
+    ) -> Estimate {
+        // Only a camera moves what is seen; bare pixels have no picture to be moved.
+        let moves = effect != Effect::GlobalIllumination && self.whole.camera.paraxial().is_some();
+        let shift_px = moves.then(|| {
+            let camera = &self.whole.camera;
+            let gaze = self.gaze.get_or_insert_with(|| Gaze::of(camera));
+            gaze.largest_shift_px(camera, &Gaze::of(&less.camera), self.depths_mm)
+        });
+        let decided = brief && shift_px.is_some_and(|s| s >= tolerance.shift_px);
+        let signal_percent = (!decided).then(|| {
+            let probes = &mut self.probes;
+            let probes = probes.get_or_insert_with(|| Probes::of(self.whole, self.settings));
+            100.0 * probes.difference(less)
+        });
+        Estimate {
+            signal_percent,
+            shift_px,
+        }
+    }
+}

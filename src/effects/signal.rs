@@ -1,0 +1,107 @@
+//! What leaving an effect out does to the values of the sub-pixels.
+//!
+//! A few hundred pixels, spread evenly over the window, are rendered with and without the effect, by the same rays, each image in units of what a
+//! white wall gives it in the middle. Two sets of rays of different seeds have independent errors, so that
+//!
+//! ```text
+//! d² = ⟨(b₁ − a₁)(b₂ − a₂)⟩,     RMS ≤ √(d² + 2 s/√n) / ⟨a⟩
+//! ```
+//!
+//! estimates the squared difference of the converged images without bias; s is the standard deviation of the products of the n pixels.
+
+use super::Subject;
+use crate::render::truth::white_sum_sr;
+use crate::render::{Execution, RenderSettings, probe};
+use crate::sampling::{hash, uniform};
+
+/// Pixels along each side of the window that are probed, at most.
+const SIDE: usize = 16;
+/// Rays a pixel and channel in each of the two sets: cards, and worlds, whose paths scatter.
+const RAYS: usize = 32;
+const PATHS: usize = 64;
+/// Keeps the probes' random numbers apart from the image's.
+const KEY: u64 = 0xEFFE_C75;
+
+/// The probed pixels of the whole.
+pub(super) struct Probes {
+    places: Vec<(usize, usize)>,
+    settings: [RenderSettings; 2],
+    values: [Vec<f64>; 2],
+    mean: f64,
+    /// Values a pixel.
+    count: usize,
+}
+
+impl Probes {
+    /// Of a subject that is to be rendered with `settings`.
+    pub fn of(subject: &Subject, settings: &RenderSettings) -> Self {
+        let sensor = subject.camera.sensor();
+        let seed = hash(settings.seed, &[KEY]);
+        // The middle pixel of each cell would fall in step with charts' patterns, so a random one is taken.
+        let along = |cell: usize, of: usize, length: usize, key: u64| {
+            let (from, to) = (cell * length / of, (cell + 1) * length / of);
+            from + (uniform(seed, &[cell as u64, key]) * (to - from) as f64) as usize
+        };
+        let (columns, rows) = (SIDE.min(sensor.width()), SIDE.min(sensor.height()));
+        let places: Vec<_> = (0..columns * rows)
+            .map(|k| {
+                let (i, j) = (k % columns, k / columns);
+                (
+                    along(i, columns, sensor.width(), 2 * j as u64),
+                    along(j, rows, sensor.height(), 2 * i as u64 + 1),
+                )
+            })
+            .collect();
+        let most = if subject.scene.world().is_some() {
+            PATHS
+        } else {
+            RAYS
+        };
+        let settings = [1, 2].map(|set| RenderSettings {
+            rays_per_pixel: settings.rays_per_pixel.min(most),
+            seed: hash(seed, &[set]),
+        });
+        let values = settings.map(|s| probed(subject, &s, &places));
+        let all = values.iter().flatten();
+        let mean = all.clone().sum::<f64>() / all.count().max(1) as f64;
+        Self {
+            count: 3 * sensor.subpixels().count(),
+            places,
+            settings,
+            values,
+            mean,
+        }
+    }
+
+    /// Upper bound of the RMS difference of another subject, over the mean; 0 where both are black, infinite where this one alone is.
+    pub fn difference(&self, other: &Subject) -> f64 {
+        let others = self.settings.map(|s| probed(other, &s, &self.places));
+        let off = |set: usize, k: usize| others[set][k] - self.values[set][k];
+        let products: Vec<f64> = (0..self.places.len())
+            .map(|place| {
+                let own = place * self.count..(place + 1) * self.count;
+                own.map(|k| off(0, k) * off(1, k)).sum::<f64>() / self.count as f64
+            })
+            .collect();
+        let n = products.len() as f64;
+        let mean = products.iter().sum::<f64>() / n;
+        let variance =
+            products.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        let square = mean + 2.0 * (variance / n).sqrt();
+        match square.max(0.0).sqrt() {
+            0.0 => 0.0,
+            rms => rms / self.mean,
+        }
+    }
+}
+
+/// The values of some pixels, a white wall's being 1 in the middle.
+fn probed(subject: &Subject, settings: &RenderSettings, places: &[(usize, usize)]) -> Vec<f64> {
+    let Subject { camera, scene } = subject;
+    let mut values = probe(camera, scene, settings, &Execution::default(), places);
+    let white = white_sum_sr(camera, camera.sensor().centre_mm());
+    if white > 0.0 {
+        values.iter_mut().for_each(|v| *v /= white);
+    }
+    values
+}

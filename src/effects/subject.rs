@@ -1,0 +1,56 @@
+//! What is rendered, and the same without one effect.
+
+use super::Effect;
+use crate::render::Camera;
+use crate::scene::Scene;
+use crate::scene::world::PathSettings;
+
+/// A camera and what it looks at.
+#[derive(Clone, Debug)]
+pub struct Subject {
+    /// The camera.
+    pub camera: Camera,
+    /// The scene.
+    pub scene: Scene,
+}
+
+impl Subject {
+    /// The same without an effect, by the renderer's cheaper path; `None` where the effect is not there, or has no such path.
+    pub fn without(&self, effect: Effect) -> Option<Self> {
+        let seen_by = |camera| Self {
+            camera,
+            scene: self.scene.clone(),
+        };
+        match effect {
+            Effect::PixelDiffraction => self.camera.without_pixel_diffraction().map(seen_by),
+            Effect::CraVariation => self.camera.without_chief_ray_variation().map(seen_by),
+            Effect::Wavelengths => self.camera.without_band_width().map(seen_by),
+            Effect::Dispersion => self.camera.without_dispersion().map(seen_by),
+            Effect::Aberrations => self.camera.without_aberrations().map(seen_by),
+            Effect::GlobalIllumination => self.in_direct_light(),
+            Effect::Vignetting | Effect::Occlusion | Effect::Noise => None,
+        }
+    }
+
+    /// Whether the effect is there at all.
+    pub(super) fn has(&self, effect: Effect) -> bool {
+        match effect {
+            Effect::Vignetting => self.camera.is_real_lens(),
+            Effect::Occlusion => self.scene.planes().len() > 1 || self.scene.world().is_some(),
+            Effect::Noise => false,
+            other => self.without(other).is_some(),
+        }
+    }
+
+    fn in_direct_light(&self) -> Option<Self> {
+        let (world, paths) = self.scene.world()?;
+        let direct = PathSettings {
+            max_bounces: 1,
+            ..*paths
+        };
+        (paths.max_bounces > 1).then(|| Self {
+            camera: self.camera.clone(),
+            scene: Scene::of_world(world.clone(), direct),
+        })
+    }
+}

@@ -1,0 +1,112 @@
+//! Integrals of Im ε |E|² over the photodiodes.
+
+use super::linear::{C, Matrix};
+use super::quadrature::gauss_legendre;
+use super::silicon::Silicon;
+
+/// Integrates Im ε |E|² over the photodiodes: Gauss nodes in every one of them.
+pub(super) struct Detector {
+    /// Numbers of the orders along each axis, by component.
+    orders: [[Vec<i32>; 2]; 3],
+    /// From orders to nodes, by component and axis.
+    synthesis: [[Matrix; 2]; 3],
+    /// Photodiode along the axis, and weight in periods, of each node.
+    nodes: [Vec<(usize, f64)>; 2],
+}
+
+impl Detector {
+    pub fn new(silicon: &Silicon) -> Self {
+        let Silicon { grid, whole, .. } = silicon;
+        let lattice = whole.lattice;
+        let period = 2.0 * std::f64::consts::PI / lattice.step;
+        let places = [0, 1].map(|axis| {
+            let m = grid.parts[axis];
+            let side = (1.0 / f64::from(m) - grid.wall) * period;
+            let count = (0.5 * whole.cutoff * side) as usize + 8;
+            (0..m)
+                .flat_map(|i| {
+                    let middle = ((f64::from(i) + 0.5) / f64::from(m) - grid.border) * period;
+                    let nodes = gauss_legendre(count, middle - 0.5 * side, middle + 0.5 * side);
+                    nodes.into_iter().map(move |(x, w)| (i as usize, x, w))
+                })
+                .collect::<Vec<_>>()
+        });
+        let parities = whole.parities();
+        let orders = parities.map(|both| [0, 1].map(|axis| whole.axis(axis, both[axis])));
+        let synthesis = [0, 1, 2].map(|component| {
+            [0, 1].map(|axis| {
+                let (parity, n) = (parities[component][axis], &orders[component][axis]);
+                let wave = Matrix::from_fn(places[axis].len(), n.len(), |i, j| {
+                    parity.value(n[j], lattice.k(axis, n[j]), places[axis][i].1)
+                });
+                if axis == component {
+                    // Across the walls it is ε E that has no jump and a good series.
+                    let d = grid.inverse_rule(axis, parity, n);
+                    (&wave * &d) * faer::Scale(grid.inside.inv())
+                } else {
+                    wave
+                }
+            })
+        });
+        Self {
+            orders,
+            synthesis,
+            nodes: places.map(|p| p.into_iter().map(|(i, _, w)| (i, w / period)).collect()),
+        }
+    }
+
+    /// ∫ e_n* e_n' along an axis over the first photodiode, in periods, of the functions of a component; and the first function's number.
+    pub fn overlap(&self, component: usize, axis: usize) -> (Matrix, i32) {
+        let synthesis = &self.synthesis[component][axis];
+        let weight = |p: usize| match self.nodes[axis][p] {
+            (0, weight) => C::from(weight),
+            _ => C::ZERO,
+        };
+        let weighed = Matrix::from_fn(synthesis.nrows(), synthesis.ncols(), |p, n| {
+            synthesis[(p, n)] * weight(p)
+        });
+        let first = self.orders[component][axis].first().map_or(0, |n| *n);
+        (synthesis.adjoint().to_owned() * weighed, first)
+    }
+
+    /// What each photodiode absorbs of the mode amplitudes of each block, column `j`, by Gauss nodes in `depths` (place, weight).
+    pub fn absorbed(
+        &self,
+        silicon: &Silicon,
+        amplitudes: &[Matrix],
+        depths: &[(f64, f64)],
+        j: usize,
+    ) -> Vec<f64> {
+        let [columns, rows] = silicon.grid.parts.map(|m| m as usize);
+        let mut out = vec![0.0; columns * rows];
+        let mut fields: [Vec<Matrix>; 3] = [0, 1, 2].map(|component| {
+            let [x, y] = &self.orders[component];
+            vec![Matrix::zeros(x.len(), y.len()); depths.len()]
+        });
+        for (block, c) in silicon.blocks.iter().zip(amplitudes) {
+            for (component, f) in block.fields(c, j, depths).iter().enumerate() {
+                let [x0, y0] =
+                    [0, 1].map(|axis| self.orders[component][axis].first().map_or(0, |n| *n));
+                for (i, o) in block.orders(component).iter().enumerate() {
+                    let at = ((o.n[0] - x0) as usize, (o.n[1] - y0) as usize);
+                    for (p, plane) in fields[component].iter_mut().enumerate() {
+                        plane[at] = f[(i, p)];
+                    }
+                }
+            }
+        }
+        for (component, planes) in fields.iter().enumerate() {
+            let [x, y] = &self.synthesis[component];
+            for (plane, (_, weight)) in planes.iter().zip(depths) {
+                let e = (x * plane) * y.transpose();
+                for (q, (row, wy)) in self.nodes[1].iter().enumerate() {
+                    for (p, (column, wx)) in self.nodes[0].iter().enumerate() {
+                        out[row * columns + column] += weight * wx * wy * e[(p, q)].norm_sqr();
+                    }
+                }
+            }
+        }
+        let loss = silicon.grid.inside.im;
+        out.iter().map(|p| p * loss).collect()
+    }
+}

@@ -1,0 +1,37 @@
+//! Arrays of `.npz` files. A stated shape is held against the bytes that are there before any memory is asked for it.
+
+use std::io::{Read, Seek};
+
+use ndarray::{Array, ArrayView, Dimension};
+use ndarray_npy::{ViewElement, ViewNpyExt};
+use zip::ZipArchive;
+
+/// An open file.
+pub(crate) struct Npz<R>(ZipArchive<R>);
+
+impl<R: Read + Seek> Npz<R> {
+    /// Reads the list of what is in it. `Err` says why not.
+    pub fn open(contents: R) -> Result<Self, String> {
+        ZipArchive::new(contents)
+            .map(Self)
+            .map_err(|e| e.to_string())
+    }
+
+    /// An array by its name. `Err` names it and says what is wrong: it is not there, or of another type, number of axes or length.
+    pub fn array<T: ViewElement + Clone, D: Dimension>(
+        &mut self,
+        name: &str,
+    ) -> Result<Array<T, D>, String> {
+        let wrong = |why: String| format!("{name}: {why}");
+        let mut bytes = Vec::new();
+        let mut entry = self
+            .0
+            .by_name(&format!("{name}.npy"))
+            .map_err(|e| wrong(e.to_string()))?;
+        entry
+            .read_to_end(&mut bytes)
+            .map_err(|e| wrong(e.to_string()))?;
+        let view = ArrayView::<T, D>::view_npy(&bytes).map_err(|e| wrong(e.to_string()))?;
+        Ok(view.to_owned())
+    }
+}

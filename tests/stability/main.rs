@@ -1,0 +1,30 @@
+//! Hard cases, each with the bound it is held to: where formulas divide by nothing, roots meet, sums are long, or nothing is lit.
+//! `benches/runs/2026-11-21/stability.md` lists them, with those that live in other test binaries.
+
+// because tests fail by panicking
+#![allow(clippy::unwrap_used)]
+
+mod focus;
+mod light;
+mod random;
+mod response;
+#[path = "../lens_trace/support.rs"]
+mod support;
+mod surfaces;
+mod wavelengths;
+
+use quadpixel::lens::{
+    Clipping, Lens, OpticalSystem, Prescription, Ray, RayFailure, Travel, trace_visiting,
+};
+
+const PHONE: &str = "wide_US20120327520A1_emb3";
+
+/// A lens of the library, as prescribed.
+fn builtin(name: &str) -> Lens {
+    Lens::new(&Prescription::builtin(name).unwrap()).unwrap()
+}
+
+/// Traces without apertures.
+fn free(system: &OpticalSystem, ray: Ray, travel: Travel) -> Result<Ray, RayFailure> {
+    trace_visiting(system, ray, travel, Clipping::Off, |_, _| {})
+}
