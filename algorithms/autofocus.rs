@@ -121,7 +121,7 @@ pub fn measure_step(
         b: &left,
         axes: Axes::Horizontal,
     };
-    let found = measure(pair, settings)?;
+    let found = measure(pair, settings, f64::INFINITY)?;
     let shifts: Vec<f64> = (region.pixels(all.width()))
         .filter_map(|i| found[i].map(|m| m.disparity_px))
         .collect();

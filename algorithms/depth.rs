@@ -22,7 +22,7 @@ use rayon::prelude::*;
 /// Systematic error of a match, px, so that one noiseless axis does not silence the other.
 const FLOOR_PX: f64 = 0.002;
 /// Largest part of a window's slope that may be noise: it pulls the shift towards 0 by up to as much.
-const MOST_NOISE: f64 = 0.1;
+pub const MOST_NOISE: f64 = 0.1;
 
 /// A camera's own relation of disparity and depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,10 +85,12 @@ pub struct Pair<'a> {
     pub axes: Axes,
 }
 
-/// Matches a pair: D at each pixel of the sum, row-major; `None` where there is no trusted match.
+/// Matches a pair: D at each pixel of the sum, row-major; `None` where there is no trusted match. `most_noise`: the largest part of a window's
+/// slope that may be noise ([`crate::trust`]), [`MOST_NOISE`] for unknown captures, ∞ where the texture is known to be as fine as noise.
 pub fn measure(
     pair: Pair<'_>,
     settings: &MatchSettings,
+    most_noise: f64,
 ) -> Result<Vec<Option<Measured>>, MatchError> {
     let settings = MatchSettings {
         axes: pair.axes,
@@ -103,7 +105,7 @@ pub fn measure(
         vertical,
     };
     let nodes: Vec<Option<Measured>> = (map.matches.par_iter().enumerate())
-        .map(|(i, found)| trusted(&windows, map.grid.pixel(i), found))
+        .map(|(i, found)| trusted(&windows, map.grid.pixel(i), found, most_noise))
         .collect();
     let (width, height) = (pair.a.width(), pair.a.height());
     let at = |x: usize, y: usize| {
@@ -121,7 +123,12 @@ pub fn measure(
 }
 
 /// What a valid match says, with the larger of the matcher's variance and the scatter of the window's parts.
-fn trusted(windows: &Windows<'_>, (x, y): (usize, usize), found: &Match) -> Option<Measured> {
+fn trusted(
+    windows: &Windows<'_>,
+    (x, y): (usize, usize),
+    found: &Match,
+    most_noise: f64,
+) -> Option<Measured> {
     if found.verdict != Verdict::Valid {
         return None;
     }
@@ -130,8 +137,8 @@ fn trusted(windows: &Windows<'_>, (x, y): (usize, usize), found: &Match) -> Opti
         false => (found.dx_px, found.covariance_px2[0]),
     };
     let worth = windows.worth([x, y], shift)?;
-    let pulled = worth.noise * shift;
-    (worth.noise <= MOST_NOISE).then(|| Measured {
+    let pulled = worth.noise.min(most_noise.min(1.0)) * shift;
+    (worth.noise <= most_noise).then(|| Measured {
         disparity_px: shift,
         sigma_px: (variance.max(worth.variance_px2) + pulled * pulled + FLOOR_PX * FLOOR_PX).sqrt(),
     })

@@ -12,7 +12,7 @@ use quadpixel::image::{Image, ImageError, channel, raster};
 use crate::calibration::Calibration;
 use crate::capture::{Capture, Given};
 use crate::correct_command::read_calibration;
-use crate::depth::{Depth, DepthCurve, Measured, Pair, combine, measure};
+use crate::depth::{Depth, DepthCurve, MOST_NOISE, Measured, Pair, combine, measure};
 use crate::disparity::{Axes, MatchSettings};
 use crate::field_curve::FieldCurve;
 use crate::maps::{MapFormat, Maps};
@@ -253,7 +253,7 @@ fn direction(
     let c = capture.camera.reference_channel();
     let (a, b) = (channel(&a, c), channel(&b, c));
     let pair = Pair { a: &a, b: &b, axes };
-    let mut found = measure(pair, settings).map_err(|e| input(e.to_string()))?;
+    let mut found = measure(pair, settings, MOST_NOISE).map_err(|e| input(e.to_string()))?;
     if let Some(calibration) = calibration {
         let fields = (calibration.smooth_fields()).map_err(|e| input(e.to_string()))?;
         let channels = capture.camera.channels.len();

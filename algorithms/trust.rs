@@ -241,7 +241,9 @@ mod tests {
         let one = worth(&a, &picture(|i| waves(i, 0.2)), 0.2)
             .variance_px2
             .sqrt();
-        assert!(one < 1e-3, "{one}");
+        // What Lanczos of four lobes gets wrong, some 0.5 % of waves of mean square 3/2 and slope 0.42, held against them block by block
+        // (Cauchy): √(16/15/16 · R/H) = 0.258 · 0.005 · 1.22/0.42 px.
+        assert!(one < 4e-3, "{one}");
     }
 
     #[test]

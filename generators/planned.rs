@@ -21,10 +21,10 @@ pub struct EffectArgs {
     #[arg(long, value_name = "auto|all|none|LIST")]
     effects: Option<Choice>,
     /// RMS difference, % of the signal, below which auto leaves an effect out [default: 0.5].
-    #[arg(long, value_name = "PERCENT")]
+    #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
     tolerance: Option<f64>,
     /// Shift, px, below which auto leaves an effect out [default: 0.02].
-    #[arg(long, value_name = "PX")]
+    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     tolerance_px: Option<f64>,
 }
 

@@ -238,12 +238,13 @@ fn the_view_with_less_light_is_known_by_its_noise() {
         right: view(&|t| 4.0 - 2.0 * t),
     };
     for (i, found) in noise::left_over_right(&views).into_iter().enumerate() {
-        let t = (i as f64 + 0.5) / 6.0;
-        let expected = ((2.0 + 2.0 * t) / (4.0 - 2.0 * t)).powi(2);
-        // Some 20 blocks of 256 pixels whose second differences hang together: 3 %; the width changes within a part: 2 %.
+        let at = |t: f64| ((2.0 + 2.0 * t) / (4.0 - 2.0 * t)).powi(2);
+        let (low, high) = (at(i as f64 / 6.0), at((i as f64 + 1.0) / 6.0));
+        // The quietest blocks may lie anywhere in the part. They are picked by their own noise, too: the quietest 30 % are by 1.16 standard
+        // deviations (9 %, of 256 pixels) quieter in the louder view.
         assert!(
-            (found / expected - 1.0).abs() < 0.1,
-            "{i}: {found} {expected}"
+            found > 0.9 * low && found < high / 0.9,
+            "{i}: {found} {low} {high}"
         );
     }
 }

@@ -20,7 +20,7 @@ const SIDE: usize = 16;
 const RAYS: usize = 32;
 const PATHS: usize = 64;
 /// Keeps the probes' random numbers apart from the image's.
-const KEY: u64 = 0xEFFE_C75;
+const KEY: u64 = 0x0EFF_EC75;
 
 /// The probed pixels of the whole.
 pub(super) struct Probes {

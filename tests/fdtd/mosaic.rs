@@ -69,33 +69,28 @@ fn energy_is_kept_among_opaque_neighbours() {
     holds(&run(&stack, bloch(25.0, 0.0), &coarse()), 2e-3);
 }
 
-/// The Fourier modal level is another solver. Bound: 6 % of the strongest half, the draft preset's on pixels of one colour
-/// (`tests/fdtd/pixel.rs`).
+/// The Fourier modal level is another solver. Bound: 6 % of the strongest half, on the standard mesh: this pixel is half as wide as the smallest of
+/// which the presets' errors are known, its trenches a quarter of it, and of one colour it is 2.7, 4.4 and 1.6 % off on the three presets' meshes.
 #[test]
 fn unlike_neighbours_are_what_the_fourier_modal_level_finds() {
     let stack = coloured([(1.62, 0.25), (1.6, 0.005), (1.6, 0.1)]);
     let model = RcwaModel::new(&stack, NM, &RcwaSettings::draft()).unwrap();
-    let draft = FdtdSettings {
+    let standard = FdtdSettings {
         tolerance: 5e-4,
-        ..FdtdSettings::draft()
+        ..FdtdSettings::standard()
     };
-    for theta in [0.0, 20.0] {
-        let run: FdtdRun = run(&stack, bloch(theta, 0.0), &draft);
-        let modal = model.solve(f64::to_radians(theta).sin(), 0.0).unwrap();
-        let modal: [&RcwaPowers; 2] = [&modal.s, &modal.p];
-        for (ours, theirs) in both(&run).into_iter().zip(modal) {
-            let halves = |p: &[f64]| -> Vec<f64> {
-                let all = stack.by_microlens(p);
-                let of = |p: &Vec<f64>| [p[0] + p[2], p[1] + p[3]];
-                all.iter().flat_map(of).collect()
-            };
-            let (ours, theirs) = (halves(&ours.absorbed), halves(&theirs.absorbed));
-            println!(
-                "{theta} deg, {:.1} s\n{ours:.4?}\n{theirs:.4?}",
-                run.seconds
-            );
-            let strongest = theirs.iter().copied().fold(0.0, f64::max);
-            assert!(distance(&ours, &theirs) < 0.06 * strongest);
-        }
+    let run: FdtdRun = run(&stack, [0.0; 2], &standard);
+    let modal = model.solve(0.0, 0.0).unwrap();
+    let modal: [&RcwaPowers; 2] = [&modal.s, &modal.p];
+    for (ours, theirs) in both(&run).into_iter().zip(modal) {
+        let halves = |p: &[f64]| -> Vec<f64> {
+            let all = stack.by_microlens(p);
+            let of = |p: &Vec<f64>| [p[0] + p[2], p[1] + p[3]];
+            all.iter().flat_map(of).collect()
+        };
+        let (ours, theirs) = (halves(&ours.absorbed), halves(&theirs.absorbed));
+        println!("{:.1} s\n{ours:.4?}\n{theirs:.4?}", run.seconds);
+        let strongest = theirs.iter().copied().fold(0.0, f64::max);
+        assert!(distance(&ours, &theirs) < 0.06 * strongest);
     }
 }

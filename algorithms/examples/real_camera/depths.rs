@@ -1,6 +1,6 @@
 //! Depth of real pairs by the simulated curve, against what was measured with other instruments.
 
-use algorithms::depth::{Pair, measure};
+use algorithms::depth::{MOST_NOISE, Pair, measure};
 use algorithms::disparity::{Axes, MatchSettings};
 use algorithms::field_curve::FieldCurve;
 use quadpixel::command::CommandError;
@@ -50,7 +50,8 @@ pub fn found(views: &Views, curve: &FieldCurve) -> Result<Found, CommandError> {
         b: &b,
         axes: Axes::Horizontal,
     };
-    let matched = measure(pair, &settings).map_err(|e| CommandError::input(e.to_string()))?;
+    let matched =
+        measure(pair, &settings, MOST_NOISE).map_err(|e| CommandError::input(e.to_string()))?;
     let (width, height) = (a.width(), a.height());
     let mut found = Found {
         z_m: Image::zeros(width, height, 1),

@@ -287,12 +287,11 @@ impl Cell {
     }
 }
 
+/// Which of a stack's indices is meant.
+type IndexOf<'a> = &'a dyn Fn(&Indices) -> C;
+
 /// What layer `i` holds; `of` makes spectra for it.
-fn in_layer(
-    stack: &PixelStack,
-    i: usize,
-    of: &dyn Fn(&dyn Fn(&Indices) -> C) -> Spectrum,
-) -> Inset {
+fn in_layer(stack: &PixelStack, i: usize, of: &dyn Fn(IndexOf) -> Spectrum) -> Inset {
     if stack.walls_in(i).is_some() {
         return Inset::Bands(of(&|n| n.metal), Pattern::Walls);
     }

@@ -72,7 +72,7 @@ fn damaged_files_of_every_kind_are_read_or_refused() {
 
 #[test]
 fn every_entry_has_a_fuzz_target() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fuzz");
     let manifest = fs::read_to_string(root.join("Cargo.toml")).unwrap();
     for (name, _) in ENTRIES {
         let source = fs::read_to_string(root.join(format!("fuzz_targets/{name}.rs"))).unwrap();
