@@ -28,6 +28,7 @@ struct Cli {
 }
 
 #[derive(Subcommand)]
+#[allow(clippy::large_enum_variant)] // because a run has one of it
 enum Command {
     /// Makes a dataset: randomised scenes through a real lens, with true depth and disparity.
     ///

@@ -18,8 +18,11 @@ use quadpixel::response::{AngularResponse, ImportSettings};
 use quadpixel::scene::import::{Imported, bounds_mm, import, import_bytes, read_panorama};
 use quadpixel::scene::world::World;
 
+/// Whether the bytes are a file that is read.
+pub type Read = fn(&[u8]) -> bool;
+
 /// Name and function of every format; the name is that of the fuzz target and of its folder in `corpus`.
-pub const ENTRIES: [(&str, fn(&[u8]) -> bool); 17] = [
+pub const ENTRIES: [(&str, Read); 17] = [
     ("gltf", gltf),
     ("obj", obj),
     ("mtl", mtl),
