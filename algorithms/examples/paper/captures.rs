@@ -47,8 +47,8 @@ struct Recipe<'a> {
 impl Recipe<'_> {
     fn toml(&self) -> String {
         let response = if self.classic {
-            // F/2 of the microlens: the cone of eq. 2 holds the lens's.
-            format!("model = \"geometric\"\npixel = \"{}\"", self.pixel)
+            // The box of eq. 2 for the lens's own F-number.
+            "model = \"geometric\"".to_owned()
         } else {
             format!("model = \"wave\"\npixel = \"{}\"", self.pixel)
         };
