@@ -140,10 +140,13 @@ impl Page<'_> {
             )?;
             self.reason("tungsten");
         }
+        if studies.tungsten.is_none() && !self.tools.quick {
+            self.text += "\nFig. 3(b) was left out of this run (`--without-fdtd`).\n";
+        }
         self.text += "\n## Fig. 5: responses under shifted microlenses\n\n";
         self.picture(
-            "cra/cra.png",
-            "fig5.png",
+            "cra/cra.svg",
+            "fig5.svg",
             "P of sub-pixel A by chief-ray angle",
         )?;
         self.reason("cra");

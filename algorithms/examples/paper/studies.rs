@@ -23,7 +23,7 @@ pub struct Studies {
 }
 
 /// Runs them all.
-pub fn all(tools: &Tools) -> Result<Studies, CommandError> {
+pub fn all(tools: &Tools, without_fdtd: bool) -> Result<Studies, CommandError> {
     let study = |kind: &str, more: &[&str]| {
         let arguments = [&["study", kind, "--out", kind], more].concat();
         tools.json(kind, "qpgen", &arguments)
@@ -80,7 +80,7 @@ pub fn all(tools: &Tools) -> Result<Studies, CommandError> {
     Ok(Studies {
         rejection: study("rejection", &[&pixels, exact].concat())?,
         microlens: tools.step("microlens", "qpgen", &microlens)?,
-        tungsten: if tools.quick {
+        tungsten: if tools.quick || without_fdtd {
             None
         } else {
             Some(study("tungsten", &metal)?)
