@@ -1,6 +1,6 @@
 //! Three points between speed and accuracy.
 //!
-//! Rays halve the noise of a card's edges for every 3 to 4 times their number (low-discrepancy samples do better than 4); the grid of directions is that of
+//! 2.9 times the rays halve the noise of a chart (`benches/runs/2026-11-21/accuracy.md`); the grid of directions is that of
 //! [`TableSettings`]. Where channels have bands, 2, 4 or 8 wavelengths stand for each.
 
 use clap::ValueEnum;
