@@ -27,8 +27,9 @@ use quadpixel::simd::SimdLevel;
 const LONGEST_STEP_PX: f64 = 0.5;
 /// The last step on the way back, as a share of the disagreement that is allowed.
 const LAST_STEP_BACK: f64 = 0.2;
-/// Length of the second step over that of the first: 0.03 to 0.08 is usual; later ones are measured.
-const SHRINK: f64 = 0.08;
+/// Length of the second step over that of the first, until a window has shown it: 0.03 to 0.08 is usual, 0.2 where pixels know
+/// nothing of their neighbours.
+const SHRINK: f64 = 0.5;
 /// More steps than this are no convergence.
 const MOST_STEPS: usize = 12;
 /// The neighbour's match is the better guess up to this distance from the peak, px: several times what the peak itself errs.
@@ -95,6 +96,7 @@ fn pass_with<V: Lanes>(
     let shape = Shape::new(settings);
     let mut sampler = Sampler::new();
     let mut moments = [Moments::new(a), Moments::new(b)];
+    let mut shrink = SHRINK;
     let mut matches: Vec<Match> = Vec::with_capacity(starts.len());
     for (column, start) in starts.iter().enumerate() {
         let at = grid.pixel(row * grid.columns + column);
@@ -105,7 +107,7 @@ fn pass_with<V: Lanes>(
                 at.into(),
                 (start, first),
                 &shape,
-                (&mut moments, &mut sampler),
+                (&mut moments, &mut sampler, &mut shrink),
                 settings,
             )
         } else {
@@ -137,7 +139,7 @@ fn one<V: Lanes>(
     at: [usize; 2],
     (start, first): (&Peak, [f64; 2]),
     shape: &Shape,
-    (moments, sampler): (&mut [Moments<'_, '_>; 2], &mut Sampler),
+    (moments, sampler, shrink): (&mut [Moments<'_, '_>; 2], &mut Sampler, &mut f64),
     settings: &MatchSettings,
 ) -> Result<Match, Verdict> {
     let limits = &settings.limits;
@@ -150,7 +152,7 @@ fn one<V: Lanes>(
         first,
         settings.last_step_px,
         shape,
-        sampler,
+        (sampler, shrink),
     )?;
     if fit.zncc < limits.zncc {
         return Err(Verdict::LowCorrelation);
@@ -172,7 +174,7 @@ fn one<V: Lanes>(
         start.position().map(|d| -d),
         last,
         shape,
-        sampler,
+        (sampler, shrink),
     )?;
     let apart = (fit.d[0] + back.d[0]).hypot(fit.d[1] + back.d[1]);
     if apart > limits.forward_backward_px {
@@ -202,11 +204,11 @@ fn solve<V: Lanes>(
     start: [f64; 2],
     last_step_px: f64,
     shape: &Shape,
-    sampler: &mut Sampler,
+    (sampler, shrink_of_first): (&mut Sampler, &mut f64),
 ) -> Result<Fit, Verdict> {
     let mut d = start;
-    let mut last_length = 0.0f64;
-    for _ in 0..MOST_STEPS {
+    let mut last: Option<([f64; 2], [f64; 2], f64)> = None;
+    for step_count in 0..MOST_STEPS {
         let sums = sampler.correlate::<V>(reference, b, at, d, shape)?;
         if sums.bb <= 0.0 || sums.ab <= 0.0 {
             return Err(Verdict::LowCorrelation);
@@ -214,22 +216,31 @@ fn solve<V: Lanes>(
         let gain = sums.ab / sums.bb;
         let slope = [-gain * sums.pb[0], -gain * sums.pb[1]];
         let [xx, xy, yy] = reference.inverse_hessian;
-        let step = [
-            (xx * slope[0] + xy * slope[1]).clamp(-LONGEST_STEP_PX, LONGEST_STEP_PX),
-            (xy * slope[0] + yy * slope[1]).clamp(-LONGEST_STEP_PX, LONGEST_STEP_PX),
-        ];
+        let newton = [xx * slope[0] + xy * slope[1], xy * slope[0] + yy * slope[1]];
+        let step = match last {
+            Some((d_last, newton_last, _)) => secant(d, newton, d_last, newton_last),
+            None => newton,
+        }
+        .map(|s| s.clamp(-LONGEST_STEP_PX, LONGEST_STEP_PX));
+        let at_newton = d;
         d = [d[0] + step[0], d[1] + step[1]];
         if (d[0] - start[0]).abs().max((d[1] - start[1]).abs()) > FARTHEST_PX {
             return Err(Verdict::NotConverged);
         }
         let length = step[0].hypot(step[1]);
-        // Steps shrink by a constant factor.
-        let shrink = if last_length > 0.0 {
-            (length / last_length).min(1.0)
-        } else {
-            SHRINK
+        // The second step shows by which factor steps shrink here; the next window is told.
+        let shrink = match last {
+            Some((_, newton_last, last_length)) => {
+                if step_count == 1 {
+                    let ratio = newton[0].hypot(newton[1]) / newton_last[0].hypot(newton_last[1]);
+                    *shrink_of_first = ratio.min(0.9);
+                }
+                (length / last_length).min(1.0)
+            }
+            None => *shrink_of_first,
         };
-        if length * shrink < last_step_px {
+        // What they still have to go is a geometric series; steps that do not shrink never end.
+        if length * shrink < last_step_px * (1.0 - shrink) {
             let explained = slope[0] * step[0] + slope[1] * step[1];
             let residual = (reference.energy - gain * sums.ab - explained).max(0.0);
             let variance = residual / shape.degrees_of_freedom;
@@ -243,7 +254,21 @@ fn solve<V: Lanes>(
                 zncc: sums.ab / (sums.bb * reference.energy).sqrt(),
             });
         }
-        last_length = length;
+        last = Some((at_newton, newton, length));
     }
     Err(Verdict::NotConverged)
+}
+
+/// The step from `d` where steps shrink by a constant factor: with the last two, the best mixture of where they lead (Anderson
+/// acceleration of depth one). Where the Newton step is as good as it should be this changes little, and where the two images are
+/// unlike, so that it is too short or too long, it ends the long row of steps.
+#[inline(always)]
+fn secant(d: [f64; 2], newton: [f64; 2], d_last: [f64; 2], newton_last: [f64; 2]) -> [f64; 2] {
+    let change = [newton[0] - newton_last[0], newton[1] - newton_last[1]];
+    let square = change[0] * change[0] + change[1] * change[1];
+    if square <= 0.0 {
+        return newton;
+    }
+    let share = (newton[0] * change[0] + newton[1] * change[1]) / square;
+    [0, 1].map(|i| newton[i] - share * (d[i] - d_last[i] + change[i]))
 }
