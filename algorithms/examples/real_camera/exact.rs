@@ -14,7 +14,7 @@ use quadpixel::response::AngularResponse;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// The runs that come with the example; null: none.
+/// The runs that come with the example.
 const KEPT: &str = include_str!("exact_6um_dual.json");
 const WAVELENGTH_NM: f64 = 550.0;
 /// Orders of a lens whose steepest side bends light by 18°: what follows from more stands on the page.
