@@ -35,6 +35,9 @@ pub struct ResponseArgs {
     /// absent: as the pixel says.
     #[arg(long, value_enum)]
     colour: Option<ColourArg>,
+    /// Wavelengths that stand for each channel's band, with --colour bands.
+    #[arg(long, default_value_t = 4, value_name = "N")]
+    band_wavelengths: usize,
     #[command(flatten)]
     model: PixelModelArgs,
     /// Wavelengths, nm, parted by commas.

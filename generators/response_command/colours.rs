@@ -4,7 +4,9 @@ use clap::ValueEnum;
 use quadpixel::command::CommandError;
 use quadpixel::em::PixelStack;
 use quadpixel::em::mosaic::FilterColour;
-use quadpixel::response::build_mosaic_tables;
+use quadpixel::response::{AngularResponse, build_mosaic_tables};
+use quadpixel::spectrum::{Bands, ChannelWavelengths};
+use std::path::Path;
 
 use super::{ResponseArgs, changed, default_output, nodes, written};
 use crate::log::Log;
@@ -18,6 +20,8 @@ pub(super) enum ColourArg {
     Green,
     Blue,
     All,
+    /// One table for a dataset whose channels are bands (`[spectrum]`): at each wavelength of a band the microlens of its colour.
+    Bands,
 }
 
 /// Sets the colour that the pixel's response is of; whether it is all.
@@ -32,13 +36,13 @@ pub(super) fn choose(colour: ColourArg, stack: &mut PixelStack) -> Result<bool, 
         ColourArg::Red => FilterColour::Red,
         ColourArg::Green => FilterColour::Green,
         ColourArg::Blue => FilterColour::Blue,
-        ColourArg::All => return Ok(true),
+        ColourArg::All | ColourArg::Bands => return Ok(true),
     };
     mosaic.colour = one;
     Ok(false)
 }
 
-/// A table of each colour, NAME-MODEL-red.npz and so on, or NAME.red.npz for an output NAME.npz.
+/// A table of each colour, NAME-MODEL-red.npz and so on, or NAME.red.npz for an output NAME.npz; or one of all bands, NAME-MODEL-bands.npz.
 pub(super) fn tables(
     args: &ResponseArgs,
     stack: &PixelStack,
@@ -49,6 +53,16 @@ pub(super) fn tables(
             "--colour all with --theta-deg, --shifts or --import; allowed: tables of one lens shift (or one colour)",
         ));
     }
+    let bands = args.colour == Some(ColourArg::Bands);
+    let mut settings = changed(args, args.model.table(stack));
+    let channels = ChannelWavelengths::of_bands(Bands {
+        wavelengths: args.band_wavelengths,
+        ..Bands::default()
+    })
+    .map_err(|e| CommandError::input(e.to_string()))?;
+    if bands {
+        settings.wavelengths_nm = channels.all_response_nm();
+    }
     let progress = Progress::new(log.json(args.json));
     let angles = |done: usize, total: usize| progress.angles(done, total);
     if !args.shard.shard(&progress)?.is_whole() {
@@ -57,16 +71,27 @@ pub(super) fn tables(
         ));
     }
     let began = std::time::Instant::now();
-    let made = build_mosaic_tables(stack, &changed(args, args.model.table(stack)), &angles)
+    let made = build_mosaic_tables(stack, &settings, &angles)
         .map_err(|e| CommandError::input(e.to_string()))?;
     let seconds = began.elapsed().as_secs_f64();
-    let mut rows = Vec::new();
     for colour in FilterColour::ALL {
-        let built = made.of(colour);
-        if let Some(violation) = built.report.violation() {
+        if let Some(violation) = made.of(colour).report.violation() {
             let text = format!("{}: {violation}; cut in the table", colour.name());
             progress.warn(&text);
         }
+    }
+    if bands {
+        progress.finish();
+        let table =
+            (made.of_channels(&channels)).map_err(|e| CommandError::input(e.to_string()))?;
+        let path = args.output.clone();
+        let path =
+            path.unwrap_or_else(|| default_output(stack, &format!("{}-bands", args.model.name())));
+        return band_table(args, &table, &path, seconds);
+    }
+    let mut rows = Vec::new();
+    for colour in FilterColour::ALL {
+        let built = made.of(colour);
         let path = match &args.output {
             Some(path) => path.with_extension(format!("{}.npz", colour.name())),
             None => default_output(stack, &format!("{}-{}", args.model.name(), colour.name())),
@@ -97,5 +122,32 @@ pub(super) fn tables(
         );
     }
     println!("{seconds:.1} s");
+    Ok(())
+}
+
+fn band_table(
+    args: &ResponseArgs,
+    table: &AngularResponse,
+    path: &Path,
+    seconds: f64,
+) -> Result<(), CommandError> {
+    written(table, path)?;
+    let nm = &table.axes().wavelengths_nm;
+    if args.json {
+        let key = &table.meta().key;
+        println!(
+            "{}",
+            serde_json::json!({ "seconds": seconds, "file": path, "nodes": nodes(table), "wavelengths_nm": nm, "key": key })
+        );
+        return Ok(());
+    }
+    println!(
+        "{}: {} directions at {nm:?} nm, each by the microlens of its channel, {seconds:.1} s\n\
+         in a dataset: [response] model = \"table\", file = \"{}\", and [spectrum] wavelengths = {}",
+        path.display(),
+        nodes(table),
+        path.display(),
+        args.band_wavelengths
+    );
     Ok(())
 }

@@ -3,12 +3,14 @@
 //! The table of colour c at wavelength λ is P of the sub-pixels of a microlens of colour c, per light of λ that falls on one microlens. What its own
 //! filter lets through of a foreign colour is in it, what comes over from neighbours through theirs, and what it loses to them: light of green that
 //! falls on the green microlens and ends in the red one's silicon is found in the red table at the green wavelength. A renderer of a Bayer sensor
-//! weights the rays of wavelength λ on a pixel of colour c with this table at λ.
+//! weights the rays of wavelength λ on a pixel of colour c with this table at λ; of channels that are bands apart, [`MosaicTables::of_channels`]
+//! is all that it needs.
 
 use super::build::{Plan, Simulated, simulated};
-use super::{BuildReport, BuiltTable, ResponseError, TableSettings};
+use super::{AngularResponse, BuildReport, BuiltTable, ResponseError, TableSettings};
 use crate::em::PixelStack;
 use crate::em::mosaic::{FilterColour, Mosaic};
+use crate::spectrum::ChannelWavelengths;
 
 /// One table a colour.
 #[derive(Clone, Debug)]
@@ -23,6 +25,35 @@ impl MosaicTables {
             FilterColour::Green => green,
             FilterColour::Blue => blue,
         }
+    }
+
+    /// One table for channels that are bands: at each wavelength of a channel, what the microlenses of its colour make of it. Channels know no
+    /// light but that of their bands, so what a filter lets through of the others is not in it.
+    ///
+    /// # Errors
+    /// A wavelength of two channels, or one that the tables were not simulated at.
+    pub fn of_channels(
+        &self,
+        wavelengths: &ChannelWavelengths,
+    ) -> Result<AngularResponse, ResponseError> {
+        let every: usize = (0..3).map(|c| wavelengths.response_nm(c).len()).sum();
+        if wavelengths.all_response_nm().len() < every {
+            let allowed = "each in the band of one channel";
+            let nm = wavelengths.all_response_nm();
+            return Err(ResponseError::value(
+                "wavelengths_nm",
+                format!("{nm:?}"),
+                allowed,
+            ));
+        }
+        let pixel = &self.of(FilterColour::Green).table.meta().pixel;
+        let mut parts = Vec::with_capacity(every);
+        for (channel, colour) in FilterColour::ALL.into_iter().enumerate() {
+            for nm in wavelengths.response_nm(channel) {
+                parts.push(self.of(colour).table.at_one(nm)?.of_pixel(pixel.clone()));
+            }
+        }
+        AngularResponse::of_wavelengths(&parts, wavelengths.reference_nm())
     }
 }
 

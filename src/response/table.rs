@@ -111,6 +111,11 @@ impl AngularResponse {
         Ok(Self { axes, meta, table })
     }
 
+    /// The same values, said to be of this pixel.
+    pub(super) fn of_pixel(mut self, pixel: serde_json::Value) -> Self {
+        self.meta.pixel = pixel;
+        self
+    }
     /// The axes.
     pub fn axes(&self) -> &ResponseAxes {
         &self.axes

@@ -81,6 +81,31 @@ impl AngularResponse {
     }
 }
 
+impl AngularResponse {
+    /// The table at one of its wavelengths.
+    ///
+    /// # Errors
+    /// None of them.
+    pub(super) fn at_one(&self, nm: f64) -> Result<Self, ResponseError> {
+        let all = &self.axes().wavelengths_nm;
+        let Some(place) = all.iter().position(|w| *w == nm) else {
+            let what = format!("{nm} nm");
+            return Err(ResponseError::value(
+                "wavelength",
+                what,
+                "one of the table's",
+            ));
+        };
+        let length = self.table().len() / all.len();
+        let axes = ResponseAxes {
+            wavelengths_nm: vec![nm],
+            ..self.axes().clone()
+        };
+        let table = self.table()[place * length..][..length].to_vec();
+        Self::new(axes, self.meta().clone(), table)
+    }
+}
+
 impl ResponseCache {
     /// The table of all wavelengths of `settings`, each from the cache or made for it and kept ([`Self::get_or_build`]). The report is that
     /// of none.

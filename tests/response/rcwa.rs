@@ -4,9 +4,11 @@ use quadpixel::em::PixelStack;
 use quadpixel::em::mosaic::FilterColour;
 use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::response::{
-    LitPixel, PixelModel, Response, ShiftedPixel, ShiftedSettings, TableSettings,
+    AngularResponse, LitPixel, PixelModel, Response, ShiftedPixel, ShiftedSettings, TableSettings,
     build_mosaic_tables, build_shifted_table, build_table,
 };
+
+use quadpixel::spectrum::{Bands, ChannelWavelengths};
 
 use crate::conformance::conforms;
 
@@ -84,6 +86,9 @@ fn the_tables_of_a_mosaic_are_those_of_its_colours() {
         ..TableSettings::rcwa_draft()
     };
     let built = build_mosaic_tables(&stack, &settings, &|_, _| ()).unwrap();
+    let bands = ChannelWavelengths::of_bands(Bands::default()).unwrap();
+    let e = built.of_channels(&bands).unwrap_err();
+    assert!(e.to_string().contains("one of the table's"), "{e}");
     // Green light.
     let total = |colour| built.of(colour).report.largest_sum;
     assert!(total(FilterColour::Green) > total(FilterColour::Red));
@@ -104,4 +109,64 @@ fn the_tables_of_a_mosaic_are_those_of_its_colours() {
     stack.mosaic = None;
     let e = build_mosaic_tables(&stack, &settings, &|_, _| ()).unwrap_err();
     assert!(e.to_string().contains("mosaic is absent"), "{e}");
+}
+
+/// Channels that are bands: each wavelength's values are those of the colour whose band it stands for.
+#[test]
+fn a_table_of_bands_takes_each_wavelength_from_the_microlenses_of_its_colour() {
+    let mut stack = PixelStack::builtin("1.6um-bayer").unwrap();
+    (stack.pitch_um, stack.silicon_um) = (0.6, 0.5);
+    (stack.lens.radius_um, stack.lens.height_um) = (0.5, 0.5);
+    let channels = ChannelWavelengths::of_bands(Bands {
+        wavelengths: 1,
+        ..Bands::default()
+    })
+    .unwrap();
+    let settings = TableSettings {
+        model: PixelModel::Rcwa(RcwaSettings {
+            silicon_margin: 0.0,
+            lens_cutoff: 1.2,
+            slice_nm: 100.0,
+            ..RcwaSettings::draft()
+        }),
+        wavelengths_nm: channels.all_response_nm(),
+        steps: 2,
+        refine: 1,
+        cosine_max: 0.3,
+        ..TableSettings::rcwa_draft()
+    };
+    let built = build_mosaic_tables(&stack, &settings, &|_, _| ()).unwrap();
+    let table = built.of_channels(&channels).unwrap();
+    assert_eq!(table.axes().wavelengths_nm, channels.all_response_nm());
+    for (channel, colour) in FilterColour::ALL.into_iter().enumerate() {
+        let [nm] = channels.response_nm(channel)[..] else {
+            panic!("one wavelength a band")
+        };
+        let place = |t: &AngularResponse| {
+            t.axes()
+                .wavelengths_nm
+                .iter()
+                .position(|w| *w == nm)
+                .unwrap()
+        };
+        let own = &built.of(colour).table;
+        assert_eq!(
+            table.node(place(&table), 0, 1, 2),
+            own.node(place(own), 0, 1, 2)
+        );
+        // Another colour's filter takes this light.
+        let other = &built.of(FilterColour::ALL[(channel + 1) % 3]).table;
+        assert_ne!(
+            table.node(place(&table), 0, 1, 2),
+            other.node(place(other), 0, 1, 2)
+        );
+    }
+    // Lines all ask for the reference wavelength: whose it is, nobody can say.
+    let e = built
+        .of_channels(&ChannelWavelengths::default())
+        .unwrap_err();
+    assert!(
+        e.to_string().contains("each in the band of one channel"),
+        "{e}"
+    );
 }
