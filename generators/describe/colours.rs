@@ -84,14 +84,33 @@ pub(super) fn effects(
     }
     if recipe.sensor.mosaic.is_some() {
         simulated.push("colour filter mosaic (in files of its own)");
-        left_out.push((
-            "crosstalk through filters of another colour",
-            "the pixel is simulated among pixels of its own colour, the paper's worst case",
-        ));
+        let crosstalk = "crosstalk through filters of another colour";
+        if among_other_colours(response) {
+            simulated.push(crosstalk);
+            left_out.push((
+                "light of other bands through a filter",
+                "a channel knows the light of its own band",
+            ));
+        } else {
+            left_out.push((
+                crosstalk,
+                "the pixel is simulated among pixels of its own colour, the paper's worst case",
+            ));
+        }
     } else {
         left_out.push((
             "colour filter mosaic",
             "every sub-pixel has all three channels, as in the paper",
         ));
+    }
+}
+
+/// Whether the table's pixel was simulated in a mosaic of colour filters.
+fn among_other_colours(response: &Response) -> bool {
+    match response {
+        Response::Table(table) => {
+            (table.meta().pixel.get("mosaic")).is_some_and(|mosaic| !mosaic.is_null())
+        }
+        Response::Geometric(_) => false,
     }
 }

@@ -143,7 +143,7 @@ fn band_table(
     }
     println!(
         "{}: {} directions at {nm:?} nm, each by the microlens of its channel, {seconds:.1} s\n\
-         in a dataset: [response] model = \"table\", file = \"{}\", and [spectrum] wavelengths = {}",
+         in a dataset: [response] model = \"table\", files = [\"{}\"], and [spectrum] wavelengths = {}",
         path.display(),
         nodes(table),
         path.display(),

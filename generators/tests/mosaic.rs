@@ -147,3 +147,62 @@ fn a_table_of_each_colour_is_written() {
         "--colour with the pixel 1.6um",
     );
 }
+
+#[test]
+fn a_dataset_takes_a_table_of_bands_and_says_that_neighbours_have_other_filters() {
+    let folder = tempfile::tempdir().unwrap();
+    let pixel = small_pixel(folder.path());
+    let response = |more: &[&str]| {
+        let given = ["response", "--model", "rcwa", "--preset", "draft", "--json"];
+        let given = [
+            &given[..],
+            &[
+                "--colour",
+                "bands",
+                "--band-wavelengths",
+                "1",
+                "--grid",
+                "2",
+            ],
+            more,
+        ];
+        qpgen_in(folder.path(), &given.concat())
+    };
+    let made = json(&response(&[
+        "--pixel",
+        &pixel,
+        "--cosine-max",
+        "0.4",
+        "-o",
+        "t.npz",
+    ]));
+    assert_eq!(
+        made["wavelengths_nm"],
+        serde_json::json!([465.0, 550.0, 610.0])
+    );
+    refused(&response(&["--pixel", "1.6um"]), "a pixel with [mosaic]");
+    refused(
+        &response(&["--pixel", &pixel, "--band-wavelengths", "0"]),
+        "1 to 32",
+    );
+
+    let printed = qpgen_in(folder.path(), &["dataset", "--print-config"]);
+    let config = (String::from_utf8(printed.stdout).unwrap())
+        .replace("count = 8", "count = 1")
+        .replace("= 256", "= 24")
+        .replace("rays_per_pixel = 128", "rays_per_pixel = 8")
+        .replace("# mosaic = \"rggb\"", "mosaic = \"rggb\"")
+        .replace("model = \"wave\"", "model = \"table\"")
+        .replace("pixels = [\"2.8um\", \"1.6um\"]", "files = [\"t.npz\"]")
+        .replace("# [spectrum]", "[spectrum]\nwavelengths = 1\n#");
+    fs::write(folder.path().join("c.toml"), config).unwrap();
+    let dataset = ["dataset", "--config", "c.toml", "--out", "data", "--json"];
+    json(&qpgen_in(folder.path(), &dataset));
+    let meta = fs::read_to_string(folder.path().join("data/samples/000000/meta.json")).unwrap();
+    let meta: serde_json::Value = serde_json::from_str(&meta).unwrap();
+    let simulated = meta["effects"]["simulated"].as_array().unwrap();
+    assert!(simulated.contains(&"crosstalk through filters of another colour".into()));
+    for (channel, nm) in [610.0, 550.0, 465.0].into_iter().enumerate() {
+        assert_eq!(meta["channels"][channel]["response_wavelength_nm"], nm);
+    }
+}
