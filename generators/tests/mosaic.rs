@@ -1,26 +1,19 @@
 //! `qpgen study mosaic` and `qpgen response --colour`, as a user calls them.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
+mod common;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
+
+use common::{json, refused};
 
 /// In a folder, with its cache there.
 fn qpgen_in(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_qpgen"));
     command.current_dir(folder).env("QUADPIXEL_CACHE", folder);
     command.args(arguments).output().unwrap()
-}
-
-fn json(output: &Output) -> serde_json::Value {
-    assert!(output.status.success(), "{output:?}");
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-fn refused(output: &Output, why: &str) {
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains(why), "{said}");
 }
 
 /// The built-in mosaic as a pixel of half its size, which a test can afford.
