@@ -162,7 +162,7 @@ fn made(
         None => cache.get_or_build(stack, &changed(args, args.model.table(stack)), angles),
         Some(settings) => cache.get_or_build_shifted(stack, &settings, angles),
     };
-    made.map_err(|e| CommandError::input(e.to_string()))
+    made.map_err(CommandError::input)
 }
 
 fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), CommandError> {
@@ -296,8 +296,7 @@ fn import(args: &ResponseArgs, stack: &PixelStack, csv: &Path) -> Result<(), Com
         wavelength_nm,
         symmetric: args.symmetric,
     };
-    let response = AngularResponse::read_csv(csv, stack, &settings)
-        .map_err(|e| CommandError::input(e.to_string()))?;
+    let response = AngularResponse::read_csv(csv, stack, &settings).map_err(CommandError::input)?;
     let path = args
         .output
         .clone()
@@ -322,9 +321,7 @@ fn import(args: &ResponseArgs, stack: &PixelStack, csv: &Path) -> Result<(), Com
 }
 
 fn written(response: &AngularResponse, path: &Path) -> Result<(), CommandError> {
-    response
-        .write_npz(path)
-        .map_err(|e| CommandError::failed(e.to_string()))
+    response.write_npz(path).map_err(CommandError::failed)
 }
 
 /// `NAME-what.npz` in the working folder, whatever a file calls its pixel.

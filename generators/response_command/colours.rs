@@ -58,7 +58,7 @@ pub(super) fn tables(
     }
     let began = std::time::Instant::now();
     let made = build_mosaic_tables(stack, &changed(args, args.model.table(stack)), &angles)
-        .map_err(|e| CommandError::input(e.to_string()))?;
+        .map_err(CommandError::input)?;
     let seconds = began.elapsed().as_secs_f64();
     let mut rows = Vec::new();
     for colour in FilterColour::ALL {
