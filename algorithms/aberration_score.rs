@@ -36,7 +36,7 @@ impl AberrationScore {
     pub fn read(calibration: &Calibration, sample: &Path) -> Result<Self, CommandError> {
         let path = sample.join("disparity.exr");
         let bad = |text: String| CommandError::input(format!("{}: {text}", path.display()));
-        let layers = read_layers(&path).map_err(|e| CommandError::input(e.to_string()))?;
+        let layers = read_layers(&path).map_err(CommandError::input)?;
         let fields = (calibration.smooth_fields()).map_err(|e| bad(e.to_string()))?;
         let camera = &calibration.camera;
         let green = &camera.channels[camera.reference_channel()];

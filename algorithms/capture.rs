@@ -301,7 +301,7 @@ fn linearise(mosaic: &mut Image, raw: &RawMosaic) -> Result<f64, String> {
 }
 
 fn read_meta(path: &Path) -> Result<SampleMeta, CommandError> {
-    let bytes = file::read(path).map_err(|e| CommandError::input(e.to_string()))?;
+    let bytes = file::read(path).map_err(CommandError::input)?;
     serde_json::from_slice(&bytes)
         .map_err(|e| CommandError::input(format!("{}: {e}", path.display())))
 }

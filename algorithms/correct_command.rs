@@ -145,7 +145,7 @@ pub(crate) fn smoothing(px: Option<f64>) -> Result<Option<f64>, CommandError> {
 
 /// Reads a calibration file.
 pub(crate) fn read_calibration(path: &Path) -> Result<Calibration, CommandError> {
-    let bytes = file::read(path).map_err(|e| CommandError::input(e.to_string()))?;
+    let bytes = file::read(path).map_err(CommandError::input)?;
     Calibration::from_json(&bytes)
         .map_err(|e| CommandError::input(format!("{}: {e}", path.display())))
 }

@@ -187,10 +187,9 @@ impl Curve {
 fn field_curve(path: &Path, capture: &Capture) -> Result<FieldCurve, CommandError> {
     let file = path.display().to_string();
     let input = |what: String| CommandError::input(format!("{file}: {what}"));
-    let bytes = file::read(path).map_err(|e| CommandError::input(e.to_string()))?;
+    let bytes = file::read(path).map_err(CommandError::input)?;
     let text = String::from_utf8(bytes).map_err(|e| input(e.to_string()))?;
-    let curve =
-        FieldCurve::from_json(&text, &file).map_err(|e| CommandError::input(e.to_string()))?;
+    let curve = FieldCurve::from_json(&text, &file).map_err(CommandError::input)?;
     let (of_curve, of_views) = (
         (curve.width_px, curve.height_px),
         (capture.camera.width_px, capture.camera.height_px),
@@ -325,7 +324,7 @@ struct DepthScore {
 
 fn score(path: &Path, depth: &Image, curve: &DepthCurve) -> Result<DepthScore, CommandError> {
     let bad = |text: &str| CommandError::input(format!("{}: {text}", path.display()));
-    let truth = raster::read(path).map_err(|e| CommandError::input(e.to_string()))?;
+    let truth = raster::read(path).map_err(CommandError::input)?;
     if (truth.width(), truth.height()) != (depth.width(), depth.height()) {
         return Err(bad("its size is not that of the views"));
     }

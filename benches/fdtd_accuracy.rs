@@ -11,8 +11,12 @@
 //! ```
 #![allow(clippy::unwrap_used)] // because a bench fails by panicking
 
+#[path = "support/curves.rs"]
+mod curves;
+
 use std::f64::consts::PI;
 
+use curves::{numbers, reference};
 use quadpixel::em::PixelStack;
 use quadpixel::em::fdtd::{FdtdPowers, FdtdSettings, solve};
 use quadpixel::em::multilayer::{FlatStack, Polarization};
@@ -87,38 +91,13 @@ fn flat(names: &[String]) {
 }
 
 fn curve(pixel: &str, name: &str, only: Option<&str>) {
-    let (stack, csv) = match pixel {
-        "1.6" => (
-            PixelStack::paper(1.6, 1.1314, 1.1314, 0.75),
-            include_str!("../tests/response/reference/pitch1.6_roc1.1314_h1.1314_filter0.75.csv"),
-        ),
-        "1.6-flat" => (
-            PixelStack::paper(1.6, 1.6, 1.1314, 0.75),
-            include_str!("../tests/response/reference/pitch1.6_roc1.6_h1.1314_filter0.75.csv"),
-        ),
-        "2.8" => (
-            PixelStack::paper(2.8, 1.98, 1.98, 0.75),
-            include_str!("../tests/response/reference/pitch2.8_roc1.98_h1.98_filter0.75.csv"),
-        ),
-        "3.5-roc3.5" => (
-            PixelStack::paper(3.5, 3.5, 2.475, 1.0),
-            include_str!("../tests/response/reference/pitch3.5_roc3.5_h2.475_filter1.0.csv"),
-        ),
-        _ => (
-            PixelStack::paper(3.5, 2.475, 2.475, 1.0),
-            include_str!("../tests/response/reference/pitch3.5_roc2.475_h2.475_filter1.0.csv"),
-        ),
-    };
-    let wanted: Option<Vec<f64>> = only.map(|o| o.split(',').map(|x| x.parse().unwrap()).collect());
+    let (stack, lines) = reference(pixel);
+    let wanted = only.map(numbers);
     println!(
         "{pixel} {name}: theta pol left right (error in % of the strong half) R balance flux-volume"
     );
     let (mut worst, mut squares, mut count, mut seconds) = (0.0f64, 0.0, 0.0, 0.0);
-    for line in csv
-        .lines()
-        .filter(|l| l.starts_with(|c: char| c.is_ascii_digit()))
-    {
-        let n: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
+    for n in lines {
         if wanted.as_ref().is_some_and(|w| !w.contains(&n[0])) {
             continue;
         }
@@ -191,7 +170,7 @@ fn modal(pixel: &str, name: &str, thetas: &str, phi_deg: f64) {
     );
     let (mut worst, mut worst_mean, mut squares, mut count, mut seconds) =
         (0.0f64, 0.0f64, 0.0, 0.0, 0.0);
-    for theta in thetas.split(',').map(|x| x.parse::<f64>().unwrap()) {
+    for theta in numbers(thetas) {
         let [bx, by] = bloch(theta, phi_deg);
         let k0 = 2.0 * PI / 0.55;
         let exact = model.solve(bx / k0, by / k0).unwrap();

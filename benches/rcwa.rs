@@ -7,6 +7,10 @@
 //! ```
 #![allow(clippy::unwrap_used)] // because a bench fails by panicking
 
+#[path = "support/curves.rs"]
+mod curves;
+
+use curves::{numbers, reference};
 use quadpixel::em::PixelStack;
 use quadpixel::em::rcwa::{RcwaAnswer, RcwaModel, RcwaPowers, RcwaSettings};
 
@@ -25,10 +29,6 @@ fn settings(name: &str) -> RcwaSettings {
             }
         }
     }
-}
-
-fn numbers(text: &str) -> Vec<f64> {
-    text.split(',').map(|x| x.parse().unwrap()).collect()
 }
 
 /// Of a pixel of two columns.
@@ -71,41 +71,12 @@ fn pixel(name: &str, preset: &str, thetas: &str, phi_deg: f64) {
 }
 
 fn curve(pixel: &str, name: &str, only: Option<&str>) {
-    let (stack, csv) = match pixel {
-        "1.6" => (
-            PixelStack::paper(1.6, 1.1314, 1.1314, 0.75),
-            include_str!("../tests/response/reference/pitch1.6_roc1.1314_h1.1314_filter0.75.csv"),
-        ),
-        "1.6-flat" => (
-            PixelStack::paper(1.6, 1.6, 1.1314, 0.75),
-            include_str!("../tests/response/reference/pitch1.6_roc1.6_h1.1314_filter0.75.csv"),
-        ),
-        "2.8" => (
-            PixelStack::paper(2.8, 1.98, 1.98, 0.75),
-            include_str!("../tests/response/reference/pitch2.8_roc1.98_h1.98_filter0.75.csv"),
-        ),
-        "2.8-flat" => (
-            PixelStack::paper(2.8, 2.8, 1.98, 0.75),
-            include_str!("../tests/response/reference/pitch2.8_roc2.8_h1.98_filter0.75.csv"),
-        ),
-        "3.5-roc3.5" => (
-            PixelStack::paper(3.5, 3.5, 2.48, 1.0),
-            include_str!("../tests/response/reference/pitch3.5_roc3.5_h2.475_filter1.0.csv"),
-        ),
-        _ => (
-            PixelStack::paper(3.5, 2.475, 2.475, 1.0),
-            include_str!("../tests/response/reference/pitch3.5_roc2.475_h2.475_filter1.0.csv"),
-        ),
-    };
+    let (stack, lines) = reference(pixel);
     let wanted = only.map(numbers);
     let model = RcwaModel::new(&stack, 550.0, &settings(name)).unwrap();
     println!("{pixel} {name}: theta pol left right (error in % of the strong half) R balance-1");
     let (mut worst, mut squares, mut count, mut seconds) = (0.0f64, 0.0, 0.0, 0.0);
-    for line in csv
-        .lines()
-        .filter(|l| l.starts_with(|c: char| c.is_ascii_digit()))
-    {
-        let n = numbers(line);
+    for n in lines {
         if wanted.as_ref().is_some_and(|w| !w.contains(&n[0])) {
             continue;
         }

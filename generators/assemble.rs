@@ -28,30 +28,32 @@ pub(crate) use responses::wave_table;
 /// # Errors
 /// What a field of the recipe is and may be.
 pub fn lens(recipe: &LensRecipe) -> Result<Lens, CommandError> {
-    let input = |e: quadpixel::lens::LensError| CommandError::input(e.to_string());
     let mut lens = Prescription::named(&recipe.name)
         .and_then(|p| match recipe.deviations.as_slice() {
             [] => Ok(p),
             some => p.with_deviations(some),
         })
         .and_then(|p| Lens::new(&p))
-        .map_err(input)?;
+        .map_err(CommandError::input)?;
     if let Some(f) = recipe.f_number {
-        lens = lens.with_f_number(f).map_err(input)?;
+        lens = lens.with_f_number(f).map_err(CommandError::input)?;
     }
     let wavelength = ChannelWavelengths::default().reference_nm();
     let focus_mm = recipe.focus_mm.unwrap_or(f64::INFINITY);
     lens = lens
         .focused_at(focus_mm, FocusBy::Sensor, wavelength)
-        .map_err(input)?;
+        .map_err(CommandError::input)?;
     if recipe.focus_error_um != 0.0 {
         let error_mm = recipe.focus_error_um * MM_PER_UM;
-        lens = lens.with_focus_error(error_mm, wavelength).map_err(input)?;
+        lens = lens
+            .with_focus_error(error_mm, wavelength)
+            .map_err(CommandError::input)?;
     }
     if recipe.misalignments.is_empty() {
         return Ok(lens);
     }
-    lens.perturbed(&recipe.misalignments).map_err(input)
+    lens.perturbed(&recipe.misalignments)
+        .map_err(CommandError::input)
 }
 
 /// The camera of a recipe.
@@ -81,13 +83,13 @@ fn focused_camera(
         WindowRecipe::ChiefRayAngle { theta_deg, phi_deg } => {
             let system = lens
                 .at(wavelengths.reference_nm())
-                .map_err(|e| CommandError::input(e.to_string()))?;
+                .map_err(CommandError::input)?;
             centre_at(&system, theta_deg, phi_deg)?
         }
     };
     let size = (recipe.sensor.width, recipe.sensor.height);
     let sensor = Sensor::new(recipe.sensor.pitch_um, subpixels, size, centre)
-        .map_err(|e| CommandError::input(e.to_string()))?;
+        .map_err(CommandError::input)?;
     let offset_um = DVec2::from(recipe.sensor.microlens_offset_um);
     if !offset_um.is_finite() {
         return Err(CommandError::input(format!(
@@ -103,7 +105,7 @@ fn focused_camera(
     );
     camera
         .map(|c| c.with_microlens_offset_um(offset_um))
-        .map_err(|e| CommandError::input(e.to_string()))
+        .map_err(CommandError::input)
 }
 
 /// The camera in front of which the recipe's cards are laid out, where that is not its own.
@@ -167,7 +169,7 @@ fn world_scene(
         ));
     }
     let (description, mut warnings) = world.build(camera)?;
-    let checked = World::new(description).map_err(|e| CommandError::input(e.to_string()))?;
+    let checked = World::new(description).map_err(CommandError::input)?;
     warnings.extend(checked.warnings().lines());
     let scene = Scene::of_world(Arc::new(checked), world.paths);
     Ok((scene, warnings))
@@ -180,17 +182,16 @@ fn plane(recipe: &PlaneRecipe, camera: &Camera) -> Result<TexturedPlane, Command
             "distance_mm is {distance}; allowed: a positive length"
         )));
     }
-    let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
     let texture = recipe
         .chart
         .generate(recipe.chart_seed, recipe.texture_px)
-        .map_err(|e| input(&e))?;
+        .map_err(CommandError::input)?;
     let coverage = recipe
         .cutout
         .as_ref()
         .map(|c| c.shape.generate(c.seed, recipe.texture_px))
         .transpose()
-        .map_err(|e| input(&e))?;
+        .map_err(CommandError::input)?;
     let tilts = (recipe.tilt_x_deg, recipe.tilt_y_deg, recipe.roll_deg);
     let turn: DMat3 = TexturedPlane::orientation(tilts);
     let (centre, size) = match recipe.extent {
@@ -224,7 +225,7 @@ fn plane(recipe: &PlaneRecipe, camera: &Camera) -> Result<TexturedPlane, Command
         Arc::new(texture),
         coverage.map(Arc::new),
     )
-    .map_err(|e| input(&e))
+    .map_err(CommandError::input)
 }
 
 /// Where the middle ray of stored-image place (column, row) meets depth `distance_mm`.
@@ -260,7 +261,7 @@ pub fn pixel(name: &str) -> Result<PixelStack, CommandError> {
     } else {
         PixelStack::builtin(name)
     };
-    stack.map_err(|e| CommandError::input(e.to_string()))
+    stack.map_err(CommandError::input)
 }
 
 /// A pixel by its built-in name or TOML file, with m×n photodiodes.

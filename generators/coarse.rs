@@ -71,9 +71,8 @@ impl Coarse {
             .map(|&v| srgb::code_from_linear((v * gain).clamp(0.0, 1.0)))
             .collect();
         let (width, height) = (self.sum.width(), self.sum.height());
-        let failed = |e: &dyn std::fmt::Display| CommandError::failed(e.to_string());
-        let jpeg =
-            raster::encode_jpeg(path, &codes, width, height, QUALITY).map_err(|e| failed(&e))?;
-        write_aside(path, &jpeg).map_err(|e| failed(&e))
+        let jpeg = raster::encode_jpeg(path, &codes, width, height, QUALITY)
+            .map_err(CommandError::failed)?;
+        write_aside(path, &jpeg).map_err(CommandError::failed)
     }
 }

@@ -179,7 +179,7 @@ fn trial(
     })
     .map_err(write_error)?;
     let bytes = size_of(&place)?;
-    file::remove(&place).map_err(|e| CommandError::failed(e.to_string()))?;
+    file::remove(&place).map_err(CommandError::failed)?;
     Ok(Trial {
         stages,
         bytes,
@@ -250,8 +250,7 @@ fn one_table(
         ..settings.clone()
     };
     let began = Instant::now();
-    let built = build_table(stack, &coarse, None, &|_, _| ())
-        .map_err(|e| CommandError::input(e.to_string()))?;
+    let built = build_table(stack, &coarse, None, &|_, _| ()).map_err(CommandError::input)?;
     let more =
         directions(settings.steps, stack.subpixels) / directions(coarse.steps, stack.subpixels);
     Ok((began.elapsed().as_secs_f64() * more, built.table))
@@ -293,7 +292,7 @@ impl Folder {
         let mut name = out.file_name().unwrap_or_default().to_os_string();
         name.push(format!("-estimate-{}", std::process::id()));
         let folder = out.with_file_name(name);
-        file::create_folder(&folder).map_err(|e| CommandError::failed(e.to_string()))?;
+        file::create_folder(&folder).map_err(CommandError::failed)?;
         Ok(Self(folder))
     }
 }

@@ -235,7 +235,7 @@ fn write(path: &Path, picture: &str) -> Result<(), CommandError> {
 }
 
 fn save(path: &Path, picture: &str) -> Result<(), CommandError> {
-    write_aside(path, picture.as_bytes()).map_err(|e| CommandError::failed(e.to_string()))
+    write_aside(path, picture.as_bytes()).map_err(CommandError::failed)
 }
 
 fn input(error: LensError) -> CommandError {

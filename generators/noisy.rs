@@ -33,7 +33,7 @@ impl Noisy {
         let quantum_efficiency = white.quantum_efficiency();
         let electrons_at_white = settings.electrons_at_white(sensor.pitch_um(), quantum_efficiency);
         let readout = Readout::new(settings, sensor.subpixels(), electrons_at_white)
-            .map_err(|e| CommandError::input(e.to_string()))?;
+            .map_err(CommandError::input)?;
         let exposed = readout.expose(&mosaic.mosaic);
         let mut shading = white.of_subpixels_sr(sensor);
         for value in shading.iter_mut().flat_map(|image| image.data_mut()) {

@@ -69,9 +69,7 @@ impl Recipe {
     /// # Errors
     /// Bands out of their range.
     pub fn wavelengths(&self) -> Result<ChannelWavelengths, CommandError> {
-        let of_bands = |bands| {
-            ChannelWavelengths::of_bands(bands).map_err(|e| CommandError::input(e.to_string()))
-        };
+        let of_bands = |bands| ChannelWavelengths::of_bands(bands).map_err(CommandError::input);
         self.spectrum
             .map_or_else(|| Ok(ChannelWavelengths::default()), of_bands)
     }

@@ -90,5 +90,5 @@ fn pitch_um(name: &str) -> Result<f64, CommandError> {
     let table = AngularResponse::read_npz(Path::new(name));
     table
         .map(|t| t.meta().pitch_um)
-        .map_err(|e| CommandError::input(e.to_string()))
+        .map_err(CommandError::input)
 }

@@ -172,7 +172,7 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
     planned::tell(&progress, &name, &sample);
     if let (Some(record), Some(path)) = (record, &args.keep_rays) {
         let written = record.write_npz(path, &about);
-        written.map_err(|e| CommandError::failed(e.to_string()))?;
+        written.map_err(CommandError::failed)?;
     }
     let mut stages = sample.stages();
     timed(&mut stages.writing_s, || write_alone(out, &sample.files())).map_err(write_error)?;

@@ -165,7 +165,7 @@ fn made(
         None => cache.get_or_build(stack, &changed(args, args.model.table(stack)), angles),
         Some(settings) => cache.get_or_build_shifted(stack, &settings, angles),
     };
-    made.map_err(|e| CommandError::input(e.to_string()))
+    made.map_err(CommandError::input)
 }
 
 fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), CommandError> {
@@ -299,8 +299,7 @@ fn import(args: &ResponseArgs, stack: &PixelStack, csv: &Path) -> Result<(), Com
         wavelength_nm,
         symmetric: args.symmetric,
     };
-    let response = AngularResponse::read_csv(csv, stack, &settings)
-        .map_err(|e| CommandError::input(e.to_string()))?;
+    let response = AngularResponse::read_csv(csv, stack, &settings).map_err(CommandError::input)?;
     let path = args
         .output
         .clone()
@@ -325,9 +324,7 @@ fn import(args: &ResponseArgs, stack: &PixelStack, csv: &Path) -> Result<(), Com
 }
 
 fn written(response: &AngularResponse, path: &Path) -> Result<(), CommandError> {
-    response
-        .write_npz(path)
-        .map_err(|e| CommandError::failed(e.to_string()))
+    response.write_npz(path).map_err(CommandError::failed)
 }
 
 /// `NAME-what.npz` in the working folder, whatever a file calls its pixel.

@@ -7,7 +7,7 @@ use quadpixel::effects::{Choice, Decision, Effect, Estimate, Planned, Subject, p
 use quadpixel::image::Image;
 use quadpixel::image::raster::Levels;
 use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField, DisparityMaps, WhiteField};
-use quadpixel::render::{Camera, Execution, RayRecord, RecordError, SubPixelImage, render};
+use quadpixel::render::{Camera, Execution, RayRecord, SubPixelImage, render};
 use quadpixel::response::Response;
 use quadpixel::scene::Scene;
 use quadpixel::spectrum::ChannelWavelengths;
@@ -197,7 +197,6 @@ impl Prepared {
         let several = scene.planes().len() > 1 || scene.world().is_some();
         let surfaces = several.then_some(geometry.surfaces.as_slice());
         let (settings, execution) = (&recipe.render, Execution::default());
-        let input = |e: RecordError| CommandError::input(e.to_string());
         let (rendered, record) = timed(&mut stages.rays_s, || match rays {
             Rays::Trace => {
                 let rendered = render(&camera, &scene, settings, &execution, surfaces, progress);
@@ -210,7 +209,7 @@ impl Prepared {
             }
             Rays::Develop(record) => record.develop(&camera).map(|rendered| (rendered, None)),
         })
-        .map_err(input)?;
+        .map_err(CommandError::input)?;
         let began = std::time::Instant::now();
         let white = WhiteField::new(&camera);
         let (Some(field), Some(defocus)) = (

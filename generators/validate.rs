@@ -60,8 +60,7 @@ pub fn moving_disk(
     theta_max_deg: f64,
     rays: usize,
 ) -> Result<Experiment, CommandError> {
-    let white =
-        Texture::from_fn(1, 1, |_, _| [1.0]).map_err(|e| CommandError::failed(e.to_string()))?;
+    let white = Texture::from_fn(1, 1, |_, _| [1.0]).map_err(CommandError::failed)?;
     let white = Arc::new(white);
     let disk = Arc::new(disk()?);
     let directions: Vec<(f64, f64)> = (0..=(theta_max_deg / 2.5) as usize)
@@ -81,10 +80,7 @@ pub fn moving_disk(
             white.clone(),
             Some(disk.clone()),
         );
-        let scene = Scene::new(
-            vec![card.map_err(|e| CommandError::input(e.to_string()))?],
-            [0.0; 3],
-        );
+        let scene = Scene::new(vec![card.map_err(CommandError::input)?], [0.0; 3]);
         // Aimed wider than the disk: its rim is found by the rays.
         let came_back = pixel(&whole, &scene, around(centre, 0.6 * DISK_MM), rays)?;
         let cos4 = theta_deg.to_radians().cos().powi(4);
@@ -181,7 +177,7 @@ fn masked_to_node(
     let at = (iv * response.axes().u.len() + iu) * n_sub;
     table[at..at + n_sub].copy_from_slice(response.node(0, 0, iv, iu));
     AngularResponse::new(response.axes().clone(), response.meta().clone(), table)
-        .map_err(|e| CommandError::failed(e.to_string()))
+        .map_err(CommandError::failed)
 }
 
 /// Green irradiance of each sub-pixel of one bare pixel, sr.
@@ -191,16 +187,15 @@ fn pixel(
     target: PupilEllipse,
     rays: usize,
 ) -> Result<Vec<f64>, CommandError> {
-    let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
     let sensor = Sensor::new(
         response.pitch_um(),
         response.subpixels(),
         (1, 1),
         DVec2::ZERO,
     )
-    .map_err(|e| input(&e))?;
+    .map_err(CommandError::input)?;
     let camera = Camera::bare(sensor, response, ChannelWavelengths::default(), target)
-        .map_err(|e| input(&e))?;
+        .map_err(CommandError::input)?;
     let settings = RenderSettings {
         rays_per_pixel: rays,
         seed: 1,
@@ -247,7 +242,7 @@ fn disk() -> Result<Coverage, CommandError> {
         DISK_TEXELS,
         (0..DISK_TEXELS * DISK_TEXELS).map(inside).collect(),
     )
-    .map_err(|e| CommandError::failed(e.to_string()))
+    .map_err(CommandError::failed)
 }
 
 impl Experiment {

@@ -68,7 +68,7 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
     let angles = |done: usize, total: usize| progress.angles(done, total);
     let cached = ResponseCache::open(ResponseCache::default_dir())
         .get_or_build(&stack, &TableSettings::wave_standard_for(&stack), &angles)
-        .map_err(|e| CommandError::failed(e.to_string()))?;
+        .map_err(CommandError::failed)?;
     let response = cached.table;
     let warnings = cached.warnings.iter();
     warnings.for_each(|w| progress.warn(&w.to_string()));
@@ -77,18 +77,17 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
     let plane = masked_plane(&response, args.theta_max_deg, stride, args.rays)?;
     progress.finish();
 
-    let failed = |e: &dyn std::fmt::Display| CommandError::failed(e.to_string());
-    file::create_folder(&args.out).map_err(|e| failed(&e))?;
+    file::create_folder(&args.out).map_err(CommandError::failed)?;
     let report = serde_json::json!({
         "pixel": args.pixel, "subpixels": args.subpixels, "rays": args.rays, "theta_max_deg": args.theta_max_deg,
         "experiment_1_moving_disk": disk, "experiment_2_masked_plane": plane,
     });
-    let text = serde_json::to_vec_pretty(&report).map_err(|e| failed(&e))?;
-    file::write_aside(&args.out.join("validation.json"), &text).map_err(|e| failed(&e))?;
+    let text = serde_json::to_vec_pretty(&report).map_err(CommandError::failed)?;
+    file::write_aside(&args.out.join("validation.json"), &text).map_err(CommandError::failed)?;
     let sheet = plots(&response, subpixels, args.theta_max_deg, [&disk, &plane]);
     let picture = args.out.join("validation.png");
     raster::write_png8(&picture, &sheet.rgb, sheet.width, sheet.height, 3)
-        .map_err(|e| failed(&e))?;
+        .map_err(CommandError::failed)?;
     if args.json {
         println!("{report}");
     } else {

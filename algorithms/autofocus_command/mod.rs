@@ -202,7 +202,7 @@ fn truth(folder: &Path, meta: &SampleMeta, region: Region) -> Result<Truth, Comm
         let layers = read("disparity.exr")?;
         let counts = &meta.sensor.subpixels;
         let partition = Partition::new(counts.columns as usize, counts.rows as usize)
-            .map_err(|e| CommandError::input(e.to_string()))?;
+            .map_err(CommandError::input)?;
         let mean = |side: Side, i: usize| {
             let members = partition.side(side);
             let dx = |v: &usize| {

@@ -33,195 +33,29 @@
 
 mod geometry;
 mod lanes;
+mod matches;
 mod peak;
 mod plane;
 mod reference;
 mod refine;
 mod sampler;
 mod search;
+mod settings;
 mod surfaces;
 mod tile;
 
 pub use geometry::{Axes, Grid};
+pub use matches::{DisparityMap, Match, Verdict};
+pub use settings::{Limits, MatchSettings};
 pub use surfaces::{ZnccSurfaces, zncc_surfaces};
 
+use matches::largest_eigenvalue;
 use plane::{Plane, WindowStatistics};
 use quadpixel::image::Image;
 use quadpixel::simd::SimdLevel;
 
 /// Largest search, in pixels, done at full resolution; beyond it the search goes from coarse to fine.
 pub const DIRECT_SEARCH_PX: usize = 4;
-
-/// What to match and what to trust.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MatchSettings {
-    /// Side of the square window in pixels: odd, 5 to 31; 15 to 31 is what the accuracy figures hold for.
-    pub window_px: usize,
-    /// Distance of the nodes in pixels, at least 1.
-    pub stride_px: usize,
-    /// Largest shift looked for on each free axis, in pixels: 1 to 1024.
-    pub search_px: usize,
-    /// Directions in which a shift is possible.
-    pub axes: Axes,
-    /// The refinement ends with a step that is expected to be shorter than this, px: 1e-6 to 0.5. It is what parts its end from the
-    /// converged one; steps shrink by some 0.05 each.
-    pub last_step_px: f64,
-    /// What is too bad to be used.
-    pub limits: Limits,
-}
-
-impl Default for MatchSettings {
-    fn default() -> Self {
-        Self {
-            window_px: 21,
-            stride_px: 4,
-            search_px: 4,
-            axes: Axes::Both,
-            last_step_px: 1e-3,
-            limits: Limits::default(),
-        }
-    }
-}
-
-/// When a match is rejected.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
-    /// Largest standard deviation (the worse principal axis), px.
-    pub deviation_px: f64,
-    /// Smallest ZNCC.
-    pub zncc: f64,
-    /// Largest ratio of the second peak of the ZNCC to the first.
-    pub second_peak: f64,
-    /// Largest disagreement of the match from A to B with that from B to A, px.
-    pub forward_backward_px: f64,
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        Self {
-            deviation_px: 0.1,
-            zncc: 0.5,
-            second_peak: 0.9,
-            forward_backward_px: 0.1,
-        }
-    }
-}
-
-/// Whether a match can be trusted, and if not, why.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[repr(u8)]
-pub enum Verdict {
-    /// All tests passed.
-    Valid = 0,
-    /// The window shows nothing but rounding, or a pattern with no slope along a free axis.
-    Textureless = 1,
-    /// ZNCC below the limit.
-    LowCorrelation = 2,
-    /// A second peak nearly as high as the first: periodic texture.
-    Ambiguous = 3,
-    /// The best shift lies at the end of the search, or beyond it.
-    SearchEdge = 4,
-    /// The window or its interpolation leaves B.
-    Outside = 5,
-    /// Standard deviation above the limit.
-    Uncertain = 6,
-    /// The match from B back to A leads elsewhere.
-    Inconsistent = 7,
-    /// The refinement left the peak it started from.
-    NotConverged = 8,
-}
-
-impl Verdict {
-    /// All verdicts, in the order of their codes.
-    pub const ALL: [Self; 9] = [
-        Self::Valid,
-        Self::Textureless,
-        Self::LowCorrelation,
-        Self::Ambiguous,
-        Self::SearchEdge,
-        Self::Outside,
-        Self::Uncertain,
-        Self::Inconsistent,
-        Self::NotConverged,
-    ];
-
-    /// Its name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Valid => "valid",
-            Self::Textureless => "textureless",
-            Self::LowCorrelation => "low_correlation",
-            Self::Ambiguous => "ambiguous",
-            Self::SearchEdge => "search_edge",
-            Self::Outside => "outside",
-            Self::Uncertain => "uncertain",
-            Self::Inconsistent => "inconsistent",
-            Self::NotConverged => "not_converged",
-        }
-    }
-}
-
-/// The match of one window.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Match {
-    /// Shift to the right, px; NaN unless valid; 0 where the axis is fixed.
-    pub dx_px: f64,
-    /// Shift down, px; NaN unless valid; 0 where the axis is fixed.
-    pub dy_px: f64,
-    /// Covariance xx, xy, yy in px²; NaN unless valid; 0 on a fixed axis.
-    pub covariance_px2: [f64; 3],
-    /// Correlation at the best shift, −1 to 1; NaN where none was computed.
-    pub zncc: f64,
-    /// Trust.
-    pub verdict: Verdict,
-}
-
-impl Match {
-    fn rejected(verdict: Verdict, zncc: f64) -> Self {
-        Self {
-            dx_px: f64::NAN,
-            dy_px: f64::NAN,
-            covariance_px2: [f64::NAN; 3],
-            zncc,
-            verdict,
-        }
-    }
-
-    /// Standard deviation along the worse principal axis, px.
-    pub fn deviation_px(&self) -> f64 {
-        largest_eigenvalue(self.covariance_px2).sqrt()
-    }
-}
-
-/// Larger eigenvalue of the symmetric matrix (xx, xy, yy).
-fn largest_eigenvalue([xx, xy, yy]: [f64; 3]) -> f64 {
-    let half_difference = 0.5 * (xx - yy);
-    0.5 * (xx + yy) + (half_difference * half_difference + xy * xy).sqrt()
-}
-
-/// Matches on a grid of nodes, row-major.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DisparityMap {
-    /// Where the nodes lie.
-    pub grid: Grid,
-    /// One match a node.
-    pub matches: Vec<Match>,
-}
-
-impl DisparityMap {
-    /// Nodes with their pixel positions (x, y).
-    pub fn nodes(&self) -> impl Iterator<Item = ([f64; 2], &Match)> {
-        (self.matches.iter().enumerate()).map(|(i, found)| {
-            let (x, y) = self.grid.pixel(i);
-            ([x as f64, y as f64], found)
-        })
-    }
-
-    /// Nodes with `verdict`.
-    pub fn count(&self, verdict: Verdict) -> usize {
-        self.matches.iter().filter(|m| m.verdict == verdict).count()
-    }
-}
 
 /// Pictures or settings that cannot be matched.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -311,7 +145,7 @@ struct Prepared {
 
 impl Prepared {
     fn new(a: &Image, b: &Image, settings: &MatchSettings) -> Result<Self, MatchError> {
-        check(settings)?;
+        settings::check(settings)?;
         if (a.width(), a.height()) != (b.width(), b.height()) {
             return Err(MatchError::Size {
                 a: (a.width(), a.height()),
@@ -336,54 +170,6 @@ impl Prepared {
             grid,
             statistics,
         })
-    }
-}
-
-fn check(settings: &MatchSettings) -> Result<(), MatchError> {
-    let setting = |name, value: f64, allowed| {
-        Err(MatchError::Setting {
-            name,
-            value,
-            allowed,
-        })
-    };
-    let window = settings.window_px;
-    if window.is_multiple_of(2) || !(5..=31).contains(&window) {
-        return setting("window", window as f64, "an odd number from 5 to 31 px");
-    }
-    if settings.stride_px == 0 {
-        return setting("stride", 0.0, "at least 1 px");
-    }
-    if !(1..=1024).contains(&settings.search_px) {
-        return setting("search", settings.search_px as f64, "1 to 1024 px");
-    }
-    if !(1e-6..=0.5).contains(&settings.last_step_px) {
-        return setting("last step", settings.last_step_px, "1e-6 to 0.5 px");
-    }
-    for (name, value) in [
-        ("largest deviation", settings.limits.deviation_px),
-        ("smallest ZNCC", settings.limits.zncc),
-        ("second peak", settings.limits.second_peak),
-        ("forward-backward", settings.limits.forward_backward_px),
-    ] {
-        if value.is_nan() || value <= 0.0 {
-            return setting(name, value, "a positive number");
-        }
-    }
-    Ok(())
-}
-
-impl DisparityMap {
-    /// The valid matches, for [`crate::field`].
-    pub fn observations(&self) -> Vec<crate::field::Observation> {
-        self.nodes()
-            .filter(|(_, found)| found.verdict == Verdict::Valid)
-            .map(|(at_px, found)| crate::field::Observation {
-                at_px,
-                shift_px: [found.dx_px, found.dy_px],
-                covariance_px2: found.covariance_px2,
-            })
-            .collect()
     }
 }
 

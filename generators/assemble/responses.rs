@@ -43,20 +43,19 @@ impl Responses {
         subpixels: Subpixels,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Arc<Response>, CommandError> {
-        let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
         if let ResponseRecipe::Geometric { focal_length_um } = recipe.response {
             let f_number = match recipe.lens.f_number {
                 Some(f) => f,
                 None => {
                     lens(&recipe.lens)?
                         .paraxial(ChannelWavelengths::default().reference_nm())
-                        .map_err(|e| input(&e))?
+                        .map_err(CommandError::input)?
                         .f_number
                 }
             };
             let focal = focal_length_um.unwrap_or(recipe.sensor.pitch_um * f_number);
             let geometric = GeometricResponse::new(subpixels, recipe.sensor.pitch_um, focal)
-                .map_err(|e| input(&e))?;
+                .map_err(CommandError::input)?;
             return Ok(Arc::new(Response::Geometric(geometric)));
         }
         let wavelengths_nm = recipe.wavelengths()?.all_response_nm();
@@ -90,12 +89,12 @@ impl Responses {
                     ChannelWavelengths::default().reference_nm(),
                     progress,
                 );
-                self.taken(made.map_err(|e| input(&e))?)
+                self.taken(made.map_err(CommandError::input)?)
             }
             ResponseRecipe::Fdtd { pixel } => {
                 let stack = pixel_stack(pixel, subpixels)?;
                 let shipped = AngularResponse::shipped_fdtd(&stack);
-                match shipped.map_err(|e| CommandError::failed(e.to_string()))? {
+                match shipped.map_err(CommandError::failed)? {
                     // It is of one wavelength.
                     Some(table) if recipe.spectrum.is_none() => table,
                     _ => {
@@ -122,7 +121,7 @@ impl Responses {
                 self.kept("rcwa", pixel, &stack, &settings)?
             }
             ResponseRecipe::Table { file } => {
-                AngularResponse::read_npz(Path::new(file)).map_err(|e| input(&e))?
+                AngularResponse::read_npz(Path::new(file)).map_err(CommandError::input)?
             }
             ResponseRecipe::Geometric { .. } => unreachable!("handled above"),
         };
@@ -173,9 +172,7 @@ fn scaled_stack(
     for layer in &mut stack.layers {
         layer.thickness_um *= stack_scale;
     }
-    stack
-        .check()
-        .map_err(|e| CommandError::input(e.to_string()))?;
+    stack.check().map_err(CommandError::input)?;
     Ok(stack)
 }
 

@@ -12,7 +12,7 @@ pub(super) fn defects(
     dice: &Dice,
     name: &str,
 ) -> Result<(Vec<Misalignment>, Vec<Deviation>), CommandError> {
-    let lens = Prescription::named(name).map_err(|e| CommandError::input(e.to_string()))?;
+    let lens = Prescription::named(name).map_err(CommandError::input)?;
     let element = |k: usize| {
         let of = |draw, what| dice.of(draw, what, k as u64);
         Misalignment {

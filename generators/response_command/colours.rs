@@ -59,7 +59,7 @@ pub(super) fn tables(
         wavelengths: args.band_wavelengths,
         ..Bands::default()
     })
-    .map_err(|e| CommandError::input(e.to_string()))?;
+    .map_err(CommandError::input)?;
     if bands {
         settings.wavelengths_nm = channels.all_response_nm();
     }
@@ -71,8 +71,7 @@ pub(super) fn tables(
         ));
     }
     let began = std::time::Instant::now();
-    let made = build_mosaic_tables(stack, &settings, &angles)
-        .map_err(|e| CommandError::input(e.to_string()))?;
+    let made = build_mosaic_tables(stack, &settings, &angles).map_err(CommandError::input)?;
     let seconds = began.elapsed().as_secs_f64();
     for colour in FilterColour::ALL {
         if let Some(violation) = made.of(colour).report.violation() {
@@ -82,8 +81,7 @@ pub(super) fn tables(
     }
     if bands {
         progress.finish();
-        let table =
-            (made.of_channels(&channels)).map_err(|e| CommandError::input(e.to_string()))?;
+        let table = (made.of_channels(&channels)).map_err(CommandError::input)?;
         let path = args.output.clone();
         let path =
             path.unwrap_or_else(|| default_output(stack, &format!("{}-bands", args.model.name())));

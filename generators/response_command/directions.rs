@@ -70,11 +70,10 @@ fn solve(
     stack: &PixelStack,
     progress: &Progress,
 ) -> Result<Vec<Direction>, CommandError> {
-    let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
     let model = args.model.model();
     let mut all = Vec::new();
     for &wavelength_nm in &args.wavelength_nm {
-        let pixel = LitPixel::new(stack, &model, wavelength_nm).map_err(|e| input(&e))?;
+        let pixel = LitPixel::new(stack, &model, wavelength_nm).map_err(CommandError::input)?;
         let of_phi = |&phi| args.theta_deg.iter().map(move |&theta| (theta, phi));
         let angles: Vec<(f64, f64)> = args.phi_deg.iter().flat_map(of_phi).collect();
         let one = |&(theta_deg, phi_deg): &(f64, f64)| {
@@ -86,7 +85,9 @@ fn solve(
                     run.time_um, run.residual
                 ));
             };
-            let answer = pixel.light_watched(u, v, &watch).map_err(|e| input(&e))?;
+            let answer = pixel
+                .light_watched(u, v, &watch)
+                .map_err(CommandError::input)?;
             Ok(Direction {
                 wavelength_nm,
                 theta_deg,

@@ -51,7 +51,7 @@ pub(super) fn of(kind: Kind, pixels: &[String]) -> Result<Vec<Case>, CommandErro
         Kind::Tungsten => named(&["2.8um", "2.8um-tungsten"].map(String::from)),
         Kind::Microlens => Ok(microlenses()),
         Kind::Pitch => Ok(pitches()),
-        Kind::Wavelength => wavelengths().map_err(|e| CommandError::input(e.to_string())),
+        Kind::Wavelength => wavelengths().map_err(CommandError::input),
     }
 }
 

@@ -43,24 +43,23 @@ struct Direction {
 pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     let stack = one_pixel(args, "3.5um-thin-filter")?;
     let model = args.model.shifted(&stack).table.model;
-    let input = |e: quadpixel::response::ResponseError| CommandError::input(e.to_string());
-    let pixel = ShiftedPixel::new(&stack, &model, WAVELENGTH_NM).map_err(input)?;
+    let pixel = ShiftedPixel::new(&stack, &model, WAVELENGTH_NM).map_err(CommandError::input)?;
     let progress = Progress::new(log.json(args.json));
     let began = std::time::Instant::now();
     let told = |done: usize, total: usize| progress.angles(done, total);
     let map = ChiefRayShifts::of_pixel(&pixel, args.cone_f_number, &THETA_DEG, AZIMUTHS, &told)
-        .map_err(input)?;
+        .map_err(CommandError::input)?;
     let chiefs: Vec<(f64, f64)> = DRAWN.into_iter().flatten().collect();
     let shift = |&(theta, phi): &(f64, f64)| {
         let [u, v] = direction_cosines(theta, phi);
         map.at(u, v).shift_um
     };
     let shifts: Vec<[f64; 2]> = chiefs.iter().map(shift).collect();
-    let all = directions(&pixel, &shifts).map_err(input)?;
+    let all = directions(&pixel, &shifts).map_err(CommandError::input)?;
     progress.finish();
     let seconds = began.elapsed().as_secs_f64();
 
-    file::create_folder(&args.out).map_err(|e| CommandError::failed(e.to_string()))?;
+    file::create_folder(&args.out).map_err(CommandError::failed)?;
     let files = ["cra.csv", "cra-shifts.csv", "cra.svg"].map(|f| args.out.join(f));
     write(&files[0], &responses_csv(&stack, &chiefs, &shifts, &all))?;
     write(&files[1], &shifts_csv(&pixel, &map)?)?;
@@ -142,9 +141,7 @@ fn responses_csv(
 
 /// The shifts found beside those of the first-order moving frame.
 fn shifts_csv(pixel: &ShiftedPixel, map: &ChiefRayShifts) -> Result<String, CommandError> {
-    let frame = pixel
-        .frame()
-        .map_err(|e| CommandError::input(e.to_string()))?;
+    let frame = pixel.frame().map_err(CommandError::input)?;
     let mut text = String::from(
         "chief_theta_deg,chief_phi_deg,along_um,across_um,shift_x_um,shift_y_um,first_order_along_um\n",
     );

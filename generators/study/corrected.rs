@@ -40,9 +40,8 @@ struct Left {
 
 pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     let stack = one_pixel(args, "1.6um")?;
-    let input = |e: ResponseError| CommandError::input(e.to_string());
     let settings = args.model.corrected();
-    settings.check().map_err(input)?;
+    settings.check().map_err(CommandError::input)?;
     let progress = Progress::new(log.json(args.json));
     let began = std::time::Instant::now();
     let told = |done: usize, total: usize| progress.angles(done, total);
@@ -50,16 +49,16 @@ pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     let shipped = if args.all_shifts {
         None
     } else {
-        shipped(&stack, &settings).map_err(input)?
+        shipped(&stack, &settings).map_err(CommandError::input)?
     };
     let (source, exact) = match shipped {
         Some(runs) => ("the shipped FDTD table", runs),
         None => (
             settings.exact.version(),
-            simulated(&stack, &settings, args.all_shifts, &told).map_err(input)?,
+            simulated(&stack, &settings, args.all_shifts, &told).map_err(CommandError::input)?,
         ),
     };
-    let wave = ShiftedPixel::new(&stack, &wave, WAVELENGTH_NM).map_err(input)?;
+    let wave = ShiftedPixel::new(&stack, &wave, WAVELENGTH_NM).map_err(CommandError::input)?;
     let both = |(incidence, exact): &(Incidence, Vec<f64>)| {
         Ok(ExactRun {
             incidence: *incidence,
@@ -68,16 +67,16 @@ pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
         })
     };
     let runs: Result<Vec<ExactRun>, ResponseError> = exact.par_iter().map(both).collect();
-    let runs = runs.map_err(input)?;
+    let runs = runs.map_err(CommandError::input)?;
     progress.finish();
     let spent = SPENT.into_iter().filter(|n| n + HELD_OUT <= runs.len());
     let all: Vec<Left> = spent
         .map(|n| left(&stack, &runs, n))
         .collect::<Result<_, _>>()
-        .map_err(input)?;
+        .map_err(CommandError::input)?;
     let seconds = began.elapsed().as_secs_f64();
 
-    file::create_folder(&args.out).map_err(|e| CommandError::failed(e.to_string()))?;
+    file::create_folder(&args.out).map_err(CommandError::failed)?;
     let files = ["corrected.csv", "corrected.svg"].map(|f| args.out.join(f));
     write(&files[0], &csv(&all))?;
     write(&files[1], &svg(&stack, source, &all))?;

@@ -130,7 +130,7 @@ pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     let began = std::time::Instant::now();
     let told = |done: usize, total: usize| progress.angles(done, total);
     let model = args.model.model();
-    file::create_folder(&args.out).map_err(|e| CommandError::failed(e.to_string()))?;
+    file::create_folder(&args.out).map_err(CommandError::failed)?;
     let partial = args.out.join(format!("{}.partial", args.kind.name()));
     let kept = Kept::open(partial, &cases, &model)?;
     let curves = curve::all(&cases, &model, &angles, &kept, &told)?;
@@ -197,5 +197,5 @@ fn one_pixel(args: &StudyArgs, default: &str) -> Result<PixelStack, CommandError
 }
 
 fn write(path: &Path, text: &str) -> Result<(), CommandError> {
-    file::write_aside(path, text.as_bytes()).map_err(|e| CommandError::failed(e.to_string()))
+    file::write_aside(path, text.as_bytes()).map_err(CommandError::failed)
 }

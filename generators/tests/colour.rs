@@ -3,15 +3,16 @@
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 #![allow(missing_docs)]
 
-mod small;
+mod common;
 
 use std::fs;
 use std::path::Path;
 
-use datasets_spec::{DatasetManifest, FileEntry, SampleMeta, check_dataset};
+use common::small::{SMALL, dataset, refused_config};
+use common::{assert_samples_kept, done, files, findings_with, layer, meta, render};
+use datasets_spec::check_dataset;
 use quadpixel::image::exr::read_layers;
 use quadpixel::image::{Image, raster};
-use small::{SMALL, dataset, done, files, qpgen};
 
 const READOUT: &str = "[readout]\nphotons_um2 = 4000\n";
 /// The default bands.
@@ -19,11 +20,6 @@ const BANDS: &str = "[spectrum]\n";
 
 fn with_mosaic(text: &str) -> String {
     text.replacen("pitch_um = 2.0", "pitch_um = 2.0\nmosaic = \"rggb\"", 1)
-}
-
-fn meta(root: &Path, sample: &str) -> SampleMeta {
-    let text = fs::read(root.join("samples").join(sample).join("meta.json")).unwrap();
-    serde_json::from_slice(&text).unwrap()
 }
 
 /// 16-bit codes of a PNG.
@@ -61,13 +57,8 @@ fn the_mosaic_is_the_picked_channel_of_every_place_bit_for_bit_and_changes_no_ot
             }
         }
     }
-    let (plain, set) = (files(&folder.path().join("plain")), files(&root));
-    for (name, bytes) in &plain {
-        if name.starts_with("samples/") && !name.ends_with("meta.json") {
-            assert!(bytes == &set[name], "{name}");
-        }
-    }
-    let meta = meta(&root, "000001");
+    assert_samples_kept(&folder.path().join("plain"), &root);
+    let meta = meta(&root, 1);
     let mosaic = meta.mosaic.as_ref().unwrap();
     let noisy = mosaic.noisy.unwrap();
     assert_eq!(
@@ -80,14 +71,9 @@ fn the_mosaic_is_the_picked_channel_of_every_place_bit_for_bit_and_changes_no_ot
 
     // A sample is made again from its description, and the exports carry the new files or do without.
     let (source, out) = (sample.join("meta.json"), folder.path().join("again"));
-    done(&[
-        "render",
-        source.to_str().unwrap(),
-        "--out",
-        out.to_str().unwrap(),
-    ]);
+    render(&source, &out);
     for name in ["mosaic.png", "noisy_mosaic.png"] {
-        assert!(fs::read(out.join(name)).unwrap() == set[&format!("samples/000001/{name}")]);
+        assert!(fs::read(out.join(name)).unwrap() == fs::read(sample.join(name)).unwrap());
     }
     for layout in ["dpdd", "qpdnet", "webdataset"] {
         let to = folder.path().join(layout);
@@ -114,23 +100,7 @@ fn a_mosaic_of_other_codes_or_levels_is_found() {
     let folder = tempfile::tempdir().unwrap();
     dataset(folder.path(), "set", &with_mosaic(SMALL), &["--count", "1"]);
     let root = folder.path().join("set");
-    let found = |name: &str, bytes: &[u8]| {
-        let path = format!("samples/000000/{name}");
-        let manifest_path = root.join("dataset.json");
-        let sound = [
-            fs::read(root.join(&path)).unwrap(),
-            fs::read(&manifest_path).unwrap(),
-        ];
-        let mut manifest: DatasetManifest = serde_json::from_slice(&sound[1]).unwrap();
-        let entry = manifest.files.iter_mut().find(|entry| entry.path == path);
-        *entry.unwrap() = FileEntry::of(&path, bytes);
-        fs::write(root.join(&path), bytes).unwrap();
-        fs::write(&manifest_path, serde_json::to_vec(&manifest).unwrap()).unwrap();
-        let findings = check_dataset(&root, &mut |_| {}).findings;
-        fs::write(root.join(&path), &sound[0]).unwrap();
-        fs::write(&manifest_path, &sound[1]).unwrap();
-        findings.iter().map(ToString::to_string).collect::<String>()
-    };
+    let found = |name: &str, bytes: &[u8]| findings_with(&root, name, bytes).concat();
     let path = root.join("samples/000000/mosaic.png");
     let mut other = codes(&path);
     other.pixel_mut(5, 3)[0] += 1.0;
@@ -141,14 +111,14 @@ fn a_mosaic_of_other_codes_or_levels_is_found() {
         text.contains("1 pixels, the first at column 5, row 3"),
         "{text}"
     );
-    let mut levels = meta(&root, "000000");
+    let mut levels = meta(&root, 0);
     levels.mosaic.as_mut().unwrap().clean.black_level = 7;
     let text = found("meta.json", &serde_json::to_vec(&levels).unwrap());
     assert!(
         text.contains("mosaic.clean: not the levels of raw"),
         "{text}"
     );
-    let mut none = meta(&root, "000000");
+    let mut none = meta(&root, 0);
     none.mosaic = None;
     let text = found("meta.json", &serde_json::to_vec(&none).unwrap());
     assert!(text.contains("files: not the files"), "{text}");
@@ -167,16 +137,13 @@ fn bands_are_recorded_and_one_wavelength_each_gives_the_bytes_of_lines() {
             []
         );
     }
-    let [plain, lines, banded] = ["plain", "lines", "bands"].map(|n| files(&folder.path().join(n)));
-    for (name, bytes) in &plain {
-        let picture = name.starts_with("samples/") && !name.ends_with("meta.json");
-        assert!(!picture || bytes == &lines[name], "{name}");
-    }
+    assert_samples_kept(&folder.path().join("plain"), &folder.path().join("lines"));
+    let [plain, banded] = ["plain", "bands"].map(|n| files(&folder.path().join(n)));
     assert!(plain["samples/000000/raw.png"] != banded["samples/000000/raw.png"]);
     // Truth is that of the reference wavelength; cards that fill the view are laid out for all wavelengths' bundles, and so a little larger.
     let valid = "samples/000000/valid.png";
     assert!(plain[valid] == banded[valid]);
-    let meta = meta(&folder.path().join("bands"), "000000");
+    let meta = meta(&folder.path().join("bands"), 0);
     let green = meta.channels[1].band.as_ref().unwrap();
     assert_eq!(
         (meta.channels[1].wavelength_nm, green.width_nm),
@@ -194,20 +161,10 @@ fn bands_are_recorded_and_one_wavelength_each_gives_the_bytes_of_lines() {
         ("width_nm = [80, 500, 80]", "width_nm"),
         ("colour = 1", "colour"),
     ] {
-        let config = folder.path().join("bad.toml");
-        fs::write(&config, format!("{SMALL}[spectrum]\n{line}\n")).unwrap();
-        let out = folder.path().join("bad");
-        let refused = qpgen(&[
-            "dataset",
-            "--config",
-            config.to_str().unwrap(),
-            "--out",
-            out.to_str().unwrap(),
-        ]);
-        let text = String::from_utf8_lossy(&refused.stderr).into_owned();
-        assert!(
-            refused.status.code() == Some(2) && text.contains(field),
-            "{line}: {text}"
+        refused_config(
+            folder.path(),
+            &format!("{SMALL}[spectrum]\n{line}\n"),
+            field,
         );
     }
 }
@@ -247,7 +204,7 @@ fn an_imported_table_of_two_wavelengths_weighs_each_channel_by_its_own() {
     );
     let root = folder.path().join("set");
     assert_eq!(check_dataset(&root, &mut |_| {}).findings, []);
-    let meta = meta(&root, "000000");
+    let meta = meta(&root, 0);
     let p = |nm: f64| 0.2 - 0.1 * (nm - 400.0) / 300.0;
     // Vignetting hardly depends on the wavelength: the cone of light in the glass of the last element does by its dispersion, below 2 %.
     for channel in &meta.channels {
@@ -258,14 +215,7 @@ fn an_imported_table_of_two_wavelengths_weighs_each_channel_by_its_own() {
     }
     let shading = read_layers(&root.join("samples/000000/shading.exr")).unwrap();
     let middle = |channel: usize| -> f32 {
-        let of_view = |s: &str| {
-            shading
-                .iter()
-                .find(|l| l.name == s)
-                .unwrap()
-                .image
-                .pixel(20, 16)[channel]
-        };
+        let of_view = |s: &str| layer(&shading, s).pixel(20, 16)[channel];
         ["A", "B", "C", "D"].into_iter().map(of_view).sum()
     };
     for (c, channel) in meta.channels.iter().enumerate() {

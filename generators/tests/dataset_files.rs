@@ -3,12 +3,14 @@
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 #![allow(missing_docs)]
 
+mod common;
 mod fixture;
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use common::files;
 use datasets_spec::{DatasetManifest, Report, check_dataset};
 use fixture::{HALF_DISK_RATIO, synthetic};
 use generators::writer::{
@@ -46,24 +48,6 @@ fn check(root: &Path) -> Report {
     report
 }
 
-fn bytes_of(root: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-    let mut files = Vec::new();
-    let mut folders = vec![root.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                let bytes = fs::read(&path).unwrap();
-                files.push((path.strip_prefix(root).unwrap().to_path_buf(), bytes));
-            }
-        }
-    }
-    files.sort();
-    files
-}
-
 #[test]
 fn a_dataset_as_written_is_sound_for_every_pixel_kind_and_raw_format() {
     for subpixels in [[1, 1], [2, 1], [1, 2], [2, 2], [3, 3], [4, 4]] {
@@ -92,7 +76,7 @@ fn the_same_samples_give_the_same_bytes_on_any_number_of_threads() {
                 .build()
                 .unwrap();
             pool.install(|| write(folder.path(), 2, [2, 2]));
-            bytes_of(folder.path())
+            files(folder.path())
         })
         .collect();
     assert!(written[0] == written[1]);
@@ -307,7 +291,7 @@ fn an_interrupted_run_goes_on_and_another_configuration_is_kept_out() {
         fs::write(other.path().join(half_made), b"half").unwrap();
     }
     assert_eq!(finish(other.path(), 3), whole);
-    assert!(bytes_of(root) == bytes_of(other.path()));
+    assert!(files(root) == files(other.path()));
     let changed = configuration_hash(&serde_json::json!({"lens": "thick"}));
     let error = found_sample(root, 0, &changed).unwrap_err();
     assert!(matches!(error, WriteError::Occupied { .. }), "{error}");

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 #![cfg(unix)]
 
-mod process;
+mod common;
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -11,7 +11,8 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-use process::{Generator, files, qpgen, said};
+use common::generator::{Generator, number_from};
+use common::{files, qpgen, said};
 
 /// Runs a shell command as root, if this is root; false where it cannot be done.
 fn as_root(command: &str) -> bool {
@@ -284,7 +285,7 @@ fn a_changed_byte_anywhere_in_a_sample_is_found() {
     generator.make("out", &[]);
     let out = folder.path().join("out");
     let sample = files(&out.join("samples/000000"));
-    let flips = process::number_from("QUADPIXEL_FLIPS", 40);
+    let flips = number_from("QUADPIXEL_FLIPS", 40);
     let names: Vec<&String> = sample.keys().collect();
     for flip in 0..flips {
         let name = names[flip % names.len()];

@@ -2,12 +2,13 @@
 
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
-mod small;
+mod common;
 
 use std::path::Path;
 
+use common::small::{SMALL, dataset, refused_config};
+use common::{done, files, qpgen, refused, render};
 use serde_json::Value;
-use small::{SMALL, dataset, done, files, qpgen};
 
 fn meta(folder: &Path, sample: u32) -> Value {
     let path = folder.join(format!("samples/{sample:06}/meta.json"));
@@ -92,12 +93,7 @@ fn what_is_left_out_is_told_with_its_estimate_and_made_again_from_meta_json() {
     done(&["check", out.to_str().unwrap()]);
     let again = folder.path().join("again");
     let path = out.join("samples/000000/meta.json");
-    done(&[
-        "render",
-        path.to_str().unwrap(),
-        "--out",
-        again.to_str().unwrap(),
-    ]);
+    render(&path, &again);
     let [first, second] = [files(&out.join("samples/000000")), files(&again)];
     for (name, bytes) in first.iter().filter(|(name, _)| *name != "meta.json") {
         assert_eq!(bytes, &second[name], "{name}");
@@ -137,22 +133,11 @@ fn unknown_effects_and_tolerances_without_meaning_are_refused() {
     ] {
         let mut arguments = vec!["dataset", "--out", "/nowhere/at-all"];
         arguments.extend(more);
-        let output = qpgen(&arguments);
-        assert_eq!(output.status.code(), Some(2), "{more:?}");
-        let text = String::from_utf8(output.stderr).unwrap();
-        assert!(text.contains(word), "{text}");
+        refused(&qpgen(&arguments), word);
     }
     let folder = tempfile::tempdir().unwrap();
-    let config = folder.path().join("c.toml");
-    std::fs::write(&config, format!("effects = [\"glare\"]\n{SMALL}")).unwrap();
-    let output = qpgen(&[
-        "dataset",
-        "--config",
-        config.to_str().unwrap(),
-        "--out",
-        "/nowhere/at-all",
-    ]);
-    assert_eq!(output.status.code(), Some(2));
+    let text = format!("effects = [\"glare\"]\n{SMALL}");
+    refused_config(folder.path(), &text, "glare");
 }
 
 /// Bytes and noise within 30 %; time within a factor of 3, as test machines are shared. `QUADPIXEL_ESTIMATE=1`: a larger dataset, and 30 % for the

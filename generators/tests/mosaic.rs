@@ -1,26 +1,19 @@
 //! `qpgen study mosaic` and `qpgen response --colour`, as a user calls them.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
+mod common;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
+
+use common::{json, refused};
 
 /// In a folder, with its cache there.
 fn qpgen_in(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_qpgen"));
     command.current_dir(folder).env("QUADPIXEL_CACHE", folder);
     command.args(arguments).output().unwrap()
-}
-
-fn json(output: &Output) -> serde_json::Value {
-    assert!(output.status.success(), "{output:?}");
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-fn refused(output: &Output, why: &str) {
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains(why), "{said}");
 }
 
 /// The built-in mosaic as a pixel of half its size, which a test can afford.
@@ -152,39 +145,19 @@ fn a_table_of_each_colour_is_written() {
 fn a_dataset_takes_a_table_of_bands_and_says_that_neighbours_have_other_filters() {
     let folder = tempfile::tempdir().unwrap();
     let pixel = small_pixel(folder.path());
-    let response = |more: &[&str]| {
-        let given = ["response", "--model", "rcwa", "--preset", "draft", "--json"];
-        let given = [
-            &given[..],
-            &[
-                "--colour",
-                "bands",
-                "--band-wavelengths",
-                "1",
-                "--grid",
-                "2",
-            ],
-            more,
-        ];
-        qpgen_in(folder.path(), &given.concat())
+    let response = |pixel: &str, wavelengths: &str| {
+        let arguments = "response --model rcwa --preset draft --json --colour bands --grid 2 --cosine-max 0.4 -o t.npz --band-wavelengths";
+        let mut arguments: Vec<&str> = arguments.split(' ').collect();
+        arguments.extend([wavelengths, "--pixel", pixel]);
+        qpgen_in(folder.path(), &arguments)
     };
-    let made = json(&response(&[
-        "--pixel",
-        &pixel,
-        "--cosine-max",
-        "0.4",
-        "-o",
-        "t.npz",
-    ]));
+    let made = json(&response(&pixel, "1"));
     assert_eq!(
         made["wavelengths_nm"],
         serde_json::json!([465.0, 550.0, 610.0])
     );
-    refused(&response(&["--pixel", "1.6um"]), "a pixel with [mosaic]");
-    refused(
-        &response(&["--pixel", &pixel, "--band-wavelengths", "0"]),
-        "1 to 32",
-    );
+    refused(&response("1.6um", "1"), "a pixel with [mosaic]");
+    refused(&response(&pixel, "0"), "1 to 32");
 
     let printed = qpgen_in(folder.path(), &["dataset", "--print-config"]);
     let config = (String::from_utf8(printed.stdout).unwrap())

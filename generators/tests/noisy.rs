@@ -3,28 +3,17 @@
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 #![allow(missing_docs)]
 
-mod small;
+mod common;
 
-use std::fs;
-use std::path::Path;
-
-use datasets_spec::{DatasetManifest, FileEntry, SampleMeta, check_dataset};
-use quadpixel::image::exr::{Compression, Layer, NamedLayer, Sample, encode_layers, read_layers};
-use quadpixel::image::{Image, raster};
-use small::{SMALL, dataset, done, files, qpgen};
+use common::small::{SMALL, dataset, refused_config};
+use common::{assert_same_sample, assert_samples_kept, files, findings_with, layer, meta, render};
+use datasets_spec::check_dataset;
+use quadpixel::image::exr::{Compression, Layer, Sample, encode_layers, read_layers};
+use quadpixel::image::raster;
 
 /// Much light, so that the normal law is near.
 const READOUT: &str = "[readout]\nphotons_um2 = 4000\nprnu = 0.01\ngain_mismatch = 0.02\n";
 const NEW: [&str; 3] = ["noisy.png", "noisy_views.exr", "shading.exr"];
-
-fn meta(root: &Path, sample: &str) -> SampleMeta {
-    let text = fs::read(root.join("samples").join(sample).join("meta.json")).unwrap();
-    serde_json::from_slice(&text).unwrap()
-}
-
-fn layer<'a>(layers: &'a [NamedLayer], name: &str) -> &'a Image {
-    &layers.iter().find(|l| l.name == name).unwrap().image
-}
 
 #[test]
 fn clean_files_stay_the_same_bytes_and_a_sample_is_made_again_from_its_meta() {
@@ -35,11 +24,7 @@ fn clean_files_stay_the_same_bytes_and_a_sample_is_made_again_from_its_meta() {
     dataset(folder.path(), "again", &noisy, &["--threads", "3"]);
     let [clean, noisy, again] = ["clean", "noisy", "again"].map(|n| files(&folder.path().join(n)));
     assert!(noisy == again);
-    for (name, bytes) in &clean {
-        if name.starts_with("samples/") && !name.ends_with("meta.json") {
-            assert!(bytes == &noisy[name], "{name}");
-        }
-    }
+    assert_samples_kept(&folder.path().join("clean"), &folder.path().join("noisy"));
     let new: Vec<&String> = noisy.keys().filter(|n| !clean.contains_key(*n)).collect();
     assert_eq!(new.len(), 2 * NEW.len(), "{new:?}");
     let root = folder.path().join("noisy");
@@ -47,19 +32,8 @@ fn clean_files_stay_the_same_bytes_and_a_sample_is_made_again_from_its_meta() {
 
     let [source, out] =
         ["noisy/samples/000001/meta.json", "rendered"].map(|n| folder.path().join(n));
-    done(&[
-        "render",
-        source.to_str().unwrap(),
-        "--out",
-        out.to_str().unwrap(),
-    ]);
-    for (name, bytes) in files(&out) {
-        if name != "meta.json" {
-            // The contact sheet has the sample's number on it.
-            let same = bytes == noisy[&format!("samples/000001/{name}")];
-            assert!(same || name == "preview.jpg", "{name}");
-        }
-    }
+    render(&source, &out);
+    assert_same_sample(&root.join("samples/000001"), &out);
 }
 
 #[test]
@@ -72,7 +46,7 @@ fn noisy_minus_clean_has_mean_zero_and_the_stated_variance_in_each_sub_pixel() {
         &["--count", "1"],
     );
     let root = folder.path().join("d");
-    let meta = meta(&root, "000000");
+    let meta = meta(&root, 0);
     let readout = meta.noise.readout().unwrap();
     // The geometric response loses nothing inside the cone of the pupil that fits its box.
     assert!(
@@ -133,25 +107,6 @@ fn noisy_minus_clean_has_mean_zero_and_the_stated_variance_in_each_sub_pixel() {
     assert!((total - 1.0).abs() < 3e-3, "{total}");
 }
 
-/// Puts `bytes` in the place of a file as a faulty writer would have: with its hash.
-fn replace(root: &Path, name: &str, bytes: &[u8]) -> Vec<String> {
-    let path = format!("samples/000000/{name}");
-    let manifest_path = root.join("dataset.json");
-    let (sound, before) = (
-        fs::read(root.join(&path)).unwrap(),
-        fs::read(&manifest_path).unwrap(),
-    );
-    let mut manifest: DatasetManifest = serde_json::from_slice(&before).unwrap();
-    let entry = manifest.files.iter_mut().find(|entry| entry.path == path);
-    *entry.unwrap() = FileEntry::of(&path, bytes);
-    fs::write(root.join(&path), bytes).unwrap();
-    fs::write(&manifest_path, serde_json::to_vec(&manifest).unwrap()).unwrap();
-    let report = check_dataset(root, &mut |_| {});
-    fs::write(root.join(&path), sound).unwrap();
-    fs::write(&manifest_path, before).unwrap();
-    report.findings.iter().map(ToString::to_string).collect()
-}
-
 #[test]
 fn codes_above_the_converter_views_of_other_codes_and_negative_shading_are_found() {
     let folder = tempfile::tempdir().unwrap();
@@ -168,7 +123,7 @@ fn codes_above_the_converter_views_of_other_codes_and_negative_shading_are_found
     codes.pixel_mut(3, 2)[0] = 5000.0;
     let levels = raster::Levels::full_range(65535.0);
     let (bytes, _) = raster::encode_png16(&path, &codes, levels).unwrap();
-    let found = replace(&root, "noisy.png", &bytes);
+    let found = findings_with(&root, "noisy.png", &bytes);
     let has = |what: &str| {
         found
             .iter()
@@ -194,7 +149,7 @@ fn codes_above_the_converter_views_of_other_codes_and_negative_shading_are_found
             })
             .collect();
         let bytes = encode_layers(&path, &written, Compression::Piz).unwrap();
-        let found = replace(&root, name, &bytes);
+        let found = findings_with(&root, name, &bytes);
         let told =
             |f: &String| f.contains(name) && f.contains("column 7, row 9") && f.contains(what);
         assert!(found.iter().any(told), "{name}: {found:?}");
@@ -212,7 +167,7 @@ fn one_sensor_for_all_keeps_its_pattern_and_gains_and_bad_electronics_are_refuse
         &[],
     );
     dataset(folder.path(), "many", &format!("{SMALL}[readout]\n"), &[]);
-    let of = |name: &str, sample: &str| {
+    let of = |name: &str, sample: usize| {
         let meta = meta(&folder.path().join(name), sample);
         let readout = meta.noise.readout().unwrap().clone();
         (
@@ -221,10 +176,10 @@ fn one_sensor_for_all_keeps_its_pattern_and_gains_and_bad_electronics_are_refuse
             readout.shot_seed,
         )
     };
-    let (a, b) = (of("one", "000000"), of("one", "000001"));
+    let (a, b) = (of("one", 0), of("one", 1));
     assert_eq!((a.0, &a.1), (b.0, &b.1));
     assert_ne!(a.2, b.2);
-    let (a, b) = (of("many", "000000"), of("many", "000001"));
+    let (a, b) = (of("many", 0), of("many", 1));
     assert!(a.0 != b.0 && a.1 != b.1);
     for (line, field) in [
         ("bits = 20", "readout.bits"),
@@ -232,20 +187,6 @@ fn one_sensor_for_all_keeps_its_pattern_and_gains_and_bad_electronics_are_refuse
         ("photons_um2 = 0", "readout.photons_um2"),
         ("iso = 100", "iso"),
     ] {
-        let config = folder.path().join("bad.toml");
-        fs::write(&config, format!("{SMALL}[readout]\n{line}\n")).unwrap();
-        let out = folder.path().join("bad");
-        let refused = qpgen(&[
-            "dataset",
-            "--config",
-            config.to_str().unwrap(),
-            "--out",
-            out.to_str().unwrap(),
-        ]);
-        let text = String::from_utf8_lossy(&refused.stderr).into_owned();
-        assert!(
-            refused.status.code() == Some(2) && text.contains(field),
-            "{line}: {text}"
-        );
+        refused_config(folder.path(), &format!("{SMALL}[readout]\n{line}\n"), field);
     }
 }

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
-mod process;
+mod common;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,7 +11,8 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use process::{Generator, files, number_from, qpgen, said};
+use common::generator::{Generator, number_from, send};
+use common::{files, qpgen, said};
 
 const SAMPLES: usize = 5;
 
@@ -103,7 +104,7 @@ fn a_signal_ends_it_after_the_sample_in_hand_and_nothing_half_made_stays() {
         while !out.join("samples/000001").exists() {
             std::thread::sleep(Duration::from_millis(2));
         }
-        process::signal(&child, signal);
+        send(&child, signal);
         let status = child.wait().unwrap();
         assert_eq!(status.code(), Some(1), "{signal}");
         let text = std::io::read_to_string(child.stderr.take().unwrap()).unwrap();

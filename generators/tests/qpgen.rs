@@ -3,81 +3,12 @@
 // because tests fail by panicking
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
-use std::collections::BTreeMap;
+mod common;
+
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
 
-/// A dataset of two small samples with an ideal pixel, so that no response table is computed.
-const SMALL: &str = r#"
-count = 2
-seed = 5
-rays_per_pixel = 16
-exposure_ev = 0
-[lens]
-names = ["wide_US20120327520A1_emb3"]
-focus_mm = { min = 200, max = 400 }
-[sensor]
-subpixels = "2x2"
-width = 40
-height = 32
-window = { at = "random", max_height_mm = 1.0 }
-microlens_shift = { rule = "chief-ray" }
-pitch_um = 2.0
-[response]
-model = "geometric"
-[scene]
-charts = ["noise", "checkerboard"]
-background_over_focus = 1.5
-tilt_deg = { min = -10, max = 10 }
-cards = 2
-card_over_focus = 0.7
-card_size = 0.4
-texture_px = 64
-"#;
-
-fn qpgen(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_qpgen"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-/// Writes `text` as a configuration and makes a dataset of it in `folder/NAME`.
-fn dataset(folder: &Path, name: &str, text: &str, more: &[&str]) -> Output {
-    let config = folder.join(format!("{name}.toml"));
-    fs::write(&config, text).unwrap();
-    let out = folder.join(name);
-    let mut arguments = vec![
-        "dataset",
-        "--config",
-        config.to_str().unwrap(),
-        "--out",
-        out.to_str().unwrap(),
-    ];
-    arguments.extend(more);
-    qpgen(&arguments)
-}
-
-/// Every file below a folder, by its relative path.
-fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    let mut folders = vec![root.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                found.insert(
-                    path.strip_prefix(root).unwrap().display().to_string(),
-                    fs::read(&path).unwrap(),
-                );
-            }
-        }
-    }
-    found
-}
+use common::small::{SMALL, attempt, dataset, refused_config};
+use common::{files, qpgen, refused, render, said};
 
 #[test]
 fn same_seed_same_bytes_at_any_thread_count_and_a_sound_dataset() {
@@ -86,8 +17,7 @@ fn same_seed_same_bytes_at_any_thread_count_and_a_sound_dataset() {
         .iter()
         .map(|threads| {
             let name = format!("threads-{threads}");
-            let done = dataset(folder.path(), &name, SMALL, &["--threads", threads]);
-            assert!(done.status.success(), "{done:?}");
+            dataset(folder.path(), &name, SMALL, &["--threads", threads]);
             files(&folder.path().join(name))
         })
         .collect();
@@ -111,28 +41,23 @@ fn same_seed_same_bytes_at_any_thread_count_and_a_sound_dataset() {
 #[test]
 fn a_sample_does_not_depend_on_how_many_there_are_and_a_run_goes_on_where_it_stopped() {
     let folder = tempfile::tempdir().unwrap();
-    assert!(
-        dataset(folder.path(), "grown", SMALL, &["--count", "1"])
-            .status
-            .success()
-    );
+    dataset(folder.path(), "grown", SMALL, &["--count", "1"]);
     let root = folder.path().join("grown");
     let first = fs::read(root.join("samples/000000/raw.png")).unwrap();
     let grown = dataset(folder.path(), "grown", SMALL, &[]);
     assert!(
-        grown.status.success()
-            && String::from_utf8_lossy(&grown.stdout).contains("1 of an earlier run"),
+        String::from_utf8_lossy(&grown.stdout).contains("1 of an earlier run"),
         "{grown:?}"
     );
     assert_eq!(
         fs::read(root.join("samples/000000/raw.png")).unwrap(),
         first
     );
-    assert!(dataset(folder.path(), "whole", SMALL, &[]).status.success());
+    dataset(folder.path(), "whole", SMALL, &[]);
     assert!(files(&root) == files(&folder.path().join("whole")));
     // Fewer samples than are there, or another configuration, would leave a mixture.
     for more in [["--count", "1"], ["--seed", "9"]] {
-        let refused = dataset(folder.path(), "grown", SMALL, &more);
+        let refused = attempt(folder.path(), "grown", SMALL, &more);
         assert_eq!(refused.status.code(), Some(2), "{more:?}");
     }
     assert!(
@@ -144,17 +69,10 @@ fn a_sample_does_not_depend_on_how_many_there_are_and_a_run_goes_on_where_it_sto
 #[test]
 fn a_sample_is_rendered_again_from_its_own_description() {
     let folder = tempfile::tempdir().unwrap();
-    assert!(dataset(folder.path(), "data", SMALL, &[]).status.success());
+    dataset(folder.path(), "data", SMALL, &[]);
     let sample = folder.path().join("data/samples/000001");
     let again = folder.path().join("again");
-    let meta = sample.join("meta.json");
-    let done = qpgen(&[
-        "render",
-        meta.to_str().unwrap(),
-        "--out",
-        again.to_str().unwrap(),
-    ]);
-    assert!(done.status.success(), "{done:?}");
+    render(&sample.join("meta.json"), &again);
     for name in [
         "raw.png",
         "views.exr",
@@ -228,20 +146,9 @@ fn bad_configurations_are_refused_with_file_field_and_value_and_nothing_is_writt
             "7um",
         ),
     ];
-    for (i, (right, wrong, named)) in cases.into_iter().enumerate() {
+    for (right, wrong, named) in cases {
         assert!(SMALL.contains(right));
-        let name = format!("bad-{i}");
-        let done = dataset(folder.path(), &name, &SMALL.replace(right, wrong), &[]);
-        let text = String::from_utf8_lossy(&done.stderr).to_string();
-        assert_eq!(done.status.code(), Some(2), "{wrong}: {text}");
-        assert!(
-            text.contains(named) && !text.contains("panicked"),
-            "{wrong}: {text}"
-        );
-        assert!(
-            !folder.path().join(name).join("samples/000000").exists(),
-            "{wrong}"
-        );
+        refused_config(folder.path(), &SMALL.replace(right, wrong), named);
     }
 }
 
@@ -251,8 +158,8 @@ fn a_window_outside_the_image_circle_is_refused() {
     let big = SMALL
         .replace("pitch_um = 2.0", "pitch_um = 99.0")
         .replace("width = 40", "width = 100");
-    let done = dataset(folder.path(), "big", &big, &[]);
-    let text = String::from_utf8_lossy(&done.stderr).to_string();
+    let done = attempt(folder.path(), "big", &big, &[]);
+    let text = said(&done);
     assert!(
         done.status.code() == Some(2) && text.contains("image circle") && text.contains("mm"),
         "{text}"
@@ -265,13 +172,13 @@ fn a_foreign_folder_a_file_and_a_read_only_place_are_left_alone() {
     let foreign = folder.path().join("foreign");
     fs::create_dir(&foreign).unwrap();
     fs::write(foreign.join("thesis.tex"), "years of work").unwrap();
-    let done = dataset(folder.path(), "foreign", SMALL, &[]);
+    let done = attempt(folder.path(), "foreign", SMALL, &[]);
     assert_eq!(done.status.code(), Some(2));
     assert_eq!(files(&foreign).len(), 1);
 
     fs::write(folder.path().join("file"), "text").unwrap();
     assert_eq!(
-        dataset(folder.path(), "file", SMALL, &[]).status.code(),
+        attempt(folder.path(), "file", SMALL, &[]).status.code(),
         Some(2)
     );
 
@@ -285,14 +192,14 @@ fn a_foreign_folder_a_file_and_a_read_only_place_are_left_alone() {
         "/proc/quadpixel/out",
     ]);
     assert_eq!(done.status.code(), Some(1), "{done:?}");
-    assert!(String::from_utf8_lossy(&done.stderr).contains("/proc/quadpixel"));
+    assert!(said(&done).contains("/proc/quadpixel"));
 }
 
 #[test]
 fn unreadable_recipes_and_lenses_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    let render = |text: &str| {
+    let render_text = |text: &str| {
         let scene = folder.path().join("scene.toml");
         fs::write(&scene, text).unwrap();
         qpgen(&[
@@ -303,15 +210,14 @@ fn unreadable_recipes_and_lenses_are_named() {
         ])
     };
     for text in ["", "lens = 3", "\u{0}\u{1}"] {
-        let done = render(text);
-        assert_eq!(done.status.code(), Some(2), "{done:?}");
-        assert!(String::from_utf8_lossy(&done.stderr).contains("scene.toml"));
+        refused(&render_text(text), "scene.toml");
     }
     let lens = folder.path().join("lens.json");
     fs::write(&lens, r#"{ "name": "x", "surfaces": [] }"#).unwrap();
-    let done = qpgen(&["lens", "info", lens.to_str().unwrap()]);
-    assert_eq!(done.status.code(), Some(2), "{done:?}");
-    assert!(String::from_utf8_lossy(&done.stderr).contains("lens.json"));
+    refused(
+        &qpgen(&["lens", "info", lens.to_str().unwrap()]),
+        "lens.json",
+    );
     assert!(!out.exists());
 }
 
@@ -347,16 +253,7 @@ fn a_printed_pixel_is_read_back_as_the_same_pixel() {
         .unwrap()
         .replace("pitch_um = 1.6", "pitch_um = -1.6");
     fs::write(&file, broken).unwrap();
-    let refused = qpgen(&[
-        "response",
-        "--pixel",
-        file.to_str().unwrap(),
-        "--theta-deg",
-        "0",
-    ]);
-    assert_eq!(refused.status.code(), Some(2));
-    assert!(
-        String::from_utf8_lossy(&refused.stderr).contains("pitch_um"),
-        "{refused:?}"
-    );
+    let arguments = "response --theta-deg 0 --pixel".split(' ');
+    let arguments: Vec<&str> = arguments.chain(file.to_str()).collect();
+    refused(&qpgen(&arguments), "pitch_um");
 }

@@ -3,18 +3,18 @@
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 #![allow(missing_docs)]
 
-mod small;
+mod common;
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
 
+use common::small::{SMALL, dataset, refused_config};
+use common::{assert_same_sample, assert_samples_kept, meta, render};
 use datasets_spec::{DatasetManifest, SampleMeta, check_dataset};
 use generators::config::DatasetConfig;
 use generators::draw;
 use generators::recipe::{Recipe, ResponseRecipe};
 use quadpixel::image::exr::read_layers;
-use small::{SMALL, dataset, done, files, qpgen};
 
 const OPTICS: &str = r#"
 [lens.tolerances]
@@ -29,11 +29,6 @@ index = { min = -5e-4, max = 5e-4 }
 fn with(lens: &str, sensor: &str, tables: &str) -> String {
     let text = SMALL.replace("[sensor]\n", &format!("{lens}\n[sensor]\n{sensor}\n"));
     format!("{text}{tables}")
-}
-
-fn meta(root: &Path, sample: usize) -> SampleMeta {
-    let path = root.join(format!("samples/{sample:06}/meta.json"));
-    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
 fn recipe(meta: &SampleMeta) -> Recipe {
@@ -105,20 +100,8 @@ fn deviations_lie_in_their_ranges_differ_between_samples_and_make_the_bytes_agai
         }
     }
     let [source, out] = ["d/samples/000001/meta.json", "again"].map(|n| folder.path().join(n));
-    done(&[
-        "render",
-        source.to_str().unwrap(),
-        "--out",
-        out.to_str().unwrap(),
-    ]);
-    let whole = files(&root);
-    for (name, bytes) in files(&out) {
-        let same = bytes == whole[&format!("samples/000001/{name}")];
-        assert!(
-            same || name == "meta.json" || name == "preview.jpg",
-            "{name}"
-        );
-    }
+    render(&source, &out);
+    assert_same_sample(&root.join("samples/000001"), &out);
 }
 
 #[test]
@@ -131,13 +114,7 @@ fn tolerances_of_zero_change_no_byte_and_bad_ranges_are_refused() {
         "[lens.tolerances]\n",
     );
     dataset(folder.path(), "zero", &zero, &["--count", "1"]);
-    let [plain, zero] = ["plain", "zero"].map(|n| files(&folder.path().join(n)));
-    for (name, bytes) in plain
-        .iter()
-        .filter(|(n, _)| n.starts_with("samples/") && !n.ends_with("meta.json"))
-    {
-        assert!(bytes == &zero[name], "{name}");
-    }
+    assert_samples_kept(&folder.path().join("plain"), &folder.path().join("zero"));
     for (text, field) in [
         (
             with("", "", "[lens.tolerances]\ntilt_deg = 40\n"),
@@ -173,21 +150,7 @@ fn tolerances_of_zero_change_no_byte_and_bad_ranges_are_refused() {
             "sweep.focus_over_drawn",
         ),
     ] {
-        let config = folder.path().join("bad.toml");
-        fs::write(&config, text).unwrap();
-        let out = folder.path().join("bad");
-        let refused = qpgen(&[
-            "dataset",
-            "--config",
-            config.to_str().unwrap(),
-            "--out",
-            out.to_str().unwrap(),
-        ]);
-        let text = String::from_utf8_lossy(&refused.stderr).into_owned();
-        assert!(
-            refused.status.code() == Some(2) && text.contains(field),
-            "{field}: {text}"
-        );
+        refused_config(folder.path(), &text, field);
     }
 }
 
@@ -253,12 +216,7 @@ shot_seed = 1
 "#;
     fs::write(&scene, recipe).unwrap();
     let out = folder.path().join("out");
-    done(&[
-        "render",
-        scene.to_str().unwrap(),
-        "--out",
-        out.to_str().unwrap(),
-    ]);
+    render(&scene, &out);
     let meta: SampleMeta =
         serde_json::from_slice(&fs::read(out.join("meta.json")).unwrap()).unwrap();
     let pupil = &meta.intrinsics.exit_pupil;

@@ -3,9 +3,13 @@
 // because tests fail by panicking
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
+mod common;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
+
+use common::{json, refused};
 
 fn qpgen(cache: &Path, arguments: &[&str]) -> Output {
     command(cache, arguments).output().unwrap()
@@ -15,17 +19,6 @@ fn command(cache: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_qpgen"));
     command.args(arguments).env("QUADPIXEL_CACHE", cache);
     command
-}
-
-fn json(output: &Output) -> serde_json::Value {
-    assert!(output.status.success(), "{output:?}");
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-fn refused(output: &Output, why: &str) {
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains(why), "{said}");
 }
 
 #[test]

@@ -3,10 +3,12 @@
 // because tests fail by panicking
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
+use common::{assert_same_sample, done, qpgen, refused, render, said};
 use generators::assemble::{Responses, camera, scene, subpixels};
 use generators::config::{DEFAULT_TOML, DatasetConfig, WorldConfig};
 use generators::recipe::Recipe;
@@ -179,30 +181,6 @@ fn charts_stay_the_default_and_their_configuration_is_unchanged() {
     );
 }
 
-fn qpgen(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_qpgen"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn done(output: Output) {
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success(), "{text}");
-}
-
-fn same_folder(a: &Path, b: &Path, but: &[&str]) {
-    for entry in fs::read_dir(a).unwrap() {
-        let name = entry.unwrap().file_name();
-        if !but.contains(&name.to_str().unwrap()) {
-            assert!(
-                fs::read(a.join(&name)).unwrap() == fs::read(b.join(&name)).unwrap(),
-                "{name:?}"
-            );
-        }
-    }
-}
-
 /// A small dataset without its `[scene.world]`.
 const SMALL: &str = r#"
         count = 3
@@ -247,31 +225,13 @@ fn a_dataset_of_worlds_checks_and_each_sample_can_be_rendered_again() {
         difficulty = { min = 0, max = 1 }
     "#;
     fs::write(at("a.toml"), format!("{SMALL}{world}")).unwrap();
-    done(qpgen(&[
-        "dataset",
-        "--config",
-        &at("a.toml"),
-        "--out",
-        &at("set"),
-    ]));
-    done(qpgen(&["check", &at("set")]));
+    done(&["dataset", "--config", &at("a.toml"), "--out", &at("set")]);
+    done(&["check", &at("set")]);
     let sample = folder.path().join("set/samples/000001");
     assert!(sample.join("objects.png").is_file() && sample.join("normal.exr").is_file());
     let meta = sample.join("meta.json").display().to_string();
-    done(qpgen(&[
-        "--threads",
-        "1",
-        "render",
-        &meta,
-        "--out",
-        &at("again"),
-    ]));
-    // The sample's number and configuration are no part of a recipe, and the sheet is headed by the number.
-    same_folder(
-        &sample,
-        &folder.path().join("again"),
-        &["meta.json", "preview.jpg"],
-    );
+    done(&["--threads", "1", "render", &meta, "--out", &at("again")]);
+    assert_same_sample(&sample, &folder.path().join("again"));
 }
 
 /// A tetrahedron on a side of 0.2 m.
@@ -290,8 +250,9 @@ fn a_dataset_of_a_scene_file_turns_and_moves_it_and_records_its_hash() {
     );
     fs::write(at("a.toml"), &text).unwrap();
     let make = |out: &str| qpgen(&["dataset", "--config", &at("a.toml"), "--out", &at(out)]);
-    done(make("set"));
-    done(qpgen(&["check", &at("set")]));
+    let made = make("set");
+    assert!(made.status.success(), "{made:?}");
+    done(&["check", &at("set")]);
     let hash = blake3::hash(OBJ.as_bytes()).to_hex().to_string();
     let mut turns = Vec::new();
     for sample in ["000000", "000001", "000002"] {
@@ -308,17 +269,12 @@ fn a_dataset_of_a_scene_file_turns_and_moves_it_and_records_its_hash() {
     assert!(turns[0] != turns[1] && turns[1] != turns[2], "{turns:?}");
     // A sample is made again from what it says; not from another file.
     let sample = folder.path().join("set/samples/000001");
-    let meta = sample.join("meta.json").display().to_string();
-    done(qpgen(&["render", &meta, "--out", &at("again")]));
-    same_folder(
-        &sample,
-        &folder.path().join("again"),
-        &["meta.json", "preview.jpg"],
-    );
+    let (meta, again) = (sample.join("meta.json"), folder.path().join("again"));
+    render(&meta, &again);
+    assert_same_sample(&sample, &again);
     fs::write(at("a.obj"), OBJ.replace("0.2", "0.3")).unwrap();
-    let refused = qpgen(&["render", &meta, "--out", &at("other")]);
-    assert_eq!(refused.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&refused.stderr).contains("BLAKE3"));
+    let meta = meta.to_str().unwrap();
+    refused(&qpgen(&["render", meta, "--out", &at("other")]), "BLAKE3");
     assert_eq!(make("set").status.code(), Some(2));
 }
 
@@ -346,28 +302,23 @@ fn a_scene_file_is_rendered_with_a_first_look_and_its_rays_serve_other_pixels() 
         "700",
     ];
     let run = |more: &[&str]| qpgen(&[&common[..], &small[..], more].concat());
+    let whole = |more: &[&str]| done(&[&common[..], &small[..], more].concat());
     let output = run(&["--out", &out, "--keep-rays", &rays, "--exposure-ev", "-1"]);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let text = said(&output);
     assert!(
-        said.contains("out-first.jpg") && said.contains("triangles without an area"),
-        "{said}"
+        output.status.success()
+            && text.contains("out-first.jpg")
+            && text.contains("triangles without an area"),
+        "{text}"
     );
-    done(output);
     assert!(folder.path().join("out-first.jpg").is_file());
     // A 4×4 pixel from the kept rays, and anew.
     let other = ["--subpixels", "4x4", "--exposure-ev", "0.5"];
-    done(run(&[
-        &other[..],
-        &["--out", &at("kept"), "--from-rays", &rays],
-    ]
-    .concat()));
-    done(run(&[&other[..], &["--out", &at("anew")]].concat()));
+    let from_rays = ["--out", &at("kept"), "--from-rays", &rays];
+    whole(&[&other[..], &from_rays].concat());
+    whole(&[&other[..], &["--out", &at("anew")]].concat());
     // The spread is measured while rays are traced, so meta.json knows it of the second only.
-    same_folder(
-        &folder.path().join("anew"),
-        &folder.path().join("kept"),
-        &["meta.json", "preview.jpg"],
-    );
+    assert_same_sample(&folder.path().join("anew"), &folder.path().join("kept"));
     for (what, more) in [
         (
             "rays of another recipe",
@@ -383,15 +334,14 @@ fn a_scene_file_is_rendered_with_a_first_look_and_its_rays_serve_other_pixels() 
         } else {
             run(&[&more[..], &["--out", &out]].concat())
         };
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{what}: {said}");
-        assert!(said.contains(what), "{said}");
+        refused(&output, what);
         assert!(!Path::new(&out).exists());
     }
     // A file that has changed is not the one that the recipe was made with.
     let meta = folder.path().join("out/meta.json").display().to_string();
     fs::write(&obj, format!("{OBJ}v 0 0 0\n")).unwrap();
-    let output = qpgen(&["render", &meta, "--out", &at("changed")]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("BLAKE3"));
+    refused(
+        &qpgen(&["render", &meta, "--out", &at("changed")]),
+        "BLAKE3",
+    );
 }

@@ -7,6 +7,7 @@ mod dataset;
 mod encode;
 mod mosaic;
 mod resume;
+mod sound;
 mod survey;
 mod truth;
 

@@ -5,10 +5,12 @@
 
 mod paths;
 mod scenes;
+#[path = "../common/shots.rs"]
+mod shots;
 
 use quadpixel::effects::{Choice, Effect, Planned, Subject, Tolerance, Verdict, plan};
 use quadpixel::render::truth::{ChiefRays, WhiteField};
-use quadpixel::render::{Execution, RenderSettings, Rendered, render};
+use quadpixel::render::{RenderSettings, Rendered};
 use scenes::Case;
 
 const RAYS: RenderSettings = RenderSettings {
@@ -31,19 +33,7 @@ fn planned(subject: &Subject, choice: &Choice) -> Planned {
 }
 
 fn shoot(subject: &Subject, seed: u64) -> Rendered {
-    let settings = RenderSettings {
-        rays_per_pixel: 128,
-        seed,
-    };
-    let Subject { camera, scene } = subject;
-    render(
-        camera,
-        scene,
-        &settings,
-        &Execution::default(),
-        None,
-        &|_| (),
-    )
+    shots::shoot(&subject.camera, &subject.scene, 128, seed)
 }
 
 /// RMS difference of the converged images over their mean, %, each in units of its white wall: from the products of two renders' differences, whose
@@ -118,12 +108,8 @@ fn what_auto_leaves_out_changes_the_image_by_less_than_the_tolerance_and_saves_r
 #[test]
 fn a_plan_is_the_same_again_and_on_one_thread() {
     let case = scenes::simple();
-    let one = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .unwrap();
     let first = planned(&case.subject, &Choice::Auto).decisions;
-    let again = one.install(|| planned(&case.subject, &Choice::Auto).decisions);
+    let again = shots::on_threads(1, || planned(&case.subject, &Choice::Auto).decisions);
     assert_eq!(first, again);
 }
 

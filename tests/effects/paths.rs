@@ -4,29 +4,22 @@ use glam::DVec2;
 use quadpixel::effects::{Effect, Subject};
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::WaveSettings;
-use quadpixel::lens::{FocusBy, Lens, Prescription};
 use quadpixel::render::Camera;
 use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField};
 use quadpixel::response::{
     PixelModel, Response, ResponseLookup, ShiftedSettings, TableSettings, build_shifted_table,
 };
-use quadpixel::scene::Scene;
-use quadpixel::sensor::{Sensor, ShiftRule};
 use quadpixel::spectrum::ChannelWavelengths;
 
-use super::scenes::{PHONE, wave_pixel};
 use super::shoot;
+use super::shots::{PHONE, camera, focused, wave_pixel, white};
 
 fn phone(response: &Response) -> Subject {
-    let lens = Lens::new(&Prescription::builtin(PHONE).unwrap()).unwrap();
-    let lens = lens.focused_at(500.0, FocusBy::Sensor, 550.0).unwrap();
-    let centre = DVec2::new(0.8, -0.5);
-    let sensor = Sensor::new(response.pitch_um(), response.subpixels(), (16, 16), centre).unwrap();
-    let bands = ChannelWavelengths::default();
-    let camera = Camera::new(&lens, sensor, ShiftRule::ChiefRay, response, bands).unwrap();
+    let lens = focused(PHONE, 500.0);
+    let camera = camera(&lens, response, (16, 16), DVec2::new(0.8, -0.5));
     Subject {
         camera,
-        scene: Scene::new(Vec::new(), [1.0; 3]),
+        scene: white(),
     }
 }
 

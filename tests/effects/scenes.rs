@@ -4,14 +4,9 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use quadpixel::effects::{Effect, Subject};
-use quadpixel::em::PixelStack;
-use quadpixel::em::wave::WaveSettings;
 use quadpixel::lens::{FocusBy, Lens, Prescription, table1_defects};
 use quadpixel::render::Camera;
-use quadpixel::response::{
-    AngularResponse, GeometricResponse, MovingFrame, PixelModel, Response, ResponseAxes,
-    ResponseMeta, TableSettings, build_table,
-};
+use quadpixel::response::{AngularResponse, MovingFrame, Response, ResponseAxes, ResponseMeta};
 use quadpixel::sampling::uniform;
 use quadpixel::scene::texture::Texture;
 use quadpixel::scene::world::{
@@ -20,6 +15,8 @@ use quadpixel::scene::world::{
 use quadpixel::scene::{Scene, TexturedPlane};
 use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
+
+use super::shots::{PHONE, boxes, wave_pixel};
 
 use Effect::{
     Aberrations, CraVariation, Dispersion, GlobalIllumination, PixelDiffraction, Vignetting,
@@ -45,12 +42,6 @@ struct Make<'a> {
     wavelengths: ChannelWavelengths,
 }
 
-fn boxes(m: usize, n: usize, pitch_um: f64, focal_um: f64) -> Response {
-    let subpixels = Subpixels::new(m, n).unwrap();
-    Response::Geometric(GeometricResponse::new(subpixels, pitch_um, focal_um).unwrap())
-}
-
-pub const PHONE: &str = "wide_US20120327520A1_emb3";
 const SLOW: &str = "lib_double_gauss_100mm_glass";
 
 impl Make<'_> {
@@ -157,23 +148,6 @@ fn corner_in_the_sun(camera: &Camera, reflectance: f32) -> Scene {
     Scene::of_world(
         Arc::new(World::new(world).unwrap()),
         PathSettings::default(),
-    )
-}
-
-/// A wave table of a small pixel.
-pub fn wave_pixel() -> Response {
-    let settings = TableSettings {
-        model: PixelModel::Wave(WaveSettings::draft()),
-        wavelengths_nm: vec![550.0],
-        cosine_max: 0.6,
-        steps: 4,
-        refine: 1,
-    };
-    let stack = PixelStack::paper(1.2, 0.85, 0.85, 0.75);
-    Response::Table(
-        build_table(&stack, &settings, None, &|_, _| ())
-            .unwrap()
-            .table,
     )
 }
 

@@ -5,6 +5,8 @@
 mod closed_forms;
 mod plain;
 mod render;
+#[path = "../common/shots.rs"]
+mod shots;
 
 use glam::{DAffine3, DVec3};
 use quadpixel::sampling::uniform;

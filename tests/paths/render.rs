@@ -3,54 +3,21 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use quadpixel::lens::{FocusBy, Lens, Prescription};
 use quadpixel::render::truth::{ChiefRays, WhiteField};
-use quadpixel::render::{Camera, Execution, RenderSettings, Rendered, render};
-use quadpixel::response::{GeometricResponse, Response};
+use quadpixel::render::{Camera, RenderSettings};
 use quadpixel::scene::texture::Texture;
 use quadpixel::scene::world::{
     Encoding, Light, Material, PathSettings, TextureMap, TextureRef, TriangleMesh, World,
     WorldDescription, Wrap,
 };
 use quadpixel::scene::{NO_SURFACE, Scene, TexturedPlane};
-use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
-use quadpixel::spectrum::ChannelWavelengths;
 
+use super::shots::{self, PHONE, boxes, focused, on_threads, shoot};
 use super::{bounces, mean};
 
 fn camera(side: usize) -> Camera {
-    let prescription = Prescription::builtin("wide_US20120327520A1_emb3").unwrap();
-    let lens = Lens::new(&prescription)
-        .unwrap()
-        .focused_at(750.0, FocusBy::Sensor, 550.0)
-        .unwrap();
-    let response = Response::Geometric(
-        GeometricResponse::new(Subpixels::new(2, 2).unwrap(), 60.0, 150.0).unwrap(),
-    );
-    let sensor = Sensor::new(60.0, response.subpixels(), (side, side), DVec2::ZERO).unwrap();
-    Camera::new(
-        &lens,
-        sensor,
-        ShiftRule::ChiefRay,
-        &response,
-        ChannelWavelengths::default(),
-    )
-    .unwrap()
-}
-
-fn shoot(camera: &Camera, scene: &Scene, rays_per_pixel: usize) -> Rendered {
-    let settings = RenderSettings {
-        rays_per_pixel,
-        seed: 5,
-    };
-    render(
-        camera,
-        scene,
-        &settings,
-        &Execution::default(),
-        None,
-        &|_| (),
-    )
+    let lens = focused(PHONE, 750.0);
+    shots::camera(&lens, &boxes(2, 2, 60.0, 150.0), (side, side), DVec2::ZERO)
 }
 
 #[test]
@@ -89,7 +56,7 @@ fn a_shining_rectangle_is_the_same_picture_as_a_card() {
         PathSettings::default(),
     );
     let camera = camera(24);
-    let (a, b) = (shoot(&camera, &cards, 64), shoot(&camera, &world, 64));
+    let (a, b) = (shoot(&camera, &cards, 64, 5), shoot(&camera, &world, 64, 5));
     assert_eq!(a.stats.rays, b.stats.rays);
     for (x, y) in a.image.mosaic.data().iter().zip(b.image.mosaic.data()) {
         assert!((x - y).abs() < 1e-4 * x.abs().max(0.01), "{x} and {y}");
@@ -129,10 +96,7 @@ fn a_path_traced_picture_has_the_same_bytes_at_any_number_of_threads() {
         PathSettings::default(),
     );
     let camera = camera(20);
-    let of = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.unwrap().install(|| shoot(&camera, &scene, 8).image)
-    };
+    let of = |threads: usize| on_threads(threads, || shoot(&camera, &scene, 8, 5).image);
     let one = of(1);
     assert!(one.mosaic.data().iter().any(|x| *x > 0.0));
     assert_eq!(one.mosaic, of(2).mosaic);

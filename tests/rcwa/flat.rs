@@ -2,9 +2,9 @@
 
 use quadpixel::em::multilayer::{FlatStack, Polarization};
 use quadpixel::em::rcwa::RcwaSettings;
-use quadpixel::em::{Material, MetalWalls, PixelStack};
+use quadpixel::em::{Material, PixelStack};
 
-use super::solve;
+use super::{solve, walls};
 
 /// The paper's layers, under a lens of air; no trenches. Of this pitch, two wavelengths, orders graze in air at θ = 0.
 fn flat() -> PixelStack {
@@ -79,11 +79,7 @@ fn trenches_of_silicon_are_no_trenches() {
 fn walls_of_their_layers_own_material_are_no_walls() {
     let mut stack = flat();
     let material = stack.layer("filter").unwrap().material.clone();
-    stack.metal = Some(MetalWalls {
-        layer: "filter".into(),
-        width_um: 0.1,
-        material,
-    });
+    stack.metal = Some(walls("filter", material));
     let off = worst(&stack, &flat());
     assert!(off < 1e-10, "{off:.1e}");
 }

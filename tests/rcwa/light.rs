@@ -1,10 +1,10 @@
 //! What holds for light in any pixel: energy, mirrors, reciprocity, and convergence.
 
+use quadpixel::em::Material;
 use quadpixel::em::rcwa::RcwaSettings;
-use quadpixel::em::{Material, MetalWalls};
 use quadpixel::response::direction_cosines;
 
-use super::{all, distance, small, solve};
+use super::{all, distance, small, solve, tungsten, walls};
 
 #[test]
 fn nothing_is_lost_without_absorption() {
@@ -25,13 +25,9 @@ fn nothing_is_lost_without_absorption() {
 #[test]
 fn absorption_by_volume_is_what_the_flux_loses() {
     let (mut stack, settings) = small();
-    for walls in [false, true] {
-        if walls {
-            stack.metal = Some(MetalWalls {
-                layer: "oxide".into(),
-                width_um: 0.1,
-                material: Material::Table("W_Rakic1998_LD".into()),
-            });
+    for walled in [false, true] {
+        if walled {
+            stack.metal = Some(walls("oxide", tungsten()));
         }
         for [u, v] in [[0.0, 0.0], [0.0, 0.4], [0.3, -0.2]] {
             let answer = solve(&stack, &settings, u, v);

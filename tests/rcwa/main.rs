@@ -9,14 +9,27 @@ mod light;
 mod mosaic;
 mod shifts;
 
-use quadpixel::em::PixelStack;
 use quadpixel::em::rcwa::{RcwaAnswer, RcwaModel, RcwaPowers, RcwaSettings};
+use quadpixel::em::{Material, MetalWalls, PixelStack};
 
 /// A pixel of half the usual size, and settings for it: some hundredths of a second a direction.
 fn small() -> (PixelStack, RcwaSettings) {
     let mut stack = PixelStack::paper(0.9, 0.7, 0.7, 0.4);
     stack.silicon_um = 1.0;
     (stack, RcwaSettings::draft())
+}
+
+fn tungsten() -> Material {
+    Material::Table("W_Rakic1998_LD".into())
+}
+
+/// Walls between the microlenses through a layer.
+fn walls(layer: &str, material: Material) -> MetalWalls {
+    MetalWalls {
+        layer: layer.into(),
+        width_um: 0.1,
+        material,
+    }
 }
 
 fn solve(stack: &PixelStack, settings: &RcwaSettings, u: f64, v: f64) -> RcwaAnswer {

@@ -2,10 +2,12 @@
 
 use quadpixel::em::mosaic::{FilterColour, Mosaic};
 use quadpixel::em::multilayer::{FlatStack, Polarization};
-use quadpixel::em::{Material, MetalWalls, PixelStack};
+use quadpixel::em::{Material, PixelStack};
 use quadpixel::sensor::Subpixels;
 
-use super::{RcwaAnswer, RcwaModel, RcwaPowers, RcwaSettings, all, distance, small, solve};
+use super::{
+    RcwaAnswer, RcwaModel, RcwaPowers, RcwaSettings, all, distance, small, solve, tungsten, walls,
+};
 
 fn constant(n: f64, k: f64) -> Material {
     Material::Constant { n, k }
@@ -60,11 +62,7 @@ fn four_filters_of_one_colour_are_the_period_of_one_microlens() {
     stack.subpixels = Subpixels::SINGLE;
     is_one_colour(&stack, &settings, [0.0, 0.3], 1e-9);
     stack.subpixels = Subpixels::QUAD;
-    stack.metal = Some(MetalWalls {
-        layer: "oxide".into(),
-        width_um: 0.1,
-        material: constant(1.2, 0.5),
-    });
+    stack.metal = Some(walls("oxide", constant(1.2, 0.5)));
     is_one_colour(&stack, &settings, [0.25, 0.0], 1e-9);
 }
 
@@ -193,11 +191,7 @@ fn a_flat_mosaic_of_one_colour_is_the_transfer_matrix() {
 #[test]
 fn walls_above_the_filters_of_a_mosaic_are_refused() {
     let (mut stack, settings) = coloured([(1.62, 0.25), (1.6, 0.005), (1.6, 0.1)]);
-    stack.metal = Some(MetalWalls {
-        layer: "planarization".into(),
-        width_um: 0.1,
-        material: Material::Table("W_Rakic1998_LD".into()),
-    });
+    stack.metal = Some(walls("planarization", tungsten()));
     let e = RcwaModel::new(&stack, 550.0, &settings).err().unwrap();
     assert!(
         e.to_string().contains("metal.layer is `planarization`"),

@@ -1,9 +1,9 @@
 //! Many shifts of the lens solved together are those solved one by one.
 
 use quadpixel::em::rcwa::{RcwaAnswer, RcwaModel};
-use quadpixel::em::{Material, MetalWalls, PixelStack};
+use quadpixel::em::{Material, PixelStack};
 
-use super::{all, distance, small, solve};
+use super::{all, distance, small, solve, tungsten, walls};
 
 const SHIFTS_UM: [[f64; 2]; 4] = [[0.0, 0.0], [0.13, -0.31], [0.45, 0.0], [-0.2, 0.6]];
 
@@ -15,13 +15,9 @@ fn together(stack: &PixelStack, [u, v]: [f64; 2], shifts_um: &[[f64; 2]]) -> Vec
 #[test]
 fn shifts_together_are_shifts_one_by_one() {
     let (mut stack, settings) = small();
-    for walls in [false, true] {
-        if walls {
-            stack.metal = Some(MetalWalls {
-                layer: "oxide".into(),
-                width_um: 0.1,
-                material: Material::Table("W_Rakic1998_LD".into()),
-            });
+    for walled in [false, true] {
+        if walled {
+            stack.metal = Some(walls("oxide", tungsten()));
         }
         for cosines in [[0.3, -0.2], [0.0, 0.0], [0.0, 0.4], [0.6, 0.6]] {
             let found = together(&stack, cosines, &SHIFTS_UM);
@@ -33,7 +29,7 @@ fn shifts_together_are_shifts_one_by_one() {
                 let off = distance(&all(answer), &all(&alone));
                 assert!(
                     off < 1e-6,
-                    "{cosines:?}, {shift:?}, walls {walls}: {off:.1e}"
+                    "{cosines:?}, {shift:?}, walls {walled}: {off:.1e}"
                 );
             }
         }

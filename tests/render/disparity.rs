@@ -4,7 +4,8 @@ use quadpixel::render::Camera;
 use quadpixel::render::truth::{Defocus, DisparityField};
 use quadpixel::scene::Scene;
 
-use super::{PHONE, camera, card, geometric, lens, shoot};
+use super::shots::{PHONE, camera, focused, shoot};
+use super::{card, geometric};
 
 /// Column and row of the centroid of the green channel.
 fn centroid(image: &Image) -> DVec2 {
@@ -32,7 +33,7 @@ fn measured(camera: &Camera, centre_mm: DVec3, side_mm: f64) -> (Vec<DVec2>, DVe
 
 #[test]
 fn a_near_point_lies_farther_right_in_the_left_view() {
-    let lens = lens(PHONE, 1000.0);
+    let lens = focused(PHONE, 1000.0);
     let camera = camera(&lens, &geometric(2, 1, 5.0), (48, 48), DVec2::ZERO);
     let (near, _) = measured(&camera, DVec3::new(0.0, 0.0, -100.0), 0.2);
     let (far, _) = measured(&camera, DVec3::new(0.0, 0.0, -20_000.0), 40.0);
@@ -43,7 +44,7 @@ fn a_near_point_lies_farther_right_in_the_left_view() {
 
 #[test]
 fn the_photographers_right_and_up_are_stored_right_and_up() {
-    let lens = lens(PHONE, 300.0);
+    let lens = focused(PHONE, 300.0);
     let camera = camera(&lens, &geometric(1, 1, 1.0), (64, 64), DVec2::ZERO);
     let (_, place) = measured(&camera, DVec3::new(2.0, 1.0, -300.0), 0.4);
     assert!(place.x > 33.0 && place.y < 30.0, "{place:?}");
@@ -51,7 +52,7 @@ fn the_photographers_right_and_up_are_stored_right_and_up() {
 
 #[test]
 fn rendered_shifts_are_the_traced_disparity_on_and_off_axis() {
-    let lens = lens(PHONE, 500.0);
+    let lens = focused(PHONE, 500.0);
     for (place, depth) in [
         (DVec2::ZERO, 150.0),
         (DVec2::ZERO, 3000.0),
@@ -89,7 +90,7 @@ fn rendered_shifts_are_the_traced_disparity_on_and_off_axis() {
 #[test]
 fn half_disk_disparity_is_four_over_three_pi_of_the_circle_of_confusion() {
     // Each half of an evenly filled disk of diameter d has its centroid 4/(3π) · d/2 from the middle: x_L − x_R = 0.424 d.
-    let lens = lens("lib_double_gauss_100mm_glass", 5000.0);
+    let lens = focused("lib_double_gauss_100mm_glass", 5000.0);
     let response = geometric(2, 1, 2.0);
     let camera = camera(&lens, &response, (4, 4), DVec2::ZERO);
     let field = DisparityField::new(&camera, 1).unwrap();
@@ -123,7 +124,7 @@ fn circle_of_confusion_is_that_of_the_cone_through_the_entrance_pupil() {
         "lib_double_gauss_100mm_glass",
         "wide_US11940605B2_emb1",
     ] {
-        let lens = lens(name, 700.0);
+        let lens = focused(name, 700.0);
         let camera = camera(&lens, &geometric(1, 1, 1.0), (4, 4), DVec2::ZERO);
         let defocus = Defocus::new(&camera).unwrap();
         let p = camera.paraxial().unwrap();
@@ -147,7 +148,7 @@ fn circle_of_confusion_is_that_of_the_cone_through_the_entrance_pupil() {
 
 #[test]
 fn paraxial_disparity_vanishes_in_focus_and_changes_sign_there() {
-    let lens = lens(PHONE, 500.0);
+    let lens = focused(PHONE, 500.0);
     let camera = camera(&lens, &geometric(2, 2, 5.0), (4, 4), DVec2::new(0.5, 0.0));
     let field = DisparityField::new(&camera, 1).unwrap();
     let at = |depth: f64| {

@@ -3,11 +3,12 @@ use quadpixel::lens::SimdLevel;
 use quadpixel::render::{Execution, RenderSettings, render};
 use quadpixel::scene::Scene;
 
-use super::{PHONE, camera, card, geometric, lens, shoot};
+use super::shots::{PHONE, camera, focused, on_threads, shoot};
+use super::{card, geometric};
 
 #[test]
 fn bytes_do_not_depend_on_threads_or_instructions() {
-    let lens = lens(PHONE, 400.0);
+    let lens = focused(PHONE, 400.0);
     let camera = camera(&lens, &geometric(2, 2, 5.0), (24, 17), DVec2::new(1.0, 0.5));
     let scene = Scene::new(
         vec![
@@ -22,19 +23,9 @@ fn bytes_do_not_depend_on_threads_or_instructions() {
     };
     let surfaces = vec![1; 24 * 17];
     let shot = |threads: usize, simd: SimdLevel| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| {
-            render(
-                &camera,
-                &scene,
-                &settings,
-                &Execution { simd },
-                Some(&surfaces),
-                &|_| (),
-            )
+        let (execution, surfaces) = (Execution { simd }, Some(&surfaces[..]));
+        on_threads(threads, || {
+            render(&camera, &scene, &settings, &execution, surfaces, &|_| ())
         })
     };
     let reference = shot(1, SimdLevel::Scalar);
@@ -56,7 +47,7 @@ fn bytes_do_not_depend_on_threads_or_instructions() {
 #[test]
 fn a_window_within_a_window_shows_the_same_scene() {
     // The inner window's middle is the outer one's: with enough rays the pictures agree within their spread.
-    let lens = lens(PHONE, 400.0);
+    let lens = focused(PHONE, 400.0);
     let scene = Scene::new(
         vec![card(DVec3::new(0.0, 0.0, -400.0), 1.0, None)],
         [0.1; 3],

@@ -7,45 +7,22 @@
 mod disparity;
 mod execution;
 mod radiometry;
+#[path = "../common/shots.rs"]
+mod shots;
 mod spectral;
 mod truth;
 
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3};
-use quadpixel::lens::{FocusBy, Lens, Prescription};
-use quadpixel::render::{Camera, Execution, RenderSettings, Rendered, render};
-use quadpixel::response::{GeometricResponse, Response};
+use glam::DVec3;
+use quadpixel::response::Response;
+use quadpixel::scene::TexturedPlane;
 use quadpixel::scene::coverage::Coverage;
 use quadpixel::scene::texture::Texture;
-use quadpixel::scene::{Scene, TexturedPlane};
-use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
-use quadpixel::spectrum::ChannelWavelengths;
 
-const PHONE: &str = "wide_US20120327520A1_emb3";
-
-fn lens(name: &str, focus_mm: f64) -> Lens {
-    let lens = Lens::new(&Prescription::builtin(name).unwrap()).unwrap();
-    lens.focused_at(focus_mm, FocusBy::Sensor, 550.0).unwrap()
-}
-
-/// An ideal pixel of 2 µm whose boxes reach to tan θ = 2 µm / (2 · focal length).
+/// Pixels of 2 µm.
 fn geometric(m: usize, n: usize, focal_um: f64) -> Response {
-    Response::Geometric(
-        GeometricResponse::new(Subpixels::new(m, n).unwrap(), 2.0, focal_um).unwrap(),
-    )
-}
-
-fn camera(lens: &Lens, response: &Response, size: (usize, usize), centre_mm: DVec2) -> Camera {
-    let sensor = Sensor::new(2.0, response.subpixels(), size, centre_mm).unwrap();
-    Camera::new(
-        lens,
-        sensor,
-        ShiftRule::ChiefRay,
-        response,
-        ChannelWavelengths::default(),
-    )
-    .unwrap()
+    shots::boxes(m, n, 2.0, focal_um)
 }
 
 /// A square card of radiance 1, square to the axis.
@@ -59,24 +36,4 @@ fn card(centre_mm: DVec3, side_mm: f64, coverage: Option<Coverage>) -> TexturedP
         coverage.map(Arc::new),
     )
     .unwrap()
-}
-
-/// A render with the default execution.
-fn shoot(camera: &Camera, scene: &Scene, rays_per_pixel: usize, seed: u64) -> Rendered {
-    let settings = RenderSettings {
-        rays_per_pixel,
-        seed,
-    };
-    render(
-        camera,
-        scene,
-        &settings,
-        &Execution::default(),
-        None,
-        &|_| (),
-    )
-}
-
-fn white() -> Scene {
-    Scene::new(Vec::new(), [1.0; 3])
 }

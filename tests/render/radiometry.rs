@@ -4,14 +4,15 @@ use quadpixel::lens::{Ray, trace_backward};
 use quadpixel::render::Camera;
 use quadpixel::render::truth::WhiteField;
 
-use super::{PHONE, camera, card, geometric, lens, shoot, white};
+use super::shots::{PHONE, bare, camera, focused, shoot, white};
+use super::{card, geometric};
 use quadpixel::scene::Scene;
 use quadpixel::sensor::{Sensor, ShiftRule};
 use quadpixel::spectrum::ChannelWavelengths;
 
 #[test]
 fn white_wall_on_the_axis_gives_pi_sin_squared_of_the_marginal_ray() {
-    let lens = lens(PHONE, f64::INFINITY);
+    let lens = focused(PHONE, f64::INFINITY);
     let camera = camera(&lens, &geometric(1, 1, 1.0), (1, 1), DVec2::ZERO);
     let rendered = shoot(&camera, &white(), 4096, 3);
     for (channel, &e) in rendered.image.mosaic.pixel(0, 0).iter().enumerate() {
@@ -49,7 +50,7 @@ fn white_wall_on_the_axis_gives_pi_sin_squared_of_the_marginal_ray() {
 #[test]
 fn irradiance_falls_by_the_projected_solid_angle_of_the_vignetted_pupil() {
     // Off axis: direct integration of cos θ dω over a fine grid of directions, without the pupil's ellipse.
-    let lens = lens(PHONE, f64::INFINITY);
+    let lens = focused(PHONE, f64::INFINITY);
     let place = DVec2::new(1.5, 1.0);
     let camera = camera(&lens, &geometric(1, 1, 1.0), (1, 1), place);
     let rendered = shoot(&camera, &white(), 4096, 3);
@@ -90,15 +91,12 @@ fn irradiance_falls_by_the_projected_solid_angle_of_the_vignetted_pupil() {
 fn a_bare_pixel_sees_a_disk_by_its_projected_solid_angle() {
     // Disk of radius a at distance z on the axis: E = π a²/(a² + z²).
     let response = geometric(1, 1, 0.5);
-    let sensor =
-        quadpixel::sensor::Sensor::new(2.0, response.subpixels(), (1, 1), DVec2::ZERO).unwrap();
-    let target = quadpixel::lens::PupilEllipse {
-        centre_mm: DVec3::new(0.0, 0.0, -10.0),
-        axis_a_mm: DVec2::X * 4.0,
-        axis_b_mm: DVec2::Y * 4.0,
-    };
-    let camera =
-        quadpixel::render::Camera::bare(sensor, &response, Default::default(), target).unwrap();
+    let camera = bare(
+        &response,
+        (1, 1),
+        [4.0, 10.0],
+        ChannelWavelengths::default(),
+    );
     let e = shoot(&camera, &white(), 4096, 3).image.mosaic.pixel(0, 0)[0];
     let closed_form = std::f64::consts::PI * 16.0 / 116.0;
     assert!(
@@ -109,7 +107,7 @@ fn a_bare_pixel_sees_a_disk_by_its_projected_solid_angle() {
 
 #[test]
 fn the_sub_pixels_of_an_ideal_pixel_share_the_light_of_a_white_wall() {
-    let lens = lens(PHONE, 500.0);
+    let lens = focused(PHONE, 500.0);
     let whole = camera(&lens, &geometric(1, 1, 1.0), (2, 2), DVec2::new(0.7, -0.4));
     let total = shoot(&whole, &white(), 4096, 3).image.sum();
     for (m, n) in [(2, 1), (1, 2), (2, 2), (3, 3), (4, 4)] {
@@ -123,7 +121,7 @@ fn the_sub_pixels_of_an_ideal_pixel_share_the_light_of_a_white_wall() {
 
 #[test]
 fn spread_is_the_standard_deviation_over_seeds() {
-    let lens = lens(PHONE, 300.0);
+    let lens = focused(PHONE, 300.0);
     let camera = camera(&lens, &geometric(2, 2, 5.0), (32, 32), DVec2::ZERO);
     // A small card far out of focus: most pixels see an edge of it.
     let scene = Scene::new(vec![card(DVec3::new(0.0, 0.0, -60.0), 1.0, None)], [0.0; 3]);
@@ -155,7 +153,7 @@ fn spread_is_the_standard_deviation_over_seeds() {
 #[test]
 fn microlenses_shifted_for_the_chief_ray_keep_the_views_equally_bright() {
     // The chief ray arrives at some 20° here. Under a centred microlens the bundle falls beside the middle of the pixel.
-    let lens = lens(PHONE, f64::INFINITY);
+    let lens = focused(PHONE, f64::INFINITY);
     let place = DVec2::new(1.3, 0.0);
     let response = geometric(2, 1, 5.0);
     let shares = |rule: ShiftRule| {

@@ -1,7 +1,7 @@
 //! Bands of wavelengths: their mean against closed forms, each ray's own wavelength in lens and pixel, and bytes.
 
 use glam::{DVec2, DVec3};
-use quadpixel::lens::{Lens, PupilEllipse, SimdLevel};
+use quadpixel::lens::{Lens, SimdLevel};
 use quadpixel::render::truth::{DisparityField, WhiteField};
 use quadpixel::render::{Camera, Execution, RayRecord, RenderSettings, render};
 use quadpixel::response::{AngularResponse, MovingFrame, Response, ResponseAxes, ResponseMeta};
@@ -9,7 +9,8 @@ use quadpixel::scene::Scene;
 use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
 
-use super::{PHONE, card, geometric, lens, shoot, white};
+use super::shots::{self, PHONE, focused, on_threads, shoot, white};
+use super::{card, geometric};
 
 /// ∫ π a²/(a² + z²): what [`bare`] sees of its disk where it absorbs all.
 const DISK_SR: f64 = std::f64::consts::PI * 16.0 / 116.0;
@@ -46,13 +47,7 @@ fn even(subpixels: Subpixels, nm: Vec<f64>, p: impl Fn(f64) -> f64) -> Response 
 
 /// A bare pixel that sees a disk of radius 4 mm, 10 mm away.
 fn bare(response: &Response, side: usize, wavelengths: ChannelWavelengths) -> Camera {
-    let sensor = Sensor::new(2.0, response.subpixels(), (side, side), DVec2::ZERO).unwrap();
-    let target = PupilEllipse {
-        centre_mm: DVec3::new(0.0, 0.0, -10.0),
-        axis_a_mm: DVec2::X * 4.0,
-        axis_b_mm: DVec2::Y * 4.0,
-    };
-    Camera::bare(sensor, response, wavelengths, target).unwrap()
+    shots::bare(response, (side, side), [4.0, 10.0], wavelengths)
 }
 
 fn banded(lens: &Lens, response: &Response, place: DVec2, w: ChannelWavelengths) -> Camera {
@@ -128,7 +123,7 @@ fn few_rays_over_many_wavelengths_stay_unbiased() {
 #[test]
 fn a_bands_image_lies_where_the_images_of_its_wavelengths_do_on_average() {
     // Lateral colour: the flux-weighted mean column of a small card in focus, off the axis. 1024 rays a pixel leave some 0.001 px.
-    let lens = lens(PHONE, 400.0);
+    let lens = focused(PHONE, 400.0);
     let response = geometric(1, 1, 2.0);
     let place = DVec2::new(1.4, 0.0);
     let of = Bands {
@@ -186,7 +181,7 @@ fn a_bands_image_lies_where_the_images_of_its_wavelengths_do_on_average() {
 
 #[test]
 fn one_wavelength_a_channel_and_one_table_give_the_lines_bytes() {
-    let lens = lens(PHONE, 400.0);
+    let lens = focused(PHONE, 400.0);
     let quad = Subpixels::new(2, 2).unwrap();
     let response = even(quad, vec![550.0], |_| 0.7);
     let line = Bands {
@@ -222,7 +217,7 @@ fn the_white_field_is_that_of_the_bands() {
         nm / 800.0
     });
     let place = DVec2::new(0.8, -0.3);
-    let lens = lens(PHONE, f64::INFINITY);
+    let lens = focused(PHONE, f64::INFINITY);
     let sensor = Sensor::new(2.0, response.subpixels(), (2, 2), place).unwrap();
     let of = bands(Bands::default());
     let camera = Camera::new(&lens, sensor, ShiftRule::ChiefRay, &response, of).unwrap();
@@ -241,7 +236,7 @@ fn the_white_field_is_that_of_the_bands() {
 
 #[test]
 fn bands_keep_their_bytes_at_any_thread_count_and_from_kept_rays() {
-    let lens = lens(PHONE, 400.0);
+    let lens = focused(PHONE, 400.0);
     let response = even(Subpixels::new(2, 2).unwrap(), vec![400.0, 700.0], |nm| {
         nm / 800.0
     });
@@ -260,19 +255,9 @@ fn bands_keep_their_bytes_at_any_thread_count_and_from_kept_rays() {
         seed: 11,
     };
     let shot = |threads: usize, simd: SimdLevel| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| {
-            render(
-                &camera,
-                &scene,
-                &settings,
-                &Execution { simd },
-                None,
-                &|_| (),
-            )
+        let execution = Execution { simd };
+        on_threads(threads, || {
+            render(&camera, &scene, &settings, &execution, None, &|_| ())
         })
     };
     let reference = shot(1, SimdLevel::Scalar);

@@ -4,11 +4,12 @@ use quadpixel::render::{Execution, RenderSettings, render};
 use quadpixel::scene::coverage::Coverage;
 use quadpixel::scene::{NO_SURFACE, Scene};
 
-use super::{PHONE, camera, card, geometric, lens, shoot};
+use super::shots::{PHONE, camera, focused, shoot};
+use super::{card, geometric};
 
 #[test]
 fn depth_is_along_the_axis_and_distance_along_the_line_of_sight() {
-    let lens = lens(PHONE, 500.0);
+    let lens = focused(PHONE, 500.0);
     let camera = camera(&lens, &geometric(2, 2, 5.0), (33, 33), DVec2::new(1.0, 0.6));
     let scene = Scene::new(
         vec![card(DVec3::new(0.0, 0.0, -800.0), 3000.0, None)],
@@ -23,7 +24,7 @@ fn depth_is_along_the_axis_and_distance_along_the_line_of_sight() {
 
 #[test]
 fn nothing_met_is_the_sky_at_infinity() {
-    let lens = lens(PHONE, 500.0);
+    let lens = focused(PHONE, 500.0);
     let camera = camera(&lens, &geometric(2, 2, 5.0), (9, 9), DVec2::ZERO);
     let truth = ChiefRays::new(&camera).geometry(&camera, &Scene::new(Vec::new(), [0.5; 3]));
     assert!(truth.depth_mm.data().iter().all(|d| *d == f32::INFINITY));
@@ -32,7 +33,7 @@ fn nothing_met_is_the_sky_at_infinity() {
 
 #[test]
 fn in_focus_the_sum_is_the_target_and_an_even_wall_is_equal_everywhere() {
-    let lens = lens(PHONE, 500.0);
+    let lens = focused(PHONE, 500.0);
     let camera = camera(&lens, &geometric(2, 2, 5.0), (16, 16), DVec2::new(0.8, 0.0));
     let scene = Scene::new(
         vec![card(DVec3::new(0.0, 0.0, -500.0), 3000.0, None)],
@@ -54,7 +55,7 @@ fn in_focus_the_sum_is_the_target_and_an_even_wall_is_equal_everywhere() {
 fn occlusion_at_a_straight_edge_is_half_and_falls_to_nothing_within_the_blur() {
     // A near card covers the photographer's left half; the background is in focus, so the card's edge is blurred over its
     // circle of confusion. At the edge's own pixel the chief ray grazes the card and half of the pupil sees the other surface.
-    let lens = lens(PHONE, 1000.0);
+    let lens = focused(PHONE, 1000.0);
     let camera = camera(&lens, &geometric(2, 2, 5.0), (48, 8), DVec2::ZERO);
     let half = Coverage::new(2, vec![1, 0, 1, 0]).unwrap();
     let near = card(DVec3::new(0.0, 0.0, -150.0), 400.0, Some(half));

@@ -2,40 +2,25 @@
 
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3};
-use quadpixel::lens::PupilEllipse;
-use quadpixel::render::{Camera, Execution, RenderSettings, Rendered, render};
+use glam::DVec3;
+use quadpixel::render::{Camera, Rendered};
 use quadpixel::response::{GeometricResponse, Response};
 use quadpixel::scene::texture::Texture;
 use quadpixel::scene::{Scene, TexturedPlane};
-use quadpixel::sensor::{Sensor, Subpixels};
+use quadpixel::sensor::Subpixels;
 use quadpixel::spectrum::ChannelWavelengths;
+
+use super::shots::{self, white};
 
 /// Bare pixels of 2 µm that look at a disk of radius `semi_mm`, `far_mm` away.
 fn bare(subpixels: Subpixels, size: (usize, usize), semi_mm: f64, far_mm: f64) -> Camera {
     let response = Response::Geometric(GeometricResponse::new(subpixels, 2.0, 1.0).unwrap());
-    let sensor = Sensor::new(2.0, subpixels, size, DVec2::ZERO).unwrap();
-    let target = PupilEllipse {
-        centre_mm: DVec3::new(0.0, 0.0, -far_mm),
-        axis_a_mm: DVec2::X * semi_mm,
-        axis_b_mm: DVec2::Y * semi_mm,
-    };
-    Camera::bare(sensor, &response, ChannelWavelengths::default(), target).unwrap()
+    let wavelengths = ChannelWavelengths::default();
+    shots::bare(&response, size, [semi_mm, far_mm], wavelengths)
 }
 
 fn shoot(camera: &Camera, scene: &Scene, rays_per_pixel: usize) -> Rendered {
-    let settings = RenderSettings {
-        rays_per_pixel,
-        seed: 5,
-    };
-    render(
-        camera,
-        scene,
-        &settings,
-        &Execution::default(),
-        None,
-        &|_| (),
-    )
+    shots::shoot(camera, scene, rays_per_pixel, 5)
 }
 
 /// Under an even wall every ray of a far, small disk is worth the same, so the estimate is π a²/z² whatever the number of rays: what is left is
@@ -43,7 +28,7 @@ fn shoot(camera: &Camera, scene: &Scene, rays_per_pixel: usize) -> Rendered {
 #[test]
 fn one_ray_and_a_million_in_a_pixel_have_the_same_sum() {
     let camera = bare(Subpixels::SINGLE, (1, 1), 1e-3, 1000.0);
-    let wall = Scene::new(Vec::new(), [1.0; 3]);
+    let wall = white();
     let closed_form = std::f64::consts::PI * 1e-12;
     for rays in [1, 2, 3, 255, 257, 1_000_000] {
         let image = shoot(&camera, &wall, rays).image;
@@ -59,7 +44,7 @@ fn one_ray_and_a_million_in_a_pixel_have_the_same_sum() {
 /// Boxes part the light without loss: the sub-pixels of every m×n add up to the undivided pixel, to the rounding of 16 f32 terms.
 #[test]
 fn parted_pixels_add_up_to_the_whole_one_for_any_number_of_rays() {
-    let wall = Scene::new(Vec::new(), [1.0; 3]);
+    let wall = white();
     for rays in [1, 7, 4096] {
         let whole = shoot(&bare(Subpixels::SINGLE, (3, 3), 0.5, 10.0), &wall, rays);
         for subpixels in Subpixels::ALL {
@@ -100,7 +85,7 @@ fn one_bright_texel_of_a_million_is_linear() {
         shoot(&camera, &Scene::new(vec![card.unwrap()], [0.0; 3]), 256).image
     };
     let (one, million) = (lit(1.0), lit(1e6));
-    let full = shoot(&camera, &Scene::new(Vec::new(), [1.0; 3]), 256).image;
+    let full = shoot(&camera, &white(), 256).image;
     let full = full.mosaic.data().iter().cloned().fold(0.0, f32::max);
     let mut seen = 0;
     for (a, b) in one.mosaic.data().iter().zip(million.mosaic.data()) {

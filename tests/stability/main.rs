@@ -8,6 +8,8 @@ mod focus;
 mod light;
 mod random;
 mod response;
+#[path = "../common/shots.rs"]
+mod shots;
 #[path = "../lens_trace/support.rs"]
 mod support;
 mod surfaces;
@@ -17,7 +19,7 @@ use quadpixel::lens::{
     Clipping, Lens, OpticalSystem, Prescription, Ray, RayFailure, Travel, trace_visiting,
 };
 
-const PHONE: &str = "wide_US20120327520A1_emb3";
+use shots::PHONE;
 
 /// A lens of the library, as prescribed.
 fn builtin(name: &str) -> Lens {

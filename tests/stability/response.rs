@@ -1,27 +1,10 @@
 //! The pixel's response where lookups end: straight on, at the table's last direction and beyond, and for chief rays that no shift was
 //! found for.
 
-use quadpixel::em::PixelStack;
-use quadpixel::em::wave::WaveSettings;
-use quadpixel::response::{
-    ChiefRayShifts, GeometricResponse, PixelModel, Response, ResponseLookup, TableSettings,
-    build_table,
-};
+use quadpixel::response::{ChiefRayShifts, GeometricResponse, Response, ResponseLookup};
 use quadpixel::sensor::Subpixels;
 
-/// A coarse wave table of a small pixel.
-fn table() -> ResponseLookup {
-    let settings = TableSettings {
-        model: PixelModel::Wave(WaveSettings::draft()),
-        wavelengths_nm: vec![550.0],
-        cosine_max: 0.6,
-        steps: 4,
-        refine: 1,
-    };
-    let stack = PixelStack::paper(1.2, 0.85, 0.85, 0.75);
-    let built = build_table(&stack, &settings, None, &|_, _| ()).unwrap();
-    Response::Table(built.table).at(550.0)
-}
+use super::shots::wave_pixel;
 
 fn read(lookup: &ResponseLookup, u: f32, v: f32) -> Vec<f32> {
     let mut p = vec![-1.0; lookup.subpixels().count()];
@@ -33,7 +16,7 @@ fn read(lookup: &ResponseLookup, u: f32, v: f32) -> Vec<f32> {
 /// the edge is read: 0 ≤ P, Σ P ≤ 1, up to infinite cosines.
 #[test]
 fn a_table_straight_on_at_its_end_and_beyond() {
-    let lookup = table();
+    let lookup = wave_pixel().at(550.0);
     let middle = read(&lookup, 0.0, 0.0);
     for near in [[0.0f32, 1e-7], [-1e-7, 1e-7], [f32::MIN_POSITIVE, -0.0]] {
         for (a, b) in read(&lookup, near[0], near[1]).iter().zip(&middle) {
@@ -98,7 +81,7 @@ fn chief_rays_beyond_the_last_node() {
     let tiny = found.at(1e-300, 0.0);
     assert!(tiny.shift_um.iter().all(|s| s.abs() < 1e-250), "{tiny:?}");
     let ideal = GeometricResponse::new(Subpixels::QUAD, 2.0, 3.0).unwrap();
-    for frame in [ideal.frame(), table().frame()] {
+    for frame in [ideal.frame(), wave_pixel().at(550.0).frame()] {
         for sine in [0.0, 0.5, 0.999_999, 1.0] {
             let shift = frame.shift_for_chief_ray(sine, 0.0);
             let (u, v) = frame.centred_uv(sine as f32, 0.0, shift);

@@ -4,19 +4,20 @@
 
 mod edges;
 mod record;
+#[path = "../common/shots.rs"]
+mod shots;
 
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
-use quadpixel::lens::{FocusBy, Lens, Prescription};
 use quadpixel::render::Camera;
-use quadpixel::response::{GeometricResponse, Response};
 use quadpixel::scene::Scene;
 use quadpixel::scene::world::{
     Instance, Material, MaterialIndices, PathSettings, TriangleMesh, World, WorldDescription,
 };
-use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
+use quadpixel::sensor::{Sensor, ShiftRule};
 use quadpixel::spectrum::ChannelWavelengths;
+use shots::{PHONE, boxes, focused};
 
 /// A shining rectangle.
 struct Sheet {
@@ -83,20 +84,9 @@ fn scene() -> Scene {
 
 /// The five-element phone lens focused at 750 mm: at 250 mm the window sees 11 mm × 9 mm and the blur is 3 px.
 fn camera(subpixels: (usize, usize), focal_um: f64, rule: ShiftRule) -> Camera {
-    let prescription = Prescription::builtin("wide_US20120327520A1_emb3").unwrap();
-    let lens = Lens::new(&prescription)
-        .unwrap()
-        .focused_at(750.0, FocusBy::Sensor, 550.0)
-        .unwrap();
-    let subpixels = Subpixels::new(subpixels.0, subpixels.1).unwrap();
-    let response = Response::Geometric(GeometricResponse::new(subpixels, 6.0, focal_um).unwrap());
-    let sensor = Sensor::new(6.0, subpixels, (32, 24), DVec2::new(0.03, 0.02)).unwrap();
-    Camera::new(
-        &lens,
-        sensor,
-        rule,
-        &response,
-        ChannelWavelengths::default(),
-    )
-    .unwrap()
+    let response = boxes(subpixels.0, subpixels.1, 6.0, focal_um);
+    let centre_mm = DVec2::new(0.03, 0.02);
+    let sensor = Sensor::new(6.0, response.subpixels(), (32, 24), centre_mm).unwrap();
+    let (lens, bands) = (focused(PHONE, 750.0), ChannelWavelengths::default());
+    Camera::new(&lens, sensor, rule, &response, bands).unwrap()
 }

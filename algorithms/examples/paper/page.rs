@@ -93,7 +93,7 @@ pub fn write(
     studies: &Studies,
     captures: &Captures,
 ) -> Result<(), CommandError> {
-    file::create_folder(out).map_err(|e| CommandError::failed(e.to_string()))?;
+    file::create_folder(out).map_err(CommandError::failed)?;
     let mut page = Page {
         out,
         tools,
@@ -105,8 +105,13 @@ pub fn write(
     page.pixel(studies)?;
     page.images(studies)?;
     page.table2(&captures.table)?;
-    file::write_aside(&out.join("README.md"), page.text.as_bytes())
-        .map_err(|e| CommandError::failed(e.to_string()))
+    file::write_aside(&out.join("README.md"), page.text.as_bytes()).map_err(CommandError::failed)
+}
+
+/// A number of a table, if there is one.
+fn figure(value: &Value, places: usize, unit: &str) -> String {
+    let known = value.as_f64();
+    known.map_or("–".to_owned(), |x| format!("{x:.places$}{unit}"))
 }
 
 impl Page<'_> {
@@ -223,11 +228,7 @@ impl Page<'_> {
     fn size(&mut self, size: &Value) {
         self.text += "| pixel, µm | mode | defocus, px | disparity a px of defocus | of the classic one | difference of view A, RMS |\n|---|---|---|---|---|---|\n";
         for shot in size["shots"].as_array().into_iter().flatten() {
-            let number = |key: &str| {
-                shot[key]
-                    .as_f64()
-                    .map_or("–".to_owned(), |x| format!("{x:.3}"))
-            };
+            let number = |key: &str| figure(&shot[key], 3, "");
             let _ = writeln!(
                 self.text,
                 "| {} | {} | {} | {} | {} | {} |",
@@ -309,7 +310,7 @@ impl Page<'_> {
         );
         self.text += "| case | R_a | R_b | paper: R_a | R_b | acceptance | total absorbed within 30° |\n|---|---|---|---|---|---|---|\n";
         for case in study["cases"].as_array().into_iter().flatten() {
-            let degrees = |v: &Value| v.as_f64().map_or("–".to_owned(), |x| format!("{x:.1}°"));
+            let degrees = |v: &Value| figure(v, 1, "°");
             let side = case["side"].as_str().filter(|s| *s != "both");
             let _ = writeln!(
                 self.text,
@@ -330,9 +331,8 @@ impl Page<'_> {
     /// Copies a step's picture beside the page, and shows it.
     fn picture(&mut self, from: &str, to: &str, what: &str) -> Result<(), CommandError> {
         let path = self.tools.work.join(from);
-        let bytes = file::read(&path).map_err(|e| CommandError::failed(e.to_string()))?;
-        file::write_aside(&self.out.join(to), &bytes)
-            .map_err(|e| CommandError::failed(e.to_string()))?;
+        let bytes = file::read(&path).map_err(CommandError::failed)?;
+        file::write_aside(&self.out.join(to), &bytes).map_err(CommandError::failed)?;
         let _ = writeln!(self.text, "![{what}]({to})\n");
         Ok(())
     }

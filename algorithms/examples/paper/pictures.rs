@@ -11,7 +11,7 @@ const GAP: usize = 4;
 
 /// A picture from a file of three channels, its middle cut out to at most `side` px, and the linear value that is shown white.
 pub fn panel(path: &Path, side: usize) -> Result<Image, CommandError> {
-    let whole = raster::read(path).map_err(|e| CommandError::failed(e.to_string()))?;
+    let whole = raster::read(path).map_err(CommandError::failed)?;
     let (w, h) = (whole.width().min(side), whole.height().min(side));
     let (x0, y0) = ((whole.width() - w) / 2, (whole.height() - h) / 2);
     let mut cut = Image::zeros(w, h, 3);
@@ -55,8 +55,7 @@ pub fn write(path: &Path, rows: &[Vec<Image>], zoom: usize) -> Result<(), Comman
         }
         top += height_of(row);
     }
-    raster::write_jpeg(path, &codes, width, height, 88)
-        .map_err(|e| CommandError::failed(e.to_string()))
+    raster::write_jpeg(path, &codes, width, height, 88).map_err(CommandError::failed)
 }
 
 fn white(picture: &Image) -> f32 {

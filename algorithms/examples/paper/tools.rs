@@ -54,8 +54,7 @@ impl Tools {
                 output.status
             )));
         }
-        file::write_aside(&kept, &output.stdout)
-            .map_err(|e| CommandError::failed(e.to_string()))?;
+        file::write_aside(&kept, &output.stdout).map_err(CommandError::failed)?;
         String::from_utf8(output.stdout).map_err(|e| CommandError::failed(format!("{name}: {e}")))
     }
 
@@ -73,7 +72,6 @@ impl Tools {
 
     /// Writes a file that a step reads.
     pub fn write(&self, name: &str, text: &str) -> Result<(), CommandError> {
-        file::write_aside(&self.work.join(name), text.as_bytes())
-            .map_err(|e| CommandError::failed(e.to_string()))
+        file::write_aside(&self.work.join(name), text.as_bytes()).map_err(CommandError::failed)
     }
 }

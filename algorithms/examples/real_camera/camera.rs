@@ -41,12 +41,11 @@ pub fn stop_semi_mm(mark: f64) -> f64 {
 
 /// The lens at a marked F-number, focused `focus_mm` from the sensor.
 pub fn lens(name: &str, mark: f64, focus_mm: f64) -> Result<Lens, CommandError> {
-    let input = |e: quadpixel::lens::LensError| CommandError::input(e.to_string());
     Prescription::named(name)
         .and_then(|p| Lens::new(&p))
         .and_then(|l| l.with_stop_semi_mm(stop_semi_mm(mark)))
         .and_then(|l| l.focused_from_sensor(focus_mm, ChannelWavelengths::default().reference_nm()))
-        .map_err(input)
+        .map_err(CommandError::input)
 }
 
 /// A sharp split of the pupil.
@@ -54,7 +53,7 @@ fn sharp_split() -> Result<Response, CommandError> {
     // So short that all light of the lens lands on the pixel.
     GeometricResponse::new(Subpixels::DUAL_X, PIXEL_UM, PIXEL_UM)
         .map(Response::Geometric)
-        .map_err(|e| CommandError::failed(e.to_string()))
+        .map_err(CommandError::failed)
 }
 
 /// What is tabulated of the wave model: to 24°, more than the F/1.8 pupil's corner.
@@ -77,15 +76,14 @@ pub struct Model {
 
 /// The models of a stack: first the wave model; last the sharp split, an ideal whose microlenses follow the chief ray.
 pub fn models(stack: &PixelStack) -> Result<Vec<Model>, CommandError> {
-    let failed = |e: &dyn std::fmt::Display| CommandError::failed(e.to_string());
     let settings = table_settings();
     let wave = ResponseCache::open(ResponseCache::default_dir())
         .get_or_build(stack, &settings, &|_, _| ())
-        .map_err(|e| CommandError::input(e.to_string()))?
+        .map_err(CommandError::input)?
         .table;
     let wandering = |table: &AngularResponse| {
         let spread = spread(table, CHARGE_SPREAD_UM);
-        spread.map(Response::Table).map_err(|e| failed(&e))
+        spread.map(Response::Table).map_err(CommandError::failed)
     };
     let mut models = vec![Model {
         name: "wave",
@@ -119,11 +117,9 @@ pub fn camera(
     model: &Model,
     (width, height): (usize, usize),
 ) -> Result<Camera, CommandError> {
-    let input = |e: String| CommandError::input(e);
     let pitch_um = SENSOR_MM * 1e3 / width as f64;
     let sensor = Sensor::new(pitch_um, Subpixels::DUAL_X, (width, height), DVec2::ZERO)
-        .map_err(|e| input(e.to_string()))?;
+        .map_err(CommandError::input)?;
     let wavelengths = ChannelWavelengths::default();
-    Camera::new(lens, sensor, model.rule, &model.response, wavelengths)
-        .map_err(|e| input(e.to_string()))
+    Camera::new(lens, sensor, model.rule, &model.response, wavelengths).map_err(CommandError::input)
 }

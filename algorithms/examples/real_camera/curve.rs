@@ -64,6 +64,6 @@ pub fn of_camera(
         offset_error_px: OFFSET_ERROR_PX,
     };
     // Checked as it will be when it is read.
-    let text = serde_json::to_string(&curve).map_err(|e| CommandError::failed(e.to_string()))?;
-    FieldCurve::from_json(&text, "simulated curve").map_err(|e| CommandError::failed(e.to_string()))
+    let text = serde_json::to_string(&curve).map_err(CommandError::failed)?;
+    FieldCurve::from_json(&text, "simulated curve").map_err(CommandError::failed)
 }

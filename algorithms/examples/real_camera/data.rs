@@ -152,7 +152,7 @@ impl Views {
 }
 
 fn linear(path: &Path) -> Result<Image, CommandError> {
-    let mut image = raster::read(path).map_err(|e| CommandError::input(e.to_string()))?;
+    let mut image = raster::read(path).map_err(CommandError::input)?;
     image.data_mut().iter_mut().for_each(|v| *v = to_linear(*v));
     Ok(image)
 }

@@ -50,8 +50,7 @@ pub fn found(views: &Views, curve: &FieldCurve) -> Result<Found, CommandError> {
         b: &b,
         axes: Axes::Horizontal,
     };
-    let matched =
-        measure(pair, &settings, MOST_NOISE).map_err(|e| CommandError::input(e.to_string()))?;
+    let matched = measure(pair, &settings, MOST_NOISE).map_err(CommandError::input)?;
     let (width, height) = (a.width(), a.height());
     let mut found = Found {
         z_m: Image::zeros(width, height, 1),

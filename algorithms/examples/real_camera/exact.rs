@@ -50,29 +50,28 @@ pub struct Runs {
 impl Runs {
     /// Those that come with the example, if they are of this pixel.
     pub fn kept(stack: &PixelStack) -> Result<Option<Self>, CommandError> {
-        let kept: Option<Self> =
-            serde_json::from_str(KEPT).map_err(|e| CommandError::failed(e.to_string()))?;
+        let kept: Option<Self> = serde_json::from_str(KEPT).map_err(CommandError::failed)?;
         Ok(kept.filter(|k| k.pixel == *stack && k.runs.len() > 1))
     }
 
     /// Makes them at `u`, and writes `file` after each.
     pub fn make(stack: &PixelStack, u: &[f64], file: &Path) -> Result<(), CommandError> {
-        let failed = |e: &dyn std::fmt::Display| CommandError::failed(e.to_string());
-        let model = RcwaModel::new(stack, WAVELENGTH_NM, &SETTINGS).map_err(|e| failed(&e))?;
+        let model =
+            RcwaModel::new(stack, WAVELENGTH_NM, &SETTINGS).map_err(CommandError::failed)?;
         let mut made = Self {
             pixel: stack.clone(),
             settings: SETTINGS,
             runs: Vec::new(),
         };
         for &u in u {
-            let answer = model.solve(u, 0.0).map_err(|e| failed(&e))?;
+            let answer = model.solve(u, 0.0).map_err(CommandError::failed)?;
             made.runs.push(Run {
                 u,
                 p: [0, 1].map(|i| 0.5 * (answer.s.absorbed[i] + answer.p.absorbed[i])),
                 seconds: answer.seconds,
             });
-            let text = serde_json::to_string_pretty(&made).map_err(|e| failed(&e))?;
-            file::write_aside(file, (text + "\n").as_bytes()).map_err(|e| failed(&e))?;
+            let text = serde_json::to_string_pretty(&made).map_err(CommandError::failed)?;
+            file::write_aside(file, (text + "\n").as_bytes()).map_err(CommandError::failed)?;
             eprintln!("real_camera: exact run at u = {u}: {:.0} s", answer.seconds);
         }
         Ok(())
@@ -104,7 +103,6 @@ impl Runs {
         }
         let mut meta = wave.meta().clone();
         meta.key = format!("{} / rcwa on the meridian", meta.key);
-        AngularResponse::new(axes.clone(), meta, values)
-            .map_err(|e| CommandError::failed(e.to_string()))
+        AngularResponse::new(axes.clone(), meta, values).map_err(CommandError::failed)
     }
 }

@@ -77,7 +77,7 @@ fn step(text: &str) {
 }
 
 fn run(args: &Args) -> Result<(), CommandError> {
-    let stack = PixelStack::builtin(&args.pixel).map_err(|e| CommandError::input(e.to_string()))?;
+    let stack = PixelStack::builtin(&args.pixel).map_err(CommandError::input)?;
     if let Some(file) = &args.exact_runs {
         return exact::Runs::make(&stack, &EXACT_U, file);
     }
@@ -128,8 +128,9 @@ fn lens_figures(name: &str) -> Result<Vec<LensResult>, CommandError> {
         .iter()
         .map(|&mark| {
             let lens = camera::lens(name, mark, camera::FOCUS_MM)?;
-            let input = |e: quadpixel::lens::LensError| CommandError::input(e.to_string());
-            let p = lens.paraxial(quadpixel::units::D_LINE_NM).map_err(input)?;
+            let p = lens
+                .paraxial(quadpixel::units::D_LINE_NM)
+                .map_err(CommandError::input)?;
             Ok(LensResult {
                 mark,
                 stop_semi_mm: lens.stop_semi_mm(),

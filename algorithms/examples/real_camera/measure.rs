@@ -48,7 +48,7 @@ pub struct Shift {
 /// Shifts of the green channel.
 pub fn shifts(left: &Image, right: &Image, parts: &[Part]) -> Result<Vec<Shift>, CommandError> {
     let (a, b) = (channel(right, GREEN), channel(left, GREEN));
-    let map = match_images(&a, &b, &settings()).map_err(|e| CommandError::input(e.to_string()))?;
+    let map = match_images(&a, &b, &settings()).map_err(CommandError::input)?;
     let of = |part: &Part| {
         let inside = |[x, y]: [f64; 2]| {
             let within = |p: f64, from: usize| p >= from as f64 && p < (from + part.side) as f64;
@@ -77,8 +77,7 @@ fn whole_window(a: &Image, b: &Image, part: &Part) -> Result<f64, CommandError> 
     let ((x0, x1), (y0, y1)) = (clip(part.x, a.width()), clip(part.y, a.height()));
     let mut d = 0.0;
     for _ in 0..STEPS {
-        let map = Map::shift(b.width(), b.height(), d, 0.0)
-            .map_err(|e| CommandError::failed(e.to_string()))?;
+        let map = Map::shift(b.width(), b.height(), d, 0.0).map_err(CommandError::failed)?;
         let moved = warp(b, &map, Lobes::Four, Border::Replicate, SimdLevel::detect()).image;
         // Unknowns: g, o, and g times the step; normal equations of the three.
         let (mut m, mut v) = (DMat3::ZERO, DVec3::ZERO);

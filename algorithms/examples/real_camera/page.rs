@@ -38,6 +38,11 @@ fn lines(lines: impl IntoIterator<Item = String>) -> String {
     })
 }
 
+/// Rows under their head.
+fn table(head: &str, rows: impl IntoIterator<Item = String>) -> String {
+    lines(std::iter::once(head.to_owned()).chain(rows))
+}
+
 fn fit_or_prediction(fitted: bool) -> &'static str {
     if fitted { "fit" } else { "prediction" }
 }
@@ -50,11 +55,7 @@ fn noise(results: &Results) -> String {
     };
     let tail = "\nSo the left view has less light on the right of the picture, and the right view on its left: the light arrives beside the split there, by the chief ray.";
     let rows = results.noise.iter().map(row);
-    lines(
-        std::iter::once(head.to_owned())
-            .chain(rows)
-            .chain([tail.to_owned()]),
-    )
+    table(head, rows.chain([tail.to_owned()]))
 }
 
 fn lens(results: &Results) -> String {
@@ -70,12 +71,12 @@ fn lens(results: &Results) -> String {
             l.focus_from_vertex_mm
         )
     };
-    lines(std::iter::once(head.to_owned()).chain(results.lens.iter().map(row)))
+    table(head, results.lens.iter().map(row))
 }
 
 fn captures(results: &Results) -> String {
     let head = "\n## Captures simulated\n\nShift: x_L − x_R, px, one window of half the picture's height each; in brackets the median of windows of 31 × 31 that the matcher trusts (— none).\n";
-    lines(std::iter::once(head.to_owned()).chain(results.captures.iter().map(capture)))
+    table(head, results.captures.iter().map(capture))
 }
 
 fn capture(c: &CaptureResult) -> String {
@@ -199,7 +200,6 @@ fn left_out(results: &Results) -> String {
     if results.left_out.is_empty() {
         return String::new();
     }
-    let head = "Left out:\n".to_owned();
     let each = results.left_out.iter().map(|line| format!("- {line}"));
-    lines(std::iter::once(head).chain(each).chain([String::new()]))
+    table("Left out:\n", each.chain([String::new()]))
 }

@@ -83,15 +83,14 @@ pub struct Results {
 
 /// Writes a curve file for `qpalgo depth`.
 pub fn write_curve(out: &Path, mark: f64, curve: &FieldCurve) -> Result<(), CommandError> {
-    let text = serde_json::to_string(curve).map_err(|e| CommandError::failed(e.to_string()))?;
+    let text = serde_json::to_string(curve).map_err(CommandError::failed)?;
     let file = (format!("curve-f{mark}.json"), (text + "\n").into_bytes());
-    file::write_folder(out, &[file]).map_err(|e| CommandError::failed(e.to_string()))
+    file::write_folder(out, &[file]).map_err(CommandError::failed)
 }
 
 impl Results {
     /// Writes README.md, results.json, aperture.svg and a picture of each scene's depth.
     pub fn write(&self, out: &Path) -> Result<(), CommandError> {
-        let failed = |e: &dyn std::fmt::Display| CommandError::failed(e.to_string());
         let colours = ["#1f6fb2", "#2e9e5b", "#b07cc6", "#888888"];
         // The sharp split is the last one, whether there is an exact one or not.
         let colour = |i: usize| match i + 1 == self.aperture.curves.len() {
@@ -105,7 +104,7 @@ impl Results {
         let measured: Vec<(String, Point)> = (self.aperture.measured.iter())
             .map(|(name, _, _, point)| (name.clone(), *point))
             .collect();
-        let json = serde_json::to_string_pretty(&self.json()).map_err(|e| failed(&e))?;
+        let json = serde_json::to_string_pretty(&self.json()).map_err(CommandError::failed)?;
         let mut files = vec![
             ("README.md".to_owned(), page::of(self).into_bytes()),
             ("results.json".to_owned(), (json + "\n").into_bytes()),
@@ -118,10 +117,10 @@ impl Results {
             let (codes, width, height) = depth.picture();
             let name = depth.picture_name();
             let bytes = raster::encode_png8(Path::new(&name), &codes, width, height, 3)
-                .map_err(|e| failed(&e))?;
+                .map_err(CommandError::failed)?;
             files.push((name, bytes));
         }
-        file::write_folder(out, &files).map_err(|e| failed(&e))
+        file::write_folder(out, &files).map_err(CommandError::failed)
     }
 
     fn json(&self) -> Value {

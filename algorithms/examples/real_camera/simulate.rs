@@ -117,7 +117,7 @@ fn plane_of(
         let px = middle + at / radius * interpolated(&heights, 1, radius) / pitch;
         (px.x, px.y)
     })
-    .map_err(|e| CommandError::failed(e.to_string()))?;
+    .map_err(CommandError::failed)?;
     let texels = warp(
         picture,
         &map,
@@ -130,7 +130,7 @@ fn plane_of(
         let p = texels.pixel(x, y);
         [p[0].max(0.0), p[1].max(0.0), p[2].max(0.0)]
     })
-    .map_err(|e| CommandError::failed(e.to_string()))?;
+    .map_err(CommandError::failed)?;
     TexturedPlane::new(
         DVec3::new(0.0, 0.0, -depth_mm),
         (2.0 * half.x, 2.0 * half.y),
@@ -138,7 +138,7 @@ fn plane_of(
         Arc::new(texture),
         None,
     )
-    .map_err(|e| CommandError::failed(e.to_string()))
+    .map_err(CommandError::failed)
 }
 
 /// (height on the sensor, height on the plane) of chief rays, mm, out to beyond the sensor's corner.

@@ -62,14 +62,13 @@ pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
         cone_f_number: args.cone_f_number,
         ..args.model.shifted(&stack)
     };
-    let input = |e: ResponseError| CommandError::input(e.to_string());
     let progress = Progress::new(log.json(args.json));
     let told = |done: usize, total: usize| progress.angles(done, total);
     let began = std::time::Instant::now();
     let cache = ResponseCache::open(ResponseCache::default_dir());
     let table = cache
         .get_or_build_shifted(&stack, &settings, &told)
-        .map_err(input)?
+        .map_err(CommandError::input)?
         .table;
     let sensor = Sensor56::new(&stack, &table)?;
     let step = settings.table.cosine_max / settings.table.steps as f64;
@@ -77,8 +76,10 @@ pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
         .iter()
         .filter_map(|&(x, y)| sensor.place_on_nodes(x, y, step))
         .collect();
-    let pixel = ShiftedPixel::new(&stack, &settings.table.model, WAVELENGTH_NM).map_err(input)?;
-    let truths = truths(&pixel, &held_out, stack.subpixels.count(), &told).map_err(input)?;
+    let pixel = ShiftedPixel::new(&stack, &settings.table.model, WAVELENGTH_NM)
+        .map_err(CommandError::input)?;
+    let truths =
+        truths(&pixel, &held_out, stack.subpixels.count(), &told).map_err(CommandError::input)?;
     progress.finish();
 
     let mut deviations = Vec::new();
@@ -92,7 +93,7 @@ pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     // Half the nodes are drawn, against the finest table.
     let drawn = nodes(&table, 2)?;
     let finest = nodes(&table, 1)?;
-    file::create_folder(&args.out).map_err(|e| CommandError::failed(e.to_string()))?;
+    file::create_folder(&args.out).map_err(CommandError::failed)?;
     let files = ["flat-field.csv", "flat-field.png"].map(|f| args.out.join(f));
     super::write(&files[0], &report::csv(&deviations))?;
     report::picture(&files[1], &sensor, &drawn, &finest)?;

@@ -35,20 +35,19 @@ pub(super) struct Place {
 impl Sensor56 {
     /// With the lens shifts that the table holds for chief rays.
     pub fn new(stack: &PixelStack, table: &AngularResponse) -> Result<Self, CommandError> {
-        let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
         let wavelengths = ChannelWavelengths::default();
         let lens = Prescription::builtin(LENS)
             .and_then(|p| Lens::new(&p))
             .and_then(|l| l.focused_at(FOCUS_MM, FocusBy::Sensor, wavelengths.reference_nm()))
-            .map_err(|e| input(&e))?;
+            .map_err(CommandError::input)?;
         let across = (SIDE_MM * 1e3 / stack.pitch_um).round() as usize;
         let size = (across, across);
         let sensor = Sensor::new(stack.pitch_um, stack.subpixels, size, DVec2::ZERO)
-            .map_err(|e| input(&e))?;
+            .map_err(CommandError::input)?;
         let response = Response::Table(table.clone());
         Camera::new(&lens, sensor, ShiftRule::ChiefRay, &response, wavelengths)
             .map(Self)
-            .map_err(|e| input(&e))
+            .map_err(CommandError::input)
     }
 
     /// The part of the sensor whose chief rays lie beyond the last one that a shift was found for.

@@ -111,8 +111,7 @@ pub(super) fn picture(
             sheet.picture((left, top + HEAD, ACROSS), &image, gray);
         }
     }
-    write_png8(path, &sheet.rgb, sheet.width, sheet.height, 3)
-        .map_err(|e| CommandError::failed(e.to_string()))
+    write_png8(path, &sheet.rgb, sheet.width, sheet.height, 3).map_err(CommandError::failed)
 }
 
 /// One view of the white wall over the mean view.

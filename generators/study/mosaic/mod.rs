@@ -41,7 +41,7 @@ pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     progress.finish();
     let seconds = began.elapsed().as_secs_f64();
 
-    file::create_folder(&args.out).map_err(|e| CommandError::failed(e.to_string()))?;
+    file::create_folder(&args.out).map_err(CommandError::failed)?;
     let files = ["mosaic.csv", "mosaic-summary.csv", "mosaic.svg"].map(|f| args.out.join(f));
     let summary = report::summary(&survey);
     let title = format!("mosaic study, {}, model {}", stack.name, model.version());

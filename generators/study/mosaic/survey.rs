@@ -70,7 +70,6 @@ impl Survey {
         theta_deg: &[f64],
         told: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, CommandError> {
-        let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
         if stack.mosaic.is_none() || stack.subpixels.m() < 2 {
             return Err(CommandError::input(format!(
                 "{}: allowed in the mosaic study: a pixel with [mosaic] and at least two columns of sub-pixels",
@@ -80,12 +79,12 @@ impl Survey {
         // The supercell first: it takes longest.
         let mut stacks = vec![stack.clone()];
         for colour in FilterColour::ALL {
-            stacks.push(stack.of_one_colour(colour).map_err(|e| input(&e))?);
+            stacks.push(stack.of_one_colour(colour).map_err(CommandError::input)?);
         }
         let mut lit = Vec::new();
         for (_, wavelength_nm) in BANDS {
             for stack in &stacks {
-                lit.push(LitPixel::new(stack, model, wavelength_nm).map_err(|e| input(&e))?);
+                lit.push(LitPixel::new(stack, model, wavelength_nm).map_err(CommandError::input)?);
             }
         }
         let kinds = stacks.len();
@@ -99,7 +98,7 @@ impl Survey {
             let began = Instant::now();
             let [u, v] = direction_cosines(theta_deg, 0.0);
             let answer = lit[band * kinds + kind].light_period(u, v, &|_| ());
-            let answer = answer.map_err(|e| input(&e))?;
+            let answer = answer.map_err(CommandError::input)?;
             told(done.fetch_add(1, Ordering::Relaxed) + 1, wanted.len());
             let by_microlens = stacks[kind].by_microlens(&answer.mean.absorbed);
             Ok(Solved {

@@ -82,7 +82,7 @@ pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     progress.finish();
     let seconds = began.elapsed().as_secs_f64();
 
-    file::create_folder(&args.out).map_err(|e| CommandError::failed(e.to_string()))?;
+    file::create_folder(&args.out).map_err(CommandError::failed)?;
     let files = ["size.csv", "size.jpg"].map(|f| args.out.join(f));
     write(&files[0], &report::csv(&shots))?;
     report::picture(&files[1], &shots)?;

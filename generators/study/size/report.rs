@@ -146,8 +146,7 @@ pub(super) fn picture(path: &Path, shots: &[Shot]) -> Result<(), CommandError> {
             draw(3, ["A: CLASSIC - DIFFRACTIVE", &scale], &changed, true);
         }
     }
-    write_jpeg(path, &sheet.rgb, sheet.width, sheet.height, QUALITY)
-        .map_err(|e| CommandError::failed(e.to_string()))
+    write_jpeg(path, &sheet.rgb, sheet.width, sheet.height, QUALITY).map_err(CommandError::failed)
 }
 
 /// a − b; both of one camera.

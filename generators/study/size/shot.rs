@@ -68,13 +68,12 @@ impl Shot {
 
 impl Bench {
     pub fn new() -> Result<Self, CommandError> {
-        let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
         let nm = ChannelWavelengths::default().reference_nm();
         let lens = Prescription::builtin(LENS)
             .and_then(|p| Lens::new(&p))
             .and_then(|l| l.focused_at(FOCUS_MM, FocusBy::Sensor, nm))
-            .map_err(|e| input(&e))?;
-        let f_number = lens.paraxial(nm).map_err(|e| input(&e))?.f_number;
+            .map_err(CommandError::input)?;
+        let f_number = lens.paraxial(nm).map_err(CommandError::input)?.f_number;
         let letters = Alphabet {
             tiles: 4,
             lines: 3,
@@ -84,7 +83,7 @@ impl Bench {
         let chart = ChartSpec::Alphabet(letters).generate(1, CHART_PX);
         Ok(Self {
             lens,
-            chart: Arc::new(chart.map_err(|e| input(&e))?),
+            chart: Arc::new(chart.map_err(CommandError::input)?),
             f_number,
         })
     }
@@ -101,11 +100,10 @@ impl Bench {
         mode: Mode,
         response: &Response,
     ) -> Result<Shot, CommandError> {
-        let input = |e: &dyn std::fmt::Display| CommandError::input(e.to_string());
         let s = stack.subpixels;
         let across = (WINDOW_UM / stack.pitch_um).round().max(24.0) as usize;
-        let sensor =
-            Sensor::new(stack.pitch_um, s, (across, across), DVec2::ZERO).map_err(|e| input(&e))?;
+        let sensor = Sensor::new(stack.pitch_um, s, (across, across), DVec2::ZERO)
+            .map_err(CommandError::input)?;
         let wavelengths = ChannelWavelengths::default();
         let camera = Camera::new(
             &self.lens,
@@ -114,11 +112,11 @@ impl Bench {
             response,
             wavelengths,
         )
-        .map_err(|e| input(&e))?;
+        .map_err(CommandError::input)?;
         let (centre, side) = covering(&camera, CHART_MM, DMat3::IDENTITY)?;
         let flat = (0.0, 0.0, 0.0);
         let plane = TexturedPlane::new(centre, (side, side), flat, self.chart.clone(), None)
-            .map_err(|e| input(&e))?;
+            .map_err(CommandError::input)?;
         let scene = Scene::new(vec![plane], [0.0; 3]);
         let settings = RenderSettings {
             rays_per_pixel: RAYS_PER_PIXEL,

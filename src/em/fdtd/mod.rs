@@ -33,6 +33,7 @@ mod layout;
 mod medium;
 mod member;
 mod mesh;
+mod monitored;
 mod phasors;
 mod plain;
 mod poles;

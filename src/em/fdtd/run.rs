@@ -4,23 +4,17 @@
 //! k∥ = 0, with real fields): a wave polarized across the plane meets electric, one along it magnetic walls.
 
 use std::f64::consts::PI;
-use std::sync::Arc;
 
-use rustfft::num_complex::Complex64;
-
-use super::answer::{FdtdAnswer, FdtdPowers, FdtdProgress, FdtdRun};
+use super::answer::{FdtdProgress, FdtdRun};
 use super::dispersion::Numerics;
 use super::error::within;
-use super::incident::Incident;
 use super::mesh::Mesh;
+use super::monitored::{Monitored, monitors};
 use super::phasors::Phasors;
-use super::powers::{Absorbed, Fields, Footprint, Side};
 use super::pulse::Pulse;
 use super::raster::{Raster, Spectra, raster};
-use super::{FdtdError, FdtdSettings, Lateral, Member, Simulation, Source, Wall, stable_step_um};
+use super::{FdtdError, FdtdSettings, Lateral, Member, Simulation, Wall, stable_step_um};
 use crate::em::stack::{Indices, PixelStack};
-
-type C = Complex64;
 
 /// Name and version of the model: part of every table's key, so a change of the physics changes the key.
 pub const MODEL: &str = "fdtd-2";
@@ -53,7 +47,7 @@ pub fn solve(
     let memory_bytes = memory_bytes(&mesh, wavelengths_nm.len(), bloch_per_um)?;
     check_memory(memory_bytes)?;
     let matter = Matter::new(stack, &mesh, &indices, wavelengths_nm, bloch_per_um)?;
-    let mut run = Run::new(stack, &mesh, &matter, wavelengths_nm, bloch_per_um)?;
+    let mut run = Monitored::new(stack, &mesh, &matter, wavelengths_nm, bloch_per_um)?;
 
     let mut before: Option<Vec<f64>> = None;
     let (mut residual, mut quiet) = (f64::INFINITY, 0);
@@ -121,7 +115,7 @@ pub(super) fn mirrors(stack: &PixelStack, bloch: [f64; 2]) -> [bool; 2] {
 }
 
 /// s and p.
-fn members(mesh: &Mesh, bloch: [f64; 2]) -> [Member; 2] {
+pub(super) fn members(mesh: &Mesh, bloch: [f64; 2]) -> [Member; 2] {
     let k = bloch[0].hypot(bloch[1]);
     let p = if k > 0.0 {
         [bloch[0] / k, bloch[1] / k]
@@ -149,15 +143,6 @@ fn members(mesh: &Mesh, bloch: [f64; 2]) -> [Member; 2] {
             current,
         }
     })
-}
-
-/// First and last plane of the three sets of phasors: silicon, inlet, outlet.
-fn monitors(mesh: &Mesh) -> [[usize; 2]; 3] {
-    [
-        [mesh.bottom - 1, mesh.surface + 1],
-        [mesh.inlet - 1, mesh.inlet + 1],
-        [mesh.outlet - 1, mesh.outlet + 1],
-    ]
 }
 
 /// Bytes of fields, map and phasors of a run.
@@ -216,10 +201,10 @@ fn optical_height_um(stack: &PixelStack, indices: &[Indices]) -> f64 {
 }
 
 /// The time step, what the grid makes of each wavelength, and the media.
-struct Matter {
-    dt_um: f64,
-    numerics: Vec<Numerics>,
-    raster: Raster,
+pub(super) struct Matter {
+    pub dt_um: f64,
+    pub numerics: Vec<Numerics>,
+    pub raster: Raster,
 }
 
 impl Matter {
@@ -270,201 +255,5 @@ impl Matter {
             dt_um = 0.985 * stable;
         }
         Err(FdtdError::value("dt_um", dt_um, "a stable step"))
-    }
-}
-
-/// A simulation with its monitors.
-struct Run<'a> {
-    stack: &'a PixelStack,
-    mesh: &'a Mesh,
-    matter: &'a Matter,
-    members: [Member; 2],
-    pulse: Pulse,
-    sim: Simulation,
-    /// Steps between samples.
-    every: usize,
-    /// By wavelength, member, monitor.
-    phasors: Vec<[[Phasors; 3]; 2]>,
-    /// ½ Ω is left out: Im ε of each medium as stepped, by wavelength.
-    loss: Vec<Vec<f64>>,
-    /// By wavelength, member.
-    incident: Vec<[Incident; 2]>,
-}
-
-impl<'a> Run<'a> {
-    fn new(
-        stack: &'a PixelStack,
-        mesh: &'a Mesh,
-        matter: &'a Matter,
-        wavelengths_nm: &[f64],
-        bloch: [f64; 2],
-    ) -> Result<Self, FdtdError> {
-        let pulse = Pulse::new(wavelengths_nm);
-        let members = members(mesh, bloch);
-        let dt_um = matter.dt_um;
-        let source = Source {
-            plane: mesh.source,
-            waveform: pulse.waveform(),
-        };
-        let sim = Simulation::new(
-            mesh.grid.clone(),
-            Arc::new(matter.raster.map.clone()),
-            &members,
-            source,
-            mesh.cpml,
-            dt_um,
-        )?;
-        let size = [mesh.grid.nx(), mesh.grid.ny()];
-        let phasors = || monitors(mesh).map(|[first, last]| Phasors::new(size, first, last));
-        let media = matter.raster.map.media();
-        Ok(Self {
-            stack,
-            mesh,
-            matter,
-            members,
-            pulse,
-            sim,
-            every: ((pulse.sampling_um() / dt_um) as usize).max(1),
-            phasors: matter
-                .numerics
-                .iter()
-                .map(|_| [phasors(), phasors()])
-                .collect(),
-            loss: matter
-                .numerics
-                .iter()
-                .map(|n| {
-                    media
-                        .iter()
-                        .map(|m| m.stepped_epsilon(n.omega, dt_um).im)
-                        .collect()
-                })
-                .collect(),
-            incident: matter
-                .numerics
-                .iter()
-                .map(|n| {
-                    let spectrum = pulse.spectrum(n.omega, dt_um);
-                    members.map(|m| Incident::new(mesh, n, m.current, spectrum))
-                })
-                .collect(),
-        })
-    }
-
-    /// Steps on by at least `by_um`, sampling on the way.
-    fn advance(&mut self, by_um: f64) {
-        let until = self.sim.time_um() + by_um;
-        let dt = self.matter.dt_um;
-        while self.sim.time_um() < until {
-            self.sim.advance(self.every);
-            let t = self.sim.time_um();
-            for (numerics, by_member) in self.matter.numerics.iter().zip(&mut self.phasors) {
-                let turn = C::from_polar(self.every as f64 * dt, numerics.omega * t);
-                for (member, monitors) in by_member.iter_mut().enumerate() {
-                    for phasors in monitors {
-                        phasors.add(&self.sim, member, turn);
-                    }
-                }
-            }
-        }
-    }
-
-    fn fields(&self, wavelength: usize, member: usize, monitor: usize) -> Fields<'_> {
-        Fields {
-            mesh: self.mesh,
-            numerics: &self.matter.numerics[wavelength],
-            phasors: &self.phasors[wavelength][member][monitor],
-            sides: [self.members[member].x, self.members[member].y],
-        }
-    }
-
-    fn footprints(&self) -> Vec<Footprint> {
-        (0..self.stack.photodiodes())
-            .map(|i| Footprint::of_photodiode(self.mesh, self.stack, i))
-            .collect()
-    }
-
-    /// P of every photodiode, by wavelength and member.
-    fn absorbed(&self) -> Vec<f64> {
-        let mut out = Vec::new();
-        let footprints = self.footprints();
-        for w in 0..self.phasors.len() {
-            for m in 0..2 {
-                let incident = self.incident[w][m].power(self.mesh);
-                let fields = self.fields(w, m, 0);
-                out.extend(footprints.iter().map(|f| {
-                    fields
-                        .absorbed(f, &self.matter.raster, &self.loss[w])
-                        .silicon
-                        / incident
-                }));
-            }
-        }
-        out
-    }
-
-    /// Largest difference of volume integral and flux of a photodiode: zero in a steady state, so it sees what is still on its way.
-    fn mismatch(&self) -> f64 {
-        let mut worst = 0.0f64;
-        for w in 0..self.phasors.len() {
-            for m in 0..2 {
-                let incident = self.incident[w][m].power(self.mesh);
-                let fields = self.fields(w, m, 0);
-                for f in self.footprints() {
-                    let absorbed = fields.absorbed(&f, &self.matter.raster, &self.loss[w]);
-                    worst = worst.max((absorbed.total() - fields.entering(&f)).abs() / incident);
-                }
-            }
-        }
-        worst
-    }
-
-    fn answers(&self, wavelengths_nm: &[f64]) -> Vec<FdtdAnswer> {
-        (0..wavelengths_nm.len())
-            .map(|w| {
-                let n = &self.matter.numerics[w];
-                FdtdAnswer {
-                    wavelength_nm: wavelengths_nm[w],
-                    uv: n.bloch.map(|k| k / n.omega),
-                    s: self.powers(w, 0),
-                    p: self.powers(w, 1),
-                }
-            })
-            .collect()
-    }
-
-    fn powers(&self, w: usize, m: usize) -> FdtdPowers {
-        let [silicon, inlet, outlet] = [0, 1, 2].map(|i| self.fields(w, m, i));
-        let mesh = self.mesh;
-        let wave = &self.incident[w][m];
-        let unit = 1.0 / wave.power(self.mesh);
-        let whole = Footprint::whole(mesh);
-        let (raster, loss) = (&self.matter.raster, &self.loss[w]);
-        let footprints = self.footprints();
-        let parts: Vec<Absorbed> = footprints
-            .iter()
-            .map(|f| silicon.absorbed(f, raster, loss))
-            .collect();
-        let absorbed: Vec<f64> = parts.iter().map(|p| p.silicon * unit).collect();
-        let sum = |of: fn(&Absorbed) -> f64| parts.iter().map(of).sum::<f64>() * unit;
-        let (trench, above) = (sum(|p| p.trench), sum(|p| p.above));
-        let transmitted = -silicon.upward(&whole, mesh.bottom, Side::Both) * unit;
-        let into_silicon = -silicon.upward(&whole, mesh.surface, Side::Above) * unit - above;
-        let into_pixel = -inlet.upward(&whole, mesh.inlet, Side::Both) * unit;
-        let up = outlet.upward(&whole, mesh.outlet, Side::Both);
-        let reflected = wave.reflected(&outlet, up, self.members[m].current) * unit;
-        let elsewhere = into_pixel - into_silicon + trench;
-        let balance = reflected + absorbed.iter().sum::<f64>() + transmitted + elsewhere;
-        let by_flux = footprints.iter().zip(&parts);
-        FdtdPowers {
-            absorbed_by_flux: by_flux
-                .map(|(f, p)| (silicon.entering(f) - p.above - p.trench) * unit)
-                .collect(),
-            absorbed,
-            reflected,
-            transmitted,
-            elsewhere,
-            balance,
-        }
     }
 }

@@ -46,7 +46,7 @@ impl Forms {
             absorbed: vec![zero.clone(); columns * rows],
             entering: zero.clone(),
             leaving: zero,
-            lossy_trenches: silicon.grid.outside.im > 0.0,
+            lossy_trenches: silicon.lossy_trenches(),
         };
         for (r, left) in seen.iter().enumerate() {
             for (form, c) in [
@@ -104,17 +104,8 @@ impl Forms {
             .zip(values(&self.leaving));
         both.enumerate()
             .map(|(j, (entering, leaving))| {
-                let absorbed: Vec<f64> = absorbed.iter().map(|p| p[j]).collect();
-                let trenches = match self.lossy_trenches {
-                    true => entering - leaving - absorbed.iter().sum::<f64>(),
-                    false => 0.0,
-                };
-                InSilicon {
-                    entering,
-                    leaving,
-                    absorbed,
-                    trenches,
-                }
+                let absorbed = absorbed.iter().map(|p| p[j]).collect();
+                InSilicon::new(entering, leaving, absorbed, self.lossy_trenches)
             })
             .collect()
     }

@@ -46,6 +46,21 @@ pub(super) struct InSilicon {
     pub trenches: f64,
 }
 
+impl InSilicon {
+    pub fn new(entering: f64, leaving: f64, absorbed: Vec<f64>, lossy_trenches: bool) -> Self {
+        let trenches = match lossy_trenches {
+            true => entering - leaving - absorbed.iter().sum::<f64>(),
+            false => 0.0,
+        };
+        Self {
+            entering,
+            leaving,
+            absorbed,
+            trenches,
+        }
+    }
+}
+
 impl Silicon {
     /// Under a medium `above`, of which the functions `low` are followed.
     pub fn new(low: &Basis, grid: Grid, above: C, cutoff: f64) -> Result<Self, RcwaError> {
@@ -82,6 +97,11 @@ impl Silicon {
     /// Functions followed in silicon, of all classes.
     pub fn functions(&self) -> usize {
         self.whole.len()
+    }
+
+    /// Whether trenches absorb too.
+    pub fn lossy_trenches(&self) -> bool {
+        self.grid.outside.im > 0.0
     }
 
     /// b of a, `n` functions each.
@@ -130,16 +150,7 @@ impl Silicon {
             .map(|j| {
                 let (entering, leaving) = (flux_at(0.0, j), flux_at(depth, j));
                 let absorbed = detector.absorbed(self, &amplitudes, &z, j);
-                let trenches = match self.grid.outside.im > 0.0 {
-                    true => entering - leaving - absorbed.iter().sum::<f64>(),
-                    false => 0.0,
-                };
-                InSilicon {
-                    entering,
-                    leaving,
-                    absorbed,
-                    trenches,
-                }
+                InSilicon::new(entering, leaving, absorbed, self.lossy_trenches())
             })
             .collect()
     }

@@ -1,11 +1,10 @@
-//! `qpgen` as a process, on datasets of small samples with an ideal pixel (no response table).
+//! Datasets of small samples with an ideal pixel (no response table), made by processes that are killed or fail.
 
-#![allow(dead_code)] // each test binary uses its part
-
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output};
+use std::process::{Child, Command};
+
+use super::said;
 
 const CONFIGURATION: &str = r#"
 count = 1
@@ -75,34 +74,6 @@ impl Generator {
     }
 }
 
-pub fn qpgen(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_qpgen"));
-    command.args(arguments).output().unwrap()
-}
-
-/// What a process said on stderr.
-pub fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-/// Every file and link below a folder, by its relative path.
-pub fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    let mut folders = vec![root.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.symlink_metadata().unwrap().is_dir() {
-                folders.push(path);
-            } else {
-                let name = path.strip_prefix(root).unwrap().display().to_string();
-                found.insert(name, fs::read(&path).unwrap_or_default());
-            }
-        }
-    }
-    found
-}
-
 /// A number from the environment.
 pub fn number_from(variable: &str, otherwise: usize) -> usize {
     let set = std::env::var(variable).ok();
@@ -110,7 +81,7 @@ pub fn number_from(variable: &str, otherwise: usize) -> usize {
 }
 
 /// Sends a signal, such as `TERM`.
-pub fn signal(child: &Child, name: &str) {
+pub fn send(child: &Child, name: &str) {
     let command = format!("kill -{name} {}", child.id());
     let status = Command::new("sh").args(["-c", &command]).status();
     assert!(status.unwrap().success());
