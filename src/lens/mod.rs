@@ -6,6 +6,7 @@ pub mod aim;
 pub mod analysis;
 mod check;
 pub mod chief;
+pub mod crossing;
 pub mod deviation;
 pub mod drawing;
 pub mod error;

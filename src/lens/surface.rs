@@ -11,7 +11,8 @@
 //! the scene's side to the sensor's side does so where A t + B < 0 (σ = +1), the other way round where A t + B > 0
 //! (σ = −1): this picks the sheet that carries the vertex without looking at distances (Welford, Aberrations of Optical
 //! Systems, section 4.3). An asphere takes that point as the start of Newton's method on z − sag(r²) = 0 along the ray. A start
-//! from the vertex plane would lose field-edge rays on the steep last surfaces of phone lenses.
+//! from the vertex plane would lose field-edge rays on the steep last surfaces of phone lenses. Where Newton's method does not settle, or
+//! settles where it must not, [`super::crossing`] searches the aperture.
 
 use glam::{DVec2, DVec3};
 
@@ -61,28 +62,22 @@ impl OpticalSurface {
         Some(DVec3::new(-at_mm.x * h, -at_mm.y * h, 1.0).normalize())
     }
 
-    /// The point (local frame, mm) at which the local `ray` crosses the surface in the sense `travel`; `None` if it misses or if
-    /// Newton's method does not settle. The clear aperture is not looked at.
+    /// The point (local frame, mm) at which the local `ray` crosses the surface in the sense `travel`; `None` if it misses. The
+    /// clear aperture stops nothing here; of several crossings it says which one counts (see [`super::crossing`]).
     pub fn intersect(&self, ray: Ray, travel: Travel) -> Option<DVec3> {
-        let sign = travel.sign();
+        let (d, sign) = (ray.direction, travel.sign());
         // From the point nearest to the vertex: the numbers stay small, whatever the distance travelled.
-        let foot = ray.origin_mm - ray.direction * ray.origin_mm.dot(ray.direction);
-        let start = self.intersect_conic(foot, ray.direction, sign);
-        let point = if self.aspheric_terms == 0 {
-            foot + ray.direction * start?
-        } else {
-            self.newton(foot, ray.direction, start.unwrap_or(0.0))?
-        };
+        let foot = ray.origin_mm - d * ray.origin_mm.dot(d);
+        let start = self.intersect_conic(foot, d, sign);
+        if self.aspheric_terms > 0 {
+            let settled = self.newton(foot, d, start.unwrap_or(0.0));
+            return Some(foot + d * self.settle(foot, d, sign, settled)?);
+        }
+        let point = foot + d * start?;
         let r2 = point.x * point.x + point.y * point.y;
-        let crossing = if self.aspheric_terms == 0 {
-            // The conic's other sheet has 1 − (1+k) c z < 0.
-            1.0 - (1.0 + self.conic) * self.curvature * point.z
-        } else {
-            let (_, h) = self.sag_and_slope(r2);
-            sign * (ray.direction.z - h * (point.x * ray.direction.x + point.y * ray.direction.y))
-        };
-        // Written so that a NaN fails.
-        (point.is_finite() && self.within_domain(r2) && crossing > 0.0).then_some(point)
+        // The conic's other sheet has 1 − (1+k) c z < 0. Written so that a NaN fails.
+        let on_sheet = 1.0 - (1.0 + self.conic) * self.curvature * point.z > 0.0;
+        (point.is_finite() && self.within_domain(r2) && on_sheet).then_some(point)
     }
 
     /// Path length from `foot` to the bare conic. An asphere may be met where its conic is missed: then
@@ -107,7 +102,8 @@ impl OpticalSurface {
         on_vertex_sheet.then_some(t)
     }
 
-    fn newton(&self, foot: DVec3, d: DVec3, start: f64) -> Option<DVec3> {
+    /// Path length at which Newton's method settles.
+    fn newton(&self, foot: DVec3, d: DVec3, start: f64) -> Option<f64> {
         let mut t = start;
         for _ in 0..NEWTON_LIMIT {
             let p = foot + d * t;
@@ -115,18 +111,18 @@ impl OpticalSurface {
             let step = (p.z - sag) / (d.z - h * (p.x * d.x + p.y * d.y));
             t -= step;
             if step.abs() < NEWTON_LAST_STEP_MM {
-                return Some(foot + d * t);
+                return Some(t);
             }
         }
         None
     }
 
-    fn within_domain(&self, r2: f64) -> bool {
+    pub(super) fn within_domain(&self, r2: f64) -> bool {
         1.0 - (1.0 + self.conic) * self.curvature * self.curvature * r2 > 0.0
     }
 
     /// Sag and slope over radius, continued past the conic's domain by [`ROOT_FLOOR`].
-    fn sag_and_slope(&self, r2: f64) -> (f64, f64) {
+    pub(super) fn sag_and_slope(&self, r2: f64) -> (f64, f64) {
         let c = self.curvature;
         let s2 = 1.0 - (1.0 + self.conic) * c * c * r2;
         let s = if s2 > ROOT_FLOOR { s2 } else { ROOT_FLOOR }.sqrt();

@@ -4,10 +4,12 @@
 // because tests fail by panicking
 #![allow(clippy::unwrap_used)]
 
+mod crossings;
 mod focus;
 mod light;
 mod random;
 mod response;
+mod scan;
 #[path = "../common/shots.rs"]
 mod shots;
 #[path = "../lens_trace/support.rs"]

@@ -10,7 +10,7 @@ use crate::support::{asphere, conic, stop, system, tilted};
 use crate::{builtin, free};
 
 /// Every surface of every lens of the library, alone at the origin.
-fn library_surfaces() -> Vec<(String, OpticalSurface)> {
+pub fn library_surfaces() -> Vec<(String, OpticalSurface)> {
     let mut all = Vec::new();
     for name in builtin_names() {
         for (i, mut surface) in builtin(name)
@@ -39,17 +39,13 @@ fn in_packet(system: &OpticalSystem, ray: Ray, travel: Travel) -> Result<Ray, Ra
 }
 
 /// From the vertex to the rim, at incidences from normal over critical to grazing, in both senses and in and across the meridian: a ray obeys
-/// Snell's law as a vector to 1e-11 and keeps its length to 1e-12, or is lost for the reason that is true. Both tracers say the same. A known defect
-/// is counted, not forgiven beyond what was found: at aspheres, and there only, a ray 48° off the axis, 75° off the normal, or at the very rim may be
-/// lost as one that misses; under a twentieth of all.
+/// Snell's law as a vector to 1e-11 and keeps its length to 1e-12, or is totally reflected beyond the critical angle. Every ray comes through a point of
+/// the surface, so none is missed. Both tracers say the same.
 #[test]
 fn grazing_incidence_and_total_reflection_at_every_surface() {
     let (mut passed, mut reflected) = (0, 0);
-    let mut missed = 0;
     for (name, surface) in library_surfaces() {
-        let mut open = surface.clone();
-        open.aperture.semi_mm = f64::INFINITY;
-        let one = system(vec![open.clone()], 0.0);
+        let one = system(vec![surface.clone()], 0.0);
         let indices = (surface.index_before, surface.index_after);
         // Between equal indices there is none; 1.2 then.
         let critical = (indices.0.min(indices.1) / indices.0.max(indices.1))
@@ -57,8 +53,8 @@ fn grazing_incidence_and_total_reflection_at_every_surface() {
             .min(1.2);
         for part in [0.0, 0.5, 0.999] {
             let x = part * surface.aperture.semi_mm.min(10.0);
-            let at = DVec3::new(x, 0.0, open.sag_mm(x * x).unwrap());
-            let normal = open.normal(at.truncate()).unwrap();
+            let at = DVec3::new(x, 0.0, surface.sag_mm(x * x).unwrap());
+            let normal = surface.normal(at.truncate()).unwrap();
             for across in [DVec3::Y, normal.cross(DVec3::Y)] {
                 for incidence in [0.0, 0.3, critical - 1e-6, critical + 1e-6, 1.4, 1.5706] {
                     for (travel, sense) in [(Travel::Forward, 1.0), (Travel::Backward, -1.0)] {
@@ -80,7 +76,7 @@ fn grazing_incidence_and_total_reflection_at_every_surface() {
                         match (end, met) {
                             (Ok(end), Some(met)) => {
                                 passed += 1;
-                                let m = open.normal(met.truncate()).unwrap();
+                                let m = surface.normal(met.truncate()).unwrap();
                                 let along = n * direction.cross(m) - n2 * end.direction.cross(m);
                                 assert!(
                                     along.length() < 1e-11,
@@ -102,7 +98,7 @@ fn grazing_incidence_and_total_reflection_at_every_surface() {
                             }
                             (Err(RayFailure::TotalInternalReflection { .. }), Some(met)) => {
                                 reflected += 1;
-                                let m = open.normal(met.truncate()).unwrap();
+                                let m = surface.normal(met.truncate()).unwrap();
                                 let sine = n * direction.cross(m).length();
                                 assert!(sine > n2 * (1.0 - 1e-12), "{name}: {sine} against {n2}");
                                 let reason = packet.unwrap_err();
@@ -111,15 +107,6 @@ fn grazing_incidence_and_total_reflection_at_every_surface() {
                                     RayFailure::TotalInternalReflection { .. }
                                 ));
                             }
-                            // A grazing ray may leave the surface's own domain before it meets it.
-                            (Err(RayFailure::Missed { .. }), None) => {
-                                // Found, and a defect: at strong aspheres, rays far off the axis or the normal, and any at the very rim, may be lost though they meet.
-                                let slanted =
-                                    direction.z.abs() < 0.67 || incidence > 1.3 || part > 0.99;
-                                let slanted = slanted && open.aspheric_terms > 0;
-                                assert!(slanted, "{name} {part} {incidence}: {direction}");
-                                missed += 1;
-                            }
                             other => panic!("{name} {part} {incidence}: {other:?}"),
                         }
                     }
@@ -127,7 +114,6 @@ fn grazing_incidence_and_total_reflection_at_every_surface() {
             }
         }
     }
-    assert!(missed < passed / 20, "{missed} of {passed}");
     assert!(passed > 1000 && reflected > 500, "{passed} {reflected}");
 }
 

@@ -7,12 +7,13 @@ use glam::{DMat3, DVec3};
 
 use super::batch::{RayBatch, RayStatus};
 use super::block::{BLOCK, Block, SMALL_BLOCK, load, store};
+use super::newton::{meet_asphere, settle};
 use super::prepared::Prepared;
-use crate::lens::surface::{NEWTON_LIMIT, ROOT_FLOOR, Travel};
+use crate::lens::surface::Travel;
 use crate::lens::system::ASPHERE_TERMS;
 
-/// The last Newton step, mm. Its square, about 1e-14, is what is left. The plain tracer goes on longer.
-const LAST_STEP_MM: f64 = 1e-7;
+/// Stands for a [`RayStatus`] while a ray waits for its second look.
+const DOUBTFUL: u8 = u8::MAX;
 
 /// Traces the whole batch, block by block.
 #[inline(always)]
@@ -30,7 +31,8 @@ pub(super) fn trace(surfaces: &[Prepared], sensor_z_mm: f64, batch: &mut RayBatc
     }
 }
 
-/// At most N rays of the batch.
+/// At most N rays of the batch, then one by one those in doubt: they are few, and each is alone, so that no ray's bits hang on its
+/// companions.
 #[inline(always)]
 fn trace_block<const N: usize>(
     surfaces: &[Prepared],
@@ -40,21 +42,60 @@ fn trace_block<const N: usize>(
     travel: Travel,
 ) {
     let mut block: Block<N> = load(batch, range.clone());
+    cross_all::<N, false>(&mut block, surfaces, sensor_z_mm, travel);
+    store(&block, batch, range.clone());
+    for ray in range {
+        if batch.status[ray] == DOUBTFUL {
+            trace_carefully(surfaces, sensor_z_mm, batch, ray, travel);
+        }
+    }
+}
+
+/// Ray `ray` of the batch, which stands there as it came in.
+#[cold]
+#[inline(never)]
+fn trace_carefully(
+    surfaces: &[Prepared],
+    sensor_z_mm: f64,
+    batch: &mut RayBatch,
+    ray: usize,
+    travel: Travel,
+) {
+    let mut block: Block<1> = load(batch, ray..ray + 1);
+    cross_all::<1, true>(&mut block, surfaces, sensor_z_mm, travel);
+    store(&block, batch, ray..ray + 1);
+}
+
+#[inline(always)]
+fn cross_all<const N: usize, const CAREFUL: bool>(
+    block: &mut Block<N>,
+    surfaces: &[Prepared],
+    sensor_z_mm: f64,
+    travel: Travel,
+) {
     for step in 0..surfaces.len() {
         let index = match travel {
             Travel::Forward => step,
             Travel::Backward => surfaces.len() - 1 - step,
         };
-        cross(&mut block, &surfaces[index], index, travel);
+        cross::<N, CAREFUL>(block, &surfaces[index], index, travel);
+        // Most rays in doubt turn out to be lost.
+        if CAREFUL && block.lost.iter().all(|lost| *lost != 0) {
+            return;
+        }
     }
     if travel == Travel::Forward {
-        to_sensor(&mut block, sensor_z_mm, surfaces.len().saturating_sub(1));
+        to_sensor(block, sensor_z_mm, surfaces.len().saturating_sub(1));
     }
-    store(&block, batch, range);
 }
 
 #[inline(always)]
-fn cross<const N: usize>(block: &mut Block<N>, surface: &Prepared, index: usize, travel: Travel) {
+fn cross<const N: usize, const CAREFUL: bool>(
+    block: &mut Block<N>,
+    surface: &Prepared,
+    index: usize,
+    travel: Travel,
+) {
     let sign = travel.sign();
     // A square surface is shifted on the fly; a turned one is first brought into its own frame.
     let mut shift = surface.vertex_mm;
@@ -70,12 +111,12 @@ fn cross<const N: usize>(block: &mut Block<N>, surface: &Prepared, index: usize,
         code: (index as u64) << 8,
     };
     match surface.terms {
-        0 => finish::<0, N>(block, &ctx, travel),
-        1..=4 => asphere::<4, N>(block, &ctx, travel),
-        5 | 6 => asphere::<6, N>(block, &ctx, travel),
-        7 => asphere::<7, N>(block, &ctx, travel),
-        8 => asphere::<8, N>(block, &ctx, travel),
-        _ => asphere::<ASPHERE_TERMS, N>(block, &ctx, travel),
+        0 => finish::<0, N, true>(block, &ctx, travel),
+        1..=4 => asphere::<4, N, CAREFUL>(block, &ctx, travel),
+        5 | 6 => asphere::<6, N, CAREFUL>(block, &ctx, travel),
+        7 => asphere::<7, N, CAREFUL>(block, &ctx, travel),
+        8 => asphere::<8, N, CAREFUL>(block, &ctx, travel),
+        _ => asphere::<ASPHERE_TERMS, N, CAREFUL>(block, &ctx, travel),
     }
     if let Some(rotation) = surface.rotation {
         turn(block, rotation, DVec3::ZERO, surface.vertex_mm);
@@ -128,6 +169,19 @@ fn meet_conic<const N: usize>(block: &mut Block<N>, surface: &Prepared, shift: D
     }
 }
 
+#[inline(always)]
+fn asphere<const TERMS: usize, const N: usize, const CAREFUL: bool>(
+    block: &mut Block<N>,
+    ctx: &Finish<'_>,
+    travel: Travel,
+) {
+    meet_asphere::<TERMS, N>(block, ctx.surface);
+    if CAREFUL {
+        settle(block, ctx.surface, ctx.sign);
+    }
+    finish::<TERMS, N, CAREFUL>(block, ctx, travel);
+}
+
 struct Finish<'a> {
     surface: &'a Prepared,
     shift: DVec3,
@@ -135,60 +189,10 @@ struct Finish<'a> {
     code: u64,
 }
 
+/// Moves each ray onto the surface, clips it there and refracts it. A ray whose crossing is not beyond doubt (see `PlainCase`) is lost as
+/// doubtful, unless `SETTLED` tells that all is known.
 #[inline(always)]
-fn asphere<const TERMS: usize, const N: usize>(
-    block: &mut Block<N>,
-    ctx: &Finish<'_>,
-    travel: Travel,
-) {
-    for _ in 0..NEWTON_LIMIT {
-        if newton_step::<TERMS, N>(block, ctx.surface) == 0 {
-            break;
-        }
-    }
-    finish::<TERMS, N>(block, ctx, travel);
-}
-
-/// One Newton step of each ray that has not settled; returns how many still move.
-#[inline(always)]
-fn newton_step<const TERMS: usize, const N: usize>(
-    block: &mut Block<N>,
-    surface: &Prepared,
-) -> u64 {
-    let c = surface.curvature;
-    let k1_cc = surface.k1 * c * c;
-    let mut still_moving = 0;
-    for i in 0..N {
-        let (dx, dy, dz) = (block.dx[i], block.dy[i], block.dz[i]);
-        let t = block.t[i];
-        let (x, y, z) = (
-            block.x[i] + t * dx,
-            block.y[i] + t * dy,
-            block.z[i] + t * dz,
-        );
-        let r2 = x * x + y * y;
-        let s2 = 1.0 - k1_cc * r2;
-        let s = if s2 > ROOT_FLOOR { s2 } else { ROOT_FLOOR }.sqrt();
-        let (mut value, mut derivative) = (0.0, 0.0);
-        for j in (0..TERMS).rev() {
-            value = (value + surface.value[j]) * r2;
-            derivative = derivative * r2 + surface.derivative[j];
-        }
-        let s1 = 1.0 + s;
-        let slope = c + s * derivative;
-        let step = s * ((z - value) * s1 - c * r2) / (s1 * (s * dz - slope * (x * dx + y * dy)));
-        let moving = block.moving[i] != 0;
-        block.t[i] = if moving { t - step } else { t };
-        let next = u64::from(moving & (step.abs() >= LAST_STEP_MM));
-        block.moving[i] = next;
-        still_moving += next;
-    }
-    still_moving
-}
-
-/// Moves each ray onto the surface, clips it there and refracts it.
-#[inline(always)]
-fn finish<const TERMS: usize, const N: usize>(
+fn finish<const TERMS: usize, const N: usize, const SETTLED: bool>(
     block: &mut Block<N>,
     ctx: &Finish<'_>,
     travel: Travel,
@@ -203,6 +207,12 @@ fn finish<const TERMS: usize, const N: usize>(
         (None, _) => 1.0,
     };
     let one_minus = 1.0 - eta * eta;
+    let plain = surface.plain_case;
+    let unmet = if SETTLED {
+        RayStatus::Missed as u64 + code
+    } else {
+        u64::from(DOUBTFUL)
+    };
     for i in 0..N {
         let (dx, dy, dz) = (block.dx[i], block.dy[i], block.dz[i]);
         let t = block.t[i];
@@ -233,8 +243,12 @@ fn finish<const TERMS: usize, const N: usize>(
         let passes = r2 <= surface.semi_squared;
         let radicand = m2 * one_minus + eta * eta * (g * g);
         let refracted = radicand >= 0.0;
-        let failure = if !met {
-            RayStatus::Missed as u64 + code
+        let z_squared = dz * dz;
+        let sure = SETTLED
+            | (passes & (z_squared >= plain.z_squared))
+            | ((r2 <= plain.outer_r_squared) & (z_squared >= plain.outer_z_squared));
+        let failure = if !(met & sure) {
+            unmet
         } else if !passes {
             RayStatus::Vignetted as u64 + code
         } else if !refracted {

@@ -15,12 +15,14 @@
 //! cycles a ray, so ten aspheres, two cover-glass planes and a stop cannot take less than about 350 to 550 cycles a ray.
 //!
 //! **Bits.** Every lane does the same operations in the same order, whatever its companions: a lane that has settled is frozen,
-//! nothing is contracted (no fused multiply-add) and no sum runs across lanes. So every [`SimdLevel`] and every grouping
+//! nothing is contracted (no fused multiply-add) and no sum runs across lanes. A ray that Newton's method does not bring to the aperture beyond doubt
+//! is traced again, alone, with the plain tracer's search ([`super::crossing`]). So every [`SimdLevel`] and every grouping
 //! of rays gives the same bits.
 
 mod batch;
 mod block;
 mod kernel;
+mod newton;
 mod prepared;
 
 pub use batch::{RayBatch, RayStatus};
