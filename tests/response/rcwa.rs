@@ -133,7 +133,6 @@ fn a_table_of_bands_takes_each_wavelength_from_the_microlenses_of_its_colour() {
         steps: 2,
         refine: 1,
         cosine_max: 0.3,
-        ..TableSettings::rcwa_draft()
     };
     let built = build_mosaic_tables(&stack, &settings, &|_, _| ()).unwrap();
     let table = built.of_channels(&channels).unwrap();
