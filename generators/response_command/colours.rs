@@ -12,6 +12,9 @@ use super::{ResponseArgs, changed, default_output, nodes, written};
 use crate::log::Log;
 use crate::progress::Progress;
 
+/// The default of --wavelength-nm.
+const DEFAULT_NM: f64 = 550.0;
+
 /// Whose response.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum ColourArg {
@@ -54,6 +57,11 @@ pub(super) fn tables(
         ));
     }
     let bands = args.colour == Some(ColourArg::Bands);
+    if bands && args.wavelength_nm != [DEFAULT_NM] {
+        return Err(CommandError::input(
+            "--colour bands with --wavelength-nm; allowed: --band-wavelengths, as the bands are those of [spectrum]",
+        ));
+    }
     let mut settings = changed(args, args.model.table(stack));
     let channels = ChannelWavelengths::of_bands(Bands {
         wavelengths: args.band_wavelengths,

@@ -158,6 +158,16 @@ fn a_dataset_takes_a_table_of_bands_and_says_that_neighbours_have_other_filters(
     );
     refused(&response("1.6um", "1"), "a pixel with [mosaic]");
     refused(&response(&pixel, "0"), "1 to 32");
+    let mixed = [
+        "response",
+        "--pixel",
+        &pixel,
+        "--colour",
+        "bands",
+        "--wavelength-nm",
+        "450",
+    ];
+    refused(&qpgen_in(folder.path(), &mixed), "--band-wavelengths");
 
     let printed = qpgen_in(folder.path(), &["dataset", "--print-config"]);
     let config = (String::from_utf8(printed.stdout).unwrap())

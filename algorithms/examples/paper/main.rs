@@ -33,9 +33,6 @@ struct Arguments {
     /// Small and coarse, for a look at the machinery: wave level, few rays.
     #[arg(long)]
     quick: bool,
-    /// Leaves out Fig. 3(b), whose walls take FDTD ten minutes.
-    #[arg(long)]
-    without_fdtd: bool,
 }
 
 fn main() -> std::process::ExitCode {
@@ -50,7 +47,7 @@ fn main() -> std::process::ExitCode {
 
 fn run(args: &Arguments) -> Result<(), CommandError> {
     let tools = Tools::new(&args.programs, &args.work, args.quick)?;
-    let studies = studies::all(&tools, args.without_fdtd)?;
+    let studies = studies::all(&tools)?;
     let captures = captures::all(&tools)?;
     page::write(&args.out, &tools, &studies, &captures)?;
     println!("{}", args.out.join("README.md").display());

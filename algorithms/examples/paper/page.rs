@@ -145,9 +145,6 @@ impl Page<'_> {
             )?;
             self.reason("tungsten");
         }
-        if studies.tungsten.is_none() && !self.tools.quick {
-            self.text += "\nFig. 3(b) was left out of this run (`--without-fdtd`).\n";
-        }
         self.text += "\n## Fig. 5: responses under shifted microlenses\n\n";
         self.picture(
             "cra/cra.svg",

@@ -11,11 +11,10 @@ pub struct Studies {
     pub rejection: Value,
     /// Nine microlenses, in words.
     pub microlens: String,
-    /// Fig. 3(b).
+    /// Fig. 3(b), which takes a vector model; not in the quick page.
     pub tungsten: Option<Value>,
     /// Fig. 8.
     pub validation: Value,
-    /// Fig. 12.
     /// Fig. 12.
     pub size: Value,
     /// Fig. 13.
@@ -23,7 +22,7 @@ pub struct Studies {
 }
 
 /// Runs them all.
-pub fn all(tools: &Tools, without_fdtd: bool) -> Result<Studies, CommandError> {
+pub fn all(tools: &Tools) -> Result<Studies, CommandError> {
     let study = |kind: &str, more: &[&str]| {
         let arguments = [&["study", kind, "--out", kind], more].concat();
         tools.json(kind, "qpgen", &arguments)
@@ -47,16 +46,6 @@ pub fn all(tools: &Tools, without_fdtd: bool) -> Result<Studies, CommandError> {
     };
     let pixels = ["--pixel", "3.5um-roc3.5,3.5um,3.5um-thin-filter"];
     let microlens = [&["study", "microlens", "--out", "microlens"], coarse].concat();
-    let metal = [
-        "--model",
-        "fdtd",
-        "--preset",
-        "draft",
-        "--theta-step-deg",
-        "5",
-        "--theta-max-deg",
-        "40",
-    ];
     let validate: &[&str] = if tools.quick {
         &[
             "validate",
@@ -80,10 +69,10 @@ pub fn all(tools: &Tools, without_fdtd: bool) -> Result<Studies, CommandError> {
     Ok(Studies {
         rejection: study("rejection", &[&pixels, exact].concat())?,
         microlens: tools.step("microlens", "qpgen", &microlens)?,
-        tungsten: if tools.quick || without_fdtd {
+        tungsten: if tools.quick {
             None
         } else {
-            Some(study("tungsten", &metal)?)
+            Some(study("tungsten", exact)?)
         },
         validation: tools.json("validation", "qpgen", validate)?,
         size: study("size", &[])?,
