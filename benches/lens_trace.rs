@@ -78,25 +78,40 @@ fn main() {
     }
 }
 
-/// Rays from all over the image circle that pass the lens.
+/// Rays from all over the image circle that pass the lens, sifted by the packets: for a lost ray the plain tracer's search is long.
 fn passing_rays(system: &OpticalSystem, image_mm: f64) -> Vec<Ray> {
+    let tracer = PacketTracer::new(system);
+    let mut passing = Vec::with_capacity(RAYS);
+    let mut first = 0;
+    while passing.len() < RAYS {
+        let mut traced = RayBatch::with_capacity(RAYS);
+        let candidates: Vec<Ray> = (first..first + RAYS)
+            .map(|i| candidate(system, image_mm, i))
+            .collect();
+        candidates
+            .iter()
+            .for_each(|r| traced.push(r.origin_mm, r.direction));
+        tracer.trace_backward(&mut traced, SimdLevel::detect());
+        passing.extend((0..RAYS).filter_map(|i| traced.get(i).is_ok().then_some(candidates[i])));
+        first += RAYS;
+    }
+    passing.truncate(RAYS);
+    passing
+}
+
+/// The `i`th ray from the image circle to the last surface.
+fn candidate(system: &OpticalSystem, image_mm: f64, i: usize) -> Ray {
     let last = &system.surfaces[system.surfaces.len() - 1];
-    let at = |i: usize, k: i32| (0.5 + i as f64 * 1.167_303_978_261_418_7_f64.powi(-k)).fract();
-    (0..)
-        .map(|i| {
-            let on_sensor = DVec2::new(at(i, 1), at(i, 2)) * 2.0 - 1.0;
-            let on_last = DVec2::new(at(i, 3), at(i, 4)) * 2.0 - 1.0;
-            let origin_mm = (on_sensor * image_mm).extend(system.sensor_z_mm);
-            let target = (on_last * last.aperture.semi_mm).extend(last.pose.vertex_mm.z);
-            let direction = (target - origin_mm).normalize();
-            Ray {
-                origin_mm,
-                direction,
-            }
-        })
-        .filter(|ray| trace_backward(system, *ray).is_ok())
-        .take(RAYS)
-        .collect()
+    let at = |k: i32| (0.5 + i as f64 * 1.167_303_978_261_418_7_f64.powi(-k)).fract();
+    let on_sensor = DVec2::new(at(1), at(2)) * 2.0 - 1.0;
+    let on_last = DVec2::new(at(3), at(4)) * 2.0 - 1.0;
+    let origin_mm = (on_sensor * image_mm).extend(system.sensor_z_mm);
+    let target = (on_last * last.aperture.semi_mm).extend(last.pose.vertex_mm.z);
+    let direction = (target - origin_mm).normalize();
+    Ray {
+        origin_mm,
+        direction,
+    }
 }
 
 /// Best and median rays per second of `work`, which traces [`RAYS`] rays.

@@ -21,7 +21,7 @@ use crate::scenes::WorldRecipe;
 use quadpixel::command::CommandError;
 
 pub use responses::Responses;
-pub(crate) use responses::wave_table;
+pub(crate) use responses::{shifted_to_make, wave_table};
 
 /// The lens of a recipe, focused.
 ///

@@ -5,22 +5,20 @@
 //! depend on them. The size of noisy files is followed from a sixteenth to a quarter of the rays, and on to all; noise falls by a known power. Response tables that are
 //! not kept yet are timed on a coarser grid.
 
+mod tables;
+
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use quadpixel::command::CommandError;
-use quadpixel::em::PixelStack;
 use quadpixel::file;
-use quadpixel::response::{AngularResponse, Response, ResponseCache, TableSettings, build_table};
-use quadpixel::sensor::Subpixels;
 use quadpixel::shard::Shard;
 use serde::Serialize;
 
-use crate::assemble::{self, Responses};
+use crate::assemble::Responses;
 use crate::config::{DatasetConfig, ResponseConfig};
 use crate::dataset::write_error;
 use crate::progress::Progress;
-use crate::recipe::{Recipe, ResponseRecipe};
+use crate::recipe::Recipe;
 use crate::recipes::Recipes;
 use crate::sample::{Sample, SampleId, render_sample};
 use crate::stages::{Stages, timed};
@@ -35,8 +33,6 @@ const LEAST_RAYS: usize = 8;
 /// Power of the number of rays with which a sub-pixel's error falls, as measured from 32 to 512 rays on charts
 /// (`benches/runs/2026-11-21/accuracy.md`): samples that cover pixel and pupil alike do better than independent ones.
 const SPREAD_FALLS: f64 = -0.66;
-/// Directions of a response table from the axis that are timed.
-const STEPS: usize = 4;
 
 /// What to expect.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -88,7 +84,7 @@ pub fn estimate(
     }
     let folder = Folder::beside(out)?;
     let mut responses = Responses::new();
-    let response_seconds = missing_tables(config, &recipes, &mut responses)?;
+    let response_seconds = tables::seconds_of_missing(config, &recipes, &mut responses)?;
     let mut trials = Vec::new();
     for (k, recipe) in drawn.iter().enumerate() {
         if k == 0 {
@@ -192,77 +188,6 @@ impl Stages {
     /// Seconds with `factor` times the rays, the response left out.
     fn at_rays(&self, factor: f64) -> f64 {
         self.scene_s + self.effects_s + factor * self.rays_s + self.truth_s + self.writing_s
-    }
-}
-
-/// Seconds that the response tables which are not kept yet will take. Until they are made, coarse ones of the same pixels stand in for them in `responses`.
-fn missing_tables(
-    config: &DatasetConfig,
-    recipes: &Recipes,
-    responses: &mut Responses,
-) -> Result<f64, CommandError> {
-    let cache = ResponseCache::open(ResponseCache::default_dir());
-    let subpixels = assemble::subpixels(&config.sensor.subpixels)?;
-    let mut looked_at: Vec<ResponseRecipe> = Vec::new();
-    let mut seconds = 0.0;
-    for &index in &recipes.indices {
-        let recipe = recipes.draw(config, index)?;
-        if looked_at.contains(&recipe.response) {
-            continue;
-        }
-        if let Some((stack, settings)) = assemble::wave_table(&recipe, subpixels)? {
-            let absent = missing(&cache, &stack, &settings);
-            if absent > 0 {
-                let (one, coarse) = one_table(&stack, &settings)?;
-                seconds += one * absent as f64;
-                responses.put(&recipe, subpixels, Response::Table(coarse))?;
-            }
-        }
-        looked_at.push(recipe.response);
-    }
-    Ok(seconds)
-}
-
-/// Wavelengths of a table that are not kept: each is a file of its own.
-fn missing(cache: &ResponseCache, stack: &PixelStack, settings: &TableSettings) -> usize {
-    let kept = |nm: &&f64| {
-        let one = TableSettings {
-            wavelengths_nm: vec![**nm],
-            ..settings.clone()
-        };
-        matches!(cache.get(&one.key(stack)), Ok(Some(_)))
-    };
-    settings
-        .wavelengths_nm
-        .iter()
-        .filter(|nm| !kept(nm))
-        .count()
-}
-
-/// Seconds that a table of one wavelength will take, by a coarse one, which comes with them.
-fn one_table(
-    stack: &PixelStack,
-    settings: &TableSettings,
-) -> Result<(f64, AngularResponse), CommandError> {
-    let coarse = TableSettings {
-        steps: STEPS.min(settings.steps),
-        wavelengths_nm: settings.wavelengths_nm[..1].to_vec(),
-        ..settings.clone()
-    };
-    let began = Instant::now();
-    let built = build_table(stack, &coarse, None, &|_, _| ()).map_err(CommandError::input)?;
-    let more =
-        directions(settings.steps, stack.subpixels) / directions(coarse.steps, stack.subpixels);
-    Ok((began.elapsed().as_secs_f64() * more, built.table))
-}
-
-/// Directions that are simulated: of an octant for a pixel that is the same from both sides, else of a quadrant.
-fn directions(steps: usize, subpixels: Subpixels) -> f64 {
-    let steps = steps as f64;
-    if subpixels.m() == subpixels.n() {
-        (steps + 1.0) * (steps + 2.0) / 2.0
-    } else {
-        (steps + 1.0).powi(2)
     }
 }
 

@@ -52,21 +52,32 @@ impl<'a> ShiftedTable<'a> {
         self
     }
 
+    /// What has to be made by the wave model; `None` if it is kept.
+    ///
+    /// # Errors
+    /// It takes long: with the command that makes it.
+    pub fn to_make(&self, cache: &ResponseCache) -> Result<Option<&ShiftedSettings>, CommandError> {
+        if matches!(cache.get(&self.settings.key(self.stack)), Ok(Some(_))) {
+            return Ok(None);
+        }
+        let runs = self.settings.runs(self.stack);
+        let seconds = seconds_by_wave(self.stack, runs.map_err(CommandError::input)?);
+        if seconds > MOST_SECONDS {
+            return Err(self.missing(&format!("{:.0} minutes of one core", seconds / 60.0)));
+        }
+        Ok(Some(&self.settings))
+    }
+
     /// From the cache, or made for it if that is soon done.
     pub fn made(
         &self,
         cache: &ResponseCache,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<CachedTable, CommandError> {
-        let input = |e: quadpixel::response::ResponseError| CommandError::input(e);
-        let kept = matches!(cache.get(&self.settings.key(self.stack)), Ok(Some(_)));
-        let seconds = seconds_by_wave(self.stack, self.settings.runs(self.stack).map_err(input)?);
-        if !kept && seconds > MOST_SECONDS {
-            return Err(self.missing(&format!("{:.0} minutes of one core", seconds / 60.0)));
-        }
+        self.to_make(cache)?;
         cache
             .get_or_build_shifted(self.stack, &self.settings, progress)
-            .map_err(input)
+            .map_err(CommandError::input)
     }
 
     /// From the cache.

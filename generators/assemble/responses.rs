@@ -7,7 +7,8 @@ use std::sync::Arc;
 use quadpixel::command::CommandError;
 use quadpixel::em::PixelStack;
 use quadpixel::response::{
-    AngularResponse, CachedTable, GeometricResponse, Response, ResponseCache, TableSettings,
+    AngularResponse, CachedTable, GeometricResponse, Response, ResponseCache, ShiftedSettings,
+    TableSettings,
 };
 use quadpixel::sensor::Subpixels;
 use quadpixel::spectrum::ChannelWavelengths;
@@ -160,6 +161,32 @@ pub(crate) fn wave_table(
         ..grid.settings(&stack)
     };
     Ok(Some((stack, settings)))
+}
+
+/// The pixel and the settings of the table of all lens shifts that a wave level's recipe takes and that is not kept; `None` for
+/// other recipes.
+///
+/// # Errors
+/// An unknown pixel, or a table that takes long.
+pub(crate) fn shifted_to_make(
+    recipe: &Recipe,
+    subpixels: Subpixels,
+    cache: &ResponseCache,
+) -> Result<Option<(PixelStack, ShiftedSettings)>, CommandError> {
+    let ResponseRecipe::Wave {
+        pixel,
+        stack_scale,
+        shifts: Some(shifts),
+        ..
+    } = &recipe.response
+    else {
+        return Ok(None);
+    };
+    let stack = scaled_stack(pixel, *stack_scale, subpixels)?;
+    let asked = ShiftedTable::wave(pixel, *stack_scale, &stack, *shifts);
+    let asked = asked.at(&recipe.wavelengths()?.all_response_nm());
+    let to_make = asked.to_make(cache)?.cloned();
+    Ok(to_make.map(|settings| (stack, settings)))
 }
 
 /// A pixel whose flat layers are this much thicker.

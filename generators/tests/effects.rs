@@ -5,9 +5,10 @@
 mod common;
 
 use std::path::Path;
+use std::process::Command;
 
 use common::small::{SMALL, dataset, refused_config};
-use common::{done, files, qpgen, refused, render};
+use common::{done, files, json, qpgen, refused, render};
 use serde_json::Value;
 
 fn meta(folder: &Path, sample: u32) -> Value {
@@ -183,4 +184,38 @@ fn an_estimate_is_what_happens_then() {
     );
     let (low, high) = if full { (0.7, 1.3) } else { (1.0 / 3.0, 3.0) };
     assert!((low..high).contains(&ratios[2]), "{ratios:?}");
+}
+
+/// A table of all lens shifts is reckoned from few directions and not made. `QUADPIXEL_ESTIMATE=1`: it is made then, and took what was said.
+#[test]
+fn an_estimate_reckons_the_table_of_all_lens_shifts() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = SMALL.replace("pitch_um = 2.0", "pitch_um = 1.6").replace(
+        "model = \"geometric\"",
+        "model = \"wave\"\npixel = \"1.6um\"\nshifts = 4",
+    );
+    let config = folder.path().join("config.toml");
+    std::fs::write(&config, text).unwrap();
+    let cache = folder.path().join("cache");
+    let run = |more: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_qpgen"));
+        command.args(["dataset", "--json", "--config"]).arg(&config);
+        command.arg("--out").arg(folder.path().join("data"));
+        command.args(more).env("QUADPIXEL_CACHE", &cache);
+        json(&command.output().unwrap())
+    };
+    let expected = run(&["--estimate"]);
+    let of_tables = expected["response_seconds"].as_f64().unwrap();
+    let all = expected["seconds"].as_f64().unwrap();
+    assert!(0.1 < of_tables && of_tables < all, "{of_tables} of {all} s");
+    let kept = std::fs::read_dir(&cache).map_or(0, Iterator::count);
+    assert_eq!(kept, 0, "tables kept by an estimate");
+    if std::env::var_os("QUADPIXEL_ESTIMATE").is_none() {
+        return;
+    }
+    let made = run(&[])["seconds"].as_f64().unwrap();
+    println!("estimated {all:.1} s ({of_tables:.1} s of tables), made in {made:.1} s");
+    assert!((0.7..1.3).contains(&(all / made)), "{all} {made}");
+    let again = run(&["--estimate"]);
+    assert_eq!(again["response_seconds"].as_f64(), Some(0.0));
 }

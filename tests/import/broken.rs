@@ -62,6 +62,22 @@ fn what_makes_no_sense_is_refused_by_its_place() {
 }
 
 #[test]
+fn nothing_but_padding_may_follow_the_document() {
+    let with = |tail: &[u8]| {
+        let [mut json, bin] = glb::parts();
+        json.extend(tail);
+        import_bytes(&glb::container_of(json, bin), false, "a.glb").map_err(|e| e.to_string())
+    };
+    for padding in [&b""[..], b" \n ", b"\0\0\0"] {
+        assert!(with(padding).is_ok(), "{padding:?}");
+    }
+    for text in [&b"}"[..], b"{}", b"\0{}"] {
+        let error = with(text).unwrap_err();
+        assert!(error.contains("after the document"), "{error}");
+    }
+}
+
+#[test]
 fn what_can_be_left_out_is_counted() {
     type Change = fn(&mut Value);
     let cases: [(&str, Change); 6] = [

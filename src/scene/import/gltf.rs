@@ -37,9 +37,17 @@ pub(super) fn read(bytes: &[u8], folder: &Folder, unit_mm: f64) -> Result<Import
     } else {
         (bytes, None)
     };
-    let document: Document =
-        serde_path_to_error::deserialize(&mut serde_json::Deserializer::from_slice(json))
-            .map_err(|e| (e.path().to_string(), e.inner().to_string()))?;
+    // Chunks are padded: by spaces in the specification, by zeros in some exporters' files.
+    let padding = json
+        .iter()
+        .rev()
+        .take_while(|b| matches!(b, 0 | b' '))
+        .count();
+    let mut text = serde_json::Deserializer::from_slice(&json[..json.len() - padding]);
+    let document: Document = serde_path_to_error::deserialize(&mut text)
+        .map_err(|e| (e.path().to_string(), e.inner().to_string()))?;
+    text.end()
+        .map_err(|e| ("after the document".to_string(), e.to_string()))?;
     if !document.asset.version.starts_with("2.") {
         let what = format!("is {:?}; allowed: 2.x", document.asset.version);
         return Err(("asset.version".into(), what));

@@ -1,0 +1,121 @@
+//! The time that response tables which are not kept yet will take, by coarse ones.
+
+use std::time::Instant;
+
+use quadpixel::command::CommandError;
+use quadpixel::em::PixelStack;
+use quadpixel::response::{
+    AngularResponse, Response, ResponseCache, ShiftedSettings, TableSettings, build_shifted_table,
+    build_table,
+};
+use quadpixel::sensor::Subpixels;
+
+use crate::assemble::{self, Responses};
+use crate::config::DatasetConfig;
+use crate::recipe::ResponseRecipe;
+use crate::recipes::Recipes;
+
+/// Directions of a response table from the axis that are timed.
+const STEPS: usize = 4;
+
+/// Seconds that the response tables which are not kept yet will take. Until they are made, coarse ones of the same pixels stand in for them in `responses`.
+pub(super) fn seconds_of_missing(
+    config: &DatasetConfig,
+    recipes: &Recipes,
+    responses: &mut Responses,
+) -> Result<f64, CommandError> {
+    let cache = ResponseCache::open(ResponseCache::default_dir());
+    let subpixels = assemble::subpixels(&config.sensor.subpixels)?;
+    let mut looked_at: Vec<ResponseRecipe> = Vec::new();
+    let mut seconds = 0.0;
+    for &index in &recipes.indices {
+        let recipe = recipes.draw(config, index)?;
+        if looked_at.contains(&recipe.response) {
+            continue;
+        }
+        let mut timed = None;
+        if let Some((stack, settings)) = assemble::wave_table(&recipe, subpixels)? {
+            let absent = missing(&cache, &stack, &settings);
+            if absent > 0 {
+                timed = Some(one_table(&stack, &settings, absent)?);
+            }
+        } else if let Some((stack, settings)) =
+            assemble::shifted_to_make(&recipe, subpixels, &cache)?
+        {
+            timed = Some(shifted_table(&stack, &settings)?);
+        }
+        if let Some((more, coarse)) = timed {
+            seconds += more;
+            responses.put(&recipe, subpixels, Response::Table(coarse))?;
+        }
+        looked_at.push(recipe.response);
+    }
+    Ok(seconds)
+}
+
+/// Wavelengths of a table that are not kept: each is a file of its own.
+fn missing(cache: &ResponseCache, stack: &PixelStack, settings: &TableSettings) -> usize {
+    let kept = |nm: &&f64| {
+        let one = TableSettings {
+            wavelengths_nm: vec![**nm],
+            ..settings.clone()
+        };
+        matches!(cache.get(&one.key(stack)), Ok(Some(_)))
+    };
+    settings
+        .wavelengths_nm
+        .iter()
+        .filter(|nm| !kept(nm))
+        .count()
+}
+
+/// The settings with few directions and one wavelength.
+fn coarse(settings: &TableSettings) -> TableSettings {
+    TableSettings {
+        steps: STEPS.min(settings.steps),
+        wavelengths_nm: settings.wavelengths_nm[..1].to_vec(),
+        ..settings.clone()
+    }
+}
+
+/// Seconds that a table of so many wavelengths will take, by a coarse one of one wavelength, which comes with them.
+fn one_table(
+    stack: &PixelStack,
+    settings: &TableSettings,
+    wavelengths: usize,
+) -> Result<(f64, AngularResponse), CommandError> {
+    let coarse = coarse(settings);
+    let began = Instant::now();
+    let built = build_table(stack, &coarse, None, &|_, _| ()).map_err(CommandError::input)?;
+    let more =
+        directions(settings.steps, stack.subpixels) / directions(coarse.steps, stack.subpixels);
+    let seconds = began.elapsed().as_secs_f64() * more * wavelengths as f64;
+    Ok((seconds, built.table))
+}
+
+/// As [`one_table`], of a table of all lens shifts: it is one file with all its wavelengths.
+fn shifted_table(
+    stack: &PixelStack,
+    settings: &ShiftedSettings,
+) -> Result<(f64, AngularResponse), CommandError> {
+    let coarse = ShiftedSettings {
+        table: coarse(&settings.table),
+        ..settings.clone()
+    };
+    let runs = |of: &ShiftedSettings| of.runs(stack).map_err(CommandError::input);
+    let began = Instant::now();
+    let built =
+        build_shifted_table(stack, &coarse, None, &|_, _| ()).map_err(CommandError::input)?;
+    let more = runs(settings)? as f64 / runs(&coarse)? as f64;
+    Ok((began.elapsed().as_secs_f64() * more, built.table))
+}
+
+/// Directions that are simulated: of an octant for a pixel that is the same from both sides, else of a quadrant.
+fn directions(steps: usize, subpixels: Subpixels) -> f64 {
+    let steps = steps as f64;
+    if subpixels.m() == subpixels.n() {
+        (steps + 1.0) * (steps + 2.0) / 2.0
+    } else {
+        (steps + 1.0).powi(2)
+    }
+}
