@@ -54,7 +54,8 @@ pub struct ResponseArgs {
     /// The table's end: largest direction cosines |u| and |v|.
     #[arg(long)]
     cosine_max: Option<f64>,
-    /// A table of all lens shifts (5D), for sensors whose microlenses follow the chief ray: this many a pitch along x and along y, even, 4 to 32.
+    /// A table of all lens shifts (5D), for sensors whose microlenses follow the chief ray: this many a pitch along x and along y, even, 4 to 32. Exact
+    /// from 4 n pitch / λ on, n of the layer above the silicon: 18 at 1.6 µm, 30 at 2.8 µm and 550 nm.
     #[arg(long, value_name = "N", conflicts_with = "theta_deg")]
     shifts: Option<usize>,
     /// F-number of the cone of light that the sub-pixels shall share, of a table of lens shifts.
