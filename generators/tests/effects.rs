@@ -192,7 +192,7 @@ fn an_estimate_reckons_the_table_of_all_lens_shifts() {
     let folder = tempfile::tempdir().unwrap();
     let text = SMALL.replace("pitch_um = 2.0", "pitch_um = 1.6").replace(
         "model = \"geometric\"",
-        "model = \"wave\"\npixel = \"1.6um\"\nshifts = 4",
+        "model = \"wave\"\npixels = [\"1.6um\"]\nshifts = 4",
     );
     let config = folder.path().join("config.toml");
     std::fs::write(&config, text).unwrap();
