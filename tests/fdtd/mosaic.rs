@@ -79,23 +79,18 @@ fn unlike_neighbours_are_what_the_fourier_modal_level_finds() {
         tolerance: 5e-4,
         ..FdtdSettings::standard()
     };
-    for theta in [0.0, 20.0] {
-        let run: FdtdRun = run(&stack, bloch(theta, 0.0), &standard);
-        let modal = model.solve(f64::to_radians(theta).sin(), 0.0).unwrap();
-        let modal: [&RcwaPowers; 2] = [&modal.s, &modal.p];
-        for (ours, theirs) in both(&run).into_iter().zip(modal) {
-            let halves = |p: &[f64]| -> Vec<f64> {
-                let all = stack.by_microlens(p);
-                let of = |p: &Vec<f64>| [p[0] + p[2], p[1] + p[3]];
-                all.iter().flat_map(of).collect()
-            };
-            let (ours, theirs) = (halves(&ours.absorbed), halves(&theirs.absorbed));
-            println!(
-                "{theta} deg, {:.1} s\n{ours:.4?}\n{theirs:.4?}",
-                run.seconds
-            );
-            let strongest = theirs.iter().copied().fold(0.0, f64::max);
-            assert!(distance(&ours, &theirs) < 0.06 * strongest);
-        }
+    let run: FdtdRun = run(&stack, [0.0; 2], &standard);
+    let modal = model.solve(0.0, 0.0).unwrap();
+    let modal: [&RcwaPowers; 2] = [&modal.s, &modal.p];
+    for (ours, theirs) in both(&run).into_iter().zip(modal) {
+        let halves = |p: &[f64]| -> Vec<f64> {
+            let all = stack.by_microlens(p);
+            let of = |p: &Vec<f64>| [p[0] + p[2], p[1] + p[3]];
+            all.iter().flat_map(of).collect()
+        };
+        let (ours, theirs) = (halves(&ours.absorbed), halves(&theirs.absorbed));
+        println!("{:.1} s\n{ours:.4?}\n{theirs:.4?}", run.seconds);
+        let strongest = theirs.iter().copied().fold(0.0, f64::max);
+        assert!(distance(&ours, &theirs) < 0.06 * strongest);
     }
 }
