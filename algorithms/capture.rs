@@ -5,12 +5,12 @@
 
 use std::path::{Path, PathBuf};
 
-use datasets_spec::{Raw as RawMosaic, RawFormat, SampleMeta};
 use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel::image::Image;
 use quadpixel::image::exr::NamedLayer;
 use quadpixel::image::srgb::to_linear;
+use quadpixel_datasets::{Raw as RawMosaic, RawFormat, SampleMeta};
 
 use crate::load;
 use crate::sai::{Partition, Views};

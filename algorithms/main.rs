@@ -2,13 +2,13 @@
 
 use std::process::ExitCode;
 
-use algorithms::progress::Progress;
-use algorithms::{
+use clap::{Parser, Subcommand};
+use quadpixel::command::{CommandError, end_with_the_reader, use_threads};
+use quadpixel_algorithms::progress::Progress;
+use quadpixel_algorithms::{
     autofocus_command, correct_command, depth_command, disparity_command, refocus_command,
     sai_command, score_command, sharpness_command, table_command,
 };
-use clap::{Parser, Subcommand};
-use quadpixel::command::{CommandError, end_with_the_reader, use_threads};
 
 /// Works on pictures of pixels that see the pupil in parts (dual-pixel, quad-pixel, m×n).
 #[derive(Parser)]

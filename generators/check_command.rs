@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use datasets_spec::{Progress, Report, check_dataset, check_hashes};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use quadpixel::command::CommandError;
+use quadpixel_datasets::{Progress, Report, check_dataset, check_hashes};
 
 use crate::log::{Level, Log};
 

@@ -14,11 +14,11 @@ pub use sweep::SweepConfig;
 pub use tolerances::ToleranceConfig;
 pub use world::{WorldConfig, WorldFileConfig};
 
-use datasets_spec::MosaicPattern;
 use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::response::ShiftGrid;
 use quadpixel::sensor::ShiftRule;
 use quadpixel::spectrum::Bands;
+use quadpixel_datasets::MosaicPattern;
 use serde::{Deserialize, Serialize};
 
 use quadpixel::command::CommandError;

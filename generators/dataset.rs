@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use datasets_spec::paths;
 use quadpixel::command::CommandError;
 use quadpixel::shard::Shard;
+use quadpixel_datasets::paths;
 
 use crate::assemble::Responses;
 use crate::config::DatasetConfig;

@@ -2,12 +2,12 @@
 
 mod colours;
 
-use datasets_spec as spec;
 use glam::DVec2;
 use quadpixel::render::{Camera, RenderStats};
 use quadpixel::response::{Response, ResponseLookup};
 use quadpixel::sensor::ShiftRule;
 use quadpixel::units::M_PER_MM;
+use quadpixel_datasets as spec;
 
 use crate::assemble;
 use crate::recipe::{Recipe, ResponseRecipe};

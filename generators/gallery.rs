@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use datasets_spec::{Range, SampleEntry, SampleMeta, Split, paths};
+use quadpixel_datasets::{Range, SampleEntry, SampleMeta, Split, paths};
 
 use crate::preview::number;
 

@@ -3,12 +3,12 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use generators::log::{Level, Log};
-use generators::{
+use quadpixel::command::{CommandError, end_with_the_reader, use_threads};
+use quadpixel_generators::log::{Level, Log};
+use quadpixel_generators::{
     accuracy, check_command, dataset_command, export, lens_command, merge, preview_command,
     render_command, response_command, study, validate_command,
 };
-use quadpixel::command::{CommandError, end_with_the_reader, use_threads};
 
 /// Simulates cameras whose pixels see the pupil in parts (dual-pixel, quad-pixel, m×n) and makes training data with them.
 #[derive(Parser)]

@@ -5,10 +5,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use datasets_spec::paths;
 use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel::shard::Shard;
+use quadpixel_datasets::paths;
 
 use crate::check_command;
 use crate::dataset::{finish, shard_folders};
@@ -96,7 +96,7 @@ pub fn run(args: &MergeArgs, log: Log) -> Result<(), CommandError> {
     }
     whole.end()?;
     progress.info(&format!("{} shards joined, {count} samples", parts.len()));
-    check_command::check(&args.out, datasets_spec::check_dataset, log, args.json)
+    check_command::check(&args.out, quadpixel_datasets::check_dataset, log, args.json)
 }
 
 /// The number of samples, if all parts are of one dataset, divided in one way, and none is there twice.

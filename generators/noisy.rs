@@ -1,11 +1,11 @@
 //! The noisy capture of a sample, beside the clean one.
 
-use datasets_spec as spec;
 use quadpixel::command::CommandError;
 use quadpixel::image::Image;
 use quadpixel::render::truth::WhiteField;
 use quadpixel::render::{Camera, SubPixelImage};
 use quadpixel::sensor::readout::{Readout, ReadoutSettings};
+use quadpixel_datasets as spec;
 
 use crate::writer::NoisyFiles;
 

@@ -1,13 +1,13 @@
 //! Which effects a sample is rendered with: the plan, and what `meta.json` and the log say of it.
 
 use clap::Args;
-use datasets_spec as spec;
 use quadpixel::command::CommandError;
 use quadpixel::effects::{Choice, Decision, Effect, Estimate, Tolerance, Verdict};
 use quadpixel::image::Image;
 use quadpixel::render::truth::WhiteField;
 use quadpixel::sensor::Sensor;
 use quadpixel::sensor::readout::ReadoutSettings;
+use quadpixel_datasets as spec;
 
 use crate::log::Level;
 use crate::progress::Progress;

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use datasets_spec::{DatasetManifest, paths};
 use quadpixel::command::CommandError;
 use quadpixel::file;
+use quadpixel_datasets::{DatasetManifest, paths};
 
 use crate::dataset::{LICENCE, write_error};
 use crate::writer::rebuild_pages;

@@ -1,7 +1,6 @@
 //! A recipe: everything that makes one sample, fully drawn. `qpgen render` reads one from TOML; `qpgen dataset` draws many from
 //! its configuration and records each in the sample's metadata, so that any sample can be rendered again alone.
 
-use datasets_spec::MosaicPattern;
 use quadpixel::command::CommandError;
 use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::lens::{Deviation, Misalignment};
@@ -9,6 +8,7 @@ use quadpixel::render::RenderSettings;
 use quadpixel::sensor::ShiftRule;
 use quadpixel::sensor::readout::ReadoutSettings;
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
+use quadpixel_datasets::MosaicPattern;
 use serde::{Deserialize, Serialize};
 
 use crate::charts::ChartSpec;

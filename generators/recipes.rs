@@ -4,10 +4,10 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use datasets_spec::paths;
 use quadpixel::command::CommandError;
 use quadpixel::response::AngularResponse;
 use quadpixel::shard::Shard;
+use quadpixel_datasets::paths;
 
 use crate::assemble::pixel;
 use crate::config::DatasetConfig;

@@ -180,7 +180,7 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
     progress.finish();
     let d = sample.description();
     let lost = d.lost.missed + d.lost.vignetted + d.lost.total_internal_reflection;
-    let preview = out.join(datasets_spec::paths::PREVIEW);
+    let preview = out.join(quadpixel_datasets::paths::PREVIEW);
     if args.json {
         let object = serde_json::json!({
             "rays": d.rays, "lost": { "vignetted": d.lost.vignetted, "missed": d.lost.missed,

@@ -6,13 +6,13 @@ mod directions;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use datasets_spec::paths::sanitised;
 use quadpixel::em::PixelStack;
 use quadpixel::response::{
     AngularResponse, CachedTable, ImportSettings, ResponseCache, ResponseError, ShiftedSettings,
     TableSettings,
 };
 use quadpixel::shard::Shard;
+use quadpixel_datasets::paths::sanitised;
 
 use self::colours::ColourArg;
 use crate::assemble::{pixel, subpixels};

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 
-use datasets_spec::{DatasetManifest, SCHEMA_VERSION, paths};
 use quadpixel::command::CommandError;
 use quadpixel::file::{self, FileError};
 use quadpixel::shard::Shard;
+use quadpixel_datasets::{DatasetManifest, SCHEMA_VERSION, paths};
 use serde::{Deserialize, Serialize};
 
 use crate::identity::Identity;

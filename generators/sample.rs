@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use datasets_spec as spec;
 use quadpixel::effects::{Choice, Decision, Effect, Estimate, Planned, Subject, plan};
 use quadpixel::image::Image;
 use quadpixel::image::raster::Levels;
@@ -12,6 +11,7 @@ use quadpixel::response::Response;
 use quadpixel::scene::Scene;
 use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel::units::M_PER_MM;
+use quadpixel_datasets as spec;
 
 use crate::assemble::{self, Responses};
 use crate::describe::{Exposed, describe};

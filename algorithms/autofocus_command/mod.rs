@@ -6,11 +6,11 @@ mod report;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use datasets_spec::{DatasetManifest, SampleMeta, paths};
 use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel::image::exr::read_layers;
 use quadpixel::image::views::Side;
+use quadpixel_datasets::{DatasetManifest, SampleMeta, paths};
 
 use crate::autofocus::{Region, Step, measure_step, median};
 use crate::capture::{Capture, Given};

@@ -12,12 +12,12 @@ mod texture;
 
 use std::path::Path;
 
-use algorithms::disparity::{DisparityMap, MatchSettings, Verdict, match_images};
-use algorithms::warp::{Border, Lobes, Map, plain, warp};
-use generators::accuracy::clock::best_of;
-use generators::accuracy::row::{Curve, Row, Table, rms};
-use generators::accuracy::{picture, report};
 use quadpixel::simd::SimdLevel;
+use quadpixel_algorithms::disparity::{DisparityMap, MatchSettings, Verdict, match_images};
+use quadpixel_algorithms::warp::{Border, Lobes, Map, plain, warp};
+use quadpixel_generators::accuracy::clock::best_of;
+use quadpixel_generators::accuracy::row::{Curve, Row, Table, rms};
+use quadpixel_generators::accuracy::{picture, report};
 use score::{Case, judge, pair};
 use texture::{Texture, picture as noisy};
 

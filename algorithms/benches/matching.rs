@@ -9,8 +9,8 @@ mod texture;
 
 use std::time::Instant;
 
-use algorithms::disparity::{MatchSettings, match_images};
-use generators::accuracy::clock::thread_seconds;
+use quadpixel_algorithms::disparity::{MatchSettings, match_images};
+use quadpixel_generators::accuracy::clock::thread_seconds;
 use score::{Case, judge, pair, score};
 
 const SHIFTS: [[f64; 2]; 5] = [

@@ -4,9 +4,9 @@
 
 use std::time::Instant;
 
-use algorithms::warp::{Border, Lobes, Map, warp};
 use quadpixel::image::Image;
 use quadpixel::simd::SimdLevel;
+use quadpixel_algorithms::warp::{Border, Lobes, Map, warp};
 
 const SIZE: usize = 1024;
 const RUNS: usize = 9;

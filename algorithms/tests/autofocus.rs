@@ -6,9 +6,9 @@ mod common;
 use std::path::Path;
 
 use common::{json, qpalgo, refused};
-use generators::config::DatasetConfig;
-use generators::dataset::make;
-use generators::progress::Progress;
+use quadpixel_generators::config::DatasetConfig;
+use quadpixel_generators::dataset::make;
+use quadpixel_generators::progress::Progress;
 
 fn stack(folder: &Path, sweep: &str, count: usize) {
     let text = format!(

@@ -5,12 +5,12 @@ mod common;
 
 use std::path::Path;
 
-use algorithms::aberration_score::AberrationScore;
-use algorithms::calibration::Calibration;
-use algorithms::load;
 use common::{qpalgo, texture, write_exr};
 use quadpixel::image::Image;
 use quadpixel::image::exr::{Compression, Layer, Sample, write_layers};
+use quadpixel_algorithms::aberration_score::AberrationScore;
+use quadpixel_algorithms::calibration::Calibration;
+use quadpixel_algorithms::load;
 
 const SIDE: usize = 96;
 

@@ -5,9 +5,9 @@ mod common;
 
 use std::path::Path;
 
-use algorithms::maps;
 use common::{json, mosaic, qpalgo, refused, write_exr, write_meta};
 use quadpixel::image::Image;
+use quadpixel_algorithms::maps;
 
 const SIDE: usize = 120;
 const DEPTHS_M: [f64; 2] = [0.5, 1.2];

@@ -9,10 +9,10 @@ mod common;
 use std::path::Path;
 use std::process::Output;
 
-use algorithms::maps;
 use common::{json, mosaic, qpalgo, refused, write_exr, write_views};
 use quadpixel::image::exr::read_layers;
 use quadpixel::image::{Image, raster};
+use quadpixel_algorithms::maps;
 use texture::{Texture, picture};
 
 const PAIR: [&str; 5] = ["disparity", "view.exr", "reference.exr", "-o", "out"];

@@ -6,9 +6,11 @@ mod score;
 #[path = "matching/texture.rs"]
 mod texture;
 
-use algorithms::disparity::{Axes, DisparityMap, MatchError, MatchSettings, Verdict, match_images};
-use algorithms::field::{Loss, SmoothField};
 use quadpixel::image::Image;
+use quadpixel_algorithms::disparity::{
+    Axes, DisparityMap, MatchError, MatchSettings, Verdict, match_images,
+};
+use quadpixel_algorithms::field::{Loss, SmoothField};
 use score::{Case, score};
 use texture::{Texture, picture};
 

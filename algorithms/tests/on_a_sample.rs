@@ -5,12 +5,12 @@ mod common;
 
 use std::path::Path;
 
-use algorithms::maps::{MapFormat, Maps};
 use common::json;
-use generators::config::DatasetConfig;
-use generators::dataset::make;
-use generators::progress::Progress;
 use quadpixel::image::Image;
+use quadpixel_algorithms::maps::{MapFormat, Maps};
+use quadpixel_generators::config::DatasetConfig;
+use quadpixel_generators::dataset::make;
+use quadpixel_generators::progress::Progress;
 
 /// Width and height of a sample in microlenses.
 type Size = [usize; 2];

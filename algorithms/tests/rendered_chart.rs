@@ -6,13 +6,13 @@
 
 use std::path::Path;
 
-use algorithms::aberration_score::AberrationScore;
-use algorithms::calibration::{Align, Calibration, CalibrationSettings};
-use algorithms::capture::{Capture, Given};
-use generators::assemble::Responses;
-use generators::recipe::Recipe;
-use generators::sample::{SampleId, render_sample};
-use generators::writer::write_alone;
+use quadpixel_algorithms::aberration_score::AberrationScore;
+use quadpixel_algorithms::calibration::{Align, Calibration, CalibrationSettings};
+use quadpixel_algorithms::capture::{Capture, Given};
+use quadpixel_generators::assemble::Responses;
+use quadpixel_generators::recipe::Recipe;
+use quadpixel_generators::sample::{SampleId, render_sample};
+use quadpixel_generators::writer::write_alone;
 
 const RECIPE: &str = r#"
 [lens]

@@ -5,10 +5,10 @@ mod common;
 
 use std::path::Path;
 
-use algorithms::maps::{MapFormat, Maps};
 use common::{json, qpalgo, refused, write_exr};
 use quadpixel::image::exr::{Compression, Layer, Sample, write_layers};
 use quadpixel::image::{Image, raster};
+use quadpixel_algorithms::maps::{MapFormat, Maps};
 
 fn row(values: &[f32]) -> Image {
     Image::from_vec(values.len(), 1, 1, values.to_vec()).unwrap()

@@ -3,12 +3,12 @@
 
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
-use algorithms::autofocus::{median, peak, zero_crossing};
-use algorithms::disparity::{MatchSettings, Verdict, match_images};
-use algorithms::metrics::disparity_error::{AffineInvariantError, EndPointError, Pair};
-use algorithms::metrics::sharpness::{Plane, SharpnessSettings, sharpness};
 use proptest::prelude::*;
 use quadpixel::image::Image;
+use quadpixel_algorithms::autofocus::{median, peak, zero_crossing};
+use quadpixel_algorithms::disparity::{MatchSettings, Verdict, match_images};
+use quadpixel_algorithms::metrics::disparity_error::{AffineInvariantError, EndPointError, Pair};
+use quadpixel_algorithms::metrics::sharpness::{Plane, SharpnessSettings, sharpness};
 
 fn pairs(estimates: &[f64], truths: &[f64], weights: &[f64]) -> Vec<Pair> {
     let all = estimates.iter().zip(truths).zip(weights);

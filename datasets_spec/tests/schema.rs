@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use datasets_spec::{DatasetManifest, SampleMeta, dataset_schema, sample_schema};
+use quadpixel_datasets::{DatasetManifest, SampleMeta, dataset_schema, sample_schema};
 use serde_json::{Value, json};
 
 /// Rewrites the files when QUADPIXEL_WRITE_SCHEMA is set; otherwise compares.

@@ -6,7 +6,7 @@ mod histogram;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use datasets_spec::{FileEntry, Range, SampleEntry, SampleMeta, Split, paths};
+use quadpixel_datasets::{FileEntry, Range, SampleEntry, SampleMeta, Split, paths};
 
 use crate::preview::number;
 

@@ -1,8 +1,8 @@
 //! What `meta.json` says of colour: wavelengths and bands of the channels, and which effects of them were simulated.
 
-use datasets_spec as spec;
 use quadpixel::render::Camera;
 use quadpixel::response::Response;
+use quadpixel_datasets as spec;
 
 use super::Exposed;
 use crate::recipe::Recipe;

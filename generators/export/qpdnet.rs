@@ -4,12 +4,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use datasets_spec::SampleEntry;
 use ndarray::ArrayView2;
 use ndarray_npy::WriteNpyExt;
 use quadpixel::command::CommandError;
 use quadpixel::image::Image;
 use quadpixel::image::views::Side;
+use quadpixel_datasets::SampleEntry;
 
 use super::source::Sample;
 use super::{Written, pictures, put};

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use datasets_spec::{
-    DatasetManifest, FileEntry, SCHEMA_VERSION, SUM_LAYER, SampleEntry, SampleMeta, paths,
-};
 use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel::image::exr::{NamedLayer, decode_layers};
 use quadpixel::image::views::{Side, sum_of};
 use quadpixel::image::{Image, channel};
+use quadpixel_datasets::{
+    DatasetManifest, FileEntry, SCHEMA_VERSION, SUM_LAYER, SampleEntry, SampleMeta, paths,
+};
 
 /// A dataset that is read.
 pub(super) struct Source {

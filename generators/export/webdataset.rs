@@ -5,9 +5,9 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use datasets_spec::Split;
 use quadpixel::command::CommandError;
 use quadpixel::file;
+use quadpixel_datasets::Split;
 use serde_json::json;
 
 use super::Written;

@@ -137,7 +137,7 @@ fn title(sheet: &mut Sheet, given: &Description) {
 fn views(sheet: &mut Sheet, pictures: &Pictures<'_>) {
     let subpixels = pictures.description.sensor.subpixels;
     let (columns, rows) = (subpixels.columns as usize, subpixels.rows as usize);
-    let names = datasets_spec::paths::subpixel_names(subpixels.columns, subpixels.rows);
+    let names = quadpixel_datasets::paths::subpixel_names(subpixels.columns, subpixels.rows);
     let caption = if names.len() <= 4 {
         format!("views {}", names.join(" "))
     } else {

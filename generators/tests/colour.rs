@@ -10,9 +10,9 @@ use std::path::Path;
 
 use common::small::{SMALL, dataset, refused_config};
 use common::{assert_samples_kept, done, files, findings_with, layer, meta, render};
-use datasets_spec::check_dataset;
 use quadpixel::image::exr::read_layers;
 use quadpixel::image::{Image, raster};
+use quadpixel_datasets::check_dataset;
 
 const READOUT: &str = "[readout]\nphotons_um2 = 4000\n";
 /// The default bands.

@@ -11,9 +11,9 @@ use std::fs;
 use std::path::Path;
 
 use common::files;
-use datasets_spec::{DatasetManifest, Report, check_dataset};
 use fixture::{HALF_DISK_RATIO, synthetic};
-use generators::writer::{
+use quadpixel_datasets::{DatasetManifest, Report, check_dataset};
+use quadpixel_generators::writer::{
     Dataset, Found, RawEncoding, WriteError, configuration_hash, finish_dataset, found_sample,
     write_sample,
 };
@@ -177,7 +177,7 @@ fn rewrite(root: &Path, manifest: &DatasetManifest, path: &str, bytes: &[u8]) {
         .iter_mut()
         .find(|entry| entry.path == path)
         .unwrap();
-    *entry = datasets_spec::FileEntry::of(path, bytes);
+    *entry = quadpixel_datasets::FileEntry::of(path, bytes);
     fs::write(
         root.join("dataset.json"),
         serde_json::to_vec(&manifest).unwrap(),
@@ -222,7 +222,7 @@ fn a_manifest_that_leads_out_of_the_folder_is_refused() {
     fs::write(folder.path().join("secret"), b"x").unwrap();
     manifest
         .files
-        .push(datasets_spec::FileEntry::of("../secret", b"x"));
+        .push(quadpixel_datasets::FileEntry::of("../secret", b"x"));
     manifest.samples[0].id = "../..".into();
     fs::write(
         root.join("dataset.json"),
@@ -247,8 +247,8 @@ fn a_scene_in_two_splits_and_a_wrong_list_are_found() {
     for sample in &mut manifest.samples {
         sample.scene = "the same".into();
     }
-    manifest.samples[0].split = datasets_spec::Split::Train;
-    manifest.samples[1].split = datasets_spec::Split::Test;
+    manifest.samples[0].split = quadpixel_datasets::Split::Train;
+    manifest.samples[1].split = quadpixel_datasets::Split::Test;
     fs::write(
         folder.path().join("dataset.json"),
         serde_json::to_vec(&manifest).unwrap(),

@@ -9,11 +9,11 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use datasets_spec::{DatasetManifest, FileEntry, SampleMeta, check_dataset};
 use fixture::synthetic;
-use generators::writer::{Dataset, finish_dataset, write_sample};
 use quadpixel::image::exr::{Compression, Layer, NamedLayer, Sample, encode_layers, read_layers};
 use quadpixel::image::{Image, raster};
+use quadpixel_datasets::{DatasetManifest, FileEntry, SampleMeta, check_dataset};
+use quadpixel_generators::writer::{Dataset, finish_dataset, write_sample};
 
 const SIZE: [u32; 2] = [40, 30];
 const FOLDER: &str = "samples/000000";

@@ -295,7 +295,7 @@ fn a_changed_byte_anywhere_in_a_sample_is_found() {
         broken[place as usize] ^= 1 << (flip % 8);
         let path = out.join("samples/000000").join(name);
         fs::write(&path, &broken).unwrap();
-        let report = datasets_spec::check_dataset(&out, &mut |_| {});
+        let report = quadpixel_datasets::check_dataset(&out, &mut |_| {});
         let found = report
             .findings
             .iter()
@@ -303,6 +303,6 @@ fn a_changed_byte_anywhere_in_a_sample_is_found() {
         assert!(found, "{name}, byte {place}: {:?}", report.findings);
         fs::write(&path, sound).unwrap();
     }
-    let report = datasets_spec::check_dataset(&out, &mut |_| {});
+    let report = quadpixel_datasets::check_dataset(&out, &mut |_| {});
     assert_eq!(report.findings, []);
 }

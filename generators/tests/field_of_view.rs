@@ -3,9 +3,9 @@
 // because tests fail by panicking
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
-use generators::assemble::{Responses, camera, scene, subpixels};
-use generators::recipe::Recipe;
 use quadpixel::render::{Execution, RenderSettings, render};
+use quadpixel_generators::assemble::{Responses, camera, scene, subpixels};
+use quadpixel_generators::recipe::Recipe;
 
 /// A recipe with a window and the text of its cards.
 fn recipe(lens: &str, window: &str, planes: &str) -> Recipe {

@@ -3,9 +3,9 @@
 // because tests fail by panicking
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
-use generators::assemble::Responses;
-use generators::recipe::Recipe;
-use generators::sample::{Sample, SampleId, render_sample};
+use quadpixel_generators::assemble::Responses;
+use quadpixel_generators::recipe::Recipe;
+use quadpixel_generators::sample::{Sample, SampleId, render_sample};
 
 /// A small white card (0.004 Z wide) at (X, Y, Z) mm (right, up, depth) in the dark.
 fn sample(lens: &str, f_number: f64, window: &str, (x, y, z): (f64, f64, f64)) -> Sample {

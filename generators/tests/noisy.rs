@@ -7,9 +7,9 @@ mod common;
 
 use common::small::{SMALL, dataset, refused_config};
 use common::{assert_same_sample, assert_samples_kept, files, findings_with, layer, meta, render};
-use datasets_spec::check_dataset;
 use quadpixel::image::exr::{Compression, Layer, Sample, encode_layers, read_layers};
 use quadpixel::image::raster;
+use quadpixel_datasets::check_dataset;
 
 /// Much light, so that the normal law is near.
 const READOUT: &str = "[readout]\nphotons_um2 = 4000\nprnu = 0.01\ngain_mismatch = 0.02\n";

@@ -94,10 +94,12 @@ fn a_sample_is_rendered_again_from_its_own_description() {
 fn the_printed_configuration_is_the_default_one() {
     let printed = qpgen(&["dataset", "--print-config"]);
     let text = String::from_utf8(printed.stdout).unwrap();
-    let read = generators::config::DatasetConfig::from_toml(&text, "printed").unwrap();
-    let default =
-        generators::config::DatasetConfig::from_toml(generators::config::DEFAULT_TOML, "default")
-            .unwrap();
+    let read = quadpixel_generators::config::DatasetConfig::from_toml(&text, "printed").unwrap();
+    let default = quadpixel_generators::config::DatasetConfig::from_toml(
+        quadpixel_generators::config::DEFAULT_TOML,
+        "default",
+    )
+    .unwrap();
     assert_eq!(read, default);
     assert!(text.contains("# samples"));
 }

@@ -10,11 +10,11 @@ use std::fs;
 
 use common::small::{SMALL, dataset, refused_config};
 use common::{assert_same_sample, assert_samples_kept, meta, render};
-use datasets_spec::{DatasetManifest, SampleMeta, check_dataset};
-use generators::config::DatasetConfig;
-use generators::draw;
-use generators::recipe::{Recipe, ResponseRecipe};
 use quadpixel::image::exr::read_layers;
+use quadpixel_datasets::{DatasetManifest, SampleMeta, check_dataset};
+use quadpixel_generators::config::DatasetConfig;
+use quadpixel_generators::draw;
+use quadpixel_generators::recipe::{Recipe, ResponseRecipe};
 
 const OPTICS: &str = r#"
 [lens.tolerances]

@@ -9,13 +9,13 @@ use std::fs;
 use std::path::Path;
 
 use common::{assert_same_sample, done, qpgen, refused, render, said};
-use generators::assemble::{Responses, camera, scene, subpixels};
-use generators::config::{DEFAULT_TOML, DatasetConfig, WorldConfig};
-use generators::recipe::Recipe;
-use generators::scenes::{Drawn, WorldKind};
 use quadpixel::render::Camera;
 use quadpixel::render::truth::ChiefRays;
 use quadpixel::scene::world::World;
+use quadpixel_generators::assemble::{Responses, camera, scene, subpixels};
+use quadpixel_generators::config::{DEFAULT_TOML, DatasetConfig, WorldConfig};
+use quadpixel_generators::recipe::Recipe;
+use quadpixel_generators::scenes::{Drawn, WorldKind};
 
 fn recipe(kind: WorldKind, seed: u64, window: &str) -> Recipe {
     let kind = kind.name();
@@ -59,8 +59,8 @@ fn camera_of(recipe: &Recipe) -> Camera {
 
 fn drawn(recipe: &Recipe) -> Drawn {
     match &recipe.world.as_ref().unwrap().source {
-        generators::scenes::WorldSource::Generated(drawn) => *drawn,
-        generators::scenes::WorldSource::File(_) => panic!("generated"),
+        quadpixel_generators::scenes::WorldSource::Generated(drawn) => *drawn,
+        quadpixel_generators::scenes::WorldSource::File(_) => panic!("generated"),
     }
 }
 

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use datasets_spec::{
+use quadpixel::file::{self, FileError};
+use quadpixel_datasets::{
     DatasetManifest, FileEntry, SCHEMA_VERSION, Split, Tool, conventions, paths, units,
 };
-use quadpixel::file::{self, FileError};
 
 use super::survey::{Survey, survey};
 use super::{VERSION, WriteError, json};

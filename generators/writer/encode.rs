@@ -5,14 +5,14 @@
 
 use std::path::Path;
 
-use datasets_spec::{
-    FileEntry, FileKind, Raw, RawFormat, RenderStatistics, SampleFile, SampleMeta,
-};
-use datasets_spec::{Optional, SCHEMA_VERSION, SUM_LAYER, paths, sample_files};
 use quadpixel::image::exr::{Compression, Layer, Sample, encode_layers};
 use quadpixel::image::raster::Levels;
 use quadpixel::image::views::{split_views, sum_of};
 use quadpixel::image::{Image, raster};
+use quadpixel_datasets::{
+    FileEntry, FileKind, Raw, RawFormat, RenderStatistics, SampleFile, SampleMeta,
+};
+use quadpixel_datasets::{Optional, SCHEMA_VERSION, SUM_LAYER, paths, sample_files};
 use rayon::prelude::*;
 
 use super::mosaic;

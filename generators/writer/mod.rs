@@ -13,11 +13,11 @@ mod truth;
 
 use std::path::{Path, PathBuf};
 
-use datasets_spec as spec;
-use datasets_spec::paths;
 use quadpixel::file::{self, FileError};
 use quadpixel::image::raster::Levels;
 use quadpixel::image::{Image, ImageError};
+use quadpixel_datasets as spec;
+use quadpixel_datasets::paths;
 
 pub use dataset::{Dataset, finish_dataset, rebuild_pages};
 pub use resume::{Found, found_sample};

@@ -1,7 +1,7 @@
 //! What a sensor of one colour a microlens reads: one channel of each place, picked from the mosaic of all.
 
-use datasets_spec::{CodeLevels, Mosaic, Raw};
 use quadpixel::image::Image;
+use quadpixel_datasets::{CodeLevels, Mosaic, Raw};
 
 use super::Description;
 

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use datasets_spec::{SampleMeta, paths};
 use quadpixel::file;
+use quadpixel_datasets::{SampleMeta, paths};
 
 use super::{VERSION, WriteError, aside_of};
 

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use datasets_spec::{FileEntry, SampleEntry, SampleMeta, Split, paths, split_scenes};
 use quadpixel::file;
+use quadpixel_datasets::{FileEntry, SampleEntry, SampleMeta, Split, paths, split_scenes};
 
 use super::WriteError;
 use crate::card::Census;

@@ -1,8 +1,8 @@
 //! The truth maps made consistent: one validity for all of them, their ranges, and the tie between disparity and defocus.
 
-use datasets_spec::{CocDisparity, Range, Ranges};
 use quadpixel::image::Image;
 use quadpixel::image::views::Side;
+use quadpixel_datasets::{CocDisparity, Range, Ranges};
 
 use super::SampleFiles;
 

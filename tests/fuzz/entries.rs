@@ -5,18 +5,18 @@
 
 use std::path::Path;
 
-use algorithms::calibration::Calibration;
-use algorithms::field_curve::FieldCurve;
-use algorithms::maps;
-use generators::config::DatasetConfig;
-use generators::recipe::Recipe;
-use generators::render_command::read_recipe;
 use quadpixel::em::PixelStack;
 use quadpixel::lens::{Lens, Prescription};
 use quadpixel::render::RayRecord;
 use quadpixel::response::{AngularResponse, ImportSettings};
 use quadpixel::scene::import::{Imported, bounds_mm, import, import_bytes, read_panorama};
 use quadpixel::scene::world::World;
+use quadpixel_algorithms::calibration::Calibration;
+use quadpixel_algorithms::field_curve::FieldCurve;
+use quadpixel_algorithms::maps;
+use quadpixel_generators::config::DatasetConfig;
+use quadpixel_generators::recipe::Recipe;
+use quadpixel_generators::render_command::read_recipe;
 
 /// Whether the bytes are a file that is read.
 pub type Read = fn(&[u8]) -> bool;
@@ -73,9 +73,11 @@ fn prepared(scene: Imported) -> bool {
 
 /// A picture (PNG, JPEG, TIFF), by its own first bytes.
 pub fn picture(bytes: &[u8]) -> bool {
-    ["png", "jpg", "tif"]
-        .into_iter()
-        .any(|ending| as_file(bytes, ending, |p| algorithms::load::image(p).is_ok()))
+    ["png", "jpg", "tif"].into_iter().any(|ending| {
+        as_file(bytes, ending, |p| {
+            quadpixel_algorithms::load::image(p).is_ok()
+        })
+    })
 }
 
 /// A panorama in Radiance's format.
@@ -86,7 +88,7 @@ pub fn panorama_hdr(bytes: &[u8]) -> bool {
 /// An OpenEXR file, as a panorama and as any picture.
 pub fn panorama_exr(bytes: &[u8]) -> bool {
     as_file(bytes, "exr", |p| {
-        let any = algorithms::load::layers(p).is_ok();
+        let any = quadpixel_algorithms::load::layers(p).is_ok();
         read_panorama(p).is_ok() && any
     })
 }
@@ -121,8 +123,9 @@ pub fn recipe_json(bytes: &[u8]) -> bool {
 /// The configuration of a dataset, with the first recipe drawn from it.
 pub fn dataset_toml(bytes: &[u8]) -> bool {
     text(bytes, |t| {
-        DatasetConfig::from_toml(t, "fuzz.toml")
-            .is_ok_and(|config| generators::draw::recipe(&config, 0, &|_| Ok(2.8)).is_ok())
+        DatasetConfig::from_toml(t, "fuzz.toml").is_ok_and(|config| {
+            quadpixel_generators::draw::recipe(&config, 0, &|_| Ok(2.8)).is_ok()
+        })
     })
 }
 

@@ -1,9 +1,9 @@
 //! The camera's disparity against distance over the field, from the simulation: the calibration file of `qpalgo depth`.
 
-use algorithms::field_curve::FieldCurve;
 use quadpixel::command::CommandError;
 use quadpixel::render::Camera;
 use quadpixel::render::truth::{ReceptiveField, TextureSpectrum};
+use quadpixel_algorithms::field_curve::FieldCurve;
 use rayon::prelude::*;
 
 use crate::measure::GREEN;

@@ -1,10 +1,10 @@
 //! Depth of real pairs by the simulated curve, against what was measured with other instruments.
 
-use algorithms::depth::{MOST_NOISE, Pair, measure};
-use algorithms::disparity::{Axes, MatchSettings};
-use algorithms::field_curve::FieldCurve;
 use quadpixel::command::CommandError;
 use quadpixel::image::{Image, channel};
+use quadpixel_algorithms::depth::{MOST_NOISE, Pair, measure};
+use quadpixel_algorithms::disparity::{Axes, MatchSettings};
+use quadpixel_algorithms::field_curve::FieldCurve;
 
 use crate::data::Views;
 use crate::measure::GREEN;

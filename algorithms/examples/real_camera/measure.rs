@@ -1,11 +1,11 @@
 //! The shift between two views over parts of the field.
 
-use algorithms::disparity::{Axes, MatchSettings, Verdict, match_images};
-use algorithms::warp::{Border, Lobes, Map, warp};
 use glam::{DMat3, DVec3};
 use quadpixel::command::CommandError;
 use quadpixel::image::{Image, channel};
 use quadpixel::simd::SimdLevel;
+use quadpixel_algorithms::disparity::{Axes, MatchSettings, Verdict, match_images};
+use quadpixel_algorithms::warp::{Border, Lobes, Map, warp};
 
 /// Green.
 pub const GREEN: usize = 1;

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use algorithms::field_curve::FieldCurve;
 use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel::image::colour::viridis;
 use quadpixel::image::{Image, raster};
+use quadpixel_algorithms::field_curve::FieldCurve;
 use serde_json::{Value, json};
 
 use crate::aperture::{self, Point};

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use algorithms::field_curve::FieldCurve;
 use quadpixel::command::CommandError;
 use quadpixel::image::Image;
+use quadpixel_algorithms::field_curve::FieldCurve;
 
 use crate::camera::{self, Model};
 use crate::data::{self, Captures, Views};

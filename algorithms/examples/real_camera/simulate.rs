@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use algorithms::warp::{Border, Lobes, Map, warp};
 use glam::{DVec2, DVec3};
 use quadpixel::command::CommandError;
 use quadpixel::image::Image;
@@ -14,6 +13,7 @@ use quadpixel::scene::TexturedPlane;
 use quadpixel::scene::texture::Texture;
 use quadpixel::sensor::FieldGrid;
 use quadpixel::simd::SimdLevel;
+use quadpixel_algorithms::warp::{Border, Lobes, Map, warp};
 use rayon::prelude::*;
 
 use crate::data::Views;

@@ -1,6 +1,6 @@
 //! Matching against the truth and against the Cramér-Rao bound.
 
-use algorithms::disparity::{DisparityMap, MatchSettings, Verdict, match_images};
+use quadpixel_algorithms::disparity::{DisparityMap, MatchSettings, Verdict, match_images};
 
 use quadpixel::image::Image;
 

@@ -10,9 +10,9 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use datasets_spec::{DatasetManifest, FileEntry, SampleMeta, check_dataset};
 use quadpixel::image::Image;
 use quadpixel::image::exr::NamedLayer;
+use quadpixel_datasets::{DatasetManifest, FileEntry, SampleMeta, check_dataset};
 
 pub fn qpgen(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_qpgen"));

@@ -5,8 +5,8 @@
 use std::error::Error;
 use std::time::Instant;
 
-use algorithms::disparity::{MatchSettings, match_images};
-use algorithms::warp::{Border, Lobes, Map, warp};
+use quadpixel_algorithms::disparity::{MatchSettings, match_images};
+use quadpixel_algorithms::warp::{Border, Lobes, Map, warp};
 use opencv::core::{Mat, get_version_string, set_num_threads};
 use opencv_checks::accuracy::{FARNEBACK_ITERATIONS, WINDOW_PX, farneback, planar, scaled, stereo};
 use opencv_checks::convert::{remap, to_map_mats, to_mat};

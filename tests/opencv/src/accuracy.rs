@@ -13,7 +13,7 @@ use opencv::core::{
 use opencv::prelude::*;
 use opencv::{imgproc, video};
 
-use algorithms::disparity::{Axes, MatchSettings, Verdict, match_images};
+use quadpixel_algorithms::disparity::{Axes, MatchSettings, Verdict, match_images};
 use quadpixel::image::Image;
 
 use crate::convert::{to_mat, to_mat_u8};

@@ -7,7 +7,7 @@ use opencv::core::{
 use opencv::imgproc::{self, INTER_LANCZOS4};
 use opencv::prelude::*;
 
-use algorithms::warp::{Border, Map};
+use quadpixel_algorithms::warp::{Border, Map};
 use quadpixel::image::Image;
 
 /// A copy as f32 with the image's channels.

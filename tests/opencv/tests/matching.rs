@@ -1,7 +1,7 @@
 //! Matching against `matchTemplate`, and side by side with OpenCV's matchers on pairs whose shift is known.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
-use algorithms::disparity::{MatchSettings, Verdict, match_images, zncc_surfaces};
+use quadpixel_algorithms::disparity::{MatchSettings, Verdict, match_images, zncc_surfaces};
 use opencv::core::{Mat, Rect, no_array};
 use opencv::imgproc::{TM_CCOEFF_NORMED, match_template};
 use opencv::prelude::*;

@@ -1,7 +1,7 @@
 //! De, Wee and the gradient against OpenCV's DFT, SVD and Sobel, in f64.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
-use algorithms::metrics::sharpness::{Plane, SharpnessSettings, sharpness};
+use quadpixel_algorithms::metrics::sharpness::{Plane, SharpnessSettings, sharpness};
 use opencv::core::{self, BORDER_DEFAULT, CV_64F, DFT_COMPLEX_OUTPUT, Mat, Point2d, SVD};
 use opencv::imgproc;
 use opencv::prelude::*;

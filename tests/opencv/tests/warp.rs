@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use algorithms::warp::{Border, Lobes, Map, plain, warp};
+use quadpixel_algorithms::warp::{Border, Lobes, Map, plain, warp};
 use opencv::core::Mat;
 use opencv_checks::convert::{remap, samples, to_map_mats, to_mat};
 use opencv_checks::{Change, pair, uniform};
