@@ -15,6 +15,7 @@ pub mod frames;
 pub mod image;
 pub mod lens;
 mod npz;
+pub mod range;
 pub mod render;
 pub mod response;
 pub mod sampling;

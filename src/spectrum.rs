@@ -18,22 +18,11 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
+use crate::range::{OutOfRange, require};
 use crate::sampling::hash;
 
 /// Wavelengths are rounded to whole parts of a nm, this many, so that tables of responses can be asked for by them.
 const PER_NM: f64 = 10.0;
-
-/// A band that is not allowed.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("spectrum: {field} is {value}; allowed: {allowed}")]
-pub struct SpectrumError {
-    /// The field.
-    pub field: &'static str,
-    /// Its value.
-    pub value: String,
-    /// What it may be.
-    pub allowed: &'static str,
-}
 
 /// The bands of R, G, B.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -67,31 +56,19 @@ impl Bands {
     ///
     /// # Errors
     /// The first field out of its range.
-    pub fn check(&self) -> Result<(), SpectrumError> {
-        let each = |field, values: [f64; 3], (least, most): (f64, f64), allowed| {
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        let each = |field: &'static str, values: [f64; 3], (least, most): (f64, f64)| {
             let bad = values.into_iter().find(|v| !(least..=most).contains(v));
             bad.map_or(Ok(()), |v| {
-                Err(SpectrumError {
-                    field,
-                    value: v.to_string(),
-                    allowed,
-                })
+                let allowed = format!("{least} to {most} nm");
+                Err(OutOfRange::new("spectrum", field, v, allowed))
             })
         };
-        each(
-            "middle_nm",
-            self.middle_nm,
-            (300.0, 1100.0),
-            "300 to 1100 nm",
-        )?;
-        each("width_nm", self.width_nm, (0.0, 200.0), "0 to 200 nm")?;
-        if (1..=Self::MOST).contains(&self.wavelengths) {
-            return Ok(());
-        }
-        Err(SpectrumError {
-            field: "wavelengths",
-            value: self.wavelengths.to_string(),
-            allowed: "1 to 32 a channel",
+        each("middle_nm", self.middle_nm, (300.0, 1100.0))?;
+        each("width_nm", self.width_nm, (0.0, 200.0))?;
+        let count = self.wavelengths;
+        require((1..=Self::MOST).contains(&count), || {
+            OutOfRange::new("spectrum", "wavelengths", count, "1 to 32 per channel")
         })
     }
 
@@ -153,7 +130,7 @@ impl ChannelWavelengths {
     ///
     /// # Errors
     /// A field out of its range.
-    pub fn of_bands(bands: Bands) -> Result<Self, SpectrumError> {
+    pub fn of_bands(bands: Bands) -> Result<Self, OutOfRange> {
         bands.check()?;
         let [red, _, blue] = bands.middle_nm;
         Ok(Self {

@@ -19,7 +19,7 @@ impl Info {
     /// Gathers it over the field angles.
     ///
     /// # Errors
-    /// [`LensError::Request`] for a field outside 0 to 90 degrees.
+    /// [`LensError::Value`] for a field outside 0 to 90 degrees.
     pub fn of(lens: &Lens, fields_deg: &[f64]) -> Result<Info, LensError> {
         let figures = |&angle: &f64| {
             let field = Field::up(angle);

@@ -72,8 +72,8 @@ fn bad_lenses_end_with_2_and_unwritable_pictures_with_1() {
         (&["info", "no_such_lens"], 2, "no_such_lens"),
         (&["info", "bad.json"], 2, "surfaces = []"),
         (&["info", "missing.zmx"], 2, "missing.zmx"),
-        (&["info", "--f-number", "1"], 2, "f_number = 1"),
-        (&["spots", "--focus-mm", "2"], 2, "distance_mm = 2"),
+        (&["info", "--f-number", "1"], 2, "f_number is 1"),
+        (&["spots", "--focus-mm", "2"], 2, "distance_mm is 2"),
         (&["layout", "-o", "no/folder/x.svg"], 1, "no/folder/x.svg"),
     ];
     for (args, code, expected) in cases {

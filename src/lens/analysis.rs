@@ -83,7 +83,7 @@ impl Lens {
     /// The spot that a field's object point draws on the sensor at one wavelength.
     ///
     /// # Errors
-    /// [`LensError::Request`] for a field outside 0 to 90 degrees, or a wavelength out of range.
+    /// [`LensError::Value`] for a field outside 0 to 90 degrees, or a wavelength out of range.
     pub fn spot(&self, field: Field, wavelength_nm: f64) -> Result<Spot, LensError> {
         self.check_field(field)?;
         let aimed_at = self.at(D_LINE_NM)?;
@@ -109,7 +109,7 @@ impl Lens {
     /// The field's d-line chief ray as it meets the sensor; `None` where it is clipped.
     ///
     /// # Errors
-    /// [`LensError::Request`] for a field outside 0 to 90 degrees.
+    /// [`LensError::Value`] for a field outside 0 to 90 degrees.
     pub fn chief_ray(&self, field: Field) -> Result<Option<Ray>, LensError> {
         self.check_field(field)?;
         let system = self.at(D_LINE_NM)?;
@@ -123,7 +123,7 @@ impl Lens {
     /// Chief ray, distortion and spot of one field.
     ///
     /// # Errors
-    /// [`LensError::Request`] for a field outside 0 to 90 degrees.
+    /// [`LensError::Value`] for a field outside 0 to 90 degrees.
     pub fn field_figures(&self, field: Field) -> Result<FieldFigures, LensError> {
         self.check_field(field)?;
         let paraxial = self.paraxial(D_LINE_NM)?;
@@ -171,7 +171,9 @@ impl Lens {
         if (0.0..90.0).contains(&field.angle_deg) && field.azimuth_deg.is_finite() {
             return Ok(());
         }
-        let allowed = "at least 0 and below 90".into();
-        Err(self.refuse("field angle_deg", field.angle_deg, allowed))
+        let allowed = "at least 0 and below 90";
+        Err(self
+            .prescription
+            .refuse("field angle_deg", field.angle_deg, allowed))
     }
 }

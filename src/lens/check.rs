@@ -21,26 +21,26 @@ impl Prescription {
     /// [`LensError::Value`] naming the first field that holds what no lens can have.
     pub fn check(&self) -> Result<(), LensError> {
         if self.surfaces.is_empty() {
-            return Err(self.value("surfaces", "[]", "a list of at least one surface"));
+            return Err(self.refuse("surfaces", "[]", "a list of at least one surface"));
         }
         for i in 0..self.surfaces.len() {
             self.check_surface(i)?;
         }
         let stops = self.surfaces.iter().filter(|s| s.is_stop).count();
         if stops != 1 {
-            return Err(self.value(
+            return Err(self.refuse(
                 "surfaces[..].is_stop",
-                &format!("{stops} surfaces"),
+                format!("{stops} surfaces"),
                 "true for exactly one surface",
             ));
         }
         if let Some(last) = self.surfaces.last().filter(|s| s.glass.is_some()) {
             let field = format!("surfaces[{}].nd", self.surfaces.len() - 1);
             let n = last.glass.map_or(1.0, |g| g.index(D_LINE_NM));
-            return Err(self.value(&field, &n.to_string(), "null: the sensor stands in air"));
+            return Err(self.refuse(field, n, "null: the sensor stands in air"));
         }
         if self.elements().is_empty() {
-            return Err(self.value("surfaces[..].nd", "null", "given for at least one surface"));
+            return Err(self.refuse("surfaces[..].nd", "null", "given for at least one surface"));
         }
         if let Some(fold) = &self.fold {
             fold.check(self)?;
@@ -52,28 +52,28 @@ impl Prescription {
         let s = &self.surfaces[i];
         let field = |name: &str| format!("surfaces[{i}].{name}");
         if !s.curvature.is_finite() {
-            return Err(self.value(
-                &field("radius_mm"),
-                &(1.0 / s.curvature).to_string(),
+            return Err(self.refuse(
+                field("radius_mm"),
+                1.0 / s.curvature,
                 "a finite number other than 0, or null for a plane",
             ));
         }
         for (name, x) in [("thickness_mm", s.thickness_mm), ("conic", s.conic)] {
             if !x.is_finite() {
-                return Err(self.value(&field(name), &x.to_string(), "a finite number"));
+                return Err(self.refuse(field(name), x, "a finite number"));
             }
         }
         if let Some(k) = s.aspheric.iter().position(|a| !a.is_finite()) {
             let name = format!("coefficients[\"{}\"]", 2 * k + 2);
-            return Err(self.value(&field(&name), &s.aspheric[k].to_string(), "a finite number"));
+            return Err(self.refuse(field(&name), s.aspheric[k], "a finite number"));
         }
         if let Some(glass) = s.glass {
             let (nd, vd) = glass.nd_vd();
             if !(1.0..=5.0).contains(&nd) {
-                return Err(self.value(&field("nd"), &nd.to_string(), "between 1 and 5"));
+                return Err(self.refuse(field("nd"), nd, "between 1 and 5"));
             }
             if glass.is_dispersive() && !(10.0..=200.0).contains(&vd) {
-                return Err(self.value(&field("vd"), &vd.to_string(), "between 10 and 200"));
+                return Err(self.refuse(field("vd"), vd, "between 10 and 200"));
             }
         }
         let optics = self.surface_at(i, 0.0, D_LINE_NM);
@@ -81,11 +81,11 @@ impl Prescription {
         let semi = s.semi_aperture_mm;
         if !(semi > 0.0 && (semi.is_finite() || open_dummy)) {
             let allowed = "a finite length above 0";
-            return Err(self.value(&field("semi_aperture_mm"), &semi.to_string(), allowed));
+            return Err(self.refuse(field("semi_aperture_mm"), semi, allowed));
         }
         if semi.is_finite() && optics.sag_mm(semi * semi).is_none() {
             let allowed = "small enough that the surface reaches that far from its axis";
-            return Err(self.value(&field("semi_aperture_mm"), &semi.to_string(), allowed));
+            return Err(self.refuse(field("semi_aperture_mm"), semi, allowed));
         }
         Ok(())
     }
@@ -113,10 +113,10 @@ impl Prescription {
                     let neighbour =
                         next.map_or("the image plane".into(), |j| format!("surface {j}"));
                     let field = format!("surfaces[{i}].thickness_mm");
-                    return Err(self.value(
-                        &field,
-                        &self.surfaces[i].thickness_mm.to_string(),
-                        &format!("larger: surface {i} and {neighbour} overlap by {:.6} mm at radius {r:.4} mm", -gap),
+                    return Err(self.refuse(
+                        field,
+                        self.surfaces[i].thickness_mm,
+                        format!("larger: surface {i} and {neighbour} overlap by {:.6} mm at radius {r:.4} mm", -gap),
                     ));
                 }
             }

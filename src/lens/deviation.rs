@@ -33,34 +33,26 @@ impl Prescription {
     /// The lens as it was made, with the image plane where its own paraxial focus takes it.
     ///
     /// # Errors
-    /// [`LensError::Request`] for a surface that it does not have or that is named twice, a deviation out of range, an index where there is
+    /// [`LensError::Value`] for a surface that it does not have or that is named twice, a deviation out of range, an index where there is
     /// air; what [`Lens::new`] finds in the result.
     pub fn with_deviations(&self, deviations: &[Deviation]) -> Result<Prescription, LensError> {
-        let refuse = |quantity, value: String, allowed: String| LensError::Request {
-            lens: self.file.clone(),
-            quantity,
-            value,
-            allowed,
-        };
         let mut made = self.clone();
         let count = made.surfaces.len();
         for (k, d) in deviations.iter().enumerate() {
             let twice = deviations[..k].iter().any(|e| e.surface == d.surface);
             if twice || !(1..=count).contains(&d.surface) {
                 let allowed = format!("1 to {count}, given once each");
-                let value = d.surface.to_string();
-                return Err(refuse("deviation.surface", value, allowed));
+                return Err(self.refuse("deviation.surface", d.surface, allowed));
             }
             if !(-LARGEST_RADIUS_PERCENT..=LARGEST_RADIUS_PERCENT).contains(&d.radius_percent) {
                 let allowed = format!("{LARGEST_RADIUS_PERCENT} % at most either way");
-                let value = d.radius_percent.to_string();
-                return Err(refuse("deviation.radius_percent", value, allowed));
+                return Err(self.refuse("deviation.radius_percent", d.radius_percent, allowed));
             }
             let surface = &mut made.surfaces[d.surface - 1];
             let glass = surface.glass.is_some();
             if !(-LARGEST_INDEX..=LARGEST_INDEX).contains(&d.index) || (d.index != 0.0 && !glass) {
                 let allowed = format!("{LARGEST_INDEX} at most either way, and 0 before air");
-                return Err(refuse("deviation.index", d.index.to_string(), allowed));
+                return Err(self.refuse("deviation.index", d.index, allowed));
             }
             surface.curvature /= 1.0 + 0.01 * d.radius_percent;
             surface.glass = surface.glass.map(|g| g.with_index_deviation(d.index));

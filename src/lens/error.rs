@@ -1,5 +1,7 @@
 //! What can be wrong with a lens, or with what is asked of one.
 
+use crate::range::OutOfRange;
+
 /// Why a lens cannot be made, changed or used as asked. Each message names the file, the field, its value and what is allowed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LensError {
@@ -13,30 +15,9 @@ pub enum LensError {
         /// What is wrong, and what is allowed.
         reason: String,
     },
-    /// A value that no lens can have.
-    #[error("{file}: {field} = {value}: must be {allowed}")]
-    Value {
-        /// The file, or the name of a built-in lens.
-        file: String,
-        /// The field, such as `surfaces[3].nd`.
-        field: String,
-        /// The value as given.
-        value: String,
-        /// What is allowed.
-        allowed: String,
-    },
-    /// A request that this lens cannot meet.
-    #[error("{lens}: {quantity} = {value}: must be {allowed}")]
-    Request {
-        /// Name of the lens.
-        lens: String,
-        /// What was asked for, such as `f_number`.
-        quantity: &'static str,
-        /// The value as given.
-        value: String,
-        /// What is allowed.
-        allowed: String,
-    },
+    /// A value that no lens can have, or a request that this one cannot meet.
+    #[error(transparent)]
+    Value(#[from] OutOfRange),
     /// No built-in lens has this name.
     #[error("there is no built-in lens `{name}`; there are: {known}")]
     UnknownLens {

@@ -27,7 +27,7 @@ impl Lens {
     /// [`Lens::focus_distance_mm`] of the result counts from where it stands now.
     ///
     /// # Errors
-    /// [`LensError::Request`] within the near limit: at or inside the front focal point, or, when the lens moves, so near that no
+    /// [`LensError::Value`] within the near limit: at or inside the front focal point, or, when the lens moves, so near that no
     /// place of the lens between object and sensor gives an image.
     pub fn focused_at(
         &self,
@@ -53,7 +53,9 @@ impl Lens {
                 FocusBy::Lens => 3.0 * p.efl_mm - p.front_principal_z_mm,
             };
             let allowed = format!("beyond the near limit of {near:.3} mm");
-            return Err(self.refuse("focus distance_mm", distance_mm, allowed));
+            return Err(self
+                .prescription
+                .refuse("focus distance_mm", distance_mm, allowed));
         };
         Ok(Lens {
             sensor_z_mm,
@@ -81,11 +83,11 @@ impl Lens {
     /// The lens with its stop set to a semi-aperture, for lenses whose marked F-numbers stand for known stops.
     ///
     /// # Errors
-    /// [`LensError::Request`] unless it is above 0 and at most twice the prescribed one.
+    /// [`LensError::Value`] unless it is above 0 and at most twice the prescribed one.
     pub fn with_stop_semi_mm(&self, semi_mm: f64) -> Result<Lens, LensError> {
         let most = 2.0 * self.prescription.surfaces[self.stop].semi_aperture_mm;
         if !(semi_mm > 0.0 && semi_mm <= most) {
-            return Err(self.refuse(
+            return Err(self.prescription.refuse(
                 "stop_semi_mm",
                 semi_mm,
                 format!("above 0, at most {most:.3}"),
@@ -101,10 +103,12 @@ impl Lens {
     /// [`Lens::focus_distance_mm`] tells where it is now. The sensor comes no nearer than where infinity is in focus: an actuator's end stop.
     ///
     /// # Errors
-    /// [`LensError::Request`] for an error that is not finite, or a wavelength out of range.
+    /// [`LensError::Value`] for an error that is not finite, or a wavelength out of range.
     pub fn with_focus_error(&self, error_mm: f64, wavelength_nm: f64) -> Result<Lens, LensError> {
         if !error_mm.is_finite() {
-            return Err(self.refuse("focus error_mm", error_mm, "a finite length".into()));
+            return Err(self
+                .prescription
+                .refuse("focus error_mm", error_mm, "a finite length"));
         }
         let p = self.paraxial(wavelength_nm)?;
         let image = |distance| p.image_z_mm(distance).unwrap_or(f64::NAN);
@@ -126,7 +130,7 @@ impl Lens {
     /// The lens stopped down to an F-number (EFL over entrance pupil diameter, at infinity and the d line).
     ///
     /// # Errors
-    /// [`LensError::Request`] when `f_number` is smaller than the open lens's, or not finite.
+    /// [`LensError::Value`] when `f_number` is smaller than the open lens's, or not finite.
     pub fn with_f_number(&self, f_number: f64) -> Result<Lens, LensError> {
         let open = Lens {
             stop_semi_mm: self.prescription.surfaces[self.stop].semi_aperture_mm,
@@ -135,7 +139,7 @@ impl Lens {
         let fastest = open.paraxial(D_LINE_NM)?.f_number;
         if !(f_number.is_finite() && f_number >= fastest * (1.0 - F_NUMBER_MARGIN)) {
             let allowed = format!("{fastest:.4} (fully open) or more");
-            return Err(self.refuse("f_number", f_number, allowed));
+            return Err(self.prescription.refuse("f_number", f_number, allowed));
         }
         Ok(Lens {
             stop_semi_mm: open.stop_semi_mm * (fastest / f_number).min(1.0),

@@ -41,8 +41,8 @@ impl Fold {
 
     pub(crate) fn check(&self, prescription: &Prescription) -> Result<(), LensError> {
         if !(self.distance_mm >= 0.0 && self.distance_mm.is_finite()) {
-            let value = self.distance_mm.to_string();
-            return Err(prescription.value("fold.distance_mm", &value, "a length of 0 or more"));
+            let allowed = "a length of 0 or more";
+            return Err(prescription.refuse("fold.distance_mm", self.distance_mm, allowed));
         }
         match self.after_surface {
             Some(i)
@@ -52,7 +52,7 @@ impl Fold {
                     .is_none_or(|s| s.glass.is_some()) =>
             {
                 let allowed = "the index of a surface with air behind it, or null";
-                Err(prescription.value("fold.after_surface", &i.to_string(), allowed))
+                Err(prescription.refuse("fold.after_surface", i, allowed))
             }
             _ => Ok(()),
         }

@@ -16,6 +16,7 @@
 //! Indices are relative to air, as glass catalogues and lens files state them, and air itself counts as 1.
 
 use super::error::LensError;
+use crate::range::within;
 use crate::units::{C_LINE_NM, D_LINE_NM, F_LINE_NM};
 
 /// Shortest and longest wavelength at which a lens is asked for, nm: silicon's range, well inside that of the fits.
@@ -117,18 +118,11 @@ impl Glass {
 /// The wavelength, if it is one at which a lens can be asked for.
 ///
 /// # Errors
-/// [`LensError::Request`] outside [`WAVELENGTH_RANGE_NM`].
+/// [`LensError::Value`] outside [`WAVELENGTH_RANGE_NM`].
 pub(crate) fn checked_wavelength(lens: &str, wavelength_nm: f64) -> Result<f64, LensError> {
     let (low, high) = WAVELENGTH_RANGE_NM;
-    if wavelength_nm >= low && wavelength_nm <= high {
-        return Ok(wavelength_nm);
-    }
-    Err(LensError::Request {
-        lens: lens.into(),
-        quantity: "wavelength_nm",
-        value: wavelength_nm.to_string(),
-        allowed: format!("{low} to {high}"),
-    })
+    within(lens.to_owned(), "wavelength_nm", wavelength_nm, low..=high)?;
+    Ok(wavelength_nm)
 }
 
 /// The glasses of SCHOTT's catalogue that lens files here ask for by name, with the catalogue's Sellmeier coefficients

@@ -59,7 +59,7 @@ impl Lens {
     /// chief ray is clipped.
     ///
     /// # Errors
-    /// [`LensError::Request`] for a field outside 0 to 90 degrees, or a wavelength out of range.
+    /// [`LensError::Value`] for a field outside 0 to 90 degrees, or a wavelength out of range.
     pub fn relative_illumination(
         &self,
         field: Field,

@@ -26,6 +26,7 @@ use super::fold::Fold;
 use super::glass::Glass;
 use super::prescription::{PrescribedSurface, Prescription, Stated, Verification};
 use super::system::ASPHERE_TERMS;
+use crate::range::OutOfRange;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -133,18 +134,16 @@ impl Prescription {
 
 impl SurfaceEntry {
     fn prescribed(self, file: &str, i: usize) -> Result<PrescribedSurface, LensError> {
-        let value = |name: &str, value: String, allowed: &str| LensError::Value {
-            file: file.into(),
-            field: format!("surfaces[{i}].{name}"),
-            value,
-            allowed: allowed.into(),
+        let refuse = |name: &str, value: f64, allowed: &'static str| {
+            let field = format!("surfaces[{i}].{name}");
+            LensError::from(OutOfRange::new(file.to_owned(), field, value, allowed))
         };
         let curvature = match self.radius_mm {
             None => 0.0,
             Some(radius) if radius != 0.0 => 1.0 / radius,
             Some(radius) => {
                 let allowed = "a finite number other than 0, or null for a plane";
-                return Err(value("radius_mm", radius.to_string(), allowed));
+                return Err(refuse("radius_mm", radius, allowed));
             }
         };
         let glass = match (self.nd, self.sellmeier) {
@@ -160,14 +159,14 @@ impl SurfaceEntry {
             }
             (Some(Some(nd)), Some(_)) => {
                 let allowed = "null or left out beside `sellmeier`";
-                return Err(value("nd", nd.to_string(), allowed));
+                return Err(refuse("nd", nd, allowed));
             }
             (Some(nd), None) => match (nd, self.vd) {
                 (None, None) => None,
                 (None, Some(vd)) => {
-                    return Err(value("vd", vd.to_string(), "null where `nd` is null"));
+                    return Err(refuse("vd", vd, "null where `nd` is null"));
                 }
-                (Some(nd), vd) => Some(checked_glass(nd, vd, &value)?),
+                (Some(nd), vd) => Some(checked_glass(nd, vd, &refuse)?),
             },
         };
         let mut aspheric = [0.0; ASPHERE_TERMS];
@@ -176,11 +175,7 @@ impl SurfaceEntry {
                 Ok(p) if p % 2 == 0 && (2..=2 * ASPHERE_TERMS).contains(&p) => p / 2 - 1,
                 _ => {
                     let field = format!("coefficients[\"{power}\"]");
-                    return Err(value(
-                        &field,
-                        a.to_string(),
-                        "of an even power from 2 to 20",
-                    ));
+                    return Err(refuse(&field, *a, "of an even power from 2 to 20"));
                 }
             };
             aspheric[slot] = *a;
@@ -202,18 +197,14 @@ impl SurfaceEntry {
 fn checked_glass(
     nd: f64,
     vd: Option<f64>,
-    value: &impl Fn(&str, String, &str) -> LensError,
+    refuse: &impl Fn(&str, f64, &'static str) -> LensError,
 ) -> Result<Glass, LensError> {
     if !(1.0..=5.0).contains(&nd) {
-        return Err(value(
-            "nd",
-            nd.to_string(),
-            "between 1 and 5, or null for air",
-        ));
+        return Err(refuse("nd", nd, "between 1 and 5, or null for air"));
     }
     if let Some(vd) = vd.filter(|vd| !(10.0..=200.0).contains(vd)) {
         let allowed = "between 10 and 200, or null where there is no dispersion";
-        return Err(value("vd", vd.to_string(), allowed));
+        return Err(refuse("vd", vd, allowed));
     }
     Ok(Glass::from_nd_vd(nd, vd))
 }

@@ -29,7 +29,7 @@ impl Lens {
     pub fn new(prescription: &Prescription) -> Result<Lens, LensError> {
         prescription.check()?;
         let no_stop =
-            || prescription.value("surfaces[..].is_stop", "false", "true for one surface");
+            || prescription.refuse("surfaces[..].is_stop", "false", "true for one surface");
         let stop = prescription.stop().ok_or_else(no_stop)?;
         let z = prescription.vertices_z_mm();
         let lens = Lens {
@@ -43,9 +43,8 @@ impl Lens {
         let p = lens.paraxial(D_LINE_NM)?;
         let image_is_real = p.efl_mm > 0.0 && p.efl_mm.is_finite() && p.f_number.is_finite();
         if !image_is_real {
-            let value = p.efl_mm.to_string();
             let allowed = "such that the focal length is finite and above 0, and the pupil is too";
-            return Err(prescription.value("surfaces (focal length, mm)", &value, allowed));
+            return Err(prescription.refuse("surfaces (focal length, mm)", p.efl_mm, allowed));
         }
         Ok(lens)
     }
@@ -53,7 +52,7 @@ impl Lens {
     /// The lens with its elements out of place as `misalignments` say, in place of any earlier misalignments.
     ///
     /// # Errors
-    /// [`LensError::Request`] for an element it does not have or that is named twice, a mirror where there is no fold, or a value
+    /// [`LensError::Value`] for an element it does not have or that is named twice, a mirror where there is no fold, or a value
     /// out of range.
     pub fn perturbed(&self, misalignments: &[Misalignment]) -> Result<Lens, LensError> {
         check_misalignments(&self.prescription, misalignments)?;
@@ -66,7 +65,7 @@ impl Lens {
     /// What a ray meets at one wavelength.
     ///
     /// # Errors
-    /// [`LensError::Request`] outside [`super::glass::WAVELENGTH_RANGE_NM`].
+    /// [`LensError::Value`] outside [`super::glass::WAVELENGTH_RANGE_NM`].
     pub fn at(&self, wavelength_nm: f64) -> Result<OpticalSystem, LensError> {
         let mut system = self.aligned_at(wavelength_nm)?;
         let mut poses: Vec<Pose> = system.surfaces.iter().map(|s| s.pose).collect();
@@ -80,7 +79,7 @@ impl Lens {
     /// First-order data of the aligned lens, at its present stop.
     ///
     /// # Errors
-    /// [`LensError::Request`] outside [`super::glass::WAVELENGTH_RANGE_NM`].
+    /// [`LensError::Value`] outside [`super::glass::WAVELENGTH_RANGE_NM`].
     pub fn paraxial(&self, wavelength_nm: f64) -> Result<Paraxial, LensError> {
         Ok(Paraxial::of_aligned(&self.aligned_at(wavelength_nm)?))
     }
@@ -123,14 +122,5 @@ impl Lens {
     /// Distance from the first vertex, as the lens now stands, to the plane in focus, mm; infinite as prescribed.
     pub fn focus_distance_mm(&self) -> f64 {
         self.focus_distance_mm
-    }
-
-    pub(super) fn refuse(&self, quantity: &'static str, value: f64, allowed: String) -> LensError {
-        LensError::Request {
-            lens: self.prescription.file.clone(),
-            quantity,
-            value: value.to_string(),
-            allowed,
-        }
     }
 }

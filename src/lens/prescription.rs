@@ -4,12 +4,16 @@
 //! it; the last distance is that to the image plane for an object at infinity. A stop may stand behind the vertex of
 //! the glass that follows it (phone lenses), so a thickness next to the stop or to a dummy plane may be negative; glass may not overlap.
 
+use std::borrow::Cow;
+use std::fmt::Display;
+
 use serde::Deserialize;
 
 use super::error::LensError;
 use super::fold::Fold;
 use super::glass::Glass;
 use super::system::{ASPHERE_TERMS, Aperture, OpticalSurface, Pose, SurfaceKind};
+use crate::range::OutOfRange;
 
 /// One surface as prescribed.
 #[derive(Clone, Debug, PartialEq)]
@@ -212,12 +216,13 @@ impl Prescription {
         }
     }
 
-    pub(crate) fn value(&self, field: &str, value: &str, allowed: &str) -> LensError {
-        LensError::Value {
-            file: self.file.clone(),
-            field: field.into(),
-            value: value.into(),
-            allowed: allowed.into(),
-        }
+    /// The error of a field of this lens, or of a request to it, which is `value` and may be `allowed`.
+    pub(crate) fn refuse(
+        &self,
+        field: impl Into<Cow<'static, str>>,
+        value: impl Display,
+        allowed: impl Into<Cow<'static, str>>,
+    ) -> LensError {
+        OutOfRange::new(self.file.clone(), field, value, allowed).into()
     }
 }

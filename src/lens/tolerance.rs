@@ -134,27 +134,19 @@ pub(crate) fn check_misalignments(
     misalignments: &[Misalignment],
 ) -> Result<(), LensError> {
     let count = lens.elements().len();
-    let refuse = |quantity, value: String, allowed: String| {
-        Err(LensError::Request {
-            lens: lens.file.clone(),
-            quantity,
-            value,
-            allowed,
-        })
-    };
     for (k, m) in misalignments.iter().enumerate() {
         if misalignments[..k].iter().any(|n| n.element == m.element) {
             let value = format!("{:?} twice", m.element);
-            return refuse("misalignment.element", value, "given once each".into());
+            return Err(lens.refuse("misalignment.element", value, "given once each"));
         }
         match m.element {
             ElementRef::Element(i) if i == 0 || i > count => {
                 let allowed = format!("1 to {count}, or the mirror");
-                return refuse("misalignment.element", i.to_string(), allowed);
+                return Err(lens.refuse("misalignment.element", i, allowed));
             }
             ElementRef::Mirror if lens.fold.is_none() => {
-                let allowed = "an element: this lens has no fold".into();
-                return refuse("misalignment.element", "mirror".into(), allowed);
+                let allowed = "an element: this lens has no fold";
+                return Err(lens.refuse("misalignment.element", "mirror", allowed));
             }
             _ => {}
         }
@@ -169,8 +161,8 @@ pub(crate) fn check_misalignments(
                 ElementRef::Mirror => value == 0.0,
             };
             if !fits {
-                let allowed = "a finite length, and 0 for the mirror".into();
-                return refuse(name, value.to_string(), allowed);
+                let allowed = "a finite length, and 0 for the mirror";
+                return Err(lens.refuse(name, value, allowed));
             }
         }
         let turns = [
@@ -180,7 +172,7 @@ pub(crate) fn check_misalignments(
         for (name, value) in turns {
             if !(-LARGEST_TURN_DEG..=LARGEST_TURN_DEG).contains(&value) {
                 let allowed = format!("{LARGEST_TURN_DEG} degrees at most either way");
-                return refuse(name, value.to_string(), allowed);
+                return Err(lens.refuse(name, value, allowed));
             }
         }
     }

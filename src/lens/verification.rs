@@ -173,7 +173,7 @@ pub fn compare(prescription: &Prescription) -> Result<Vec<Comparison>, LensError
 
 /// How many rays more pass when every semi-aperture but the stop's is half its last digit larger than when it is as much smaller.
 fn rays_near_an_edge(prescription: &Prescription, field: Field) -> Result<f64, LensError> {
-    let passing = |change_mm: f64| {
+    let passing = |change_mm: f64| -> Result<f64, LensError> {
         let mut changed = prescription.clone();
         for surface in changed.surfaces.iter_mut().filter(|s| !s.is_stop) {
             surface.semi_aperture_mm += change_mm;

@@ -15,4 +15,4 @@ pub mod texture;
 pub mod world;
 
 pub use kind::{Hits, NO_SURFACE, RaySlices, Scene};
-pub use plane::{PlaneError, TexturedPlane};
+pub use plane::TexturedPlane;

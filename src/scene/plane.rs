@@ -8,18 +8,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 
 use super::texture::Texture;
-
-/// Why a plane cannot be made.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("plane: {field} is {value}; allowed: {allowed}")]
-pub struct PlaneError {
-    /// Field of the constructor.
-    pub field: &'static str,
-    /// What it was.
-    pub value: f64,
-    /// What it may be.
-    pub allowed: &'static str,
-}
+use crate::range::{OutOfRange, require};
 
 /// A textured rectangle in the camera frame.
 #[derive(Clone, Debug)]
@@ -45,17 +34,9 @@ impl TexturedPlane {
         (tilt_x_deg, tilt_y_deg, roll_deg): (f64, f64, f64),
         texture: Arc<Texture>,
         coverage: Option<Arc<super::coverage::Coverage>>,
-    ) -> Result<Self, PlaneError> {
-        let check = |field, value: f64, ok: bool, allowed| {
-            if ok {
-                Ok(())
-            } else {
-                Err(PlaneError {
-                    field,
-                    value,
-                    allowed,
-                })
-            }
+    ) -> Result<Self, OutOfRange> {
+        let check = |field: &'static str, value: f64, ok: bool, allowed: &'static str| {
+            require(ok, || OutOfRange::new("plane", field, value, allowed))
         };
         check(
             "width_mm",

@@ -3,22 +3,11 @@
 use glam::DVec2;
 
 use super::Subpixels;
+use crate::range::{OutOfRange, require};
 use crate::units::MM_PER_UM;
 
 /// Largest number of sub-pixels that one render may hold: 2³⁰, 12 GiB of RGB floats.
 const MAX_SUBPIXELS: usize = 1 << 30;
-
-/// Why a sensor cannot be made.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("sensor: {field} is {value}; allowed: {allowed}")]
-pub struct SensorError {
-    /// Field of the constructor.
-    pub field: &'static str,
-    /// What it was.
-    pub value: f64,
-    /// What it may be.
-    pub allowed: &'static str,
-}
 
 /// A rectangle on the sensor, sensor frame, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,17 +38,9 @@ impl Sensor {
         subpixels: Subpixels,
         (width, height): (usize, usize),
         centre_mm: DVec2,
-    ) -> Result<Self, SensorError> {
-        let check = |field, value: f64, ok: bool, allowed| {
-            if ok {
-                Ok(())
-            } else {
-                Err(SensorError {
-                    field,
-                    value,
-                    allowed,
-                })
-            }
+    ) -> Result<Self, OutOfRange> {
+        let check = |field: &'static str, value: f64, ok: bool, allowed: &'static str| {
+            require(ok, || OutOfRange::new("sensor", field, value, allowed))
         };
         check(
             "pitch_um",

@@ -10,6 +10,6 @@ pub mod readout;
 mod subpixels;
 
 pub use field::FieldGrid;
-pub use grid::{Sensor, SensorError, SensorWindowMm};
+pub use grid::{Sensor, SensorWindowMm};
 pub use microlens::{MicrolensShifts, ShiftRule};
 pub use subpixels::{Subpixels, SubpixelsError};

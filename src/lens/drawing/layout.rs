@@ -25,7 +25,7 @@ const COLOURS: [&str; 5] = ["#1f6fd0", "#2a9d3a", "#d1332b", "#b07c0a", "#7a3fb0
 /// Draws the lens as it stands, with a fan of d-line rays for each field angle (degrees, above the axis).
 ///
 /// # Errors
-/// [`LensError::Request`] for a field outside 0 to 90 degrees.
+/// [`LensError::Value`] for a field outside 0 to 90 degrees.
 pub fn layout_svg(lens: &Lens, fields_deg: &[f64]) -> Result<String, LensError> {
     let system = lens.at(D_LINE_NM)?;
     let fans = fields_deg

@@ -20,7 +20,7 @@ const LINE_NAMES: [&str; 3] = ["F", "d", "C"];
 /// Draws the spots of the field angles (degrees, above the axis) at the F, d and C lines; only d for a lens without dispersion.
 ///
 /// # Errors
-/// [`LensError::Request`] for a field outside 0 to 90 degrees.
+/// [`LensError::Value`] for a field outside 0 to 90 degrees.
 pub fn spots_svg(lens: &Lens, fields_deg: &[f64]) -> Result<String, LensError> {
     let lines = if lens.prescription().is_dispersive() {
         0..3

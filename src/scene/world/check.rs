@@ -7,19 +7,7 @@ use super::description::{
     WorldDescription,
 };
 
-/// Why a description makes no world.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("world: {place}: {field} is {value}; allowed: {allowed}")]
-pub struct WorldError {
-    /// Which entry: its list, number and name.
-    pub place: String,
-    /// Its field.
-    pub field: &'static str,
-    /// What it was.
-    pub value: String,
-    /// What it may be.
-    pub allowed: String,
-}
+use crate::range::{self, OutOfRange};
 
 /// What was left out or mended, counted. All zero for a clean description.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -71,22 +59,21 @@ impl WorldWarnings {
 /// Most triangles of all meshes together, so that 32-bit indices reach them.
 const MAX_TRIANGLES: usize = 1 << 30;
 
-/// Where an error is.
-struct Place(String);
+/// An entry of the description, such as `world: mesh 2 ("leaf")`.
+struct Entry(String);
 
-impl Place {
+impl Entry {
+    fn new(name: impl std::fmt::Display) -> Self {
+        Self(format!("world: {name}"))
+    }
+
     fn refuse(
         &self,
         field: &'static str,
-        value: impl ToString,
-        allowed: impl ToString,
-    ) -> WorldError {
-        WorldError {
-            place: self.0.clone(),
-            field,
-            value: value.to_string(),
-            allowed: allowed.to_string(),
-        }
+        value: impl std::fmt::Display,
+        allowed: impl std::fmt::Display,
+    ) -> OutOfRange {
+        OutOfRange::new(self.0.clone(), field, value, allowed.to_string())
     }
 
     fn within(
@@ -94,15 +81,11 @@ impl Place {
         field: &'static str,
         value: f64,
         [from, to]: [f64; 2],
-    ) -> Result<(), WorldError> {
-        if (from..=to).contains(&value) {
-            Ok(())
-        } else {
-            Err(self.refuse(field, value, format_args!("{from} to {to}")))
-        }
+    ) -> Result<(), OutOfRange> {
+        range::within(self.0.clone(), field, value, from..=to)
     }
 
-    fn strength(&self, field: &'static str, rgb: [f32; 3]) -> Result<(), WorldError> {
+    fn strength(&self, field: &'static str, rgb: [f32; 3]) -> Result<(), OutOfRange> {
         if rgb.iter().all(|x| x.is_finite() && *x >= 0.0) {
             Ok(())
         } else {
@@ -110,7 +93,7 @@ impl Place {
         }
     }
 
-    fn index(&self, field: &'static str, index: usize, len: usize) -> Result<(), WorldError> {
+    fn index(&self, field: &'static str, index: usize, len: usize) -> Result<(), OutOfRange> {
         if index < len {
             Ok(())
         } else {
@@ -118,7 +101,7 @@ impl Place {
         }
     }
 
-    fn direction(&self, field: &'static str, d: DVec3) -> Result<(), WorldError> {
+    fn direction(&self, field: &'static str, d: DVec3) -> Result<(), OutOfRange> {
         if d.is_finite() && d.length() > 0.0 {
             Ok(())
         } else {
@@ -126,7 +109,7 @@ impl Place {
         }
     }
 
-    fn position(&self, field: &'static str, p: DVec3) -> Result<(), WorldError> {
+    fn position(&self, field: &'static str, p: DVec3) -> Result<(), OutOfRange> {
         if p.is_finite() {
             Ok(())
         } else {
@@ -136,17 +119,17 @@ impl Place {
 }
 
 /// Refuses what cannot be a world. Geometry that is only bad in places is counted where it is built.
-pub(super) fn check(world: &WorldDescription) -> Result<(), WorldError> {
+pub(super) fn check(world: &WorldDescription) -> Result<(), OutOfRange> {
     for (i, mesh) in world.meshes.iter().enumerate() {
         check_mesh(
-            &Place(format!("mesh {i} ({:?})", mesh.name)),
+            &Entry::new(format_args!("mesh {i} ({:?})", mesh.name)),
             mesh,
             world.materials.len(),
         )?;
     }
     let triangles: usize = world.meshes.iter().map(|m| m.triangles.len()).sum();
     if triangles > MAX_TRIANGLES {
-        return Err(Place("meshes".into()).refuse(
+        return Err(Entry::new("meshes").refuse(
             "number of triangles",
             triangles,
             format_args!("at most {MAX_TRIANGLES}"),
@@ -158,30 +141,30 @@ pub(super) fn check(world: &WorldDescription) -> Result<(), WorldError> {
             camera_from_mesh,
             object_id,
         } = instance;
-        let place = Place(format!("instance {i}"));
-        place.index("mesh", *mesh, world.meshes.len())?;
+        let entry = Entry::new(format_args!("instance {i}"));
+        entry.index("mesh", *mesh, world.meshes.len())?;
         if !camera_from_mesh.is_finite() {
-            return Err(place.refuse("camera_from_mesh", camera_from_mesh, "finite numbers"));
+            return Err(entry.refuse("camera_from_mesh", camera_from_mesh, "finite numbers"));
         }
-        place.index("object_id", usize::from(*object_id), usize::from(u16::MAX))?;
+        entry.index("object_id", usize::from(*object_id), usize::from(u16::MAX))?;
     }
     for (i, material) in world.materials.iter().enumerate() {
-        let place = Place(format!("material {i} ({:?})", material.name));
-        check_material(&place, material, world.textures.len())?;
+        let entry = Entry::new(format_args!("material {i} ({:?})", material.name));
+        check_material(&entry, material, world.textures.len())?;
     }
     for (i, light) in world.lights.iter().enumerate() {
-        check_light(&Place(format!("light {i}")), light)?;
+        check_light(&Entry::new(format_args!("light {i}")), light)?;
     }
-    check_environment(&Place("environment".into()), &world.environment)
+    check_environment(&Entry::new("environment"), &world.environment)
 }
 
-fn check_mesh(place: &Place, mesh: &TriangleMesh, materials: usize) -> Result<(), WorldError> {
+fn check_mesh(entry: &Entry, mesh: &TriangleMesh, materials: usize) -> Result<(), OutOfRange> {
     let vertices = mesh.positions_mm.len();
     let as_many = |field, len: Option<usize>| match len {
-        Some(len) if len != vertices => Err(place.refuse(
+        Some(len) if len != vertices => Err(entry.refuse(
             field,
             format_args!("{len} entries"),
-            format_args!("{vertices}, one a vertex"),
+            format_args!("{vertices}, one per vertex"),
         )),
         _ => Ok(()),
     };
@@ -189,57 +172,57 @@ fn check_mesh(place: &Place, mesh: &TriangleMesh, materials: usize) -> Result<()
     as_many("uvs", mesh.uvs.as_ref().map(Vec::len))?;
     as_many("colours", mesh.colours.as_ref().map(Vec::len))?;
     for corner in mesh.triangles.iter().flatten() {
-        place.index("vertex index of a triangle", *corner as usize, vertices)?;
+        entry.index("vertex index of a triangle", *corner as usize, vertices)?;
     }
     match &mesh.materials {
-        MaterialIndices::Mesh(index) => place.index("material", *index, materials),
+        MaterialIndices::Mesh(index) => entry.index("material", *index, materials),
         MaterialIndices::Triangles(list) => {
             if list.len() != mesh.triangles.len() {
-                return Err(place.refuse(
+                return Err(entry.refuse(
                     "materials",
                     format_args!("{} entries", list.len()),
-                    format_args!("{}, one a triangle", mesh.triangles.len()),
+                    format_args!("{}, one per triangle", mesh.triangles.len()),
                 ));
             }
             list.iter().try_for_each(|index| {
-                place.index("material of a triangle", *index as usize, materials)
+                entry.index("material of a triangle", *index as usize, materials)
             })
         }
     }
 }
 
-fn check_material(place: &Place, m: &Material, textures: usize) -> Result<(), WorldError> {
+fn check_material(entry: &Entry, m: &Material, textures: usize) -> Result<(), OutOfRange> {
     let unit = [0.0, 1.0];
     for x in m.base_colour {
-        place.within("base_colour", f64::from(x), unit)?;
+        entry.within("base_colour", f64::from(x), unit)?;
     }
-    place.within("metallic", f64::from(m.metallic), unit)?;
-    place.within("roughness", f64::from(m.roughness), unit)?;
-    place.within("ior", f64::from(m.ior), [1.0, 4.0])?;
-    place.within("transmission", f64::from(m.transmission), unit)?;
-    place.strength("emission", m.emission)?;
+    entry.within("metallic", f64::from(m.metallic), unit)?;
+    entry.within("roughness", f64::from(m.roughness), unit)?;
+    entry.within("ior", f64::from(m.ior), [1.0, 4.0])?;
+    entry.within("transmission", f64::from(m.transmission), unit)?;
+    entry.strength("emission", m.emission)?;
     match m.alpha {
         Alpha::Opaque => {}
         Alpha::Mask { alpha, cutoff } => {
-            place.within("alpha", f64::from(alpha), unit)?;
-            place.within(
+            entry.within("alpha", f64::from(alpha), unit)?;
+            entry.within(
                 "alpha cutoff",
                 f64::from(cutoff),
                 [0.0, f64::from(f32::MAX)],
             )?;
         }
-        Alpha::Blend { alpha } => place.within("alpha", f64::from(alpha), unit)?,
+        Alpha::Blend { alpha } => entry.within("alpha", f64::from(alpha), unit)?,
     }
     let texture = |field, reference: Option<TextureRef>| match reference {
         Some(TextureRef {
             texture,
             uv_from_mesh,
         }) => {
-            place.index(field, texture, textures)?;
+            entry.index(field, texture, textures)?;
             if uv_from_mesh.is_finite() {
                 Ok(())
             } else {
-                Err(place.refuse("uv_from_mesh", uv_from_mesh, "finite numbers"))
+                Err(entry.refuse("uv_from_mesh", uv_from_mesh, "finite numbers"))
             }
         }
         None => Ok(()),
@@ -250,29 +233,29 @@ fn check_material(place: &Place, m: &Material, textures: usize) -> Result<(), Wo
     texture("normal_map", m.normal_map.map(|n| n.texture))?;
     match m.normal_map {
         Some(map) if !map.scale.is_finite() => {
-            Err(place.refuse("normal_map scale", map.scale, "finite"))
+            Err(entry.refuse("normal_map scale", map.scale, "finite"))
         }
         _ => Ok(()),
     }
 }
 
-fn check_light(place: &Place, light: &Light) -> Result<(), WorldError> {
+fn check_light(entry: &Entry, light: &Light) -> Result<(), OutOfRange> {
     match *light {
         Light::Sun {
             direction,
             irradiance,
             half_angle_deg,
         } => {
-            place.direction("direction", direction)?;
-            place.strength("irradiance", irradiance)?;
-            place.within("half_angle_deg", half_angle_deg, [0.0, 45.0])
+            entry.direction("direction", direction)?;
+            entry.strength("irradiance", irradiance)?;
+            entry.within("half_angle_deg", half_angle_deg, [0.0, 45.0])
         }
         Light::Point {
             position_mm,
             intensity_m2,
         } => {
-            place.position("position_mm", position_mm)?;
-            place.strength("intensity_m2", intensity_m2)
+            entry.position("position_mm", position_mm)?;
+            entry.strength("intensity_m2", intensity_m2)
         }
         Light::Spot {
             position_mm,
@@ -281,18 +264,18 @@ fn check_light(place: &Place, light: &Light) -> Result<(), WorldError> {
             inner_deg,
             outer_deg,
         } => {
-            place.position("position_mm", position_mm)?;
-            place.direction("direction", direction)?;
-            place.strength("intensity_m2", intensity_m2)?;
-            place.within("outer_deg", outer_deg, [1e-3, 90.0])?;
-            place.within("inner_deg", inner_deg, [0.0, outer_deg - 1e-4])
+            entry.position("position_mm", position_mm)?;
+            entry.direction("direction", direction)?;
+            entry.strength("intensity_m2", intensity_m2)?;
+            entry.within("outer_deg", outer_deg, [1e-3, 90.0])?;
+            entry.within("inner_deg", inner_deg, [0.0, outer_deg - 1e-4])
         }
     }
 }
 
-fn check_environment(place: &Place, environment: &Environment) -> Result<(), WorldError> {
+fn check_environment(entry: &Entry, environment: &Environment) -> Result<(), OutOfRange> {
     match environment {
-        Environment::Even(radiance) => place.strength("radiance", *radiance),
+        Environment::Even(radiance) => entry.strength("radiance", *radiance),
         Environment::Map {
             image,
             camera_from_map,
@@ -305,18 +288,18 @@ fn check_environment(place: &Place, environment: &Environment) -> Result<(), Wor
                     image.height(),
                     image.channels()
                 );
-                return Err(place.refuse("image", shape, "W × H × 3"));
+                return Err(entry.refuse("image", shape, "W × H × 3"));
             }
             if let Some(bad) = image.data().iter().find(|x| !(x.is_finite() && **x >= 0.0)) {
-                return Err(place.refuse("radiance", bad, "finite, not negative"));
+                return Err(entry.refuse("radiance", bad, "finite, not negative"));
             }
             let gram = camera_from_map.transpose() * *camera_from_map;
             let off = (gram - glam::DMat3::IDENTITY).to_cols_array().map(f64::abs);
             // NaN fails too.
             if !off.iter().all(|x| *x < 1e-6) || camera_from_map.determinant() < 0.0 {
-                return Err(place.refuse("camera_from_map", camera_from_map, "a rotation"));
+                return Err(entry.refuse("camera_from_map", camera_from_map, "a rotation"));
             }
-            place.within("scale", f64::from(*scale), [0.0, f64::from(f32::MAX)])
+            entry.within("scale", f64::from(*scale), [0.0, f64::from(f32::MAX)])
         }
     }
 }

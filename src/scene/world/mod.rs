@@ -31,7 +31,7 @@ mod walk;
 #[cfg(test)]
 mod tests;
 
-pub use check::{WorldError, WorldWarnings};
+pub use check::WorldWarnings;
 pub use description::{
     Alpha, Environment, Instance, Light, Material, MaterialIndices, NormalMap, TextureRef,
     TriangleMesh, WorldDescription,
@@ -44,6 +44,7 @@ pub(super) use trace::Element;
 
 use glam::{DVec3, Vec3};
 
+use crate::range::OutOfRange;
 use crate::sampling::hash;
 use path::{Start, TOGETHER};
 use sampler::PathSamples;
@@ -117,7 +118,7 @@ impl World {
     /// # Errors
     /// An index out of range, a number outside what its field allows, lists of unequal length. Triangles and vertices that are only
     /// bad in themselves are left out or mended, and counted ([`World::warnings`]).
-    pub fn new(description: WorldDescription) -> Result<Self, WorldError> {
+    pub fn new(description: WorldDescription) -> Result<Self, OutOfRange> {
         check::check(&description)?;
         let mut warnings = WorldWarnings::default();
         let stage = geometry::Stage::new(&description, &mut warnings);

@@ -27,13 +27,14 @@ mod settings;
 mod stream;
 
 pub use poisson::poisson;
-pub use settings::{ReadoutError, ReadoutSettings};
+pub use settings::ReadoutSettings;
 pub use stream::Stream;
 
 use rayon::prelude::*;
 
 use super::Subpixels;
 use crate::image::Image;
+use crate::range::{OutOfRange, require};
 
 /// Key words of the fixed pattern and of the shot.
 const PATTERN: u64 = 0x9a77;
@@ -67,15 +68,13 @@ impl Readout {
         settings: &ReadoutSettings,
         subpixels: Subpixels,
         electrons_at_white: f64,
-    ) -> Result<Self, ReadoutError> {
+    ) -> Result<Self, OutOfRange> {
         settings.check(subpixels)?;
-        if !(electrons_at_white.is_finite() && electrons_at_white > 0.0) {
-            return Err(ReadoutError {
-                field: "electrons_at_white",
-                value: electrons_at_white,
-                allowed: "above 0: some light must be absorbed",
-            });
-        }
+        let absorbs = electrons_at_white.is_finite() && electrons_at_white > 0.0;
+        require(absorbs, || {
+            let allowed = "above 0: some light must be absorbed";
+            OutOfRange::new("readout", "electrons_at_white", electrons_at_white, allowed)
+        })?;
         Ok(Self {
             gain_dn_per_e: settings.gain(subpixels, electrons_at_white),
             dark_e: settings.dark_current_e_s * settings.exposure_s,

@@ -2,22 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::range::{OutOfRange, require, within};
 use crate::sensor::Subpixels;
 
 /// Linear value of a sub-pixel, as a multiple of an equal share of 1, that has the largest code where no gain is given.
 const HEADROOM: f64 = 1.5;
-
-/// Why a readout cannot be made.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("readout: {field} is {value}; allowed: {allowed}")]
-pub struct ReadoutError {
-    /// Field of the settings.
-    pub field: &'static str,
-    /// What it was.
-    pub value: f64,
-    /// What it may be.
-    pub allowed: &'static str,
-}
 
 /// See the equation of [`crate::sensor::readout`]. Electrons, well and noise are those of one sub-pixel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -79,20 +68,19 @@ impl ReadoutSettings {
         })
     }
 
-    /// Whether every number is in its range and there is one gain a sub-pixel.
-    pub(super) fn check(&self, subpixels: Subpixels) -> Result<(), ReadoutError> {
+    /// Whether every number is in its range and there is one gain per sub-pixel.
+    pub(super) fn check(&self, subpixels: Subpixels) -> Result<(), OutOfRange> {
+        let check = |field: &'static str, value: f64, fits: bool, allowed: &'static str| {
+            require(fits, || OutOfRange::new("readout", field, value, allowed))
+        };
         let positive = [
             ("photons_um2", self.photons_um2),
             ("full_well_e", self.full_well_e),
             ("gain_dn_per_e", self.gain_dn_per_e.unwrap_or(1.0)),
         ];
         for (field, value) in positive {
-            within(
-                field,
-                value,
-                value > 0.0 && value <= 1e9,
-                "above 0, at most 1e9",
-            )?;
+            let fits = value > 0.0 && value <= 1e9;
+            check(field, value, fits, "above 0, at most 1e9")?;
         }
         let not_negative = [
             ("exposure_s", self.exposure_s),
@@ -100,50 +88,18 @@ impl ReadoutSettings {
             ("read_noise_e", self.read_noise_e),
         ];
         for (field, value) in not_negative {
-            within(field, value, (0.0..=1e6).contains(&value), "0 to 1e6")?;
+            check(field, value, (0.0..=1e6).contains(&value), "0 to 1e6")?;
         }
-        within(
-            "prnu",
-            self.prnu,
-            (0.0..=0.5).contains(&self.prnu),
-            "0 to 0.5",
-        )?;
-        let bits = self.bits;
-        within("bits", f64::from(bits), (2..=16).contains(&bits), "2 to 16")?;
+        within("readout", "prnu", self.prnu, 0.0..=0.5)?;
+        within("readout", "bits", f64::from(self.bits), 2.0..=16.0)?;
         let black = self.black_level;
         let fits = black < self.largest_code();
-        within("black_level", f64::from(black), fits, "below 2^bits − 1")?;
+        check("black_level", f64::from(black), fits, "below 2^bits − 1")?;
         let count = self.subpixel_gains.len();
         let fits = count == subpixels.count();
-        within(
-            "subpixel_gains (count)",
-            count as f64,
-            fits,
-            "one a sub-pixel",
-        )?;
-        self.subpixel_gains.iter().try_for_each(|&gain| {
-            within(
-                "subpixel_gains",
-                gain,
-                (0.1..=10.0).contains(&gain),
-                "0.1 to 10",
-            )
-        })
+        let field = "subpixel_gains (count)";
+        check(field, count as f64, fits, "one per sub-pixel")?;
+        (self.subpixel_gains.iter())
+            .try_for_each(|&gain| within("readout", "subpixel_gains", gain, 0.1..=10.0))
     }
-}
-
-fn within(
-    field: &'static str,
-    value: f64,
-    fits: bool,
-    allowed: &'static str,
-) -> Result<(), ReadoutError> {
-    if fits {
-        return Ok(());
-    }
-    Err(ReadoutError {
-        field,
-        value,
-        allowed,
-    })
 }
