@@ -12,6 +12,7 @@ pub mod effects;
 pub mod em;
 pub mod file;
 pub mod frames;
+pub mod hash;
 pub mod image;
 pub mod lens;
 mod npz;
