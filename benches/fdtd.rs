@@ -1,109 +1,112 @@
-//! The Yee stepper: cell updates a second on one core (a cell is six components; a complex one has them twice), with absorbing layers at both ends
-//! and a source, in a pixel's media: lens with smoothed faces, oxide, silicon with trenches.
+//! The Yee stepper: cell updates per second (a cell is six components; a complex one has them twice), with absorbing layers at both ends and
+//! a source, in a pixel's media: lens with smoothed faces, oxide, silicon with trenches. A thread works on one simulation; the thread sweep
+//! steps one per thread, which share the memory's bandwidth.
 //!
 //! ```text
-//! cargo bench --bench fdtd [-- seconds]     about so long for each line, 0.3 unless told
+//! cargo bench --bench fdtd
 //! ```
-//!
-//! Best of the repetitions, by the time that the thread ran, where the system tells it (so that other work counts less); with the memory
-//! bandwidth (triad) of the same run beside it.
 #![allow(clippy::unwrap_used)] // because a bench on built-in data fails by panicking
 
-use std::hint::black_box;
-use std::sync::Arc;
-use std::time::Instant;
+#[path = "support/bench.rs"]
+mod bench;
 
+use std::sync::Arc;
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use quadpixel::em::fdtd::{
     CpmlSettings, Lateral, MaterialMap, Medium, Member, Pole, Simulation, Source, YeeGrid,
     stable_step_um,
 };
 use quadpixel::simd::SimdLevel;
+use rayon::prelude::*;
 
-fn main() {
-    let seconds = std::env::args()
-        .find_map(|a| a.parse::<f64>().ok())
-        .unwrap_or(0.3);
-    println!("memory, triad of 3 x 128 MB: {:.1} GB/s", triad());
-    println!("cells | members | silicon | instructions | M cells/s");
+/// Steps of one call, which the sweep works through front by front.
+const STEPS: usize = 10;
+
+criterion_group!(name = benches; config = bench::short(); targets = levels, sizes, threads);
+criterion_main!(benches);
+
+fn member(phase_rad: f64, current: [f64; 2]) -> Member {
     let bloch = |phase_rad| Lateral::Bloch { phase_rad };
-    let member = |phase, current| Member {
-        x: bloch(phase),
+    Member {
+        x: bloch(phase_rad),
         y: bloch(0.0),
         current,
-    };
+    }
+}
+
+/// One or both polarizations, at normal incidence (real fields) or oblique (complex).
+fn batches() -> [(&'static str, Vec<Member>); 4] {
     let (s, p) = ([0.0, 1.0], [1.0, 0.0]);
-    let batches = [
+    [
         ("1 real", vec![member(0.0, s)]),
         ("2 real", vec![member(0.0, s), member(0.0, p)]),
         ("1 complex", vec![member(1.0, s)]),
         ("2 complex", vec![member(1.0, s), member(1.0, p)]),
-    ];
-    for (nx, levels) in [(62, &SimdLevel::ALL[..]), (140, &SimdLevel::ALL[2..])] {
-        for (name, members) in &batches {
-            for level in levels.iter().filter(|l| **l <= SimdLevel::detect()) {
-                report(nx, name, members, false, seconds, *level);
+    ]
+}
+
+/// Cell updates of one call.
+fn updates(sim: &Simulation) -> Throughput {
+    Throughput::Elements((sim.grid().cells() * sim.members().len() * STEPS) as u64)
+}
+
+fn levels(c: &mut Criterion) {
+    let mut group = c.benchmark_group("fdtd/level");
+    for (name, members) in &batches() {
+        let mut sim = simulation(62, members, false);
+        group.throughput(updates(&sim));
+        for level in SimdLevel::ALL {
+            if level <= SimdLevel::detect() {
+                let id = BenchmarkId::new(*name, format!("{level:?}"));
+                group.bench_function(id, |b| b.iter(|| sim.advance_at(STEPS, level)));
             }
         }
-        report(
-            nx,
-            "2 complex",
-            &batches[3].1,
-            true,
-            seconds,
-            SimdLevel::detect(),
-        );
     }
-    let mut sim = simulation(62, &batches[0].1, false);
-    let rate = best_rate(&mut sim, 0.1 * seconds, |sim| sim.advance_plain(1));
-    println!("62 x 62 x 400 | 1 real | one index | plain stepper | {rate:.1}");
+    let (name, members) = &batches()[0];
+    let mut sim = simulation(62, members, false);
+    group.throughput(updates(&sim));
+    group.bench_function(BenchmarkId::new(*name, "plain stepper"), |b| {
+        b.iter(|| sim.advance_plain(STEPS));
+    });
 }
 
-fn report(nx: usize, name: &str, members: &[Member], poles: bool, seconds: f64, level: SimdLevel) {
-    let mut sim = simulation(nx, members, poles);
-    let rate = 10.0 * best_rate(&mut sim, seconds, |sim| sim.advance_at(10, level));
-    let silicon = if poles { "2 poles" } else { "one index" };
-    println!("{nx} x {nx} x 400 | {name} | {silicon} | {level:?} | {rate:.0}");
-}
-
-/// Millions of cells (of all members) a second if `work` is one step.
-fn best_rate(sim: &mut Simulation, seconds: f64, work: impl Fn(&mut Simulation)) -> f64 {
-    let cells = (sim.grid().cells() * sim.members().len()) as f64;
-    work(sim);
-    let (began, mut best) = (Instant::now(), f64::INFINITY);
-    let mut runs = 0;
-    while runs < 5 || began.elapsed().as_secs_f64() < seconds {
-        let start = thread_seconds(began);
-        work(sim);
-        best = best.min(thread_seconds(began) - start);
-        runs += 1;
-    }
-    cells / best * 1e-6
-}
-
-/// Seconds that this thread ran; where the system does not tell, wall time.
-fn thread_seconds(began: Instant) -> f64 {
-    std::fs::read_to_string("/proc/thread-self/schedstat")
-        .ok()
-        .and_then(|text| text.split(' ').next()?.parse::<f64>().ok())
-        .map_or_else(|| began.elapsed().as_secs_f64(), |ns| ns * 1e-9)
-}
-
-/// GB/s of a = b + 2c, as usually counted: two reads and a write.
-fn triad() -> f64 {
-    const N: usize = 1 << 25;
-    let (b, c) = (vec![1.0f32; N], vec![2.0f32; N]);
-    let mut a = vec![0.0f32; N];
-    let began = Instant::now();
-    let mut best = f64::INFINITY;
-    for _ in 0..5 {
-        let start = thread_seconds(began);
-        for ((a, b), c) in a.iter_mut().zip(&b).zip(&c) {
-            *a = b + 2.0 * c;
+fn sizes(c: &mut Criterion) {
+    let mut group = c.benchmark_group("fdtd/size");
+    let (name, members) = &batches()[3];
+    for nx in [62, 140] {
+        for (silicon, poles) in [("one index", false), ("2 poles", true)] {
+            let mut sim = simulation(nx, members, poles);
+            group.throughput(updates(&sim));
+            let id = BenchmarkId::new(format!("{name}, {silicon}"), format!("{nx}x{nx}x400"));
+            group.bench_function(id, |b| {
+                b.iter(|| sim.advance_at(STEPS, SimdLevel::detect()));
+            });
         }
-        black_box(&mut a);
-        best = best.min(thread_seconds(began) - start);
     }
-    12.0 * N as f64 / best * 1e-9
+}
+
+fn threads(c: &mut Criterion) {
+    let mut group = c.benchmark_group("fdtd/threads");
+    let (_, members) = &batches()[3];
+    for threads in bench::thread_counts() {
+        let mut sims: Vec<Simulation> = (0..threads)
+            .map(|_| simulation(62, members, false))
+            .collect();
+        let Throughput::Elements(one) = updates(&sims[0]) else {
+            unreachable!("cells are elements")
+        };
+        group.throughput(Throughput::Elements(one * threads as u64));
+        let pool = bench::pool(threads);
+        group.bench_function(BenchmarkId::from_parameter(threads), |b| {
+            b.iter(|| {
+                pool.install(|| {
+                    sims.par_iter_mut()
+                        .for_each(|sim| sim.advance_at(STEPS, SimdLevel::detect()));
+                });
+            });
+        });
+    }
 }
 
 /// 400 layers: 240 of 10 nm in silicon with trenches, 160 of 20 nm above, a dome in 60 of them.

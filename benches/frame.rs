@@ -1,108 +1,123 @@
-//! The paper's frame: 3400 × 3400 sub-pixels (1700 × 1700 microlenses), 32 rays a sub-pixel, of a flat chart, in classic and in
-//! diffractive mode, with the table of the centred lens (2D lookup) and that of all lens shifts (4D), at three wavelengths (the paper: about 12 hours on 6 cores, diffractive about 20 % slower than classic).
+//! The paper's frame, reduced: a flat chart through the five-element phone lens, 32 rays per sub-pixel and channel, rays per second. The whole
+//! frame has 3400 × 3400 sub-pixels (1700 × 1700 microlenses; the paper: about 12 hours on 6 cores, diffractive about 20 % slower than classic).
+//!
+//! Modes: classic (the ideal box), diffractive by the table of the centred lens (2D) and by that of all lens shifts (4D), and bands of
+//! wavelengths in the place of one per channel.
 //!
 //! ```text
-//! cargo bench --bench frame              a quarter of the side, the modes in turn, medians of three
-//! cargo bench --bench frame -- --full    the whole frame
+//! cargo bench --bench frame
+//! QUADPIXEL_BENCH_SIDES=425,1700 cargo bench --bench frame -- frame/size     a quarter of the side, and the whole frame: an hour
 //! ```
+#![allow(clippy::unwrap_used)] // because a bench on built-in data fails by panicking
 
+#[path = "support/bench.rs"]
+mod bench;
 #[path = "support/frame.rs"]
 mod support;
 
-use std::time::Instant;
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use quadpixel::render::Camera;
+use quadpixel::response::{GeometricResponse, Response, ShiftGrid, ShiftedSettings, TableSettings};
+use quadpixel::spectrum::{Bands, ChannelWavelengths};
+use support::{Frame, RAYS_PER_SUBPIXEL, made_up_table};
 
-use quadpixel::response::{
-    GeometricResponse, Response, ResponseCache, ShiftedSettings, TableSettings,
-};
-use quadpixel::spectrum::ChannelWavelengths;
-use support::{Frame, RAYS_PER_SUBPIXEL};
+/// Microlenses on a side.
+const SIDE: usize = 48;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let full = std::env::args().any(|a| a == "--full");
-    let side = if full { 1700 } else { 425 };
-    let repeats = if full { 1 } else { 3 };
-    let frame = Frame::new()?;
-    let (stack, lens) = (&frame.stack, &frame.lens);
-    let f_number = lens.paraxial(550.0)?.f_number;
-    let classic = Response::Geometric(GeometricResponse::new(
-        stack.subpixels,
-        stack.pitch_um,
-        stack.pitch_um * f_number,
-    )?);
-    let cached = ResponseCache::open(ResponseCache::default_dir()).get_or_build(
-        stack,
-        &TableSettings::wave_standard_for(stack),
-        &|_, _| (),
-    )?;
-    let diffractive = Response::Table(cached.table);
-    // Minutes the first time.
-    let shifted = ResponseCache::open(ResponseCache::default_dir()).get_or_build_shifted(
-        stack,
-        &ShiftedSettings::wave_for(stack),
-        &|_, _| (),
-    )?;
-    let shifted = Response::Table(shifted.table);
-    let shot = |response: &Response| -> Result<(f64, u64, u64), Box<dyn std::error::Error>> {
-        let began = Instant::now();
-        let camera = frame.camera(side, response, ChannelWavelengths::default())?;
-        let rendered = frame.shot(&camera);
-        Ok((
-            began.elapsed().as_secs_f64(),
-            rendered.stats.rays,
-            rendered.stats.lost.total(),
-        ))
+criterion_group!(name = benches; config = bench::short(); targets = modes, sizes, threads);
+criterion_main!(benches);
+
+/// What the modes differ in: does a table have all lens shifts, and how many wavelengths has a channel's band (none: one line).
+fn table_camera(
+    frame: &Frame,
+    side: usize,
+    all_shifts: bool,
+    band_wavelengths: Option<usize>,
+) -> Camera {
+    let stack = &frame.stack;
+    let wavelengths = band_wavelengths.map_or_else(ChannelWavelengths::default, |wavelengths| {
+        let bands = Bands {
+            wavelengths,
+            ..Bands::default()
+        };
+        ChannelWavelengths::of_bands(bands).unwrap()
+    });
+    let nm = wavelengths.all_response_nm();
+    let response = if all_shifts {
+        let settings = ShiftedSettings::wave_for(stack);
+        let grid = ShiftGrid::new(stack.pitch_um, settings.per_pitch).unwrap();
+        made_up_table(stack, &settings.table, nm, Some(grid))
+    } else {
+        made_up_table(stack, &TableSettings::wave_standard_for(stack), nm, None)
     };
-    let (mut classic_s, mut diffractive_s, mut shifted_s) = (Vec::new(), Vec::new(), Vec::new());
-    let mut rays = (0, 0);
-    for _ in 0..repeats {
-        let (s, n, lost) = shot(&classic)?;
-        classic_s.push(s);
-        rays = (n, lost);
-        diffractive_s.push(shot(&diffractive)?.0);
-        shifted_s.push(shot(&shifted)?.0);
-    }
-    let median = |v: &mut Vec<f64>| {
-        v.sort_by(f64::total_cmp);
-        v[v.len() / 2]
-    };
-    let (c, d) = (median(&mut classic_s), median(&mut diffractive_s));
-    let sub = 2 * side;
-    println!(
-        "frame {sub}×{sub} sub-pixels, {RAYS_PER_SUBPIXEL} rays a sub-pixel and wavelength, 3 wavelengths, {} threads",
-        rayon::current_num_threads()
-    );
-    println!(
-        "rays {} M, lost {:.1} %",
-        rays.0 / 1_000_000,
-        100.0 * rays.1 as f64 / rays.0 as f64
-    );
-    println!(
-        "classic     {c:8.2} s  {:6.2} M rays/s",
-        rays.0 as f64 / c * 1e-6
-    );
-    println!(
-        "diffractive {d:8.2} s  {:6.2} M rays/s",
-        rays.0 as f64 / d * 1e-6
-    );
-    let s = median(&mut shifted_s);
-    println!(
-        "all shifts  {s:8.2} s  {:6.2} M rays/s",
-        rays.0 as f64 / s * 1e-6
-    );
-    println!("diffractive / classic {:.3}", d / c);
-    println!(
-        "4D lookup (all shifts) / 2D lookup (diffractive) {:.3}",
-        s / d
-    );
-    if let Some(line) = peak_memory() {
-        println!("peak memory {line}");
-    }
-    Ok(())
+    frame.camera(side, &response.unwrap(), wavelengths).unwrap()
 }
 
-/// Peak resident memory of this process, where the system tells.
-fn peak_memory() -> Option<String> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|l| l.starts_with("VmHWM"))?;
-    Some(line.split_once(':')?.1.trim().to_string())
+fn classic_camera(frame: &Frame, side: usize) -> Camera {
+    let stack = &frame.stack;
+    let f_number = frame.lens.paraxial(550.0).unwrap().f_number;
+    let focal_length_um = stack.pitch_um * f_number;
+    let ideal = GeometricResponse::new(stack.subpixels, stack.pitch_um, focal_length_um).unwrap();
+    let response = Response::Geometric(ideal);
+    frame
+        .camera(side, &response, ChannelWavelengths::default())
+        .unwrap()
+}
+
+/// Rays of a shot: three channels.
+fn rays(frame: &Frame, side: usize) -> Throughput {
+    Throughput::Elements(
+        (side * side * 3 * RAYS_PER_SUBPIXEL * frame.stack.subpixels.count()) as u64,
+    )
+}
+
+fn modes(c: &mut Criterion) {
+    let frame = Frame::new().unwrap();
+    let mut group = c.benchmark_group("frame/mode");
+    group.throughput(rays(&frame, SIDE));
+    let camera = classic_camera(&frame, SIDE);
+    group.bench_function("classic", |b| b.iter(|| frame.shot(&camera)));
+    for (name, all_shifts, band_wavelengths) in [
+        ("2D, lines", false, None),
+        ("2D, bands of 1", false, Some(1)),
+        ("2D, bands of 2", false, Some(2)),
+        ("2D, bands of 4", false, Some(4)),
+        ("2D, bands of 8", false, Some(8)),
+        ("4D, lines", true, None),
+        ("4D, bands of 2", true, Some(2)),
+        ("4D, bands of 4", true, Some(4)),
+    ] {
+        let camera = table_camera(&frame, SIDE, all_shifts, band_wavelengths);
+        group.bench_function(name, |b| b.iter(|| frame.shot(&camera)));
+    }
+}
+
+fn sizes(c: &mut Criterion) {
+    let frame = Frame::new().unwrap();
+    let mut group = c.benchmark_group("frame/size");
+    let given = std::env::var("QUADPIXEL_BENCH_SIDES");
+    let sides = given.unwrap_or_else(|_| "24,48,96".into());
+    for side in sides.split(',').map(|side| side.parse().unwrap()) {
+        group.throughput(rays(&frame, side));
+        for (name, camera) in [
+            ("classic", classic_camera(&frame, side)),
+            ("2D", table_camera(&frame, side, false, None)),
+        ] {
+            let id = BenchmarkId::new(name, format!("{side}x{side}"));
+            group.bench_function(id, |b| b.iter(|| frame.shot(&camera)));
+        }
+    }
+}
+
+fn threads(c: &mut Criterion) {
+    let frame = Frame::new().unwrap();
+    let camera = table_camera(&frame, SIDE, false, None);
+    let mut group = c.benchmark_group("frame/threads");
+    group.throughput(rays(&frame, SIDE));
+    for threads in bench::thread_counts() {
+        let pool = bench::pool(threads);
+        group.bench_function(BenchmarkId::from_parameter(threads), |b| {
+            b.iter(|| pool.install(|| frame.shot(&camera)));
+        });
+    }
 }

@@ -1,19 +1,22 @@
-//! Rays per second on one core, traced backward through real lenses: the plain tracer, then the packets at each SIMD level.
+//! Rays per second, traced backward through real lenses: the plain tracer, then the packets at each SIMD level; sizes of a batch; threads.
 //!
-//! `cargo bench --bench lens_trace [-- --json]`. The rays start all over the sensor and all pass the lens (those that do not are sorted
-//! out first, as they would flatter the figure). Best and median of the repetitions.
-#![allow(clippy::unwrap_used)] // a bench on built-in data fails by panicking
+//! `cargo bench --bench lens_trace`. The rays start all over the sensor and all pass the lens (those that do not are sorted out first, as
+//! they would flatter the figure).
+#![allow(clippy::unwrap_used)] // because a bench on built-in data fails by panicking
+
+#[path = "support/bench.rs"]
+mod bench;
 
 use std::hint::black_box;
-use std::time::Instant;
 
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec2;
 use quadpixel::lens::{
     Lens, OpticalSystem, PacketTracer, Prescription, Ray, RayBatch, SimdLevel, trace_backward,
 };
+use rayon::prelude::*;
 
 const RAYS: usize = 1 << 14;
-const REPETITIONS: usize = 21;
 const LENSES: [&str; 4] = [
     "wide_US20120327520A1_emb3",
     "wide_US11940605B2_emb1",
@@ -21,60 +24,89 @@ const LENSES: [&str; 4] = [
     "lib_double_gauss_100mm_glass",
 ];
 
-fn main() {
-    let json = std::env::args().any(|a| a == "--json");
-    let mut rows = Vec::new();
+criterion_group!(name = benches; config = bench::short(); targets = levels, sizes, threads);
+criterion_main!(benches);
+
+/// A lens's surfaces, and rays that pass it.
+fn fixture(name: &str) -> (OpticalSystem, Vec<Ray>) {
+    let lens = Lens::new(&Prescription::builtin(name).unwrap()).unwrap();
+    let system = lens.at(550.0).unwrap();
+    let image_mm = 0.5 * lens.paraxial(550.0).unwrap().efl_mm;
+    let rays = passing_rays(&system, image_mm);
+    (system, rays)
+}
+
+fn batch(rays: &[Ray]) -> RayBatch {
+    let mut batch = RayBatch::with_capacity(rays.len());
+    rays.iter()
+        .for_each(|ray| batch.push(ray.origin_mm, ray.direction));
+    batch
+}
+
+fn levels(c: &mut Criterion) {
     for name in LENSES {
-        let lens = Lens::new(&Prescription::builtin(name).unwrap()).unwrap();
-        let system = lens.at(550.0).unwrap();
-        let image_mm = 0.5 * lens.paraxial(550.0).unwrap().efl_mm;
-        let rays = passing_rays(&system, image_mm);
-        let plain = rates(|| {
-            for ray in &rays {
-                black_box(trace_backward(&system, *ray).ok());
-            }
-        });
-        rows.push((name, system.surfaces.len(), "plain".to_owned(), plain, 1.0));
-        let tracer = PacketTracer::new(&system);
-        let mut start = RayBatch::with_capacity(RAYS);
-        rays.iter()
-            .for_each(|r| start.push(r.origin_mm, r.direction));
-        let mut batch = start.clone();
-        for level in SimdLevel::ALL {
-            if level > SimdLevel::detect() {
-                continue;
-            }
-            let rate = rates(|| {
-                batch.clone_from(&start);
-                tracer.trace_backward(black_box(&mut batch), level);
+        let mut group = c.benchmark_group(format!("lens_trace/{name}"));
+        group.throughput(Throughput::Elements(RAYS as u64));
+        let (system, rays) = fixture(name);
+        group.bench_function("plain", |b| {
+            b.iter(|| {
+                for ray in &rays {
+                    black_box(trace_backward(&system, *ray).ok());
+                }
             });
-            let label = format!("packets, {level:?}");
-            rows.push((name, system.surfaces.len(), label, rate, rate.0 / plain.0));
+        });
+        let tracer = PacketTracer::new(&system);
+        let start = batch(&rays);
+        let mut traced = start.clone();
+        for level in SimdLevel::ALL {
+            if level <= SimdLevel::detect() {
+                group.bench_function(BenchmarkId::new("packets", format!("{level:?}")), |b| {
+                    b.iter(|| {
+                        traced.clone_from(&start);
+                        tracer.trace_backward(black_box(&mut traced), level);
+                    });
+                });
+            }
         }
     }
-    if json {
-        let rows: Vec<_> = rows
-            .iter()
-            .map(|(lens, surfaces, level, (best, median), ratio)| {
-                serde_json::json!({
-                    "lens": lens, "surfaces": surfaces, "level": level, "rays_per_s_best": best,
-                    "rays_per_s_median": median, "ratio_to_plain": ratio,
-                })
-            })
-            .collect();
-        println!("{}", serde_json::json!({ "lens_trace": rows }));
-        return;
+}
+
+fn sizes(c: &mut Criterion) {
+    let mut group = c.benchmark_group("lens_trace/batch");
+    let (system, rays) = fixture(LENSES[0]);
+    let tracer = PacketTracer::new(&system);
+    for count in [64, 1024, RAYS] {
+        group.throughput(Throughput::Elements(count as u64));
+        let start = batch(&rays[..count]);
+        let mut traced = start.clone();
+        group.bench_function(BenchmarkId::from_parameter(count), |b| {
+            b.iter(|| {
+                traced.clone_from(&start);
+                tracer.trace_backward(black_box(&mut traced), SimdLevel::detect());
+            });
+        });
     }
-    println!(
-        "{:32} {:>8}  {:16} {:>12} {:>12} {:>8}",
-        "lens", "surfaces", "tracer", "best Mray/s", "median", "ratio"
-    );
-    for (lens, surfaces, level, (best, median), ratio) in rows {
-        println!(
-            "{lens:32} {surfaces:>8}  {level:16} {:>12.3} {:>12.3} {ratio:>8.2}",
-            best / 1e6,
-            median / 1e6
-        );
+}
+
+fn threads(c: &mut Criterion) {
+    let mut group = c.benchmark_group("lens_trace/threads");
+    group.throughput(Throughput::Elements(RAYS as u64));
+    let (system, rays) = fixture(LENSES[0]);
+    let tracer = PacketTracer::new(&system);
+    let start: Vec<RayBatch> = rays.chunks(256).map(batch).collect();
+    let mut traced = start.clone();
+    for threads in bench::thread_counts() {
+        let pool = bench::pool(threads);
+        group.bench_function(BenchmarkId::from_parameter(threads), |b| {
+            b.iter(|| {
+                pool.install(|| {
+                    traced.par_iter_mut().zip(&start).for_each(|(rays, start)| {
+                        rays.clone_from(start);
+                        tracer.trace_backward(rays, SimdLevel::detect());
+                    });
+                });
+            });
+        });
     }
 }
 
@@ -112,18 +144,4 @@ fn candidate(system: &OpticalSystem, image_mm: f64, i: usize) -> Ray {
         origin_mm,
         direction,
     }
-}
-
-/// Best and median rays per second of `work`, which traces [`RAYS`] rays.
-fn rates(mut work: impl FnMut()) -> (f64, f64) {
-    let mut times: Vec<f64> = (0..REPETITIONS)
-        .map(|_| {
-            let start = Instant::now();
-            work();
-            start.elapsed().as_secs_f64()
-        })
-        .collect();
-    times.sort_by(f64::total_cmp);
-    let rate = |seconds: f64| RAYS as f64 / seconds;
-    (rate(times[0]), rate(times[REPETITIONS / 2]))
 }

@@ -1,21 +1,25 @@
-//! Path tracing on a room of 250,000 triangles: paths a second on one core, and noise against time.
+//! Path tracing on a room of 250,000 triangles: paths per second, and the noise that so many paths leave.
 //!
 //! ```text
 //! cargo bench --bench paths
 //! ```
 //!
-//! The scene is drawn up in `support/room.rs`; `tests/peers/mitsuba_speed.py` times Mitsuba 3 on it. Paths end after 5 segments (Mitsuba's
-//! `max_depth = 5`), without Russian roulette.
+//! The scene is drawn up in `support/room.rs`; `tests/peers/mitsuba_speed.py` times Mitsuba 3 on it (one thread, 4 paths per pixel). Paths
+//! end after 5 segments (Mitsuba's `max_depth = 5`), without Russian roulette.
+#![allow(clippy::unwrap_used)] // because a bench on built-in data fails by panicking
 
+#[path = "support/bench.rs"]
+mod bench;
 #[path = "support/room.rs"]
 mod room;
 
-use std::time::Instant;
-
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use quadpixel::sampling::uniform;
 use quadpixel::scene::world::{CameraRay, PathKey, PathSettings, World};
+use rayon::prelude::*;
 
+/// Pixels on a side of Mitsuba's picture.
 const SIDE_PX: usize = 256;
 /// Tangent of half the horizontal angle of view.
 const HALF_WIDTH: f64 = 0.5;
@@ -26,101 +30,115 @@ const SETTINGS: PathSettings = PathSettings {
     clamp: None,
 };
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let began = Instant::now();
-    let world = World::new(room::room())?;
-    println!(
-        "{} triangles, prepared in {:.2} s",
-        world.triangles(),
-        began.elapsed().as_secs_f64()
-    );
+criterion_group!(name = benches; config = bench::short(); targets = samples, sizes, threads);
+criterion_main!(benches);
 
-    let mut speeds: Vec<f64> = (0..5)
-        .map(|round| {
-            let began = Clock::now();
-            let image = shoot(&world, 4, round);
-            std::hint::black_box(&image);
-            (4 * SIDE_PX * SIDE_PX) as f64 / began.seconds() * 1e-6
-        })
-        .collect();
-    speeds.sort_by(f64::total_cmp);
-    println!(
-        "one thread: {:.3} M paths/s (median of 5; {:.3} to {:.3}), mean radiance {:.4}",
-        speeds[2],
-        speeds[0],
-        speeds[4],
-        mean(&shoot(&world, 4, 0))
-    );
-
-    println!("samples a pixel, seconds, RMS error over mean (two halves' difference / 2)");
-    for samples in [1, 4, 16, 64] {
-        let began = Clock::now();
-        let (a, b) = (shoot(&world, samples, 100), shoot(&world, samples, 101));
-        let seconds = began.seconds() / 2.0;
-        let squares = a.iter().zip(&b).map(|(x, y)| f64::from((x - y).powi(2)));
-        let rms = (squares.sum::<f64>() / a.len() as f64 / 2.0).sqrt() / mean(&a);
-        println!("{samples:4}  {seconds:8.2}  {rms:.4}");
-    }
-    Ok(())
+/// A pinhole picture of `side` × `side` pixels.
+#[derive(Clone, Copy)]
+struct Shot {
+    side: usize,
+    /// Paths per pixel.
+    samples: u32,
+    seed: u64,
 }
 
-/// Time on the processor of this thread where the system tells (other programs do not count), else time by the clock.
-struct Clock(Instant, Option<f64>);
-
-impl Clock {
-    fn now() -> Self {
-        Self(Instant::now(), Self::on_processor())
+impl Shot {
+    fn new(side: usize, samples: u32) -> Self {
+        Self {
+            side,
+            samples,
+            seed: 0,
+        }
     }
 
-    fn on_processor() -> Option<f64> {
-        let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-        let nanoseconds: f64 = text.split_whitespace().next()?.parse().ok()?;
-        Some(nanoseconds * 1e-9)
+    fn paths(&self) -> Throughput {
+        Throughput::Elements((self.side * self.side) as u64 * u64::from(self.samples))
     }
 
-    fn seconds(&self) -> f64 {
-        match (self.1, Self::on_processor()) {
-            (Some(began), Some(now)) => now - began,
-            _ => self.0.elapsed().as_secs_f64(),
+    /// RGB, at the origin towards −z, on the threads of the pool that it is called in.
+    fn take(&self, world: &World) -> Vec<f32> {
+        let mut image = vec![0.0; self.side * self.side * 3];
+        let rows = image.par_chunks_exact_mut(self.side * 3).enumerate();
+        rows.for_each(|(row, out)| {
+            let rays: Vec<CameraRay> = (0..self.side)
+                .flat_map(|column| (0..self.samples).map(move |sample| (column, sample)))
+                .map(|(column, sample)| self.ray(column, row, sample))
+                .collect();
+            world.radiances(&rays, &SETTINGS, |number, radiance| {
+                let pixel = &mut out[number / self.samples as usize * 3..][..3];
+                pixel
+                    .iter_mut()
+                    .zip(radiance)
+                    .for_each(|(sum, l)| *sum += l / self.samples as f32);
+            });
+        });
+        image
+    }
+
+    fn ray(&self, column: usize, row: usize, sample: u32) -> CameraRay {
+        let key = self.seed << 32 | (row * self.side + column) as u64;
+        let place = |pixel: usize, dimension| {
+            let jitter = uniform(key, &[u64::from(sample), dimension]);
+            ((pixel as f64 + jitter) / self.side as f64 * 2.0 - 1.0) * HALF_WIDTH
+        };
+        CameraRay {
+            origin_mm: DVec3::ZERO,
+            direction: DVec3::new(place(column, 0), -place(row, 1), -1.0).normalize(),
+            key: PathKey {
+                key,
+                first: sample,
+                spread: 1e-3,
+            },
         }
     }
 }
 
-fn mean(image: &[f32]) -> f64 {
-    image.iter().map(|x| f64::from(*x)).sum::<f64>() / image.len() as f64
+/// RMS error over the mean: of two independent pictures, half their squared difference.
+fn noise(world: &World, shot: Shot) -> f64 {
+    let (a, b) = (shot.take(world), Shot { seed: 1, ..shot }.take(world));
+    let squares = a.iter().zip(&b).map(|(a, b)| f64::from((a - b).powi(2)));
+    let rms = (squares.sum::<f64>() / a.len() as f64 / 2.0).sqrt();
+    rms / (a.iter().map(|x| f64::from(*x)).sum::<f64>() / a.len() as f64)
 }
 
-/// A pinhole picture at the origin towards −z, RGB, on this thread.
-fn shoot(world: &World, samples: u32, seed: u64) -> Vec<f32> {
-    let mut image = vec![0.0; SIDE_PX * SIDE_PX * 3];
-    let mut rays = Vec::with_capacity(SIDE_PX * samples as usize);
-    for (row, out) in image.chunks_exact_mut(SIDE_PX * 3).enumerate() {
-        rays.clear();
-        for column in 0..SIDE_PX {
-            let key = seed << 32 | (row * SIDE_PX + column) as u64;
-            rays.extend((0..samples).map(|sample| {
-                let jitter = |d| uniform(key, &[u64::from(sample), d]);
-                let place = |p: usize, d| {
-                    ((p as f64 + jitter(d)) / SIDE_PX as f64 * 2.0 - 1.0) * HALF_WIDTH
-                };
-                CameraRay {
-                    origin_mm: DVec3::ZERO,
-                    direction: DVec3::new(place(column, 0), -place(row, 1), -1.0).normalize(),
-                    key: PathKey {
-                        key,
-                        first: sample,
-                        spread: 1e-3,
-                    },
-                }
-            }));
-        }
-        world.radiances(&rays, &SETTINGS, |number, l| {
-            let pixel = &mut out[number / samples as usize * 3..][..3];
-            pixel
-                .iter_mut()
-                .zip(l)
-                .for_each(|(s, l)| *s += l / samples as f32);
+/// One thread, as Mitsuba's speed is taken.
+fn samples(c: &mut Criterion) {
+    let world = World::new(room::room()).unwrap();
+    let pool = bench::pool(1);
+    let mut group = c.benchmark_group("paths/samples");
+    for samples in [1, 4, 16] {
+        let shot = Shot::new(SIDE_PX / 2, samples);
+        let noise = noise(&world, shot);
+        eprintln!("{samples} paths per pixel: RMS error {noise:.4} of the mean");
+        group.throughput(shot.paths());
+        group.bench_function(BenchmarkId::from_parameter(samples), |b| {
+            b.iter(|| pool.install(|| shot.take(&world)));
         });
     }
-    image
+}
+
+fn sizes(c: &mut Criterion) {
+    let world = World::new(room::room()).unwrap();
+    let pool = bench::pool(1);
+    let mut group = c.benchmark_group("paths/size");
+    for side in [64, 128, SIDE_PX] {
+        let shot = Shot::new(side, 4);
+        group.throughput(shot.paths());
+        group.bench_function(format!("{side}x{side}"), |b| {
+            b.iter(|| pool.install(|| shot.take(&world)));
+        });
+    }
+}
+
+fn threads(c: &mut Criterion) {
+    let world = World::new(room::room()).unwrap();
+    let shot = Shot::new(SIDE_PX / 2, 4);
+    let mut group = c.benchmark_group("paths/threads");
+    group.throughput(shot.paths());
+    for threads in bench::thread_counts() {
+        let pool = bench::pool(threads);
+        group.bench_function(BenchmarkId::from_parameter(threads), |b| {
+            b.iter(|| pool.install(|| shot.take(&world)));
+        });
+    }
 }

@@ -1,131 +1,67 @@
-//! Error and time of the `rcwa` level against the reference curves of `tests/response/reference`, and P of any pixel over θ.
+//! The Fourier modal level: directions per second, both polarizations. What the presets are worth: `rcwa_accuracy`.
 //!
-//! ```sh
-//! cargo bench --bench rcwa -- curve 1.6 standard             # P of each half over θ, beside the reference; `1.6` .. `3.5`
-//! cargo bench --bench rcwa -- curve 1.6 40/2.2/4/5 0,10,20   # slice nm / lens cutoff / wall cutoff / silicon margin
-//! cargo bench --bench rcwa -- pixel 2.8um-tungsten standard 0,10,20 30  # a built-in pixel; last the azimuth, deg
+//! ```text
+//! cargo bench --bench rcwa
 //! ```
-#![allow(clippy::unwrap_used)] // because a bench fails by panicking
+#![allow(clippy::unwrap_used)] // because a bench on built-in data fails by panicking
 
-#[path = "support/curves.rs"]
-mod curves;
+#[path = "support/bench.rs"]
+mod bench;
 
-use curves::{numbers, reference};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use quadpixel::em::PixelStack;
-use quadpixel::em::rcwa::{RcwaAnswer, RcwaModel, RcwaPowers, RcwaSettings};
+use quadpixel::em::rcwa::{RcwaModel, RcwaSettings};
+use rayon::prelude::*;
 
-fn settings(name: &str) -> RcwaSettings {
-    match name {
-        "draft" => RcwaSettings::draft(),
-        "standard" => RcwaSettings::standard(),
-        "reference" => RcwaSettings::reference(),
-        _ => {
-            let n: Vec<f64> = name.split('/').map(|x| x.parse().unwrap()).collect();
-            RcwaSettings {
-                slice_nm: n[0],
-                lens_cutoff: n[1],
-                wall_cutoff: n[2],
-                silicon_margin: n[3],
-            }
+/// Oblique, off the mirror planes: no symmetry helps.
+const DIRECTION: [f64; 2] = [0.25, 0.1];
+
+criterion_group!(name = benches; config = bench::short(); targets = presets, sizes, threads);
+criterion_main!(benches);
+
+fn model(pixel: &str, settings: &RcwaSettings) -> RcwaModel {
+    RcwaModel::new(&PixelStack::builtin(pixel).unwrap(), 550.0, settings).unwrap()
+}
+
+fn presets(c: &mut Criterion) {
+    let mut group = c.benchmark_group("rcwa/preset");
+    group.throughput(Throughput::Elements(1));
+    for (name, settings) in [
+        ("draft", RcwaSettings::draft()),
+        ("standard", RcwaSettings::standard()),
+    ] {
+        let model = model("1.6um", &settings);
+        for (kind, [u, v]) in [("oblique", DIRECTION), ("in a mirror plane", [0.25, 0.0])] {
+            group.bench_function(BenchmarkId::new(name, kind), |b| {
+                b.iter(|| model.solve(u, v).unwrap());
+            });
         }
     }
 }
 
-/// Of a pixel of two columns.
-fn halves(p: &RcwaPowers) -> [f64; 2] {
-    [0, 1].map(|side| p.absorbed.iter().skip(side).step_by(2).sum())
-}
-
-/// Light at θ, towards +x.
-fn light(model: &RcwaModel, theta_deg: f64, phi_deg: f64) -> RcwaAnswer {
-    let (s, phi) = (theta_deg.to_radians().sin(), phi_deg.to_radians());
-    let v = if phi_deg == 0.0 { 0.0 } else { s * phi.sin() };
-    model.solve(s * phi.cos(), v).unwrap()
-}
-
-fn pixel(name: &str, preset: &str, thetas: &str, phi_deg: f64) {
-    let stack = PixelStack::builtin(name).unwrap();
-    let model = RcwaModel::new(&stack, 550.0, &settings(preset)).unwrap();
-    println!(
-        "{name} {preset} phi {phi_deg}: theta, left right of s, of p, of the mean, R_s R_p, balance-1, s"
-    );
-    for theta in numbers(thetas) {
-        let a = light(&model, theta, phi_deg);
-        let (s, p) = (halves(&a.s), halves(&a.p));
-        println!(
-            "{theta:5.1}  {:.5} {:.5}  {:.5} {:.5}  {:.5} {:.5}  {:.5} {:.5}  {:+.1e} {:+.1e}  {} functions {:.2} s",
-            s[0],
-            s[1],
-            p[0],
-            p[1],
-            0.5 * (s[0] + p[0]),
-            0.5 * (s[1] + p[1]),
-            a.s.reflected,
-            a.p.reflected,
-            a.s.balance() - 1.0,
-            a.p.balance() - 1.0,
-            a.functions,
-            a.seconds
-        );
+fn sizes(c: &mut Criterion) {
+    let mut group = c.benchmark_group("rcwa/pixel");
+    group.throughput(Throughput::Elements(1));
+    let [u, v] = DIRECTION;
+    for pixel in ["1.6um", "2.8um"] {
+        let model = model(pixel, &RcwaSettings::draft());
+        group.bench_function(pixel, |b| b.iter(|| model.solve(u, v).unwrap()));
     }
 }
 
-fn curve(pixel: &str, name: &str, only: Option<&str>) {
-    let (stack, lines) = reference(pixel);
-    let wanted = only.map(numbers);
-    let model = RcwaModel::new(&stack, 550.0, &settings(name)).unwrap();
-    println!("{pixel} {name}: theta pol left right (error in % of the strong half) R balance-1");
-    let (mut worst, mut squares, mut count, mut seconds) = (0.0f64, 0.0, 0.0, 0.0);
-    for n in lines {
-        if wanted.as_ref().is_some_and(|w| !w.contains(&n[0])) {
-            continue;
-        }
-        let a = light(&model, n[0], 0.0);
-        for (pol, powers, at) in [("s", &a.s, 1), ("p", &a.p, 3)] {
-            let h = halves(powers);
-            let strong = n[at].max(n[at + 1]);
-            let e = [h[0] - n[at], h[1] - n[at + 1]].map(|e| 100.0 * e / strong);
-            println!(
-                "{:5.1} {pol} {:.5} {:.5} ({:+.2} {:+.2}) {:.4} {:+.1e} flux {:.5}",
-                n[0],
-                h[0],
-                h[1],
-                e[0],
-                e[1],
-                powers.reflected,
-                powers.balance() - 1.0,
-                powers.absorbed_by_flux,
-            );
-            worst = e.iter().fold(worst, |w, e| w.max(e.abs()));
-            squares += e[0] * e[0] + e[1] * e[1];
-            count += 2.0;
-        }
-        seconds += a.seconds;
-        println!("      {} functions, {:.2} s", a.functions, a.seconds);
-    }
-    println!(
-        "{pixel} {name}: worst {worst:.2} %, rms {:.2} %, {seconds:.1} s",
-        f64::sqrt(squares / count)
-    );
-}
-
-fn main() {
-    let words: Vec<String> = std::env::args()
-        .skip(1)
-        .filter(|a| a != "--bench")
-        .collect();
-    let word = |i: usize| words.get(i).map(String::as_str);
-    match word(0) {
-        Some("pixel") => pixel(
-            word(1).unwrap_or("1.6um"),
-            word(2).unwrap_or("standard"),
-            word(3).unwrap_or("0,10,20"),
-            word(4).map_or(0.0, |w| w.parse().unwrap()),
-        ),
-        _ => curve(
-            word(1).unwrap_or("1.6"),
-            word(2).unwrap_or("standard"),
-            word(3),
-        ),
+fn threads(c: &mut Criterion) {
+    let mut group = c.benchmark_group("rcwa/threads");
+    let model = model("1.6um", &RcwaSettings::draft());
+    // As a table is made: each direction on a thread.
+    let directions: Vec<f64> = (0..8).map(|i| 0.05 * f64::from(i) + 0.01).collect();
+    group.throughput(Throughput::Elements(directions.len() as u64));
+    for threads in bench::thread_counts() {
+        let pool = bench::pool(threads);
+        group.bench_function(BenchmarkId::from_parameter(threads), |b| {
+            b.iter(|| {
+                let solve = |u: &f64| model.solve(*u, 0.1).unwrap().functions;
+                pool.install(|| directions.par_iter().map(solve).sum::<usize>())
+            });
+        });
     }
 }

@@ -1,102 +1,107 @@
-//! The response: lookups a second on one core (the renderer's inner loop), and what the wave model costs a direction.
+//! The response: lookups per second on one core (the renderer's inner loop), and directions per second of the wave level.
+//!
+//! `cargo bench --bench response`
+#![allow(clippy::unwrap_used)] // because a bench on built-in data fails by panicking
+
+#[path = "support/bench.rs"]
+mod bench;
 
 use std::hint::black_box;
-use std::time::Instant;
 
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::{WaveModel, WaveSettings};
-use quadpixel::response::{GeometricResponse, Response, ResponseError, TableSettings, build_table};
+use quadpixel::response::{GeometricResponse, Response, TableSettings, build_table};
 use quadpixel::sensor::Subpixels;
 
-/// Best of several runs, in seconds.
-fn best(runs: usize, mut work: impl FnMut()) -> f64 {
-    (0..runs)
-        .map(|_| {
-            let start = Instant::now();
-            work();
-            start.elapsed().as_secs_f64()
-        })
-        .fold(f64::INFINITY, f64::min)
+/// Rays of a batch, as the renderer has them.
+const BATCH: usize = 64;
+const DIRECTIONS: [[f64; 2]; 3] = [[0.05, 0.0], [0.2, 0.1], [0.4, 0.3]];
+
+criterion_group!(name = benches; config = bench::short(); targets = lookups, directions, tables);
+criterion_main!(benches);
+
+fn draft_table(stack: &PixelStack) -> Response {
+    let built = build_table(stack, &TableSettings::wave_draft(), None, &|_, _| {});
+    Response::Table(built.unwrap().table)
 }
 
-fn main() -> Result<(), ResponseError> {
-    let stack = PixelStack::builtin("1.6um")?;
-    let table = build_table(&stack, &TableSettings::wave_draft(), None, &|_, _| {})?.table;
-    let geometric = GeometricResponse::matched_to_f_number(Subpixels::QUAD, 1.6, 1.8)?;
-    // Directions of an F/1.8 cone in scrambled order, in batches of 64 as a renderer has them.
-    let rays = 1 << 16;
-    let (u, v): (Vec<f32>, Vec<f32>) = (0..rays)
+fn lookups(c: &mut Criterion) {
+    // Directions of an F/1.8 cone in scrambled order.
+    const RAYS: usize = 1 << 16;
+    let (u, v): (Vec<f32>, Vec<f32>) = (0..RAYS)
         .map(|i: usize| {
             let part = |k: usize| (i.wrapping_mul(k) % 65_536) as f32 / 65_536.0 - 0.5;
             (part(40_503) * 0.54, part(25_173) * 0.54)
         })
         .unzip();
-    let mut out = vec![0.0; 64 * 4];
+    let mut weights = vec![0.0; BATCH * 4];
+    let mut group = c.benchmark_group("response/lookup");
+    group.throughput(Throughput::Elements(RAYS as u64));
+    let stack = PixelStack::builtin("1.6um").unwrap();
+    let geometric = GeometricResponse::matched_to_f_number(Subpixels::QUAD, 1.6, 1.8).unwrap();
     for (name, response) in [
-        ("table", Response::Table(table)),
+        ("table", draft_table(&stack)),
         ("geometric", Response::Geometric(geometric)),
     ] {
         let lookup = response.at(550.0);
         let frame = lookup.frame();
-        let mut sum = 0.0f32;
-        let seconds = best(20, || {
-            for (u, v) in u.chunks(64).zip(v.chunks(64)) {
-                lookup.weights_batch(u, v, &mut out);
-                sum += black_box(&out)[0];
-            }
-        });
-        let moved = best(20, || {
-            for (u, v) in u.chunks(64).zip(v.chunks(64)) {
-                let (mut a, mut b) = ([0.0; 64], [0.0; 64]);
-                a.copy_from_slice(u);
-                b.copy_from_slice(v);
-                frame.centred_batch([0.3, -0.1], &mut a, &mut b);
-                lookup.weights_batch(&a, &b, &mut out);
-                sum += black_box(&out)[0];
-            }
-        });
-        black_box(sum);
-        let rate = |s: f64| rays as f64 / s * 1e-6;
-        println!(
-            "lookup, {name}: {:.0} M directions/s, under a shifted lens {:.0}",
-            rate(seconds),
-            rate(moved)
-        );
-    }
-    for name in ["1.6um", "2.8um"] {
-        let stack = PixelStack::builtin(name)?;
-        let settings = TableSettings::wave_standard_for(&stack);
-        let start = Instant::now();
-        black_box(build_table(&stack, &settings, None, &|_, _| {})?);
-        println!(
-            "table, {name}, one wavelength: {:.1} s on all cores",
-            start.elapsed().as_secs_f64()
-        );
-    }
-    for name in PixelStack::builtin_names() {
-        let stack = PixelStack::builtin(name)?;
-        if stack.metal.is_some() {
-            continue; // The wave model refuses it.
-        }
-        for (preset, settings) in [
-            ("draft", WaveSettings::draft()),
-            ("standard", WaveSettings::standard()),
-        ] {
-            let model = WaveModel::new(&stack, 550.0, &settings)?;
-            let mut outcome = Ok(());
-            let seconds = best(3, || {
-                for (u, v) in [(0.05, 0.0), (0.2, 0.1), (0.4, 0.3)] {
-                    outcome = model.solve(u, v).map(|p| {
-                        black_box(p);
-                    });
+        group.bench_function(BenchmarkId::new(name, "centred lens"), |b| {
+            b.iter(|| {
+                for (u, v) in u.chunks(BATCH).zip(v.chunks(BATCH)) {
+                    lookup.weights_batch(u, v, &mut weights);
+                    black_box(&weights);
                 }
             });
-            outcome?;
-            println!(
-                "wave, {name}, {preset}: {:.0} ms a direction",
-                seconds / 3.0 * 1e3
-            );
+        });
+        group.bench_function(BenchmarkId::new(name, "shifted lens"), |b| {
+            b.iter(|| {
+                for (u, v) in u.chunks(BATCH).zip(v.chunks(BATCH)) {
+                    let (mut u_moved, mut v_moved) = ([0.0; BATCH], [0.0; BATCH]);
+                    u_moved.copy_from_slice(u);
+                    v_moved.copy_from_slice(v);
+                    frame.centred_batch([0.3, -0.1], &mut u_moved, &mut v_moved);
+                    lookup.weights_batch(&u_moved, &v_moved, &mut weights);
+                    black_box(&weights);
+                }
+            });
+        });
+    }
+}
+
+/// Presets, over pixels of all sizes.
+fn directions(c: &mut Criterion) {
+    let mut group = c.benchmark_group("response/wave");
+    group.throughput(Throughput::Elements(DIRECTIONS.len() as u64));
+    for (preset, settings) in [
+        ("draft", WaveSettings::draft()),
+        ("standard", WaveSettings::standard()),
+    ] {
+        for name in PixelStack::builtin_names() {
+            let stack = PixelStack::builtin(name).unwrap();
+            if stack.metal.is_some() {
+                continue; // The wave model refuses it.
+            }
+            let model = WaveModel::new(&stack, 550.0, &settings).unwrap();
+            group.bench_function(BenchmarkId::new(preset, name), |b| {
+                b.iter(|| {
+                    for [u, v] in DIRECTIONS {
+                        black_box(model.solve(u, v).unwrap());
+                    }
+                });
+            });
         }
     }
-    Ok(())
+}
+
+/// A whole draft table by threads.
+fn tables(c: &mut Criterion) {
+    let stack = PixelStack::builtin("1.6um").unwrap();
+    let mut group = c.benchmark_group("response/table-threads");
+    for threads in bench::thread_counts() {
+        let pool = bench::pool(threads);
+        group.bench_function(BenchmarkId::from_parameter(threads), |b| {
+            b.iter(|| pool.install(|| draft_table(&stack)));
+        });
+    }
 }

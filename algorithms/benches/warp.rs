@@ -1,53 +1,88 @@
-//! Mpx/s of the exact Lanczos warp, one thread, on a smooth map that no shift can stand for.
+//! The exact Lanczos warp: pixels per second on a smooth map that no shift can stand for.
 //!
-//! The work is that of the OpenCV figures in the project's notes: f32, one and three channels, 8 × 8 taps.
+//! The work of one thread is that of the OpenCV figures in `tests/opencv`: 1024 × 1024, f32, one and three channels, 8 × 8 taps.
+//!
+//! `cargo bench -p quadpixel-algorithms --bench warp`
+#![allow(clippy::unwrap_used)] // because a bench on made-up data fails by panicking
 
-use std::time::Instant;
+#[path = "../../benches/support/bench.rs"]
+mod bench;
 
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use quadpixel::image::Image;
 use quadpixel::simd::SimdLevel;
-use quadpixel_algorithms::warp::{Border, Lobes, Map, warp};
+use quadpixel_algorithms::warp::{Border, Lobes, Map, Warped, warp};
 
 const SIZE: usize = 1024;
-const RUNS: usize = 9;
 
-fn main() {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-    let Ok(pool) = pool else {
-        eprintln!("no thread to run on");
-        return;
-    };
-    let map = Map::from_fn(SIZE, SIZE, |x, y| {
-        let (x, y) = (x as f64, y as f64);
-        (x + 1.7 * (y / 97.0).sin(), y + 1.3 * (x / 83.0).cos())
-    });
-    let Ok(map) = map else {
-        eprintln!("no map");
-        return;
-    };
-    println!("{SIZE} x {SIZE}, one thread, best of {RUNS} runs, Mpx/s");
-    println!("channels  lobes  Scalar  Avx2  Avx512");
-    for channels in [1, 3] {
-        let mut image = Image::zeros(SIZE, SIZE, channels);
+criterion_group!(name = benches; config = bench::short(); targets = levels, sizes, threads);
+criterion_main!(benches);
+
+struct Work {
+    image: Image,
+    map: Map,
+}
+
+impl Work {
+    fn new(size: usize, channels: usize) -> Self {
+        let map = Map::from_fn(size, size, |x, y| {
+            let (x, y) = (x as f64, y as f64);
+            (x + 1.7 * (y / 97.0).sin(), y + 1.3 * (x / 83.0).cos())
+        });
+        let mut image = Image::zeros(size, size, channels);
         for (i, value) in image.data_mut().iter_mut().enumerate() {
             *value = ((i as u32).wrapping_mul(2_654_435_761) >> 8) as f32 / (1 << 24) as f32;
         }
+        let map = map.unwrap();
+        Self { image, map }
+    }
+
+    fn warp(&self, lobes: Lobes, level: SimdLevel) -> Warped {
+        warp(&self.image, &self.map, lobes, Border::Reflect101, level)
+    }
+}
+
+fn pixels(size: usize) -> Throughput {
+    Throughput::Elements((size * size) as u64)
+}
+
+fn levels(c: &mut Criterion) {
+    let pool = bench::pool(1);
+    let mut group = c.benchmark_group("warp/level");
+    group.throughput(pixels(SIZE));
+    for channels in [1, 3] {
+        let work = Work::new(SIZE, channels);
         for lobes in Lobes::ALL {
-            let mut line = format!("{channels:8}  {:5}", lobes.count());
             for level in SimdLevel::ALL {
-                let seconds = (0..RUNS)
-                    .map(|_| {
-                        let began = Instant::now();
-                        let done =
-                            pool.install(|| warp(&image, &map, lobes, Border::Reflect101, level));
-                        let taken = began.elapsed().as_secs_f64();
-                        std::hint::black_box(done);
-                        taken
-                    })
-                    .fold(f64::INFINITY, f64::min);
-                line += &format!("  {:6.1}", (SIZE * SIZE) as f64 / seconds / 1e6);
+                let name = format!("{channels} channels, {} lobes", lobes.count());
+                group.bench_function(BenchmarkId::new(name, format!("{level:?}")), |b| {
+                    b.iter(|| pool.install(|| work.warp(lobes, level)));
+                });
             }
-            println!("{line}");
         }
+    }
+}
+
+fn sizes(c: &mut Criterion) {
+    let pool = bench::pool(1);
+    let mut group = c.benchmark_group("warp/size");
+    for size in [256, 512, SIZE, 2 * SIZE] {
+        let work = Work::new(size, 1);
+        group.throughput(pixels(size));
+        group.bench_function(format!("{size}x{size}"), |b| {
+            b.iter(|| pool.install(|| work.warp(Lobes::Four, SimdLevel::detect())));
+        });
+    }
+}
+
+fn threads(c: &mut Criterion) {
+    let work = Work::new(SIZE, 1);
+    let mut group = c.benchmark_group("warp/threads");
+    group.throughput(pixels(SIZE));
+    for threads in bench::thread_counts() {
+        let pool = bench::pool(threads);
+        group.bench_function(BenchmarkId::from_parameter(threads), |b| {
+            b.iter(|| pool.install(|| work.warp(Lobes::Four, SimdLevel::detect())));
+        });
     }
 }

@@ -7,13 +7,15 @@ use glam::{DVec2, DVec3};
 use quadpixel::em::PixelStack;
 use quadpixel::lens::{FocusBy, Lens, Prescription};
 use quadpixel::render::{Camera, Execution, RenderSettings, Rendered, render};
-use quadpixel::response::Response;
+use quadpixel::response::{
+    AngularResponse, MovingFrame, Response, ResponseAxes, ResponseMeta, ShiftGrid, TableSettings,
+};
 use quadpixel::scene::texture::Texture;
 use quadpixel::scene::{Scene, TexturedPlane};
 use quadpixel::sensor::{Sensor, ShiftRule};
 use quadpixel::spectrum::ChannelWavelengths;
 
-/// Rays a sub-pixel and channel.
+/// Rays per sub-pixel and channel.
 pub const RAYS_PER_SUBPIXEL: usize = 32;
 const CHART_MM: f64 = 750.0;
 
@@ -75,4 +77,60 @@ impl Frame {
         let execution = Execution::default();
         render(camera, &self.scene, &settings, &execution, None, &|_| ())
     }
+}
+
+/// A made-up table on the directions of `settings`, at `wavelengths_nm`, of the centred lens or of all shifts. Cost needs tables of the size
+/// that `qpgen` makes, not their values, and those take minutes.
+pub fn made_up_table(
+    stack: &PixelStack,
+    settings: &TableSettings,
+    wavelengths_nm: Vec<f64>,
+    shifts: Option<ShiftGrid>,
+) -> Result<Response, Box<dyn Error>> {
+    let half = (settings.steps * settings.refine) as i32;
+    let axis: Vec<f64> = (-half..=half)
+        .map(|i| settings.cosine_max * f64::from(i) / f64::from(half))
+        .collect();
+    let side = |c: f64| 1.0 / (1.0 + (-8.0 * c).exp());
+    let mut plane = Vec::new();
+    for &v in &axis {
+        for &u in &axis {
+            let share = |i: usize| {
+                let (x, y) = stack.subpixels.centre(i);
+                0.8 * side(u * x.signum()) * side(v * y.signum())
+            };
+            plane.extend((0..stack.subpixels.count()).map(|i| share(i) as f32));
+        }
+    }
+    let shifts_um = match &shifts {
+        None => vec![[0.0, 0.0]],
+        Some(grid) => (0..=grid.per_pitch / 2)
+            .flat_map(|i| (0..=i).map(move |j| [i, j]))
+            .map(|node| grid.shift_um(node))
+            .collect(),
+    };
+    let planes = wavelengths_nm.len() * shifts_um.len();
+    let meta = ResponseMeta {
+        model: "made-up".into(),
+        settings: serde_json::json!({}),
+        pixel: serde_json::json!({}),
+        pitch_um: stack.pitch_um,
+        subpixels: stack.subpixels,
+        frame: MovingFrame::of(stack, 550.0)?,
+        key: String::new(),
+        shift_grid: shifts,
+        chief_ray_shifts: None,
+        corrections: Vec::new(),
+    };
+    let axes = ResponseAxes {
+        wavelengths_nm,
+        shifts_um,
+        u: axis.clone(),
+        v: axis,
+    };
+    Ok(Response::Table(AngularResponse::new(
+        axes,
+        meta,
+        plane.repeat(planes),
+    )?))
 }
