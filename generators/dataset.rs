@@ -19,7 +19,7 @@ use crate::stop::Stop;
 use crate::writer::{Dataset, Found, WriteError, finish_dataset, found_sample, write_sample};
 
 /// Licence of what is made: charts and fonts allow it.
-pub(crate) const LICENCE: &str = "CC0-1.0";
+pub const LICENCE: &str = "CC0-1.0";
 
 /// Which samples to make, and when to stop.
 #[derive(Clone, Debug)]
@@ -301,7 +301,7 @@ fn check_folder(out: &Path) -> Result<(), CommandError> {
 }
 
 /// What the user can mend is an input error; a disk that fails is not.
-pub(crate) fn write_error(error: WriteError) -> CommandError {
+pub fn write_error(error: WriteError) -> CommandError {
     match error {
         WriteError::Occupied { .. } | WriteError::Input { .. } | WriteError::Path(_) => {
             CommandError::input(error.to_string())

@@ -1,35 +1,18 @@
-//! `qpgen merge`: the shards of a dataset become the dataset, with the bytes of a run in one go.
+//! The shards of a dataset become the dataset, with the bytes of a run in one go.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use clap::Args;
 use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel::shard::Shard;
 use quadpixel_datasets::paths;
 
-use crate::check_command;
 use crate::dataset::{finish, shard_folders};
 use crate::identity::Identity;
-use crate::log::Log;
 use crate::progress::Progress;
 use crate::run_folder::RunFolder;
-
-/// Arguments of `qpgen merge`.
-#[derive(Args)]
-pub struct MergeArgs {
-    /// Folder of the dataset: the --out of the shards.
-    #[arg(default_value = "out")]
-    out: PathBuf,
-    /// Folders of shards that lie elsewhere; they are copied and stay. Absent: those in the dataset's folder, which are moved.
-    #[arg(long, num_args = 1.., value_name = "FOLDER")]
-    from: Vec<PathBuf>,
-    /// Prints one JSON object on stdout at the end, and progress as one JSON object a line on stderr.
-    #[arg(long)]
-    pub json: bool,
-}
 
 /// A shard on disk, locked.
 struct Part {
@@ -38,17 +21,16 @@ struct Part {
     shard: Shard,
 }
 
-/// Joins, makes whole, checks.
+/// Joins the shards in `from` (absent: those in `out`, which are moved) into `out`.
 ///
 /// # Errors
-/// Shards that do not belong together (2); samples that are missing, findings of the check, or a disk that fails (1). A merge that
+/// Shards that do not belong together (2); samples that are missing, or a disk that fails (1). A merge that
 /// stopped goes on when it is called again.
-pub fn run(args: &MergeArgs, log: Log) -> Result<(), CommandError> {
-    let progress = Progress::new(log.json(args.json));
-    let inside = args.from.is_empty();
+pub fn merge(out: &Path, from: &[PathBuf], progress: &Progress) -> Result<(), CommandError> {
+    let inside = from.is_empty();
     let folders = match inside {
-        true => shard_folders(&args.out)?,
-        false => args.from.clone(),
+        true => shard_folders(out)?,
+        false => from.to_vec(),
     };
     let parts = folders.iter().map(|folder| {
         let (folder, identity, shard) = RunFolder::existing(folder)?;
@@ -62,7 +44,7 @@ pub fn run(args: &MergeArgs, log: Log) -> Result<(), CommandError> {
     let Some(first) = parts.first() else {
         return Err(CommandError::input(format!(
             "{}: holds no shards; allowed: the --out of qpgen dataset --shard, or --from",
-            args.out.display()
+            out.display()
         )));
     };
     let count = one_dataset(first, &parts)?;
@@ -70,9 +52,9 @@ pub fn run(args: &MergeArgs, log: Log) -> Result<(), CommandError> {
     let names: Vec<String> = names
         .collect::<Result<_, _>>()
         .map_err(CommandError::input)?;
-    refuse_missing(&args.out, first.shard, &parts, &names)?;
-    let whole = RunFolder::open(&args.out, &first.identity, Shard::WHOLE)?;
-    let samples = args.out.join(paths::SAMPLES);
+    refuse_missing(out, first.shard, &parts, &names)?;
+    let whole = RunFolder::open(out, &first.identity, Shard::WHOLE)?;
+    let samples = out.join(paths::SAMPLES);
     file::own_folder(&samples).map_err(failed)?;
     progress.start(names.len(), 0);
     for (place, name) in names.iter().enumerate() {
@@ -88,7 +70,7 @@ pub fn run(args: &MergeArgs, log: Log) -> Result<(), CommandError> {
         }
     }
     progress.finish();
-    finish(&args.out, &first.identity)?;
+    finish(out, &first.identity)?;
     if inside {
         for part in &parts {
             file::remove(part.folder.path()).map_err(failed)?;
@@ -96,7 +78,7 @@ pub fn run(args: &MergeArgs, log: Log) -> Result<(), CommandError> {
     }
     whole.end()?;
     progress.info(&format!("{} shards joined, {count} samples", parts.len()));
-    check_command::check(&args.out, quadpixel_datasets::check_dataset, log, args.json)
+    Ok(())
 }
 
 /// The number of samples, if all parts are of one dataset, divided in one way, and none is there twice.

@@ -77,7 +77,7 @@ pub(crate) fn noise(
 }
 
 /// Says what was left out, and in detail all the rest.
-pub(crate) fn tell(progress: &Progress, what: &str, sample: &Sample) {
+pub fn tell(progress: &Progress, what: &str, sample: &Sample) {
     for decision in sample.decisions() {
         let level = match decision.verdict.is_left_out() {
             true => Level::Info,

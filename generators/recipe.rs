@@ -1,6 +1,8 @@
 //! A recipe: everything that makes one sample, fully drawn. `qpgen render` reads one from TOML; `qpgen dataset` draws many from
 //! its configuration and records each in the sample's metadata, so that any sample can be rendered again alone.
 
+use std::path::Path;
+
 use quadpixel::command::CommandError;
 use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::lens::{Deviation, Misalignment};
@@ -284,4 +286,30 @@ pub enum ExtentRecipe {
         /// Height.
         height_mm: f64,
     },
+}
+
+/// A recipe in TOML; `name` names the text in errors.
+///
+/// # Errors
+/// No recipe: names the place.
+pub fn parse_recipe(text: &str, name: &str) -> Result<Recipe, CommandError> {
+    toml::from_str(text).map_err(|e| CommandError::input(format!("{name}: {e}")))
+}
+
+/// Reads a recipe: TOML, or the `scene.parameters` of a sample's `meta.json`.
+///
+/// # Errors
+/// A file that cannot be read, or is no recipe: names the file and the place.
+pub fn read_recipe(path: &Path) -> Result<Recipe, CommandError> {
+    let name = path.display();
+    let text =
+        std::fs::read_to_string(path).map_err(|e| CommandError::input(format!("{name}: {e}")))?;
+    if path.extension().is_some_and(|e| e == "json") {
+        let meta: serde_json::Value =
+            serde_json::from_str(&text).map_err(|e| CommandError::input(format!("{name}: {e}")))?;
+        let parameters = meta.pointer("/scene/parameters").unwrap_or(&meta).clone();
+        return serde_json::from_value(parameters)
+            .map_err(|e| CommandError::input(format!("{name}: {e}")));
+    }
+    parse_recipe(&text, &name.to_string())
 }

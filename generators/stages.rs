@@ -51,7 +51,7 @@ impl std::fmt::Display for Stages {
 }
 
 /// Runs `work` and adds its seconds to `stage`.
-pub(crate) fn timed<T>(stage: &mut f64, work: impl FnOnce() -> T) -> T {
+pub fn timed<T>(stage: &mut f64, work: impl FnOnce() -> T) -> T {
     let began = Instant::now();
     let result = work();
     *stage += began.elapsed().as_secs_f64();

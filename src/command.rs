@@ -1,5 +1,4 @@
-//! How a command ends badly, by its input (exit code 2), by the machine (1) or because nobody reads on, and the threads that it runs on:
-//! what the workspace's binaries share. Without their `main` asking it prints nothing and ends nothing.
+//! Why a command failed: by its input (exit code 2) or by the machine (1).
 
 /// Why a command stopped.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -38,31 +37,6 @@ impl CommandError {
             Self::Failed(_) => 1,
         }
     }
-}
-
-/// Sets the number of threads of the whole process, once, before any work; 0: all cores.
-pub fn use_threads(count: usize) -> Result<(), CommandError> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(count)
-        .build_global()
-        .map_err(|e| CommandError::failed(format!("--threads {count}: {e}")))
-}
-
-/// What a process exits with whose reader has gone away (`| head`): 128 and the signal's number, as a shell says of other programs.
-#[cfg(unix)]
-pub const NOBODY_READS: i32 = 128 + signal_hook::consts::SIGPIPE;
-
-/// From now on the process ends without a word, by [`NOBODY_READS`], once it writes to a pipe that nobody reads any more; by Rust's own
-/// ways it would panic. Elsewhere than on Unix it does nothing.
-pub fn end_with_the_reader() -> Result<(), CommandError> {
-    #[cfg(unix)]
-    {
-        use signal_hook::{consts::SIGPIPE, flag};
-        let always = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
-        flag::register_conditional_shutdown(SIGPIPE, NOBODY_READS, always)
-            .map_err(|e| CommandError::failed(format!("signal {SIGPIPE}: {e}")))?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -20,7 +20,8 @@ pub struct Sheet {
 pub(super) const ADVANCE: usize = 6;
 
 impl Sheet {
-    pub(crate) fn new(width: usize, height: usize, background: Rgb) -> Self {
+    /// A sheet of one colour.
+    pub fn new(width: usize, height: usize, background: Rgb) -> Self {
         Self {
             width,
             height,
@@ -28,7 +29,8 @@ impl Sheet {
         }
     }
 
-    pub(crate) fn set(&mut self, x: usize, y: usize, colour: Rgb) {
+    /// Paints one pixel; outside the sheet nothing happens.
+    pub fn set(&mut self, x: usize, y: usize, colour: Rgb) {
         if x < self.width && y < self.height {
             let at = (y * self.width + x) * 3;
             self.rgb[at..at + 3].copy_from_slice(&colour);
@@ -36,7 +38,7 @@ impl Sheet {
     }
 
     /// Text with its top left corner at (x, y); what runs over the edge is cut.
-    pub(crate) fn text(&mut self, x: usize, y: usize, scale: usize, text: &str, colour: Rgb) {
+    pub fn text(&mut self, x: usize, y: usize, scale: usize, text: &str, colour: Rgb) {
         for (place, c) in text.chars().enumerate() {
             for (column, bits) in glyph(c).into_iter().enumerate() {
                 for row in (0..7).filter(|row| bits >> row & 1 == 1) {
@@ -51,7 +53,7 @@ impl Sheet {
 
     /// An image fitted into the square of `side` px at (x, y), centred; enlarged by whole source pixels' copies, reduced by
     /// box averages. `colour` turns a pixel's averaged channels into sRGB.
-    pub(crate) fn picture(
+    pub fn picture(
         &mut self,
         (x, y, side): (usize, usize, usize),
         image: &Image,
@@ -93,7 +95,7 @@ impl Sheet {
     }
 
     /// A horizontal colour bar: `colour` of 0 to 1 from left to right.
-    pub(crate) fn bar(
+    pub fn bar(
         &mut self,
         (x, y): (usize, usize),
         (width, height): (usize, usize),

@@ -9,7 +9,7 @@
 //! Light is shown as stored (1 = white) through the sRGB curve, a view multiplied by the number of sub-pixels. Depth colours
 //! are linear in 1/z, near is yellow; signed maps are blue (negative), white (0), red (positive) on a symmetric scale.
 
-pub(crate) mod canvas;
+pub mod canvas;
 mod font;
 
 use quadpixel::image::colour::{Rgb, blue_white_red, viridis};
@@ -244,7 +244,7 @@ fn labels(sheet: &mut Sheet, (x, y): (usize, usize), texts: [&str; 3]) {
 }
 
 /// Three significant digits without an exponent.
-pub(crate) fn number(value: f64) -> String {
+pub fn number(value: f64) -> String {
     let size = if value == 0.0 {
         0.0
     } else {

@@ -16,7 +16,7 @@ use quadpixel_algorithms::field_curve::FieldCurve;
 use quadpixel_algorithms::maps;
 use quadpixel_generators::config::DatasetConfig;
 use quadpixel_generators::recipe::Recipe;
-use quadpixel_generators::render_command::read_recipe;
+use quadpixel_generators::recipe::read_recipe;
 
 /// Whether the bytes are a file that is read.
 pub type Read = fn(&[u8]) -> bool;

@@ -1,0 +1,302 @@
+//! `qpalgo disparity`: two pictures, or the views of a capture and their sum, in; the shift of each channel out, as numbers and
+//! as a picture.
+//!
+//! ```text
+//! d(x) = (where a point appears in the view) − (where it appears in the reference),     x in the reference
+//! ```
+//!
+//! As in the dataset's specification: `disparity L R` is x_L − x_R, positive for points nearer than the focus.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use quadpixel::command::CommandError;
+use quadpixel::file;
+use quadpixel::image::colour::{Rgb, blue_white_red, direction};
+use quadpixel::image::raster::encode_png8;
+use quadpixel::image::{Image, ImageError, channel};
+
+use crate::progress::Progress;
+use quadpixel_algorithms::capture::{Exposure, Given};
+use quadpixel_algorithms::disparity::{
+    Axes, DisparityMap, Match, MatchSettings, Verdict, match_images,
+};
+use quadpixel_algorithms::load;
+use quadpixel_algorithms::maps::{MapFormat, Maps};
+use quadpixel_algorithms::sai::Side;
+
+/// Numbers a node, in this order, in every format but PFM, which has the first three.
+const NUMBERS: [&str; 4] = ["dx", "dy", "sigma", "verdict"];
+
+/// The only direction of a one-dimensional search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Direction {
+    /// Left-right views, rectified stereo.
+    Horizontal,
+    /// Top-bottom views.
+    Vertical,
+}
+
+/// Arguments of `qpalgo disparity`.
+#[derive(Clone, Debug, Args)]
+pub struct DisparityArgs {
+    /// The view (EXR, PNG, TIFF). Without REFERENCE a capture (a sample's folder, a mosaic, an EXR with a layer a view): each of
+    /// its views is matched against their sum.
+    view: PathBuf,
+    /// What the view is compared with, of the same size. The disparity is where a point appears in VIEW minus where it
+    /// appears in REFERENCE, px, dx to the right, dy down; it stands at the point's place in REFERENCE.
+    reference: Option<PathBuf>,
+    #[command(flatten)]
+    given: Given,
+    /// Folder to write: disparity.FORMAT with dx, dy, sigma (px) and verdict (0: valid) a node, and disparity_CHANNEL.png.
+    #[arg(long, short)]
+    out: PathBuf,
+    /// Largest shift looked for on each axis, px; beyond 4 from coarse to fine.
+    #[arg(long, default_value_t = 4)]
+    search: usize,
+    /// Side of the window, px: odd, 5 to 31.
+    #[arg(long, default_value_t = 21)]
+    window: usize,
+    /// Distance of the nodes, px.
+    #[arg(long, default_value_t = 4)]
+    stride: usize,
+    /// Searches along one axis only; absent: along both.
+    #[arg(long, value_enum)]
+    one_dimensional: Option<Direction>,
+    /// Kind of file for the numbers; NaN where not valid.
+    #[arg(long, value_enum, default_value_t = MapFormat::Exr)]
+    format: MapFormat,
+    /// Prints one JSON object on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+/// One channel of a view and of its reference.
+struct Pair {
+    name: String,
+    view: Image,
+    reference: Image,
+}
+
+/// Matches each channel and writes the maps; no file is written before all are made.
+pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError> {
+    let settings = MatchSettings {
+        window_px: args.window,
+        stride_px: args.stride,
+        search_px: args.search,
+        axes: match args.one_dimensional {
+            None => Axes::Both,
+            Some(Direction::Horizontal) => Axes::Horizontal,
+            Some(Direction::Vertical) => Axes::Vertical,
+        },
+        ..MatchSettings::default()
+    };
+    progress.stage(format!("reading {}", args.view.display()));
+    let pairs = match &args.reference {
+        Some(_) if args.given.subpixels.is_some() || args.given.meta.is_some() => {
+            return Err(CommandError::input(
+                "--subpixels and --meta are for a capture, without REFERENCE",
+            ));
+        }
+        Some(reference) => of_pictures(&args.view, reference)?,
+        None => of_capture(&Exposure::read(&args.view, &args.given)?)?,
+    };
+    let mut maps = Vec::with_capacity(pairs.len());
+    for (index, pair) in pairs.iter().enumerate() {
+        progress.stage(format!(
+            "matching {} ({}/{})",
+            pair.name,
+            index + 1,
+            pairs.len()
+        ));
+        // The library's d leads from the first picture to the second.
+        let map = match_images(&pair.reference, &pair.view, &settings).map_err(|e| {
+            CommandError::input(format!("{}, {}: {e}", args.view.display(), pair.name))
+        })?;
+        maps.push((pair.name.clone(), map));
+    }
+    progress.stage("encoding the maps");
+    let files = files(args.format, settings.axes, &maps).map_err(CommandError::failed)?;
+    file::write_folder(&args.out, &files).map_err(CommandError::failed)?;
+    drop(progress);
+    report(args, &maps, &files);
+    Ok(())
+}
+
+/// The channels of two pictures.
+fn of_pictures(view: &Path, reference: &Path) -> Result<Vec<Pair>, CommandError> {
+    let (a, names) = first_layer(view)?;
+    let (b, _) = first_layer(reference)?;
+    if load::size_of(&a) != load::size_of(&b) {
+        return Err(CommandError::input(format!(
+            "{}: {} where {} has {}: both must be of one size",
+            reference.display(),
+            load::size_of(&b),
+            view.display(),
+            load::size_of(&a)
+        )));
+    }
+    Ok((names.into_iter().enumerate())
+        .map(|(c, name)| Pair {
+            name,
+            view: channel(&a, c),
+            reference: channel(&b, c),
+        })
+        .collect())
+}
+
+fn first_layer(path: &Path) -> Result<(Image, Vec<String>), CommandError> {
+    let layer = load::layers(path)?.into_iter().next();
+    layer
+        .map(|layer| (layer.image, layer.channels))
+        .ok_or_else(|| CommandError::input(format!("{}: it holds no layer", path.display())))
+}
+
+/// Each view's channels against those of the sum.
+fn of_capture(read: &Exposure) -> Result<Vec<Pair>, CommandError> {
+    let sum = read.views.sum(Side::All);
+    let sum = sum.ok_or_else(|| CommandError::input("a capture without views"))?;
+    let mut pairs = Vec::new();
+    for (index, view) in read.views.images().iter().enumerate() {
+        for (c, name) in read.channels.iter().enumerate() {
+            pairs.push(Pair {
+                name: format!("{}.{name}", read.views.partition().name(index)),
+                view: channel(view, c),
+                reference: channel(&sum, c),
+            });
+        }
+    }
+    Ok(pairs)
+}
+
+type Named = (String, DisparityMap);
+type Files = Vec<(String, Vec<u8>)>;
+
+fn files(format: MapFormat, axes: Axes, maps: &[Named]) -> Result<Files, ImageError> {
+    let images: Vec<(String, Image)> = (maps.iter())
+        .map(|(name, map)| (name.clone(), numbers(map)))
+        .collect();
+    let numbers = Maps {
+        stem: "disparity",
+        channels: &NUMBERS,
+        maps: &images,
+    };
+    let mut files = numbers.encode(format)?;
+    for (name, map) in maps {
+        let name = format!("disparity_{}.png", name.replace('.', "_"));
+        let (codes, width, height) = picture(axes, map);
+        let bytes = encode_png8(Path::new(&name), &codes, width, height, 3)?;
+        files.push((name, bytes));
+    }
+    Ok(files)
+}
+
+/// [`NUMBERS`] of all nodes.
+fn numbers(map: &DisparityMap) -> Image {
+    let mut image = Image::zeros(map.grid.columns, map.grid.rows, NUMBERS.len());
+    let nodes = image.data_mut().chunks_exact_mut(NUMBERS.len());
+    for (to, m) in nodes.zip(&map.matches) {
+        let numbers = [
+            m.dx_px,
+            m.dy_px,
+            m.deviation_px(),
+            f64::from(m.verdict as u8),
+        ];
+        to.copy_from_slice(&numbers.map(|v| v as f32));
+    }
+    image
+}
+
+/// Longest valid shift, px; `None` where there is none.
+fn largest(map: &DisparityMap) -> Option<f64> {
+    (map.matches.iter())
+        .filter(|m| m.verdict == Verdict::Valid)
+        .map(|m| m.dx_px.hypot(m.dy_px))
+        .reduce(f64::max)
+}
+
+/// The map in colours, a square of the stride's side a node, with its width and height: along one axis from blue (negative) over
+/// white (0) to red (positive), on both direction as hue and length as saturation; full colour at the longest shift, black
+/// where not valid.
+fn picture(axes: Axes, map: &DisparityMap) -> (Vec<u8>, usize, usize) {
+    let longest = largest(map).filter(|&l| l > 0.0).unwrap_or(1.0);
+    let signed = |shift: f64| blue_white_red((0.5 + 0.5 * shift / longest) as f32);
+    let colour = |m: &Match| -> Rgb {
+        match axes {
+            _ if m.verdict != Verdict::Valid => [0; 3],
+            Axes::Horizontal => signed(m.dx_px),
+            Axes::Vertical => signed(m.dy_px),
+            Axes::Both => direction([m.dx_px, m.dy_px], m.dx_px.hypot(m.dy_px) / longest),
+        }
+    };
+    let (columns, side) = (map.grid.columns, map.grid.stride_px);
+    let mut codes = Vec::with_capacity(map.grid.len() * side * side * 3);
+    for row in map.matches.chunks(columns) {
+        let line: Vec<u8> = (row.iter().map(colour))
+            .flat_map(|rgb| rgb.repeat(side))
+            .collect();
+        (0..side).for_each(|_| codes.extend(&line));
+    }
+    (codes, columns * side, map.grid.rows * side)
+}
+
+fn report(args: &DisparityArgs, maps: &[Named], files: &Files) {
+    let file_names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+    let grid = maps.first().map(|(_, map)| map.grid);
+    if args.json {
+        let channels: Vec<_> = (maps.iter())
+            .map(|(name, map)| {
+                let verdicts: serde_json::Map<String, serde_json::Value> = (Verdict::ALL.iter())
+                    .map(|v| (v.name().to_owned(), map.count(*v).into()))
+                    .collect();
+                let [dx, dy, sigma] = medians(map);
+                serde_json::json!({
+                    "channel": name, "nodes": map.grid.len(), "verdicts": verdicts,
+                    "median_dx_px": dx, "median_dy_px": dy, "median_sigma_px": sigma,
+                    "largest_px": largest(map),
+                })
+            })
+            .collect();
+        let grid = grid.map(|g| {
+            serde_json::json!({
+                "columns": g.columns, "rows": g.rows, "first_px": g.first_px, "stride_px": g.stride_px
+            })
+        });
+        let object = serde_json::json!({ "files": file_names, "grid": grid, "channels": channels });
+        println!("{object}");
+        return;
+    }
+    println!("{}: {}", args.out.display(), file_names.join(" "));
+    if let Some(g) = grid {
+        println!(
+            "{} × {} nodes, at pixel {}, {}, … of both axes",
+            g.columns,
+            g.rows,
+            g.first_px,
+            g.first_px + g.stride_px
+        );
+    }
+    for (name, map) in maps {
+        let share = 100.0 * map.count(Verdict::Valid) as f64 / map.grid.len() as f64;
+        match medians(map) {
+            [Some(dx), Some(dy), Some(sigma)] => println!(
+                "{name}: {share:.1} % valid, median ({dx:.4}, {dy:.4}) px, sigma {sigma:.4} px"
+            ),
+            _ => println!("{name}: no valid match"),
+        }
+    }
+}
+
+/// Medians of dx, dy and sigma over the valid nodes; `None` where there is none.
+fn medians(map: &DisparityMap) -> [Option<f64>; 3] {
+    let valid = || map.matches.iter().filter(|m| m.verdict == Verdict::Valid);
+    let median = |mut values: Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied()
+    };
+    [
+        median(valid().map(|m| m.dx_px).collect()),
+        median(valid().map(|m| m.dy_px).collect()),
+        median(valid().map(|m| m.deviation_px()).collect()),
+    ]
+}

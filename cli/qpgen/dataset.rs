@@ -1,0 +1,121 @@
+//! `qpgen dataset`: arguments, and what is printed.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use quadpixel::command::CommandError;
+
+use crate::shard_args::ShardArgs;
+use quadpixel_generators::config::{DEFAULT_TOML, DatasetConfig};
+use quadpixel_generators::dataset::{self, Order};
+use quadpixel_generators::estimate;
+use quadpixel_generators::log::Log;
+use quadpixel_generators::planned::EffectArgs;
+use quadpixel_generators::preset::Preset;
+use quadpixel_generators::progress::Progress;
+use quadpixel_generators::stop::Stop;
+
+/// Arguments of `qpgen dataset`.
+#[derive(Args)]
+pub struct DatasetArgs {
+    /// Configuration (TOML); absent: the built-in one.
+    #[arg(long)]
+    config: Option<PathBuf>,
+    /// Number of samples.
+    #[arg(long)]
+    count: Option<usize>,
+    /// Seed: same seed, same bytes.
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Folder of the dataset; one of an earlier run with the same configuration goes on where it stopped.
+    #[arg(long, default_value = "out")]
+    out: PathBuf,
+    #[command(flatten)]
+    effects: EffectArgs,
+    #[command(flatten)]
+    shard: ShardArgs,
+    /// Prints the default configuration with comments, and stops.
+    #[arg(long)]
+    print_config: bool,
+    /// Rays and response tables: draft (32 rays a microlens and channel), standard (128: the default), reference (512); in the place of
+    /// what the configuration says.
+    #[arg(long, value_enum)]
+    preset: Option<Preset>,
+    /// Says what the dataset will take (s, bytes of memory and disk) and how large its noise will be, after a few trial samples, and stops.
+    #[arg(long)]
+    estimate: bool,
+    /// Prints one JSON object on stdout at the end, and progress as one JSON object a line on stderr.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Makes a dataset or a part of one, and prints what was done.
+///
+/// # Errors
+/// Bad arguments, a bad configuration, a folder of another one (2); a disk that fails, or a signal that ended the run (1).
+pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
+    if args.print_config {
+        print!("{DEFAULT_TOML}");
+        return Ok(());
+    }
+    let mut config = match &args.config {
+        None => DatasetConfig::from_toml(DEFAULT_TOML, "built-in configuration")?,
+        Some(path) => {
+            let name = path.display().to_string();
+            let text = std::fs::read_to_string(path)
+                .map_err(|e| CommandError::input(format!("{name}: {e}")))?;
+            DatasetConfig::from_toml(&text, &name)?
+        }
+    };
+    config.count = args.count.unwrap_or(config.count);
+    config.seed = args.seed.unwrap_or(config.seed);
+    args.effects
+        .apply(&mut config.effects, &mut config.tolerance);
+    if let Some(preset) = args.preset {
+        preset.apply(&mut config);
+    }
+    let progress = Progress::new(log.json(args.json));
+    if args.estimate {
+        let shard = args.shard.shard(&progress)?;
+        let expected = estimate::estimate(&config, &args.out, shard, &progress)?;
+        match args.json {
+            true => println!("{}", serde_json::json!(expected)),
+            false => println!("{expected}"),
+        }
+        return Ok(());
+    }
+    let order = Order {
+        shard: args.shard.shard(&progress)?,
+        stop: Stop::on_signals()?,
+    };
+    let began = std::time::Instant::now();
+    let done = dataset::make_part(&config, &args.out, &order, &progress)?;
+    let seconds = began.elapsed().as_secs_f64();
+    let gallery = done.gallery.as_ref().map(|path| path.display().to_string());
+    if args.json {
+        let object = serde_json::json!({
+            "samples": done.samples, "reused": done.reused, "seconds": seconds, "gallery": gallery,
+            "shard": order.shard.to_string(), "stages": done.stages
+        });
+        println!("{object}");
+        return Ok(());
+    }
+    let reused = if done.reused > 0 {
+        format!(" ({} of an earlier run)", done.reused)
+    } else {
+        String::new()
+    };
+    println!(
+        "{} samples{reused} in {seconds:.1} s: {}",
+        done.samples, done.stages
+    );
+    match gallery {
+        Some(gallery) => println!("gallery: {gallery}"),
+        None => println!(
+            "shard {} is done; when all are: qpgen merge {}",
+            order.shard,
+            args.out.display()
+        ),
+    }
+    Ok(())
+}

@@ -1,0 +1,159 @@
+//! `qpgen`: parse, validate, call the library, return an exit code (0 done, 1 failed, 2 bad arguments or input).
+
+use std::process::ExitCode;
+
+mod check;
+mod coarse;
+mod dataset;
+mod lens;
+mod merge;
+mod preview;
+mod render;
+mod response;
+mod scene_args;
+mod shard_args;
+mod validate;
+
+use clap::{Parser, Subcommand};
+use quadpixel::command::CommandError;
+use quadpixel_cli::process::{exit_on_closed_pipe, use_threads};
+use quadpixel_generators::export;
+use quadpixel_generators::log::{Level, Log};
+use quadpixel_laboratory::{accuracy, study};
+
+/// Simulates cameras whose pixels see the pupil in parts (dual-pixel, quad-pixel, m×n) and makes training data with them.
+#[derive(Parser)]
+#[command(version, propagate_version = true)]
+struct Cli {
+    /// Threads; 0: all cores. The result does not depend on it.
+    #[arg(long, global = true, default_value_t = 0)]
+    threads: usize,
+    /// What is said on stderr.
+    #[arg(long, global = true, value_enum, default_value_t = Level::Info)]
+    log: Level,
+    /// Warnings and errors only: --log warn.
+    #[arg(long, short, global = true, conflicts_with = "log")]
+    quiet: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+#[allow(clippy::large_enum_variant)] // because a run has one of it
+enum Command {
+    /// Makes a dataset: randomised scenes through a real lens, with true depth and disparity.
+    ///
+    /// Example: qpgen dataset --count 100 --seed 7 --out data
+    #[command(verbatim_doc_comment)]
+    Dataset(dataset::DatasetArgs),
+    /// Joins the shards of a dataset, and checks it.
+    ///
+    /// Example: qpgen dataset --shard 1/2; qpgen dataset --shard 2/2; qpgen merge out
+    #[command(verbatim_doc_comment)]
+    Merge(merge::MergeArgs),
+    /// Rebuilds a dataset's gallery and data card, also while it is being made.
+    ///
+    /// Example: qpgen preview out
+    #[command(verbatim_doc_comment)]
+    Preview(preview::PreviewArgs),
+    /// Renders one image from a recipe (TOML, or the meta.json of a sample), or from a glTF, GLB or OBJ scene. A first, coarse look
+    /// at a world of meshes is written as OUT-first.jpg within a second or two.
+    ///
+    /// Example: qpgen render out/samples/000003/meta.json --out again
+    ///
+    /// Example: qpgen render --scene shop.glb --focus-mm 1200 --size 640x480 --out shop
+    #[command(verbatim_doc_comment)]
+    Render(render::RenderArgs),
+    /// A pixel's angular response: the table that the renderer uses, or P at a few angles.
+    ///
+    /// Example: qpgen response --pixel 1.6um --theta-deg 0,5,10 --phi-deg 0
+    ///
+    /// Example: qpgen response --pixel 1.6um --model rcwa --preset draft --shifts 8 -o all-shifts.npz
+    #[command(verbatim_doc_comment)]
+    Response(response::ResponseArgs),
+    /// The paper's studies of the pixel and the sensor: rejection ratio, microlenses, pitch, wavelength, filter, tungsten, mosaic, chief rays, flat field,
+    /// size.
+    ///
+    /// Example: qpgen study rejection --pixel 3.5um,2.8um --out study
+    ///
+    /// Example: qpgen study size --pixel 3.5um,1.6um --out study
+    ///
+    /// Example: qpgen study mosaic --model rcwa --preset draft --theta-step-deg 5 --out study
+    #[command(verbatim_doc_comment)]
+    Study(study::StudyArgs),
+    /// Experiments 1 and 2 of the paper's section 2.2.2: does the renderer give back the response put in?
+    ///
+    /// Example: qpgen validate --pixel 2.8um --out validation
+    #[command(verbatim_doc_comment)]
+    Validate(validate::ValidateArgs),
+    /// What accuracy costs in time: error against time of each knob, against converged references.
+    ///
+    /// Example: qpgen accuracy rays levels --out accuracy
+    #[command(verbatim_doc_comment)]
+    Accuracy(accuracy::AccuracyArgs),
+    /// Tables and pictures of a main lens.
+    Lens(lens::LensArgs),
+    /// Checks a dataset: schema, hashes, sizes, ranges, NaN rules.
+    ///
+    /// Example: qpgen check out
+    #[command(verbatim_doc_comment)]
+    Check(check::CheckArgs),
+    /// Writes a dataset in a layout that published training code reads: DPDD, QPDNet, WebDataset shards.
+    ///
+    /// Example: qpgen export out --layout dpdd -o dpdd
+    #[command(verbatim_doc_comment)]
+    Export(export::ExportArgs),
+}
+
+impl Command {
+    /// Whether stderr is for programs too.
+    fn json(&self) -> bool {
+        match self {
+            Self::Dataset(args) => args.json,
+            Self::Merge(args) => args.json,
+            Self::Check(args) => args.json,
+            Self::Preview(args) => args.json,
+            Self::Render(args) => args.json,
+            Self::Response(args) => args.json,
+            Self::Study(args) => args.json,
+            Self::Validate(args) => args.json,
+            Self::Accuracy(args) => args.json,
+            Self::Lens(_) => false,
+            Self::Export(args) => args.json,
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let level = if cli.quiet { Level::Warn } else { cli.log };
+    let log = Log { level, json: false };
+    let json = cli.command.json();
+    match run(cli, log) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let fields = [("exit_code", error.exit_code().into())];
+            log.json(json)
+                .line(Level::Error, &error.to_string(), &fields);
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn run(cli: Cli, log: Log) -> Result<(), CommandError> {
+    exit_on_closed_pipe()?;
+    use_threads(cli.threads)?;
+    match cli.command {
+        Command::Dataset(args) => dataset::run(&args, log),
+        Command::Merge(args) => merge::run(&args, log),
+        Command::Preview(args) => preview::run(&args),
+        Command::Render(args) => render::run(&args, log),
+        Command::Response(args) => response::run(&args, log),
+        Command::Study(args) => study::run(&args, log),
+        Command::Validate(args) => validate::run(&args, log),
+        Command::Accuracy(args) => accuracy::run(&args, log),
+        Command::Lens(args) => lens::run(args),
+        Command::Check(args) => check::run(&args, log),
+        Command::Export(args) => export::run(&args),
+    }
+}

@@ -1,0 +1,34 @@
+//! `qpgen merge`: joins the shards of a dataset and checks the whole.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use quadpixel::command::CommandError;
+use quadpixel_generators::log::Log;
+use quadpixel_generators::merge::merge;
+use quadpixel_generators::progress::Progress;
+
+use crate::check;
+
+/// Arguments of `qpgen merge`.
+#[derive(Args)]
+pub struct MergeArgs {
+    /// Folder of the dataset: the --out of the shards.
+    #[arg(default_value = "out")]
+    out: PathBuf,
+    /// Folders of shards that lie elsewhere; they are copied and stay. Absent: those in the dataset's folder, which are moved.
+    #[arg(long, num_args = 1.., value_name = "FOLDER")]
+    from: Vec<PathBuf>,
+    /// Prints one JSON object on stdout at the end, and progress as one JSON object a line on stderr.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Joins the shards, then checks.
+///
+/// # Errors
+/// As of [`merge`], or findings of the check (1).
+pub fn run(args: &MergeArgs, log: Log) -> Result<(), CommandError> {
+    merge(&args.out, &args.from, &Progress::new(log.json(args.json)))?;
+    check::check(&args.out, quadpixel_datasets::check_dataset, log, args.json)
+}

@@ -1,0 +1,181 @@
+//! `qpgen render`: one image from a recipe or scene file.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::coarse::Coarse;
+use crate::scene_args::SceneArgs;
+use quadpixel::command::CommandError;
+use quadpixel::render::RayRecord;
+use quadpixel_generators::assemble::Responses;
+use quadpixel_generators::dataset::write_error;
+use quadpixel_generators::log::Log;
+use quadpixel_generators::planned::{self, EffectArgs};
+use quadpixel_generators::progress::Progress;
+use quadpixel_generators::recipe::{Recipe, parse_recipe, read_recipe};
+use quadpixel_generators::sample::{Prepared, Rays, SampleId, prepare};
+use quadpixel_generators::stages::timed;
+use quadpixel_generators::writer::{configuration_hash, write_alone};
+
+/// The built-in recipe, with comments.
+pub const DEFAULT_TOML: &str = include_str!("scene.toml");
+
+/// Arguments of `qpgen render`.
+#[derive(Args)]
+pub struct RenderArgs {
+    /// Recipe: lens, sensor, response, cards (TOML), or the meta.json of a sample; absent: the built-in one.
+    scene: Option<PathBuf>,
+    /// New folder to write, with the files of a dataset's sample.
+    #[arg(long, short, default_value = "render")]
+    out: PathBuf,
+    /// Prints the built-in recipe with comments, and stops.
+    #[arg(long)]
+    print_scene: bool,
+    #[command(flatten)]
+    scene_args: SceneArgs,
+    #[command(flatten)]
+    effects: EffectArgs,
+    /// Keeps the radiance of every ray in this file (.npz), for --from-rays.
+    #[arg(long, value_name = "FILE")]
+    keep_rays: Option<PathBuf>,
+    /// Traces nothing: takes the rays of a --keep-rays file. The recipe may differ from the kept one in its response, sub-pixels,
+    /// microlens shift, readout and exposure.
+    #[arg(long, value_name = "FILE", conflicts_with = "keep_rays")]
+    from_rays: Option<PathBuf>,
+    /// Prints one JSON object on stdout at the end.
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn to_json(recipe: &Recipe) -> Result<serde_json::Value, CommandError> {
+    serde_json::to_value(recipe).map_err(|e| CommandError::failed(format!("recipe: {e}")))
+}
+
+/// A coarse picture beside the output folder while the fine one is made; finds the exposure where none was given.
+fn first_look(
+    args: &RenderArgs,
+    prepared: &mut Prepared,
+    progress: &Progress,
+    finds_exposure: bool,
+) -> Result<(), CommandError> {
+    let coarse = Coarse::new(prepared)?;
+    if finds_exposure {
+        prepared.expose(coarse.exposure_ev());
+    }
+    let mut name = args.out.file_name().unwrap_or_default().to_os_string();
+    name.push("-first.jpg");
+    let path = args.out.with_file_name(name);
+    coarse.write(&path, prepared.recipe().exposure_ev)?;
+    progress.info(&format!("first look: {}", path.display()));
+    Ok(())
+}
+
+/// The rays of a file, if they are those of the recipe.
+fn kept_rays(path: &Path, recipe: &Recipe) -> Result<RayRecord, CommandError> {
+    let input = |e: String| CommandError::input(e);
+    let (record, about) = RayRecord::read_npz(path).map_err(|e| input(e.to_string()))?;
+    let kept: Recipe = serde_json::from_value(about)
+        .map_err(|e| input(format!("{}: its recipe: {e}", path.display())))?;
+    // What the pixel does with the rays may differ.
+    let mut expected = recipe.clone();
+    expected.response = kept.response.clone();
+    expected.sensor.subpixels.clone_from(&kept.sensor.subpixels);
+    expected.sensor.microlens_shift = kept.sensor.microlens_shift;
+    expected.exposure_ev = kept.exposure_ev;
+    expected.readout.clone_from(&kept.readout);
+    expected.sensor.microlens_offset_um = kept.sensor.microlens_offset_um;
+    if expected == kept {
+        return Ok(record);
+    }
+    Err(input(format!(
+        "{}: holds the rays of another recipe; allowed: one that differs in response, subpixels, microlens_shift, microlens_offset_um, readout and exposure_ev only",
+        path.display()
+    )))
+}
+
+/// Renders a recipe into a new folder, with the files of a sample.
+///
+/// # Errors
+/// A bad recipe or a folder that is there already (2), or a disk that fails (1).
+pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
+    if args.print_scene {
+        print!("{DEFAULT_TOML}");
+        return Ok(());
+    }
+    let (mut recipe, name) = match (&args.scene, &args.scene_args.file) {
+        (Some(path), _) => (read_recipe(path)?, path.display().to_string()),
+        (None, Some(file)) => (args.scene_args.recipe(file)?, file.clone()),
+        (None, None) => (
+            parse_recipe(DEFAULT_TOML, "built-in recipe")?,
+            "built-in recipe".to_string(),
+        ),
+    };
+    args.effects
+        .apply(&mut recipe.effects, &mut recipe.tolerance);
+    let out = &args.out;
+    if out.exists() {
+        return Err(CommandError::input(format!(
+            "--out {}: is there already; allowed: a new folder",
+            out.display()
+        )));
+    }
+    let rays = match (&args.keep_rays, &args.from_rays) {
+        (_, Some(path)) => Rays::Develop(Box::new(kept_rays(path, &recipe)?)),
+        (Some(_), None) => Rays::Keep,
+        (None, None) => Rays::Trace,
+    };
+    let mut responses = Responses::new();
+    let progress = Progress::new(log.json(args.json));
+    progress.start(1, recipe.rays());
+    let angles = |done: usize, total: usize| progress.angles(done, total);
+    let mut prepared = prepare(&recipe, &mut responses, &angles).map_err(|e| e.within(&name))?;
+    // Kept rays need no first look, but for the exposure.
+    let finds_exposure = args.scene_args.file.is_some() && args.scene_args.exposure_ev.is_none();
+    if recipe.world.is_some() && (args.from_rays.is_none() || finds_exposure) {
+        first_look(args, &mut prepared, &progress, finds_exposure)?;
+    }
+    let about = to_json(prepared.recipe())?;
+    let id = SampleId {
+        index: 0,
+        configuration_blake3: configuration_hash(&about),
+    };
+    let (sample, record) = prepared
+        .render(id, rays, &|n| progress.rays(n))
+        .map_err(|e| e.within(&name))?;
+    let warnings = responses.take_warnings();
+    for warning in warnings.iter().chain(sample.warnings()) {
+        progress.warn(warning);
+    }
+    planned::tell(&progress, &name, &sample);
+    if let (Some(record), Some(path)) = (record, &args.keep_rays) {
+        let written = record.write_npz(path, &about);
+        written.map_err(CommandError::failed)?;
+    }
+    let mut stages = sample.stages();
+    timed(&mut stages.writing_s, || write_alone(out, &sample.files())).map_err(write_error)?;
+    progress.sample_done();
+    progress.finish();
+    let d = sample.description();
+    let lost = d.lost.missed + d.lost.vignetted + d.lost.total_internal_reflection;
+    let preview = out.join(quadpixel_datasets::paths::PREVIEW);
+    if args.json {
+        let object = serde_json::json!({
+            "rays": d.rays, "lost": { "vignetted": d.lost.vignetted, "missed": d.lost.missed,
+            "total_internal_reflection": d.lost.total_internal_reflection },
+            "relative_spread": d.mean_relative_standard_error, "effects": sample.decisions(), "stages": stages, "preview": preview
+        });
+        println!("{object}");
+        return Ok(());
+    }
+    let spread = d
+        .mean_relative_standard_error
+        .map_or("none (black)".into(), |s| format!("{:.2} %", 100.0 * s));
+    let part = 100.0 * lost as f64 / d.rays.max(1) as f64;
+    println!(
+        "{:.1} M rays, {part:.1} % lost, spread of a sub-pixel {spread}; {stages}",
+        d.rays as f64 * 1e-6
+    );
+    println!("preview: {}", preview.display());
+    Ok(())
+}

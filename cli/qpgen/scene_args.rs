@@ -1,0 +1,172 @@
+//! `qpgen render --scene FILE`: a recipe from a scene file and a few arguments.
+
+use clap::Args;
+use quadpixel::command::CommandError;
+use quadpixel::effects::{Choice, Tolerance};
+use quadpixel::render::RenderSettings;
+use quadpixel::scene::world::PathSettings;
+use quadpixel::sensor::ShiftRule;
+
+use quadpixel_generators::preset::WaveGrid;
+use quadpixel_generators::recipe::{
+    LensRecipe, Recipe, ResponseRecipe, SensorRecipe, WindowRecipe,
+};
+use quadpixel_generators::scenes::{FileWorld, WorldRecipe, WorldSource};
+
+/// A scene file before a lens. Everything else than the file has a default.
+#[derive(Args)]
+#[group(requires = "scene_file")]
+pub struct SceneArgs {
+    /// Scene to render in the place of a recipe: .gltf, .glb (metres) or .obj with its .mtl.
+    #[arg(
+        long = "scene",
+        id = "scene_file",
+        value_name = "FILE",
+        conflicts_with = "scene"
+    )]
+    pub file: Option<String>,
+    /// Main lens: a name of `qpgen lens list`, or a .json or .zmx file.
+    #[arg(long, default_value = "wide_US20120327520A1_emb3")]
+    lens: String,
+    /// Depth in focus, mm from the first lens vertex.
+    #[arg(long, default_value_t = 750.0)]
+    focus_mm: f64,
+    /// Stops the lens down to this F-number; absent: wide open.
+    #[arg(long)]
+    f_number: Option<f64>,
+    /// Microlenses in a row, and rows of them, such as 640x480.
+    #[arg(long, default_value = "512x384")]
+    size: String,
+    /// Pitch of the microlenses, µm; absent: as --pixel has it, or 8 for the ideal box.
+    #[arg(long)]
+    pitch_um: Option<f64>,
+    /// Sub-pixels below each microlens: 1x1, 2x1, 1x2, 2x2, 3x3, 4x4 (columns x rows).
+    #[arg(long, default_value = "2x2")]
+    subpixels: String,
+    /// Pixel of the wave-optics response, a built-in name or .toml file; absent: the ideal box.
+    #[arg(long)]
+    pixel: Option<String>,
+    /// Rays a microlens and colour channel.
+    #[arg(long, default_value_t = 128)]
+    rays_per_pixel: usize,
+    /// Seed of the rays.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Length of the file's unit, mm; absent: 1000 (glTF's metre).
+    #[arg(long)]
+    unit_mm: Option<f64>,
+    /// Name of the camera in the file whose place is taken; absent: the first one, or --distance-mm.
+    #[arg(long)]
+    camera: Option<String>,
+    /// Puts the middle of everything at this depth on the axis, mm; absent (and no camera in the file): in focus.
+    #[arg(long)]
+    distance_mm: Option<f64>,
+    /// Scales everything so that the longest side of its box has this length, mm; absent: as it is.
+    #[arg(long)]
+    size_mm: Option<f64>,
+    /// Turn about the upright axis, deg: positive shows more of the left side.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    yaw_deg: f64,
+    /// Turn about the horizontal axis, deg: positive shows it from above.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    pitch_deg: f64,
+    /// Equirectangular panorama (.exr, .hdr) that lights it.
+    #[arg(long)]
+    panorama: Option<String>,
+    /// Even radiance of the surroundings, or factor of the panorama; absent: 1 where nothing shines, else 0.
+    #[arg(long)]
+    sky: Option<f32>,
+    /// Surfaces that a path of light may meet.
+    #[arg(long, default_value_t = PathSettings::default().max_bounces)]
+    max_bounces: u32,
+    /// Exposure in stops (0: a white wall of radiance 1 gives a sum of 1); absent: so that 95 % of the picture is below 0.8.
+    #[arg(long, allow_negative_numbers = true)]
+    pub exposure_ev: Option<f64>,
+}
+
+impl SceneArgs {
+    /// The recipe of a scene file. Its exposure is 0 where it is to be found.
+    ///
+    /// # Errors
+    /// A size that is none, an unknown pixel, a file that cannot be read.
+    pub fn recipe(&self, file: &str) -> Result<Recipe, CommandError> {
+        let side = |text: &str| text.parse().ok().filter(|n| (1..=1 << 16).contains(n));
+        let size = self.size.split_once('x');
+        let (width, height) = size
+            .and_then(|(w, h)| Some((side(w)?, side(h)?)))
+            .ok_or_else(|| {
+                CommandError::input(format!("--size is {}; allowed: such as 640x480", self.size))
+            })?;
+        let pixel_pitch = self
+            .pixel
+            .as_ref()
+            .map(|name| quadpixel_generators::assemble::pixel(name))
+            .transpose()?
+            .map_or(8.0, |pixel| pixel.pitch_um);
+        let world = FileWorld {
+            unit_mm: self.unit_mm,
+            camera: self.camera.clone(),
+            distance_mm: self.distance_mm,
+            size_mm: self.size_mm,
+            yaw_deg: self.yaw_deg,
+            pitch_deg: self.pitch_deg,
+            panorama: self.panorama.clone(),
+            sky: self.sky,
+            ..FileWorld::new(file)
+        };
+        let world = FileWorld {
+            blake3: Some(world.hash()?),
+            ..world
+        };
+        Ok(Recipe {
+            lens: LensRecipe {
+                name: self.lens.clone(),
+                focus_mm: self.focus_mm.is_finite().then_some(self.focus_mm),
+                f_number: self.f_number,
+                misalignments: Vec::new(),
+                deviations: Vec::new(),
+                focus_error_um: 0.0,
+            },
+            sensor: SensorRecipe {
+                pitch_um: self.pitch_um.unwrap_or(pixel_pitch),
+                subpixels: self.subpixels.clone(),
+                width,
+                height,
+                window: WindowRecipe::Centre,
+                microlens_shift: ShiftRule::ChiefRay,
+                microlens_offset_um: [0.0; 2],
+                mosaic: None,
+            },
+            response: match &self.pixel {
+                Some(pixel) => ResponseRecipe::Wave {
+                    pixel: pixel.clone(),
+                    stack_scale: 1.0,
+                    shifts: None,
+                    grid: WaveGrid::default(),
+                },
+                None => ResponseRecipe::Geometric {
+                    focal_length_um: None,
+                },
+            },
+            spectrum: None,
+            planes: Vec::new(),
+            world: Some(WorldRecipe {
+                source: WorldSource::File(world),
+                paths: PathSettings {
+                    max_bounces: self.max_bounces,
+                    ..PathSettings::default()
+                },
+            }),
+            framing_focus_mm: None,
+            environment: [0.0; 3],
+            exposure_ev: self.exposure_ev.unwrap_or(0.0),
+            render: RenderSettings {
+                rays_per_pixel: self.rays_per_pixel,
+                seed: self.seed,
+            },
+            effects: Choice::default(),
+            tolerance: Tolerance::default(),
+            readout: None,
+        })
+    }
+}

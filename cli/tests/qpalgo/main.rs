@@ -1,0 +1,14 @@
+//! `qpalgo` as a process: its files, messages and exit codes.
+#![allow(clippy::unwrap_used)] // because tests fail by panicking
+
+mod autofocus;
+mod bad_input;
+mod commands;
+mod common;
+mod correction;
+mod depth;
+mod disparity_cli;
+mod formats;
+mod on_a_sample;
+mod quiet;
+mod score;

@@ -1,0 +1,20 @@
+//! `qpgen` as a process: its files, messages and exit codes.
+#![allow(clippy::unwrap_used)] // because tests fail by panicking
+
+mod closed_pipe;
+mod colour;
+mod commands;
+mod common;
+mod dataset_files;
+mod dataset_rules;
+mod disks;
+mod effects;
+mod export;
+mod fixture;
+mod lens;
+mod mosaic;
+mod noisy;
+mod production;
+mod randomised;
+mod response;
+mod worlds;

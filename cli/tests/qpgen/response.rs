@@ -1,0 +1,356 @@
+//! `qpgen response` and `qpgen study` as processes.
+
+// because tests fail by panicking
+#![allow(clippy::unwrap_used)] // because tests fail by panicking
+
+use crate::common;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use common::{json, refused};
+
+fn qpgen(cache: &Path, arguments: &[&str]) -> Output {
+    command(cache, arguments).output().unwrap()
+}
+
+fn command(cache: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_qpgen"));
+    command.args(arguments).env("QUADPIXEL_CACHE", cache);
+    command
+}
+
+#[test]
+fn a_killed_table_goes_on_and_repeats_no_direction() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = folder.path().join("cache");
+    let output = folder.path().join("t.npz");
+    let arguments = [
+        "--threads",
+        "1",
+        "response",
+        "--pixel",
+        "2.8um",
+        "--preset",
+        "draft",
+        "--grid",
+        "6",
+        "--json",
+        "-o",
+        output.to_str().unwrap(),
+    ];
+    let journal = || {
+        let files = fs::read_dir(&cache).ok()?;
+        let path = files
+            .filter_map(|f| Some(f.ok()?.path()))
+            .find(|p| p.extension().is_some_and(|e| e == "journal"))?;
+        fs::read_to_string(path).ok()
+    };
+    let mut first = command(&cache, &arguments)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    // The head and a few runs, and then the plug is pulled.
+    while journal().is_none_or(|text| text.lines().count() < 4) {
+        assert!(
+            first.try_wait().unwrap().is_none(),
+            "it ended before it could be killed"
+        );
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    first.kill().unwrap();
+    first.wait().unwrap();
+    let kept = journal().unwrap();
+    let kept = kept.lines().filter(|l| l.ends_with('}')).count() - 1;
+    assert!(!output.exists());
+
+    let done = json(&qpgen(&cache, &arguments));
+    let build = &done["build"];
+    assert_eq!(build["reused"], kept, "{done}");
+    // 13 × 13 nodes by the eight symmetries of the square: 28, less (5, 5) and (6, 4) to (6, 6), which are beyond 70°.
+    assert_eq!(build["runs"], 24);
+    assert!(journal().is_none());
+    let whole = fs::read(&output).unwrap();
+
+    let again = folder.path().join("again");
+    assert_eq!(json(&qpgen(&again, &arguments))["build"]["reused"], 0);
+    assert_eq!(fs::read(&output).unwrap(), whole);
+    assert_eq!(json(&qpgen(&again, &arguments))["from_cache"], true);
+}
+
+#[test]
+fn an_exported_response_comes_back_by_import_and_serves_a_dataset() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let thetas: Vec<String> = (0..=12).map(|i| (5 * i).to_string()).collect();
+    let phis: Vec<String> = (0..=24).map(|i| (15 * i).to_string()).collect();
+    let directions = json(&qpgen(
+        folder.path(),
+        &[
+            "response",
+            "--pixel",
+            "2.8um",
+            "--model",
+            "geometric",
+            "--focal-length-um",
+            "5",
+            "--theta-deg",
+            &thetas.join(","),
+            "--phi-deg",
+            &phis.join(","),
+            "--json",
+        ],
+    ));
+    let mut csv = String::from("theta_deg,phi_deg,subpixel,P\n");
+    for d in directions["directions"].as_array().unwrap() {
+        for (name, p) in d["powers"]["mean"]["p"].as_object().unwrap() {
+            csv += &format!("{},{},{name},{p}\n", d["theta_deg"], d["phi_deg"]);
+        }
+    }
+    fs::write(at("power.csv"), &csv).unwrap();
+    let import = |file: &str| {
+        let arguments = [
+            "response",
+            "--pixel",
+            "2.8um",
+            "--import",
+            file,
+            "-o",
+            &at("x.npz"),
+            "--json",
+        ];
+        qpgen(folder.path(), &arguments)
+    };
+    assert_eq!(
+        json(&import(&at("power.csv")))["wavelengths_nm"],
+        serde_json::json!([550.0])
+    );
+    let config = include_str!("../../../generators/default.toml")
+        .replace("model = \"wave\"", "model = \"table\"")
+        .replace(
+            "pixels = [\"2.8um\", \"1.6um\"]",
+            &format!("files = [{:?}]", at("x.npz")),
+        )
+        .replace("= 256 ", "= 24 ")
+        .replace("height = 256", "height = 24")
+        .replace("rays_per_pixel = 128", "rays_per_pixel = 4")
+        .replace("texture_px = 1024", "texture_px = 64");
+    fs::write(at("c.toml"), config).unwrap();
+    let made = json(&qpgen(
+        folder.path(),
+        &[
+            "dataset",
+            "--config",
+            &at("c.toml"),
+            "--count",
+            "1",
+            "--out",
+            &at("out"),
+            "--json",
+        ],
+    ));
+    assert_eq!(made["samples"], 1);
+    let meta = fs::read_to_string(at("out/samples/000000/meta.json")).unwrap();
+    let meta: serde_json::Value = serde_json::from_str(&meta).unwrap();
+    assert_eq!(meta["sensor"]["pitch_um"], 2.8);
+
+    // No dataset begins hours of FDTD or of Fourier modes unasked.
+    for model in ["fdtd", "rcwa"] {
+        let config = include_str!("../../../generators/default.toml")
+            .replace("model = \"wave\"", &format!("model = \"{model}\""))
+            .replace("\"2.8um\", \"1.6um\"", "\"3.5um-thin-filter\"");
+        fs::write(at("f.toml"), config).unwrap();
+        let asked = [
+            "dataset",
+            "--config",
+            &at("f.toml"),
+            "--count",
+            "1",
+            "--out",
+            &at("f"),
+        ];
+        refused(
+            &qpgen(folder.path(), &asked),
+            &format!("qpgen response --model {model} --pixel 3.5um-thin-filter"),
+        );
+    }
+
+    let broken = csv.replacen("5.0,0.0,A,", "5.0,0.0,A,x", 1);
+    fs::write(at("broken.csv"), broken).unwrap();
+    refused(&import(&at("broken.csv")), "column 4 (P) is `x");
+    refused(&import(&at("absent.csv")), "absent.csv");
+}
+
+#[test]
+fn a_study_writes_its_curves_ranges_and_plot() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("s");
+    let study = |kind: &str, step: &str, max: &str, pixels: &str| {
+        let out = out.to_str().unwrap();
+        let arguments = [
+            "study",
+            kind,
+            "--theta-step-deg",
+            step,
+            "--theta-max-deg",
+            max,
+            "--pixel",
+            pixels,
+            "--json",
+            "--preset",
+            "draft",
+            "--out",
+            out,
+        ];
+        qpgen(folder.path(), &arguments)
+    };
+    let done = json(&study("rejection", "5", "30", "1.6um,2.8um"));
+    let cases = done["cases"].as_array().unwrap();
+    assert_eq!(cases.len(), 2);
+    // A larger pixel parts the light closer to the normal (Fig. 11).
+    let r_a = |i: usize| cases[i]["r_a_deg"].as_f64().unwrap();
+    assert!(r_a(1) < r_a(0), "{cases:?}");
+    let curves = fs::read_to_string(out.join("rejection.csv")).unwrap();
+    let mut lines = curves.lines();
+    let columns = lines.next().unwrap().split(',').count();
+    let rows: Vec<Vec<&str>> = lines.map(|l| l.split(',').collect()).collect();
+    // Two pixels from −30° to 30° in steps of 5°.
+    assert_eq!(rows.len(), 2 * 13);
+    for row in &rows {
+        assert_eq!(row.len(), columns);
+        let n: Vec<f64> = row[2..].iter().map(|c| c.parse().unwrap()).collect();
+        let [_, left, right, sum, ratio, total, reflected] = n[..] else {
+            panic!("{row:?}");
+        };
+        let ours = if n[0] >= 0.0 {
+            left / right
+        } else {
+            right / left
+        };
+        assert!((ratio - ours).abs() < 1e-3 * ours.max(1.0) && (sum - left - right).abs() < 2e-5);
+        // Two rows of sub-pixels alike.
+        assert!((total - 2.0 * sum).abs() < 5e-3 && total + reflected < 1.0);
+    }
+    let ranges = fs::read_to_string(out.join("rejection-ranges.csv")).unwrap();
+    assert_eq!(ranges.lines().count(), 3);
+    let svg = fs::read_to_string(out.join("rejection.svg")).unwrap();
+    assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && !svg.contains("NaN"));
+
+    refused(&study("tungsten", "5", "30", "1.6um"), "metal");
+    refused(&study("rejection", "5", "30", "9um"), "9um");
+    refused(
+        &study("rejection", "5", "90", "1.6um"),
+        "--theta-max-deg 90",
+    );
+    refused(&study("pitch", "0", "30", "1.6um"), "--theta-step-deg is 0");
+    refused(&study("colour", "5", "30", "1.6um"), "invalid value");
+}
+
+#[test]
+fn bad_directions_tables_and_pixels_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let response = |more: &[&str]| {
+        let arguments: Vec<&str> = ["response"].iter().chain(more).copied().collect();
+        qpgen(folder.path(), &arguments)
+    };
+    refused(&response(&["--theta-deg", "90"]), "--theta-deg is 90");
+    refused(
+        &response(&["--theta-deg", "0", "--phi-deg", "inf"]),
+        "--phi-deg is inf",
+    );
+    refused(&response(&["--grid", "1"]), "steps is 1");
+    refused(&response(&["--cosine-max", "1.5"]), "cosine_max is 1.5");
+    refused(
+        &response(&["--wavelength-nm", "900"]),
+        "wavelength_nm is 900",
+    );
+    refused(&response(&["--wavelength-nm", "600,500"]), "wavelengths_nm");
+    refused(
+        &response(&["--pixel", "2.8um-tungsten", "--theta-deg", "0"]),
+        "metal",
+    );
+    refused(
+        &response(&["--model", "geometric", "--focal-length-um", "0"]),
+        "focal_length_um",
+    );
+    let old = folder.path().join("old.toml");
+    fs::write(
+        &old,
+        "name = \"x\"\npitch_um = 2.8\nsubpixels = [2, 2]\nplanarization_um = 0.5\n",
+    )
+    .unwrap();
+    refused(
+        &response(&["--pixel", old.to_str().unwrap()]),
+        "planarization_um",
+    );
+}
+
+#[test]
+fn a_table_made_in_parts_has_the_bytes_of_one_made_in_one_go() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = |cache: &str, more: &[&str]| {
+        let output = folder.path().join(format!("{cache}.npz"));
+        let arguments = "response --pixel 2.8um --preset draft --grid 5 --json -o";
+        let arguments = arguments.split(' ').chain([output.to_str().unwrap()]);
+        let arguments: Vec<&str> = arguments.chain(more.iter().copied()).collect();
+        let said = json(&qpgen(&folder.path().join(cache), &arguments));
+        (said, fs::read(output).ok())
+    };
+    let (said, whole) = table("whole", &[]);
+    let runs = said["build"]["runs"].as_u64().unwrap();
+    for split in [2, 5] {
+        let cache = format!("parts-{split}");
+        let mut done = 0;
+        for part in 1..=split {
+            let (said, none) = table(&cache, &["--shard", &format!("{part}/{split}")]);
+            done += said["runs"].as_u64().unwrap();
+            assert!(none.is_none() && said["reused"] == 0);
+        }
+        assert_eq!(done, runs);
+        // A shard that is run again does nothing twice.
+        let (said, _) = table(&cache, &["--shard", &format!("1/{split}")]);
+        assert_eq!(said["reused"], said["runs"]);
+        let (said, joined) = table(&cache, &[]);
+        assert_eq!(said["build"]["reused"], runs, "{split}");
+        assert!(joined == whole, "{split}");
+        let left = fs::read_dir(folder.path().join(&cache)).unwrap();
+        let left: Vec<_> = left.map(|f| f.unwrap().path()).collect();
+        assert!(
+            left.len() == 1 && left[0].extension().is_some_and(|e| e == "npz"),
+            "{left:?}"
+        );
+    }
+    // A part that never came is made by the call that joins.
+    table("some", &["--shard", "2/3"]);
+    let (said, joined) = table("some", &[]);
+    assert!((1..runs).contains(&said["build"]["reused"].as_u64().unwrap()));
+    assert!(joined == whole);
+}
+
+#[test]
+fn two_processes_that_want_the_same_table_make_it_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = [
+        "response", "--pixel", "2.8um", "--preset", "draft", "--grid", "6", "--json",
+    ];
+    let spawn = |name: &str| {
+        let output = folder.path().join(name);
+        let arguments = [&arguments[..], &["-o", output.to_str().unwrap()]].concat();
+        let mut command = command(&folder.path().join("cache"), &arguments);
+        command
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap()
+    };
+    let both = ["a.npz", "b.npz"]
+        .map(spawn)
+        .map(|child| json(&child.wait_with_output().unwrap()));
+    let made = both
+        .iter()
+        .filter(|said| said["from_cache"] == false)
+        .count();
+    assert_eq!(made, 1, "{both:?}");
+}

@@ -1,0 +1,232 @@
+//! `qpgen accuracy`: what accuracy costs in time. Each knob's error against time, on stated work, against a converged reference.
+//!
+//! ```text
+//! knobs ─ one thread each, as many at once as there are cores ─▶ tables of rows ─▶ CSV, SVG, Markdown, JSON
+//! ```
+//!
+//! A knob is a file here; the knobs of matching and warping are benches of `algorithms`, which sees images only.
+
+pub mod clock;
+mod grid;
+mod lens;
+mod lens_map;
+mod levels;
+mod mesh;
+pub mod picture;
+mod pixel;
+mod rays;
+pub mod report;
+pub mod row;
+mod wavelengths;
+mod work;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use clap::{Args, ValueEnum};
+use quadpixel::command::CommandError;
+use quadpixel::file;
+
+use self::row::Table;
+use quadpixel_generators::log::Log;
+use quadpixel_generators::progress::Progress;
+
+/// Above the pictures.
+const TITLE: &str = "error against processor time";
+
+/// Arguments of `qpgen accuracy`.
+#[derive(Args)]
+pub struct AccuracyArgs {
+    /// What to turn; all of them, if none is given.
+    #[arg(value_enum)]
+    knobs: Vec<Knob>,
+    /// Folder for accuracy.md, accuracy.svg, and KNOB.csv and KNOB.svg of each.
+    #[arg(long, short, default_value = "accuracy")]
+    out: PathBuf,
+    /// Also settings that take minutes each, more directions, larger images: half an hour and more.
+    #[arg(long)]
+    full: bool,
+    /// Prints one JSON object on stdout.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Knob {
+    /// Rays a pixel: noise of the image, % of its mean.
+    Rays,
+    /// Tracing the lens exactly or by polynomials: µm on the sensor.
+    Lens,
+    /// Wavelengths a colour channel: % of the image's mean.
+    Wavelengths,
+    /// Levels of the pixel model (geometric, wave, corrected, rcwa, fdtd): P, % of the largest.
+    Levels,
+    /// Steps and interpolation of the response table: P, % of the largest.
+    Grid,
+    /// The mesh of fdtd: P, % of the largest.
+    Mesh,
+}
+
+/// How much is done.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Size {
+    /// A minute or two a knob at most.
+    Affordable,
+    /// All rows.
+    Full,
+}
+
+impl Knob {
+    /// In the order in which they begin: the longest first.
+    const ALL: [Self; 6] = [
+        Self::Levels,
+        Self::Mesh,
+        Self::Grid,
+        Self::Wavelengths,
+        Self::Rays,
+        Self::Lens,
+    ];
+
+    fn table(self, size: Size) -> Result<Table, CommandError> {
+        match self {
+            Self::Rays => rays::table(size),
+            Self::Lens => lens::table(size),
+            Self::Wavelengths => wavelengths::table(size),
+            Self::Levels => levels::table(size),
+            Self::Grid => grid::table(size),
+            Self::Mesh => mesh::table(size),
+        }
+    }
+}
+
+/// Measures, writes, prints.
+///
+/// # Errors
+/// A knob that cannot be measured or a disk that fails (1).
+pub fn run(args: &AccuracyArgs, log: Log) -> Result<(), CommandError> {
+    let progress = Progress::new(log.json(args.json));
+    let began = Instant::now();
+    let size = if args.full {
+        Size::Full
+    } else {
+        Size::Affordable
+    };
+    let wanted = |k: &Knob| args.knobs.is_empty() || args.knobs.contains(k);
+    let knobs: Vec<Knob> = Knob::ALL.into_iter().filter(wanted).collect();
+    file::create_folder(&args.out).map_err(CommandError::failed)?;
+    let tables = measured(&knobs, size, &progress)?;
+    progress.finish();
+    let seconds = began.elapsed().as_secs_f64();
+    let files = write(&args.out, &tables)?;
+    if args.json {
+        let report = serde_json::json!({ "accuracy": tables, "seconds": seconds, "full": args.full, "files": files });
+        println!("{report}");
+        return Ok(());
+    }
+    print!("{}", report::markdown(&tables));
+    println!(
+        "Processor seconds of one thread, best of several runs where they are short. {seconds:.0} s in all: {}",
+        args.out.display()
+    );
+    Ok(())
+}
+
+/// The tables of all knobs, each measured on a thread of its own, in the order of `knobs`.
+fn measured(knobs: &[Knob], size: Size, progress: &Progress) -> Result<Vec<Table>, CommandError> {
+    let next = AtomicUsize::new(0);
+    let done: Mutex<Vec<(usize, Result<Table, CommandError>)>> = Mutex::new(Vec::new());
+    let work = || -> Result<(), CommandError> {
+        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+        let one = one.map_err(CommandError::failed)?;
+        while let Some((i, knob)) =
+            Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|i| Some((i, *knobs.get(i)?)))
+        {
+            let began = Instant::now();
+            let table = one.install(|| knob.table(size));
+            if let Ok(table) = &table {
+                let seconds = began.elapsed().as_secs_f64();
+                progress.info(&format!("{}: {seconds:.0} s", table.knob));
+            }
+            // A poisoned lock only means that another thread stopped.
+            done.lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .push((i, table));
+        }
+        Ok(())
+    };
+    let threads = rayon::current_num_threads().min(knobs.len());
+    let ends: Vec<Result<(), CommandError>> = std::thread::scope(|scope| {
+        let all: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        let joined = all.into_iter().map(|t| t.join());
+        let stopped = || CommandError::failed("a thread stopped");
+        joined
+            .map(|end| end.unwrap_or_else(|_| Err(stopped())))
+            .collect()
+    });
+    ends.into_iter().collect::<Result<(), _>>()?;
+    let mut done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
+    done.sort_by_key(|(i, _)| *i);
+    done.into_iter().map(|(_, table)| table).collect()
+}
+
+/// All files of a report.
+fn write(out: &Path, tables: &[Table]) -> Result<Vec<PathBuf>, CommandError> {
+    let mut files = Vec::new();
+    let mut file = |name: String, text: String| -> Result<(), CommandError> {
+        let path = out.join(name);
+        file::write_aside(&path, text.as_bytes()).map_err(CommandError::failed)?;
+        files.push(path);
+        Ok(())
+    };
+    for table in tables {
+        file(format!("{}.csv", table.knob), report::csv(table))?;
+        let svg = picture::svg(TITLE, std::slice::from_ref(table));
+        file(format!("{}.svg", table.knob), svg)?;
+    }
+    file("accuracy.md".into(), report::markdown(tables))?;
+    file("accuracy.svg".into(), picture::svg(TITLE, tables))?;
+    Ok(files)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::row::{Curve, Row};
+    use super::*;
+
+    #[test]
+    fn every_row_of_a_knob_is_in_its_files_and_exact_rows_do_not_break_the_picture() {
+        let folder = tempfile::tempdir().unwrap();
+        let table = Table {
+            knob: "rays",
+            work: "a picture".into(),
+            reference: "many rays".into(),
+            seconds_unit: "s",
+            error_unit: "%",
+            curves: vec![Curve {
+                name: "in focus".into(),
+                rows: vec![
+                    Row::new("4", 0.1, 8.0),
+                    Row::new("16", 0.4, 4.0),
+                    Row::new("all", 9.0, 0.0),
+                ],
+            }],
+            law: Some(-0.5),
+            notes: vec!["a note".into()],
+        };
+        let files = write(folder.path(), &[table]).unwrap();
+        let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+        assert_eq!(files.len(), 4);
+        assert_eq!(read("rays.csv").lines().count(), 1 + 3);
+        for text in ["| in focus | 16 | 0.400 | 4.00 |", "- a note"] {
+            assert!(read("accuracy.md").contains(text), "{text}");
+        }
+        // Two rows with logarithms: two marks; no number that is none.
+        let svg = read("rays.svg");
+        assert_eq!(svg.matches("<circle").count(), 2);
+        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+        assert_eq!(svg, read("accuracy.svg"));
+    }
+}

@@ -1,0 +1,6 @@
+//! Experiments on quadpixel: what `qpgen study`, `qpgen accuracy` and `qpgen validate` measure. The programs that make the pages
+//! `docs/paper` and `docs/real-camera` are this crate's examples.
+
+pub mod accuracy;
+pub mod study;
+pub mod validate;

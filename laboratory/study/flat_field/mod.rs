@@ -1,0 +1,200 @@
+//! A white wall over the whole sensor, view by view: what interpolation between lens shifts prints on the sub-aperture images (section 3.1 of
+//! the paper), against responses simulated at the shifts of places that no node holds.
+//!
+//! Every place of the sensor is lit by the same rays through the lens for all ways of interpolation, so only these differ. At the held-out
+//! places the rays are those of the table's simulated directions that come through the lens, so that only the shift is between nodes.
+
+mod places;
+mod report;
+mod ways;
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use quadpixel::file;
+use quadpixel::response::{
+    AngularResponse, ResponseCache, ResponseError, ShiftedPixel, ShiftedSettings,
+};
+use rayon::prelude::*;
+
+use self::places::{Place, Sensor56};
+use self::ways::{Nodes, Way};
+use super::{StudyArgs, one_pixel};
+use quadpixel::command::CommandError;
+use quadpixel_generators::log::Log;
+use quadpixel_generators::progress::Progress;
+
+const WAVELENGTH_NM: f64 = 550.0;
+/// Held-out places on the sensor, mm from its centre.
+const HELD_OUT_MM: [(f64, f64); 8] = [
+    (0.35, 0.12),
+    (0.80, 0.31),
+    (1.15, 0.93),
+    (1.55, 0.44),
+    (2.05, 1.70),
+    (2.40, 0.85),
+    (2.75, 2.05),
+    (2.72, 2.70),
+];
+
+/// How far one way with some of the nodes is off.
+struct Deviation {
+    way: Way,
+    per_pitch: usize,
+    stored: usize,
+    /// Of a view's brightness at the held-out places, in parts of the mean view: RMS and largest.
+    flat_rms: f64,
+    flat_max: f64,
+    /// Of P over all rays, in parts of the largest P.
+    ray_rms: f64,
+}
+
+pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
+    if !(8..=32).contains(&args.shifts) || !args.shifts.is_multiple_of(8) {
+        return Err(CommandError::input(format!(
+            "--shifts is {}; allowed: 8, 16, 24 or 32",
+            args.shifts
+        )));
+    }
+    let stack = one_pixel(args, "1.6um")?;
+    let settings = ShiftedSettings {
+        per_pitch: args.shifts,
+        cone_f_number: args.cone_f_number,
+        ..args.model.shifted(&stack)
+    };
+    let progress = Progress::new(log.json(args.json));
+    let told = |done: usize, total: usize| progress.angles(done, total);
+    let began = std::time::Instant::now();
+    let cache = ResponseCache::open(ResponseCache::default_dir());
+    let table = cache
+        .get_or_build_shifted(&stack, &settings, &told)
+        .map_err(CommandError::input)?
+        .table;
+    let sensor = Sensor56::new(&stack, &table)?;
+    let step = settings.table.cosine_max / settings.table.steps as f64;
+    let held_out: Vec<Place> = HELD_OUT_MM
+        .iter()
+        .filter_map(|&(x, y)| sensor.place_on_nodes(x, y, step))
+        .collect();
+    let pixel = ShiftedPixel::new(&stack, &settings.table.model, WAVELENGTH_NM)
+        .map_err(CommandError::input)?;
+    let truths =
+        truths(&pixel, &held_out, stack.subpixels.count(), &told).map_err(CommandError::input)?;
+    progress.finish();
+
+    let mut deviations = Vec::new();
+    let divisors = [1, 2, 4].into_iter().filter(|d| args.shifts / d >= 4);
+    for divisor in divisors {
+        let nodes = nodes(&table, divisor)?;
+        for way in Way::ALL {
+            deviations.push(deviation(&nodes, way, &held_out, &truths));
+        }
+    }
+    // Half the nodes are drawn, against the finest table.
+    let drawn = nodes(&table, 2)?;
+    let finest = nodes(&table, 1)?;
+    file::create_folder(&args.out).map_err(CommandError::failed)?;
+    let files = ["flat-field.csv", "flat-field.png"].map(|f| args.out.join(f));
+    super::write(&files[0], &report::csv(&deviations))?;
+    report::picture(&files[1], &sensor, &drawn, &finest)?;
+    let seconds = began.elapsed().as_secs_f64();
+    let beyond = sensor.chief_rays_beyond();
+    if args.json {
+        println!(
+            "{}",
+            serde_json::json!({
+                "study": "flat-field", "pixel": stack.name, "lens": places::LENS, "held_out": held_out.len(),
+                "chief_rays_beyond": beyond, "seconds": seconds, "files": files, "deviations": report::json(&deviations)
+            })
+        );
+        return Ok(());
+    }
+    print!("{}", report::table(&deviations));
+    println!(
+        "{}, {} held-out places of the 5.6 x 5.6 mm behind {}; chief rays beyond the shifts' last: {:.0} % of the sensor; {seconds:.1} s: {}",
+        stack.name,
+        held_out.len(),
+        places::LENS,
+        100.0 * beyond,
+        args.out.display()
+    );
+    Ok(())
+}
+
+fn nodes(table: &AngularResponse, divisor: usize) -> Result<Nodes, CommandError> {
+    table
+        .with_fewer_shifts(divisor)
+        .and_then(|t| Nodes::new(&t, WAVELENGTH_NM))
+        .ok_or_else(|| CommandError::failed("the table has no such part of its shifts"))
+}
+
+/// The weights `[ray][sub-pixel]` of each place, simulated under its own lens shift. Rays are directions of one grid: the shifts of all
+/// places that light of a direction reaches are asked for together.
+fn truths(
+    pixel: &ShiftedPixel,
+    places: &[Place],
+    count: usize,
+    told: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Vec<Vec<f32>>, ResponseError> {
+    let mut reached: BTreeMap<[u32; 2], Vec<(usize, usize)>> = BTreeMap::new();
+    for (k, place) in places.iter().enumerate() {
+        for (ray, (u, v)) in place.u.iter().zip(&place.v).enumerate() {
+            let direction = [u.to_bits(), v.to_bits()];
+            reached.entry(direction).or_default().push((k, ray));
+        }
+    }
+    let directions: Vec<_> = reached.into_iter().collect();
+    let done = AtomicUsize::new(0);
+    let one = |(direction, rays): &([u32; 2], Vec<(usize, usize)>)| {
+        let [u, v] = direction.map(|bits| f64::from(f32::from_bits(bits)));
+        let shifts: Vec<[f64; 2]> = rays.iter().map(|(k, _)| places[*k].shift_um).collect();
+        let answers = pixel.light(u, v, &shifts)?;
+        told(done.fetch_add(1, Ordering::Relaxed) + 1, directions.len());
+        Ok(answers)
+    };
+    let answers: Vec<_> = directions
+        .par_iter()
+        .map(one)
+        .collect::<Result<_, ResponseError>>()?;
+    let empty = |place: &Place| vec![0f32; place.u.len() * count];
+    let mut all: Vec<Vec<f32>> = places.iter().map(empty).collect();
+    for ((_, rays), answers) in directions.iter().zip(answers) {
+        for (&(k, ray), answer) in rays.iter().zip(answers) {
+            let out = &mut all[k][ray * count..][..count];
+            for (o, p) in out.iter_mut().zip(answer.mean.absorbed) {
+                *o = p as f32;
+            }
+        }
+    }
+    Ok(all)
+}
+
+fn deviation(nodes: &Nodes, way: Way, held_out: &[Place], truths: &[Vec<f32>]) -> Deviation {
+    let count = nodes.subpixels().count();
+    let (mut flat, mut flat_max, mut flats) = (0.0, 0f64, 0.0);
+    let (mut rays, mut of, mut peak) = (0.0, 0.0, 0f64);
+    for (place, wanted) in held_out.iter().zip(truths) {
+        let found = &nodes.weights(way, place);
+        let (a, b) = (place.flat(found, count), place.flat(wanted, count));
+        let mean = b.iter().sum::<f64>() / count as f64;
+        for (a, b) in a.iter().zip(&b) {
+            let off = (a - b) / mean;
+            flat += off * off;
+            flat_max = flat_max.max(off.abs());
+            flats += 1.0;
+        }
+        for (a, b) in found.iter().zip(wanted) {
+            rays += f64::from(a - b).powi(2);
+            of += 1.0;
+            peak = peak.max(f64::from(*b));
+        }
+    }
+    Deviation {
+        way,
+        per_pitch: nodes.per_pitch(),
+        stored: nodes.stored(),
+        flat_rms: (flat / flats).sqrt(),
+        flat_max,
+        ray_rms: (rays / of).sqrt() / peak,
+    }
+}
