@@ -171,7 +171,7 @@ fn world_scene(
     let (description, mut warnings) = world.build(camera)?;
     let checked = World::new(description).map_err(CommandError::input)?;
     warnings.extend(checked.warnings().lines());
-    let scene = Scene::of_world(Arc::new(checked), world.paths);
+    let scene = Scene::from_world(Arc::new(checked), world.paths);
     Ok((scene, warnings))
 }
 

@@ -2,9 +2,8 @@
 
 use glam::{DMat3, DVec2, DVec3};
 use quadpixel::frames::camera_from_sensor_mm;
-use quadpixel::lens::{
-    Clipping, OpticalSystem, Ray, Travel, chief_ray, trace_backward, trace_visiting,
-};
+use quadpixel::lens::{Clipping, OpticalSystem, Travel, chief_ray, trace_backward, trace_visiting};
+use quadpixel::rays::Ray;
 use quadpixel::render::Camera;
 use quadpixel::spectrum::ChannelWavelengths;
 

@@ -10,6 +10,7 @@
 pub mod command;
 pub mod effects;
 pub mod em;
+pub mod field;
 pub mod file;
 pub mod frames;
 pub mod hash;
@@ -17,6 +18,7 @@ pub mod image;
 pub mod lens;
 mod npz;
 pub mod range;
+pub mod rays;
 pub mod render;
 pub mod response;
 pub mod sampling;

@@ -3,12 +3,11 @@
 
 use glam::DVec2;
 use quadpixel::command::CommandError;
+use quadpixel::field::SensorWindowMm;
 use quadpixel::frames::camera_from_sensor_mm;
-use quadpixel::lens::{
-    ExitPupilMap, OpticalSystem, PacketTracer, PupilEllipse, RayBatch, SimdLevel,
-};
+use quadpixel::lens::{ExitPupilMap, OpticalSystem, PacketTracer, PupilEllipse, SimdLevel};
+use quadpixel::rays::RayBatch;
 use quadpixel::sampling::{SobolSet, concentric_disk};
-use quadpixel::sensor::SensorWindowMm;
 use quadpixel::spectrum::ChannelWavelengths;
 
 use super::Size;

@@ -12,7 +12,7 @@
 //! elements.
 
 use glam::DVec2;
-use quadpixel::lens::Ray;
+use quadpixel::rays::Ray;
 
 /// Rays evaluated together.
 const LANES: usize = 8;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use quadpixel::command::CommandError;
+use quadpixel::field::FieldGrid;
 use quadpixel::image::Image;
 use quadpixel::lens::{chief_ray, trace_backward};
 use quadpixel::render::truth::{ReceptiveField, WhiteField};
@@ -11,7 +12,6 @@ use quadpixel::render::{Camera, Execution, RenderSettings, render};
 use quadpixel::scene::Scene;
 use quadpixel::scene::TexturedPlane;
 use quadpixel::scene::texture::Texture;
-use quadpixel::sensor::FieldGrid;
 use quadpixel::simd::SimdLevel;
 use quadpixel_algorithms::warp::{Border, Lobes, Map, warp};
 use rayon::prelude::*;

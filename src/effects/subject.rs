@@ -50,7 +50,7 @@ impl Subject {
         };
         (paths.max_bounces > 1).then(|| Self {
             camera: self.camera.clone(),
-            scene: Scene::of_world(world.clone(), direct),
+            scene: Scene::from_world(world.clone(), direct),
         })
     }
 }

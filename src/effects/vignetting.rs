@@ -4,7 +4,8 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::frames::camera_from_sensor_mm;
-use crate::lens::{Clipping, Ray, Travel, trace_visiting};
+use crate::lens::{Clipping, Travel, trace_visiting};
+use crate::rays::Ray;
 use crate::render::Camera;
 use crate::sampling::{SobolSet, concentric_disk};
 use crate::spectrum::ChannelWavelengths;

@@ -9,8 +9,9 @@ use glam::{DMat2, DVec2, DVec3};
 
 use super::paraxial::Paraxial;
 use super::surface::Travel;
-use super::system::{OpticalSystem, Ray};
+use super::system::OpticalSystem;
 use super::trace::{Clipping, trace_visiting};
+use crate::rays::Ray;
 
 /// Newton's method stops when the stop is met within this part of its radius.
 const AIM_TOLERANCE: f64 = 1e-9;

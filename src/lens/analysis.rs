@@ -14,8 +14,8 @@ use std::f64::consts::TAU;
 use super::aim::{Aim, Field};
 use super::error::LensError;
 use super::placed::Lens;
-use super::system::Ray;
 use super::trace::trace_forward;
+use crate::rays::Ray;
 use crate::units::{C_LINE_NM, D_LINE_NM, F_LINE_NM};
 
 const SPOT_RINGS: usize = 10;

@@ -42,10 +42,26 @@ impl Prescription {
         if self.elements().is_empty() {
             return Err(self.refuse("surfaces[..].nd", "null", "given for at least one surface"));
         }
-        if let Some(fold) = &self.fold {
-            fold.check(self)?;
-        }
+        self.check_fold()?;
         self.check_overlap()
+    }
+
+    fn check_fold(&self) -> Result<(), LensError> {
+        let Some(fold) = &self.fold else {
+            return Ok(());
+        };
+        if !(fold.distance_mm >= 0.0 && fold.distance_mm.is_finite()) {
+            let allowed = "a length of 0 or more";
+            return Err(self.refuse("fold.distance_mm", fold.distance_mm, allowed));
+        }
+        let has_air_behind = |i: usize| self.surfaces.get(i).is_some_and(|s| s.glass.is_none());
+        match fold.after_surface {
+            Some(i) if !has_air_behind(i) => {
+                let allowed = "the index of a surface with air behind it, or null";
+                Err(self.refuse("fold.after_surface", i, allowed))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn check_surface(&self, i: usize) -> Result<(), LensError> {

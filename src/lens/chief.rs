@@ -8,9 +8,10 @@ use glam::{DMat2, DVec2, DVec3};
 
 use super::paraxial::Paraxial;
 use super::surface::Travel;
-use super::system::{OpticalSystem, Ray, RayFailure};
+use super::system::OpticalSystem;
 use super::trace::{Clipping, trace_visiting};
 use crate::frames::camera_from_sensor_mm;
+use crate::rays::{Ray, RayFailure};
 
 const NEWTON_LIMIT: usize = 30;
 /// Distance from the stop's centre that is close enough, mm.

@@ -18,9 +18,6 @@ use glam::{DMat3, DVec3};
 use serde::Deserialize;
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use super::error::LensError;
-use super::prescription::Prescription;
-
 /// Where a plane mirror at 45° folds the axis. The prescription itself is unfolded.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -29,34 +26,6 @@ pub struct Fold {
     pub after_surface: Option<usize>,
     /// Distance along the axis from that surface's vertex to the mirror (or from the mirror to the first vertex), mm.
     pub distance_mm: f64,
-}
-
-impl Fold {
-    /// z of the mirror's vertex in the camera frame, mm.
-    pub fn z_mm(&self, prescription: &Prescription) -> f64 {
-        self.after_surface.map_or(-self.distance_mm, |i| {
-            prescription.vertices_z_mm()[i] + self.distance_mm
-        })
-    }
-
-    pub(crate) fn check(&self, prescription: &Prescription) -> Result<(), LensError> {
-        if !(self.distance_mm >= 0.0 && self.distance_mm.is_finite()) {
-            let allowed = "a length of 0 or more";
-            return Err(prescription.refuse("fold.distance_mm", self.distance_mm, allowed));
-        }
-        match self.after_surface {
-            Some(i)
-                if prescription
-                    .surfaces
-                    .get(i)
-                    .is_none_or(|s| s.glass.is_some()) =>
-            {
-                let allowed = "the index of a surface with air behind it, or null";
-                Err(prescription.refuse("fold.after_surface", i, allowed))
-            }
-            _ => Ok(()),
-        }
-    }
 }
 
 /// M(n₀) M(n): how a mirror's error turns what stands in front of it, the sensor held.

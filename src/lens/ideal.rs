@@ -12,8 +12,8 @@
 
 use glam::DVec2;
 
-use super::packet::{RayBatch, RayStatus};
 use super::paraxial::Paraxial;
+use crate::rays::{RayBatch, RayStatus};
 
 /// A lens by its principal planes, focal length and entrance pupil.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -143,7 +143,7 @@ mod tests {
                 .is_ok()
         );
         let lost = traced(&ideal, origin, DVec2::new(0.0, 1.001 * edge)).get(0);
-        assert_eq!(lost, Err(crate::lens::RayFailure::Vignetted { surface: 5 }));
+        assert_eq!(lost, Err(crate::rays::RayFailure::Vignetted { surface: 5 }));
         let mut along = RayBatch::default();
         along.push(origin, DVec3::X);
         ideal.trace_backward(&mut along);
@@ -162,12 +162,12 @@ mod tests {
             let slope = DVec2::new(0.2 * height, 0.1 * height);
             let place = DVec2::new(0.3 * height, -0.5 * height);
             let ours = traced(&ideal, place.extend(lens.sensor_z_mm()), slope).ray(0);
-            let start = crate::lens::Ray {
+            let start = crate::rays::Ray {
                 origin_mm: (place + slope * shift).extend(lens.sensor_z_mm()),
                 direction: -slope.extend(1.0).normalize(),
             };
             let real = trace_backward(&system, start).unwrap();
-            let at = |r: crate::lens::Ray| {
+            let at = |r: crate::rays::Ray| {
                 (r.origin_mm + r.direction * ((-FOCUS_MM - r.origin_mm.z) / r.direction.z))
                     .truncate()
             };

@@ -17,8 +17,9 @@ use super::analysis::pupil_grid;
 use super::error::LensError;
 use super::placed::Lens;
 use super::surface::Travel;
-use super::system::{OpticalSystem, Ray};
+use super::system::OpticalSystem;
 use super::trace::{Clipping, trace_backward, trace_forward, trace_visiting};
+use crate::rays::Ray;
 
 /// Directions along each side of the grid.
 const GRID: usize = 160;

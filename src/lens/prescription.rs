@@ -216,6 +216,14 @@ impl Prescription {
         }
     }
 
+    /// z of the fold mirror's vertex in the camera frame, mm; `None` without a fold.
+    pub fn fold_z_mm(&self) -> Option<f64> {
+        let fold = self.fold?;
+        Some(fold.after_surface.map_or(-fold.distance_mm, |i| {
+            self.vertices_z_mm()[i] + fold.distance_mm
+        }))
+    }
+
     /// The error of a field of this lens, or of a request to it, which is `value` and may be `allowed`.
     pub(crate) fn refuse(
         &self,

@@ -16,7 +16,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::system::{OpticalSurface, Ray};
+use super::system::OpticalSurface;
+use crate::rays::Ray;
 
 /// Newton's method gives up after this many steps. Regular rays need two to five; a ray far outside the clear aperture, where r^p
 /// rules, comes in by a factor 1 − 1/p a step.

@@ -11,39 +11,6 @@ use glam::{DMat3, DVec3};
 /// Number of even aspheric terms kept: r², r⁴, …, r²⁰.
 pub const ASPHERE_TERMS: usize = 10;
 
-/// A ray in the camera frame: `origin_mm`, unit `direction`. Light travels along +z when traced forward; traced backward
-/// from the sensor, `direction.z < 0`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray {
-    /// A point on the ray, mm.
-    pub origin_mm: DVec3,
-    /// Unit direction.
-    pub direction: DVec3,
-}
-
-/// Why a ray was lost, with the index of the surface in [`OpticalSystem::surfaces`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum RayFailure {
-    /// The ray does not meet the surface.
-    #[error("the ray misses surface {surface}")]
-    Missed {
-        /// Index of the surface.
-        surface: usize,
-    },
-    /// The ray meets the surface outside its clear aperture, or the stop.
-    #[error("the ray is stopped by the aperture of surface {surface}")]
-    Vignetted {
-        /// Index of the surface.
-        surface: usize,
-    },
-    /// The ray is totally reflected at a refracting surface.
-    #[error("the ray is totally reflected at surface {surface}")]
-    TotalInternalReflection {
-        /// Index of the surface.
-        surface: usize,
-    },
-}
-
 /// Where a tilted or decentred surface stands: `camera = rotation · local + vertex_mm`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {

@@ -199,9 +199,9 @@ pub(crate) fn misalign(lens: &Prescription, misalignments: &[Misalignment], pose
     let mirror = misalignments
         .iter()
         .find(|m| m.element == ElementRef::Mirror);
-    if let (Some(m), Some(fold)) = (mirror, lens.fold) {
+    if let (Some(m), Some(fold), Some(z_mm)) = (mirror, lens.fold, lens.fold_z_mm()) {
         let turn = turn_in_front(m.tip_deg, m.tilt_deg);
-        let pivot = DVec3::new(0.0, 0.0, fold.z_mm(lens));
+        let pivot = DVec3::new(0.0, 0.0, z_mm);
         let in_front = fold.after_surface.map_or(0, |i| i + 1);
         for pose in &mut poses[..in_front] {
             turn_about(pose, pivot, turn);

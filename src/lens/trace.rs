@@ -14,7 +14,8 @@
 use glam::DVec3;
 
 use super::surface::Travel;
-use super::system::{OpticalSurface, OpticalSystem, Pose, Ray, RayFailure, SurfaceKind};
+use super::system::{OpticalSurface, OpticalSystem, Pose, SurfaceKind};
+use crate::rays::{Ray, RayFailure};
 
 /// Which apertures stop a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,12 +6,13 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::colours::Colours;
+use crate::field::FieldGrid;
 use crate::frames::uv_from_camera_direction;
 use crate::lens::{
     ExitPupilMap, Lens, LensError, OpticalSystem, Paraxial, PupilEllipse, chief_ray,
 };
 use crate::response::{ChiefRayShifts, MovingFrame, Response, ResponseLookup};
-use crate::sensor::{FieldGrid, MicrolensShifts, Sensor, ShiftRule};
+use crate::sensor::{MicrolensShifts, Sensor, ShiftRule};
 use crate::spectrum::ChannelWavelengths;
 
 use super::tracer::Tracer;

@@ -7,11 +7,13 @@ use super::stats::Tally;
 use super::tracer::Tracer;
 use super::{Execution, RenderSettings};
 use crate::frames::camera_from_sensor_mm;
-use crate::lens::{PupilEllipse, RayBatch};
+use crate::lens::PupilEllipse;
+use crate::rays::RayBatch;
+use crate::rays::RaySlices;
 use crate::response::ResponseLookup;
 use crate::sampling::{SobolSet, concentric_disk, hash};
 use crate::scene::world::PathKey;
-use crate::scene::{Hits, RaySlices, Scene};
+use crate::scene::{Hits, Scene};
 use crate::spectrum::ChannelWavelengths;
 
 /// Rays handled together: their arrays stay in the L1 and L2 caches.
@@ -154,7 +156,7 @@ impl Estimator<'_> {
                     radiance,
                     ..
                 } = &mut *work;
-                let rays = RaySlices::of_batch(batch);
+                let rays = RaySlices::from_batch(batch);
                 let Some(scene) = self.scene else { continue };
                 scene.intersect(rays, hits);
                 let served = match self.camera.is_dispersive() {

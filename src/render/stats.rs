@@ -1,6 +1,6 @@
 //! What a render did: rays, lost rays by cause, spread of the estimate.
 
-use crate::lens::RayFailure;
+use crate::rays::RayFailure;
 
 /// Rays that did not reach the scene, by cause.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

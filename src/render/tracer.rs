@@ -3,7 +3,8 @@
 use glam::DVec2;
 
 use crate::frames::camera_from_sensor_mm;
-use crate::lens::{IdealLens, OpticalSystem, PacketTracer, RayBatch, SimdLevel, chief_ray};
+use crate::lens::{IdealLens, OpticalSystem, PacketTracer, SimdLevel, chief_ray};
+use crate::rays::RayBatch;
 
 /// Surface by surface, or by first-order optics.
 #[derive(Clone, Debug)]

@@ -1,7 +1,8 @@
 //! Flat cards: which one each ray of a batch meets first, where, and its radiance there.
 
-use super::kind::{Hits, NO_SURFACE, RaySlices};
+use super::hits::{Hits, NO_SURFACE};
 use super::plane::{Solver, TexturedPlane};
+use crate::rays::RaySlices;
 
 /// Flat cards in front of an even environment.
 #[derive(Clone, Debug, Default)]
@@ -42,16 +43,21 @@ impl Cards {
     pub fn radiance(&self, hits: &Hits, channel: usize, out: &mut [f32]) {
         let first = hits.surface.first().copied().unwrap_or(NO_SURFACE);
         if first != NO_SURFACE && hits.surface.iter().all(|&s| s == first) {
-            self.planes[first as usize]
-                .texture()
-                .sample_channel_batch(&hits.s, &hits.t, channel, out);
+            self.planes[first as usize].texture().sample_channel_batch(
+                &hits.cards.s,
+                &hits.cards.t,
+                channel,
+                out,
+            );
             return;
         }
         for (i, o) in out.iter_mut().enumerate() {
             *o = match self.planes.get(hits.surface[i] as usize) {
-                Some(plane) => plane
-                    .texture()
-                    .sample_channel(hits.s[i], hits.t[i], channel),
+                Some(plane) => {
+                    plane
+                        .texture()
+                        .sample_channel(hits.cards.s[i], hits.cards.t[i], channel)
+                }
                 None => self.environment[channel],
             };
         }
@@ -71,7 +77,7 @@ fn update(
     let [ox, oy, oz] = rays.origin_mm.map(|a| &a[..n]);
     let [dx, dy, dz] = rays.direction.map(|a| &a[..n]);
     let (distance, surface) = (&mut hits.distance_mm[..n], &mut hits.surface[..n]);
-    let (hit_s, hit_t) = (&mut hits.s[..n], &mut hits.t[..n]);
+    let (hit_s, hit_t) = (&mut hits.cards.s[..n], &mut hits.cards.t[..n]);
     for i in 0..n {
         let (o, d) = (
             glam::DVec3::new(ox[i], oy[i], oz[i]),

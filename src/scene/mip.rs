@@ -3,17 +3,6 @@
 //! Output texel k of m covers the input interval [k n/m, (k+1) n/m] of n; its weights are the covered lengths times m/n. So the
 //! mean is preserved for odd sizes too.
 
-use super::texture::Texture;
-
-/// Levels 1, 2, … down to 1×1 of `base`; empty when `base` is 1×1.
-pub(super) fn levels(base: &Texture) -> Vec<Texture> {
-    let mut levels: Vec<Texture> = Vec::new();
-    while let Some(next) = halved(levels.last().unwrap_or(base)) {
-        levels.push(next);
-    }
-    levels
-}
-
 /// The input texels under one output texel: the first, and the weight of each.
 struct Span {
     first: usize,
@@ -36,25 +25,35 @@ fn spans(n: usize) -> Vec<Span> {
         .collect()
 }
 
-fn halved(t: &Texture) -> Option<Texture> {
-    if t.width() == 1 && t.height() == 1 {
-        return None;
+/// How a raster of one size is averaged onto the next smaller one.
+pub(super) struct Halving {
+    across: Vec<Span>,
+    down: Vec<Span>,
+}
+
+impl Halving {
+    /// For a raster of this size; `None` if it is 1×1.
+    pub fn new(width: usize, height: usize) -> Option<Self> {
+        (width > 1 || height > 1).then(|| Self {
+            across: spans(width),
+            down: spans(height),
+        })
     }
-    let (across, down) = (spans(t.width()), spans(t.height()));
-    let average = |x: usize, y: usize, c: usize| {
-        let (span_x, span_y) = (&across[x], &down[y]);
+
+    /// Width and height of the smaller raster.
+    pub fn size(&self) -> (usize, usize) {
+        (self.across.len(), self.down.len())
+    }
+
+    /// Its texel (x, y), from the larger raster's texels.
+    pub fn average(&self, x: usize, y: usize, texel: impl Fn(usize, usize) -> f32) -> f32 {
+        let (span_x, span_y) = (&self.across[x], &self.down[y]);
         let mut sum = 0.0;
         for (j, wy) in (span_y.first..).zip(&span_y.weights) {
             for (i, wx) in (span_x.first..).zip(&span_x.weights) {
-                sum += wy * wx * t.texel_channel(i, j, c);
+                sum += wy * wx * texel(i, j);
             }
         }
         sum
-    };
-    let (width, height) = (across.len(), down.len());
-    if t.channels() == 1 {
-        Texture::from_fn(width, height, |x, y| [average(x, y, 0)]).ok()
-    } else {
-        Texture::from_fn(width, height, |x, y| [0, 1, 2].map(|c| average(x, y, c))).ok()
     }
 }

@@ -5,7 +5,7 @@
 //! [`world`] of meshes, materials and lights.
 
 mod cards;
-mod kind;
+mod hits;
 mod mip;
 mod plane;
 
@@ -14,5 +14,120 @@ pub mod import;
 pub mod texture;
 pub mod world;
 
-pub use kind::{Hits, NO_SURFACE, RaySlices, Scene};
+pub use hits::{CardHits, Hits, NO_SURFACE, WorldHits};
 pub use plane::TexturedPlane;
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use self::cards::Cards;
+use self::world::{PathKey, PathSettings, World};
+use crate::rays::RaySlices;
+
+/// What the camera looks at.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    kind: Kind,
+}
+
+#[derive(Clone, Debug)]
+enum Kind {
+    Cards(Cards),
+    World(Arc<World>, PathSettings),
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self::new(Vec::new(), [0.0; 3])
+    }
+}
+
+impl Scene {
+    /// Cards (at most 65,534) and the radiance of all that lies behind and beside them.
+    pub fn new(planes: Vec<TexturedPlane>, environment: [f32; 3]) -> Self {
+        Self {
+            kind: Kind::Cards(Cards::new(planes, environment)),
+        }
+    }
+
+    /// A world of meshes, and how its paths are followed.
+    pub fn from_world(world: Arc<World>, settings: PathSettings) -> Self {
+        Self {
+            kind: Kind::World(world, settings),
+        }
+    }
+
+    /// The cards; none if it is a world.
+    pub fn planes(&self) -> &[TexturedPlane] {
+        match &self.kind {
+            Kind::Cards(cards) => cards.planes(),
+            Kind::World(..) => &[],
+        }
+    }
+
+    /// The world and its settings, if it is one.
+    pub fn world(&self) -> Option<(&Arc<World>, &PathSettings)> {
+        match &self.kind {
+            Kind::Cards(_) => None,
+            Kind::World(world, settings) => Some((world, settings)),
+        }
+    }
+
+    /// First hits of all rays. Touching cards: the first in the list wins.
+    pub fn intersect(&self, rays: RaySlices<'_>, hits: &mut Hits) {
+        let n = rays.origin_mm[0].len();
+        match &self.kind {
+            Kind::Cards(cards) => {
+                hits.reset_for_cards(n);
+                cards.intersect(rays, hits);
+            }
+            Kind::World(world, _) => {
+                hits.reset_for_world(n);
+                let Hits {
+                    distance_mm,
+                    surface,
+                    world: met,
+                    ..
+                } = hits;
+                world.first_hits(rays.alive(), &mut met.workspace, |i, element, hit| {
+                    met.elements[i] = Some(element);
+                    distance_mm[i] = hit.distance_mm;
+                    surface[i] = hit.object_id;
+                    met.normal[i] = hit.normal;
+                });
+            }
+        }
+    }
+
+    /// Radiance of colour channels along rays whose first hits are known, into those of `out` (each of the rays' number). A world
+    /// follows one path per ray for all the channels together.
+    pub fn radiance(
+        &self,
+        rays: RaySlices<'_>,
+        hits: &mut Hits,
+        channels: Range<usize>,
+        key: &PathKey,
+        out: &mut [Vec<f32>; 3],
+    ) {
+        match &self.kind {
+            Kind::Cards(cards) => {
+                for channel in channels {
+                    cards.radiance(hits, channel, &mut out[channel]);
+                }
+            }
+            Kind::World(world, settings) => {
+                let WorldHits {
+                    elements,
+                    workspace,
+                    ..
+                } = &mut hits.world;
+                let met = rays.alive().map(|ray| (ray, elements[ray.0]));
+                let served = channels.clone();
+                let paths = (settings, key);
+                world.radiances_of_hits(met, channels, paths, workspace, |i, l| {
+                    served.clone().for_each(|c| out[c][i] = l[c]);
+                });
+            }
+        }
+    }
+}

@@ -8,7 +8,7 @@
 //! slice costs 1.4 ns of the 5, which does not pay for unsafe code. A guard column and row repeat the border,
 //! so that the four taps need no clamping of their own.
 
-use crate::scene::mip;
+use crate::scene::mip::Halving;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 use thiserror::Error;
@@ -279,9 +279,27 @@ impl Texture {
         std::array::from_fn(|c| fine[c] + (coarse[c] - fine[c]) * f)
     }
 
+    /// The next smaller raster of the pyramid; `None` at 1×1.
+    fn halved(&self) -> Option<Texture> {
+        let halving = Halving::new(self.width, self.height)?;
+        let average = |x, y, c| halving.average(x, y, |i, j| self.texel_channel(i, j, c));
+        let (width, height) = halving.size();
+        if self.channels() == 1 {
+            Texture::from_fn(width, height, |x, y| [average(x, y, 0)]).ok()
+        } else {
+            Texture::from_fn(width, height, |x, y| [0, 1, 2].map(|c| average(x, y, c))).ok()
+        }
+    }
+
     /// The halved rasters, which the first call builds.
     pub(super) fn levels(&self) -> &[Texture] {
-        self.levels.get_or_init(|| mip::levels(self))
+        self.levels.get_or_init(|| {
+            let mut levels: Vec<Texture> = Vec::new();
+            while let Some(next) = levels.last().unwrap_or(self).halved() {
+                levels.push(next);
+            }
+            levels
+        })
     }
 
     /// This raster (0) or one of [`Self::levels`].

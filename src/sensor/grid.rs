@@ -3,22 +3,12 @@
 use glam::DVec2;
 
 use super::Subpixels;
+use crate::field::SensorWindowMm;
 use crate::range::{OutOfRange, require};
 use crate::units::MM_PER_UM;
 
 /// Largest number of sub-pixels that one render may hold: 2³⁰, 12 GiB of RGB floats.
 const MAX_SUBPIXELS: usize = 1 << 30;
-
-/// A rectangle on the sensor, sensor frame, mm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SensorWindowMm {
-    /// Its centre.
-    pub centre: DVec2,
-    /// Half its width.
-    pub half_width: f64,
-    /// Half its height.
-    pub half_height: f64,
-}
 
 /// A window of `width × height` microlenses (pixels) of pitch `pitch_um`, around `centre_mm`.
 #[derive(Clone, Debug, PartialEq)]

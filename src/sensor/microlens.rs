@@ -5,7 +5,7 @@
 
 use glam::DVec2;
 
-use super::FieldGrid;
+use crate::field::FieldGrid;
 use crate::response::MovingFrame;
 
 /// The rule by which the microlenses are shifted.

@@ -3,13 +3,11 @@
 //!
 //! Sensor frame (see [`crate::frames`]): origin where the axis meets the sensor, lengths of the grid in mm, of a pixel in µm.
 
-mod field;
 mod grid;
 mod microlens;
 pub mod readout;
 mod subpixels;
 
-pub use field::FieldGrid;
-pub use grid::{Sensor, SensorWindowMm};
+pub use grid::Sensor;
 pub use microlens::{MicrolensShifts, ShiftRule};
 pub use subpixels::{Subpixels, SubpixelsError};

@@ -145,7 +145,7 @@ fn corner_in_the_sun(camera: &Camera, reflectance: f32) -> Scene {
     );
     world.add(wall, 1);
     world.add(floor, 2);
-    Scene::of_world(
+    Scene::from_world(
         Arc::new(World::new(world).unwrap()),
         PathSettings::default(),
     )

@@ -4,9 +4,10 @@ use glam::{DMat3, DVec3};
 use quadpixel::lens::aim::Field;
 use quadpixel::lens::analysis::rms_radius;
 use quadpixel::lens::{
-    Clipping, ElementRef, Lens, Misalignment, OpticalSystem, Prescription, Ray, Travel,
-    table1_defects, trace_visiting,
+    Clipping, ElementRef, Lens, Misalignment, OpticalSystem, Prescription, Travel, table1_defects,
+    trace_visiting,
 };
+use quadpixel::rays::Ray;
 use quadpixel::units::D_LINE_NM;
 
 const TELE: &str = "tele_US10571665B2_220b";
@@ -85,7 +86,7 @@ fn misaligned_mirror_does_what_two_reflections_do() {
     // The folded world: front half, reflection at the real mirror, and the rear half seen in the nominal mirror.
     let aligned = lens(TELE);
     let fold = aligned.prescription().fold.unwrap();
-    let vertex = DVec3::new(0.0, 0.0, fold.z_mm(aligned.prescription()));
+    let vertex = DVec3::new(0.0, 0.0, aligned.prescription().fold_z_mm().unwrap());
     let split = fold.after_surface.unwrap() + 1;
     let (tip, tilt) = (0.625_f64, 0.25_f64);
     let mirror = Misalignment {

@@ -1,9 +1,8 @@
 //! Surfaces and lenses whose rays are known in closed form.
 
 use glam::DVec3;
-use quadpixel::lens::{
-    Clipping, Ray, RayFailure, Travel, trace_backward, trace_forward, trace_visiting,
-};
+use quadpixel::lens::{Clipping, Travel, trace_backward, trace_forward, trace_visiting};
+use quadpixel::rays::{Ray, RayFailure};
 
 use crate::support::{asphere, conic, stop, system, tilted};
 

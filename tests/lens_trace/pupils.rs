@@ -1,12 +1,13 @@
 //! Bounds of the exit pupil: closed form, containment by brute force, tightness; and the chief ray.
 
 use glam::{DVec2, DVec3};
+use quadpixel::field::SensorWindowMm;
 use quadpixel::frames::camera_from_sensor_mm;
 use quadpixel::lens::{
     Clipping, ExitPupilMap, Lens, OpticalSystem, PacketTracer, Prescription, PupilEllipse,
-    RayBatch, SimdLevel, Travel, chief_ray, table1_defects, trace_visiting,
+    SimdLevel, Travel, chief_ray, table1_defects, trace_visiting,
 };
-use quadpixel::sensor::SensorWindowMm;
+use quadpixel::rays::RayBatch;
 
 use crate::support::{stop, system};
 

@@ -51,7 +51,7 @@ fn a_shining_rectangle_is_the_same_picture_as_a_card() {
         TriangleMesh::rectangle(corner, DVec3::X * side, DVec3::Y * -side, 0),
         7,
     );
-    let world = Scene::of_world(
+    let world = Scene::from_world(
         Arc::new(World::new(world).unwrap()),
         PathSettings::default(),
     );
@@ -91,7 +91,7 @@ fn a_path_traced_picture_has_the_same_bytes_at_any_number_of_threads() {
         position_mm: DVec3::new(0.0, 0.0, -650.0),
         intensity_m2: [0.01; 3],
     });
-    let scene = Scene::of_world(
+    let scene = Scene::from_world(
         Arc::new(World::new(world).unwrap()),
         PathSettings::default(),
     );

@@ -64,7 +64,7 @@ fn rendered_shifts_are_the_traced_disparity_on_and_off_axis() {
         let system = camera.system(1);
         let pupil = camera.pupil_at(place).unwrap();
         let origin = quadpixel::frames::camera_from_sensor_mm(place, system.sensor_z_mm);
-        let ray = quadpixel::lens::Ray {
+        let ray = quadpixel::rays::Ray {
             origin_mm: origin,
             direction: (pupil.centre_mm - origin).normalize(),
         };

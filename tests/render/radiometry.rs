@@ -1,6 +1,7 @@
 use glam::{DVec2, DVec3};
 use quadpixel::frames::camera_from_sensor_mm;
-use quadpixel::lens::{Ray, trace_backward};
+use quadpixel::lens::trace_backward;
+use quadpixel::rays::Ray;
 use quadpixel::render::Camera;
 use quadpixel::render::truth::WhiteField;
 

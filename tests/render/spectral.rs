@@ -135,7 +135,7 @@ fn a_bands_image_lies_where_the_images_of_its_wavelengths_do_on_average() {
     let chief = quadpixel::lens::chief_ray(camera.system(1), place.x, place.y).unwrap();
     let ray = quadpixel::lens::trace_backward(
         camera.system(1),
-        quadpixel::lens::Ray {
+        quadpixel::rays::Ray {
             origin_mm: quadpixel::frames::camera_from_sensor_mm(place, camera.sensor_z_mm()),
             direction: chief.direction,
         },

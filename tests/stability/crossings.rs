@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 use quadpixel::lens::{
-    Aperture, OpticalSurface, PacketTracer, Ray, RayBatch, SimdLevel, Travel, trace_backward,
-    trace_forward,
+    Aperture, OpticalSurface, PacketTracer, SimdLevel, Travel, trace_backward, trace_forward,
 };
+use quadpixel::rays::{Ray, RayBatch};
 
 use crate::scan::{FINE_PLACES, PLACES, first, height, sense};
 use crate::support::{asphere, conic, system};

@@ -17,9 +17,8 @@ mod support;
 mod surfaces;
 mod wavelengths;
 
-use quadpixel::lens::{
-    Clipping, Lens, OpticalSystem, Prescription, Ray, RayFailure, Travel, trace_visiting,
-};
+use quadpixel::lens::{Clipping, Lens, OpticalSystem, Prescription, Travel, trace_visiting};
+use quadpixel::rays::{Ray, RayFailure};
 
 use shots::PHONE;
 

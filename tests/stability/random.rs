@@ -8,13 +8,13 @@ use quadpixel::em::PixelStack;
 use quadpixel::em::multilayer::{FlatStack, Polarization};
 use quadpixel::em::wave::{WaveModel, WaveSettings};
 use quadpixel::lens::PupilEllipse;
-use quadpixel::lens::{
-    OpticalSystem, PacketTracer, Ray, RayBatch, SimdLevel, trace_backward, trace_forward,
-};
+use quadpixel::lens::{OpticalSystem, PacketTracer, SimdLevel, trace_backward, trace_forward};
+use quadpixel::rays::RaySlices;
+use quadpixel::rays::{Ray, RayBatch};
 use quadpixel::render::{Camera, Execution, RenderSettings, render};
 use quadpixel::response::{GeometricResponse, Response};
 use quadpixel::scene::texture::Texture;
-use quadpixel::scene::{Hits, NO_SURFACE, RaySlices, Scene, TexturedPlane};
+use quadpixel::scene::{Hits, NO_SURFACE, Scene, TexturedPlane};
 use quadpixel::sensor::{Sensor, Subpixels};
 use quadpixel::spectrum::ChannelWavelengths;
 use rustfft::num_complex::Complex64;
@@ -116,14 +116,14 @@ proptest! {
         let mut batch = RayBatch::default();
         batch.push(origin, direction);
         let mut hits = Hits::default();
-        Scene::new(vec![card], [0.0; 3]).intersect(RaySlices::of_batch(&batch), &mut hits);
+        Scene::new(vec![card], [0.0; 3]).intersect(RaySlices::from_batch(&batch), &mut hits);
         let along = direction.dot(turn * DVec3::Z).abs();
         // Edges belong to the card but for rounding; a ray in its plane meets it at no certain place.
         if along > 1e-3 && on_card.z < -0.01 && aim.0.abs() < 0.499 && aim.1.abs() < 0.499 {
             prop_assert_ne!(hits.surface[0], NO_SURFACE);
             let met = origin + hits.distance_mm[0] * direction;
             prop_assert!((met - on_card).length() < 1e-9 * (1.0 + on_card.length() / along), "{} {}", met, on_card);
-            prop_assert!((f64::from(hits.s[0]) - 0.5 - aim.0).abs() < 1e-5 && (f64::from(hits.t[0]) - 0.5 + aim.1).abs() < 1e-5);
+            prop_assert!((f64::from(hits.cards.s[0]) - 0.5 - aim.0).abs() < 1e-5 && (f64::from(hits.cards.t[0]) - 0.5 + aim.1).abs() < 1e-5);
         }
     }
 

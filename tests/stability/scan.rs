@@ -2,7 +2,8 @@
 //! between two of unlike sign.
 
 use glam::DVec3;
-use quadpixel::lens::{OpticalSurface, Ray, Travel};
+use quadpixel::lens::{OpticalSurface, Travel};
+use quadpixel::rays::Ray;
 
 /// Places along the ray.
 pub const PLACES: usize = 1000;

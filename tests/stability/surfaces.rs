@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 use quadpixel::lens::{
-    Clipping, OpticalSurface, OpticalSystem, PacketTracer, Ray, RayBatch, RayFailure, SimdLevel,
-    Travel, builtin_names, trace_visiting,
+    Clipping, OpticalSurface, OpticalSystem, PacketTracer, SimdLevel, Travel, builtin_names,
+    trace_visiting,
 };
+use quadpixel::rays::{Ray, RayBatch, RayFailure};
 
 use crate::support::{asphere, conic, stop, system, tilted};
 use crate::{builtin, free};

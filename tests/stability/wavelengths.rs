@@ -27,7 +27,7 @@ fn the_ends_of_the_glass_data() {
                 (efl / middle.efl_mm - 1.0).abs() < 0.15,
                 "{name} {nm}: {efl}"
             );
-            let ray = quadpixel::lens::Ray {
+            let ray = quadpixel::rays::Ray {
                 origin_mm: glam::DVec3::new(0.5 * middle.entrance_pupil_semi_mm, 0.0, -1.0),
                 direction: glam::DVec3::Z,
             };

@@ -3,7 +3,8 @@
 
 use glam::{DVec2, DVec3};
 use quadpixel::frames::camera_from_sensor_mm;
-use quadpixel::lens::{Ray, chief_ray, trace_backward};
+use quadpixel::lens::{chief_ray, trace_backward};
+use quadpixel::rays::Ray;
 use quadpixel::render::truth::ChiefRays;
 use quadpixel::render::{Camera, Execution, RenderSettings, render};
 use quadpixel::sensor::ShiftRule;

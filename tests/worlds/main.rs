@@ -76,7 +76,7 @@ fn scene() -> Scene {
             object_id: 10 + k as u16,
         });
     }
-    Scene::of_world(
+    Scene::from_world(
         Arc::new(World::new(world).unwrap()),
         PathSettings::default(),
     )

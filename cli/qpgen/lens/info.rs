@@ -62,12 +62,8 @@ impl Info {
             out,
             "sensor         z {sensor:>10.4} mm, focus at {focus} mm"
         )?;
-        if let Some(fold) = lens.fold {
-            writeln!(
-                out,
-                "fold mirror    z {:>10.4} mm (unfolded here)",
-                fold.z_mm(lens)
-            )?;
+        if let Some(z_mm) = lens.fold_z_mm() {
+            writeln!(out, "fold mirror    z {z_mm:>10.4} mm (unfolded here)")?;
         }
         if !lens.is_dispersive() {
             writeln!(

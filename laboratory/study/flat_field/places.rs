@@ -3,7 +3,8 @@
 use glam::{DVec2, DVec3};
 use quadpixel::em::PixelStack;
 use quadpixel::frames::{camera_from_sensor_mm, uv_from_camera_direction};
-use quadpixel::lens::{FocusBy, Lens, Prescription, Ray, trace_backward};
+use quadpixel::lens::{FocusBy, Lens, Prescription, trace_backward};
+use quadpixel::rays::Ray;
 use quadpixel::render::Camera;
 use quadpixel::response::{AngularResponse, Response};
 use quadpixel::sensor::{Sensor, ShiftRule};

@@ -85,8 +85,7 @@ pub fn layout_svg(lens: &Lens, fields_deg: &[f64]) -> Result<String, LensError> 
         svg.polyline(&placed(&tick), "stroke=\"black\" stroke-width=\"2.5\"");
     }
     svg.polyline(&placed(&sensor), "stroke=\"black\" stroke-width=\"3\"");
-    if let Some(fold) = lens.prescription().fold {
-        let z = fold.z_mm(lens.prescription());
+    if let Some(z) = lens.prescription().fold_z_mm() {
         let half = 0.5 * system.surfaces[system.stop].aperture.semi_mm;
         let mirror = [DVec2::new(z - half, -half), DVec2::new(z + half, half)];
         svg.polyline(

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::batch::RayBatch;
+use crate::rays::RayBatch;
 
 /// Rays in a block: a few vectors, so that their latencies overlap, and little enough to stay in the first-level cache.
 pub(super) const BLOCK: usize = 64;

@@ -5,12 +5,12 @@ use std::ops::Range;
 
 use glam::{DMat3, DVec3};
 
-use super::batch::{RayBatch, RayStatus};
 use super::block::{BLOCK, Block, SMALL_BLOCK, load, store};
 use super::newton::{meet_asphere, settle};
 use super::prepared::Prepared;
 use crate::lens::surface::Travel;
 use crate::lens::system::ASPHERE_TERMS;
+use crate::rays::{RayBatch, RayStatus};
 
 /// Stands for a [`RayStatus`] while a ray waits for its second look.
 const DOUBTFUL: u8 = u8::MAX;

@@ -19,16 +19,14 @@
 //! is traced again, alone, with the plain tracer's search ([`super::crossing`]). So every [`SimdLevel`] and every grouping
 //! of rays gives the same bits.
 
-mod batch;
 mod block;
 mod kernel;
 mod newton;
 mod prepared;
 
-pub use batch::{RayBatch, RayStatus};
-
 use super::surface::Travel;
 use super::system::OpticalSystem;
+use crate::rays::RayBatch;
 pub use crate::simd::SimdLevel;
 use prepared::Prepared;
 

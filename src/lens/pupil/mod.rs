@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use super::packet::{PacketTracer, SimdLevel};
 use super::paraxial::Paraxial;
 use super::system::OpticalSystem;
-use crate::sensor::SensorWindowMm;
+use crate::field::SensorWindowMm;
 use ellipse::Ellipse;
 use outline::Aim;
 

@@ -6,9 +6,10 @@
 use glam::DVec2;
 
 use super::super::chief::chief_ray;
-use super::super::packet::{PacketTracer, RayBatch, SimdLevel};
+use super::super::packet::{PacketTracer, SimdLevel};
 use super::super::system::OpticalSystem;
 use crate::frames::camera_from_sensor_mm;
+use crate::rays::RayBatch;
 
 /// Rays along each side of the search grid.
 const GRID: usize = 24;

@@ -7,7 +7,8 @@
 use glam::{DVec2, DVec3};
 
 use crate::frames::{camera_from_sensor_mm, uv_from_camera_direction};
-use crate::lens::{RayBatch, SimdLevel};
+use crate::lens::SimdLevel;
+use crate::rays::RayBatch;
 use crate::render::Camera;
 use crate::sampling::{SobolSet, concentric_disk};
 

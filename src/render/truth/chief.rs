@@ -8,15 +8,17 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::WhiteField;
+use crate::field::FieldGrid;
 use crate::image::Image;
-use crate::lens::{RayBatch, SimdLevel};
+use crate::lens::SimdLevel;
+use crate::rays::RayBatch;
+use crate::rays::RaySlices;
 use crate::render::Camera;
 use crate::render::RenderSettings;
 use crate::render::estimator::pixel_origin_mm;
 use crate::sampling::hash;
 use crate::scene::world::PathKey;
-use crate::scene::{Hits, NO_SURFACE, RaySlices, Scene};
-use crate::sensor::FieldGrid;
+use crate::scene::{Hits, NO_SURFACE, Scene};
 
 /// Places along each side of the pixel at which the target is sampled.
 const TARGET_SIDE: usize = 4;
@@ -103,7 +105,13 @@ impl ChiefRays {
                     };
                     (depth[i], distance[i]) = (z as f32, d as f32);
                     let lost = if batch.status[i] == 0 { 0.0 } else { f32::NAN };
-                    let normal = hits.normal.get(i).copied().unwrap_or_default().as_vec3();
+                    let normal = hits
+                        .world
+                        .normal
+                        .get(i)
+                        .copied()
+                        .unwrap_or_default()
+                        .as_vec3();
                     normals[3 * i..][..3].copy_from_slice(&(normal + lost).to_array());
                     surfaces[i] = if batch.status[i] == 0 {
                         hits.surface[i]
@@ -159,7 +167,7 @@ impl ChiefRays {
                             first: (path * n) as u32,
                             spread: camera.ray_spread(paths * TARGET_SIDE * TARGET_SIDE),
                         };
-                        let rays = RaySlices::of_batch(&batch);
+                        let rays = RaySlices::from_batch(&batch);
                         scene.radiance(rays, &mut hits, 0..3, &key, &mut radiance);
                         for (channel, radiance) in radiance.iter().enumerate() {
                             for (i, &l) in radiance.iter().enumerate() {
@@ -202,7 +210,7 @@ impl ChiefRays {
             .reference_tracer()
             .trace_backward(&mut batch, SimdLevel::detect());
         let mut hits = Hits::default();
-        scene.intersect(RaySlices::of_batch(&batch), &mut hits);
+        scene.intersect(RaySlices::from_batch(&batch), &mut hits);
         (batch, hits)
     }
 }

@@ -17,10 +17,10 @@ use rayon::prelude::*;
 
 use super::Defocus;
 use super::bundle::{Centroid, centroids};
+use crate::field::FieldGrid;
 use crate::image::Image;
 use crate::render::Camera;
 use crate::sampling::SobolSet;
-use crate::sensor::FieldGrid;
 
 /// Rays of a bundle for the centroids, and for the Jacobian.
 const RAYS: usize = 1024;

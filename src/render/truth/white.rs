@@ -4,10 +4,11 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::bundle::centroids;
+use crate::field::FieldGrid;
 use crate::image::Image;
 use crate::render::Camera;
 use crate::sampling::SobolSet;
-use crate::sensor::{FieldGrid, Sensor};
+use crate::sensor::Sensor;
 use crate::spectrum::ChannelWavelengths;
 
 const RAYS: usize = 1024;

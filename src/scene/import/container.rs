@@ -1,7 +1,7 @@
 //! The envelopes of glTF's bytes: GLB chunks (specification, chapter 4) and buffers.
 
 use super::folder::Folder;
-use super::gltf::Broken;
+use super::imported::Broken;
 use super::json::{Buffer, Document};
 
 /// The JSON chunk and the binary one of a GLB (specification, chapter 4).

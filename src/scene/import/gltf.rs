@@ -11,14 +11,11 @@ use super::container::{buffers, chunks};
 use super::folder::Folder;
 use super::gltf_light::light;
 use super::gltf_material::Materials;
+use super::imported::{Broken, FileCamera, Imported, MAX_INSTANCES, MAX_TRIANGLES, Warnings};
 use super::json::{Document, Node};
 use super::primitive::primitive_mesh;
 use super::skin::Pose;
-use super::{FileCamera, Imported, MAX_INSTANCES, MAX_TRIANGLES, Warnings};
 use crate::scene::world::{Instance, WorldDescription};
-
-/// Place in the file, and what is wrong there.
-pub(super) type Broken = (String, String);
 
 const KNOWN_EXTENSIONS: [&str; 7] = [
     "KHR_lights_punctual",

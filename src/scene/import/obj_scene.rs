@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use glam::{DAffine3, DVec3};
 
 use super::folder::Folder;
-use super::gltf::Broken;
+use super::imported::Broken;
 use super::obj::{Mtl, read_mtl, read_obj};
 use super::picture::{Picture, decode};
 use super::{Imported, Warnings};

@@ -75,7 +75,7 @@ fn pyramid_preserves_the_mean_of_odd_sizes() {
     for (w, h) in [(1, 1), (64, 64), (37, 21), (5, 1), (129, 3)] {
         let t = rough(w, h);
         let mean = t.mean();
-        for level in mip::levels(&t) {
+        for level in t.levels() {
             for (got, want) in level.mean().into_iter().zip(mean) {
                 assert!((got - want).abs() < 1e-6, "{w}×{h}");
             }

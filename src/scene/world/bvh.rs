@@ -10,7 +10,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
-use super::fold::{leaf_counts, members_of};
+use super::fold::{WIDTH, leaf_counts, members_of};
 use crate::simd::SimdLevel;
 
 /// Items in a leaf, at most: the lanes of a packet.
@@ -43,9 +43,6 @@ impl Child {
     }
 }
 
-/// Children of a node.
-pub(super) const WIDTH: usize = 8;
-
 /// Boxes of eight children as columns: least x, greatest x, least y, …; a child that is not there has an inverted box.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
@@ -75,7 +72,7 @@ impl Bounds {
         greatest: Vec3::NEG_INFINITY,
     };
 
-    pub fn of(points: impl IntoIterator<Item = Vec3>) -> Self {
+    pub fn from_points(points: impl IntoIterator<Item = Vec3>) -> Self {
         points.into_iter().fold(Self::EMPTY, Self::with)
     }
 

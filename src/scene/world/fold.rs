@@ -2,7 +2,8 @@
 
 use obvhs::bvh2::Bvh2;
 
-use super::bvh::WIDTH;
+/// Children of a wide node.
+pub(super) const WIDTH: usize = 8;
 
 /// Leaves under each node of a binary tree.
 pub(super) fn leaf_counts(binary: &Bvh2) -> Vec<u32> {

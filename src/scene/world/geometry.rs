@@ -10,6 +10,14 @@ use super::check::{WorldWarnings, is_solid};
 use super::description::{Instance, MaterialIndices, TriangleMesh, WorldDescription};
 use super::triangles::Packet;
 
+/// A triangle of a placed geometry, by its lane in a packet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::scene) struct Element {
+    pub placed: u32,
+    pub packet: u32,
+    pub lane: u8,
+}
+
 /// Triangles that all instances of a mesh together may add to the common tree.
 const BAKED_TRIANGLES: usize = 100_000;
 
@@ -179,7 +187,7 @@ impl Builder {
         let boxes: Vec<Bounds> = self
             .triangles
             .iter()
-            .map(|t| Bounds::of(corners(t)))
+            .map(|t| Bounds::from_points(corners(t)))
             .collect();
         let mut packets = Vec::with_capacity(self.triangles.len() / 2);
         let bvh = Bvh::build(&boxes, |items| {
@@ -208,7 +216,7 @@ impl Builder {
 impl Geometry {
     fn bounds(&self) -> Bounds {
         let used = self.triangles.iter().flat_map(|t| t.vertices);
-        Bounds::of(used.map(|v| self.positions[v as usize]))
+        Bounds::from_points(used.map(|v| self.positions[v as usize]))
     }
 }
 

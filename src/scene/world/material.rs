@@ -16,9 +16,10 @@ use glam::Vec3;
 
 use super::World;
 use super::description::Material;
+use super::geometry::Element;
 use super::microfacet::{AlbedoTable, Ggx, fresnel, schlick};
 use super::surface::{Footprint, Surface};
-use super::trace::{Element, Ray};
+use crate::rays::Ray;
 
 /// The smallest cosine to the shading normal that a viewing direction is given.
 const LEAST_COSINE: f32 = 1e-3;
@@ -203,20 +204,6 @@ impl World {
             n
         }
     }
-}
-
-/// Whether it is diffuse and nothing else, so that its parts need not be weighed.
-pub(super) fn is_matt(m: &Material) -> bool {
-    m.alpha == super::Alpha::Opaque
-        && m.metallic == 0.0
-        && m.ior == 1.0
-        && m.transmission == 0.0
-        && m.normal_map.is_none()
-}
-
-/// Whether shadow rays may pass.
-pub(super) fn lets_through(m: &Material) -> bool {
-    matches!(m.alpha, super::Alpha::Blend { .. }) || (m.thin_walled && m.transmission > 0.0)
 }
 
 fn texel3([r, g, b, _]: [f32; 4]) -> Vec3 {

@@ -11,11 +11,13 @@
 use glam::{DVec3, Vec3};
 
 use super::World;
+use super::geometry::Element;
 use super::material::{Kind, Scattered};
 use super::sampler::PathSamples;
 use super::surface::{Footprint, Surface};
-use super::trace::{Answer, Element, Errand, Ray};
+use super::trace::{QueryResult, RayQuery};
 use super::walk::Walks;
+use crate::rays::Ray;
 
 /// How paths are followed. Part of what changes the image: it is recorded with it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -56,7 +58,7 @@ struct Cone {
 
 /// What the next hit of a path needs to know of the last scattering.
 #[derive(Clone, Copy, Debug)]
-struct Last {
+struct LastScattering {
     /// Density of its direction; `None` if connections could not have found it (the camera's ray, mirrors).
     density: Option<f32>,
     origin: DVec3,
@@ -90,7 +92,7 @@ struct Path {
     indirect: Vec3,
     /// What a light sends if nothing stands in its way.
     expected: Vec3,
-    last: Last,
+    last: LastScattering,
     cone: Cone,
     bounces: u32,
     passes: u32,
@@ -103,9 +105,9 @@ struct Path {
 
 /// Room for paths and their rays, used again and again.
 #[derive(Clone, Debug, Default)]
-pub(in crate::scene) struct Room {
+pub(in crate::scene) struct PathWorkspace {
     pub(super) paths: Paths,
-    pub(super) errands: Vec<Errand>,
+    pub(super) queries: Vec<RayQuery>,
     pub(super) walks: Walks,
 }
 
@@ -115,7 +117,7 @@ pub(super) struct Paths(Vec<Path>);
 
 impl Paths {
     /// Begins one path a ray; false if there is none.
-    pub fn set_out(&mut self, starts: impl Iterator<Item = Start>) -> bool {
+    pub fn start(&mut self, starts: impl Iterator<Item = Start>) -> bool {
         self.0.clear();
         self.0.extend(starts.map(|s| Path::new(&s)));
         !self.0.is_empty()
@@ -135,9 +137,9 @@ impl Path {
             direct: Vec3::ZERO,
             indirect: Vec3::ZERO,
             expected: Vec3::ZERO,
-            last: Last {
+            last: LastScattering {
                 density: None,
-                origin: start.ray.origin,
+                origin: start.ray.origin_mm,
             },
             cone: Cone {
                 width_mm: 0.0,
@@ -201,34 +203,34 @@ impl Path {
 }
 
 impl World {
-    /// Follows the paths that have set out to their ends; `found` hears of each one's number and radiance.
+    /// Follows the paths that have been started to their ends; `visit` hears of each one's number and radiance.
     pub(super) fn radiance(
         &self,
         settings: &PathSettings,
-        room: &mut Room,
-        mut found: impl FnMut(usize, Vec3),
+        workspace: &mut PathWorkspace,
+        mut visit: impl FnMut(usize, Vec3),
     ) {
-        let Room {
+        let PathWorkspace {
             paths: Paths(paths),
-            errands,
+            queries,
             walks,
-        } = room;
+        } = workspace;
         while !paths.is_empty() {
-            errands.clear();
+            queries.clear();
             for (i, path) in paths.iter_mut().enumerate() {
-                self.advance(i, path, settings, errands);
+                self.advance(i, path, settings, queries);
             }
-            self.run(errands, walks);
+            self.trace(queries, walks);
             // A path that asked for nothing more is at its end.
             paths.iter_mut().for_each(|path| path.is_open = false);
-            for errand in errands.iter() {
-                let path = &mut paths[errand.number];
-                match errand.answer {
-                    Answer::Nearest(hit) => {
+            for query in queries.iter() {
+                let path = &mut paths[query.number];
+                match query.result {
+                    QueryResult::Nearest(hit) => {
                         path.hit = hit;
                         path.is_open = true;
                     }
-                    Answer::Arriving(share) => path.indirect += path.expected * share,
+                    QueryResult::Transmittance(share) => path.indirect += path.expected * share,
                 }
             }
             paths.retain(|path| {
@@ -237,7 +239,7 @@ impl World {
                         Some(most) => path.indirect.min(Vec3::splat(most)),
                         None => path.indirect,
                     };
-                    found(path.number, path.direct + indirect);
+                    visit(path.number, path.direct + indirect);
                 }
                 path.is_open
             });
@@ -250,7 +252,7 @@ impl World {
         number: usize,
         path: &mut Path,
         settings: &PathSettings,
-        errands: &mut Vec<Errand>,
+        queries: &mut Vec<RayQuery>,
     ) {
         let found = match path.bounces {
             0 => &mut path.direct,
@@ -283,18 +285,18 @@ impl World {
                 let share = light.density.map_or(1.0, |d| power_share(d, density));
                 path.expected = path.throughput * value * light.weight * share;
                 let to_light = leave(&surface, light.direction);
-                errands.push(Errand::arriving(number, to_light, light.distance));
+                queries.push(RayQuery::transmittance(number, to_light, light.distance));
             }
         }
         if let Some(next) = bsdf.sample(choice, scatter_pair)
             && path.turn(&surface, &next, settings)
         {
-            errands.push(Errand::nearest(number, path.ray));
+            queries.push(RayQuery::nearest(number, path.ray));
         }
     }
 
     /// Radiance from beyond everything, weighed as scattering's share.
-    fn background(&self, direction: Vec3, last: &Last) -> Vec3 {
+    fn background(&self, direction: Vec3, last: &LastScattering) -> Vec3 {
         let sky = self.sky.radiance(direction);
         let (disc, disc_density) = self.lights.sun_disc(direction);
         let Some(density) = last.density else {
@@ -309,7 +311,7 @@ impl World {
         &self,
         surface: &Surface,
         direction: Vec3,
-        last: &Last,
+        last: &LastScattering,
         footprint: &Footprint,
     ) -> Vec3 {
         let is_front = surface.normal.dot(direction) < 0.0;
@@ -317,7 +319,11 @@ impl World {
         match last.density {
             Some(density) if radiance != Vec3::ZERO => {
                 let distance = (surface.position - last.origin).length() as f32;
-                let as_light = self.lights.triangle_density(surface, direction, distance);
+                let as_light = (self.lights).triangle_density(
+                    surface.material,
+                    surface.normal.dot(direction),
+                    distance,
+                );
                 radiance * power_share(density, as_light)
             }
             _ => radiance,
@@ -342,7 +348,7 @@ fn leave(surface: &Surface, direction: Vec3) -> Ray {
         1.0
     };
     Ray {
-        origin: surface.position + surface.normal.as_dvec3() * (side * step),
+        origin_mm: surface.position + surface.normal.as_dvec3() * (side * step),
         direction: direction.as_dvec3(),
     }
 }

@@ -4,7 +4,8 @@ use glam::{DVec3, Vec2, Vec3};
 
 use super::World;
 use super::description::{Alpha, Material, TextureRef};
-use super::trace::{Element, Ray};
+use super::geometry::Element;
+use crate::rays::Ray;
 
 /// A place on a triangle, camera frame.
 #[derive(Clone, Copy, Debug)]
@@ -123,7 +124,7 @@ impl World {
     pub(super) fn surface(&self, element: Element, ray: &Ray) -> Surface {
         let facet = self.facet(element);
         let mut surface = self.surface_at(element, &facet, facet.barycentric(ray));
-        surface.distance = (surface.position - ray.origin).dot(ray.direction);
+        surface.distance = (surface.position - ray.origin_mm).dot(ray.direction);
         surface
     }
 
@@ -286,8 +287,8 @@ impl Facet {
             cross: n,
             squared,
         } = *self;
-        let t = n.dot(p0 - ray.origin) / n.dot(ray.direction);
-        let q = ray.origin + t * ray.direction - p0;
+        let t = n.dot(p0 - ray.origin_mm) / n.dot(ray.direction);
+        let q = ray.origin_mm + t * ray.direction - p0;
         // A ray along the plane makes t infinite and these NaN: then the first corner serves.
         let within = |x: f64| if x > 0.0 { x.min(1.0) } else { 0.0 };
         let b1 = within(n.dot(q.cross(e2)) / squared);

@@ -2,10 +2,10 @@
 
 use glam::{DVec3, Vec3};
 
+use crate::rays::Ray;
 use crate::sampling::uniform;
 use crate::scene::world::material::{Bsdf, Kind};
 use crate::scene::world::surface::Footprint;
-use crate::scene::world::trace::Ray;
 use crate::scene::world::walk::Walks;
 use crate::scene::world::{Alpha, Material, TriangleMesh, World, WorldDescription};
 
@@ -28,7 +28,7 @@ fn world_of(material: &Material) -> World {
 /// The material at the origin, seen from the direction `view`.
 fn seen_from(world: &World, view: Vec3) -> Bsdf<'_> {
     let ray = Ray {
-        origin: DVec3::new(0.1, 0.2, 0.0) + view.as_dvec3(),
+        origin_mm: DVec3::new(0.1, 0.2, 0.0) + view.as_dvec3(),
         direction: -view.as_dvec3(),
     };
     let element = world.closest(&ray, &mut Walks::default()).unwrap();

@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DVec3};
 
+use crate::rays::Ray;
 use crate::sampling::uniform;
-use crate::scene::world::trace::Ray;
 use crate::scene::world::walk::Walks;
 use crate::scene::world::{Instance, Material, TriangleMesh, World, WorldDescription};
 use crate::simd::SimdLevel;
@@ -61,7 +61,7 @@ fn no_ray_leaves_a_closed_body_through_an_edge_or_a_vertex() {
                 // From the middle and from another place inside.
                 for origin in [centre, centre + 0.3 * (a - centre)] {
                     let ray = Ray {
-                        origin,
+                        origin_mm: origin,
                         direction: (target - origin).normalize(),
                     };
                     if ray.direction.is_finite() {
@@ -85,7 +85,7 @@ fn plain(triangles: &[[DVec3; 3]], ray: &Ray) -> Option<f64> {
         let (e1, e2) = (*b - *a, *c - *a);
         let p = ray.direction.cross(e2);
         let det = e1.dot(p);
-        let s = ray.origin - *a;
+        let s = ray.origin_mm - *a;
         let u = s.dot(p) / det;
         let q = s.cross(e1);
         let v = ray.direction.dot(q) / det;
@@ -143,15 +143,15 @@ fn the_nearest_hit_is_that_of_a_plain_search() {
     let mut hits = 0;
     for k in 0..300 {
         let ray = Ray {
-            origin: 120.0 * random_direction(1000 + k),
+            origin_mm: 120.0 * random_direction(1000 + k),
             direction: DVec3::ZERO,
         };
         let aim = 60.0 * random_direction(2000 + k) * uniform(10, &[k]);
         let ray = Ray {
-            direction: (aim - ray.origin).normalize(),
+            direction: (aim - ray.origin_mm).normalize(),
             ..ray
         };
-        let ours = world.first_hit(ray.origin, ray.direction);
+        let ours = world.first_hit(ray.origin_mm, ray.direction);
         match (ours, plain(&all, &ray)) {
             (Some(hit), Some(t)) => {
                 hits += 1;
@@ -187,7 +187,7 @@ fn every_level_of_instructions_finds_the_same_triangle() {
         let origin = DVec3::new(3.0, 2.0, -9.0) + 4.0 * random_direction(k);
         let aim = DVec3::new(3.0, 2.0, -9.0) + 2.0 * random_direction(9000 + k);
         let ray = Ray {
-            origin,
+            origin_mm: origin,
             direction: (aim - origin).normalize(),
         };
         assert_eq!(

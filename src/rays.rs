@@ -1,8 +1,42 @@
-//! Many rays as columns.
+//! Rays: what the lens hands to the scene, and the scene is asked about.
+//!
+//! Camera frame (see [`crate::frames`]): origins in mm, unit directions. One ray is a [`Ray`]; many are columns, owned by a
+//! [`RayBatch`] and lent as [`RaySlices`]. A ray that the lens loses is a value, with its reason: a [`RayFailure`].
 
 use glam::DVec3;
 
-use crate::lens::system::{Ray, RayFailure};
+/// A ray in the camera frame: `origin_mm`, unit `direction`. Light travels along +z when traced forward; traced backward
+/// from the sensor, `direction.z < 0`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// A point on the ray, mm.
+    pub origin_mm: DVec3,
+    /// Unit direction.
+    pub direction: DVec3,
+}
+
+/// Why a ray was lost, with the index of the surface in [`OpticalSystem::surfaces`](crate::lens::OpticalSystem::surfaces).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RayFailure {
+    /// The ray does not meet the surface.
+    #[error("the ray misses surface {surface}")]
+    Missed {
+        /// Index of the surface.
+        surface: usize,
+    },
+    /// The ray meets the surface outside its clear aperture, or the stop.
+    #[error("the ray is stopped by the aperture of surface {surface}")]
+    Vignetted {
+        /// Index of the surface.
+        surface: usize,
+    },
+    /// The ray is totally reflected at a refracting surface.
+    #[error("the ray is totally reflected at surface {surface}")]
+    TotalInternalReflection {
+        /// Index of the surface.
+        surface: usize,
+    },
+}
 
 /// Values of [`RayBatch::status`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,5 +155,45 @@ impl RayBatch {
     /// Where it was lost, and why.
     pub fn get(&self, i: usize) -> Result<Ray, RayFailure> {
         self.failure(i).map_or_else(|| Ok(self.ray(i)), Err)
+    }
+}
+
+/// Origins and unit directions of a batch of rays in the camera frame, as slices of equal length.
+#[derive(Clone, Copy, Debug)]
+pub struct RaySlices<'a> {
+    /// Origin, mm.
+    pub origin_mm: [&'a [f64]; 3],
+    /// Unit direction, away from the camera.
+    pub direction: [&'a [f64]; 3],
+    /// 0 for a ray that is alive. What a lost one meets has no meaning.
+    pub status: &'a [u8],
+}
+
+impl<'a> RaySlices<'a> {
+    /// The rays of a batch as they stand.
+    pub fn from_batch(batch: &'a RayBatch) -> Self {
+        Self {
+            origin_mm: [&batch.ox, &batch.oy, &batch.oz],
+            direction: [&batch.dx, &batch.dy, &batch.dz],
+            status: &batch.status,
+        }
+    }
+
+    /// Each ray that is alive, with its number in the batch.
+    pub fn alive(self) -> impl Iterator<Item = (usize, Ray)> + 'a {
+        let [ox, oy, oz] = self.origin_mm;
+        let [dx, dy, dz] = self.direction;
+        let is_alive = move |i: &usize| self.status[*i] == 0;
+        (0..ox.len()).filter(is_alive).map(move |i| {
+            let origin_mm = DVec3::new(ox[i], oy[i], oz[i]);
+            let direction = DVec3::new(dx[i], dy[i], dz[i]);
+            (
+                i,
+                Ray {
+                    origin_mm,
+                    direction,
+                },
+            )
+        })
     }
 }

@@ -5,7 +5,16 @@
 
 use glam::DVec2;
 
-use super::SensorWindowMm;
+/// A rectangle on the sensor, sensor frame, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorWindowMm {
+    /// Its centre.
+    pub centre: DVec2,
+    /// Half its width.
+    pub half_width: f64,
+    /// Half its height.
+    pub half_height: f64,
+}
 
 /// `components` values at each of nx × ny nodes that span a window.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,7 +69,7 @@ impl FieldGrid {
         })
     }
 
-    /// Values a node.
+    /// Values per node.
     pub fn components(&self) -> usize {
         self.components
     }

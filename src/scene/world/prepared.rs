@@ -1,0 +1,99 @@
+//! A description, checked and made ready for rays: trees of triangles, materials, lights, the sky.
+
+use glam::DVec3;
+
+use super::check::{self, WorldWarnings};
+use super::description::{Alpha, Material, WorldDescription};
+use super::geometry::Element;
+use super::texture_map::TextureMap;
+use super::{environment, geometry, lights, microfacet};
+use crate::range::OutOfRange;
+
+/// A checked world, ready for rays.
+#[derive(Clone, Debug)]
+pub struct World {
+    pub(super) stage: geometry::Stage,
+    pub(super) materials: Vec<Material>,
+    pub(super) textures: Vec<TextureMap>,
+    pub(super) lights: lights::Lights,
+    pub(super) sky: environment::Sky,
+    pub(super) albedos: microfacet::AlbedoTable,
+    /// Whether any material is a cut-out.
+    pub(super) has_masks: bool,
+    /// Of each material, whether shadow rays may pass, and whether of any.
+    pub(super) lets_through: Vec<bool>,
+    pub(super) has_veils: bool,
+    /// Of each material, whether it is diffuse and nothing else.
+    pub(super) is_matt: Vec<bool>,
+    /// Of each material, whether it asks for texture coordinates.
+    pub(super) is_textured: Vec<bool>,
+    pub(super) warnings: WorldWarnings,
+}
+
+impl World {
+    /// Checks a description and prepares it for rays.
+    ///
+    /// # Errors
+    /// An index out of range, a number outside what its field allows, lists of unequal length. Triangles and vertices that are only
+    /// bad in themselves are left out or mended, and counted ([`World::warnings`]).
+    pub fn new(description: WorldDescription) -> Result<Self, OutOfRange> {
+        check::check(&description)?;
+        let mut warnings = WorldWarnings::default();
+        let stage = geometry::Stage::new(&description, &mut warnings);
+        let sky = environment::Sky::new(&description.environment);
+        let materials = &description.materials;
+        Ok(Self {
+            lights: lights::Lights::new(&description, &stage, &sky),
+            has_masks: materials
+                .iter()
+                .any(|m| matches!(m.alpha, Alpha::Mask { .. })),
+            lets_through: materials.iter().map(Material::lets_through).collect(),
+            has_veils: materials.iter().any(Material::lets_through),
+            is_matt: materials.iter().map(Material::is_matt).collect(),
+            is_textured: materials.iter().map(Material::is_textured).collect(),
+            albedos: microfacet::AlbedoTable::new(),
+            materials: description.materials,
+            textures: description.textures,
+            stage,
+            sky,
+            warnings,
+        })
+    }
+
+    /// What was left out or mended.
+    pub fn warnings(&self) -> WorldWarnings {
+        self.warnings
+    }
+
+    /// Triangles of all instances.
+    pub fn triangles(&self) -> usize {
+        let geometry = |p: &geometry::Placed| &self.stage.geometries[p.geometry];
+        let triangles = |p| geometry(p).triangles.len();
+        self.stage.placed.iter().map(triangles).sum()
+    }
+
+    /// Least and greatest corner of all triangles, camera frame, mm; `None` without any.
+    pub fn bounds_mm(&self) -> Option<[DVec3; 2]> {
+        let b = self.stage.bounds;
+        (b.least.x <= b.greatest.x).then(|| [b.least.as_dvec3(), b.greatest.as_dvec3()])
+    }
+
+    /// A triangle's material.
+    #[inline]
+    pub(super) fn material_of(&self, element: Element) -> usize {
+        let placed = &self.stage.placed[element.placed as usize];
+        let geometry = &self.stage.geometries[placed.geometry];
+        let part = geometry.packets[element.packet as usize].parts[usize::from(element.lane)];
+        geometry.parts[part as usize].material as usize
+    }
+
+    /// Whether a triangle may have holes.
+    #[inline]
+    pub(super) fn is_masked(&self, element: Element) -> bool {
+        self.has_masks
+            && matches!(
+                self.materials[self.material_of(element)].alpha,
+                Alpha::Mask { .. }
+            )
+    }
+}
