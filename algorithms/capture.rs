@@ -1,6 +1,6 @@
 //! A capture: the views of one exposure, with what is known of the camera that made it.
 //!
-//! It comes from a sample's folder (its raw mosaic and `meta.json`), from a mosaic, or from an EXR with a layer a view. Of
+//! It comes from a sample's folder (its raw mosaic and `meta.json`), from a mosaic, or from an EXR with one layer per view. Of
 //! `meta.json` only what a real camera knows of itself is read: pitch, sub-pixels, place on the sensor, levels.
 
 use std::path::{Path, PathBuf};
@@ -115,7 +115,7 @@ impl Camera {
 }
 
 impl Exposure {
-    /// Reads `path`: a sample's folder, a mosaic, or an EXR with a layer a view.
+    /// Reads `path`: a sample's folder, a mosaic, or an EXR with one layer per view.
     pub fn read(path: &Path, given: &Given) -> Result<Self, CommandError> {
         let named = |text: String| CommandError::input(format!("{}: {text}", path.display()));
         let is_folder = path.is_dir();

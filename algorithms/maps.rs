@@ -16,11 +16,11 @@ use quadpixel::image::{Image, ImageError, raster};
 /// Kind of file for numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MapFormat {
-    /// OpenEXR, 32-bit float: a layer a map, named channels.
+    /// OpenEXR, 32-bit float: one layer per map, named channels.
     Exr,
     /// NumPy: f32 of shape (maps, rows, columns, channels); axes of a single unnamed map and of a single channel are left out.
     Npy,
-    /// Portable float map: a file a map, its one channel as gray or its first three as red, green, blue.
+    /// Portable float map: one file per map, its one channel as gray or its first three as red, green, blue.
     Pfm,
 }
 

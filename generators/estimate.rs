@@ -234,7 +234,7 @@ impl std::fmt::Display for Expected {
         let mega = |bytes: u64| bytes as f64 * 1e-6;
         write!(
             f,
-            "{} samples: {:.0} s ({:.2} s a sample, {:.0} s of response tables), {:.1} MB on disk",
+            "{} samples: {:.0} s ({:.2} s per sample, {:.0} s of response tables), {:.1} MB on disk",
             self.samples,
             self.seconds,
             self.seconds_a_sample,

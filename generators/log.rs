@@ -9,9 +9,9 @@ use serde_json::{Map, Value};
 pub enum Level {
     /// Why the command failed.
     Error,
-    /// Also what did not stop it.
+    /// Also warnings.
     Warn,
-    /// Also what it does, and progress.
+    /// Also what the command does, and its progress.
     Info,
     /// Also details.
     Debug,

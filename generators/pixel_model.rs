@@ -10,19 +10,19 @@ use quadpixel::response::{CorrectedSettings, PixelModel, ShiftedSettings, TableS
 /// Arguments that choose a pixel model.
 #[derive(Args)]
 pub struct PixelModelArgs {
-    /// Pixel model.
+    /// Model of the pixel's response, such as rcwa.
     #[arg(long, value_enum, default_value_t = Model::Wave)]
     model: Model,
-    /// How finely the model computes.
+    /// How finely the model computes; finer takes longer.
     #[arg(long, value_enum, default_value_t = Preset::Standard)]
     preset: Preset,
-    /// Exact model of the corrected level.
+    /// Exact model that corrects the wave model (--model corrected).
     #[arg(long, value_enum, default_value_t = Exact::Fdtd)]
     exact: Exact,
-    /// How finely the exact model of the corrected level computes.
+    /// How finely that exact model computes.
     #[arg(long, value_enum, default_value_t = Preset::Draft)]
     exact_preset: Preset,
-    /// Runs of the exact model that the corrected level is fitted to.
+    /// Number of runs of the exact model that the correction is fitted to.
     #[arg(long, default_value_t = 16)]
     exact_runs: usize,
     /// Focal length of the ideal microlens of the geometric model, µm.
@@ -36,11 +36,11 @@ enum Model {
     Geometric,
     /// Scalar wave propagation through the pixel stack.
     Wave,
-    /// Maxwell's equations in time, both polarizations: seconds to minutes a direction.
+    /// Maxwell's equations in time, both polarizations: seconds to minutes per direction.
     Fdtd,
     /// The wave model, corrected by a smooth fit of its difference to a few runs of an exact model (--exact, --exact-runs).
     Corrected,
-    /// Maxwell's equations by Fourier modes, both polarizations: a second to a minute a direction.
+    /// Maxwell's equations by Fourier modes, both polarizations: a second to a minute per direction.
     Rcwa,
 }
 

@@ -16,14 +16,14 @@ use crate::sample::Sample;
 /// Arguments that choose the effects.
 #[derive(Args)]
 pub struct EffectArgs {
-    /// Effects that are simulated: auto (those whose absence would be seen), all, none, or a list of pixel-diffraction, cra-variation,
+    /// Effects that are simulated: auto (those whose absence would be seen), all, none, or a list separated by commas of pixel-diffraction, cra-variation,
     /// dispersion, aberrations, vignetting, wavelengths, global-illumination, occlusion, noise; absent: as the file says, else auto.
     #[arg(long, value_name = "auto|all|none|LIST")]
     effects: Option<Choice>,
-    /// RMS difference, % of the signal, below which auto leaves an effect out [default: 0.5].
+    /// With auto: root-mean-square difference, in % of the signal, below which an effect is left out [default: 0.5].
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// Shift, px, below which auto leaves an effect out [default: 0.02].
+    /// With auto: shift, in px, below which an effect is left out [default: 0.02].
     #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     tolerance_px: Option<f64>,
 }

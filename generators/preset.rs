@@ -55,11 +55,11 @@ impl WaveGrid {
 /// See the module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Preset {
-    /// 32 rays a microlens and channel, coarse response tables: a quarter of the time, twice the noise.
+    /// 32 rays per microlens and channel, coarse response tables: a quarter of the time, twice the noise.
     Draft,
-    /// 128 rays: the default.
+    /// 128 rays per microlens and channel: the default.
     Standard,
-    /// 512 rays, converged response tables: four times the time, half the noise.
+    /// 512 rays per microlens and channel, converged response tables: four times the time, half the noise.
     Reference,
 }
 

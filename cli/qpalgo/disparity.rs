@@ -40,7 +40,7 @@ pub enum Direction {
 /// Arguments of `qpalgo disparity`.
 #[derive(Clone, Debug, Args)]
 pub struct DisparityArgs {
-    /// The view (EXR, PNG, TIFF). Without REFERENCE a capture (a sample's folder, a mosaic, an EXR with a layer a view): each of
+    /// The view (EXR, PNG, TIFF). Without REFERENCE a capture (a sample's folder, a mosaic, an EXR with one layer per view): each of
     /// its views is matched against their sum.
     view: PathBuf,
     /// What the view is compared with, of the same size. The disparity is where a point appears in VIEW minus where it
@@ -48,7 +48,7 @@ pub struct DisparityArgs {
     reference: Option<PathBuf>,
     #[command(flatten)]
     given: Given,
-    /// Folder to write: disparity.FORMAT with dx, dy, sigma (px) and verdict (0: valid) a node, and disparity_CHANNEL.png.
+    /// Folder to write: disparity.FORMAT with dx, dy, sigma (px) and verdict (0: valid) per node, and disparity_CHANNEL.png.
     #[arg(long, short)]
     out: PathBuf,
     /// Largest shift looked for on each axis, px; beyond 4 from coarse to fine.

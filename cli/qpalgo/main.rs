@@ -22,7 +22,7 @@ use quadpixel_cli::process::{exit_on_closed_pipe, use_threads};
 #[derive(Parser)]
 #[command(version, propagate_version = true)]
 struct Cli {
-    /// Threads; 0: all cores. The result does not depend on it.
+    /// Number of threads; 0: one per core. The result does not depend on it.
     #[arg(long, global = true, default_value_t = 0, display_order = 900)]
     threads: usize,
     /// Warnings and errors only on stderr: no progress.
@@ -34,13 +34,13 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Parts a sub-pixel mosaic into its views and sums them by halves.
+    /// Splits a sub-pixel mosaic into its views, and sums them by halves.
     ///
     /// Example: qpalgo sai out/samples/000001 -o views
     ///          qpalgo sai raw.png --subpixels 2x2 --format png -o views
     #[command(verbatim_doc_comment)]
     Sai(sai::SaiArgs),
-    /// Sharpness of pictures: De, Wee and gradient, one line a picture and channel.
+    /// Sharpness of pictures: De, Wee and gradient, one line per picture and channel.
     ///
     /// They have no unit and depend on the size: compare equal crops only.
     ///   De        share of the frequencies whose amplitude is above 1/1000 of the largest
@@ -57,11 +57,12 @@ enum Command {
     Refocus(refocus::RefocusArgs),
     /// Matches two pictures block by block to a hundredth of a pixel: shift, standard deviation, validity.
     ///
-    /// The disparity is where a point appears in VIEW minus where it appears in REFERENCE, px, dx to the right, dy down: of the
-    /// left and the right half of the pupil it is x_L - x_R, positive for points nearer than the focus.
+    /// The disparity is where a point appears in VIEW minus where it appears in REFERENCE, px, dx to the right, dy down.
+    /// Of the left and the right half of the pupil it is x_L - x_R, positive for points nearer than the focus.
     ///
-    /// Each node has dx, dy, their standard deviation sigma (along the worse direction) and a verdict: 0 valid, 1 textureless,
-    /// 2 low correlation, 3 ambiguous, 4 at the edge of the search, 5 outside, 6 uncertain, 7 inconsistent, 8 not converged.
+    /// Each node has dx, dy, their standard deviation sigma (along the worse direction) and a verdict: 0 valid,
+    /// 1 textureless, 2 low correlation, 3 ambiguous, 4 at the edge of the search, 5 outside, 6 uncertain,
+    /// 7 inconsistent, 8 not converged.
     ///
     /// Example: qpalgo disparity views/sum_L.exr views/sum_R.exr --one-dimensional horizontal -o shift
     ///          qpalgo disparity out/samples/000001 -o shifts     (each view against the sum of all)
@@ -72,7 +73,7 @@ enum Command {
     /// e = estimate - truth (a vector where two channels are compared), over the pixels that have both:
     ///   EPE = mean |e|, RMS = root of the mean |e|^2, px;   bad-t = part with |e| > t px, t = 0.1, 0.5, 1
     /// Of one channel also those that do not see an affine change of the estimate:
-    ///   AIWE(p) = min over a, b of (sum w |truth - (a estimate + b)|^p / sum w)^(1/p), px;   p = 1, 2;   w: --mask, or 1
+    ///   AIWE(p) = min over a, b of (sum w |truth - (a estimate + b)|^p / sum w)^(1/p), px; p = 1, 2; w: --mask, or 1
     ///   1-|rho|, rho: Spearman's rank correlation; ties share their mean rank
     ///
     /// Example: qpalgo score shift/disparity.exr out/samples/000001/disparity.exr --estimate-channels G.dx \
@@ -100,8 +101,8 @@ enum Command {
     Table(table::TableArgs),
     /// Metric depth and its confidence from the shift between opposite views.
     ///
-    /// Z in m from the first lens vertex, by the camera's own relation of disparity and depth; its standard deviation in m;
-    /// the disparity x_L - x_R in px with the standard deviation s, and the confidence 1 - s/(0.1 px), at least 0.
+    /// Z in m from the first lens vertex, by the camera's relation of disparity and depth; its standard deviation in m;
+    /// the disparity x_L - x_R in px with the standard deviation s; and the confidence 1 - s/(0.1 px), at least 0.
     ///
     /// Example: qpalgo depth out/samples/000001 --score -o depth
     ///          qpalgo depth capture/raw.png --calibration camera.json --format pfm -o depth
@@ -110,8 +111,9 @@ enum Command {
     Depth(depth::DepthArgs),
     /// Sharpness and phase difference over the focus stacks of a dataset: where would the camera focus?
     ///
-    /// Focus is in dioptres, 1/m from the entrance pupil. For each stack: the zero of the phase difference x_L - x_R (px), the peaks of
-    /// gradient, De and Wee, and the truth of the sample's own maps. A stack comes from `[sweep]` in the configuration of qpgen dataset.
+    /// Focus is in dioptres, 1/m from the entrance pupil. For each stack: the zero of the phase difference x_L - x_R (px),
+    /// the peaks of gradient, De and Wee, and the truth of the sample's own maps. A stack comes from `[sweep]` in the
+    /// configuration of qpgen dataset.
     ///
     /// Example: qpalgo autofocus out -o autofocus
     #[command(verbatim_doc_comment)]

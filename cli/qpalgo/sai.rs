@@ -14,7 +14,7 @@ use quadpixel_algorithms::sai::Side;
 /// Arguments of `qpalgo sai`.
 #[derive(Clone, Debug, Args)]
 pub struct SaiArgs {
-    /// Sub-pixel mosaic (EXR, PNG, TIFF), EXR with a layer a view, or a sample's folder; integers are read as 0 to 1 of their
+    /// Sub-pixel mosaic (EXR, PNG, TIFF), EXR with one layer per view, or a sample's folder; integers are read as 0 to 1 of their
     /// full scale where no meta.json says otherwise.
     raw: PathBuf,
     #[command(flatten)]

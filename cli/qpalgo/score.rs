@@ -19,7 +19,7 @@ pub struct ScoreArgs {
     estimate: PathBuf,
     /// True disparity, px, in any of these formats; NaN: no truth.
     truth: PathBuf,
-    /// One or two channels of ESTIMATE, parted by a comma, such as G.dx,G.dy (without names in the file: 0,1); absent: its only
+    /// One or two channels of ESTIMATE, separated by a comma, such as G.dx,G.dy (without names in the file: 0,1); absent: its only
     /// channel, or its only dx and dy.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     estimate_channels: Vec<String>,

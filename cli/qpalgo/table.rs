@@ -18,7 +18,7 @@ use quadpixel_algorithms::table::{Entry, Row, TableList, csv, markdown};
 /// Arguments of `qpalgo table`.
 #[derive(Clone, Debug, Args)]
 pub struct TableArgs {
-    /// TOML with a [[row]] a measurement: setup, position, calibration, capture (samples' folders, relative to the list).
+    /// TOML with one [[row]] per measurement: setup, position, calibration, capture (samples' folders, relative to the list).
     list: PathBuf,
     /// Folder to write: table.md and table.csv.
     #[arg(long, short)]

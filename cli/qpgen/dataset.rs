@@ -18,16 +18,16 @@ use quadpixel_generators::stop::Stop;
 /// Arguments of `qpgen dataset`.
 #[derive(Args)]
 pub struct DatasetArgs {
-    /// Configuration (TOML); absent: the built-in one.
+    /// Configuration file (TOML), such as one made by --print-config; absent: the built-in one.
     #[arg(long)]
     config: Option<PathBuf>,
-    /// Number of samples.
+    /// Number of samples; absent: as the configuration says.
     #[arg(long)]
     count: Option<usize>,
-    /// Seed: same seed, same bytes.
+    /// Seed of all random numbers: the same seed gives the same bytes; absent: as the configuration says.
     #[arg(long)]
     seed: Option<u64>,
-    /// Folder of the dataset; one of an earlier run with the same configuration goes on where it stopped.
+    /// Folder of the dataset. If an earlier run with the same configuration stopped there, it goes on.
     #[arg(long, default_value = "out")]
     out: PathBuf,
     #[command(flatten)]
@@ -37,14 +37,13 @@ pub struct DatasetArgs {
     /// Prints the default configuration with comments, and stops.
     #[arg(long)]
     print_config: bool,
-    /// Rays and response tables: draft (32 rays a microlens and channel), standard (128: the default), reference (512); in the place of
-    /// what the configuration says.
+    /// Number of rays, and fineness of the response tables; overrides the configuration.
     #[arg(long, value_enum)]
     preset: Option<Preset>,
-    /// Says what the dataset will take (s, bytes of memory and disk) and how large its noise will be, after a few trial samples, and stops.
+    /// Renders a few trial samples, prints the time (s), memory and disk (MB) and noise to expect, and stops.
     #[arg(long)]
     estimate: bool,
-    /// Prints one JSON object on stdout at the end, and progress as one JSON object a line on stderr.
+    /// Prints one JSON object on stdout at the end, and progress as one JSON object per line on stderr.
     #[arg(long)]
     pub json: bool,
 }

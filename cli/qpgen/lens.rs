@@ -61,7 +61,7 @@ enum LensCommand {
         /// Picture to write; absent: NAME-spots.svg.
         #[arg(long, short)]
         output: Option<PathBuf>,
-        /// Prints the points (mm on the sensor, camera frame) as one JSON object on stdout; writes a picture only with -o.
+        /// Prints the points (mm on the sensor, camera frame) as one JSON object on stdout; then a picture only with -o.
         #[arg(long)]
         json: bool,
     },
@@ -76,7 +76,8 @@ enum LensCommand {
         #[arg(long, short)]
         output: Option<PathBuf>,
     },
-    /// Compares lenses with the figures in their own files; prints a Markdown table. Exit code 1 if any differs unexplained.
+    /// Compares lenses with the figures that their files state; prints a Markdown table.
+    /// Exit code 1 if a figure differs and the file gives no reason.
     ///
     /// Example: qpgen lens check
     #[command(verbatim_doc_comment)]

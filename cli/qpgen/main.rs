@@ -25,10 +25,10 @@ use quadpixel_laboratory::{accuracy, study};
 #[derive(Parser)]
 #[command(version, propagate_version = true)]
 struct Cli {
-    /// Threads; 0: all cores. The result does not depend on it.
+    /// Number of threads; 0: one per core. The result does not depend on it.
     #[arg(long, global = true, default_value_t = 0)]
     threads: usize,
-    /// What is said on stderr.
+    /// What is printed on stderr.
     #[arg(long, global = true, value_enum, default_value_t = Level::Info)]
     log: Level,
     /// Warnings and errors only: --log warn.
@@ -56,8 +56,8 @@ enum Command {
     /// Example: qpgen preview out
     #[command(verbatim_doc_comment)]
     Preview(preview::PreviewArgs),
-    /// Renders one image from a recipe (TOML, or the meta.json of a sample), or from a glTF, GLB or OBJ scene. A first, coarse look
-    /// at a world of meshes is written as OUT-first.jpg within a second or two.
+    /// Renders one image from a recipe (TOML, or the meta.json of a sample), or from a glTF, GLB or OBJ scene.
+    /// A first, coarse picture of a world of meshes is written as OUT-first.jpg within a second or two.
     ///
     /// Example: qpgen render out/samples/000003/meta.json --out again
     ///
@@ -71,8 +71,8 @@ enum Command {
     /// Example: qpgen response --pixel 1.6um --model rcwa --preset draft --shifts 8 -o all-shifts.npz
     #[command(verbatim_doc_comment)]
     Response(response::ResponseArgs),
-    /// The paper's studies of the pixel and the sensor: rejection ratio, microlenses, pitch, wavelength, filter, tungsten, mosaic, chief rays, flat field,
-    /// size.
+    /// The paper's studies of the pixel and the sensor: rejection ratio, microlenses, pitch, wavelength, filter, tungsten,
+    /// mosaic, chief rays, flat field, size.
     ///
     /// Example: qpgen study rejection --pixel 3.5um,2.8um --out study
     ///
@@ -86,7 +86,7 @@ enum Command {
     /// Example: qpgen validate --pixel 2.8um --out validation
     #[command(verbatim_doc_comment)]
     Validate(validate::ValidateArgs),
-    /// What accuracy costs in time: error against time of each knob, against converged references.
+    /// What accuracy costs: error (against converged references) over time, for each knob.
     ///
     /// Example: qpgen accuracy rays levels --out accuracy
     #[command(verbatim_doc_comment)]

@@ -24,7 +24,7 @@ pub const DEFAULT_TOML: &str = include_str!("scene.toml");
 /// Arguments of `qpgen render`.
 #[derive(Args)]
 pub struct RenderArgs {
-    /// Recipe: lens, sensor, response, cards (TOML), or the meta.json of a sample; absent: the built-in one.
+    /// Recipe of lens, sensor, response and cards (TOML, see --print-scene), or the meta.json of a sample; absent: the built-in one.
     scene: Option<PathBuf>,
     /// New folder to write, with the files of a dataset's sample.
     #[arg(long, short, default_value = "render")]
@@ -36,10 +36,10 @@ pub struct RenderArgs {
     scene_args: SceneArgs,
     #[command(flatten)]
     effects: EffectArgs,
-    /// Keeps the radiance of every ray in this file (.npz), for --from-rays.
+    /// Writes the radiance of every ray to this file (.npz), for --from-rays.
     #[arg(long, value_name = "FILE")]
     keep_rays: Option<PathBuf>,
-    /// Traces nothing: takes the rays of a --keep-rays file. The recipe may differ from the kept one in its response, sub-pixels,
+    /// Traces nothing and takes the rays of a --keep-rays file. The recipe may differ from that of the file in its response, sub-pixels,
     /// microlens shift, readout and exposure.
     #[arg(long, value_name = "FILE", conflicts_with = "keep_rays")]
     from_rays: Option<PathBuf>,

@@ -25,22 +25,22 @@ use quadpixel_generators::progress::Progress;
 /// Arguments of `qpgen response`.
 #[derive(Args)]
 pub struct ResponseArgs {
-    /// Pixel: a built-in name or a TOML file.
+    /// Pixel: a built-in name, such as 1.6um, or a TOML file (see --print-pixel).
     #[arg(long, default_value = "2.8um")]
     pixel: String,
-    /// Sub-pixels, columns x rows; absent: as the pixel says.
+    /// Sub-pixels, columns x rows, such as 2x1; absent: as the pixel says.
     #[arg(long)]
     subpixels: Option<String>,
-    /// Colour of the microlens, of a pixel in a mosaic of colour filters (1.6um-bayer; models rcwa, fdtd); all: a table of each, of one simulation;
-    /// absent: as the pixel says.
+    /// Which microlens of a pixel with a mosaic of colour filters (such as 1.6um-bayer; models rcwa, fdtd): that of a colour; all: one
+    /// table per colour, from one simulation; absent: as the pixel says.
     #[arg(long, value_enum)]
     colour: Option<ColourArg>,
-    /// Wavelengths that stand for each channel's band, with --colour bands.
+    /// With --colour bands: number of wavelengths per channel.
     #[arg(long, default_value_t = 4, value_name = "N")]
     band_wavelengths: usize,
     #[command(flatten)]
     model: PixelModelArgs,
-    /// Wavelengths, nm, parted by commas.
+    /// Wavelengths, nm, separated by commas, such as 450,550,650.
     #[arg(
         long,
         alias = "wavelength",
@@ -48,23 +48,23 @@ pub struct ResponseArgs {
         default_value = "550"
     )]
     wavelength_nm: Vec<f64>,
-    /// Directions simulated from the normal to the table's end, along u and along v; absent: as the preset says.
+    /// Number of steps between simulated directions, from the normal to the table's end, along u and along v; absent: as the preset says.
     #[arg(long)]
     grid: Option<usize>,
-    /// The table's end: largest direction cosines |u| and |v|.
+    /// The table's end: largest direction cosines |u| and |v|, such as 0.8; absent: as the preset says.
     #[arg(long)]
     cosine_max: Option<f64>,
-    /// A table of all lens shifts (5D), for sensors whose microlenses follow the chief ray: this many a pitch along x and along y, even, 4 to 32. Exact
-    /// from 4 n pitch / λ on, n of the layer above the silicon: 18 at 1.6 µm, 30 at 2.8 µm and 550 nm.
+    /// Makes a table of all microlens shifts (5D), for sensors whose microlenses follow the chief ray: N shifts per pitch along x and along y,
+    /// even, 4 to 32. Exact from 4 n pitch / λ on, n of the layer above the silicon: 18 at 1.6 µm, 30 at 2.8 µm and 550 nm.
     #[arg(long, value_name = "N", conflicts_with = "theta_deg")]
     shifts: Option<usize>,
-    /// F-number of the cone of light that the sub-pixels shall share, of a table of lens shifts.
+    /// With --shifts: F-number of the cone of light that the sub-pixels share equally.
     #[arg(long, default_value_t = 2.0, requires = "shifts")]
     cone_f_number: f64,
-    /// Only these angles of incidence, deg, parted by commas.
+    /// Prints P at these angles of incidence (deg, separated by commas) and makes no table.
     #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
     theta_deg: Vec<f64>,
-    /// Azimuths of the angles, deg, parted by commas.
+    /// With --theta-deg: azimuths, deg, separated by commas.
     #[arg(
         long,
         value_delimiter = ',',
@@ -76,7 +76,7 @@ pub struct ResponseArgs {
     /// are several).
     #[arg(long, value_name = "CSV", conflicts_with = "theta_deg")]
     import: Option<PathBuf>,
-    /// The imported file holds part of the directions; the pixel's symmetry gives the others.
+    /// With --import: the file holds a part of the directions; the pixel's symmetry gives the others.
     #[arg(long, requires = "import")]
     symmetric: bool,
     #[command(flatten)]
@@ -84,7 +84,7 @@ pub struct ResponseArgs {
     /// Table to write, an .npz that NumPy reads; absent: NAME-MODEL.npz.
     #[arg(long, short)]
     output: Option<PathBuf>,
-    /// Prints the pixel as a TOML file to start from, and stops.
+    /// Prints the pixel as a TOML file with comments, to start from, and stops.
     #[arg(long)]
     print_pixel: bool,
     /// Prints one JSON object on stdout.

@@ -17,7 +17,7 @@ use quadpixel_generators::scenes::{FileWorld, WorldRecipe, WorldSource};
 #[derive(Args)]
 #[group(requires = "scene_file")]
 pub struct SceneArgs {
-    /// Scene to render in the place of a recipe: .gltf, .glb (metres) or .obj with its .mtl.
+    /// Scene to render instead of a recipe: .gltf, .glb (metres) or .obj with its .mtl.
     #[arg(
         long = "scene",
         id = "scene_file",
@@ -31,10 +31,10 @@ pub struct SceneArgs {
     /// Depth in focus, mm from the first lens vertex.
     #[arg(long, default_value_t = 750.0)]
     focus_mm: f64,
-    /// Stops the lens down to this F-number; absent: wide open.
+    /// Stops the lens down to this F-number, such as 4; absent: wide open.
     #[arg(long)]
     f_number: Option<f64>,
-    /// Microlenses in a row, and rows of them, such as 640x480.
+    /// Number of microlenses, columns x rows, such as 640x480.
     #[arg(long, default_value = "512x384")]
     size: String,
     /// Pitch of the microlenses, µm; absent: as --pixel has it, or 8 for the ideal box.
@@ -46,7 +46,7 @@ pub struct SceneArgs {
     /// Pixel of the wave-optics response, a built-in name or .toml file; absent: the ideal box.
     #[arg(long)]
     pixel: Option<String>,
-    /// Rays a microlens and colour channel.
+    /// Rays per microlens and colour channel.
     #[arg(long, default_value_t = 128)]
     rays_per_pixel: usize,
     /// Seed of the rays.
@@ -55,7 +55,7 @@ pub struct SceneArgs {
     /// Length of the file's unit, mm; absent: 1000 (glTF's metre).
     #[arg(long)]
     unit_mm: Option<f64>,
-    /// Name of the camera in the file whose place is taken; absent: the first one, or --distance-mm.
+    /// Name of a camera of the file to look from; absent: the first one, or --distance-mm.
     #[arg(long)]
     camera: Option<String>,
     /// Puts the middle of everything at this depth on the axis, mm; absent (and no camera in the file): in focus.
@@ -64,19 +64,19 @@ pub struct SceneArgs {
     /// Scales everything so that the longest side of its box has this length, mm; absent: as it is.
     #[arg(long)]
     size_mm: Option<f64>,
-    /// Turn about the upright axis, deg: positive shows more of the left side.
+    /// Turns the scene about the upright axis, deg: positive shows more of its left side.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     yaw_deg: f64,
-    /// Turn about the horizontal axis, deg: positive shows it from above.
+    /// Turns the scene about the horizontal axis, deg: positive shows it from above.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     pitch_deg: f64,
     /// Equirectangular panorama (.exr, .hdr) that lights it.
     #[arg(long)]
     panorama: Option<String>,
-    /// Even radiance of the surroundings, or factor of the panorama; absent: 1 where nothing shines, else 0.
+    /// Even radiance of the surroundings, or factor on the panorama; absent: 1 where nothing in the file shines, else 0.
     #[arg(long)]
     sky: Option<f32>,
-    /// Surfaces that a path of light may meet.
+    /// Largest number of surfaces that a path of light may meet.
     #[arg(long, default_value_t = PathSettings::default().max_bounces)]
     max_bounces: u32,
     /// Exposure in stops (0: a white wall of radiance 1 gives a sum of 1); absent: so that 95 % of the picture is below 0.8.

@@ -9,8 +9,8 @@ use quadpixel_generators::progress::Progress;
 /// Arguments of commands that share their work.
 #[derive(Args)]
 pub struct ShardArgs {
-    /// Only part I (from 1) of N, such as 2/4; 1/1: all. Absent: the part that SLURM_ARRAY_TASK_ID and SLURM_ARRAY_TASK_COUNT, or
-    /// JOB_COMPLETION_INDEX and JOB_COMPLETION_COUNT say (QUADPIXEL_SHARDS in the place of either count); without these, all.
+    /// Makes only part I (counted from 1) of N, such as 2/4; 1/1: all. Absent: the part that SLURM_ARRAY_TASK_ID and SLURM_ARRAY_TASK_COUNT, or
+    /// JOB_COMPLETION_INDEX and JOB_COMPLETION_COUNT say (QUADPIXEL_SHARDS replaces either count); without these, all.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
 }

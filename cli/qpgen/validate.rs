@@ -25,7 +25,7 @@ pub struct ValidateArgs {
     /// Sub-pixels, columns × rows.
     #[arg(long, default_value = "2x2")]
     subpixels: String,
-    /// Rays a direction.
+    /// Rays per direction.
     #[arg(long, default_value_t = 16384)]
     rays: usize,
     /// Largest angle of incidence, deg.
@@ -92,7 +92,7 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
         println!("{report}");
     } else {
         println!(
-            "response that came back against the one put in, in parts of its peak ({}, {} rays a direction)",
+            "response that came back against the one put in, in parts of its peak ({}, {} rays per direction)",
             args.pixel, args.rays
         );
         for (name, e) in [

@@ -29,10 +29,10 @@ pub struct ExportArgs {
     /// New folder to write.
     #[arg(long, short)]
     out: PathBuf,
-    /// Takes the noisy captures instead of the clean ones (dpdd, qpdnet; a webdataset has both).
+    /// Writes the noisy captures instead of the clean ones (dpdd, qpdnet; a webdataset has both).
     #[arg(long)]
     noisy: bool,
-    /// Largest size of a tar shard, MB; one sample is never parted (webdataset).
+    /// Largest size of a tar shard, MB; a sample is never split (webdataset).
     #[arg(long, default_value_t = 512)]
     shard_mb: u64,
     /// Prints one JSON object on stdout at the end.

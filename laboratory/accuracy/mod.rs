@@ -39,7 +39,7 @@ const TITLE: &str = "error against processor time";
 /// Arguments of `qpgen accuracy`.
 #[derive(Args)]
 pub struct AccuracyArgs {
-    /// What to turn; all of them, if none is given.
+    /// Knobs to measure; absent: all of them.
     #[arg(value_enum)]
     knobs: Vec<Knob>,
     /// Folder for accuracy.md, accuracy.svg, and KNOB.csv and KNOB.svg of each.
@@ -55,11 +55,11 @@ pub struct AccuracyArgs {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Knob {
-    /// Rays a pixel: noise of the image, % of its mean.
+    /// Rays per pixel: noise of the image, % of its mean.
     Rays,
     /// Tracing the lens exactly or by polynomials: µm on the sensor.
     Lens,
-    /// Wavelengths a colour channel: % of the image's mean.
+    /// Wavelengths per colour channel: % of the image's mean.
     Wavelengths,
     /// Levels of the pixel model (geometric, wave, corrected, rcwa, fdtd): P, % of the largest.
     Levels,
@@ -72,7 +72,7 @@ enum Knob {
 /// How much is done.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Size {
-    /// A minute or two a knob at most.
+    /// A minute or two per knob at most.
     Affordable,
     /// All rows.
     Full,

@@ -36,28 +36,28 @@ pub struct StudyArgs {
     /// What to study.
     #[arg(value_enum)]
     kind: Kind,
-    /// Pixels of the rejection and size studies, parted by commas, or the one of the cra, flat-field, corrected and mosaic studies: built-in names or
+    /// Pixels of the rejection and size studies, separated by commas, or the one of the cra, flat-field, corrected and mosaic studies: built-in names or
     /// TOML files; absent: 3.5um-roc3.5,3.5um, or 3.5um,1.6um (size), 3.5um-thin-filter (cra), 1.6um (flat-field, corrected), 1.6um-bayer (mosaic).
     #[arg(long, value_delimiter = ',')]
     pixel: Vec<String>,
-    /// Lens shifts a pitch of the flat-field study, a multiple of 8.
+    /// Of the flat-field study: lens shifts per pitch, a multiple of 8.
     #[arg(long, default_value_t = 16)]
     shifts: usize,
-    /// The corrected study under all lens shifts, not the centred one.
+    /// Of the corrected study: under all lens shifts, not only the centred lens.
     #[arg(long)]
     all_shifts: bool,
-    /// F-number of the cone that the sub-pixels share, of the cra study.
+    /// Of the cra study: F-number of the cone of light that the sub-pixels share equally.
     #[arg(long, default_value_t = 2.0)]
     cone_f_number: f64,
     #[command(flatten)]
     model: PixelModelArgs,
-    /// Step of the angle of incidence, deg.
+    /// Step of the angle of incidence, deg, such as 2.5.
     #[arg(long, default_value_t = 1.0)]
     theta_step_deg: f64,
     /// Largest angle of incidence, deg, from the chief ray.
     #[arg(long, default_value_t = 50.0)]
     theta_max_deg: f64,
-    /// Folder for KIND.csv and KIND.svg (of flat-field a .png, of size a .jpg), and KIND.partial while it runs, with which a killed study goes on; also KIND-ranges.csv, or cra-shifts.csv.
+    /// Folder for KIND.csv and KIND.svg (of flat-field a .png, of size a .jpg), also KIND-ranges.csv, or cra-shifts.csv. While the study runs: KIND.partial, from which a killed study goes on.
     #[arg(long, default_value = "study")]
     out: PathBuf,
     /// Prints one JSON object on stdout.
@@ -83,7 +83,7 @@ enum Kind {
     FlatField,
     /// Exact runs spent against error left, of the corrected wave model.
     Corrected,
-    /// The alphabet chart 500 mm away, focus at 750 mm, by each pixel, classic and diffractive: views, their difference, and the disparity a pixel of
+    /// The alphabet chart 500 mm away, focus at 750 mm, by each pixel, classic and diffractive: views, their difference, and the disparity per pixel of
     /// defocus (Fig. 12).
     Size,
     /// Tungsten walls on the 2.8 µm pixel (Fig. 3(b)); needs a vector model.

@@ -25,7 +25,7 @@ use report::Curve;
 pub struct AutofocusArgs {
     /// Folder of a dataset with focus stacks (`[sweep]` in its configuration): scenes of three samples or more.
     dataset: PathBuf,
-    /// Folder to write: autofocus.csv (a line a sample), focus.csv (a line a scene), SCENE.svg.
+    /// Folder to write: autofocus.csv (one line per sample), focus.csv (one line per scene), SCENE.svg.
     #[arg(long, short)]
     out: PathBuf,
     /// Part of the picture that is to be in focus: x,y,width,height in px of a view; absent: the middle half.

@@ -23,7 +23,7 @@ pub(super) enum ColourArg {
     Green,
     Blue,
     All,
-    /// One table for a dataset whose channels are bands (`[spectrum]`): at each wavelength of a band the microlens of its colour.
+    /// One table for a dataset whose channels are bands (`[spectrum]`): each wavelength of a band under the filter of its colour.
     Bands,
 }
 
