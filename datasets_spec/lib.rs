@@ -1,10 +1,12 @@
 //! The on-disk contract of quadpixel datasets, for writers, readers and checkers: see `SPEC.md` beside this file.
 //!
-//! - [`DatasetManifest`] is `dataset.json`, [`SampleMeta`] is a sample's `meta.json`; their JSON Schemas lie in `schema/`.
+//! - [`DatasetManifest`] is `dataset.json`, [`SampleMeta`] is a sample's `meta.json`,
+//!   [`CameraDescription`] the `camera.json` beside it; their JSON Schemas lie in `schema/`.
 //! - [`paths`] names the files; [`split_of_scene`] puts a scene into train, val or test.
 //! - [`check_dataset`] reads a whole dataset back and lists what is wrong with it.
 
 mod camera;
+mod camera_description;
 mod check;
 mod layout;
 mod load;
@@ -19,6 +21,7 @@ pub use camera::{
     Channel, ChannelBand, CraShift, ExitPupil, Exposure, Focus, Intrinsics, Lens, Response, Sensor,
     Subpixels,
 };
+pub use camera_description::{CameraDescription, DisparityRatio, RatioField, RawLevels};
 pub use check::{Finding, Progress, Report, check_dataset, check_hashes};
 pub use layout::{Optional, SUM_LAYER, sample_files};
 pub use manifest::{DatasetManifest, FileEntry, SampleEntry, Tool, conventions, units};
@@ -39,6 +42,11 @@ pub const SPEC: &str = include_str!("SPEC.md");
 /// The JSON Schema of `dataset.json`.
 pub fn dataset_schema() -> serde_json::Value {
     schemars::schema_for!(DatasetManifest).to_value()
+}
+
+/// The JSON Schema of `camera.json`.
+pub fn camera_schema() -> serde_json::Value {
+    schemars::schema_for!(CameraDescription).to_value()
 }
 
 /// The JSON Schema of `meta.json`.

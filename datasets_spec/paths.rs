@@ -14,6 +14,8 @@ pub const SAMPLES: &str = "samples";
 pub const SPLITS: &str = "splits";
 /// A sample's description.
 pub const META: &str = "meta.json";
+/// What the sample's camera knows of itself.
+pub const CAMERA: &str = "camera.json";
 /// A sample's contact sheet.
 pub const PREVIEW: &str = "preview.jpg";
 
