@@ -151,7 +151,10 @@ mod tests {
             let at = field.at([x, y], [8, 4]);
             assert!((at - plane(x, y)).abs() < 1e-12, "{x} {y}: {at}");
         }
-        assert_eq!(field.at([90.0, 90.0], [8, 4]), *field.values.last().unwrap());
+        assert_eq!(
+            field.at([90.0, 90.0], [8, 4]),
+            *field.values.last().unwrap()
+        );
     }
 
     #[test]
@@ -161,7 +164,10 @@ mod tests {
         assert!(RatioField::new(2, 2, &[None; 4]).is_none());
         assert!(RatioField::new(2, 2, &[Some(0.1); 3]).is_none());
         // A file may say anything: no panic.
-        let broken = RatioField { columns: 7, ..field };
+        let broken = RatioField {
+            columns: 7,
+            ..field
+        };
         assert_eq!(broken.at([0.0, 0.0], [4, 4]), broken.mean);
     }
 }
