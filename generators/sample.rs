@@ -5,8 +5,9 @@ use std::sync::Arc;
 use quadpixel::effects::{Choice, Decision, Effect, Estimate, Planned, Subject, plan};
 use quadpixel::image::Image;
 use quadpixel::image::raster::Levels;
+use quadpixel::progress::OnRays;
 use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField, DisparityMaps, WhiteField};
-use quadpixel::render::{Camera, Execution, RayRecord, SubPixelImage, render};
+use quadpixel::render::{Camera, RayRecord, Render, SubPixelImage};
 use quadpixel::response::Response;
 use quadpixel::scene::Scene;
 use quadpixel::spectrum::ChannelWavelengths;
@@ -196,17 +197,13 @@ impl Prepared {
         }
         let several = scene.planes().len() > 1 || scene.world().is_some();
         let surfaces = several.then_some(geometry.surfaces.as_slice());
-        let (settings, execution) = (&recipe.render, Execution::default());
+        let progress = OnRays(progress);
+        let shot = Render::new(&camera, &scene, &recipe.render)
+            .occlusion(surfaces)
+            .progress(&progress);
         let (rendered, record) = timed(&mut stages.rays_s, || match rays {
-            Rays::Trace => {
-                let rendered = render(&camera, &scene, settings, &execution, surfaces, progress);
-                Ok((rendered, None))
-            }
-            Rays::Keep => {
-                let both =
-                    RayRecord::render(&camera, &scene, settings, &execution, surfaces, progress);
-                both.map(|(rendered, record)| (rendered, Some(record)))
-            }
+            Rays::Trace => Ok((shot.run(), None)),
+            Rays::Keep => (shot.run_recorded()).map(|(rendered, record)| (rendered, Some(record))),
             Rays::Develop(record) => record.develop(&camera).map(|rendered| (rendered, None)),
         })
         .map_err(CommandError::input)?;

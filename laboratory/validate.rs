@@ -8,7 +8,7 @@
 
 use glam::{DVec2, DVec3};
 use quadpixel::lens::PupilEllipse;
-use quadpixel::render::{Camera, Execution, RenderSettings, render};
+use quadpixel::render::{Camera, RenderSettings, render};
 use quadpixel::response::{AngularResponse, Response};
 use quadpixel::scene::coverage::Coverage;
 use quadpixel::scene::texture::Texture;
@@ -200,14 +200,7 @@ fn pixel(
         rays_per_pixel: rays,
         seed: 1,
     };
-    let rendered = render(
-        &camera,
-        scene,
-        &settings,
-        &Execution::default(),
-        None,
-        &|_| (),
-    );
+    let rendered = render(&camera, scene, &settings);
     Ok(rendered
         .image
         .mosaic

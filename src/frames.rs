@@ -12,7 +12,7 @@
 //!
 //! - **Camera frame**: right-handed, mm, origin at the vertex of the first surface of the prescription, z along the axis
 //!   from the scene to the sensor, x to the photographer's right, y up. The scene is at z < 0: depth = −z.
-//! - **Sensor frame** (axes of PHYSICS.md's pixel frame, origin where the axis meets the sensor): the camera frame turned
+//! - **Sensor frame** (origin where the axis meets the sensor): the camera frame turned
 //!   by 180° about y, so z points to the scene.
 //! - **Stored image**: column grows with x_sensor, row grows with y_sensor. The lens turns the image by 180°, so the
 //!   stored picture is upright and not mirrored: the photographer's right is at large columns, up is at small rows.
@@ -36,6 +36,13 @@ pub fn uv_from_camera_direction(d: DVec3) -> DVec2 {
     DVec2::new(-d.x, d.y)
 }
 
+/// Direction cosines (u, v) of the light that arrives along a ray traced backward, whose unit direction has these x and y (camera frame): the light
+/// travels against it.
+#[inline]
+pub fn uv_from_traced_direction(x: f64, y: f64) -> (f64, f64) {
+    (x, -y)
+}
+
 /// Camera-frame point of the sensor position `xy_mm` (sensor frame) on a sensor at `z_mm`.
 #[inline]
 pub fn camera_from_sensor_mm(xy_mm: DVec2, z_mm: f64) -> DVec3 {
@@ -50,7 +57,9 @@ mod tests {
     fn right_half_of_the_pupil_sends_light_to_positive_u() {
         // From a pupil point on the photographer's right (x = +1) at z = −5 to the axis on the sensor at z = 0.
         let d = DVec3::new(-1.0, 0.0, 5.0).normalize();
-        assert!(uv_from_camera_direction(d).x > 0.0);
+        let uv = uv_from_camera_direction(d);
+        assert!(uv.x > 0.0);
+        assert_eq!(uv_from_traced_direction(-d.x, -d.y), (uv.x, uv.y));
     }
 
     #[test]

@@ -17,6 +17,7 @@ pub mod hash;
 pub mod image;
 pub mod lens;
 mod npz;
+pub mod progress;
 pub mod range;
 pub mod rays;
 pub mod render;

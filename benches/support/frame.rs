@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use quadpixel::em::PixelStack;
 use quadpixel::lens::{FocusBy, Lens, Prescription};
-use quadpixel::render::{Camera, Execution, RenderSettings, Rendered, render};
+use quadpixel::render::{Camera, Render, RenderSettings, Rendered};
 use quadpixel::response::{
     AngularResponse, MovingFrame, Response, ResponseAxes, ResponseMeta, ShiftGrid, TableSettings,
 };
@@ -74,8 +74,7 @@ impl Frame {
             rays_per_pixel: RAYS_PER_SUBPIXEL * self.stack.subpixels.count(),
             seed: 1,
         };
-        let execution = Execution::default();
-        render(camera, &self.scene, &settings, &execution, None, &|_| ())
+        Render::new(camera, &self.scene, &settings).run()
     }
 }
 

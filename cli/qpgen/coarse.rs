@@ -6,7 +6,7 @@ use quadpixel::command::CommandError;
 use quadpixel::file::write_aside;
 use quadpixel::image::{Image, raster, srgb};
 use quadpixel::render::truth::WhiteField;
-use quadpixel::render::{Execution, RenderSettings, render};
+use quadpixel::render::{RenderSettings, render};
 
 use quadpixel_generators::assemble;
 use quadpixel_generators::sample::Prepared;
@@ -39,9 +39,8 @@ impl Coarse {
             rays_per_pixel: RAYS,
             ..recipe.render
         };
-        let execution = Execution::default();
         let scene = prepared.scene();
-        let image = render(&camera, scene, &settings, &execution, None, &|_| ()).image;
+        let image = render(&camera, scene, &settings).image;
         let mut sum = image.sum();
         let gain = (1.0 / WhiteField::new(&camera).reference_sr()) as f32;
         sum.data_mut().iter_mut().for_each(|v| *v *= gain);

@@ -3,7 +3,7 @@
 // because tests fail by panicking
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
-use quadpixel::render::{Execution, RenderSettings, render};
+use quadpixel::render::{RenderSettings, render};
 use quadpixel_generators::assemble::{Responses, camera, scene, subpixels};
 use quadpixel_generators::recipe::Recipe;
 
@@ -77,16 +77,7 @@ fn a_filling_card_is_all_that_the_window_sees_tilted_or_not_near_or_far() {
                 rays_per_pixel: 256,
                 seed: 1,
             };
-            let seen = render(
-                &camera,
-                &scene,
-                &settings,
-                &Execution::default(),
-                None,
-                &|_| (),
-            )
-            .image
-            .sum();
+            let seen = render(&camera, &scene, &settings).image.sum();
             let brightest = seen.data().iter().copied().fold(0.0, f32::max);
             // Radiance 0.5 over the solid angle of an F/2.5 lens is 0.06; one ray of the environment adds 50/256 of that.
             assert!(

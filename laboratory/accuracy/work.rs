@@ -6,7 +6,7 @@ use glam::DMat3;
 use quadpixel::command::CommandError;
 use quadpixel::em::PixelStack;
 use quadpixel::lens::{FocusBy, Lens, Prescription};
-use quadpixel::render::{Camera, Execution, RenderSettings, render};
+use quadpixel::render::{Camera, RenderSettings, render};
 use quadpixel::response::{AngularResponse, Response};
 use quadpixel::sampling::uniform;
 use quadpixel::scene::texture::Texture;
@@ -128,14 +128,7 @@ pub fn mosaic(camera: &Camera, scene: &Scene, rays_per_pixel: usize, seed: u64) 
         rays_per_pixel,
         seed,
     };
-    let done = render(
-        camera,
-        scene,
-        &settings,
-        &Execution::default(),
-        None,
-        &|_| (),
-    );
+    let done = render(camera, scene, &settings);
     done.image.mosaic.data().to_vec()
 }
 

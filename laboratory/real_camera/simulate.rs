@@ -8,7 +8,7 @@ use quadpixel::field::FieldGrid;
 use quadpixel::image::Image;
 use quadpixel::lens::{chief_ray, trace_backward};
 use quadpixel::render::truth::{ReceptiveField, WhiteField};
-use quadpixel::render::{Camera, Execution, RenderSettings, render};
+use quadpixel::render::{Camera, RenderSettings, render};
 use quadpixel::scene::Scene;
 use quadpixel::scene::TexturedPlane;
 use quadpixel::scene::texture::Texture;
@@ -41,14 +41,7 @@ pub fn rendered(
         rays_per_pixel: RAYS_PER_PIXEL,
         seed: 1,
     };
-    let shot = render(
-        camera,
-        &scene,
-        &settings,
-        &Execution::default(),
-        None,
-        &|_| (),
-    );
+    let shot = render(camera, &scene, &settings);
     let white = WhiteField::new(camera);
     let shares = shares(camera);
     let mut views = [shot.image.view(0), shot.image.view(1)];

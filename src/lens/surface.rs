@@ -1,6 +1,6 @@
 //! One surface of a lens: its sag, slope and normal, and where a ray meets it, all in the surface's own frame.
 //!
-//! With r² = x² + y², c the vertex curvature, k the conic constant and s = √(1 − (1+k) c² r²) (PHYSICS.md section 6):
+//! With r² = x² + y², c the vertex curvature, k the conic constant and s = √(1 − (1+k) c² r²):
 //!
 //! ```text
 //! sag z(r) = c r² / (1 + s) + Σ A_p r^p          slope over radius h = z'(r) / r = c / s + Σ p A_p r^(p−2)

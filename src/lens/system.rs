@@ -1,6 +1,6 @@
 //! A lens at one wavelength: the form that both tracers (scalar oracle and packets) read.
 //!
-//! Sag of a surface about its vertex, r² = x² + y², c = 1/R, k the conic constant (PHYSICS.md section 6):
+//! Sag of a surface about its vertex, r² = x² + y², c = 1/R, k the conic constant:
 //!
 //! ```text
 //! z(r) = c r² / (1 + √(1 − (1+k) c² r²)) + Σ A_p r^p ,   p = 2, 4, …, 20

@@ -1,12 +1,14 @@
 //! One pixel: aim rays, weigh them by the response, trace them, splat their radiance on all sub-pixels.
 
+use std::ops::Range;
+
 use glam::{DVec2, DVec3};
 
 use super::camera::Camera;
 use super::stats::Tally;
 use super::tracer::Tracer;
 use super::{Execution, RenderSettings};
-use crate::frames::camera_from_sensor_mm;
+use crate::frames::{camera_from_sensor_mm, uv_from_traced_direction};
 use crate::lens::PupilEllipse;
 use crate::rays::RayBatch;
 use crate::rays::RaySlices;
@@ -32,8 +34,10 @@ pub(super) struct Workspace {
     weights: Vec<f32>,
     batch: RayBatch,
     hits: Hits,
-    /// One list a channel.
+    /// One list per channel.
     radiance: [Vec<f32>; 3],
+    /// Of all that was rendered with these buffers.
+    pub tally: Tally,
 }
 
 /// The pixel's own data that its rays share.
@@ -44,20 +48,65 @@ pub(super) struct PixelAim {
     pub key: u64,
 }
 
-/// What is asked of a pixel beside its image.
+/// How much of the pupil sees another surface than the chief ray.
 pub(super) struct Occlusion {
     /// Surface that the chief ray meets.
-    pub chief_surface: u16,
+    chief_surface: u16,
     /// Solid-angle-weighted sum over rays that meet another one, and over all that pass.
-    pub other: f64,
-    pub all: f64,
+    other: f64,
+    all: f64,
 }
 
-/// Radiance of a pixel's rays, one entry a channel and ray (channels outermost, lost rays 0): not kept, written, or read.
-pub(super) enum Kept<'a> {
-    No,
+impl Occlusion {
+    /// Beside this surface, which the chief ray meets.
+    pub fn beside(chief_surface: u16) -> Self {
+        Self {
+            chief_surface,
+            other: 0.0,
+            all: 0.0,
+        }
+    }
+
+    /// The other surfaces' share; `None` where no ray passed.
+    pub fn share(&self) -> Option<f32> {
+        (self.all > 0.0).then(|| (self.other / self.all) as f32)
+    }
+}
+
+/// Radiance of rays, one entry per pixel, channel and ray (pixels outermost, lost rays 0): not kept, written, or read.
+pub(super) enum RadianceRecord<'a> {
+    None,
     Write(&'a mut [f32]),
     Read(&'a [f32]),
+}
+
+impl<'a> RadianceRecord<'a> {
+    /// `count` parts of `len` entries each.
+    pub fn split(self, len: usize, count: usize) -> Vec<RadianceRecord<'a>> {
+        match self {
+            Self::None => (0..count).map(|_| Self::None).collect(),
+            Self::Write(all) => (all.chunks_mut(len).take(count).map(Self::Write)).collect(),
+            Self::Read(all) => (all.chunks(len).take(count).map(Self::Read)).collect(),
+        }
+    }
+}
+
+/// A pixel to be rendered, and what is asked for beside its image.
+pub(super) struct PixelTask<'a> {
+    pub aim: &'a PixelAim,
+    pub occlusion: Option<Occlusion>,
+    pub record: RadianceRecord<'a>,
+}
+
+impl<'a> PixelTask<'a> {
+    /// Nothing but the image.
+    pub fn image_only(aim: &'a PixelAim) -> Self {
+        Self {
+            aim,
+            occlusion: None,
+            record: RadianceRecord::None,
+        }
+    }
 }
 
 /// Rays of one pixel at one wavelength of each channel.
@@ -75,55 +124,62 @@ pub(super) struct Estimator<'a> {
     /// `None`: the radiance of each ray comes from a record.
     pub scene: Option<&'a Scene>,
     pub settings: &'a RenderSettings,
-    pub execution: &'a Execution,
-    pub sobol: SobolSet,
+    execution: Execution,
+    sobol: SobolSet,
     /// See [`PathKey::spread`].
-    pub spread: f32,
+    spread: f32,
 }
 
-impl Estimator<'_> {
-    /// Writes the pixel's estimate to `out[channel * subpixels + subpixel]`, counts its rays in `tally`, and adds to
-    /// `occlusion` what it asks for.
-    pub fn pixel(
-        &self,
-        aim: &PixelAim,
-        mut occlusion: Option<&mut Occlusion>,
-        mut kept: Kept<'_>,
-        work: &mut Workspace,
-        tally: &mut Tally,
-        out: &mut [f64],
-    ) {
+impl<'a> Estimator<'a> {
+    pub fn new(
+        camera: &'a Camera,
+        scene: Option<&'a Scene>,
+        settings: &'a RenderSettings,
+        execution: Execution,
+    ) -> Self {
+        Self {
+            camera,
+            scene,
+            settings,
+            execution,
+            sobol: SobolSet::new(settings.rays_per_pixel),
+            spread: camera.ray_spread(settings.rays_per_pixel),
+        }
+    }
+
+    /// Entries of a [`RadianceRecord`] per pixel.
+    pub fn record_len(&self) -> usize {
+        3 * self.settings.rays_per_pixel
+    }
+
+    /// Writes the pixel's estimate to `out[channel * subpixels + subpixel]` and counts its rays in the workspace's tally.
+    pub fn pixel(&self, task: &mut PixelTask<'_>, work: &mut Workspace, out: &mut [f64]) {
         out.fill(0.0);
         let rays = self.settings.rays_per_pixel;
         let colours = self.camera.colours();
         let mut first = 0;
         for wavelength in 0..colours.count() {
-            let end = colours.end_of_share(wavelength, rays, aim.key);
+            let end = colours.end_of_share(wavelength, rays, task.aim.key);
             while first < end {
                 let block = Block {
                     wavelength,
                     first,
                     rays: (end - first).min(BLOCK),
                 };
-                let occlusion = occlusion.as_deref_mut();
-                self.block(&block, aim, occlusion, &mut kept, work, tally, out);
+                self.block(&block, task, work, out);
                 first += block.rays;
             }
         }
-        let scale = aim.pupil.area_mm2() / rays as f64;
+        let scale = task.aim.pupil.area_mm2() / rays as f64;
         out.iter_mut().for_each(|x| *x *= scale);
     }
 
     /// Adds the rays of a block, before they are scaled.
-    #[allow(clippy::too_many_arguments)] // because it is the inside of `pixel`
     fn block(
         &self,
         block: &Block,
-        aim: &PixelAim,
-        mut occlusion: Option<&mut Occlusion>,
-        kept: &mut Kept<'_>,
+        task: &mut PixelTask<'_>,
         work: &mut Workspace,
-        tally: &mut Tally,
         out: &mut [f64],
     ) {
         let n_sub = self.camera.sensor().subpixels().count();
@@ -133,49 +189,38 @@ impl Estimator<'_> {
             first,
             rays: n,
         } = block;
-        work.aim(self.camera, &self.sobol, aim, first, n);
+        work.aim(self.camera, &self.sobol, task.aim, first, n);
         work.radiance.iter_mut().for_each(|l| l.resize(n, 0.0));
         let mut responded = None;
         for channel in 0..3 {
             let number = colours.response_number(channel, wavelength);
             if responded != Some(number) {
-                work.respond(colours.response(number), aim, n_sub);
+                work.respond(colours.response(number), task.aim, n_sub);
                 responded = Some(number);
             }
-            let own = channel * self.settings.rays_per_pixel + first;
-            if let Kept::Read(radiance) = kept {
-                work.recall(channel, &radiance[own..][..n]);
+            let start = channel * self.settings.rays_per_pixel + first;
+            if let RadianceRecord::Read(radiance) = &task.record {
+                work.recall(channel, &radiance[start..][..n]);
             } else if let Some(tracer) = colours.own_tracer(channel, wavelength) {
-                work.trace(tracer, self.execution);
-                tally.rays += n as u64;
-                let lost = (0..n).filter_map(|i| work.batch.failure(i));
-                lost.for_each(|f| tally.lost.count(f));
-                let Workspace {
-                    batch,
-                    hits,
-                    radiance,
-                    ..
-                } = &mut *work;
-                let rays = RaySlices::from_batch(batch);
+                work.trace(tracer, &self.execution);
                 let Some(scene) = self.scene else { continue };
-                scene.intersect(rays, hits);
                 let served = match self.camera.is_dispersive() {
                     true => channel..channel + 1,
                     false => 0..3,
                 };
                 let key = PathKey {
-                    key: aim.key,
+                    key: task.aim.key,
                     first: first as u32,
                     spread: self.spread,
                 };
-                scene.radiance(rays, hits, served, &key, radiance);
+                work.look(scene, served, &key);
             }
-            if let Kept::Write(radiance) = kept {
-                work.keep(channel, &mut radiance[own..][..n]);
+            if let RadianceRecord::Write(radiance) = &mut task.record {
+                work.keep(channel, &mut radiance[start..][..n]);
             }
             work.splat(channel, n_sub, &mut out[channel * n_sub..][..n_sub]);
             if channel == ChannelWavelengths::REFERENCE
-                && let Some(occlusion) = occlusion.as_deref_mut()
+                && let Some(occlusion) = &mut task.occlusion
             {
                 work.count_others(occlusion);
             }
@@ -195,7 +240,6 @@ impl Workspace {
         let pitch = camera.sensor().pitch_mm();
         let z = camera.sensor_z_mm();
         let corner = aim.position_mm - DVec2::splat(0.5 * pitch);
-        let start = camera_from_sensor_mm(corner, z);
         let PupilEllipse {
             centre_mm: c,
             axis_a_mm: a,
@@ -209,8 +253,8 @@ impl Workspace {
         let (dx, dy, dz) = (&mut dx[..n], &mut dy[..n], &mut dz[..n]);
         let measure = &mut self.measure[..n];
         for i in 0..n {
-            // The sensor frame's x runs against the camera frame's.
-            let (x, y) = (start.x - pitch * sx[i], start.y + pitch * sy[i]);
+            let on_sensor = corner + DVec2::new(pitch * sx[i], pitch * sy[i]);
+            let DVec3 { x, y, .. } = camera_from_sensor_mm(on_sensor, z);
             let (p, q) = concentric_disk(sp[i], sq[i]);
             let ex = c.x + p * a.x + q * b.x - x;
             let ey = c.y + p * a.y + q * b.y - y;
@@ -229,10 +273,9 @@ impl Workspace {
         self.v.resize(n, 0.0);
         let [_, _, _, dx, dy, _] = &self.aimed;
         let (dx, dy) = (&dx[..n], &dy[..n]);
-        // Light travels against the traced direction; see `frames::uv_from_camera_direction`.
         for i in 0..n {
-            self.u[i] = dx[i] as f32;
-            self.v[i] = -dy[i] as f32;
+            let (u, v) = uv_from_traced_direction(dx[i], dy[i]);
+            (self.u[i], self.v[i]) = (u as f32, v as f32);
         }
         self.weights.resize(n * n_sub, 0.0);
         response.weights_under(
@@ -243,7 +286,7 @@ impl Workspace {
         );
     }
 
-    /// Traces the aimed rays from the sensor into the scene.
+    /// Traces the aimed rays from the sensor into the scene, and counts them.
     fn trace(&mut self, tracer: &Tracer, execution: &Execution) {
         let b = &mut self.batch;
         let targets = [
@@ -253,6 +296,16 @@ impl Workspace {
             target.clone_from(source);
         }
         tracer.trace_backward(b, execution.simd);
+        self.tally.rays += b.len() as u64;
+        let lost = (0..b.len()).filter_map(|i| b.failure(i));
+        lost.for_each(|f| self.tally.lost.count(f));
+    }
+
+    /// The radiance of the channels along the traced rays.
+    fn look(&mut self, scene: &Scene, channels: Range<usize>, key: &PathKey) {
+        let rays = RaySlices::from_batch(&self.batch);
+        scene.intersect(rays, &mut self.hits);
+        scene.radiance(rays, &mut self.hits, channels, key, &mut self.radiance);
     }
 
     /// Takes the radiance of a channel from a record; no ray is lost any more, those that were are dark.

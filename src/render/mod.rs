@@ -1,4 +1,4 @@
-//! Scene + lens + sensor + response → sub-pixel image, with its truth (PHYSICS.md section 5).
+//! Scene + lens + sensor + response → sub-pixel image, with its truth.
 //!
 //! Irradiance of sub-pixel `id` of a pixel, per unit radiance:
 //!
@@ -27,14 +27,14 @@ pub use camera::{Camera, CameraError};
 pub use image::SubPixelImage;
 pub use probe::probe;
 pub use record::{RayRecord, RecordError};
-pub use run::{Rendered, render};
+pub use run::{Render, Rendered, render};
 pub use stats::{LostRays, RenderStats};
 
 /// What changes the answer, recorded with it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RenderSettings {
-    /// Rays a pixel (microlens) and colour channel; each is splatted on all sub-pixels. Powers of two are best.
+    /// Rays per pixel (microlens) and colour channel; each is splatted on all sub-pixels. Powers of two are best.
     pub rays_per_pixel: usize,
     /// Key of the samples.
     pub seed: u64,

@@ -2,7 +2,7 @@
 //!
 //! A ray's place on the microlens, its direction and its radiance do not depend on what the pixel below does with it: neither on the number of
 //! sub-pixels, nor on their response, nor on the rule by which the microlenses are shifted. Places and directions are functions of (seed,
-//! pixel, ray), so the radiance alone is kept: three f32 a ray, 1.5 kB a pixel of 128 rays. An image developed from a record is the
+//! pixel, ray), so the radiance alone is kept: three f32 per ray, 1.5 kB per pixel of 128 rays. An image developed from a record is the
 //! image that a new render with that pixel would give, to the last bit. The lens, its focus, the wavelengths, and pitch, size and place of
 //! the window are the record's.
 
@@ -13,12 +13,10 @@ use std::path::Path;
 use ndarray::{Array1, ArrayView1, IxDyn};
 use ndarray_npy::NpzWriter;
 
-use super::run::{Record, Rows, run};
-use super::{Camera, Execution, RenderSettings, RenderStats, Rendered};
+use super::{Camera, RenderSettings, RenderStats};
 use crate::file::{FileError, aside};
 use crate::image::Image;
 use crate::npz::Npz;
-use crate::scene::Scene;
 
 /// The radiance of every ray of a render.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,18 +82,11 @@ impl RayRecord {
     /// Largest record, bytes (4 GiB).
     pub const MAX_BYTES: u64 = 1 << 32;
 
-    /// Renders as [`super::render`] does, and keeps the rays.
-    ///
-    /// # Errors
-    /// A window and ray count beyond [`RayRecord::MAX_BYTES`].
-    pub fn render(
+    /// Zeros for the radiance of every ray.
+    pub(super) fn space(
         camera: &Camera,
-        scene: &Scene,
         settings: &RenderSettings,
-        execution: &Execution,
-        chief_surfaces: Option<&[u16]>,
-        progress: &(dyn Fn(u64) + Sync),
-    ) -> Result<(Rendered, Self), RecordError> {
+    ) -> Result<Vec<f32>, RecordError> {
         let (width, height) = (camera.sensor().width(), camera.sensor().height());
         let values = (width as u64)
             .saturating_mul(height as u64)
@@ -104,29 +95,33 @@ impl RayRecord {
         if bytes > Self::MAX_BYTES {
             return Err(RecordError::TooLarge { bytes });
         }
-        let mut radiance = vec![0.0; values as usize];
-        let rows = Rows::new(camera, chief_surfaces, Record::Write(&mut radiance));
-        let rendered = run(camera, Some(scene), settings, execution, rows, progress);
-        let record = Self {
-            width,
-            height,
+        Ok(vec![0.0; values as usize])
+    }
+
+    /// The record of a render that has filled [`RayRecord::space`].
+    pub(super) fn new(
+        camera: &Camera,
+        settings: &RenderSettings,
+        radiance: Vec<f32>,
+        (occlusion, stats): (Option<Image>, RenderStats),
+    ) -> Self {
+        Self {
+            width: camera.sensor().width(),
+            height: camera.sensor().height(),
             settings: *settings,
             geometry: geometry(camera),
             radiance,
-            occlusion: rendered.occlusion.clone(),
-            stats: rendered.stats,
-        };
-        Ok((rendered, record))
+            occlusion,
+            stats,
+        }
     }
 
-    /// The image of another pixel (response, sub-pixels, shift rule) under the same rays. Its `relative_spread` is not known; rays and losses are
-    /// those of the record.
+    /// Whether a camera has the window, pitch, lens and focus of the record.
     ///
     /// # Errors
-    /// A camera with another window, pitch, lens or focus.
-    pub fn develop(&self, camera: &Camera) -> Result<Rendered, RecordError> {
-        let (own, other) = (&self.geometry, geometry(camera));
-        for (i, (&record, camera)) in own.iter().zip(other).enumerate() {
+    /// [`RecordError::OtherCamera`] with the first difference.
+    pub(super) fn check_camera(&self, camera: &Camera) -> Result<(), RecordError> {
+        for (i, (&record, camera)) in self.geometry.iter().zip(geometry(camera)).enumerate() {
             if record != camera {
                 return Err(RecordError::OtherCamera {
                     what: GEOMETRY[i],
@@ -135,17 +130,20 @@ impl RayRecord {
                 });
             }
         }
-        let rows = Rows::new(camera, None, Record::Read(&self.radiance));
-        let execution = Execution::default();
-        let rendered = run(camera, None, &self.settings, &execution, rows, &|_| ());
-        Ok(Rendered {
-            stats: RenderStats {
-                relative_spread: None,
-                ..self.stats
-            },
-            occlusion: self.occlusion.clone(),
-            ..rendered
-        })
+        Ok(())
+    }
+
+    pub(super) fn radiance(&self) -> &[f32] {
+        &self.radiance
+    }
+
+    /// The occlusion map of the render, if it was asked for.
+    pub(super) fn occlusion(&self) -> Option<&Image> {
+        self.occlusion.as_ref()
+    }
+
+    pub(super) fn stats(&self) -> &RenderStats {
+        &self.stats
     }
 
     /// Rays and seed.

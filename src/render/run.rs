@@ -3,11 +3,13 @@
 use rayon::prelude::*;
 
 use super::camera::Camera;
-use super::estimator::{Estimator, Kept, Occlusion, PixelAim, Workspace};
+use super::estimator::{Estimator, Occlusion, PixelAim, PixelTask, RadianceRecord, Workspace};
+use super::record::{RayRecord, RecordError};
 use super::stats::Tally;
 use super::{Execution, RenderSettings, RenderStats, SubPixelImage};
 use crate::image::Image;
-use crate::sampling::{SobolSet, hash};
+use crate::progress::Progress;
+use crate::sampling::hash;
 use crate::scene::Scene;
 
 /// Every 8th pixel of every 8th row is rendered a second time with other samples, to measure the spread.
@@ -25,167 +27,222 @@ pub struct Rendered {
     pub occlusion: Option<Image>,
 }
 
-/// Renders the camera's window. `chief_surfaces` (row-major, one a pixel, from [`super::truth`]) asks for the occlusion map;
-/// `progress` hears of the rays of each finished row, from any thread.
-pub fn render(
-    camera: &Camera,
-    scene: &Scene,
-    settings: &RenderSettings,
-    execution: &Execution,
-    chief_surfaces: Option<&[u16]>,
-    progress: &(dyn Fn(u64) + Sync),
-) -> Rendered {
-    let rows = Rows::new(camera, chief_surfaces, Record::No);
-    let scene = Some(scene);
-    run(camera, scene, settings, execution, rows, progress)
+/// Renders the camera's window. [`Render`] takes more: an occlusion map, a record of the rays, who hears of progress.
+pub fn render(camera: &Camera, scene: &Scene, settings: &RenderSettings) -> Rendered {
+    Render::new(camera, scene, settings).run()
 }
 
-/// What becomes of the radiance of every ray.
-pub(super) enum Record<'a> {
-    No,
-    /// W·H·3·rays values: see [`super::RayRecord`].
-    Write(&'a mut [f32]),
-    Read(&'a [f32]),
-}
-
-/// What is asked of a render beside its image.
-pub(super) struct Rows<'a> {
+/// A render to be: what [`render`] takes, and what may be asked for beside the image.
+#[derive(Clone, Copy)]
+pub struct Render<'a> {
+    camera: &'a Camera,
+    scene: &'a Scene,
+    settings: &'a RenderSettings,
+    execution: Execution,
     chief_surfaces: Option<&'a [u16]>,
-    occlusion: Option<Image>,
-    record: Record<'a>,
+    progress: &'a dyn Progress,
 }
 
-impl<'a> Rows<'a> {
-    pub fn new(camera: &Camera, chief_surfaces: Option<&'a [u16]>, record: Record<'a>) -> Self {
-        let (width, height) = (camera.sensor().width(), camera.sensor().height());
+impl<'a> Render<'a> {
+    /// The image alone, with the best instructions of this processor.
+    pub fn new(camera: &'a Camera, scene: &'a Scene, settings: &'a RenderSettings) -> Self {
         Self {
-            chief_surfaces,
-            occlusion: chief_surfaces.map(|_| Image::zeros(width, height, 1)),
-            record,
+            camera,
+            scene,
+            settings,
+            execution: Execution::default(),
+            chief_surfaces: None,
+            progress: &(),
         }
     }
+
+    /// With other instructions, which changes no bit.
+    pub fn execution(self, execution: Execution) -> Self {
+        Self { execution, ..self }
+    }
+
+    /// With the occlusion map, for which the surfaces that the chief rays meet are needed: row-major, one per pixel, from [`super::truth`].
+    pub fn occlusion(self, chief_surfaces: impl Into<Option<&'a [u16]>>) -> Self {
+        Self {
+            chief_surfaces: chief_surfaces.into(),
+            ..self
+        }
+    }
+
+    /// `progress` hears of the rays of each finished row.
+    pub fn progress(self, progress: &'a dyn Progress) -> Self {
+        Self { progress, ..self }
+    }
+
+    /// Renders.
+    pub fn run(self) -> Rendered {
+        self.run_into(RadianceRecord::None)
+    }
+
+    /// Renders, and keeps the radiance of every ray.
+    ///
+    /// # Errors
+    /// [`RecordError::TooLarge`] for a window and ray count beyond [`RayRecord::MAX_BYTES`].
+    pub fn run_recorded(self) -> Result<(Rendered, RayRecord), RecordError> {
+        let mut radiance = RayRecord::space(self.camera, self.settings)?;
+        let rendered = self.run_into(RadianceRecord::Write(&mut radiance));
+        let summary = (rendered.occlusion.clone(), rendered.stats);
+        let record = RayRecord::new(self.camera, self.settings, radiance, summary);
+        Ok((rendered, record))
+    }
+
+    fn run_into(self, record: RadianceRecord<'_>) -> Rendered {
+        Job {
+            estimator: Estimator::new(self.camera, Some(self.scene), self.settings, self.execution),
+            chief_surfaces: self.chief_surfaces,
+            progress: self.progress,
+        }
+        .run(record)
+    }
+}
+
+impl RayRecord {
+    /// The image of another pixel (response, sub-pixels, shift rule) under the same rays. Its `relative_spread` is not known; rays and losses are
+    /// those of the record.
+    ///
+    /// # Errors
+    /// [`RecordError::OtherCamera`] for a camera with another window, pitch, lens or focus.
+    pub fn develop(&self, camera: &Camera) -> Result<Rendered, RecordError> {
+        self.check_camera(camera)?;
+        let settings = self.settings();
+        let job = Job {
+            estimator: Estimator::new(camera, None, &settings, Execution::default()),
+            chief_surfaces: None,
+            progress: &(),
+        };
+        Ok(Rendered {
+            stats: RenderStats {
+                relative_spread: None,
+                ..*self.stats()
+            },
+            occlusion: self.occlusion().cloned(),
+            ..job.run(RadianceRecord::Read(self.radiance()))
+        })
+    }
+}
+
+/// What all rows share.
+struct Job<'a> {
+    estimator: Estimator<'a>,
+    chief_surfaces: Option<&'a [u16]>,
+    progress: &'a dyn Progress,
 }
 
 /// A row of the image, its part of the occlusion map (or nothing) and of the record.
 struct Row<'a> {
+    number: usize,
     mosaic: &'a mut [f32],
     occlusion: &'a mut [f32],
-    kept: Vec<Kept<'a>>,
+    record: RadianceRecord<'a>,
 }
 
-/// Renders all rows; without a scene, from the record.
-pub(super) fn run(
-    camera: &Camera,
-    scene: Option<&Scene>,
-    settings: &RenderSettings,
-    execution: &Execution,
-    mut asked: Rows<'_>,
-    progress: &(dyn Fn(u64) + Sync),
-) -> Rendered {
-    let sensor = camera.sensor();
-    let (width, height, sub) = (sensor.width(), sensor.height(), sensor.subpixels());
-    let (m, n) = (sub.m(), sub.n());
-    let sobol = SobolSet::new(settings.rays_per_pixel);
-    let estimator = Estimator {
-        camera,
-        scene,
-        settings,
-        execution,
-        sobol,
-        spread: camera.ray_spread(settings.rays_per_pixel),
-    };
-    let mut mosaic = Image::zeros(width * m, height * n, 3);
-    let second_seed = hash(settings.seed, &[0x5EC0_11D0]);
-
-    let render_row = |(row, out): (usize, Row<'_>)| {
-        let mut work = Workspace::default();
-        let mut tally = Tally::default();
-        let mut values = vec![0.0; 3 * sub.count()];
-        let mut again = values.clone();
-        for (column, kept) in out.kept.into_iter().enumerate() {
-            let Some(aim) = PixelAim::new(camera, settings.seed, column, row) else {
-                continue;
-            };
-            let mut others = asked.chief_surfaces.map(|s| Occlusion {
-                chief_surface: s[row * width + column],
-                other: 0.0,
-                all: 0.0,
-            });
-            estimator.pixel(
-                &aim,
-                others.as_mut(),
-                kept,
-                &mut work,
-                &mut tally,
-                &mut values,
-            );
-            if let Some(others) = others.filter(|o| o.all > 0.0) {
-                out.occlusion[column] = (others.other / others.all) as f32;
-            }
-            if scene.is_some() && row % SPREAD_STRIDE == 0 && column % SPREAD_STRIDE == 0 {
-                let aim = PixelAim {
-                    key: hash(second_seed, &[column as u64, row as u64]),
-                    ..aim
-                };
-                estimator.pixel(&aim, None, Kept::No, &mut work, &mut tally, &mut again);
-                let squares = values.iter().zip(&again).map(|(a, b)| (a - b) * (a - b));
-                tally.squared_difference += squares.sum::<f64>();
-                tally.pairs += values.len() as u64;
-            }
-            for (channel, of_channel) in values.chunks_exact(sub.count()).enumerate() {
-                for (index, &value) in of_channel.iter().enumerate() {
-                    let (x, y) = (column * m + index % m, index / m);
-                    out.mosaic[(y * width * m + x) * 3 + channel] = value as f32;
-                }
-            }
+impl Job<'_> {
+    fn run(&self, record: RadianceRecord<'_>) -> Rendered {
+        let sensor = self.estimator.camera.sensor();
+        let (width, height, subpixels) = (sensor.width(), sensor.height(), sensor.subpixels());
+        let (m, n) = (subpixels.m(), subpixels.n());
+        let mut mosaic = Image::zeros(width * m, height * n, 3);
+        let mut occlusion = self.chief_surfaces.map(|_| Image::zeros(width, height, 1));
+        let mut occlusion_rows: Vec<&mut [f32]> = match &mut occlusion {
+            Some(map) => map.data_mut().chunks_mut(width).collect(),
+            None => (0..height).map(|_| &mut [][..]).collect(),
+        };
+        let record_rows = record.split(self.estimator.record_len() * width, height);
+        let rows: Vec<Row<'_>> = (mosaic.data_mut().chunks_mut(width * m * n * 3))
+            .zip(occlusion_rows.drain(..))
+            .zip(record_rows)
+            .enumerate()
+            .map(|(number, ((mosaic, occlusion), record))| Row {
+                number,
+                mosaic,
+                occlusion,
+                record,
+            })
+            .collect();
+        // Collected in row order and summed in it, so that even the sums' rounding does not depend on the threads.
+        let tallies: Vec<Tally> = (rows.into_par_iter().map(|row| self.render_row(row))).collect();
+        let tally = tallies.into_iter().fold(Tally::default(), Tally::merge);
+        let stats = tally.stats(mosaic.data());
+        Rendered {
+            image: SubPixelImage { subpixels, mosaic },
+            stats,
+            occlusion,
         }
-        progress(tally.rays);
-        tally
-    };
+    }
 
-    let of_pixel = 3 * settings.rays_per_pixel;
-    let mut kept: Vec<Vec<Kept<'_>>> = match &mut asked.record {
-        Record::No => (0..height)
-            .map(|_| (0..width).map(|_| Kept::No).collect())
-            .collect(),
-        Record::Write(all) => (all.chunks_mut(of_pixel * width))
-            .map(|row| row.chunks_mut(of_pixel).map(Kept::Write).collect())
-            .collect(),
-        Record::Read(all) => (all.chunks(of_pixel * width))
-            .map(|row| row.chunks(of_pixel).map(Kept::Read).collect())
-            .collect(),
-    };
-    kept.truncate(height);
-    let mut occlusion: Vec<&mut [f32]> = match &mut asked.occlusion {
-        Some(map) => map.data_mut().chunks_mut(width).collect(),
-        None => (0..height).map(|_| &mut [][..]).collect(),
-    };
-    let rows: Vec<Row<'_>> = (mosaic.data_mut().chunks_mut(width * m * n * 3))
-        .zip(occlusion.drain(..))
-        .zip(kept)
-        .map(|((mosaic, occlusion), kept)| Row {
+    fn render_row(&self, row: Row<'_>) -> Tally {
+        let Row {
+            number,
             mosaic,
             occlusion,
-            kept,
-        })
-        .collect();
-    // Collected in row order and summed in it, so that even the sums' rounding does not depend on the threads.
-    let tallies: Vec<Tally> = rows.into_par_iter().enumerate().map(render_row).collect();
-    let tally = tallies.into_iter().fold(Tally::default(), Tally::merge);
-    let mean =
-        mosaic.data().iter().map(|&x| f64::from(x)).sum::<f64>() / mosaic.data().len() as f64;
-    let relative_spread = (mean > 0.0 && tally.pairs > 0)
-        .then(|| (tally.squared_difference / (2.0 * tally.pairs as f64)).sqrt() / mean);
-    Rendered {
-        image: SubPixelImage {
-            subpixels: sub,
-            mosaic,
-        },
-        stats: RenderStats {
-            rays: tally.rays,
-            lost: tally.lost,
-            relative_spread,
-        },
-        occlusion: asked.occlusion,
+            record,
+        } = row;
+        let estimator = &self.estimator;
+        let width = estimator.camera.sensor().width();
+        let count = estimator.camera.sensor().subpixels().count();
+        let mut work = Workspace::default();
+        let mut values = vec![0.0; 3 * count];
+        let records = record.split(estimator.record_len(), width);
+        for (column, record) in records.into_iter().enumerate() {
+            let seed = estimator.settings.seed;
+            let Some(aim) = PixelAim::new(estimator.camera, seed, column, number) else {
+                continue;
+            };
+            let mut task = PixelTask {
+                aim: &aim,
+                occlusion: self
+                    .chief_surfaces
+                    .map(|s| Occlusion::beside(s[number * width + column])),
+                record,
+            };
+            estimator.pixel(&mut task, &mut work, &mut values);
+            if let Some(share) = task.occlusion.and_then(|o| o.share()) {
+                occlusion[column] = share;
+            }
+            let is_repeated = number % SPREAD_STRIDE == 0 && column % SPREAD_STRIDE == 0;
+            if estimator.scene.is_some() && is_repeated {
+                self.repeat((column, number), &aim, &mut work, &values);
+            }
+            self.store(column, &values, mosaic);
+        }
+        self.progress.rays(work.tally.rays);
+        work.tally
+    }
+
+    /// Renders a pixel with other samples and tallies the difference to its `values`.
+    fn repeat(
+        &self,
+        (column, row): (usize, usize),
+        aim: &PixelAim,
+        work: &mut Workspace,
+        values: &[f64],
+    ) {
+        let second_seed = hash(self.estimator.settings.seed, &[0x5EC0_11D0]);
+        let aim = PixelAim {
+            key: hash(second_seed, &[column as u64, row as u64]),
+            ..*aim
+        };
+        let mut again = vec![0.0; values.len()];
+        (self.estimator).pixel(&mut PixelTask::image_only(&aim), work, &mut again);
+        let squares = values.iter().zip(&again).map(|(a, b)| (a - b) * (a - b));
+        work.tally.squared_difference += squares.sum::<f64>();
+        work.tally.pairs += values.len() as u64;
+    }
+
+    /// Writes a pixel's values, [channel][sub-pixel], into the row's part of the mosaic.
+    fn store(&self, column: usize, values: &[f64], mosaic: &mut [f32]) {
+        let sensor = self.estimator.camera.sensor();
+        let (width, m) = (sensor.width(), sensor.subpixels().m());
+        for (channel, subpixels) in values.chunks_exact(values.len() / 3).enumerate() {
+            for (index, &value) in subpixels.iter().enumerate() {
+                let (x, y) = (column * m + index % m, index / m);
+                mosaic[(y * width * m + x) * 3 + channel] = value as f32;
+            }
+        }
     }
 }

@@ -53,6 +53,18 @@ pub(super) struct Tally {
 }
 
 impl Tally {
+    /// The figures of the render that gave `mosaic`.
+    pub fn stats(&self, mosaic: &[f32]) -> RenderStats {
+        let mean = mosaic.iter().map(|&x| f64::from(x)).sum::<f64>() / mosaic.len() as f64;
+        let relative_spread = (mean > 0.0 && self.pairs > 0)
+            .then(|| (self.squared_difference / (2.0 * self.pairs as f64)).sqrt() / mean);
+        RenderStats {
+            rays: self.rays,
+            lost: self.lost,
+            relative_spread,
+        }
+    }
+
     /// Both together.
     pub fn merge(self, other: Self) -> Self {
         Self {

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::WaveSettings;
 use quadpixel::lens::{FocusBy, Lens, Prescription, PupilEllipse};
-use quadpixel::render::{Camera, Execution, RenderSettings, Rendered, render};
+use quadpixel::render::{Camera, Render, RenderSettings, Rendered};
 use quadpixel::response::{GeometricResponse, PixelModel, Response, TableSettings, build_table};
 use quadpixel::scene::Scene;
 use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
@@ -74,8 +74,7 @@ pub fn shoot(camera: &Camera, scene: &Scene, rays_per_pixel: usize, seed: u64) -
         rays_per_pixel,
         seed,
     };
-    let execution = Execution::default();
-    render(camera, scene, &settings, &execution, None, &|_| ())
+    Render::new(camera, scene, &settings).run()
 }
 
 /// Does `work` on a pool of so many threads.

@@ -1,6 +1,6 @@
 use glam::{DVec2, DVec3};
 use quadpixel::lens::SimdLevel;
-use quadpixel::render::{Execution, RenderSettings, render};
+use quadpixel::render::{Execution, Render, RenderSettings};
 use quadpixel::scene::Scene;
 
 use super::shots::{PHONE, camera, focused, on_threads, shoot};
@@ -25,7 +25,10 @@ fn bytes_do_not_depend_on_threads_or_instructions() {
     let shot = |threads: usize, simd: SimdLevel| {
         let (execution, surfaces) = (Execution { simd }, Some(&surfaces[..]));
         on_threads(threads, || {
-            render(&camera, &scene, &settings, &execution, surfaces, &|_| ())
+            Render::new(&camera, &scene, &settings)
+                .execution(execution)
+                .occlusion(surfaces)
+                .run()
         })
     };
     let reference = shot(1, SimdLevel::Scalar);

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use quadpixel::lens::{Lens, SimdLevel};
 use quadpixel::render::truth::{DisparityField, WhiteField};
-use quadpixel::render::{Camera, Execution, RayRecord, RenderSettings, render};
+use quadpixel::render::{Camera, Execution, Render, RenderSettings};
 use quadpixel::response::{AngularResponse, MovingFrame, Response, ResponseAxes, ResponseMeta};
 use quadpixel::scene::Scene;
 use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
@@ -257,14 +257,15 @@ fn bands_keep_their_bytes_at_any_thread_count_and_from_kept_rays() {
     let shot = |threads: usize, simd: SimdLevel| {
         let execution = Execution { simd };
         on_threads(threads, || {
-            render(&camera, &scene, &settings, &execution, None, &|_| ())
+            Render::new(&camera, &scene, &settings)
+                .execution(execution)
+                .run()
         })
     };
     let reference = shot(1, SimdLevel::Scalar);
     let other = shot(3, SimdLevel::detect());
     assert!(other.image == reference.image && other.stats == reference.stats);
-    let execution = Execution::default();
-    let kept = RayRecord::render(&camera, &scene, &settings, &execution, None, &|_| ());
+    let kept = Render::new(&camera, &scene, &settings).run_recorded();
     let (_, record) = kept.unwrap();
     assert!(record.develop(&camera).unwrap().image == reference.image);
     let lines = banded(

@@ -1,6 +1,6 @@
 use glam::{DVec2, DVec3};
 use quadpixel::render::truth::{ChiefRays, WhiteField};
-use quadpixel::render::{Execution, RenderSettings, render};
+use quadpixel::render::{Render, RenderSettings};
 use quadpixel::scene::coverage::Coverage;
 use quadpixel::scene::{NO_SURFACE, Scene};
 
@@ -66,14 +66,9 @@ fn occlusion_at_a_straight_edge_is_half_and_falls_to_nothing_within_the_blur() {
         rays_per_pixel: 2048,
         seed: 2,
     };
-    let rendered = render(
-        &camera,
-        &scene,
-        &settings,
-        &Execution::default(),
-        Some(&geometry.surfaces),
-        &|_| (),
-    );
+    let rendered = Render::new(&camera, &scene, &settings)
+        .occlusion(&geometry.surfaces[..])
+        .run();
     let map = rendered.occlusion.unwrap();
     let row: Vec<f32> = (0..48).map(|x| map.pixel(x, 4)[0]).collect();
     assert_eq!(geometry.surfaces[4 * 48], 0);

@@ -3,7 +3,7 @@
 use glam::DVec2;
 use quadpixel::lens::{FocusBy, Lens, builtin_names};
 use quadpixel::render::truth::{Defocus, DisparityField};
-use quadpixel::render::{Camera, CameraError, Execution, RenderSettings, render};
+use quadpixel::render::{Camera, CameraError, RenderSettings, render};
 use quadpixel::response::{GeometricResponse, Response};
 use quadpixel::scene::Scene;
 use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
@@ -100,11 +100,7 @@ fn a_vignetted_corner() {
         seed: 1,
     };
     let white = Scene::new(Vec::new(), [1.0; 3]);
-    let shot = |c: &Camera| {
-        render(c, &white, &settings, &Execution::default(), None, &|_| ())
-            .image
-            .sum()
-    };
+    let shot = |c: &Camera| render(c, &white, &settings).image.sum();
     let (corner, middle) = (shot(&camera_at(lit)), shot(&camera_at(0.0)));
     let brightest = middle.data().iter().cloned().fold(0.0, f32::max);
     assert!(

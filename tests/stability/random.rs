@@ -11,7 +11,7 @@ use quadpixel::lens::PupilEllipse;
 use quadpixel::lens::{OpticalSystem, PacketTracer, SimdLevel, trace_backward, trace_forward};
 use quadpixel::rays::RaySlices;
 use quadpixel::rays::{Ray, RayBatch};
-use quadpixel::render::{Camera, Execution, RenderSettings, render};
+use quadpixel::render::{Camera, RenderSettings, render};
 use quadpixel::response::{GeometricResponse, Response};
 use quadpixel::scene::texture::Texture;
 use quadpixel::scene::{Hits, NO_SURFACE, Scene, TexturedPlane};
@@ -166,7 +166,7 @@ proptest! {
         let card = TexturedPlane::new(DVec3::new(0.0, 0.0, -9.0), (3.0, 3.0), (10.0, 5.0, 3.0), texture, None).unwrap();
         let scene = Scene::new(vec![card], [0.0; 3]);
         let settings = RenderSettings { rays_per_pixel: rays, seed };
-        let shot = |scene| render(&camera, scene, &settings, &Execution::default(), None, &|_| ()).image.mosaic;
+        let shot = |scene| render(&camera, scene, &settings).image.mosaic;
         let (image, again) = (shot(&scene), shot(&scene));
         prop_assert_eq!(image.data(), again.data());
         let brightest = texels.iter().cloned().fold(0.0, f32::max) * 1.000_01;

@@ -6,7 +6,7 @@ use quadpixel::frames::camera_from_sensor_mm;
 use quadpixel::lens::{chief_ray, trace_backward};
 use quadpixel::rays::Ray;
 use quadpixel::render::truth::ChiefRays;
-use quadpixel::render::{Camera, Execution, RenderSettings, render};
+use quadpixel::render::{Camera, Render, RenderSettings};
 use quadpixel::sensor::ShiftRule;
 
 use super::{Sheet, camera, scene, sheets};
@@ -91,9 +91,10 @@ fn truth_at_depth_edges_is_that_of_an_array_of_pinholes() {
         rays_per_pixel: 1024,
         seed: 3,
     };
-    let execution = Execution::default();
     let surfaces = Some(truth.surfaces.as_slice());
-    let rendered = render(&camera, &scene, &settings, &execution, surfaces, &|_| ());
+    let rendered = Render::new(&camera, &scene, &settings)
+        .occlusion(surfaces)
+        .run();
     let occlusion = rendered.occlusion.unwrap();
     let sum = rendered.image.sum();
     let (mut on_edges, mut worst, mut squares, mut n) = (0, [0.0f64; 2], [0.0; 2], 0.0);

@@ -1,8 +1,6 @@
 //! Rays kept once serve other pixels: to the bit what rendering anew gives.
 
-use quadpixel::render::{
-    Camera, Execution, RayRecord, RecordError, RenderSettings, Rendered, render,
-};
+use quadpixel::render::{Camera, RayRecord, RecordError, Render, RenderSettings, Rendered};
 use quadpixel::sensor::ShiftRule;
 
 use super::{camera, scene};
@@ -13,29 +11,19 @@ const SETTINGS: RenderSettings = RenderSettings {
 };
 
 fn anew(camera: &Camera, surfaces: &[u16]) -> Rendered {
-    render(
-        camera,
-        &scene(),
-        &SETTINGS,
-        &Execution::default(),
-        Some(surfaces),
-        &|_| (),
-    )
+    Render::new(camera, &scene(), &SETTINGS)
+        .occlusion(surfaces)
+        .run()
 }
 
 #[test]
 fn developing_kept_rays_equals_rendering_anew() {
     let surfaces: Vec<u16> = (0..32 * 24).map(|k| 10 + k % 3).collect();
     let quad = camera((2, 2), 15.0, ShiftRule::ChiefRay);
-    let (first, record) = RayRecord::render(
-        &quad,
-        &scene(),
-        &SETTINGS,
-        &Execution::default(),
-        Some(&surfaces),
-        &|_| (),
-    )
-    .unwrap();
+    let (first, record) = Render::new(&quad, &scene(), &SETTINGS)
+        .occlusion(&surfaces[..])
+        .run_recorded()
+        .unwrap();
     assert_eq!(first.image, anew(&quad, &surfaces).image);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("rays.npz");
@@ -62,13 +50,13 @@ fn developing_kept_rays_equals_rendering_anew() {
 #[test]
 fn rays_of_another_camera_and_broken_files_are_refused() {
     let quad = camera((2, 2), 15.0, ShiftRule::ChiefRay);
-    let execution = Execution::default();
     let settings = RenderSettings {
         rays_per_pixel: 2,
         ..SETTINGS
     };
-    let (_, record) =
-        RayRecord::render(&quad, &scene(), &settings, &execution, None, &|_| ()).unwrap();
+    let (_, record) = Render::new(&quad, &scene(), &settings)
+        .run_recorded()
+        .unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("rays.npz");
     record.write_npz(&path, &serde_json::Value::Null).unwrap();
@@ -82,7 +70,9 @@ fn rays_of_another_camera_and_broken_files_are_refused() {
         rays_per_pixel: 1 << 24,
         ..SETTINGS
     };
-    let error = RayRecord::render(&quad, &scene(), &huge, &execution, None, &|_| ()).unwrap_err();
+    let error = Render::new(&quad, &scene(), &huge)
+        .run_recorded()
+        .unwrap_err();
     assert!(matches!(error, RecordError::TooLarge { .. }));
     let far = quadpixel::sensor::Sensor::new(
         6.0,

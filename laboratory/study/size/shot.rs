@@ -8,7 +8,7 @@ use quadpixel::em::PixelStack;
 use quadpixel::image::{Image, channel};
 use quadpixel::lens::{FocusBy, Lens, Prescription};
 use quadpixel::render::truth::{Defocus, ReceptiveField, TextureSpectrum, WhiteField};
-use quadpixel::render::{Camera, Execution, RenderSettings, render};
+use quadpixel::render::{Camera, RenderSettings, render};
 use quadpixel::response::Response;
 use quadpixel::scene::texture::Texture;
 use quadpixel::scene::{Scene, TexturedPlane};
@@ -122,14 +122,7 @@ impl Bench {
             rays_per_pixel: RAYS_PER_PIXEL,
             seed: 1,
         };
-        let rendered = render(
-            &camera,
-            &scene,
-            &settings,
-            &Execution::default(),
-            None,
-            &|_| (),
-        );
+        let rendered = render(&camera, &scene, &settings);
 
         let white = WhiteField::new(&camera);
         let gain = s.count() as f64 / white.reference_sr();

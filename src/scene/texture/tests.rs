@@ -5,7 +5,9 @@ use super::*;
 fn rough(width: usize, height: usize) -> Texture {
     Texture::from_fn(width, height, |x, y| {
         [0u32, 1, 2].map(|c| {
-            let h = (x as u32 * 73_856_093) ^ (y as u32 * 19_349_663) ^ (c * 83_492_791);
+            let product = |a: u32, b: u32| a.wrapping_mul(b);
+            let (x, y) = (product(x as u32, 73_856_093), product(y as u32, 19_349_663));
+            let h = x ^ y ^ product(c, 83_492_791);
             (h.wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0
         })
     })

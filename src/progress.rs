@@ -1,0 +1,25 @@
+//! Who hears how far long work is. The library prints nothing: a program that wants a bar or a log implements [`Progress`].
+
+/// Hears of finished work, from any thread. What is not of interest need not be implemented; `()` hears nothing.
+pub trait Progress: Sync {
+    /// So many more rays of a render have been traced.
+    fn rays(&self, rays: u64) {
+        let _ = rays;
+    }
+
+    /// `done` of the `total` incidences of a table of responses have been solved.
+    fn incidences(&self, done: usize, total: usize) {
+        let _ = (done, total);
+    }
+}
+
+impl Progress for () {}
+
+/// A function that hears of rays.
+pub struct OnRays<F>(pub F);
+
+impl<F: Fn(u64) + Sync> Progress for OnRays<F> {
+    fn rays(&self, rays: u64) {
+        self.0(rays);
+    }
+}
