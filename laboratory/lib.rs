@@ -2,5 +2,6 @@
 //! `docs/paper` and `docs/real-camera` are this crate's examples.
 
 pub mod accuracy;
+pub mod lens_drawing;
 pub mod study;
 pub mod validate;

@@ -28,7 +28,6 @@ pub mod sensor;
 pub mod shard;
 pub mod simd;
 pub mod spectrum;
-pub mod svg;
 pub mod units;
 
 /// The README's example, compiled and run.

@@ -9,11 +9,11 @@ use clap::{Args, Subcommand};
 use quadpixel::file::write_aside;
 use quadpixel::lens::aim::Field;
 use quadpixel::lens::analysis::{SPOT_LINES_NM, rms_radius};
-use quadpixel::lens::drawing::{layout_svg, spots_svg};
 use quadpixel::lens::{FocusBy, Lens, LensError, Prescription, builtin_names};
 use quadpixel::units::D_LINE_NM;
 
 use quadpixel::command::CommandError;
+use quadpixel_laboratory::lens_drawing::{layout_svg, spots_svg};
 
 /// The five-element phone lens that the default dataset looks through.
 const DEFAULT_LENS: &str = "wide_US20120327520A1_emb3";

@@ -1,13 +1,11 @@
 //! A histogram as SVG.
 
 use glam::DVec2;
-use quadpixel::svg::Svg;
 
+use crate::plot::{Axis, Bar, Chart, sheet};
 use crate::preview::number;
 
-const SIZE: DVec2 = DVec2::new(420.0, 240.0);
-/// Left, top, right, bottom.
-const MARGIN: [f64; 4] = [48.0, 34.0, 16.0, 34.0];
+const INSIDE_PX: DVec2 = DVec2::new(356.0, 172.0);
 const BARS: usize = 24;
 
 /// Draws values in order of size, at least one; logarithmic only if all are above 0.
@@ -22,43 +20,23 @@ pub(super) fn svg(title: &str, sorted: &[f64], log: bool) -> String {
         counts[(place.max(0.0) as usize).min(BARS - 1)] += 1;
     }
     let most = counts.iter().copied().max().unwrap_or(1).max(1);
-    let [left, top, right, bottom] = MARGIN;
-    let inner = SIZE - DVec2::new(left + right, top + bottom);
-    let floor = top + inner.y;
-    let x = |bar: f64| left + inner.x * bar / BARS as f64;
-    let mut svg = Svg::new(SIZE);
-    svg.text(DVec2::new(left, 20.0), "start", 13.0, title);
-    for (bar, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
-        let height = inner.y * *count as f64 / most as f64;
-        let (from, to) = (x(bar as f64) + 0.5, x(bar as f64 + 1.0) - 0.5);
-        let corners = [
-            (from, floor),
-            (from, floor - height),
-            (to, floor - height),
-            (to, floor),
-        ];
-        svg.polygon(&corners.map(|(x, y)| DVec2::new(x, y)), "fill=\"#4c78a8\"");
-    }
-    let axis = [DVec2::new(left, floor), DVec2::new(SIZE.x - right, floor)];
-    svg.polyline(&axis, "stroke=\"#333\" fill=\"none\"");
-    for quarter in 0..=4 {
-        let bar = (BARS * quarter / 4) as f64;
-        let value = back(low + (high - low) * bar / BARS as f64);
-        svg.text(
-            DVec2::new(x(bar), floor + 18.0),
-            "middle",
-            11.0,
-            &number(value),
-        );
-    }
-    svg.text(
-        DVec2::new(left - 6.0, top + 8.0),
-        "end",
-        11.0,
-        &most.to_string(),
-    );
-    svg.text(DVec2::new(left - 6.0, floor), "end", 11.0, "0");
-    svg.finish()
+    let edge = |bar: usize| back(low + (high - low) * bar as f64 / BARS as f64);
+    let quarters = (0..=4).map(|quarter| edge(BARS * quarter / 4));
+    let x_ticks = quarters.map(|value| (value, number(value))).collect();
+    let y_ticks = vec![(0.0, "0".to_owned()), (most as f64, most.to_string())];
+    let x = Axis::with_ticks("", (back(low), back(high)), log, x_ticks);
+    let y = Axis::with_ticks("", (0.0, most as f64), false, y_ticks);
+    let bars = counts.iter().enumerate().filter(|(_, count)| **count > 0);
+    let bars = bars.map(|(i, count)| Bar {
+        x: (edge(i), edge(i + 1)),
+        height: *count as f64,
+    });
+    let chart = Chart {
+        inside_px: INSIDE_PX,
+        bars: bars.collect(),
+        ..Chart::new(title, x, y, Vec::new())
+    };
+    sheet("", &[vec![chart]])
 }
 
 /// From where to where, on the scale; never empty.

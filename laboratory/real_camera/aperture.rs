@@ -6,7 +6,7 @@
 use glam::DVec2;
 use quadpixel::command::CommandError;
 use quadpixel::render::truth::{Defocus, ReceptiveField, TextureSpectrum};
-use quadpixel::svg::Svg;
+use quadpixel_generators::plot::{Axis, Chart, Series, sheet};
 
 use crate::camera::{self, Model};
 use crate::measure::GREEN;
@@ -35,54 +35,36 @@ pub fn simulated(lens: &str, model: &Model, distance_mm: f64) -> Result<Vec<Poin
     MARKS.iter().map(at).collect()
 }
 
-/// Both axes are logarithmic.
-pub fn plot(curves: &[(&str, &str, &[Point])], measured: &[(String, Point)]) -> String {
-    const SIZE: DVec2 = DVec2::new(560.0, 360.0);
-    const CORNER: DVec2 = DVec2::new(70.0, 30.0);
-    let (x_range, y_range) = ((1.7f64, 22.0f64), (0.005f64, 0.6f64));
-    let at = |(f, part): Point| {
-        let along = |v: f64, (low, high): (f64, f64)| (v / low).ln() / (high / low).ln();
-        let part = part.max(y_range.0);
-        CORNER + DVec2::new(along(f, x_range), 1.0 - along(part, y_range)) * SIZE
+/// Both axes are logarithmic; curves by name and colour, and points measured by name.
+pub fn plot(curves: &[(&str, &'static str, &[Point])], measured: &[(String, Point)]) -> String {
+    let ticks = |values: &[f64], prefix: &str| {
+        let labelled = values.iter().map(|v| (*v, format!("{prefix}{v}")));
+        labelled.collect::<Vec<_>>()
     };
-    let mut svg = Svg::new(SIZE + DVec2::new(100.0, 90.0));
-    for f in [1.8, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 20.0] {
-        let line = [at((f, y_range.0)), at((f, y_range.1))];
-        svg.polyline(&line, "stroke=\"#e4e4e4\"");
-        svg.text(
-            line[0] + DVec2::new(0.0, 16.0),
-            "middle",
-            11.0,
-            &format!("F/{f}"),
-        );
-    }
-    for part in [0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5] {
-        let line = [at((x_range.0, part)), at((x_range.1, part))];
-        svg.polyline(&line, "stroke=\"#e4e4e4\"");
-        svg.text(
-            line[0] + DVec2::new(-6.0, 4.0),
-            "end",
-            11.0,
-            &format!("{part}"),
-        );
-    }
-    for (i, (name, colour, points)) in curves.iter().enumerate() {
-        let style = format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.8\"");
-        let line: Vec<DVec2> = points.iter().map(|p| at(*p)).collect();
-        svg.polyline(&line, &style);
-        let legend = CORNER + DVec2::new(14.0, SIZE.y - 16.0 - 17.0 * i as f64);
-        svg.polyline(&[legend, legend + DVec2::new(24.0, 0.0)], &style);
-        svg.text(legend + DVec2::new(30.0, 4.0), "start", 12.0, name);
-    }
-    for (name, point) in measured {
-        svg.circle(at(*point), 4.5, "fill=\"#c0392b\"");
-        svg.text(at(*point) + DVec2::new(-7.0, 14.0), "end", 10.0, name);
-    }
-    svg.text(
-        CORNER + DVec2::new(0.0, -12.0),
-        "start",
-        13.0,
-        "left-right shift / circle of confusion, middle of the picture (dots: measured)",
-    );
-    svg.finish()
+    let f_numbers = ticks(&[1.8, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 20.0], "F/");
+    let parts = ticks(&[0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5], "");
+    // The upper end leaves room for the legend.
+    let (x_ends, y_ends) = ((1.7, 22.0), (0.005, 2.0));
+    let point = |p: &Point| DVec2::new(p.0, p.1.max(y_ends.0));
+    let mut series: Vec<Series> = curves
+        .iter()
+        .map(|(name, colour, points)| {
+            Series::line(*name, colour, points.iter().map(point).collect())
+        })
+        .collect();
+    let (names, points): (Vec<String>, Vec<DVec2>) = measured
+        .iter()
+        .map(|(name, p)| (name.clone(), point(p)))
+        .unzip();
+    series.push(Series::marks("measured", "#c0392b", points).labelled(names));
+    let chart = Chart {
+        inside_px: DVec2::new(560.0, 360.0),
+        ..Chart::new(
+            "left-right shift / circle of confusion, middle of the picture",
+            Axis::with_ticks("", x_ends, true, f_numbers),
+            Axis::with_ticks("", y_ends, true, parts),
+            series,
+        )
+    };
+    sheet("", &[vec![chart]])
 }

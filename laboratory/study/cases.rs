@@ -23,19 +23,19 @@ pub(super) struct Case {
     pub centre_deg: f64,
     /// (R_a, R_b) that the paper prints, deg.
     pub paper: Option<(f64, f64)>,
-    /// Group of cases that share a panel.
-    pub panel: usize,
+    /// Group of cases that share a chart.
+    pub chart: usize,
 }
 
 impl Case {
-    fn new(name: impl Into<String>, stack: PixelStack, panel: usize) -> Self {
+    fn new(name: impl Into<String>, stack: PixelStack, chart: usize) -> Self {
         Self {
             name: name.into(),
             stack,
             wavelength_nm: GREEN_NM,
             centre_deg: 0.0,
             paper: None,
-            panel,
+            chart,
         }
     }
 }
@@ -56,7 +56,7 @@ pub(super) fn of(kind: Kind, pixels: &[String]) -> Result<Vec<Case>, CommandErro
 }
 
 fn named(pixels: &[String]) -> Result<Vec<Case>, CommandError> {
-    let case = |(panel, name): (usize, &String)| {
+    let case = |(chart, name): (usize, &String)| {
         let stack = pixel(name)?;
         if stack.subpixels.m() < 2 {
             return Err(CommandError::input(format!(
@@ -71,7 +71,7 @@ fn named(pixels: &[String]) -> Result<Vec<Case>, CommandError> {
         };
         Ok(Case {
             paper,
-            ..Case::new(stack.name.clone(), stack, panel)
+            ..Case::new(stack.name.clone(), stack, chart)
         })
     };
     pixels.iter().enumerate().map(case).collect()
@@ -88,10 +88,10 @@ fn microlenses() -> Vec<Case> {
             if stack.check().is_err() {
                 continue;
             }
-            let panel = cases.len();
-            let case = Case::new(format!("RoC {radius:.2}, h {height:.2}"), stack, panel);
+            let chart = cases.len();
+            let case = Case::new(format!("RoC {radius:.2}, h {height:.2}"), stack, chart);
             cases.push(Case {
-                paper: match panel {
+                paper: match chart {
                     0 => Some((10.0, 18.0)),
                     2 => Some((16.0, 13.0)),
                     _ => None,
@@ -114,7 +114,7 @@ fn pitches() -> Vec<Case> {
     cases.push(Case {
         name: "3.5 um, filter 1 um".into(),
         paper: Some((10.0, 18.0)),
-        panel: 1,
+        chart: 1,
         ..case(3.5, 1.0)
     });
     cases
@@ -124,7 +124,7 @@ fn pitches() -> Vec<Case> {
 fn wavelengths() -> Result<Vec<Case>, ResponseError> {
     let colours = [(400.0, "blue"), (532.0, "green"), (700.0, "red")];
     let mut cases = Vec::new();
-    for (panel, centre_deg) in [0.0, CHIEF_RAY_DEG].into_iter().enumerate() {
+    for (chart, centre_deg) in [0.0, CHIEF_RAY_DEG].into_iter().enumerate() {
         for (wavelength_nm, colour) in colours {
             let mut stack = PixelStack::builtin("1.6um")?;
             if centre_deg > 0.0 {
@@ -144,7 +144,7 @@ fn wavelengths() -> Result<Vec<Case>, ResponseError> {
             cases.push(Case {
                 wavelength_nm,
                 centre_deg,
-                ..Case::new(name, stack, panel)
+                ..Case::new(name, stack, chart)
             });
         }
     }

@@ -6,13 +6,13 @@ use std::fmt::Write;
 use glam::DVec2;
 use quadpixel::em::PixelStack;
 use quadpixel::response::{ChiefRayShifts, ShiftedPixel, direction_cosines};
-use quadpixel::svg::Svg;
 use rayon::prelude::*;
 
 use super::{StudyArgs, one_pixel, write};
 use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel_generators::log::Log;
+use quadpixel_generators::plot::Svg;
 use quadpixel_generators::progress::Progress;
 
 /// Chief rays whose shift is found, deg (section 2.1.4).

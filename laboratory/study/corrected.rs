@@ -10,14 +10,13 @@ use quadpixel::response::{
     AngularResponse, CorrectedSettings, Correction, ExactRun, Incidence, PixelModel, ResponseError,
     ShiftedPixel, spread,
 };
-use quadpixel::svg::Svg;
 use rayon::prelude::*;
 
 use super::{StudyArgs, one_pixel, write};
 use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel_generators::log::Log;
-use quadpixel_generators::plot::{Line, Panel, whole};
+use quadpixel_generators::plot::{Axis, Chart, Series, sheet};
 use quadpixel_generators::progress::Progress;
 
 const WAVELENGTH_NM: f64 = 550.0;
@@ -215,37 +214,24 @@ fn csv(all: &[Left]) -> String {
 }
 
 fn svg(stack: &PixelStack, source: &str, all: &[Left]) -> String {
-    let head = 28.0;
-    let mut svg = Svg::new(whole() + DVec2::new(0.0, head));
-    let title = format!("{}, exact: {source}", stack.name);
-    svg.text(DVec2::new(10.0, 19.0), "start", 13.0, &title);
-    let line = |name: &str, colour, dashed, value: &dyn Fn(&Left) -> f64| Line {
-        name: name.to_owned(),
-        colour,
-        dashed,
-        marks: false,
-        points: all
-            .iter()
-            .map(|l| DVec2::new(l.runs as f64, 100.0 * value(l)))
-            .collect(),
+    let line = |name: &str, colour, value: fn(&Left) -> f64| {
+        let points = all.iter();
+        let points = points.map(|l| DVec2::new(l.runs as f64, 100.0 * value(l)));
+        Series::line(name, colour, points.collect())
     };
-    let lines = vec![
-        line("wave", "#666", true, &|l| l.wave_rms),
-        line("corrected", "#1f6fd0", false, &|l| l.rms),
-        line("told by the fit", "#d1332b", true, &|l| l.told),
+    let series = vec![
+        line("wave", "#666", |l| l.wave_rms).dashed(),
+        line("corrected", "#1f6fd0", |l| l.rms),
+        line("told by the fit", "#d1332b", |l| l.told).dashed(),
     ];
-    let highest = lines.iter().flat_map(|l| &l.points).map(|p| p.y);
-    let panel = Panel {
-        title: "RMS at directions held out".into(),
-        x_name: "exact runs spent",
-        y_name: "% of peak",
-        x: (0.0, all.last().map_or(1.0, |l| l.runs as f64)),
-        y: (0.0, (1.4 * highest.fold(0.5, f64::max)).ceil()),
-        ticks: (8.0, 1.0),
-        decades: false,
-        level: None,
-        lines,
-    };
-    panel.draw(&mut svg, DVec2::new(0.0, head));
-    svg.finish()
+    let highest = series.iter().map(Series::highest).fold(0.5, f64::max);
+    let most = all.last().map_or(1.0, |l| l.runs as f64);
+    let chart = Chart::new(
+        "RMS at directions held out",
+        Axis::linear("exact runs spent", (0.0, most), 8.0),
+        Axis::linear("% of peak", (0.0, (1.4 * highest).ceil()), 1.0),
+        series,
+    );
+    let title = format!("{}, exact: {source}", stack.name);
+    sheet(&title, &[vec![chart]])
 }

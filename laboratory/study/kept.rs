@@ -96,7 +96,7 @@ mod tests {
             wavelength_nm: 550.0,
             centre_deg: 0.0,
             paper: None,
-            panel: 0,
+            chart: 0,
         }]
     }
 

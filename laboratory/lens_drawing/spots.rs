@@ -1,13 +1,12 @@
-//! Spot diagrams, one panel a field, all at one scale, with the Airy disk.
+//! Spot diagrams, one panel per field, all at one scale, with the Airy disk.
 
 use glam::DVec2;
 
-use crate::lens::aim::Field;
-use crate::lens::analysis::{SPOT_LINES_NM, Spot, rms_radius};
-use crate::lens::error::LensError;
-use crate::lens::placed::Lens;
-use crate::svg::{Svg, round_length};
-use crate::units::D_LINE_NM;
+use quadpixel::lens::aim::Field;
+use quadpixel::lens::analysis::{SPOT_LINES_NM, Spot, rms_radius};
+use quadpixel::lens::{Lens, LensError};
+use quadpixel::units::D_LINE_NM;
+use quadpixel_generators::plot::{Svg, round_length};
 
 const PANEL_PX: f64 = 220.0;
 const GAP_PX: f64 = 16.0;

@@ -1,4 +1,4 @@
-//! Just enough SVG for the pictures of lenses and studies: lines, circles, text, in pixels from the upper left corner.
+//! Just enough SVG: lines, areas, circles and text, in pixels from the upper left corner.
 
 use std::fmt::Write;
 
@@ -72,18 +72,4 @@ impl Svg {
             self.body
         )
     }
-}
-
-/// The largest 1, 2 or 5 times a power of ten that is at most `length`.
-pub fn round_length(length: f64) -> f64 {
-    let power = 10f64.powf(length.log10().floor());
-    let digit = length / power;
-    let round = if digit >= 5.0 {
-        5.0
-    } else if digit >= 2.0 {
-        2.0
-    } else {
-        1.0
-    };
-    round * power
 }
