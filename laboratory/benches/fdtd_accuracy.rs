@@ -2,11 +2,11 @@
 //! `tests/response/reference`.
 //!
 //! ```sh
-//! cargo bench --bench fdtd_accuracy -- flat                   # R, T, A at 0 to 70°, s and p, three meshes
-//! cargo bench --bench fdtd_accuracy -- curve 1.6 standard     # P of each half over θ, beside the reference; `1.6` .. `3.5`
-//! cargo bench --bench fdtd_accuracy -- curve 1.6 standard 0,10,20
-//! cargo bench --bench fdtd_accuracy -- curve 1.6 32/11/0.002 0,10,20   # lateral nm / cells a wavelength / tolerance
-//! cargo bench --bench fdtd_accuracy -- modal 1.6um draft 0,10,20 30   # beside the Fourier modal level: pixel, preset, θ, φ; a pixel's
+//! cargo bench -p quadpixel-laboratory --bench fdtd_accuracy -- flat                   # R, T, A at 0 to 70°, s and p, three meshes
+//! cargo bench -p quadpixel-laboratory --bench fdtd_accuracy -- curve 1.6 standard     # P of each half over θ, beside the reference; `1.6` .. `3.5`
+//! cargo bench -p quadpixel-laboratory --bench fdtd_accuracy -- curve 1.6 standard 0,10,20
+//! cargo bench -p quadpixel-laboratory --bench fdtd_accuracy -- curve 1.6 32/11/0.002 0,10,20   # lateral nm / cells a wavelength / tolerance
+//! cargo bench -p quadpixel-laboratory --bench fdtd_accuracy -- modal 1.6um draft 0,10,20 30   # beside the Fourier modal level: pixel, preset, θ, φ; a pixel's
 //!                                                                     # name may end in -nolens (flat) or -notrench
 //! ```
 #![allow(clippy::unwrap_used)] // because a bench fails by panicking

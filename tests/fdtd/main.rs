@@ -1,5 +1,5 @@
 //! The `fdtd` level: flat stacks against the exact transfer matrix, small pixels in the cases that break solvers, and one of the paper's
-//! pixels against an independent vector solution. The larger comparisons: `benches/fdtd_accuracy.rs`.
+//! pixels against an independent vector solution. The larger comparisons: `laboratory/benches/fdtd_accuracy.rs`.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 mod bad_input;

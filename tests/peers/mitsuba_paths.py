@@ -1,8 +1,8 @@
 """Our pictures against Mitsuba 3's, pixel by pixel.
 
-    python -m venv mi && mi/bin/pip install mitsuba numpy
-    cargo run --release --example peer_paths -- FOLDER
-    mi/bin/python tests/peers/mitsuba_paths.py FOLDER
+    scripts/peers
+
+installs Mitsuba, has our pictures made by `examples/peer_paths.rs` and runs this with their folder and the number of Mitsuba's passes.
 
 For every pixel and channel z = (ours - theirs) / sqrt(var_ours + var_theirs), both variances estimated from independent
 samples. If both renderers compute the same light, z has mean 0 and mean square 1. Stated before any run:
@@ -22,7 +22,8 @@ import numpy as np
 
 folder = sys.argv[1]
 mi.set_variant("scalar_rgb")
-SIDE, PASSES, SPP = 96, 64, 4
+SIDE, SPP = 96, 4
+PASSES = int(sys.argv[2]) if len(sys.argv) > 2 else 64
 
 rgb = lambda c: {"type": "rgb", "value": c}
 diffuse = lambda c: {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": rgb(c)}}

@@ -1,5 +1,5 @@
-"""Paths a second of Mitsuba 3 on the scene of `cargo bench --bench paths`, which `cargo run --release --example peer_paths -- FOLDER` writes
-to FOLDER/speed.
+"""Paths per second of Mitsuba 3 on the scene of `cargo bench --bench paths`, which `cargo run --release --example peer_paths -- FOLDER`
+writes to FOLDER/speed (`scripts/peers --speed` runs both).
 
     python mitsuba_speed.py FOLDER/speed [variant]      (default scalar_rgb)
 

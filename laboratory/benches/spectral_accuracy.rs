@@ -1,10 +1,10 @@
 //! What few wavelengths leave out: views of a white wall by M wavelengths against 16.
 //!
 //! ```text
-//! cargo bench --bench spectral_accuracy
+//! cargo bench -p quadpixel-laboratory --bench spectral_accuracy
 //! ```
 
-#[path = "support/frame.rs"]
+#[path = "../../benches/support/frame.rs"]
 #[allow(dead_code)] // because nothing is rendered here
 mod frame;
 

@@ -1,10 +1,10 @@
 //! Matching against the truth and the Cramér-Rao bound, over windows, gains and noise: a Markdown table.
 //!
-//! `cargo bench -p quadpixel-algorithms --bench matching_accuracy`
+//! `cargo bench -p quadpixel-laboratory --bench matching_accuracy`
 
-#[path = "../tests/matching/score.rs"]
+#[path = "../../algorithms/tests/matching/score.rs"]
 mod score;
-#[path = "../tests/matching/texture.rs"]
+#[path = "../../algorithms/tests/matching/texture.rs"]
 mod texture;
 
 use quadpixel_algorithms::disparity::MatchSettings;
