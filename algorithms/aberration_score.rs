@@ -4,12 +4,12 @@
 //! e_v(x) = d_{v,green}(x) − (traced_v(x) − paraxial_v(x))        over all views v and valid pixels x
 //! ```
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use quadpixel::image::ImageError;
 use quadpixel::image::exr::read_layers;
 
-use crate::calibration::Calibration;
-use quadpixel::command::CommandError;
+use crate::calibration::{Calibration, CalibrationError};
 
 /// Lengths of a set of vectors, px.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -31,13 +31,38 @@ pub struct AberrationScore {
     pub count: usize,
 }
 
+/// A truth that cannot be compared with.
+#[derive(Debug, thiserror::Error)]
+pub enum AberrationScoreError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// The calibration's fields are none.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
+    /// It lacks what is compared.
+    #[error("{}: {lack}", path.display())]
+    Lack {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        lack: String,
+    },
+}
+
 impl AberrationScore {
     /// Compares the reference channel's fields with the sample's `disparity.exr`.
-    pub fn read(calibration: &Calibration, sample: &Path) -> Result<Self, CommandError> {
+    ///
+    /// # Errors
+    /// The file cannot be read, lacks a view or channel, is of another size, or has no valid pixel.
+    pub fn read(calibration: &Calibration, sample: &Path) -> Result<Self, AberrationScoreError> {
         let path = sample.join("disparity.exr");
-        let bad = |text: String| CommandError::input(format!("{}: {text}", path.display()));
-        let layers = read_layers(&path).map_err(CommandError::input)?;
-        let fields = (calibration.smooth_fields()).map_err(|e| bad(e.to_string()))?;
+        let bad = |lack: String| AberrationScoreError::Lack {
+            path: path.clone(),
+            lack,
+        };
+        let layers = read_layers(&path)?;
+        let fields = calibration.smooth_fields()?;
         let camera = &calibration.camera;
         let green = &camera.channels[camera.reference_channel()];
         let (mut truth, mut residual) = (Vec::new(), Vec::new());

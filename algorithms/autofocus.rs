@@ -9,13 +9,13 @@
 //! (the dataset's specification, "Metres from disparity"), and its zero is the focus. Contrast detection takes the maximum of a
 //! sharpness, here the vertex of the parabola through the three samples about the largest one.
 
-use quadpixel::image::Image;
 use quadpixel::image::views::Side;
+use quadpixel::image::{Image, channel};
 
+use crate::capture::Capture;
 use crate::depth::{Pair, measure};
 use crate::disparity::{Axes, MatchError, MatchSettings};
 use crate::metrics::sharpness::{Plane, Sharpness, SharpnessError, SharpnessSettings, sharpness};
-use crate::sai::Views;
 
 /// Ratio of the standard deviation of a normal law to its median absolute deviation.
 const DEVIATION_OVER_MAD: f64 = 1.4826;
@@ -93,29 +93,33 @@ pub enum AutofocusError {
     /// One column of sub-pixels.
     #[error("a pixel of one column has no left and right half: no phase difference")]
     NoHalves,
+    /// Nothing tells the focus.
+    #[error("it has no description of its camera, which tells the focus")]
+    NoCamera,
 }
 
-/// Measures one sample in `region`, of the colour `channel`.
+/// Measures one sample in `region`, which must lie inside its views, of the reference channel.
+///
+/// # Errors
+/// The focus is not known, the pixel has one column, or the region cannot be matched or measured.
 pub fn measure_step(
-    views: &Views,
-    channel: usize,
+    capture: &Capture,
     region: Region,
-    focus_per_m: f64,
     settings: &MatchSettings,
-    kind: &SharpnessSettings,
+    sharpness_settings: &SharpnessSettings,
 ) -> Result<Step, AutofocusError> {
-    let half = |side| {
-        views
-            .sum(side)
-            .map(|image| quadpixel::image::channel(&image, channel))
-    };
+    let camera = capture.camera.as_ref().ok_or(AutofocusError::NoCamera)?;
+    let behind = camera.intrinsics.pinhole_behind_vertex_m;
+    let focus_per_m = (camera.focus.distance_m).map_or(0.0, |z| 1.0 / (z + behind));
+    let c = capture.reference_channel();
+    let half = |side| capture.views.sum(side).map(|image| channel(&image, c));
     let (Some(all), Some(left), Some(right)) =
         (half(Side::All), half(Side::Left), half(Side::Right))
     else {
         return Err(AutofocusError::NoHalves);
     };
     let cut = crop(&all, region);
-    let sharp = sharpness(&Plane::of_image(&cut, 0)?, kind)?;
+    let sharp = sharpness(&Plane::of_image(&cut, 0)?, sharpness_settings)?;
     let pair = Pair {
         a: &right,
         b: &left,

@@ -14,11 +14,11 @@
 use quadpixel::image::{Image, channel};
 use serde::{Deserialize, Serialize};
 
-use crate::capture::{Camera, Capture};
+use crate::calibrated_camera::CalibratedCamera;
 use crate::centroid::Reference;
 use crate::disparity::{MatchError, MatchSettings, match_images};
 use crate::field::{FieldError, FieldFit, Loss, SmoothField};
-use crate::sai::Side;
+use crate::sai::{Side, Views};
 
 /// First line of the file; another one is another kind of file.
 const FORMAT: &str = "quadpixel aberration calibration";
@@ -27,7 +27,7 @@ const FORMAT: &str = "quadpixel aberration calibration";
 const VERSION: u32 = 2;
 
 /// What the fields line up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Align {
     /// Centroids of the spots: the disparity as datasets define it, whatever the chart.
@@ -72,7 +72,7 @@ pub struct Calibration {
     format: String,
     version: u32,
     /// The camera it is for.
-    pub camera: Camera,
+    pub camera: CalibratedCamera,
     /// What the fields line up.
     pub align: Align,
     /// Window of the matching, px.
@@ -144,18 +144,21 @@ pub enum CalibrationError {
 }
 
 impl Calibration {
-    /// Matches each view and channel of `capture` against the green of the sum, and fits the fields.
-    pub fn of_chart(
-        capture: &Capture,
+    /// Matches each view and channel of a chart's capture against the green of the sum, and fits the fields.
+    ///
+    /// # Errors
+    /// Settings out of their range, views that are too small, or too little texture for the fields.
+    pub fn from_chart(
+        views: &Views,
+        camera: &CalibratedCamera,
         settings: &CalibrationSettings,
     ) -> Result<Self, CalibrationError> {
-        let camera = &capture.camera;
-        let sum = capture.views.sum(Side::All);
+        let sum = views.sum(Side::All);
         let sum = sum.ok_or_else(|| CalibrationError::File("a capture without views".into()))?;
         let reference = channel(&sum, camera.reference_channel());
         let mut matched = Vec::new();
-        for (index, view) in capture.views.images().iter().enumerate() {
-            let subpixel = capture.views.partition().name(index);
+        for (index, view) in views.images().iter().enumerate() {
+            let subpixel = views.partition().name(index);
             for (c, name) in camera.channels.iter().enumerate() {
                 matched.push(Matched::new(
                     &reference,
@@ -174,7 +177,7 @@ impl Calibration {
                     .map(|m| (&m.view, &m.fit.field))
                     .collect();
                 let made = match settings.smoothing_px {
-                    None => Reference::of_views(&reference, settings.degree, &views),
+                    None => Reference::for_views(&reference, settings.degree, &views),
                     Some(px) => Reference::new(&reference, settings.degree, px),
                 };
                 Some(made.map_err(|error| CalibrationError::Reference { error })?)
@@ -195,6 +198,9 @@ impl Calibration {
     }
 
     /// The file's text.
+    ///
+    /// # Errors
+    /// A number that JSON cannot hold.
     pub fn to_json(&self) -> Result<String, CalibrationError> {
         serde_json::to_string_pretty(self)
             .map(|text| text + "\n")
@@ -202,6 +208,9 @@ impl Calibration {
     }
 
     /// Reads a file's bytes and checks that it has a field for each view and channel.
+    ///
+    /// # Errors
+    /// Bytes that are no such file, of this version, with a field per view and channel.
     pub fn from_json(bytes: &[u8]) -> Result<Self, CalibrationError> {
         let bad = CalibrationError::File;
         let read: Self = serde_json::from_slice(bytes).map_err(|e| bad(e.to_string()))?;
@@ -226,6 +235,9 @@ impl Calibration {
     }
 
     /// The fields, in the order of [`Calibration::fields`].
+    ///
+    /// # Errors
+    /// A field whose numbers fit no degree.
     pub fn smooth_fields(&self) -> Result<Vec<SmoothField>, CalibrationError> {
         (self.fields.iter())
             .map(|f| {

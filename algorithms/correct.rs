@@ -9,6 +9,7 @@
 use quadpixel::image::{Image, channel};
 use quadpixel::simd::SimdLevel;
 
+use crate::calibrated_camera::CalibratedCamera;
 use crate::calibration::{Calibration, CalibrationError};
 use crate::field::SmoothField;
 use crate::metrics::sharpness::{Plane, Sharpness, SharpnessError, SharpnessSettings, sharpness};
@@ -26,8 +27,33 @@ pub struct Corrected {
     pub valid: Vec<bool>,
 }
 
-/// Warps `views` by the fields of `calibration`, whose camera must be theirs (see [`crate::capture::Camera::difference`]).
-pub fn correct(views: &Views, calibration: &Calibration) -> Result<Corrected, CalibrationError> {
+/// Views that cannot be corrected.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CorrectError {
+    /// A calibration of another camera.
+    #[error("it is of another camera: {0}")]
+    OtherCamera(String),
+    /// A calibration that does not fit the views, or is none.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
+}
+
+/// Warps the views of `camera` by the fields of `calibration`.
+///
+/// # Errors
+/// The calibration is of another camera, or its fields do not fit the views.
+pub fn correct(
+    views: &Views,
+    camera: &CalibratedCamera,
+    calibration: &Calibration,
+) -> Result<Corrected, CorrectError> {
+    match calibration.camera.difference(camera) {
+        Some(difference) => Err(CorrectError::OtherCamera(difference)),
+        None => Ok(warped(views, calibration)?),
+    }
+}
+
+fn warped(views: &Views, calibration: &Calibration) -> Result<Corrected, CalibrationError> {
     let fields = calibration.smooth_fields()?;
     let bad = |text: &str| CalibrationError::File(text.to_owned());
     let first = views
@@ -87,6 +113,9 @@ pub struct BeforeAfter {
 
 impl BeforeAfter {
     /// Measures channel `c` of both, on the largest centred rectangle in which all pixels of `corrected` are valid.
+    ///
+    /// # Errors
+    /// No pixel is valid, or there is no such channel.
     pub fn measure(
         raw: &Views,
         corrected: &Corrected,
@@ -95,10 +124,10 @@ impl BeforeAfter {
     ) -> Result<Self, SharpnessError> {
         let before = raw.sum(Side::All).ok_or(SharpnessError::Empty)?;
         let margin_px = margin(&corrected.valid, before.width(), before.height());
-        let of = |image: &Image| sharpness(&crop(image, c, margin_px)?, settings);
+        let measured = |image: &Image| sharpness(&crop(image, c, margin_px)?, settings);
         Ok(Self {
-            raw: of(&before)?,
-            corrected: of(&corrected.sum)?,
+            raw: measured(&before)?,
+            corrected: measured(&corrected.sum)?,
             margin_px,
         })
     }

@@ -8,16 +8,17 @@
 
 pub mod aberration_score;
 pub mod autofocus;
+pub mod calibrated_camera;
 pub mod calibration;
+pub mod camera;
 pub mod capture;
 pub mod centroid;
-pub mod chosen;
 pub mod correct;
 pub mod depth;
 pub mod disparity;
 pub mod field;
-pub mod field_curve;
 pub mod load;
+pub mod map_channels;
 pub mod maps;
 pub mod metrics;
 pub mod pictures;

@@ -8,8 +8,6 @@ use std::path::{Path, PathBuf};
 use quadpixel::image::exr::{NamedLayer, read_layers};
 use quadpixel::image::{Image, ImageError, raster};
 
-use quadpixel::command::CommandError;
-
 /// A picture that is no input.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
@@ -50,13 +48,10 @@ pub enum LoadError {
     },
 }
 
-impl From<LoadError> for CommandError {
-    fn from(error: LoadError) -> Self {
-        Self::input(error.to_string())
-    }
-}
-
 /// Reads a picture: of an EXR its unnamed layer, else its first.
+///
+/// # Errors
+/// The file cannot be read, is no picture, is empty, or holds a number that is not finite.
 pub fn image(path: &Path) -> Result<Image, LoadError> {
     let first = layers(path)?.into_iter().next();
     first.map(|layer| layer.image).ok_or(LoadError::Empty {
@@ -65,6 +60,9 @@ pub fn image(path: &Path) -> Result<Image, LoadError> {
 }
 
 /// Reads all layers of an EXR; any other picture is one layer with no name.
+///
+/// # Errors
+/// The file cannot be read, is no picture, is empty, or holds a number that is not finite.
 pub fn layers(path: &Path) -> Result<Vec<NamedLayer>, LoadError> {
     let is_exr = (path.extension()).is_some_and(|e| e.eq_ignore_ascii_case("exr"));
     let layers = if is_exr {
@@ -86,6 +84,9 @@ pub fn layers(path: &Path) -> Result<Vec<NamedLayer>, LoadError> {
 }
 
 /// Reads pictures that must have one size and one number of channels.
+///
+/// # Errors
+/// One of them cannot be read (see [`image`]) or differs from the first.
 pub fn alike(paths: &[PathBuf]) -> Result<Vec<Image>, LoadError> {
     let mut images: Vec<Image> = Vec::with_capacity(paths.len());
     for path in paths {

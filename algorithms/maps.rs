@@ -6,7 +6,6 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use clap::ValueEnum;
 use ndarray::{ArrayD, ArrayViewD, IxDyn};
 use ndarray_npy::{ViewNpyError, ViewNpyExt, WriteNpyExt};
 use quadpixel::file;
@@ -14,7 +13,7 @@ use quadpixel::image::exr::{Compression, Layer, NamedLayer, Sample, encode_layer
 use quadpixel::image::{Image, ImageError, raster};
 
 /// Kind of file for numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapFormat {
     /// OpenEXR, 32-bit float: one layer per map, named channels.
     Exr,
@@ -37,6 +36,9 @@ pub struct Maps<'a> {
 
 impl Maps<'_> {
     /// The files' names and contents.
+    ///
+    /// # Errors
+    /// No map, or numbers that the format cannot hold.
     pub fn encode(&self, format: MapFormat) -> Result<Vec<(String, Vec<u8>)>, ImageError> {
         match format {
             MapFormat::Exr => {
@@ -116,6 +118,9 @@ fn pfm(image: &Image) -> Vec<u8> {
 /// or any picture.
 ///
 /// What has no name in the file is called by its number: channels `0`, `1`, …, and so the maps of an NPY. NaN is allowed.
+///
+/// # Errors
+/// The file cannot be read, or is of none of these kinds.
 pub fn read(path: &Path) -> Result<Vec<NamedLayer>, ImageError> {
     let bytes = file::read(path)?;
     let image = match bytes.as_slice() {

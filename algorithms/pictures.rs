@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use clap::ValueEnum;
 use quadpixel::image::exr::{Compression, Layer, Sample, encode_layers};
 use quadpixel::image::raster::{Levels, encode_png16};
 use quadpixel::image::{Image, ImageError};
 
 /// Kind of file to write.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureFormat {
     /// OpenEXR, 32-bit float: linear, nothing clipped, the sums are sums.
     Exr,
@@ -39,6 +38,9 @@ impl Pictures {
     }
 
     /// Adds `image` as `name` with the format's extension; `white`: the value at a PNG's full code.
+    ///
+    /// # Errors
+    /// The format cannot hold so many channels, or another number of channels than named.
     pub fn add(&mut self, name: &str, image: &Image, white: f64) -> Result<(), ImageError> {
         let (name, bytes) = match self.format {
             PictureFormat::Exr => {
@@ -76,6 +78,9 @@ impl Pictures {
 }
 
 /// An EXR of one unnamed layer of 32-bit floats; `name` is for messages only.
+///
+/// # Errors
+/// Names that are not as many as the image's channels.
 pub fn encode_float(name: &str, channels: &[&str], image: &Image) -> Result<Vec<u8>, ImageError> {
     let layer = Layer {
         name: "",

@@ -85,7 +85,7 @@ impl Partition {
     }
 
     /// The partition whose sub-pixels have these names, in any order and among others; `None` where no partition fits.
-    pub fn of_names(names: &[&str]) -> Option<Self> {
+    pub fn from_names(names: &[&str]) -> Option<Self> {
         let has = |name: &str| names.contains(&name);
         let rows = (0..64).take_while(|j| has(&format!("r{j}c0"))).count();
         let columns = (0..64).take_while(|i| has(&format!("r0c{i}"))).count();
@@ -154,7 +154,7 @@ impl Views {
     }
 
     /// Parts `mosaic` (m·W × n·H, any channels) into m·n views of W × H.
-    pub fn of_mosaic(mosaic: &Image, partition: Partition) -> Result<Self, SaiError> {
+    pub fn from_mosaic(mosaic: &Image, partition: Partition) -> Result<Self, SaiError> {
         let (m, n) = (partition.m, partition.n);
         let (width, height) = (mosaic.width() / m, mosaic.height() / n);
         if width * m != mosaic.width() || height * n != mosaic.height() || width * height == 0 {
@@ -198,7 +198,7 @@ mod tests {
         for (m, n) in [(1, 1), (2, 1), (1, 2), (2, 2), (3, 2), (4, 4), (5, 3)] {
             for channels in [1, 2, 3, 5] {
                 let mosaic = spelled(m * 4, n * 3, channels);
-                let views = Views::of_mosaic(&mosaic, Partition::new(m, n).unwrap()).unwrap();
+                let views = Views::from_mosaic(&mosaic, Partition::new(m, n).unwrap()).unwrap();
                 for j in 0..n {
                     for i in 0..m {
                         let seen = views.images()[j * m + i].pixel(3, 2);
@@ -231,16 +231,16 @@ mod tests {
             let names: Vec<String> = (0..m * n).rev().map(|i| partition.name(i)).collect();
             let mut names: Vec<&str> = names.iter().map(String::as_str).collect();
             names.push("sum");
-            assert_eq!(Partition::of_names(&names), Some(partition));
-            assert_ne!(Partition::of_names(&names[1..]), Some(partition));
+            assert_eq!(Partition::from_names(&names), Some(partition));
+            assert_ne!(Partition::from_names(&names[1..]), Some(partition));
         }
-        assert_eq!(Partition::of_names(&[""]), None);
+        assert_eq!(Partition::from_names(&[""]), None);
     }
 
     #[test]
     fn left_and_right_add_up_to_all() {
         let mosaic = spelled(8, 6, 3);
-        let views = Views::of_mosaic(&mosaic, Partition::new(2, 2).unwrap()).unwrap();
+        let views = Views::from_mosaic(&mosaic, Partition::new(2, 2).unwrap()).unwrap();
         let sum = |side| views.sum(side).unwrap();
         let all = sum(Side::All);
         for (a, b) in [(Side::Left, Side::Right), (Side::Top, Side::Bottom)] {
@@ -249,14 +249,14 @@ mod tests {
                 assert_eq!(a + b, *all);
             }
         }
-        let single = Views::of_mosaic(&mosaic, Partition::new(1, 1).unwrap()).unwrap();
+        let single = Views::from_mosaic(&mosaic, Partition::new(1, 1).unwrap()).unwrap();
         assert_eq!(single.sum(Side::Left), None);
         assert_eq!(single.sum(Side::All), Some(mosaic));
     }
 
     #[test]
     fn sizes_and_partitions_that_do_not_fit_are_refused() {
-        let error = Views::of_mosaic(&spelled(7, 6, 1), Partition::new(2, 2).unwrap());
+        let error = Views::from_mosaic(&spelled(7, 6, 1), Partition::new(2, 2).unwrap());
         let text = error.unwrap_err().to_string();
         assert!(text.contains("7 × 6") && text.contains("2x2"), "{text}");
         let dual = Partition::new(2, 1).unwrap();
@@ -269,7 +269,7 @@ mod tests {
         ] {
             assert!(Views::new(dual, images).is_err());
         }
-        assert!(Views::of_mosaic(&Image::zeros(4, 4, 0), dual).is_err());
+        assert!(Views::from_mosaic(&Image::zeros(4, 4, 0), dual).is_err());
         for bad in ["", "2", "2x", "0x2", "2x65", "2x2x2", "-1x2"] {
             assert!(bad.parse::<Partition>().is_err(), "{bad}");
         }

@@ -8,7 +8,11 @@ use serde::Deserialize;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use crate::correct::BeforeAfter;
+use crate::calibrated_camera::{CalibratedCamera, PitchError};
+use crate::calibration::{Calibration, CalibrationError, CalibrationSettings};
+use crate::capture::Capture;
+use crate::correct::{BeforeAfter, CorrectError, correct};
+use crate::metrics::sharpness::{SharpnessError, SharpnessSettings};
 
 /// The list of captures, as TOML.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
@@ -41,6 +45,46 @@ pub struct Row {
     pub position: String,
     /// Sharpness.
     pub sharpness: BeforeAfter,
+}
+
+/// A row that cannot be measured: which capture, and why.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RowError {
+    /// The pitch of one of the captures is not known.
+    #[error(transparent)]
+    Pitch(#[from] PitchError),
+    /// The chart gives no calibration.
+    #[error(transparent)]
+    Chart(#[from] CalibrationError),
+    /// The capture cannot be corrected by it.
+    #[error(transparent)]
+    Correct(#[from] CorrectError),
+    /// The capture's sharpness cannot be measured.
+    #[error(transparent)]
+    Sharpness(#[from] SharpnessError),
+}
+
+/// Calibrates by `chart`, corrects `capture`, and measures its reference channel before and after.
+///
+/// # Errors
+/// A chart that gives no calibration, a capture of another camera, or one without a valid pixel.
+pub fn measure(
+    chart: &Capture,
+    capture: &Capture,
+    settings: &CalibrationSettings,
+    sharpness: &SharpnessSettings,
+) -> Result<BeforeAfter, RowError> {
+    let chart_camera = CalibratedCamera::from_capture(chart, None)?;
+    let camera = CalibratedCamera::from_capture(capture, None)?;
+    let calibration = Calibration::from_chart(&chart.views, &chart_camera, settings)?;
+    let corrected = correct(&capture.views, &camera, &calibration)?;
+    let c = capture.reference_channel();
+    Ok(BeforeAfter::measure(
+        &capture.views,
+        &corrected,
+        c,
+        sharpness,
+    )?)
 }
 
 impl Row {

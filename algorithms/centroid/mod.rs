@@ -16,7 +16,7 @@
 //! what is smooth by up to 0.008 px.)
 //!
 //! σ costs noise and border (3σ and 3 px on each side are not used), but wide spots need it: where the series is too short for them,
-//! what the fit leaves over falls as σ grows. [`Reference::of_views`] takes the smallest σ that leaves about as little as any.
+//! what the fit leaves over falls as σ grows. [`Reference::for_views`] takes the smallest σ that leaves about as little as any.
 
 mod derivatives;
 
@@ -74,7 +74,7 @@ pub struct CentroidFit {
 impl Reference {
     /// Prepares single-channel `image` for fields of `degree` with the σ that its views ask for, given with the fields to start
     /// from.
-    pub fn of_views(
+    pub fn for_views(
         image: &Image,
         degree: usize,
         views: &[(&Image, &SmoothField)],

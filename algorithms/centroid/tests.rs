@@ -86,7 +86,7 @@ fn a_skewed_spot_is_placed_by_its_centroid_where_matching_follows_its_head() {
     let matched = SmoothField::fit(&found.observations(), 2, loss)
         .unwrap()
         .field;
-    let reference = Reference::of_views(&a, 2, &[(&b, &matched)]).unwrap();
+    let reference = Reference::for_views(&a, 2, &[(&b, &matched)]).unwrap();
     let fitted = reference.fit(&b, &matched).unwrap();
     let [by_match, by_centroid] = [&matched, &fitted.field].map(|f| rms(f, |_| [cx, cy]));
     // The goal of the calibration is 0.03 px; the comet's head is several times that away from the centroid.
@@ -105,7 +105,7 @@ fn a_smooth_field_and_a_gain_come_back_from_a_poor_start() {
     for (i, v) in b.data_mut().iter_mut().enumerate() {
         *v *= 0.25 + 0.05 * (i % SIDE) as f32 / SIDE as f32;
     }
-    let reference = Reference::of_views(&a, 2, &[(&b, &zero())]).unwrap();
+    let reference = Reference::for_views(&a, 2, &[(&b, &zero())]).unwrap();
     let fitted = reference.fit(&b, &zero()).unwrap();
     // The view's own shift is looked up at the view's pixel: d(x) differs from that by d·∇d, at most 0.3 px · 0.6/64.
     let error = rms(&fitted.field, shift);
@@ -116,10 +116,10 @@ fn a_smooth_field_and_a_gain_come_back_from_a_poor_start() {
 #[test]
 fn a_flat_or_tiny_picture_has_no_field() {
     let flat = Image::zeros(64, 64, 1);
-    let fit = Reference::of_views(&flat, 2, &[(&flat, &zero())]);
+    let fit = Reference::for_views(&flat, 2, &[(&flat, &zero())]);
     assert!(matches!(fit, Err(FieldError::Singular(2))));
     let tiny = seen(&[(1.0, [0.0; 2])], |_| [0.0; 2]);
     let tiny = Image::from_vec(16, 16, 1, tiny.data()[..256].to_vec()).unwrap();
-    let fit = Reference::of_views(&tiny, 2, &[(&tiny, &zero())]);
+    let fit = Reference::for_views(&tiny, 2, &[(&tiny, &zero())]);
     assert!(matches!(fit, Err(FieldError::TooFew { .. })));
 }

@@ -7,8 +7,9 @@
 use std::path::Path;
 
 use quadpixel_algorithms::aberration_score::AberrationScore;
+use quadpixel_algorithms::calibrated_camera::CalibratedCamera;
 use quadpixel_algorithms::calibration::{Align, Calibration, CalibrationSettings};
-use quadpixel_algorithms::capture::{Capture, Given};
+use quadpixel_algorithms::capture::{Capture, CaptureOptions};
 use quadpixel_generators::assemble::Responses;
 use quadpixel_generators::recipe::Recipe;
 use quadpixel_generators::sample::{SampleId, render_sample};
@@ -50,13 +51,14 @@ fn on_a_rendered_aberrated_chart_centroids_are_found_to_0_03_px_and_matching_alo
     let folder = tempfile::tempdir().unwrap();
     let chart = folder.path().join("chart");
     render(&chart);
-    let capture = Capture::read(&chart, &Given::default(), None).unwrap();
+    let capture = Capture::read(&chart, &CaptureOptions::default()).unwrap();
+    let camera = CalibratedCamera::from_capture(&capture, None).unwrap();
     let score = |align| {
         let settings = CalibrationSettings {
             align,
             ..CalibrationSettings::default()
         };
-        let calibration = Calibration::of_chart(&capture, &settings).unwrap();
+        let calibration = Calibration::from_chart(&capture.views, &camera, &settings).unwrap();
         AberrationScore::read(&calibration, &chart).unwrap()
     };
     let (centroid, texture) = (score(Align::Centroid), score(Align::Texture));

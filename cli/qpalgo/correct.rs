@@ -7,12 +7,16 @@ use quadpixel::file;
 use quadpixel::image::ImageError;
 use quadpixel::image::raster::encode_png8;
 
+use crate::inputs::{
+    AlignArg, CaptureArgs, PictureFormatArg, calibrated_camera, in_file, read_calibration,
+    sample_folder,
+};
 use crate::progress::Progress;
 use quadpixel::command::CommandError;
 use quadpixel_algorithms::aberration_score::AberrationScore;
-use quadpixel_algorithms::calibration::{Align, Calibration, CalibrationSettings};
-use quadpixel_algorithms::capture::{Capture, Given};
-use quadpixel_algorithms::correct::{BeforeAfter, Corrected, correct};
+use quadpixel_algorithms::calibration::{Calibration, CalibrationSettings};
+use quadpixel_algorithms::capture::Capture;
+use quadpixel_algorithms::correct::{BeforeAfter, CorrectError, Corrected, correct};
 use quadpixel_algorithms::disparity::MatchSettings;
 use quadpixel_algorithms::metrics::sharpness::SharpnessSettings;
 use quadpixel_algorithms::pictures::{PictureFormat, Pictures};
@@ -32,7 +36,7 @@ pub struct CorrectArgs {
     #[arg(long, short)]
     out: PathBuf,
     #[command(flatten)]
-    given: Given,
+    source: CaptureArgs,
     /// Pitch of the microlenses, µm; absent: as in meta.json.
     #[arg(long)]
     pitch_um: Option<f64>,
@@ -46,14 +50,14 @@ pub struct CorrectArgs {
     #[arg(long, default_value_t = CalibrationSettings::default().degree)]
     degree: usize,
     /// What to line up: the centroids of the spots (what depth needs), or the chart's texture as block matching does.
-    #[arg(long, value_enum, default_value_t = Align::Centroid)]
-    align: Align,
+    #[arg(long, value_enum, default_value_t = AlignArg::Centroid)]
+    align: AlignArg,
     /// Smoothing before centroids are fitted (σ, px, 1.5 or more); absent: what the views ask for.
     #[arg(long)]
     smoothing: Option<f64>,
     /// Kind of the pictures; a PNG of a view is full at the mosaic's white, one of the sum at that times the views.
-    #[arg(long, value_enum, default_value_t = PictureFormat::Exr)]
-    format: PictureFormat,
+    #[arg(long, value_enum, default_value_t = PictureFormatArg::Exr)]
+    format: PictureFormatArg,
     /// Prints one JSON object on stdout.
     #[arg(long)]
     json: bool,
@@ -72,7 +76,8 @@ pub fn run(args: &CorrectArgs, progress: Progress) -> Result<(), CommandError> {
 
 fn calibrate(args: &CorrectArgs, progress: Progress, chart: &Path) -> Result<(), CommandError> {
     progress.stage(format!("reading {}", chart.display()));
-    let capture = Capture::read(chart, &args.given, args.pitch_um)?;
+    let capture = args.source.read(chart)?;
+    let camera = calibrated_camera(&capture, args.pitch_um, chart)?;
     let settings = CalibrationSettings {
         matching: MatchSettings {
             window_px: args.window,
@@ -80,14 +85,15 @@ fn calibrate(args: &CorrectArgs, progress: Progress, chart: &Path) -> Result<(),
             ..CalibrationSettings::default().matching
         },
         degree: args.degree,
-        align: args.align,
+        align: args.align.into(),
         smoothing_px: smoothing(args.smoothing)?,
     };
     progress.stage("matching every view and channel against the sum");
-    let calibration = calibration_of(&capture, chart, &settings)?;
+    let calibration =
+        Calibration::from_chart(&capture.views, &camera, &settings).map_err(in_file(chart))?;
     progress.stage("correcting the chart by its own fields, and measuring");
-    let corrected = corrected(&capture, &calibration, chart)?;
-    let scores = Scores::of(&capture, &corrected, &calibration, chart)?;
+    let corrected = correct(&capture.views, &camera, &calibration).map_err(not_corrected(chart))?;
+    let scores = Scores::new(&capture, &corrected, &calibration, chart)?;
     let text = (calibration.to_json()).map_err(CommandError::failed)?;
     file::write_aside(&args.out, text.as_bytes()).map_err(CommandError::failed)?;
     drop(progress);
@@ -113,13 +119,15 @@ fn apply(
 ) -> Result<(), CommandError> {
     progress.stage(format!("reading {}", path.display()));
     let calibration = read_calibration(calibration_path)?;
-    let capture = Capture::read(path, &args.given, args.pitch_um)?;
+    let capture = args.source.read(path)?;
+    let camera = calibrated_camera(&capture, args.pitch_um, path)?;
     progress.stage("warping and adding the views");
-    let corrected = corrected(&capture, &calibration, path)
-        .map_err(|e| e.within(&calibration_path.display().to_string()))?;
-    let scores = Scores::of(&capture, &corrected, &calibration, path)?;
+    let corrected = correct(&capture.views, &camera, &calibration)
+        .map_err(|e| not_corrected(path)(e).within(&calibration_path.display().to_string()))?;
+    let scores = Scores::new(&capture, &corrected, &calibration, path)?;
     progress.stage("encoding the pictures");
-    let pictures = pictures(args.format, &capture, &corrected).map_err(CommandError::input)?;
+    let pictures =
+        pictures(args.format.into(), &capture, &corrected).map_err(CommandError::input)?;
     file::write_folder(&args.out, &pictures.files).map_err(CommandError::failed)?;
     drop(progress);
     let names: Vec<String> = pictures.names().into_iter().map(String::from).collect();
@@ -143,37 +151,15 @@ pub(crate) fn smoothing(px: Option<f64>) -> Result<Option<f64>, CommandError> {
     }
 }
 
-/// Reads a calibration file.
-pub(crate) fn read_calibration(path: &Path) -> Result<Calibration, CommandError> {
-    let bytes = file::read(path).map_err(CommandError::input)?;
-    Calibration::from_json(&bytes)
-        .map_err(|e| CommandError::input(format!("{}: {e}", path.display())))
-}
-
-/// Calibrates by `capture`, read from `path`.
-pub(crate) fn calibration_of(
-    capture: &Capture,
-    path: &Path,
-    settings: &CalibrationSettings,
-) -> Result<Calibration, CommandError> {
-    Calibration::of_chart(capture, settings)
-        .map_err(|e| CommandError::input(format!("{}: {e}", path.display())))
-}
-
-/// Corrects `capture`, read from `path`; the calibration of another camera is refused.
-pub(crate) fn corrected(
-    capture: &Capture,
-    calibration: &Calibration,
-    path: &Path,
-) -> Result<Corrected, CommandError> {
-    if let Some(difference) = calibration.camera.difference(&capture.camera) {
-        return Err(CommandError::input(format!(
+/// What a correction that failed is called, of the capture at `path`.
+pub(crate) fn not_corrected(path: &Path) -> impl Fn(CorrectError) -> CommandError {
+    move |error| match error {
+        CorrectError::OtherCamera(difference) => CommandError::input(format!(
             "the calibration is of another camera than {}: {difference}",
             path.display()
-        )));
+        )),
+        error => in_file(path)(error),
     }
-    correct(&capture.views, calibration)
-        .map_err(|e| CommandError::input(format!("{}: {e}", path.display())))
 }
 
 fn pictures(
@@ -181,7 +167,7 @@ fn pictures(
     capture: &Capture,
     corrected: &Corrected,
 ) -> Result<Pictures, ImageError> {
-    let mut pictures = Pictures::new(format, &capture.camera.channels);
+    let mut pictures = Pictures::new(format, &capture.channels);
     let views = &corrected.views;
     let count = views.partition().count();
     let white = capture.white * count as f64;
@@ -205,21 +191,23 @@ struct Scores {
 }
 
 impl Scores {
-    fn of(
+    fn new(
         capture: &Capture,
         corrected: &Corrected,
         calibration: &Calibration,
         path: &Path,
     ) -> Result<Self, CommandError> {
-        let c = capture.camera.reference_channel();
+        let c = capture.reference_channel();
         let settings = SharpnessSettings::table_2();
-        let sharpness = BeforeAfter::measure(&capture.views, corrected, c, &settings)
-            .map_err(|e| CommandError::input(format!("{}: {e}", path.display())))?;
-        let sample = (capture.sample.as_ref()).filter(|s| s.join("disparity.exr").is_file());
-        let truth = (sample.map(|s| AberrationScore::read(calibration, s))).transpose()?;
+        let sharpness =
+            BeforeAfter::measure(&capture.views, corrected, c, &settings).map_err(in_file(path))?;
+        // The truth is looked at last: nothing above depends on it.
+        let sample = sample_folder(path, capture).filter(|s| s.join("disparity.exr").is_file());
+        let truth = sample.map(|s| AberrationScore::read(calibration, &s));
+        let truth = truth.transpose().map_err(CommandError::input)?;
         Ok(Self {
             sharpness,
-            channel: capture.camera.channels[c].clone(),
+            channel: capture.channels[c].clone(),
             truth,
         })
     }

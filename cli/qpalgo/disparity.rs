@@ -16,14 +16,14 @@ use quadpixel::image::colour::{Rgb, blue_white_red, direction};
 use quadpixel::image::raster::encode_png8;
 use quadpixel::image::{Image, ImageError, channel};
 
+use crate::inputs::{CaptureArgs, MapFormatArg, in_file};
 use crate::progress::Progress;
-use quadpixel_algorithms::capture::{Exposure, Given};
+use quadpixel_algorithms::capture::ViewPair;
 use quadpixel_algorithms::disparity::{
     Axes, DisparityMap, Match, MatchSettings, Verdict, match_images,
 };
 use quadpixel_algorithms::load;
 use quadpixel_algorithms::maps::{MapFormat, Maps};
-use quadpixel_algorithms::sai::Side;
 
 /// Numbers a node, in this order, in every format but PFM, which has the first three.
 const NUMBERS: [&str; 4] = ["dx", "dy", "sigma", "verdict"];
@@ -47,7 +47,7 @@ pub struct DisparityArgs {
     /// appears in REFERENCE, px, dx to the right, dy down; it stands at the point's place in REFERENCE.
     reference: Option<PathBuf>,
     #[command(flatten)]
-    given: Given,
+    source: CaptureArgs,
     /// Folder to write: disparity.FORMAT with dx, dy, sigma (px) and verdict (0: valid) per node, and disparity_CHANNEL.png.
     #[arg(long, short)]
     out: PathBuf,
@@ -64,18 +64,11 @@ pub struct DisparityArgs {
     #[arg(long, value_enum)]
     one_dimensional: Option<Direction>,
     /// Kind of file for the numbers; NaN where not valid.
-    #[arg(long, value_enum, default_value_t = MapFormat::Exr)]
-    format: MapFormat,
+    #[arg(long, value_enum, default_value_t = MapFormatArg::Exr)]
+    format: MapFormatArg,
     /// Prints one JSON object on stdout.
     #[arg(long)]
     json: bool,
-}
-
-/// One channel of a view and of its reference.
-struct Pair {
-    name: String,
-    view: Image,
-    reference: Image,
 }
 
 /// Matches each channel and writes the maps; no file is written before all are made.
@@ -93,13 +86,13 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
     };
     progress.stage(format!("reading {}", args.view.display()));
     let pairs = match &args.reference {
-        Some(_) if args.given.subpixels.is_some() || args.given.meta.is_some() => {
+        Some(_) if !args.source.is_empty() => {
             return Err(CommandError::input(
-                "--subpixels and --meta are for a capture, without REFERENCE",
+                "--subpixels, --camera and --meta are for a capture, without REFERENCE",
             ));
         }
-        Some(reference) => of_pictures(&args.view, reference)?,
-        None => of_capture(&Exposure::read(&args.view, &args.given)?)?,
+        Some(reference) => channel_pairs(&args.view, reference)?,
+        None => args.source.read(&args.view)?.views_and_sum(),
     };
     let mut maps = Vec::with_capacity(pairs.len());
     for (index, pair) in pairs.iter().enumerate() {
@@ -116,7 +109,7 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
         maps.push((pair.name.clone(), map));
     }
     progress.stage("encoding the maps");
-    let files = files(args.format, settings.axes, &maps).map_err(CommandError::failed)?;
+    let files = files(args.format.into(), settings.axes, &maps).map_err(CommandError::failed)?;
     file::write_folder(&args.out, &files).map_err(CommandError::failed)?;
     drop(progress);
     report(args, &maps, &files);
@@ -124,7 +117,7 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
 }
 
 /// The channels of two pictures.
-fn of_pictures(view: &Path, reference: &Path) -> Result<Vec<Pair>, CommandError> {
+fn channel_pairs(view: &Path, reference: &Path) -> Result<Vec<ViewPair>, CommandError> {
     let (a, names) = first_layer(view)?;
     let (b, _) = first_layer(reference)?;
     if load::size_of(&a) != load::size_of(&b) {
@@ -137,7 +130,7 @@ fn of_pictures(view: &Path, reference: &Path) -> Result<Vec<Pair>, CommandError>
         )));
     }
     Ok((names.into_iter().enumerate())
-        .map(|(c, name)| Pair {
+        .map(|(c, name)| ViewPair {
             name,
             view: channel(&a, c),
             reference: channel(&b, c),
@@ -146,27 +139,11 @@ fn of_pictures(view: &Path, reference: &Path) -> Result<Vec<Pair>, CommandError>
 }
 
 fn first_layer(path: &Path) -> Result<(Image, Vec<String>), CommandError> {
-    let layer = load::layers(path)?.into_iter().next();
+    let layers = load::layers(path).map_err(CommandError::input)?;
+    let layer = layers.into_iter().next();
     layer
         .map(|layer| (layer.image, layer.channels))
-        .ok_or_else(|| CommandError::input(format!("{}: it holds no layer", path.display())))
-}
-
-/// Each view's channels against those of the sum.
-fn of_capture(read: &Exposure) -> Result<Vec<Pair>, CommandError> {
-    let sum = read.views.sum(Side::All);
-    let sum = sum.ok_or_else(|| CommandError::input("a capture without views"))?;
-    let mut pairs = Vec::new();
-    for (index, view) in read.views.images().iter().enumerate() {
-        for (c, name) in read.channels.iter().enumerate() {
-            pairs.push(Pair {
-                name: format!("{}.{name}", read.views.partition().name(index)),
-                view: channel(view, c),
-                reference: channel(&sum, c),
-            });
-        }
-    }
-    Ok(pairs)
+        .ok_or_else(|| in_file(path)("it holds no layer"))
 }
 
 type Named = (String, DisparityMap);

@@ -6,6 +6,7 @@ mod autofocus;
 mod correct;
 mod depth;
 mod disparity;
+mod inputs;
 mod progress;
 mod refocus;
 mod sai;

@@ -6,8 +6,8 @@ use clap::Args;
 use quadpixel::command::CommandError;
 use quadpixel::file;
 
+use crate::inputs::CaptureArgs;
 use crate::progress::Progress;
-use quadpixel_algorithms::capture::{Exposure, Given};
 use quadpixel_algorithms::pictures::encode_float;
 use quadpixel_algorithms::refocus::{RefocusError, refocus};
 use quadpixel_algorithms::warp::Lobes;
@@ -16,10 +16,10 @@ use quadpixel_algorithms::warp::Lobes;
 #[derive(Clone, Debug, Args)]
 pub struct RefocusArgs {
     /// Sub-pixel mosaic (EXR, PNG, TIFF), EXR with one layer per view, or a sample's folder; integers are read as 0 to 1 of their
-    /// full scale where no meta.json says otherwise.
+    /// full scale where no description of the camera says otherwise.
     raw: PathBuf,
     #[command(flatten)]
-    given: Given,
+    source: CaptureArgs,
     /// Left-right disparity (x_L − x_R), px, of what shall be sharp; above 0: nearer than the focus.
     #[arg(long, allow_negative_numbers = true)]
     disparity: f64,
@@ -49,11 +49,16 @@ pub fn run(args: &RefocusArgs, progress: Progress) -> Result<(), CommandError> {
         }
     };
     progress.stage(format!("reading {}", args.raw.display()));
-    let read = Exposure::read(&args.raw, &args.given)?;
+    let capture = args.source.read(&args.raw)?;
     progress.stage("shifting and adding the views");
-    let done = refocus(&read.views, args.disparity, args.weights.as_deref(), lobes)
-        .map_err(|e: RefocusError| CommandError::input(format!("--{e}")))?;
-    let channels: Vec<&str> = read.channels.iter().map(String::as_str).collect();
+    let done = refocus(
+        &capture.views,
+        args.disparity,
+        args.weights.as_deref(),
+        lobes,
+    )
+    .map_err(|e: RefocusError| CommandError::input(format!("--{e}")))?;
+    let channels: Vec<&str> = capture.channels.iter().map(String::as_str).collect();
     let out = args.out.display().to_string();
     let bytes = encode_float(&out, &channels, &done.image).map_err(CommandError::failed)?;
     file::write_aside(&args.out, &bytes).map_err(CommandError::failed)?;

@@ -6,25 +6,25 @@ use clap::Args;
 use quadpixel::command::CommandError;
 use quadpixel::file;
 
+use crate::inputs::{CaptureArgs, PictureFormatArg};
 use crate::progress::Progress;
-use quadpixel_algorithms::capture::{Exposure, Given};
-use quadpixel_algorithms::pictures::{PictureFormat, Pictures};
+use quadpixel_algorithms::pictures::Pictures;
 use quadpixel_algorithms::sai::Side;
 
 /// Arguments of `qpalgo sai`.
 #[derive(Clone, Debug, Args)]
 pub struct SaiArgs {
     /// Sub-pixel mosaic (EXR, PNG, TIFF), EXR with one layer per view, or a sample's folder; integers are read as 0 to 1 of their
-    /// full scale where no meta.json says otherwise.
+    /// full scale where no description of the camera says otherwise.
     raw: PathBuf,
     #[command(flatten)]
-    given: Given,
+    source: CaptureArgs,
     /// Folder to write: view_NAME for each sub-pixel; sum_L, sum_R, sum_T, sum_B (where there are two sides) and sum_all.
     #[arg(long, short)]
     out: PathBuf,
     /// Kind of the files.
-    #[arg(long, value_enum, default_value_t = PictureFormat::Exr)]
-    format: PictureFormat,
+    #[arg(long, value_enum, default_value_t = PictureFormatArg::Exr)]
+    format: PictureFormatArg,
     /// Prints one JSON object on stdout.
     #[arg(long)]
     json: bool,
@@ -33,17 +33,17 @@ pub struct SaiArgs {
 /// Writes the views and sums; no file is written before all are made.
 pub fn run(args: &SaiArgs, progress: Progress) -> Result<(), CommandError> {
     progress.stage(format!("reading {}", args.raw.display()));
-    let read = Exposure::read(&args.raw, &args.given)?;
-    let (views, partition) = (&read.views, read.views.partition());
+    let capture = args.source.read(&args.raw)?;
+    let (views, partition) = (&capture.views, capture.views.partition());
     progress.stage("encoding the views and their sums");
-    let mut pictures = Pictures::new(args.format, &read.channels);
+    let mut pictures = Pictures::new(args.format.into(), &capture.channels);
     for (index, image) in views.images().iter().enumerate() {
         let name = format!("view_{}", partition.name(index));
-        (pictures.add(&name, image, read.white)).map_err(CommandError::input)?;
+        (pictures.add(&name, image, capture.white)).map_err(CommandError::input)?;
     }
     for side in Side::ALL {
         if let Some(sum) = views.sum(side) {
-            let white = read.white * partition.side(side).len() as f64;
+            let white = capture.white * partition.side(side).len() as f64;
             let name = format!("sum_{}", side.name());
             (pictures.add(&name, &sum, white)).map_err(CommandError::input)?;
         }
@@ -51,7 +51,7 @@ pub fn run(args: &SaiArgs, progress: Progress) -> Result<(), CommandError> {
     file::write_folder(&args.out, &pictures.files).map_err(CommandError::failed)?;
     drop(progress);
     let names = pictures.names();
-    let (width, height) = (views.images()[0].width(), views.images()[0].height());
+    let [width, height] = capture.size_px();
     if args.json {
         let object = serde_json::json!({
             "width": width, "height": height, "subpixels": partition.to_string(), "files": names,

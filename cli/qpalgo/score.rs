@@ -9,7 +9,7 @@ use clap::Args;
 use quadpixel::command::CommandError;
 use quadpixel::image::{Image, raster};
 
-use quadpixel_algorithms::chosen::chosen;
+use quadpixel_algorithms::map_channels::{ChannelError, read_channels};
 use quadpixel_algorithms::metrics::disparity_error::{AffineInvariantError, EndPointError, Pair};
 
 /// Arguments of `qpalgo score`.
@@ -69,12 +69,12 @@ struct Score {
 
 /// Reads both, compares, prints.
 pub fn run(args: &ScoreArgs) -> Result<(), CommandError> {
-    let estimate = chosen(
+    let estimate = channels(
         &args.estimate,
         &args.estimate_channels,
         "--estimate-channels",
     )?;
-    let truth = chosen(&args.truth, &args.truth_channels, "--truth-channels")?;
+    let truth = channels(&args.truth, &args.truth_channels, "--truth-channels")?;
     if estimate.len() != truth.len() {
         return Err(CommandError::input(format!(
             "{} channel(s) of {} and {} of {}: name as many by --estimate-channels and --truth-channels",
@@ -118,6 +118,14 @@ pub fn run(args: &ScoreArgs) -> Result<(), CommandError> {
         println!("1-|rho|   {:.4} (Spearman)", a.one_minus_spearman);
     }
     Ok(())
+}
+
+/// The channels of a file that `flag` names.
+fn channels(path: &Path, names: &[String], flag: &str) -> Result<Vec<Image>, CommandError> {
+    read_channels(path, names).map_err(|error| match error {
+        ChannelError::Image(error) => CommandError::input(error),
+        error => CommandError::input(format!("{flag}: {error}")),
+    })
 }
 
 fn compare(

@@ -82,7 +82,7 @@ enum KernelArg {
 pub fn run(args: &SharpnessArgs, progress: Progress) -> Result<(), CommandError> {
     let settings = settings(args)?;
     progress.stage("reading the pictures");
-    let images = load::alike(&args.images)?;
+    let images = load::alike(&args.images).map_err(CommandError::input)?;
     let mut rows: Vec<(String, usize, Sharpness)> = Vec::new();
     for (path, image) in args.images.iter().zip(&images) {
         let name = path.display().to_string();

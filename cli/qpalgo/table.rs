@@ -5,15 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use quadpixel::file;
 
-use crate::correct::{calibration_of, corrected, smoothing};
+use crate::correct::{not_corrected, smoothing};
+use crate::inputs::{AlignArg, CaptureArgs, in_file};
 use crate::progress::Progress;
 use quadpixel::command::CommandError;
-use quadpixel_algorithms::calibration::{Align, CalibrationSettings};
-use quadpixel_algorithms::capture::{Capture, Given};
-use quadpixel_algorithms::correct::BeforeAfter;
+use quadpixel_algorithms::calibration::CalibrationSettings;
 use quadpixel_algorithms::disparity::MatchSettings;
 use quadpixel_algorithms::metrics::sharpness::SharpnessSettings;
-use quadpixel_algorithms::table::{Entry, Row, TableList, csv, markdown};
+use quadpixel_algorithms::table::{self, Entry, Row, RowError, TableList, csv, markdown};
 
 /// Arguments of `qpalgo table`.
 #[derive(Clone, Debug, Args)]
@@ -33,8 +32,8 @@ pub struct TableArgs {
     #[arg(long, default_value_t = CalibrationSettings::default().degree)]
     degree: usize,
     /// What to line up: the chart's texture by block matching, as the paper does, or the centroids of the spots.
-    #[arg(long, value_enum, default_value_t = Align::Texture)]
-    align: Align,
+    #[arg(long, value_enum, default_value_t = AlignArg::Texture)]
+    align: AlignArg,
     /// Smoothing before centroids are fitted (σ, px, 1.5 or more); absent: what the views ask for.
     #[arg(long)]
     smoothing: Option<f64>,
@@ -59,7 +58,7 @@ pub fn run(args: &TableArgs, progress: Progress) -> Result<(), CommandError> {
             ..CalibrationSettings::default().matching
         },
         degree: args.degree,
-        align: args.align,
+        align: args.align.into(),
         smoothing_px: smoothing(args.smoothing)?,
     };
     let folder = args.list.parent().unwrap_or(Path::new(""));
@@ -99,13 +98,13 @@ fn measure(
     sharpness: &SharpnessSettings,
 ) -> Result<Row, CommandError> {
     let [chart_path, path] = [&entry.calibration, &entry.capture].map(|p| folder.join(p));
-    let chart = Capture::read(&chart_path, &Given::default(), None)?;
-    let capture = Capture::read(&path, &Given::default(), None)?;
-    let calibration = calibration_of(&chart, &chart_path, settings)?;
-    let corrected = corrected(&capture, &calibration, &path)?;
-    let c = capture.camera.reference_channel();
-    let sharpness = BeforeAfter::measure(&capture.views, &corrected, c, sharpness)
-        .map_err(|e| CommandError::input(format!("{}: {e}", path.display())))?;
+    let source = CaptureArgs::default();
+    let (chart, capture) = (source.read(&chart_path)?, source.read(&path)?);
+    let sharpness = table::measure(&chart, &capture, settings, sharpness).map_err(|e| match e {
+        RowError::Chart(error) => in_file(&chart_path)(error),
+        RowError::Correct(error) => not_corrected(&path)(error),
+        error => in_file(&path)(error),
+    })?;
     Ok(Row {
         setup: entry.setup.clone(),
         position: entry.position.clone(),

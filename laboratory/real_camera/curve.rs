@@ -3,7 +3,7 @@
 use quadpixel::command::CommandError;
 use quadpixel::render::Camera;
 use quadpixel::render::truth::{ReceptiveField, TextureSpectrum};
-use quadpixel_algorithms::field_curve::FieldCurve;
+use quadpixel_algorithms::depth::FieldCurve;
 use rayon::prelude::*;
 
 use crate::measure::GREEN;

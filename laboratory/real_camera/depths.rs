@@ -4,7 +4,7 @@ use quadpixel::command::CommandError;
 use quadpixel::image::{Image, channel};
 use quadpixel_algorithms::depth::{MOST_NOISE, Pair, measure};
 use quadpixel_algorithms::disparity::{Axes, MatchSettings};
-use quadpixel_algorithms::field_curve::FieldCurve;
+use quadpixel_algorithms::depth::FieldCurve;
 
 use crate::data::Views;
 use crate::measure::GREEN;

@@ -6,7 +6,7 @@ use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel::image::colour::viridis;
 use quadpixel::image::{Image, raster};
-use quadpixel_algorithms::field_curve::FieldCurve;
+use quadpixel_algorithms::depth::FieldCurve;
 use serde_json::{Value, json};
 
 use crate::aperture::{self, Point};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use quadpixel::command::CommandError;
 use quadpixel::image::Image;
-use quadpixel_algorithms::field_curve::FieldCurve;
+use quadpixel_algorithms::depth::FieldCurve;
 
 use crate::camera::{self, Model};
 use crate::data::{self, Captures, Views};

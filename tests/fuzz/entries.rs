@@ -12,7 +12,7 @@ use quadpixel::response::{AngularResponse, ImportSettings};
 use quadpixel::scene::import::{Imported, bounds_mm, import, import_bytes, read_panorama};
 use quadpixel::scene::world::World;
 use quadpixel_algorithms::calibration::Calibration;
-use quadpixel_algorithms::field_curve::FieldCurve;
+use quadpixel_algorithms::depth::FieldCurve;
 use quadpixel_algorithms::maps;
 use quadpixel_generators::config::DatasetConfig;
 use quadpixel_generators::recipe::Recipe;

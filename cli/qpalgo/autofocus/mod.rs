@@ -10,14 +10,14 @@ use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel::image::exr::read_layers;
 use quadpixel::image::views::Side;
-use quadpixel_datasets::{DatasetManifest, SampleMeta, paths};
+use quadpixel_datasets::{DatasetManifest, paths};
 
+use crate::inputs::{CaptureArgs, in_file};
 use crate::progress::Progress;
 use quadpixel_algorithms::autofocus::{Region, Step, measure_step, median};
-use quadpixel_algorithms::capture::{Capture, Given};
+use quadpixel_algorithms::capture::Capture;
 use quadpixel_algorithms::disparity::MatchSettings;
 use quadpixel_algorithms::metrics::sharpness::SharpnessSettings;
-use quadpixel_algorithms::sai::Partition;
 use report::Curve;
 
 /// Arguments of `qpalgo autofocus`.
@@ -153,31 +153,25 @@ fn measure(
     settings: &MatchSettings,
     kind: &SharpnessSettings,
 ) -> Result<Measured, CommandError> {
-    let named = |what: String| CommandError::input(format!("{}: {what}", folder.display()));
-    let capture = Capture::read(folder, &Given::default(), None)?;
-    let meta = (capture.meta.as_ref()).ok_or_else(|| named("it has no meta.json".into()))?;
-    let (width, height) = (capture.camera.width_px, capture.camera.height_px);
+    let capture = CaptureArgs::default().read(folder)?;
+    let [width, height] = capture.size_px();
     let region = region.unwrap_or(Region::middle(width, height));
     if !region.fits(width, height) {
-        return Err(named(format!(
+        return Err(in_file(folder)(format!(
             "--region does not lie in a view; allowed: inside {width} × {height} px"
         )));
     }
-    let behind = meta.intrinsics.pinhole_behind_vertex_m;
-    let focus_per_m = meta.focus.distance_m.map_or(0.0, |z| 1.0 / (z + behind));
-    let channel = capture.camera.reference_channel();
-    let step = measure_step(&capture.views, channel, region, focus_per_m, settings, kind)
-        .map_err(|e| named(e.to_string()))?;
+    let step = measure_step(&capture, region, settings, kind).map_err(in_file(folder))?;
     // The truth is looked at last: nothing above depends on it.
     Ok(Measured {
         sample: sample.to_owned(),
         step,
-        truth: truth(folder, meta, region)?,
+        truth: truth(folder, &capture, region)?,
     })
 }
 
-fn truth(folder: &Path, meta: &SampleMeta, region: Region) -> Result<Truth, CommandError> {
-    let width = meta.sensor.width_px as usize;
+fn truth(folder: &Path, capture: &Capture, region: Region) -> Result<Truth, CommandError> {
+    let [width, _] = capture.size_px();
     let read = |name: &str| read_layers(&folder.join(name)).map_err(CommandError::input);
     let middle = |value: &dyn Fn(usize) -> f64| {
         median(
@@ -200,9 +194,7 @@ fn truth(folder: &Path, meta: &SampleMeta, region: Region) -> Result<Truth, Comm
     }
     if folder.join("disparity.exr").is_file() {
         let layers = read("disparity.exr")?;
-        let counts = &meta.sensor.subpixels;
-        let partition = Partition::new(counts.columns as usize, counts.rows as usize)
-            .map_err(CommandError::input)?;
+        let partition = capture.views.partition();
         let mean = |side: Side, i: usize| {
             let members = partition.side(side);
             let dx = |v: &usize| {

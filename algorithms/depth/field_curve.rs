@@ -1,4 +1,4 @@
-//! A camera's disparity against distance over the field, as a JSON file: what `qpalgo depth` needs of a camera that has no `meta.json`.
+//! A camera's disparity against distance over the field, as a JSON file: what `qpalgo depth` needs of a camera that has no `camera.json`.
 //!
 //! ```json
 //! { "source": "...", "counted_from": "sensor", "width_px": 768, "height_px": 512,
@@ -12,7 +12,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::depth::{Depth, Measured};
+use super::curve::Depth;
+use super::halves::Measured;
 
 /// A curve that is no curve.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

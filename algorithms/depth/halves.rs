@@ -1,18 +1,7 @@
-//! Metric depth from the shift between opposite views.
+//! The shift between opposite halves of the pupil, at each pixel of their sum.
 //!
-//! ```text
-//! D = (D_h/s_h² + D_v/s_v²)/(1/s_h² + 1/s_v²)       1/s_D² = 1/s_h² + 1/s_v²
-//! 1/d = 1/d_f + D/(κ fx A)       Z = d − p       s_Z = d² s_D/(κ fx A)
-//! ```
-//!
-//! - D_h = x_L − x_R and D_v = y_T − y_B, px: positive for points nearer than the focus; s their standard deviations;
-//! - d: distance from the entrance pupil, d_f that in focus, p its depth behind the first vertex, A its diameter, m; fx: focal
-//!   length, px; κ: disparity over circle of confusion, a property of the pixel. Source: "Metres from disparity" in the
-//!   dataset's specification.
-//!
-//! A match is believed by the scatter of its window's parts and by how much of the window is texture ([`crate::trust`]).
-//!
-//! A measured shift D belongs to the point midway between where the two views have it, which is where their sum has it.
+//! A match is believed by the scatter of its window's parts and by how much of the window is texture ([`crate::trust`]). A measured shift
+//! belongs to the point midway between where the two views have it, which is where their sum has it.
 
 use crate::disparity::{Axes, Grid, Match, MatchError, MatchSettings, Verdict, match_images};
 use crate::trust::Windows;
@@ -23,47 +12,6 @@ use rayon::prelude::*;
 const FLOOR_PX: f64 = 0.002;
 /// Largest part of a window's slope that may be noise: it pulls the shift towards 0 by up to as much.
 pub const MOST_NOISE: f64 = 0.1;
-
-/// A camera's own relation of disparity and depth.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DepthCurve {
-    /// 1/d_f, 1/m; 0: focused at infinity.
-    pub inverse_focus_per_m: f64,
-    /// κ · fx · A, px·m; above 0.
-    pub gain_px_m: f64,
-    /// p, m.
-    pub pupil_behind_vertex_m: f64,
-}
-
-/// Depth and its standard deviation, m.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Depth {
-    /// Z; +inf at infinity and where the noise leads beyond it.
-    pub z_m: f64,
-    /// Standard deviation of Z.
-    pub sigma_m: f64,
-}
-
-impl DepthCurve {
-    /// Depth of a disparity with its standard deviation, px.
-    pub fn depth(&self, disparity_px: f64, sigma_px: f64) -> Depth {
-        let inverse = self.inverse_focus_per_m + disparity_px / self.gain_px_m;
-        if inverse <= 0.0 {
-            let [z_m, sigma_m] = [f64::INFINITY; 2];
-            return Depth { z_m, sigma_m };
-        }
-        let d = 1.0 / inverse;
-        Depth {
-            z_m: d - self.pupil_behind_vertex_m,
-            sigma_m: d * d * sigma_px / self.gain_px_m,
-        }
-    }
-
-    /// Disparity of a depth, px.
-    pub fn disparity_px(&self, z_m: f64) -> f64 {
-        self.gain_px_m * (1.0 / (z_m + self.pupil_behind_vertex_m) - self.inverse_focus_per_m)
-    }
-}
 
 /// A disparity with its standard deviation, px.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -170,30 +118,6 @@ pub fn combine(horizontal: Option<Measured>, vertical: Option<Measured>) -> Opti
 #[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests {
     use super::*;
-
-    const CURVE: DepthCurve = DepthCurve {
-        inverse_focus_per_m: 1.0 / 0.75,
-        gain_px_m: 0.25 * 2660.0 * 0.0017,
-        pupil_behind_vertex_m: 0.001,
-    };
-
-    #[test]
-    fn depth_and_disparity_are_inverse_and_near_is_positive() {
-        for z in [0.2, 0.5, 0.749, 1.5, 10.0] {
-            let disparity = CURVE.disparity_px(z);
-            assert_eq!(disparity > 0.0, z < 0.749);
-            assert!((CURVE.depth(disparity, 0.01).z_m / z - 1.0).abs() < 1e-12);
-        }
-        assert_eq!(CURVE.depth(-1e3, 0.01).z_m, f64::INFINITY);
-    }
-
-    #[test]
-    fn sigma_of_depth_is_the_slope_times_sigma_of_disparity() {
-        let step = 1e-6;
-        let at = |d: f64| CURVE.depth(d, 0.01);
-        let slope = (at(0.3 + step).z_m - at(0.3 - step).z_m) / (2.0 * step);
-        assert!((at(0.3).sigma_m / (0.01 * slope.abs()) - 1.0).abs() < 1e-6);
-    }
 
     #[test]
     fn the_surer_direction_weighs_more_and_a_silent_one_nothing() {

@@ -1,0 +1,72 @@
+//! Depth over the picture, with how far it is to be believed.
+
+use quadpixel::image::Image;
+
+use super::camera_curve::CameraCurve;
+use super::halves::{Measured, combine};
+use super::shifts::Shifts;
+
+/// Depth and what it is worth at each pixel of the sum; NaN where there is no trusted match.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DepthMaps {
+    /// Z, m.
+    pub depth_m: Image,
+    /// Confidence (0 to 1), standard deviation of Z (m), disparity (px).
+    pub confidence: Image,
+    /// Part of the pixels that have a trusted match.
+    pub measured_share: f64,
+}
+
+impl DepthMaps {
+    /// Names of the channels of [`Self::confidence`].
+    pub const CONFIDENCE_CHANNELS: [&str; 3] = ["confidence", "sigma_m", "disparity_px"];
+
+    /// Converts shifts by the camera's curve. The confidence is 1 − s/`deviation_limit_px`, at least 0.
+    pub fn new(shifts: &Shifts, curve: &CameraCurve, deviation_limit_px: f64) -> Self {
+        let [width, height] = shifts.size_px;
+        let mut depth_m = Image::zeros(width, height, 1);
+        let mut confidence = Image::zeros(width, height, 3);
+        let mut measured = 0usize;
+        let pixels = confidence.data_mut().chunks_exact_mut(3);
+        for (i, (to, beside)) in depth_m.data_mut().iter_mut().zip(pixels).enumerate() {
+            let at = [i % width, i / width];
+            let shift = shift_at(shifts, curve, at, i);
+            measured += usize::from(shift.is_some());
+            let depth = shift.and_then(|shift| Some((shift, curve.depth(at, shift)?)));
+            let Some((shift, depth)) = depth else {
+                *to = f32::NAN;
+                beside.copy_from_slice(&[0.0, f32::NAN, f32::NAN]);
+                continue;
+            };
+            *to = depth.z_m as f32;
+            let trust = (1.0 - shift.sigma_px / deviation_limit_px).max(0.0);
+            beside.copy_from_slice(&[
+                trust as f32,
+                depth.sigma_m as f32,
+                shift.disparity_px as f32,
+            ]);
+        }
+        Self {
+            depth_m,
+            confidence,
+            measured_share: measured as f64 / (width * height) as f64,
+        }
+    }
+}
+
+/// What both directions say of pixel `index`, as a shift of left and right where the pixel is parted so.
+fn shift_at(
+    shifts: &Shifts,
+    curve: &CameraCurve,
+    at: [usize; 2],
+    index: usize,
+) -> Option<Measured> {
+    match (&shifts.left_right, &shifts.top_bottom) {
+        (Some(horizontal), Some(vertical)) => {
+            let vertical = vertical[index].and_then(|v| curve.as_left_right(at, v));
+            combine(horizontal[index], vertical)
+        }
+        (Some(one), None) | (None, Some(one)) => one[index],
+        (None, None) => None,
+    }
+}

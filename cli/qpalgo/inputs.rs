@@ -1,0 +1,155 @@
+//! What the user says of a capture, of kinds of files and of an alignment, as flags; and what a bad input is called.
+
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use quadpixel::command::CommandError;
+use quadpixel::file;
+use quadpixel_algorithms::calibrated_camera::CalibratedCamera;
+use quadpixel_algorithms::calibration::{Align, Calibration};
+use quadpixel_algorithms::capture::{Capture, CaptureError, CaptureOptions};
+use quadpixel_algorithms::maps::MapFormat;
+use quadpixel_algorithms::pictures::PictureFormat;
+
+/// What the user says; what is absent is taken from the files beside the capture.
+#[derive(Clone, Debug, Default, Args)]
+pub struct CaptureArgs {
+    /// Sub-pixels of a pixel, COLUMNSxROWS; absent: as the camera's description says, or as the layers of an EXR of views are named.
+    #[arg(long)]
+    subpixels: Option<String>,
+    /// Description of the camera (a sample's camera.json): levels of an integer mosaic (so that linear values come out), sub-pixels, lens
+    /// and focus; absent: the camera.json beside the capture, or what its meta.json says of the camera.
+    #[arg(long)]
+    camera: Option<PathBuf>,
+    /// A meta.json in place of a description: what it says of the camera is read, and nothing else of it.
+    #[arg(long, conflicts_with = "camera")]
+    meta: Option<PathBuf>,
+}
+
+impl CaptureArgs {
+    /// With a description of the camera only.
+    pub fn of_camera(camera: Option<&PathBuf>) -> Self {
+        Self {
+            camera: camera.cloned(),
+            ..Self::default()
+        }
+    }
+
+    /// Nothing was said.
+    pub fn is_empty(&self) -> bool {
+        self.subpixels.is_none() && self.camera.is_none() && self.meta.is_none()
+    }
+
+    /// Reads the capture at `path`.
+    pub fn read(&self, path: &Path) -> Result<Capture, CommandError> {
+        let subpixels = (self.subpixels.as_ref())
+            .map(|text| text.parse())
+            .transpose();
+        let subpixels =
+            subpixels.map_err(|e| CommandError::input(format!("{}: --{e}", path.display())))?;
+        let options = CaptureOptions {
+            subpixels,
+            camera: self.camera.clone(),
+            meta: self.meta.clone(),
+        };
+        Capture::read(path, &options).map_err(|error| match error {
+            CaptureError::NoSubpixels { path } => CommandError::input(format!(
+                "{}: no camera.json or meta.json lies beside it: --subpixels is needed, such as 2x2",
+                path.display()
+            )),
+            error => CommandError::input(error),
+        })
+    }
+}
+
+/// The camera of the capture at `path`, as calibrations name it.
+pub fn calibrated_camera(
+    capture: &Capture,
+    pitch_um: Option<f64>,
+    path: &Path,
+) -> Result<CalibratedCamera, CommandError> {
+    CalibratedCamera::from_capture(capture, pitch_um).map_err(|_| {
+        let path = path.display();
+        CommandError::input(format!(
+            "{path}: no camera.json or meta.json lies beside it: --pitch-um above 0 is needed"
+        ))
+    })
+}
+
+/// The folder of a sample in which truth may lie, where the camera of the capture at `path` is described.
+pub fn sample_folder(path: &Path, capture: &Capture) -> Option<PathBuf> {
+    capture.camera.as_ref()?;
+    Some(match path.is_dir() {
+        true => path.to_path_buf(),
+        false => path.parent().unwrap_or(Path::new("")).to_path_buf(),
+    })
+}
+
+/// Reads a calibration file.
+pub fn read_calibration(path: &Path) -> Result<Calibration, CommandError> {
+    let bytes = file::read(path).map_err(CommandError::input)?;
+    Calibration::from_json(&bytes).map_err(in_file(path))
+}
+
+/// An input error said to be in `path`.
+pub fn in_file<E: Display>(path: &Path) -> impl Fn(E) -> CommandError {
+    move |error| CommandError::input(format!("{}: {error}", path.display()))
+}
+
+/// `--format` of numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MapFormatArg {
+    /// OpenEXR, 32-bit float: one layer per map, named channels.
+    Exr,
+    /// NumPy: f32 of shape (maps, rows, columns, channels); axes of a single unnamed map and of a single channel are left out.
+    Npy,
+    /// Portable float map: one file per map, its one channel as gray or its first three as red, green, blue.
+    Pfm,
+}
+
+impl From<MapFormatArg> for MapFormat {
+    fn from(arg: MapFormatArg) -> Self {
+        match arg {
+            MapFormatArg::Exr => Self::Exr,
+            MapFormatArg::Npy => Self::Npy,
+            MapFormatArg::Pfm => Self::Pfm,
+        }
+    }
+}
+
+/// `--format` of pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PictureFormatArg {
+    /// OpenEXR, 32-bit float: linear, nothing clipped, the sums are sums.
+    Exr,
+    /// PNG, 16 bits (1 or 3 channels): 65535 is the mosaic's white in a view, and in a sum that times the views in it.
+    Png,
+}
+
+impl From<PictureFormatArg> for PictureFormat {
+    fn from(arg: PictureFormatArg) -> Self {
+        match arg {
+            PictureFormatArg::Exr => Self::Exr,
+            PictureFormatArg::Png => Self::Png,
+        }
+    }
+}
+
+/// `--align`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum AlignArg {
+    /// Centroids of the spots: the disparity as datasets define it, whatever the chart.
+    Centroid,
+    /// The chart's texture, by block matching: sharpest at that chart's frequencies.
+    Texture,
+}
+
+impl From<AlignArg> for Align {
+    fn from(arg: AlignArg) -> Self {
+        match arg {
+            AlignArg::Centroid => Self::Centroid,
+            AlignArg::Texture => Self::Texture,
+        }
+    }
+}
