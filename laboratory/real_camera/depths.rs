@@ -2,9 +2,9 @@
 
 use quadpixel::command::CommandError;
 use quadpixel::image::{Image, channel};
+use quadpixel_algorithms::depth::FieldCurve;
 use quadpixel_algorithms::depth::{MOST_NOISE, Pair, measure};
 use quadpixel_algorithms::disparity::{Axes, MatchSettings};
-use quadpixel_algorithms::depth::FieldCurve;
 
 use crate::data::Views;
 use crate::measure::GREEN;
