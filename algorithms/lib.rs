@@ -22,6 +22,9 @@ pub mod map_channels;
 pub mod maps;
 pub mod metrics;
 pub mod pictures;
+#[cfg(test)]
+#[path = "../tests/common/random.rs"]
+mod random;
 pub mod refocus;
 pub mod sai;
 pub mod table;

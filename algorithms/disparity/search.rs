@@ -254,14 +254,10 @@ mod tests {
     use super::*;
     use quadpixel::image::Image;
 
-    fn noise(width: usize, height: usize, mut state: u64) -> Plane {
+    fn noise(width: usize, height: usize, seed: u64) -> Plane {
+        let mut random = crate::random::Lcg(seed);
         let data = (0..width * height)
-            .map(|_| {
-                state = state
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(1_442_695_040_888_963_407);
-                (state >> 33) as f32 / 2f32.powi(31)
-            })
+            .map(|_| random.uniform() as f32)
             .collect();
         Plane::new(&Image::from_vec(width, height, 1, data).unwrap()).unwrap()
     }

@@ -1,10 +1,9 @@
 use super::*;
+use crate::random::Lcg;
 
 /// Numbers in −1..1.
-fn noise(state: &mut u64) -> f64 {
-    *state =
-        (state.wrapping_mul(6_364_136_223_846_793_005)).wrapping_add(1_442_695_040_888_963_407);
-    (*state >> 33) as f64 / 2f64.powi(30) - 1.0
+fn noise(random: &mut Lcg) -> f64 {
+    random.between(-1.0, 1.0)
 }
 
 /// A field like that of a lens: distortion and astigmatism, in px.
@@ -18,15 +17,15 @@ fn truth([x, y]: [f64; 2]) -> [f64; 2] {
 }
 
 fn observations(error: f64, count: usize) -> Vec<Observation> {
-    let mut state = 5;
+    let mut random = Lcg(5);
     (0..count)
         .map(|_| {
             let at_px = [
-                300.0 * (1.0 + noise(&mut state)),
-                200.0 * (1.0 + noise(&mut state)),
+                300.0 * (1.0 + noise(&mut random)),
+                200.0 * (1.0 + noise(&mut random)),
             ];
             // The sum of three uniform numbers in −1..1 has unit variance and is nearly normal.
-            let mut normal = || noise(&mut state) + noise(&mut state) + noise(&mut state);
+            let mut normal = || noise(&mut random) + noise(&mut random) + noise(&mut random);
             let d = truth(at_px);
             Observation {
                 at_px,

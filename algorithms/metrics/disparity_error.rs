@@ -212,13 +212,8 @@ mod tests {
     use super::*;
 
     fn pairs(count: usize, seed: u64) -> Vec<Pair> {
-        let mut state = seed;
-        let mut next = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (state >> 33) as f64 / (1u64 << 31) as f64
-        };
+        let mut random = crate::random::Lcg(seed);
+        let mut next = || random.uniform();
         (0..count)
             .map(|_| Pair {
                 estimate: next(),

@@ -1,4 +1,5 @@
 use super::*;
+use crate::random::Lcg;
 use std::f64::consts::PI;
 
 const BORDERS: [Border; 5] = [
@@ -9,23 +10,10 @@ const BORDERS: [Border; 5] = [
     Border::Constant(0.0),
 ];
 
-/// The reference vectors' generator: s ← 6364136223846793005 s + 1442695040888963407, u = (s ≫ 33)/2^31.
-struct Lcg(u64);
-
-impl Lcg {
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) as f64 / (1u64 << 31) as f64
-    }
-}
-
 fn noise(width: usize, height: usize, channels: usize, seed: u64) -> Image {
     let mut lcg = Lcg(seed);
     let mut image = Image::zeros(width, height, channels);
-    image.data_mut().fill_with(|| lcg.next() as f32);
+    image.data_mut().fill_with(|| lcg.uniform() as f32);
     image
 }
 
@@ -36,8 +24,8 @@ fn wild_map(image: &Image, width: usize, height: usize, seed: u64) -> Map {
     let mut y = Vec::new();
     for i in 0..width * height {
         let (mut u, mut v) = (
-            lcg.next() * (image.width() as f64 + 20.0) - 10.0,
-            lcg.next() * (image.height() as f64 + 20.0) - 10.0,
+            lcg.uniform() * (image.width() as f64 + 20.0) - 10.0,
+            lcg.uniform() * (image.height() as f64 + 20.0) - 10.0,
         );
         if i % 5 == 0 {
             u = u.round();
@@ -247,7 +235,7 @@ fn rms_on_a_sine(omega: f64, lobes: Lobes, round: fn(f64) -> f64) -> f64 {
     }
     let mut lcg = Lcg(11);
     let free: Vec<(f64, f64)> = (0..4096)
-        .map(|_| (8.0 + 48.0 * lcg.next(), 8.0 + 48.0 * lcg.next()))
+        .map(|_| (8.0 + 48.0 * lcg.uniform(), 8.0 + 48.0 * lcg.uniform()))
         .collect();
     let (x, y) = free.iter().map(|(x, y)| (round(*x), round(*y))).unzip();
     let map = Map::new(64, 64, x, y).unwrap();
@@ -316,7 +304,7 @@ fn rounding_to_a_32nd_changes_no_more_than_the_gradient_allows() {
     }
     let mut lcg = Lcg(12);
     let (x, y): (Vec<f64>, Vec<f64>) = (0..2304)
-        .map(|_| (8.0 + 32.0 * lcg.next(), 8.0 + 32.0 * lcg.next()))
+        .map(|_| (8.0 + 32.0 * lcg.uniform(), 8.0 + 32.0 * lcg.uniform()))
         .unzip();
     let rounded = |v: &[f64]| v.iter().map(|v| to_a_32nd(*v)).collect();
     let coarse = Map::new(48, 48, rounded(&x), rounded(&y)).unwrap();

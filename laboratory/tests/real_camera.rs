@@ -14,6 +14,8 @@ mod exact;
 mod measure;
 #[path = "../real_camera/noise.rs"]
 mod noise;
+#[path = "../../tests/common/random.rs"]
+mod random;
 #[path = "../real_camera/simulate.rs"]
 mod simulate;
 #[path = "../real_camera/spread.rs"]
@@ -215,13 +217,8 @@ fn wandering_charge_makes_an_error_function_of_a_sharp_split() {
 #[test]
 fn the_view_with_less_light_is_known_by_its_noise() {
     // Uniform noise whose width goes from 2 to 4 codes in the left view and back in the right one, on smooth grey; equally bright.
-    let mut state = 1u64;
-    let mut uniform = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (state >> 40) as f64 / f64::from(1u32 << 24) - 0.5
-    };
+    let mut random = random::Lcg(1);
+    let mut uniform = || random.uniform() - 0.5;
     let mut view = |width_at: &dyn Fn(f64) -> f64| {
         let mut image = Image::zeros(386, 258, 3);
         for y in 0..258 {

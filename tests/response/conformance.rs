@@ -6,6 +6,8 @@ use quadpixel::response::{
 };
 use quadpixel::sensor::Subpixels;
 
+use crate::random::Lcg;
+
 /// Rounding of f32 sums of up to 16 terms.
 const ROUNDING: f32 = 1e-5;
 
@@ -22,15 +24,10 @@ pub fn conforms(response: &Response, wavelength_nm: f64, aim: f64, symmetry: f32
     }
 }
 
-/// Random directions in the unit disc, from a small LCG.
+/// Random directions in the unit disc.
 fn directions(count: usize) -> Vec<(f32, f32)> {
-    let mut state = 1u64;
-    let mut next = || {
-        state = state
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        ((state >> 33) as f32 / (1u64 << 31) as f32) * 2.0 - 1.0
-    };
+    let mut random = Lcg(1);
+    let mut next = || random.between(-1.0, 1.0) as f32;
     let mut found = Vec::new();
     while found.len() < count {
         let (u, v) = (next(), next());

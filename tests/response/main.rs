@@ -5,6 +5,8 @@ mod cache;
 mod conformance;
 mod curves;
 mod fdtd;
+#[path = "../common/random.rs"]
+mod random;
 mod rcwa;
 mod shifted;
 mod wave;

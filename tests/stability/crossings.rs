@@ -6,36 +6,21 @@ use quadpixel::lens::{
 };
 use quadpixel::rays::{Ray, RayBatch};
 
+use crate::lcg::Lcg;
 use crate::scan::{FINE_PLACES, PLACES, first, height, sense};
 use crate::support::{asphere, conic, system};
 use crate::surfaces::library_surfaces;
 
-/// Numbers in 0 to 1, evenly spread, the same each time.
-struct Spread(u64);
-
-impl Spread {
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-
-    fn direction(&mut self, travel: Travel) -> DVec3 {
-        let (z, turn) = (self.next(), self.between(0.0, std::f64::consts::TAU));
-        let across = (1.0 - z * z).sqrt();
-        DVec3::new(
-            across * turn.cos(),
-            across * turn.sin(),
-            z * sense(travel) + 1e-9,
-        )
-        .normalize()
-    }
+/// A direction of the half space that light travels into.
+fn direction(random: &mut Lcg, travel: Travel) -> DVec3 {
+    let (z, turn) = (random.uniform(), random.between(0.0, std::f64::consts::TAU));
+    let across = (1.0 - z * z).sqrt();
+    DVec3::new(
+        across * turn.cos(),
+        across * turn.sin(),
+        z * sense(travel) + 1e-9,
+    )
+    .normalize()
 }
 
 fn aspheres() -> impl Iterator<Item = (String, OpticalSurface)> {
@@ -77,13 +62,13 @@ const BOTH: [Travel; 2] = [Travel::Forward, Travel::Backward];
 /// Rays from any direction through any point of every asphere: none is lost, each is met where it crosses first.
 #[test]
 fn no_ray_that_meets_an_asphere_of_the_library_is_missed() {
-    let mut spread = Spread(1);
+    let mut random = Lcg(1);
     let mut rays = 0;
     for (name, s) in aspheres() {
         for travel in BOTH {
             for _ in 0..150 {
-                let at = point(&s, spread.next().sqrt(), spread.between(0.0, 7.0));
-                let direction = spread.direction(travel);
+                let at = point(&s, random.uniform().sqrt(), random.between(0.0, 7.0));
+                let direction = direction(&mut random, travel);
                 if s.normal(at.truncate()).unwrap().dot(direction) * sense(travel) < 1e-6 {
                     continue;
                 }
@@ -103,7 +88,7 @@ fn no_ray_that_meets_an_asphere_of_the_library_is_missed() {
 /// Rays between any two points in and about every asphere: met or not, the scan says the same.
 #[test]
 fn rays_said_to_miss_the_aperture_do() {
-    let mut spread = Spread(2);
+    let mut random = Lcg(2);
     let (mut met, mut missed) = (0, 0);
     for (name, s) in aspheres() {
         let semi = s.aperture.semi_mm;
@@ -112,9 +97,9 @@ fn rays_said_to_miss_the_aperture_do() {
             for _ in 0..100 {
                 let mut place = |reach: f64| {
                     DVec3::new(
-                        spread.between(-reach, reach),
-                        spread.between(-reach, reach),
-                        spread.between(-deep, deep),
+                        random.between(-reach, reach),
+                        random.between(-reach, reach),
+                        random.between(-deep, deep),
                     )
                 };
                 let (a, b) = (place(semi), place(1.3 * semi));
@@ -188,16 +173,16 @@ fn rays_far_off_the_axis_far_off_the_normal_and_at_the_rim_are_met() {
 /// at its first crossing. Both tracers, packets of every kind to the last bit.
 #[test]
 fn wild_aspheres_lose_no_ray_and_both_tracers_agree() {
-    let mut spread = Spread(3);
+    let mut random = Lcg(3);
     let (mut crossed, mut missed) = (0, 0);
     for _ in 0..60 {
         let base = conic(
             0.0,
-            spread.between(-0.4, 0.4),
-            spread.between(-5.0, 1.0),
+            random.between(-0.4, 0.4),
+            random.between(-5.0, 1.0),
             (1.0, 1.0),
         );
-        let terms: [f64; 5] = std::array::from_fn(|_| spread.between(-0.6, 0.6));
+        let terms: [f64; 5] = std::array::from_fn(|_| random.between(-0.6, 0.6));
         let mut s = asphere(base, &terms);
         s.aperture = Aperture { semi_mm: 1.1 };
         let one = system(vec![s.clone()], 0.0);
@@ -205,9 +190,9 @@ fn wild_aspheres_lose_no_ray_and_both_tracers_agree() {
         for travel in BOTH {
             let rays: Vec<Ray> = (0..100)
                 .map(|_| {
-                    let at = point(&s, 1.2 * spread.next(), spread.between(0.0, 7.0));
-                    let direction = spread.direction(travel);
-                    let origin_mm = at - direction + DVec3::Z * spread.between(-0.3, 0.3);
+                    let at = point(&s, 1.2 * random.uniform(), random.between(0.0, 7.0));
+                    let direction = direction(&mut random, travel);
+                    let origin_mm = at - direction + DVec3::Z * random.between(-0.3, 0.3);
                     Ray {
                         origin_mm,
                         direction,

@@ -6,6 +6,8 @@
 
 mod crossings;
 mod focus;
+#[path = "../common/random.rs"]
+mod lcg;
 mod light;
 mod random;
 mod response;

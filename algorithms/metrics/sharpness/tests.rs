@@ -2,15 +2,8 @@ use super::*;
 
 /// The generator of the reference vectors, 0..1, with a periodic Gaussian of radius ⌈4σ⌉ where `sigma` > 0, then 8 bits.
 fn reference_image(seed: u64, side: usize, sigma: f64) -> Vec<f64> {
-    let mut state = seed;
-    let mut image: Vec<f64> = (0..side * side)
-        .map(|_| {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (state >> 33) as f64 / (1u64 << 31) as f64
-        })
-        .collect();
+    let mut random = crate::random::Lcg(seed);
+    let mut image: Vec<f64> = (0..side * side).map(|_| random.uniform()).collect();
     if sigma > 0.0 {
         let radius = (4.0 * sigma).ceil() as i64;
         let raw: Vec<f64> = (-radius..=radius)

@@ -1,26 +1,13 @@
 //! Pairs of pictures whose shift is known exactly: periodic white noise, blurred by a Gaussian and shifted in the Fourier
 //! domain, so that no interpolation enters the truth.
 
+#[path = "../../../tests/common/random.rs"]
+mod random;
+
 use quadpixel::image::Image;
+pub use random::Lcg;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
-
-/// Uniform numbers in [0, 1): s ← 6364136223846793005·s + 1442695040888963407 (mod 2^64), u = (s ≫ 33)/2^31.
-pub struct Lcg(pub u64);
-
-impl Lcg {
-    pub fn uniform(&mut self) -> f64 {
-        self.0 = (self.0.wrapping_mul(6_364_136_223_846_793_005))
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) as f64 / 2f64.powi(31)
-    }
-
-    /// Mean 0, deviation 1 (Box and Muller).
-    pub fn normal(&mut self) -> f64 {
-        let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
-        radius * (std::f64::consts::TAU * self.uniform()).cos()
-    }
-}
 
 /// The spectrum of one texture; both sides odd, so that no frequency is its own mirror image.
 pub struct Texture {

@@ -7,6 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use common::small::with_values;
 use common::{json, refused};
 
 /// In a folder, with its cache there.
@@ -170,14 +171,18 @@ fn a_dataset_takes_a_table_of_bands_and_says_that_neighbours_have_other_filters(
     refused(&qpgen_in(folder.path(), &mixed), "--band-wavelengths");
 
     let printed = qpgen_in(folder.path(), &["dataset", "--print-config"]);
-    let config = (String::from_utf8(printed.stdout).unwrap())
-        .replace("count = 8", "count = 1")
-        .replace("= 256", "= 24")
-        .replace("rays_per_pixel = 128", "rays_per_pixel = 8")
-        .replace("# mosaic = \"rggb\"", "mosaic = \"rggb\"")
-        .replace("model = \"wave\"", "model = \"table\"")
-        .replace("pixels = [\"2.8um\", \"1.6um\"]", "files = [\"t.npz\"]")
-        .replace("# [spectrum]", "[spectrum]\nwavelengths = 1\n#");
+    let values = [
+        ("count", "1"),
+        ("sensor.width", "24"),
+        ("sensor.height", "24"),
+        ("rays_per_pixel", "8"),
+        ("sensor.mosaic", "\"rggb\""),
+        ("response.model", "\"table\""),
+        ("response.pixels", ""),
+        ("response.files", "[\"t.npz\"]"),
+        ("spectrum.wavelengths", "1"),
+    ];
+    let config = with_values(&String::from_utf8(printed.stdout).unwrap(), &values);
     fs::write(folder.path().join("c.toml"), config).unwrap();
     let dataset = ["dataset", "--config", "c.toml", "--out", "data", "--json"];
     json(&qpgen_in(folder.path(), &dataset));

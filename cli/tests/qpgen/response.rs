@@ -9,7 +9,9 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
+use common::small::with_values;
 use common::{json, refused};
+use quadpixel_generators::config::DEFAULT_TOML;
 
 fn qpgen(cache: &Path, arguments: &[&str]) -> Output {
     command(cache, arguments).output().unwrap()
@@ -127,16 +129,17 @@ fn an_exported_response_comes_back_by_import_and_serves_a_dataset() {
         json(&import(&at("power.csv")))["wavelengths_nm"],
         serde_json::json!([550.0])
     );
-    let config = include_str!("../../../generators/default.toml")
-        .replace("model = \"wave\"", "model = \"table\"")
-        .replace(
-            "pixels = [\"2.8um\", \"1.6um\"]",
-            &format!("files = [{:?}]", at("x.npz")),
-        )
-        .replace("= 256 ", "= 24 ")
-        .replace("height = 256", "height = 24")
-        .replace("rays_per_pixel = 128", "rays_per_pixel = 4")
-        .replace("texture_px = 1024", "texture_px = 64");
+    let files = format!("[{:?}]", at("x.npz"));
+    let values = [
+        ("response.model", "\"table\""),
+        ("response.pixels", ""),
+        ("response.files", &files),
+        ("sensor.width", "24"),
+        ("sensor.height", "24"),
+        ("rays_per_pixel", "4"),
+        ("scene.texture_px", "64"),
+    ];
+    let config = with_values(DEFAULT_TOML, &values);
     fs::write(at("c.toml"), config).unwrap();
     let made = json(&qpgen(
         folder.path(),
@@ -158,9 +161,12 @@ fn an_exported_response_comes_back_by_import_and_serves_a_dataset() {
 
     // No dataset begins hours of FDTD or of Fourier modes unasked.
     for model in ["fdtd", "rcwa"] {
-        let config = include_str!("../../../generators/default.toml")
-            .replace("model = \"wave\"", &format!("model = \"{model}\""))
-            .replace("\"2.8um\", \"1.6um\"", "\"3.5um-thin-filter\"");
+        let model = format!("{model:?}");
+        let values = [
+            ("response.model", model.as_str()),
+            ("response.pixels", "[\"3.5um-thin-filter\"]"),
+        ];
+        let config = with_values(DEFAULT_TOML, &values);
         fs::write(at("f.toml"), config).unwrap();
         let asked = [
             "dataset",

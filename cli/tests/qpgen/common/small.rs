@@ -34,6 +34,27 @@ card_size = 0.4
 texture_px = 64
 "#;
 
+/// The configuration `text` with other values at dotted places, in TOML; an empty one takes the place out.
+pub fn with_values(text: &str, values: &[(&str, &str)]) -> String {
+    let mut configuration: toml::Table = text.parse().unwrap();
+    for (place, value) in values {
+        let (sections, key) = place.rsplit_once('.').unwrap_or(("", place));
+        let mut section = &mut configuration;
+        for name in sections.split('.').filter(|name| !name.is_empty()) {
+            let inner = section.entry(name).or_insert(toml::Table::new().into());
+            section = inner.as_table_mut().unwrap();
+        }
+        let before = section.remove(key);
+        if value.is_empty() {
+            assert!(before.is_some(), "nothing at {place}");
+        } else {
+            let line: toml::Table = format!("{key} = {value}").parse().unwrap();
+            section.extend(line);
+        }
+    }
+    toml::to_string(&configuration).unwrap()
+}
+
 /// Tries to make a dataset of the configuration `text` in `folder/NAME`.
 pub fn attempt(folder: &Path, name: &str, text: &str, more: &[&str]) -> Output {
     let config = folder.join(format!("{name}.toml"));
