@@ -196,7 +196,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parabolas_and_lines_give_their_vertex_and_their_zero_exactly_on_uneven_steps() {
+    fn parabolas_give_their_vertex_and_lines_their_zero_on_uneven_steps() {
         let xs = [0.3, 1.0, 1.4, 2.5, 3.1];
         let of = |f: &dyn Fn(f64) -> f64| xs.map(|x| (x, f(x))).to_vec();
         let vertex = peak(&of(&|x| 3.0 - 2.0 * (x - 1.7) * (x - 1.7))).unwrap();

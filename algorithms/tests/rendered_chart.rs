@@ -47,7 +47,7 @@ fn render(folder: &Path) {
 }
 
 #[test]
-fn on_a_rendered_aberrated_chart_centroids_are_found_to_0_03_px_and_matching_alone_is_not_enough() {
+fn centroids_of_an_aberrated_chart_are_found_to_0_03_px_where_matching_fails() {
     let folder = tempfile::tempdir().unwrap();
     let chart = folder.path().join("chart");
     render(&chart);

@@ -99,7 +99,7 @@ fn points_are_the_reference_ones_exact_and_rounded_to_a_32nd_at_every_border() {
 }
 
 #[test]
-fn the_fast_warp_is_the_plain_one_to_a_millionth_at_any_size_border_and_channel_count() {
+fn the_fast_warp_is_the_plain_one_to_1e_6_at_any_size_border_and_channels() {
     let mut worst: f64 = 0.0;
     for (width, height, channels) in [
         (1, 1, 1),

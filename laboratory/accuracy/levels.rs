@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_wave_level_is_nearer_to_fourier_modes_than_boxes_are_and_rcwa_draft_nearer_than_both() {
+    fn levels_come_nearer_to_fourier_modes_from_boxes_to_wave_to_rcwa_draft() {
         // Coarser than the reference, but an independent model of all that is judged here but rcwa itself.
         let exact = Exact::new(&[[0.0, 0.0], [10.0, 0.0]], RcwaSettings::standard()).unwrap();
         let error = |model: PixelModel| exact.judge(&model).unwrap().1;

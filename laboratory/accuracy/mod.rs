@@ -197,7 +197,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_row_of_a_knob_is_in_its_files_and_exact_rows_do_not_break_the_picture() {
+    fn every_row_of_a_knob_is_in_its_files_exact_ones_too() {
         let folder = tempfile::tempdir().unwrap();
         let table = Table {
             knob: "rays",

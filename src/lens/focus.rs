@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_focus_error_moves_the_sensor_and_the_plane_in_focus_and_ends_at_infinity() {
+    fn a_focus_error_moves_sensor_and_focus_and_ends_at_infinity() {
         let focused = phone()
             .focused_at(400.0, FocusBy::Sensor, D_LINE_NM)
             .unwrap();
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn near_limit_is_the_front_focal_point_for_the_sensor_and_unit_magnification_for_the_lens() {
+    fn near_limit_is_the_front_focal_point_or_unit_magnification() {
         let p = phone().paraxial(D_LINE_NM).unwrap();
         let focal_point = -p.front_focal_z_mm;
         let at = |d: f64, by| phone().focused_at(d, by, D_LINE_NM);

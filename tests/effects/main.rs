@@ -57,7 +57,7 @@ fn left_out(planned: &Planned) -> Vec<Effect> {
 
 /// A dozen scenes chosen to call for different effects.
 #[test]
-fn what_auto_leaves_out_changes_the_image_by_less_than_the_tolerance_and_saves_rays() {
+fn what_auto_leaves_out_is_below_the_tolerance_and_saves_rays() {
     let tolerance = Tolerance::default();
     let mut sets = std::collections::BTreeSet::new();
     let mut wrong = Vec::new();

@@ -32,7 +32,7 @@ fn every_figure_of_every_lens_agrees_with_its_file() {
 }
 
 #[test]
-fn stated_figures_excused_do_differ_and_the_independent_tracer_sides_with_this_one() {
+fn excused_figures_do_differ_and_the_independent_tracer_agrees_with_ours() {
     for (name, figure, _) in WHY_STATED_FIGURES_DIFFER {
         let all = figures(name);
         let of = |origin| {

@@ -47,7 +47,7 @@ fn assert_same_line(a: Ray, b: Ray) {
 }
 
 #[test]
-fn whole_lens_moved_and_turned_is_the_aligned_lens_for_rays_moved_and_turned_with_it() {
+fn a_lens_moved_as_a_whole_is_the_aligned_one_for_rays_moved_with_it() {
     let aligned = lens(TELE);
     let (tip, tilt) = (0.7_f64, -0.4_f64);
     let turn = DMat3::from_rotation_y(tilt.to_radians()) * DMat3::from_rotation_x(tip.to_radians());
@@ -119,7 +119,7 @@ fn misaligned_mirror_does_what_two_reflections_do() {
 }
 
 #[test]
-fn spot_of_an_aligned_lens_is_the_same_in_every_direction_and_table_1_makes_it_grow() {
+fn spot_of_an_aligned_lens_is_round_and_table_1_makes_it_grow() {
     let aligned = lens(TELE);
     let defective = aligned.perturbed(&table1_defects()).unwrap();
     for angle_deg in [0.0, 5.0, 10.0] {
@@ -175,7 +175,7 @@ fn misalignments_no_lens_can_have_are_refused() {
 }
 
 #[test]
-fn misalignment_in_a_file_names_its_element_by_number_or_mirror_and_leaves_out_zeros() {
+fn misalignment_in_a_file_names_its_element_and_leaves_out_zeros() {
     let read = |text: &str| serde_json::from_str::<Misalignment>(text);
     let third = read(r#"{"element": 3, "dx_um": 9.0, "tilt_deg": 0.2}"#).unwrap();
     assert_eq!(third.element, ElementRef::Element(3));

@@ -174,7 +174,7 @@ fn a_point_light_falls_with_the_square_of_the_distance() {
 }
 
 #[test]
-fn a_spot_has_its_full_intensity_within_the_inner_cone_and_none_beyond_the_outer() {
+fn a_spot_is_full_within_the_inner_cone_and_dark_beyond_the_outer() {
     let mut world = WorldDescription {
         materials: vec![Material::diffuse([1.0; 3])],
         lights: vec![Light::Spot {

@@ -56,7 +56,7 @@ fn banded(lens: &Lens, response: &Response, place: DVec2, w: ChannelWavelengths)
 }
 
 #[test]
-fn a_response_linear_in_wavelength_gives_its_value_in_the_middle_of_each_band() {
+fn a_response_linear_in_wavelength_gives_its_value_at_each_bands_middle() {
     // Between two nodes the table is linear. 4096 rays of a smooth integrand: below 1e-3, as in `radiometry`; wavelengths rounded by 0.05 nm
     // of 165 nm at least: 3e-4.
     let p = |nm: f64| (nm - 300.0) / 500.0;

@@ -89,7 +89,7 @@ fn absorbing_layers_send_back_little_up_to_70_deg() {
 }
 
 #[test]
-fn absorbing_layers_in_silicon_send_back_little_at_all_angles_of_the_air_above() {
+fn absorbing_layers_in_silicon_reflect_little_at_all_angles_in_air() {
     for polarization in [S, P] {
         for theta in [0.0, 40.0, 70.0] {
             let r = sent_back(4.0, 0.01, 16, theta, polarization);
@@ -167,7 +167,7 @@ fn slab(medium: &Medium, cells: usize, dz_um: f64, theta_deg: f64, s: bool) -> [
 }
 
 #[test]
-fn slabs_of_lorentz_drude_and_conducting_media_converge_to_fresnel_at_second_order() {
+fn dispersive_and_conducting_slabs_converge_to_fresnel_at_second_order() {
     // 0.1 µm slabs; steps of 10 and 5 nm. Bound: the error of the fine mesh is below 4e-3 and a quarter (within 35 %) of the coarse one's.
     let pole = |strength, resonance, damping| Pole {
         strength,

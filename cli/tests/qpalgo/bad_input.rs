@@ -65,7 +65,7 @@ fn prepare(here: &Path) {
 }
 
 #[test]
-fn files_that_are_empty_cut_short_garbled_or_missing_are_refused_by_every_command() {
+fn every_command_refuses_files_empty_cut_short_garbled_or_missing() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     prepare(here);
@@ -185,7 +185,7 @@ fn views_that_are_missing_or_of_unequal_size_are_refused() {
 }
 
 #[test]
-fn a_sample_whose_meta_json_is_missing_of_another_size_without_a_slope_or_cut_short_is_refused() {
+fn a_sample_with_a_missing_or_unfit_meta_json_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     std::fs::create_dir(here.join("s")).unwrap();

@@ -27,8 +27,7 @@ fn shifted(shift: [f64; 2]) -> Image {
 }
 
 #[test]
-fn what_stands_further_right_and_higher_in_the_view_has_positive_dx_and_negative_dy_in_every_format()
- {
+fn disparity_points_right_and_up_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
     write_exr(&folder.path().join("reference.exr"), &shifted([0.0, 0.0]));
     write_exr(&folder.path().join("view.exr"), &shifted([1.25, -0.5]));
@@ -96,7 +95,7 @@ fn bad_input_ends_with_exit_code_2_and_writes_nothing() {
 }
 
 #[test]
-fn the_left_view_of_a_near_plane_lies_to_the_right_of_the_right_one_and_is_red() {
+fn the_left_view_of_a_near_plane_lies_right_of_the_right_one_and_is_red() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     write_exr(&here.join("raw.exr"), &mosaic(64, |_, _| 1.5, 1.0));
@@ -129,7 +128,7 @@ fn the_left_view_of_a_near_plane_lies_to_the_right_of_the_right_one_and_is_red()
 }
 
 #[test]
-fn each_view_of_a_capture_is_matched_against_the_sum_from_a_mosaic_and_from_an_exr_of_views() {
+fn each_view_of_a_mosaic_or_an_exr_of_views_is_matched_against_the_sum() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let raw = mosaic(64, |_, _| 1.2, 1.0);

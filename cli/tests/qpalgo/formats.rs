@@ -21,7 +21,7 @@ fn codes(channels: usize) -> Vec<u16> {
 }
 
 #[test]
-fn png_and_tiff_of_8_and_16_bits_and_float_tiff_are_parted_as_parts_of_their_full_scale() {
+fn integer_and_float_files_are_read_as_parts_of_their_full_scale() {
     use image::{DynamicImage, ImageBuffer, Luma, Rgb};
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
@@ -92,7 +92,7 @@ fn png_and_tiff_of_8_and_16_bits_and_float_tiff_are_parted_as_parts_of_their_ful
 }
 
 #[test]
-fn a_png_of_a_view_is_full_at_the_mosaics_white_and_one_of_a_sum_at_that_times_its_views() {
+fn pngs_of_views_and_sums_are_full_at_the_mosaics_white_times_their_views() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let raw = mosaic(24, |_, _| 0.0, 0.9);
@@ -258,7 +258,7 @@ fn a_calibration_is_applied_to_a_png_mosaic_by_the_meta_json_beside_it() {
 }
 
 #[test]
-fn images_of_a_millionth_and_a_million_give_the_same_shifts_and_sharpness_in_proportion() {
+fn images_scaled_by_1e6_give_the_same_shifts_and_sharpness_in_proportion() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let mut found = Vec::new();

@@ -79,7 +79,7 @@ fn number(value: &serde_json::Value) -> f64 {
 }
 
 #[test]
-fn left_minus_right_is_positive_before_the_focus_and_agrees_with_the_samples_own_truth() {
+fn left_minus_right_is_positive_before_the_focus_and_agrees_with_truth() {
     for (over_focus, sign) in [(0.85, 1.0), (1.25, -1.0)] {
         let folder = tempfile::tempdir().unwrap();
         let here = folder.path();
@@ -149,7 +149,7 @@ fn left_minus_right_is_positive_before_the_focus_and_agrees_with_the_samples_own
 }
 
 #[test]
-fn depth_of_a_sample_is_that_of_its_plane_once_a_chart_in_focus_has_told_the_aberration() {
+fn depth_of_a_sample_is_that_of_its_plane_after_a_calibration_in_focus() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let chart = sample(here, "chart", CHART, 1.0);

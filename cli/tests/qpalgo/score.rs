@@ -102,7 +102,7 @@ fn two_channels_give_the_length_of_the_vectors_and_no_affine_measure() {
 }
 
 #[test]
-fn a_grid_of_nodes_is_compared_at_its_pixels_and_a_mask_leaves_out_and_weighs() {
+fn a_grid_of_nodes_is_compared_at_its_pixels_under_a_weighing_mask() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     // Truth x + 10 y; nodes at 1, 3, 5 across and 1, 3 down.
@@ -141,7 +141,7 @@ fn a_grid_of_nodes_is_compared_at_its_pixels_and_a_mask_leaves_out_and_weighs() 
 }
 
 #[test]
-fn left_minus_right_of_a_samples_truth_is_the_mean_of_b_and_d_less_that_of_a_and_c() {
+fn left_minus_right_of_truth_is_mean_of_b_and_d_less_that_of_a_and_c() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let of = |dx: f32, dy: f32| Image::from_vec(1, 2, 2, vec![dx, dy, f32::NAN, f32::NAN]).unwrap();

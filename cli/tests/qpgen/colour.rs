@@ -30,7 +30,7 @@ fn codes(path: &Path) -> Image {
 }
 
 #[test]
-fn the_mosaic_is_the_picked_channel_of_every_place_bit_for_bit_and_changes_no_other_file() {
+fn the_mosaic_picks_channels_bit_for_bit_and_changes_no_other_file() {
     let folder = tempfile::tempdir().unwrap();
     let plain = format!("{SMALL}{READOUT}");
     dataset(folder.path(), "plain", &plain, &[]);

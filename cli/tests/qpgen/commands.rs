@@ -39,7 +39,7 @@ fn same_seed_same_bytes_at_any_thread_count_and_a_sound_dataset() {
 }
 
 #[test]
-fn a_sample_does_not_depend_on_how_many_there_are_and_a_run_goes_on_where_it_stopped() {
+fn a_sample_does_not_depend_on_their_number_and_a_stopped_run_goes_on() {
     let folder = tempfile::tempdir().unwrap();
     dataset(folder.path(), "grown", SMALL, &["--count", "1"]);
     let root = folder.path().join("grown");
@@ -105,7 +105,7 @@ fn the_printed_configuration_is_the_default_one() {
 }
 
 #[test]
-fn bad_configurations_are_refused_with_file_field_and_value_and_nothing_is_written() {
+fn bad_configurations_are_refused_with_field_and_value_and_write_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let cases = [
         ("count = 2", "count = 0", "count"),

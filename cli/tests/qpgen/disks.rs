@@ -69,7 +69,7 @@ fn valid_so_far(out: &Path, whole: &Path) -> usize {
 }
 
 #[test]
-fn a_disk_that_fills_up_keeps_whole_samples_and_the_run_goes_on_when_there_is_room() {
+fn a_full_disk_keeps_whole_samples_and_the_run_goes_on_when_there_is_room() {
     let folder = tempfile::tempdir().unwrap();
     let generator = Generator::new(folder.path(), 5);
     generator.make("whole", &[]);

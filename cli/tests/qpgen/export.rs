@@ -119,7 +119,7 @@ fn dpdd_is_sixteen_bit_srgb_in_sorted_pairs_and_c_is_the_mean_of_l_and_r() {
 }
 
 #[test]
-fn qpdnet_finds_five_views_a_disparity_and_flow_minus_disparity_leads_from_left_to_right() {
+fn qpdnet_layout_has_five_views_and_a_disparity_from_left_to_right() {
     let folder = tempfile::tempdir().unwrap();
     let (root, out) = exported(folder.path(), "qpdnet", &[]);
     let (mut along, mut against, mut count) = (0.0, 0.0, 0);
@@ -222,7 +222,7 @@ fn groups(path: &Path) -> Vec<(String, BTreeMap<String, Vec<u8>>)> {
 }
 
 #[test]
-fn webdataset_shards_hold_each_samples_files_side_by_side_and_the_index_counts_them() {
+fn webdataset_shards_keep_a_samples_files_together_and_are_indexed() {
     let folder = tempfile::tempdir().unwrap();
     let (root, out) = exported(folder.path(), "webdataset", &["--shard-mb", "1"]);
     let truth = files(&root);
@@ -277,7 +277,7 @@ fn webdataset_shards_hold_each_samples_files_side_by_side_and_the_index_counts_t
 }
 
 #[test]
-fn noisy_captures_are_exported_on_request_and_broken_or_unfit_datasets_leave_nothing() {
+fn noisy_captures_are_exported_and_unfit_datasets_leave_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let (root, clean) = exported(folder.path(), "dpdd", &[]);
     let export = |out: &str, more: &[&str]| {

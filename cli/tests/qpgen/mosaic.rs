@@ -143,7 +143,7 @@ fn a_table_of_each_colour_is_written() {
 }
 
 #[test]
-fn a_dataset_takes_a_table_of_bands_and_says_that_neighbours_have_other_filters() {
+fn a_dataset_takes_a_table_of_bands_and_tells_of_crosstalk() {
     let folder = tempfile::tempdir().unwrap();
     let pixel = small_pixel(folder.path());
     let response = |pixel: &str, wavelengths: &str| {

@@ -108,7 +108,7 @@ fn noisy_minus_clean_has_mean_zero_and_the_stated_variance_in_each_sub_pixel() {
 }
 
 #[test]
-fn codes_above_the_converter_views_of_other_codes_and_negative_shading_are_found() {
+fn check_finds_codes_above_the_converter_and_negative_shading() {
     let folder = tempfile::tempdir().unwrap();
     dataset(
         folder.path(),
@@ -158,7 +158,7 @@ fn codes_above_the_converter_views_of_other_codes_and_negative_shading_are_found
 }
 
 #[test]
-fn one_sensor_for_all_keeps_its_pattern_and_gains_and_bad_electronics_are_refused() {
+fn one_sensor_keeps_its_pattern_and_gains_and_bad_electronics_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     dataset(
         folder.path(),

@@ -36,7 +36,7 @@ fn recipe(meta: &SampleMeta) -> Recipe {
 }
 
 #[test]
-fn deviations_lie_in_their_ranges_differ_between_samples_and_make_the_bytes_again() {
+fn deviations_lie_in_range_differ_by_sample_and_make_the_bytes_again() {
     let folder = tempfile::tempdir().unwrap();
     let text = with(
         "focus_error_um = { min = -4, max = 4 }",

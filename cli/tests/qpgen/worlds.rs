@@ -279,7 +279,7 @@ fn a_dataset_of_a_scene_file_turns_and_moves_it_and_records_its_hash() {
 }
 
 #[test]
-fn a_scene_file_is_rendered_with_a_first_look_and_its_rays_serve_other_pixels() {
+fn a_scene_file_has_a_first_look_and_its_rays_serve_other_pixels() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).display().to_string();
     fs::write(at("a.obj"), OBJ).unwrap();

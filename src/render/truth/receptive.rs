@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn mirrored_blurs_of_fine_texture_are_matched_farther_apart_than_their_centroids() {
+    fn mirrored_blurs_of_fine_texture_match_farther_apart_than_centroids() {
         let f = field(0.5, 16);
         let (blur, both) = (4.0, [0, 1]);
         let centroid = f.centroid_shift_px(1.0 / blur, both);

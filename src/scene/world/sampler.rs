@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_pair_is_stratified_in_all_elementary_intervals_and_differs_from_the_next() {
+    fn every_pair_is_stratified_in_all_elementary_intervals_and_differs() {
         let pairs = |skip: usize| -> Vec<[f32; 2]> {
             (0..256)
                 .map(|i| {

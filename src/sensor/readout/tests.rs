@@ -133,7 +133,7 @@ fn a_full_well_keeps_the_read_noise_only_and_a_full_converter_nothing() {
 }
 
 #[test]
-fn dark_current_adds_electrons_with_their_noise_and_is_taken_off_again_in_the_mean() {
+fn dark_current_adds_its_noise_and_is_taken_off_in_the_mean() {
     let settings = ReadoutSettings {
         dark_current_e_s: 5000.0,
         ..ideal()
