@@ -1,3 +1,7 @@
-//! What the two binaries `qpgen` and `qpalgo` share: how a process starts and ends.
+//! What the two binaries `qpgen` and `qpalgo` share: how a process starts and ends, and what it says while it works.
 
+pub mod log;
 pub mod process;
+pub mod progress;
+pub mod shard_env;
+pub mod stop;

@@ -9,26 +9,16 @@ use quadpixel_datasets::paths;
 use crate::assemble::Responses;
 use crate::config::DatasetConfig;
 use crate::identity::Identity;
+use crate::observer::{Event, Observer};
 use crate::planned;
-use crate::progress::Progress;
 use crate::recipes::Recipes;
 use crate::run_folder::{RunFolder, asked_for, refuse_other};
 use crate::sample::{SampleId, render_sample};
 use crate::stages::{Stages, timed};
-use crate::stop::Stop;
 use crate::writer::{Dataset, Found, WriteError, finish_dataset, found_sample, write_sample};
 
 /// Licence of what is made: charts and fonts allow it.
 pub const LICENCE: &str = "CC0-1.0";
-
-/// Which samples to make, and when to stop.
-#[derive(Clone, Debug)]
-pub struct Order {
-    /// The part of the dataset.
-    pub shard: Shard,
-    /// Asked before every sample.
-    pub stop: Stop,
-}
 
 /// What a run did.
 #[derive(Clone, Debug)]
@@ -50,13 +40,9 @@ pub struct Summary {
 pub fn make(
     config: &DatasetConfig,
     out: &Path,
-    progress: &Progress,
+    observer: &dyn Observer,
 ) -> Result<Summary, CommandError> {
-    let order = Order {
-        shard: Shard::WHOLE,
-        stop: Stop::never(),
-    };
-    make_part(config, out, &order, progress)
+    make_part(config, out, Shard::WHOLE, observer)
 }
 
 /// Makes the dataset in `out`, or a part of it in a folder of its own there, which [`crate::merge`] joins. A folder that holds samples
@@ -67,11 +53,10 @@ pub fn make(
 pub fn make_part(
     config: &DatasetConfig,
     out: &Path,
-    order: &Order,
-    progress: &Progress,
+    shard: Shard,
+    observer: &dyn Observer,
 ) -> Result<Summary, CommandError> {
     config.check()?;
-    let shard = order.shard;
     check_folder(out)?;
     let identity = Identity::of(config)?;
     let hash = identity.hash();
@@ -79,68 +64,68 @@ pub fn make_part(
     let in_whole = shard_neighbours(out, shard, &identity)?;
     let place = match shard.is_whole() {
         true => out.to_path_buf(),
-        false => out.join(paths::shard_folder(shard.number(), shard.of())),
+        false => out.join(paths::shard_folder(shard.number(), shard.count())),
     };
     refuse_fewer(&place, config.count)?;
     let folder = RunFolder::open(&place, &identity, shard)?;
     let mut responses = Responses::new();
     let (mut done, mut reused) = (0, 0);
     let mut stages = Stages::default();
-    progress.start(recipes.indices.len(), recipes.rays);
+    observer.event(Event::Start {
+        samples: recipes.indices.len(),
+        rays: recipes.rays,
+    });
     for &index in &recipes.indices {
         let recipe = recipes.draw(config, index)?;
-        let found = match in_whole && found(out, index, &hash, progress)? {
+        let found = match in_whole && found(out, index, &hash, observer)? {
             true => true,
-            false => found(&place, index, &hash, progress)?,
+            false => found(&place, index, &hash, observer)?,
         };
         if found {
             done += 1;
             reused += 1;
-            progress.sample_reused(recipe.rays());
+            let rays = recipe.rays();
+            observer.event(Event::SampleReused { rays });
             continue;
         }
-        if order.stop.asked() {
-            progress.finish();
+        if observer.stop_asked() {
+            observer.event(Event::End);
             return Err(stopped(done, recipes.indices.len()));
         }
         let id = SampleId {
             index,
             configuration_blake3: hash.clone(),
         };
-        let angles = |done: usize, total: usize| {
-            tell_stop(&order.stop, progress);
-            progress.angles(done, total);
-        };
-        let rays = |n: u64| {
-            tell_stop(&order.stop, progress);
-            progress.rays(n);
-        };
-        let sample = render_sample(&recipe, id, &mut responses, &angles, &rays)
+        let sample = render_sample(&recipe, id, &mut responses, observer)
             .map_err(|e| e.within(&format!("sample {index}")))?;
         let warnings = responses.take_warnings();
         for warning in warnings.iter().chain(sample.warnings()) {
-            progress.warn(warning);
+            observer.event(Event::Warning(warning));
         }
-        planned::tell(progress, &format!("sample {index}"), &sample);
+        let name = format!("sample {index}");
+        let together = sample.left_out_together();
+        planned::report(observer, &name, sample.decisions(), together);
         stages = stages.plus(sample.stages());
         folder.still_there()?;
         let written = timed(&mut stages.writing_s, || {
             write_sample(&place, &sample.files())
         });
         written.map_err(write_error)?;
-        progress.debug(&format!("sample {index}: {}", sample.stages()));
+        let detail = format!("{name}: {}", sample.stages());
+        observer.event(Event::Detail(&detail));
         done += 1;
-        progress.sample_done();
+        observer.event(Event::SampleDone);
     }
     folder.still_there()?;
     let mut gallery = None;
     if shard.is_whole() {
-        progress.info(&format!("{done} samples: lists, gallery and data card"));
+        let text = format!("{done} samples: lists, gallery and data card");
+        observer.event(Event::Info(&text));
         finish(&place, &identity)?;
         folder.end()?;
         gallery = Some(place.join(paths::INDEX));
     }
-    progress.finish();
+    observer.event(Event::End);
     Ok(Summary {
         samples: done,
         reused,
@@ -175,27 +160,25 @@ pub(crate) fn finish(out: &Path, identity: &Identity) -> Result<(), CommandError
     Ok(())
 }
 
-fn tell_stop(stop: &Stop, progress: &Progress) {
-    if stop.news() {
-        progress.warn("asked to stop: ending after the sample in hand; once more ends it at once");
-    }
-}
-
 fn stopped(done: usize, of: usize) -> CommandError {
     CommandError::failed(format!(
         "stopped by a signal; {done} of {of} samples are there, and the same command goes on with them"
     ))
 }
 
-/// Whether an earlier run finished a sample; what is broken is told and taken away.
-fn found(root: &Path, index: u32, hash: &str, progress: &Progress) -> Result<bool, CommandError> {
+/// Whether an earlier run finished a sample; what is broken is reported and taken away.
+fn found(
+    root: &Path,
+    index: u32,
+    hash: &str,
+    observer: &dyn Observer,
+) -> Result<bool, CommandError> {
     match found_sample(root, index, hash).map_err(write_error)? {
         Found::Whole => Ok(true),
         Found::Nothing => Ok(false),
         Found::Broken(what) => {
-            progress.warn(&format!(
-                "sample {index} was damaged ({what}); it is made again"
-            ));
+            let text = format!("sample {index} was damaged ({what}); it is made again");
+            observer.event(Event::Warning(&text));
             Ok(false)
         }
     }
@@ -218,7 +201,7 @@ fn shard_neighbours(out: &Path, shard: Shard, identity: &Identity) -> Result<boo
         let of = part
             .file_name()
             .and_then(|n| paths::parse_shard_folder(n.to_str()?));
-        if of.is_some_and(|(_, of)| of != shard.of()) {
+        if of.is_some_and(|(_, of)| of != shard.count()) {
             return Err(CommandError::input(format!(
                 "--shard {shard}: {} is there already; allowed: the same number of shards, or another folder",
                 part.display()

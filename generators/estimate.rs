@@ -17,7 +17,7 @@ use serde::Serialize;
 use crate::assemble::Responses;
 use crate::config::{DatasetConfig, ResponseConfig};
 use crate::dataset::write_error;
-use crate::progress::Progress;
+use crate::observer::{Event, Observer};
 use crate::recipe::Recipe;
 use crate::recipes::Recipes;
 use crate::sample::{Sample, SampleId, render_sample};
@@ -71,13 +71,14 @@ pub fn estimate(
     config: &DatasetConfig,
     out: &Path,
     shard: Shard,
-    progress: &Progress,
+    observer: &dyn Observer,
 ) -> Result<Expected, CommandError> {
     config.check()?;
     let recipes = Recipes::checked(config, shard)?;
     let count = recipes.indices.len();
     let chosen = tried(count);
-    progress.info(&format!("trying {} samples with fewer rays", chosen.len()));
+    let text = format!("trying {} samples with fewer rays", chosen.len());
+    observer.event(Event::Info(&text));
     let mut drawn = Vec::new();
     for &k in &chosen {
         drawn.push(recipes.draw(config, recipes.indices[k])?);
@@ -167,7 +168,7 @@ fn trial(
         index: 0,
         configuration_blake3: "0".repeat(64),
     };
-    let sample: Sample = render_sample(&recipe, id, responses, &|_, _| (), &|_| ())?;
+    let sample: Sample = render_sample(&recipe, id, responses, &())?;
     let mut stages = sample.stages();
     let place = folder.0.join("sample");
     timed(&mut stages.writing_s, || {

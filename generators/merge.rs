@@ -11,7 +11,7 @@ use quadpixel_datasets::paths;
 
 use crate::dataset::{finish, shard_folders};
 use crate::identity::Identity;
-use crate::progress::Progress;
+use crate::observer::{Event, Observer};
 use crate::run_folder::RunFolder;
 
 /// A shard on disk, locked.
@@ -26,7 +26,7 @@ struct Part {
 /// # Errors
 /// Shards that do not belong together (2); samples that are missing, or a disk that fails (1). A merge that
 /// stopped goes on when it is called again.
-pub fn merge(out: &Path, from: &[PathBuf], progress: &Progress) -> Result<(), CommandError> {
+pub fn merge(out: &Path, from: &[PathBuf], observer: &dyn Observer) -> Result<(), CommandError> {
     let inside = from.is_empty();
     let folders = match inside {
         true => shard_folders(out)?,
@@ -56,7 +56,10 @@ pub fn merge(out: &Path, from: &[PathBuf], progress: &Progress) -> Result<(), Co
     let whole = RunFolder::open(out, &first.identity, Shard::WHOLE)?;
     let samples = out.join(paths::SAMPLES);
     file::own_folder(&samples).map_err(failed)?;
-    progress.start(names.len(), 0);
+    observer.event(Event::Start {
+        samples: names.len(),
+        rays: 0,
+    });
     for (place, name) in names.iter().enumerate() {
         whole.still_there()?;
         let to = samples.join(name);
@@ -65,11 +68,11 @@ pub fn merge(out: &Path, from: &[PathBuf], progress: &Progress) -> Result<(), Co
             let from = part.folder.path().join(paths::SAMPLES).join(name);
             take(&from, &to, inside)?;
             if !inside {
-                progress.sample_done();
+                observer.event(Event::SampleDone);
             }
         }
     }
-    progress.finish();
+    observer.event(Event::End);
     finish(out, &first.identity)?;
     if inside {
         for part in &parts {
@@ -77,7 +80,8 @@ pub fn merge(out: &Path, from: &[PathBuf], progress: &Progress) -> Result<(), Co
         }
     }
     whole.end()?;
-    progress.info(&format!("{} shards joined, {count} samples", parts.len()));
+    let text = format!("{} shards joined, {count} samples", parts.len());
+    observer.event(Event::Info(&text));
     Ok(())
 }
 
@@ -93,7 +97,7 @@ fn one_dataset(first: &Part, parts: &[Part]) -> Result<u32, CommandError> {
     for part in parts {
         let path = part.folder.path().display();
         let mut differences = first.identity.differences(&part.identity);
-        if part.shard.of() != first.shard.of() {
+        if part.shard.count() != first.shard.count() {
             differences.push(format!("shard: {} and {}", first.shard, part.shard));
         }
         if count_of(part) != count_of(first) {
@@ -131,8 +135,8 @@ fn refuse_missing(
             .is_file()
     };
     let mut lines = Vec::new();
-    for number in 1..=any.of() {
-        let shard = Shard::new(number, any.of()).map_err(CommandError::input)?;
+    for number in 1..=any.count() {
+        let shard = Shard::new(number, any.count()).map_err(CommandError::input)?;
         let part = parts.iter().find(|part| part.shard == shard);
         let own = names
             .iter()

@@ -1,6 +1,5 @@
 //! Which effects a sample is rendered with: the plan, and what `meta.json` and the log say of it.
 
-use clap::Args;
 use quadpixel::command::CommandError;
 use quadpixel::effects::{Choice, Decision, Effect, Estimate, Tolerance, Verdict};
 use quadpixel::image::Image;
@@ -9,35 +8,7 @@ use quadpixel::sensor::Sensor;
 use quadpixel::sensor::readout::ReadoutSettings;
 use quadpixel_datasets as spec;
 
-use crate::log::Level;
-use crate::progress::Progress;
-use crate::sample::Sample;
-
-/// Arguments that choose the effects.
-#[derive(Args)]
-pub struct EffectArgs {
-    /// Effects that are simulated: auto (those whose absence would be seen), all, none, or a list separated by commas of pixel-diffraction, cra-variation,
-    /// dispersion, aberrations, vignetting, wavelengths, global-illumination, occlusion, noise; absent: as the file says, else auto.
-    #[arg(long, value_name = "auto|all|none|LIST")]
-    effects: Option<Choice>,
-    /// With auto: root-mean-square difference, in % of the signal, below which an effect is left out [default: 0.5].
-    #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
-    tolerance: Option<f64>,
-    /// With auto: shift, in px, below which an effect is left out [default: 0.02].
-    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
-    tolerance_px: Option<f64>,
-}
-
-impl EffectArgs {
-    /// Puts what was given in the place of what a file says.
-    pub fn apply(&self, effects: &mut Choice, tolerance: &mut Tolerance) {
-        if let Some(choice) = &self.effects {
-            effects.clone_from(choice);
-        }
-        tolerance.signal_percent = self.tolerance.unwrap_or(tolerance.signal_percent);
-        tolerance.shift_px = self.tolerance_px.unwrap_or(tolerance.shift_px);
-    }
-}
+use crate::observer::{Event, Observer};
 
 /// Nearest and farthest depth of a map, mm (+∞ allowed); an empty picture lies at infinity.
 pub(crate) fn depth_range_mm(depth_mm: &Image) -> [f64; 2] {
@@ -76,17 +47,19 @@ pub(crate) fn noise(
     }
 }
 
-/// Says what was left out, and in detail all the rest.
-pub fn tell(progress: &Progress, what: &str, sample: &Sample) {
-    for decision in sample.decisions() {
-        let level = match decision.verdict.is_left_out() {
-            true => Level::Info,
-            false => Level::Debug,
-        };
-        progress.tell(level, &format!("{what}: {decision}"));
+/// Reports each decision about `sample`, and what was left out together.
+pub fn report(
+    observer: &dyn Observer,
+    sample: &str,
+    decisions: &[Decision],
+    together: Option<Estimate>,
+) {
+    for decision in decisions {
+        observer.event(Event::Decision { sample, decision });
     }
-    if let Some(estimate) = sample.left_out_together() {
-        progress.info(&format!("{what}: left out together: {estimate}"));
+    if let Some(estimate) = together {
+        let text = format!("{sample}: left out together: {estimate}");
+        observer.event(Event::Info(&text));
     }
 }
 

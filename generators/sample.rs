@@ -5,7 +5,6 @@ use std::sync::Arc;
 use quadpixel::effects::{Choice, Decision, Effect, Estimate, Planned, Subject, plan};
 use quadpixel::image::Image;
 use quadpixel::image::raster::Levels;
-use quadpixel::progress::OnRays;
 use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField, DisparityMaps, WhiteField};
 use quadpixel::render::{Camera, RayRecord, Render, SubPixelImage};
 use quadpixel::response::Response;
@@ -17,6 +16,7 @@ use quadpixel_datasets as spec;
 use crate::assemble::{self, Responses};
 use crate::describe::{Exposed, describe};
 use crate::noisy::Noisy;
+use crate::observer::{Event, Observer};
 use crate::planned;
 use crate::recipe::Recipe;
 use crate::stages::{Stages, timed};
@@ -55,7 +55,7 @@ pub struct SampleId {
     pub configuration_blake3: String,
 }
 
-/// Renders a recipe. `progress` hears of rays done.
+/// Renders a recipe.
 ///
 /// # Errors
 /// What a field of the recipe is and may be.
@@ -63,11 +63,10 @@ pub fn render_sample(
     recipe: &Recipe,
     id: SampleId,
     responses: &mut Responses,
-    response_progress: &(dyn Fn(usize, usize) + Sync),
-    progress: &(dyn Fn(u64) + Sync),
+    observer: &dyn Observer,
 ) -> Result<Sample, CommandError> {
-    let prepared = prepare(recipe, responses, response_progress)?;
-    Ok(prepared.render(id, Rays::Trace, progress)?.0)
+    let prepared = prepare(recipe, responses, observer)?;
+    Ok(prepared.render(id, Rays::Trace, observer)?.0)
 }
 
 /// A recipe put together, before its first ray.
@@ -97,7 +96,7 @@ pub enum Rays {
 pub fn prepare(
     recipe: &Recipe,
     responses: &mut Responses,
-    response_progress: &(dyn Fn(usize, usize) + Sync),
+    observer: &dyn Observer,
 ) -> Result<Prepared, CommandError> {
     let subpixels = assemble::subpixels(&recipe.sensor.subpixels)?;
     planned::checked(&recipe.tolerance)?;
@@ -109,7 +108,8 @@ pub fn prepare(
     }
     let mut stages = Stages::default();
     let response = timed(&mut stages.response_s, || {
-        responses.get(recipe, subpixels, response_progress)
+        let progress = |done, total| observer.event(Event::Table { done, total });
+        responses.get(recipe, subpixels, &progress)
     })?;
     let (camera, scene, warnings) = timed(&mut stages.scene_s, || {
         let camera = assemble::camera(recipe, &response, subpixels)?;
@@ -153,7 +153,7 @@ impl Prepared {
         self.recipe.exposure_ev = ev;
     }
 
-    /// Renders it. `progress` hears of rays done. The record is there if it was asked for.
+    /// Renders it. The record is there if it was asked for.
     ///
     /// # Errors
     /// A record of another camera, or one that would be too large.
@@ -161,7 +161,7 @@ impl Prepared {
         self,
         id: SampleId,
         rays: Rays,
-        progress: &(dyn Fn(u64) + Sync),
+        observer: &dyn Observer,
     ) -> Result<(Sample, Option<RayRecord>), CommandError> {
         let Self {
             recipe,
@@ -197,10 +197,9 @@ impl Prepared {
         }
         let several = scene.planes().len() > 1 || scene.world().is_some();
         let surfaces = several.then_some(geometry.surfaces.as_slice());
-        let progress = OnRays(progress);
         let shot = Render::new(&camera, &scene, &recipe.render)
             .occlusion(surfaces)
-            .progress(&progress);
+            .progress(&observer);
         let (rendered, record) = timed(&mut stages.rays_s, || match rays {
             Rays::Trace => Ok((shot.run(), None)),
             Rays::Keep => (shot.run_recorded()).map(|(rendered, record)| (rendered, Some(record))),

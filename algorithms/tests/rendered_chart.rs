@@ -42,7 +42,7 @@ fn render(folder: &Path) {
         index: 0,
         configuration_blake3: "0".repeat(64),
     };
-    let sample = render_sample(&recipe, id, &mut Responses::new(), &|_, _| {}, &|_| {}).unwrap();
+    let sample = render_sample(&recipe, id, &mut Responses::new(), &()).unwrap();
     write_alone(folder, &sample.files()).unwrap();
 }
 

@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use quadpixel::command::CommandError;
 use quadpixel_datasets::{Progress, Report, check_dataset, check_hashes};
 
-use quadpixel_generators::log::{Level, Log};
+use quadpixel_cli::log::{Level, Log};
 
 /// How often progress is told of where no bar is drawn.
 const TOLD_EVERY: Duration = Duration::from_secs(10);

@@ -5,15 +5,15 @@ use std::path::PathBuf;
 use clap::Args;
 use quadpixel::command::CommandError;
 
-use crate::shard_args::ShardArgs;
+use crate::effect_args::EffectArgs;
+use quadpixel_cli::log::Log;
+use quadpixel_cli::progress::Progress;
+use quadpixel_cli::shard_env::ShardArgs;
+use quadpixel_cli::stop::Stop;
 use quadpixel_generators::config::{DEFAULT_TOML, DatasetConfig};
-use quadpixel_generators::dataset::{self, Order};
+use quadpixel_generators::dataset;
 use quadpixel_generators::estimate;
-use quadpixel_generators::log::Log;
-use quadpixel_generators::planned::EffectArgs;
 use quadpixel_generators::preset::Preset;
-use quadpixel_generators::progress::Progress;
-use quadpixel_generators::stop::Stop;
 
 /// Arguments of `qpgen dataset`.
 #[derive(Args)]
@@ -73,8 +73,9 @@ pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
     if let Some(preset) = args.preset {
         preset.apply(&mut config);
     }
-    let progress = Progress::new(log.json(args.json));
+    let log = log.json(args.json);
     if args.estimate {
+        let progress = Progress::new(log);
         let shard = args.shard.shard(&progress)?;
         let expected = estimate::estimate(&config, &args.out, shard, &progress)?;
         match args.json {
@@ -83,18 +84,16 @@ pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
         }
         return Ok(());
     }
-    let order = Order {
-        shard: args.shard.shard(&progress)?,
-        stop: Stop::on_signals()?,
-    };
+    let progress = Progress::stopped_by(log, Stop::on_signals()?);
+    let shard = args.shard.shard(&progress)?;
     let began = std::time::Instant::now();
-    let done = dataset::make_part(&config, &args.out, &order, &progress)?;
+    let done = dataset::make_part(&config, &args.out, shard, &progress)?;
     let seconds = began.elapsed().as_secs_f64();
     let gallery = done.gallery.as_ref().map(|path| path.display().to_string());
     if args.json {
         let object = serde_json::json!({
             "samples": done.samples, "reused": done.reused, "seconds": seconds, "gallery": gallery,
-            "shard": order.shard.to_string(), "stages": done.stages
+            "shard": shard.to_string(), "stages": done.stages
         });
         println!("{object}");
         return Ok(());
@@ -112,7 +111,7 @@ pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
         Some(gallery) => println!("gallery: {gallery}"),
         None => println!(
             "shard {} is done; when all are: qpgen merge {}",
-            order.shard,
+            shard,
             args.out.display()
         ),
     }

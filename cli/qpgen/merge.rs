@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use quadpixel::command::CommandError;
-use quadpixel_generators::log::Log;
+use quadpixel_cli::log::Log;
+use quadpixel_cli::progress::Progress;
 use quadpixel_generators::merge::merge;
-use quadpixel_generators::progress::Progress;
 
 use crate::check;
 

@@ -5,14 +5,16 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::coarse::Coarse;
+use crate::effect_args::EffectArgs;
 use crate::scene_args::SceneArgs;
 use quadpixel::command::CommandError;
 use quadpixel::render::RayRecord;
+use quadpixel_cli::log::Log;
+use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::Responses;
 use quadpixel_generators::dataset::write_error;
-use quadpixel_generators::log::Log;
-use quadpixel_generators::planned::{self, EffectArgs};
-use quadpixel_generators::progress::Progress;
+use quadpixel_generators::observer::{Event, Observer};
+use quadpixel_generators::planned;
 use quadpixel_generators::recipe::{Recipe, parse_recipe, read_recipe};
 use quadpixel_generators::sample::{Prepared, Rays, SampleId, prepare};
 use quadpixel_generators::stages::timed;
@@ -127,9 +129,11 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
     };
     let mut responses = Responses::new();
     let progress = Progress::new(log.json(args.json));
-    progress.start(1, recipe.rays());
-    let angles = |done: usize, total: usize| progress.angles(done, total);
-    let mut prepared = prepare(&recipe, &mut responses, &angles).map_err(|e| e.within(&name))?;
+    progress.event(Event::Start {
+        samples: 1,
+        rays: recipe.rays(),
+    });
+    let mut prepared = prepare(&recipe, &mut responses, &progress).map_err(|e| e.within(&name))?;
     // Kept rays need no first look, but for the exposure.
     let finds_exposure = args.scene_args.file.is_some() && args.scene_args.exposure_ev.is_none();
     if recipe.world.is_some() && (args.from_rays.is_none() || finds_exposure) {
@@ -141,20 +145,25 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
         configuration_blake3: configuration_hash(&about),
     };
     let (sample, record) = prepared
-        .render(id, rays, &|n| progress.rays(n))
+        .render(id, rays, &progress)
         .map_err(|e| e.within(&name))?;
     let warnings = responses.take_warnings();
     for warning in warnings.iter().chain(sample.warnings()) {
         progress.warn(warning);
     }
-    planned::tell(&progress, &name, &sample);
+    planned::report(
+        &progress,
+        &name,
+        sample.decisions(),
+        sample.left_out_together(),
+    );
     if let (Some(record), Some(path)) = (record, &args.keep_rays) {
         let written = record.write_npz(path, &about);
         written.map_err(CommandError::failed)?;
     }
     let mut stages = sample.stages();
     timed(&mut stages.writing_s, || write_alone(out, &sample.files())).map_err(write_error)?;
-    progress.sample_done();
+    progress.event(Event::SampleDone);
     progress.finish();
     let d = sample.description();
     let lost = d.lost.missed + d.lost.vignetted + d.lost.total_internal_reflection;

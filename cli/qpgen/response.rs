@@ -15,12 +15,12 @@ use quadpixel::shard::Shard;
 use quadpixel_datasets::paths::sanitised;
 
 use self::colours::ColourArg;
-use crate::shard_args::ShardArgs;
 use quadpixel::command::CommandError;
+use quadpixel_cli::log::Log;
+use quadpixel_cli::progress::Progress;
+use quadpixel_cli::shard_env::ShardArgs;
 use quadpixel_generators::assemble::{pixel, subpixels};
-use quadpixel_generators::log::Log;
 use quadpixel_generators::pixel_model::PixelModelArgs;
-use quadpixel_generators::progress::Progress;
 
 /// Arguments of `qpgen response`.
 #[derive(Args)]
@@ -171,7 +171,7 @@ fn made(
 
 fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), CommandError> {
     let progress = Progress::new(log.json(args.json));
-    let angles = |done: usize, total: usize| progress.angles(done, total);
+    let angles = |done: usize, total: usize| progress.table(done, total);
     let shard = args.shard.shard(&progress)?;
     if !shard.is_whole() {
         return part(args, stack, shard, &progress);
@@ -252,7 +252,7 @@ fn part(
     shard: Shard,
     progress: &Progress,
 ) -> Result<(), CommandError> {
-    let angles = |done: usize, total: usize| progress.angles(done, total);
+    let angles = |done: usize, total: usize| progress.table(done, total);
     let began = std::time::Instant::now();
     let cache = ResponseCache::open(ResponseCache::default_dir());
     let part = match shifted(args, stack) {

@@ -10,10 +10,10 @@ use quadpixel::sensor::Subpixels;
 
 use quadpixel::command::CommandError;
 use quadpixel::image::colour::{blue_white_red, viridis};
+use quadpixel_cli::log::Log;
+use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::pixel_stack;
-use quadpixel_generators::log::Log;
 use quadpixel_generators::preview::canvas::Sheet;
-use quadpixel_generators::progress::Progress;
 use quadpixel_laboratory::validate::{Experiment, Probe, masked_plane, moving_disk};
 
 /// Arguments of `qpgen validate`.
@@ -65,7 +65,7 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
     let subpixels = quadpixel_generators::assemble::subpixels(&args.subpixels)?;
     let stack = pixel_stack(&args.pixel, subpixels)?;
     let progress = Progress::new(log.json(args.json));
-    let angles = |done: usize, total: usize| progress.angles(done, total);
+    let angles = |done: usize, total: usize| progress.table(done, total);
     let cached = ResponseCache::open(ResponseCache::default_dir())
         .get_or_build(&stack, &TableSettings::wave_standard_for(&stack), &angles)
         .map_err(CommandError::failed)?;

@@ -1,4 +1,4 @@
-//! `qpgen export`: a dataset in the layouts that published training code reads.
+//! A dataset in the layouts that published training code reads.
 //!
 //! An export is made beside its name and renamed when it is whole; every file of the dataset is held to its hash on the way.
 
@@ -9,39 +9,18 @@ mod source;
 mod webdataset;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use clap::{Args, ValueEnum};
 use quadpixel::command::CommandError;
 use quadpixel::file;
 use rayon::prelude::*;
 
+use crate::observer::{Event, Observer};
 use source::{Sample, Source};
 
-/// Arguments of `qpgen export`.
-#[derive(Args)]
-pub struct ExportArgs {
-    /// Folder of the dataset.
-    dataset: PathBuf,
-    /// Layout to write.
-    #[arg(long, value_enum)]
-    layout: Layout,
-    /// New folder to write.
-    #[arg(long, short)]
-    out: PathBuf,
-    /// Writes the noisy captures instead of the clean ones (dpdd, qpdnet; a webdataset has both).
-    #[arg(long)]
-    noisy: bool,
-    /// Largest size of a tar shard, MB; a sample is never split (webdataset).
-    #[arg(long, default_value_t = 512)]
-    shard_mb: u64,
-    /// Prints one JSON object on stdout at the end.
-    #[arg(long)]
-    pub json: bool,
-}
-
 /// What is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[non_exhaustive]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
     /// `{train,val,test}_{c,l,r}/{source,target}/NAME.png`, 16-bit sRGB: sum, left and right half; the all-in-focus target.
     Dpdd,
@@ -51,7 +30,45 @@ pub enum Layout {
     Webdataset,
 }
 
+impl Layout {
+    /// All layouts.
+    pub const ALL: [Self; 3] = [Self::Dpdd, Self::Qpdnet, Self::Webdataset];
+
+    /// Its name in `export.json`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Dpdd => "dpdd",
+            Self::Qpdnet => "qpdnet",
+            Self::Webdataset => "webdataset",
+        }
+    }
+}
+
+/// How a dataset is exported.
+#[derive(Clone, Copy, Debug)]
+pub struct ExportSettings {
+    /// Layout to write.
+    pub layout: Layout,
+    /// Takes the noisy captures instead of the clean ones (dpdd, qpdnet; a webdataset has both).
+    pub noisy: bool,
+    /// Largest size of a tar shard, bytes; a sample is never split (webdataset).
+    pub shard_bytes: u64,
+}
+
 /// What an export did.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Exported {
+    /// Samples of the dataset.
+    pub samples: usize,
+    /// Files that were written.
+    pub files: u64,
+    /// Their length.
+    pub bytes: u64,
+    /// Values above white, stored as white.
+    pub clipped: u64,
+}
+
+/// What was written of some samples.
 #[derive(Clone, Copy, Debug, Default)]
 struct Written {
     files: u64,
@@ -70,23 +87,28 @@ impl Written {
     }
 }
 
-/// Exports a dataset.
+/// Exports the dataset in the folder `dataset` into the new folder `out`.
 ///
 /// # Errors
 /// A folder that is no dataset or a file that differs from its hash (2), or a disk that fails (1). Nothing is left under the name then.
-pub fn run(args: &ExportArgs) -> Result<(), CommandError> {
-    let out = &args.out;
+pub fn export(
+    dataset: &Path,
+    out: &Path,
+    settings: &ExportSettings,
+    observer: &dyn Observer,
+) -> Result<Exported, CommandError> {
     if out.exists() {
         return Err(CommandError::input(format!(
             "--out {}: is there already; allowed: a new folder",
             out.display()
         )));
     }
-    let source = Source::open(&args.dataset)?;
+    let source = Source::open(dataset)?;
+    let samples = source.entries().len();
     let aside = file::aside(out);
-    let bar = indicatif::ProgressBar::new(source.entries().len() as u64);
-    let written = write(args, &source, &aside, &|| bar.inc(1));
-    bar.finish_and_clear();
+    observer.event(Event::Start { samples, rays: 0 });
+    let written = write(&source, &aside, settings, observer);
+    observer.event(Event::End);
     let done = written.and_then(|written| {
         let rename = fs::rename(&aside, out);
         rename
@@ -97,54 +119,46 @@ pub fn run(args: &ExportArgs) -> Result<(), CommandError> {
         // The first error is the one to tell; a leftover that cannot be removed changes nothing about it.
         let _ = fs::remove_dir_all(&aside);
     }
-    let written = done?;
-    let samples = source.entries().len();
-    if args.json {
-        let object = serde_json::json!({
-            "samples": samples, "files": written.files, "bytes": written.bytes, "clipped": written.clipped, "out": out
-        });
-        println!("{object}");
-    } else {
-        let megabytes = written.bytes as f64 * 1e-6;
-        println!(
-            "{samples} samples, {} files, {megabytes:.1} MB, {} values above white: {}",
-            written.files,
-            written.clipped,
-            out.display()
-        );
-    }
-    Ok(())
+    let Written {
+        files,
+        bytes,
+        clipped,
+    } = done?;
+    Ok(Exported {
+        samples,
+        files,
+        bytes,
+        clipped,
+    })
 }
 
 fn write(
-    args: &ExportArgs,
     source: &Source,
     root: &Path,
-    progress: &(dyn Fn() + Sync),
+    settings: &ExportSettings,
+    observer: &dyn Observer,
 ) -> Result<Written, CommandError> {
-    if args.shard_mb == 0 {
-        return Err(CommandError::input("--shard-mb is 0; allowed: at least 1"));
-    }
+    let noisy = settings.noisy;
     file::create_folder(root).map_err(CommandError::failed)?;
-    let (written, conventions) = match args.layout {
+    let (written, conventions) = match settings.layout {
         Layout::Dpdd => {
-            let each = |sample: &Sample<'_>| dpdd::write(sample, root, args.noisy);
-            (each_sample(source, &each, progress)?, dpdd::CONVENTIONS)
+            let each = |sample: &Sample<'_>| dpdd::write(sample, root, noisy);
+            (each_sample(source, &each, observer)?, dpdd::CONVENTIONS)
         }
         Layout::Qpdnet => {
             let sequences = qpdnet::Sequences::of(source.entries());
-            let each = |sample: &Sample<'_>| qpdnet::write(sample, &sequences, root, args.noisy);
-            (each_sample(source, &each, progress)?, qpdnet::CONVENTIONS)
+            let each = |sample: &Sample<'_>| qpdnet::write(sample, &sequences, root, noisy);
+            (each_sample(source, &each, observer)?, qpdnet::CONVENTIONS)
         }
         Layout::Webdataset => (
-            webdataset::write(source, root, args.shard_mb * 1_000_000, progress)?,
+            webdataset::write(source, root, settings.shard_bytes, observer)?,
             webdataset::CONVENTIONS,
         ),
     };
     let index = serde_json::json!({
-        "layout": args.layout.to_possible_value().map(|v| v.get_name().to_string()),
+        "layout": settings.layout.name(),
         "dataset_blake3": source.hash(),
-        "images": if args.noisy { "noisy" } else { "clean" },
+        "images": if noisy { "noisy" } else { "clean" },
         "samples": source.entries().len(),
         "clipped": written.clipped,
         "licence": source.licence(),
@@ -159,11 +173,11 @@ fn write(
 fn each_sample(
     source: &Source,
     write: &(dyn Fn(&Sample<'_>) -> Result<Written, CommandError> + Sync),
-    progress: &(dyn Fn() + Sync),
+    observer: &dyn Observer,
 ) -> Result<Written, CommandError> {
     let one = |entry| {
         let written = write(&source.sample(entry)?)?;
-        progress();
+        observer.event(Event::SampleDone);
         Ok(written)
     };
     let all = source.entries().par_iter().map(one);

@@ -12,6 +12,7 @@ use serde_json::json;
 
 use super::Written;
 use super::source::Source;
+use crate::observer::{Event, Observer};
 
 pub(super) const CONVENTIONS: &str = "SET-NNNNNN.tar: members KEY.EXT, KEY the sample's name, EXT the file's name in the dataset (views.exr, depth.exr, \
 meta.json ...), those of one sample side by side; SET.json: wids index, with the BLAKE3 hash of each shard. Units and signs as in the \
@@ -24,7 +25,7 @@ pub(super) fn write(
     source: &Source,
     root: &Path,
     shard_bytes: u64,
-    progress: &dyn Fn(),
+    observer: &dyn Observer,
 ) -> Result<Written, CommandError> {
     let mut written = Written::default();
     for split in Split::ALL {
@@ -47,7 +48,7 @@ pub(super) fn write(
                 shard.add(&format!("{}.{name}", entry.id), bytes)?;
             }
             shard.samples += 1;
-            progress();
+            observer.event(Event::SampleDone);
         }
         if let Some(last) = open {
             shards.push(last.finish()?);

@@ -36,7 +36,7 @@ fn sample(lens: &str, f_number: f64, window: &str, (x, y, z): (f64, f64, f64)) -
         index: 0,
         configuration_blake3: String::new(),
     };
-    render_sample(&recipe, id, &mut Responses::new(), &|_, _| (), &|_| ()).unwrap()
+    render_sample(&recipe, id, &mut Responses::new(), &()).unwrap()
 }
 
 #[test]

@@ -30,8 +30,7 @@ use quadpixel::command::CommandError;
 use quadpixel::file;
 
 use self::row::Table;
-use quadpixel_generators::log::Log;
-use quadpixel_generators::progress::Progress;
+use quadpixel_generators::observer::{Event, Observer};
 
 /// Above the pictures.
 const TITLE: &str = "error against processor time";
@@ -105,8 +104,7 @@ impl Knob {
 ///
 /// # Errors
 /// A knob that cannot be measured or a disk that fails (1).
-pub fn run(args: &AccuracyArgs, log: Log) -> Result<(), CommandError> {
-    let progress = Progress::new(log.json(args.json));
+pub fn run(args: &AccuracyArgs, observer: &dyn Observer) -> Result<(), CommandError> {
     let began = Instant::now();
     let size = if args.full {
         Size::Full
@@ -116,8 +114,8 @@ pub fn run(args: &AccuracyArgs, log: Log) -> Result<(), CommandError> {
     let wanted = |k: &Knob| args.knobs.is_empty() || args.knobs.contains(k);
     let knobs: Vec<Knob> = Knob::ALL.into_iter().filter(wanted).collect();
     file::create_folder(&args.out).map_err(CommandError::failed)?;
-    let tables = measured(&knobs, size, &progress)?;
-    progress.finish();
+    let tables = measured(&knobs, size, observer)?;
+    observer.event(Event::End);
     let seconds = began.elapsed().as_secs_f64();
     let files = write(&args.out, &tables)?;
     if args.json {
@@ -134,7 +132,11 @@ pub fn run(args: &AccuracyArgs, log: Log) -> Result<(), CommandError> {
 }
 
 /// The tables of all knobs, each measured on a thread of its own, in the order of `knobs`.
-fn measured(knobs: &[Knob], size: Size, progress: &Progress) -> Result<Vec<Table>, CommandError> {
+fn measured(
+    knobs: &[Knob],
+    size: Size,
+    observer: &dyn Observer,
+) -> Result<Vec<Table>, CommandError> {
     let next = AtomicUsize::new(0);
     let done: Mutex<Vec<(usize, Result<Table, CommandError>)>> = Mutex::new(Vec::new());
     let work = || -> Result<(), CommandError> {
@@ -147,7 +149,7 @@ fn measured(knobs: &[Knob], size: Size, progress: &Progress) -> Result<Vec<Table
             let table = one.install(|| knob.table(size));
             if let Ok(table) = &table {
                 let seconds = began.elapsed().as_secs_f64();
-                progress.info(&format!("{}: {seconds:.0} s", table.knob));
+                observer.event(Event::Info(&format!("{}: {seconds:.0} s", table.knob)));
             }
             // A poisoned lock only means that another thread stopped.
             done.lock()

@@ -11,9 +11,8 @@ use rayon::prelude::*;
 use super::{StudyArgs, one_pixel, write};
 use quadpixel::command::CommandError;
 use quadpixel::file;
-use quadpixel_generators::log::Log;
+use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_generators::plot::Svg;
-use quadpixel_generators::progress::Progress;
 
 /// Chief rays whose shift is found, deg (section 2.1.4).
 const THETA_DEG: [f64; 3] = [10.0, 20.0, 30.0];
@@ -40,13 +39,12 @@ struct Direction {
     shares: Vec<Vec<f64>>,
 }
 
-pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
+pub(super) fn run(args: &StudyArgs, observer: &dyn Observer) -> Result<(), CommandError> {
     let stack = one_pixel(args, "3.5um-thin-filter")?;
     let model = args.model.shifted(&stack).table.model;
     let pixel = ShiftedPixel::new(&stack, &model, WAVELENGTH_NM).map_err(CommandError::input)?;
-    let progress = Progress::new(log.json(args.json));
     let began = std::time::Instant::now();
-    let told = |done: usize, total: usize| progress.angles(done, total);
+    let told = |done, total| observer.event(Event::Table { done, total });
     let map = ChiefRayShifts::of_pixel(&pixel, args.cone_f_number, &THETA_DEG, AZIMUTHS, &told)
         .map_err(CommandError::input)?;
     let chiefs: Vec<(f64, f64)> = DRAWN.into_iter().flatten().collect();
@@ -56,7 +54,7 @@ pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     };
     let shifts: Vec<[f64; 2]> = chiefs.iter().map(shift).collect();
     let all = directions(&pixel, &shifts).map_err(CommandError::input)?;
-    progress.finish();
+    observer.event(Event::End);
     let seconds = began.elapsed().as_secs_f64();
 
     file::create_folder(&args.out).map_err(CommandError::failed)?;

@@ -15,9 +15,8 @@ use rayon::prelude::*;
 use super::{StudyArgs, one_pixel, write};
 use quadpixel::command::CommandError;
 use quadpixel::file;
-use quadpixel_generators::log::Log;
+use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_generators::plot::{Axis, Chart, Series, sheet};
-use quadpixel_generators::progress::Progress;
 
 const WAVELENGTH_NM: f64 = 550.0;
 /// Numbers of exact runs that are fitted.
@@ -37,13 +36,12 @@ struct Left {
     told: f64,
 }
 
-pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
+pub(super) fn run(args: &StudyArgs, observer: &dyn Observer) -> Result<(), CommandError> {
     let stack = one_pixel(args, "1.6um")?;
     let settings = args.model.corrected();
     settings.check().map_err(CommandError::input)?;
-    let progress = Progress::new(log.json(args.json));
     let began = std::time::Instant::now();
-    let told = |done: usize, total: usize| progress.angles(done, total);
+    let told = |done, total| observer.event(Event::Table { done, total });
     let wave = PixelModel::Wave(settings.wave);
     let shipped = if args.all_shifts {
         None
@@ -67,7 +65,7 @@ pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     };
     let runs: Result<Vec<ExactRun>, ResponseError> = exact.par_iter().map(both).collect();
     let runs = runs.map_err(CommandError::input)?;
-    progress.finish();
+    observer.event(Event::End);
     let spent = SPENT.into_iter().filter(|n| n + HELD_OUT <= runs.len());
     let all: Vec<Left> = spent
         .map(|n| left(&stack, &runs, n))

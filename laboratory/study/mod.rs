@@ -26,9 +26,8 @@ use self::curve::Angles;
 use self::kept::Kept;
 use quadpixel::command::CommandError;
 use quadpixel_generators::assemble::pixel;
-use quadpixel_generators::log::Log;
+use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_generators::pixel_model::PixelModelArgs;
-use quadpixel_generators::progress::Progress;
 
 /// Arguments of `qpgen study`.
 #[derive(Args)]
@@ -115,20 +114,19 @@ impl Kind {
 ///
 /// # Errors
 /// Bad arguments (2), or a disk that fails (1).
-pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
+pub fn run(args: &StudyArgs, observer: &dyn Observer) -> Result<(), CommandError> {
     match args.kind {
-        Kind::Cra => return chief_ray::run(args, log),
-        Kind::FlatField => return flat_field::run(args, log),
-        Kind::Corrected => return corrected::run(args, log),
-        Kind::Size => return size::run(args, log),
-        Kind::Mosaic => return mosaic::run(args, log),
+        Kind::Cra => return chief_ray::run(args, observer),
+        Kind::FlatField => return flat_field::run(args, observer),
+        Kind::Corrected => return corrected::run(args, observer),
+        Kind::Size => return size::run(args, observer),
+        Kind::Mosaic => return mosaic::run(args, observer),
         _ => {}
     }
     let angles = Angles::new(args.theta_step_deg, args.theta_max_deg)?;
     let cases = cases::of(args.kind, &args.pixel)?;
-    let progress = Progress::new(log.json(args.json));
     let began = std::time::Instant::now();
-    let told = |done: usize, total: usize| progress.angles(done, total);
+    let told = |done, total| observer.event(Event::Table { done, total });
     let model = args.model.model();
     file::create_folder(&args.out).map_err(CommandError::failed)?;
     let partial = args.out.join(format!("{}.partial", args.kind.name()));
@@ -137,11 +135,11 @@ pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     let points = curves.iter().flat_map(|c| &c.points);
     let warned = points.filter(|p| p.warned).count();
     if warned > 0 {
-        progress.warn(&format!(
+        observer.event(Event::Warning(&format!(
             "{warned} points did not converge or miss energy; `qpgen response --theta-deg` tells which"
-        ));
+        )));
     }
-    progress.finish();
+    observer.event(Event::End);
     let seconds = began.elapsed().as_secs_f64();
 
     let name = args.kind.name();

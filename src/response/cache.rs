@@ -236,7 +236,7 @@ impl ResponseCache {
         shard: Shard,
         build: impl FnOnce(&Journal) -> Result<(usize, usize), ResponseError>,
     ) -> Result<PartOfTable, ResponseError> {
-        let name = format!("{key}.{}-of-{}.journal", shard.number(), shard.of());
+        let name = format!("{key}.{}-of-{}.journal", shard.number(), shard.count());
         let journal = Journal::open(&self.dir.join(name), key)?;
         let (runs, reused) = build(&journal)?;
         let path = journal.path().to_owned();

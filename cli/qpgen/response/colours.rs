@@ -9,8 +9,8 @@ use quadpixel::spectrum::{Bands, ChannelWavelengths};
 use std::path::Path;
 
 use super::{ResponseArgs, changed, default_output, nodes, written};
-use quadpixel_generators::log::Log;
-use quadpixel_generators::progress::Progress;
+use quadpixel_cli::log::Log;
+use quadpixel_cli::progress::Progress;
 
 /// The default of --wavelength-nm.
 const DEFAULT_NM: f64 = 550.0;
@@ -72,7 +72,7 @@ pub(super) fn tables(
         settings.wavelengths_nm = channels.all_response_nm();
     }
     let progress = Progress::new(log.json(args.json));
-    let angles = |done: usize, total: usize| progress.angles(done, total);
+    let angles = |done: usize, total: usize| progress.table(done, total);
     if !args.shard.shard(&progress)?.is_whole() {
         return Err(CommandError::input(
             "--colour all with --shard; allowed: parts of tables of one colour",

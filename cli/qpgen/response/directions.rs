@@ -8,8 +8,9 @@ use rayon::prelude::*;
 
 use super::ResponseArgs;
 use quadpixel::command::CommandError;
-use quadpixel_generators::log::{Level, Log};
-use quadpixel_generators::progress::Progress;
+use quadpixel_cli::log::{Level, Log};
+use quadpixel_cli::progress::Progress;
+use quadpixel_generators::observer::{Event, Observer};
 
 /// The response to one plane wave.
 struct Direction {
@@ -80,10 +81,10 @@ fn solve(
             let began = std::time::Instant::now();
             let [u, v] = direction_cosines(theta_deg, phi_deg);
             let watch = |run: FdtdProgress| {
-                progress.simulation(&format!(
+                progress.event(Event::Simulation(&format!(
                     "{theta_deg}°, φ {phi_deg}°, {wavelength_nm} nm: {:.0} µm/c of light, residual {:.1e}",
                     run.time_um, run.residual
-                ));
+                )));
             };
             let answer = pixel
                 .light_watched(u, v, &watch)

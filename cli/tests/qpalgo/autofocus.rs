@@ -8,7 +8,6 @@ use std::path::Path;
 use common::{json, qpalgo, refused};
 use quadpixel_generators::config::DatasetConfig;
 use quadpixel_generators::dataset::make;
-use quadpixel_generators::progress::Progress;
 
 fn stack(folder: &Path, sweep: &str, count: usize) {
     let text = format!(
@@ -41,7 +40,7 @@ texture_px = 256
 "#
     );
     let config = DatasetConfig::from_toml(&text, "test").unwrap();
-    make(&config, &folder.join("stack"), &Progress::hidden()).unwrap();
+    make(&config, &folder.join("stack"), &()).unwrap();
 }
 
 #[test]

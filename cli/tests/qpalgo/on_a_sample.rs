@@ -10,7 +10,6 @@ use quadpixel::image::Image;
 use quadpixel_algorithms::maps::{MapFormat, Maps};
 use quadpixel_generators::config::DatasetConfig;
 use quadpixel_generators::dataset::make;
-use quadpixel_generators::progress::Progress;
 
 /// Width and height of a sample in microlenses.
 type Size = [usize; 2];
@@ -49,7 +48,7 @@ texture_px = 128
 "#
     );
     let config = DatasetConfig::from_toml(&text, "test").unwrap();
-    make(&config, &folder.join(name), &Progress::hidden()).unwrap();
+    make(&config, &folder.join(name), &()).unwrap();
     format!("{name}/samples/000000")
 }
 

@@ -21,8 +21,7 @@ use self::places::{Place, Sensor56};
 use self::ways::{Nodes, Way};
 use super::{StudyArgs, one_pixel};
 use quadpixel::command::CommandError;
-use quadpixel_generators::log::Log;
-use quadpixel_generators::progress::Progress;
+use quadpixel_generators::observer::{Event, Observer};
 
 const WAVELENGTH_NM: f64 = 550.0;
 /// Held-out places on the sensor, mm from its centre.
@@ -49,7 +48,7 @@ struct Deviation {
     ray_rms: f64,
 }
 
-pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
+pub(super) fn run(args: &StudyArgs, observer: &dyn Observer) -> Result<(), CommandError> {
     if !(8..=32).contains(&args.shifts) || !args.shifts.is_multiple_of(8) {
         return Err(CommandError::input(format!(
             "--shifts is {}; allowed: 8, 16, 24 or 32",
@@ -62,8 +61,7 @@ pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
         cone_f_number: args.cone_f_number,
         ..args.model.shifted(&stack)
     };
-    let progress = Progress::new(log.json(args.json));
-    let told = |done: usize, total: usize| progress.angles(done, total);
+    let told = |done, total| observer.event(Event::Table { done, total });
     let began = std::time::Instant::now();
     let cache = ResponseCache::open(ResponseCache::default_dir());
     let table = cache
@@ -80,7 +78,7 @@ pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
         .map_err(CommandError::input)?;
     let truths =
         truths(&pixel, &held_out, stack.subpixels.count(), &told).map_err(CommandError::input)?;
-    progress.finish();
+    observer.event(Event::End);
 
     let mut deviations = Vec::new();
     let divisors = [1, 2, 4].into_iter().filter(|d| args.shifts / d >= 4);

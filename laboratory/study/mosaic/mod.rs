@@ -15,10 +15,9 @@ use quadpixel::response::PixelModel;
 use self::survey::Survey;
 use super::curve::Angles;
 use super::{StudyArgs, one_pixel, write};
-use quadpixel_generators::log::Log;
-use quadpixel_generators::progress::Progress;
+use quadpixel_generators::observer::{Event, Observer};
 
-pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
+pub(super) fn run(args: &StudyArgs, observer: &dyn Observer) -> Result<(), CommandError> {
     let stack = one_pixel(args, "1.6um-bayer")?;
     let model = args.model.model();
     if !matches!(model, PixelModel::Rcwa(_) | PixelModel::Fdtd(_)) {
@@ -28,17 +27,16 @@ pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
         )));
     }
     let angles = Angles::new(args.theta_step_deg, args.theta_max_deg)?;
-    let progress = Progress::new(log.json(args.json));
     let began = std::time::Instant::now();
-    let told = |done: usize, total: usize| progress.angles(done, total);
+    let told = |done, total| observer.event(Event::Table { done, total });
     let survey = Survey::new(&stack, &model, &angles.one_side(), &told)?;
     let warned = survey.warned;
     if warned > 0 {
-        progress.warn(&format!(
+        observer.event(Event::Warning(&format!(
             "{warned} points did not converge or miss energy; `qpgen response --theta-deg` tells which"
-        ));
+        )));
     }
-    progress.finish();
+    observer.event(Event::End);
     let seconds = began.elapsed().as_secs_f64();
 
     file::create_folder(&args.out).map_err(CommandError::failed)?;

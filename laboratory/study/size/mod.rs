@@ -16,8 +16,7 @@ use quadpixel::response::{GeometricResponse, Response, ResponseCache};
 use self::shot::{Bench, Shot};
 use super::{StudyArgs, write};
 use quadpixel_generators::assemble::pixel;
-use quadpixel_generators::log::Log;
-use quadpixel_generators::progress::Progress;
+use quadpixel_generators::observer::{Event, Observer};
 
 /// Pixels of Fig. 12.
 const PIXELS: [&str; 2] = ["3.5um", "1.6um"];
@@ -40,7 +39,7 @@ impl Mode {
     }
 }
 
-pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
+pub(super) fn run(args: &StudyArgs, observer: &dyn Observer) -> Result<(), CommandError> {
     let named: Vec<&str> = match &args.pixel[..] {
         [] => PIXELS.to_vec(),
         some => some.iter().map(String::as_str).collect(),
@@ -48,7 +47,6 @@ pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
     let stacks = named.iter().map(|name| pixel(name));
     let stacks = stacks.collect::<Result<Vec<_>, _>>()?;
     let input = |e: quadpixel::response::ResponseError| CommandError::input(e);
-    let progress = Progress::new(log.json(args.json));
     let began = std::time::Instant::now();
     let cache = ResponseCache::open(ResponseCache::default_dir());
     let bench = Bench::new()?;
@@ -64,22 +62,22 @@ pub(super) fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
         // The box that fits the main lens.
         let focal_um = stack.pitch_um * bench.f_number();
         let classic = GeometricResponse::new(s, stack.pitch_um, focal_um).map_err(input)?;
-        let told = |done: usize, total: usize| progress.angles(done, total);
+        let told = |done, total| observer.event(Event::Table { done, total });
         let table = cache
             .get_or_build(stack, &args.model.table(stack), &told)
             .map_err(input)?;
         for warning in &table.warnings {
-            progress.warn(&warning.to_string());
+            observer.event(Event::Warning(&warning.to_string()));
         }
         for (mode, response) in [
             (Mode::Classic, Response::Geometric(classic)),
             (Mode::Diffractive, Response::Table(table.table)),
         ] {
-            progress.info(&format!("{}, {}", stack.name, mode.name()));
+            observer.event(Event::Info(&format!("{}, {}", stack.name, mode.name())));
             shots.push(bench.shot(stack, mode, &response)?);
         }
     }
-    progress.finish();
+    observer.event(Event::End);
     let seconds = began.elapsed().as_secs_f64();
 
     file::create_folder(&args.out).map_err(CommandError::failed)?;

@@ -12,7 +12,7 @@ use signal_hook::flag;
 #[derive(Clone, Debug, Default)]
 pub struct Stop {
     asked: Arc<AtomicBool>,
-    told: Arc<AtomicBool>,
+    reported: Arc<AtomicBool>,
 }
 
 impl Stop {
@@ -37,12 +37,12 @@ impl Stop {
     }
 
     /// Whether it was asked.
-    pub fn asked(&self) -> bool {
+    pub fn is_asked(&self) -> bool {
         self.asked.load(Ordering::Relaxed)
     }
 
-    /// True once, after it was asked: the moment to tell so.
-    pub fn news(&self) -> bool {
-        self.asked() && !self.told.swap(true, Ordering::Relaxed)
+    /// True once, after it was asked: the moment to report it.
+    pub fn is_news(&self) -> bool {
+        self.is_asked() && !self.reported.swap(true, Ordering::Relaxed)
     }
 }

@@ -1,0 +1,30 @@
+//! Which effects are simulated, by arguments.
+
+use clap::Args;
+use quadpixel::effects::{Choice, Tolerance};
+
+/// Arguments that choose the effects.
+#[derive(Args)]
+pub struct EffectArgs {
+    /// Effects that are simulated: auto (those whose absence would be seen), all, none, or a list separated by commas of pixel-diffraction, cra-variation,
+    /// dispersion, aberrations, vignetting, wavelengths, global-illumination, occlusion, noise; absent: as the file says, else auto.
+    #[arg(long, value_name = "auto|all|none|LIST")]
+    effects: Option<Choice>,
+    /// With auto: root-mean-square difference, in % of the signal, below which an effect is left out [default: 0.5].
+    #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+    /// With auto: shift, in px, below which an effect is left out [default: 0.02].
+    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
+    tolerance_px: Option<f64>,
+}
+
+impl EffectArgs {
+    /// Puts what was given in the place of what a file says.
+    pub fn apply(&self, effects: &mut Choice, tolerance: &mut Tolerance) {
+        if let Some(choice) = &self.effects {
+            effects.clone_from(choice);
+        }
+        tolerance.signal_percent = self.tolerance.unwrap_or(tolerance.signal_percent);
+        tolerance.shift_px = self.tolerance_px.unwrap_or(tolerance.shift_px);
+    }
+}

@@ -1,0 +1,103 @@
+//! `qpgen export`: arguments, and what is printed.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use indicatif::ProgressBar;
+use quadpixel::command::CommandError;
+use quadpixel_generators::export::{self, ExportSettings, Layout};
+use quadpixel_generators::observer::{Event, Observer};
+
+/// Arguments of `qpgen export`.
+#[derive(Args)]
+pub struct ExportArgs {
+    /// Folder of the dataset.
+    dataset: PathBuf,
+    /// Layout to write.
+    #[arg(long, value_enum)]
+    layout: LayoutName,
+    /// New folder to write.
+    #[arg(long, short)]
+    out: PathBuf,
+    /// Writes the noisy captures instead of the clean ones (dpdd, qpdnet; a webdataset has both).
+    #[arg(long)]
+    noisy: bool,
+    /// Largest size of a tar shard, MB; a sample is never split (webdataset).
+    #[arg(long, default_value_t = 512)]
+    shard_mb: u64,
+    /// Prints one JSON object on stdout at the end.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What is written.
+#[derive(Clone, Copy, ValueEnum)]
+enum LayoutName {
+    /// `{train,val,test}_{c,l,r}/{source,target}/NAME.png`, 16-bit sRGB: sum, left and right half; the all-in-focus target.
+    Dpdd,
+    /// `{set}_{c,l,r,t,b}/source/seq_NNN/NAME.png`, 8-bit sRGB, and `{set}_c/target_disp/seq_NNN/NAME.npy`, x_L − x_R in px.
+    Qpdnet,
+    /// `{set}-NNNNNN.tar` of `NAME.FILE` members, the dataset's own files, with a wids index `{set}.json`.
+    Webdataset,
+}
+
+impl LayoutName {
+    fn layout(self) -> Layout {
+        match self {
+            Self::Dpdd => Layout::Dpdd,
+            Self::Qpdnet => Layout::Qpdnet,
+            Self::Webdataset => Layout::Webdataset,
+        }
+    }
+}
+
+/// A bar over samples, on a terminal.
+struct Bar(ProgressBar);
+
+impl Observer for Bar {
+    fn event(&self, event: Event<'_>) {
+        match event {
+            Event::Start { samples, .. } => self.0.set_length(samples as u64),
+            Event::SampleDone => self.0.inc(1),
+            Event::End => self.0.finish_and_clear(),
+            _ => {}
+        }
+    }
+}
+
+/// Exports a dataset, and prints what was written.
+///
+/// # Errors
+/// A folder that is no dataset or a file that differs from its hash (2), or a disk that fails (1).
+pub fn run(args: &ExportArgs) -> Result<(), CommandError> {
+    if args.shard_mb == 0 {
+        return Err(CommandError::input("--shard-mb is 0; allowed: at least 1"));
+    }
+    let settings = ExportSettings {
+        layout: args.layout.layout(),
+        noisy: args.noisy,
+        shard_bytes: args.shard_mb.saturating_mul(1_000_000),
+    };
+    let done = export::export(
+        &args.dataset,
+        &args.out,
+        &settings,
+        &Bar(ProgressBar::new(0)),
+    )?;
+    if args.json {
+        let object = serde_json::json!({
+            "samples": done.samples, "files": done.files, "bytes": done.bytes, "clipped": done.clipped, "out": args.out
+        });
+        println!("{object}");
+    } else {
+        let megabytes = done.bytes as f64 * 1e-6;
+        println!(
+            "{} samples, {} files, {megabytes:.1} MB, {} values above white: {}",
+            done.samples,
+            done.files,
+            done.clipped,
+            args.out.display()
+        );
+    }
+    Ok(())
+}
