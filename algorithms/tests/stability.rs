@@ -94,7 +94,8 @@ proptest! {
     /// Any finite picture has finite sharpness: De in 0 to 1, Wee and gradient 0 or more.
     #[test]
     fn sharpness_of_random_pictures_is_finite(
-        width in 1..12usize, height in 1..12usize, exponent in -30..30i32, seed in prop::collection::vec(-1.0..1.0f64, 144),
+        width in 1..12usize, height in 1..12usize, exponent in -30..30i32,
+        seed in prop::collection::vec(-1.0..1.0f64, 144),
     ) {
         let data: Vec<f64> = seed[..width * height].iter().map(|x| x * 10f64.powi(exponent)).collect();
         let plane = Plane::new(width, height, data).unwrap();
@@ -131,7 +132,8 @@ proptest! {
     /// AIWE does not see an affine change and is no larger than the deviation of the truth; 1 − |ρ| lies in 0 to 1.
     #[test]
     fn affine_invariant_errors_of_random_maps(
-        values in prop::collection::vec((-5.0..5.0f64, -5.0..5.0f64, 0.01..3.0f64), 2..40), a in 0.1..10.0f64, b in -10.0..10.0f64,
+        values in prop::collection::vec((-5.0..5.0f64, -5.0..5.0f64, 0.01..3.0f64), 2..40),
+        a in 0.1..10.0f64, b in -10.0..10.0f64,
     ) {
         let columns = |f: &dyn Fn(&(f64, f64, f64)) -> f64| values.iter().map(f).collect::<Vec<f64>>();
         let (x, y, w) = (columns(&|v| v.0), columns(&|v| v.1), columns(&|v| v.2));

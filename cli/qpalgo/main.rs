@@ -58,8 +58,8 @@ enum Command {
     Refocus(refocus::RefocusArgs),
     /// Matches two pictures block by block to a hundredth of a pixel: shift, standard deviation, validity.
     ///
-    /// The disparity is where a point appears in VIEW minus where it appears in REFERENCE, px, dx to the right, dy down.
-    /// Of the left and the right half of the pupil it is x_L - x_R, positive for points nearer than the focus.
+    /// The disparity is where a point appears in VIEW minus where it appears in REFERENCE: px, dx to the right,
+    /// dy down. Of the left and the right half of the pupil it is x_L - x_R, positive for points nearer than the focus.
     ///
     /// Each node has dx, dy, their standard deviation sigma (along the worse direction) and a verdict: 0 valid,
     /// 1 textureless, 2 low correlation, 3 ambiguous, 4 at the edge of the search, 5 outside, 6 uncertain,
@@ -112,9 +112,9 @@ enum Command {
     Depth(depth::DepthArgs),
     /// Sharpness and phase difference over the focus stacks of a dataset: where would the camera focus?
     ///
-    /// Focus is in dioptres, 1/m from the entrance pupil. For each stack: the zero of the phase difference x_L - x_R (px),
-    /// the peaks of gradient, De and Wee, and the truth of the sample's own maps. A stack comes from `[sweep]` in the
-    /// configuration of qpgen dataset.
+    /// Focus is in dioptres, 1/m from the entrance pupil. For each stack: the zero of the phase difference x_L - x_R
+    /// (px), the peaks of gradient, De and Wee, and the truth of the sample's own maps. A stack comes from `[sweep]` in
+    /// the configuration of qpgen dataset.
     ///
     /// Example: qpalgo autofocus out -o autofocus
     #[command(verbatim_doc_comment)]

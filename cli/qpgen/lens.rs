@@ -61,7 +61,7 @@ enum LensCommand {
         /// Picture to write; absent: NAME-spots.svg.
         #[arg(long, short)]
         output: Option<PathBuf>,
-        /// Prints the points (mm on the sensor, camera frame) as one JSON object on stdout; then a picture only with -o.
+        /// Prints the points (mm on the sensor, camera frame) as one JSON object on stdout; a picture only with -o.
         #[arg(long)]
         json: bool,
     },

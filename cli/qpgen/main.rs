@@ -72,8 +72,8 @@ enum Command {
     /// Example: qpgen response --pixel 1.6um --model rcwa --preset draft --shifts 8 -o all-shifts.npz
     #[command(verbatim_doc_comment)]
     Response(response::ResponseArgs),
-    /// The paper's studies of the pixel and the sensor: rejection ratio, microlenses, pitch, wavelength, filter, tungsten,
-    /// mosaic, chief rays, flat field, size.
+    /// The paper's studies of the pixel and the sensor: rejection ratio, microlenses, pitch, wavelength, filter,
+    /// tungsten, mosaic, chief rays, flat field, size.
     ///
     /// Example: qpgen study rejection --pixel 3.5um,2.8um --out study
     ///
