@@ -4,4 +4,5 @@
 pub mod accuracy;
 pub mod lens_drawing;
 pub mod study;
+pub mod template;
 pub mod validate;
