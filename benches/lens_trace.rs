@@ -11,8 +11,9 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec2;
-use quadpixel::lens::{Lens, OpticalSystem, PacketTracer, Prescription, SimdLevel, trace_backward};
+use quadpixel::lens::{Lens, OpticalSystem, PacketTracer, Prescription, trace_backward};
 use quadpixel::rays::{Ray, RayBatch};
+use quadpixel::simd::SimdLevel;
 use rayon::prelude::*;
 
 const RAYS: usize = 1 << 14;

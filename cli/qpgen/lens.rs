@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use quadpixel::file::write_aside;
-use quadpixel::lens::aim::Field;
-use quadpixel::lens::analysis::{SPOT_LINES_NM, rms_radius};
+use quadpixel::lens::Field;
 use quadpixel::lens::{FocusBy, Lens, LensError, Prescription, builtin_names};
+use quadpixel::lens::{SPOT_LINES_NM, rms_radius};
 use quadpixel::units::D_LINE_NM;
 
 use quadpixel::command::CommandError;

@@ -36,8 +36,8 @@ impl Default for ToleranceConfig {
 
 impl ToleranceConfig {
     pub(super) fn check(&self) -> Result<(), CommandError> {
-        use quadpixel::lens::deviation::{LARGEST_INDEX, LARGEST_RADIUS_PERCENT};
-        use quadpixel::lens::tolerance::LARGEST_TURN_DEG;
+        use quadpixel::lens::LARGEST_TURN_DEG;
+        use quadpixel::lens::{LARGEST_INDEX_DEVIATION, LARGEST_RADIUS_PERCENT};
         let within = |draw: &Draw, field: &str, most: f64| {
             draw.check(&format!("lens.tolerances.{field}"), (-most, most))
         };
@@ -49,6 +49,6 @@ impl ToleranceConfig {
             "radius_percent",
             LARGEST_RADIUS_PERCENT,
         )?;
-        within(&self.index, "index", LARGEST_INDEX)
+        within(&self.index, "index", LARGEST_INDEX_DEVIATION)
     }
 }

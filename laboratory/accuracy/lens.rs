@@ -5,9 +5,10 @@ use glam::DVec2;
 use quadpixel::command::CommandError;
 use quadpixel::field::SensorWindowMm;
 use quadpixel::frames::camera_from_sensor_mm;
-use quadpixel::lens::{ExitPupilMap, OpticalSystem, PacketTracer, PupilEllipse, SimdLevel};
+use quadpixel::lens::{ExitPupilMap, OpticalSystem, PacketTracer, PupilEllipse};
 use quadpixel::rays::RayBatch;
 use quadpixel::sampling::{SobolSet, concentric_disk};
+use quadpixel::simd::SimdLevel;
 use quadpixel::spectrum::ChannelWavelengths;
 
 use super::Size;

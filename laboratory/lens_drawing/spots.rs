@@ -2,9 +2,9 @@
 
 use glam::DVec2;
 
-use quadpixel::lens::aim::Field;
-use quadpixel::lens::analysis::{SPOT_LINES_NM, Spot, rms_radius};
+use quadpixel::lens::Field;
 use quadpixel::lens::{Lens, LensError};
+use quadpixel::lens::{SPOT_LINES_NM, Spot, rms_radius};
 use quadpixel::units::D_LINE_NM;
 use quadpixel_generators::plot::{Svg, round_length};
 

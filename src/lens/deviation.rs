@@ -13,7 +13,7 @@ use crate::units::D_LINE_NM;
 /// Largest deviation of a radius, %.
 pub const LARGEST_RADIUS_PERCENT: f64 = 10.0;
 /// Largest deviation of an index.
-pub const LARGEST_INDEX: f64 = 0.05;
+pub const LARGEST_INDEX_DEVIATION: f64 = 0.05;
 
 /// How one surface deviates. What a file leaves out is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,8 +50,11 @@ impl Prescription {
             }
             let surface = &mut made.surfaces[d.surface - 1];
             let glass = surface.glass.is_some();
-            if !(-LARGEST_INDEX..=LARGEST_INDEX).contains(&d.index) || (d.index != 0.0 && !glass) {
-                let allowed = format!("{LARGEST_INDEX} at most either way, and 0 before air");
+            if !(-LARGEST_INDEX_DEVIATION..=LARGEST_INDEX_DEVIATION).contains(&d.index)
+                || (d.index != 0.0 && !glass)
+            {
+                let allowed =
+                    format!("{LARGEST_INDEX_DEVIATION} at most either way, and 0 before air");
                 return Err(self.refuse("deviation.index", d.index, allowed));
             }
             surface.curvature /= 1.0 + 0.01 * d.radius_percent;

@@ -44,13 +44,13 @@ pub struct RenderSettings {
 #[derive(Clone, Copy, Debug)]
 pub struct Execution {
     /// Instructions of the lens tracer.
-    pub simd: crate::lens::SimdLevel,
+    pub simd: crate::simd::SimdLevel,
 }
 
 impl Default for Execution {
     fn default() -> Self {
         Self {
-            simd: crate::lens::SimdLevel::detect(),
+            simd: crate::simd::SimdLevel::detect(),
         }
     }
 }

@@ -3,8 +3,9 @@
 use glam::DVec2;
 
 use crate::frames::camera_from_sensor_mm;
-use crate::lens::{IdealLens, OpticalSystem, PacketTracer, SimdLevel, chief_ray};
+use crate::lens::{IdealLens, OpticalSystem, PacketTracer, chief_ray};
 use crate::rays::RayBatch;
+use crate::simd::SimdLevel;
 
 /// Surface by surface, or by first-order optics.
 #[derive(Clone, Debug)]

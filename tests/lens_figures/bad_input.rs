@@ -1,7 +1,7 @@
 //! Lens files that no lens can have: each is refused by one sentence that names the file, the field and the value.
 
 use proptest::prelude::*;
-use quadpixel::lens::aim::Field;
+use quadpixel::lens::Field;
 use quadpixel::lens::{Lens, Prescription, builtin_names};
 use serde_json::{Value, json};
 

@@ -1,7 +1,7 @@
 //! Focus by real rays: sharp where it is set, blurred elsewhere by the paraxial circle of confusion.
 
-use quadpixel::lens::aim::Field;
-use quadpixel::lens::analysis::rms_radius;
+use quadpixel::lens::Field;
+use quadpixel::lens::rms_radius;
 use quadpixel::lens::{FocusBy, Lens, Prescription, builtin_names};
 use quadpixel::units::D_LINE_NM;
 
@@ -45,8 +45,8 @@ fn sensor_out_of_focus_sees_the_disk_that_the_pupil_throws_on_it() {
 
     let mut system = far.at(D_LINE_NM).unwrap();
     system.sensor_z_mm = near.sensor_z_mm();
-    let aim = quadpixel::lens::aim::Aim::new(&system, &p, Field::up(0.0), f64::INFINITY).unwrap();
-    let points: Vec<_> = quadpixel::lens::analysis::pupil_grid()
+    let aim = quadpixel::lens::Aim::new(&system, &p, Field::up(0.0), f64::INFINITY).unwrap();
+    let points: Vec<_> = quadpixel::lens::pupil_grid()
         .into_iter()
         .map(|unit| quadpixel::lens::trace_forward(&system, aim.ray_at(unit).unwrap()).unwrap())
         .map(|ray| ray.origin_mm.truncate())

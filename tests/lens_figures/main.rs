@@ -5,7 +5,7 @@ mod bad_input;
 mod focus;
 mod misalignment;
 
-use quadpixel::lens::aim::Field;
+use quadpixel::lens::Field;
 use quadpixel::lens::verification::{Comparison, Origin, WHY_STATED_FIGURES_DIFFER, compare};
 use quadpixel::lens::{Lens, Prescription, builtin_names};
 use quadpixel::units::D_LINE_NM;

@@ -1,8 +1,8 @@
 //! Misaligned lenses: rigid motions, the law of reflection, and what Table 1's defects cost.
 
 use glam::{DMat3, DVec3};
-use quadpixel::lens::aim::Field;
-use quadpixel::lens::analysis::rms_radius;
+use quadpixel::lens::Field;
+use quadpixel::lens::rms_radius;
 use quadpixel::lens::{
     Clipping, ElementRef, Lens, Misalignment, OpticalSystem, Prescription, Travel, table1_defects,
     trace_visiting,

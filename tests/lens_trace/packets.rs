@@ -2,10 +2,11 @@
 
 use glam::{DVec2, DVec3};
 use quadpixel::lens::{
-    Lens, OpticalSystem, PacketTracer, Paraxial, Prescription, SimdLevel, builtin_names,
-    table1_defects, trace_backward, trace_forward,
+    Lens, OpticalSystem, PacketTracer, Paraxial, Prescription, builtin_names, table1_defects,
+    trace_backward, trace_forward,
 };
 use quadpixel::rays::{Ray, RayBatch, RayFailure};
+use quadpixel::simd::SimdLevel;
 
 use crate::support::{asphere, conic, stop, system, tilted};
 

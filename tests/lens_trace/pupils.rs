@@ -4,10 +4,11 @@ use glam::{DVec2, DVec3};
 use quadpixel::field::SensorWindowMm;
 use quadpixel::frames::camera_from_sensor_mm;
 use quadpixel::lens::{
-    Clipping, ExitPupilMap, Lens, OpticalSystem, PacketTracer, Prescription, PupilEllipse,
-    SimdLevel, Travel, chief_ray, table1_defects, trace_visiting,
+    Clipping, ExitPupilMap, Lens, OpticalSystem, PacketTracer, Prescription, PupilEllipse, Travel,
+    chief_ray, table1_defects, trace_visiting,
 };
 use quadpixel::rays::RayBatch;
+use quadpixel::simd::SimdLevel;
 
 use crate::support::{stop, system};
 

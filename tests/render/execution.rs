@@ -1,7 +1,7 @@
 use glam::{DVec2, DVec3};
-use quadpixel::lens::SimdLevel;
 use quadpixel::render::{Execution, Render, RenderSettings};
 use quadpixel::scene::Scene;
+use quadpixel::simd::SimdLevel;
 
 use super::shots::{PHONE, camera, focused, on_threads, shoot};
 use super::{card, geometric};

@@ -1,12 +1,13 @@
 //! Bands of wavelengths: their mean against closed forms, each ray's own wavelength in lens and pixel, and bytes.
 
 use glam::{DVec2, DVec3};
-use quadpixel::lens::{Lens, SimdLevel};
+use quadpixel::lens::Lens;
 use quadpixel::render::truth::{DisparityField, WhiteField};
 use quadpixel::render::{Camera, Execution, Render, RenderSettings};
 use quadpixel::response::{AngularResponse, MovingFrame, Response, ResponseAxes, ResponseMeta};
 use quadpixel::scene::Scene;
 use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
+use quadpixel::simd::SimdLevel;
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
 
 use super::shots::{self, PHONE, focused, on_threads, shoot, white};

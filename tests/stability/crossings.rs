@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 use quadpixel::lens::{
-    Aperture, OpticalSurface, PacketTracer, SimdLevel, Travel, trace_backward, trace_forward,
+    Aperture, OpticalSurface, PacketTracer, Travel, trace_backward, trace_forward,
 };
 use quadpixel::rays::{Ray, RayBatch};
+use quadpixel::simd::SimdLevel;
 
 use crate::lcg::Lcg;
 use crate::scan::{FINE_PLACES, PLACES, first, height, sense};

@@ -8,7 +8,7 @@ use quadpixel::em::PixelStack;
 use quadpixel::em::multilayer::{FlatStack, Polarization};
 use quadpixel::em::wave::{WaveModel, WaveSettings};
 use quadpixel::lens::PupilEllipse;
-use quadpixel::lens::{OpticalSystem, PacketTracer, SimdLevel, trace_backward, trace_forward};
+use quadpixel::lens::{OpticalSystem, PacketTracer, trace_backward, trace_forward};
 use quadpixel::rays::RaySlices;
 use quadpixel::rays::{Ray, RayBatch};
 use quadpixel::render::{Camera, RenderSettings, render};
@@ -16,6 +16,7 @@ use quadpixel::response::{GeometricResponse, Response};
 use quadpixel::scene::texture::Texture;
 use quadpixel::scene::{Hits, NO_SURFACE, Scene, TexturedPlane};
 use quadpixel::sensor::{Sensor, Subpixels};
+use quadpixel::simd::SimdLevel;
 use quadpixel::spectrum::ChannelWavelengths;
 use rustfft::num_complex::Complex64;
 

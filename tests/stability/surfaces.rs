@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 use quadpixel::lens::{
-    Clipping, OpticalSurface, OpticalSystem, PacketTracer, SimdLevel, Travel, builtin_names,
-    trace_visiting,
+    Clipping, OpticalSurface, OpticalSystem, PacketTracer, Travel, builtin_names, trace_visiting,
 };
 use quadpixel::rays::{Ray, RayBatch, RayFailure};
+use quadpixel::simd::SimdLevel;
 
 use crate::support::{asphere, conic, stop, system, tilted};
 use crate::{builtin, free};

@@ -1,7 +1,7 @@
 //! Wavelengths at the ends of what glass data hold.
 
-use quadpixel::lens::glass::{WAVELENGTH_RANGE_NM, catalogue_glass, catalogue_names};
 use quadpixel::lens::{Travel, builtin_names};
+use quadpixel::lens::{WAVELENGTH_RANGE_NM, catalogue_glass, catalogue_names};
 
 use crate::{builtin, free};
 

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use quadpixel::lens::aim::Field;
-use quadpixel::lens::analysis::FieldFigures;
+use quadpixel::lens::Field;
+use quadpixel::lens::FieldFigures;
 use quadpixel::lens::{Lens, LensError, Paraxial};
 use quadpixel::units::D_LINE_NM;
 use serde_json::{Value, json};

@@ -27,7 +27,7 @@ mod prepared;
 use super::surface::Travel;
 use super::system::OpticalSystem;
 use crate::rays::RayBatch;
-pub use crate::simd::SimdLevel;
+use crate::simd::SimdLevel;
 use prepared::Prepared;
 
 /// A lens at one wavelength, prepared for tracing batches.

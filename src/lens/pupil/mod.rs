@@ -20,10 +20,11 @@ mod outline;
 use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::packet::{PacketTracer, SimdLevel};
+use super::packet::PacketTracer;
 use super::paraxial::Paraxial;
 use super::system::OpticalSystem;
 use crate::field::SensorWindowMm;
+use crate::simd::SimdLevel;
 use ellipse::Ellipse;
 use outline::Aim;
 

@@ -6,10 +6,11 @@
 use glam::DVec2;
 
 use super::super::chief::chief_ray;
-use super::super::packet::{PacketTracer, SimdLevel};
+use super::super::packet::PacketTracer;
 use super::super::system::OpticalSystem;
 use crate::frames::camera_from_sensor_mm;
 use crate::rays::RayBatch;
+use crate::simd::SimdLevel;
 
 /// Rays along each side of the search grid.
 const GRID: usize = 24;

@@ -7,10 +7,10 @@
 use glam::{DVec2, DVec3};
 
 use crate::frames::{camera_from_sensor_mm, uv_from_camera_direction};
-use crate::lens::SimdLevel;
 use crate::rays::RayBatch;
 use crate::render::Camera;
 use crate::sampling::{SobolSet, concentric_disk};
+use crate::simd::SimdLevel;
 
 /// Key of the pupil samples: the same at every node, so that fields over the sensor come out smooth.
 const PUPIL_KEY: u64 = 0x9091;

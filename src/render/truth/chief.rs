@@ -10,7 +10,6 @@ use rayon::prelude::*;
 use super::WhiteField;
 use crate::field::FieldGrid;
 use crate::image::Image;
-use crate::lens::SimdLevel;
 use crate::rays::RayBatch;
 use crate::rays::RaySlices;
 use crate::render::Camera;
@@ -19,6 +18,7 @@ use crate::render::estimator::pixel_origin_mm;
 use crate::sampling::hash;
 use crate::scene::world::PathKey;
 use crate::scene::{Hits, NO_SURFACE, Scene};
+use crate::simd::SimdLevel;
 
 /// Places along each side of the pixel at which the target is sampled.
 const TARGET_SIDE: usize = 4;
