@@ -3,12 +3,14 @@
 //! - [`DatasetManifest`] is `dataset.json`, [`SampleMeta`] is a sample's `meta.json`,
 //!   [`CameraDescription`] the `camera.json` beside it; their JSON Schemas lie in `schema/`.
 //! - [`paths`] names the files; [`split_of_scene`] puts a scene into train, val or test.
-//! - [`check_dataset`] reads a whole dataset back and lists what is wrong with it.
+//! - [`check_dataset`] reads a whole dataset back and lists what is wrong with it (feature `check`, on by default).
 
 mod camera;
 mod camera_description;
+#[cfg(feature = "check")]
 mod check;
 mod layout;
+#[cfg(feature = "check")]
 mod load;
 mod manifest;
 mod mosaic;
@@ -22,6 +24,7 @@ pub use camera::{
     Subpixels,
 };
 pub use camera_description::{CameraDescription, DisparityRatio, RatioField, RawLevels};
+#[cfg(feature = "check")]
 pub use check::{Finding, Progress, Report, check_dataset, check_hashes};
 pub use layout::{Optional, SUM_LAYER, sample_files};
 pub use manifest::{DatasetManifest, FileEntry, SampleEntry, Tool, conventions, units};

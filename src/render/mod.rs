@@ -14,6 +14,7 @@
 
 mod camera;
 mod colours;
+mod disparity_ratio;
 mod estimator;
 mod image;
 mod probe;
@@ -24,6 +25,7 @@ mod tracer;
 pub mod truth;
 
 pub use camera::{Camera, CameraError};
+pub use disparity_ratio::disparity_ratio;
 pub use image::SubPixelImage;
 pub use probe::probe;
 pub use record::{RayRecord, RecordError};

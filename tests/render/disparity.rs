@@ -1,10 +1,11 @@
 use glam::{DVec2, DVec3};
 use quadpixel::image::Image;
-use quadpixel::render::Camera;
+use quadpixel::render::{Camera, disparity_ratio};
 use quadpixel::render::truth::{Defocus, DisparityField};
 use quadpixel::scene::Scene;
+use quadpixel_datasets::RatioField;
 
-use super::shots::{PHONE, camera, focused, shoot};
+use super::shots::{PHONE, bare, camera, focused, shoot};
 use super::{card, geometric};
 
 /// Column and row of the centroid of the green channel.
@@ -112,6 +113,52 @@ fn half_disk_disparity_is_four_over_three_pi_of_the_circle_of_confusion() {
             difference < 0.06 * coc.abs() + 3.0,
             "{depth}: traced {traced:?}, paraxial {shift:?}"
         );
+    }
+}
+
+#[test]
+fn the_ratio_of_disparity_to_defocus_is_that_of_half_disks_and_needs_no_scene() {
+    let half_disk = 4.0 / (3.0 * std::f64::consts::PI);
+    let lens = focused("lib_double_gauss_100mm_glass", 5000.0);
+    for (m, n) in [(2, 1), (1, 2), (2, 2)] {
+        let camera = camera(&lens, &geometric(m, n, 2.0), (4, 4), DVec2::ZERO);
+        let ratio = disparity_ratio(&camera).unwrap();
+        for (parts, field) in [(m, &ratio.left_right), (n, &ratio.top_bottom)] {
+            assert_eq!(field.is_some(), parts > 1);
+            for value in field.iter().flat_map(|f| &f.values) {
+                // Slopes weighted by cos⁴ θ over a pupil of F/5 (0.3 %), summed over 4096 rays.
+                assert!((value / half_disk - 1.0).abs() < 0.005, "{m}x{n}: {value}");
+            }
+        }
+        assert!(camera.paraxial().is_some());
+    }
+    let pixels = bare(&geometric(2, 1, 2.0), (4, 4), [1.0, 10.0], Default::default());
+    assert!(disparity_ratio(&pixels).is_none());
+}
+
+#[test]
+fn the_ratio_is_the_paraxial_disparity_over_the_circle_of_confusion_at_any_depth_and_place() {
+    let lens = focused(PHONE, 500.0);
+    let place = DVec2::new(1.2, 0.8);
+    let camera = camera(&lens, &geometric(2, 2, 5.0), (40, 24), place);
+    let ratio = disparity_ratio(&camera).unwrap();
+    let field = DisparityField::new(&camera, 1).unwrap();
+    let defocus = Defocus::new(&camera).unwrap();
+    for [x, y] in [[0.0, 0.0], [19.5, 11.5], [39.0, 7.0]] {
+        let at = |field: &Option<RatioField>| field.as_ref().unwrap().at([x, y], [40, 24]);
+        for depth in [150.0, 3000.0, f64::INFINITY] {
+            let mut d = [DVec2::ZERO; 4];
+            field.paraxial_px(camera.sensor().position_mm(x, y), depth, &mut d);
+            let coc = defocus.circle_of_confusion_mm(depth) / camera.sensor().pitch_mm();
+            // Stored as B A over D C.
+            let [b, a, d, c] = d;
+            let across = 0.5 * (b.x + d.x - a.x - c.x) / -coc;
+            let down = 0.5 * (b.y + a.y - d.y - c.y) / -coc;
+            // 1024 rays against 4096, at nodes of other grids.
+            assert!((across / at(&ratio.left_right) - 1.0).abs() < 0.01, "{across}");
+            assert!((down / at(&ratio.top_bottom) - 1.0).abs() < 0.01, "{down}");
+            assert!(across > 0.1 && down > 0.1);
+        }
     }
 }
 

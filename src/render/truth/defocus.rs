@@ -52,6 +52,11 @@ impl Defocus {
 
     /// Signed diameter of the circle of confusion, mm: positive for points behind the focus (farther than it).
     pub fn circle_of_confusion_mm(&self, depth_mm: f64) -> f64 {
-        2.0 * self.pupil_semi_mm / (self.sensor_z_mm - self.pupil_z_mm) * self.lever_mm(depth_mm)
+        self.pupil_slope() * self.lever_mm(depth_mm)
+    }
+
+    /// Slope that the exit pupil's diameter spans, seen from the sensor: diameter over distance.
+    pub fn pupil_slope(&self) -> f64 {
+        2.0 * self.pupil_semi_mm / (self.sensor_z_mm - self.pupil_z_mm)
     }
 }
