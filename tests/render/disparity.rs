@@ -1,7 +1,7 @@
 use glam::{DVec2, DVec3};
 use quadpixel::image::Image;
-use quadpixel::render::{Camera, disparity_ratio};
 use quadpixel::render::truth::{Defocus, DisparityField};
+use quadpixel::render::{Camera, disparity_ratio};
 use quadpixel::scene::Scene;
 use quadpixel_datasets::RatioField;
 
@@ -132,7 +132,12 @@ fn the_ratio_of_disparity_to_defocus_is_that_of_half_disks_and_needs_no_scene() 
         }
         assert!(camera.paraxial().is_some());
     }
-    let pixels = bare(&geometric(2, 1, 2.0), (4, 4), [1.0, 10.0], Default::default());
+    let pixels = bare(
+        &geometric(2, 1, 2.0),
+        (4, 4),
+        [1.0, 10.0],
+        Default::default(),
+    );
     assert!(disparity_ratio(&pixels).is_none());
 }
 
@@ -155,7 +160,10 @@ fn the_ratio_is_the_paraxial_disparity_over_the_circle_of_confusion_at_any_depth
             let across = 0.5 * (b.x + d.x - a.x - c.x) / -coc;
             let down = 0.5 * (b.y + a.y - d.y - c.y) / -coc;
             // 1024 rays against 4096, at nodes of other grids.
-            assert!((across / at(&ratio.left_right) - 1.0).abs() < 0.01, "{across}");
+            assert!(
+                (across / at(&ratio.left_right) - 1.0).abs() < 0.01,
+                "{across}"
+            );
             assert!((down / at(&ratio.top_bottom) - 1.0).abs() < 0.01, "{down}");
             assert!(across > 0.1 && down > 0.1);
         }
