@@ -2,6 +2,7 @@
 //! `docs/paper` and `docs/real-camera` are this crate's examples.
 
 pub mod accuracy;
+pub mod error;
 pub mod lens_drawing;
 pub mod study;
 pub mod template;

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::Arc;
 
-use quadpixel::command::CommandError;
+use crate::error::LaboratoryError;
 
 /// Distance (mm) and diameter (mm) of the disk of experiment 1.
 const DISTANCE_MM: f64 = 1000.0;
@@ -59,8 +59,8 @@ pub fn moving_disk(
     response: &AngularResponse,
     theta_max_deg: f64,
     rays: usize,
-) -> Result<Experiment, CommandError> {
-    let white = Texture::from_fn(1, 1, |_, _| [1.0]).map_err(CommandError::failed)?;
+) -> Result<Experiment, LaboratoryError> {
+    let white = Texture::from_fn(1, 1, |_, _| [1.0])?;
     let white = Arc::new(white);
     let disk = Arc::new(disk()?);
     let directions: Vec<(f64, f64)> = (0..=(theta_max_deg / 2.5) as usize)
@@ -80,7 +80,7 @@ pub fn moving_disk(
             white.clone(),
             Some(disk.clone()),
         );
-        let scene = Scene::new(vec![card.map_err(CommandError::input)?], [0.0; 3]);
+        let scene = Scene::new(vec![card?], [0.0; 3]);
         // Aimed wider than the disk: its rim is found by the rays.
         let came_back = pixel(&whole, &scene, around(centre, 0.6 * DISK_MM), rays)?;
         let cos4 = theta_deg.to_radians().cos().powi(4);
@@ -100,7 +100,7 @@ pub fn moving_disk(
         directions
             .par_iter()
             .map(probe)
-            .collect::<Result<_, CommandError>>()?,
+            .collect::<Result<_, LaboratoryError>>()?,
     ))
 }
 
@@ -113,7 +113,7 @@ pub fn masked_plane(
     theta_max_deg: f64,
     stride: usize,
     rays: usize,
-) -> Result<Experiment, CommandError> {
+) -> Result<Experiment, LaboratoryError> {
     let (us, vs) = (&response.axes().u, &response.axes().v);
     let scene = Scene::new(Vec::new(), [1.0; 3]);
     let limit = theta_max_deg.to_radians().sin();
@@ -162,7 +162,7 @@ pub fn masked_plane(
         nodes
             .par_iter()
             .map(probe)
-            .collect::<Result<_, CommandError>>()?,
+            .collect::<Result<_, LaboratoryError>>()?,
     ))
 }
 
@@ -171,13 +171,13 @@ fn masked_to_node(
     response: &AngularResponse,
     iv: usize,
     iu: usize,
-) -> Result<AngularResponse, CommandError> {
+) -> Result<AngularResponse, LaboratoryError> {
     let n_sub = response.subpixels().count();
     let mut table = vec![0.0; response.table().len()];
     let at = (iv * response.axes().u.len() + iu) * n_sub;
     table[at..at + n_sub].copy_from_slice(response.node(0, 0, iv, iu));
-    AngularResponse::new(response.axes().clone(), response.meta().clone(), table)
-        .map_err(CommandError::failed)
+    let (axes, meta) = (response.axes().clone(), response.meta().clone());
+    Ok(AngularResponse::new(axes, meta, table)?)
 }
 
 /// Green irradiance of each sub-pixel of one bare pixel, sr.
@@ -186,16 +186,14 @@ fn pixel(
     scene: &Scene,
     target: PupilEllipse,
     rays: usize,
-) -> Result<Vec<f64>, CommandError> {
+) -> Result<Vec<f64>, LaboratoryError> {
     let sensor = Sensor::new(
         response.pitch_um(),
         response.subpixels(),
         (1, 1),
         DVec2::ZERO,
-    )
-    .map_err(CommandError::input)?;
-    let camera = Camera::bare(sensor, response, ChannelWavelengths::default(), target)
-        .map_err(CommandError::input)?;
+    )?;
+    let camera = Camera::bare(sensor, response, ChannelWavelengths::default(), target)?;
     let settings = RenderSettings {
         rays_per_pixel: rays,
         seed: 1,
@@ -228,14 +226,11 @@ fn looked_up(response: &AngularResponse, u: f64, v: f64) -> Vec<f64> {
     p.into_iter().map(f64::from).collect()
 }
 
-fn disk() -> Result<Coverage, CommandError> {
+fn disk() -> Result<Coverage, LaboratoryError> {
     let at = |i: usize| (i as f64 + 0.5) / DISK_TEXELS as f64 - 0.5;
     let inside = |k: usize| u8::from(at(k % DISK_TEXELS).hypot(at(k / DISK_TEXELS)) <= 0.5);
-    Coverage::new(
-        DISK_TEXELS,
-        (0..DISK_TEXELS * DISK_TEXELS).map(inside).collect(),
-    )
-    .map_err(CommandError::failed)
+    let texels = (0..DISK_TEXELS * DISK_TEXELS).map(inside).collect();
+    Ok(Coverage::new(DISK_TEXELS, texels)?)
 }
 
 impl Experiment {

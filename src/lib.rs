@@ -15,6 +15,7 @@ pub mod file;
 pub mod frames;
 pub mod hash;
 pub mod image;
+pub mod journal;
 pub mod lens;
 mod npz;
 pub mod progress;

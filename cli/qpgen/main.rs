@@ -2,25 +2,26 @@
 
 use std::process::ExitCode;
 
+mod accuracy;
 mod check;
 mod coarse;
 mod dataset;
 mod effect_args;
 mod export;
+mod laboratory;
 mod lens;
 mod merge;
 mod preview;
 mod render;
 mod response;
 mod scene_args;
+mod study;
 mod validate;
 
 use clap::{Parser, Subcommand};
 use quadpixel::command::CommandError;
 use quadpixel_cli::log::{Level, Log};
 use quadpixel_cli::process::{exit_on_closed_pipe, use_threads};
-use quadpixel_cli::progress::Progress;
-use quadpixel_laboratory::{accuracy, study};
 
 /// Simulates cameras whose pixels see the pupil in parts (dual-pixel, quad-pixel, m×n) and makes training data with them.
 #[derive(Parser)]
@@ -150,9 +151,9 @@ fn run(cli: Cli, log: Log) -> Result<(), CommandError> {
         Command::Preview(args) => preview::run(&args),
         Command::Render(args) => render::run(&args, log),
         Command::Response(args) => response::run(&args, log),
-        Command::Study(args) => study::run(&args, &Progress::new(log.json(args.json))),
+        Command::Study(args) => study::run(&args, log),
         Command::Validate(args) => validate::run(&args, log),
-        Command::Accuracy(args) => accuracy::run(&args, &Progress::new(log.json(args.json))),
+        Command::Accuracy(args) => accuracy::run(&args, log),
         Command::Lens(args) => lens::run(args),
         Command::Check(args) => check::run(&args, log),
         Command::Export(args) => export::run(&args),

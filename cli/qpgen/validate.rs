@@ -16,6 +16,8 @@ use quadpixel_generators::assemble::pixel_stack;
 use quadpixel_generators::preview::canvas::Sheet;
 use quadpixel_laboratory::validate::{Experiment, Probe, masked_plane, moving_disk};
 
+use super::laboratory::command_error;
+
 /// Arguments of `qpgen validate`.
 #[derive(Args)]
 pub struct ValidateArgs {
@@ -72,9 +74,10 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
     let response = cached.table;
     let warnings = cached.warnings.iter();
     warnings.for_each(|w| progress.warn(&w.to_string()));
-    let disk = moving_disk(&response, args.theta_max_deg, args.rays)?;
+    let disk = moving_disk(&response, args.theta_max_deg, args.rays).map_err(command_error)?;
     let stride = (response.axes().u.len() / 40).max(1);
-    let plane = masked_plane(&response, args.theta_max_deg, stride, args.rays)?;
+    let plane =
+        masked_plane(&response, args.theta_max_deg, stride, args.rays).map_err(command_error)?;
     progress.finish();
 
     file::create_folder(&args.out).map_err(CommandError::failed)?;

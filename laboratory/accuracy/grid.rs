@@ -3,7 +3,7 @@
 //! A table samples a cubic through the simulated directions more finely, and the renderer reads it bilinearly; both ways are told apart
 //! here by leaving the finer samples out.
 
-use quadpixel::command::CommandError;
+use crate::error::LaboratoryError;
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::WaveSettings;
 use quadpixel::response::{
@@ -14,7 +14,7 @@ use quadpixel::sampling::{SobolSet, concentric_disk};
 use super::Size;
 use super::clock::best_of;
 use super::row::{Curve, Row, Table, rms};
-use super::work::{PIXEL, failed};
+use super::work::PIXEL;
 
 const WAVELENGTH_NM: f64 = 550.0;
 /// Table steps in a simulated one, as the presets have them.
@@ -30,7 +30,7 @@ struct Plan<'a> {
     asked: usize,
 }
 
-pub(super) fn table(size: Size) -> Result<Table, CommandError> {
+pub(super) fn table(size: Size) -> Result<Table, LaboratoryError> {
     const STEPS: [usize; 7] = [4, 6, 9, 12, 18, 24, 36];
     let plan = |pixel| Plan {
         pixel,
@@ -63,14 +63,14 @@ pub(super) fn table(size: Size) -> Result<Table, CommandError> {
     })
 }
 
-fn of(plan: &Plan) -> Result<Vec<Curve>, CommandError> {
-    let stack = PixelStack::builtin(plan.pixel).map_err(failed)?;
+fn of(plan: &Plan) -> Result<Vec<Curve>, LaboratoryError> {
+    let stack = PixelStack::builtin(plan.pixel)?;
     let model = PixelModel::Wave(plan.model);
-    let lit = LitPixel::new(&stack, &model, WAVELENGTH_NM).map_err(failed)?;
+    let lit = LitPixel::new(&stack, &model, WAVELENGTH_NM)?;
     let directions = directions(plan.asked);
     let mut exact: Vec<f64> = Vec::new();
     for [u, v] in &directions {
-        exact.extend(lit.light(*u, *v).map_err(failed)?.mean.absorbed);
+        exact.extend(lit.light(*u, *v)?.mean.absorbed);
     }
     let peak = exact.iter().copied().fold(0.0, f64::max);
     let error = |table: &AngularResponse| {
@@ -91,7 +91,7 @@ fn of(plan: &Plan) -> Result<Vec<Curve>, CommandError> {
             ..TableSettings::wave_draft()
         };
         let (seconds, built) = best_of(1, || build_table(&stack, &settings, None, &|_, _| ()));
-        let built = built.map_err(failed)?;
+        let built = built?;
         let setting = format!("{steps} steps, {} directions", built.report.runs);
         cubic.push(Row::new(setting.clone(), seconds, error(&built.table)));
         bilinear.push(Row::new(
@@ -118,7 +118,7 @@ fn directions(count: usize) -> Vec<[f64; 2]> {
 }
 
 /// The table without what the cubic put between the simulated nodes.
-fn simulated_alone(table: &AngularResponse) -> Result<AngularResponse, CommandError> {
+fn simulated_alone(table: &AngularResponse) -> Result<AngularResponse, LaboratoryError> {
     let axes = table.axes();
     let fewer = |axis: &[f64]| axis.iter().copied().step_by(REFINE).collect::<Vec<f64>>();
     let (u, v) = (fewer(&axes.u), fewer(&axes.v));
@@ -133,7 +133,7 @@ fn simulated_alone(table: &AngularResponse) -> Result<AngularResponse, CommandEr
         v,
         ..axes.clone()
     };
-    AngularResponse::new(axes, table.meta().clone(), values).map_err(failed)
+    Ok(AngularResponse::new(axes, table.meta().clone(), values)?)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Levels of the pixel model: P against converged Fourier modes, and seconds a direction.
 
-use quadpixel::command::CommandError;
+use crate::error::LaboratoryError;
 use quadpixel::em::fdtd::FdtdSettings;
 use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::em::wave::WaveSettings;
@@ -10,7 +10,7 @@ use super::Size;
 use super::clock::best_of;
 use super::pixel::{Exact, WAVELENGTH_NM};
 use super::row::{Curve, Row, Table};
-use super::work::{PIXEL, failed};
+use super::work::PIXEL;
 
 /// Focal length of the ideal microlens, µm: pitch times an F-number of 2.5.
 const FOCAL_UM: f64 = 4.0;
@@ -20,7 +20,7 @@ const LARGEST_SINE: f64 = 0.94;
 /// A line of the picture: its name and the settings on it.
 type Group = (&'static str, Vec<(String, PixelModel)>);
 
-pub(super) fn table(size: Size) -> Result<Table, CommandError> {
+pub(super) fn table(size: Size) -> Result<Table, LaboratoryError> {
     let mut directions: Vec<[f64; 2]> = [0.0, 10.0, 20.0, 30.0].map(|theta| [theta, 0.0]).to_vec();
     if size == Size::Full {
         directions.extend([
@@ -39,7 +39,7 @@ pub(super) fn table(size: Size) -> Result<Table, CommandError> {
             .map(|(setting, model)| row(&exact, setting, &model));
         curves.push(Curve {
             name: name.into(),
-            rows: rows.collect::<Result<_, CommandError>>()?,
+            rows: rows.collect::<Result<_, LaboratoryError>>()?,
         });
     }
     Ok(Table {
@@ -103,7 +103,7 @@ fn groups(size: Size) -> Vec<Group> {
     ]
 }
 
-fn row(exact: &Exact, setting: String, model: &PixelModel) -> Result<Row, CommandError> {
+fn row(exact: &Exact, setting: String, model: &PixelModel) -> Result<Row, LaboratoryError> {
     let (mut seconds, error) = exact.judge(model)?;
     if let PixelModel::Corrected(settings) = model {
         seconds += of_exact_runs(exact, settings)? / directions_of_a_table(exact) as f64;
@@ -112,11 +112,11 @@ fn row(exact: &Exact, setting: String, model: &PixelModel) -> Result<Row, Comman
 }
 
 /// Processor seconds of all exact runs of the corrected level.
-fn of_exact_runs(exact: &Exact, settings: &CorrectedSettings) -> Result<f64, CommandError> {
+fn of_exact_runs(exact: &Exact, settings: &CorrectedSettings) -> Result<f64, LaboratoryError> {
     // A run off the mirrors, which is what nearly all of them are, stands for each.
-    let lit = LitPixel::new(&exact.stack, &settings.exact, WAVELENGTH_NM).map_err(failed)?;
+    let lit = LitPixel::new(&exact.stack, &settings.exact, WAVELENGTH_NM)?;
     let (seconds, answer) = best_of(1, || lit.light(0.3, 0.2));
-    answer.map_err(failed)?;
+    answer?;
     Ok(seconds * settings.runs as f64)
 }
 

@@ -1,6 +1,6 @@
 //! The FDTD mesh: P against converged Fourier modes, and seconds a direction.
 
-use quadpixel::command::CommandError;
+use crate::error::LaboratoryError;
 use quadpixel::em::fdtd::FdtdSettings;
 use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::response::PixelModel;
@@ -13,7 +13,7 @@ use super::work::PIXEL;
 /// Directions (θ, φ), deg.
 const DIRECTIONS: [[f64; 2]; 3] = [[0.0, 0.0], [10.0, 0.0], [20.0, 0.0]];
 
-pub(super) fn table(size: Size) -> Result<Table, CommandError> {
+pub(super) fn table(size: Size) -> Result<Table, LaboratoryError> {
     let exact = Exact::new(&DIRECTIONS, RcwaSettings::reference())?;
     let coarse = FdtdSettings {
         lateral_nm: 55.0,

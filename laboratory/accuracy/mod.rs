@@ -1,4 +1,4 @@
-//! `qpgen accuracy`: what accuracy costs in time. Each knob's error against time, on stated work, against a converged reference.
+//! What accuracy costs in time. Each knob's error against time, on stated work, against a converged reference.
 //!
 //! ```text
 //! knobs ─ one thread each, as many at once as there are cores ─▶ tables of rows ─▶ CSV, SVG, Markdown, JSON
@@ -8,8 +8,6 @@
 
 pub mod clock;
 mod grid;
-mod lens;
-mod lens_map;
 mod levels;
 mod mesh;
 pub mod picture;
@@ -25,39 +23,20 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use clap::{Args, ValueEnum};
-use quadpixel::command::CommandError;
 use quadpixel::file;
+use quadpixel_generators::observer::{Event, Observer};
 
 use self::row::Table;
-use quadpixel_generators::observer::{Event, Observer};
+use crate::error::LaboratoryError;
 
 /// Above the pictures.
 const TITLE: &str = "error against processor time";
 
-/// Arguments of `qpgen accuracy`.
-#[derive(Args)]
-pub struct AccuracyArgs {
-    /// Knobs to measure; absent: all of them.
-    #[arg(value_enum)]
-    knobs: Vec<Knob>,
-    /// Folder for accuracy.md, accuracy.svg, and KNOB.csv and KNOB.svg of each.
-    #[arg(long, short, default_value = "accuracy")]
-    out: PathBuf,
-    /// Also settings that take minutes each, more directions, larger images: half an hour and more.
-    #[arg(long)]
-    full: bool,
-    /// Prints one JSON object on stdout.
-    #[arg(long)]
-    pub json: bool,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Knob {
+/// What is turned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Knob {
     /// Rays per pixel: noise of the image, % of its mean.
     Rays,
-    /// Tracing the lens exactly or by polynomials: µm on the sensor.
-    Lens,
     /// Wavelengths per colour channel: % of the image's mean.
     Wavelengths,
     /// Levels of the pixel model (geometric, wave, corrected, rcwa, fdtd): P, % of the largest.
@@ -69,8 +48,8 @@ enum Knob {
 }
 
 /// How much is done.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Size {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Size {
     /// A minute or two per knob at most.
     Affordable,
     /// All rows.
@@ -79,19 +58,17 @@ enum Size {
 
 impl Knob {
     /// In the order in which they begin: the longest first.
-    const ALL: [Self; 6] = [
+    pub const ALL: [Self; 5] = [
         Self::Levels,
         Self::Mesh,
         Self::Grid,
         Self::Wavelengths,
         Self::Rays,
-        Self::Lens,
     ];
 
-    fn table(self, size: Size) -> Result<Table, CommandError> {
+    fn table(self, size: Size) -> Result<Table, LaboratoryError> {
         match self {
             Self::Rays => rays::table(size),
-            Self::Lens => lens::table(size),
             Self::Wavelengths => wavelengths::table(size),
             Self::Levels => levels::table(size),
             Self::Grid => grid::table(size),
@@ -100,48 +77,20 @@ impl Knob {
     }
 }
 
-/// Measures, writes, prints.
+/// The tables of all knobs, each measured on a thread of its own, in the order of `knobs`.
 ///
 /// # Errors
-/// A knob that cannot be measured or a disk that fails (1).
-pub fn run(args: &AccuracyArgs, observer: &dyn Observer) -> Result<(), CommandError> {
-    let began = Instant::now();
-    let size = if args.full {
-        Size::Full
-    } else {
-        Size::Affordable
-    };
-    let wanted = |k: &Knob| args.knobs.is_empty() || args.knobs.contains(k);
-    let knobs: Vec<Knob> = Knob::ALL.into_iter().filter(wanted).collect();
-    file::create_folder(&args.out).map_err(CommandError::failed)?;
-    let tables = measured(&knobs, size, observer)?;
-    observer.event(Event::End);
-    let seconds = began.elapsed().as_secs_f64();
-    let files = write(&args.out, &tables)?;
-    if args.json {
-        let report = serde_json::json!({ "accuracy": tables, "seconds": seconds, "full": args.full, "files": files });
-        println!("{report}");
-        return Ok(());
-    }
-    print!("{}", report::markdown(&tables));
-    println!(
-        "Processor seconds of one thread, best of several runs where they are short. {seconds:.0} s in all: {}",
-        args.out.display()
-    );
-    Ok(())
-}
-
-/// The tables of all knobs, each measured on a thread of its own, in the order of `knobs`.
-fn measured(
+/// A knob that cannot be measured.
+pub fn measured(
     knobs: &[Knob],
     size: Size,
     observer: &dyn Observer,
-) -> Result<Vec<Table>, CommandError> {
+) -> Result<Vec<Table>, LaboratoryError> {
     let next = AtomicUsize::new(0);
-    let done: Mutex<Vec<(usize, Result<Table, CommandError>)>> = Mutex::new(Vec::new());
-    let work = || -> Result<(), CommandError> {
+    let done: Mutex<Vec<(usize, Result<Table, LaboratoryError>)>> = Mutex::new(Vec::new());
+    let work = || -> Result<(), LaboratoryError> {
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-        let one = one.map_err(CommandError::failed)?;
+        let one = one.map_err(|_| LaboratoryError::Thread)?;
         while let Some((i, knob)) =
             Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|i| Some((i, *knobs.get(i)?)))
         {
@@ -159,12 +108,11 @@ fn measured(
         Ok(())
     };
     let threads = rayon::current_num_threads().min(knobs.len());
-    let ends: Vec<Result<(), CommandError>> = std::thread::scope(|scope| {
+    let ends: Vec<Result<(), LaboratoryError>> = std::thread::scope(|scope| {
         let all: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
         let joined = all.into_iter().map(|t| t.join());
-        let stopped = || CommandError::failed("a thread stopped");
         joined
-            .map(|end| end.unwrap_or_else(|_| Err(stopped())))
+            .map(|end| end.unwrap_or_else(|_| Err(LaboratoryError::Thread)))
             .collect()
     });
     ends.into_iter().collect::<Result<(), _>>()?;
@@ -173,12 +121,15 @@ fn measured(
     done.into_iter().map(|(_, table)| table).collect()
 }
 
-/// All files of a report.
-fn write(out: &Path, tables: &[Table]) -> Result<Vec<PathBuf>, CommandError> {
+/// Writes KNOB.csv and KNOB.svg of each table, accuracy.md and accuracy.svg into the folder `out`, which is there; the files written.
+///
+/// # Errors
+/// A disk that fails.
+pub fn write(out: &Path, tables: &[Table]) -> Result<Vec<PathBuf>, LaboratoryError> {
     let mut files = Vec::new();
-    let mut file = |name: String, text: String| -> Result<(), CommandError> {
+    let mut file = |name: String, text: String| -> Result<(), LaboratoryError> {
         let path = out.join(name);
-        file::write_aside(&path, text.as_bytes()).map_err(CommandError::failed)?;
+        file::write_aside(&path, text.as_bytes())?;
         files.push(path);
         Ok(())
     };

@@ -1,7 +1,7 @@
 //! P of the small pixel's left and right half from stated directions by one model after the other: what the knobs `levels` and `mesh` share.
 //! Halves, because light at φ = 0 lies on the border of the ideal pixel's boxes, which give it all to one sub-pixel of a half.
 
-use quadpixel::command::CommandError;
+use crate::error::LaboratoryError;
 use quadpixel::em::PixelStack;
 use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::response::{LitPixel, PixelModel, direction_cosines};
@@ -9,7 +9,7 @@ use quadpixel::sensor::Subpixels;
 
 use super::clock::best_of;
 use super::row::rms;
-use super::work::{PIXEL, failed};
+use super::work::PIXEL;
 
 /// Wavelength, nm.
 pub const WAVELENGTH_NM: f64 = 550.0;
@@ -24,10 +24,10 @@ pub struct Exact {
 
 impl Exact {
     /// Fourier modes, preset `reference`: by itself within 0.3 % of the strong half, of independent curves within 1 % (`benches/runs/2026-11-21/rcwa.md`).
-    pub fn new(directions: &[[f64; 2]], settings: RcwaSettings) -> Result<Self, CommandError> {
-        let stack = PixelStack::builtin(PIXEL).map_err(failed)?;
+    pub fn new(directions: &[[f64; 2]], settings: RcwaSettings) -> Result<Self, LaboratoryError> {
+        let stack = PixelStack::builtin(PIXEL)?;
         let model = PixelModel::Rcwa(settings);
-        let lit = LitPixel::new(&stack, &model, WAVELENGTH_NM).map_err(failed)?;
+        let lit = LitPixel::new(&stack, &model, WAVELENGTH_NM)?;
         let (_, p) = all(&lit, stack.subpixels, directions)?;
         Ok(Self {
             stack,
@@ -37,8 +37,8 @@ impl Exact {
     }
 
     /// Seconds a direction of another model, and its error: RMS in % of the largest P of a half.
-    pub fn judge(&self, model: &PixelModel) -> Result<(f64, f64), CommandError> {
-        let lit = LitPixel::new(&self.stack, model, WAVELENGTH_NM).map_err(failed)?;
+    pub fn judge(&self, model: &PixelModel) -> Result<(f64, f64), LaboratoryError> {
+        let lit = LitPixel::new(&self.stack, model, WAVELENGTH_NM)?;
         let (seconds, p) = all(&lit, self.stack.subpixels, &self.directions)?;
         let peak = self.p.iter().copied().fold(0.0, f64::max);
         Ok((seconds, 100.0 * rms(&p, &self.p) / peak))
@@ -50,13 +50,13 @@ fn all(
     lit: &LitPixel,
     subpixels: Subpixels,
     directions: &[[f64; 2]],
-) -> Result<(f64, Vec<f64>), CommandError> {
+) -> Result<(f64, Vec<f64>), LaboratoryError> {
     let (mut seconds, mut p) = (0.0, Vec::new());
     for &[theta_deg, phi_deg] in directions {
         let [u, v] = direction_cosines(theta_deg, phi_deg);
         let (time, answer) = best_of(1, || lit.light(u, v));
         seconds += time / directions.len() as f64;
-        let absorbed = answer.map_err(failed)?.mean.absorbed;
+        let absorbed = answer?.mean.absorbed;
         let half = |side: f64| -> f64 {
             let own = absorbed.iter().enumerate();
             let own = own.filter(|(i, _)| subpixels.centre(*i).0 * side > 0.0);

@@ -1,6 +1,6 @@
 //! Rays a pixel: noise of the image against that of many more rays. Random points have 1/√N; scrambled Sobol points better.
 
-use quadpixel::command::CommandError;
+use crate::error::LaboratoryError;
 use quadpixel::spectrum::ChannelWavelengths;
 
 use super::Size;
@@ -22,7 +22,7 @@ struct Plan<'a> {
     reference: usize,
 }
 
-pub(super) fn table(size: Size) -> Result<Table, CommandError> {
+pub(super) fn table(size: Size) -> Result<Table, LaboratoryError> {
     let plan = match size {
         Size::Affordable => Plan {
             side: 24,
@@ -38,7 +38,7 @@ pub(super) fn table(size: Size) -> Result<Table, CommandError> {
     of(&plan)
 }
 
-fn of(plan: &Plan) -> Result<Table, CommandError> {
+fn of(plan: &Plan) -> Result<Table, LaboratoryError> {
     let work = Work::new(plan.side)?;
     let camera = work.camera(ChannelWavelengths::default())?;
     let subpixels = camera.sensor().subpixels().count() as f64;

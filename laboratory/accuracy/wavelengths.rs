@@ -1,7 +1,7 @@
 //! Wavelengths a channel: a band of colour by a few of its wavelengths, against many, what the lens's dispersion does apart from what
 //! the pixel's does.
 
-use quadpixel::command::CommandError;
+use crate::error::LaboratoryError;
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::WaveSettings;
 use quadpixel::response::{LitPixel, PixelModel, direction_cosines};
@@ -10,7 +10,7 @@ use quadpixel::spectrum::{Bands, ChannelWavelengths};
 use super::Size;
 use super::clock::best_of;
 use super::row::{Curve, Row, Table, rms};
-use super::work::{FOCUS_MM, PIXEL, Work, failed, mosaic, percent};
+use super::work::{FOCUS_MM, PIXEL, Work, mosaic, percent};
 
 const COUNTS: [usize; 6] = [1, 2, 3, 4, 6, 8];
 /// Rays a pixel and wavelength: all images have the same random numbers, so it is the wavelengths that differ.
@@ -18,7 +18,7 @@ const RAYS: usize = 64;
 /// Angles of incidence of the pixel's light, deg, at φ = 0.
 const THETA_DEG: [f64; 5] = [0.0, 5.0, 10.0, 20.0, 30.0];
 
-pub(super) fn table(size: Size) -> Result<Table, CommandError> {
+pub(super) fn table(size: Size) -> Result<Table, LaboratoryError> {
     let (side, reference) = match size {
         Size::Affordable => (20, 16),
         Size::Full => (48, Bands::MOST),
@@ -46,20 +46,20 @@ pub(super) fn table(size: Size) -> Result<Table, CommandError> {
 }
 
 /// The wavelengths that stand for the bands of R, G, B.
-fn bands(count: usize) -> Result<[Vec<f64>; 3], CommandError> {
+fn bands(count: usize) -> Result<[Vec<f64>; 3], LaboratoryError> {
     let bands = Bands {
         wavelengths: count,
         ..Bands::default()
     };
-    let wavelengths = ChannelWavelengths::of_bands(bands).map_err(failed)?;
+    let wavelengths = ChannelWavelengths::of_bands(bands)?;
     Ok([0, 1, 2].map(|channel| wavelengths.traced_nm(channel)))
 }
 
 /// The chart in focus: what the lens's dispersion in a band does.
-fn image(work: &Work, reference: usize) -> Result<Curve, CommandError> {
+fn image(work: &Work, reference: usize) -> Result<Curve, LaboratoryError> {
     let mut wavelengths = ChannelWavelengths::default();
     let scene = work.scene(&work.camera(wavelengths)?, FOCUS_MM, 7)?;
-    let mut mean = |count: usize, rounds: usize| -> Result<(f64, Vec<f32>), CommandError> {
+    let mut mean = |count: usize, rounds: usize| -> Result<(f64, Vec<f32>), LaboratoryError> {
         let [red, green, blue] = bands(count)?;
         let mut sum: Vec<f32> = Vec::new();
         let mut seconds = 0.0;
@@ -90,25 +90,25 @@ fn image(work: &Work, reference: usize) -> Result<Curve, CommandError> {
         rows: COUNTS
             .into_iter()
             .map(row)
-            .collect::<Result<_, CommandError>>()?,
+            .collect::<Result<_, LaboratoryError>>()?,
     })
 }
 
 /// P of the pixel, mean over the green band.
-fn pixel(reference: usize) -> Result<Curve, CommandError> {
-    let stack = PixelStack::builtin(PIXEL).map_err(failed)?;
+fn pixel(reference: usize) -> Result<Curve, LaboratoryError> {
+    let stack = PixelStack::builtin(PIXEL)?;
     let model = PixelModel::Wave(WaveSettings::standard());
-    let mean = |count: usize| -> Result<(f64, Vec<f64>), CommandError> {
+    let mean = |count: usize| -> Result<(f64, Vec<f64>), LaboratoryError> {
         let mut p = vec![0.0; THETA_DEG.len() * stack.subpixels.count()];
         let mut seconds = 0.0;
         let [_, green, _] = bands(count)?;
         for nm in green {
-            let lit = LitPixel::new(&stack, &model, nm).map_err(failed)?;
-            let mut light = || -> Result<Vec<f64>, CommandError> {
+            let lit = LitPixel::new(&stack, &model, nm)?;
+            let mut light = || -> Result<Vec<f64>, LaboratoryError> {
                 let mut all = Vec::new();
                 for theta in THETA_DEG {
                     let [u, v] = direction_cosines(theta, 0.0);
-                    all.extend(lit.light(u, v).map_err(failed)?.mean.absorbed);
+                    all.extend(lit.light(u, v)?.mean.absorbed);
                 }
                 Ok(all)
             };
@@ -135,7 +135,7 @@ fn pixel(reference: usize) -> Result<Curve, CommandError> {
         rows: COUNTS
             .into_iter()
             .map(row)
-            .collect::<Result<_, CommandError>>()?,
+            .collect::<Result<_, LaboratoryError>>()?,
     })
 }
 

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use crate::error::LaboratoryError;
 use glam::DMat3;
-use quadpixel::command::CommandError;
 use quadpixel::em::PixelStack;
 use quadpixel::lens::{FocusBy, Lens, Prescription};
 use quadpixel::render::{Camera, RenderSettings, render};
@@ -30,22 +30,11 @@ const CELLS: usize = 32;
 /// Texels along a cell: its edge is one wide.
 const TEXELS: usize = 8;
 
-/// Failures of built-in data, which no argument mends.
-pub fn failed(e: impl std::fmt::Display) -> CommandError {
-    CommandError::failed(e.to_string())
-}
-
 /// The lens, focused.
-pub fn lens() -> Result<Lens, CommandError> {
-    let lens = Prescription::builtin(LENS).and_then(|p| Lens::new(&p));
-    lens.and_then(|l| {
-        l.focused_at(
-            FOCUS_MM,
-            FocusBy::Sensor,
-            ChannelWavelengths::default().reference_nm(),
-        )
-    })
-    .map_err(failed)
+pub fn lens() -> Result<Lens, LaboratoryError> {
+    let lens = Lens::new(&Prescription::builtin(LENS)?)?;
+    let nm = ChannelWavelengths::default().reference_nm();
+    Ok(lens.focused_at(FOCUS_MM, FocusBy::Sensor, nm)?)
 }
 
 /// A lens, a pixel and a window of the sensor.
@@ -57,18 +46,14 @@ pub struct Work {
 
 impl Work {
     /// `side` × `side` microlenses with the response that comes with the program.
-    pub fn new(side: usize) -> Result<Self, CommandError> {
+    pub fn new(side: usize) -> Result<Self, LaboratoryError> {
         let lens = lens()?;
-        let stack = PixelStack::builtin(PIXEL).map_err(failed)?;
-        let table = AngularResponse::shipped_fdtd(&stack).map_err(failed)?;
-        let table = table
-            .ok_or_else(|| failed(format!("no response of {PIXEL} comes with the program")))?;
-        let system = lens
-            .at(ChannelWavelengths::default().reference_nm())
-            .map_err(failed)?;
+        let stack = PixelStack::builtin(PIXEL)?;
+        let table = AngularResponse::shipped_fdtd(&stack)?;
+        let table = table.ok_or(LaboratoryError::NoShippedTable(PIXEL))?;
+        let system = lens.at(ChannelWavelengths::default().reference_nm())?;
         let centre_mm = centre_at(&system, CHIEF_RAY_DEG.0, CHIEF_RAY_DEG.1)?;
-        let sensor = Sensor::new(stack.pitch_um, stack.subpixels, (side, side), centre_mm)
-            .map_err(failed)?;
+        let sensor = Sensor::new(stack.pitch_um, stack.subpixels, (side, side), centre_mm)?;
         Ok(Self {
             lens,
             sensor,
@@ -91,16 +76,15 @@ impl Work {
     }
 
     /// The camera whose channels are traced at these wavelengths.
-    pub fn camera(&self, wavelengths: ChannelWavelengths) -> Result<Camera, CommandError> {
+    pub fn camera(&self, wavelengths: ChannelWavelengths) -> Result<Camera, LaboratoryError> {
         let (lens, sensor) = (&self.lens, self.sensor.clone());
-        Camera::new(
+        Ok(Camera::new(
             lens,
             sensor,
             ShiftRule::ChiefRay,
             &self.response,
             wavelengths,
-        )
-        .map_err(failed)
+        )?)
     }
 
     /// The chart at a distance, just covering what the camera sees; key of its cells: `seed`.
@@ -109,16 +93,16 @@ impl Work {
         camera: &Camera,
         distance_mm: f64,
         seed: u64,
-    ) -> Result<Scene, CommandError> {
+    ) -> Result<Scene, LaboratoryError> {
         let side = CELLS * TEXELS;
         let texture = Texture::from_fn(side, side, |x, y| {
             let cell = [x / TEXELS, y / TEXELS].map(|c| c as u64);
             [0, 1, 2].map(|channel| uniform(seed, &[cell[0], cell[1], channel]) as f32)
         });
         let (centre, side_mm) = covering(camera, distance_mm, DMat3::IDENTITY)?;
-        let texture = Arc::new(texture.map_err(failed)?);
+        let texture = Arc::new(texture?);
         let card = TexturedPlane::new(centre, (side_mm, side_mm), (0.0, 0.0, 0.0), texture, None);
-        Ok(Scene::new(vec![card.map_err(failed)?], [0.0; 3]))
+        Ok(Scene::new(vec![card?], [0.0; 3]))
     }
 }
 

@@ -3,8 +3,8 @@
 use quadpixel::em::{Material, PixelStack};
 use quadpixel::response::{MovingFrame, ResponseError, direction_cosines};
 
-use super::Kind;
-use quadpixel::command::CommandError;
+use super::CurveStudy;
+use crate::error::LaboratoryError;
 use quadpixel_generators::assemble::pixel;
 
 /// Wavelength of all studies but one, nm.
@@ -40,31 +40,32 @@ impl Case {
     }
 }
 
-/// The cases of a study; `pixels` are those of the rejection study.
-pub(super) fn of(kind: Kind, pixels: &[String]) -> Result<Vec<Case>, CommandError> {
-    match kind {
-        Kind::Rejection if pixels.is_empty() => named(&["3.5um-roc3.5", "3.5um"].map(String::from)),
-        Kind::Rejection => named(pixels),
-        // Studies of their own kind.
-        Kind::Cra | Kind::FlatField | Kind::Corrected | Kind::Size | Kind::Mosaic => Ok(Vec::new()),
-        Kind::Filter => named(&["3.5um", "3.5um-thin-filter"].map(String::from)),
-        Kind::Tungsten => named(&["2.8um", "2.8um-tungsten"].map(String::from)),
-        Kind::Microlens => Ok(microlenses()),
-        Kind::Pitch => Ok(pitches()),
-        Kind::Wavelength => wavelengths().map_err(CommandError::input),
+/// The cases of a study.
+///
+/// # Errors
+/// An unknown pixel, or one that has no left and right half.
+pub(super) fn cases(study: &CurveStudy) -> Result<Vec<Case>, LaboratoryError> {
+    match study {
+        CurveStudy::Rejection { pixels } => named(pixels),
+        CurveStudy::Filter => named(&["3.5um", "3.5um-thin-filter"]),
+        CurveStudy::Tungsten => named(&["2.8um", "2.8um-tungsten"]),
+        CurveStudy::Microlens => Ok(microlenses()),
+        CurveStudy::Pitch => Ok(pitches()),
+        CurveStudy::Wavelength => Ok(wavelengths()?),
     }
 }
 
-fn named(pixels: &[String]) -> Result<Vec<Case>, CommandError> {
-    let case = |(chart, name): (usize, &String)| {
+fn named<Name: AsRef<str>>(pixels: &[Name]) -> Result<Vec<Case>, LaboratoryError> {
+    let case = |(chart, name): (usize, &Name)| {
+        let name = name.as_ref();
         let stack = pixel(name)?;
         if stack.subpixels.m() < 2 {
-            return Err(CommandError::input(format!(
-                "{name}: subpixels is {}; allowed: at least two columns, or there is nothing to part",
-                stack.subpixels
-            )));
+            return Err(LaboratoryError::OneColumn {
+                pixel: name.to_owned(),
+                subpixels: stack.subpixels,
+            });
         }
-        let paper = match name.as_str() {
+        let paper = match name {
             "3.5um-roc3.5" => Some((16.0, 13.0)),
             "3.5um" => Some((10.0, 18.0)),
             _ => None,

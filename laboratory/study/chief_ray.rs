@@ -2,15 +2,17 @@
 //! around.
 
 use std::fmt::Write;
+use std::path::Path;
+use std::time::Instant;
 
 use glam::DVec2;
 use quadpixel::em::PixelStack;
-use quadpixel::response::{ChiefRayShifts, ShiftedPixel, direction_cosines};
+use quadpixel::response::{ChiefRayShifts, PixelModel, ShiftedPixel, direction_cosines};
 use rayon::prelude::*;
+use serde_json::json;
 
-use super::{StudyArgs, one_pixel, write};
-use quadpixel::command::CommandError;
-use quadpixel::file;
+use super::{StudyReport, write};
+use crate::error::LaboratoryError;
 use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_generators::plot::Svg;
 
@@ -39,55 +41,47 @@ struct Direction {
     shares: Vec<Vec<f64>>,
 }
 
-pub(super) fn run(args: &StudyArgs, observer: &dyn Observer) -> Result<(), CommandError> {
-    let stack = one_pixel(args, "3.5um-thin-filter")?;
-    let model = args.model.shifted(&stack).table.model;
-    let pixel = ShiftedPixel::new(&stack, &model, WAVELENGTH_NM).map_err(CommandError::input)?;
-    let began = std::time::Instant::now();
-    let told = |done, total| observer.event(Event::Table { done, total });
-    let map = ChiefRayShifts::of_pixel(&pixel, args.cone_f_number, &THETA_DEG, AZIMUTHS, &told)
-        .map_err(CommandError::input)?;
-    let chiefs: Vec<(f64, f64)> = DRAWN.into_iter().flatten().collect();
-    let shift = |&(theta, phi): &(f64, f64)| {
+/// Studies the lens shifts by chief-ray angle (Fig. 5), for a cone that the sub-pixels share. Writes cra.csv, cra-shifts.csv and cra.svg
+/// into the folder `out`.
+///
+/// # Errors
+/// A pixel or a model that cannot be studied, or a disk that fails.
+pub fn chief_ray(
+    stack: &PixelStack,
+    model: &PixelModel,
+    cone_f_number: f64,
+    out: &Path,
+    observer: &dyn Observer,
+) -> Result<StudyReport, LaboratoryError> {
+    let pixel = ShiftedPixel::new(stack, model, WAVELENGTH_NM)?;
+    let began = Instant::now();
+    let progress = |done, total| observer.event(Event::Table { done, total });
+    let map = ChiefRayShifts::of_pixel(&pixel, cone_f_number, &THETA_DEG, AZIMUTHS, &progress)?;
+    let drawn = DRAWN.into_iter().flatten().map(|(theta, phi)| {
         let [u, v] = direction_cosines(theta, phi);
-        map.at(u, v).shift_um
-    };
-    let shifts: Vec<[f64; 2]> = chiefs.iter().map(shift).collect();
-    let all = directions(&pixel, &shifts).map_err(CommandError::input)?;
+        ((theta, phi), map.at(u, v).shift_um)
+    });
+    let (chiefs, shifts): (Vec<(f64, f64)>, Vec<[f64; 2]>) = drawn.unzip();
+    let all = directions(&pixel, &shifts)?;
     observer.event(Event::End);
     let seconds = began.elapsed().as_secs_f64();
 
-    file::create_folder(&args.out).map_err(CommandError::failed)?;
-    let files = ["cra.csv", "cra-shifts.csv", "cra.svg"].map(|f| args.out.join(f));
-    write(&files[0], &responses_csv(&stack, &chiefs, &shifts, &all))?;
-    write(&files[1], &shifts_csv(&pixel, &map)?)?;
-    write(
-        &files[2],
-        &svg(
-            &stack,
-            &chiefs,
-            &all,
-            (model.version(), 0.5 / args.cone_f_number),
-        ),
-    )?;
-    if args.json {
-        println!(
-            "{}",
-            serde_json::json!({
-                "study": "cra", "pixel": stack.name, "model": model.version(), "seconds": seconds, "files": files,
-                "chief_ray_shifts": map
-            })
-        );
-        return Ok(());
-    }
-    print!("{}", shifts_csv(&pixel, &map)?);
-    println!(
-        "{}, {}, {seconds:.1} s: {}",
-        stack.name,
-        model.version(),
-        args.out.display()
-    );
-    Ok(())
+    let version = model.version();
+    let table = shifts_csv(&pixel, &map)?;
+    let radius = 0.5 / cone_f_number;
+    let files = [
+        ("cra.csv", responses_csv(stack, &chiefs, &shifts, &all)),
+        ("cra-shifts.csv", table.clone()),
+        ("cra.svg", svg(stack, &chiefs, &all, (version, radius))),
+    ];
+    let files = write(out, &files)?;
+    Ok(StudyReport {
+        json: json!({
+            "study": "cra", "pixel": stack.name, "model": version, "seconds": seconds, "files": files, "chief_ray_shifts": map
+        }),
+        table,
+        summary: format!("{}, {version}, {seconds:.1} s", stack.name),
+    })
 }
 
 fn directions(
@@ -138,8 +132,8 @@ fn responses_csv(
 }
 
 /// The shifts found beside those of the first-order moving frame.
-fn shifts_csv(pixel: &ShiftedPixel, map: &ChiefRayShifts) -> Result<String, CommandError> {
-    let frame = pixel.frame().map_err(CommandError::input)?;
+fn shifts_csv(pixel: &ShiftedPixel, map: &ChiefRayShifts) -> Result<String, LaboratoryError> {
+    let frame = pixel.frame()?;
     let mut text = String::from(
         "chief_theta_deg,chief_phi_deg,along_um,across_um,shift_x_um,shift_y_um,first_order_along_um\n",
     );

@@ -3,6 +3,8 @@
 //! The exact runs are those of the FDTD table that comes with the program, where there is one of the pixel; else they are made.
 
 use std::fmt::Write;
+use std::path::Path;
+use std::time::Instant;
 
 use glam::DVec2;
 use quadpixel::em::PixelStack;
@@ -11,10 +13,10 @@ use quadpixel::response::{
     ShiftedPixel, spread,
 };
 use rayon::prelude::*;
+use serde_json::json;
 
-use super::{StudyArgs, one_pixel, write};
-use quadpixel::command::CommandError;
-use quadpixel::file;
+use super::{StudyReport, write};
+use crate::error::LaboratoryError;
 use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_generators::plot::{Axis, Chart, Series, sheet};
 
@@ -33,30 +35,74 @@ struct Left {
     rms: f64,
     max: f64,
     /// What the fit says of itself: RMS of each run left out.
-    told: f64,
+    claimed: f64,
 }
 
-pub(super) fn run(args: &StudyArgs, observer: &dyn Observer) -> Result<(), CommandError> {
-    let stack = one_pixel(args, "1.6um")?;
-    let settings = args.model.corrected();
-    settings.check().map_err(CommandError::input)?;
-    let began = std::time::Instant::now();
-    let told = |done, total| observer.event(Event::Table { done, total });
-    let wave = PixelModel::Wave(settings.wave);
-    let shipped = if args.all_shifts {
-        None
-    } else {
-        shipped(&stack, &settings).map_err(CommandError::input)?
+/// Studies exact runs spent against error left, of the centred lens or under all its shifts. Writes corrected.csv and corrected.svg into
+/// the folder `out`.
+///
+/// # Errors
+/// Settings, a pixel or a model that cannot be studied, or a disk that fails.
+pub fn corrected(
+    stack: &PixelStack,
+    settings: &CorrectedSettings,
+    all_shifts: bool,
+    out: &Path,
+    observer: &dyn Observer,
+) -> Result<StudyReport, LaboratoryError> {
+    settings.check()?;
+    let began = Instant::now();
+    let (source, runs) = exact_runs(stack, settings, all_shifts, observer)?;
+    observer.event(Event::End);
+    let spent = SPENT.into_iter().filter(|n| n + HELD_OUT <= runs.len());
+    let all: Vec<Left> = spent
+        .map(|n| left(stack, &runs, n))
+        .collect::<Result<_, _>>()?;
+    let seconds = began.elapsed().as_secs_f64();
+
+    let files = [
+        ("corrected.csv", csv(&all)),
+        ("corrected.svg", svg(stack, source, &all)),
+    ];
+    let files = write(out, &files)?;
+    let rows = all.iter().map(|l| {
+        json!({
+            "exact_runs": l.runs, "wave_rms": l.wave_rms, "corrected_rms": l.rms, "corrected_max": l.max, "told_rms": l.claimed
+        })
+    });
+    let runs = runs.len();
+    Ok(StudyReport {
+        json: json!({
+            "study": "corrected", "pixel": stack.name, "exact": source, "exact_runs": runs, "seconds": seconds, "files": files,
+            "left": rows.collect::<Vec<_>>()
+        }),
+        table: table(&all),
+        summary: format!("{}, {runs} runs of {source}, {seconds:.1} s", stack.name),
+    })
+}
+
+/// Where the exact runs are from, and each beside the wave model.
+fn exact_runs(
+    stack: &PixelStack,
+    settings: &CorrectedSettings,
+    all_shifts: bool,
+    observer: &dyn Observer,
+) -> Result<(&'static str, Vec<ExactRun>), ResponseError> {
+    let shipped = match all_shifts {
+        true => None,
+        false => shipped(stack, settings)?,
     };
     let (source, exact) = match shipped {
         Some(runs) => ("the shipped FDTD table", runs),
-        None => (
-            settings.exact.version(),
-            simulated(&stack, &settings, args.all_shifts, &told).map_err(CommandError::input)?,
-        ),
+        None => {
+            let progress = |done, total| observer.event(Event::Table { done, total });
+            let runs = simulated(stack, settings, all_shifts, &progress)?;
+            (settings.exact.version(), runs)
+        }
     };
-    let wave = ShiftedPixel::new(&stack, &wave, WAVELENGTH_NM).map_err(CommandError::input)?;
-    let both = |(incidence, exact): &(Incidence, Vec<f64>)| {
+    let wave = PixelModel::Wave(settings.wave);
+    let wave = ShiftedPixel::new(stack, &wave, WAVELENGTH_NM)?;
+    let both = |(incidence, exact): &SimulatedDirection| {
         Ok(ExactRun {
             incidence: *incidence,
             exact: exact.clone(),
@@ -64,62 +110,34 @@ pub(super) fn run(args: &StudyArgs, observer: &dyn Observer) -> Result<(), Comma
         })
     };
     let runs: Result<Vec<ExactRun>, ResponseError> = exact.par_iter().map(both).collect();
-    let runs = runs.map_err(CommandError::input)?;
-    observer.event(Event::End);
-    let spent = SPENT.into_iter().filter(|n| n + HELD_OUT <= runs.len());
-    let all: Vec<Left> = spent
-        .map(|n| left(&stack, &runs, n))
-        .collect::<Result<_, _>>()
-        .map_err(CommandError::input)?;
-    let seconds = began.elapsed().as_secs_f64();
+    Ok((source, runs?))
+}
 
-    file::create_folder(&args.out).map_err(CommandError::failed)?;
-    let files = ["corrected.csv", "corrected.svg"].map(|f| args.out.join(f));
-    write(&files[0], &csv(&all))?;
-    write(&files[1], &svg(&stack, source, &all))?;
-    if args.json {
-        let rows = all.iter().map(|l| {
-            serde_json::json!({
-                "exact_runs": l.runs, "wave_rms": l.wave_rms, "corrected_rms": l.rms, "corrected_max": l.max, "told_rms": l.told
-            })
-        });
-        println!(
-            "{}",
-            serde_json::json!({
-                "study": "corrected", "pixel": stack.name, "exact": source, "exact_runs": runs.len(), "seconds": seconds,
-                "files": files, "left": rows.collect::<Vec<_>>()
-            })
-        );
-        return Ok(());
-    }
-    println!(
-        "{:>10} {:>12} {:>17} {:>17} {:>16}   (% of the largest P, at directions held out)",
+/// For a person.
+fn table(all: &[Left]) -> String {
+    let mut text = format!(
+        "{:>10} {:>12} {:>17} {:>17} {:>16}   (% of the largest P, at directions held out)\n",
         "exact runs", "wave rms", "corrected rms", "corrected max", "told by the fit"
     );
-    for l in &all {
-        let percent = [l.wave_rms, l.rms, l.max, l.told].map(|x| 100.0 * x);
-        println!(
+    for l in all {
+        let percent = [l.wave_rms, l.rms, l.max, l.claimed].map(|x| 100.0 * x);
+        // Writing to a String cannot fail, here and below.
+        let _ = writeln!(
+            text,
             "{:>10} {:>12.2} {:>17.2} {:>17.2} {:>16.2}",
             l.runs, percent[0], percent[1], percent[2], percent[3]
         );
     }
-    println!(
-        "{}, {} runs of {source}, {seconds:.1} s: {}",
-        stack.name,
-        runs.len(),
-        args.out.display()
-    );
-    Ok(())
+    text
 }
-
 /// A direction and P of each sub-pixel there.
-type Held = (Incidence, Vec<f64>);
+type SimulatedDirection = (Incidence, Vec<f64>);
 
 /// The simulated directions of the shipped table, spread out first.
 fn shipped(
     stack: &PixelStack,
     settings: &CorrectedSettings,
-) -> Result<Option<Vec<Held>>, ResponseError> {
+) -> Result<Option<Vec<SimulatedDirection>>, ResponseError> {
     if !matches!(*settings.exact, PixelModel::Fdtd(_)) {
         return Ok(None);
     }
@@ -158,15 +176,15 @@ fn simulated(
     stack: &PixelStack,
     settings: &CorrectedSettings,
     all_shifts: bool,
-    told: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Vec<(Incidence, Vec<f64>)>, ResponseError> {
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Vec<SimulatedDirection>, ResponseError> {
     let exact = ShiftedPixel::new(stack, &settings.exact, WAVELENGTH_NM)?;
     let plan = settings.plan(stack, all_shifts)?;
     let done = std::sync::atomic::AtomicUsize::new(0);
     let one = |incidence: &Incidence| {
         let p = lit(&exact, incidence)?;
         let so_far = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-        told(so_far, plan.len());
+        progress(so_far, plan.len());
         Ok((*incidence, p))
     };
     plan.par_iter().map(one).collect()
@@ -194,18 +212,17 @@ fn left(stack: &PixelStack, runs: &[ExactRun], n: usize) -> Result<Left, Respons
         wave_rms: (wave / count).sqrt() / peak,
         rms: (sum / count).sqrt() / peak,
         max: max / peak,
-        told: correction.error().left_rms / peak,
+        claimed: correction.error().left_rms / peak,
     })
 }
 
 fn csv(all: &[Left]) -> String {
     let mut text = String::from("exact_runs,wave_rms,corrected_rms,corrected_max,told_rms\n");
     for l in all {
-        // Writing to a String cannot fail.
         let _ = writeln!(
             text,
             "{},{:.5},{:.5},{:.5},{:.5}",
-            l.runs, l.wave_rms, l.rms, l.max, l.told
+            l.runs, l.wave_rms, l.rms, l.max, l.claimed
         );
     }
     text
@@ -220,7 +237,7 @@ fn svg(stack: &PixelStack, source: &str, all: &[Left]) -> String {
     let series = vec![
         line("wave", "#666", |l| l.wave_rms).dashed(),
         line("corrected", "#1f6fd0", |l| l.rms),
-        line("told by the fit", "#d1332b", |l| l.told).dashed(),
+        line("told by the fit", "#d1332b", |l| l.claimed).dashed(),
     ];
     let highest = series.iter().map(Series::highest).fold(0.5, f64::max);
     let most = all.last().map_or(1.0, |l| l.runs as f64);

@@ -4,7 +4,7 @@
 use glam::DVec2;
 use quadpixel::response::REJECTION_THRESHOLD;
 
-use super::Kind;
+use super::CurveStudy;
 use super::cases::Case;
 use super::curve::{Curve, Point};
 use quadpixel_generators::plot::{Axis, Chart, Guide, Series, in_rows, sheet};
@@ -21,10 +21,10 @@ const RATIO_WITHIN_DEG: f64 = 30.0;
 /// Ratios above are left out.
 const LARGEST_RATIO: f64 = 1.0;
 
-pub(super) fn svg(kind: Kind, cases: &[Case], curves: &[Curve], model: &str) -> String {
-    let charts = match kind {
-        Kind::Pitch => vec![vec![pitches(cases, curves)]],
-        Kind::Microlens => {
+pub(super) fn svg(study: &CurveStudy, cases: &[Case], curves: &[Curve], model: &str) -> String {
+    let charts = match study {
+        CurveStudy::Pitch => vec![vec![pitches(cases, curves)]],
+        CurveStudy::Microlens => {
             let all: Vec<Chart> = cases
                 .iter()
                 .zip(curves)
@@ -32,17 +32,12 @@ pub(super) fn svg(kind: Kind, cases: &[Case], curves: &[Curve], model: &str) -> 
                 .collect();
             in_rows(all, 3)
         }
-        Kind::Wavelength => columns(cases, curves, &[BLUE, GREEN, RED]),
-        Kind::Rejection
-        | Kind::Filter
-        | Kind::Tungsten
-        | Kind::Cra
-        | Kind::FlatField
-        | Kind::Mosaic
-        | Kind::Corrected
-        | Kind::Size => columns(cases, curves, &[]),
+        CurveStudy::Wavelength => columns(cases, curves, &[BLUE, GREEN, RED]),
+        CurveStudy::Rejection { .. } | CurveStudy::Filter | CurveStudy::Tungsten => {
+            columns(cases, curves, &[])
+        }
     };
-    let title = format!("{} study, model {model}", kind.name());
+    let title = format!("{} study, model {model}", study.name());
     sheet(&title, &charts)
 }
 

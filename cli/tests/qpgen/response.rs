@@ -255,6 +255,14 @@ fn a_study_writes_its_curves_ranges_and_plot() {
 }
 
 #[test]
+fn a_knob_of_accuracy_that_is_gone_names_the_page_that_holds_its_answer() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = qpgen(folder.path(), &["accuracy", "rays", "lens"]);
+    refused(&output, "benches/runs/2026-11-21/accuracy.md");
+    assert!(!folder.path().join("accuracy").exists());
+}
+
+#[test]
 fn bad_directions_tables_and_pixels_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let response = |more: &[&str]| {

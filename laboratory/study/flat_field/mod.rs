@@ -9,18 +9,21 @@ mod report;
 mod ways;
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
 
-use quadpixel::file;
+use quadpixel::em::PixelStack;
 use quadpixel::response::{
     AngularResponse, ResponseCache, ResponseError, ShiftedPixel, ShiftedSettings,
 };
 use rayon::prelude::*;
+use serde_json::json;
 
 use self::places::{Place, Sensor56};
 use self::ways::{Nodes, Way};
-use super::{StudyArgs, one_pixel};
-use quadpixel::command::CommandError;
+use super::{StudyReport, write};
+use crate::error::LaboratoryError;
 use quadpixel_generators::observer::{Event, Observer};
 
 const WAVELENGTH_NM: f64 = 550.0;
@@ -48,82 +51,68 @@ struct Deviation {
     ray_rms: f64,
 }
 
-pub(super) fn run(args: &StudyArgs, observer: &dyn Observer) -> Result<(), CommandError> {
-    if !(8..=32).contains(&args.shifts) || !args.shifts.is_multiple_of(8) {
-        return Err(CommandError::input(format!(
-            "--shifts is {}; allowed: 8, 16, 24 or 32",
-            args.shifts
-        )));
-    }
-    let stack = one_pixel(args, "1.6um")?;
-    let settings = ShiftedSettings {
-        per_pitch: args.shifts,
-        cone_f_number: args.cone_f_number,
-        ..args.model.shifted(&stack)
-    };
-    let told = |done, total| observer.event(Event::Table { done, total });
-    let began = std::time::Instant::now();
+/// Studies interpolation between lens shifts on a white wall. Writes flat-field.csv and flat-field.png into the folder `out`.
+///
+/// # Errors
+/// Settings, a pixel or a model that cannot be studied, or a disk that fails.
+pub fn flat_field(
+    stack: &PixelStack,
+    settings: &ShiftedSettings,
+    out: &Path,
+    observer: &dyn Observer,
+) -> Result<StudyReport, LaboratoryError> {
+    let progress = |done, total| observer.event(Event::Table { done, total });
+    let began = Instant::now();
     let cache = ResponseCache::open(ResponseCache::default_dir());
     let table = cache
-        .get_or_build_shifted(&stack, &settings, &told)
-        .map_err(CommandError::input)?
+        .get_or_build_shifted(stack, settings, &progress)?
         .table;
-    let sensor = Sensor56::new(&stack, &table)?;
+    let sensor = Sensor56::new(stack, &table)?;
     let step = settings.table.cosine_max / settings.table.steps as f64;
     let held_out: Vec<Place> = HELD_OUT_MM
         .iter()
         .filter_map(|&(x, y)| sensor.place_on_nodes(x, y, step))
         .collect();
-    let pixel = ShiftedPixel::new(&stack, &settings.table.model, WAVELENGTH_NM)
-        .map_err(CommandError::input)?;
-    let truths =
-        truths(&pixel, &held_out, stack.subpixels.count(), &told).map_err(CommandError::input)?;
+    let pixel = ShiftedPixel::new(stack, &settings.table.model, WAVELENGTH_NM)?;
+    let truths = truths(&pixel, &held_out, stack.subpixels.count(), &progress)?;
     observer.event(Event::End);
 
     let mut deviations = Vec::new();
-    let divisors = [1, 2, 4].into_iter().filter(|d| args.shifts / d >= 4);
-    for divisor in divisors {
+    let divisors = [1, 2, 4].into_iter();
+    for divisor in divisors.filter(|d| settings.per_pitch / d >= 4) {
         let nodes = nodes(&table, divisor)?;
         for way in Way::ALL {
             deviations.push(deviation(&nodes, way, &held_out, &truths));
         }
     }
+    let mut files = write(out, &[("flat-field.csv", report::csv(&deviations))])?;
     // Half the nodes are drawn, against the finest table.
-    let drawn = nodes(&table, 2)?;
-    let finest = nodes(&table, 1)?;
-    file::create_folder(&args.out).map_err(CommandError::failed)?;
-    let files = ["flat-field.csv", "flat-field.png"].map(|f| args.out.join(f));
-    super::write(&files[0], &report::csv(&deviations))?;
-    report::picture(&files[1], &sensor, &drawn, &finest)?;
+    let picture = out.join("flat-field.png");
+    report::picture(&picture, &sensor, &nodes(&table, 2)?, &nodes(&table, 1)?)?;
+    files.push(picture);
     let seconds = began.elapsed().as_secs_f64();
     let beyond = sensor.chief_rays_beyond();
-    if args.json {
-        println!(
-            "{}",
-            serde_json::json!({
-                "study": "flat-field", "pixel": stack.name, "lens": places::LENS, "held_out": held_out.len(),
-                "chief_rays_beyond": beyond, "seconds": seconds, "files": files, "deviations": report::json(&deviations)
-            })
-        );
-        return Ok(());
-    }
-    print!("{}", report::table(&deviations));
-    println!(
-        "{}, {} held-out places of the 5.6 x 5.6 mm behind {}; chief rays beyond the shifts' last: {:.0} % of the sensor; {seconds:.1} s: {}",
-        stack.name,
-        held_out.len(),
-        places::LENS,
-        100.0 * beyond,
-        args.out.display()
-    );
-    Ok(())
+    let held_out = held_out.len();
+    Ok(StudyReport {
+        json: json!({
+            "study": "flat-field", "pixel": stack.name, "lens": places::LENS, "held_out": held_out,
+            "chief_rays_beyond": beyond, "seconds": seconds, "files": files, "deviations": report::json(&deviations)
+        }),
+        table: report::table(&deviations),
+        summary: format!(
+            "{}, {held_out} held-out places of the 5.6 x 5.6 mm behind {}; chief rays beyond the shifts' last: {:.0} % of the sensor; {seconds:.1} s",
+            stack.name,
+            places::LENS,
+            100.0 * beyond
+        ),
+    })
 }
 
-fn nodes(table: &AngularResponse, divisor: usize) -> Result<Nodes, CommandError> {
+fn nodes(table: &AngularResponse, divisor: usize) -> Result<Nodes, LaboratoryError> {
     table
         .with_fewer_shifts(divisor)
         .and_then(|t| Nodes::new(&t, WAVELENGTH_NM))
-        .ok_or_else(|| CommandError::failed("the table has no such part of its shifts"))
+        .ok_or(LaboratoryError::NoSuchShifts)
 }
 
 /// The weights `[ray][sub-pixel]` of each place, simulated under its own lens shift. Rays are directions of one grid: the shifts of all
@@ -132,7 +121,7 @@ fn truths(
     pixel: &ShiftedPixel,
     places: &[Place],
     count: usize,
-    told: &(dyn Fn(usize, usize) + Sync),
+    progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Vec<Vec<f32>>, ResponseError> {
     let mut reached: BTreeMap<[u32; 2], Vec<(usize, usize)>> = BTreeMap::new();
     for (k, place) in places.iter().enumerate() {
@@ -147,7 +136,7 @@ fn truths(
         let [u, v] = direction.map(|bits| f64::from(f32::from_bits(bits)));
         let shifts: Vec<[f64; 2]> = rays.iter().map(|(k, _)| places[*k].shift_um).collect();
         let answers = pixel.light(u, v, &shifts)?;
-        told(done.fetch_add(1, Ordering::Relaxed) + 1, directions.len());
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1, directions.len());
         Ok(answers)
     };
     let answers: Vec<_> = directions

@@ -10,7 +10,7 @@ use quadpixel::response::{AngularResponse, Response};
 use quadpixel::sensor::{Sensor, ShiftRule};
 use quadpixel::spectrum::ChannelWavelengths;
 
-use quadpixel::command::CommandError;
+use crate::error::LaboratoryError;
 
 /// It covers the sensor; the paper's own lens is not public to us.
 pub(super) const LENS: &str = "wide_US11940605B2_emb1";
@@ -35,20 +35,22 @@ pub(super) struct Place {
 
 impl Sensor56 {
     /// With the lens shifts that the table holds for chief rays.
-    pub fn new(stack: &PixelStack, table: &AngularResponse) -> Result<Self, CommandError> {
+    pub fn new(stack: &PixelStack, table: &AngularResponse) -> Result<Self, LaboratoryError> {
         let wavelengths = ChannelWavelengths::default();
         let lens = Prescription::builtin(LENS)
             .and_then(|p| Lens::new(&p))
-            .and_then(|l| l.focused_at(FOCUS_MM, FocusBy::Sensor, wavelengths.reference_nm()))
-            .map_err(CommandError::input)?;
+            .and_then(|l| l.focused_at(FOCUS_MM, FocusBy::Sensor, wavelengths.reference_nm()))?;
         let across = (SIDE_MM * 1e3 / stack.pitch_um).round() as usize;
         let size = (across, across);
-        let sensor = Sensor::new(stack.pitch_um, stack.subpixels, size, DVec2::ZERO)
-            .map_err(CommandError::input)?;
+        let sensor = Sensor::new(stack.pitch_um, stack.subpixels, size, DVec2::ZERO)?;
         let response = Response::Table(table.clone());
-        Camera::new(&lens, sensor, ShiftRule::ChiefRay, &response, wavelengths)
-            .map(Self)
-            .map_err(CommandError::input)
+        Ok(Self(Camera::new(
+            &lens,
+            sensor,
+            ShiftRule::ChiefRay,
+            &response,
+            wavelengths,
+        )?))
     }
 
     /// The part of the sensor whose chief rays lie beyond the last one that a shift was found for.

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::Deviation;
 use super::places::{Place, SIDE_MM, Sensor56};
 use super::ways::{Nodes, Way};
-use quadpixel::command::CommandError;
+use crate::error::LaboratoryError;
 use quadpixel_generators::preview::Sheet;
 
 /// Places a side of a picture.
@@ -77,7 +77,7 @@ pub(super) fn picture(
     sensor: &Sensor56,
     nodes: &Nodes,
     finest: &Nodes,
-) -> Result<(), CommandError> {
+) -> Result<(), LaboratoryError> {
     let s = nodes.subpixels();
     let view = s.index(s.m() - 1, 0);
     let at = |i: usize| ((i as f64 + 0.5) / ACROSS as f64 - 0.5) * SIDE_MM;
@@ -102,8 +102,8 @@ pub(super) fn picture(
                 _ => format!("deviation +-{}%", 100.0 * stretch),
             };
             sheet.text(left, top, 1, &name, [60, 60, 60]);
-            let image = Image::from_vec(ACROSS, ACROSS, 1, values.clone())
-                .ok_or_else(|| CommandError::failed("flat field: no picture"))?;
+            let mut image = Image::zeros(ACROSS, ACROSS, 1);
+            image.data_mut().copy_from_slice(values);
             let gray = |v: &[f32]| -> Rgb {
                 let x = (f64::from(v[0]) - middle) / stretch;
                 [(127.5 * (1.0 + x)).clamp(0.0, 255.0).round() as u8; 3]
@@ -111,7 +111,7 @@ pub(super) fn picture(
             sheet.picture((left, top + HEAD, ACROSS), &image, gray);
         }
     }
-    write_png8(path, &sheet.rgb, sheet.width, sheet.height, 3).map_err(CommandError::failed)
+    Ok(write_png8(path, &sheet.rgb, sheet.width, sheet.height, 3)?)
 }
 
 /// One view of the white wall over the mean view.

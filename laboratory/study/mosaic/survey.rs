@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use quadpixel::command::CommandError;
+use crate::error::LaboratoryError;
 use quadpixel::em::PixelStack;
 use quadpixel::em::mosaic::{FilterColour, MICROLENSES};
 use quadpixel::response::{LitPixel, PixelModel, direction_cosines};
@@ -68,23 +68,22 @@ impl Survey {
         stack: &PixelStack,
         model: &PixelModel,
         theta_deg: &[f64],
-        told: &(dyn Fn(usize, usize) + Sync),
-    ) -> Result<Self, CommandError> {
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Self, LaboratoryError> {
         if stack.mosaic.is_none() || stack.subpixels.m() < 2 {
-            return Err(CommandError::input(format!(
-                "{}: allowed in the mosaic study: a pixel with [mosaic] and at least two columns of sub-pixels",
-                stack.name
-            )));
+            return Err(LaboratoryError::NoMosaic {
+                pixel: stack.name.clone(),
+            });
         }
         // The supercell first: it takes longest.
         let mut stacks = vec![stack.clone()];
         for colour in FilterColour::ALL {
-            stacks.push(stack.of_one_colour(colour).map_err(CommandError::input)?);
+            stacks.push(stack.of_one_colour(colour)?);
         }
         let mut lit = Vec::new();
         for (_, wavelength_nm) in BANDS {
             for stack in &stacks {
-                lit.push(LitPixel::new(stack, model, wavelength_nm).map_err(CommandError::input)?);
+                lit.push(LitPixel::new(stack, model, wavelength_nm)?);
             }
         }
         let kinds = stacks.len();
@@ -98,8 +97,8 @@ impl Survey {
             let began = Instant::now();
             let [u, v] = direction_cosines(theta_deg, 0.0);
             let answer = lit[band * kinds + kind].light_period(u, v, &|_| ());
-            let answer = answer.map_err(CommandError::input)?;
-            told(done.fetch_add(1, Ordering::Relaxed) + 1, wanted.len());
+            let answer = answer?;
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, wanted.len());
             let by_microlens = stacks[kind].by_microlens(&answer.mean.absorbed);
             Ok(Solved {
                 microlenses: by_microlens.iter().map(|p| halves(stack, p)).collect(),
@@ -112,7 +111,7 @@ impl Survey {
             .par_iter()
             .with_max_len(1)
             .map(one)
-            .collect::<Result<_, CommandError>>()?;
+            .collect::<Result<_, LaboratoryError>>()?;
         let count = theta_deg.len();
         let at =
             |kind: usize, band: usize, i: usize| &solved[(kind * BANDS.len() + band) * count + i];

@@ -2,24 +2,24 @@
 //! sizes, each by the ideal box (classic) and by its wave optics (diffractive).
 //!
 //! ```text
-//! pixel × mode ─ camera ─▶ the same chart ─ render ─▶ views ─ shift ─▶ disparity a pixel of defocus, differences ─▶ CSV, JSON, picture
+//! pixel × mode ─ camera ─▶ the same chart ─ render ─▶ views ─ shift ─▶ disparity per pixel of defocus, differences ─▶ CSV, JSON, picture
 //! ```
 //! All pixels see the same piece of the chart on the same piece of the sensor.
 
 mod report;
 mod shot;
 
-use quadpixel::command::CommandError;
-use quadpixel::file;
-use quadpixel::response::{GeometricResponse, Response, ResponseCache};
+use std::path::Path;
+use std::time::Instant;
+
+use quadpixel::em::PixelStack;
+use quadpixel::response::{GeometricResponse, Response, ResponseCache, TableSettings};
+use quadpixel_generators::observer::{Event, Observer};
+use serde_json::json;
 
 use self::shot::{Bench, Shot};
-use super::{StudyArgs, write};
-use quadpixel_generators::assemble::pixel;
-use quadpixel_generators::observer::{Event, Observer};
-
-/// Pixels of Fig. 12.
-const PIXELS: [&str; 2] = ["3.5um", "1.6um"];
+use super::{StudyReport, write};
+use crate::error::LaboratoryError;
 
 /// How a pixel parts the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,69 +39,71 @@ impl Mode {
     }
 }
 
-pub(super) fn run(args: &StudyArgs, observer: &dyn Observer) -> Result<(), CommandError> {
-    let named: Vec<&str> = match &args.pixel[..] {
-        [] => PIXELS.to_vec(),
-        some => some.iter().map(String::as_str).collect(),
-    };
-    let stacks = named.iter().map(|name| pixel(name));
-    let stacks = stacks.collect::<Result<Vec<_>, _>>()?;
-    let input = |e: quadpixel::response::ResponseError| CommandError::input(e);
-    let began = std::time::Instant::now();
-    let cache = ResponseCache::open(ResponseCache::default_dir());
+/// Studies what is left of the phase signal of each pixel, with the settings of its table. Writes size.csv and size.jpg into the folder
+/// `out`.
+///
+/// # Errors
+/// A pixel or a model that cannot be studied, or a disk that fails.
+pub fn size(
+    pixels: &[(PixelStack, TableSettings)],
+    out: &Path,
+    observer: &dyn Observer,
+) -> Result<StudyReport, LaboratoryError> {
+    let began = Instant::now();
     let bench = Bench::new()?;
     let mut shots: Vec<Shot> = Vec::new();
-    for stack in &stacks {
-        let s = stack.subpixels;
-        if s.m() < 2 {
-            return Err(CommandError::input(format!(
-                "{}: subpixels is {s}; allowed: at least two columns, or there is nothing to part",
-                stack.name
-            )));
-        }
-        // The box that fits the main lens.
-        let focal_um = stack.pitch_um * bench.f_number();
-        let classic = GeometricResponse::new(s, stack.pitch_um, focal_um).map_err(input)?;
-        let told = |done, total| observer.event(Event::Table { done, total });
-        let table = cache
-            .get_or_build(stack, &args.model.table(stack), &told)
-            .map_err(input)?;
-        for warning in &table.warnings {
-            observer.event(Event::Warning(&warning.to_string()));
-        }
-        for (mode, response) in [
-            (Mode::Classic, Response::Geometric(classic)),
-            (Mode::Diffractive, Response::Table(table.table)),
-        ] {
-            observer.event(Event::Info(&format!("{}, {}", stack.name, mode.name())));
+    for (stack, settings) in pixels {
+        for (mode, response) in responses(stack, settings, bench.f_number(), observer)? {
+            let name = format!("{}, {}", stack.name, mode.name());
+            observer.event(Event::Info(&name));
             shots.push(bench.shot(stack, mode, &response)?);
         }
     }
     observer.event(Event::End);
     let seconds = began.elapsed().as_secs_f64();
 
-    file::create_folder(&args.out).map_err(CommandError::failed)?;
-    let files = ["size.csv", "size.jpg"].map(|f| args.out.join(f));
-    write(&files[0], &report::csv(&shots))?;
-    report::picture(&files[1], &shots)?;
-    if args.json {
-        println!(
-            "{}",
-            serde_json::json!({
-                "study": "size", "lens": shot::LENS, "focus_mm": shot::FOCUS_MM, "chart_mm": shot::CHART_MM,
-                "model": args.model.model().version(), "seconds": seconds, "files": files, "shots": report::json(&shots)
-            })
-        );
-        return Ok(());
+    let mut files = write(out, &[("size.csv", report::csv(&shots))])?;
+    let picture = out.join("size.jpg");
+    report::picture(&picture, &shots)?;
+    files.push(picture);
+    let model = pixels.first().map_or("", |p| p.1.model.version());
+    let (lens, focus_mm, chart_mm) = (shot::LENS, shot::FOCUS_MM, shot::CHART_MM);
+    Ok(StudyReport {
+        json: json!({
+            "study": "size", "lens": lens, "focus_mm": focus_mm, "chart_mm": chart_mm, "model": model, "seconds": seconds,
+            "files": files, "shots": report::json(&shots)
+        }),
+        table: report::table(&shots),
+        summary: format!(
+            "{lens}, focus {focus_mm} mm, chart {chart_mm} mm, {model}, {seconds:.1} s"
+        ),
+    })
+}
+
+/// The box that fits the main lens, and the model's table.
+fn responses(
+    stack: &PixelStack,
+    settings: &TableSettings,
+    f_number: f64,
+    observer: &dyn Observer,
+) -> Result<[(Mode, Response); 2], LaboratoryError> {
+    let subpixels = stack.subpixels;
+    if subpixels.m() < 2 {
+        return Err(LaboratoryError::OneColumn {
+            pixel: stack.name.clone(),
+            subpixels,
+        });
     }
-    print!("{}", report::table(&shots));
-    println!(
-        "{}, focus {} mm, chart {} mm, {}, {seconds:.1} s: {}",
-        shot::LENS,
-        shot::FOCUS_MM,
-        shot::CHART_MM,
-        args.model.model().version(),
-        args.out.display()
-    );
-    Ok(())
+    let focal_um = stack.pitch_um * f_number;
+    let classic = GeometricResponse::new(subpixels, stack.pitch_um, focal_um)?;
+    let progress = |done, total| observer.event(Event::Table { done, total });
+    let cache = ResponseCache::open(ResponseCache::default_dir());
+    let made = cache.get_or_build(stack, settings, &progress)?;
+    for warning in &made.warnings {
+        observer.event(Event::Warning(&warning.to_string()));
+    }
+    Ok([
+        (Mode::Classic, Response::Geometric(classic)),
+        (Mode::Diffractive, Response::Table(made.table)),
+    ])
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use quadpixel::command::CommandError;
+use crate::error::LaboratoryError;
 use quadpixel::image::Image;
 use quadpixel::image::colour::{Rgb, blue_white_red};
 use quadpixel::image::raster::write_jpeg;
@@ -109,8 +109,8 @@ pub(super) fn table(shots: &[Shot]) -> String {
     text
 }
 
-/// A row a shot: view A, view D, their difference, and of the diffractive mode what it changed in view A.
-pub(super) fn picture(path: &Path, shots: &[Shot]) -> Result<(), CommandError> {
+/// A row per shot: view A, view D, their difference, and of the diffractive mode what it changed in view A.
+pub(super) fn picture(path: &Path, shots: &[Shot]) -> Result<(), LaboratoryError> {
     let (across, down) = (SIDE + GAP, SIDE + HEAD + GAP);
     let mut sheet = Sheet::new(4 * across + GAP, shots.len() * down + GAP, [255; 3]);
     let gray = |v: &[f32]| -> Rgb { [code_from_linear(v[0]); 3] };
@@ -146,7 +146,13 @@ pub(super) fn picture(path: &Path, shots: &[Shot]) -> Result<(), CommandError> {
             draw(3, ["A: CLASSIC - DIFFRACTIVE", &scale], &changed, true);
         }
     }
-    write_jpeg(path, &sheet.rgb, sheet.width, sheet.height, QUALITY).map_err(CommandError::failed)
+    Ok(write_jpeg(
+        path,
+        &sheet.rgb,
+        sheet.width,
+        sheet.height,
+        QUALITY,
+    )?)
 }
 
 /// a − b; both of one camera.

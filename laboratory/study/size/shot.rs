@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use crate::error::LaboratoryError;
 use glam::{DMat3, DVec2};
-use quadpixel::command::CommandError;
 use quadpixel::em::PixelStack;
 use quadpixel::image::{Image, channel};
 use quadpixel::lens::{FocusBy, Lens, Prescription};
@@ -67,13 +67,12 @@ impl Shot {
 }
 
 impl Bench {
-    pub fn new() -> Result<Self, CommandError> {
+    pub fn new() -> Result<Self, LaboratoryError> {
         let nm = ChannelWavelengths::default().reference_nm();
         let lens = Prescription::builtin(LENS)
             .and_then(|p| Lens::new(&p))
-            .and_then(|l| l.focused_at(FOCUS_MM, FocusBy::Sensor, nm))
-            .map_err(CommandError::input)?;
-        let f_number = lens.paraxial(nm).map_err(CommandError::input)?.f_number;
+            .and_then(|l| l.focused_at(FOCUS_MM, FocusBy::Sensor, nm))?;
+        let f_number = lens.paraxial(nm)?.f_number;
         let letters = Alphabet {
             tiles: 4,
             lines: 3,
@@ -83,7 +82,7 @@ impl Bench {
         let chart = ChartSpec::Alphabet(letters).generate(1, CHART_PX);
         Ok(Self {
             lens,
-            chart: Arc::new(chart.map_err(CommandError::input)?),
+            chart: Arc::new(chart?),
             f_number,
         })
     }
@@ -99,11 +98,10 @@ impl Bench {
         stack: &PixelStack,
         mode: Mode,
         response: &Response,
-    ) -> Result<Shot, CommandError> {
+    ) -> Result<Shot, LaboratoryError> {
         let s = stack.subpixels;
         let across = (WINDOW_UM / stack.pitch_um).round().max(24.0) as usize;
-        let sensor = Sensor::new(stack.pitch_um, s, (across, across), DVec2::ZERO)
-            .map_err(CommandError::input)?;
+        let sensor = Sensor::new(stack.pitch_um, s, (across, across), DVec2::ZERO)?;
         let wavelengths = ChannelWavelengths::default();
         let camera = Camera::new(
             &self.lens,
@@ -111,12 +109,10 @@ impl Bench {
             ShiftRule::ChiefRay,
             response,
             wavelengths,
-        )
-        .map_err(CommandError::input)?;
+        )?;
         let (centre, side) = covering(&camera, CHART_MM, DMat3::IDENTITY)?;
         let flat = (0.0, 0.0, 0.0);
-        let plane = TexturedPlane::new(centre, (side, side), flat, self.chart.clone(), None)
-            .map_err(CommandError::input)?;
+        let plane = TexturedPlane::new(centre, (side, side), flat, self.chart.clone(), None)?;
         let scene = Scene::new(vec![plane], [0.0; 3]);
         let settings = RenderSettings {
             rays_per_pixel: RAYS_PER_PIXEL,
@@ -129,7 +125,7 @@ impl Bench {
         let mut image = rendered.image;
         image.scale(gain as f32);
         let green = |index: usize| channel(&image.view(index), ChannelWavelengths::REFERENCE);
-        let dark = || CommandError::failed("no light reaches the middle of the sensor");
+        let dark = || LaboratoryError::Dark;
         let truth = ReceptiveField::new(
             &camera,
             ChannelWavelengths::REFERENCE,

@@ -1,0 +1,208 @@
+//! `qpgen study`: the paper's studies of the pixel with any pixel model, as tables, CSV files and plots.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use quadpixel::command::CommandError;
+use quadpixel::em::PixelStack;
+use quadpixel::response::{PixelModel, ShiftedSettings};
+use quadpixel_cli::log::Log;
+use quadpixel_cli::progress::Progress;
+use quadpixel_generators::assemble::pixel;
+use quadpixel_generators::pixel_model::PixelModelArgs;
+use quadpixel_laboratory::study::{self, Angles, CurveStudy, StudyReport};
+
+use super::laboratory::command_error;
+
+/// Arguments of `qpgen study`.
+#[derive(Args)]
+pub struct StudyArgs {
+    /// What to study.
+    #[arg(value_enum)]
+    kind: Kind,
+    /// Pixels of the rejection and size studies, separated by commas, or the one of the cra, flat-field, corrected and mosaic studies: built-in names or
+    /// TOML files; absent: 3.5um-roc3.5,3.5um, or 3.5um,1.6um (size), 3.5um-thin-filter (cra), 1.6um (flat-field, corrected), 1.6um-bayer (mosaic).
+    #[arg(long, value_delimiter = ',')]
+    pixel: Vec<String>,
+    /// Of the flat-field study: lens shifts per pitch, a multiple of 8.
+    #[arg(long, default_value_t = 16)]
+    shifts: usize,
+    /// Of the corrected study: under all lens shifts, not only the centred lens.
+    #[arg(long)]
+    all_shifts: bool,
+    /// Of the cra study: F-number of the cone of light that the sub-pixels share equally.
+    #[arg(long, default_value_t = 2.0)]
+    cone_f_number: f64,
+    #[command(flatten)]
+    model: PixelModelArgs,
+    /// Step of the angle of incidence, deg, such as 2.5.
+    #[arg(long, default_value_t = 1.0)]
+    theta_step_deg: f64,
+    /// Largest angle of incidence, deg, from the chief ray.
+    #[arg(long, default_value_t = 50.0)]
+    theta_max_deg: f64,
+    /// Folder for KIND.csv and KIND.svg (of flat-field a .png, of size a .jpg), also KIND-ranges.csv, or cra-shifts.csv. While the study runs: KIND.partial, from which a killed study goes on.
+    #[arg(long, default_value = "study")]
+    out: PathBuf,
+    /// Prints one JSON object on stdout.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Kind {
+    /// P of left and right sub-pixel over θ, and their ratio (Fig. 2).
+    Rejection,
+    /// Nine microlenses on the 3.5 µm pixel, ranked by the paper's four criteria (section 2.1.2).
+    Microlens,
+    /// R_a and R_b from 1.2 to 6 µm (Fig. 11).
+    Pitch,
+    /// 1.6 µm pixel at 400, 532 and 700 nm, centred and shifted for a chief ray at 25° (Fig. 13).
+    Wavelength,
+    /// Colour filters of 1 µm and 750 nm (Fig. 3(a)).
+    Filter,
+    /// Lens shifts by chief-ray angle, and the response of sub-pixel A under them (Fig. 5).
+    Cra,
+    /// A white wall over the whole 5.6 x 5.6 mm sensor, each view: interpolation between lens shifts (section 3.1).
+    FlatField,
+    /// Exact runs spent against error left, of the corrected wave model.
+    Corrected,
+    /// The alphabet chart 500 mm away, focus at 750 mm, by each pixel, classic and diffractive: views, their difference, and the disparity per pixel of
+    /// defocus (Fig. 12).
+    Size,
+    /// Tungsten walls on the 2.8 µm pixel (Fig. 3(b)); needs a vector model.
+    Tungsten,
+    /// Crosstalk under a mosaic of colour filters against the period of one colour, the paper's worst case; needs a vector model: qpgen study mosaic
+    /// --model rcwa --preset draft --theta-step-deg 5.
+    Mosaic,
+}
+
+/// Computes, prints, writes.
+///
+/// # Errors
+/// Bad arguments (2), or a disk that fails (1).
+pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
+    let observer = Progress::new(log.json(args.json));
+    let report = studied(args, &observer)?;
+    if args.json {
+        println!("{}", report.json);
+    } else {
+        print!("{}", report.table);
+        println!("{}: {}", report.summary, args.out.display());
+    }
+    Ok(())
+}
+
+fn studied(args: &StudyArgs, observer: &Progress) -> Result<StudyReport, CommandError> {
+    let out = &args.out;
+    let report = match args.kind {
+        Kind::Cra => {
+            let stack = args.one_pixel("3.5um-thin-filter")?;
+            let model = args.model.shifted(&stack).table.model;
+            study::chief_ray(&stack, &model, args.cone_f_number, out, observer)
+        }
+        Kind::FlatField => {
+            let (stack, settings) = args.flat_field()?;
+            study::flat_field(&stack, &settings, out, observer)
+        }
+        Kind::Corrected => {
+            let stack = args.one_pixel("1.6um")?;
+            study::corrected(
+                &stack,
+                &args.model.corrected(),
+                args.all_shifts,
+                out,
+                observer,
+            )
+        }
+        Kind::Size => {
+            let stacks = args.pixels(&["3.5um", "1.6um"]).into_iter().map(|name| {
+                let stack = pixel(&name)?;
+                let settings = args.model.table(&stack);
+                Ok((stack, settings))
+            });
+            let stacks = stacks.collect::<Result<Vec<_>, CommandError>>()?;
+            study::size(&stacks, out, observer)
+        }
+        Kind::Mosaic => {
+            let stack = args.one_pixel("1.6um-bayer")?;
+            let model = args.vector_model()?;
+            study::mosaic(&stack, &model, &args.angles()?, out, observer)
+        }
+        Kind::Rejection => {
+            let pixels = args.pixels(&["3.5um-roc3.5", "3.5um"]);
+            return args.curves(&CurveStudy::Rejection { pixels }, observer);
+        }
+        Kind::Microlens => return args.curves(&CurveStudy::Microlens, observer),
+        Kind::Pitch => return args.curves(&CurveStudy::Pitch, observer),
+        Kind::Wavelength => return args.curves(&CurveStudy::Wavelength, observer),
+        Kind::Filter => return args.curves(&CurveStudy::Filter, observer),
+        Kind::Tungsten => return args.curves(&CurveStudy::Tungsten, observer),
+    };
+    report.map_err(command_error)
+}
+
+impl StudyArgs {
+    /// The pixels, or else those of the study.
+    fn pixels(&self, default: &[&str]) -> Vec<String> {
+        match &self.pixel[..] {
+            [] => default.iter().map(|&name| name.to_owned()).collect(),
+            names => names.to_vec(),
+        }
+    }
+
+    /// The one pixel of a study that has but one.
+    fn one_pixel(&self, default: &str) -> Result<PixelStack, CommandError> {
+        match &self.pixels(&[default])[..] {
+            [name] => pixel(name),
+            names => Err(CommandError::input(format!(
+                "--pixel is {}; allowed: one pixel in this study",
+                names.join(",")
+            ))),
+        }
+    }
+
+    fn angles(&self) -> Result<Angles, CommandError> {
+        Angles::new(self.theta_step_deg, self.theta_max_deg).map_err(|e| {
+            CommandError::input(format!(
+                "--theta-step-deg is {} and --theta-max-deg {}; allowed: {}",
+                e.step_deg, e.largest_deg, e.allowed
+            ))
+        })
+    }
+
+    /// The pixel model of the mosaic study.
+    fn vector_model(&self) -> Result<PixelModel, CommandError> {
+        let model = self.model.model();
+        if matches!(model, PixelModel::Rcwa(_) | PixelModel::Fdtd(_)) {
+            return Ok(model);
+        }
+        Err(CommandError::input(format!(
+            "--model is {}; allowed: rcwa or fdtd in the mosaic study (the others know no unlike neighbours)",
+            self.model.name()
+        )))
+    }
+
+    /// Pixel and table of the flat-field study.
+    fn flat_field(&self) -> Result<(PixelStack, ShiftedSettings), CommandError> {
+        if !(8..=32).contains(&self.shifts) || !self.shifts.is_multiple_of(8) {
+            return Err(CommandError::input(format!(
+                "--shifts is {}; allowed: 8, 16, 24 or 32",
+                self.shifts
+            )));
+        }
+        let stack = self.one_pixel("1.6um")?;
+        let settings = ShiftedSettings {
+            per_pitch: self.shifts,
+            cone_f_number: self.cone_f_number,
+            ..self.model.shifted(&stack)
+        };
+        Ok((stack, settings))
+    }
+
+    fn curves(&self, study: &CurveStudy, observer: &Progress) -> Result<StudyReport, CommandError> {
+        let angles = self.angles()?;
+        study::curves(study, &self.model.model(), &angles, &self.out, observer)
+            .map_err(command_error)
+    }
+}
