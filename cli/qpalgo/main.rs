@@ -83,8 +83,8 @@ enum Command {
     Score(score::ScoreArgs),
     /// Measures a lens's aberration on a chart, and takes it out of captures of the same camera.
     ///
-    /// Example: qpalgo correct-aberrations --calibration out/samples/000000 -o camera.json
-    ///          qpalgo correct-aberrations --apply camera.json out/samples/000001 -o corrected
+    /// Example: qpalgo correct-aberrations --calibration out/samples/000000 -o calibration.json
+    ///          qpalgo correct-aberrations --apply calibration.json out/samples/000001 -o corrected
     #[command(verbatim_doc_comment)]
     CorrectAberrations(correct::CorrectArgs),
     /// Table 2 of the quad-pixel paper from rendered captures: raw, corrected, gain.
@@ -106,7 +106,7 @@ enum Command {
     /// the disparity x_L - x_R in px with the standard deviation s; and the confidence 1 - s/(0.1 px), at least 0.
     ///
     /// Example: qpalgo depth out/samples/000001 --score -o depth
-    ///          qpalgo depth capture/raw.png --calibration camera.json --format pfm -o depth
+    ///          qpalgo depth capture/raw.png --calibration calibration.json --format pfm -o depth
     ///          qpalgo depth --left l.png --right r.png --srgb --curve camera-curve.json -o depth
     #[command(verbatim_doc_comment)]
     Depth(depth::DepthArgs),
