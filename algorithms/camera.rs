@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use quadpixel::file::{self, FileError};
 use quadpixel_datasets::{
-    CameraDescription, Channel, DisparityRatio, Focus, Intrinsics, RawFormat, RawLevels, Response,
-    SCHEMA_VERSION, Sensor, paths,
+    CameraDescription, Channel, DisparityRatio, Focus, Intrinsics, ParseError, RawFormat, RawLevels,
+    Response, SCHEMA_VERSION, Sensor, check_version, paths,
 };
 use serde::Deserialize;
 
@@ -127,8 +127,16 @@ pub fn read_beside(folder: &Path) -> Result<Option<(PathBuf, CameraDescription)>
 }
 
 fn parsed<T: for<'a> Deserialize<'a>>(path: &Path, bytes: &[u8]) -> Result<T, CameraError> {
-    serde_json::from_slice(bytes).map_err(|e| CameraError::Json {
+    let error = |cause: String| CameraError::Json {
         path: path.to_path_buf(),
-        cause: e.to_string(),
-    })
+        cause,
+    };
+    let value: serde_json::Value =
+        serde_json::from_slice(bytes).map_err(|e| error(e.to_string()))?;
+    // A file without a version may be of another kind, and its fields say what is wrong.
+    match check_version(&value) {
+        Ok(()) | Err(ParseError::NoVersion) => {}
+        Err(version) => return Err(error(version.to_string())),
+    }
+    serde_json::from_slice(bytes).map_err(|e| error(e.to_string()))
 }

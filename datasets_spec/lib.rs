@@ -18,6 +18,7 @@ pub mod paths;
 mod readout;
 mod sample;
 mod split;
+mod version;
 
 pub use camera::{
     Channel, ChannelBand, CraShift, ExitPupil, Exposure, Focus, Intrinsics, Lens, Response, Sensor,
@@ -34,10 +35,11 @@ pub use sample::{
     CocDisparity, Effects, EstimatedError, FileKind, LeftOut, LostRays, Noise, Range, Ranges, Raw,
     RawFormat, RenderStatistics, SampleFile, SampleMeta, Scene, Storage,
 };
+pub use version::{ParseError, check_version, parse};
 pub use split::{Split, split_of_scene, split_scenes};
 
 /// Version of the layout and of both schemas. It changes when a reader of the old one would misread the new one.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// The contract in words.
 pub const SPEC: &str = include_str!("SPEC.md");

@@ -80,7 +80,7 @@ impl FileEntry {
     }
 }
 
-/// The units of schema version 1.
+/// The units of this schema version.
 pub fn units() -> BTreeMap<String, String> {
     table(&[
         ("raw, views, target", "linear, 1 = the sensor's white"),
@@ -98,7 +98,7 @@ pub fn units() -> BTreeMap<String, String> {
     ])
 }
 
-/// The conventions of schema version 1.
+/// The conventions of this schema version.
 pub fn conventions() -> BTreeMap<String, String> {
     table(&[
         (

@@ -5,7 +5,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::SCHEMA_VERSION;
 use crate::camera::{Channel, Exposure, Focus, Intrinsics, Lens, Response, Sensor};
+use crate::camera_description::{CameraDescription, DisparityRatio, RawLevels};
 use crate::manifest::FileEntry;
 use crate::mosaic::Mosaic;
 use crate::readout::Readout;
@@ -53,13 +55,41 @@ pub struct SampleMeta {
     pub statistics: RenderStatistics,
     /// Ranges of the truth maps over the valid pixels.
     pub ranges: Ranges,
-    /// The measured tie between left-right disparity and circle of confusion; `null` where nothing is out of focus or
-    /// the pixel has one column.
+    /// Truth, for scoring: the tie between left-right disparity and circle of confusion, fitted to the maps of this sample; `null` where
+    /// nothing is out of focus or the pixel has one column. The camera's own ratio is in `camera.json`.
     pub coc_disparity: Option<CocDisparity>,
     /// The sample's files but `meta.json`, in the order of their names.
     pub files: Vec<SampleFile>,
-    /// Length and hash of each of them, in the same order; a path is the file's name.
+    /// Length and hash of each of them and of `camera.json`, in the order of their names; a path is the file's name.
     pub contents: Vec<FileEntry>,
+}
+
+impl SampleMeta {
+    /// The sample's `camera.json`: what of all this the camera knows itself, and its ratio of disparity to circle of confusion.
+    pub fn camera(&self, disparity_ratio: DisparityRatio) -> CameraDescription {
+        CameraDescription {
+            schema_version: SCHEMA_VERSION,
+            pitch_um: self.sensor.pitch_um,
+            subpixels: self.sensor.subpixels,
+            width_px: self.sensor.width_px,
+            height_px: self.sensor.height_px,
+            centre_mm: self.sensor.centre_mm,
+            channels: self.channels.iter().map(|c| c.name.clone()).collect(),
+            raw: RawLevels {
+                format: self.raw.format,
+                black_level: self.raw.black_level,
+                white_level: self.raw.white_level,
+                linear_at_white: self.raw.linear_at_white,
+            },
+            lens: self.lens.name.clone(),
+            efl_mm: self.lens.efl_mm,
+            f_number: self.lens.f_number,
+            focus: self.focus.clone(),
+            intrinsics: self.intrinsics.clone(),
+            response: self.response.clone(),
+            disparity_ratio,
+        }
+    }
 }
 
 /// The scene.

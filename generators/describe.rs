@@ -3,7 +3,7 @@
 mod colours;
 
 use glam::DVec2;
-use quadpixel::render::{Camera, RenderStats};
+use quadpixel::render::{Camera, RenderStats, disparity_ratio};
 use quadpixel::response::{Response, ResponseLookup};
 use quadpixel::sensor::ShiftRule;
 use quadpixel::units::M_PER_MM;
@@ -130,6 +130,8 @@ pub(crate) fn describe(
         noise: spec::Noise::None,
         mosaic: recipe.sensor.mosaic,
         intrinsics: intrinsics(camera),
+        disparity_ratio: disparity_ratio(camera)
+            .unwrap_or_else(|| unreachable!("a camera with a lens")),
         effects: effects(
             recipe,
             camera,

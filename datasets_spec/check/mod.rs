@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use crate::manifest::{DatasetManifest, FileEntry, SampleEntry};
 use crate::split::Split;
-use crate::{SCHEMA_VERSION, paths};
+use crate::{parse, paths};
 
 /// Something that is wrong.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -169,30 +169,11 @@ fn read_manifest(root: &Path, report: &mut Report) -> Option<DatasetManifest> {
     };
     match parse(&bytes) {
         Ok(manifest) => Some(manifest),
-        Err(what) => {
-            report.add(paths::DATASET, what);
+        Err(why) => {
+            report.add(paths::DATASET, why.to_string());
             None
         }
     }
-}
-
-/// Parses `dataset.json` or `meta.json`, the version first, so that another version is named as such.
-fn parse<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
-    let invalid = |cause: serde_json::Error| format!("does not follow the schema: {cause}");
-    let value: serde_json::Value = serde_json::from_slice(bytes).map_err(invalid)?;
-    match value
-        .get("schema_version")
-        .and_then(serde_json::Value::as_u64)
-    {
-        Some(version) if version == u64::from(SCHEMA_VERSION) => {}
-        Some(version) => {
-            return Err(format!(
-                "schema version {version}; this program reads {SCHEMA_VERSION}"
-            ));
-        }
-        None => return Err("has no schema version".into()),
-    }
-    serde_json::from_slice(bytes).map_err(invalid)
 }
 
 /// The tree holds the listed files and nothing else.

@@ -2,11 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Contents, Depth, Report, mosaic, parse, pixels};
+use super::{Contents, Depth, Report, mosaic, pixels};
+use crate::camera_description::CameraDescription;
 use crate::layout::{Optional, sample_files};
 use crate::load::{Planes, decode};
 use crate::manifest::{FileEntry, SampleEntry};
-use crate::paths;
+use crate::{parse, paths};
 use crate::sample::{FileKind, RawFormat, SampleFile, SampleMeta};
 
 /// Adds to `report` what is wrong with a sample, and gives the hash of its configuration. `listed` is what `dataset.json` says of
@@ -35,18 +36,19 @@ pub(super) fn check(
         Some(None) => return None,
         Some(Some(bytes)) => match parse(bytes) {
             Ok(meta) => meta,
-            Err(what) => {
-                report.add(&meta_path, what);
+            Err(why) => {
+                report.add(&meta_path, why.to_string());
                 return None;
             }
         },
     };
     check_meta(&meta, entry, &meta_path, report);
     check_contents(&meta, listed, &meta_path, report);
+    check_camera(&meta, folder, contents, report);
     let configuration = Some(meta.configuration_blake3.clone());
     let names: BTreeSet<&str> = meta.files.iter().map(|file| file.name.as_str()).collect();
     for name in contents.keys() {
-        if name != paths::META && !names.contains(name.as_str()) {
+        if ![paths::META, paths::CAMERA].contains(&name.as_str()) && !names.contains(name.as_str()) {
             report.add(&format!("{folder}/{name}"), "is not listed in meta.json");
         }
     }
@@ -89,11 +91,14 @@ fn check_contents(
     path: &str,
     report: &mut Report,
 ) {
-    let of_content = meta.contents.iter().map(|own| own.path.as_str());
-    if !of_content.eq(meta.files.iter().map(|file| file.name.as_str())) {
+    let described = meta.contents.iter().map(|entry| entry.path.as_str());
+    let pictures = meta.files.iter().map(|file| file.name.as_str());
+    let mut names: Vec<&str> = pictures.chain([paths::CAMERA]).collect();
+    names.sort_unstable();
+    if !described.eq(names) {
         report.add(
             path,
-            "contents: not one entry a file, in the order of files",
+            "contents: not one entry per file and camera.json, in the order of their names",
         );
     }
     for own in &meta.contents {
@@ -101,6 +106,38 @@ fn check_contents(
         if known.is_some_and(|(_, e)| (e.bytes, &e.blake3) != (own.bytes, &own.blake3)) {
             let what = format!("contents: {} differs from dataset.json", own.path);
             report.add(path, what);
+        }
+    }
+}
+
+/// `camera.json` follows the schema and says of the camera what `meta.json` says.
+fn check_camera(meta: &SampleMeta, folder: &str, contents: &Contents, report: &mut Report) {
+    let path = format!("{folder}/{}", paths::CAMERA);
+    let camera: CameraDescription = match contents.get(paths::CAMERA) {
+        None => return report.add(&path, "is not listed in dataset.json"),
+        Some(None) => return, // reported with the hashes
+        Some(Some(bytes)) => match parse(bytes) {
+            Ok(camera) => camera,
+            Err(why) => return report.add(&path, why.to_string()),
+        },
+    };
+    if camera != meta.camera(camera.disparity_ratio.clone()) {
+        report.add(&path, "differs from meta.json in a field that both have");
+    }
+    let subpixels = meta.sensor.subpixels;
+    let ratio = &camera.disparity_ratio;
+    let fields = [
+        ("left_right", &ratio.left_right, subpixels.columns),
+        ("top_bottom", &ratio.top_bottom, subpixels.rows),
+    ];
+    for (name, field, parts) in fields {
+        let sound = match field {
+            Some(field) => parts > 1 && field.is_sound(),
+            None => true,
+        };
+        if !sound {
+            let what = "has not one value per node, or belongs to a pixel of one part";
+            report.add(&path, format!("disparity_ratio.{name} {what}"));
         }
     }
 }

@@ -5,7 +5,9 @@
 
 use std::path::Path;
 
-use quadpixel_datasets::{DatasetManifest, SampleMeta, dataset_schema, sample_schema};
+use quadpixel_datasets::{
+    CameraDescription, DatasetManifest, SampleMeta, camera_schema, dataset_schema, sample_schema,
+};
 use serde_json::{Value, json};
 
 /// Rewrites the files when QUADPIXEL_WRITE_SCHEMA is set; otherwise compares.
@@ -20,7 +22,7 @@ fn is_current(name: &str, schema: &Value) {
     let committed = std::fs::read_to_string(&path).unwrap();
     assert_eq!(
         committed, text,
-        "schema/{name} is out of date: QUADPIXEL_WRITE_SCHEMA=1 cargo test -p datasets_spec --release --test schema"
+        "schema/{name} is out of date: QUADPIXEL_WRITE_SCHEMA=1 cargo test -p quadpixel-datasets --release --test schema"
     );
 }
 
@@ -28,6 +30,7 @@ fn is_current(name: &str, schema: &Value) {
 fn committed_schemas_are_those_of_the_types() {
     is_current("dataset.schema.json", &dataset_schema());
     is_current("meta.schema.json", &sample_schema());
+    is_current("camera.schema.json", &camera_schema());
 }
 
 #[test]
@@ -35,7 +38,13 @@ fn the_examples_validate_and_come_back_unchanged() {
     let dataset: Value =
         serde_json::from_str(include_str!("../schema/dataset.example.json")).unwrap();
     let meta: Value = serde_json::from_str(include_str!("../schema/meta.example.json")).unwrap();
-    for (schema, example) in [(dataset_schema(), &dataset), (sample_schema(), &meta)] {
+    let camera: Value =
+        serde_json::from_str(include_str!("../schema/camera.example.json")).unwrap();
+    for (schema, example) in [
+        (dataset_schema(), &dataset),
+        (sample_schema(), &meta),
+        (camera_schema(), &camera),
+    ] {
         let validator = jsonschema::validator_for(&schema).unwrap();
         let errors: Vec<String> = validator
             .iter_errors(example)
@@ -46,7 +55,11 @@ fn the_examples_validate_and_come_back_unchanged() {
     let read: DatasetManifest = serde_json::from_value(dataset.clone()).unwrap();
     assert_eq!(serde_json::to_value(read).unwrap(), dataset);
     let read: SampleMeta = serde_json::from_value(meta.clone()).unwrap();
-    assert_eq!(serde_json::to_value(read).unwrap(), meta);
+    assert_eq!(serde_json::to_value(&read).unwrap(), meta);
+    // One example: what the camera says of itself is what the sample says of the camera.
+    let described: CameraDescription = serde_json::from_value(camera.clone()).unwrap();
+    assert_eq!(described, read.camera(described.disparity_ratio.clone()));
+    assert_eq!(serde_json::to_value(described).unwrap(), camera);
 }
 
 #[test]

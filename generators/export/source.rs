@@ -9,7 +9,7 @@ use quadpixel::image::exr::{NamedLayer, decode_layers};
 use quadpixel::image::views::{Side, sum_of};
 use quadpixel::image::{Image, channel};
 use quadpixel_datasets::{
-    DatasetManifest, FileEntry, SCHEMA_VERSION, SUM_LAYER, SampleEntry, SampleMeta, paths,
+    DatasetManifest, FileEntry, SUM_LAYER, SampleEntry, SampleMeta, paths,
 };
 
 /// A dataset that is read.
@@ -35,13 +35,7 @@ impl Source {
             CommandError::input(format!("{e}; allowed: the folder of a finished dataset"))
         })?;
         let manifest: DatasetManifest =
-            serde_json::from_slice(&bytes).map_err(|e| named(e.to_string()))?;
-        if manifest.schema_version != SCHEMA_VERSION {
-            let version = manifest.schema_version;
-            return Err(named(format!(
-                "schema version {version}; this program reads {SCHEMA_VERSION}"
-            )));
-        }
+            quadpixel_datasets::parse(&bytes).map_err(|e| named(e.to_string()))?;
         for entry in &manifest.samples {
             paths::checked_name(&entry.id).map_err(|e| named(e.to_string()))?;
         }
@@ -86,7 +80,7 @@ impl Source {
 
     pub fn sample<'a>(&'a self, entry: &'a SampleEntry) -> Result<Sample<'a>, CommandError> {
         let path = format!("{}/{}/{}", paths::SAMPLES, entry.id, paths::META);
-        let meta = serde_json::from_slice(&self.read(&path)?)
+        let meta = quadpixel_datasets::parse(&self.read(&path)?)
             .map_err(|e| CommandError::input(format!("{path}: {e}")))?;
         Ok(Sample {
             source: self,
@@ -100,7 +94,7 @@ impl Sample<'_> {
     /// Name and content of every file, `meta.json` too, in the order of their names.
     pub fn all_files(&self) -> Result<Vec<(String, Vec<u8>)>, CommandError> {
         let mut names: Vec<&str> = self.meta.files.iter().map(|f| f.name.as_str()).collect();
-        names.push(paths::META);
+        names.extend([paths::CAMERA, paths::META]);
         names.sort_unstable();
         let each = names.into_iter();
         each.map(|name| Ok((name.to_string(), self.read(name)?)))

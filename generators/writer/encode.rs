@@ -70,21 +70,19 @@ pub(super) fn encode(
         .map(|file| pictures.encode(file))
         .collect::<Result<_, _>>()?;
     let clipped = encoded.iter().map(|(_, clipped)| clipped).sum();
-    let hashed = (files.par_iter().zip(&encoded))
-        .map(|(file, (bytes, _))| FileEntry::of(&file.name, bytes))
-        .collect();
-    let meta = describe(
-        sample,
-        name,
-        &truth,
-        raw_of(sample.raw_encoding, clipped),
-        (files, hashed),
-    );
-    let mut contents: Contents = meta
-        .files
-        .iter()
-        .zip(encoded)
+    let raw = raw_of(sample.raw_encoding, clipped);
+    let mut meta = describe(sample, name, &truth, raw, files);
+    let camera = meta.camera(given.disparity_ratio.clone());
+    let mut contents: Contents = (meta.files.iter().zip(encoded))
         .map(|(file, (bytes, _))| (file.name.clone(), bytes))
+        .collect();
+    contents.push((
+        paths::CAMERA.to_string(),
+        json(Path::new(paths::CAMERA), &camera)?,
+    ));
+    contents.sort_by(|a, b| a.0.cmp(&b.0));
+    meta.contents = (contents.par_iter())
+        .map(|(name, bytes)| FileEntry::of(name, bytes))
         .collect();
     contents.push((
         paths::META.to_string(),
@@ -273,7 +271,7 @@ fn describe(
     name: &str,
     truth: &Truth,
     raw: Raw,
-    (files, contents): (Vec<SampleFile>, Vec<FileEntry>),
+    files: Vec<SampleFile>,
 ) -> SampleMeta {
     let given = sample.description.clone();
     let subpixels = given.sensor.subpixels;
@@ -310,6 +308,6 @@ fn describe(
             subpixels.rows as usize,
         ),
         files,
-        contents,
+        contents: Vec::new(),
     }
 }

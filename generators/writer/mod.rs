@@ -111,6 +111,8 @@ pub struct Description {
     pub mosaic: Option<spec::MosaicPattern>,
     /// Pinhole camera.
     pub intrinsics: spec::Intrinsics,
+    /// Ratio of disparity to circle of confusion, for `camera.json`.
+    pub disparity_ratio: spec::DisparityRatio,
     /// Effects simulated and left out.
     pub effects: spec::Effects,
     /// Rays a pixel and channel.

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use quadpixel::file;
-use quadpixel_datasets::{SampleMeta, paths};
+use quadpixel_datasets::{ParseError, SampleMeta, paths};
 
 use super::{VERSION, WriteError, aside_of};
 
@@ -54,7 +54,13 @@ pub fn found_sample(
                 what: "holds a sample of another configuration or version: choose another output folder".into(),
             });
         }
-        Err(what) => what,
+        Err(NotWhole::OfAnotherRelease(error)) => {
+            return Err(WriteError::Occupied {
+                path: folder,
+                what: error.to_string(),
+            });
+        }
+        Err(NotWhole::Damaged(what)) => what,
     };
     let aside = aside_of(&samples, &name);
     file::remove(&aside)?;
@@ -63,19 +69,34 @@ pub fn found_sample(
     Ok(Found::Broken(broken))
 }
 
+/// Why a folder is no whole sample.
+enum NotWhole {
+    /// Another release made it: not ours to take away.
+    OfAnotherRelease(ParseError),
+    /// A disk or a person damaged it, in words.
+    Damaged(String),
+}
+
 /// The description, if all files that it names are there at their lengths; else what is wrong.
-fn whole(folder: &Path) -> Result<SampleMeta, String> {
+fn whole(folder: &Path) -> Result<SampleMeta, NotWhole> {
+    let damaged = |what: String| NotWhole::Damaged(what);
     let path = folder.join(paths::META);
-    let bytes = fs::read(&path).map_err(|e| format!("{}: {e}", paths::META))?;
+    let bytes = fs::read(&path).map_err(|e| damaged(format!("{}: {e}", paths::META)))?;
     let meta: SampleMeta =
-        serde_json::from_slice(&bytes).map_err(|e| format!("{}: {e}", paths::META))?;
+        quadpixel_datasets::parse(&bytes).map_err(|error| match error {
+            ParseError::Earlier(_) | ParseError::Later(_) => NotWhole::OfAnotherRelease(error),
+            _ => damaged(format!("{}: {error}", paths::META)),
+        })?;
     for own in &meta.contents {
-        let name = paths::checked_name(&own.path).map_err(|e| e.to_string())?;
+        let name = paths::checked_name(&own.path).map_err(|e| damaged(e.to_string()))?;
         let length = folder.join(name).symlink_metadata().map(|data| data.len());
         match length {
             Ok(length) if length == own.bytes => {}
-            Ok(length) => return Err(format!("{name} has {length} bytes, not {}", own.bytes)),
-            Err(e) => return Err(format!("{name}: {e}")),
+            Ok(length) => {
+                let what = format!("{name} has {length} bytes, not {}", own.bytes);
+                return Err(damaged(what));
+            }
+            Err(e) => return Err(damaged(format!("{name}: {e}"))),
         }
     }
     Ok(meta)

@@ -37,7 +37,7 @@ pub(super) fn survey(root: &Path, names: &[String]) -> Result<Survey, WriteError
         let path = root.join(&folder).join(paths::META);
         let bytes = file::read(&path)?;
         let meta: SampleMeta =
-            serde_json::from_slice(&bytes).map_err(|e| WriteError::Occupied {
+            quadpixel_datasets::parse(&bytes).map_err(|e| WriteError::Occupied {
                 path: path.clone(),
                 what: format!("is no description of a sample: {e}"),
             })?;

@@ -8,7 +8,7 @@ import numpy as np
 from .files import read_exr, read_png, stack
 from .geometry import left_right, subpixel_names
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 #: What a sample can be asked for, and the file it comes from.
 ITEMS = {
@@ -33,6 +33,19 @@ ITEMS = {
 
 def _file_of(item, meta):
     return ITEMS[item] or f"raw.{meta['raw']['format']}"
+
+
+def check_version(description, named=""):
+    """Raises ValueError if a ``dataset.json``, ``meta.json`` or ``camera.json`` is of another schema version than this package reads."""
+    version = description.get("schema_version")
+    if version == SCHEMA_VERSION:
+        return
+    if isinstance(version, int) and version < SCHEMA_VERSION:
+        raise ValueError(
+            f"{named}schema version {version}: it was made by an earlier release, and this one reads version {SCHEMA_VERSION}; "
+            "make it again with `qpgen render` of a sample's meta.json, or with `qpgen dataset`"
+        )
+    raise ValueError(f"{named}schema version {version}; this package reads {SCHEMA_VERSION}")
 
 
 def decode(files, items=None):
@@ -66,8 +79,7 @@ def decode(files, items=None):
     ========================  ==================  ==================================================================
     """
     meta = json.loads(files["meta.json"])
-    if meta["schema_version"] != SCHEMA_VERSION:
-        raise ValueError(f"schema version {meta['schema_version']}; this package reads {SCHEMA_VERSION}")
+    check_version(meta)
     if items is None:
         items = [item for item in ITEMS if _file_of(item, meta) in files]
     subpixels = meta["sensor"]["subpixels"]
@@ -140,9 +152,7 @@ class Dataset:
         with open(os.path.join(self.root, "dataset.json"), "rb") as file:
             #: ``dataset.json``: configuration, units, conventions, licence
             self.manifest = json.load(file)
-        version = self.manifest["schema_version"]
-        if version != SCHEMA_VERSION:
-            raise ValueError(f"{self.root}: schema version {version}; this package reads {SCHEMA_VERSION}")
+        check_version(self.manifest, f"{self.root}: ")
         if split not in (None, "train", "val", "test"):
             raise ValueError(f"split is {split!r}; allowed: 'train', 'val', 'test', None")
         unknown = [item for item in items if item not in ITEMS]

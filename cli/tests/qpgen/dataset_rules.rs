@@ -210,9 +210,14 @@ fn a_description_that_does_not_fit_its_pictures_is_found() {
             "shows scene",
         ),
         (
-            "\"schema_version\": 1",
+            "\"schema_version\": 2",
             "\"schema_version\": 9",
-            "schema version 9",
+            "later release",
+        ),
+        (
+            "\"schema_version\": 2",
+            "\"schema_version\": 1",
+            "make it again with `qpgen render`",
         ),
         ("\"pitch_um\": 3.5", "\"pitch_um\": 0.0", "sensor.pitch_um"),
         (
@@ -234,5 +239,26 @@ fn a_description_that_does_not_fit_its_pictures_is_found() {
         assert_finds(&findings(folder.path()), "meta.json", &[what]);
     }
     replace(folder.path(), &mut manifest, "meta.json", sound.as_bytes());
+    assert!(findings(folder.path()).is_empty());
+}
+
+#[test]
+fn a_camera_that_is_not_the_samples_or_breaks_its_schema_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut manifest = dataset(folder.path());
+    let sound = fs::read_to_string(folder.path().join(FOLDER).join("camera.json")).unwrap();
+    let faults = [
+        ("\"pitch_um\": 3.5", "\"pitch_um\": 3.6", "differs from meta.json"),
+        ("\"columns\": 2,\n      \"rows\"", "\"columns\": 3,\n      \"rows\"", "one value per node"),
+        ("\"lens\": \"thin-lens\"", "\"scene\": 1", "does not follow the schema"),
+        ("\"schema_version\": 2", "\"schema_version\": 1", "earlier release"),
+    ];
+    for (from, to, what) in faults {
+        assert!(sound.contains(from), "{from}");
+        let broken = sound.replacen(from, to, 1);
+        replace(folder.path(), &mut manifest, "camera.json", broken.as_bytes());
+        assert_finds(&findings(folder.path()), "camera.json", &[what]);
+    }
+    replace(folder.path(), &mut manifest, "camera.json", sound.as_bytes());
     assert!(findings(folder.path()).is_empty());
 }

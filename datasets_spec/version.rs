@@ -1,0 +1,76 @@
+//! Reading a description: its version first, so that one of another release is named as such and not as a fault of some field.
+
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use crate::SCHEMA_VERSION;
+
+/// Why a `dataset.json`, `meta.json` or `camera.json` cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ParseError {
+    /// Of an earlier release.
+    #[error(
+        "schema version {0}: it was made by an earlier release, and this one reads version {SCHEMA_VERSION}; make it again with \
+         `qpgen render` of a sample's meta.json, or with `qpgen dataset`"
+    )]
+    Earlier(u64),
+    /// Of a later release.
+    #[error(
+        "schema version {0}: it was made by a later release, and this one reads version {SCHEMA_VERSION}"
+    )]
+    Later(u64),
+    /// It says no version.
+    #[error("has no schema version")]
+    NoVersion,
+    /// It does not follow the schema.
+    #[error("does not follow the schema: {0}")]
+    Schema(#[from] serde_json::Error),
+}
+
+/// Whether a description is of this release's version.
+///
+/// # Errors
+/// [`ParseError::Earlier`], [`ParseError::Later`], [`ParseError::NoVersion`].
+pub fn check_version(description: &Value) -> Result<(), ParseError> {
+    let version = description.get("schema_version").and_then(Value::as_u64);
+    match version.ok_or(ParseError::NoVersion)? {
+        version if version == u64::from(SCHEMA_VERSION) => Ok(()),
+        version if version < u64::from(SCHEMA_VERSION) => Err(ParseError::Earlier(version)),
+        version => Err(ParseError::Later(version)),
+    }
+}
+
+/// Reads a `dataset.json`, `meta.json` or `camera.json`.
+///
+/// # Errors
+/// See [`ParseError`].
+pub fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, ParseError> {
+    check_version(&serde_json::from_slice(bytes)?)?;
+    Ok(serde_json::from_slice(bytes)?)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+    use crate::{CameraDescription, DatasetManifest, SampleMeta};
+
+    #[test]
+    fn what_an_earlier_release_made_is_named_with_how_to_make_it_again() {
+        // Of another version no field may be looked at: there is nothing else in this one.
+        let early = br#"{ "schema_version": 1, "lens": 3 }"#;
+        let said = [
+            parse::<SampleMeta>(early).unwrap_err().to_string(),
+            parse::<DatasetManifest>(early).unwrap_err().to_string(),
+            parse::<CameraDescription>(early).unwrap_err().to_string(),
+        ];
+        for text in said {
+            assert!(text.contains("earlier release"), "{text}");
+            assert!(text.contains("qpgen render") && text.contains("qpgen dataset"));
+        }
+        let later = parse::<SampleMeta>(br#"{ "schema_version": 99 }"#);
+        assert!(matches!(later, Err(ParseError::Later(99))));
+        assert!(matches!(parse::<SampleMeta>(b"{}"), Err(ParseError::NoVersion)));
+        assert!(matches!(parse::<SampleMeta>(b"{"), Err(ParseError::Schema(_))));
+    }
+}
