@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use quadpixel::file::{self, FileError};
 use quadpixel_datasets::{
-    CameraDescription, Channel, DisparityRatio, Focus, Intrinsics, ParseError, RawFormat, RawLevels,
-    Response, SCHEMA_VERSION, Sensor, check_version, paths,
+    CameraDescription, Channel, DisparityRatio, Focus, Intrinsics, ParseError, RawFormat,
+    RawLevels, Response, SCHEMA_VERSION, Sensor, check_version, paths,
 };
 use serde::Deserialize;
 

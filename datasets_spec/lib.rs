@@ -35,8 +35,8 @@ pub use sample::{
     CocDisparity, Effects, EstimatedError, FileKind, LeftOut, LostRays, Noise, Range, Ranges, Raw,
     RawFormat, RenderStatistics, SampleFile, SampleMeta, Scene, Storage,
 };
-pub use version::{ParseError, check_version, parse};
 pub use split::{Split, split_of_scene, split_scenes};
+pub use version::{ParseError, check_version, parse};
 
 /// Version of the layout and of both schemas. It changes when a reader of the old one would misread the new one.
 pub const SCHEMA_VERSION: u32 = 2;

@@ -70,7 +70,13 @@ mod tests {
         }
         let later = parse::<SampleMeta>(br#"{ "schema_version": 99 }"#);
         assert!(matches!(later, Err(ParseError::Later(99))));
-        assert!(matches!(parse::<SampleMeta>(b"{}"), Err(ParseError::NoVersion)));
-        assert!(matches!(parse::<SampleMeta>(b"{"), Err(ParseError::Schema(_))));
+        assert!(matches!(
+            parse::<SampleMeta>(b"{}"),
+            Err(ParseError::NoVersion)
+        ));
+        assert!(matches!(
+            parse::<SampleMeta>(b"{"),
+            Err(ParseError::Schema(_))
+        ));
     }
 }

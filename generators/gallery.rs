@@ -66,7 +66,10 @@ fn card(html: &mut String, entry: &SampleEntry, meta: &SampleMeta) {
     }
     html.push_str("</dl>\n<p class=\"files\">");
     let names = meta.files.iter().map(|file| file.name.as_str());
-    for name in names.filter(|name| *name != sheet).chain([paths::CAMERA, paths::META]) {
+    for name in names
+        .filter(|name| *name != sheet)
+        .chain([paths::CAMERA, paths::META])
+    {
         let _ = write!(html, "<a href=\"{folder}/{name}\">{name}</a> ");
     }
     html.push_str("</p></div>\n</article>\n");

@@ -7,8 +7,8 @@ use crate::camera_description::CameraDescription;
 use crate::layout::{Optional, sample_files};
 use crate::load::{Planes, decode};
 use crate::manifest::{FileEntry, SampleEntry};
-use crate::{parse, paths};
 use crate::sample::{FileKind, RawFormat, SampleFile, SampleMeta};
+use crate::{parse, paths};
 
 /// Adds to `report` what is wrong with a sample, and gives the hash of its configuration. `listed` is what `dataset.json` says of
 /// its files, `contents` what was read of them.
@@ -48,7 +48,8 @@ pub(super) fn check(
     let configuration = Some(meta.configuration_blake3.clone());
     let names: BTreeSet<&str> = meta.files.iter().map(|file| file.name.as_str()).collect();
     for name in contents.keys() {
-        if ![paths::META, paths::CAMERA].contains(&name.as_str()) && !names.contains(name.as_str()) {
+        if ![paths::META, paths::CAMERA].contains(&name.as_str()) && !names.contains(name.as_str())
+        {
             report.add(&format!("{folder}/{name}"), "is not listed in meta.json");
         }
     }

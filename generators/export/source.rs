@@ -8,9 +8,7 @@ use quadpixel::file;
 use quadpixel::image::exr::{NamedLayer, decode_layers};
 use quadpixel::image::views::{Side, sum_of};
 use quadpixel::image::{Image, channel};
-use quadpixel_datasets::{
-    DatasetManifest, FileEntry, SUM_LAYER, SampleEntry, SampleMeta, paths,
-};
+use quadpixel_datasets::{DatasetManifest, FileEntry, SUM_LAYER, SampleEntry, SampleMeta, paths};
 
 /// A dataset that is read.
 pub(super) struct Source {

@@ -248,17 +248,43 @@ fn a_camera_that_is_not_the_samples_or_breaks_its_schema_is_found() {
     let mut manifest = dataset(folder.path());
     let sound = fs::read_to_string(folder.path().join(FOLDER).join("camera.json")).unwrap();
     let faults = [
-        ("\"pitch_um\": 3.5", "\"pitch_um\": 3.6", "differs from meta.json"),
-        ("\"columns\": 2,\n      \"rows\"", "\"columns\": 3,\n      \"rows\"", "one value per node"),
-        ("\"lens\": \"thin-lens\"", "\"scene\": 1", "does not follow the schema"),
-        ("\"schema_version\": 2", "\"schema_version\": 1", "earlier release"),
+        (
+            "\"pitch_um\": 3.5",
+            "\"pitch_um\": 3.6",
+            "differs from meta.json",
+        ),
+        (
+            "\"columns\": 2,\n      \"rows\"",
+            "\"columns\": 3,\n      \"rows\"",
+            "one value per node",
+        ),
+        (
+            "\"lens\": \"thin-lens\"",
+            "\"scene\": 1",
+            "does not follow the schema",
+        ),
+        (
+            "\"schema_version\": 2",
+            "\"schema_version\": 1",
+            "earlier release",
+        ),
     ];
     for (from, to, what) in faults {
         assert!(sound.contains(from), "{from}");
         let broken = sound.replacen(from, to, 1);
-        replace(folder.path(), &mut manifest, "camera.json", broken.as_bytes());
+        replace(
+            folder.path(),
+            &mut manifest,
+            "camera.json",
+            broken.as_bytes(),
+        );
         assert_finds(&findings(folder.path()), "camera.json", &[what]);
     }
-    replace(folder.path(), &mut manifest, "camera.json", sound.as_bytes());
+    replace(
+        folder.path(),
+        &mut manifest,
+        "camera.json",
+        sound.as_bytes(),
+    );
     assert!(findings(folder.path()).is_empty());
 }
