@@ -14,6 +14,11 @@
 
 /// Millimetres in a micrometre.
 pub const MM_PER_UM: f64 = 1e-3;
+/// A length in µm of one in nm.
+#[inline]
+pub fn um_from_nm(nm: f64) -> f64 {
+    nm * 1e-3
+}
 /// Metres in a millimetre.
 pub const M_PER_MM: f64 = 1e-3;
 /// The helium d line in nm, at which lens files state their indices.

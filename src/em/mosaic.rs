@@ -145,13 +145,7 @@ impl PixelStack {
         own.map(|p| p.iter().map(|p| p * cells).collect()).collect()
     }
 
-    /// Of [`Self::by_microlens`] the one that the response is of: the mosaic's colour.
-    pub(crate) fn own_share(&self, absorbed: &[f64]) -> Vec<f64> {
-        let colour = self.mosaic.as_ref().map(|m| m.colour);
-        self.share_of(colour.unwrap_or_default(), absorbed)
-    }
-
-    /// The same of any colour; without a mosaic there is one microlens.
+    /// Of [`Self::by_microlens`] that of a colour, of green the mean of both; without a mosaic there is one microlens.
     pub(crate) fn share_of(&self, colour: FilterColour, absorbed: &[f64]) -> Vec<f64> {
         let by_microlens = self.by_microlens(absorbed);
         let own = by_microlens.iter().zip(FilterColour::OF_MICROLENSES);
@@ -239,20 +233,19 @@ mod tests {
 
     #[test]
     fn a_response_is_of_the_microlens_asked_for_per_light_on_it() {
-        let mut stack = bayer();
+        let stack = bayer();
         let absorbed: Vec<f64> = (0..16).map(f64::from).collect();
         for (colour, first) in [
             (FilterColour::Red, 0.0),
             (FilterColour::Green, 6.0),
             (FilterColour::Blue, 12.0),
         ] {
-            stack.mosaic.as_mut().unwrap().colour = colour;
-            let own = stack.own_share(&absorbed);
+            let own = stack.share_of(colour, &absorbed);
             let wanted: Vec<f64> = (0..4).map(|i| 4.0 * (first + f64::from(i))).collect();
             assert_eq!(own, wanted);
         }
         let plain = stack.of_one_colour(FilterColour::Red).unwrap();
-        assert_eq!(plain.own_share(&[0.1, 0.2, 0.3, 0.4]), [0.1, 0.2, 0.3, 0.4]);
+        assert_eq!(plain.share_of(FilterColour::Red, &[0.1, 0.2, 0.3, 0.4]), [0.1, 0.2, 0.3, 0.4]);
         assert_eq!(
             plain.layer("filter").unwrap().material,
             stack.mosaic.unwrap().red

@@ -9,6 +9,7 @@ use rustfft::num_complex::Complex64;
 
 use super::StackError;
 use super::stack::PixelStack;
+use crate::units::um_from_nm;
 
 type C = Complex64;
 
@@ -87,7 +88,7 @@ impl FlatStack {
                 "a positive wavelength, |sine| below the index of the upper half space",
             ));
         }
-        let k0 = 2.0 * std::f64::consts::PI / (wavelength_nm * 1e-3);
+        let k0 = 2.0 * std::f64::consts::PI / um_from_nm(wavelength_nm);
         let media: Vec<(C, f64)> = std::iter::once((C::new(self.above, 0.0), 0.0))
             .chain(self.layers.iter().copied())
             .chain(std::iter::once((self.below, 0.0)))

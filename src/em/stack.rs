@@ -18,8 +18,9 @@ use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use super::Material;
-use super::mosaic::{FilterIndices, Mosaic};
-use crate::sensor::Subpixels;
+use super::mosaic::{FilterColour, FilterIndices, Mosaic};
+use crate::range::OutOfRange;
+use crate::sensor::{MovingFrame, Subpixels};
 
 /// Most layers that a pixel may list.
 const MOST_LAYERS: usize = 32;
@@ -28,15 +29,8 @@ const MOST_LAYERS: usize = 32;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StackError {
     /// A value out of its range.
-    #[error("pixel: {field} is {value}; allowed: {allowed}")]
-    Value {
-        /// The field.
-        field: String,
-        /// What was given.
-        value: String,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    #[error(transparent)]
+    Range(#[from] OutOfRange),
     /// A pixel file that is not understood.
     #[error("{file}: {why}")]
     File {
@@ -53,11 +47,7 @@ impl StackError {
         value: impl std::fmt::Display,
         allowed: &'static str,
     ) -> Self {
-        Self::Value {
-            field: field.into(),
-            value: value.to_string(),
-            allowed,
-        }
+        Self::Range(OutOfRange::new("pixel", field.into(), value, allowed))
     }
 }
 
@@ -272,6 +262,39 @@ impl PixelStack {
             }
         }
         self.lens.height_um - r + sum / (SAMPLES * SAMPLES) as f64
+    }
+
+    /// How a lens shift moves the response, to first order: n of the lens, and the depth of the silicon below the mean lens surface in
+    /// lengths of it, `H = Σ d_i n / n_i`.
+    ///
+    /// # Errors
+    /// A material that does not know the wavelength.
+    pub fn moving_frame(&self, wavelength_nm: f64) -> Result<MovingFrame, StackError> {
+        let index = |m: &Material| m.index(wavelength_nm).map(|n| n.re);
+        let n = index(&self.lens.material)?;
+        let mut height = self.mean_lens_height_um();
+        for layer in &self.layers {
+            height += layer.thickness_um * n / index(&layer.material)?;
+        }
+        Ok(MovingFrame::new(n, height)?)
+    }
+
+    /// The pixel with its lens elsewhere.
+    #[must_use]
+    pub fn with_lens_shift(&self, shift_um: [f64; 2]) -> Self {
+        let mut stack = self.clone();
+        stack.lens.shift_um = shift_um;
+        stack
+    }
+
+    /// The pixel with another colour of its mosaic; without a mosaic the same.
+    #[must_use]
+    pub fn with_colour(&self, colour: FilterColour) -> Self {
+        let mut stack = self.clone();
+        if let Some(mosaic) = &mut stack.mosaic {
+            mosaic.colour = colour;
+        }
+        stack
     }
 
     /// Indices of lens, layers, trenches and silicon. Fails where a material does not know the wavelength.

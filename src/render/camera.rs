@@ -11,8 +11,8 @@ use crate::frames::uv_from_camera_direction;
 use crate::lens::{
     ExitPupilMap, Lens, LensError, OpticalSystem, Paraxial, PupilEllipse, chief_ray,
 };
-use crate::response::{ChiefRayShifts, MovingFrame, Response, ResponseLookup};
-use crate::sensor::{MicrolensShifts, Sensor, ShiftRule};
+use crate::response::{ChiefRayShifts, Response, ResponseLookup};
+use crate::sensor::{MicrolensShifts, MovingFrame, Sensor, ShiftRule};
 use crate::spectrum::ChannelWavelengths;
 
 use super::tracer::Tracer;

@@ -2,19 +2,17 @@
 
 use std::path::PathBuf;
 
+use crate::em::StackError;
+use crate::em::light::SolverError;
+use crate::journal::JournalError;
+use crate::range::OutOfRange;
+
 /// A response that cannot be made, read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum ResponseError {
     /// A value out of its range.
-    #[error("response: {field} is {value}; allowed: {allowed}")]
-    Value {
-        /// The field.
-        field: &'static str,
-        /// What was given.
-        value: String,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    #[error(transparent)]
+    Range(#[from] OutOfRange),
     /// A file that cannot be read or written.
     #[error("{}: {source}", path.display())]
     Io {
@@ -31,15 +29,9 @@ pub enum ResponseError {
         /// What is wrong in it.
         why: String,
     },
-    /// The pixel model refused the pixel.
+    /// The pixel solver refused the pixel or found no solution.
     #[error(transparent)]
-    Pixel(#[from] crate::em::StackError),
-    /// The FDTD model refused its settings or the machine.
-    #[error(transparent)]
-    Fdtd(#[from] crate::em::fdtd::FdtdError),
-    /// The Fourier modal model refused its settings, or found no modes.
-    #[error(transparent)]
-    Rcwa(#[from] crate::em::rcwa::RcwaError),
+    Solver(#[from] SolverError),
 }
 
 impl ResponseError {
@@ -48,10 +40,18 @@ impl ResponseError {
         value: impl std::fmt::Display,
         allowed: &'static str,
     ) -> Self {
-        Self::Value {
-            field,
-            value: value.to_string(),
-            allowed,
-        }
+        Self::Range(OutOfRange::new("response", field, value, allowed))
+    }
+}
+
+impl From<StackError> for ResponseError {
+    fn from(error: StackError) -> Self {
+        Self::Solver(error.into())
+    }
+}
+
+impl From<JournalError> for ResponseError {
+    fn from(JournalError { path, source }: JournalError) -> Self {
+        Self::Io { path, source }
     }
 }

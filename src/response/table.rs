@@ -1,16 +1,11 @@
 //! The angular response as a table, checked when made.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
-use serde::{Deserialize, Serialize};
-
-use super::symmetry::{Symmetry, symmetries_of};
-use super::{
-    ChiefRayShifts, CorrectionError, Interpolator, MovingFrame, ResponseError, ShiftGrid,
-    ShiftedInterpolator,
-};
-use crate::sensor::Subpixels;
+use super::{ChiefRayShifts, ResponseError, ResponseMeta};
+use crate::em::symmetry::symmetries_of;
+use crate::em::{PixelStack, ShiftGrid};
+use crate::sensor::{MovingFrame, Subpixels};
 
 /// What Σ P_i may exceed 1 by: rounding of f32, no more.
 pub(super) const SUM_ROUNDING: f32 = 1e-5;
@@ -28,35 +23,6 @@ pub struct ResponseAxes {
     pub v: Vec<f64>,
 }
 
-/// Where a table comes from.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ResponseMeta {
-    /// Pixel model and its version, e.g. `wave-1`.
-    pub model: String,
-    /// Settings of the model.
-    pub settings: serde_json::Value,
-    /// The pixel, as the model was given it.
-    pub pixel: serde_json::Value,
-    /// Pitch of the pixel in µm.
-    pub pitch_um: f64,
-    /// Sub-pixels (m, n).
-    pub subpixels: Subpixels,
-    /// How a lens shift moves the response.
-    pub frame: MovingFrame,
-    /// Hash (blake3, hex) of model, settings and pixel: the same key means the same table.
-    pub key: String,
-    /// The grid that the shifts are the octant of, of a table of shifted lenses ([`super::build_shifted_table`]).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub shift_grid: Option<ShiftGrid>,
-    /// Which shift each chief ray needs, where it was found.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub chief_ray_shifts: Option<ChiefRayShifts>,
-    /// Of the corrected level, its error at each wavelength.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub corrections: Vec<CorrectionError>,
-}
-
 /// P_i(λ, shift, u, v): power absorbed by sub-pixel i over `irradiance × pitch² × cos θ`.
 ///
 /// Nodes outside the unit disc hold the value of the nearest simulated direction on the same meridian, so that bilinear
@@ -70,7 +36,10 @@ pub struct AngularResponse {
 }
 
 impl AngularResponse {
-    /// Checks shapes, axes and 0 ≤ P_i, Σ P_i ≤ 1 at every node. `table` is `[wavelength][shift][v][u][sub-pixel]`.
+    /// `table` is `[wavelength][shift][v][u][sub-pixel]`.
+    ///
+    /// # Errors
+    /// Shapes or axes that do not fit, or nodes without 0 ≤ P_i, Σ P_i ≤ 1.
     pub fn new(
         axes: ResponseAxes,
         meta: ResponseMeta,
@@ -112,7 +81,7 @@ impl AngularResponse {
     }
 
     /// The same values, said to be of this pixel.
-    pub(super) fn of_pixel(mut self, pixel: serde_json::Value) -> Self {
+    pub(super) fn with_pixel(mut self, pixel: PixelStack) -> Self {
         self.meta.pixel = pixel;
         self
     }
@@ -144,45 +113,6 @@ impl AngularResponse {
         &self.table[at..at + count]
     }
 
-    /// Bilinear lookup of the centred lens at `wavelength_nm`: linear between the two nearest wavelengths of the table, the
-    /// end's own table beyond them.
-    pub fn interpolator(&self, wavelength_nm: f64) -> Interpolator {
-        self.bilinear(self.blended(wavelength_nm, 0))
-    }
-
-    /// The lookup under any shift of the lens, at a wavelength as of [`Self::interpolator`]; `None` for a table of the centred lens.
-    pub fn shifted_interpolator(&self, wavelength_nm: f64) -> Option<ShiftedInterpolator> {
-        let grid = self.meta.shift_grid?;
-        let symmetries = symmetries_of(self.meta.subpixels);
-        let stored = self.stored_shifts(&grid, wavelength_nm);
-        Some(ShiftedInterpolator::new(
-            self.meta.subpixels,
-            self.meta.frame,
-            self.along(&self.axes.u),
-            self.along(&self.axes.v),
-            &grid,
-            |node| self.unfolded(&grid, &symmetries, &stored, node),
-        ))
-    }
-
-    /// Bilinear lookup under the lens at one node of the shift grid, `[i, j]` from 0 to N − 1; `None` for a table of the centred lens
-    /// or no such node.
-    pub fn interpolator_at_shift(
-        &self,
-        node: [usize; 2],
-        wavelength_nm: f64,
-    ) -> Option<Interpolator> {
-        let grid = self.meta.shift_grid?;
-        if node.iter().any(|&i| i >= grid.per_pitch) {
-            return None;
-        }
-        let symmetries = symmetries_of(self.meta.subpixels);
-        let own = grid.stands_for(&symmetries, node).0;
-        let place = grid.stored(&symmetries).iter().position(|n| *n == own)?;
-        let stored = BTreeMap::from([(own, self.blended(wavelength_nm, place))]);
-        Some(self.bilinear(self.unfolded(&grid, &symmetries, &stored, node)))
-    }
-
     /// The table with every `divisor`-th of the shift grid's nodes along each axis; `None` for a table of the centred lens, or where
     /// fewer would be no grid.
     pub fn with_fewer_shifts(&self, divisor: usize) -> Option<Self> {
@@ -192,17 +122,17 @@ impl AngularResponse {
         }
         let fewer = ShiftGrid::new(grid.pitch_um, grid.per_pitch / divisor).ok()?;
         let stored = grid.stored(&symmetries_of(self.meta.subpixels));
-        let kept: Vec<usize> = (0..stored.len())
+        let chosen: Vec<usize> = (0..stored.len())
             .filter(|&i| stored[i].iter().all(|x| x.is_multiple_of(divisor)))
             .collect();
         let mut table = Vec::new();
         for w in 0..self.axes.wavelengths_nm.len() {
-            for &i in &kept {
+            for &i in &chosen {
                 table.extend_from_slice(&self.table[self.plane(w, i)]);
             }
         }
         let axes = ResponseAxes {
-            shifts_um: kept.iter().map(|&i| self.axes.shifts_um[i]).collect(),
+            shifts_um: chosen.iter().map(|&i| self.axes.shifts_um[i]).collect(),
             ..self.axes.clone()
         };
         let meta = ResponseMeta {
@@ -219,78 +149,7 @@ impl AngularResponse {
         self
     }
 
-    /// The table with what is known of its correction.
-    pub(super) fn with_corrections(mut self, corrections: Vec<CorrectionError>) -> Self {
-        self.meta.corrections = corrections;
-        self
-    }
-
-    fn along(&self, axis: &[f64]) -> (usize, f32) {
-        (axis.len(), axis[axis.len() - 1] as f32)
-    }
-
-    fn bilinear(&self, plane: Vec<f32>) -> Interpolator {
-        Interpolator::new(
-            self.meta.subpixels,
-            self.meta.frame,
-            self.along(&self.axes.u),
-            self.along(&self.axes.v),
-            plane,
-        )
-    }
-
-    fn stored_shifts(
-        &self,
-        grid: &ShiftGrid,
-        wavelength_nm: f64,
-    ) -> BTreeMap<[usize; 2], Vec<f32>> {
-        let nodes = grid.stored(&symmetries_of(self.meta.subpixels));
-        let planes = nodes.into_iter().enumerate();
-        planes
-            .map(|(i, node)| (node, self.blended(wavelength_nm, i)))
-            .collect()
-    }
-
-    /// The plane `[v][u][sub-pixel]` of any node of the grid, from the stored ones.
-    fn unfolded(
-        &self,
-        grid: &ShiftGrid,
-        symmetries: &[Symmetry],
-        stored: &BTreeMap<[usize; 2], Vec<f32>>,
-        node: [usize; 2],
-    ) -> Vec<f32> {
-        let (own, symmetry) = grid.stands_for(symmetries, node);
-        let source = &stored[&own];
-        let s = self.meta.subpixels;
-        let (nu, nv) = (self.axes.u.len() as i64, self.axes.v.len() as i64);
-        let mut plane = Vec::with_capacity(source.len());
-        for iv in 0..nv {
-            for iu in 0..nu {
-                let (a, b) = symmetry.node((iu - nu / 2, iv - nv / 2));
-                let at = ((b + nv / 2) * nu + a + nu / 2) as usize * s.count();
-                plane.extend((0..s.count()).map(|i| source[at + symmetry.sub_pixel(s, i)]));
-            }
-        }
-        plane
-    }
-
-    /// The plane of a stored shift at a wavelength.
-    fn blended(&self, wavelength_nm: f64, shift: usize) -> Vec<f32> {
-        let w = &self.axes.wavelengths_nm;
-        let upper = w.partition_point(|&x| x < wavelength_nm);
-        let (a, b) = (upper.saturating_sub(1), upper.min(w.len() - 1));
-        let part = if a == b {
-            0.0
-        } else {
-            ((wavelength_nm - w[a]) / (w[b] - w[a])) as f32
-        };
-        let low = &self.table[self.plane(a, shift)];
-        let high = &self.table[self.plane(b, shift)];
-        let both = low.iter().zip(high);
-        both.map(|(&p, &q)| p * (1.0 - part) + q * part).collect()
-    }
-
-    fn plane(&self, wavelength: usize, shift: usize) -> Range<usize> {
+    pub(super) fn plane(&self, wavelength: usize, shift: usize) -> Range<usize> {
         let size = self.axes.v.len() * self.axes.u.len() * self.meta.subpixels.count();
         let at = (wavelength * self.axes.shifts_um.len() + shift) * size;
         at..at + size

@@ -1,11 +1,9 @@
 //! One table of many wavelengths from tables of one each, which are simulated and kept apart: another set of wavelengths uses again those
 //! that it shares.
 
-use super::{
-    AngularResponse, CachedTable, ResponseAxes, ResponseCache, ResponseError, ResponseMeta,
-    TableSettings,
-};
-use crate::em::PixelStack;
+use super::{AngularResponse, ResponseAxes, ResponseError, ResponseMeta};
+use crate::em::mosaic::FilterColour;
+use crate::spectrum::ChannelWavelengths;
 
 impl AngularResponse {
     /// The table of all wavelengths of `tables`, which are of one pixel on the same directions and shifts, in the order of their
@@ -32,15 +30,15 @@ impl AngularResponse {
         };
         let (axes, meta) = (main.axes(), main.meta());
         for t in tables {
-            let own = t.axes();
-            if (&own.u, &own.v, &own.shifts_um) != (&axes.u, &axes.v, &axes.shifts_um) {
+            let other = t.axes();
+            if (&other.u, &other.v, &other.shifts_um) != (&axes.u, &axes.v, &axes.shifts_um) {
                 return Err(differ("u, v, shift_um", t));
             }
-            let own = t.meta();
-            if (own.subpixels, own.pitch_um) != (meta.subpixels, meta.pitch_um) {
+            let other = t.meta();
+            if (other.subpixels, other.pitch_um) != (meta.subpixels, meta.pitch_um) {
                 return Err(differ("sub-pixels, pitch", t));
             }
-            if (&own.pixel, &own.model, &own.shift_grid)
+            if (&other.pixel, &other.model, &other.shift_grid)
                 != (&meta.pixel, &meta.model, &meta.shift_grid)
             {
                 return Err(differ("pixel, model, shift grid", t));
@@ -48,9 +46,9 @@ impl AngularResponse {
         }
         let mut planes: Vec<(f64, &[f32])> = Vec::new();
         for t in tables {
-            let own = t.axes().wavelengths_nm.iter().copied();
+            let wavelengths_nm = t.axes().wavelengths_nm.iter().copied();
             let length = t.table().len() / t.axes().wavelengths_nm.len();
-            planes.extend(own.zip(t.table().chunks_exact(length)));
+            planes.extend(wavelengths_nm.zip(t.table().chunks_exact(length)));
         }
         planes.sort_by(|a, b| a.0.total_cmp(&b.0));
         let wavelengths_nm: Vec<f64> = planes.iter().map(|(nm, _)| *nm).collect();
@@ -58,13 +56,7 @@ impl AngularResponse {
         for t in tables {
             key.update(t.meta().key.as_bytes());
         }
-        let mut settings = meta.settings.clone();
-        // Of tables of all shifts they stand one level below.
-        for place in ["/wavelengths_nm", "/table/wavelengths_nm"] {
-            if let Some(told) = settings.pointer_mut(place) {
-                *told = wavelengths_nm.clone().into();
-            }
-        }
+        let settings = meta.settings.at_wavelengths(&wavelengths_nm);
         Self::new(
             ResponseAxes {
                 wavelengths_nm,
@@ -82,11 +74,38 @@ impl AngularResponse {
 }
 
 impl AngularResponse {
+    /// One table for channels that are bands, of those of all colours of a mosaic (in the order of [`FilterColour::ALL`]): at each wavelength of a
+    /// channel, what the microlenses of its colour make of it. Channels know no light but that of their bands, so what a filter lets through
+    /// of the others is not in it.
+    ///
+    /// # Errors
+    /// A wavelength of two channels, or one that the tables were not simulated at.
+    pub fn of_channels(
+        colours: [&Self; FilterColour::ALL.len()],
+        wavelengths: &ChannelWavelengths,
+    ) -> Result<Self, ResponseError> {
+        let channels = 0..colours.len();
+        let every: usize = channels.map(|c| wavelengths.response_nm(c).len()).sum();
+        let nm = wavelengths.all_response_nm();
+        if nm.len() < every {
+            let allowed = "each in the band of one channel";
+            return Err(ResponseError::value("wavelengths_nm", format!("{nm:?}"), allowed));
+        }
+        let pixel = &colours[0].meta().pixel.with_colour(FilterColour::default());
+        let mut parts = Vec::with_capacity(every);
+        for (channel, table) in colours.into_iter().enumerate() {
+            for nm in wavelengths.response_nm(channel) {
+                parts.push(table.at_one(nm)?.with_pixel(pixel.clone()));
+            }
+        }
+        Self::of_wavelengths(&parts, wavelengths.reference_nm())
+    }
+
     /// The table at one of its wavelengths.
     ///
     /// # Errors
-    /// None of them.
-    pub(super) fn at_one(&self, nm: f64) -> Result<Self, ResponseError> {
+    /// A wavelength that it has not.
+    fn at_one(&self, nm: f64) -> Result<Self, ResponseError> {
         let all = &self.axes().wavelengths_nm;
         let Some(place) = all.iter().position(|w| *w == nm) else {
             let what = format!("{nm} nm");
@@ -103,43 +122,5 @@ impl AngularResponse {
         };
         let table = self.table()[place * length..][..length].to_vec();
         Self::new(axes, self.meta().clone(), table)
-    }
-}
-
-impl ResponseCache {
-    /// The table of all wavelengths of `settings`, each from the cache or made for it and kept ([`Self::get_or_build`]). The report is that
-    /// of none.
-    ///
-    /// # Errors
-    /// Bad settings, or a model that fails.
-    pub fn get_or_build_each(
-        &self,
-        stack: &PixelStack,
-        settings: &TableSettings,
-        reference_nm: f64,
-        progress: &(dyn Fn(usize, usize) + Sync),
-    ) -> Result<CachedTable, ResponseError> {
-        settings.check()?;
-        let count = settings.wavelengths_nm.len();
-        let (mut tables, mut warnings) = (Vec::with_capacity(count), Vec::new());
-        for (i, &nm) in settings.wavelengths_nm.iter().enumerate() {
-            let one = TableSettings {
-                wavelengths_nm: vec![nm],
-                ..settings.clone()
-            };
-            // A wavelength has as many directions as any other.
-            let part = |done, total| progress(i * total + done, count * total);
-            let made = self.get_or_build(stack, &one, &part)?;
-            warnings.extend(made.warnings);
-            tables.push(made.table);
-        }
-        Ok(CachedTable {
-            table: match <[AngularResponse; 1]>::try_from(tables) {
-                Ok([only]) => only,
-                Err(several) => AngularResponse::of_wavelengths(&several, reference_nm)?,
-            },
-            report: None,
-            warnings,
-        })
     }
 }

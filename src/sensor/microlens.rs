@@ -1,12 +1,12 @@
 //! How far each microlens is shifted from the centre of its pixel, so that the chief ray stays between the sub-pixels.
 //!
 //! Light of slope t = (u, v)/√(n² − u² − v²) behind a lens centred at s lands at s + H t above the photodiodes (n and H of
-//! [`MovingFrame`](crate::response::MovingFrame)). The chief ray lands in the middle when s = −H t_chief: towards the axis.
+//! [`MovingFrame`]). The chief ray lands in the middle when s = −H t_chief: towards the axis.
 
 use glam::DVec2;
 
+use super::MovingFrame;
 use crate::field::FieldGrid;
-use crate::response::MovingFrame;
 
 /// The rule by which the microlenses are shifted.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]

@@ -5,9 +5,11 @@
 
 mod grid;
 mod microlens;
+mod moving_frame;
 pub mod readout;
 mod subpixels;
 
 pub use grid::Sensor;
 pub use microlens::{MicrolensShifts, ShiftRule};
+pub use moving_frame::MovingFrame;
 pub use subpixels::{Subpixels, SubpixelsError};

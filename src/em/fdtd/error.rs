@@ -1,18 +1,14 @@
 //! What an FDTD run refuses, and why.
 
+use crate::em::light::SolverError;
+use crate::range::{self, OutOfRange};
+
 /// A run that cannot be.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FdtdError {
     /// A value out of its range.
-    #[error("fdtd: {field} is {value}; allowed: {allowed}")]
-    Value {
-        /// The field.
-        field: &'static str,
-        /// What was given.
-        value: String,
-        /// What is allowed.
-        allowed: String,
-    },
+    #[error(transparent)]
+    Range(#[from] OutOfRange),
     /// A pixel or a material that cannot be.
     #[error(transparent)]
     Pixel(#[from] crate::em::StackError),
@@ -25,11 +21,13 @@ impl FdtdError {
         value: impl std::fmt::Display,
         allowed: impl Into<String>,
     ) -> Self {
-        Self::Value {
-            field,
-            value: value.to_string(),
-            allowed: allowed.into(),
-        }
+        Self::Range(OutOfRange::new("fdtd", field, value, allowed.into()))
+    }
+}
+
+impl From<FdtdError> for SolverError {
+    fn from(error: FdtdError) -> Self {
+        Self::Solver(Box::new(error))
     }
 }
 
@@ -40,9 +38,5 @@ pub(super) fn within(
     low: f64,
     high: f64,
 ) -> Result<(), FdtdError> {
-    if (low..=high).contains(&value) {
-        Ok(())
-    } else {
-        Err(FdtdError::value(field, value, format!("{low} to {high}")))
-    }
+    Ok(range::within("fdtd", field, value, low..=high)?)
 }

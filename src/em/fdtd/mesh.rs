@@ -13,6 +13,7 @@ use super::dispersion::{Layers, between, stencil};
 use super::error::within;
 use super::{CpmlSettings, FdtdError, FdtdSettings, Stencil, YeeGrid};
 use crate::em::PixelStack;
+use crate::units::um_from_nm;
 
 /// Layers thinner than this are left out: less than a thousandth of a wavelength.
 const THINNEST_UM: f64 = 5e-4;
@@ -76,7 +77,7 @@ impl Mesh {
         let n = stack.indices(shortest)?;
         // Matter that absorbs strongly has its skin depth to be followed.
         let step = |n: Complex64| {
-            shortest * 1e-3 / ((n.re + 2.0 * n.im).max(1.0) * settings.cells_per_wavelength)
+            um_from_nm(shortest) / ((n.re + 2.0 * n.im).max(1.0) * settings.cells_per_wavelength)
         };
         let ends = settings.absorbing_layers;
 
@@ -212,7 +213,7 @@ fn cells_across(pitch_um: f64, parts: usize, lateral_nm: f64) -> usize {
     } else {
         2 * parts
     };
-    ((pitch_um / (lateral_nm * 1e-3) - 1e-9).ceil() as usize)
+    ((pitch_um / um_from_nm(lateral_nm) - 1e-9).ceil() as usize)
         .max(8)
         .next_multiple_of(unit)
 }

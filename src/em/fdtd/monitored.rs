@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use rustfft::num_complex::Complex64;
 
-use super::answer::{FdtdAnswer, FdtdPowers};
 use super::incident::Incident;
 use super::mesh::Mesh;
 use super::phasors::Phasors;
@@ -12,6 +11,7 @@ use super::powers::{Absorbed, Fields, Footprint, Side};
 use super::pulse::Pulse;
 use super::run::{Matter, members};
 use super::{FdtdError, Member, Simulation, Source};
+use crate::em::light::Powers;
 use crate::em::stack::PixelStack;
 
 type C = Complex64;
@@ -171,21 +171,13 @@ impl<'a> Monitored<'a> {
         worst
     }
 
-    pub fn answers(&self, wavelengths_nm: &[f64]) -> Vec<FdtdAnswer> {
-        (0..wavelengths_nm.len())
-            .map(|w| {
-                let n = &self.matter.numerics[w];
-                FdtdAnswer {
-                    wavelength_nm: wavelengths_nm[w],
-                    uv: n.bloch.map(|k| k / n.omega),
-                    s: self.powers(w, 0),
-                    p: self.powers(w, 1),
-                }
-            })
-            .collect()
+    /// Powers of s and p, by wavelength.
+    pub fn answers(&self) -> Vec<[Powers; 2]> {
+        let wavelengths = 0..self.phasors.len();
+        wavelengths.map(|w| [0, 1].map(|m| self.powers(w, m))).collect()
     }
 
-    fn powers(&self, w: usize, m: usize) -> FdtdPowers {
+    fn powers(&self, w: usize, m: usize) -> Powers {
         let [silicon, inlet, outlet] = [0, 1, 2].map(|i| self.fields(w, m, i));
         let mesh = self.mesh;
         let wave = &self.incident[w][m];
@@ -198,7 +190,7 @@ impl<'a> Monitored<'a> {
             .map(|f| silicon.absorbed(f, raster, loss))
             .collect();
         let absorbed: Vec<f64> = parts.iter().map(|p| p.silicon * unit).collect();
-        let sum = |of: fn(&Absorbed) -> f64| parts.iter().map(of).sum::<f64>() * unit;
+        let sum = |part: fn(&Absorbed) -> f64| parts.iter().map(part).sum::<f64>() * unit;
         let (trench, above) = (sum(|p| p.trench), sum(|p| p.above));
         let transmitted = -silicon.upward(&whole, mesh.bottom, Side::Both) * unit;
         let into_silicon = -silicon.upward(&whole, mesh.surface, Side::Above) * unit - above;
@@ -206,9 +198,9 @@ impl<'a> Monitored<'a> {
         let up = outlet.upward(&whole, mesh.outlet, Side::Both);
         let reflected = wave.reflected(&outlet, up, self.members[m].current) * unit;
         let elsewhere = into_pixel - into_silicon + trench;
-        let balance = reflected + absorbed.iter().sum::<f64>() + transmitted + elsewhere;
         let by_flux = footprints.iter().zip(&parts);
-        FdtdPowers {
+        Powers {
+            // Through the six faces of its box, less what its trenches absorb.
             absorbed_by_flux: by_flux
                 .map(|(f, p)| (silicon.entering(f) - p.above - p.trench) * unit)
                 .collect(),
@@ -216,7 +208,6 @@ impl<'a> Monitored<'a> {
             reflected,
             transmitted,
             elsewhere,
-            balance,
         }
     }
 }

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::Waveform;
+use crate::units::um_from_nm;
 
 /// Width 1/τ of the spectrum of a run at one wavelength, in ω0: short enough to cost no time, and nothing at 0 or 2 ω0.
 const RELATIVE_WIDTH: f64 = 0.15;
@@ -23,7 +24,7 @@ pub(super) struct Pulse {
 impl Pulse {
     /// For wavelengths in nm (at least one).
     pub fn new(wavelengths_nm: &[f64]) -> Self {
-        let omegas = wavelengths_nm.iter().map(|w| 2.0 * PI / (w * 1e-3));
+        let omegas = wavelengths_nm.iter().map(|w| 2.0 * PI / um_from_nm(*w));
         let (low, high) = omegas.fold((f64::INFINITY, 0.0f64), |(a, b), w| (a.min(w), b.max(w)));
         let omega = 0.5 * (low + high);
         // At the ends of the band the spectrum is at e^(−1/2) or more.

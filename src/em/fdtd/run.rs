@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use super::answer::{FdtdProgress, FdtdRun};
+use super::answer::{BALANCE, FdtdRun};
 use super::dispersion::Numerics;
 use super::error::within;
 use super::mesh::Mesh;
@@ -14,7 +14,9 @@ use super::phasors::Phasors;
 use super::pulse::Pulse;
 use super::raster::{Raster, Spectra, raster};
 use super::{FdtdError, FdtdSettings, Lateral, Member, Simulation, Wall, stable_step_um};
+use crate::em::light::{Light, Powers, SolverProgress, largest};
 use crate::em::stack::{Indices, PixelStack};
+use crate::units::um_from_nm;
 
 /// Name and version of the model: part of every table's key, so a change of the physics changes the key.
 pub const MODEL: &str = "fdtd-2";
@@ -27,14 +29,15 @@ const STEEPEST: f64 = 0.985;
 
 /// Powers of a pixel under plane waves of transverse wavevector `bloch_per_um` = k∥ = k0 (u, v), at every wavelength, s and p.
 ///
-/// Fails for a pixel, settings or wavelengths out of range, for waves that do not travel in air (|k∥| above 0.985 k0), and if the machine has
-/// less free memory than the run needs.
+/// # Errors
+/// A pixel, settings or wavelengths out of range, waves that do not travel in air (|k∥| above 0.985 k0), or a machine with less free memory
+/// than the run needs.
 pub fn solve(
     stack: &PixelStack,
     wavelengths_nm: &[f64],
     bloch_per_um: [f64; 2],
     settings: &FdtdSettings,
-    progress: &dyn Fn(FdtdProgress),
+    watch: &dyn Fn(SolverProgress),
 ) -> Result<FdtdRun, FdtdError> {
     let began = std::time::Instant::now();
     let indices = check(stack, wavelengths_nm, bloch_per_um, settings)?;
@@ -65,23 +68,65 @@ pub fn solve(
         before = Some(now);
         let settled = residual < settings.tolerance && run.sim.time_um() > earliest;
         quiet = if settled { quiet + 1 } else { 0 };
-        progress(FdtdProgress {
+        watch(SolverProgress {
             time_um: run.sim.time_um(),
             residual,
         });
     }
     let g = &mesh.grid;
-    Ok(FdtdRun {
-        answers: run.answers(wavelengths_nm),
+    let outcome = Outcome {
         residual,
         converged: quiet >= 2,
         steps: run.sim.steps(),
+        time_um: run.sim.time_um(),
+    };
+    let answers = run.answers().into_iter().zip(wavelengths_nm);
+    Ok(FdtdRun {
+        answers: answers.map(|(both, nm)| outcome.answer(both, *nm)).collect(),
+        residual,
+        converged: outcome.converged,
+        steps: outcome.steps,
         time_um: run.sim.time_um(),
         seconds: began.elapsed().as_secs_f64(),
         memory_bytes,
         cells: [g.nx(), g.ny(), g.nz()],
         sets: run.members.iter().map(Member::sets).sum(),
     })
+}
+
+/// How a run ended.
+struct Outcome {
+    residual: f64,
+    converged: bool,
+    steps: u64,
+    time_um: f64,
+}
+
+impl Outcome {
+    /// What is answered of s and p at a wavelength, with what is wrong: not converged, or energy lost or made.
+    fn answer(&self, [s, p]: [Powers; 2], wavelength_nm: f64) -> Light {
+        let mut warnings = Vec::new();
+        if !self.converged {
+            warnings.push(format!(
+                "not converged after {:.0} um/c: P still changes by {:.1e}",
+                self.time_um, self.residual
+            ));
+        }
+        for (name, balance) in [("s", s.balance()), ("p", p.balance())] {
+            if (balance - 1.0).abs() > BALANCE {
+                warnings.push(format!(
+                    "{wavelength_nm} nm, {name}: reflected + absorbed + transmitted = {balance:.4}"
+                ));
+            }
+        }
+        Light {
+            residual: self.residual,
+            imbalance: largest([&s, &p].map(|p| p.balance() - 1.0)),
+            steps: Some(self.steps as usize),
+            warnings,
+            ..Light::of_both(s, p)
+        }
+    }
 }
 
 fn check(
@@ -110,7 +155,7 @@ fn check(
 }
 
 /// Which axes the pixel and k∥ allow to be halved. A mosaic keeps the mirrors through the centres of its microlenses.
-pub(super) fn mirrors(stack: &PixelStack, bloch: [f64; 2]) -> [bool; 2] {
+fn mirrors(stack: &PixelStack, bloch: [f64; 2]) -> [bool; 2] {
     [0, 1].map(|a| bloch[a] == 0.0 && stack.lens.shift_um[a] == 0.0)
 }
 
@@ -145,8 +190,32 @@ pub(super) fn members(mesh: &Mesh, bloch: [f64; 2]) -> [Member; 2] {
     })
 }
 
+impl FdtdSettings {
+    /// Bytes that a run of this pixel takes at the shortest of its wavelengths and the transverse wavevector k∥ (0: the least, by
+    /// symmetry).
+    ///
+    /// # Errors
+    /// A pixel or settings out of range.
+    pub fn memory_bytes(
+        &self,
+        stack: &PixelStack,
+        wavelengths_nm: &[f64],
+        bloch_per_um: [f64; 2],
+    ) -> Result<usize, FdtdError> {
+        stack.check()?;
+        self.check()?;
+        let mesh = Mesh::new(
+            stack,
+            wavelengths_nm,
+            mirrors(stack, bloch_per_um),
+            self,
+        )?;
+        memory_bytes(&mesh, wavelengths_nm.len(), bloch_per_um)
+    }
+}
+
 /// Bytes of fields, map and phasors of a run.
-pub(super) fn memory_bytes(
+fn memory_bytes(
     mesh: &Mesh,
     wavelengths: usize,
     bloch: [f64; 2],
@@ -217,7 +286,7 @@ impl Matter {
     ) -> Result<Self, FdtdError> {
         let omegas: Vec<f64> = wavelengths_nm
             .iter()
-            .map(|w| 2.0 * PI / (w * 1e-3))
+            .map(|w| 2.0 * PI / um_from_nm(*w))
             .collect();
         let middle = Pulse::new(wavelengths_nm).omega;
         let nearest = |a: &usize, b: &usize| {

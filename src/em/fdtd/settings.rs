@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::FdtdError;
 use super::error::within;
-use super::{FdtdError, mesh::Mesh, run};
-use crate::em::PixelStack;
 
 /// Numerical settings of [`super::solve`]. Presets: [`Self::draft`], [`Self::standard`], [`Self::reference`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,7 +24,7 @@ pub struct FdtdSettings {
 }
 
 impl FdtdSettings {
-    /// Ten seconds a direction at 1.6 µm, half a minute to a minute at 2.8 and 3.5 µm. P of each half, s and p apart, is within 5.5 % of the strong
+    /// Ten seconds per direction at 1.6 µm, half a minute to a minute at 2.8 and 3.5 µm. P of each half, s and p apart, is within 5.5 % of the strong
     /// half (mean of both 3.6 %) of independent curves of the 1.6 µm pixel, `benches/runs/2026-11-21/fdtd_accuracy.md`.
     pub fn draft() -> Self {
         Self {
@@ -37,7 +36,7 @@ impl FdtdSettings {
         }
     }
 
-    /// Half a minute a direction at 1.6 µm; likewise within 4.1 % (mean 2.5 %), 1.6 % RMS.
+    /// Half a minute per direction at 1.6 µm; likewise within 4.1 % (mean 2.5 %), 1.6 % RMS.
     pub fn standard() -> Self {
         Self {
             lateral_nm: 32.0,
@@ -48,7 +47,7 @@ impl FdtdSettings {
         }
     }
 
-    /// To compare others with; three to five minutes a direction at 1.6 µm. Likewise within 1.3 % (mean 1.2 %), 0.7 % RMS.
+    /// To compare others with; three to five minutes per direction at 1.6 µm. Likewise within 1.3 % (mean 1.2 %), 0.7 % RMS.
     pub fn reference() -> Self {
         Self {
             lateral_nm: 25.0,
@@ -60,6 +59,9 @@ impl FdtdSettings {
     }
 
     /// Ranges in which the solver works.
+    ///
+    /// # Errors
+    /// The first setting out of its range.
     pub fn check(&self) -> Result<(), FdtdError> {
         within("lateral_nm", self.lateral_nm, 1.0, 200.0)?;
         within(
@@ -71,24 +73,5 @@ impl FdtdSettings {
         within("absorbing_layers", self.absorbing_layers as f64, 6.0, 100.0)?;
         within("tolerance", self.tolerance, 1e-7, 0.1)?;
         within("longest_um", self.longest_um, 1.0, 1e5)
-    }
-
-    /// Bytes that a run of this pixel takes at the shortest of its wavelengths and the transverse wavevector k∥ (0: the least, by
-    /// symmetry).
-    pub fn memory_bytes(
-        &self,
-        stack: &PixelStack,
-        wavelengths_nm: &[f64],
-        bloch_per_um: [f64; 2],
-    ) -> Result<usize, FdtdError> {
-        stack.check()?;
-        self.check()?;
-        let mesh = Mesh::new(
-            stack,
-            wavelengths_nm,
-            run::mirrors(stack, bloch_per_um),
-            self,
-        )?;
-        run::memory_bytes(&mesh, wavelengths_nm.len(), bloch_per_um)
     }
 }

@@ -1,18 +1,14 @@
 //! What the Fourier modal level refuses, and why.
 
+use crate::em::light::SolverError;
+use crate::range::{self, OutOfRange};
+
 /// A solution that cannot be had.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RcwaError {
     /// A value out of its range.
-    #[error("rcwa: {field} is {value}; allowed: {allowed}")]
-    Value {
-        /// The field.
-        field: &'static str,
-        /// What was given.
-        value: String,
-        /// What is allowed.
-        allowed: String,
-    },
+    #[error(transparent)]
+    Range(#[from] OutOfRange),
     /// The modes of a layer were not found.
     #[error(
         "rcwa: the eigenvalue iteration on {size} functions did not converge; other orders may help"
@@ -29,6 +25,12 @@ pub enum RcwaError {
     Pixel(#[from] crate::em::StackError),
 }
 
+impl From<RcwaError> for SolverError {
+    fn from(error: RcwaError) -> Self {
+        Self::Solver(Box::new(error))
+    }
+}
+
 /// `Ok` if `value` lies in `low..=high` (a NaN does not).
 pub(super) fn within(
     field: &'static str,
@@ -36,13 +38,5 @@ pub(super) fn within(
     low: f64,
     high: f64,
 ) -> Result<(), RcwaError> {
-    if (low..=high).contains(&value) {
-        Ok(())
-    } else {
-        Err(RcwaError::Value {
-            field,
-            value: value.to_string(),
-            allowed: format!("{low} to {high}"),
-        })
-    }
+    Ok(range::within("rcwa", field, value, low..=high)?)
 }

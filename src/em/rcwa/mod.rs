@@ -19,7 +19,6 @@
 //! which here take no modes. Li's rule for the trenches halves the number of orders. Measured errors and times:
 //! `benches/runs/2026-11-21/rcwa.md`.
 
-mod answer;
 mod basis;
 mod checker;
 mod column;
@@ -37,10 +36,11 @@ mod quadrature;
 mod settings;
 mod shifts;
 mod silicon;
+mod solver;
 mod supercell;
 mod uniform;
 
-pub use answer::{RcwaAnswer, RcwaPowers};
 pub use error::RcwaError;
 pub use model::{MODEL, RcwaModel};
 pub use settings::RcwaSettings;
+pub(super) use solver::RcwaSolver;

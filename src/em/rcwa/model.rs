@@ -1,7 +1,6 @@
 //! From a pixel and a direction to powers.
 
 use std::f64::consts::PI;
-use std::time::Instant;
 
 use super::basis::{Basis, Lattice, Parity, Sector};
 use super::column::{Column, Pixel};
@@ -12,8 +11,11 @@ use super::shifts;
 use super::silicon::InSilicon;
 use super::supercell;
 use super::uniform::Uniform;
-use super::{RcwaAnswer, RcwaError, RcwaPowers, RcwaSettings};
+use super::{RcwaError, RcwaSettings};
 use crate::em::PixelStack;
+use crate::em::light::{Light, Powers, largest};
+use crate::range::OutOfRange;
+use crate::units::um_from_nm;
 
 /// Name and version of the model: part of every table's key, so a change of the physics changes the key.
 pub const MODEL: &str = "rcwa-1";
@@ -28,7 +30,10 @@ const MOST_FUNCTIONS: f64 = 6000.0;
 pub struct RcwaModel(Pixel);
 
 impl RcwaModel {
-    /// Checks pixel, settings and wavelength.
+    /// The pixel at one wavelength.
+    ///
+    /// # Errors
+    /// A pixel, settings or a wavelength out of range, or more functions than a matrix can hold.
     pub fn new(
         stack: &PixelStack,
         wavelength_nm: f64,
@@ -37,7 +42,7 @@ impl RcwaModel {
         stack.check()?;
         settings.check()?;
         let indices = stack.indices(wavelength_nm)?;
-        let k0_per_um = 2.0 * PI / (wavelength_nm * 1e-3);
+        let k0_per_um = 2.0 * PI / um_from_nm(wavelength_nm);
         let step = 2.0 * PI / (stack.period_um() * k0_per_um);
         let step_of_microlens = 2.0 * PI / (stack.pitch_um * k0_per_um);
         check_walls(stack)?;
@@ -70,14 +75,16 @@ impl RcwaModel {
             k0_per_um,
             step,
             silicon_cutoff,
-            slices: LensSlices::new(stack, indices.lens, settings.slice_nm * 1e-3, most),
+            slices: LensSlices::new(stack, indices.lens, um_from_nm(settings.slice_nm), most),
             indices,
         }))
     }
 
-    /// Where the light of a plane wave of direction cosines (u, v) goes. Needs √(u² + v²) ≤ 0.999.
-    pub fn solve(&self, u: f64, v: f64) -> Result<RcwaAnswer, RcwaError> {
-        let began = Instant::now();
+    /// Where the light of a plane wave of direction cosines (u, v) goes.
+    ///
+    /// # Errors
+    /// √(u² + v²) above 0.999, or modes that are not found.
+    pub fn solve(&self, u: f64, v: f64) -> Result<Light, RcwaError> {
         within("sine of the angle of incidence", u.hypot(v), 0.0, STEEPEST)?;
         // cos 90° in binary is not quite 0, and a mirror is worth a factor of four.
         let bloch = [u, v].map(|x| if x.abs() < 1e-12 { 0.0 } else { x });
@@ -92,30 +99,24 @@ impl RcwaModel {
             let (([s], of_s), ([p], of_p)) = (one(s)?, one(p)?);
             ((s, p), of_s.max(of_p))
         };
-        Ok(RcwaAnswer {
-            s,
-            p,
-            functions,
-            seconds: began.elapsed().as_secs_f64(),
-        })
+        Ok(answer([s, p], functions))
     }
 
     /// [`Self::solve`] for each of several lens shifts (µm) in place of the stack's own. Silicon, layers and lens are solved once for
     /// all; no mirror is used, so fewer than four shifts of a direction in a plane of symmetry are better solved one by one. Not for mosaics.
+    ///
+    /// # Errors
+    /// As of [`Self::solve`], or a mosaic.
     pub fn solve_shifts(
         &self,
         u: f64,
         v: f64,
         shifts_um: &[[f64; 2]],
-    ) -> Result<Vec<RcwaAnswer>, RcwaError> {
-        let began = Instant::now();
+    ) -> Result<Vec<Light>, RcwaError> {
         within("sine of the angle of incidence", u.hypot(v), 0.0, STEEPEST)?;
         if self.0.stack.mosaic.is_some() {
-            return Err(RcwaError::Value {
-                field: "mosaic",
-                value: "of several colours".into(),
-                allowed: "none for many lens shifts at once".into(),
-            });
+            let allowed = "none for many lens shifts at once";
+            return Err(OutOfRange::new("rcwa", "mosaic", "of several colours", allowed).into());
         }
         let (bloch, step) = ([u, v], self.0.step);
         let pitches: Vec<[f64; 2]> = shifts_um
@@ -124,14 +125,7 @@ impl RcwaModel {
             .collect();
         let lattice = Lattice { bloch, step };
         let (all, functions) = shifts::light(&self.0, lattice, incident(bloch), &pitches)?;
-        let seconds = began.elapsed().as_secs_f64() / shifts_um.len().max(1) as f64;
-        let answer = |[s, p]: [RcwaPowers; 2]| RcwaAnswer {
-            s,
-            p,
-            functions,
-            seconds,
-        };
-        Ok(all.into_iter().map(answer).collect())
+        Ok(all.into_iter().map(|both| answer(both, functions)).collect())
     }
 
     /// Powers of incident waves (E_x, E_y of order 0) of a sector, and the functions followed in silicon.
@@ -140,7 +134,7 @@ impl RcwaModel {
         bloch: [f64; 2],
         sector: Sector,
         waves: [[f64; 2]; N],
-    ) -> Result<([RcwaPowers; N], usize), RcwaError> {
+    ) -> Result<([Powers; N], usize), RcwaError> {
         let pixel = &self.0;
         let lattice = Lattice {
             bloch,
@@ -153,7 +147,7 @@ impl RcwaModel {
                 (light(&column, waves), column.functions())
             }
         };
-        if powers.iter().all(|p| p.balance().is_finite()) {
+        if powers.iter().all(|p| balance(p).is_finite()) {
             Ok((powers, functions))
         } else {
             Err(RcwaError::NotFinite)
@@ -162,7 +156,7 @@ impl RcwaModel {
 }
 
 /// Powers of incident waves of the column's sector.
-fn light<const N: usize>(column: &Column, waves: [[f64; 2]; N]) -> [RcwaPowers; N] {
+fn light<const N: usize>(column: &Column, waves: [[f64; 2]; N]) -> [Powers; N] {
     let air = Uniform::new(&column.basis, C::ONE);
     let incident = order_zero(&column.basis, &waves);
     let h_incident = air.times(&incident);
@@ -180,11 +174,28 @@ fn light<const N: usize>(column: &Column, waves: [[f64; 2]; N]) -> [RcwaPowers; 
     })
 }
 
+/// What is answered of s and p; the residual is the largest difference of what the photodiodes absorb by volume and by flux.
+fn answer([s, p]: [Powers; 2], functions: usize) -> Light {
+    let off = |p: &Powers| (p.absorbed.iter().sum::<f64>() - p.sum_by_flux()).abs();
+    Light {
+        residual: off(&s).max(off(&p)),
+        imbalance: largest([&s, &p].map(|p| balance(p) - 1.0)),
+        functions: Some(functions),
+        ..Light::of_both(s, p)
+    }
+}
+
+/// Sum of all powers, the photodiodes' last.
+pub(super) fn balance(p: &Powers) -> f64 {
+    p.reflected + p.transmitted + p.elsewhere + p.absorbed.iter().sum::<f64>()
+}
+
 /// Powers of fluxes.
-pub(super) fn powers(inside: &InSilicon, entering: f64, reflected: f64, unit: f64) -> RcwaPowers {
-    RcwaPowers {
+pub(super) fn powers(inside: &InSilicon, entering: f64, reflected: f64, unit: f64) -> Powers {
+    Powers {
         absorbed: inside.absorbed.iter().map(|p| p * unit).collect(),
-        absorbed_by_flux: (inside.entering - inside.leaving - inside.trenches) * unit,
+        // Where trenches absorb, what they do is known by this difference only, and both ways are equal.
+        absorbed_by_flux: vec![(inside.entering - inside.leaving - inside.trenches) * unit],
         reflected: reflected * unit,
         transmitted: inside.leaving * unit,
         elsewhere: (entering - inside.entering + inside.trenches) * unit,
@@ -199,11 +210,13 @@ fn check_walls(stack: &PixelStack) -> Result<(), RcwaError> {
         return Ok(());
     };
     match stack.layers.iter().position(|l| l.name == metal.layer) {
-        Some(walls) if walls < filter => Err(RcwaError::Value {
-            field: "metal.layer",
-            value: format!("`{}`", metal.layer),
-            allowed: "a layer below the filters of a mosaic".into(),
-        }),
+        Some(walls) if walls < filter => {
+            let (layer, allowed) = (
+                format!("`{}`", metal.layer),
+                "a layer below the filters of a mosaic",
+            );
+            Err(OutOfRange::new("rcwa", "metal.layer", layer, allowed).into())
+        }
         _ => Ok(()),
     }
 }

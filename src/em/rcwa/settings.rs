@@ -53,6 +53,9 @@ impl RcwaSettings {
     }
 
     /// Ranges in which the solver works.
+    ///
+    /// # Errors
+    /// The first setting out of its range.
     pub fn check(&self) -> Result<(), RcwaError> {
         within("slice_nm", self.slice_nm, 2.0, 100.0)?;
         within("lens_cutoff", self.lens_cutoff, 1.2, 12.0)?;

@@ -14,15 +14,15 @@
 //! is iterated, all shifts at once; where that does not converge, solved.
 
 use super::RcwaError;
-use super::answer::RcwaPowers;
 use super::basis::{Basis, Lattice, Parity, Sector};
 use super::column::{Column, Pixel};
 use super::forms::Forms;
 use super::free_lens::FreeLens;
 use super::layers;
 use super::linear::{C, Matrix, flux, plus_one, solve};
-use super::model::{order_zero, powers};
+use super::model::{balance, order_zero, powers};
 use super::uniform::Uniform;
+use crate::em::light::Powers;
 
 /// Change of x at which it is taken for converged, of its length.
 const CONVERGED: f64 = 1e-9;
@@ -46,7 +46,7 @@ pub(super) fn light<const N: usize>(
     lattice: Lattice,
     waves: [[f64; 2]; N],
     shifts: &[[f64; 2]],
-) -> Result<(Vec<[RcwaPowers; N]>, usize), RcwaError> {
+) -> Result<(Vec<[Powers; N]>, usize), RcwaError> {
     let sector = Sector {
         x: Parity::None,
         y: Parity::None,
@@ -89,7 +89,7 @@ pub(super) fn light<const N: usize>(
     });
     let air = Uniform::new(basis, C::ONE);
     let (h_incident, h_up) = (air.times(&incident), air.times(&up));
-    let one = |k: usize| -> [RcwaPowers; N] {
+    let one = |k: usize| -> [Powers; N] {
         std::array::from_fn(|wave| {
             let j = k * N + wave;
             let whole = flux(incident.as_ref(), h_incident.as_ref(), wave);
@@ -97,8 +97,8 @@ pub(super) fn light<const N: usize>(
             powers(&inside[j], whole - reflected, reflected, 1.0 / whole)
         })
     };
-    let all: Vec<[RcwaPowers; N]> = (0..shifts.len()).map(one).collect();
-    if all.iter().flatten().all(|p| p.balance().is_finite()) {
+    let all: Vec<[Powers; N]> = (0..shifts.len()).map(one).collect();
+    if all.iter().flatten().all(|p| balance(p).is_finite()) {
         Ok((all, base.silicon.functions()))
     } else {
         Err(RcwaError::NotFinite)
@@ -142,10 +142,10 @@ impl Shared {
             let round = Matrix::from_fn(n, n, |i, j| {
                 self.astray[(i, j)] * turns[i] * turns[j].conj()
             });
-            let own = solve(&plus_one(-(&self.again * round)), &self.first);
+            let solution = solve(&plus_one(-(&self.again * round)), &self.first);
             for wave in 0..waves {
                 for i in 0..n {
-                    x[(i, k * waves + wave)] = own[(i, wave)];
+                    x[(i, k * waves + wave)] = solution[(i, wave)];
                 }
             }
         }

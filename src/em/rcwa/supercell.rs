@@ -18,7 +18,8 @@ use super::lighting::{Lighting, Sunk, sink};
 use super::linear::{C, Matrix, flux, solve};
 use super::model::{order_zero, powers};
 use super::uniform::Uniform;
-use super::{RcwaError, RcwaPowers};
+use super::RcwaError;
+use crate::em::light::Powers;
 
 /// The light of one class from the air down to the filters.
 struct Falling {
@@ -87,7 +88,7 @@ pub(super) fn light<const N: usize>(
     sector: Sector,
     waves: [[f64; 2]; N],
     filters: [C; 4],
-) -> Result<([RcwaPowers; N], usize), RcwaError> {
+) -> Result<([Powers; N], usize), RcwaError> {
     let filter = filter_place(pixel);
     let mut column = Column::below(pixel, lattice, sector, filter)?;
     let modes = Checker(filters.map(|n| n * n)).modes(&column.basis)?;
@@ -115,7 +116,7 @@ pub(super) fn light<const N: usize>(
     let inside = column.absorb(&e);
     let incident = order_zero(whole, &waves);
     let h_incident = Uniform::new(whole, C::ONE).times(&incident);
-    let all: [RcwaPowers; N] = std::array::from_fn(|j| {
+    let all: [Powers; N] = std::array::from_fn(|j| {
         let inside = &inside[j];
         let unit = 1.0 / flux(incident.as_ref(), h_incident.as_ref(), j);
         let [mut entering, mut reflected] = [0.0; 2];

@@ -40,7 +40,7 @@ pub(super) struct LensRegion {
 }
 
 /// What lights the lens, and what lies below it.
-pub(super) struct Lit<'a> {
+pub(super) struct Illumination<'a> {
     pub orders: &'a [Order],
     /// The order in which light of unit amplitude falls in.
     pub incident: usize,
@@ -105,21 +105,21 @@ impl LensRegion {
         }
     }
 
-    /// The field under `lit`, with waves `upward` (amplitude ψ in the resin at z = D) from below. `field` is the start and the
+    /// The field under `illumination`, with waves `upward` (amplitude ψ in the resin at z = D) from below. `field` is the start and the
     /// result, as orders of every slice; empty for no start.
-    pub fn solve(&self, lit: &Lit, upward: &[C], field: &mut Vec<S>, tolerance: f64) -> LensField {
-        let orders = lit.orders;
+    pub fn solve(&self, illumination: &Illumination, upward: &[C], field: &mut Vec<S>, tolerance: f64) -> LensField {
+        let orders = illumination.orders;
         let ends: Vec<Ends> = orders
             .iter()
-            .zip(lit.stack)
-            .map(|(o, &r)| self.ends(o, lit.resin, r))
+            .zip(illumination.stack)
+            .map(|(o, &r)| self.ends(o, illumination.resin, r))
             .collect();
         let count = orders.len();
         let mut start = vec![S::ZERO; self.slices * count];
         let dz = self.depth_um / self.slices as f64;
         let (mut from_top, mut from_bottom) = (vec![C::ZERO; count], vec![C::ZERO; count]);
         for (i, e) in ends.iter().enumerate() {
-            let enters = if i == lit.incident { e.enters } else { C::ZERO };
+            let enters = if i == illumination.incident { e.enters } else { C::ZERO };
             let rises = upward[i] * e.rises;
             // Waves launched at either end, all round trips between them.
             let (top, bottom, across) = (double(e.top), double(e.bottom), double(e.across));

@@ -31,12 +31,14 @@ use rustfft::num_complex::{Complex32, Complex64};
 
 pub use settings::WaveSettings;
 
-use self::lens::{LensField, LensRegion, Lit};
+use self::lens::{Illumination, LensField, LensRegion};
 use self::modes::{AxisModes, Trenches};
 use self::planar::{FlatLayers, FlatStack, kz};
 use self::silicon::{Silicon, Surface};
 use self::spectral::Order;
+use super::light::{Incidence, Light, PixelSolver, Powers, SolverError, SolverProgress, by_direction};
 use super::{PixelStack, StackError};
+use crate::units::um_from_nm;
 
 type C = Complex64;
 
@@ -46,26 +48,9 @@ pub const MODEL: &str = "wave-1";
 /// Residual at which the amplitudes of the trench modes are accepted.
 const MATCHING_TOLERANCE: f64 = 1e-4;
 
-/// Where the light of one plane wave goes, as parts of the incident power.
-#[derive(Clone, Debug, PartialEq)]
-pub struct WavePowers {
-    /// Absorbed per sub-pixel (see [`crate::sensor::Subpixels`] for the order).
-    pub absorbed: Vec<f64>,
-    /// Reflected into all orders in air.
-    pub reflected: f64,
-    /// Absorbed in the layers (the colour filter, in the paper's pixels).
-    pub filter: f64,
-    /// Entering the silicon.
-    pub into_silicon: f64,
-    /// What was missing (< 0) or too much (> 0) before the powers were scaled to a sum of one.
-    pub imbalance: f64,
-    /// Relative residual of the lens field.
-    pub residual: f64,
-}
-
 /// What all lens shifts share at one angle.
 struct Parts<'a> {
-    lit: &'a Lit<'a>,
+    illumination: &'a Illumination<'a>,
     flat: &'a FlatStack,
     silicon: &'a Silicon,
     /// (u, v).
@@ -75,6 +60,7 @@ struct Parts<'a> {
 /// A pixel at one wavelength, ready to be lit from any direction.
 pub struct WaveModel {
     stack: PixelStack,
+    wavelength_nm: [f64; 1],
     settings: WaveSettings,
     flat: FlatLayers,
     surface: Surface,
@@ -89,7 +75,10 @@ pub struct WaveModel {
 }
 
 impl WaveModel {
-    /// Checks pixel, settings and wavelength. Refuses metal walls and mosaics.
+    /// The pixel at one wavelength.
+    ///
+    /// # Errors
+    /// A pixel, settings or a wavelength out of range; metal walls and mosaics.
     pub fn new(
         stack: &PixelStack,
         wavelength_nm: f64,
@@ -113,14 +102,15 @@ impl WaveModel {
         }
         let n = stack.indices(wavelength_nm)?;
         let flat = FlatLayers::new(stack, &n);
-        let k0 = 2.0 * std::f64::consts::PI / (wavelength_nm * 1e-3);
+        let k0 = 2.0 * std::f64::consts::PI / um_from_nm(wavelength_nm);
         // All that travels in the layers has to be there, whatever the setting.
         let cutoff = settings.order_cutoff.max(1.01 * flat.densest()) * k0;
         let reach = cutoff * stack.pitch_um / (2.0 * std::f64::consts::PI);
         let grid = fast_length((2.5 * reach).ceil() as usize + 2);
-        let lens = LensRegion::new(stack, n.lens, k0, settings.slice_nm * 1e-3, grid);
+        let lens = LensRegion::new(stack, n.lens, k0, um_from_nm(settings.slice_nm), grid);
         Ok(Self {
             stack: stack.clone(),
+            wavelength_nm: [wavelength_nm],
             settings: *settings,
             surface: Surface {
                 above: flat.last(),
@@ -135,8 +125,11 @@ impl WaveModel {
         })
     }
 
-    /// Where the light of a plane wave of direction cosines (u, v) goes. Needs u² + v² < 1.
-    pub fn solve(&self, u: f64, v: f64) -> Result<WavePowers, StackError> {
+    /// Where the light of a plane wave of direction cosines (u, v) goes.
+    ///
+    /// # Errors
+    /// u² + v² of 1 or more.
+    pub fn solve(&self, u: f64, v: f64) -> Result<Light, StackError> {
         let shifts = [self.stack.lens.shift_um];
         let mut one = self.solve_shifts(u, v, &shifts)?;
         Ok(one.swap_remove(0))
@@ -146,12 +139,15 @@ impl WaveModel {
     ///
     /// A lens moved by s multiplies the field's order (a, b) below it by `e^(−i G·s)`, `G = 2π (a, b) / pitch`: all shifts share
     /// the field in the lens, but for the light that the trenches send back into it.
+    ///
+    /// # Errors
+    /// As of [`Self::solve`].
     pub fn solve_shifts(
         &self,
         u: f64,
         v: f64,
         shifts_um: &[[f64; 2]],
-    ) -> Result<Vec<WavePowers>, StackError> {
+    ) -> Result<Vec<Light>, StackError> {
         let sine_squared = u * u + v * v;
         if sine_squared.is_nan() || sine_squared >= 1.0 {
             return Err(StackError::value(
@@ -172,7 +168,7 @@ impl WaveModel {
         );
         // The lens sees plain silicon below; what the trenches send back otherwise is added as a source, `bounces` times.
         let flat = FlatStack::new(&self.flat, self.surface.silicon, self.k0, &orders);
-        let lit = Lit {
+        let illumination = Illumination {
             orders: &orders,
             incident: orders
                 .iter()
@@ -187,9 +183,9 @@ impl WaveModel {
         let mut field = Vec::new();
         let rising = flat.rising(&dark);
         let tolerance = rough * self.settings.tolerance;
-        let first = self.lens.solve(&lit, &rising, &mut field, tolerance);
+        let first = self.lens.solve(&illumination, &rising, &mut field, tolerance);
         let parts = Parts {
-            lit: &lit,
+            illumination: &illumination,
             flat: &flat,
             silicon: &silicon,
             direction: [u, v],
@@ -205,11 +201,14 @@ impl WaveModel {
         shift_um: [f64; 2],
         first: &LensField,
         field: &[Complex32],
-    ) -> WavePowers {
+    ) -> Light {
         let Parts {
-            lit, flat, silicon, ..
+            illumination,
+            flat,
+            silicon,
+            ..
         } = parts;
-        let orders = lit.orders;
+        let orders = illumination.orders;
         let g = 2.0 * std::f64::consts::PI / self.stack.pitch_um;
         let phases: Vec<C> = orders
             .iter()
@@ -238,18 +237,18 @@ impl WaveModel {
             rising = flat.rising(&extra);
             let last = bounce == self.settings.bounces;
             let tolerance = if last { 1.0 } else { 5.0 } * self.settings.tolerance;
-            below = Some(self.lens.solve(lit, &rising, &mut field, tolerance));
+            below = Some(self.lens.solve(illumination, &rising, &mut field, tolerance));
         }
         let f = below.as_ref().unwrap_or(first);
         let (down, entering) = flat.descend(&f.at_bottom, &rising, &extra);
         let (modes, _) = silicon.enter(orders, &seen_by_silicon(&down), MATCHING_TOLERANCE);
 
         let air = |o: &Order| kz(C::ONE, self.k0, o.k_perp_squared).re;
-        let incoming = air(&orders[lit.incident]);
+        let incoming = air(&orders[illumination.incident]);
         let mut reflected = 0.0;
         for (i, (o, psi)) in orders.iter().zip(&f.at_top).enumerate() {
-            let own = if i == lit.incident { C::ONE } else { C::ZERO };
-            reflected += air(o) * (psi - own).norm_sqr() / incoming;
+            let incident = if i == illumination.incident { C::ONE } else { C::ZERO };
+            reflected += air(o) * (psi - incident).norm_sqr() / incoming;
         }
         let entering = entering / incoming;
         // Reflected and entering light add up to one but for the slices and the residual; the powers are scaled so that they do.
@@ -264,13 +263,17 @@ impl WaveModel {
         for a in &mut absorbed {
             *a *= scale / incoming;
         }
-        WavePowers {
-            absorbed,
-            reflected: 1.0 - scale * entering,
-            filter: scale * entering - into_silicon,
-            into_silicon,
+        Light {
+            mean: Powers {
+                transmitted: into_silicon - absorbed.iter().sum::<f64>(),
+                absorbed,
+                reflected: 1.0 - scale * entering,
+                elsewhere: scale * entering - into_silicon,
+                ..Powers::default()
+            },
             imbalance: found - 1.0,
             residual: f.residual,
+            ..Light::default()
         }
     }
 
@@ -324,6 +327,27 @@ impl WaveModel {
             .unwrap_or_else(PoisonError::into_inner)
             .insert(key, Arc::clone(&made));
         made
+    }
+}
+
+impl PixelSolver for WaveModel {
+    fn stack(&self) -> &PixelStack {
+        &self.stack
+    }
+
+    fn wavelengths_nm(&self) -> &[f64] {
+        &self.wavelength_nm
+    }
+
+    fn light(
+        &self,
+        waves: &[Incidence],
+        _: usize,
+        _: &dyn Fn(SolverProgress),
+    ) -> Result<Vec<Vec<Light>>, SolverError> {
+        by_direction(waves, |[u, v], shifts_um| {
+            Ok(self.solve_shifts(u, v, shifts_um)?)
+        })
     }
 }
 

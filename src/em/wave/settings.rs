@@ -58,6 +58,9 @@ impl WaveSettings {
     }
 
     /// Ranges in which the model works.
+    ///
+    /// # Errors
+    /// The first setting out of its range.
     pub fn check(&self) -> Result<(), StackError> {
         let within = |field, value: f64, low: f64, high: f64, allowed| {
             if (low..=high).contains(&value) {

@@ -1,0 +1,210 @@
+//! The geometric pixel (eq. 2 of Chataignier et al., Opt. Express 27, 30486 (2019)): no diffraction, no crosstalk, no loss.
+//!
+//! The microlens brings light from (u, v) to the point `x = f u / w, y = f v / w`, `w = √(1 − u² − v²)`, of the photodiode
+//! plane; the sub-pixel whose box holds the point gets all of it. So the outer edge of a 2×2 pixel's
+//! sub-pixel lies at `θ_L = arctan(sub-pixel size / f)`, and R_a = 0. Light that misses the pixel is lost.
+//!
+//! The boxes are evaluated exactly (a sampled table would blur their edges).
+
+use serde::{Deserialize, Serialize};
+
+use super::light::{Incidence, Light, PixelSolver, Powers, SolverError, SolverProgress, SolverTask};
+use super::{PixelStack, light};
+use crate::range::{OutOfRange, require};
+use crate::sensor::{MovingFrame, Subpixels};
+
+/// Name and version of the model: part of every table's key.
+pub(super) const MODEL: &str = "geometric-1";
+
+/// The ideal pixel: one box per sub-pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GeometricResponse {
+    subpixels: Subpixels,
+    pitch_um: f64,
+    focal_length_um: f64,
+}
+
+impl GeometricResponse {
+    /// Pitch and microlens focal length (in air) in µm.
+    ///
+    /// # Errors
+    /// Lengths that are not positive and finite.
+    pub fn new(
+        subpixels: Subpixels,
+        pitch_um: f64,
+        focal_length_um: f64,
+    ) -> Result<Self, OutOfRange> {
+        for (field, value) in [("pitch_um", pitch_um), ("focal_length_um", focal_length_um)] {
+            require(value > 0.0 && value.is_finite(), || {
+                OutOfRange::new("response", field, value, "finite and > 0")
+            })?;
+        }
+        Ok(Self {
+            subpixels,
+            pitch_um,
+            focal_length_um,
+        })
+    }
+
+    /// The microlens whose F-number is the main lens's: f = pitch × F-number, so that the pupil fills the pixel.
+    ///
+    /// # Errors
+    /// As of [`Self::new`].
+    pub fn matched_to_f_number(
+        subpixels: Subpixels,
+        pitch_um: f64,
+        f_number: f64,
+    ) -> Result<Self, OutOfRange> {
+        Self::new(subpixels, pitch_um, pitch_um * f_number)
+    }
+
+    /// Sub-pixels of the pixel.
+    pub fn subpixels(&self) -> Subpixels {
+        self.subpixels
+    }
+    /// Pitch in µm.
+    pub fn pitch_um(&self) -> f64 {
+        self.pitch_um
+    }
+    /// Focal length of the microlens in µm.
+    pub fn focal_length_um(&self) -> f64 {
+        self.focal_length_um
+    }
+    /// A lens shift moves the boxes exactly as [`MovingFrame`] says, with n = 1 and H = f.
+    pub fn frame(&self) -> MovingFrame {
+        MovingFrame {
+            index: 1.0,
+            height_um: self.focal_length_um,
+        }
+    }
+
+    /// The weights of one direction (see [`crate::response::Interpolator::weights`]).
+    pub fn weights(&self, u: f32, v: f32, out: &mut [f32]) {
+        if let Some(out) = out.get_mut(..self.subpixels.count()) {
+            self.weights_batch(&[u], &[v], out);
+        }
+    }
+
+    /// The weights of many directions: `out` is `[direction][sub-pixel]`. The shortest of the three slices counts.
+    pub fn weights_batch(&self, u: &[f32], v: &[f32], out: &mut [f32]) {
+        match self.subpixels.count() {
+            1 => self.batch::<1>(u, v, out),
+            2 => self.batch::<2>(u, v, out),
+            4 => self.batch::<4>(u, v, out),
+            9 => self.batch::<9>(u, v, out),
+            _ => self.batch::<16>(u, v, out),
+        }
+    }
+
+    #[inline]
+    fn batch<const N: usize>(&self, u: &[f32], v: &[f32], out: &mut [f32]) {
+        let (out, _) = out.as_chunks_mut::<N>();
+        let (m, n) = (self.subpixels.m() as f32, self.subpixels.n() as f32);
+        let f = (self.focal_length_um / self.pitch_um) as f32;
+        for ((&u, &v), out) in u.iter().zip(v).zip(out) {
+            let c = f / (1.0 - u * u - v * v).max(1e-12).sqrt();
+            // Place in the pixel, in sub-pixels from its corner.
+            let (x, y) = ((u * c + 0.5) * m, (v * c + 0.5) * n);
+            let inside = x >= 0.0 && x < m && y >= 0.0 && y < n;
+            let hit = (y as usize * self.subpixels.m()) + x as usize;
+            for (k, p) in out.iter_mut().enumerate() {
+                *p = f32::from(inside && k == hit);
+            }
+        }
+    }
+}
+
+/// The geometric pixel as a solver.
+pub(super) struct GeometricSolver {
+    stack: PixelStack,
+    pixel: GeometricResponse,
+    wavelength_nm: [f64; 1],
+}
+
+impl GeometricSolver {
+    /// # Errors
+    /// A pixel that cannot be, a mosaic or a table of lens shifts (with the reason), or a focal length that is not positive.
+    pub fn new(
+        task: &SolverTask,
+        wavelength_nm: f64,
+        focal_length_um: f64,
+    ) -> Result<Self, SolverError> {
+        let stack = task.stack;
+        stack.check()?;
+        if stack.mosaic.is_some() {
+            let allowed = "none in the geometric model, which has no neighbours";
+            return Err(SolverError::value("mosaic", "there", allowed));
+        }
+        if task.any_shift {
+            let allowed =
+                "a wave-optical one; a shifted geometric pixel is exact in its moving frame";
+            return Err(SolverError::value("model", "geometric", allowed));
+        }
+        Ok(Self {
+            stack: stack.clone(),
+            pixel: GeometricResponse::new(stack.subpixels, stack.pitch_um, focal_length_um)?,
+            wavelength_nm: [wavelength_nm],
+        })
+    }
+}
+
+impl PixelSolver for GeometricSolver {
+    fn stack(&self) -> &PixelStack {
+        &self.stack
+    }
+
+    fn wavelengths_nm(&self) -> &[f64] {
+        &self.wavelength_nm
+    }
+
+    fn light(
+        &self,
+        waves: &[Incidence],
+        _: usize,
+        _: &dyn Fn(SolverProgress),
+    ) -> Result<Vec<Vec<Light>>, SolverError> {
+        light::by_direction(waves, |[u, v], shifts_um| {
+            let mut p = vec![0f32; self.pixel.subpixels().count()];
+            self.pixel.weights(u as f32, v as f32, &mut p);
+            let absorbed: Vec<f64> = p.into_iter().map(f64::from).collect();
+            let light = Light {
+                mean: Powers {
+                    elsewhere: 1.0 - absorbed.iter().sum::<f64>(),
+                    absorbed,
+                    ..Powers::default()
+                },
+                ..Light::default()
+            };
+            Ok(vec![light; shifts_um.len()])
+        })
+    }
+
+    fn frame(&self) -> Result<MovingFrame, SolverError> {
+        Ok(self.pixel.frame())
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+
+    #[test]
+    fn acceptance_ends_at_the_angle_of_equation_2() {
+        let g = GeometricResponse::matched_to_f_number(Subpixels::QUAD, 3.5, 1.8).unwrap();
+        let limit = (1.75f64 / (3.5 * 1.8)).atan();
+        let mut p = [0.0; 4];
+        // φ = 315°: aimed at A = index 1; the box ends where the x coordinate does.
+        for (angle, wanted) in [
+            (0.5 * limit, 1.0),
+            (0.999 * limit, 1.0),
+            (1.001 * limit, 0.0),
+        ] {
+            let t = angle.tan();
+            let w = (1.0 + t * t + 1e-4).sqrt();
+            g.weights((t / w) as f32, (-1e-2 / w) as f32, &mut p);
+            assert_eq!(p, [0.0, wanted, 0.0, 0.0], "at {angle} rad");
+        }
+    }
+}

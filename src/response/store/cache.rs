@@ -1,0 +1,325 @@
+//! Tables that were simulated once are kept in a folder, one file per key; beside them the journals of those not finished.
+
+use std::path::{Path, PathBuf};
+
+use crate::response::tabulate::RunJournal;
+use crate::response::{AngularResponse, BuildReport, BuiltTable, ResponseError, TablePlan};
+use crate::shard::Shard;
+
+/// A folder of tables.
+#[derive(Clone, Debug)]
+pub struct ResponseCache {
+    dir: PathBuf,
+}
+
+/// The table is right, but the cache is not.
+#[derive(Debug)]
+pub enum CacheWarning {
+    /// A file was there and was no such table; it was simulated anew.
+    Rebuilt {
+        /// The file.
+        path: PathBuf,
+        /// What was wrong with it.
+        why: String,
+    },
+    /// Runs could not be kept while it was made.
+    NoJournal(String),
+    /// The table could not be kept.
+    NotKept {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        why: String,
+    },
+}
+
+/// A table from the cache or made for it.
+#[derive(Debug)]
+pub struct CachedTable {
+    /// The table.
+    pub table: AngularResponse,
+    /// How it came about, if it was made now.
+    pub report: Option<BuildReport>,
+    /// What is wrong with the cache.
+    pub warnings: Vec<CacheWarning>,
+}
+
+/// The tables of all colours of a plan (in its order), from the cache or made for it.
+#[derive(Debug)]
+pub struct CachedTables {
+    /// Each, and how it came about, if it was made now.
+    pub tables: Vec<(AngularResponse, Option<BuildReport>)>,
+    /// What is wrong with the cache.
+    pub warnings: Vec<CacheWarning>,
+}
+
+impl std::fmt::Display for CacheWarning {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Rebuilt { path, why } => {
+                write!(
+                    f,
+                    "{}: not the table it should be ({why}); made anew",
+                    path.display()
+                )
+            }
+            Self::NoJournal(why) => {
+                write!(f, "{why}: a build that stops would begin anew")
+            }
+            Self::NotKept { path, why } => {
+                write!(f, "{}: the table could not be kept ({why})", path.display())
+            }
+        }
+    }
+}
+
+impl ResponseCache {
+    /// A cache in `dir`, which is made when the first table is kept.
+    pub fn open(dir: impl Into<PathBuf>) -> Self {
+        Self { dir: dir.into() }
+    }
+
+    /// `$QUADPIXEL_CACHE`, else `$XDG_CACHE_HOME/quadpixel`, else `~/.cache/quadpixel`, else a folder for temporary files.
+    pub fn default_dir() -> PathBuf {
+        let set = |name| {
+            std::env::var_os(name)
+                .filter(|v| !v.is_empty())
+                .map(PathBuf::from)
+        };
+        set("QUADPIXEL_CACHE")
+            .or_else(|| set("XDG_CACHE_HOME").map(|d| d.join("quadpixel")))
+            .or_else(|| set("HOME").map(|d| d.join(".cache").join("quadpixel")))
+            .unwrap_or_else(|| std::env::temp_dir().join("quadpixel"))
+    }
+
+    /// The file of a key.
+    pub fn path(&self, key: &str) -> PathBuf {
+        self.dir.join(format!("{key}.npz"))
+    }
+
+    /// The table of a key, if it was kept; a file that is something else is a warning.
+    pub fn get(&self, key: &str) -> Result<Option<AngularResponse>, CacheWarning> {
+        let path = self.path(key);
+        if !path.exists() {
+            return Ok(None);
+        }
+        match read(&path, key) {
+            Ok(found) => Ok(Some(found)),
+            Err(why) => Err(CacheWarning::Rebuilt { path, why }),
+        }
+    }
+
+    /// The table of a plan, if it was kept.
+    ///
+    /// # Errors
+    /// A file under its name that is something else.
+    pub fn find(&self, plan: &TablePlan) -> Result<Option<AngularResponse>, CacheWarning> {
+        let wrong = |e: ResponseError| CacheWarning::Rebuilt {
+            path: self.dir.clone(),
+            why: e.to_string(),
+        };
+        let Some((reference_nm, plans)) = plan.parted() else {
+            return self.get(&plan.key().map_err(wrong)?);
+        };
+        let mut tables = Vec::with_capacity(plans.len());
+        for one in &plans {
+            match self.get(&one.key().map_err(wrong)?)? {
+                Some(table) => tables.push(table),
+                None => return Ok(None),
+            }
+        }
+        joined(tables, reference_nm).map(Some).map_err(wrong)
+    }
+
+    /// The table of a plan: from the cache, else simulated and kept. A build that was stopped goes on where it was, and parts of it made by
+    /// [`Self::make_part`] are used. Trouble with the cache is no failure; it comes back as warnings.
+    ///
+    /// # Errors
+    /// A pixel that the model has no answer for.
+    pub fn table(
+        &self,
+        plan: &TablePlan,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<CachedTable, ResponseError> {
+        let CachedTables { tables, warnings } = self.tables(plan, progress)?;
+        let mut by_colour = plan.colours().into_iter().zip(tables);
+        let wanted = by_colour.find(|(colour, _)| *colour == plan.colour());
+        let none = || ResponseError::value("tables", 0, "one per colour");
+        let (table, report) = wanted.map(|(_, made)| made).ok_or_else(none)?;
+        Ok(CachedTable {
+            table,
+            report,
+            warnings,
+        })
+    }
+
+    /// [`Self::table`] of each colour of the plan: those of a mosaic are simulated and kept together.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn tables(
+        &self,
+        plan: &TablePlan,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<CachedTables, ResponseError> {
+        let Some((reference_nm, plans)) = plan.parted() else {
+            return self.together(plan, progress);
+        };
+        let mut warnings = Vec::new();
+        let mut by_colour = vec![Vec::with_capacity(plans.len()); plan.colours().len()];
+        for (i, one) in plans.iter().enumerate() {
+            // A wavelength has as many directions as any other.
+            let part = |done, total| progress(i * total + done, plans.len() * total);
+            let made = self.together(one, &part)?;
+            warnings.extend(made.warnings);
+            for (tables, (table, _)) in by_colour.iter_mut().zip(made.tables) {
+                tables.push(table);
+            }
+        }
+        let join = |tables| Ok((joined(tables, reference_nm)?, None));
+        let tables = by_colour.into_iter().map(join);
+        Ok(CachedTables {
+            tables: tables.collect::<Result<_, ResponseError>>()?,
+            warnings,
+        })
+    }
+
+    /// The tables of a plan whose wavelengths are kept in one file.
+    fn together(
+        &self,
+        plan: &TablePlan,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<CachedTables, ResponseError> {
+        let mut warnings = Vec::new();
+        if let Some(tables) = self.all_colours(plan, &mut warnings)? {
+            return Ok(CachedTables { tables, warnings });
+        }
+        let key = plan.simulation_key()?;
+        let folder = std::fs::create_dir_all(&self.dir);
+        let path = self.dir.join(format!("{key}.journal"));
+        let opened = (folder.is_ok()).then(|| RunJournal::open(&path, &key));
+        let (mut journal, no_journal) = match opened.transpose() {
+            Ok(journal) => (journal, None),
+            Err(e) => (None, Some(e.to_string())),
+        };
+        if let Some(open) = &mut journal {
+            // Another process may have made the tables while this one waited for the journal.
+            if let Some(tables) = self.all_colours(plan, &mut Vec::new())? {
+                let trouble = journal.and_then(RunJournal::remove);
+                warnings.extend(trouble.map(CacheWarning::NoJournal));
+                return Ok(CachedTables { tables, warnings });
+            }
+            for part in self.parts(&key) {
+                open.join(&part, &key);
+            }
+        }
+        let mut built = plan.build_with(journal.as_ref(), progress)?;
+        for BuiltTable { table, .. } in &built {
+            let path = self.path(&table.meta().key);
+            let made = folder.as_ref().map_err(ToString::to_string);
+            let kept = made.and_then(|()| table.write_npz(&path).map_err(|e| e.to_string()));
+            if let Err(why) = kept {
+                warnings.push(CacheWarning::NotKept { path, why });
+            }
+        }
+        // Only now: a process that waits for the journal finds the tables.
+        let trouble = no_journal.or(journal.and_then(RunJournal::remove));
+        for built in &mut built {
+            built.report.journal_trouble.clone_from(&trouble);
+        }
+        warnings.extend(trouble.map(CacheWarning::NoJournal));
+        let tables = built.into_iter().map(|b| (b.table, Some(b.report)));
+        Ok(CachedTables {
+            tables: tables.collect(),
+            warnings,
+        })
+    }
+
+    /// The kept tables of all colours, if none is missing.
+    fn all_colours(
+        &self,
+        plan: &TablePlan,
+        warnings: &mut Vec<CacheWarning>,
+    ) -> Result<Option<Vec<(AngularResponse, Option<BuildReport>)>>, ResponseError> {
+        let mut tables = Vec::new();
+        for colour in plan.colours() {
+            match self.get(&plan.with_colour(colour).key()?) {
+                Ok(table) => tables.extend(table.map(|table| (table, None))),
+                Err(warning) => warnings.push(warning),
+            }
+        }
+        Ok((tables.len() == plan.colours().len()).then_some(tables))
+    }
+
+    /// Simulates one part of the directions of a plan, each under all its lens shifts, into a journal beside the tables. When all parts have,
+    /// [`Self::table`] in the same folder makes the table of them, with the bytes of one made in one go; what a part did not do, it does
+    /// itself.
+    ///
+    /// # Errors
+    /// A pixel that the model has no answer for, or a folder that the journal cannot be kept in.
+    pub fn make_part(
+        &self,
+        plan: &TablePlan,
+        shard: Shard,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<PartOfTable, ResponseError> {
+        let key = plan.simulation_key()?;
+        let name = format!("{key}.{}-of-{}.journal", shard.number(), shard.count());
+        let journal = RunJournal::open(&self.dir.join(name), &key)?;
+        let (runs, reused) = plan.build_part(shard, &journal, progress)?;
+        let path = journal.path().to_owned();
+        match journal.trouble() {
+            None => Ok(PartOfTable { path, runs, reused }),
+            Some(trouble) => Err(ResponseError::Io {
+                path,
+                source: std::io::Error::other(trouble),
+            }),
+        }
+    }
+
+    /// The journals of parts of a table, in the order of their names.
+    fn parts(&self, key: &str) -> Vec<PathBuf> {
+        let Ok(entries) = std::fs::read_dir(&self.dir) else {
+            return Vec::new();
+        };
+        let of_key = |path: &PathBuf| {
+            let name = path.file_name().and_then(|n| n.to_str());
+            let part = name.and_then(|n| n.strip_prefix(key)?.strip_suffix(".journal"));
+            part.is_some_and(|part| part.contains("-of-"))
+        };
+        let mut parts: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(of_key).collect();
+        parts.sort();
+        parts
+    }
+}
+
+/// What was done for a part of a table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PartOfTable {
+    /// The journal that holds it.
+    pub path: PathBuf,
+    /// Plane waves in it.
+    pub runs: usize,
+    /// Those of them that an earlier, interrupted call had done.
+    pub reused: usize,
+}
+
+/// The table of all wavelengths of these.
+fn joined(
+    mut tables: Vec<AngularResponse>,
+    reference_nm: f64,
+) -> Result<AngularResponse, ResponseError> {
+    match tables.len() {
+        1 => Ok(tables.swap_remove(0)),
+        _ => AngularResponse::of_wavelengths(&tables, reference_nm),
+    }
+}
+
+fn read(path: &Path, key: &str) -> Result<AngularResponse, String> {
+    let found = AngularResponse::read_npz(path).map_err(|e| e.to_string())?;
+    if found.meta().key == key {
+        Ok(found)
+    } else {
+        Err(format!("its key is {}", found.meta().key))
+    }
+}

@@ -1,0 +1,130 @@
+//! The response as a file: an uncompressed `.npz` (NumPy: `np.load(path)`) with
+//!
+//! | array | type | shape |
+//! |---|---|---|
+//! | `P` | f32 | [wavelength, shift, v, u, sub-pixel] |
+//! | `wavelength_nm` | f64 | [wavelength] |
+//! | `shift_um` | f64 | [shift, 2] |
+//! | `u`, `v` | f64 | direction cosines |
+//! | `meta` | u8 | UTF-8 JSON of [`ResponseMeta`]: `json.loads(bytes(f["meta"]))` |
+//!
+//! A table of shifted lenses has `shift_grid` in its `meta` (pitch, and N shifts per pitch along x and y); its shifts are the octant `0 ≤ j ≤ i ≤ N/2`
+//! of `(i, j) pitch / N`, the quadrant where m ≠ n. For another shift s take the symmetry g of the square (axes swapped, then signs changed;
+//! only the signs where m ≠ n) with `g s` in the octant but for whole pitches: `P_i(u, v; s) = P_gi(g (u, v); g s)`, where g acts on
+//! sub-pixels as on their places. `chief_ray_shifts` there says which shift a chief ray needs.
+
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Cursor, Read, Seek};
+use std::path::Path;
+
+use ndarray::{Array1, Array2, ArrayView1, ArrayView2, IxDyn};
+use ndarray_npy::NpzWriter;
+
+use crate::npz::Npz;
+use crate::response::{AngularResponse, ResponseAxes, ResponseError, ResponseMeta};
+
+impl AngularResponse {
+    /// Writes the table; the file appears under its name only when it is whole.
+    ///
+    /// # Errors
+    /// A disk that fails.
+    pub fn write_npz(&self, path: &Path) -> Result<(), ResponseError> {
+        let aside = path.with_extension(format!("tmp-{}", std::process::id()));
+        let written = self
+            .write_to(&aside)
+            .and_then(|()| std::fs::rename(&aside, path).map_err(|source| io(path, source)));
+        if written.is_err() {
+            // The first error is the one to report; a left-over is only untidy.
+            let _ = std::fs::remove_file(&aside);
+        }
+        written
+    }
+
+    fn write_to(&self, aside: &Path) -> Result<(), ResponseError> {
+        let format = |why: String| ResponseError::Format {
+            path: aside.to_owned(),
+            why,
+        };
+        let a = self.axes();
+        let (nw, ns) = (a.wavelengths_nm.len(), a.shifts_um.len());
+        let shape = [nw, ns, a.v.len(), a.u.len(), self.subpixels().count()];
+        let p = ndarray::ArrayView::from_shape(IxDyn(&shape), self.table())
+            .map_err(|e| format(e.to_string()))?;
+        let shifts = ArrayView2::from(&a.shifts_um[..]);
+        let meta = serde_json::to_vec(self.meta()).map_err(|e| format(e.to_string()))?;
+        // In memory first: ndarray-npy hides the kind of an I/O error, and a table is a few MB at most.
+        let mut npz = NpzWriter::new(Cursor::new(Vec::new()));
+        let wrote = npz
+            .add_array("P", &p)
+            .and_then(|()| npz.add_array("wavelength_nm", &ArrayView1::from(&a.wavelengths_nm)))
+            .and_then(|()| npz.add_array("shift_um", &shifts))
+            .and_then(|()| npz.add_array("u", &ArrayView1::from(&a.u)))
+            .and_then(|()| npz.add_array("v", &ArrayView1::from(&a.v)))
+            .and_then(|()| npz.add_array("meta", &ArrayView1::from(&meta)))
+            .and_then(|()| npz.finish());
+        let bytes = wrote.map_err(|e| format(e.to_string()))?.into_inner();
+        let mut file = BufWriter::new(File::create(aside).map_err(|e| io(aside, e))?);
+        std::io::Write::write_all(&mut file, &bytes).map_err(|e| io(aside, e))?;
+        let file = file.into_inner().map_err(|e| io(aside, e.into_error()))?;
+        file.sync_all().map_err(|e| io(aside, e))
+    }
+
+    /// Reads a table and checks all of it: shapes, axes, ranges, sums.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is no such table.
+    pub fn read_npz(path: &Path) -> Result<Self, ResponseError> {
+        let file = File::open(path).map_err(|e| io(path, e))?;
+        Self::from_npz(BufReader::new(file), path)
+    }
+
+    /// [`Self::read_npz`] of any contents; `path` names them in errors.
+    pub(super) fn from_npz(contents: impl Read + Seek, path: &Path) -> Result<Self, ResponseError> {
+        let format = |why: String| ResponseError::Format {
+            path: path.to_owned(),
+            why,
+        };
+        let mut npz = Npz::open(contents).map_err(format)?;
+        let meta: Array1<u8> = npz.array("meta").map_err(format)?;
+        let meta: ResponseMeta =
+            serde_json::from_slice(&meta.to_vec()).map_err(|e| format(format!("meta: {e}")))?;
+        let shifts: Array2<f64> = npz.array("shift_um").map_err(format)?;
+        if shifts.ncols() != 2 {
+            return Err(format(format!(
+                "shift_um: {} columns instead of 2",
+                shifts.ncols()
+            )));
+        }
+        let wavelengths: Array1<f64> = npz.array("wavelength_nm").map_err(format)?;
+        let u: Array1<f64> = npz.array("u").map_err(format)?;
+        let v: Array1<f64> = npz.array("v").map_err(format)?;
+        let axes = ResponseAxes {
+            wavelengths_nm: wavelengths.to_vec(),
+            shifts_um: shifts.rows().into_iter().map(|r| [r[0], r[1]]).collect(),
+            u: u.to_vec(),
+            v: v.to_vec(),
+        };
+        let p: ndarray::ArrayD<f32> = npz.array("P").map_err(format)?;
+        let shape = [
+            axes.wavelengths_nm.len(),
+            axes.shifts_um.len(),
+            axes.v.len(),
+            axes.u.len(),
+            meta.subpixels.count(),
+        ];
+        if p.shape() != shape {
+            return Err(format(format!(
+                "P: shape {:?}, but the axes and meta say {shape:?}",
+                p.shape()
+            )));
+        }
+        Self::new(axes, meta, p.iter().copied().collect()).map_err(|e| format(e.to_string()))
+    }
+}
+
+fn io(path: &Path, source: std::io::Error) -> ResponseError {
+    ResponseError::Io {
+        path: path.to_owned(),
+        source,
+    }
+}

@@ -1,0 +1,21 @@
+//! A table from a pixel solver.
+//!
+//! ```text
+//! settings ─▶ plan ─▶ runs, shift_axis ─ solver ─▶ table_of_runs ─ resample ─▶ AngularResponse, report
+//! ```
+
+mod chief_ray;
+mod plan;
+mod report;
+pub(super) mod resample;
+mod runs;
+mod settings;
+mod shift_axis;
+mod table_of_runs;
+#[cfg(test)]
+mod tests;
+
+pub use plan::TablePlan;
+pub use report::{BuildReport, BuiltTable};
+pub(super) use runs::RunJournal;
+pub use settings::{ShiftSettings, TableSettings};
