@@ -16,8 +16,9 @@ mod bench;
 mod support;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use quadpixel::em::{Level, ModelChoice, Preset, ShiftGrid};
 use quadpixel::render::Camera;
-use quadpixel::response::{GeometricResponse, Response, ShiftGrid, ShiftedSettings, TableSettings};
+use quadpixel::response::{GeometricResponse, Response, TableSettings};
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
 use support::{Frame, RAYS_PER_SUBPIXEL, made_up_table};
 
@@ -26,6 +27,9 @@ const SIDE: usize = 48;
 
 criterion_group!(name = benches; config = bench::short(); targets = modes, sizes, threads);
 criterion_main!(benches);
+
+/// Lens shifts per pitch of the table of all.
+const PER_PITCH: usize = 16;
 
 /// What the modes differ in: does a table have all lens shifts, and how many wavelengths has a channel's band (none: one line).
 fn table_camera(
@@ -44,11 +48,13 @@ fn table_camera(
     });
     let nm = wavelengths.all_response_nm();
     let response = if all_shifts {
-        let settings = ShiftedSettings::wave_for(stack);
-        let grid = ShiftGrid::new(stack.pitch_um, settings.per_pitch).unwrap();
-        made_up_table(stack, &settings.table, nm, Some(grid))
+        let choice = ModelChoice::new(Level::Wave, Preset::Standard);
+        let settings = TableSettings::of_all_shifts(&choice, stack, PER_PITCH);
+        let grid = ShiftGrid::new(stack.pitch_um, PER_PITCH).unwrap();
+        made_up_table(stack, &settings, nm, Some(grid))
     } else {
-        made_up_table(stack, &TableSettings::wave_standard_for(stack), nm, None)
+        let settings = TableSettings::new(Level::Wave, Preset::Standard, stack);
+        made_up_table(stack, &settings, nm, None)
     };
     frame.camera(side, &response.unwrap(), wavelengths).unwrap()
 }

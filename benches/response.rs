@@ -11,6 +11,7 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::{WaveModel, WaveSettings};
+use quadpixel::em::{Level, Preset};
 use quadpixel::response::{GeometricResponse, Response, TableSettings, build_table};
 use quadpixel::sensor::Subpixels;
 
@@ -22,7 +23,12 @@ criterion_group!(name = benches; config = bench::short(); targets = lookups, dir
 criterion_main!(benches);
 
 fn draft_table(stack: &PixelStack) -> Response {
-    let built = build_table(stack, &TableSettings::wave_draft(), None, &|_, _| {});
+    let built = build_table(
+        stack,
+        &TableSettings::new(Level::Wave, Preset::Draft, stack),
+        None,
+        &|_, _| {},
+    );
     Response::Table(built.unwrap().table)
 }
 

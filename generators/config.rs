@@ -15,7 +15,7 @@ pub use tolerances::ToleranceConfig;
 pub use world::{WorldConfig, WorldFileConfig};
 
 use quadpixel::effects::{Choice, Tolerance};
-use quadpixel::response::ShiftGrid;
+use quadpixel::em::ShiftGrid;
 use quadpixel::sensor::ShiftRule;
 use quadpixel::spectrum::Bands;
 use quadpixel_datasets::MosaicPattern;

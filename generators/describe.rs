@@ -59,10 +59,7 @@ pub(crate) fn describe(
     };
     let (pixel, hash, table_nm) = match (ideal, response) {
         (None, Response::Table(t)) => (
-            t.meta().pixel["name"]
-                .as_str()
-                .unwrap_or("unnamed")
-                .to_string(),
+            t.meta().pixel.name.clone(),
             t.meta().key.clone(),
             t.axes().wavelengths_nm.clone(),
         ),

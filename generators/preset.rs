@@ -4,7 +4,7 @@
 //! [`TableSettings`]. Where channels have bands, 2, 4 or 8 wavelengths stand for each.
 
 use clap::ValueEnum;
-use quadpixel::em::PixelStack;
+use quadpixel::em::{self, Level, PixelStack};
 use quadpixel::response::TableSettings;
 use serde::{Deserialize, Serialize};
 
@@ -14,12 +14,12 @@ use crate::config::{DatasetConfig, ResponseConfig};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WaveGrid {
-    /// [`TableSettings::wave_draft`].
+    /// Quick looks.
     Draft,
-    /// [`TableSettings::wave_standard_for`].
+    /// The default.
     #[default]
     Standard,
-    /// [`TableSettings::wave_reference`]; minutes a pixel, once.
+    /// Converged; minutes per pixel, once.
     Reference,
 }
 
@@ -32,9 +32,9 @@ impl WaveGrid {
     /// The table's settings for a pixel.
     pub fn settings(self, stack: &PixelStack) -> TableSettings {
         match self {
-            Self::Draft => TableSettings::wave_draft(),
-            Self::Standard => TableSettings::wave_standard_for(stack),
-            Self::Reference => TableSettings::wave_reference(),
+            Self::Draft => TableSettings::new(Level::Wave, em::Preset::Draft, stack),
+            Self::Standard => TableSettings::new(Level::Wave, em::Preset::Standard, stack),
+            Self::Reference => TableSettings::new(Level::Wave, em::Preset::Reference, stack),
         }
     }
 

@@ -1,8 +1,8 @@
 //! The table of all lens shifts that a recipe asks for: made and kept if that takes minutes, else one that was made before.
 
 use quadpixel::command::CommandError;
-use quadpixel::em::PixelStack;
-use quadpixel::response::{AngularResponse, CachedTable, ResponseCache, ShiftedSettings};
+use quadpixel::em::{Level, ModelChoice, PixelStack, Preset};
+use quadpixel::response::{AngularResponse, CachedTable, ResponseCache, TablePlan, TableSettings};
 
 /// Seconds of one core that a dataset spends on a table unasked.
 const MOST_SECONDS: f64 = 900.0;
@@ -14,7 +14,8 @@ pub(crate) struct ShiftedTable<'a> {
     /// Factor on the thickness of the pixel's layers.
     scale: f64,
     stack: &'a PixelStack,
-    settings: ShiftedSettings,
+    settings: TableSettings,
+    per_pitch: usize,
 }
 
 impl<'a> ShiftedTable<'a> {
@@ -25,10 +26,8 @@ impl<'a> ShiftedTable<'a> {
             pixel,
             scale,
             stack,
-            settings: ShiftedSettings {
-                per_pitch,
-                ..ShiftedSettings::wave_for(stack)
-            },
+            settings: of_all_shifts(Level::Wave, stack, per_pitch),
+            per_pitch,
         }
     }
 
@@ -39,16 +38,14 @@ impl<'a> ShiftedTable<'a> {
             pixel,
             scale: 1.0,
             stack,
-            settings: ShiftedSettings {
-                per_pitch,
-                ..ShiftedSettings::rcwa_for(stack)
-            },
+            settings: of_all_shifts(Level::Rcwa, stack, per_pitch),
+            per_pitch,
         }
     }
 
     /// The same table at these wavelengths, nm.
     pub fn at(mut self, wavelengths_nm: &[f64]) -> Self {
-        self.settings.table.wavelengths_nm = wavelengths_nm.to_vec();
+        self.settings.wavelengths_nm = wavelengths_nm.to_vec();
         self
     }
 
@@ -56,16 +53,21 @@ impl<'a> ShiftedTable<'a> {
     ///
     /// # Errors
     /// It takes long: with the command that makes it.
-    pub fn to_make(&self, cache: &ResponseCache) -> Result<Option<&ShiftedSettings>, CommandError> {
-        if matches!(cache.get(&self.settings.key(self.stack)), Ok(Some(_))) {
+    pub fn to_make(&self, cache: &ResponseCache) -> Result<Option<TablePlan>, CommandError> {
+        let plan = self.plan()?;
+        if matches!(cache.find(&plan), Ok(Some(_))) {
             return Ok(None);
         }
-        let runs = self.settings.runs(self.stack);
-        let seconds = seconds_by_wave(self.stack, runs.map_err(CommandError::input)?);
+        let runs = plan.count().map_err(CommandError::input)?;
+        let seconds = seconds_by_wave(self.stack, runs);
         if seconds > MOST_SECONDS {
             return Err(self.missing(&format!("{:.0} minutes of one core", seconds / 60.0)));
         }
-        Ok(Some(&self.settings))
+        Ok(Some(plan))
+    }
+
+    fn plan(&self) -> Result<TablePlan, CommandError> {
+        TablePlan::new(self.stack, &self.settings).map_err(CommandError::input)
     }
 
     /// From the cache, or made for it if that is soon done.
@@ -76,7 +78,7 @@ impl<'a> ShiftedTable<'a> {
     ) -> Result<CachedTable, CommandError> {
         self.to_make(cache)?;
         cache
-            .get_or_build_shifted(self.stack, &self.settings, progress)
+            .table(&self.plan()?, progress)
             .map_err(CommandError::input)
     }
 
@@ -86,8 +88,7 @@ impl<'a> ShiftedTable<'a> {
         cache: &ResponseCache,
         warnings: &mut Vec<String>,
     ) -> Result<AngularResponse, CommandError> {
-        let kept = cache.get(&self.settings.key(self.stack));
-        let kept = kept.unwrap_or_else(|warning| {
+        let kept = cache.find(&self.plan()?).unwrap_or_else(|warning| {
             warnings.push(warning.to_string());
             None
         });
@@ -95,7 +96,7 @@ impl<'a> ShiftedTable<'a> {
     }
 
     fn missing(&self, time: &str) -> CommandError {
-        let (model, shifts) = (self.model, self.settings.per_pitch);
+        let (model, shifts) = (self.model, self.per_pitch);
         let (pixel, subpixels) = (self.pixel, self.stack.subpixels);
         let command = format!(
             "qpgen response --model {model} --pixel {pixel} --subpixels {subpixels} --shifts {shifts}"
@@ -113,6 +114,11 @@ impl<'a> ShiftedTable<'a> {
              {command}{scaled}"
         ))
     }
+}
+
+fn of_all_shifts(level: Level, stack: &PixelStack, per_pitch: usize) -> TableSettings {
+    let choice = ModelChoice::new(level, Preset::Standard);
+    TableSettings::of_all_shifts(&choice, stack, per_pitch)
 }
 
 /// What `runs` runs of the wave model take about, on one core.
@@ -147,7 +153,7 @@ mod tests {
             "{why}"
         );
         // A file that is no table is told of.
-        std::fs::write(cache.path(&rcwa.settings.key(&stack)), b"no table").unwrap();
+        std::fs::write(cache.path(&rcwa.settings.key(&stack).unwrap()), b"no table").unwrap();
         assert!(rcwa.kept(&cache, &mut warnings).is_err());
         assert_eq!(warnings.len(), 1);
     }
@@ -158,8 +164,8 @@ mod tests {
         let cache = ResponseCache::open(folder.path());
         let stack = PixelStack::builtin("1.6um").unwrap();
         let mut asked = ShiftedTable::wave("1.6um", 1.0, &stack, 4);
-        asked.settings.table.steps = 3;
-        asked.settings.table.cosine_max = 0.6;
+        asked.settings.steps = 3;
+        asked.settings.cosine_max = 0.6;
         let first = asked.made(&cache, &|_, _| ()).unwrap();
         assert!(first.report.is_some() && first.table.meta().shift_grid.is_some());
         let mut warnings = Vec::new();

@@ -2,6 +2,7 @@
 
 use quadpixel::command::CommandError;
 use quadpixel::em::StackError;
+use quadpixel::em::light::SolverError;
 use quadpixel::file::FileError;
 use quadpixel::image::ImageError;
 use quadpixel::journal::JournalError;
@@ -92,6 +93,12 @@ pub enum LaboratoryError {
     /// The threads of the system.
     #[error("a thread stopped")]
     Thread,
+}
+
+impl From<SolverError> for LaboratoryError {
+    fn from(error: SolverError) -> Self {
+        Self::Response(error.into())
+    }
 }
 
 impl LaboratoryError {

@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use quadpixel::em::PixelStack;
+use quadpixel::em::ShiftGrid;
 use quadpixel::lens::{FocusBy, Lens, Prescription};
 use quadpixel::render::{Camera, Render, RenderSettings, Rendered};
 use quadpixel::response::{
-    AngularResponse, MovingFrame, Response, ResponseAxes, ResponseMeta, ShiftGrid, TableSettings,
+    AngularResponse, Provenance, Response, ResponseAxes, ResponseMeta, TableSettings,
 };
 use quadpixel::scene::texture::Texture;
 use quadpixel::scene::{Scene, TexturedPlane};
@@ -111,11 +112,14 @@ pub fn made_up_table(
     let planes = wavelengths_nm.len() * shifts_um.len();
     let meta = ResponseMeta {
         model: "made-up".into(),
-        settings: serde_json::json!({}),
-        pixel: serde_json::json!({}),
+        settings: Provenance::Imported {
+            file: "made up".into(),
+            symmetric: false,
+        },
+        pixel: stack.clone(),
         pitch_um: stack.pitch_um,
         subpixels: stack.subpixels,
-        frame: MovingFrame::of(stack, 550.0)?,
+        frame: stack.moving_frame(550.0)?,
         key: String::new(),
         shift_grid: shifts,
         chief_ray_shifts: None,

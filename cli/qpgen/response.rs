@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use quadpixel::em::PixelStack;
 use quadpixel::response::{
-    AngularResponse, CachedTable, ImportSettings, ResponseCache, ResponseError, ShiftedSettings,
-    TableSettings,
+    AngularResponse, CachedTable, ImportSettings, ResponseCache, ResponseError, ShiftSettings,
+    TablePlan, TableSettings,
 };
 use quadpixel::shard::Shard;
 use quadpixel_datasets::paths::sanitised;
@@ -146,13 +146,23 @@ fn changed(args: &ResponseArgs, preset: TableSettings) -> TableSettings {
     }
 }
 
-/// The settings of a table of all lens shifts, if it is asked for.
-fn shifted(args: &ResponseArgs, stack: &PixelStack) -> Option<ShiftedSettings> {
-    args.shifts.map(|per_pitch| ShiftedSettings {
-        table: changed(args, args.model.shifted(stack).table),
+/// What is tabulated: of the pixel's own lens shift, or of all.
+fn settings(args: &ResponseArgs, stack: &PixelStack) -> TableSettings {
+    let Some(per_pitch) = args.shifts else {
+        return changed(args, args.model.table(stack));
+    };
+    let shifts = ShiftSettings {
         per_pitch,
         cone_f_number: args.cone_f_number,
-    })
+    };
+    TableSettings {
+        shifts: Some(shifts),
+        ..changed(args, args.model.shifted(stack, per_pitch))
+    }
+}
+
+fn plan(args: &ResponseArgs, stack: &PixelStack) -> Result<TablePlan, CommandError> {
+    TablePlan::new(stack, &settings(args, stack)).map_err(CommandError::input)
 }
 
 /// The table asked for, from the cache or made for it.
@@ -162,10 +172,7 @@ fn made(
     angles: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<CachedTable, CommandError> {
     let cache = ResponseCache::open(ResponseCache::default_dir());
-    let made = match shifted(args, stack) {
-        None => cache.get_or_build(stack, &changed(args, args.model.table(stack)), angles),
-        Some(settings) => cache.get_or_build_shifted(stack, &settings, angles),
-    };
+    let made = cache.table(&plan(args, stack)?, angles);
     made.map_err(CommandError::input)
 }
 
@@ -174,7 +181,7 @@ fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), Comman
     let angles = |done: usize, total: usize| progress.table(done, total);
     let shard = args.shard.shard(&progress)?;
     if !shard.is_whole() {
-        return part(args, stack, shard, &progress);
+        return part(args, &plan(args, stack)?, shard, &progress);
     }
     let began = std::time::Instant::now();
     let made = made(args, stack, &angles)?;
@@ -248,21 +255,14 @@ fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), Comman
 /// Simulates a part of the directions into the cache.
 fn part(
     args: &ResponseArgs,
-    stack: &PixelStack,
+    plan: &TablePlan,
     shard: Shard,
     progress: &Progress,
 ) -> Result<(), CommandError> {
     let angles = |done: usize, total: usize| progress.table(done, total);
     let began = std::time::Instant::now();
     let cache = ResponseCache::open(ResponseCache::default_dir());
-    let part = match shifted(args, stack) {
-        None => {
-            let settings = changed(args, args.model.table(stack));
-            cache.build_part(stack, &settings, shard, &angles)
-        }
-        Some(settings) => cache.build_shifted_part(stack, &settings, shard, &angles),
-    };
-    let part = part.map_err(|e| match e {
+    let part = cache.make_part(plan, shard, &angles).map_err(|e| match e {
         ResponseError::Io { .. } => CommandError::failed(e),
         other => CommandError::input(other),
     })?;

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use quadpixel::command::CommandError;
+use quadpixel::em::PixelModel;
 use quadpixel::em::PixelStack;
-use quadpixel::response::{PixelModel, ShiftedSettings};
+use quadpixel::response::{ShiftSettings, TableSettings};
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::pixel;
@@ -98,7 +99,7 @@ fn studied(args: &StudyArgs, observer: &Progress) -> Result<StudyReport, Command
     let report = match args.kind {
         Kind::Cra => {
             let stack = args.one_pixel("3.5um-thin-filter")?;
-            let model = args.model.shifted(&stack).table.model;
+            let model = args.model.choice().for_all_shifts(&stack).0;
             study::chief_ray(&stack, &model, args.cone_f_number, out, observer)
         }
         Kind::FlatField => {
@@ -184,7 +185,7 @@ impl StudyArgs {
     }
 
     /// Pixel and table of the flat-field study.
-    fn flat_field(&self) -> Result<(PixelStack, ShiftedSettings), CommandError> {
+    fn flat_field(&self) -> Result<(PixelStack, TableSettings), CommandError> {
         if !(8..=32).contains(&self.shifts) || !self.shifts.is_multiple_of(8) {
             return Err(CommandError::input(format!(
                 "--shifts is {}; allowed: 8, 16, 24 or 32",
@@ -192,10 +193,13 @@ impl StudyArgs {
             )));
         }
         let stack = self.one_pixel("1.6um")?;
-        let settings = ShiftedSettings {
+        let shifts = ShiftSettings {
             per_pitch: self.shifts,
             cone_f_number: self.cone_f_number,
-            ..self.model.shifted(&stack)
+        };
+        let settings = TableSettings {
+            shifts: Some(shifts),
+            ..self.model.shifted(&stack, self.shifts)
         };
         Ok((stack, settings))
     }

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use quadpixel::em::{Level, Preset};
 use quadpixel::file;
 use quadpixel::image::raster;
-use quadpixel::response::{AngularResponse, ResponseCache, TableSettings};
+use quadpixel::response::{AngularResponse, ResponseCache, TablePlan, TableSettings};
 use quadpixel::sensor::Subpixels;
 
 use quadpixel::command::CommandError;
@@ -68,8 +69,10 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
     let stack = pixel_stack(&args.pixel, subpixels)?;
     let progress = Progress::new(log.json(args.json));
     let angles = |done: usize, total: usize| progress.table(done, total);
+    let settings = TableSettings::new(Level::Wave, Preset::Standard, &stack);
+    let plan = TablePlan::new(&stack, &settings).map_err(CommandError::failed)?;
     let cached = ResponseCache::open(ResponseCache::default_dir())
-        .get_or_build(&stack, &TableSettings::wave_standard_for(&stack), &angles)
+        .table(&plan, &angles)
         .map_err(CommandError::failed)?;
     let response = cached.table;
     let warnings = cached.warnings.iter();

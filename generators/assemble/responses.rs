@@ -5,9 +5,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use quadpixel::command::CommandError;
-use quadpixel::em::PixelStack;
+use quadpixel::em::{Level, PixelStack, Preset};
 use quadpixel::response::{
-    AngularResponse, CachedTable, GeometricResponse, Response, ResponseCache, ShiftedSettings,
+    AngularResponse, CachedTable, GeometricResponse, Response, ResponseCache, TablePlan,
     TableSettings,
 };
 use quadpixel::sensor::Subpixels;
@@ -84,12 +84,11 @@ impl Responses {
                 let Some((stack, settings)) = wave_table(recipe, subpixels)? else {
                     unreachable!("a wave table's recipe");
                 };
-                let made = self.cache.get_or_build_each(
-                    &stack,
-                    &settings,
-                    ChannelWavelengths::default().reference_nm(),
-                    progress,
-                );
+                let plan = TablePlan::new(&stack, &settings).map_err(CommandError::input)?;
+                let reference_nm = ChannelWavelengths::default().reference_nm();
+                let made = self
+                    .cache
+                    .table(&plan.each_wavelength(reference_nm), progress);
                 self.taken(made.map_err(CommandError::input)?)
             }
             ResponseRecipe::Fdtd { pixel } => {
@@ -99,7 +98,11 @@ impl Responses {
                     // It is of one wavelength.
                     Some(table) if recipe.spectrum.is_none() => table,
                     _ => {
-                        let settings = at_wavelengths(TableSettings::fdtd_standard());
+                        let settings = at_wavelengths(TableSettings::new(
+                            Level::Fdtd,
+                            Preset::Standard,
+                            &stack,
+                        ));
                         self.kept("fdtd", pixel, &stack, &settings)?
                     }
                 }
@@ -118,7 +121,8 @@ impl Responses {
                 shifts: None,
             } => {
                 let stack = pixel_stack(pixel, subpixels)?;
-                let settings = at_wavelengths(TableSettings::rcwa_standard_for(&stack));
+                let settings =
+                    at_wavelengths(TableSettings::new(Level::Rcwa, Preset::Standard, &stack));
                 self.kept("rcwa", pixel, &stack, &settings)?
             }
             ResponseRecipe::Table { file } => {
@@ -163,7 +167,7 @@ pub(crate) fn wave_table(
     Ok(Some((stack, settings)))
 }
 
-/// The pixel and the settings of the table of all lens shifts that a wave level's recipe takes and that is not kept; `None` for
+/// The plan of the table of all lens shifts that a wave level's recipe takes and that is not kept; `None` for
 /// other recipes.
 ///
 /// # Errors
@@ -172,7 +176,7 @@ pub(crate) fn shifted_to_make(
     recipe: &Recipe,
     subpixels: Subpixels,
     cache: &ResponseCache,
-) -> Result<Option<(PixelStack, ShiftedSettings)>, CommandError> {
+) -> Result<Option<TablePlan>, CommandError> {
     let ResponseRecipe::Wave {
         pixel,
         stack_scale,
@@ -185,8 +189,7 @@ pub(crate) fn shifted_to_make(
     let stack = scaled_stack(pixel, *stack_scale, subpixels)?;
     let asked = ShiftedTable::wave(pixel, *stack_scale, &stack, *shifts);
     let asked = asked.at(&recipe.wavelengths()?.all_response_nm());
-    let to_make = asked.to_make(cache)?.cloned();
-    Ok(to_make.map(|settings| (stack, settings)))
+    asked.to_make(cache)
 }
 
 /// A pixel whose flat layers are this much thicker.
@@ -234,8 +237,8 @@ impl Responses {
         stack: &PixelStack,
         settings: &TableSettings,
     ) -> Result<AngularResponse, CommandError> {
-        let kept = self.cache.get(&settings.key(stack));
-        let kept = kept.unwrap_or_else(|warning| {
+        let plan = TablePlan::new(stack, settings).map_err(CommandError::input)?;
+        let kept = self.cache.find(&plan).unwrap_or_else(|warning| {
             self.warnings.push(warning.to_string());
             None
         });

@@ -108,9 +108,7 @@ pub(super) fn effects(
 /// Whether the table's pixel was simulated in a mosaic of colour filters.
 fn among_other_colours(response: &Response) -> bool {
     match response {
-        Response::Table(table) => {
-            (table.meta().pixel.get("mosaic")).is_some_and(|mosaic| !mosaic.is_null())
-        }
+        Response::Table(table) => table.meta().pixel.mosaic.is_some(),
         Response::Geometric(_) => false,
     }
 }

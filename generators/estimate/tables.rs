@@ -5,8 +5,7 @@ use std::time::Instant;
 use quadpixel::command::CommandError;
 use quadpixel::em::PixelStack;
 use quadpixel::response::{
-    AngularResponse, Response, ResponseCache, ShiftedSettings, TableSettings, build_shifted_table,
-    build_table,
+    AngularResponse, Response, ResponseCache, ResponseError, TablePlan, TableSettings, build_table,
 };
 use quadpixel::sensor::Subpixels;
 
@@ -39,10 +38,8 @@ pub(super) fn seconds_of_missing(
             if absent > 0 {
                 timed = Some(one_table(&stack, &settings, absent)?);
             }
-        } else if let Some((stack, settings)) =
-            assemble::shifted_to_make(&recipe, subpixels, &cache)?
-        {
-            timed = Some(shifted_table(&stack, &settings)?);
+        } else if let Some(plan) = assemble::shifted_to_make(&recipe, subpixels, &cache)? {
+            timed = Some(shifted_table(&plan)?);
         }
         if let Some((more, coarse)) = timed {
             seconds += more;
@@ -60,7 +57,8 @@ fn missing(cache: &ResponseCache, stack: &PixelStack, settings: &TableSettings) 
             wavelengths_nm: vec![**nm],
             ..settings.clone()
         };
-        matches!(cache.get(&one.key(stack)), Ok(Some(_)))
+        let key = one.key(stack);
+        key.is_ok_and(|key| matches!(cache.get(&key), Ok(Some(_))))
     };
     settings
         .wavelengths_nm
@@ -94,19 +92,12 @@ fn one_table(
 }
 
 /// As [`one_table`], of a table of all lens shifts: it is one file with all its wavelengths.
-fn shifted_table(
-    stack: &PixelStack,
-    settings: &ShiftedSettings,
-) -> Result<(f64, AngularResponse), CommandError> {
-    let coarse = ShiftedSettings {
-        table: coarse(&settings.table),
-        ..settings.clone()
-    };
-    let runs = |of: &ShiftedSettings| of.runs(stack).map_err(CommandError::input);
+fn shifted_table(plan: &TablePlan) -> Result<(f64, AngularResponse), CommandError> {
+    let input = |e: ResponseError| CommandError::input(e);
+    let coarse = TablePlan::new(plan.stack(), &coarse(plan.settings())).map_err(input)?;
     let began = Instant::now();
-    let built =
-        build_shifted_table(stack, &coarse, None, &|_, _| ()).map_err(CommandError::input)?;
-    let more = runs(settings)? as f64 / runs(&coarse)? as f64;
+    let built = coarse.build(None, &|_, _| ()).map_err(input)?;
+    let more = plan.count().map_err(input)? as f64 / coarse.count().map_err(input)? as f64;
     Ok((began.elapsed().as_secs_f64() * more, built.table))
 }
 

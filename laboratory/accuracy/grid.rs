@@ -6,9 +6,8 @@
 use crate::error::LaboratoryError;
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::WaveSettings;
-use quadpixel::response::{
-    AngularResponse, LitPixel, PixelModel, ResponseAxes, TableSettings, build_table,
-};
+use quadpixel::em::{Level, PixelModel, Preset};
+use quadpixel::response::{AngularResponse, ResponseAxes, TableSettings, build_table};
 use quadpixel::sampling::{SobolSet, concentric_disk};
 
 use super::Size;
@@ -66,11 +65,11 @@ pub(super) fn table(size: Size) -> Result<Table, LaboratoryError> {
 fn of(plan: &Plan) -> Result<Vec<Curve>, LaboratoryError> {
     let stack = PixelStack::builtin(plan.pixel)?;
     let model = PixelModel::Wave(plan.model);
-    let lit = LitPixel::new(&stack, &model, WAVELENGTH_NM)?;
+    let lit = model.solver(&stack, WAVELENGTH_NM)?;
     let directions = directions(plan.asked);
     let mut exact: Vec<f64> = Vec::new();
     for [u, v] in &directions {
-        exact.extend(lit.light(*u, *v)?.mean.absorbed);
+        exact.extend(lit.on_microlens(*u, *v)?.mean.absorbed);
     }
     let peak = exact.iter().copied().fold(0.0, f64::max);
     let error = |table: &AngularResponse| {
@@ -88,7 +87,7 @@ fn of(plan: &Plan) -> Result<Vec<Curve>, LaboratoryError> {
             model: model.clone(),
             steps,
             refine: REFINE,
-            ..TableSettings::wave_draft()
+            ..TableSettings::new(Level::Wave, Preset::Draft, &stack)
         };
         let (seconds, built) = best_of(1, || build_table(&stack, &settings, None, &|_, _| ()));
         let built = built?;

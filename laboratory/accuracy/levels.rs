@@ -4,7 +4,9 @@ use crate::error::LaboratoryError;
 use quadpixel::em::fdtd::FdtdSettings;
 use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::em::wave::WaveSettings;
-use quadpixel::response::{CorrectedSettings, LitPixel, PixelModel, TableSettings};
+use quadpixel::em::{CorrectedSettings, PixelModel};
+use quadpixel::em::{Level, Preset};
+use quadpixel::response::TableSettings;
 
 use super::Size;
 use super::clock::best_of;
@@ -114,15 +116,15 @@ fn row(exact: &Exact, setting: String, model: &PixelModel) -> Result<Row, Labora
 /// Processor seconds of all exact runs of the corrected level.
 fn of_exact_runs(exact: &Exact, settings: &CorrectedSettings) -> Result<f64, LaboratoryError> {
     // A run off the mirrors, which is what nearly all of them are, stands for each.
-    let lit = LitPixel::new(&exact.stack, &settings.exact, WAVELENGTH_NM)?;
-    let (seconds, answer) = best_of(1, || lit.light(0.3, 0.2));
+    let lit = settings.exact.solver(&exact.stack, WAVELENGTH_NM)?;
+    let (seconds, answer) = best_of(1, || lit.on_microlens(0.3, 0.2));
     answer?;
     Ok(seconds * settings.runs as f64)
 }
 
 /// Directions that a standard table of the pixel simulates: an octant of its grid.
 fn directions_of_a_table(exact: &Exact) -> usize {
-    let settings = TableSettings::wave_standard_for(&exact.stack);
+    let settings = TableSettings::new(Level::Wave, Preset::Standard, &exact.stack);
     let step = settings.cosine_max / settings.steps as f64;
     let octant = (0..=settings.steps).flat_map(|i| (0..=i).map(move |j| (i as f64, j as f64)));
     octant

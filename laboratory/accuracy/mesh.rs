@@ -1,9 +1,9 @@
 //! The FDTD mesh: P against converged Fourier modes, and seconds a direction.
 
 use crate::error::LaboratoryError;
+use quadpixel::em::PixelModel;
 use quadpixel::em::fdtd::FdtdSettings;
 use quadpixel::em::rcwa::RcwaSettings;
-use quadpixel::response::PixelModel;
 
 use super::Size;
 use super::pixel::{Exact, WAVELENGTH_NM};

@@ -2,9 +2,10 @@
 //! Halves, because light at φ = 0 lies on the border of the ideal pixel's boxes, which give it all to one sub-pixel of a half.
 
 use crate::error::LaboratoryError;
+use quadpixel::em::PixelModel;
 use quadpixel::em::PixelStack;
+use quadpixel::em::light::{PixelSolver, direction_cosines};
 use quadpixel::em::rcwa::RcwaSettings;
-use quadpixel::response::{LitPixel, PixelModel, direction_cosines};
 use quadpixel::sensor::Subpixels;
 
 use super::clock::best_of;
@@ -27,8 +28,8 @@ impl Exact {
     pub fn new(directions: &[[f64; 2]], settings: RcwaSettings) -> Result<Self, LaboratoryError> {
         let stack = PixelStack::builtin(PIXEL)?;
         let model = PixelModel::Rcwa(settings);
-        let lit = LitPixel::new(&stack, &model, WAVELENGTH_NM)?;
-        let (_, p) = all(&lit, stack.subpixels, directions)?;
+        let lit = model.solver(&stack, WAVELENGTH_NM)?;
+        let (_, p) = all(lit.as_ref(), stack.subpixels, directions)?;
         Ok(Self {
             stack,
             directions: directions.to_vec(),
@@ -38,8 +39,8 @@ impl Exact {
 
     /// Seconds a direction of another model, and its error: RMS in % of the largest P of a half.
     pub fn judge(&self, model: &PixelModel) -> Result<(f64, f64), LaboratoryError> {
-        let lit = LitPixel::new(&self.stack, model, WAVELENGTH_NM)?;
-        let (seconds, p) = all(&lit, self.stack.subpixels, &self.directions)?;
+        let lit = model.solver(&self.stack, WAVELENGTH_NM)?;
+        let (seconds, p) = all(lit.as_ref(), self.stack.subpixels, &self.directions)?;
         let peak = self.p.iter().copied().fold(0.0, f64::max);
         Ok((seconds, 100.0 * rms(&p, &self.p) / peak))
     }
@@ -47,14 +48,14 @@ impl Exact {
 
 /// Seconds a direction, and P of the left and the right half of each.
 fn all(
-    lit: &LitPixel,
+    lit: &dyn PixelSolver,
     subpixels: Subpixels,
     directions: &[[f64; 2]],
 ) -> Result<(f64, Vec<f64>), LaboratoryError> {
     let (mut seconds, mut p) = (0.0, Vec::new());
     for &[theta_deg, phi_deg] in directions {
         let [u, v] = direction_cosines(theta_deg, phi_deg);
-        let (time, answer) = best_of(1, || lit.light(u, v));
+        let (time, answer) = best_of(1, || lit.on_microlens(u, v));
         seconds += time / directions.len() as f64;
         let absorbed = answer?.mean.absorbed;
         let half = |side: f64| -> f64 {

@@ -2,9 +2,10 @@
 //! the pixel's does.
 
 use crate::error::LaboratoryError;
+use quadpixel::em::PixelModel;
 use quadpixel::em::PixelStack;
+use quadpixel::em::light::direction_cosines;
 use quadpixel::em::wave::WaveSettings;
-use quadpixel::response::{LitPixel, PixelModel, direction_cosines};
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
 
 use super::Size;
@@ -103,12 +104,12 @@ fn pixel(reference: usize) -> Result<Curve, LaboratoryError> {
         let mut seconds = 0.0;
         let [_, green, _] = bands(count)?;
         for nm in green {
-            let lit = LitPixel::new(&stack, &model, nm)?;
+            let lit = model.solver(&stack, nm)?;
             let mut light = || -> Result<Vec<f64>, LaboratoryError> {
                 let mut all = Vec::new();
                 for theta in THETA_DEG {
                     let [u, v] = direction_cosines(theta, 0.0);
-                    all.extend(lit.light(u, v)?.mean.absorbed);
+                    all.extend(lit.on_microlens(u, v)?.mean.absorbed);
                 }
                 Ok(all)
             };

@@ -18,7 +18,8 @@ use std::f64::consts::PI;
 
 use curves::{numbers, reference};
 use quadpixel::em::PixelStack;
-use quadpixel::em::fdtd::{FdtdPowers, FdtdSettings, solve};
+use quadpixel::em::fdtd::{FdtdSettings, solve};
+use quadpixel::em::light::Powers;
 use quadpixel::em::multilayer::{FlatStack, Polarization};
 use quadpixel::em::rcwa::{RcwaModel, RcwaSettings};
 
@@ -66,8 +67,8 @@ fn flat(names: &[String]) {
             )
             .unwrap();
             for (pol, powers) in [
-                (Polarization::S, &run.answers[0].s),
-                (Polarization::P, &run.answers[0].p),
+                (Polarization::S, run.answers[0].s()),
+                (Polarization::P, run.answers[0].p()),
             ] {
                 let e = exact.solve(550.0, theta.to_radians().sin(), pol).unwrap();
                 let n = e.entering.len();
@@ -80,7 +81,7 @@ fn flat(names: &[String]) {
                     powers.elsewhere - (1.0 - e.reflected - si - t),
                     e.reflected,
                     si,
-                    powers.balance,
+                    powers.balance(),
                     run.steps,
                     run.time_um,
                     run.residual
@@ -102,10 +103,9 @@ fn curve(pixel: &str, name: &str, only: Option<&str>) {
             continue;
         }
         let run = solve(&stack, &[550.0], bloch(n[0], 0.0), &settings(name), &|_| ()).unwrap();
-        let halves =
-            |p: &FdtdPowers| [p.absorbed[0] + p.absorbed[2], p.absorbed[1] + p.absorbed[3]];
+        let halves = |p: &Powers| [p.absorbed[0] + p.absorbed[2], p.absorbed[1] + p.absorbed[3]];
         let a = &run.answers[0];
-        for (pol, powers, at) in [("s", &a.s, 1), ("p", &a.p, 3)] {
+        for (pol, powers, at) in [("s", a.s(), 1), ("p", a.p(), 3)] {
             let h = halves(powers);
             let strong = n[at].max(n[at + 1]);
             let e = [h[0] - n[at], h[1] - n[at + 1]].map(|e| 100.0 * e / strong);
@@ -117,7 +117,13 @@ fn curve(pixel: &str, name: &str, only: Option<&str>) {
                 .fold(0.0, f64::max);
             println!(
                 "{:5.1} {pol} {:.5} {:.5} ({:+.2} {:+.2}) {:.4} {:.4} {flux:.1e}",
-                n[0], h[0], h[1], e[0], e[1], powers.reflected, powers.balance
+                n[0],
+                h[0],
+                h[1],
+                e[0],
+                e[1],
+                powers.reflected,
+                powers.balance()
             );
             worst = e.iter().fold(worst, |w, e| w.max(e.abs()));
             squares += e[0] * e[0] + e[1] * e[1];
@@ -177,7 +183,7 @@ fn modal(pixel: &str, name: &str, thetas: &str, phi_deg: f64) {
         let run = solve(&stack, &[550.0], [bx, by], &settings(name), &|_| ()).unwrap();
         let a = &run.answers[0];
         let mut errors = Vec::new();
-        for (pol, fdtd, exact) in [("s", &a.s, &exact.s), ("p", &a.p, &exact.p)] {
+        for (pol, fdtd, exact) in [("s", a.s(), exact.s()), ("p", a.p(), exact.p())] {
             let half = 2.0 * exact.absorbed.iter().copied().fold(0.0, f64::max);
             let e: Vec<f64> = fdtd
                 .absorbed

@@ -12,7 +12,8 @@ mod curves;
 
 use curves::{numbers, reference};
 use quadpixel::em::PixelStack;
-use quadpixel::em::rcwa::{RcwaAnswer, RcwaModel, RcwaPowers, RcwaSettings};
+use quadpixel::em::light::{Light, Powers};
+use quadpixel::em::rcwa::{RcwaModel, RcwaSettings};
 
 fn settings(name: &str) -> RcwaSettings {
     match name {
@@ -32,15 +33,18 @@ fn settings(name: &str) -> RcwaSettings {
 }
 
 /// Of a pixel of two columns.
-fn halves(p: &RcwaPowers) -> [f64; 2] {
+fn halves(p: &Powers) -> [f64; 2] {
     [0, 1].map(|side| p.absorbed.iter().skip(side).step_by(2).sum())
 }
 
 /// Light at θ, towards +x.
-fn light(model: &RcwaModel, theta_deg: f64, phi_deg: f64) -> RcwaAnswer {
+/// What is answered, and seconds.
+fn light(model: &RcwaModel, theta_deg: f64, phi_deg: f64) -> (Light, f64) {
+    let began = std::time::Instant::now();
     let (s, phi) = (theta_deg.to_radians().sin(), phi_deg.to_radians());
     let v = if phi_deg == 0.0 { 0.0 } else { s * phi.sin() };
-    model.solve(s * phi.cos(), v).unwrap()
+    let light = model.solve(s * phi.cos(), v).unwrap();
+    (light, began.elapsed().as_secs_f64())
 }
 
 fn pixel(name: &str, preset: &str, thetas: &str, phi_deg: f64) {
@@ -50,8 +54,8 @@ fn pixel(name: &str, preset: &str, thetas: &str, phi_deg: f64) {
         "{name} {preset} phi {phi_deg}: theta, left right of s, of p, of the mean, R_s R_p, balance-1, s"
     );
     for theta in numbers(thetas) {
-        let a = light(&model, theta, phi_deg);
-        let (s, p) = (halves(&a.s), halves(&a.p));
+        let (a, took) = light(&model, theta, phi_deg);
+        let (s, p) = (halves(a.s()), halves(a.p()));
         println!(
             "{theta:5.1}  {:.5} {:.5}  {:.5} {:.5}  {:.5} {:.5}  {:.5} {:.5}  {:+.1e} {:+.1e}  {} functions {:.2} s",
             s[0],
@@ -60,12 +64,12 @@ fn pixel(name: &str, preset: &str, thetas: &str, phi_deg: f64) {
             p[1],
             0.5 * (s[0] + p[0]),
             0.5 * (s[1] + p[1]),
-            a.s.reflected,
-            a.p.reflected,
-            a.s.balance() - 1.0,
-            a.p.balance() - 1.0,
-            a.functions,
-            a.seconds
+            a.s().reflected,
+            a.p().reflected,
+            a.s().balance() - 1.0,
+            a.p().balance() - 1.0,
+            a.functions.unwrap_or(0),
+            took
         );
     }
 }
@@ -80,8 +84,8 @@ fn curve(pixel: &str, name: &str, only: Option<&str>) {
         if wanted.as_ref().is_some_and(|w| !w.contains(&n[0])) {
             continue;
         }
-        let a = light(&model, n[0], 0.0);
-        for (pol, powers, at) in [("s", &a.s, 1), ("p", &a.p, 3)] {
+        let (a, took) = light(&model, n[0], 0.0);
+        for (pol, powers, at) in [("s", a.s(), 1), ("p", a.p(), 3)] {
             let h = halves(powers);
             let strong = n[at].max(n[at + 1]);
             let e = [h[0] - n[at], h[1] - n[at + 1]].map(|e| 100.0 * e / strong);
@@ -94,14 +98,14 @@ fn curve(pixel: &str, name: &str, only: Option<&str>) {
                 e[1],
                 powers.reflected,
                 powers.balance() - 1.0,
-                powers.absorbed_by_flux,
+                powers.sum_by_flux(),
             );
             worst = e.iter().fold(worst, |w, e| w.max(e.abs()));
             squares += e[0] * e[0] + e[1] * e[1];
             count += 2.0;
         }
-        seconds += a.seconds;
-        println!("      {} functions, {:.2} s", a.functions, a.seconds);
+        seconds += took;
+        println!("      {} functions, {took:.2} s", a.functions.unwrap_or(0));
     }
     println!(
         "{pixel} {name}: worst {worst:.2} %, rms {:.2} %, {seconds:.1} s",

@@ -11,9 +11,10 @@ mod frame;
 use std::error::Error;
 
 use frame::Frame;
+use quadpixel::em::{Level, Preset};
 use quadpixel::render::Camera;
 use quadpixel::render::truth::WhiteField;
-use quadpixel::response::{Response, ResponseCache, TableSettings};
+use quadpixel::response::{Response, ResponseCache, TablePlan, TableSettings};
 use quadpixel::sensor::{Sensor, ShiftRule};
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
 
@@ -30,9 +31,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let views = |w: ChannelWavelengths| -> Result<Vec<f64>, Box<dyn Error>> {
         let settings = TableSettings {
             wavelengths_nm: w.all_response_nm(),
-            ..TableSettings::wave_draft()
+            ..TableSettings::new(Level::Wave, Preset::Draft, stack)
         };
-        let made = cache.get_or_build_each(stack, &settings, 550.0, &|_, _| ())?;
+        let plan = TablePlan::new(stack, &settings)?.each_wavelength(550.0);
+        let made = cache.table(&plan, &|_, _| ())?;
         let response = Response::Table(made.table);
         let mut views = Vec::new();
         for x_mm in [0.0, 0.7, 1.4] {

@@ -2,11 +2,11 @@
 
 use glam::DVec2;
 use quadpixel::command::CommandError;
-use quadpixel::em::PixelStack;
+use quadpixel::em::{Level, PixelStack, Preset};
 use quadpixel::lens::{Lens, Prescription};
 use quadpixel::render::Camera;
 use quadpixel::response::{
-    AngularResponse, GeometricResponse, Response, ResponseCache, TableSettings,
+    AngularResponse, GeometricResponse, Response, ResponseCache, TablePlan, TableSettings,
 };
 use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
 use quadpixel::spectrum::ChannelWavelengths;
@@ -57,12 +57,12 @@ fn sharp_split() -> Result<Response, CommandError> {
 }
 
 /// What is tabulated of the wave model: to 24°, more than the F/1.8 pupil's corner.
-fn table_settings() -> TableSettings {
+fn table_settings(stack: &PixelStack) -> TableSettings {
     TableSettings {
         cosine_max: 0.4,
         steps: 12,
         refine: 4,
-        ..TableSettings::wave_standard()
+        ..TableSettings::new(Level::Wave, Preset::Standard, stack)
     }
 }
 
@@ -76,9 +76,10 @@ pub struct Model {
 
 /// The models of a stack: first the wave model; last the sharp split, an ideal whose microlenses follow the chief ray.
 pub fn models(stack: &PixelStack) -> Result<Vec<Model>, CommandError> {
-    let settings = table_settings();
+    let settings = table_settings(stack);
+    let plan = TablePlan::new(stack, &settings).map_err(CommandError::input)?;
     let wave = ResponseCache::open(ResponseCache::default_dir())
-        .get_or_build(stack, &settings, &|_, _| ())
+        .table(&plan, &|_, _| ())
         .map_err(CommandError::input)?
         .table;
     let wandering = |table: &AngularResponse| {

@@ -64,15 +64,17 @@ impl Runs {
             runs: Vec::new(),
         };
         for &u in u {
+            let began = std::time::Instant::now();
             let answer = model.solve(u, 0.0).map_err(CommandError::failed)?;
+            let seconds = began.elapsed().as_secs_f64();
             made.runs.push(Run {
                 u,
-                p: [0, 1].map(|i| 0.5 * (answer.s.absorbed[i] + answer.p.absorbed[i])),
-                seconds: answer.seconds,
+                p: [0, 1].map(|i| 0.5 * (answer.s().absorbed[i] + answer.p().absorbed[i])),
+                seconds,
             });
             let text = serde_json::to_string_pretty(&made).map_err(CommandError::failed)?;
             file::write_aside(file, (text + "\n").as_bytes()).map_err(CommandError::failed)?;
-            eprintln!("real_camera: exact run at u = {u}: {:.0} s", answer.seconds);
+            eprintln!("real_camera: exact run at u = {u}: {seconds:.0} s");
         }
         Ok(())
     }

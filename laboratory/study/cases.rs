@@ -1,7 +1,8 @@
 //! The pixels of each study.
 
+use quadpixel::em::light::direction_cosines;
 use quadpixel::em::{Material, PixelStack};
-use quadpixel::response::{MovingFrame, ResponseError, direction_cosines};
+use quadpixel::response::ResponseError;
 
 use super::CurveStudy;
 use crate::error::LaboratoryError;
@@ -131,7 +132,7 @@ fn wavelengths() -> Result<Vec<Case>, ResponseError> {
             if centre_deg > 0.0 {
                 let [u, v] = direction_cosines(centre_deg, 0.0);
                 // The green frame: a lens is moulded once.
-                let frame = MovingFrame::of(&stack, colours[1].0)?;
+                let frame = stack.moving_frame(colours[1].0)?;
                 stack.lens.shift_um = frame.shift_for_chief_ray(u, v);
             }
             if let Some(filter) = stack.filter_layer_mut() {

@@ -6,8 +6,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use glam::DVec2;
+use quadpixel::em::PixelModel;
 use quadpixel::em::PixelStack;
-use quadpixel::response::{ChiefRayShifts, PixelModel, ShiftedPixel, direction_cosines};
+use quadpixel::em::light::{PixelSolver, direction_cosines};
+use quadpixel::response::ChiefRayShifts;
 use rayon::prelude::*;
 use serde_json::json;
 
@@ -53,21 +55,27 @@ pub fn chief_ray(
     out: &Path,
     observer: &dyn Observer,
 ) -> Result<StudyReport, LaboratoryError> {
-    let pixel = ShiftedPixel::new(stack, model, WAVELENGTH_NM)?;
+    let pixel = model.solver_of_shifts(stack, WAVELENGTH_NM)?;
     let began = Instant::now();
     let progress = |done, total| observer.event(Event::Table { done, total });
-    let map = ChiefRayShifts::of_pixel(&pixel, cone_f_number, &THETA_DEG, AZIMUTHS, &progress)?;
+    let map = ChiefRayShifts::of_pixel(
+        pixel.as_ref(),
+        cone_f_number,
+        &THETA_DEG,
+        AZIMUTHS,
+        &progress,
+    )?;
     let drawn = DRAWN.into_iter().flatten().map(|(theta, phi)| {
         let [u, v] = direction_cosines(theta, phi);
         ((theta, phi), map.at(u, v).shift_um)
     });
     let (chiefs, shifts): (Vec<(f64, f64)>, Vec<[f64; 2]>) = drawn.unzip();
-    let all = directions(&pixel, &shifts)?;
+    let all = directions(pixel.as_ref(), &shifts)?;
     observer.event(Event::End);
     let seconds = began.elapsed().as_secs_f64();
 
     let version = model.version();
-    let table = shifts_csv(&pixel, &map)?;
+    let table = shifts_csv(pixel.as_ref(), &map)?;
     let radius = 0.5 / cone_f_number;
     let files = [
         ("cra.csv", responses_csv(stack, &chiefs, &shifts, &all)),
@@ -85,9 +93,9 @@ pub fn chief_ray(
 }
 
 fn directions(
-    pixel: &ShiftedPixel,
+    pixel: &dyn PixelSolver,
     shifts: &[[f64; 2]],
-) -> Result<Vec<Direction>, quadpixel::response::ResponseError> {
+) -> Result<Vec<Direction>, quadpixel::em::light::SolverError> {
     let sectors = (360.0 / SECTOR_DEG) as usize;
     let around = |theta: f64| {
         let count = if theta == 0.0 { 1 } else { sectors };
@@ -96,7 +104,7 @@ fn directions(
     let wanted: Vec<(f64, f64)> = RINGS_DEG.into_iter().flat_map(around).collect();
     let one = |(theta_deg, phi_deg): (f64, f64)| {
         let [u, v] = direction_cosines(theta_deg, phi_deg);
-        let answers = pixel.light(u, v, shifts)?;
+        let answers = pixel.under_shifts(u, v, shifts)?;
         Ok(Direction {
             theta_deg,
             phi_deg,
@@ -132,7 +140,7 @@ fn responses_csv(
 }
 
 /// The shifts found beside those of the first-order moving frame.
-fn shifts_csv(pixel: &ShiftedPixel, map: &ChiefRayShifts) -> Result<String, LaboratoryError> {
+fn shifts_csv(pixel: &dyn PixelSolver, map: &ChiefRayShifts) -> Result<String, LaboratoryError> {
     let frame = pixel.frame()?;
     let mut text = String::from(
         "chief_theta_deg,chief_phi_deg,along_um,across_um,shift_x_um,shift_y_um,first_order_along_um\n",

@@ -8,10 +8,10 @@ use std::time::Instant;
 
 use glam::DVec2;
 use quadpixel::em::PixelStack;
-use quadpixel::response::{
-    AngularResponse, CorrectedSettings, Correction, ExactRun, Incidence, PixelModel, ResponseError,
-    ShiftedPixel, spread,
-};
+use quadpixel::em::corrected::{Correction, ExactRun, spread};
+use quadpixel::em::light::{Incidence, PixelSolver};
+use quadpixel::em::{CorrectedSettings, PixelModel};
+use quadpixel::response::{AngularResponse, ResponseError};
 use rayon::prelude::*;
 use serde_json::json;
 
@@ -101,12 +101,12 @@ fn exact_runs(
         }
     };
     let wave = PixelModel::Wave(settings.wave);
-    let wave = ShiftedPixel::new(stack, &wave, WAVELENGTH_NM)?;
+    let wave = wave.solver_of_shifts(stack, WAVELENGTH_NM)?;
     let both = |(incidence, exact): &SimulatedDirection| {
         Ok(ExactRun {
             incidence: *incidence,
             exact: exact.clone(),
-            wave: lit(&wave, incidence)?,
+            wave: lit(wave.as_ref(), incidence)?,
         })
     };
     let runs: Result<Vec<ExactRun>, ResponseError> = exact.par_iter().map(both).collect();
@@ -145,7 +145,7 @@ fn shipped(
         return Ok(None);
     };
     // Table nodes between the simulated ones are interpolated.
-    let refine = table.meta().settings["refine"].as_u64().unwrap_or(1) as usize;
+    let refine = table.meta().settings.simulated().map_or(1, |s| s.refine);
     let axis = &table.axes().u;
     let half = axis.len() / 2;
     let octant = (0..=half / refine).flat_map(|i| (0..=i).map(move |j| (i, j)));
@@ -166,9 +166,9 @@ fn shipped(
 }
 
 /// P of each sub-pixel.
-fn lit(pixel: &ShiftedPixel, incidence: &Incidence) -> Result<Vec<f64>, ResponseError> {
+fn lit(pixel: &dyn PixelSolver, incidence: &Incidence) -> Result<Vec<f64>, ResponseError> {
     let [u, v] = incidence.direction;
-    let mut light = pixel.light(u, v, &[incidence.shift_um])?;
+    let mut light = pixel.under_shifts(u, v, &[incidence.shift_um])?;
     Ok(light.swap_remove(0).mean.absorbed)
 }
 
@@ -178,11 +178,11 @@ fn simulated(
     all_shifts: bool,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Vec<SimulatedDirection>, ResponseError> {
-    let exact = ShiftedPixel::new(stack, &settings.exact, WAVELENGTH_NM)?;
+    let exact = settings.exact.solver_of_shifts(stack, WAVELENGTH_NM)?;
     let plan = settings.plan(stack, all_shifts)?;
     let done = std::sync::atomic::AtomicUsize::new(0);
     let one = |incidence: &Incidence| {
-        let p = lit(&exact, incidence)?;
+        let p = lit(exact.as_ref(), incidence)?;
         let so_far = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
         progress(so_far, plan.len());
         Ok((*incidence, p))

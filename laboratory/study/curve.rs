@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use quadpixel::em::PixelModel;
+use quadpixel::em::light::{SolverError, direction_cosines};
 use quadpixel::journal::{Journal, JournalError};
-use quadpixel::response::{
-    LitPixel, PixelModel, RejectionRanges, ResponseError, direction_cosines,
-};
+use quadpixel::response::RejectionRanges;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -137,13 +137,17 @@ pub(super) fn all(
     journal: &PointJournal,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Vec<Curve>, LaboratoryError> {
-    let failed = |case: &Case, cause: ResponseError| LaboratoryError::Pixel {
+    let failed = |case: &Case, cause: SolverError| LaboratoryError::Pixel {
         pixel: case.name.clone(),
-        cause,
+        cause: cause.into(),
     };
     let lit = cases
         .par_iter()
-        .map(|c| LitPixel::new(&c.stack, model, c.wavelength_nm).map_err(|e| failed(c, e)))
+        .map(|c| {
+            model
+                .solver(&c.stack, c.wavelength_nm)
+                .map_err(|e| failed(c, e))
+        })
         .collect::<Result<Vec<_>, _>>()?;
     let wanted: Vec<(usize, f64)> = cases
         .iter()
@@ -157,7 +161,9 @@ pub(super) fn all(
             return Ok(*point);
         }
         let [u, v] = direction_cosines(theta_deg, 0.0);
-        let answer = lit[i].light(u, v).map_err(|e| failed(&cases[i], e))?;
+        let answer = lit[i]
+            .on_microlens(u, v)
+            .map_err(|e| failed(&cases[i], e))?;
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, wanted.len());
         let s = cases[i].stack.subpixels;
         let half = |side: f64| -> f64 {

@@ -18,8 +18,8 @@ mod size;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use quadpixel::em::PixelModel;
 use quadpixel::file;
-use quadpixel::response::PixelModel;
 use quadpixel_generators::observer::{Event, Observer};
 use serde_json::{Value, json};
 

@@ -27,7 +27,8 @@ use data::{Captures, Views};
 use quadpixel::em::PixelStack;
 use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::image::Image;
-use quadpixel::response::{AngularResponse, MovingFrame, ResponseAxes, ResponseMeta};
+use quadpixel::response::{AngularResponse, Provenance, ResponseAxes, ResponseMeta};
+use quadpixel::sensor::MovingFrame;
 use quadpixel::sensor::Subpixels;
 
 /// A smooth irregular colour picture, 0 to 1, moved by `dx` to the right.
@@ -167,8 +168,11 @@ fn table(right: impl Fn(f64) -> f64) -> AngularResponse {
     };
     let meta = ResponseMeta {
         model: "a test".into(),
-        settings: serde_json::Value::Null,
-        pixel: serde_json::Value::Null,
+        settings: Provenance::Imported {
+            file: "made up".into(),
+            symmetric: false,
+        },
+        pixel: PixelStack::builtin("1.6um").unwrap(),
         pitch_um: 6.0,
         subpixels: Subpixels::DUAL_X,
         frame: MovingFrame::new(1.5, 5.0).unwrap(),

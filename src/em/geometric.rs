@@ -8,7 +8,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::light::{Incidence, Light, PixelSolver, Powers, SolverError, SolverProgress, SolverTask};
+use super::light::{
+    Incidence, Light, PixelSolver, Powers, SolverError, SolverProgress, SolverTask,
+};
 use super::{PixelStack, light};
 use crate::range::{OutOfRange, require};
 use crate::sensor::{MovingFrame, Subpixels};

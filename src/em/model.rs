@@ -225,11 +225,7 @@ impl ModelChoice {
             Level::Geometric => PixelModel::Geometric {
                 focal_length_um: self.focal_length_um,
             },
-            Level::Wave => PixelModel::Wave(match self.preset {
-                Preset::Draft => WaveSettings::draft(),
-                Preset::Standard => WaveSettings::standard(),
-                Preset::Reference => WaveSettings::reference(),
-            }),
+            Level::Wave => PixelModel::Wave(self.wave()),
             Level::Fdtd => PixelModel::Fdtd(match self.preset {
                 Preset::Draft => FdtdSettings::draft(),
                 Preset::Standard => FdtdSettings::standard(),
@@ -240,27 +236,34 @@ impl ModelChoice {
                 Preset::Standard => RcwaSettings::standard(),
                 Preset::Reference => RcwaSettings::reference(),
             }),
-            Level::Corrected => {
-                let (level, preset, runs) = self.exact;
-                let wave = match self.preset {
-                    Preset::Draft => WaveSettings::draft(),
-                    Preset::Standard => WaveSettings::standard(),
-                    Preset::Reference => WaveSettings::reference(),
-                };
-                // One that is not exact is refused by the model's check; a corrected one would be corrected for ever.
-                let exact = match level {
-                    Level::Corrected => Self::new(Level::Wave, preset),
-                    exact => Self {
-                        level: exact,
-                        preset,
-                        ..*self
-                    },
-                };
-                PixelModel::Corrected(CorrectedSettings {
-                    wave,
-                    ..CorrectedSettings::with(exact.model(), runs)
-                })
-            }
+            Level::Corrected => PixelModel::Corrected(self.corrected()),
+        }
+    }
+
+    /// Settings of the corrected level, whatever the level is.
+    pub fn corrected(&self) -> CorrectedSettings {
+        let (level, preset, runs) = self.exact;
+        let exact = match level {
+            // Refused by the model's check, as one that is not exact; a corrected one would be corrected for ever.
+            Level::Corrected => Level::Wave,
+            exact => exact,
+        };
+        let exact = Self {
+            level: exact,
+            preset,
+            ..*self
+        };
+        CorrectedSettings {
+            wave: self.wave(),
+            ..CorrectedSettings::with(exact.model(), runs)
+        }
+    }
+
+    fn wave(&self) -> WaveSettings {
+        match self.preset {
+            Preset::Draft => WaveSettings::draft(),
+            Preset::Standard => WaveSettings::standard(),
+            Preset::Reference => WaveSettings::reference(),
         }
     }
 
@@ -290,6 +293,21 @@ impl ModelChoice {
         }
         directions.refine = 3;
         (model, directions)
+    }
+}
+
+impl CorrectedSettings {
+    /// Ranges in which the level works.
+    ///
+    /// # Errors
+    /// The first setting out of its range, or an exact model that is not.
+    pub fn check(&self) -> Result<(), SolverError> {
+        let (exact, allowed) = (self.exact.version(), "a model of Maxwell's equations");
+        require(self.exact.level().is_exact(), || {
+            OutOfRange::new("response", "exact", exact, allowed)
+        })?;
+        self.exact.check()?;
+        self.check_fit()
     }
 }
 
@@ -323,22 +341,18 @@ impl PixelModel {
     pub fn check(&self) -> Result<(), SolverError> {
         match self {
             Self::Geometric { focal_length_um } => {
-                require(*focal_length_um > 0.0 && focal_length_um.is_finite(), || {
-                    let allowed = "finite and > 0";
-                    OutOfRange::new("response", "focal_length_um", focal_length_um, allowed)
-                })?;
+                require(
+                    *focal_length_um > 0.0 && focal_length_um.is_finite(),
+                    || {
+                        let allowed = "finite and > 0";
+                        OutOfRange::new("response", "focal_length_um", focal_length_um, allowed)
+                    },
+                )?;
                 Ok(())
             }
             Self::Wave(settings) => Ok(settings.check()?),
             Self::Fdtd(settings) => Ok(settings.check()?),
-            Self::Corrected(settings) => {
-                let (exact, allowed) = (settings.exact.version(), "a model of Maxwell's equations");
-                require(settings.exact.level().is_exact(), || {
-                    OutOfRange::new("response", "exact", exact, allowed)
-                })?;
-                settings.exact.check()?;
-                settings.check_fit()
-            }
+            Self::Corrected(settings) => settings.check(),
             Self::Rcwa(settings) => Ok(settings.check()?),
         }
     }
@@ -399,7 +413,9 @@ impl PixelModel {
             return Ok(vec![Box::new(FdtdSolver::new(task, settings)?)]);
         }
         let wavelengths_nm = task.wavelengths_nm.iter();
-        wavelengths_nm.map(|&nm| self.at_wavelength(task, nm)).collect()
+        wavelengths_nm
+            .map(|&nm| self.at_wavelength(task, nm))
+            .collect()
     }
 
     fn at_wavelength(

@@ -245,7 +245,10 @@ mod tests {
             assert_eq!(own, wanted);
         }
         let plain = stack.of_one_colour(FilterColour::Red).unwrap();
-        assert_eq!(plain.share_of(FilterColour::Red, &[0.1, 0.2, 0.3, 0.4]), [0.1, 0.2, 0.3, 0.4]);
+        assert_eq!(
+            plain.share_of(FilterColour::Red, &[0.1, 0.2, 0.3, 0.4]),
+            [0.1, 0.2, 0.3, 0.4]
+        );
         assert_eq!(
             plain.layer("filter").unwrap().material,
             stack.mosaic.unwrap().red

@@ -29,7 +29,12 @@ impl ShiftGrid {
     /// A pitch that is not positive, or an N that is not an even number from 4 to 32.
     pub fn new(pitch_um: f64, per_pitch: usize) -> Result<Self, OutOfRange> {
         require(pitch_um > 0.0 && pitch_um.is_finite(), || {
-            OutOfRange::new("response", "shift_grid.pitch_um", pitch_um, "finite and > 0")
+            OutOfRange::new(
+                "response",
+                "shift_grid.pitch_um",
+                pitch_um,
+                "finite and > 0",
+            )
         })?;
         let even = (4..=32).contains(&per_pitch) && per_pitch.is_multiple_of(2);
         require(even, || {

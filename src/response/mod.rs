@@ -29,4 +29,4 @@ pub use store::{
     CacheWarning, CachedTable, CachedTables, ImportSettings, PartOfTable, ResponseCache,
 };
 pub use table::{AngularResponse, ResponseAxes};
-pub use tabulate::{BuildReport, BuiltTable, ShiftSettings, TablePlan, TableSettings};
+pub use tabulate::{BuildReport, BuiltTable, ShiftSettings, TablePlan, TableSettings, build_table};

@@ -89,7 +89,11 @@ impl AngularResponse {
         let nm = wavelengths.all_response_nm();
         if nm.len() < every {
             let allowed = "each in the band of one channel";
-            return Err(ResponseError::value("wavelengths_nm", format!("{nm:?}"), allowed));
+            return Err(ResponseError::value(
+                "wavelengths_nm",
+                format!("{nm:?}"),
+                allowed,
+            ));
         }
         let pixel = &colours[0].meta().pixel.with_colour(FilterColour::default());
         let mut parts = Vec::with_capacity(every);

@@ -3,11 +3,12 @@
 #![allow(dead_code)] // because each test binary uses its own part
 
 use glam::{DVec2, DVec3};
+use quadpixel::em::PixelModel;
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::WaveSettings;
 use quadpixel::lens::{FocusBy, Lens, Prescription, PupilEllipse};
 use quadpixel::render::{Camera, Render, RenderSettings, Rendered};
-use quadpixel::response::{GeometricResponse, PixelModel, Response, TableSettings, build_table};
+use quadpixel::response::{GeometricResponse, Response, TableSettings, build_table};
 use quadpixel::scene::Scene;
 use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
 use quadpixel::spectrum::ChannelWavelengths;
@@ -34,6 +35,7 @@ pub fn wave_pixel() -> Response {
         cosine_max: 0.6,
         steps: 4,
         refine: 1,
+        shifts: None,
     };
     let stack = PixelStack::paper(1.2, 0.85, 0.85, 0.75);
     let built = build_table(&stack, &settings, None, &|_, _| ()).unwrap();

@@ -2,13 +2,12 @@
 
 use glam::DVec2;
 use quadpixel::effects::{Effect, Subject};
+use quadpixel::em::PixelModel;
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::WaveSettings;
 use quadpixel::render::Camera;
 use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField};
-use quadpixel::response::{
-    PixelModel, Response, ResponseLookup, ShiftedSettings, TableSettings, build_shifted_table,
-};
+use quadpixel::response::{Response, ResponseLookup, ShiftSettings, TableSettings, build_table};
 use quadpixel::spectrum::ChannelWavelengths;
 
 use super::shoot;
@@ -49,19 +48,19 @@ fn leaving_out_twice_is_leaving_out_once() {
 /// differs (1e-3 of the peak).
 #[test]
 fn a_response_fixed_at_a_shift_is_the_response_of_that_shift() {
-    let settings = ShiftedSettings {
-        table: TableSettings {
-            model: PixelModel::Wave(WaveSettings::draft()),
-            wavelengths_nm: vec![550.0],
-            cosine_max: 0.6,
-            steps: 3,
-            refine: 1,
-        },
-        per_pitch: 8,
-        cone_f_number: 2.0,
+    let settings = TableSettings {
+        model: PixelModel::Wave(WaveSettings::draft()),
+        wavelengths_nm: vec![550.0],
+        cosine_max: 0.6,
+        steps: 3,
+        refine: 1,
+        shifts: Some(ShiftSettings {
+            per_pitch: 8,
+            cone_f_number: 2.0,
+        }),
     };
     let stack = PixelStack::paper(1.2, 0.85, 0.85, 0.75);
-    let table = build_shifted_table(&stack, &settings, None, &|_, _| ())
+    let table = build_table(&stack, &settings, None, &|_, _| ())
         .unwrap()
         .table;
     let whole = phone(&Response::Table(table));

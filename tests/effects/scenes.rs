@@ -4,15 +4,17 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use quadpixel::effects::{Effect, Subject};
+use quadpixel::em::PixelStack;
 use quadpixel::lens::{FocusBy, Lens, Prescription, table1_defects};
 use quadpixel::render::Camera;
-use quadpixel::response::{AngularResponse, MovingFrame, Response, ResponseAxes, ResponseMeta};
+use quadpixel::response::{AngularResponse, Provenance, Response, ResponseAxes, ResponseMeta};
 use quadpixel::sampling::uniform;
 use quadpixel::scene::texture::Texture;
 use quadpixel::scene::world::{
     Environment, Light, Material, PathSettings, TriangleMesh, World, WorldDescription,
 };
 use quadpixel::scene::{Scene, TexturedPlane};
+use quadpixel::sensor::MovingFrame;
 use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
 
@@ -156,8 +158,11 @@ fn even_pixel(pitch_um: f64, height_um: f64) -> Response {
     let axis = vec![-0.8, -0.4, 0.0, 0.4, 0.8];
     let meta = ResponseMeta {
         model: "made up".into(),
-        settings: serde_json::Value::Null,
-        pixel: serde_json::Value::Null,
+        settings: Provenance::Imported {
+            file: "made up".into(),
+            symmetric: false,
+        },
+        pixel: PixelStack::builtin("1.6um").unwrap(),
         pitch_um,
         subpixels: Subpixels::SINGLE,
         frame: MovingFrame::new(1.5, height_um).unwrap(),

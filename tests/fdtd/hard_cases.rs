@@ -79,10 +79,10 @@ fn energy_is_kept_near_a_wood_anomaly() {
         let run = run(&stack, [2.0 * PI / 0.55 * at, 0.0], &settings);
         for p in both(&run) {
             assert!(
-                (p.balance - 1.0).abs() < 0.01 || !run.warnings().is_empty(),
+                (p.balance() - 1.0).abs() < 0.01 || !run.warnings().is_empty(),
                 "{p:?}"
             );
-            assert!((p.balance - 1.0).abs() < 0.03, "{p:?}");
+            assert!((p.balance() - 1.0).abs() < 0.03, "{p:?}");
         }
     }
 }

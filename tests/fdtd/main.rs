@@ -11,7 +11,8 @@ mod pixel;
 use std::f64::consts::PI;
 
 use quadpixel::em::PixelStack;
-use quadpixel::em::fdtd::{FdtdPowers, FdtdRun, FdtdSettings, solve};
+use quadpixel::em::fdtd::{FdtdRun, FdtdSettings, solve};
+use quadpixel::em::light::Powers;
 
 const NM: f64 = 550.0;
 
@@ -46,8 +47,8 @@ fn run(stack: &PixelStack, bloch: [f64; 2], settings: &FdtdSettings) -> FdtdRun 
     solve(stack, &[NM], bloch, settings, &|_| ()).unwrap()
 }
 
-fn both(run: &FdtdRun) -> [&FdtdPowers; 2] {
-    [&run.answers[0].s, &run.answers[0].p]
+fn both(run: &FdtdRun) -> [&Powers; 2] {
+    [run.answers[0].s(), run.answers[0].p()]
 }
 
 /// What every run has to keep: energy within 1 %, 0 ≤ P, Σ P ≤ 1, and volume integral and flux within `flux` of each other.
@@ -55,7 +56,7 @@ fn holds(run: &FdtdRun, flux: f64) {
     assert!(run.warnings().is_empty(), "{:?}", run.warnings());
     for p in both(run) {
         println!("{p:?}");
-        assert!((p.balance - 1.0).abs() < 0.01, "{}", p.balance);
+        assert!((p.balance() - 1.0).abs() < 0.01, "{}", p.balance());
         assert!(p.absorbed.iter().all(|p| *p >= 0.0));
         assert!(p.absorbed.iter().sum::<f64>() <= 1.0);
         assert!(p.reflected > -0.002 && p.transmitted > -0.002 && p.elsewhere > -0.002);

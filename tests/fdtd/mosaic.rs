@@ -1,8 +1,9 @@
 //! A mosaic of colour filters: the supercell of 2×2 microlenses.
 
-use quadpixel::em::fdtd::{FdtdPowers, FdtdRun, FdtdSettings};
+use quadpixel::em::fdtd::{FdtdRun, FdtdSettings};
+use quadpixel::em::light::Powers;
 use quadpixel::em::mosaic::{FilterColour, Mosaic};
-use quadpixel::em::rcwa::{RcwaModel, RcwaPowers, RcwaSettings};
+use quadpixel::em::rcwa::{RcwaModel, RcwaSettings};
 use quadpixel::em::{Material, PixelStack};
 use quadpixel::sensor::Subpixels;
 
@@ -24,7 +25,7 @@ fn coloured([red, green, blue]: [(f64, f64); 3]) -> PixelStack {
     stack
 }
 
-fn microlenses(stack: &PixelStack, p: &FdtdPowers) -> Vec<Vec<f64>> {
+fn microlenses(stack: &PixelStack, p: &Powers) -> Vec<Vec<f64>> {
     stack.by_microlens(&p.absorbed)
 }
 
@@ -53,7 +54,7 @@ fn four_filters_of_one_colour_are_the_period_of_one_microlens() {
                 let off = distance(&p, &wanted.absorbed);
                 assert!(off < 1e-5, "{theta} deg: {off:e}");
             }
-            let rest = |p: &FdtdPowers| [p.reflected, p.transmitted, p.elsewhere];
+            let rest = |p: &Powers| [p.reflected, p.transmitted, p.elsewhere];
             assert!(distance(&rest(found), &rest(wanted)) < 1e-5);
         }
     }
@@ -81,7 +82,7 @@ fn unlike_neighbours_are_what_the_fourier_modal_level_finds() {
     };
     let run: FdtdRun = run(&stack, [0.0; 2], &standard);
     let modal = model.solve(0.0, 0.0).unwrap();
-    let modal: [&RcwaPowers; 2] = [&modal.s, &modal.p];
+    let modal: [&Powers; 2] = [modal.s(), modal.p()];
     for (ours, theirs) in both(&run).into_iter().zip(modal) {
         let halves = |p: &[f64]| -> Vec<f64> {
             let all = stack.by_microlens(p);

@@ -11,6 +11,6 @@ fn the_pixel_absorbs_what_the_vector_solution_says_at_normal_incidence() {
     let stack = PixelStack::paper(1.6, 1.1314, 1.1314, 0.75);
     let run = run(&stack, [0.0, 0.0], &coarse());
     holds(&run, 5e-3);
-    let s = &run.answers[0].s.absorbed;
+    let s = &run.answers[0].s().absorbed;
     assert!(((s[0] + s[2]) / 0.37703 - 1.0).abs() < 0.06, "{s:?}");
 }

@@ -1,9 +1,10 @@
 //! P of each half, s and p separately, against an independent solver (files and sources: `tests/response/reference`).
 
 use quadpixel::em::PixelStack;
-use quadpixel::em::rcwa::{RcwaModel, RcwaPowers, RcwaSettings};
+use quadpixel::em::light::Powers;
+use quadpixel::em::rcwa::{RcwaModel, RcwaSettings};
 
-fn halves(p: &RcwaPowers) -> [f64; 2] {
+fn halves(p: &Powers) -> [f64; 2] {
     [p.absorbed[0] + p.absorbed[2], p.absorbed[1] + p.absorbed[3]]
 }
 
@@ -25,7 +26,7 @@ fn pitch_1_6_is_the_independent_curve_within_its_error() {
             continue;
         }
         let answer = model.solve(n[0].to_radians().sin(), 0.0).unwrap();
-        for (ours, theirs) in [(&answer.s, &n[1..3]), (&answer.p, &n[3..5])] {
+        for (ours, theirs) in [(answer.s(), &n[1..3]), (answer.p(), &n[3..5])] {
             let strong = theirs[0].max(theirs[1]);
             for (a, b) in halves(ours).iter().zip(theirs) {
                 let off = 100.0 * (a - b) / strong;

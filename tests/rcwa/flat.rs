@@ -37,7 +37,7 @@ fn worst(stack: &PixelStack, of: &PixelStack) -> f64 {
         let (s, c) = phi.to_radians().sin_cos();
         let v = if phi == 0.0 { 0.0 } else { sine * s };
         let answer = solve(stack, &settings(), sine * c, v);
-        for (pol, ours) in [(Polarization::S, &answer.s), (Polarization::P, &answer.p)] {
+        for (pol, ours) in [(Polarization::S, answer.s()), (Polarization::P, answer.p())] {
             let e = exact.solve(550.0, sine, pol).unwrap();
             let n = e.entering.len();
             let silicon = e.entering[n - 2] - e.entering[n - 1];
@@ -45,10 +45,10 @@ fn worst(stack: &PixelStack, of: &PixelStack) -> f64 {
             let mut off = vec![
                 ours.reflected - e.reflected,
                 ours.transmitted - e.transmitted(),
-                ours.absorbed_by_flux + ours.elsewhere - silicon - elsewhere,
+                ours.sum_by_flux() + ours.elsewhere - silicon - elsewhere,
             ];
             if stack.trench_um == 0.0 {
-                off.push(ours.absorbed_by_flux - silicon);
+                off.push(ours.sum_by_flux() - silicon);
                 // Gauss nodes for waves of the largest angle in silicon are more than these need.
                 off.push(ours.absorbed.iter().sum::<f64>() - silicon);
             }
@@ -90,8 +90,8 @@ fn what_flat_silicon_absorbs_is_shared_by_area() {
     for parts in [[1, 2], [2, 2], [3, 3]] {
         stack.subpixels = quadpixel::sensor::Subpixels::new(parts[0], parts[1]).unwrap();
         let answer = solve(&stack, &settings(), 0.3, 0.2);
-        let share = answer.s.absorbed_by_flux / (parts[0] * parts[1]) as f64;
-        for p in answer.s.absorbed {
+        let share = answer.s().sum_by_flux() / (parts[0] * parts[1]) as f64;
+        for p in answer.s().absorbed.iter().copied() {
             assert!((p / share - 1.0).abs() < 1e-9, "{p} of {share}");
         }
     }

@@ -9,7 +9,8 @@ mod light;
 mod mosaic;
 mod shifts;
 
-use quadpixel::em::rcwa::{RcwaAnswer, RcwaModel, RcwaPowers, RcwaSettings};
+use quadpixel::em::light::{Light, Powers};
+use quadpixel::em::rcwa::{RcwaModel, RcwaSettings};
 use quadpixel::em::{Material, MetalWalls, PixelStack};
 
 /// A pixel of half the usual size, and settings for it: some hundredths of a second a direction.
@@ -32,19 +33,19 @@ fn walls(layer: &str, material: Material) -> MetalWalls {
     }
 }
 
-fn solve(stack: &PixelStack, settings: &RcwaSettings, u: f64, v: f64) -> RcwaAnswer {
+fn solve(stack: &PixelStack, settings: &RcwaSettings, u: f64, v: f64) -> Light {
     let model = RcwaModel::new(stack, 550.0, settings).unwrap();
     model.solve(u, v).unwrap()
 }
 
 /// All powers in a row, s and p.
-fn all(answer: &RcwaAnswer) -> Vec<f64> {
-    let of = |p: &RcwaPowers| {
+fn all(answer: &Light) -> Vec<f64> {
+    let of = |p: &Powers| {
         let mut out = p.absorbed.clone();
-        out.extend([p.absorbed_by_flux, p.reflected, p.transmitted, p.elsewhere]);
+        out.extend([p.sum_by_flux(), p.reflected, p.transmitted, p.elsewhere]);
         out
     };
-    [of(&answer.s), of(&answer.p)].concat()
+    [of(answer.s()), of(answer.p())].concat()
 }
 
 fn distance(a: &[f64], b: &[f64]) -> f64 {

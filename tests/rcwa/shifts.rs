@@ -1,13 +1,14 @@
 //! Many shifts of the lens solved together are those solved one by one.
 
-use quadpixel::em::rcwa::{RcwaAnswer, RcwaModel};
+use quadpixel::em::light::Light;
+use quadpixel::em::rcwa::RcwaModel;
 use quadpixel::em::{Material, PixelStack};
 
 use super::{all, distance, small, solve, tungsten, walls};
 
 const SHIFTS_UM: [[f64; 2]; 4] = [[0.0, 0.0], [0.13, -0.31], [0.45, 0.0], [-0.2, 0.6]];
 
-fn together(stack: &PixelStack, [u, v]: [f64; 2], shifts_um: &[[f64; 2]]) -> Vec<RcwaAnswer> {
+fn together(stack: &PixelStack, [u, v]: [f64; 2], shifts_um: &[[f64; 2]]) -> Vec<Light> {
     let model = RcwaModel::new(stack, 550.0, &small().1).unwrap();
     model.solve_shifts(u, v, shifts_um).unwrap()
 }
@@ -51,9 +52,9 @@ fn nothing_is_lost_without_absorption_under_any_shift() {
     stack.silicon = Material::Constant { n: 4.077, k: 0.0 };
     stack.filter_layer_mut().unwrap().material = Material::Constant { n: 1.6, k: 0.0 };
     for answer in together(&stack, [0.3, -0.2], &SHIFTS_UM) {
-        for p in [answer.s, answer.p] {
+        for p in [answer.s(), answer.p()] {
             assert!((p.reflected + p.transmitted - 1.0).abs() < 1e-7, "{p:?}");
-            assert!(p.elsewhere.abs() < 1e-7 && p.absorbed_by_flux.abs() < 1e-7);
+            assert!(p.elsewhere.abs() < 1e-7 && p.sum_by_flux().abs() < 1e-7);
             assert!(p.absorbed.iter().all(|p| p.abs() < 1e-12));
         }
     }

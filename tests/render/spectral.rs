@@ -1,11 +1,13 @@
 //! Bands of wavelengths: their mean against closed forms, each ray's own wavelength in lens and pixel, and bytes.
 
 use glam::{DVec2, DVec3};
+use quadpixel::em::PixelStack;
 use quadpixel::lens::Lens;
 use quadpixel::render::truth::{DisparityField, WhiteField};
 use quadpixel::render::{Camera, Execution, Render, RenderSettings};
-use quadpixel::response::{AngularResponse, MovingFrame, Response, ResponseAxes, ResponseMeta};
+use quadpixel::response::{AngularResponse, Provenance, Response, ResponseAxes, ResponseMeta};
 use quadpixel::scene::Scene;
+use quadpixel::sensor::MovingFrame;
 use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
 use quadpixel::simd::SimdLevel;
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
@@ -27,8 +29,11 @@ fn even(subpixels: Subpixels, nm: Vec<f64>, p: impl Fn(f64) -> f64) -> Response 
     let table = nm.iter().flat_map(at).collect();
     let meta = ResponseMeta {
         model: "made-up".into(),
-        settings: serde_json::json!({}),
-        pixel: serde_json::json!({}),
+        settings: Provenance::Imported {
+            file: "made up".into(),
+            symmetric: false,
+        },
+        pixel: PixelStack::builtin("1.6um").unwrap(),
         pitch_um: 2.0,
         subpixels,
         frame: MovingFrame::new(1.5, 3.0).unwrap(),

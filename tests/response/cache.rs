@@ -4,19 +4,24 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::WaveSettings;
+use quadpixel::em::{Level, PixelModel, Preset};
 use quadpixel::response::{
-    CacheWarning, PixelModel, ResponseCache, ShiftedSettings, TableSettings, build_shifted_table,
-    build_table,
+    CacheWarning, ResponseCache, ShiftSettings, TablePlan, TableSettings, build_table,
 };
 use quadpixel::shard::Shard;
 
 fn small() -> (PixelStack, TableSettings) {
+    let stack = PixelStack::builtin("1.6um").unwrap();
     let table = TableSettings {
         steps: 2,
         refine: 1,
-        ..TableSettings::wave_draft()
+        ..TableSettings::new(Level::Wave, Preset::Draft, &stack)
     };
-    (PixelStack::builtin("1.6um").unwrap(), table)
+    (stack, table)
+}
+
+fn plan(stack: &PixelStack, settings: &TableSettings) -> TablePlan {
+    TablePlan::new(stack, settings).unwrap()
 }
 
 #[test]
@@ -29,25 +34,25 @@ fn second_time_is_read_and_a_corrupt_file_is_made_anew() {
     let count = |done: usize, _: usize| {
         simulated.fetch_add(usize::from(done > 0), Ordering::Relaxed);
     };
-    let first = cache.get_or_build(&stack, &table, &count).unwrap();
+    let first = cache.table(&plan(&stack, &table), &count).unwrap();
     assert!(first.warnings.is_empty());
     // 5 × 5 nodes in eighths: (0,0) (1,0) (1,1) (2,0) (2,1); (2,2) is beyond the horizon.
     assert_eq!(simulated.swap(0, Ordering::Relaxed), 5);
     assert_eq!(first.report.unwrap().runs, 5);
-    let second = cache.get_or_build(&stack, &table, &count).unwrap();
+    let second = cache.table(&plan(&stack, &table), &count).unwrap();
     assert!(second.warnings.is_empty() && second.report.is_none());
     assert_eq!(first.table, second.table);
     assert_eq!(simulated.load(Ordering::Relaxed), 0);
 
-    std::fs::write(cache.path(&table.key(&stack)), b"not a table").unwrap();
-    let third = cache.get_or_build(&stack, &table, &count).unwrap();
+    std::fs::write(cache.path(&table.key(&stack).unwrap()), b"not a table").unwrap();
+    let third = cache.table(&plan(&stack, &table), &count).unwrap();
     let warnings = third.warnings;
     assert!(
         matches!(warnings[..], [CacheWarning::Rebuilt { .. }]),
         "{warnings:?}"
     );
     assert_eq!(first.table, third.table);
-    let fourth = cache.get_or_build(&stack, &table, &count).unwrap();
+    let fourth = cache.table(&plan(&stack, &table), &count).unwrap();
     assert!(fourth.warnings.is_empty());
     // Nothing but the table is left.
     let left = std::fs::read_dir(folder.path().join("deep/cache")).unwrap();
@@ -61,7 +66,7 @@ fn cache_that_cannot_be_written_is_a_warning_only() {
     std::fs::write(&file, b"").unwrap();
     let (stack, table) = small();
     let warnings = ResponseCache::open(&file)
-        .get_or_build(&stack, &table, &|_, _| {})
+        .table(&plan(&stack, &table), &|_, _| {})
         .unwrap()
         .warnings;
     assert!(
@@ -77,9 +82,10 @@ fn key_changes_with_pixel_and_settings() {
     other.lens.shift_um[0] = 0.1;
     let mut finer = table.clone();
     finer.model = PixelModel::Wave(WaveSettings::reference());
-    assert_ne!(table.key(&stack), table.key(&other));
-    assert_ne!(table.key(&stack), finer.key(&stack));
-    assert_eq!(table.key(&stack), small().1.key(&small().0));
+    let key = |table: &TableSettings, stack| table.key(stack).unwrap();
+    assert_ne!(key(&table, &stack), key(&table, &other));
+    assert_ne!(key(&table, &stack), key(&finer, &stack));
+    assert_eq!(key(&table, &stack), key(&small().1, &small().0));
 }
 
 #[test]
@@ -100,26 +106,24 @@ fn parts_of_a_table_of_lens_shifts_make_the_table() {
     let folder = tempfile::tempdir().unwrap();
     let cache = ResponseCache::open(folder.path());
     let (stack, table) = small();
-    let settings = ShiftedSettings {
-        table: TableSettings {
-            cosine_max: 0.6,
-            ..table
-        },
-        per_pitch: 4,
-        cone_f_number: 4.0,
+    let settings = TableSettings {
+        cosine_max: 0.6,
+        shifts: Some(ShiftSettings {
+            per_pitch: 4,
+            cone_f_number: 4.0,
+        }),
+        ..table
     };
     let part = |number| {
         let shard = Shard::new(number, 2).unwrap();
-        cache.build_shifted_part(&stack, &settings, shard, &|_, _| {})
+        cache.make_part(&plan(&stack, &settings), shard, &|_, _| {})
     };
     let parts = [part(1).unwrap(), part(2).unwrap()];
-    let whole = cache
-        .get_or_build_shifted(&stack, &settings, &|_, _| {})
-        .unwrap();
+    let whole = cache.table(&plan(&stack, &settings), &|_, _| {}).unwrap();
     let report = whole.report.unwrap();
     // Nothing was left to do, and the bits are those of a table made in one go.
     assert_eq!(report.runs, parts[0].runs + parts[1].runs);
     assert_eq!(report.reused, report.runs);
-    let at_once = build_shifted_table(&stack, &settings, None, &|_, _| {}).unwrap();
+    let at_once = build_table(&stack, &settings, None, &|_, _| {}).unwrap();
     assert_eq!(whole.table, at_once.table);
 }

@@ -1,9 +1,11 @@
 //! What every pixel model's response must hold to, whatever is behind it.
 
+use quadpixel::em::PixelStack;
 use quadpixel::response::{
-    AngularResponse, GeometricResponse, MovingFrame, Response, ResponseAxes, ResponseLookup,
+    AngularResponse, GeometricResponse, Provenance, Response, ResponseAxes, ResponseLookup,
     ResponseMeta,
 };
+use quadpixel::sensor::MovingFrame;
 use quadpixel::sensor::Subpixels;
 
 use crate::random::Lcg;
@@ -139,8 +141,11 @@ pub fn table(subpixels: Subpixels, wavelengths_nm: Vec<f64>) -> AngularResponse 
     }
     let meta = ResponseMeta {
         model: "made-up".into(),
-        settings: serde_json::json!({}),
-        pixel: serde_json::json!({}),
+        settings: Provenance::Imported {
+            file: "made up".into(),
+            symmetric: false,
+        },
+        pixel: PixelStack::builtin("1.6um").unwrap(),
         pitch_um: 3.5,
         subpixels,
         frame: MovingFrame {

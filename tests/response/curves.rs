@@ -35,7 +35,11 @@ impl Curve {
         let halves: Vec<(f64, f64)> = theta_deg
             .iter()
             .map(|t| {
-                let p = model.solve(t.to_radians().sin(), 0.0).unwrap().absorbed;
+                let p = model
+                    .solve(t.to_radians().sin(), 0.0)
+                    .unwrap()
+                    .mean
+                    .absorbed;
                 (p[0] + p[2], p[1] + p[3])
             })
             .collect();

@@ -1,9 +1,10 @@
 //! FDTD runs as tables. A pixel far smaller than any built-in one keeps it to seconds; pulses of several wavelengths are held by
-//! `response::build`'s own tests.
+//! `response::tabulate`'s own tests.
 
 use quadpixel::em::PixelStack;
 use quadpixel::em::fdtd::FdtdSettings;
-use quadpixel::response::{LitPixel, PixelModel, TableSettings, build_table};
+use quadpixel::em::{Level, PixelModel, Preset};
+use quadpixel::response::{TableSettings, build_table};
 
 fn tiny() -> PixelStack {
     let mut stack = PixelStack::paper(0.5, 0.4, 0.4, 0.1);
@@ -26,16 +27,16 @@ fn tables_hold_what_single_runs_say_at_their_nodes() {
         steps: 2,
         refine: 1,
         cosine_max: 0.6,
-        ..TableSettings::fdtd_draft()
+        ..TableSettings::new(Level::Fdtd, Preset::Draft, &tiny())
     };
     let built = build_table(&tiny(), &table, None, &|_, _| ()).unwrap();
     // (0,0) (1,0) (1,1) (2,0) (2,1) (2,2) of the 5 × 5 nodes; the symmetry gives the others.
     assert_eq!(built.report.runs, 6);
     assert_eq!(built.report.violation(), None);
-    let single = LitPixel::new(&tiny(), &table.model, 550.0).unwrap();
+    let single = table.model.solver(&tiny(), 550.0).unwrap();
     for (iu, iv) in [(2, 2), (1, 4)] {
         let [u, v] = [iu, iv].map(|i: i32| 0.3 * f64::from(i - 2));
-        let answer = single.light(u, v).unwrap();
+        let answer = single.on_microlens(u, v).unwrap();
         let [s, p] = answer.polarized.unwrap();
         let node = built.table.node(0, 0, iv as usize, iu as usize);
         for (i, value) in node.iter().enumerate() {

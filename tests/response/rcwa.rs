@@ -3,9 +3,10 @@
 use quadpixel::em::PixelStack;
 use quadpixel::em::mosaic::FilterColour;
 use quadpixel::em::rcwa::RcwaSettings;
+use quadpixel::em::{Level, PixelModel, Preset};
 use quadpixel::response::{
-    AngularResponse, LitPixel, PixelModel, Response, ShiftedPixel, ShiftedSettings, TableSettings,
-    build_mosaic_tables, build_shifted_table, build_table,
+    AngularResponse, BuiltTable, Response, ResponseError, ShiftSettings, TablePlan, TableSettings,
+    build_table,
 };
 
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
@@ -13,7 +14,7 @@ use quadpixel::spectrum::{Bands, ChannelWavelengths};
 use crate::conformance::conforms;
 
 /// Few orders: what is held here does not depend on them.
-fn few_orders() -> TableSettings {
+fn few_orders(stack: &PixelStack) -> TableSettings {
     TableSettings {
         model: PixelModel::Rcwa(RcwaSettings {
             silicon_margin: 0.0,
@@ -23,20 +24,21 @@ fn few_orders() -> TableSettings {
         steps: 3,
         refine: 2,
         cosine_max: 0.6,
-        ..TableSettings::rcwa_draft()
+        ..TableSettings::new(Level::Rcwa, Preset::Draft, stack)
     }
 }
 
 #[test]
 fn rcwa_tables_conform_and_hold_what_single_directions_say() {
-    let (stack, settings) = (PixelStack::builtin("1.6um").unwrap(), few_orders());
+    let stack = PixelStack::builtin("1.6um").unwrap();
+    let settings = few_orders(&stack);
     let built = build_table(&stack, &settings, None, &|_, _| ()).unwrap();
     assert_eq!(built.report.runs, 10);
     assert_eq!(built.report.violation(), None);
     assert!(built.report.imbalance.abs() < 1e-6 && built.report.residual < 1e-6);
-    let single = LitPixel::new(&stack, &settings.model, 550.0).unwrap();
+    let single = settings.model.solver(&stack, 550.0).unwrap();
     // Node (−1, 2) of the simulated grid, of which the symmetry simulated another.
-    let answer = single.light(-0.2, 0.4).unwrap();
+    let answer = single.on_microlens(-0.2, 0.4).unwrap();
     let node = built.table.node(0, 0, 6 + 4, 6 - 2);
     for (value, p) in node.iter().zip(&answer.mean.absorbed) {
         assert!((f64::from(*value) - p).abs() < 1e-6, "{value} {p}");
@@ -47,17 +49,20 @@ fn rcwa_tables_conform_and_hold_what_single_directions_say() {
 #[test]
 fn a_table_of_all_lens_shifts_holds_what_single_shifts_say() {
     let stack = PixelStack::builtin("1.6um").unwrap();
-    let settings = ShiftedSettings {
-        table: few_orders(),
-        per_pitch: 8,
-        cone_f_number: 4.0,
+    let settings = TableSettings {
+        shifts: Some(ShiftSettings {
+            per_pitch: 8,
+            cone_f_number: 4.0,
+        }),
+        ..few_orders(&stack)
     };
-    let built = build_shifted_table(&stack, &settings, None, &|_, _| ()).unwrap();
+    let built = build_table(&stack, &settings, None, &|_, _| ()).unwrap();
     assert_eq!(built.report.violation(), None);
     assert!(built.report.imbalance.abs() < 1e-6 && built.report.residual < 1e-6);
-    let single = ShiftedPixel::new(&stack, &settings.table.model, 550.0).unwrap();
+    let single = settings.model.solver_of_shifts(&stack, 550.0).unwrap();
     // Node (3, 6) of the shifts, (−0.2, 0.4) of the directions: symmetry simulated others.
-    let answer = single.light(-0.2, 0.4, &[[0.6, -0.4]]).unwrap().remove(0);
+    let answer = single.under_shifts(-0.2, 0.4, &[[0.6, -0.4]]);
+    let answer = answer.unwrap().remove(0);
     let node = built.table.interpolator_at_shift([3, 6], 550.0).unwrap();
     let mut found = [0f32; 4];
     node.weights(-0.2, 0.4, &mut found);
@@ -66,7 +71,20 @@ fn a_table_of_all_lens_shifts_holds_what_single_shifts_say() {
     }
 }
 
-/// A small pixel under a mosaic: a table a colour, of one simulation, is what single directions of that colour say, and has the symmetries of
+/// The tables of all colours of a mosaic.
+fn colours(stack: &PixelStack, settings: &TableSettings) -> Vec<BuiltTable> {
+    let plan = TablePlan::new(stack, settings).unwrap();
+    plan.build_colours(None, &|_, _| ()).unwrap()
+}
+
+fn of_channels(
+    built: &[BuiltTable],
+    channels: &ChannelWavelengths,
+) -> Result<AngularResponse, ResponseError> {
+    AngularResponse::of_channels([0, 1, 2].map(|i: usize| &built[i].table), channels)
+}
+
+/// A small pixel under a mosaic: a table per colour, of one simulation, is what single directions of that colour say, and has the symmetries of
 /// the square.
 #[test]
 fn the_tables_of_a_mosaic_are_those_of_its_colours() {
@@ -83,31 +101,30 @@ fn the_tables_of_a_mosaic_are_those_of_its_colours() {
         steps: 2,
         refine: 2,
         cosine_max: 0.6,
-        ..TableSettings::rcwa_draft()
+        ..TableSettings::new(Level::Rcwa, Preset::Draft, &stack)
     };
-    let built = build_mosaic_tables(&stack, &settings, &|_, _| ()).unwrap();
+    let built = colours(&stack, &settings);
     let bands = ChannelWavelengths::of_bands(Bands::default()).unwrap();
-    let e = built.of_channels(&bands).unwrap_err();
+    let e = of_channels(&built, &bands).unwrap_err();
     assert!(e.to_string().contains("one of the table's"), "{e}");
     // Green light.
-    let total = |colour| built.of(colour).report.largest_sum;
-    assert!(total(FilterColour::Green) > total(FilterColour::Red));
-    assert!(total(FilterColour::Green) > total(FilterColour::Blue));
-    for colour in FilterColour::ALL {
-        let made = built.of(colour);
+    let [red, green, blue] = [0, 1, 2].map(|i: usize| built[i].report.largest_sum);
+    assert!(green > red && green > blue);
+    for (colour, made) in FilterColour::ALL.into_iter().zip(&built) {
         assert_eq!((made.report.runs, made.report.violation()), (6, None));
         stack.mosaic.as_mut().unwrap().colour = colour;
-        assert_eq!(made.table.meta().key, settings.key(&stack));
-        let single = LitPixel::new(&stack, &settings.model, 550.0).unwrap();
+        assert_eq!(made.table.meta().key, settings.key(&stack).unwrap());
+        let single = settings.model.solver(&stack, 550.0).unwrap();
         // Node (−1, 2) of the simulated grid, of which the symmetry simulated another.
-        let answer = single.light(-0.3, 0.6).unwrap();
+        let answer = single.on_microlens(-0.3, 0.6).unwrap();
         let node = made.table.node(0, 0, 4 + 4, 4 - 2);
         for (value, p) in node.iter().zip(&answer.mean.absorbed) {
             assert!((f64::from(*value) - p).abs() < 1e-6, "{value} {p}");
         }
     }
     stack.mosaic = None;
-    let e = build_mosaic_tables(&stack, &settings, &|_, _| ()).unwrap_err();
+    let plan = TablePlan::new(&stack, &settings).unwrap();
+    let e = plan.of_mosaic().unwrap_err();
     assert!(e.to_string().contains("mosaic is absent"), "{e}");
 }
 
@@ -133,11 +150,12 @@ fn a_table_of_bands_takes_each_wavelength_from_the_microlenses_of_its_colour() {
         steps: 2,
         refine: 1,
         cosine_max: 0.3,
+        shifts: None,
     };
-    let built = build_mosaic_tables(&stack, &settings, &|_, _| ()).unwrap();
-    let table = built.of_channels(&channels).unwrap();
+    let built = colours(&stack, &settings);
+    let table = of_channels(&built, &channels).unwrap();
     assert_eq!(table.axes().wavelengths_nm, channels.all_response_nm());
-    for (channel, colour) in FilterColour::ALL.into_iter().enumerate() {
+    for (channel, made) in built.iter().enumerate() {
         let [nm] = channels.response_nm(channel)[..] else {
             panic!("one wavelength a band")
         };
@@ -148,22 +166,20 @@ fn a_table_of_bands_takes_each_wavelength_from_the_microlenses_of_its_colour() {
                 .position(|w| *w == nm)
                 .unwrap()
         };
-        let own = &built.of(colour).table;
+        let of_colour = &made.table;
         assert_eq!(
             table.node(place(&table), 0, 1, 2),
-            own.node(place(own), 0, 1, 2)
+            of_colour.node(place(of_colour), 0, 1, 2)
         );
         // Another colour's filter takes this light.
-        let other = &built.of(FilterColour::ALL[(channel + 1) % 3]).table;
+        let other = &built[(channel + 1) % 3].table;
         assert_ne!(
             table.node(place(&table), 0, 1, 2),
             other.node(place(other), 0, 1, 2)
         );
     }
     // Lines all ask for the reference wavelength: whose it is, nobody can say.
-    let e = built
-        .of_channels(&ChannelWavelengths::default())
-        .unwrap_err();
+    let e = of_channels(&built, &ChannelWavelengths::default()).unwrap_err();
     assert!(
         e.to_string().contains("each in the band of one channel"),
         "{e}"

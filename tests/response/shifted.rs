@@ -1,10 +1,10 @@
 //! Tables of shifted lenses against pixels simulated at shifts and directions that the table does not hold.
 
+use quadpixel::em::PixelModel;
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::{WaveModel, WaveSettings};
 use quadpixel::response::{
-    AngularResponse, ChiefRayShifts, PixelModel, ResponseLookup, ShiftedPixel, ShiftedSettings,
-    TableSettings, build_shifted_table,
+    AngularResponse, ChiefRayShifts, ResponseLookup, ShiftSettings, TableSettings, build_table,
 };
 
 fn model() -> WaveSettings {
@@ -15,17 +15,17 @@ fn model() -> WaveSettings {
     }
 }
 
-fn settings(per_pitch: usize) -> ShiftedSettings {
-    ShiftedSettings {
-        table: TableSettings {
-            model: PixelModel::Wave(model()),
-            wavelengths_nm: vec![550.0],
-            cosine_max: 0.6,
-            steps: 4,
-            refine: 1,
-        },
-        per_pitch,
-        cone_f_number: 2.0,
+fn settings(per_pitch: usize) -> TableSettings {
+    TableSettings {
+        model: PixelModel::Wave(model()),
+        wavelengths_nm: vec![550.0],
+        cosine_max: 0.6,
+        steps: 4,
+        refine: 1,
+        shifts: Some(ShiftSettings {
+            per_pitch,
+            cone_f_number: 2.0,
+        }),
     }
 }
 
@@ -38,7 +38,7 @@ fn simulated(shift_um: [f64; 2], [u, v]: [f64; 2]) -> Vec<f64> {
     let mut stack = stack();
     stack.lens.shift_um = shift_um;
     let model = WaveModel::new(&stack, 550.0, &model()).unwrap();
-    model.solve(u, v).unwrap().absorbed
+    model.solve(u, v).unwrap().mean.absorbed
 }
 
 #[test]
@@ -46,14 +46,14 @@ fn a_lens_shifted_by_a_pitch_is_the_neighbours_lens() {
     let model = WaveModel::new(&stack(), 550.0, &model()).unwrap();
     let shifts = [[0.1, -0.25], [1.3, -1.45]];
     let both = model.solve_shifts(0.2, -0.1, &shifts).unwrap();
-    for (p, q) in both[0].absorbed.iter().zip(&both[1].absorbed) {
+    for (p, q) in both[0].mean.absorbed.iter().zip(&both[1].mean.absorbed) {
         assert!((p - q).abs() < 1e-6, "{p} {q}");
     }
 }
 
 #[test]
 fn the_table_of_shifts_gives_shifts_and_octants_that_were_not_simulated() {
-    let table = build_shifted_table(&stack(), &settings(12), None, &|_, _| ())
+    let table = build_table(&stack(), &settings(12), None, &|_, _| ())
         .unwrap()
         .table;
     let coarse = table.with_fewer_shifts(2).unwrap();
@@ -136,14 +136,17 @@ fn comes_back_from_a_file(table: &AngularResponse) {
 
 #[test]
 fn shifts_found_on_the_table_are_those_found_by_simulation() {
-    let table = build_shifted_table(&stack(), &settings(12), None, &|_, _| ())
+    let table = build_table(&stack(), &settings(12), None, &|_, _| ())
         .unwrap()
         .table;
     let of_table = table.meta().chief_ray_shifts.clone().unwrap();
-    let pixel = ShiftedPixel::new(&stack(), &settings(12).table.model, 550.0).unwrap();
-    let of_pixel = ChiefRayShifts::of_pixel(&pixel, 2.0, &[20.0], 2, &|_, _| ()).unwrap();
+    let pixel = settings(12)
+        .model
+        .solver_of_shifts(&stack(), 550.0)
+        .unwrap();
+    let of_pixel = ChiefRayShifts::of_pixel(pixel.as_ref(), 2.0, &[20.0], 2, &|_, _| ()).unwrap();
     for phi in [0.0, 45.0] {
-        let [u, v] = quadpixel::response::direction_cosines(20.0, phi);
+        let [u, v] = quadpixel::em::light::direction_cosines(20.0, phi);
         let (a, b) = (of_table.at(u, v).shift_um, of_pixel.at(u, v).shift_um);
         let off = (a[0] - b[0]).hypot(a[1] - b[1]);
         // The table's directions are 0.15 apart, as wide as the cone's rings: a few hundredths of the shift.
@@ -154,13 +157,13 @@ fn shifts_found_on_the_table_are_those_found_by_simulation() {
 #[test]
 fn a_geometric_pixel_or_one_shifted_already_has_no_table_of_shifts() {
     let mut geometric = settings(8);
-    geometric.table.model = PixelModel::Geometric {
+    geometric.model = PixelModel::Geometric {
         focal_length_um: 4.0,
     };
-    let e = build_shifted_table(&stack(), &geometric, None, &|_, _| ()).unwrap_err();
+    let e = build_table(&stack(), &geometric, None, &|_, _| ()).unwrap_err();
     assert!(e.to_string().contains("moving frame"), "{e}");
     let mut moved = stack();
     moved.lens.shift_um = [0.1, 0.0];
-    let e = build_shifted_table(&moved, &settings(8), None, &|_, _| ()).unwrap_err();
+    let e = build_table(&moved, &settings(8), None, &|_, _| ()).unwrap_err();
     assert!(e.to_string().contains("lens.shift_um"), "{e}");
 }

@@ -2,9 +2,10 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use quadpixel::em::PixelModel;
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::WaveSettings;
-use quadpixel::response::{AngularResponse, PixelModel, ResponseCache, TableSettings, build_table};
+use quadpixel::response::{AngularResponse, ResponseCache, TablePlan, TableSettings, build_table};
 
 fn settings(wavelengths_nm: &[f64]) -> TableSettings {
     TableSettings {
@@ -17,7 +18,13 @@ fn settings(wavelengths_nm: &[f64]) -> TableSettings {
         cosine_max: 0.4,
         steps: 2,
         refine: 1,
+        shifts: None,
     }
+}
+
+fn plan(wavelengths_nm: &[f64]) -> TablePlan {
+    let plan = TablePlan::new(&stack(), &settings(wavelengths_nm)).unwrap();
+    plan.each_wavelength(550.0)
 }
 
 fn stack() -> PixelStack {
@@ -34,7 +41,7 @@ fn tables_of_one_wavelength_each_make_the_table_of_all_and_are_used_again() {
         runs.fetch_add(1, Ordering::Relaxed);
     };
     let joined = |nm: &[f64]| {
-        let made = cache.get_or_build_each(&stack(), &settings(nm), 550.0, &count);
+        let made = cache.table(&plan(nm), &count);
         (made.unwrap().table, runs.swap(0, Ordering::Relaxed))
     };
     let (two, of_two) = joined(&[465.0, 550.0]);

@@ -4,11 +4,11 @@ use clap::ValueEnum;
 use quadpixel::command::CommandError;
 use quadpixel::em::PixelStack;
 use quadpixel::em::mosaic::FilterColour;
-use quadpixel::response::{AngularResponse, build_mosaic_tables};
+use quadpixel::response::{AngularResponse, BuildReport, CachedTables, ResponseCache, TablePlan};
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
 use std::path::Path;
 
-use super::{ResponseArgs, changed, default_output, nodes, written};
+use super::{ResponseArgs, default_output, nodes, part, settings, written};
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 
@@ -51,65 +51,100 @@ pub(super) fn tables(
     stack: &PixelStack,
     log: Log,
 ) -> Result<(), CommandError> {
-    if !args.theta_deg.is_empty() || args.shifts.is_some() || args.import.is_some() {
+    if !args.theta_deg.is_empty() || args.import.is_some() {
         return Err(CommandError::input(
-            "--colour all with --theta-deg, --shifts or --import; allowed: tables of one lens shift (or one colour)",
+            "--colour all with --theta-deg or --import; allowed: tables (or one colour)",
         ));
     }
-    let bands = args.colour == Some(ColourArg::Bands);
-    if bands && args.wavelength_nm != [DEFAULT_NM] {
-        return Err(CommandError::input(
-            "--colour bands with --wavelength-nm; allowed: --band-wavelengths, as the bands are those of [spectrum]",
-        ));
-    }
-    let mut settings = changed(args, args.model.table(stack));
-    let channels = ChannelWavelengths::of_bands(Bands {
-        wavelengths: args.band_wavelengths,
-        ..Bands::default()
-    })
-    .map_err(CommandError::input)?;
-    if bands {
-        settings.wavelengths_nm = channels.all_response_nm();
-    }
+    let channels = channels(args)?;
+    let plan = plan(args, stack, channels.as_ref())?;
     let progress = Progress::new(log.json(args.json));
     let angles = |done: usize, total: usize| progress.table(done, total);
-    if !args.shard.shard(&progress)?.is_whole() {
-        return Err(CommandError::input(
-            "--colour all with --shard; allowed: parts of tables of one colour",
-        ));
+    let shard = args.shard.shard(&progress)?;
+    if !shard.is_whole() {
+        return part(args, &plan, shard, &progress);
     }
     let began = std::time::Instant::now();
-    let made = build_mosaic_tables(stack, &settings, &angles).map_err(CommandError::input)?;
+    let cache = ResponseCache::open(ResponseCache::default_dir());
+    let made = cache.tables(&plan, &angles).map_err(CommandError::input)?;
     let seconds = began.elapsed().as_secs_f64();
-    for colour in FilterColour::ALL {
-        if let Some(violation) = made.of(colour).report.violation() {
+    for warning in &made.warnings {
+        progress.warn(&warning.to_string());
+    }
+    for (colour, (_, report)) in plan.colours().into_iter().zip(&made.tables) {
+        if let Some(violation) = report.as_ref().and_then(BuildReport::violation) {
             let text = format!("{}: {violation}; cut in the table", colour.name());
             progress.warn(&text);
         }
     }
-    if bands {
-        progress.finish();
-        let table = (made.of_channels(&channels)).map_err(CommandError::input)?;
-        let path = args.output.clone();
-        let path =
-            path.unwrap_or_else(|| default_output(stack, &format!("{}-bands", args.model.name())));
-        return band_table(args, &table, &path, seconds);
-    }
-    let mut rows = Vec::new();
-    for colour in FilterColour::ALL {
-        let built = made.of(colour);
-        let path = match &args.output {
-            Some(path) => path.with_extension(format!("{}.npz", colour.name())),
-            None => default_output(stack, &format!("{}-{}", args.model.name(), colour.name())),
-        };
-        written(&built.table, &path)?;
-        rows.push((colour.name(), path, built));
-    }
     progress.finish();
+    let Some(channels) = channels else {
+        return colour_tables(args, &plan, &made, seconds);
+    };
+    let tables: Vec<&AngularResponse> = made.tables.iter().map(|(table, _)| table).collect();
+    let [red, green, blue] = tables[..] else {
+        return Err(CommandError::failed("response: not three colours"));
+    };
+    let table = AngularResponse::of_channels([red, green, blue], &channels);
+    let table = table.map_err(CommandError::input)?;
+    let path = args.output.clone();
+    let path =
+        path.unwrap_or_else(|| default_output(stack, &format!("{}-bands", args.model.name())));
+    band_table(args, &table, &path, seconds)
+}
+
+/// The bands of --colour bands.
+fn channels(args: &ResponseArgs) -> Result<Option<ChannelWavelengths>, CommandError> {
+    if args.colour != Some(ColourArg::Bands) {
+        return Ok(None);
+    }
+    if args.wavelength_nm != [DEFAULT_NM] {
+        return Err(CommandError::input(
+            "--colour bands with --wavelength-nm; allowed: --band-wavelengths, as the bands are those of [spectrum]",
+        ));
+    }
+    let bands = Bands {
+        wavelengths: args.band_wavelengths,
+        ..Bands::default()
+    };
+    let channels = ChannelWavelengths::of_bands(bands);
+    channels.map(Some).map_err(CommandError::input)
+}
+
+fn plan(
+    args: &ResponseArgs,
+    stack: &PixelStack,
+    channels: Option<&ChannelWavelengths>,
+) -> Result<TablePlan, CommandError> {
+    let mut settings = settings(args, stack);
+    if let Some(channels) = channels {
+        settings.wavelengths_nm = channels.all_response_nm();
+    }
+    TablePlan::new(stack, &settings)
+        .and_then(TablePlan::of_mosaic)
+        .map_err(CommandError::input)
+}
+
+fn colour_tables(
+    args: &ResponseArgs,
+    plan: &TablePlan,
+    made: &CachedTables,
+    seconds: f64,
+) -> Result<(), CommandError> {
+    let mut rows = Vec::new();
+    for (colour, (table, report)) in plan.colours().into_iter().zip(&made.tables) {
+        let colour = colour.name();
+        let path = match &args.output {
+            Some(path) => path.with_extension(format!("{colour}.npz")),
+            None => default_output(plan.stack(), &format!("{}-{colour}", args.model.name())),
+        };
+        written(table, &path)?;
+        rows.push((colour, path, table, report));
+    }
     if args.json {
-        let tables = rows.iter().map(|(colour, path, built)| {
+        let tables = rows.iter().map(|(colour, path, table, report)| {
             serde_json::json!({
-                "colour": colour, "file": path, "nodes": nodes(&built.table), "key": built.table.meta().key, "build": built.report
+                "colour": colour, "file": path, "nodes": nodes(table), "key": table.meta().key, "build": report
             })
         });
         let tables: Vec<_> = tables.collect();
@@ -119,12 +154,15 @@ pub(super) fn tables(
         );
         return Ok(());
     }
-    for (colour, path, built) in rows {
+    for (colour, path, table, report) in rows {
+        let sums = match report {
+            Some(report) => format!("sums up to {:.4}", report.largest_sum),
+            None => "computed earlier and kept".to_owned(),
+        };
         println!(
-            "{}: {colour}, {} directions, sums up to {:.4}",
+            "{}: {colour}, {} directions, {sums}",
             path.display(),
-            nodes(&built.table),
-            built.report.largest_sum
+            nodes(table)
         );
     }
     println!("{seconds:.1} s");

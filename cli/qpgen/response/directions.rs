@@ -1,8 +1,8 @@
 //! P at a few angles, for a person or a program.
 
 use quadpixel::em::PixelStack;
-use quadpixel::em::fdtd::FdtdProgress;
-use quadpixel::response::{LitPixel, PlaneWaveAnswer, Powers, direction_cosines};
+use quadpixel::em::light::SolverProgress;
+use quadpixel::em::light::{Light, Powers, direction_cosines};
 use quadpixel::sensor::Subpixels;
 use rayon::prelude::*;
 
@@ -17,7 +17,7 @@ struct Direction {
     wavelength_nm: f64,
     theta_deg: f64,
     phi_deg: f64,
-    answer: PlaneWaveAnswer,
+    answer: Light,
     seconds: f64,
 }
 
@@ -74,20 +74,23 @@ fn solve(
     let model = args.model.model();
     let mut all = Vec::new();
     for &wavelength_nm in &args.wavelength_nm {
-        let pixel = LitPixel::new(stack, &model, wavelength_nm).map_err(CommandError::input)?;
+        let pixel = model
+            .solver(stack, wavelength_nm)
+            .map_err(CommandError::input)?;
         let of_phi = |&phi| args.theta_deg.iter().map(move |&theta| (theta, phi));
         let angles: Vec<(f64, f64)> = args.phi_deg.iter().flat_map(of_phi).collect();
         let one = |&(theta_deg, phi_deg): &(f64, f64)| {
             let began = std::time::Instant::now();
             let [u, v] = direction_cosines(theta_deg, phi_deg);
-            let watch = |run: FdtdProgress| {
+            let watch = |run: SolverProgress| {
                 progress.event(Event::Simulation(&format!(
                     "{theta_deg}°, φ {phi_deg}°, {wavelength_nm} nm: {:.0} µm/c of light, residual {:.1e}",
                     run.time_um, run.residual
                 )));
             };
             let answer = pixel
-                .light_watched(u, v, &watch)
+                .on_period_watched(u, v, &watch)
+                .map(|light| light.on_microlens(stack))
                 .map_err(CommandError::input)?;
             Ok(Direction {
                 wavelength_nm,

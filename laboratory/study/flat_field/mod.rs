@@ -14,9 +14,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use quadpixel::em::PixelStack;
-use quadpixel::response::{
-    AngularResponse, ResponseCache, ResponseError, ShiftedPixel, ShiftedSettings,
-};
+use quadpixel::em::light::{PixelSolver, SolverError};
+use quadpixel::response::{AngularResponse, ResponseCache, TablePlan, TableSettings};
 use rayon::prelude::*;
 use serde_json::json;
 
@@ -57,7 +56,7 @@ struct Deviation {
 /// Settings, a pixel or a model that cannot be studied, or a disk that fails.
 pub fn flat_field(
     stack: &PixelStack,
-    settings: &ShiftedSettings,
+    settings: &TableSettings,
     out: &Path,
     observer: &dyn Observer,
 ) -> Result<StudyReport, LaboratoryError> {
@@ -65,21 +64,27 @@ pub fn flat_field(
     let began = Instant::now();
     let cache = ResponseCache::open(ResponseCache::default_dir());
     let table = cache
-        .get_or_build_shifted(stack, settings, &progress)?
+        .table(&TablePlan::new(stack, settings)?, &progress)?
         .table;
     let sensor = Sensor56::new(stack, &table)?;
-    let step = settings.table.cosine_max / settings.table.steps as f64;
+    let step = settings.cosine_max / settings.steps as f64;
     let held_out: Vec<Place> = HELD_OUT_MM
         .iter()
         .filter_map(|&(x, y)| sensor.place_on_nodes(x, y, step))
         .collect();
-    let pixel = ShiftedPixel::new(stack, &settings.table.model, WAVELENGTH_NM)?;
-    let truths = truths(&pixel, &held_out, stack.subpixels.count(), &progress)?;
+    let pixel = settings.model.solver_of_shifts(stack, WAVELENGTH_NM)?;
+    let truths = truths(
+        pixel.as_ref(),
+        &held_out,
+        stack.subpixels.count(),
+        &progress,
+    )?;
     observer.event(Event::End);
 
     let mut deviations = Vec::new();
     let divisors = [1, 2, 4].into_iter();
-    for divisor in divisors.filter(|d| settings.per_pitch / d >= 4) {
+    let per_pitch = settings.shifts.map_or(0, |shifts| shifts.per_pitch);
+    for divisor in divisors.filter(|d| per_pitch / d >= 4) {
         let nodes = nodes(&table, divisor)?;
         for way in Way::ALL {
             deviations.push(deviation(&nodes, way, &held_out, &truths));
@@ -118,11 +123,11 @@ fn nodes(table: &AngularResponse, divisor: usize) -> Result<Nodes, LaboratoryErr
 /// The weights `[ray][sub-pixel]` of each place, simulated under its own lens shift. Rays are directions of one grid: the shifts of all
 /// places that light of a direction reaches are asked for together.
 fn truths(
-    pixel: &ShiftedPixel,
+    pixel: &dyn PixelSolver,
     places: &[Place],
     count: usize,
     progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Vec<Vec<f32>>, ResponseError> {
+) -> Result<Vec<Vec<f32>>, SolverError> {
     let mut reached: BTreeMap<[u32; 2], Vec<(usize, usize)>> = BTreeMap::new();
     for (k, place) in places.iter().enumerate() {
         for (ray, (u, v)) in place.u.iter().zip(&place.v).enumerate() {
@@ -135,14 +140,14 @@ fn truths(
     let one = |(direction, rays): &([u32; 2], Vec<(usize, usize)>)| {
         let [u, v] = direction.map(|bits| f64::from(f32::from_bits(bits)));
         let shifts: Vec<[f64; 2]> = rays.iter().map(|(k, _)| places[*k].shift_um).collect();
-        let answers = pixel.light(u, v, &shifts)?;
+        let answers = pixel.under_shifts(u, v, &shifts)?;
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, directions.len());
         Ok(answers)
     };
     let answers: Vec<_> = directions
         .par_iter()
         .map(one)
-        .collect::<Result<_, ResponseError>>()?;
+        .collect::<Result<_, SolverError>>()?;
     let empty = |place: &Place| vec![0f32; place.u.len() * count];
     let mut all: Vec<Vec<f32>> = places.iter().map(empty).collect();
     for ((_, rays), answers) in directions.iter().zip(answers) {

@@ -1,6 +1,7 @@
 //! Ways to interpolate between lens shifts.
 
-use quadpixel::response::{AngularResponse, Interpolator, ShiftGrid, ShiftedInterpolator};
+use quadpixel::em::ShiftGrid;
+use quadpixel::response::{AngularResponse, Interpolator, ShiftedInterpolator};
 use quadpixel::sensor::Subpixels;
 
 use super::places::Place;

@@ -11,8 +11,8 @@ mod survey;
 use std::path::Path;
 use std::time::Instant;
 
+use quadpixel::em::PixelModel;
 use quadpixel::em::PixelStack;
-use quadpixel::response::PixelModel;
 use quadpixel_generators::observer::{Event, Observer};
 use serde_json::json;
 

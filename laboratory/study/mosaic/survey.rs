@@ -4,9 +4,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use crate::error::LaboratoryError;
+use quadpixel::em::PixelModel;
 use quadpixel::em::PixelStack;
+use quadpixel::em::light::direction_cosines;
 use quadpixel::em::mosaic::{FilterColour, MICROLENSES};
-use quadpixel::response::{LitPixel, PixelModel, direction_cosines};
 use rayon::prelude::*;
 
 /// A wavelength in the band of each colour, nm.
@@ -83,7 +84,7 @@ impl Survey {
         let mut lit = Vec::new();
         for (_, wavelength_nm) in BANDS {
             for stack in &stacks {
-                lit.push(LitPixel::new(stack, model, wavelength_nm)?);
+                lit.push(model.solver(stack, wavelength_nm)?);
             }
         }
         let kinds = stacks.len();
@@ -96,7 +97,7 @@ impl Survey {
         let one = |&(kind, band, theta_deg): &(usize, usize, f64)| {
             let began = Instant::now();
             let [u, v] = direction_cosines(theta_deg, 0.0);
-            let answer = lit[band * kinds + kind].light_period(u, v, &|_| ());
+            let answer = lit[band * kinds + kind].on_period(u, v);
             let answer = answer?;
             progress(done.fetch_add(1, Ordering::Relaxed) + 1, wanted.len());
             let by_microlens = stacks[kind].by_microlens(&answer.mean.absorbed);

@@ -13,7 +13,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use quadpixel::em::PixelStack;
-use quadpixel::response::{GeometricResponse, Response, ResponseCache, TableSettings};
+use quadpixel::response::{GeometricResponse, Response, ResponseCache, TablePlan, TableSettings};
 use quadpixel_generators::observer::{Event, Observer};
 use serde_json::json;
 
@@ -98,7 +98,7 @@ fn responses(
     let classic = GeometricResponse::new(subpixels, stack.pitch_um, focal_um)?;
     let progress = |done, total| observer.event(Event::Table { done, total });
     let cache = ResponseCache::open(ResponseCache::default_dir());
-    let made = cache.get_or_build(stack, settings, &progress)?;
+    let made = cache.table(&TablePlan::new(stack, settings)?, &progress)?;
     for warning in &made.warnings {
         observer.event(Event::Warning(&warning.to_string()));
     }

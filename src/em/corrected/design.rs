@@ -4,10 +4,10 @@
 //! through, by half: in the moving frame the response changes slowly with the shift. The lens array repeats itself, so a shift by a whole pitch is no
 //! distance.
 
+use crate::em::PixelStack;
 use crate::em::light::{Incidence, SolverError};
 use crate::em::shift_grid::ShiftGrid;
 use crate::em::symmetry::{Symmetry, canonical_nodes, symmetries};
-use crate::em::PixelStack;
 use crate::sensor::{MovingFrame, Subpixels};
 
 /// Directions that runs are chosen from, from the normal to the reach along each axis: of one lens shift, and of all.

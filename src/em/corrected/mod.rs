@@ -19,9 +19,7 @@ use serde::{Deserialize, Serialize};
 use self::design::{Space, centred, shifted};
 use self::fit::Process;
 use super::PixelStack;
-use super::light::{
-    CorrectionFit, Incidence, Light, PixelSolver, SolverError, SolverProgress,
-};
+use super::light::{CorrectionFit, Incidence, Light, PixelSolver, SolverError, SolverProgress};
 use super::wave::WaveSettings;
 use crate::journal::Journal;
 use crate::range::{self, OutOfRange, require};

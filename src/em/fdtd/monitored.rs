@@ -174,7 +174,9 @@ impl<'a> Monitored<'a> {
     /// Powers of s and p, by wavelength.
     pub fn answers(&self) -> Vec<[Powers; 2]> {
         let wavelengths = 0..self.phasors.len();
-        wavelengths.map(|w| [0, 1].map(|m| self.powers(w, m))).collect()
+        wavelengths
+            .map(|w| [0, 1].map(|m| self.powers(w, m)))
+            .collect()
     }
 
     fn powers(&self, w: usize, m: usize) -> Powers {

@@ -216,7 +216,10 @@ mod tests {
             .map(|i| 400.0 + (i * step) as f64)
             .map(|nm| {
                 let n = Material::Table(name.into()).index(nm).unwrap();
-                (2.0 * std::f64::consts::PI / crate::units::um_from_nm(nm), n * n)
+                (
+                    2.0 * std::f64::consts::PI / crate::units::um_from_nm(nm),
+                    n * n,
+                )
             })
             .unzip()
     }

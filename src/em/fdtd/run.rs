@@ -82,7 +82,9 @@ pub fn solve(
     };
     let answers = run.answers().into_iter().zip(wavelengths_nm);
     Ok(FdtdRun {
-        answers: answers.map(|(both, nm)| outcome.answer(both, *nm)).collect(),
+        answers: answers
+            .map(|(both, nm)| outcome.answer(both, *nm))
+            .collect(),
         residual,
         converged: outcome.converged,
         steps: outcome.steps,
@@ -204,22 +206,13 @@ impl FdtdSettings {
     ) -> Result<usize, FdtdError> {
         stack.check()?;
         self.check()?;
-        let mesh = Mesh::new(
-            stack,
-            wavelengths_nm,
-            mirrors(stack, bloch_per_um),
-            self,
-        )?;
+        let mesh = Mesh::new(stack, wavelengths_nm, mirrors(stack, bloch_per_um), self)?;
         memory_bytes(&mesh, wavelengths_nm.len(), bloch_per_um)
     }
 }
 
 /// Bytes of fields, map and phasors of a run.
-fn memory_bytes(
-    mesh: &Mesh,
-    wavelengths: usize,
-    bloch: [f64; 2],
-) -> Result<usize, FdtdError> {
+fn memory_bytes(mesh: &Mesh, wavelengths: usize, bloch: [f64; 2]) -> Result<usize, FdtdError> {
     let g = &mesh.grid;
     let members = members(mesh, bloch);
     // A pulse needs poles in most layers; at one wavelength only metals do.

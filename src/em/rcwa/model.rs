@@ -125,7 +125,10 @@ impl RcwaModel {
             .collect();
         let lattice = Lattice { bloch, step };
         let (all, functions) = shifts::light(&self.0, lattice, incident(bloch), &pitches)?;
-        Ok(all.into_iter().map(|both| answer(both, functions)).collect())
+        Ok(all
+            .into_iter()
+            .map(|both| answer(both, functions))
+            .collect())
     }
 
     /// Powers of incident waves (E_x, E_y of order 0) of a sector, and the functions followed in silicon.

@@ -10,6 +10,7 @@
 //! Of the work, lens and silicon are four times a single microlens's; what is done for the whole takes the cube of four times the orders, but only
 //! a few times: for the filters, the layers below them, and to join both.
 
+use super::RcwaError;
 use super::basis::{Basis, Class, Lattice, Sector};
 use super::checker::Checker;
 use super::column::{Column, Pixel};
@@ -18,7 +19,6 @@ use super::lighting::{Lighting, Sunk, sink};
 use super::linear::{C, Matrix, flux, solve};
 use super::model::{order_zero, powers};
 use super::uniform::Uniform;
-use super::RcwaError;
 use crate::em::light::Powers;
 
 /// The light of one class from the air down to the filters.

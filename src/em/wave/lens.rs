@@ -107,7 +107,13 @@ impl LensRegion {
 
     /// The field under `illumination`, with waves `upward` (amplitude ψ in the resin at z = D) from below. `field` is the start and the
     /// result, as orders of every slice; empty for no start.
-    pub fn solve(&self, illumination: &Illumination, upward: &[C], field: &mut Vec<S>, tolerance: f64) -> LensField {
+    pub fn solve(
+        &self,
+        illumination: &Illumination,
+        upward: &[C],
+        field: &mut Vec<S>,
+        tolerance: f64,
+    ) -> LensField {
         let orders = illumination.orders;
         let ends: Vec<Ends> = orders
             .iter()
@@ -119,7 +125,11 @@ impl LensRegion {
         let dz = self.depth_um / self.slices as f64;
         let (mut from_top, mut from_bottom) = (vec![C::ZERO; count], vec![C::ZERO; count]);
         for (i, e) in ends.iter().enumerate() {
-            let enters = if i == illumination.incident { e.enters } else { C::ZERO };
+            let enters = if i == illumination.incident {
+                e.enters
+            } else {
+                C::ZERO
+            };
             let rises = upward[i] * e.rises;
             // Waves launched at either end, all round trips between them.
             let (top, bottom, across) = (double(e.top), double(e.bottom), double(e.across));

@@ -36,7 +36,9 @@ use self::modes::{AxisModes, Trenches};
 use self::planar::{FlatLayers, FlatStack, kz};
 use self::silicon::{Silicon, Surface};
 use self::spectral::Order;
-use super::light::{Incidence, Light, PixelSolver, Powers, SolverError, SolverProgress, by_direction};
+use super::light::{
+    Incidence, Light, PixelSolver, Powers, SolverError, SolverProgress, by_direction,
+};
 use super::{PixelStack, StackError};
 use crate::units::um_from_nm;
 
@@ -183,7 +185,9 @@ impl WaveModel {
         let mut field = Vec::new();
         let rising = flat.rising(&dark);
         let tolerance = rough * self.settings.tolerance;
-        let first = self.lens.solve(&illumination, &rising, &mut field, tolerance);
+        let first = self
+            .lens
+            .solve(&illumination, &rising, &mut field, tolerance);
         let parts = Parts {
             illumination: &illumination,
             flat: &flat,
@@ -237,7 +241,10 @@ impl WaveModel {
             rising = flat.rising(&extra);
             let last = bounce == self.settings.bounces;
             let tolerance = if last { 1.0 } else { 5.0 } * self.settings.tolerance;
-            below = Some(self.lens.solve(illumination, &rising, &mut field, tolerance));
+            below = Some(
+                self.lens
+                    .solve(illumination, &rising, &mut field, tolerance),
+            );
         }
         let f = below.as_ref().unwrap_or(first);
         let (down, entering) = flat.descend(&f.at_bottom, &rising, &extra);
@@ -247,7 +254,11 @@ impl WaveModel {
         let incoming = air(&orders[illumination.incident]);
         let mut reflected = 0.0;
         for (i, (o, psi)) in orders.iter().zip(&f.at_top).enumerate() {
-            let incident = if i == illumination.incident { C::ONE } else { C::ZERO };
+            let incident = if i == illumination.incident {
+                C::ONE
+            } else {
+                C::ZERO
+            };
             reflected += air(o) * (psi - incident).norm_sqr() / incoming;
         }
         let entering = entering / incoming;

@@ -42,7 +42,10 @@ impl AngularResponse {
         }
         let symmetries = symmetries_of(self.meta().subpixels);
         let stored_node = grid.stands_for(&symmetries, node).0;
-        let place = grid.stored(&symmetries).iter().position(|n| *n == stored_node)?;
+        let place = grid
+            .stored(&symmetries)
+            .iter()
+            .position(|n| *n == stored_node)?;
         let stored = BTreeMap::from([(stored_node, self.blended(wavelength_nm, place))]);
         Some(self.bilinear(self.unfolded(&grid, &symmetries, &stored, node)))
     }

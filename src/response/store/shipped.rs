@@ -41,7 +41,7 @@ mod tests {
         for (name, bytes) in FILES {
             let table = AngularResponse::from_npz(Cursor::new(bytes), Path::new(name)).unwrap();
             assert!(table.meta().model.starts_with("fdtd-"), "{name}");
-            let stack = PixelStack::builtin(table.meta().pixel["name"].as_str().unwrap()).unwrap();
+            let stack = PixelStack::builtin(&table.meta().pixel.name).unwrap();
             assert_eq!(AngularResponse::shipped_fdtd(&stack).unwrap(), Some(table));
         }
         let mut other = PixelStack::builtin("1.6um").unwrap();

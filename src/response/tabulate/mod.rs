@@ -11,11 +11,13 @@ pub(super) mod resample;
 mod runs;
 mod settings;
 mod shift_axis;
+#[cfg(test)]
+mod shifted_tests;
 mod table_of_runs;
 #[cfg(test)]
 mod tests;
 
-pub use plan::TablePlan;
+pub use plan::{TablePlan, build_table};
 pub use report::{BuildReport, BuiltTable};
 pub(super) use runs::RunJournal;
 pub use settings::{ShiftSettings, TableSettings};

@@ -11,7 +11,7 @@ use super::report::BuiltTable;
 use super::runs::{Run, RunJournal, Runs};
 use super::table_of_runs::AboutPixel;
 use crate::em::PixelStack;
-use crate::em::light::{Incidence, PixelSolver, SolverTask, colours};
+use crate::em::light::{Incidence, Light, PixelSolver, SolverTask, colours};
 use crate::em::mosaic::FilterColour;
 use crate::response::{ResponseError, TableSettings};
 use crate::shard::Shard;
@@ -70,6 +70,20 @@ impl TablePlan {
     /// The colours that tables are made of.
     pub fn colours(&self) -> Vec<FilterColour> {
         colours(&self.stack)
+    }
+
+    /// The same plan, if the pixel is in a mosaic of colour filters.
+    ///
+    /// # Errors
+    /// It is not.
+    pub fn of_mosaic(self) -> Result<Self, ResponseError> {
+        match self.stack.mosaic {
+            Some(_) => Ok(self),
+            None => {
+                let allowed = "red and blue filters in [mosaic]";
+                Err(ResponseError::value("mosaic", "absent", allowed))
+            }
+        }
     }
 
     /// The plan of another colour of the mosaic: the same simulation.
@@ -166,9 +180,8 @@ impl TablePlan {
     ) -> Result<Vec<BuiltTable>, ResponseError> {
         let runs = self.runs()?;
         let solvers = self.solvers(journal)?;
-        let simulated = runs.simulate(journal, progress, &|run, waves| {
-            asked(&solvers, run, waves)
-        })?;
+        let simulated =
+            runs.simulate(journal, progress, &|run, waves| asked(&solvers, run, waves))?;
         let first = solvers.first().map(|solver| solver.frame()).transpose()?;
         let fits = solvers.iter().filter_map(|s| s.correction_fit());
         let about = AboutPixel {
@@ -219,12 +232,25 @@ impl TablePlan {
     }
 }
 
+/// [`TablePlan::build`] of a pixel and settings, with no cache.
+///
+/// # Errors
+/// A pixel or settings out of range, or a pixel that the model has no answer for.
+pub fn build_table(
+    stack: &PixelStack,
+    settings: &TableSettings,
+    journal: Option<&Path>,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<BuiltTable, ResponseError> {
+    TablePlan::new(stack, settings)?.build(journal, progress)
+}
+
 /// The answers of the solver of a run's first wavelength.
 fn asked(
     solvers: &[Box<dyn PixelSolver>],
     run: &Run,
     waves: &[Incidence],
-) -> Result<Vec<Vec<crate::em::light::Light>>, ResponseError> {
+) -> Result<Vec<Vec<Light>>, ResponseError> {
     let none = || ResponseError::value("solvers", solvers.len(), "one per wavelength");
     let solver = solvers.get(run.wavelengths.start).ok_or_else(none)?;
     Ok(solver.light(waves, run.wavelengths.len(), &|_| ())?)

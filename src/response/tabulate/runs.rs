@@ -94,7 +94,11 @@ impl Runs {
             .collect();
         let travels = |(a, b): Node, step: f64| (a as f64).hypot(b as f64) * step <= LARGEST_SINE;
         let mut runs = Vec::new();
-        for (i, finest) in step.iter().enumerate().take(if pulsed { 1 } else { w.len() }) {
+        for (i, finest) in step
+            .iter()
+            .enumerate()
+            .take(if pulsed { 1 } else { w.len() })
+        {
             for node in canonical_nodes(steps, &symmetries) {
                 if !travels(node, *finest) {
                     continue;

@@ -114,7 +114,12 @@ impl TableSettings {
         )?;
         if let Some(shifts) = &self.shifts {
             ShiftGrid::new(1.0, shifts.per_pitch)?;
-            range::within("response", "cone_f_number", shifts.cone_f_number, 0.8..=32.0)?;
+            range::within(
+                "response",
+                "cone_f_number",
+                shifts.cone_f_number,
+                0.8..=32.0,
+            )?;
         }
         Ok(())
     }

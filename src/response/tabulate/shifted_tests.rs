@@ -2,7 +2,13 @@
 
 use std::sync::Mutex;
 
+use super::runs::{Answers, Run, RunJournal, Runs};
+use super::table_of_runs::AboutPixel;
 use super::*;
+use crate::em::light::{Incidence, Light, Powers};
+use crate::em::symmetry::Node;
+use crate::em::{Level, ModelChoice, PixelStack, Preset};
+use crate::response::ResponseError;
 
 /// A made-up pixel: what a lens at s sends to each sub-pixel, of few harmonics in s, with the symmetries of the square.
 fn shares(u: f64, v: f64, shift_um: [f64; 2], pitch_um: f64) -> Vec<f64> {
@@ -24,53 +30,67 @@ fn stack() -> PixelStack {
     PixelStack::paper(2.0, 1.5, 1.5, 1.0)
 }
 
-fn settings() -> ShiftedSettings {
-    let mut all = ShiftedSettings::wave_for(&stack());
-    all.table.steps = 5;
-    all.table.refine = 1;
-    all.per_pitch = 8;
-    all
+fn settings() -> TableSettings {
+    let choice = ModelChoice::new(Level::Wave, Preset::Standard);
+    TableSettings {
+        steps: 5,
+        refine: 1,
+        ..TableSettings::of_all_shifts(&choice, &stack(), 8)
+    }
+}
+
+fn runs() -> Runs {
+    Runs::new(&stack(), &settings(), false).unwrap()
 }
 
 fn asked<'a>(
-    plan: &'a ShiftedPlan,
+    plan: &'a Runs,
     count: &'a Mutex<Vec<(Node, usize)>>,
     most: usize,
-) -> impl Fn(&Run, &[[f64; 2]]) -> Result<Vec<Answer>, ResponseError> + Sync + 'a {
-    move |run, shifts| {
-        let [u, v] = run.cosines(0, &plan.plan.step);
+) -> impl Fn(&Run, &[Incidence]) -> Result<Answers, ResponseError> + Sync + 'a {
+    move |run, waves| {
+        let [u, v] = run.cosines(0, &plan.step);
         let mut count = count.lock().unwrap();
         if count.iter().map(|c| c.1).sum::<usize>() >= most {
             // The kill: no answer.
             return Err(ResponseError::value("power", "off", "on"));
         }
-        count.push((run.node, shifts.len()));
-        let one = |s: &[f64; 2]| Answer {
-            absorbed: vec![shares(u, v, *s, 2.0)],
-            residual: 0.0,
-            imbalance: 0.0,
-            warnings: Vec::new(),
+        count.push((run.node, waves.len()));
+        let one = |wave: &Incidence| {
+            let mean = Powers {
+                absorbed: shares(u, v, wave.shift_um, 2.0),
+                ..Powers::default()
+            };
+            vec![Light {
+                mean,
+                ..Light::default()
+            }]
         };
-        Ok(shifts.iter().map(one).collect())
+        Ok(waves.iter().map(one).collect())
     }
 }
 
 #[test]
 fn symmetry_fills_every_shift_and_direction_from_an_octant() {
-    let plan = ShiftedPlan::new(&stack(), &settings(), Shard::WHOLE).unwrap();
+    let plan = runs();
     let runs = Mutex::new(Vec::new());
-    let (values, mut report) = plan
+    let simulated = plan
         .simulate(None, &|_, _| (), &asked(&plan, &runs, usize::MAX))
         .unwrap();
     // All of the 11 × 11 directions under 64 shifts, but for the corners beyond 70°: an eighth, and the axes of symmetry.
-    assert!(report.runs < 121 * 64 / 6, "{}", report.runs);
+    assert!(plan.count() < 121 * 64 / 6, "{}", plan.count());
+    let about = AboutPixel {
+        frame: stack().moving_frame(550.0).unwrap(),
+        corrections: Vec::new(),
+    };
     let table = plan
-        .table(&stack(), &settings(), &values, &mut report)
-        .unwrap();
+        .table(&stack(), &settings(), &about, &simulated)
+        .unwrap()
+        .table;
     for i in 0..8 {
         for j in 0..8 {
             let lookup = table.interpolator_at_shift([i, j], 550.0).unwrap();
-            let shift = plan.grid.shift_um([i, j]);
+            let shift = plan.shifts.grid().unwrap().shift_um([i, j]);
             for (u, v) in [(0.0, 0.0), (0.16, -0.48), (-0.64, 0.16), (0.48, 0.48)] {
                 let mut p = [0f32; 4];
                 lookup.weights(u as f32, v as f32, &mut p);
@@ -98,22 +118,22 @@ fn symmetry_fills_every_shift_and_direction_from_an_octant() {
 
 #[test]
 fn a_build_stopped_in_the_middle_goes_on_and_ends_with_the_same_bits() {
-    let plan = ShiftedPlan::new(&stack(), &settings(), Shard::WHOLE).unwrap();
+    let plan = runs();
     let none = Mutex::new(Vec::new());
-    let (whole, _) = plan
+    let whole = plan
         .simulate(None, &|_, _| (), &asked(&plan, &none, usize::MAX))
         .unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.journal");
     let runs = Mutex::new(Vec::new());
     let go = |most: usize| {
-        let journal = Journal::open(&path, "key").unwrap();
+        let journal = RunJournal::open(&path, "key").unwrap();
         plan.simulate(Some(&journal), &|_, _| (), &asked(&plan, &runs, most))
     };
     assert!(go(200).is_err());
-    let (resumed, report) = go(usize::MAX).unwrap();
-    assert!(report.reused >= 200 && report.reused < report.runs);
-    assert_eq!(resumed, whole);
+    let resumed = go(usize::MAX).unwrap();
+    assert!(resumed.reused >= 200 && resumed.reused < plan.count());
+    assert_eq!(resumed.answers, whole.answers);
     let simulated: usize = runs.lock().unwrap().iter().map(|r| r.1).sum();
-    assert_eq!(simulated, report.runs);
+    assert_eq!(simulated, plan.count());
 }

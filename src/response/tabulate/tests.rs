@@ -2,7 +2,13 @@
 
 use std::sync::Mutex;
 
+use super::report::BuiltTable;
+use super::runs::{Answers, Run, RunJournal, Runs, Simulated};
+use super::table_of_runs::AboutPixel;
 use super::*;
+use crate::em::light::{Light, Powers};
+use crate::em::{Level, PixelStack, Preset};
+use crate::response::ResponseError;
 use crate::sensor::Subpixels;
 
 const WAVELENGTHS_NM: [f64; 3] = [400.0, 500.0, 700.0];
@@ -24,8 +30,12 @@ fn lobes(u: f64, v: f64, wavelength_nm: f64) -> Vec<f64> {
 }
 
 /// A plan as a pulsed model's would be.
-fn pulsed_plan(stack: &PixelStack, settings: &TableSettings) -> Plan {
-    Plan::new(stack, settings, true)
+fn pulsed_plan(stack: &PixelStack, settings: &TableSettings) -> Runs {
+    Runs::new(stack, settings, true).unwrap()
+}
+
+fn stack() -> PixelStack {
+    PixelStack::builtin("1.6um").unwrap()
 }
 
 fn settings() -> TableSettings {
@@ -33,30 +43,36 @@ fn settings() -> TableSettings {
         wavelengths_nm: WAVELENGTHS_NM.to_vec(),
         steps: 20,
         refine: 2,
-        ..TableSettings::wave_draft()
+        ..TableSettings::new(Level::Wave, Preset::Draft, &stack())
     }
 }
 
-fn answer(run: &Run, plan: &Plan) -> Answer {
+fn answer(run: &Run, plan: &Runs) -> Answers {
     let at = |w: usize| {
         let [u, v] = run.cosines(w, &plan.step);
-        lobes(u, v, WAVELENGTHS_NM[w])
+        let mean = Powers {
+            absorbed: lobes(u, v, WAVELENGTHS_NM[w]),
+            ..Powers::default()
+        };
+        Light {
+            mean,
+            ..Light::default()
+        }
     };
-    Answer {
-        absorbed: run.wavelengths.clone().map(at).collect(),
-        residual: 0.0,
-        imbalance: 0.0,
-        warnings: Vec::new(),
-    }
+    vec![run.wavelengths.clone().map(at).collect()]
 }
 
-fn built(plan: &Plan, stack: &PixelStack, simulated: Simulated) -> BuiltTable {
-    plan.table(stack, &settings(), simulated).unwrap()
+fn built(plan: &Runs, stack: &PixelStack, simulated: &Simulated) -> BuiltTable {
+    let about = AboutPixel {
+        frame: stack.moving_frame(550.0).unwrap(),
+        corrections: Vec::new(),
+    };
+    plan.table(stack, &settings(), &about, simulated).unwrap()
 }
 
 #[test]
 fn one_pulse_a_wavevector_gives_the_table_of_every_wavelength() {
-    let stack = PixelStack::builtin("1.6um").unwrap();
+    let stack = stack();
     let plan = pulsed_plan(&stack, &settings());
     // One run a k∥ answers for all wavelengths that travel; the outer ones are evanescent at 700 nm.
     let triangle = 21 * 22 / 2;
@@ -65,9 +81,9 @@ fn one_pulse_a_wavevector_gives_the_table_of_every_wavelength() {
     assert!(plan.runs.iter().any(|r| r.wavelengths.len() == 3));
     assert!(plan.runs.iter().any(|r| r.wavelengths.len() == 1));
     let simulated = plan
-        .simulate(None, &|_, _| {}, &|run| Ok(answer(run, &plan)))
+        .simulate(None, &|_, _| {}, &|run, _| Ok(answer(run, &plan)))
         .unwrap();
-    let BuiltTable { table, report } = built(&plan, &stack, simulated);
+    let BuiltTable { table, report } = built(&plan, &stack, &simulated);
     assert_eq!(report.violation(), None);
     for nm in WAVELENGTHS_NM {
         let lookup = table.interpolator(nm);
@@ -93,31 +109,31 @@ fn one_pulse_a_wavevector_gives_the_table_of_every_wavelength() {
 
 #[test]
 fn a_build_stopped_in_the_middle_repeats_no_run_and_ends_with_the_same_bits() {
-    let stack = PixelStack::builtin("1.6um").unwrap();
+    let stack = stack();
     let plan = pulsed_plan(&stack, &settings());
     let whole = plan
-        .simulate(None, &|_, _| {}, &|run| Ok(answer(run, &plan)))
+        .simulate(None, &|_, _| {}, &|run, _| Ok(answer(run, &plan)))
         .unwrap();
-    let whole = built(&plan, &stack, whole);
+    let whole = built(&plan, &stack, &whole);
 
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.journal");
     let asked = Mutex::new(Vec::new());
     let counted = |most: usize| {
-        let journal = Journal::open(&path, "key").unwrap();
-        plan.simulate(Some(&journal), &|_, _| {}, &|run| {
+        let journal = RunJournal::open(&path, "key").unwrap();
+        plan.simulate(Some(&journal), &|_, _| {}, &|run, _| {
             let mut asked = asked.lock().unwrap();
             if asked.len() >= most {
                 // The kill: no answer.
                 return Err(ResponseError::value("power", "off", "on"));
             }
-            asked.push(run.id());
+            asked.push(run.node);
             Ok(answer(run, &plan))
         })
     };
     assert!(counted(50).is_err());
     assert!(counted(120).is_err());
-    let resumed = built(&plan, &stack, counted(usize::MAX).unwrap());
+    let resumed = built(&plan, &stack, &counted(usize::MAX).unwrap());
     assert_eq!(resumed.report.reused, 120);
     assert_eq!(resumed.table, whole.table);
     let mut asked = asked.into_inner().unwrap();
@@ -129,17 +145,17 @@ fn a_build_stopped_in_the_middle_repeats_no_run_and_ends_with_the_same_bits() {
 
 #[test]
 fn powers_that_cannot_be_are_told_before_they_are_cut() {
-    let stack = PixelStack::builtin("1.6um").unwrap();
+    let stack = stack();
     let plan = pulsed_plan(&stack, &settings());
     let with = |change: &(dyn Fn(&mut Vec<f64>) + Sync)| {
-        let simulated = plan.simulate(None, &|_, _| {}, &|run| {
+        let simulated = plan.simulate(None, &|_, _| {}, &|run, _| {
             let mut answer = answer(run, &plan);
             if run.node == (-5, -3) {
-                change(&mut answer.absorbed[0]);
+                change(&mut answer[0][0].mean.absorbed);
             }
             Ok(answer)
         });
-        simulated.map(|s| built(&plan, &stack, s).report)
+        simulated.map(|s| built(&plan, &stack, &s).report)
     };
     let low = with(&|p| p[2] = -0.05).unwrap();
     assert!(low.violation().unwrap().contains("-0.0500"));
