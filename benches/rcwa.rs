@@ -59,7 +59,7 @@ fn threads(c: &mut Criterion) {
         let pool = bench::pool(threads);
         group.bench_function(BenchmarkId::from_parameter(threads), |b| {
             b.iter(|| {
-                let solve = |u: &f64| model.solve(*u, 0.1).unwrap().functions;
+                let solve = |u: &f64| model.solve(*u, 0.1).unwrap().functions.unwrap();
                 pool.install(|| directions.par_iter().map(solve).sum::<usize>())
             });
         });
