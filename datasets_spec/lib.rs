@@ -4,6 +4,32 @@
 //!   [`CameraDescription`] the `camera.json` beside it; their JSON Schemas lie in `schema/`.
 //! - [`paths`] names the files; [`split_of_scene`] puts a scene into train, val or test.
 //! - [`check_dataset`] reads a whole dataset back and lists what is wrong with it (feature `check`, on by default).
+//!
+//! # Reading a dataset
+//!
+//! `dataset.json` lists samples and files; a sample's `meta.json` and `camera.json` are read the same way, and pictures with any reader of
+//! EXR and PNG.
+//!
+//! ```
+//! use quadpixel_datasets::{DatasetManifest, Split, paths};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let folder = std::env::temp_dir().join(format!("quadpixel-read-{}", std::process::id()));
+//! # std::fs::create_dir_all(&folder)?;
+//! # let version = quadpixel_datasets::SCHEMA_VERSION;
+//! # std::fs::write(folder.join(paths::DATASET), format!(r#"{{"schema_version": {version}, "tool": {{"name": "t", "version": "1"}},
+//! #     "seed": 1, "configuration": null, "inputs": {{}}, "units": {{}}, "conventions": {{}}, "licence": "CC-BY-4.0",
+//! #     "samples": [{{"id": "000001", "scene": "0001", "split": "train"}}], "files": []}}"#))?;
+//! let text = std::fs::read_to_string(folder.join(paths::DATASET))?;
+//! let manifest: DatasetManifest = serde_json::from_str(&text)?;
+//! assert_eq!(manifest.schema_version, quadpixel_datasets::SCHEMA_VERSION);
+//! let train = manifest.samples.iter().filter(|sample| sample.split == Split::Train);
+//! let names: Vec<&str> = train.map(|sample| sample.id.as_str()).collect();
+//! assert_eq!(names, ["000001"]);
+//! # std::fs::remove_dir_all(&folder)?;
+//! # Ok(())
+//! # }
+//! ```
 
 mod camera;
 mod camera_description;
