@@ -44,7 +44,7 @@ fn table_camera(
             wavelengths,
             ..Bands::default()
         };
-        ChannelWavelengths::of_bands(bands).unwrap()
+        ChannelWavelengths::from_bands(bands).unwrap()
     });
     let nm = wavelengths.all_response_nm();
     let response = if all_shifts {

@@ -71,9 +71,9 @@ impl Recipe {
     /// # Errors
     /// Bands out of their range.
     pub fn wavelengths(&self) -> Result<ChannelWavelengths, CommandError> {
-        let of_bands = |bands| ChannelWavelengths::of_bands(bands).map_err(CommandError::input);
+        let from_bands = |bands| ChannelWavelengths::from_bands(bands).map_err(CommandError::input);
         self.spectrum
-            .map_or_else(|| Ok(ChannelWavelengths::default()), of_bands)
+            .map_or_else(|| Ok(ChannelWavelengths::default()), from_bands)
     }
 }
 

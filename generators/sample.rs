@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use quadpixel::effects::{Choice, Decision, Effect, Estimate, Planned, Subject, plan};
+use quadpixel::effects::{Choice, Decision, Effect, Estimate, Planned, Shot, plan};
 use quadpixel::image::Image;
 use quadpixel::image::raster::Levels;
 use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField, DisparityMaps, WhiteField};
@@ -180,11 +180,11 @@ impl Prepared {
         };
         let depths_mm = planned::depth_range_mm(&geometry.depth_mm);
         let planned = timed(&mut stages.effects_s, || {
-            let whole = Subject { camera, scene };
+            let whole = Shot { camera, scene };
             plan(whole, depths_mm, &recipe.render, &choice, &recipe.tolerance)
         });
         let Planned {
-            subject: Subject { camera, scene },
+            shot: Shot { camera, scene },
             mut decisions,
             together,
         } = planned;

@@ -130,7 +130,7 @@ impl ChannelWavelengths {
     ///
     /// # Errors
     /// A field out of its range.
-    pub fn of_bands(bands: Bands) -> Result<Self, OutOfRange> {
+    pub fn from_bands(bands: Bands) -> Result<Self, OutOfRange> {
         bands.check()?;
         let [red, _, blue] = bands.middle_nm;
         Ok(Self {
@@ -196,7 +196,7 @@ mod tests {
             wavelengths,
             ..Bands::default()
         };
-        ChannelWavelengths::of_bands(bands).unwrap().traced_nm(1)
+        ChannelWavelengths::from_bands(bands).unwrap().traced_nm(1)
     }
 
     #[test]
@@ -239,7 +239,7 @@ mod tests {
             wavelengths: 1,
             ..Bands::default()
         };
-        let own = ChannelWavelengths::of_bands(own).unwrap();
+        let own = ChannelWavelengths::from_bands(own).unwrap();
         assert_eq!(
             (own.traced_nm(0), own.response_nm(0)),
             (vec![610.0], vec![610.0])
@@ -273,7 +273,7 @@ mod tests {
                 ..good
             },
         ] {
-            assert!(ChannelWavelengths::of_bands(bad).is_err(), "{bad:?}");
+            assert!(ChannelWavelengths::from_bands(bad).is_err(), "{bad:?}");
         }
     }
 }

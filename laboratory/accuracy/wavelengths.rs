@@ -52,7 +52,7 @@ fn bands(count: usize) -> Result<[Vec<f64>; 3], LaboratoryError> {
         wavelengths: count,
         ..Bands::default()
     };
-    let wavelengths = ChannelWavelengths::of_bands(bands)?;
+    let wavelengths = ChannelWavelengths::from_bands(bands)?;
     Ok([0, 1, 2].map(|channel| wavelengths.traced_nm(channel)))
 }
 

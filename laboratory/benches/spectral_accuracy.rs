@@ -47,14 +47,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         Ok(views)
     };
-    let best = views(ChannelWavelengths::of_bands(green(16))?)?;
+    let best = views(ChannelWavelengths::from_bands(green(16))?)?;
     let error = |views: Vec<f64>| {
         let off = views.iter().zip(&best).map(|(a, b)| a / b - 1.0);
         let (square, most) = off.fold((0.0, 0f64), |(s, m), e| (s + e * e, m.max(e.abs())));
         (100.0 * (square / best.len() as f64).sqrt(), 100.0 * most)
     };
     for count in [1, 2, 3, 4, 6, 8] {
-        let (rms, most) = error(views(ChannelWavelengths::of_bands(green(count))?)?);
+        let (rms, most) = error(views(ChannelWavelengths::from_bands(green(count))?)?);
         println!("{count} wavelengths: {rms:.3} % rms, {most:.3} % at most");
     }
     let (rms, most) = error(views(ChannelWavelengths::default())?);

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! camera, scene ─ without one effect ─▶ both beside each other ─▶ Estimate: largest shift (px), difference (RMS of the signal)
-//!                                                                     └─ plan ─▶ what is rendered, and a Decision an effect
+//!                                                                     └─ plan ─▶ what is rendered, and a Decision per effect
 //! ```
 //!
 //! An effect is left out if what that changes is below both tolerances, and only where the renderer then has less to do: each effect's own
@@ -12,13 +12,13 @@
 mod choice;
 mod plan;
 mod shift;
+mod shot;
 mod signal;
-mod subject;
 mod vignetting;
 
 pub use choice::{Choice, ChoiceError, Tolerance};
 pub use plan::{Decision, Planned, Verdict, plan};
-pub use subject::Subject;
+pub use shot::Shot;
 
 /// An effect that an image may or may not need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]

@@ -1,9 +1,9 @@
 //! From a choice and a tolerance to what is rendered.
 
-use super::shift::Gaze;
+use super::shift::SubpixelViews;
 use super::signal::Probes;
 use super::vignetting::lost_light;
-use super::{Choice, Effect, Estimate, Subject, Tolerance};
+use super::{Choice, Effect, Estimate, Shot, Tolerance};
 use crate::render::RenderSettings;
 
 /// What becomes of an effect.
@@ -58,8 +58,8 @@ impl std::fmt::Display for Decision {
 #[derive(Clone, Debug)]
 pub struct Planned {
     /// Without the effects that are left out.
-    pub subject: Subject,
-    /// One an effect, in the order of [`Effect::ALL`].
+    pub shot: Shot,
+    /// One per effect, in the order of [`Effect::ALL`].
     pub decisions: Vec<Decision>,
     /// What leaving out all those does together, where they are more than one that the scene does not call for.
     pub together: Option<Estimate>,
@@ -80,7 +80,7 @@ const CANDIDATES: [Effect; 6] = [
 /// Effects are left out one after the other, and each is compared, together with those before it, with the whole: their sum is below the tolerance
 /// too.
 pub fn plan(
-    whole: Subject,
+    whole: Shot,
     depths_mm: [f64; 2],
     settings: &RenderSettings,
     choice: &Choice,
@@ -100,11 +100,11 @@ pub fn plan(
         return Planned {
             decisions: decisions.collect(),
             together: None,
-            subject: whole,
+            shot: whole,
         };
     }
-    let mut judge = Judge::new(&whole, depths_mm, settings);
-    let mut subject = whole.clone();
+    let mut estimates = EffectEstimates::new(&whole, depths_mm, settings);
+    let mut shot = whole.clone();
     let (mut decided, mut sum) = (Vec::new(), None);
     for effect in CANDIDATES {
         let Some(alone) = whole.without(effect) else {
@@ -114,11 +114,11 @@ pub fn plan(
         if wanted == Some(true) {
             continue;
         }
-        let together = subject.without(effect).unwrap_or_else(|| subject.clone());
-        let estimate = judge.estimate(effect, &alone, tolerance, wanted.is_none());
+        let together = shot.without(effect).unwrap_or_else(|| shot.clone());
+        let estimate = estimates.estimate(effect, &alone, tolerance, wanted.is_none());
         let mut below = tolerance.allows(&estimate);
         if below && decided.iter().any(|d: &Decision| d.verdict.is_left_out()) {
-            let both = judge.estimate(effect, &together, tolerance, true);
+            let both = estimates.estimate(effect, &together, tolerance, true);
             below = tolerance.allows(&both);
             if below {
                 sum = Some(both);
@@ -130,7 +130,7 @@ pub fn plan(
             None => Verdict::Simulated,
         };
         if verdict.is_left_out() {
-            subject = together;
+            shot = together;
         }
         decided.push(Decision {
             effect,
@@ -141,17 +141,22 @@ pub fn plan(
     let decisions = Effect::ALL.into_iter().filter(|e| *e != Effect::Noise);
     let decisions = decisions.map(|effect| {
         let found = decided.iter().find(|d| d.effect == effect).copied();
-        found.unwrap_or_else(|| other(effect, &whole, &decided, choice))
+        found.unwrap_or_else(|| without_estimate(effect, &whole, &decided, choice))
     });
     Planned {
         decisions: decisions.collect(),
         together: sum,
-        subject,
+        shot,
     }
 }
 
 /// An effect that no cheaper path belongs to, that is not there, or that is asked for.
-fn other(effect: Effect, whole: &Subject, decided: &[Decision], choice: &Choice) -> Decision {
+fn without_estimate(
+    effect: Effect,
+    whole: &Shot,
+    decided: &[Decision],
+    choice: &Choice,
+) -> Decision {
     let lens = decided.iter().find(|d| d.effect == Effect::Aberrations);
     let (verdict, estimate) = match effect {
         _ if !whole.has(effect) => (Verdict::Absent, None),
@@ -179,44 +184,44 @@ fn other(effect: Effect, whole: &Subject, decided: &[Decision], choice: &Choice)
 }
 
 /// Compares subjects with the whole. What the whole shows is looked at when it is first asked for.
-struct Judge<'a> {
-    whole: &'a Subject,
+struct EffectEstimates<'a> {
+    whole: &'a Shot,
     depths_mm: [f64; 2],
     settings: &'a RenderSettings,
-    gaze: Option<Gaze>,
+    views: Option<SubpixelViews>,
     probes: Option<Probes>,
 }
 
-impl<'a> Judge<'a> {
-    fn new(whole: &'a Subject, depths_mm: [f64; 2], settings: &'a RenderSettings) -> Self {
+impl<'a> EffectEstimates<'a> {
+    fn new(whole: &'a Shot, depths_mm: [f64; 2], settings: &'a RenderSettings) -> Self {
         Self {
             whole,
             depths_mm,
             settings,
-            gaze: None,
+            views: None,
             probes: None,
         }
     }
 
-    /// What leaving out an effect, and perhaps others before it, does. `brief`: a shift above the tolerance is answer enough.
+    /// What leaving out an effect, and perhaps others before it, does. `stop_at_shift`: a shift above the tolerance is answer enough.
     fn estimate(
         &mut self,
         effect: Effect,
-        less: &Subject,
+        less: &Shot,
         tolerance: &Tolerance,
-        brief: bool,
+        stop_at_shift: bool,
     ) -> Estimate {
         // Only a camera moves what is seen; bare pixels have no picture to be moved.
         let moves = effect != Effect::GlobalIllumination && self.whole.camera.paraxial().is_some();
         let shift_px = moves.then(|| {
             let camera = &self.whole.camera;
-            let gaze = self.gaze.get_or_insert_with(|| Gaze::of(camera));
-            gaze.largest_shift_px(camera, &Gaze::of(&less.camera), self.depths_mm)
+            let views = self.views.get_or_insert_with(|| SubpixelViews::new(camera));
+            views.largest_shift_px(camera, &SubpixelViews::new(&less.camera), self.depths_mm)
         });
-        let decided = brief && shift_px.is_some_and(|s| s >= tolerance.shift_px);
+        let decided = stop_at_shift && shift_px.is_some_and(|s| s >= tolerance.shift_px);
         let signal_percent = (!decided).then(|| {
             let probes = &mut self.probes;
-            let probes = probes.get_or_insert_with(|| Probes::of(self.whole, self.settings));
+            let probes = probes.get_or_insert_with(|| Probes::new(self.whole, self.settings));
             100.0 * probes.difference(less)
         });
         Estimate {

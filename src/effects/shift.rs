@@ -12,21 +12,21 @@ use crate::render::truth::{Centroid, centroids, jacobian_at};
 use crate::sampling::SobolSet;
 use crate::spectrum::ChannelWavelengths;
 
-/// Rays a place and channel.
+/// Rays per place and channel.
 const RAYS: usize = 1024;
 /// Parts of an equal share of the light below which what a sub-pixel sees does not count.
 const LEAST_LIGHT: f64 = 0.01;
 
 /// What the sub-pixels see at a few places of the window.
-pub(super) struct Gaze {
+pub(super) struct SubpixelViews {
     /// `[place][channel]`: the sub-pixels, then all together.
     seen: Vec<Vec<Option<Vec<Centroid>>>>,
     places: Vec<DVec2>,
 }
 
-impl Gaze {
+impl SubpixelViews {
     /// Of a camera, in the middle and the corners of its window.
-    pub fn of(camera: &Camera) -> Self {
+    pub fn new(camera: &Camera) -> Self {
         let w = camera.sensor().window_mm();
         let corner = |x: f64, y: f64| w.centre + DVec2::new(x * w.half_width, y * w.half_height);
         let places = vec![
@@ -38,12 +38,12 @@ impl Gaze {
         ];
         let samples = SobolSet::new(RAYS);
         let seen = places.par_iter().map(|&place| {
-            let of_channel = |channel| {
+            let channel_views = |channel| {
                 let (mut views, all) = centroids(camera, channel, place, &samples)?;
                 views.push(all);
                 Some(views)
             };
-            (0..3).map(of_channel).collect()
+            (0..3).map(channel_views).collect()
         });
         Self {
             seen: seen.collect(),
@@ -58,7 +58,7 @@ impl Gaze {
         other: &Self,
         [near_mm, far_mm]: [f64; 2],
     ) -> f64 {
-        let of_place = |(i, &place): (usize, &DVec2)| {
+        let place_shift = |(i, &place): (usize, &DVec2)| {
             let Some([j0, j1]) = jacobian_at(camera, ChannelWavelengths::REFERENCE, place) else {
                 return 0.0;
             };
@@ -78,7 +78,7 @@ impl Gaze {
             largest
         };
         let places: Vec<_> = self.places.iter().enumerate().collect();
-        let shifts: Vec<f64> = places.into_par_iter().map(of_place).collect();
+        let shifts: Vec<f64> = places.into_par_iter().map(place_shift).collect();
         shifts.into_iter().fold(0.0, f64::max)
     }
 }

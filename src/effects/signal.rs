@@ -9,14 +9,14 @@
 //!
 //! estimates the squared difference of the converged images without bias; s is the standard deviation of the products of the n pixels.
 
-use super::Subject;
+use super::Shot;
 use crate::render::truth::white_sum_sr;
 use crate::render::{Execution, RenderSettings, probe};
 use crate::sampling::{hash, uniform};
 
 /// Pixels along each side of the window that are probed, at most.
 const SIDE: usize = 16;
-/// Rays a pixel and channel in each of the two sets: cards, and worlds, whose paths scatter.
+/// Rays per pixel and channel in each of the two sets: cards, and worlds, whose paths scatter.
 const RAYS: usize = 32;
 const PATHS: usize = 64;
 /// Keeps the probes' random numbers apart from the image's.
@@ -28,14 +28,14 @@ pub(super) struct Probes {
     settings: [RenderSettings; 2],
     values: [Vec<f64>; 2],
     mean: f64,
-    /// Values a pixel.
+    /// Values per pixel.
     count: usize,
 }
 
 impl Probes {
-    /// Of a subject that is to be rendered with `settings`.
-    pub fn of(subject: &Subject, settings: &RenderSettings) -> Self {
-        let sensor = subject.camera.sensor();
+    /// Of a shot that is to be rendered with `settings`.
+    pub fn new(shot: &Shot, settings: &RenderSettings) -> Self {
+        let sensor = shot.camera.sensor();
         let seed = hash(settings.seed, &[KEY]);
         // The middle pixel of each cell would fall in step with charts' patterns, so a random one is taken.
         let along = |cell: usize, of: usize, length: usize, key: u64| {
@@ -52,7 +52,7 @@ impl Probes {
                 )
             })
             .collect();
-        let most = if subject.scene.world().is_some() {
+        let most = if shot.scene.world().is_some() {
             PATHS
         } else {
             RAYS
@@ -61,7 +61,7 @@ impl Probes {
             rays_per_pixel: settings.rays_per_pixel.min(most),
             seed: hash(seed, &[set]),
         });
-        let values = settings.map(|s| probed(subject, &s, &places));
+        let values = settings.map(|s| probed(shot, &s, &places));
         let all = values.iter().flatten();
         let mean = all.clone().sum::<f64>() / all.count().max(1) as f64;
         Self {
@@ -73,14 +73,14 @@ impl Probes {
         }
     }
 
-    /// Upper bound of the RMS difference of another subject, over the mean; 0 where both are black, infinite where this one alone is.
-    pub fn difference(&self, other: &Subject) -> f64 {
+    /// Upper bound of the RMS difference of another shot, over the mean; 0 where both are black, infinite where this one alone is.
+    pub fn difference(&self, other: &Shot) -> f64 {
         let others = self.settings.map(|s| probed(other, &s, &self.places));
         let off = |set: usize, k: usize| others[set][k] - self.values[set][k];
         let products: Vec<f64> = (0..self.places.len())
             .map(|place| {
-                let own = place * self.count..(place + 1) * self.count;
-                own.map(|k| off(0, k) * off(1, k)).sum::<f64>() / self.count as f64
+                let values = place * self.count..(place + 1) * self.count;
+                values.map(|k| off(0, k) * off(1, k)).sum::<f64>() / self.count as f64
             })
             .collect();
         let n = products.len() as f64;
@@ -96,8 +96,8 @@ impl Probes {
 }
 
 /// The values of some pixels, a white wall's being 1 in the middle.
-fn probed(subject: &Subject, settings: &RenderSettings, places: &[(usize, usize)]) -> Vec<f64> {
-    let Subject { camera, scene } = subject;
+fn probed(shot: &Shot, settings: &RenderSettings, places: &[(usize, usize)]) -> Vec<f64> {
+    let Shot { camera, scene } = shot;
     let mut values = probe(camera, scene, settings, &Execution::default(), places);
     let white = white_sum_sr(camera, camera.sensor().centre_mm());
     if white > 0.0 {

@@ -30,7 +30,7 @@ pub fn chief_ray(system: &OpticalSystem, x_mm: f64, y_mm: f64) -> Result<Ray, Ra
     let pupil_distance = if system.surfaces.is_empty() {
         f64::INFINITY
     } else {
-        system.sensor_z_mm - Paraxial::of_aligned(system).exit_pupil_z_mm
+        system.sensor_z_mm - Paraxial::from_aligned(system).exit_pupil_z_mm
     };
     let paraxial_slope = |at: DVec2| {
         let slope = camera_from_sensor_mm(at, 0.0).truncate() / pupil_distance;

@@ -83,7 +83,7 @@ impl RayMap {
 
 impl Paraxial {
     /// First-order data of a system whose surfaces all stand square on the axis; misalignments are not looked at.
-    pub fn of_aligned(system: &OpticalSystem) -> Paraxial {
+    pub fn from_aligned(system: &OpticalSystem) -> Paraxial {
         let surfaces = &system.surfaces;
         let stop = &surfaces[system.stop];
         let z = |i: usize| surfaces[i].pose.vertex_mm.z;

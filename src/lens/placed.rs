@@ -81,7 +81,7 @@ impl Lens {
     /// # Errors
     /// [`LensError::Value`] outside [`super::glass::WAVELENGTH_RANGE_NM`].
     pub fn paraxial(&self, wavelength_nm: f64) -> Result<Paraxial, LensError> {
-        Ok(Paraxial::of_aligned(&self.aligned_at(wavelength_nm)?))
+        Ok(Paraxial::from_aligned(&self.aligned_at(wavelength_nm)?))
     }
 
     fn aligned_at(&self, wavelength_nm: f64) -> Result<OpticalSystem, LensError> {

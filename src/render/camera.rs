@@ -52,7 +52,7 @@ pub enum CameraError {
 #[derive(Clone, Debug)]
 enum Pupils {
     /// At the exit pupil of a lens, as seen from each place of the window.
-    OfLens(ExitPupilMap),
+    ByField(ExitPupilMap),
     /// At one ellipse, from everywhere.
     Fixed(PupilEllipse),
 }
@@ -125,7 +125,8 @@ impl Camera {
                         frame: response.frame(),
                     },
                     Some(map) => {
-                        let (shift_um, clamped) = found_shifts(map, &chief_uv, &sensor, size);
+                        let (shift_um, clamped) =
+                            shifts_of_chief_rays(map, &chief_uv, &sensor, size);
                         beyond = clamped;
                         MicrolensShifts::Found { shift_um }
                     }
@@ -134,12 +135,12 @@ impl Camera {
         };
         Ok(Self {
             reference_tracer: Tracer::surfaces(&reference),
-            colours: Colours::of_lens(lens, response, &wavelengths)?,
+            colours: Colours::for_lens(lens, response, &wavelengths)?,
             paraxial: Some(lens.paraxial(wavelengths.reference_nm())?),
             focus_distance_mm: lens.focus_distance_mm(),
             sensor,
             systems,
-            pupils: Pupils::OfLens(pupils),
+            pupils: Pupils::ByField(pupils),
             shifts,
             chief_rays_beyond: beyond,
             microlens_offset_um: DVec2::ZERO,
@@ -167,7 +168,7 @@ impl Camera {
         };
         Ok(Self {
             reference_tracer: Tracer::surfaces(&system),
-            colours: Colours::of_system(&system, response, &wavelengths),
+            colours: Colours::for_system(&system, response, &wavelengths),
             systems: vec![system],
             sensor,
             pupils: Pupils::Fixed(target),
@@ -249,7 +250,7 @@ impl Camera {
     /// Bounds of the bundle that passes the lens from a sensor position.
     pub fn pupil_at(&self, xy_mm: DVec2) -> Option<PupilEllipse> {
         match &self.pupils {
-            Pupils::OfLens(map) => map.at(xy_mm.x, xy_mm.y),
+            Pupils::ByField(map) => map.at(xy_mm.x, xy_mm.y),
             Pupils::Fixed(ellipse) => Some(*ellipse),
         }
     }
@@ -316,7 +317,7 @@ fn corners(sensor: &Sensor) -> [DVec2; 5] {
 }
 
 /// The shifts found for the chief rays of a field, and the part of its nodes that lie beyond those.
-fn found_shifts(
+fn shifts_of_chief_rays(
     map: &ChiefRayShifts,
     chief_uv: &FieldGrid,
     sensor: &Sensor,

@@ -30,14 +30,14 @@ pub(super) struct Colours {
 
 impl Colours {
     /// Of a lens: one tracer where it has no dispersion.
-    pub fn of_lens(
+    pub fn for_lens(
         lens: &Lens,
         response: &Response,
         wavelengths: &ChannelWavelengths,
     ) -> Result<Self, LensError> {
         if !lens.prescription().is_dispersive() {
             let system = lens.at(wavelengths.reference_nm())?;
-            return Ok(Self::of_system(&system, response, wavelengths));
+            return Ok(Self::for_system(&system, response, wavelengths));
         }
         let mut colours = Self::of_system_alone(response, wavelengths);
         let traced = (0..3).flat_map(|c| wavelengths.traced_nm(c));
@@ -51,7 +51,7 @@ impl Colours {
     }
 
     /// Of an optical system that is the same at all wavelengths.
-    pub fn of_system(
+    pub fn for_system(
         system: &OpticalSystem,
         response: &Response,
         wavelengths: &ChannelWavelengths,
@@ -180,7 +180,7 @@ mod tests {
     #[test]
     fn every_wavelength_gets_its_share_of_the_rays_on_average() {
         let pixel = GeometricResponse::new(Subpixels::new(2, 2).unwrap(), 2.0, 5.0).unwrap();
-        let wavelengths = ChannelWavelengths::of_bands(Bands::default()).unwrap();
+        let wavelengths = ChannelWavelengths::from_bands(Bands::default()).unwrap();
         let colours = Colours::of_system_alone(&Response::Geometric(pixel), &wavelengths);
         assert_eq!((colours.count(), colours.responses.len()), (4, 1));
         for rays in [1, 3, 10, 128] {

@@ -8,7 +8,7 @@ mod scenes;
 #[path = "../common/shots.rs"]
 mod shots;
 
-use quadpixel::effects::{Choice, Effect, Planned, Subject, Tolerance, Verdict, plan};
+use quadpixel::effects::{Choice, Effect, Planned, Shot, Tolerance, Verdict, plan};
 use quadpixel::render::truth::{ChiefRays, WhiteField};
 use quadpixel::render::{RenderSettings, Rendered};
 use scenes::Case;
@@ -18,27 +18,21 @@ const RAYS: RenderSettings = RenderSettings {
     seed: 11,
 };
 
-fn planned(subject: &Subject, choice: &Choice) -> Planned {
-    let geometry = ChiefRays::new(&subject.camera).geometry(&subject.camera, &subject.scene);
+fn planned(shot: &Shot, choice: &Choice) -> Planned {
+    let geometry = ChiefRays::new(&shot.camera).geometry(&shot.camera, &shot.scene);
     let depths = geometry.depth_mm.data().iter().filter(|d| **d > 0.0);
     let (near, far) = depths.fold((f32::INFINITY, 0f32), |(n, f), &d| (n.min(d), f.max(d)));
     let depths = [near, far].map(f64::from);
-    plan(
-        subject.clone(),
-        depths,
-        &RAYS,
-        choice,
-        &Tolerance::default(),
-    )
+    plan(shot.clone(), depths, &RAYS, choice, &Tolerance::default())
 }
 
-fn shoot(subject: &Subject, seed: u64) -> Rendered {
-    shots::shoot(&subject.camera, &subject.scene, 128, seed)
+fn shoot(shot: &Shot, seed: u64) -> Rendered {
+    shots::shoot(&shot.camera, &shot.scene, 128, seed)
 }
 
 /// RMS difference of the converged images over their mean, %, each in units of its white wall: from the products of two renders' differences, whose
 /// errors are independent, so that noise averages out instead of adding.
-fn difference_percent(whole: &Subject, less: &Subject) -> f64 {
+fn difference_percent(whole: &Shot, less: &Shot) -> f64 {
     let white = [whole, less].map(|s| WhiteField::new(&s.camera).reference_sr());
     let shots = [1, 2].map(|seed| [whole, less].map(|s| shoot(s, seed).image.mosaic));
     let value =
@@ -63,14 +57,14 @@ fn what_auto_leaves_out_is_below_the_tolerance_and_saves_rays() {
     let mut wrong = Vec::new();
     for Case {
         name,
-        subject,
+        shot,
         leaves_out,
     } in scenes::all()
     {
-        let auto = planned(&subject, &Choice::Auto);
+        let auto = planned(&shot, &Choice::Auto);
         let out = left_out(&auto);
-        let off = difference_percent(&subject, &auto.subject);
-        let rays = [&subject, &auto.subject].map(|s| shoot(s, 3).stats.rays);
+        let off = difference_percent(&shot, &auto.shot);
+        let rays = [&shot, &auto.shot].map(|s| shoot(s, 3).stats.rays);
         let told: Vec<String> = auto.decisions.iter().map(ToString::to_string).collect();
         println!(
             "{name}: {off:.3} %, rays {rays:?}, left out {out:?}\n  {}",
@@ -108,14 +102,14 @@ fn what_auto_leaves_out_is_below_the_tolerance_and_saves_rays() {
 #[test]
 fn a_plan_is_the_same_again_and_on_one_thread() {
     let case = scenes::simple();
-    let first = planned(&case.subject, &Choice::Auto).decisions;
-    let again = shots::on_threads(1, || planned(&case.subject, &Choice::Auto).decisions);
+    let first = planned(&case.shot, &Choice::Auto).decisions;
+    let again = shots::on_threads(1, || planned(&case.shot, &Choice::Auto).decisions);
     assert_eq!(first, again);
 }
 
 #[test]
 fn what_is_asked_for_is_done_whatever_the_tolerance() {
-    let (whole, simple) = (&scenes::demanding().subject, &scenes::simple().subject);
+    let (whole, simple) = (&scenes::demanding().shot, &scenes::simple().shot);
     // All: nothing is left out, not even what would not be seen, and nothing is estimated.
     let all = planned(simple, &Choice::All);
     assert!(left_out(&all).is_empty());

@@ -1,7 +1,7 @@
 //! The cheaper paths themselves: what they leave alone.
 
 use glam::DVec2;
-use quadpixel::effects::{Effect, Subject};
+use quadpixel::effects::{Effect, Shot};
 use quadpixel::em::PixelModel;
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::WaveSettings;
@@ -13,10 +13,10 @@ use quadpixel::spectrum::ChannelWavelengths;
 use super::shoot;
 use super::shots::{PHONE, camera, focused, wave_pixel, white};
 
-fn phone(response: &Response) -> Subject {
+fn phone(response: &Response) -> Shot {
     let lens = focused(PHONE, 500.0);
     let camera = camera(&lens, response, (16, 16), DVec2::new(0.8, -0.5));
-    Subject {
+    Shot {
         camera,
         scene: white(),
     }

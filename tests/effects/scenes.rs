@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use quadpixel::effects::{Effect, Subject};
+use quadpixel::effects::{Effect, Shot};
 use quadpixel::em::PixelStack;
 use quadpixel::lens::{FocusBy, Lens, Prescription, table1_defects};
 use quadpixel::render::Camera;
@@ -28,7 +28,7 @@ use Effect::{
 /// A scene and what `auto` is to leave out of it.
 pub struct Case {
     pub name: &'static str,
-    pub subject: Subject,
+    pub shot: Shot,
     pub leaves_out: Vec<Effect>,
 }
 
@@ -185,7 +185,7 @@ fn on_card(name: &'static str, make: &Make<'_>, over_focus: f64, leaves_out: &[E
     let scene = card(&camera, over_focus, 1.0);
     Case {
         name,
-        subject: Subject { camera, scene },
+        shot: Shot { camera, scene },
         leaves_out: leaves_out.to_vec(),
     }
 }
@@ -200,7 +200,7 @@ fn in_the_sun(
     let scene = corner_in_the_sun(&camera, reflectance);
     Case {
         name,
-        subject: Subject { camera, scene },
+        shot: Shot { camera, scene },
         leaves_out: leaves_out.to_vec(),
     }
 }
@@ -289,7 +289,7 @@ pub fn all() -> Vec<Case> {
         on_card(
             "f/22, large pixels, four wavelengths a channel",
             &Make {
-                wavelengths: ChannelWavelengths::of_bands(Bands::default()).unwrap(),
+                wavelengths: ChannelWavelengths::from_bands(Bands::default()).unwrap(),
                 ..Make::simple(wide())
             },
             1.0,
@@ -309,7 +309,7 @@ pub fn all() -> Vec<Case> {
         ),
         Case {
             name: "folded telephoto with the paper's defects",
-            subject: Subject {
+            shot: Shot {
                 scene: card(&perturbed_camera, 1.0, 1.0),
                 camera: perturbed_camera,
             },

@@ -15,7 +15,7 @@ use crate::support::{asphere, conic, stop, system, tilted};
 fn backward_rays(system: &OpticalSystem, image_mm: f64, count: usize) -> Vec<Ray> {
     let last = &system.surfaces[system.surfaces.len() - 1];
     let semi = last.aperture.semi_mm.min(3.0 * image_mm);
-    let paraxial = Paraxial::of_aligned(system);
+    let paraxial = Paraxial::from_aligned(system);
     // The additive recurrence of the plastic number's generalisation fills the four-cube evenly.
     let at = |i: usize, k: i32| (0.5 + i as f64 * 1.167_303_978_261_418_7_f64.powi(-k)).fract();
     (0..count)

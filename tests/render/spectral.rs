@@ -19,7 +19,7 @@ use super::{card, geometric};
 const DISK_SR: f64 = std::f64::consts::PI * 16.0 / 116.0;
 
 fn bands(bands: Bands) -> ChannelWavelengths {
-    ChannelWavelengths::of_bands(bands).unwrap()
+    ChannelWavelengths::from_bands(bands).unwrap()
 }
 
 /// A pixel of `subpixels` that share p(λ) evenly, whatever the direction.

@@ -104,7 +104,7 @@ fn the_tables_of_a_mosaic_are_those_of_its_colours() {
         ..TableSettings::new(Level::Rcwa, Preset::Draft, &stack)
     };
     let built = colours(&stack, &settings);
-    let bands = ChannelWavelengths::of_bands(Bands::default()).unwrap();
+    let bands = ChannelWavelengths::from_bands(Bands::default()).unwrap();
     let e = of_channels(&built, &bands).unwrap_err();
     assert!(e.to_string().contains("one of the table's"), "{e}");
     // Green light.
@@ -134,7 +134,7 @@ fn a_table_of_bands_takes_each_wavelength_from_the_microlenses_of_its_colour() {
     let mut stack = PixelStack::builtin("1.6um-bayer").unwrap();
     (stack.pitch_um, stack.silicon_um) = (0.6, 0.5);
     (stack.lens.radius_um, stack.lens.height_um) = (0.5, 0.5);
-    let channels = ChannelWavelengths::of_bands(Bands {
+    let channels = ChannelWavelengths::from_bands(Bands {
         wavelengths: 1,
         ..Bands::default()
     })

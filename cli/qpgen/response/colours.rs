@@ -107,7 +107,7 @@ fn channels(args: &ResponseArgs) -> Result<Option<ChannelWavelengths>, CommandEr
         wavelengths: args.band_wavelengths,
         ..Bands::default()
     };
-    let channels = ChannelWavelengths::of_bands(bands);
+    let channels = ChannelWavelengths::from_bands(bands);
     channels.map(Some).map_err(CommandError::input)
 }
 

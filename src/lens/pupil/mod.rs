@@ -169,7 +169,7 @@ impl ExitPupilMap {
 /// z of the plane to aim at and the paraxial pupil's semi-diameter in it: the exit pupil's own plane where it stands well in front
 /// of the sensor, else (telecentric, or behind the sensor) the last vertex's.
 fn aim_plane(system: &OpticalSystem) -> (f64, f64) {
-    let paraxial = Paraxial::of_aligned(system);
+    let paraxial = Paraxial::from_aligned(system);
     let sensor_z = system.sensor_z_mm;
     let last_z = system.surfaces[system.surfaces.len() - 1].pose.vertex_mm.z;
     let (pupil, back) = (sensor_z - paraxial.exit_pupil_z_mm, sensor_z - last_z);

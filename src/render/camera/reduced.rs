@@ -32,7 +32,7 @@ impl Camera {
         let tracers = tracers.collect::<Option<Vec<_>>>()?;
         Some(Self {
             colours: self.colours.of_one_wavelength(&self.systems, tracers),
-            wavelengths: ChannelWavelengths::of_bands(one).ok()?,
+            wavelengths: ChannelWavelengths::from_bands(one).ok()?,
             ..self.clone()
         })
     }
@@ -108,6 +108,6 @@ impl Camera {
     /// First-order optics of an optical system in the place of the lens.
     fn ideal(&self, system: &OpticalSystem) -> Option<Tracer> {
         let image_z_mm = self.paraxial.as_ref()?.image_z_mm(self.focus_distance_mm)?;
-        IdealLens::new(&Paraxial::of_aligned(system), image_z_mm, system.stop).map(Tracer::Ideal)
+        IdealLens::new(&Paraxial::from_aligned(system), image_z_mm, system.stop).map(Tracer::Ideal)
     }
 }

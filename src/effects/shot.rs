@@ -7,26 +7,26 @@ use crate::scene::world::PathSettings;
 
 /// A camera and what it looks at.
 #[derive(Clone, Debug)]
-pub struct Subject {
+pub struct Shot {
     /// The camera.
     pub camera: Camera,
     /// The scene.
     pub scene: Scene,
 }
 
-impl Subject {
+impl Shot {
     /// The same without an effect, by the renderer's cheaper path; `None` where the effect is not there, or has no such path.
     pub fn without(&self, effect: Effect) -> Option<Self> {
-        let seen_by = |camera| Self {
+        let with_camera = |camera| Self {
             camera,
             scene: self.scene.clone(),
         };
         match effect {
-            Effect::PixelDiffraction => self.camera.without_pixel_diffraction().map(seen_by),
-            Effect::CraVariation => self.camera.without_chief_ray_variation().map(seen_by),
-            Effect::Wavelengths => self.camera.without_band_width().map(seen_by),
-            Effect::Dispersion => self.camera.without_dispersion().map(seen_by),
-            Effect::Aberrations => self.camera.without_aberrations().map(seen_by),
+            Effect::PixelDiffraction => self.camera.without_pixel_diffraction().map(with_camera),
+            Effect::CraVariation => self.camera.without_chief_ray_variation().map(with_camera),
+            Effect::Wavelengths => self.camera.without_band_width().map(with_camera),
+            Effect::Dispersion => self.camera.without_dispersion().map(with_camera),
+            Effect::Aberrations => self.camera.without_aberrations().map(with_camera),
             Effect::GlobalIllumination => self.in_direct_light(),
             Effect::Vignetting | Effect::Occlusion | Effect::Noise => None,
         }
