@@ -9,6 +9,7 @@ mod correction;
 mod depth;
 mod disparity_cli;
 mod formats;
+mod no_truth;
 mod on_a_sample;
 mod quiet;
 mod score;
