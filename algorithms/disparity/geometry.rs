@@ -1,7 +1,5 @@
 //! Where the windows lie, and which way they may move.
 
-use super::MatchSettings;
-
 /// Reach of the Lanczos kernel (a = 4) beyond the window, px.
 pub(super) const TAPS_PX: usize = 4;
 
@@ -38,15 +36,19 @@ pub struct Grid {
 
 impl Grid {
     /// For a picture of `width × height`; `None` where no window fits.
-    pub(super) fn new(width: usize, height: usize, settings: &MatchSettings) -> Option<Self> {
-        let first_px = settings.window_px / 2 + TAPS_PX;
-        let count =
-            |size: usize| Some((size.checked_sub(2 * first_px + 1)?) / settings.stride_px + 1);
+    pub(super) fn new(
+        width: usize,
+        height: usize,
+        window_px: usize,
+        stride_px: usize,
+    ) -> Option<Self> {
+        let first_px = window_px / 2 + TAPS_PX;
+        let count = |size: usize| Some((size.checked_sub(2 * first_px + 1)?) / stride_px + 1);
         Some(Self {
             columns: count(width)?,
             rows: count(height)?,
             first_px,
-            stride_px: settings.stride_px,
+            stride_px,
         })
     }
 

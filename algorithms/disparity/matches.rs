@@ -1,6 +1,6 @@
 //! What matching finds: shifts with their covariances, and whether they can be trusted.
 
-use super::Grid;
+use super::geometry::Grid;
 
 /// Whether a match can be trusted, and if not, why.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

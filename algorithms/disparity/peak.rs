@@ -1,6 +1,7 @@
 //! The best shift on a surface of correlations, and whether it can be believed.
 
-use super::{Limits, Verdict};
+use super::matches::Verdict;
+use super::settings::Limits;
 
 /// A summit farther than this from the largest value, px, is not believed.
 const FARTHEST: f64 = 0.75;

@@ -2,7 +2,7 @@
 
 use quadpixel::image::Image;
 
-use super::MatchError;
+use super::error::MatchError;
 
 /// Samples behind the last one.
 pub(super) const PADDING: usize = 40;

@@ -1,8 +1,9 @@
 //! A window of the reference with all that belongs to it alone: gradient, p and H⁻¹ (see [`super::refine`]).
 
 use super::lanes::{LANES, Lanes};
+use super::matches::{Verdict, largest_eigenvalue};
 use super::plane::{PADDING, Plane, WindowStatistics};
-use super::{MatchSettings, Verdict, largest_eigenvalue};
+use super::settings::MatchSettings;
 
 /// Central difference of sixth order: ∂f ≈ Σ DIFFERENCE\[k\] (f₊ₖ₊₁ − f₋ₖ₋₁). Where the texture lies, it is within a few
 /// per cent of the slope of the sampled b, so that a step leaves as little of the error; the fourth order leaves 15 %, the
@@ -112,7 +113,7 @@ impl<'v, 'p> Reference<'v, 'p> {
         }
         let energy = 1.0 / (inverse_norm * inverse_norm);
         let mean = f64::from(view.statistics.mean[centre]);
-        let [sx, sy, xx, xy, yy, ax, ay] = moments.of::<V>([x, y], shape);
+        let [sx, sy, xx, xy, yy, ax, ay] = moments.about::<V>([x, y], shape);
         let (ax, ay) = (ax - mean * sx, ay - mean * sy);
         let n = shape.n;
         let hessian = [
@@ -154,8 +155,8 @@ impl<'v, 'p> Moments<'v, 'p> {
 
     /// Of the window about (x, y), which must lie inside.
     #[inline(always)]
-    fn of<V: Lanes>(&mut self, [x, y]: [usize; 2], shape: &Shape) -> [f64; MOMENTS] {
-        let known = self.rows.iter().position(|(of, _)| *of == y);
+    fn about<V: Lanes>(&mut self, [x, y]: [usize; 2], shape: &Shape) -> [f64; MOMENTS] {
+        let known = self.rows.iter().position(|(row, _)| *row == y);
         let place = known.unwrap_or(self.rows.len());
         if known.is_none() {
             self.rows.push((y, columns::<V>(self.view, y, shape)));

@@ -16,11 +16,12 @@ use super::geometry::Grid;
 use super::lanes::Lanes;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::avx2;
+use super::matches::{Match, Verdict, largest_eigenvalue};
 use super::peak::Peak;
-use super::plane::{Plane, WindowStatistics};
+use super::prepared::Prepared;
 use super::reference::{Moments, Reference, Shape, View};
 use super::sampler::Sampler;
-use super::{Match, MatchSettings, Verdict, largest_eigenvalue};
+use super::settings::MatchSettings;
 use quadpixel::simd::SimdLevel;
 
 /// Longest step, px.
@@ -37,85 +38,74 @@ const NEXT_TO_PX: f64 = 0.1;
 /// Farther than this from the peak of the correlation, px, is another peak.
 const FARTHEST_PX: f64 = 1.5;
 
-/// Refines `starts` (one a node) and passes the verdict.
+/// Refines `starts` (one per node) and passes the verdict.
 pub(super) fn refine(
-    a: &Plane,
-    b: &Plane,
-    statistics: &[WindowStatistics; 2],
-    grid: &Grid,
+    pictures: &Prepared,
     starts: &[Peak],
     settings: &MatchSettings,
     level: SimdLevel,
 ) -> Vec<Match> {
-    let [of_a, of_b] = statistics;
-    let views = [View::new(a, of_a), View::new(b, of_b)];
+    let [of_a, of_b] = &pictures.statistics;
+    let pass = Pass {
+        views: [View::new(&pictures.a, of_a), View::new(&pictures.b, of_b)],
+        grid: pictures.grid,
+        shape: Shape::new(settings),
+        settings,
+    };
     starts
-        .par_chunks(grid.columns)
+        .par_chunks(pictures.grid.columns)
         .enumerate()
-        .flat_map_iter(|(row, starts)| pass(&views, grid, row, starts, settings, level))
+        .flat_map_iter(|(row, starts)| pass.row(row, starts, level))
         .collect()
 }
 
-/// One row of nodes, with the widest instructions; they change the speed only (1.5 times), never a bit.
-fn pass(
-    views: &[View<'_>; 2],
-    grid: &Grid,
-    row: usize,
-    starts: &[Peak],
-    settings: &MatchSettings,
-    level: SimdLevel,
-) -> Vec<Match> {
+/// What the rows of nodes have in common.
+struct Pass<'a> {
+    views: [View<'a>; 2],
+    grid: Grid,
+    shape: Shape,
+    settings: &'a MatchSettings,
+}
+
+impl Pass<'_> {
+    /// One row of nodes, with the widest instructions; they change the speed only (1.5 times), never a bit.
+    fn row(&self, row: usize, starts: &[Peak], level: SimdLevel) -> Vec<Match> {
+        #[cfg(target_arch = "x86_64")]
+        if level >= SimdLevel::Avx2 {
+            // SAFETY: `detect` found AVX2 or more on this CPU.
+            return unsafe { self.row_avx2(row, starts) };
+        }
+        self.row_with::<[f32; 8]>(row, starts)
+    }
+
     #[cfg(target_arch = "x86_64")]
-    if level >= SimdLevel::Avx2 {
-        // SAFETY: `detect` found AVX2 or more on this CPU.
-        return unsafe { pass_avx2(views, grid, row, starts, settings) };
+    #[target_feature(enable = "avx2")]
+    fn row_avx2(&self, row: usize, starts: &[Peak]) -> Vec<Match> {
+        self.row_with::<avx2::Register>(row, starts)
     }
-    pass_with::<[f32; 8]>(views, grid, row, starts, settings)
-}
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn pass_avx2(
-    views: &[View<'_>; 2],
-    grid: &Grid,
-    row: usize,
-    starts: &[Peak],
-    settings: &MatchSettings,
-) -> Vec<Match> {
-    pass_with::<avx2::Register>(views, grid, row, starts, settings)
-}
-
-#[inline(always)]
-fn pass_with<V: Lanes>(
-    [a, b]: &[View<'_>; 2],
-    grid: &Grid,
-    row: usize,
-    starts: &[Peak],
-    settings: &MatchSettings,
-) -> Vec<Match> {
-    let shape = Shape::new(settings);
-    let mut sampler = Sampler::new();
-    let mut moments = [Moments::new(a), Moments::new(b)];
-    let mut shrink = SHRINK;
-    let mut matches: Vec<Match> = Vec::with_capacity(starts.len());
-    for (column, start) in starts.iter().enumerate() {
-        let at = grid.pixel(row * grid.columns + column);
-        let found = if start.verdict == Verdict::Valid {
-            let first = first_guess(start, matches.last());
-            one::<V>(
-                [a, b],
-                at.into(),
-                (start, first),
-                &shape,
-                (&mut moments, &mut sampler, &mut shrink),
-                settings,
-            )
-        } else {
-            Err(start.verdict)
+    #[inline(always)]
+    fn row_with<V: Lanes>(&self, row: usize, starts: &[Peak]) -> Vec<Match> {
+        let [a, b] = &self.views;
+        let mut refiner = Refiner {
+            pass: self,
+            sampler: Sampler::new(&self.shape),
+            moments: [Moments::new(a), Moments::new(b)],
+            shrink: SHRINK,
         };
-        matches.push(found.unwrap_or_else(|why| Match::rejected(why, start.zncc.into())));
+        let mut matches: Vec<Match> = Vec::with_capacity(starts.len());
+        for (column, start) in starts.iter().enumerate() {
+            let at = self.grid.pixel(row * self.grid.columns + column);
+            let refined = if start.verdict == Verdict::Valid {
+                let first = first_guess(start, matches.last());
+                refiner.window::<V>(at.into(), start, first)
+            } else {
+                Err(start.verdict)
+            };
+            matches.push(refined.unwrap_or_else(|why| Match::rejected(why, start.zncc.into())));
+        }
+        matches
     }
-    matches
 }
 
 /// Where to begin: on the peak, or where the node to the left ended if that is next to it: most of its window is the same.
@@ -132,61 +122,21 @@ fn first_guess(start: &Peak, left: Option<&Match>) -> [f64; 2] {
     }
 }
 
-/// One window: A to B, tests, and back.
-#[inline(always)]
-fn one<V: Lanes>(
-    [a, b]: [&View<'_>; 2],
+/// Refines the windows of one row, one after the other.
+struct Refiner<'p, 'a> {
+    pass: &'p Pass<'a>,
+    sampler: Sampler<'p>,
+    moments: [Moments<'p, 'a>; 2],
+    /// By which factor the second step of a window is expected to be shorter than its first.
+    shrink: f64,
+}
+
+/// Where an iteration begins, and when it ends.
+struct Start {
+    /// The reference's pixel.
     at: [usize; 2],
-    (start, first): (&Peak, [f64; 2]),
-    shape: &Shape,
-    (moments, sampler, shrink): (&mut [Moments<'_, '_>; 2], &mut Sampler, &mut f64),
-    settings: &MatchSettings,
-) -> Result<Match, Verdict> {
-    let limits = &settings.limits;
-    let [of_a, of_b] = moments;
-    let reference = Reference::new::<V>(of_a, at, shape)?;
-    let fit = solve::<V>(
-        &reference,
-        b,
-        at,
-        first,
-        settings.last_step_px,
-        shape,
-        (sampler, shrink),
-    )?;
-    if fit.zncc < limits.zncc {
-        return Err(Verdict::LowCorrelation);
-    }
-    if largest_eigenvalue(fit.covariance_px2).sqrt() > limits.deviation_px {
-        return Err(Verdict::Uncertain);
-    }
-    if fit.d.iter().any(|d| d.abs() > settings.search_px as f64) {
-        return Err(Verdict::SearchEdge);
-    }
-    // The way back starts from the peak: from the end of the way there it could only agree.
-    let back_at = [0, 1].map(|i| at[i].wrapping_add_signed(start.whole[i] as isize));
-    let reference = Reference::new::<V>(of_b, back_at, shape)?;
-    let last = LAST_STEP_BACK * limits.forward_backward_px;
-    let back = solve::<V>(
-        &reference,
-        a,
-        back_at,
-        start.position().map(|d| -d),
-        last,
-        shape,
-        (sampler, shrink),
-    )?;
-    let apart = (fit.d[0] + back.d[0]).hypot(fit.d[1] + back.d[1]);
-    if apart > limits.forward_backward_px {
-        return Err(Verdict::Inconsistent);
-    }
-    Ok(Match {
-        dx_px: fit.d[0],
-        dy_px: fit.d[1],
-        covariance_px2: fit.covariance_px2,
-        zncc: fit.zncc,
-        verdict: Verdict::Valid,
-    })
+    d: [f64; 2],
+    last_step_px: f64,
 }
 
 /// Where the iteration ended.
@@ -196,67 +146,121 @@ struct Fit {
     zncc: f64,
 }
 
-#[inline(always)]
-fn solve<V: Lanes>(
-    reference: &Reference<'_, '_>,
-    b: &View<'_>,
-    at: [usize; 2],
-    start: [f64; 2],
-    last_step_px: f64,
-    shape: &Shape,
-    (sampler, shrink_of_first): (&mut Sampler, &mut f64),
-) -> Result<Fit, Verdict> {
-    let mut d = start;
-    let mut last: Option<([f64; 2], [f64; 2], f64)> = None;
-    for step_count in 0..MOST_STEPS {
-        let sums = sampler.correlate::<V>(reference, b, at, d, shape)?;
-        if sums.bb <= 0.0 || sums.ab <= 0.0 {
+impl<'p, 'a> Refiner<'p, 'a> {
+    /// One window: A to B from `first`, tests, and back.
+    #[inline(always)]
+    fn window<V: Lanes>(
+        &mut self,
+        at: [usize; 2],
+        start: &Peak,
+        first: [f64; 2],
+    ) -> Result<Match, Verdict> {
+        let Pass {
+            views: [a, b],
+            shape,
+            settings,
+            ..
+        } = self.pass;
+        let limits = &settings.limits;
+        let reference = Reference::new::<V>(&mut self.moments[0], at, shape)?;
+        let there = Start {
+            at,
+            d: first,
+            last_step_px: settings.last_step_px,
+        };
+        let fit = self.solve::<V>(&reference, b, &there)?;
+        if fit.zncc < limits.zncc {
             return Err(Verdict::LowCorrelation);
         }
-        let gain = sums.ab / sums.bb;
-        let slope = [-gain * sums.pb[0], -gain * sums.pb[1]];
-        let [xx, xy, yy] = reference.inverse_hessian;
-        let newton = [xx * slope[0] + xy * slope[1], xy * slope[0] + yy * slope[1]];
-        let step = match last {
-            Some((d_last, newton_last, _)) => secant(d, newton, d_last, newton_last),
-            None => newton,
+        if largest_eigenvalue(fit.covariance_px2).sqrt() > limits.deviation_px {
+            return Err(Verdict::Uncertain);
         }
-        .map(|s| s.clamp(-LONGEST_STEP_PX, LONGEST_STEP_PX));
-        let at_newton = d;
-        d = [d[0] + step[0], d[1] + step[1]];
-        if (d[0] - start[0]).abs().max((d[1] - start[1]).abs()) > FARTHEST_PX {
-            return Err(Verdict::NotConverged);
+        if fit.d.iter().any(|d| d.abs() > settings.search_px as f64) {
+            return Err(Verdict::SearchEdge);
         }
-        let length = step[0].hypot(step[1]);
-        // The second step shows by which factor steps shrink here; the next window is told.
-        let shrink = match last {
-            Some((_, newton_last, last_length)) => {
-                if step_count == 1 {
-                    let ratio = newton[0].hypot(newton[1]) / newton_last[0].hypot(newton_last[1]);
-                    *shrink_of_first = ratio.min(0.9);
-                }
-                (length / last_length).min(1.0)
-            }
-            None => *shrink_of_first,
+        // The way back starts from the peak: from the end of the way there it could only agree.
+        let back_at = [0, 1].map(|i| at[i].wrapping_add_signed(start.whole[i] as isize));
+        let reference = Reference::new::<V>(&mut self.moments[1], back_at, shape)?;
+        let way_back = Start {
+            at: back_at,
+            d: start.position().map(|d| -d),
+            last_step_px: LAST_STEP_BACK * limits.forward_backward_px,
         };
-        // What they still have to go is a geometric series; steps that do not shrink never end.
-        if length * shrink < last_step_px * (1.0 - shrink) {
-            let explained = slope[0] * step[0] + slope[1] * step[1];
-            let residual = (reference.energy - gain * sums.ab - explained).max(0.0);
-            let variance = residual / shape.degrees_of_freedom;
-            // The kernel thins b's noise by `thinning` in the residual, but hardly in the band of the texture, where it counts:
-            // with both images equally noisy, put that back.
-            let g2 = gain * gain;
-            let scale = variance * (1.0 + g2) / (1.0 + g2 * sums.thinning);
-            return Ok(Fit {
-                d,
-                covariance_px2: [scale * xx, scale * xy, scale * yy],
-                zncc: sums.ab / (sums.bb * reference.energy).sqrt(),
-            });
+        let back = self.solve::<V>(&reference, a, &way_back)?;
+        let apart = (fit.d[0] + back.d[0]).hypot(fit.d[1] + back.d[1]);
+        if apart > limits.forward_backward_px {
+            return Err(Verdict::Inconsistent);
         }
-        last = Some((at_newton, newton, length));
+        Ok(Match {
+            dx_px: fit.d[0],
+            dy_px: fit.d[1],
+            covariance_px2: fit.covariance_px2,
+            zncc: fit.zncc,
+            verdict: Verdict::Valid,
+        })
     }
-    Err(Verdict::NotConverged)
+
+    /// Gauss–Newton steps from `start` in `b`, until what they still have to go is short.
+    #[inline(always)]
+    fn solve<V: Lanes>(
+        &mut self,
+        reference: &Reference<'_, '_>,
+        b: &View<'_>,
+        start: &Start,
+    ) -> Result<Fit, Verdict> {
+        let mut d = start.d;
+        let mut last: Option<([f64; 2], [f64; 2], f64)> = None;
+        for step_count in 0..MOST_STEPS {
+            let sums = self.sampler.correlate::<V>(reference, b, start.at, d)?;
+            if sums.bb <= 0.0 || sums.ab <= 0.0 {
+                return Err(Verdict::LowCorrelation);
+            }
+            let gain = sums.ab / sums.bb;
+            let slope = [-gain * sums.pb[0], -gain * sums.pb[1]];
+            let [xx, xy, yy] = reference.inverse_hessian;
+            let newton = [xx * slope[0] + xy * slope[1], xy * slope[0] + yy * slope[1]];
+            let step = match last {
+                Some((d_last, newton_last, _)) => secant(d, newton, d_last, newton_last),
+                None => newton,
+            }
+            .map(|s| s.clamp(-LONGEST_STEP_PX, LONGEST_STEP_PX));
+            let at_newton = d;
+            d = [d[0] + step[0], d[1] + step[1]];
+            if (d[0] - start.d[0]).abs().max((d[1] - start.d[1]).abs()) > FARTHEST_PX {
+                return Err(Verdict::NotConverged);
+            }
+            let length = step[0].hypot(step[1]);
+            // The second step shows by which factor steps shrink here; the next window is told.
+            let shrink = match last {
+                Some((_, newton_last, last_length)) => {
+                    if step_count == 1 {
+                        let ratio =
+                            newton[0].hypot(newton[1]) / newton_last[0].hypot(newton_last[1]);
+                        self.shrink = ratio.min(0.9);
+                    }
+                    (length / last_length).min(1.0)
+                }
+                None => self.shrink,
+            };
+            // What they still have to go is a geometric series; steps that do not shrink never end.
+            if length * shrink < start.last_step_px * (1.0 - shrink) {
+                let explained = slope[0] * step[0] + slope[1] * step[1];
+                let residual = (reference.energy - gain * sums.ab - explained).max(0.0);
+                let variance = residual / self.pass.shape.degrees_of_freedom;
+                // The kernel thins b's noise by `thinning` in the residual, but hardly in the band of the texture, where it counts:
+                // with both images equally noisy, put that back.
+                let g2 = gain * gain;
+                let scale = variance * (1.0 + g2) / (1.0 + g2 * sums.thinning);
+                return Ok(Fit {
+                    d,
+                    covariance_px2: [scale * xx, scale * xy, scale * yy],
+                    zncc: sums.ab / (sums.bb * reference.energy).sqrt(),
+                });
+            }
+            last = Some((at_newton, newton, length));
+        }
+        Err(Verdict::NotConverged)
+    }
 }
 
 /// The step from `d` where steps shrink by a constant factor: with the last two, the best mixture of where they lead (Anderson

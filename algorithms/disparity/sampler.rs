@@ -1,8 +1,8 @@
 //! Windows of the other picture at a fraction of a pixel, and their sums with the reference.
 
-use super::Verdict;
 use super::geometry::TAPS_PX;
 use super::lanes::{LANES, Lanes};
+use super::matches::Verdict;
 use super::reference::{LARGEST, Reference, Shape, VECTORS, View};
 use crate::warp::weights::{TAPS, weights};
 
@@ -18,13 +18,16 @@ pub(super) struct Sums {
 }
 
 /// Samples windows of b: all rows under the kernel are filtered along x, then along y.
-pub(super) struct Sampler {
+pub(super) struct Sampler<'s> {
+    shape: &'s Shape,
     rows: [[f32; VECTORS * LANES]; LARGEST + TAPS - 1],
 }
 
-impl Sampler {
-    pub fn new() -> Self {
+impl<'s> Sampler<'s> {
+    /// For windows of `shape`.
+    pub fn new(shape: &'s Shape) -> Self {
         Self {
+            shape,
             rows: [[0.0; VECTORS * LANES]; LARGEST + TAPS - 1],
         }
     }
@@ -37,8 +40,8 @@ impl Sampler {
         b: &View<'_>,
         at: [usize; 2],
         d: [f64; 2],
-        shape: &Shape,
     ) -> Result<Sums, Verdict> {
+        let shape = self.shape;
         let whole = d.map(|d| d.floor());
         let before = (shape.window / 2 + TAPS_PX - 1) as i64;
         let high = shape.window + TAPS - 1;
@@ -66,7 +69,7 @@ impl Sampler {
                 filter(&weights, samples).store(&mut out[lane..]);
             }
         }
-        let [b, bb, ab, xb, yb] = self.products::<V>(reference, &wy, mean, shape);
+        let [b, bb, ab, xb, yb] = self.products::<V>(reference, &wy, mean);
         let n = shape.n;
         let ab = ab - reference.mean * b;
         let along =
@@ -87,8 +90,8 @@ impl Sampler {
         reference: &Reference<'_, '_>,
         wy: &[f32; TAPS],
         mean: f32,
-        shape: &Shape,
     ) -> [f64; 5] {
+        let shape = self.shape;
         let view = reference.view;
         let [gx, gy] = &view.gradient;
         let (mean, weights) = (V::splat(mean), splat::<V>(wy));

@@ -8,10 +8,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::geometry::{Axes, Grid};
+use super::matches::Verdict;
 use super::peak::{Peak, Surface};
-use super::plane::{Plane, WindowStatistics};
+use super::prepared::Prepared;
+use super::settings::{DIRECT_SEARCH_PX, MatchSettings};
 use super::tile::{self, Pair, Scores};
-use super::{DIRECT_SEARCH_PX, MatchSettings, Verdict};
 use quadpixel::simd::SimdLevel;
 
 /// Reach of the search about a coarse guess, px: it covers half a coarse pixel and the change between coarse nodes.
@@ -19,42 +20,27 @@ const LOCAL_RADIUS: i32 = 2;
 
 /// The best whole-pixel shift at each node.
 pub(super) fn whole_pixels(
-    a: &Plane,
-    b: &Plane,
-    statistics: &[WindowStatistics; 2],
-    grid: &Grid,
+    pictures: &Prepared,
     settings: &MatchSettings,
     level: SimdLevel,
 ) -> Vec<Peak> {
+    let grid = &pictures.grid;
+    let task = Task::new(pictures, settings);
     if settings.search_px > DIRECT_SEARCH_PX {
-        let (coarse_a, coarse_b) = (a.halved(), b.halved());
         let coarse_settings = MatchSettings {
             // One more, so that a match within the range does not lie at the coarse range's end.
             search_px: settings.search_px.div_ceil(2) + 1,
             ..*settings
         };
-        if let Some(coarse_grid) = Grid::new(coarse_a.width, coarse_a.height, &coarse_settings) {
-            let half = settings.window_px / 2;
-            let coarse_statistics = [
-                WindowStatistics::new(&coarse_a, half),
-                WindowStatistics::new(&coarse_b, half),
-            ];
-            let coarse = whole_pixels(
-                &coarse_a,
-                &coarse_b,
-                &coarse_statistics,
-                &coarse_grid,
-                &coarse_settings,
-                level,
-            );
-            let task = Task::new(a, b, statistics, grid, settings);
+        let (a, b) = (pictures.a.halved(), pictures.b.halved());
+        if let Some(halved) = Prepared::from_planes(a, b, &coarse_settings) {
+            let coarse = whole_pixels(&halved, &coarse_settings, level);
             return (0..grid.len())
                 .into_par_iter()
-                .map(|node| task.about_guess(node, &guess(&coarse, &coarse_grid, grid, node)))
+                .map(|node| task.about_guess(node, &guess(&coarse, &halved.grid, grid, node)))
                 .collect();
         }
     }
-    let task = Task::new(a, b, statistics, grid, settings);
     let bands: Vec<Vec<Peak>> = (0..grid.rows.div_ceil(tile::ROWS))
         .into_par_iter()
         .map(|band| {
@@ -86,27 +72,15 @@ fn guess(coarse: &[Peak], coarse_grid: &Grid, grid: &Grid, node: usize) -> Peak 
 
 /// All that one search needs.
 pub(super) struct Task<'a> {
-    a: &'a Plane,
-    b: &'a Plane,
-    statistics: &'a [WindowStatistics; 2],
-    grid: &'a Grid,
+    pictures: &'a Prepared,
     settings: &'a MatchSettings,
     radius: [i32; 2],
 }
 
 impl<'a> Task<'a> {
-    pub fn new(
-        a: &'a Plane,
-        b: &'a Plane,
-        statistics: &'a [WindowStatistics; 2],
-        grid: &'a Grid,
-        settings: &'a MatchSettings,
-    ) -> Self {
+    pub fn new(pictures: &'a Prepared, settings: &'a MatchSettings) -> Self {
         Self {
-            a,
-            b,
-            statistics,
-            grid,
+            pictures,
             settings,
             radius: radius(settings.axes, settings.search_px as i32),
         }
@@ -116,12 +90,9 @@ impl<'a> Task<'a> {
     pub fn pair(&self) -> Pair<'_> {
         // No window reaches B from farther than this: the search may be wider than a small picture.
         let reach = |size: usize| (size - self.settings.window_px) as i32;
-        let [width, height] = [self.a.width, self.a.height].map(reach);
+        let [width, height] = [self.pictures.a.width, self.pictures.a.height].map(reach);
         Pair {
-            a: self.a,
-            b: self.b,
-            statistics: self.statistics,
-            grid: self.grid,
+            pictures: self.pictures,
             window: self.settings.window_px,
             radius: [self.radius[0].min(width), self.radius[1].min(height)],
         }
@@ -130,7 +101,7 @@ impl<'a> Task<'a> {
     /// The whole range of shifts for some rows of nodes.
     fn band(&self, rows: Range<usize>, level: SimdLevel) -> Vec<Peak> {
         let pair = self.pair();
-        let columns = self.grid.columns;
+        let columns = self.pictures.grid.columns;
         let a_tile = tile::columns(self.settings.window_px, self.settings.stride_px);
         let mut peaks = vec![Peak::none(Verdict::Outside); rows.len() * columns];
         for first in (0..columns).step_by(a_tile) {
@@ -139,28 +110,21 @@ impl<'a> Task<'a> {
             for row in 0..rows.len() {
                 let to = &mut peaks[row * columns..][across.clone()];
                 let node = (rows.start + row) * columns + first;
-                self.peaks(node, &scores, row, pair.radius, to);
+                self.peaks(node, &scores, row, to);
             }
         }
         peaks
     }
 
     /// Peaks of a row of a tile, whose first node is `node`.
-    fn peaks(
-        &self,
-        node: usize,
-        scores: &Scores,
-        row: usize,
-        radius: [i32; 2],
-        peaks: &mut [Peak],
-    ) {
+    fn peaks(&self, node: usize, scores: &Scores, row: usize, peaks: &mut [Peak]) {
         let limits = &self.settings.limits;
         let summits = scores.summits(row, limits);
         for (i, (peak, summit)) in peaks.iter_mut().zip(summits).enumerate() {
             *peak = if self.is_flat(node + i) {
                 Peak::none(Verdict::Textureless)
             } else if let Some((index, high)) = summit {
-                let surface = scores.surface(row, i, radius);
+                let surface = scores.surface(row, i);
                 surface.judge(index, Some(high), self.settings.axes.free(), limits)
             } else {
                 Peak::none(Verdict::Outside)
@@ -170,8 +134,8 @@ impl<'a> Task<'a> {
 
     /// Whether the window of A shows nothing.
     fn is_flat(&self, node: usize) -> bool {
-        let (x, y) = self.grid.pixel(node);
-        self.statistics[0].inverse_norm[y * self.a.width + x] == 0.0
+        let (x, y) = self.pictures.grid.pixel(node);
+        self.pictures.statistics[0].inverse_norm[y * self.pictures.a.width + x] == 0.0
     }
 
     /// A small range of shifts about twice the coarse shift, once moved if the best lies at its end.
@@ -196,7 +160,7 @@ impl<'a> Task<'a> {
     fn local(&self, node: usize, centre: [i32; 2]) -> Peak {
         let radius = radius(self.settings.axes, LOCAL_RADIUS);
         let [rx, ry] = radius;
-        let (x, y) = self.grid.pixel(node);
+        let (x, y) = self.pictures.grid.pixel(node);
         let surface: Vec<f32> = (-ry..=ry)
             .flat_map(|j| (-rx..=rx).map(move |i| [centre[0] + i, centre[1] + j]))
             .map(|shift| self.zncc([x, y], shift))
@@ -215,22 +179,22 @@ impl<'a> Task<'a> {
 
     /// ZNCC of one window at one shift, summed directly; the oracle of the box sums.
     fn zncc(&self, [x, y]: [usize; 2], [dx, dy]: [i32; 2]) -> f32 {
+        let Prepared { a, b, .. } = self.pictures;
         let half = self.settings.window_px / 2;
         let inside = |p: usize, d: i32, size: usize| {
             let q = p.checked_add_signed(d as isize)?;
             (q >= half && q + half < size).then_some(q)
         };
-        let (Some(xb), Some(yb)) = (inside(x, dx, self.a.width), inside(y, dy, self.a.height))
-        else {
+        let (Some(xb), Some(yb)) = (inside(x, dx, a.width), inside(y, dy, a.height)) else {
             return f32::NAN;
         };
         let window = self.settings.window_px;
-        let [of_a, of_b] = self.statistics;
-        let (ia, ib) = (y * self.a.width + x, yb * self.a.width + xb);
+        let [of_a, of_b] = &self.pictures.statistics;
+        let (ia, ib) = (y * a.width + x, yb * a.width + xb);
         let mut lanes = [0.0f64; 8];
         for k in 0..window {
-            let row_a = &self.a.row(y - half + k)[x - half..x - half + window];
-            let row_b = &self.b.row(yb - half + k)[xb - half..xb - half + window];
+            let row_a = &a.row(y - half + k)[x - half..x - half + window];
+            let row_b = &b.row(yb - half + k)[xb - half..xb - half + window];
             for (pa, pb) in row_a.chunks(8).zip(row_b.chunks(8)) {
                 for ((lane, &va), &vb) in lanes.iter_mut().zip(pa).zip(pb) {
                     *lane += f64::from(va * vb);
@@ -252,6 +216,7 @@ fn radius(axes: Axes, px: i32) -> [i32; 2] {
 #[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests {
     use super::*;
+    use crate::disparity::plane::Plane;
     use quadpixel::image::Image;
 
     fn noise(width: usize, height: usize, seed: u64) -> Plane {
@@ -264,7 +229,6 @@ mod tests {
 
     #[test]
     fn box_sums_give_the_correlation_that_direct_sums_give() {
-        let (a, b) = (noise(61, 47, 1), noise(61, 47, 2));
         for (window_px, stride_px, axes) in [
             (7, 3, Axes::Both),
             (5, 9, Axes::Both),
@@ -276,9 +240,9 @@ mod tests {
                 axes,
                 ..MatchSettings::default()
             };
-            let grid = Grid::new(61, 47, &settings).unwrap();
-            let statistics = [&a, &b].map(|p| WindowStatistics::new(p, window_px / 2));
-            let task = Task::new(&a, &b, &statistics, &grid, &settings);
+            let [a, b] = [1, 2].map(|seed| noise(61, 47, seed));
+            let pictures = Prepared::from_planes(a, b, &settings).unwrap();
+            let (grid, task) = (pictures.grid, Task::new(&pictures, &settings));
             let pair = task.pair();
             let [rx, ry] = task.radius;
             for level in SimdLevel::ALL {
@@ -288,7 +252,7 @@ mod tests {
                 let scores = pair.scores(0..grid.rows, 0..grid.columns, level);
                 for node in 0..grid.len() {
                     let (row, column) = (node / grid.columns, node % grid.columns);
-                    let surface = scores.surface(row, column, task.radius);
+                    let surface = scores.surface(row, column);
                     let mut values = surface.values().map(|(_, value)| value);
                     for dy in -ry..=ry {
                         for dx in -rx..=rx {

@@ -1,6 +1,10 @@
 //! What to match, and when a match is too bad to be used.
 
-use super::{Axes, MatchError};
+use super::error::MatchError;
+use super::geometry::Axes;
+
+/// Largest search, in pixels, done at full resolution; beyond it the search goes from coarse to fine.
+pub const DIRECT_SEARCH_PX: usize = 4;
 
 /// What to match and what to trust.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,9 +3,12 @@
 use quadpixel::image::Image;
 use quadpixel::simd::SimdLevel;
 
+use super::error::MatchError;
+use super::geometry::Grid;
+use super::prepared::Prepared;
 use super::search::Task;
+use super::settings::{DIRECT_SEARCH_PX, MatchSettings};
 use super::tile;
-use super::{DIRECT_SEARCH_PX, Grid, MatchError, MatchSettings, Prepared};
 
 /// ZNCC of every node at every whole-pixel shift.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,7 +24,7 @@ pub struct ZnccSurfaces {
 impl ZnccSurfaces {
     /// `ZNCC(d) = Σ ã(x) b̃(x+d) / √(Σã² Σb̃²)` of node `node`, row by row from d = −(`radius_px`); NaN where the window leaves B,
     /// 0 where a window shows nothing. Empty if there is no such node.
-    pub fn of(&self, node: usize) -> &[f32] {
+    pub fn at_node(&self, node: usize) -> &[f32] {
         let [x, y] = self.radius_px.map(|r| 2 * r + 1);
         self.values
             .get(node * x * y..(node + 1) * x * y)
@@ -31,12 +34,15 @@ impl ZnccSurfaces {
 
 /// The surfaces of single-channel `a` against `b`, as [`super::match_images`] makes and uses them; `settings.search_px` at most
 /// [`DIRECT_SEARCH_PX`].
+///
+/// # Errors
+/// As of [`super::match_images`], or a wider search.
 pub fn zncc_surfaces(
     a: &Image,
     b: &Image,
     settings: &MatchSettings,
 ) -> Result<ZnccSurfaces, MatchError> {
-    let prepared = Prepared::new(a, b, settings)?;
+    let pictures = Prepared::new(a, b, settings)?;
     if settings.search_px > DIRECT_SEARCH_PX {
         return Err(MatchError::Setting {
             name: "search",
@@ -44,13 +50,8 @@ pub fn zncc_surfaces(
             allowed: "1 to 4 px: farther shifts are searched from coarse to fine",
         });
     }
-    let Prepared {
-        a,
-        b,
-        grid,
-        statistics,
-    } = prepared;
-    let task = Task::new(&a, &b, &statistics, &grid, settings);
+    let task = Task::new(&pictures, settings);
+    let grid = pictures.grid;
     let pair = task.pair();
     let radius_px = pair.radius.map(|r| r as usize);
     let shifts = (2 * radius_px[0] + 1) * (2 * radius_px[1] + 1);
@@ -64,7 +65,7 @@ pub fn zncc_surfaces(
             for row in rows.clone() {
                 for column in columns.clone() {
                     let node = row * grid.columns + column;
-                    let surface = scores.surface(row - top, column - left, pair.radius);
+                    let surface = scores.surface(row - top, column - left);
                     for (shift, value) in surface.values() {
                         values[node * shifts + shift] = value;
                     }

@@ -19,18 +19,15 @@ use std::ops::Range;
 
 use quadpixel::simd::SimdLevel;
 
-use super::Limits;
-use super::geometry::Grid;
+use super::block_sums::{BlockSums, CHUNK, Lines};
 #[cfg(target_arch = "x86_64")]
 use super::lanes::avx2;
 use super::lanes::{LANES, Lanes};
 use super::peak::{Surface, high};
-use super::plane::{Plane, WindowStatistics};
+use super::phases::Phases;
+use super::prepared::Prepared;
+use super::settings::Limits;
 
-/// Vectors that are summed together.
-const VECTORS: usize = 4;
-/// Their lanes.
-const CHUNK: usize = VECTORS * LANES;
 /// Lanes of a full tile; its nodes are fewer by what the last window reaches over.
 const WIDTH: usize = 64;
 /// Rows of nodes in a tile.
@@ -38,10 +35,7 @@ pub(super) const ROWS: usize = 16;
 
 /// What a search compares.
 pub(super) struct Pair<'a> {
-    pub a: &'a Plane,
-    pub b: &'a Plane,
-    pub statistics: &'a [WindowStatistics; 2],
-    pub grid: &'a Grid,
+    pub pictures: &'a Prepared,
     pub window: usize,
     pub radius: [i32; 2],
 }
@@ -54,17 +48,18 @@ pub(super) fn columns(window: usize, stride: usize) -> usize {
 /// ZNCC \[row\]\[shift\]\[node\] of a tile; shifts row by row from the most negative; NaN where the window leaves B.
 pub(super) struct Scores {
     data: Vec<f32>,
+    radius: [i32; 2],
     shifts: usize,
     lanes: usize,
 }
 
 impl Scores {
     /// All shifts of one node of the tile.
-    pub fn surface(&self, row: usize, column: usize, radius: [i32; 2]) -> Surface<'_> {
+    pub fn surface(&self, row: usize, column: usize) -> Surface<'_> {
         Surface {
             zncc: &self.row(row)[column..],
             step: self.lanes,
-            radius,
+            radius: self.radius,
             centre: [0, 0],
         }
     }
@@ -104,58 +99,6 @@ impl Scores {
     }
 }
 
-/// Pixels of a plane by phases: \[row\]\[phase\]\[lane\], from pixel (x, y) on; `outside` beyond the plane.
-struct Phases {
-    data: Vec<f32>,
-    phases: usize,
-    lanes: usize,
-}
-
-impl Phases {
-    #[inline(always)]
-    fn new(
-        plane: (&[f32], usize),
-        from: [isize; 2],
-        [stride, phases, lanes, rows]: [usize; 4],
-        level: f32,
-        outside: f32,
-    ) -> Self {
-        let (pixels, width) = plane;
-        let mut data = vec![outside; rows * phases * lanes];
-        for (r, to) in data.chunks_exact_mut(phases * lanes).enumerate() {
-            let Some(y) = usize::try_from(from[1] + r as isize).ok() else {
-                continue;
-            };
-            let Some(row) = pixels.get(y * width..(y + 1) * width) else {
-                continue;
-            };
-            for (c, to) in to.chunks_exact_mut(lanes).enumerate() {
-                let first = from[0] + c as isize;
-                let skipped = (-first).max(0) as usize;
-                let skipped = skipped.div_ceil(stride).min(lanes);
-                let start = (first + (skipped * stride) as isize) as usize;
-                let Some(row) = row.get(start..) else {
-                    continue;
-                };
-                for (to, v) in to[skipped..].iter_mut().zip(row.iter().step_by(stride)) {
-                    *to = v - level;
-                }
-            }
-        }
-        Self {
-            data,
-            phases,
-            lanes,
-        }
-    }
-
-    #[inline(always)]
-    fn row(&self, r: usize) -> &[f32] {
-        let length = self.phases * self.lanes;
-        &self.data[r * length..(r + 1) * length]
-    }
-}
-
 impl Pair<'_> {
     /// All correlations of the nodes in `rows` × `columns`, with the widest instructions; they change the speed only.
     pub fn scores(&self, rows: Range<usize>, columns: Range<usize>, level: SimdLevel) -> Scores {
@@ -175,92 +118,39 @@ impl Pair<'_> {
 
     #[inline(always)]
     fn scores_with<V: Lanes>(&self, rows: Range<usize>, columns: Range<usize>) -> Scores {
-        let (window, stride) = (self.window, self.grid.stride_px);
+        let (window, stride) = (self.window, self.pictures.grid.stride_px);
         let (full, rest) = (window / stride, window % stride);
         let side = window.min(stride);
         let [rx, ry] = self.radius.map(|r| r as usize);
-        let lanes = (columns.len() + full + 1).next_multiple_of(CHUNK);
-        let blocks = rows.len() + full;
-        let half = window / 2;
-        let pixel = [columns.start, rows.start].map(|n| self.grid.first_px + n * stride);
-        let corner = pixel.map(|p| (p - half) as isize);
-        let shifted = |p: [isize; 2]| [p[0] - rx as isize, p[1] - ry as isize];
-
-        // The levels of the tile's first windows: sums of small numbers keep their digits.
-        let [of_a, of_b] = self.statistics;
-        let width = self.a.width;
-        let first = pixel[1] * width + pixel[0];
-        let levels = [of_a.mean[first], of_b.mean[first]];
-        let plane_rows = (blocks - 1) * stride + side;
-        let phases_b = stride.min(side + 2 * rx);
-        let lanes_b = lanes + (side + 2 * rx) / stride + 1;
-        let sizes_b = |rows| [stride, phases_b, lanes_b, rows];
-        let a = Phases::new(
-            (&self.a.data, width),
-            corner,
-            [stride, side, lanes, plane_rows],
-            levels[0],
-            0.0,
-        );
-        let b = Phases::new(
-            (&self.b.data, width),
-            shifted(corner),
-            sizes_b(plane_rows + 2 * ry),
-            levels[1],
-            0.0,
-        );
-        let centre = pixel.map(|p| p as isize);
-        let node_rows = (rows.len() - 1) * stride + 1;
-        let mean_a = Phases::new(
-            (&of_a.mean, width),
-            centre,
-            [stride, 1, lanes, node_rows],
-            levels[0],
-            0.0,
-        );
-        let norm_a = Phases::new(
-            (&of_a.inverse_norm, width),
-            centre,
-            [stride, 1, lanes, node_rows],
-            0.0,
-            f32::NAN,
-        );
-        let mean_b = Phases::new(
-            (&of_b.mean, width),
-            shifted(centre),
-            sizes_b(node_rows + 2 * ry),
-            levels[1],
-            0.0,
-        );
-        let norm_b = Phases::new(
-            (&of_b.inverse_norm, width),
-            shifted(centre),
-            sizes_b(node_rows + 2 * ry),
-            0.0,
-            f32::NAN,
-        );
-
+        let layout = Layout::new(self, &rows, &columns);
+        let (lanes, blocks) = (layout.lanes, layout.blocks);
+        let planes = TilePlanes::new(self, &layout, [rows.start, columns.start], rows.len());
         let shifts = (2 * rx + 1) * (2 * ry + 1);
         let mut scores = Scores {
             data: vec![f32::NAN; rows.len() * shifts * lanes],
+            radius: self.radius,
             shifts,
             lanes,
         };
-        let n = (window * window) as f32;
         // Sums over the full blocks of a row of blocks and its rest, [block][lane]: over all its rows, and the first `rest`.
         let mut across = [0, 1].map(|_| vec![0.0f32; blocks * lanes]);
         let mut sums = BlockSums::new(lanes, full);
-        // Where the phase and the lane of column c at shift dx lie in a row of b.
-        let place = |c: usize| c % stride * lanes_b + c / stride;
         let mut places = vec![0; side];
         for dy in 0..=2 * ry {
             for dx in 0..=2 * rx {
-                for (c, place_c) in places.iter_mut().enumerate() {
-                    *place_c = place(c + dx);
+                for (c, place) in places.iter_mut().enumerate() {
+                    *place = layout.place(c + dx);
                 }
                 for block in 0..blocks {
                     let line = block * stride;
-                    sums.add::<V>((&a, line), (&b, line + dy), &places, rest, side);
+                    let lines = Lines {
+                        a: &planes.a,
+                        line_a: line,
+                        b: &planes.b,
+                        line_b: line + dy,
+                        places: &places,
+                    };
+                    sums.add::<V>(&lines, rest, side);
                     let [all, part] = &mut across;
                     let to = block * lanes..(block + 1) * lanes;
                     sums.across::<V>(&mut all[to.clone()], &mut part[to], full);
@@ -268,26 +158,16 @@ impl Pair<'_> {
                 let shift = dy * (2 * rx + 1) + dx;
                 for row in 0..rows.len() {
                     let line = row * stride;
-                    let at = place(dx)..place(dx) + lanes;
-                    let (mean_b, norm_b) = (
-                        &mean_b.row(line + dy)[at.clone()],
-                        &norm_b.row(line + dy)[at],
-                    );
-                    let (mean_a, norm_a) = (mean_a.row(line), norm_a.row(line));
+                    let at = layout.place(dx)..layout.place(dx) + lanes;
                     let from = (row * shifts + shift) * lanes;
+                    let statistics = [
+                        planes.mean_a.row(line),
+                        planes.norm_a.row(line),
+                        &planes.mean_b.row(line + dy)[at.clone()],
+                        &planes.norm_b.row(line + dy)[at],
+                    ];
                     let out = &mut scores.data[from..from + lanes];
-                    let [all, part] = &across;
-                    let n = V::splat(n);
-                    for chunk in 0..lanes / LANES {
-                        let m = chunk * LANES;
-                        let mut sum = V::load(&part[(row + full) * lanes + m..]);
-                        for block in row..row + full {
-                            sum = sum.plus(V::load(&all[block * lanes + m..]));
-                        }
-                        let means = V::load(&mean_a[m..]).times(V::load(&mean_b[m..]));
-                        let norms = V::load(&norm_a[m..]).times(V::load(&norm_b[m..]));
-                        (sum.minus(n.times(means)).times(norms)).store(&mut out[m..]);
-                    }
+                    correlations::<V>(&across, statistics, row..row + full, window, out);
                 }
             }
         }
@@ -295,89 +175,136 @@ impl Pair<'_> {
     }
 }
 
-/// Sum of the products in some rows and columns of the blocks from lane `m` on.
+/// ZNCC of a row of nodes at one shift, from the sums `across` its rows of blocks (the full ones, and of the next one the rest) and
+/// the windows' means and inverse norms.
 #[inline(always)]
-fn products<V: Lanes>(
-    (a, line_a): (&Phases, usize),
-    (b, line_b): (&Phases, usize),
-    places: &[usize],
-    m: usize,
-    rows: Range<usize>,
-    columns: Range<usize>,
-) -> [V; VECTORS] {
-    let mut sum = [V::splat(0.0); VECTORS];
-    for r in rows {
-        let (row_a, row_b) = (a.row(line_a + r), b.row(line_b + r));
-        for c in columns.start..columns.end {
-            let of_a = &row_a[c * a.lanes + m..][..CHUNK];
-            let of_b = &row_b[places[c] + m..][..CHUNK];
-            for q in 0..VECTORS {
-                let product = V::load(&of_a[q * LANES..]).times(V::load(&of_b[q * LANES..]));
-                sum[q] = sum[q].plus(product);
-            }
+fn correlations<V: Lanes>(
+    across: &[Vec<f32>; 2],
+    [mean_a, norm_a, mean_b, norm_b]: [&[f32]; 4],
+    blocks: Range<usize>,
+    window: usize,
+    out: &mut [f32],
+) {
+    let lanes = out.len();
+    let n = V::splat((window * window) as f32);
+    let [all, part] = across;
+    for chunk in 0..lanes / LANES {
+        let m = chunk * LANES;
+        let mut sum = V::load(&part[blocks.end * lanes + m..]);
+        for block in blocks.start..blocks.end {
+            sum = sum.plus(V::load(&all[block * lanes + m..]));
         }
+        let means = V::load(&mean_a[m..]).times(V::load(&mean_b[m..]));
+        let norms = V::load(&norm_a[m..]).times(V::load(&norm_b[m..]));
+        (sum.minus(n.times(means)).times(norms)).store(&mut out[m..]);
     }
-    sum
 }
 
-/// Sums of products over blocks: all or the first `rest` of their rows, and the same of their columns; \[lane\].
-struct BlockSums {
-    /// All rows: all columns, the first ones.
-    all: [Vec<f32>; 2],
-    /// The first rows: all columns, the first ones.
-    part: [Vec<f32>; 2],
+/// How the planes of a tile are laid out.
+struct Layout {
+    stride: usize,
+    /// Columns of a block.
+    side: usize,
+    /// Rows of blocks.
+    blocks: usize,
+    lanes: usize,
+    /// Of B, which reaches farther by the search.
+    phases_b: usize,
+    lanes_b: usize,
 }
 
-impl BlockSums {
-    /// For so many lanes, and a window that reaches over `full` more.
-    fn new(lanes: usize, full: usize) -> Self {
-        let two = || [vec![0.0; lanes + full], vec![0.0; lanes + full]];
+impl Layout {
+    fn new(pair: &Pair<'_>, rows: &Range<usize>, columns: &Range<usize>) -> Self {
+        let (window, stride) = (pair.window, pair.pictures.grid.stride_px);
+        let (full, side) = (window / stride, window.min(stride));
+        let rx = pair.radius[0] as usize;
+        let lanes = (columns.len() + full + 1).next_multiple_of(CHUNK);
         Self {
-            all: two(),
-            part: two(),
+            stride,
+            side,
+            blocks: rows.len() + full,
+            lanes,
+            phases_b: stride.min(side + 2 * rx),
+            lanes_b: lanes + (side + 2 * rx) / stride + 1,
         }
     }
 
-    /// Of the blocks from a line of `a` and one of `b` on.
+    /// Where the phase and the lane of column c lie in a row of B.
     #[inline(always)]
-    fn add<V: Lanes>(
-        &mut self,
-        a: (&Phases, usize),
-        b: (&Phases, usize),
-        places: &[usize],
-        rest: usize,
-        side: usize,
-    ) {
-        for chunk in 0..a.0.lanes / CHUNK {
-            let m = chunk * CHUNK;
-            let corner = products::<V>(a, b, places, m, 0..rest, 0..rest);
-            let right = products::<V>(a, b, places, m, 0..rest, rest..side);
-            let below = products::<V>(a, b, places, m, rest..side, 0..rest);
-            let body = products::<V>(a, b, places, m, rest..side, rest..side);
-            for q in 0..VECTORS {
-                let at = m + q * LANES;
-                let (part, left) = (corner[q].plus(right[q]), corner[q].plus(below[q]));
-                corner[q].store(&mut self.part[1][at..]);
-                part.store(&mut self.part[0][at..]);
-                left.store(&mut self.all[1][at..]);
-                (part.plus(below[q].plus(body[q]))).store(&mut self.all[0][at..]);
-            }
-        }
+    fn place(&self, c: usize) -> usize {
+        c % self.stride * self.lanes_b + c / self.stride
     }
+}
 
-    /// Sums along a row of blocks, over the width of a window; the vectors' last lanes reach into the padding.
+/// Pixels, means and inverse norms of a tile by phases.
+struct TilePlanes {
+    a: Phases,
+    b: Phases,
+    mean_a: Phases,
+    norm_a: Phases,
+    mean_b: Phases,
+    norm_b: Phases,
+}
+
+impl TilePlanes {
+    /// Of `count` rows of nodes from the node in row `first[0]` and column `first[1]` on.
     #[inline(always)]
-    fn across<V: Lanes>(&self, all: &mut [f32], part: &mut [f32], full: usize) {
-        for chunk in 0..all.len() / LANES {
-            let m = chunk * LANES;
-            let mut sum_all = V::load(&self.all[1][m + full..]);
-            let mut sum_part = V::load(&self.part[1][m + full..]);
-            for block in 0..full {
-                sum_all = sum_all.plus(V::load(&self.all[0][m + block..]));
-                sum_part = sum_part.plus(V::load(&self.part[0][m + block..]));
-            }
-            sum_all.store(&mut all[m..]);
-            sum_part.store(&mut part[m..]);
+    fn new(pair: &Pair<'_>, layout: &Layout, first: [usize; 2], count: usize) -> Self {
+        let Prepared {
+            a,
+            b,
+            grid,
+            statistics: [of_a, of_b],
+        } = pair.pictures;
+        let stride = layout.stride;
+        let [rx, ry] = pair.radius.map(|r| r as usize);
+        let pixel = [first[1], first[0]].map(|n| grid.first_px + n * stride);
+        let corner = pixel.map(|p| (p - pair.window / 2) as isize);
+        let centre = pixel.map(|p| p as isize);
+        let shifted = |p: [isize; 2]| [p[0] - rx as isize, p[1] - ry as isize];
+        // The levels of the tile's first windows: sums of small numbers keep their digits.
+        let width = a.width;
+        let start = pixel[1] * width + pixel[0];
+        let levels = [of_a.mean[start], of_b.mean[start]];
+        let sizes_a = |phases, rows| [stride, phases, layout.lanes, rows];
+        let sizes_b = |rows| [stride, layout.phases_b, layout.lanes_b, rows + 2 * ry];
+        let plane_rows = (layout.blocks - 1) * stride + layout.side;
+        let node_rows = (count - 1) * stride + 1;
+        let phases = |values: &[f32], from, sizes, level, outside| {
+            Phases::new((values, width), from, sizes, level, outside)
+        };
+        let nan = f32::NAN;
+        Self {
+            a: phases(
+                &a.data,
+                corner,
+                sizes_a(layout.side, plane_rows),
+                levels[0],
+                0.0,
+            ),
+            b: phases(
+                &b.data,
+                shifted(corner),
+                sizes_b(plane_rows),
+                levels[1],
+                0.0,
+            ),
+            mean_a: phases(&of_a.mean, centre, sizes_a(1, node_rows), levels[0], 0.0),
+            norm_a: phases(&of_a.inverse_norm, centre, sizes_a(1, node_rows), 0.0, nan),
+            mean_b: phases(
+                &of_b.mean,
+                shifted(centre),
+                sizes_b(node_rows),
+                levels[1],
+                0.0,
+            ),
+            norm_b: phases(
+                &of_b.inverse_norm,
+                shifted(centre),
+                sizes_b(node_rows),
+                0.0,
+                nan,
+            ),
         }
     }
 }

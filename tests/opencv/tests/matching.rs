@@ -69,9 +69,9 @@ fn surfaces_of_the_correlation_are_those_of_match_template() {
             for node in 0..ours.grid.len() {
                 let (x, y) = ours.grid.pixel(node);
                 let theirs = surface(&mat_a, &mat_b, [x as f64, y as f64]);
-                assert_eq!(ours.of(node).len(), theirs.len());
+                assert_eq!(ours.at_node(node).len(), theirs.len());
                 places.insert(best(&theirs).0);
-                for (p, q) in ours.of(node).iter().zip(&theirs) {
+                for (p, q) in ours.at_node(node).iter().zip(&theirs) {
                     values += 1;
                     worst = worst.max((p - q).abs());
                     assert!(p.is_finite());
