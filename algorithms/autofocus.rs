@@ -119,7 +119,7 @@ pub fn measure_step(
         return Err(AutofocusError::NoHalves);
     };
     let cut = crop(&all, region);
-    let sharp = sharpness(&Plane::of_image(&cut, 0)?, sharpness_settings)?;
+    let sharp = sharpness(&Plane::from_image(&cut, 0)?, sharpness_settings)?;
     let pair = Pair {
         a: &right,
         b: &left,

@@ -213,25 +213,25 @@ impl Calibration {
     /// Bytes that are no such file, of this version, with a field per view and channel.
     pub fn from_json(bytes: &[u8]) -> Result<Self, CalibrationError> {
         let bad = CalibrationError::File;
-        let read: Self = serde_json::from_slice(bytes).map_err(|e| bad(e.to_string()))?;
-        if read.format != FORMAT || read.version != VERSION {
+        let file: Self = serde_json::from_slice(bytes).map_err(|e| bad(e.to_string()))?;
+        if file.format != FORMAT || file.version != VERSION {
             return Err(bad(format!(
                 "format {:?} version {}: allowed is {FORMAT:?} version {VERSION}",
-                read.format, read.version
+                file.format, file.version
             )));
         }
-        let partition: crate::sai::Partition = (read.camera.subpixels.parse())
+        let partition: crate::sai::Partition = (file.camera.subpixels.parse())
             .map_err(|e: crate::sai::SaiError| bad(e.to_string()))?;
         let wanted = (0..partition.count())
-            .flat_map(|v| (read.camera.channels.iter()).map(move |c| (partition.name(v), c)));
-        let found = (read.fields.iter()).map(|f| (f.subpixel.clone(), &f.channel));
+            .flat_map(|v| (file.camera.channels.iter()).map(move |c| (partition.name(v), c)));
+        let found = (file.fields.iter()).map(|f| (f.subpixel.clone(), &f.channel));
         if !wanted.eq(found) {
             return Err(bad(
                 "fields: there must be one a view and channel, in order".into(),
             ));
         }
-        read.smooth_fields()?;
-        Ok(read)
+        file.smooth_fields()?;
+        Ok(file)
     }
 
     /// The fields, in the order of [`Calibration::fields`].

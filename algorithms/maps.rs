@@ -98,7 +98,7 @@ impl Maps<'_> {
 /// Rows from the bottom up, little-endian; more than three channels are cut, two are filled up with NaN.
 fn pfm(image: &Image) -> Vec<u8> {
     let (width, height) = (image.width(), image.height());
-    let (kind, kept) = if image.channels() == 1 {
+    let (kind, stored) = if image.channels() == 1 {
         ("Pf", 1)
     } else {
         ("PF", 3)
@@ -107,7 +107,7 @@ fn pfm(image: &Image) -> Vec<u8> {
     for y in (0..height).rev() {
         for x in 0..width {
             let pixel = image.pixel(x, y).iter().copied();
-            let filled = pixel.chain(std::iter::repeat(f32::NAN)).take(kept);
+            let filled = pixel.chain(std::iter::repeat(f32::NAN)).take(stored);
             bytes.extend(filled.flat_map(f32::to_le_bytes));
         }
     }

@@ -68,6 +68,9 @@ pub fn shifts_px(partition: Partition, d_px: f64) -> Vec<(f64, f64)> {
 
 /// Adds the views, shifted to be sharp at the disparity `d_px`; `weights`: one a view, scaled to the mean 1, or none for equal ones.
 /// A pixel is valid where all weighted views are; beyond their edge views are replicated.
+///
+/// # Errors
+/// A disparity that is not finite; weights that are not one per view, negative, or all 0.
 pub fn refocus(
     views: &Views,
     d_px: f64,

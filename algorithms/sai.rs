@@ -55,6 +55,9 @@ pub enum SaiError {
 
 impl Partition {
     /// `m` columns by `n` rows, each from 1 to 64.
+    ///
+    /// # Errors
+    /// A number out of 1 to 64.
     pub fn new(m: usize, n: usize) -> Result<Self, SaiError> {
         if (1..=64).contains(&m) && (1..=64).contains(&n) {
             Ok(Self { m, n })
@@ -128,6 +131,9 @@ pub struct Views {
 
 impl Views {
     /// Takes views as they are: `partition.count()` of them in index order, of one size and number of channels.
+    ///
+    /// # Errors
+    /// Another number of views, views of unlike size, or empty ones.
     pub fn new(partition: Partition, images: Vec<Image>) -> Result<Self, SaiError> {
         let shape = |image: &Image| (image.width(), image.height(), image.channels());
         let alike = images
@@ -154,6 +160,9 @@ impl Views {
     }
 
     /// Parts `mosaic` (m·W × n·H, any channels) into m·n views of W × H.
+    ///
+    /// # Errors
+    /// A size that the partition does not divide, or no pixel.
     pub fn from_mosaic(mosaic: &Image, partition: Partition) -> Result<Self, SaiError> {
         let (m, n) = (partition.m, partition.n);
         let (width, height) = (mosaic.width() / m, mosaic.height() / n);

@@ -22,7 +22,7 @@ mod derivatives;
 
 use quadpixel::image::Image;
 
-use crate::field::{FieldError, SmoothField, cholesky};
+use crate::field::{FieldError, SmoothField, solve_positive_definite};
 use derivatives::{DERIVATIVES, Gaussian, REACH_PX, SMALLEST_SIGMA_PX, Smoothed};
 
 /// σ that are tried: each is this many times the one before, from the smallest for which differences are derivatives
@@ -74,6 +74,9 @@ pub struct CentroidFit {
 impl Reference {
     /// Prepares single-channel `image` for fields of `degree` with the σ that its views ask for, given with the fields to start
     /// from.
+    ///
+    /// # Errors
+    /// A degree out of range, or too few samples inside the borders for the fits.
     pub fn for_views(
         image: &Image,
         degree: usize,
@@ -110,6 +113,9 @@ impl Reference {
     }
 
     /// Prepares single-channel `image` for fields of `degree` with `sigma_px` (raised to 1.5 px).
+    ///
+    /// # Errors
+    /// A degree out of range.
     pub fn new(image: &Image, degree: usize, sigma_px: f64) -> Result<Self, FieldError> {
         let size = (image.width(), image.height());
         let sigma_px = sigma_px.max(SMALLEST_SIGMA_PX);
@@ -148,6 +154,9 @@ impl Reference {
     }
 
     /// The field of `view` (single-channel, of the reference's size), searched from `start`, right to about σ.
+    ///
+    /// # Errors
+    /// Samples that are too few or do not fix the coefficients.
     pub fn fit(&self, view: &Image, start: &SmoothField) -> Result<CentroidFit, FieldError> {
         let degree = self.basis.degree();
         let mut field = start.clone();
@@ -306,16 +315,16 @@ impl Model {
                 coefficients = self.normal(used, &wanted, &weights, degree)?;
             }
         }
-        let kept = || (0..used.len()).filter(|&i| weights[i] > 0.0);
-        let squares: f64 = kept().map(|i| residuals[i].powi(2)).sum();
-        let slopes: f64 = kept()
+        let accepted = || (0..used.len()).filter(|&i| weights[i] > 0.0);
+        let squares: f64 = accepted().map(|i| residuals[i].powi(2)).sum();
+        let slopes: f64 = accepted()
             .map(|i| &used[i].sample.derivatives)
             .map(|d| 0.5 * (d[1] * d[1] + d[2] * d[2]))
             .sum();
         Ok(Solution {
             coefficients,
             rms_px: (squares / slopes).sqrt(),
-            rejected_share: 1.0 - kept().count() as f64 / used.len() as f64,
+            rejected_share: 1.0 - accepted().count() as f64 / used.len() as f64,
         })
     }
 
@@ -342,8 +351,7 @@ impl Model {
                     .for_each(|(m, b)| *m += factor * b);
             }
         }
-        cholesky(&mut matrix, &mut right).ok_or(FieldError::Singular(degree))?;
-        Ok(right)
+        solve_positive_definite(&matrix, &right).ok_or(FieldError::Singular(degree))
     }
 }
 

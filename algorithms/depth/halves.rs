@@ -35,6 +35,9 @@ pub struct Pair<'a> {
 
 /// Matches a pair: D at each pixel of the sum, row-major; `None` where there is no trusted match. `most_noise`: the largest part of a window's
 /// slope that may be noise ([`crate::trust`]), [`MOST_NOISE`] for unknown captures, ∞ where the texture is known to be as fine as noise.
+///
+/// # Errors
+/// As of [`match_images`].
 pub fn measure(
     pair: Pair<'_>,
     settings: &MatchSettings,

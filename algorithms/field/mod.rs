@@ -12,7 +12,7 @@
 
 mod solve;
 
-pub(crate) use solve::cholesky;
+pub(crate) use solve::solve_positive_definite;
 
 use solve::Normal;
 
@@ -115,7 +115,7 @@ pub struct FieldFit {
     pub residuals_px: Vec<[f64; 2]>,
     /// Rejected by the loss, one an observation.
     pub rejected: Vec<bool>,
-    /// Root mean square of the residuals that were kept, px a single axis.
+    /// Root mean square of the residuals that were accepted, px a single axis.
     pub rms_px: f64,
     /// Robust scale of the residuals over what the covariances claim: 1 when the claims and the degree are right.
     pub scale: f64,
@@ -189,6 +189,9 @@ impl SmoothField {
     }
 
     /// Fits `observations` by a polynomial of `degree` (0 to [`LARGEST_DEGREE`]).
+    ///
+    /// # Errors
+    /// A degree out of range, observations that are too few, not finite, or lie so that they do not fix the coefficients.
     pub fn fit(
         observations: &[Observation],
         degree: usize,
@@ -238,9 +241,9 @@ impl SmoothField {
                 Loss::Tukey => weight == 0.0,
             })
             .collect();
-        let kept = || (fit.residuals.iter().zip(&rejected)).filter(|(_, rejected)| !**rejected);
-        let squares: f64 = kept().map(|(r, _)| r[0] * r[0] + r[1] * r[1]).sum();
-        let rms_px = (squares / (2 * kept().count()).max(1) as f64).sqrt();
+        let accepted = || (fit.residuals.iter().zip(&rejected)).filter(|(_, rejected)| !**rejected);
+        let squares: f64 = accepted().map(|(r, _)| r[0] * r[0] + r[1] * r[1]).sum();
+        let rms_px = (squares / (2 * accepted().count()).max(1) as f64).sqrt();
         Ok(FieldFit {
             field,
             rms_px,

@@ -1,4 +1,7 @@
-//! Normal equations of two coupled components, and Cholesky's method.
+//! Normal equations of two coupled components, solved by Cholesky's method.
+
+use faer::linalg::solvers::Solve;
+use faer::{ColRef, Mat, Side};
 
 /// Pivots below this share of their diagonal are rounding: the coefficient is not fixed by the data.
 const SMALLEST_PIVOT: f64 = 1e-11;
@@ -38,37 +41,21 @@ impl Normal {
     }
 
     /// The coefficients; `None` where the matrix is singular to rounding.
-    pub fn solve(mut self) -> Option<[Vec<f64>; 2]> {
-        cholesky(&mut self.matrix, &mut self.right)?;
-        let down = self.right.split_off(self.terms);
-        Some([self.right, down])
+    pub fn solve(self) -> Option<[Vec<f64>; 2]> {
+        let mut right = solve_positive_definite(&self.matrix, &self.right)?;
+        let down = right.split_off(self.terms);
+        Some([right, down])
     }
 }
 
-/// Replaces `right` by the solution of a positive definite system of which the lower triangle is given (row-major), and the
-/// triangle by its factor; `None` where it is singular to rounding.
-pub(crate) fn cholesky(matrix: &mut [f64], right: &mut [f64]) -> Option<()> {
-    let (size, m, x) = (right.len(), matrix, right);
-    for i in 0..size {
-        for j in 0..=i {
-            let dot: f64 = (0..j).map(|k| m[i * size + k] * m[j * size + k]).sum();
-            let rest = m[i * size + j] - dot;
-            if i > j {
-                m[i * size + j] = rest / m[j * size + j];
-            } else if rest > SMALLEST_PIVOT * m[i * size + i] {
-                m[i * size + i] = rest.sqrt();
-            } else {
-                return None;
-            }
-        }
-    }
-    for i in 0..size {
-        let dot: f64 = (0..i).map(|k| m[i * size + k] * x[k]).sum();
-        x[i] = (x[i] - dot) / m[i * size + i];
-    }
-    for i in (0..size).rev() {
-        let dot: f64 = (i + 1..size).map(|k| m[k * size + i] * x[k]).sum();
-        x[i] = (x[i] - dot) / m[i * size + i];
-    }
-    Some(())
+/// The solution of a positive definite system of which the lower triangle is given (row-major); `None` where it is singular to
+/// rounding.
+pub(crate) fn solve_positive_definite(lower: &[f64], right: &[f64]) -> Option<Vec<f64>> {
+    let n = right.len();
+    let matrix = Mat::from_fn(n, n, |i, j| lower[i * n + j]);
+    let factor = matrix.llt(Side::Lower).ok()?;
+    let pivot = |i: usize| factor.L()[(i, i)].powi(2);
+    let fixed = (0..n).all(|i| pivot(i) > SMALLEST_PIVOT * lower[i * n + i]);
+    let solution = factor.solve(ColRef::from_slice(right));
+    fixed.then(|| solution.iter().copied().collect())
 }

@@ -29,7 +29,7 @@ pub struct EndPointError {
 impl EndPointError {
     /// From the lengths |e| in px of the errors; those that are not finite (no estimate or no truth) are passed over. `None` where
     /// none is left.
-    pub fn of(lengths_px: impl IntoIterator<Item = f64>) -> Option<Self> {
+    pub fn from_lengths(lengths_px: impl IntoIterator<Item = f64>) -> Option<Self> {
         let lengths: Vec<f64> = lengths_px
             .into_iter()
             .filter(|e| e.is_finite())
@@ -74,24 +74,24 @@ pub struct AffineInvariantError {
 
 impl AffineInvariantError {
     /// From pairs; those with a number that is not finite or without weight are passed over. `None` where fewer than two are left.
-    pub fn of(pairs: &[Pair]) -> Option<Self> {
-        let mut kept: Vec<Pair> = pairs
+    pub fn from_pairs(pairs: &[Pair]) -> Option<Self> {
+        let mut counted: Vec<Pair> = pairs
             .iter()
             .filter(|p| p.estimate.is_finite() && p.truth.is_finite())
             .filter(|p| p.weight > 0.0 && p.weight.is_finite())
             .copied()
             .collect();
-        if kept.len() < 2 {
+        if counted.len() < 2 {
             return None;
         }
-        let total: f64 = kept.iter().map(|p| p.weight).sum();
-        kept.iter_mut().for_each(|p| p.weight /= total);
-        let (slope, aiwe_2) = least_squares(&kept);
+        let total: f64 = counted.iter().map(|p| p.weight).sum();
+        counted.iter_mut().for_each(|p| p.weight /= total);
+        let (slope, aiwe_2) = least_squares(&counted);
         Some(Self {
-            pairs: kept.len(),
-            aiwe_1: least_deviations(&kept, slope, aiwe_2),
+            pairs: counted.len(),
+            aiwe_1: least_deviations(&counted, slope, aiwe_2),
             aiwe_2,
-            one_minus_spearman: 1.0 - spearman(&kept).abs(),
+            one_minus_spearman: 1.0 - spearman(&counted).abs(),
         })
     }
 }
@@ -225,12 +225,13 @@ mod tests {
 
     #[test]
     fn end_point_errors_count_what_is_there() {
-        let found = EndPointError::of([0.05, -0.2, 0.6, 3.0, f64::NAN, f64::INFINITY]).unwrap();
+        let found =
+            EndPointError::from_lengths([0.05, -0.2, 0.6, 3.0, f64::NAN, f64::INFINITY]).unwrap();
         assert_eq!(found.pixels, 4);
         assert!((found.epe_px - 3.85 / 4.0).abs() < 1e-15);
         assert!((found.rms_px - (9.4025f64 / 4.0).sqrt()).abs() < 1e-15);
         assert_eq!([found.bad_01, found.bad_05, found.bad_1], [0.75, 0.5, 0.25]);
-        assert_eq!(EndPointError::of([f64::NAN]), None);
+        assert_eq!(EndPointError::from_lengths([f64::NAN]), None);
     }
 
     #[test]
@@ -238,7 +239,7 @@ mod tests {
         for (a, b) in [(2.0, -1.0), (-0.3, 7.0), (1e6, 0.0)] {
             let mut pairs = pairs(50, 1);
             pairs.iter_mut().for_each(|p| p.estimate = a * p.truth + b);
-            let found = AffineInvariantError::of(&pairs).unwrap();
+            let found = AffineInvariantError::from_pairs(&pairs).unwrap();
             assert!(found.aiwe_1 < 1e-9 && found.aiwe_2 < 1e-9, "{found:?}");
             assert!(found.one_minus_spearman < 1e-12);
         }
@@ -256,7 +257,7 @@ mod tests {
                 weight: 3.0,
             })
             .collect();
-        let found = AffineInvariantError::of(&list).unwrap();
+        let found = AffineInvariantError::from_pairs(&list).unwrap();
         assert!((found.aiwe_2 - 0.25).abs() < 1e-15);
     }
 
@@ -280,7 +281,7 @@ mod tests {
                     }
                 }
             }
-            let found = AffineInvariantError::of(&list).unwrap().aiwe_1;
+            let found = AffineInvariantError::from_pairs(&list).unwrap().aiwe_1;
             assert!(
                 (found / wanted - 1.0).abs() < 1e-9,
                 "{found} is not {wanted}"
@@ -306,10 +307,10 @@ mod tests {
     fn constant_or_missing_estimates_are_no_information() {
         let mut list = pairs(9, 5);
         list.iter_mut().for_each(|p| p.estimate = 0.7);
-        let found = AffineInvariantError::of(&list).unwrap();
+        let found = AffineInvariantError::from_pairs(&list).unwrap();
         assert_eq!(found.one_minus_spearman, 1.0);
         assert!(found.aiwe_1 > 0.0 && found.aiwe_1 <= found.aiwe_2);
         list.iter_mut().for_each(|p| p.estimate = f64::NAN);
-        assert_eq!(AffineInvariantError::of(&list), None);
+        assert_eq!(AffineInvariantError::from_pairs(&list), None);
     }
 }

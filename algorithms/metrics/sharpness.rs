@@ -94,6 +94,9 @@ pub struct Plane {
 
 impl Plane {
     /// Wraps values; `data.len()` must be `width` × `height` and above 0.
+    ///
+    /// # Errors
+    /// No pixel, values that are not as many as pixels, or one that is not finite.
     pub fn new(width: usize, height: usize, data: Vec<f64>) -> Result<Self, SharpnessError> {
         if data.is_empty() || data.len() != width * height {
             return Err(SharpnessError::Empty);
@@ -113,7 +116,10 @@ impl Plane {
     }
 
     /// One channel of an image.
-    pub fn of_image(image: &Image, channel: usize) -> Result<Self, SharpnessError> {
+    ///
+    /// # Errors
+    /// No such channel, no pixel, or a value that is not finite.
+    pub fn from_image(image: &Image, channel: usize) -> Result<Self, SharpnessError> {
         let channels = image.channels();
         if channel >= channels {
             return Err(SharpnessError::Channel { channel, channels });
@@ -128,6 +134,9 @@ impl Plane {
 }
 
 /// All three measures of a plane.
+///
+/// # Errors
+/// Settings without meaning, or a picture of which a measure is not defined.
 pub fn sharpness(plane: &Plane, settings: &SharpnessSettings) -> Result<Sharpness, SharpnessError> {
     for (field, value) in [
         ("wee_scale", settings.wee_scale),

@@ -22,12 +22,12 @@ fn pairs(estimates: &[f64], truths: &[f64], weights: &[f64]) -> Vec<Pair> {
 
 #[test]
 fn end_point_errors_of_nothing_of_nan_and_of_one_pixel() {
-    assert_eq!(EndPointError::of([]), None);
+    assert_eq!(EndPointError::from_lengths([]), None);
     assert_eq!(
-        EndPointError::of([f64::NAN, f64::INFINITY, f64::NEG_INFINITY]),
+        EndPointError::from_lengths([f64::NAN, f64::INFINITY, f64::NEG_INFINITY]),
         None
     );
-    let one = EndPointError::of([f64::NAN, -0.2]).unwrap();
+    let one = EndPointError::from_lengths([f64::NAN, -0.2]).unwrap();
     assert_eq!(
         (one.pixels, one.epe_px, one.rms_px, one.bad_01, one.bad_05),
         (1, 0.2, 0.2, 1.0, 0.0)
@@ -44,22 +44,22 @@ fn affine_invariant_errors_of_constant_maps_of_one_pixel_and_of_nan() {
         (&ramp, &flat, 0.0),
         (&flat, &ramp, (60.0f64 / 9.0).sqrt()),
     ] {
-        let e = AffineInvariantError::of(&pairs(estimate, truth, &ones)).unwrap();
+        let e = AffineInvariantError::from_pairs(&pairs(estimate, truth, &ones)).unwrap();
         assert!(
             (e.aiwe_2 - deviation).abs() < 1e-12 && e.aiwe_1 <= deviation + 1e-12,
             "{e:?}"
         );
         assert_eq!(e.one_minus_spearman, 1.0);
     }
-    assert_eq!(AffineInvariantError::of(&[]), None);
+    assert_eq!(AffineInvariantError::from_pairs(&[]), None);
     assert_eq!(
-        AffineInvariantError::of(&pairs(&[1.0], &[2.0], &[1.0])),
+        AffineInvariantError::from_pairs(&pairs(&[1.0], &[2.0], &[1.0])),
         None
     );
     let nan = pairs(&[f64::NAN, 1.0, 2.0], &[1.0, f64::INFINITY, 2.0], &[1.0; 3]);
-    assert_eq!(AffineInvariantError::of(&nan), None);
+    assert_eq!(AffineInvariantError::from_pairs(&nan), None);
     assert_eq!(
-        AffineInvariantError::of(&pairs(&ramp, &ramp, &[0.0; 9])),
+        AffineInvariantError::from_pairs(&pairs(&ramp, &ramp, &[0.0; 9])),
         None
     );
 }
@@ -70,7 +70,7 @@ fn affine_invariant_errors_of_huge_and_tiny_numbers() {
     for (a, b) in [(1e30, 1e-30), (1e-30, 1e30), (1.0, 1e15)] {
         let x: Vec<f64> = (0..20).map(|i| f64::from(i) * a).collect();
         let y: Vec<f64> = (0..20).map(|i| f64::from(i) * b).collect();
-        let e = AffineInvariantError::of(&pairs(&x, &y, &[1e-30; 20])).unwrap();
+        let e = AffineInvariantError::from_pairs(&pairs(&x, &y, &[1e-30; 20])).unwrap();
         assert!(
             e.aiwe_1 < 1e-6 * b && e.aiwe_2 < 1e-6 * b && e.one_minus_spearman.abs() < 1e-12,
             "{e:?}"
@@ -138,8 +138,8 @@ proptest! {
         let columns = |f: &dyn Fn(&(f64, f64, f64)) -> f64| values.iter().map(f).collect::<Vec<f64>>();
         let (x, y, w) = (columns(&|v| v.0), columns(&|v| v.1), columns(&|v| v.2));
         let moved: Vec<f64> = x.iter().map(|x| a * x + b).collect();
-        let e = AffineInvariantError::of(&pairs(&x, &y, &w)).unwrap();
-        let f = AffineInvariantError::of(&pairs(&moved, &y, &w)).unwrap();
+        let e = AffineInvariantError::from_pairs(&pairs(&x, &y, &w)).unwrap();
+        let f = AffineInvariantError::from_pairs(&pairs(&moved, &y, &w)).unwrap();
         prop_assert!((e.aiwe_1 - f.aiwe_1).abs() < 1e-6 && (e.aiwe_2 - f.aiwe_2).abs() < 1e-9, "{:?} {:?}", e, f);
         prop_assert!((-1e-12..=1.0).contains(&e.one_minus_spearman));
         prop_assert!(e.aiwe_1 <= e.aiwe_2 + 1e-6, "{:?}", e);

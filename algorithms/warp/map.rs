@@ -23,6 +23,9 @@ pub struct MapError {
 
 impl Map {
     /// Source column `x` and row `y` in px of each pixel, row-major; NaN where there is none.
+    ///
+    /// # Errors
+    /// No pixel, or positions that are not as many as pixels.
     pub fn new(width: usize, height: usize, x: Vec<f64>, y: Vec<f64>) -> Result<Self, MapError> {
         let fits = width >= 1 && height >= 1 && x.len() == width * height && y.len() == x.len();
         if !fits {
@@ -42,6 +45,9 @@ impl Map {
     }
 
     /// The position of each pixel by its column and row.
+    ///
+    /// # Errors
+    /// No pixel.
     pub fn from_fn(
         width: usize,
         height: usize,
@@ -53,6 +59,9 @@ impl Map {
     }
 
     /// out(x, y) = image(x + `dx_px`, y + `dy_px`).
+    ///
+    /// # Errors
+    /// No pixel.
     pub fn shift(width: usize, height: usize, dx_px: f64, dy_px: f64) -> Result<Self, MapError> {
         Self::from_fn(width, height, |x, y| (x as f64 + dx_px, y as f64 + dy_px))
     }

@@ -177,7 +177,7 @@ fn compare(
             });
         }
     }
-    let end_point = EndPointError::of(lengths).ok_or_else(|| {
+    let end_point = EndPointError::from_lengths(lengths).ok_or_else(|| {
         CommandError::input(format!(
             "{} and {}: no pixel has both an estimate and a truth",
             args.estimate.display(),
@@ -186,7 +186,7 @@ fn compare(
     })?;
     // An affine change of a vector is no single scale and offset: those measures are for one channel.
     let affine = (truth.len() == 1)
-        .then(|| AffineInvariantError::of(&pairs))
+        .then(|| AffineInvariantError::from_pairs(&pairs))
         .flatten();
     Ok(Score {
         truths,

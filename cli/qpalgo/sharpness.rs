@@ -88,7 +88,7 @@ pub fn run(args: &SharpnessArgs, progress: Progress) -> Result<(), CommandError>
         let name = path.display().to_string();
         progress.stage(format!("measuring {name}"));
         for channel in 0..image.channels() {
-            let measured = Plane::of_image(image, channel)
+            let measured = Plane::from_image(image, channel)
                 .and_then(|plane| sharpness(&plane, &settings))
                 .map_err(|e| CommandError::input(format!("{name}: {e}")))?;
             rows.push((name.clone(), channel, measured));

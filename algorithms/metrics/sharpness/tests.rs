@@ -222,7 +222,7 @@ fn nan_infinity_and_settings_without_meaning_are_refused() {
         assert!(text.contains("(x 1, y 1)"), "{text}");
     }
     assert_eq!(Plane::new(0, 0, vec![]), Err(SharpnessError::Empty));
-    assert!(Plane::of_image(&Image::zeros(2, 2, 3), 3).is_err());
+    assert!(Plane::from_image(&Image::zeros(2, 2, 3), 3).is_err());
     assert!("table-3".parse::<SharpnessSettings>().is_err());
     let plane = textured(4, 4, 1.0);
     for settings in [

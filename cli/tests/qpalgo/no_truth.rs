@@ -9,7 +9,6 @@ use std::path::Path;
 use common::{json, qpalgo};
 use quadpixel_generators::config::DatasetConfig;
 use quadpixel_generators::dataset::make;
-use quadpixel_generators::progress::Progress;
 
 const CONFIG: &str = r#"
 count = 3
@@ -166,7 +165,7 @@ fn every_estimate_is_the_same_without_any_truth() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let config = DatasetConfig::from_toml(CONFIG, "test").unwrap();
-    make(&config, &here.join("data"), &Progress::hidden()).unwrap();
+    make(&config, &here.join("data"), &()).unwrap();
     let whole = estimates(here, "data", &[]);
 
     strip(&here.join("data"));
