@@ -1,7 +1,8 @@
 //! Metric depth from the shift between opposite views.
 //!
 //! ```text
-//! views ─ halves ─▶ shifts D_h, D_v ─ calibration ─▶ without the lens's aberration ─ camera curve ─▶ depth, its deviation, confidence
+//! views ─ halves ─▶ shifts D_h, D_v ─ calibration ─▶ without the lens's aberration ─ camera curve ─▶ depth
+//! (with its deviation and confidence)
 //!
 //! D = (D_h/s_h² + D_v/s_v²)/(1/s_h² + 1/s_v²)       1/s_D² = 1/s_h² + 1/s_v²
 //! 1/d = 1/d_f + D/(κ fx A)       Z = d − p       s_Z = d² s_D/(κ fx A)
