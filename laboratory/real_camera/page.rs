@@ -1,82 +1,64 @@
-//! The page: tables, with what was fitted parted from what is predicted.
+//! The page: tables, with what was fitted set apart from what is predicted. Its words are in `page.md`.
 
-use std::fmt::Write;
+use quadpixel_laboratory::template::{TemplateError, filled};
 
 use crate::aperture;
 use crate::camera::FITTED_ON;
 use crate::depths::CLAIM_M;
 use crate::measure::Shift;
 use crate::noise::PARTS;
-use crate::report::{CaptureResult, DepthResult, Results};
+use crate::report::{CaptureResult, DepthResult, LensResult, Results};
 
-/// What is said whatever the numbers are.
-const INTRODUCTION: &str = include_str!("page_introduction.md");
-const LIMITS: &str = include_str!("page_limits.md");
+const PAGE: &str = include_str!("page.md");
 
 /// The page in Markdown.
-pub fn of(results: &Results) -> String {
-    let mut page = INTRODUCTION.to_owned();
-    for part in [
-        noise(results),
-        lens(results),
-        captures(results),
-        apertures(results),
-        depths(results),
-        left_out(results),
-    ] {
-        page += &part;
-    }
-    page + LIMITS
+///
+/// # Errors
+/// A placeholder of the template that has no value.
+pub fn page(results: &Results) -> Result<String, TemplateError> {
+    let values = [
+        ("noise", lines(results.noise.iter().map(noise))),
+        ("lens", lines(results.lens.iter().map(lens))),
+        ("captures", captures(results)),
+        ("apertures", apertures(results)),
+        ("measured", measured(results)),
+        ("claim_m", CLAIM_M.to_string()),
+        ("depths", depths(results)),
+        ("pictures", pictures(results)),
+        ("left_out", left_out(results)),
+    ];
+    filled(PAGE, &values)
 }
 
-/// Lines, each with its end.
-fn lines(lines: impl IntoIterator<Item = String>) -> String {
-    lines.into_iter().fold(String::new(), |mut all, line| {
-        // Writing to a String cannot fail.
-        let _ = writeln!(all, "{line}");
-        all
-    })
-}
-
-/// Rows under their head.
-fn table(head: &str, rows: impl IntoIterator<Item = String>) -> String {
-    lines(std::iter::once(head.to_owned()).chain(rows))
+/// Lines without the last one's end, which the template has.
+fn lines(lines: impl Iterator<Item = String>) -> String {
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 fn fit_or_prediction(fitted: bool) -> &'static str {
     if fitted { "fit" } else { "prediction" }
 }
 
-fn noise(results: &Results) -> String {
-    let head = "| variance left / right, by sixths of the width | 1 | 2 | 3 | 4 | 5 | 6 |\n|---|---|---|---|---|---|---|";
-    let row = |(name, ratios): &(String, [f64; PARTS])| {
-        let cells: Vec<String> = ratios.iter().map(|r| format!("{r:.2}")).collect();
-        format!("| {name} | {} |", cells.join(" | "))
-    };
-    let tail = "\nSo the left view has less light on the right of the picture, and the right view on its left: the light arrives beside the split there, by the chief ray.";
-    let rows = results.noise.iter().map(row);
-    table(head, rows.chain([tail.to_owned()]))
+fn noise((name, ratios): &(String, [f64; PARTS])) -> String {
+    let cells = ratios.map(|r| format!("{r:.2}"));
+    format!("| {name} | {} |", cells.join(" | "))
 }
 
-fn lens(results: &Results) -> String {
-    let head = "\n## Lens\n\n| mark | stop, mm | EFL, mm | F-number | sensor behind first vertex, mm | focus in front of it, mm |\n|---|---|---|---|---|---|";
-    let row = |l: &crate::report::LensResult| {
-        format!(
-            "| F/{} | {:.3} | {:.3} | {:.3} | {:.3} | {:.3} |",
-            l.mark,
-            l.stop_semi_mm,
-            l.efl_mm,
-            l.f_number,
-            l.sensor_from_vertex_mm,
-            l.focus_from_vertex_mm
-        )
-    };
-    table(head, results.lens.iter().map(row))
+fn lens(l: &LensResult) -> String {
+    format!(
+        "| F/{} | {:.3} | {:.3} | {:.3} | {:.3} | {:.3} |",
+        l.mark,
+        l.stop_semi_mm,
+        l.efl_mm,
+        l.f_number,
+        l.sensor_from_vertex_mm,
+        l.focus_from_vertex_mm
+    )
 }
 
 fn captures(results: &Results) -> String {
-    let head = "\n## Captures simulated\n\nShift: x_L − x_R, px, one window of half the picture's height each; in brackets the median of windows of 31 × 31 that the matcher trusts (— none).\n";
-    table(head, results.captures.iter().map(capture))
+    let all: Vec<String> = results.captures.iter().map(capture).collect();
+    all.join("\n\n")
 }
 
 fn capture(c: &CaptureResult) -> String {
@@ -99,7 +81,7 @@ fn capture(c: &CaptureResult) -> String {
             cells(&m.shifts)
         )
     }));
-    lines(rows)
+    lines(rows.into_iter())
 }
 
 fn cells(shifts: &[Shift]) -> String {
@@ -114,12 +96,13 @@ fn cells(shifts: &[Shift]) -> String {
     shifts.iter().map(cell).collect::<Vec<_>>().join(" | ")
 }
 
+/// The curves, a column per model.
 fn apertures(results: &Results) -> String {
     let curves = &results.aperture.curves;
     let names: Vec<&str> = curves.iter().map(|c| c.0.as_str()).collect();
     let mut rows = vec![
-        "\n## Shift against aperture\n\nShift over circle of confusion in the middle of the picture, for a point at 600 mm.\n\n![Shift over circle of confusion against the F-number](aperture.svg)\n".to_owned(),
-        format!("| F-number | {} |\n|---|{}", names.join(" | "), "---|".repeat(names.len())),
+        format!("| F-number | {} |", names.join(" | ")),
+        format!("|---|{}", "---|".repeat(names.len())),
     ];
     for (i, mark) in aperture::MARKS.iter().enumerate() {
         let parts: Vec<String> = (curves.iter())
@@ -127,26 +110,23 @@ fn apertures(results: &Results) -> String {
             .collect();
         rows.push(format!("| {mark} | {} |", parts.join(" | ")));
     }
-    rows.push("\n| measured | used for | circle of confusion, px | shift, px | shift over circle |\n|---|---|---|---|---|".to_owned());
-    for (name, coc, shift, (mark, part)) in &results.aperture.measured {
+    lines(rows.into_iter())
+}
+
+fn measured(results: &Results) -> String {
+    let rows = results.aperture.measured.iter();
+    lines(rows.map(|(name, coc, shift, (mark, part))| {
         let fitted =
             (name.as_str(), *mark) == (format!("{} mm", FITTED_ON.0).as_str(), FITTED_ON.1);
-        rows.push(format!(
+        format!(
             "| {name}, F/{mark} | {} | {coc:.2} | {shift:.3} | {part:.4} |",
             fit_or_prediction(fitted)
-        ));
-    }
-    lines(rows)
+        )
+    }))
 }
 
 fn depths(results: &Results) -> String {
-    let mut rows = vec![
-        format!(
-            "\n## Depth\n\nClaimed: where the estimate's own standard deviation is at most {CLAIM_M} m. MAE: mean error; accuracy: part within a factor of 1.25. Share: of the pixels whose depth is known (to 10 m).\n"
-        ),
-        "| capture | pixel | MAE claimed, m | median, m | relative | accuracy | share claimed | MAE of all matched, m | share matched |\n|---|---|---|---|---|---|---|---|---|".to_owned(),
-    ];
-    rows.extend(results.depths.iter().map(|d| {
+    let each = results.depths.iter().map(|d| {
         let (c, a) = (&d.claimed, &d.all);
         format!(
             "| {}, F/{} | {} | {:.4} | {:.4} | {:.1} % | {:.3} | {:.1} % | {:.4} | {:.1} % |",
@@ -161,32 +141,33 @@ fn depths(results: &Results) -> String {
             a.mean_m,
             100.0 * a.share
         )
-    }));
+    });
     let mut kinds: Vec<&str> = results.depths.iter().map(|d| d.kind.as_str()).collect();
     kinds.dedup();
-    for kind in kinds {
-        rows.extend(mean_of(kind, &results.depths));
-    }
-    rows.push(String::new());
-    rows.extend(
-        (results.depths.iter()).map(|d| format!("![Depth of {}]({})\n", d.name, d.picture_name())),
-    );
-    rows.push("Left: claimed depth; right: known depth; yellow is near, black is not claimed or not known; one scale, linear in 1/Z.\n".to_owned());
-    lines(rows)
+    let means = kinds
+        .into_iter()
+        .filter_map(|kind| mean_of_kind(kind, &results.depths));
+    lines(each.chain(means))
+}
+
+fn pictures(results: &Results) -> String {
+    let each = results.depths.iter();
+    let each = each.map(|d| format!("![Depth of {}]({})", d.name, d.picture_name()));
+    each.collect::<Vec<_>>().join("\n\n")
 }
 
 /// The means over the captures of a kind that claim anything, where there are several.
-fn mean_of(kind: &str, depths: &[DepthResult]) -> Option<String> {
-    let of: Vec<&DepthResult> = (depths.iter())
+fn mean_of_kind(kind: &str, depths: &[DepthResult]) -> Option<String> {
+    let claiming: Vec<&DepthResult> = (depths.iter())
         .filter(|d| d.kind == kind && d.claimed.share > 0.0)
         .collect();
     let mean = |value: &dyn Fn(&DepthResult) -> f64| {
-        of.iter().map(|d| value(d)).sum::<f64>() / of.len() as f64
+        claiming.iter().map(|d| value(d)).sum::<f64>() / claiming.len() as f64
     };
-    (of.len() > 1).then(|| {
+    (claiming.len() > 1).then(|| {
         format!(
             "| mean of {} ({kind}) | | {:.4} | {:.4} | {:.1} % | {:.3} | {:.1} % | | |",
-            of.len(),
+            claiming.len(),
             mean(&|d| d.claimed.mean_m),
             mean(&|d| d.claimed.median_m),
             100.0 * mean(&|d| d.claimed.relative),
@@ -200,6 +181,6 @@ fn left_out(results: &Results) -> String {
     if results.left_out.is_empty() {
         return String::new();
     }
-    let each = results.left_out.iter().map(|line| format!("- {line}"));
-    table("Left out:\n", each.chain([String::new()]))
+    let each = results.left_out.iter().map(|line| format!("- {line}\n"));
+    format!("Left out:\n\n{}\n", each.collect::<String>())
 }

@@ -98,15 +98,17 @@ impl Results {
             false => colours[i.min(2)],
         };
         let colours = (0..self.aperture.curves.len()).map(colour);
-        let curves: Vec<(&str, &str, &[Point])> = (self.aperture.curves.iter().zip(colours))
-            .map(|((name, points), colour)| (name.as_str(), colour, points.as_slice()))
-            .collect();
+        let curves: Vec<(&str, &'static str, &[Point])> =
+            (self.aperture.curves.iter().zip(colours))
+                .map(|((name, points), colour)| (name.as_str(), colour, points.as_slice()))
+                .collect();
         let measured: Vec<(String, Point)> = (self.aperture.measured.iter())
             .map(|(name, _, _, point)| (name.clone(), *point))
             .collect();
         let json = serde_json::to_string_pretty(&self.json()).map_err(CommandError::failed)?;
+        let page = page::page(self).map_err(CommandError::failed)?;
         let mut files = vec![
-            ("README.md".to_owned(), page::of(self).into_bytes()),
+            ("README.md".to_owned(), page.into_bytes()),
             ("results.json".to_owned(), (json + "\n").into_bytes()),
             (
                 "aperture.svg".to_owned(),
