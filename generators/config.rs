@@ -15,7 +15,7 @@ pub use tolerances::ToleranceConfig;
 pub use world::{WorldConfig, WorldFileConfig};
 
 use quadpixel::effects::{Choice, Tolerance};
-use quadpixel::em::ShiftGrid;
+use quadpixel::em::{Preset, ShiftGrid};
 use quadpixel::sensor::ShiftRule;
 use quadpixel::spectrum::Bands;
 use quadpixel_datasets::MosaicPattern;
@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 
 use quadpixel::command::CommandError;
 
-use crate::preset::WaveGrid;
+use crate::made_table::MadeTables;
 
 /// The default configuration, with comments.
 pub const DEFAULT_TOML: &str = include_str!("default.toml");
@@ -144,22 +144,15 @@ pub enum ResponseConfig {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         shifts: Option<usize>,
         /// How finely its table is made.
-        #[serde(default, skip_serializing_if = "WaveGrid::is_standard")]
-        grid: WaveGrid,
+        #[serde(default, alias = "grid", skip_serializing_if = "Preset::is_standard")]
+        preset: Preset,
     },
     /// FDTD tables of one of these pixels: shipped ones, or those that `qpgen response --model fdtd` has made.
-    Fdtd {
-        /// Built-in names or `.toml` files; one is drawn a sample.
-        pixels: Vec<String>,
-    },
+    Fdtd(MadeTables),
     /// Fourier modal tables of one of these pixels, that `qpgen response --model rcwa` has made.
-    Rcwa {
-        /// Built-in names or `.toml` files; one is drawn a sample.
-        pixels: Vec<String>,
-        /// Lens shifts a pitch of a table of all lens shifts, made with `--shifts`; absent: the table of the centred lens.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        shifts: Option<usize>,
-    },
+    Rcwa(MadeTables),
+    /// Corrected wave tables of one of these pixels, that `qpgen response --model corrected` has made.
+    Corrected(MadeTables),
     /// The ideal box.
     Geometric,
     /// Tables from files, such as imported ones.
@@ -249,24 +242,20 @@ impl DatasetConfig {
                 pixels,
                 stack,
                 shifts,
-                grid,
+                preset: _,
             } => {
                 some("response.pixels", pixels.len())?;
                 check_shifts(*shifts)?;
-                if shifts.is_some() && !grid.is_standard() {
-                    return Err(CommandError::input(
-                        "response.grid with response.shifts; allowed: one of them (a table of all lens shifts has its own grid)",
-                    ));
-                }
                 if let Some(stack) = stack {
                     some("response.stack.variants", stack.variants)?;
                     stack.scale.check("response.stack.scale", (0.5, 2.0))?;
                 }
             }
-            ResponseConfig::Fdtd { pixels } => some("response.pixels", pixels.len())?,
-            ResponseConfig::Rcwa { pixels, shifts } => {
-                some("response.pixels", pixels.len())?;
-                check_shifts(*shifts)?;
+            ResponseConfig::Fdtd(tables)
+            | ResponseConfig::Rcwa(tables)
+            | ResponseConfig::Corrected(tables) => {
+                some("response.pixels", tables.pixels.len())?;
+                check_shifts(tables.shifts)?;
             }
             ResponseConfig::Table { files } => some("response.files", files.len())?,
             ResponseConfig::Geometric => {}

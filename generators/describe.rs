@@ -3,6 +3,7 @@
 mod colours;
 
 use glam::DVec2;
+use quadpixel::em::Level;
 use quadpixel::render::{Camera, RenderStats, disparity_ratio};
 use quadpixel::response::{Response, ResponseLookup};
 use quadpixel::sensor::ShiftRule;
@@ -71,9 +72,10 @@ pub(crate) fn describe(
     };
     let model = match &recipe.response {
         _ if ideal.is_some() => "geometric".to_string(),
-        ResponseRecipe::Wave { .. } => "wave".to_string(),
-        ResponseRecipe::Fdtd { .. } => "fdtd".to_string(),
-        ResponseRecipe::Rcwa { .. } => "rcwa".to_string(),
+        ResponseRecipe::Wave { .. } => Level::Wave.to_string(),
+        ResponseRecipe::Fdtd(_) => Level::Fdtd.to_string(),
+        ResponseRecipe::Rcwa(_) => Level::Rcwa.to_string(),
+        ResponseRecipe::Corrected(_) => Level::Corrected.to_string(),
         ResponseRecipe::Geometric { .. } => "geometric".to_string(),
         ResponseRecipe::Table { file } => format!("table {file}"),
     };

@@ -133,7 +133,7 @@ pub fn recipe(
             pixels,
             stack,
             shifts,
-            grid,
+            preset,
         } => {
             let shifts = *shifts;
             let pixel = dice.choice(pixels, For::Pixel, 0).clone();
@@ -148,20 +148,27 @@ pub fn recipe(
                 pixel,
                 stack_scale,
                 shifts,
-                grid: *grid,
+                preset: *preset,
             };
             (wave, Some(pitch))
         }
-        ResponseConfig::Fdtd { pixels } => {
-            let pixel = dice.choice(pixels, For::Pixel, 0).clone();
+        ResponseConfig::Fdtd(tables) => {
+            let pixel = dice.choice(&tables.pixels, For::Pixel, 0).clone();
             let pitch = pitch_of(&pixel)?;
-            (ResponseRecipe::Fdtd { pixel }, Some(pitch))
+            (ResponseRecipe::Fdtd(tables.of_pixel(pixel)), Some(pitch))
         }
-        ResponseConfig::Rcwa { pixels, shifts } => {
-            let shifts = *shifts;
-            let pixel = dice.choice(pixels, For::Pixel, 0).clone();
+        ResponseConfig::Rcwa(tables) => {
+            let pixel = dice.choice(&tables.pixels, For::Pixel, 0).clone();
             let pitch = pitch_of(&pixel)?;
-            (ResponseRecipe::Rcwa { pixel, shifts }, Some(pitch))
+            (ResponseRecipe::Rcwa(tables.of_pixel(pixel)), Some(pitch))
+        }
+        ResponseConfig::Corrected(tables) => {
+            let pixel = dice.choice(&tables.pixels, For::Pixel, 0).clone();
+            let pitch = pitch_of(&pixel)?;
+            (
+                ResponseRecipe::Corrected(tables.of_pixel(pixel)),
+                Some(pitch),
+            )
         }
         ResponseConfig::Table { files } => {
             let file = dice.choice(files, For::Pixel, 0).clone();

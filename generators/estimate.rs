@@ -137,7 +137,7 @@ fn expected(
     let relative_spread = (!spreads.is_empty())
         .then(|| spreads.iter().sum::<f64>() / spreads.len() as f64 * (SPREAD_FALLS * left).exp2());
     let response_error = match &config.response {
-        ResponseConfig::Wave { grid, .. } => grid.error().to_string(),
+        ResponseConfig::Wave { preset, .. } => crate::preset::wave_error(*preset).to_string(),
         ResponseConfig::Geometric => "the ideal box: no diffraction, no crosstalk".to_string(),
         _ => "that of the tables, told where they were made".to_string(),
     };

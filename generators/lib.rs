@@ -16,6 +16,7 @@ pub mod export;
 pub mod field_of_view;
 pub mod gallery;
 pub mod identity;
+pub mod made_table;
 pub mod merge;
 pub mod noisy;
 pub mod observer;

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use quadpixel::command::CommandError;
 use quadpixel::effects::{Choice, Tolerance};
+use quadpixel::em::{Level, Preset};
 use quadpixel::lens::{Deviation, Misalignment};
 use quadpixel::render::RenderSettings;
 use quadpixel::sensor::ShiftRule;
@@ -15,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::charts::ChartSpec;
 use crate::charts::Mask;
-use crate::preset::WaveGrid;
+use crate::made_table::MadeTable;
 use crate::scenes::WorldRecipe;
 
 /// One sample.
@@ -172,26 +173,19 @@ pub enum ResponseRecipe {
         /// Factor on the thickness of every flat layer between lens and silicon.
         #[serde(default = "one", skip_serializing_if = "is_one")]
         stack_scale: f64,
-        /// Lens shifts a pitch of a table of all lens shifts; absent: the table of the centred lens, moved along with the lens.
+        /// Lens shifts per pitch of a table of all lens shifts; absent: the table of the centred lens, moved along with the lens.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         shifts: Option<usize>,
         /// How finely its table is made.
-        #[serde(default, skip_serializing_if = "WaveGrid::is_standard")]
-        grid: WaveGrid,
+        #[serde(default, alias = "grid", skip_serializing_if = "Preset::is_standard")]
+        preset: Preset,
     },
     /// The FDTD table of a pixel: a shipped one, or the one that `qpgen response --model fdtd` has made.
-    Fdtd {
-        /// Name of a built-in pixel or path of a `.toml` file.
-        pixel: String,
-    },
+    Fdtd(MadeTable),
     /// The Fourier modal table of a pixel, that `qpgen response --model rcwa` has made.
-    Rcwa {
-        /// Name of a built-in pixel or path of a `.toml` file.
-        pixel: String,
-        /// As of the wave model.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        shifts: Option<usize>,
-    },
+    Rcwa(MadeTable),
+    /// The corrected wave table of a pixel, that `qpgen response --model corrected` has made.
+    Corrected(MadeTable),
     /// The ideal box of the paper's equation 2 (its classic mode).
     Geometric {
         /// Focal length of the microlens, µm; absent: as fits the F-number of the main lens.
@@ -203,6 +197,18 @@ pub enum ResponseRecipe {
         /// `.npz` file of an angular response.
         file: String,
     },
+}
+
+impl ResponseRecipe {
+    /// The model, the table and its pixel, of a response that is made before.
+    pub fn made_before(&self) -> Option<(Level, &MadeTable)> {
+        match self {
+            Self::Fdtd(made) => Some((Level::Fdtd, made)),
+            Self::Rcwa(made) => Some((Level::Rcwa, made)),
+            Self::Corrected(made) => Some((Level::Corrected, made)),
+            Self::Wave { .. } | Self::Geometric { .. } | Self::Table { .. } => None,
+        }
+    }
 }
 
 fn one() -> f64 {

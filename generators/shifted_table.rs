@@ -1,45 +1,39 @@
-//! The table of all lens shifts that a recipe asks for: made and kept if that takes minutes, else one that was made before.
+//! The wave table of all lens shifts that a recipe asks for: made and kept if that takes minutes, else one that was made before.
 
 use quadpixel::command::CommandError;
 use quadpixel::em::{Level, ModelChoice, PixelStack, Preset};
-use quadpixel::response::{AngularResponse, CachedTable, ResponseCache, TablePlan, TableSettings};
+use quadpixel::response::{CachedTable, ResponseCache, TablePlan, TableSettings};
 
 /// Seconds of one core that a dataset spends on a table unasked.
 const MOST_SECONDS: f64 = 900.0;
 
 /// A table asked for.
 pub(crate) struct ShiftedTable<'a> {
-    model: &'static str,
     pixel: &'a str,
     /// Factor on the thickness of the pixel's layers.
     scale: f64,
     stack: &'a PixelStack,
     settings: TableSettings,
     per_pitch: usize,
+    preset: Preset,
 }
 
 impl<'a> ShiftedTable<'a> {
-    /// By the wave model, `per_pitch` shifts a pitch: the table of `qpgen response --shifts`.
-    pub fn wave(pixel: &'a str, scale: f64, stack: &'a PixelStack, per_pitch: usize) -> Self {
+    /// By the wave model, `per_pitch` shifts per pitch: the table of `qpgen response --shifts`.
+    pub fn wave(
+        pixel: &'a str,
+        scale: f64,
+        stack: &'a PixelStack,
+        (per_pitch, preset): (usize, Preset),
+    ) -> Self {
+        let choice = ModelChoice::new(Level::Wave, preset);
         Self {
-            model: "wave",
             pixel,
             scale,
             stack,
-            settings: of_all_shifts(Level::Wave, stack, per_pitch),
+            settings: TableSettings::of_all_shifts(&choice, stack, per_pitch),
             per_pitch,
-        }
-    }
-
-    /// By Fourier modes.
-    pub fn rcwa(pixel: &'a str, stack: &'a PixelStack, per_pitch: usize) -> Self {
-        Self {
-            model: "rcwa",
-            pixel,
-            scale: 1.0,
-            stack,
-            settings: of_all_shifts(Level::Rcwa, stack, per_pitch),
-            per_pitch,
+            preset,
         }
     }
 
@@ -82,24 +76,15 @@ impl<'a> ShiftedTable<'a> {
             .map_err(CommandError::input)
     }
 
-    /// From the cache.
-    pub fn kept(
-        &self,
-        cache: &ResponseCache,
-        warnings: &mut Vec<String>,
-    ) -> Result<AngularResponse, CommandError> {
-        let kept = cache.find(&self.plan()?).unwrap_or_else(|warning| {
-            warnings.push(warning.to_string());
-            None
-        });
-        kept.ok_or_else(|| self.missing("minutes for a small pixel, hours for a large one"))
-    }
-
     fn missing(&self, time: &str) -> CommandError {
-        let (model, shifts) = (self.model, self.per_pitch);
+        let shifts = self.per_pitch;
+        let preset = match self.preset.is_standard() {
+            true => String::new(),
+            false => format!(" --preset {}", self.preset),
+        };
         let (pixel, subpixels) = (self.pixel, self.stack.subpixels);
         let command = format!(
-            "qpgen response --model {model} --pixel {pixel} --subpixels {subpixels} --shifts {shifts}"
+            "qpgen response --model wave{preset} --pixel {pixel} --subpixels {subpixels} --shifts {shifts}"
         );
         let scaled = if self.scale == 1.0 {
             String::new()
@@ -110,15 +95,10 @@ impl<'a> ShiftedTable<'a> {
             )
         };
         CommandError::input(format!(
-            "response: no {model} table of all lens shifts of pixel {pixel} ({subpixels}), {shifts} a pitch, is kept; make it first, in about {time}: \
+            "response: no wave table of all lens shifts of pixel {pixel} ({subpixels}), {shifts} per pitch, is kept; make it first, in about {time}: \
              {command}{scaled}"
         ))
     }
-}
-
-fn of_all_shifts(level: Level, stack: &PixelStack, per_pitch: usize) -> TableSettings {
-    let choice = ModelChoice::new(level, Preset::Standard);
-    TableSettings::of_all_shifts(&choice, stack, per_pitch)
 }
 
 /// What `runs` runs of the wave model take about, on one core.
@@ -137,25 +117,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let cache = ResponseCache::open(folder.path());
         let stack = PixelStack::builtin("3.5um").unwrap();
-        let wave = ShiftedTable::wave("3.5um", 1.0, &stack, 32);
+        let wave = ShiftedTable::wave("3.5um", 1.0, &stack, (32, Preset::Standard));
         let why = wave.made(&cache, &|_, _| ()).unwrap_err().to_string();
         assert!(
             why.contains("qpgen response --model wave --pixel 3.5um --subpixels 2x2 --shifts 32"),
             "{why}"
         );
-        let mut warnings = Vec::new();
-        let rcwa = ShiftedTable::rcwa("mine.toml", &stack, 8);
-        let why = rcwa.kept(&cache, &mut warnings).unwrap_err().to_string();
-        assert!(
-            why.contains(
-                "qpgen response --model rcwa --pixel mine.toml --subpixels 2x2 --shifts 8"
-            ),
-            "{why}"
-        );
-        // A file that is no table is told of.
-        std::fs::write(cache.path(&rcwa.settings.key(&stack).unwrap()), b"no table").unwrap();
-        assert!(rcwa.kept(&cache, &mut warnings).is_err());
-        assert_eq!(warnings.len(), 1);
     }
 
     #[test]
@@ -163,13 +130,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let cache = ResponseCache::open(folder.path());
         let stack = PixelStack::builtin("1.6um").unwrap();
-        let mut asked = ShiftedTable::wave("1.6um", 1.0, &stack, 4);
+        let mut asked = ShiftedTable::wave("1.6um", 1.0, &stack, (4, Preset::Standard));
         asked.settings.steps = 3;
         asked.settings.cosine_max = 0.6;
         let first = asked.made(&cache, &|_, _| ()).unwrap();
         assert!(first.report.is_some() && first.table.meta().shift_grid.is_some());
-        let mut warnings = Vec::new();
-        assert_eq!(asked.kept(&cache, &mut warnings).unwrap(), first.table);
-        assert!(warnings.is_empty());
+        let plan = asked.plan().unwrap();
+        assert_eq!(cache.find(&plan).unwrap(), Some(first.table));
     }
 }

@@ -7,7 +7,7 @@ use quadpixel::render::RenderSettings;
 use quadpixel::scene::world::PathSettings;
 use quadpixel::sensor::ShiftRule;
 
-use quadpixel_generators::preset::WaveGrid;
+use quadpixel::em::Preset;
 use quadpixel_generators::recipe::{
     LensRecipe, Recipe, ResponseRecipe, SensorRecipe, WindowRecipe,
 };
@@ -142,7 +142,7 @@ impl SceneArgs {
                     pixel: pixel.clone(),
                     stack_scale: 1.0,
                     shifts: None,
-                    grid: WaveGrid::default(),
+                    preset: Preset::default(),
                 },
                 None => ResponseRecipe::Geometric {
                     focal_length_um: None,

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use quadpixel::command::CommandError;
-use quadpixel::em::{Level, PixelStack, Preset};
+use quadpixel::em::{Level, PixelStack};
 use quadpixel::response::{
     AngularResponse, CachedTable, GeometricResponse, Response, ResponseCache, TablePlan,
     TableSettings,
@@ -14,6 +14,7 @@ use quadpixel::sensor::Subpixels;
 use quadpixel::spectrum::ChannelWavelengths;
 
 use super::{lens, pixel_stack};
+use crate::made_table::MadeTable;
 use crate::recipe::{Recipe, ResponseRecipe};
 use crate::shifted_table::ShiftedTable;
 
@@ -60,10 +61,6 @@ impl Responses {
             return Ok(Arc::new(Response::Geometric(geometric)));
         }
         let wavelengths_nm = recipe.wavelengths()?.all_response_nm();
-        let at_wavelengths = |settings: TableSettings| TableSettings {
-            wavelengths_nm: wavelengths_nm.clone(),
-            ..settings
-        };
         let key = key(recipe, subpixels)?;
         if let Some(response) = self.loaded.get(&key) {
             return Ok(response.clone());
@@ -73,10 +70,11 @@ impl Responses {
                 pixel,
                 stack_scale,
                 shifts: Some(shifts),
-                ..
+                preset,
             } => {
                 let stack = scaled_stack(pixel, *stack_scale, subpixels)?;
-                let asked = ShiftedTable::wave(pixel, *stack_scale, &stack, *shifts);
+                let way = (*shifts, *preset);
+                let asked = ShiftedTable::wave(pixel, *stack_scale, &stack, way);
                 let made = asked.at(&wavelengths_nm).made(&self.cache, progress)?;
                 self.taken(made)
             }
@@ -91,39 +89,10 @@ impl Responses {
                     .table(&plan.each_wavelength(reference_nm), progress);
                 self.taken(made.map_err(CommandError::input)?)
             }
-            ResponseRecipe::Fdtd { pixel } => {
-                let stack = pixel_stack(pixel, subpixels)?;
-                let shipped = AngularResponse::shipped_fdtd(&stack);
-                match shipped.map_err(CommandError::failed)? {
-                    // It is of one wavelength.
-                    Some(table) if recipe.spectrum.is_none() => table,
-                    _ => {
-                        let settings = at_wavelengths(TableSettings::new(
-                            Level::Fdtd,
-                            Preset::Standard,
-                            &stack,
-                        ));
-                        self.kept("fdtd", pixel, &stack, &settings)?
-                    }
-                }
-            }
-            ResponseRecipe::Rcwa {
-                pixel,
-                shifts: Some(shifts),
-            } => {
-                let stack = pixel_stack(pixel, subpixels)?;
-                let asked = ShiftedTable::rcwa(pixel, &stack, *shifts);
-                let asked = asked.at(&wavelengths_nm);
-                asked.kept(&self.cache, &mut self.warnings)?
-            }
-            ResponseRecipe::Rcwa {
-                pixel,
-                shifts: None,
-            } => {
-                let stack = pixel_stack(pixel, subpixels)?;
-                let settings =
-                    at_wavelengths(TableSettings::new(Level::Rcwa, Preset::Standard, &stack));
-                self.kept("rcwa", pixel, &stack, &settings)?
+            ResponseRecipe::Fdtd(made) => self.made_before(recipe, Level::Fdtd, made, subpixels)?,
+            ResponseRecipe::Rcwa(made) => self.made_before(recipe, Level::Rcwa, made, subpixels)?,
+            ResponseRecipe::Corrected(made) => {
+                self.made_before(recipe, Level::Corrected, made, subpixels)?
             }
             ResponseRecipe::Table { file } => {
                 AngularResponse::read_npz(Path::new(file)).map_err(CommandError::input)?
@@ -154,7 +123,7 @@ pub(crate) fn wave_table(
         pixel,
         stack_scale,
         shifts: None,
-        grid,
+        preset,
     } = &recipe.response
     else {
         return Ok(None);
@@ -162,7 +131,7 @@ pub(crate) fn wave_table(
     let stack = scaled_stack(pixel, *stack_scale, subpixels)?;
     let settings = TableSettings {
         wavelengths_nm: recipe.wavelengths()?.all_response_nm(),
-        ..grid.settings(&stack)
+        ..TableSettings::new(Level::Wave, *preset, &stack)
     };
     Ok(Some((stack, settings)))
 }
@@ -181,13 +150,13 @@ pub(crate) fn shifted_to_make(
         pixel,
         stack_scale,
         shifts: Some(shifts),
-        ..
+        preset,
     } = &recipe.response
     else {
         return Ok(None);
     };
     let stack = scaled_stack(pixel, *stack_scale, subpixels)?;
-    let asked = ShiftedTable::wave(pixel, *stack_scale, &stack, *shifts);
+    let asked = ShiftedTable::wave(pixel, *stack_scale, &stack, (*shifts, *preset));
     let asked = asked.at(&recipe.wavelengths()?.all_response_nm());
     asked.to_make(cache)
 }
@@ -229,29 +198,60 @@ impl Responses {
         Ok(())
     }
 
-    /// The kept table of a pixel by a model that takes up to hours, which a dataset does not begin unasked.
-    fn kept(
+    /// The table of a model that takes up to hours, which a dataset does not begin unasked: shipped or made before.
+    fn made_before(
         &mut self,
-        model: &str,
-        name: &str,
-        stack: &PixelStack,
-        settings: &TableSettings,
+        recipe: &Recipe,
+        level: Level,
+        made: &MadeTable,
+        subpixels: Subpixels,
     ) -> Result<AngularResponse, CommandError> {
-        let plan = TablePlan::new(stack, settings).map_err(CommandError::input)?;
-        let kept = self.cache.find(&plan).unwrap_or_else(|warning| {
+        let stack = pixel_stack(&made.pixel, subpixels)?;
+        // It is of one wavelength.
+        if level == Level::Fdtd && made.is_usual() && recipe.spectrum.is_none() {
+            let shipped = AngularResponse::shipped_fdtd(&stack);
+            if let Some(table) = shipped.map_err(CommandError::failed)? {
+                return Ok(table);
+            }
+        }
+        let channels = recipe.wavelengths()?;
+        let nm = channels.all_response_nm();
+        let settings = made.settings(level, &stack, &nm);
+        let missing = |stack: &PixelStack| {
+            let nm_text: Vec<String> = nm.iter().map(f64::to_string).collect();
+            CommandError::input(format!(
+                "response: no {level} table of pixel {} ({}) at {} nm is shipped or kept; make one first, in up to hours: {}",
+                made.pixel,
+                stack.subpixels,
+                nm_text.join(", "),
+                made.command(level, stack, &nm)
+            ))
+        };
+        let plan = TablePlan::new(&stack, &settings).map_err(CommandError::input)?;
+        let Some(colour) = made.colour else {
+            return self.found(&plan).ok_or_else(|| missing(&stack));
+        };
+        let plan = plan.of_mosaic().map_err(CommandError::input)?;
+        if let Some(colour) = colour.one() {
+            let found = self.found(&plan.with_colour(colour));
+            return found.ok_or_else(|| missing(&stack));
+        }
+        let mut colours = Vec::new();
+        for colour in plan.colours() {
+            let found = self.found(&plan.with_colour(colour));
+            colours.push(found.ok_or_else(|| missing(&stack))?);
+        }
+        let [red, green, blue] = &colours[..] else {
+            return Err(missing(&stack));
+        };
+        AngularResponse::of_channels([red, green, blue], &channels).map_err(CommandError::input)
+    }
+
+    /// The kept table of a plan; a file that is something else is a warning.
+    fn found(&mut self, plan: &TablePlan) -> Option<AngularResponse> {
+        self.cache.find(plan).unwrap_or_else(|warning| {
             self.warnings.push(warning.to_string());
             None
-        });
-        kept.ok_or_else(|| {
-            let nm: Vec<String> = (settings.wavelengths_nm.iter().map(f64::to_string)).collect();
-            CommandError::input(format!(
-                "response: no {model} table of pixel {name} ({}) at {} nm is shipped or kept; make one first, in up to hours: \
-                 qpgen response --model {model} --pixel {name} --subpixels {} --wavelength-nm {}",
-                stack.subpixels,
-                nm.join(", "),
-                stack.subpixels,
-                nm.join(",")
-            ))
         })
     }
 
@@ -269,5 +269,85 @@ impl Responses {
 impl Default for Responses {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+    use crate::config::{DEFAULT_TOML, DatasetConfig};
+    use crate::draw;
+
+    fn recipe(response: &str) -> Recipe {
+        let mut config = DatasetConfig::from_toml(DEFAULT_TOML, "t").unwrap();
+        config.response = toml::from_str(response).unwrap();
+        draw::recipe(&config, 0, &|_| Ok(1.6)).unwrap()
+    }
+
+    fn responses(folder: &Path) -> Responses {
+        Responses {
+            cache: ResponseCache::open(folder),
+            ..Responses::new()
+        }
+    }
+
+    #[test]
+    fn a_table_that_takes_long_is_asked_for_by_the_command_that_makes_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let stack = PixelStack::builtin("3.5um").unwrap();
+        let text = "model = \"rcwa\"\npixels = [\"3.5um\"]\nshifts = 8";
+        let mut responses = responses(folder.path());
+        let asked = recipe(text);
+        let why = responses.get(&asked, stack.subpixels, &|_, _| ());
+        let why = why.unwrap_err().to_string();
+        assert!(
+            why.contains("qpgen response --model rcwa --pixel 3.5um --subpixels 2x2 --shifts 8"),
+            "{why}"
+        );
+        // A file that is no table is told of.
+        let Some((level, made)) = asked.response.made_before() else {
+            panic!("a table made before")
+        };
+        let nm = asked.wavelengths().unwrap().all_response_nm();
+        let key = made.settings(level, &stack, &nm).key(&stack).unwrap();
+        std::fs::write(responses.cache.path(&key), b"no table").unwrap();
+        assert!(responses.get(&asked, stack.subpixels, &|_, _| ()).is_err());
+        assert_eq!(responses.take_warnings().len(), 1);
+    }
+
+    /// `qpgen response --model rcwa --preset draft --shifts 4` makes the table that `preset = "draft"` and `shifts = 4` find.
+    #[test]
+    fn a_dataset_finds_the_table_that_the_same_words_made() {
+        let stack = PixelStack::builtin("1.6um").unwrap();
+        let words = ["", "preset = \"draft\"", "preset = \"draft\"\nshifts = 4"];
+        let models = ["rcwa", "fdtd", "corrected"];
+        let mut keys = Vec::new();
+        for model in models {
+            for words in words {
+                let text = format!("model = \"{model}\"\npixels = [\"1.6um\"]\n{words}");
+                let recipe = recipe(&text);
+                let Some((level, made)) = recipe.response.made_before() else {
+                    panic!("a table made before")
+                };
+                let preset = match words.is_empty() {
+                    true => quadpixel::em::Preset::Standard,
+                    false => quadpixel::em::Preset::Draft,
+                };
+                // What the command line makes of the same words.
+                let choice = quadpixel::em::ModelChoice::new(level, preset);
+                let commanded = match made.shifts {
+                    Some(n) => TableSettings::of_all_shifts(&choice, &stack, n),
+                    None => TableSettings::of_choice(&choice, &stack),
+                };
+                let key = made.settings(level, &stack, &[550.0]).key(&stack).unwrap();
+                assert_eq!(key, commanded.key(&stack).unwrap());
+                keys.push(key);
+            }
+        }
+        keys.sort();
+        keys.dedup();
+        // The corrected level's directions are those of its preset's wave model.
+        assert_eq!(keys.len(), models.len() * words.len());
     }
 }
