@@ -31,6 +31,9 @@ impl FileError {
 
 /// Writes `bytes` to `NAME.tmp-PID` beside `path` and renames it to `path`; on failure (also a full disk) the temporary
 /// file is removed and whatever stood at `path` is untouched.
+///
+/// # Errors
+/// The disk, with the file and what was tried.
 pub fn write_aside(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let aside = aside(path);
     write_through(&aside, bytes)
@@ -43,6 +46,9 @@ pub fn write_aside(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
 }
 
 /// Writes a file and waits for the disk, so that a name given to it later never stands for less, even after a loss of power.
+///
+/// # Errors
+/// The disk, with the file and what was tried.
 pub fn write_synced(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     write_through(path, bytes).map_err(|cause| FileError::new(path, "write", cause))
 }
@@ -54,6 +60,9 @@ fn write_through(path: &Path, bytes: &[u8]) -> io::Result<()> {
 }
 
 /// Gives a finished file or folder its name, and waits for the disk.
+///
+/// # Errors
+/// The disk, with the file and what was tried.
 pub fn rename_synced(from: &Path, to: &Path) -> Result<(), FileError> {
     fs::rename(from, to).map_err(|cause| FileError::new(to, "write", cause))?;
     // Where a folder cannot be opened as a file (Windows) or synced, the name is written when the system sees fit.
@@ -73,17 +82,26 @@ pub fn aside(path: &Path) -> PathBuf {
 }
 
 /// Reads a whole file.
+///
+/// # Errors
+/// The file cannot be read.
 pub fn read(path: &Path) -> Result<Vec<u8>, FileError> {
     fs::read(path).map_err(|cause| FileError::new(path, "read", cause))
 }
 
 /// Creates a folder and its parents; one that exists already is fine.
+///
+/// # Errors
+/// The folder cannot be made.
 pub fn create_folder(path: &Path) -> Result<(), FileError> {
     fs::create_dir_all(path).map_err(|cause| FileError::new(path, "create the folder", cause))
 }
 
 /// A folder of the program's own below one that exists: created, or there already as a plain folder. A link is refused, for what is
 /// written below it would land elsewhere.
+///
+/// # Errors
+/// The folder cannot be made, or what is there is no plain folder.
 pub fn own_folder(path: &Path) -> Result<(), FileError> {
     let error = |cause| FileError::new(path, "create the folder", cause);
     match fs::symlink_metadata(path) {
@@ -100,6 +118,9 @@ pub fn own_folder(path: &Path) -> Result<(), FileError> {
 }
 
 /// Removes a file, folder or link, if there is one; what a link leads to stays.
+///
+/// # Errors
+/// The disk; that nothing is there is no error.
 pub fn remove(path: &Path) -> Result<(), FileError> {
     let result = match fs::symlink_metadata(path) {
         Ok(data) if data.is_dir() => fs::remove_dir_all(path),
@@ -111,6 +132,9 @@ pub fn remove(path: &Path) -> Result<(), FileError> {
 }
 
 /// Writes files of one folder, which is created where it is missing; each is written aside and renamed.
+///
+/// # Errors
+/// The disk, with the file and what was tried.
 pub fn write_folder(folder: &Path, files: &[(impl AsRef<Path>, Vec<u8>)]) -> Result<(), FileError> {
     create_folder(folder)?;
     (files.iter()).try_for_each(|(name, bytes)| write_aside(&folder.join(name), bytes))

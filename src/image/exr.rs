@@ -64,6 +64,9 @@ pub struct NamedLayer {
 /// Writes layers of equal size to one file.
 ///
 /// Errors: no layer, unequal sizes, a name used twice, a finite value that half precision cannot hold, a disk error.
+///
+/// # Errors
+/// As [`encode_layers`], and the disk.
 pub fn write_layers(
     path: &Path,
     layers: &[Layer<'_>],
@@ -76,6 +79,9 @@ pub fn write_layers(
 }
 
 /// The bytes of [`write_layers`]; `path` is for messages only.
+///
+/// # Errors
+/// [`ImageError::Shape`] for layers that do not fit each other, [`ImageError::HalfOverflow`] for a value too large for half precision, [`ImageError::Encode`] for what the encoder refuses.
 pub fn encode_layers(
     path: &Path,
     layers: &[Layer<'_>],
@@ -186,11 +192,17 @@ fn samples_of(
 /// Reads every layer of a file, all samples as f32 (exact for half and float). Layers stand in the order of their names.
 ///
 /// Errors: not an EXR file, a truncated one, deep data, sub-sampled channels.
+///
+/// # Errors
+/// A file that cannot be read, and as [`decode_layers`].
 pub fn read_layers(path: &Path) -> Result<Vec<NamedLayer>, ImageError> {
     decode_layers(path, &file::read(path)?)
 }
 
 /// The layers of a file's bytes, as [`read_layers`]; `path` is for messages only.
+///
+/// # Errors
+/// [`ImageError::Decode`] for what is no EXR file of such layers.
 pub fn decode_layers(path: &Path, bytes: &[u8]) -> Result<Vec<NamedLayer>, ImageError> {
     let decode = |cause: String| ImageError::Decode {
         path: path.to_path_buf(),

@@ -14,6 +14,7 @@ use crate::file::FileError;
 
 /// A picture that could not be written or read.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ImageError {
     /// The file system said no.
     #[error(transparent)]

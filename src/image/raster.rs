@@ -48,6 +48,9 @@ impl Levels {
 /// Writes a 16-bit PNG (1 channel: gray, 3: RGB) and returns the number of values that were clipped.
 ///
 /// Errors: NaN, another number of channels, levels without a positive slope, a disk error.
+///
+/// # Errors
+/// As [`encode_png16`], and the disk.
 pub fn write_png16(path: &Path, image: &Image, levels: Levels) -> Result<u64, ImageError> {
     let (bytes, clipped) = encode_png16(path, image, levels)?;
     file::write_aside(path, &bytes)?;
@@ -55,6 +58,9 @@ pub fn write_png16(path: &Path, image: &Image, levels: Levels) -> Result<u64, Im
 }
 
 /// The bytes of [`write_png16`] and its count; `path` is for messages only.
+///
+/// # Errors
+/// [`ImageError::Shape`] for other than one or three channels or a white level that is not above the black one, [`ImageError::Encode`] for what the encoder refuses.
 pub fn encode_png16(
     path: &Path,
     image: &Image,
@@ -88,6 +94,9 @@ pub fn encode_png16(
 }
 
 /// Writes an 8-bit PNG from codes, row-major, interleaved (1 channel: gray, 3: RGB).
+///
+/// # Errors
+/// As [`encode_png8`], and the disk.
 pub fn write_png8(
     path: &Path,
     codes: &[u8],
@@ -100,6 +109,9 @@ pub fn write_png8(
 }
 
 /// The bytes of [`write_png8`]; `path` is for messages only.
+///
+/// # Errors
+/// [`ImageError::Shape`] for codes that do not fill the size, [`ImageError::Encode`] for what the encoder refuses.
 pub fn encode_png8(
     path: &Path,
     codes: &[u8],
@@ -116,6 +128,9 @@ pub fn encode_png8(
 }
 
 /// The bytes of a 16-bit grey PNG of whole numbers; `path` is for messages only.
+///
+/// # Errors
+/// [`ImageError::Shape`] for codes that do not fill the size, [`ImageError::Encode`] for what the encoder refuses.
 pub fn encode_gray16(
     path: &Path,
     codes: &[u16],
@@ -144,6 +159,9 @@ fn encode_png(
 }
 
 /// Writes a JPEG from sRGB codes, row-major RGB; `quality` 1 to 100.
+///
+/// # Errors
+/// As [`encode_jpeg`], and the disk.
 pub fn write_jpeg(
     path: &Path,
     rgb: &[u8],
@@ -156,6 +174,9 @@ pub fn write_jpeg(
 }
 
 /// The bytes of [`write_jpeg`]; `path` is for messages only.
+///
+/// # Errors
+/// [`ImageError::Shape`] for codes that do not fill the size, [`ImageError::Encode`] for what the encoder refuses.
 pub fn encode_jpeg(
     path: &Path,
     rgb: &[u8],
@@ -200,6 +221,9 @@ fn check_length(
 ///
 /// Integers are divided by their full scale; the transfer function is not undone (see [`super::srgb`]). Gray gives 1
 /// channel, colour 3; alpha is dropped.
+///
+/// # Errors
+/// A file that cannot be read, or is no picture of a known kind.
 pub fn read(path: &Path) -> Result<Image, ImageError> {
     let bytes = file::read(path)?;
     if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {

@@ -4,6 +4,7 @@ use crate::range::OutOfRange;
 
 /// Why a lens cannot be made, changed or used as asked. Each message names the file, the field, its value and what is allowed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum LensError {
     /// The text is not what the format asks for: bad syntax, a missing or unknown field, a wrong type.
     #[error("{file}: {field}: {reason}")]

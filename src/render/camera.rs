@@ -19,6 +19,7 @@ use super::tracer::Tracer;
 
 /// Why a camera cannot be put together.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum CameraError {
     /// The lens fails at one of the wavelengths.
     #[error(transparent)]

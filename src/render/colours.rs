@@ -30,6 +30,9 @@ pub(super) struct Colours {
 
 impl Colours {
     /// Of a lens: one tracer where it has no dispersion.
+    ///
+    /// # Errors
+    /// A wavelength out of the range of the lens.
     pub fn for_lens(
         lens: &Lens,
         response: &Response,

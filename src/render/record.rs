@@ -34,6 +34,7 @@ pub struct RayRecord {
 
 /// Why a record cannot be made, read or used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RecordError {
     /// More than [`RayRecord::MAX_BYTES`].
     #[error("record of rays: takes {bytes} bytes; allowed: up to {max}, a smaller window or fewer rays", max = RayRecord::MAX_BYTES)]

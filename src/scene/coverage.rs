@@ -22,6 +22,9 @@ pub struct CoverageError {
 
 impl Coverage {
     /// Wraps `data`, row-major from the top; non-zero is solid. Fails when it is empty or not `size_px`² long.
+    ///
+    /// # Errors
+    /// A side of zero, or data of another length.
     pub fn new(size_px: usize, data: Vec<u8>) -> Result<Self, CoverageError> {
         if size_px == 0 || size_px.checked_mul(size_px) != Some(data.len()) {
             return Err(CoverageError {

@@ -27,6 +27,7 @@ pub struct Texture {
 
 /// Why a [`Texture`] was refused.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum TextureError {
     /// A side is zero or too long.
     #[error("texture: size {width}×{height} is not within 1..={max}", max = Texture::MAX_SIDE_PX)]
@@ -129,6 +130,9 @@ impl Texture {
     }
 
     /// From one (grey) or three (R, G, B) planes, row-major from the top. Fails on a bad size, length or value.
+    ///
+    /// # Errors
+    /// A side out of range, neither one nor three planes of the right length, or a value that is not finite and ≥ 0.
     pub fn from_planes(
         width: usize,
         height: usize,

@@ -41,6 +41,9 @@ impl Subpixels {
     ];
 
     /// `m` columns by `n` rows; one of [`Self::ALL`].
+    ///
+    /// # Errors
+    /// A number of columns or rows that no pixel has.
     pub fn new(m: usize, n: usize) -> Result<Self, SubpixelsError> {
         let wanted = Self { m, n };
         if Self::ALL.contains(&wanted) {

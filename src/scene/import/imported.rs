@@ -45,6 +45,7 @@ pub(super) type Broken = (String, String);
 
 /// Why a scene cannot be imported.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ImportError {
     /// The file system said no.
     #[error(transparent)]
