@@ -15,10 +15,10 @@ use quadpixel::sensor::{Sensor, Subpixels};
 use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel::units::MM_PER_UM;
 
+use crate::error::FieldError;
 use crate::field_of_view::{centre_at, covering};
-use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, WindowRecipe};
+use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, RecipeError, WindowRecipe};
 use crate::scenes::WorldRecipe;
-use quadpixel::command::CommandError;
 
 pub use responses::Responses;
 pub(crate) use responses::{shifted_to_make, wave_table};
@@ -27,33 +27,27 @@ pub(crate) use responses::{shifted_to_make, wave_table};
 ///
 /// # Errors
 /// What a field of the recipe is and may be.
-pub fn lens(recipe: &LensRecipe) -> Result<Lens, CommandError> {
+pub fn lens(recipe: &LensRecipe) -> Result<Lens, RecipeError> {
     let mut lens = Prescription::named(&recipe.name)
         .and_then(|p| match recipe.deviations.as_slice() {
             [] => Ok(p),
             some => p.with_deviations(some),
         })
-        .and_then(|p| Lens::new(&p))
-        .map_err(CommandError::input)?;
+        .and_then(|p| Lens::new(&p))?;
     if let Some(f) = recipe.f_number {
-        lens = lens.with_f_number(f).map_err(CommandError::input)?;
+        lens = lens.with_f_number(f)?;
     }
     let wavelength = ChannelWavelengths::default().reference_nm();
     let focus_mm = recipe.focus_mm.unwrap_or(f64::INFINITY);
-    lens = lens
-        .focused_at(focus_mm, FocusBy::Sensor, wavelength)
-        .map_err(CommandError::input)?;
+    lens = lens.focused_at(focus_mm, FocusBy::Sensor, wavelength)?;
     if recipe.focus_error_um != 0.0 {
         let error_mm = recipe.focus_error_um * MM_PER_UM;
-        lens = lens
-            .with_focus_error(error_mm, wavelength)
-            .map_err(CommandError::input)?;
+        lens = lens.with_focus_error(error_mm, wavelength)?;
     }
     if recipe.misalignments.is_empty() {
         return Ok(lens);
     }
-    lens.perturbed(&recipe.misalignments)
-        .map_err(CommandError::input)
+    Ok(lens.perturbed(&recipe.misalignments)?)
 }
 
 /// The camera of a recipe.
@@ -64,7 +58,7 @@ pub fn camera(
     recipe: &Recipe,
     response: &Response,
     subpixels: Subpixels,
-) -> Result<Camera, CommandError> {
+) -> Result<Camera, RecipeError> {
     let lens = lens(&recipe.lens)?;
     focused_camera(recipe, &lens, response, subpixels)
 }
@@ -75,26 +69,22 @@ fn focused_camera(
     lens: &Lens,
     response: &Response,
     subpixels: Subpixels,
-) -> Result<Camera, CommandError> {
+) -> Result<Camera, RecipeError> {
     let wavelengths = recipe.wavelengths()?;
     let centre = match recipe.sensor.window {
         WindowRecipe::Centre => DVec2::ZERO,
         WindowRecipe::Position { x_mm, y_mm } => DVec2::new(x_mm, y_mm),
         WindowRecipe::ChiefRayAngle { theta_deg, phi_deg } => {
-            let system = lens
-                .at(wavelengths.reference_nm())
-                .map_err(CommandError::input)?;
+            let system = lens.at(wavelengths.reference_nm())?;
             centre_at(&system, theta_deg, phi_deg)?
         }
     };
     let size = (recipe.sensor.width, recipe.sensor.height);
-    let sensor = Sensor::new(recipe.sensor.pitch_um, subpixels, size, centre)
-        .map_err(CommandError::input)?;
+    let sensor = Sensor::new(recipe.sensor.pitch_um, subpixels, size, centre)?;
     let offset_um = DVec2::from(recipe.sensor.microlens_offset_um);
     if !offset_um.is_finite() {
-        return Err(CommandError::input(format!(
-            "sensor.microlens_offset_um is {offset_um}; allowed: finite lengths"
-        )));
+        let field = "sensor.microlens_offset_um";
+        return Err(FieldError::new(field, offset_um, "finite lengths").into());
     }
     let camera = Camera::new(
         lens,
@@ -102,10 +92,8 @@ fn focused_camera(
         recipe.sensor.microlens_shift,
         response,
         wavelengths,
-    );
-    camera
-        .map(|c| c.with_microlens_offset_um(offset_um))
-        .map_err(CommandError::input)
+    )?;
+    Ok(camera.with_microlens_offset_um(offset_um))
 }
 
 /// The camera in front of which the recipe's cards are laid out, where that is not its own.
@@ -116,7 +104,7 @@ pub fn framing_camera(
     recipe: &Recipe,
     response: &Response,
     subpixels: Subpixels,
-) -> Result<Option<Camera>, CommandError> {
+) -> Result<Option<Camera>, RecipeError> {
     let framing = |focus_mm| {
         let aligned = LensRecipe {
             focus_mm: Some(focus_mm),
@@ -131,7 +119,7 @@ pub fn framing_camera(
 ///
 /// # Errors
 /// What a field of the recipe is and may be.
-pub fn scene(recipe: &Recipe, camera: &Camera) -> Result<Scene, CommandError> {
+pub fn scene(recipe: &Recipe, camera: &Camera) -> Result<Scene, RecipeError> {
     Ok(scene_and_warnings(recipe, camera)?.0)
 }
 
@@ -142,18 +130,18 @@ pub fn scene(recipe: &Recipe, camera: &Camera) -> Result<Scene, CommandError> {
 pub(crate) fn scene_and_warnings(
     recipe: &Recipe,
     camera: &Camera,
-) -> Result<(Scene, Vec<String>), CommandError> {
+) -> Result<(Scene, Vec<String>), RecipeError> {
     if let Some(world) = &recipe.world {
         return world_scene(recipe, world, camera);
     }
     if recipe.planes.is_empty() {
-        return Err(CommandError::input(
+        return Err(RecipeError::Incomplete(
             "planes is empty; allowed: at least one card",
         ));
     }
     let planes = recipe.planes.iter().enumerate();
     let planes =
-        planes.map(|(i, p)| plane(p, camera).map_err(|e| e.within(&format!("planes[{i}]"))));
+        planes.map(|(i, p)| plane(p, camera).map_err(|e| e.within(format!("planes[{i}]"))));
     let planes = planes.collect::<Result<_, _>>()?;
     Ok((Scene::new(planes, recipe.environment), Vec::new()))
 }
@@ -162,36 +150,32 @@ fn world_scene(
     recipe: &Recipe,
     world: &WorldRecipe,
     camera: &Camera,
-) -> Result<(Scene, Vec<String>), CommandError> {
+) -> Result<(Scene, Vec<String>), RecipeError> {
     if !recipe.planes.is_empty() {
-        return Err(CommandError::input(
+        return Err(RecipeError::Incomplete(
             "planes: there is a world too; allowed: cards or a world",
         ));
     }
     let (description, mut warnings) = world.build(camera)?;
-    let checked = World::new(description).map_err(CommandError::input)?;
+    let checked = World::new(description)?;
     warnings.extend(checked.warnings().lines());
     let scene = Scene::from_world(Arc::new(checked), world.paths);
     Ok((scene, warnings))
 }
 
-fn plane(recipe: &PlaneRecipe, camera: &Camera) -> Result<TexturedPlane, CommandError> {
+fn plane(recipe: &PlaneRecipe, camera: &Camera) -> Result<TexturedPlane, RecipeError> {
     let distance = recipe.distance_mm;
     if !(distance.is_finite() && distance > 0.0) {
-        return Err(CommandError::input(format!(
-            "distance_mm is {distance}; allowed: a positive length"
-        )));
+        return Err(FieldError::new("distance_mm", distance, "a positive length").into());
     }
     let texture = recipe
         .chart
-        .generate(recipe.chart_seed, recipe.texture_px)
-        .map_err(CommandError::input)?;
+        .generate(recipe.chart_seed, recipe.texture_px)?;
     let coverage = recipe
         .cutout
         .as_ref()
         .map(|c| c.shape.generate(c.seed, recipe.texture_px))
-        .transpose()
-        .map_err(CommandError::input)?;
+        .transpose()?;
     let tilts = (recipe.tilt_x_deg, recipe.tilt_y_deg, recipe.roll_deg);
     let turn: DMat3 = TexturedPlane::orientation(tilts);
     let (centre, size) = match recipe.extent {
@@ -218,34 +202,27 @@ fn plane(recipe: &PlaneRecipe, camera: &Camera) -> Result<TexturedPlane, Command
             height_mm,
         } => (DVec3::new(x_mm, y_mm, -distance), (width_mm, height_mm)),
     };
-    TexturedPlane::new(
+    let coverage = coverage.map(Arc::new);
+    Ok(TexturedPlane::new(
         centre,
         size,
         tilts,
         Arc::new(texture),
-        coverage.map(Arc::new),
-    )
-    .map_err(CommandError::input)
+        coverage,
+    )?)
 }
 
 /// Where the middle ray of stored-image place (column, row) meets depth `distance_mm`.
-fn seen_at(
-    camera: &Camera,
-    column: f64,
-    row: f64,
-    distance_mm: f64,
-) -> Result<DVec3, CommandError> {
+fn seen_at(camera: &Camera, column: f64, row: f64, distance_mm: f64) -> Result<DVec3, RecipeError> {
     let place = camera.sensor().position_mm(column, row);
     crate::field_of_view::middle_ray(camera, place)
         .and_then(|ray| trace_backward(camera.system(1), ray).ok())
         .map(|ray| {
             ray.origin_mm + (-distance_mm - ray.origin_mm.z) / ray.direction.z * ray.direction
         })
-        .ok_or_else(|| {
-            CommandError::input(format!(
-                "no light reaches the sensor at ({:.3}, {:.3}) mm",
-                place.x, place.y
-            ))
+        .ok_or(RecipeError::Dark {
+            x_mm: place.x,
+            y_mm: place.y,
         })
 }
 
@@ -253,22 +230,24 @@ fn seen_at(
 ///
 /// # Errors
 /// An unknown name, or what is wrong with the file.
-pub fn pixel(name: &str) -> Result<PixelStack, CommandError> {
+pub fn pixel(name: &str) -> Result<PixelStack, RecipeError> {
     let stack = if name.ends_with(".toml") {
-        let text = std::fs::read_to_string(name)
-            .map_err(|e| CommandError::input(format!("{name}: {e}")))?;
-        PixelStack::from_toml(&text, name)
+        let text = std::fs::read_to_string(name).map_err(|cause| RecipeError::File {
+            path: name.into(),
+            cause,
+        })?;
+        PixelStack::from_toml(&text, name)?
     } else {
-        PixelStack::builtin(name)
+        PixelStack::builtin(name)?
     };
-    stack.map_err(CommandError::input)
+    Ok(stack)
 }
 
 /// A pixel by its built-in name or TOML file, with m×n photodiodes.
 ///
 /// # Errors
 /// An unknown name, or what is wrong with the file.
-pub fn pixel_stack(name: &str, subpixels: Subpixels) -> Result<PixelStack, CommandError> {
+pub fn pixel_stack(name: &str, subpixels: Subpixels) -> Result<PixelStack, RecipeError> {
     Ok(PixelStack {
         subpixels,
         ..pixel(name)?
@@ -279,15 +258,14 @@ pub fn pixel_stack(name: &str, subpixels: Subpixels) -> Result<PixelStack, Comma
 ///
 /// # Errors
 /// Another text.
-pub fn subpixels(name: &str) -> Result<Subpixels, CommandError> {
+pub fn subpixels(name: &str) -> Result<Subpixels, RecipeError> {
     let parts = name
         .split_once('x')
         .and_then(|(m, n)| Some((m.parse().ok()?, n.parse().ok()?)));
     let allowed = || {
-        CommandError::input(format!(
-            "subpixels is `{name}`; allowed: 1x1, 2x1, 1x2, 2x2, 3x3, 4x4 (columns x rows)"
-        ))
+        let allowed = "1x1, 2x1, 1x2, 2x2, 3x3, 4x4 (columns x rows)";
+        FieldError::new("subpixels", format!("`{name}`"), allowed)
     };
     let (m, n) = parts.ok_or_else(allowed)?;
-    Subpixels::new(m, n).map_err(|_| allowed())
+    Ok(Subpixels::new(m, n).map_err(|_| allowed())?)
 }

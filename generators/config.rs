@@ -2,12 +2,14 @@
 //!
 //! The default is the commented file `generators/default.toml`; `qpgen dataset --print-config` prints it.
 
+mod error;
 mod number;
 mod readout;
 mod sweep;
 mod tolerances;
 mod world;
 
+pub use error::ConfigError;
 pub use number::{Draw, Range, Scale};
 pub use readout::ReadoutConfig;
 pub use sweep::SweepConfig;
@@ -21,8 +23,8 @@ use quadpixel::spectrum::Bands;
 use quadpixel_datasets::MosaicPattern;
 use serde::{Deserialize, Serialize};
 
-use quadpixel::command::CommandError;
-
+use crate::charts::{ChartSpec, is_image};
+use crate::error::FieldError;
 use crate::made_table::MadeTables;
 
 /// The default configuration, with comments.
@@ -163,11 +165,9 @@ pub enum ResponseConfig {
 }
 
 /// Lens shifts that a table can have.
-fn check_shifts(shifts: Option<usize>) -> Result<(), CommandError> {
-    let checked = shifts.map(|n| ShiftGrid::new(1.0, n)).transpose();
-    checked
-        .map(|_| ())
-        .map_err(|e| CommandError::input(format!("response.shifts: {e}")))
+fn check_shifts(shifts: Option<usize>) -> Result<(), ConfigError> {
+    let grid = shifts.map(|n| ShiftGrid::new(1.0, n)).transpose();
+    grid.map(|_| ()).map_err(ConfigError::Shifts)
 }
 
 /// Thickness of a pixel's flat layers. Each value needs a table of its own, so few are made and shared.
@@ -208,10 +208,15 @@ impl DatasetConfig {
     ///
     /// # Errors
     /// The place of a TOML error, or the first field that is out of bounds.
-    pub fn from_toml(text: &str, file: &str) -> Result<Self, CommandError> {
-        let config: Self =
-            toml::from_str(text).map_err(|e| CommandError::input(format!("{file}: {e}")))?;
-        config.check().map_err(|e| e.within(file))?;
+    pub fn from_toml(text: &str, file: &str) -> Result<Self, ConfigError> {
+        let config: Self = toml::from_str(text).map_err(|cause| ConfigError::Toml {
+            file: file.to_owned(),
+            cause: Box::new(cause),
+        })?;
+        config.check().map_err(|cause| ConfigError::File {
+            file: file.to_owned(),
+            cause: Box::new(cause),
+        })?;
         Ok(config)
     }
 
@@ -219,111 +224,122 @@ impl DatasetConfig {
     ///
     /// # Errors
     /// Names the field, its value and what is allowed.
-    pub fn check(&self) -> Result<(), CommandError> {
-        let inf = f64::INFINITY;
-        let some = |field: &str, n: usize| {
-            if n > 0 {
-                Ok(())
-            } else {
-                Err(CommandError::input(format!(
-                    "{field} is empty or 0; allowed: at least 1"
-                )))
-            }
-        };
-        some("count", self.count)?;
-        some("lens.names", self.lens.names.len())?;
-        some("sensor.width", self.sensor.width)?;
-        some("sensor.height", self.sensor.height)?;
-        some("rays_per_pixel", self.rays_per_pixel)?;
-        some("scene.charts", self.scene.charts.len())?;
-        some("scene.texture_px", self.scene.texture_px)?;
-        match &self.response {
-            ResponseConfig::Wave {
-                pixels,
-                stack,
-                shifts,
-                preset: _,
-            } => {
-                some("response.pixels", pixels.len())?;
-                check_shifts(*shifts)?;
-                if let Some(stack) = stack {
-                    some("response.stack.variants", stack.variants)?;
-                    stack.scale.check("response.stack.scale", (0.5, 2.0))?;
-                }
-            }
-            ResponseConfig::Fdtd(tables)
-            | ResponseConfig::Rcwa(tables)
-            | ResponseConfig::Corrected(tables) => {
-                some("response.pixels", tables.pixels.len())?;
-                check_shifts(tables.shifts)?;
-            }
-            ResponseConfig::Table { files } => some("response.files", files.len())?,
-            ResponseConfig::Geometric => {}
-        }
-        self.lens.focus_mm.check("lens.focus_mm", (1.0, inf))?;
-        if let Some(f) = &self.lens.f_number {
-            f.check("lens.f_number", (0.5, 64.0))?;
-        }
-        if let Some(error) = &self.lens.focus_error_um {
-            error.check("lens.focus_error_um", (-1e4, 1e4))?;
-        }
+    pub fn check(&self) -> Result<(), ConfigError> {
+        check_filled(&[
+            ("count", self.count),
+            ("lens.names", self.lens.names.len()),
+            ("sensor.width", self.sensor.width),
+            ("sensor.height", self.sensor.height),
+            ("rays_per_pixel", self.rays_per_pixel),
+            ("scene.charts", self.scene.charts.len()),
+            ("scene.texture_px", self.scene.texture_px),
+        ])?;
+        self.response.check()?;
+        self.check_draws()?;
         if let Some(tolerances) = &self.lens.tolerances {
             tolerances.check()?;
-        }
-        if let Some(offset) = &self.sensor.microlens_offset_um {
-            offset.check("sensor.microlens_offset_um", (-10.0, 10.0))?;
         }
         if let Some(sweep) = &self.sweep {
             sweep.check(&self.lens.focus_mm)?;
         }
         if let Some(bands) = &self.spectrum {
-            bands.check().map_err(CommandError::input)?;
+            bands.check()?;
         }
-        if let Some(p) = &self.sensor.pitch_um {
-            p.check("sensor.pitch_um", (0.1, 100.0))?;
-        }
-        if let WindowConfig::Random { max_height_mm } = self.sensor.window {
-            Draw::Fixed(max_height_mm).check("sensor.window.max_height_mm", (0.0, 100.0))?;
-        }
-        if let WindowConfig::ChiefRayAngle { theta_deg, phi_deg } = &self.sensor.window {
-            theta_deg.check("sensor.window.theta_deg", (0.0, 89.0))?;
-            phi_deg.check("sensor.window.phi_deg", (-360.0, 360.0))?;
-        }
-        crate::planned::checked(&self.tolerance)?;
-        self.exposure_ev.check("exposure_ev", (-16.0, 16.0))?;
+        self.tolerance.check().map_err(ConfigError::Tolerance)?;
         if let Some(readout) = &self.readout {
             readout.check()?;
         }
-        self.scene
-            .background_over_focus
-            .check("scene.background_over_focus", (0.05, 100.0))?;
-        self.scene.tilt_deg.check("scene.tilt_deg", (-60.0, 60.0))?;
-        self.scene.cards.check("scene.cards", (0.0, 64.0))?;
-        self.scene
-            .card_over_focus
-            .check("scene.card_over_focus", (0.05, 100.0))?;
-        self.scene.card_size.check("scene.card_size", (0.01, 4.0))?;
         if let Some(world) = &self.scene.world {
             world.check()?;
             if !self.lens.focus_mm.bounds().1.is_finite() {
-                return Err(CommandError::input(
-                    "lens.focus_mm is infinite; scene.world needs a finite one, its depths are multiples of it",
+                return Err(ConfigError::Together(
+                    "lens.focus_mm is infinite; scene.world needs a finite one, its depths are multiples of it".into(),
                 ));
             }
         }
-        let known =
-            |c: &String| crate::charts::ChartSpec::KINDS.contains(&c.as_str()) && c != "image";
-        match self
-            .scene
+        self.scene.check_charts()
+    }
+
+    fn check_draws(&self) -> Result<(), FieldError> {
+        let (lens, sensor, scene) = (&self.lens, &self.sensor, &self.scene);
+        let (height_mm, theta_deg, phi_deg) = match sensor.window {
+            WindowConfig::Centre => (None, None, None),
+            WindowConfig::Random { max_height_mm } => {
+                (Some(Draw::Fixed(max_height_mm)), None, None)
+            }
+            WindowConfig::ChiefRayAngle { theta_deg, phi_deg } => {
+                (None, Some(theta_deg), Some(phi_deg))
+            }
+        };
+        #[rustfmt::skip] // because it is a table
+        let rows = [
+            ("lens.focus_mm", Some(lens.focus_mm), [1.0, f64::INFINITY]),
+            ("lens.f_number", lens.f_number, [0.5, 64.0]),
+            ("lens.focus_error_um", lens.focus_error_um, [-1e4, 1e4]),
+            ("sensor.microlens_offset_um", sensor.microlens_offset_um, [-10.0, 10.0]),
+            ("sensor.pitch_um", sensor.pitch_um, [0.1, 100.0]),
+            ("sensor.window.max_height_mm", height_mm, [0.0, 100.0]),
+            ("sensor.window.theta_deg", theta_deg, [0.0, 89.0]),
+            ("sensor.window.phi_deg", phi_deg, [-360.0, 360.0]),
+            ("exposure_ev", Some(self.exposure_ev), [-16.0, 16.0]),
+            ("scene.background_over_focus", Some(scene.background_over_focus), [0.05, 100.0]),
+            ("scene.tilt_deg", Some(scene.tilt_deg), [-60.0, 60.0]),
+            ("scene.cards", Some(scene.cards), [0.0, 64.0]),
+            ("scene.card_over_focus", Some(scene.card_over_focus), [0.05, 100.0]),
+            ("scene.card_size", Some(scene.card_size), [0.01, 4.0]),
+        ];
+        number::check(&rows)
+    }
+}
+
+/// Checks that no list is empty and no number 0.
+fn check_filled(fields: &[(&'static str, usize)]) -> Result<(), ConfigError> {
+    match fields.iter().find(|(_, n)| *n == 0) {
+        Some((field, _)) => Err(ConfigError::Empty(field)),
+        None => Ok(()),
+    }
+}
+
+impl ResponseConfig {
+    fn check(&self) -> Result<(), ConfigError> {
+        match self {
+            Self::Wave {
+                pixels,
+                stack,
+                shifts,
+                preset: _,
+            } => {
+                check_filled(&[("response.pixels", pixels.len())])?;
+                check_shifts(*shifts)?;
+                if let Some(stack) = stack {
+                    check_filled(&[("response.stack.variants", stack.variants)])?;
+                    number::check(&[("response.stack.scale", Some(stack.scale), [0.5, 2.0])])?;
+                }
+            }
+            Self::Fdtd(tables) | Self::Rcwa(tables) | Self::Corrected(tables) => {
+                check_filled(&[("response.pixels", tables.pixels.len())])?;
+                check_shifts(tables.shifts)?;
+            }
+            Self::Table { files } => check_filled(&[("response.files", files.len())])?,
+            Self::Geometric => {}
+        }
+        Ok(())
+    }
+}
+
+impl SceneConfig {
+    fn check_charts(&self) -> Result<(), ConfigError> {
+        let known = |name: &str| ChartSpec::KINDS.contains(&name) && name != "image";
+        let mut unknown = self
             .charts
             .iter()
-            .find(|c| !known(c) && !crate::draw::is_image(c))
-        {
+            .filter(|name| !known(name) && !is_image(name));
+        match unknown.next() {
             None => Ok(()),
-            Some(c) => {
-                let kinds = crate::charts::ChartSpec::KINDS.join(", ");
-                Err(CommandError::input(format!(
-                    "scene.charts has `{c}`; allowed: {kinds} (image by the path of a PNG, JPEG or TIFF file)"
+            Some(name) => {
+                let kinds = ChartSpec::KINDS.join(", ");
+                Err(ConfigError::Together(format!(
+                    "scene.charts has `{name}`; allowed: {kinds} (image by the path of a PNG, JPEG or TIFF file)"
                 )))
             }
         }

@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use quadpixel::command::CommandError;
 use quadpixel::shard::Shard;
 use quadpixel_datasets::paths;
 
 use crate::assemble::Responses;
 use crate::config::DatasetConfig;
+use crate::error::GenerateError;
+use crate::folder_error::FolderError;
 use crate::identity::Identity;
 use crate::observer::{Event, Observer};
 use crate::planned;
@@ -41,7 +42,7 @@ pub fn make(
     config: &DatasetConfig,
     out: &Path,
     observer: &dyn Observer,
-) -> Result<Summary, CommandError> {
+) -> Result<Summary, GenerateError> {
     make_part(config, out, Shard::WHOLE, observer)
 }
 
@@ -55,7 +56,7 @@ pub fn make_part(
     out: &Path,
     shard: Shard,
     observer: &dyn Observer,
-) -> Result<Summary, CommandError> {
+) -> Result<Summary, GenerateError> {
     config.check()?;
     check_folder(out)?;
     let identity = Identity::of(config)?;
@@ -90,14 +91,21 @@ pub fn make_part(
         }
         if observer.stop_asked() {
             observer.event(Event::End);
-            return Err(stopped(done, recipes.indices.len()));
+            return Err(GenerateError::Stopped {
+                done,
+                samples: recipes.indices.len(),
+            });
         }
         let id = SampleId {
             index,
             configuration_blake3: hash.clone(),
         };
-        let sample = render_sample(&recipe, id, &mut responses, observer)
-            .map_err(|e| e.within(&format!("sample {index}")))?;
+        let sample = render_sample(&recipe, id, &mut responses, observer).map_err(|e| {
+            GenerateError::Sample {
+                index,
+                cause: Box::new(e.into()),
+            }
+        })?;
         let warnings = responses.take_warnings();
         for warning in warnings.iter().chain(sample.warnings()) {
             observer.event(Event::Warning(warning));
@@ -110,7 +118,7 @@ pub fn make_part(
         let written = timed(&mut stages.writing_s, || {
             write_sample(&place, &sample.files())
         });
-        written.map_err(write_error)?;
+        written?;
         let detail = format!("{name}: {}", sample.stages());
         observer.event(Event::Detail(&detail));
         done += 1;
@@ -138,7 +146,7 @@ pub fn make_part(
 ///
 /// # Errors
 /// A sample that cannot be read, or the disk.
-pub(crate) fn finish(out: &Path, identity: &Identity) -> Result<(), CommandError> {
+pub(crate) fn finish(out: &Path, identity: &Identity) -> Result<(), GenerateError> {
     let number = |name: &str| {
         identity
             .configuration
@@ -146,8 +154,8 @@ pub(crate) fn finish(out: &Path, identity: &Identity) -> Result<(), CommandError
             .and_then(serde_json::Value::as_u64)
     };
     let (Some(seed), Some(count)) = (number("seed"), number("count")) else {
-        let text = format!("{}: its configuration has no count and seed", out.display());
-        return Err(CommandError::input(text));
+        let what = "its configuration has no count and seed";
+        return Err(FolderError::refused(out.display(), what).into());
     };
     let dataset = Dataset {
         seed,
@@ -156,24 +164,13 @@ pub(crate) fn finish(out: &Path, identity: &Identity) -> Result<(), CommandError
         licence: LICENCE,
         count: u32::try_from(count).unwrap_or(u32::MAX),
     };
-    finish_dataset(out, &dataset).map_err(write_error)?;
+    finish_dataset(out, &dataset)?;
     Ok(())
 }
 
-fn stopped(done: usize, of: usize) -> CommandError {
-    CommandError::failed(format!(
-        "stopped by a signal; {done} of {of} samples are there, and the same command goes on with them"
-    ))
-}
-
 /// Whether an earlier run finished a sample; what is broken is reported and taken away.
-fn found(
-    root: &Path,
-    index: u32,
-    hash: &str,
-    observer: &dyn Observer,
-) -> Result<bool, CommandError> {
-    match found_sample(root, index, hash).map_err(write_error)? {
+fn found(root: &Path, index: u32, hash: &str, observer: &dyn Observer) -> Result<bool, WriteError> {
+    match found_sample(root, index, hash)? {
         Found::Whole => Ok(true),
         Found::Nothing => Ok(false),
         Found::Broken(what) => {
@@ -186,15 +183,15 @@ fn found(
 
 /// Refuses parts of another dataset, or of another number of parts, in `out`. Says whether samples may lie in `out` itself, from an
 /// earlier merge.
-fn shard_neighbours(out: &Path, shard: Shard, identity: &Identity) -> Result<bool, CommandError> {
+fn shard_neighbours(out: &Path, shard: Shard, identity: &Identity) -> Result<bool, FolderError> {
     let parts = shard_folders(out)?;
     if shard.is_whole() {
         return match parts.is_empty() {
             true => Ok(false),
-            false => Err(CommandError::input(format!(
-                "--out {}: holds shards of a dataset; allowed: --shard i/n, or qpgen merge, or another folder",
-                out.display()
-            ))),
+            false => Err(FolderError::refused(
+                format!("--out {}", out.display()),
+                "holds shards of a dataset; allowed: --shard i/n, or qpgen merge, or another folder",
+            )),
         };
     }
     for part in &parts {
@@ -202,10 +199,11 @@ fn shard_neighbours(out: &Path, shard: Shard, identity: &Identity) -> Result<boo
             .file_name()
             .and_then(|n| paths::parse_shard_folder(n.to_str()?));
         if of.is_some_and(|(_, of)| of != shard.count()) {
-            return Err(CommandError::input(format!(
-                "--shard {shard}: {} is there already; allowed: the same number of shards, or another folder",
+            let what = format!(
+                "{} is there already; allowed: the same number of shards, or another folder",
                 part.display()
-            )));
+            );
+            return Err(FolderError::refused(format!("--shard {shard}"), what));
         }
         if let Some(there) = asked_for(part)? {
             refuse_other(part, &there, identity)?;
@@ -219,13 +217,13 @@ fn shard_neighbours(out: &Path, shard: Shard, identity: &Identity) -> Result<boo
 }
 
 /// The folders of parts in `out`, in the order of their names.
-pub(crate) fn shard_folders(out: &Path) -> Result<Vec<PathBuf>, CommandError> {
+pub(crate) fn shard_folders(out: &Path) -> Result<Vec<PathBuf>, FolderError> {
     let Ok(entries) = std::fs::read_dir(out) else {
         return Ok(Vec::new());
     };
     let mut found = Vec::new();
     for entry in entries {
-        let entry = entry.map_err(|e| CommandError::failed(format!("{}: {e}", out.display())))?;
+        let entry = entry.map_err(|e| FolderError::disk(out, e))?;
         let plain = entry.file_type().is_ok_and(|kind| kind.is_dir());
         if plain
             && entry
@@ -242,7 +240,7 @@ pub(crate) fn shard_folders(out: &Path) -> Result<Vec<PathBuf>, CommandError> {
 }
 
 /// A dataset may grow, but not shrink: samples would be left over.
-fn refuse_fewer(place: &Path, count: usize) -> Result<(), CommandError> {
+fn refuse_fewer(place: &Path, count: usize) -> Result<(), FolderError> {
     let Ok(entries) = std::fs::read_dir(place.join(paths::SAMPLES)) else {
         return Ok(());
     };
@@ -250,22 +248,20 @@ fn refuse_fewer(place: &Path, count: usize) -> Result<(), CommandError> {
         .flatten()
         .filter_map(|entry| entry.file_name().to_str()?.parse().ok());
     match numbers.max() {
-        Some(largest @ 0usize..) if largest >= count => Err(CommandError::input(format!(
-            "--count is {count}; {} holds sample {largest} already; allowed: at least {}, or a new folder",
-            place.display(),
-            largest + 1
-        ))),
+        Some(largest @ 0usize..) if largest >= count => Err(FolderError::Fewer {
+            folder: place.to_owned(),
+            count,
+            largest,
+        }),
         _ => Ok(()),
     }
 }
 
 /// A folder may be absent, empty, or hold an earlier run.
-fn check_folder(out: &Path) -> Result<(), CommandError> {
+fn check_folder(out: &Path) -> Result<(), FolderError> {
     if out.exists() && !out.is_dir() {
-        return Err(CommandError::input(format!(
-            "--out {}: is a file; allowed: a folder",
-            out.display()
-        )));
+        let place = format!("--out {}", out.display());
+        return Err(FolderError::refused(place, "is a file; allowed: a folder"));
     }
     let known = [paths::RUN, paths::DATASET].map(|name| out.join(name).is_file());
     let ours = known.contains(&true) || !shard_folders(out)?.is_empty();
@@ -277,20 +273,8 @@ fn check_folder(out: &Path) -> Result<(), CommandError> {
     if ours || empty {
         return Ok(());
     }
-    Err(CommandError::input(format!(
-        "--out {}: holds files that are not a dataset; allowed: a new or empty folder, or one of an earlier run",
-        out.display()
-    )))
-}
-
-/// What the user can mend is an input error; a disk that fails is not.
-pub fn write_error(error: WriteError) -> CommandError {
-    match error {
-        WriteError::Occupied { .. } | WriteError::Input { .. } | WriteError::Path(_) => {
-            CommandError::input(error.to_string())
-        }
-        WriteError::File(_) | WriteError::Image(_) | WriteError::Json { .. } => {
-            CommandError::failed(error.to_string())
-        }
-    }
+    Err(FolderError::refused(
+        format!("--out {}", out.display()),
+        "holds files that are not a dataset; allowed: a new or empty folder, or one of an earlier run",
+    ))
 }

@@ -4,21 +4,18 @@
 mod optics;
 mod readout;
 
-use std::path::Path;
-
 use quadpixel::render::RenderSettings;
 use quadpixel::sampling::{hash, uniform};
 
-use crate::charts::{ChartSpec, ImageFile, Mask, random_spec};
+use crate::charts::{ChartSpec, ImageFile, Mask, is_image, random_spec};
 use crate::config::{
     DatasetConfig, Draw, ResponseConfig, WindowConfig, WorldConfig, WorldFileConfig,
 };
 use crate::recipe::{
-    Cutout, ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, ResponseRecipe, SensorRecipe,
-    WindowRecipe,
+    Cutout, ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, RecipeError, ResponseRecipe,
+    SensorRecipe, WindowRecipe,
 };
 use crate::scenes::{Drawn, FileWorld, WorldRecipe, WorldSource};
-use quadpixel::command::CommandError;
 
 /// What a drawn number is for; part of its key.
 #[derive(Clone, Copy)]
@@ -115,8 +112,8 @@ impl Dice {
 pub fn recipe(
     config: &DatasetConfig,
     index: u64,
-    pitch_of: &dyn Fn(&str) -> Result<f64, CommandError>,
-) -> Result<Recipe, CommandError> {
+    pitch_of: &dyn Fn(&str) -> Result<f64, RecipeError>,
+) -> Result<Recipe, RecipeError> {
     // A focus stack is one scene and one camera; only the focus, the rays and the shot are each sample's own.
     let (scene, step) = match &config.sweep {
         Some(sweep) => (index / sweep.steps as u64, index % sweep.steps as u64),
@@ -188,13 +185,13 @@ pub fn recipe(
         .map(|d| dice.of(&d, For::Pitch, 0))
         .or(pixel_pitch);
     let Some(pitch_um) = pitch else {
-        return Err(CommandError::input(
+        return Err(RecipeError::Incomplete(
             "sensor.pitch_um is absent; the geometric response has no pixel to take it from",
         ));
     };
     let readout = |electronics| {
         let subpixels = crate::assemble::subpixels(&config.sensor.subpixels)?;
-        Ok(readout::readout(
+        Ok::<_, RecipeError>(readout::readout(
             electronics,
             &dice,
             &shot,
@@ -329,7 +326,7 @@ fn planes(
     config: &DatasetConfig,
     dice: &Dice,
     focus_mm: f64,
-) -> Result<Vec<PlaneRecipe>, CommandError> {
+) -> Result<Vec<PlaneRecipe>, RecipeError> {
     let scene = &config.scene;
     let background_mm = focus_mm * dice.of(&scene.background_over_focus, For::Background, 0);
     // The background's chart goes through the list in turn, so that a small set shows them all.
@@ -374,19 +371,9 @@ fn planes(
 }
 
 /// A chart by its kind with parameters drawn from `seed`, or an image file by its path.
-fn chart(entry: &str, seed: u64) -> Result<ChartSpec, CommandError> {
+fn chart(entry: &str, seed: u64) -> Result<ChartSpec, RecipeError> {
     if is_image(entry) {
         return Ok(ChartSpec::Image(ImageFile { path: entry.into() }));
     }
-    random_spec(entry, seed).map_err(|e| CommandError::input(format!("scene.charts: {e}")))
-}
-
-/// Whether an entry of `scene.charts` is the path of an image.
-pub(crate) fn is_image(entry: &str) -> bool {
-    let extension = Path::new(entry)
-        .extension()
-        .and_then(|e| e.to_str())
-        .unwrap_or_default()
-        .to_ascii_lowercase();
-    ["png", "jpg", "jpeg", "tif", "tiff"].contains(&extension.as_str())
+    random_spec(entry, seed).map_err(RecipeError::ListedChart)
 }

@@ -9,14 +9,14 @@ mod tables;
 
 use std::path::{Path, PathBuf};
 
-use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel::shard::Shard;
 use serde::Serialize;
 
 use crate::assemble::Responses;
 use crate::config::{DatasetConfig, ResponseConfig};
-use crate::dataset::write_error;
+use crate::error::GenerateError;
+use crate::folder_error::FolderError;
 use crate::observer::{Event, Observer};
 use crate::recipe::Recipe;
 use crate::recipes::Recipes;
@@ -72,7 +72,7 @@ pub fn estimate(
     out: &Path,
     shard: Shard,
     observer: &dyn Observer,
-) -> Result<Expected, CommandError> {
+) -> Result<Expected, GenerateError> {
     config.check()?;
     let recipes = Recipes::checked(config, shard)?;
     let count = recipes.indices.len();
@@ -159,7 +159,7 @@ fn trial(
     part: usize,
     folder: &Folder,
     responses: &mut Responses,
-) -> Result<Trial, CommandError> {
+) -> Result<Trial, GenerateError> {
     let mut recipe = recipe.clone();
     let rays =
         (recipe.render.rays_per_pixel / part).max(LEAST_RAYS.min(recipe.render.rays_per_pixel));
@@ -173,10 +173,9 @@ fn trial(
     let place = folder.0.join("sample");
     timed(&mut stages.writing_s, || {
         write_alone(&place, &sample.files())
-    })
-    .map_err(write_error)?;
+    })?;
     let bytes = size_of(&place)?;
-    file::remove(&place).map_err(CommandError::failed)?;
+    file::remove(&place)?;
     Ok(Trial {
         stages,
         bytes,
@@ -201,8 +200,8 @@ fn peak_memory_bytes() -> Option<u64> {
 }
 
 /// Length of all files in a folder.
-fn size_of(folder: &Path) -> Result<u64, CommandError> {
-    let failed = |e: std::io::Error| CommandError::failed(format!("{}: {e}", folder.display()));
+fn size_of(folder: &Path) -> Result<u64, GenerateError> {
+    let failed = |cause| FolderError::disk(folder, cause);
     let mut bytes = 0;
     for entry in std::fs::read_dir(folder).map_err(failed)? {
         bytes += entry.and_then(|e| e.metadata()).map_err(failed)?.len();
@@ -214,11 +213,11 @@ fn size_of(folder: &Path) -> Result<u64, CommandError> {
 struct Folder(PathBuf);
 
 impl Folder {
-    fn beside(out: &Path) -> Result<Self, CommandError> {
+    fn beside(out: &Path) -> Result<Self, GenerateError> {
         let mut name = out.file_name().unwrap_or_default().to_os_string();
         name.push(format!("-estimate-{}", std::process::id()));
         let folder = out.with_file_name(name);
-        file::create_folder(&folder).map_err(CommandError::failed)?;
+        file::create_folder(&folder)?;
         Ok(Self(folder))
     }
 }

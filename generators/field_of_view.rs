@@ -7,7 +7,7 @@ use quadpixel::rays::Ray;
 use quadpixel::render::Camera;
 use quadpixel::spectrum::ChannelWavelengths;
 
-use quadpixel::command::CommandError;
+use crate::recipe::RecipeError;
 
 /// Points around the rim of the pupil that bound the blur.
 const RIM: usize = 16;
@@ -33,14 +33,10 @@ pub fn covering(
     camera: &Camera,
     distance_mm: f64,
     turn: DMat3,
-) -> Result<(DVec3, f64), CommandError> {
+) -> Result<(DVec3, f64), RecipeError> {
     let window = camera.sensor().window_mm();
     let system = camera.system(ChannelWavelengths::REFERENCE);
-    let fail = || {
-        CommandError::input(format!(
-            "distance_mm is {distance_mm}; no ray of the sensor window meets the card there"
-        ))
-    };
+    let fail = || RecipeError::Unseen { distance_mm };
     let middle = middle_ray(camera, window.centre)
         .and_then(|r| trace_backward(system, r).ok())
         .ok_or_else(fail)?;
@@ -98,12 +94,8 @@ pub fn centre_at(
     system: &OpticalSystem,
     theta_deg: f64,
     phi_deg: f64,
-) -> Result<DVec2, CommandError> {
-    let fail = || {
-        CommandError::input(format!(
-            "window.theta_deg is {theta_deg}; no chief ray of this lens arrives at that angle"
-        ))
-    };
+) -> Result<DVec2, RecipeError> {
+    let fail = || RecipeError::NoChiefRay { theta_deg };
     if !(0.0..90.0).contains(&theta_deg) {
         return Err(fail());
     }

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel::shard::Shard;
 use quadpixel_datasets::paths;
 
 use crate::dataset::{finish, shard_folders};
+use crate::error::GenerateError;
+use crate::folder_error::FolderError;
 use crate::identity::Identity;
 use crate::observer::{Event, Observer};
 use crate::run_folder::RunFolder;
@@ -26,7 +27,7 @@ struct Part {
 /// # Errors
 /// Shards that do not belong together (2); samples that are missing, or a disk that fails (1). A merge that
 /// stopped goes on when it is called again.
-pub fn merge(out: &Path, from: &[PathBuf], observer: &dyn Observer) -> Result<(), CommandError> {
+pub fn merge(out: &Path, from: &[PathBuf], observer: &dyn Observer) -> Result<(), GenerateError> {
     let inside = from.is_empty();
     let folders = match inside {
         true => shard_folders(out)?,
@@ -40,22 +41,18 @@ pub fn merge(out: &Path, from: &[PathBuf], observer: &dyn Observer) -> Result<()
             shard,
         })
     });
-    let parts: Vec<Part> = parts.collect::<Result<_, CommandError>>()?;
+    let parts: Vec<Part> = parts.collect::<Result<_, FolderError>>()?;
     let Some(first) = parts.first() else {
-        return Err(CommandError::input(format!(
-            "{}: holds no shards; allowed: the --out of qpgen dataset --shard, or --from",
-            out.display()
-        )));
+        let what = "holds no shards; allowed: the --out of qpgen dataset --shard, or --from";
+        return Err(FolderError::refused(out.display(), what).into());
     };
     let count = one_dataset(first, &parts)?;
     let names = (0..count).map(paths::sample_name);
-    let names: Vec<String> = names
-        .collect::<Result<_, _>>()
-        .map_err(CommandError::input)?;
+    let names: Vec<String> = names.collect::<Result<_, _>>().map_err(FolderError::Path)?;
     refuse_missing(out, first.shard, &parts, &names)?;
     let whole = RunFolder::open(out, &first.identity, Shard::WHOLE)?;
     let samples = out.join(paths::SAMPLES);
-    file::own_folder(&samples).map_err(failed)?;
+    file::own_folder(&samples)?;
     observer.event(Event::Start {
         samples: names.len(),
         rays: 0,
@@ -76,7 +73,7 @@ pub fn merge(out: &Path, from: &[PathBuf], observer: &dyn Observer) -> Result<()
     finish(out, &first.identity)?;
     if inside {
         for part in &parts {
-            file::remove(part.folder.path()).map_err(failed)?;
+            file::remove(part.folder.path())?;
         }
     }
     whole.end()?;
@@ -86,7 +83,7 @@ pub fn merge(out: &Path, from: &[PathBuf], observer: &dyn Observer) -> Result<()
 }
 
 /// The number of samples, if all parts are of one dataset, divided in one way, and none is there twice.
-fn one_dataset(first: &Part, parts: &[Part]) -> Result<u32, CommandError> {
+fn one_dataset(first: &Part, parts: &[Part]) -> Result<u32, FolderError> {
     let count_of = |part: &Part| {
         part.identity
             .configuration
@@ -108,17 +105,16 @@ fn one_dataset(first: &Part, parts: &[Part]) -> Result<u32, CommandError> {
             differences.push(format!("shard {}: also in {}", part.shard, other.display()));
         }
         if !differences.is_empty() {
-            return Err(CommandError::input(format!(
-                "{path}: does not belong to {}:\n  {}",
+            let what = format!(
+                "does not belong to {}:\n  {}",
                 first.folder.path().display(),
                 differences.join("\n  ")
-            )));
+            );
+            return Err(FolderError::refused(path, what));
         }
     }
     let count = count_of(first).and_then(|n| u32::try_from(n).ok());
-    count.ok_or_else(|| {
-        CommandError::input(format!("{}: has no count", first.folder.path().display()))
-    })
+    count.ok_or_else(|| FolderError::refused(first.folder.path().display(), "has no count"))
 }
 
 /// Tells which shards to run again.
@@ -127,7 +123,7 @@ fn refuse_missing(
     any: Shard,
     parts: &[Part],
     names: &[String],
-) -> Result<(), CommandError> {
+) -> Result<(), FolderError> {
     let there = |root: &Path, name: &String| {
         root.join(paths::SAMPLES)
             .join(name)
@@ -136,7 +132,8 @@ fn refuse_missing(
     };
     let mut lines = Vec::new();
     for number in 1..=any.count() {
-        let shard = Shard::new(number, any.count()).map_err(CommandError::input)?;
+        let shard = Shard::new(number, any.count());
+        let shard = shard.map_err(|e| FolderError::refused(out.display(), e))?;
         let part = parts.iter().find(|part| part.shard == shard);
         let own = names
             .iter()
@@ -158,37 +155,32 @@ fn refuse_missing(
     if lines.is_empty() {
         return Ok(());
     }
-    let text = format!("{}: not whole\n  {}", out.display(), lines.join("\n  "));
-    Err(CommandError::failed(text))
+    Err(FolderError::Incomplete {
+        folder: out.to_owned(),
+        missing: lines.join("\n  "),
+    })
 }
 
 /// Moves a sample, or copies it aside and gives it its name.
-fn take(from: &Path, to: &Path, may_move: bool) -> Result<(), CommandError> {
+fn take(from: &Path, to: &Path, may_move: bool) -> Result<(), FolderError> {
     let plain = from.symlink_metadata().is_ok_and(|data| data.is_dir());
     if !plain {
-        let text = format!(
-            "{}: is a link or file; allowed: a sample's folder",
-            from.display()
-        );
-        return Err(CommandError::input(text));
+        let what = "is a link or file; allowed: a sample's folder";
+        return Err(FolderError::refused(from.display(), what));
     }
     if may_move {
         // The sample is on the disk already; a move that a loss of power undoes is done again.
-        return fs::rename(from, to).map_err(|e| failed(format!("{}: {e}", to.display())));
+        return fs::rename(from, to).map_err(|e| FolderError::disk(to, e));
     }
     let name = to.file_name().unwrap_or_default().to_string_lossy();
     let aside = to.with_file_name(format!(".tmp-{name}"));
-    file::remove(&aside).map_err(failed)?;
-    file::own_folder(&aside).map_err(failed)?;
-    let entries = fs::read_dir(from).map_err(|e| failed(format!("{}: {e}", from.display())))?;
+    file::remove(&aside)?;
+    file::own_folder(&aside)?;
+    let entries = fs::read_dir(from).map_err(|e| FolderError::disk(from, e))?;
     for entry in entries {
-        let entry = entry.map_err(|e| failed(format!("{}: {e}", from.display())))?;
-        let bytes = file::read(&entry.path()).map_err(failed)?;
-        file::write_synced(&aside.join(entry.file_name()), &bytes).map_err(failed)?;
+        let entry = entry.map_err(|e| FolderError::disk(from, e))?;
+        let bytes = file::read(&entry.path())?;
+        file::write_synced(&aside.join(entry.file_name()), &bytes)?;
     }
-    file::rename_synced(&aside, to).map_err(failed)
-}
-
-fn failed(error: impl ToString) -> CommandError {
-    CommandError::failed(error.to_string())
+    Ok(file::rename_synced(&aside, to)?)
 }

@@ -1,9 +1,10 @@
 //! A recipe: everything that makes one sample, fully drawn. `qpgen render` reads one from TOML; `qpgen dataset` draws many from
 //! its configuration and records each in the sample's metadata, so that any sample can be rendered again alone.
 
+mod error;
+
 use std::path::Path;
 
-use quadpixel::command::CommandError;
 use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::em::{Level, Preset};
 use quadpixel::lens::{Deviation, Misalignment};
@@ -18,6 +19,8 @@ use crate::charts::ChartSpec;
 use crate::charts::Mask;
 use crate::made_table::MadeTable;
 use crate::scenes::WorldRecipe;
+
+pub use error::RecipeError;
 
 /// One sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -71,10 +74,12 @@ impl Recipe {
     ///
     /// # Errors
     /// Bands out of their range.
-    pub fn wavelengths(&self) -> Result<ChannelWavelengths, CommandError> {
-        let from_bands = |bands| ChannelWavelengths::from_bands(bands).map_err(CommandError::input);
-        self.spectrum
-            .map_or_else(|| Ok(ChannelWavelengths::default()), from_bands)
+    pub fn wavelengths(&self) -> Result<ChannelWavelengths, RecipeError> {
+        let default = || Ok(ChannelWavelengths::default());
+        let wavelengths = self
+            .spectrum
+            .map_or_else(default, ChannelWavelengths::from_bands);
+        Ok(wavelengths?)
     }
 }
 
@@ -298,24 +303,30 @@ pub enum ExtentRecipe {
 ///
 /// # Errors
 /// No recipe: names the place.
-pub fn parse_recipe(text: &str, name: &str) -> Result<Recipe, CommandError> {
-    toml::from_str(text).map_err(|e| CommandError::input(format!("{name}: {e}")))
+pub fn parse_recipe(text: &str, name: &str) -> Result<Recipe, RecipeError> {
+    toml::from_str(text).map_err(|cause| RecipeError::Toml {
+        name: name.to_owned(),
+        cause: Box::new(cause),
+    })
 }
 
 /// Reads a recipe: TOML, or the `scene.parameters` of a sample's `meta.json`.
 ///
 /// # Errors
 /// A file that cannot be read, or is no recipe: names the file and the place.
-pub fn read_recipe(path: &Path) -> Result<Recipe, CommandError> {
-    let name = path.display();
-    let text =
-        std::fs::read_to_string(path).map_err(|e| CommandError::input(format!("{name}: {e}")))?;
+pub fn read_recipe(path: &Path) -> Result<Recipe, RecipeError> {
+    let text = std::fs::read_to_string(path).map_err(|cause| RecipeError::File {
+        path: path.to_owned(),
+        cause,
+    })?;
+    let name = path.display().to_string();
     if path.extension().is_some_and(|e| e == "json") {
-        let meta: serde_json::Value =
-            serde_json::from_str(&text).map_err(|e| CommandError::input(format!("{name}: {e}")))?;
-        let parameters = meta.pointer("/scene/parameters").unwrap_or(&meta).clone();
-        return serde_json::from_value(parameters)
-            .map_err(|e| CommandError::input(format!("{name}: {e}")));
+        let read = || {
+            let meta: serde_json::Value = serde_json::from_str(&text)?;
+            let parameters = meta.pointer("/scene/parameters").unwrap_or(&meta).clone();
+            serde_json::from_value(parameters)
+        };
+        return read().map_err(|cause| RecipeError::Json { name, cause });
     }
-    parse_recipe(&text, &name.to_string())
+    parse_recipe(&text, &name)
 }

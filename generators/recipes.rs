@@ -4,7 +4,6 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use quadpixel::command::CommandError;
 use quadpixel::response::AngularResponse;
 use quadpixel::shard::Shard;
 use quadpixel_datasets::paths;
@@ -12,7 +11,8 @@ use quadpixel_datasets::paths;
 use crate::assemble::pixel;
 use crate::config::DatasetConfig;
 use crate::draw;
-use crate::recipe::Recipe;
+use crate::error::FieldError;
+use crate::recipe::{Recipe, RecipeError};
 use crate::scenes::{FileWorld, WorldSource};
 
 /// The recipes of a part, drawn one by one.
@@ -28,16 +28,14 @@ pub(crate) struct Recipes {
 
 impl Recipes {
     /// Draws all of them once, so that a bad one is found before the first ray.
-    pub fn checked(config: &DatasetConfig, shard: Shard) -> Result<Self, CommandError> {
+    pub fn checked(config: &DatasetConfig, shard: Shard) -> Result<Self, RecipeError> {
         crate::assemble::subpixels(&config.sensor.subpixels)?;
         let count = u32::try_from(config.count)
             .ok()
             .filter(|n| *n <= paths::MAX_SAMPLES);
         let Some(count) = count else {
-            let (n, most) = (config.count, paths::MAX_SAMPLES);
-            return Err(CommandError::input(format!(
-                "count is {n}; allowed: up to {most}"
-            )));
+            let allowed = format!("up to {}", paths::MAX_SAMPLES);
+            return Err(FieldError::new("count", config.count, allowed).into());
         };
         let mut recipes = Self {
             indices: (0..count).filter(|i| shard.owns(*i as usize)).collect(),
@@ -52,7 +50,7 @@ impl Recipes {
     }
 
     /// The recipe of a sample.
-    pub fn draw(&self, config: &DatasetConfig, index: u32) -> Result<Recipe, CommandError> {
+    pub fn draw(&self, config: &DatasetConfig, index: u32) -> Result<Recipe, RecipeError> {
         let pitch_of = |name: &str| {
             if let Some(&pitch_um) = self.pitches.borrow().get(name) {
                 return Ok(pitch_um);
@@ -70,7 +68,7 @@ impl Recipes {
         Ok(recipe)
     }
 
-    fn hash_of(&self, file: &FileWorld) -> Result<String, CommandError> {
+    fn hash_of(&self, file: &FileWorld) -> Result<String, RecipeError> {
         if let Some(hash) = self.hashes.borrow().get(&file.path) {
             return Ok(hash.clone());
         }
@@ -83,12 +81,10 @@ impl Recipes {
 }
 
 /// Pitch of a pixel or of the pixel of a table (`.npz`).
-fn pitch_um(name: &str) -> Result<f64, CommandError> {
+fn pitch_um(name: &str) -> Result<f64, RecipeError> {
     if !name.ends_with(".npz") {
         return Ok(pixel(name)?.pitch_um);
     }
-    let table = AngularResponse::read_npz(Path::new(name));
-    table
-        .map(|t| t.meta().pitch_um)
-        .map_err(CommandError::input)
+    let table = AngularResponse::read_npz(Path::new(name))?;
+    Ok(table.meta().pitch_um)
 }

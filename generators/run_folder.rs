@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 
-use quadpixel::command::CommandError;
 use quadpixel::file::{self, FileError};
-use quadpixel::shard::Shard;
+use quadpixel::shard::{Shard, ShardError};
 use quadpixel_datasets::{DatasetManifest, SCHEMA_VERSION, paths};
 use serde::{Deserialize, Serialize};
 
+use crate::folder_error::FolderError;
 use crate::identity::Identity;
 
 /// The content of `run.json`.
@@ -59,21 +59,21 @@ impl RunFolder {
     ///
     /// # Errors
     /// Another identity (2), shown by its differences; another process that writes there, or the disk (1).
-    pub fn open(folder: &Path, identity: &Identity, shard: Shard) -> Result<Self, CommandError> {
+    pub fn open(folder: &Path, identity: &Identity, shard: Shard) -> Result<Self, FolderError> {
         if let Some(there) = asked_for(folder)? {
             refuse_other(folder, &there, identity)?;
         }
-        file::create_folder(folder).map_err(failed)?;
+        file::create_folder(folder)?;
         let path = folder.join(paths::RUN);
         let asked = Record::of(identity, shard);
-        let text = serde_json::to_vec_pretty(&asked).map_err(failed)?;
+        let text = serde_json::to_vec_pretty(&asked)?;
         if path.symlink_metadata().is_err() {
-            file::write_aside(&path, &text).map_err(failed)?;
+            file::write_aside(&path, &text)?;
         }
         let mut lock = locked(&path)?;
         // A dataset that grows.
         if read(&path)? != asked {
-            file::write_aside(&path, &text).map_err(failed)?;
+            file::write_aside(&path, &text)?;
             lock = locked(&path)?;
         }
         Ok(Self {
@@ -86,18 +86,16 @@ impl RunFolder {
     ///
     /// # Errors
     /// There is nothing (2), or another process writes to it (1).
-    pub fn existing(folder: &Path) -> Result<(Self, Identity, Shard), CommandError> {
+    pub fn existing(folder: &Path) -> Result<(Self, Identity, Shard), FolderError> {
         let path = folder.join(paths::RUN);
         if !path.is_file() {
-            return Err(CommandError::input(format!(
-                "{}: holds no shard; allowed: a folder of qpgen dataset --shard",
-                folder.display()
-            )));
+            let what = "holds no shard; allowed: a folder of qpgen dataset --shard";
+            return Err(FolderError::refused(folder.display(), what));
         }
         let lock = locked(&path)?;
         let record = read(&path)?;
         let shard = record.shard.as_deref().map(str::parse).transpose();
-        let shard = shard.map_err(|e| CommandError::input(format!("{}: {e}", path.display())))?;
+        let shard = shard.map_err(|e: ShardError| FolderError::refused(path.display(), e))?;
         let folder = folder.to_path_buf();
         Ok((
             Self { folder, lock },
@@ -115,22 +113,21 @@ impl RunFolder {
     ///
     /// # Errors
     /// It is not (1).
-    pub fn still_there(&self) -> Result<(), CommandError> {
+    pub fn still_there(&self) -> Result<(), FolderError> {
         if same_file(&self.lock, &self.folder.join(paths::RUN)) {
             return Ok(());
         }
-        Err(CommandError::failed(format!(
-            "{}: the folder that this run wrote to has gone from there (unmounted, moved or removed?)",
-            self.folder.display()
-        )))
+        Err(FolderError::Gone {
+            folder: self.folder.clone(),
+        })
     }
 
     /// The dataset is whole.
     ///
     /// # Errors
     /// The disk.
-    pub fn end(self) -> Result<(), CommandError> {
-        file::remove(&self.folder.join(paths::RUN)).map_err(failed)
+    pub fn end(self) -> Result<(), FolderError> {
+        Ok(file::remove(&self.folder.join(paths::RUN))?)
     }
 }
 
@@ -138,7 +135,7 @@ impl RunFolder {
 ///
 /// # Errors
 /// A file that is damaged or of another version (2).
-pub fn asked_for(folder: &Path) -> Result<Option<Identity>, CommandError> {
+pub fn asked_for(folder: &Path) -> Result<Option<Identity>, FolderError> {
     let path = folder.join(paths::RUN);
     if path.is_file() {
         return Ok(Some(read(&path)?.identity()));
@@ -160,50 +157,47 @@ pub fn asked_for(folder: &Path) -> Result<Option<Identity>, CommandError> {
 ///
 /// # Errors
 /// They differ (2).
-pub fn refuse_other(folder: &Path, there: &Identity, asked: &Identity) -> Result<(), CommandError> {
+pub fn refuse_other(folder: &Path, there: &Identity, asked: &Identity) -> Result<(), FolderError> {
     let differences = there.differences(asked);
     let samples = std::fs::read_dir(folder.join(paths::SAMPLES));
     let any = samples.is_ok_and(|mut entries| entries.next().is_some());
     if differences.is_empty() || !(any || folder.join(paths::DATASET).exists()) {
         return Ok(());
     }
-    Err(CommandError::input(format!(
-        "{}: holds a dataset of another configuration; allowed: the same, or another folder\n  {}",
-        folder.display(),
+    let what = format!(
+        "holds a dataset of another configuration; allowed: the same, or another folder\n  {}",
         differences.join("\n  ")
-    )))
+    );
+    Err(FolderError::refused(folder.display(), what))
 }
 
-fn read(path: &Path) -> Result<Record, CommandError> {
+fn read(path: &Path) -> Result<Record, FolderError> {
     parsed(path)
 }
 
-fn parsed<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, CommandError> {
-    let bytes = file::read(path).map_err(failed)?;
+fn parsed<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, FolderError> {
+    let bytes = file::read(path)?;
     serde_json::from_slice(&bytes).map_err(|e| {
-        CommandError::input(format!(
-            "{}: is not of this version of qpgen, or is damaged ({e}); allowed: another folder",
-            path.display()
-        ))
+        let what = format!(
+            "is not of this version of qpgen, or is damaged ({e}); allowed: another folder"
+        );
+        FolderError::refused(path.display(), what)
     })
 }
 
-fn locked(path: &Path) -> Result<File, CommandError> {
+fn locked(path: &Path) -> Result<File, FolderError> {
     let plain = path.symlink_metadata().is_ok_and(|data| data.is_file());
     if !plain {
-        return Err(CommandError::input(format!(
-            "{}: is a link or folder; allowed: a file of qpgen",
-            path.display()
-        )));
+        let what = "is a link or folder; allowed: a file of qpgen";
+        return Err(FolderError::refused(path.display(), what));
     }
     let open = OpenOptions::new().read(true).append(true).open(path);
-    let file = open.map_err(|cause| failed(FileError::new(path, "write", cause)))?;
+    let file = open.map_err(|cause| FileError::new(path, "write", cause))?;
     match file.try_lock() {
         Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(CommandError::failed(format!(
-            "{}: another run is writing to this folder",
-            path.display()
-        ))),
+        Err(TryLockError::WouldBlock) => Err(FolderError::Busy {
+            path: path.to_owned(),
+        }),
         // A file system without locks: the user sees to it that only one run writes.
         Err(TryLockError::Error(_)) => Ok(file),
     }
@@ -221,10 +215,6 @@ fn same_file(file: &File, path: &Path) -> bool {
 #[cfg(not(unix))]
 fn same_file(_: &File, path: &Path) -> bool {
     path.is_file()
-}
-
-fn failed(error: impl ToString) -> CommandError {
-    CommandError::failed(error.to_string())
 }
 
 #[cfg(test)]
@@ -246,7 +236,7 @@ mod tests {
         let out = folder.path().join("out");
         let run = RunFolder::open(&out, &identity(1), Shard::WHOLE).unwrap();
         let second = RunFolder::open(&out, &identity(1), Shard::WHOLE).unwrap_err();
-        assert_eq!(second.exit_code(), 1, "{second}");
+        assert!(!second.is_input(), "{second}");
         drop(run);
         // Nothing is there yet that another configuration would mix with.
         drop(RunFolder::open(&out, &identity(3), Shard::WHOLE).unwrap());
@@ -255,7 +245,7 @@ mod tests {
         let other = RunFolder::open(&out, &identity(2), Shard::WHOLE).unwrap_err();
         let text = other.to_string();
         assert!(text.contains("seed: 1 there, 2 asked for"), "{text}");
-        assert_eq!(other.exit_code(), 2);
+        assert!(other.is_input());
         RunFolder::open(&out, &identity(1), Shard::WHOLE)
             .unwrap()
             .end()
@@ -272,7 +262,7 @@ mod tests {
         run.still_there().unwrap();
         std::fs::rename(&out, folder.path().join("elsewhere")).unwrap();
         std::fs::create_dir(&out).unwrap();
-        assert_eq!(run.still_there().unwrap_err().exit_code(), 1);
+        assert!(!run.still_there().unwrap_err().is_input());
         std::fs::write(out.join("run.json"), b"{}").unwrap();
         assert!(run.still_there().is_err());
     }

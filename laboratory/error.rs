@@ -1,6 +1,5 @@
 //! Why an experiment could not be made.
 
-use quadpixel::command::CommandError;
 use quadpixel::em::StackError;
 use quadpixel::em::light::SolverError;
 use quadpixel::file::FileError;
@@ -14,6 +13,7 @@ use quadpixel::scene::coverage::CoverageError;
 use quadpixel::scene::texture::TextureError;
 use quadpixel::sensor::Subpixels;
 use quadpixel_generators::charts::ChartError;
+use quadpixel_generators::recipe::RecipeError;
 
 /// Why an experiment could not be made. [`Self::is_input`] tells whose fault it is.
 #[non_exhaustive]
@@ -71,7 +71,7 @@ pub enum LaboratoryError {
     Coverage(#[from] CoverageError),
     /// What the generators make of a name or a camera.
     #[error(transparent)]
-    Generate(#[from] CommandError),
+    Recipe(#[from] RecipeError),
     /// A file that cannot be read or written.
     #[error(transparent)]
     File(#[from] FileError),
@@ -114,7 +114,7 @@ impl LaboratoryError {
             | Self::Lens(_)
             | Self::Camera(_)
             | Self::Chart(_) => true,
-            Self::Generate(error) => error.exit_code() == 2,
+            Self::Recipe(error) => error.is_input(),
             Self::Texture(_)
             | Self::Coverage(_)
             | Self::File(_)

@@ -7,7 +7,7 @@ use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel_datasets::{DatasetManifest, paths};
 
-use quadpixel_generators::dataset::{LICENCE, write_error};
+use quadpixel_generators::dataset::LICENCE;
 use quadpixel_generators::writer::rebuild_pages;
 
 /// Arguments of `qpgen preview`.
@@ -43,7 +43,7 @@ pub fn run(args: &PreviewArgs) -> Result<(), CommandError> {
     let licence = manifest
         .as_ref()
         .map_or(LICENCE.to_string(), |m| m.licence.clone());
-    let samples = rebuild_pages(&args.folder, manifest, &licence).map_err(write_error)?;
+    let samples = rebuild_pages(&args.folder, manifest, &licence)?;
     let gallery = args.folder.join(paths::INDEX).display().to_string();
     if args.json {
         println!(

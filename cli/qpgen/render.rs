@@ -12,7 +12,6 @@ use quadpixel::render::RayRecord;
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::Responses;
-use quadpixel_generators::dataset::write_error;
 use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_generators::planned;
 use quadpixel_generators::recipe::{Recipe, parse_recipe, read_recipe};
@@ -162,7 +161,7 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
         written.map_err(CommandError::failed)?;
     }
     let mut stages = sample.stages();
-    timed(&mut stages.writing_s, || write_alone(out, &sample.files())).map_err(write_error)?;
+    timed(&mut stages.writing_s, || write_alone(out, &sample.files()))?;
     progress.event(Event::SampleDone);
     progress.finish();
     let d = sample.description();

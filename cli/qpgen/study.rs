@@ -155,7 +155,7 @@ impl StudyArgs {
     /// The one pixel of a study that has but one.
     fn one_pixel(&self, default: &str) -> Result<PixelStack, CommandError> {
         match &self.pixels(&[default])[..] {
-            [name] => pixel(name),
+            [name] => Ok(pixel(name)?),
             names => Err(CommandError::input(format!(
                 "--pixel is {}; allowed: one pixel in this study",
                 names.join(",")

@@ -106,3 +106,13 @@ fn unit(value: f32) -> f32 {
         value.clamp(0.0, 1.0)
     }
 }
+
+/// Whether the name of a chart is the path of an image file.
+pub(crate) fn is_image(name: &str) -> bool {
+    let extension = std::path::Path::new(name)
+        .extension()
+        .and_then(|e| e.to_str())
+        .unwrap_or_default()
+        .to_ascii_lowercase();
+    ["png", "jpg", "jpeg", "tif", "tiff"].contains(&extension.as_str())
+}

@@ -22,6 +22,7 @@ pub use alphabet::Alphabet;
 pub use dead_leaves::DeadLeaves;
 pub use error::ChartError;
 pub use image_file::ImageFile;
+pub(crate) use image_file::is_image;
 pub use mask::Mask;
 pub use noise::Noise;
 pub use resolution::Resolution;

@@ -1,8 +1,9 @@
 //! A number of a configuration: given, or drawn.
 
-use quadpixel::command::CommandError;
 use quadpixel::sampling::uniform;
 use serde::{Deserialize, Serialize};
+
+use crate::error::FieldError;
 
 /// A number, or how one is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -69,11 +70,8 @@ impl Draw {
         }
     }
 
-    pub(super) fn check(
-        &self,
-        field: &str,
-        (lowest, highest): (f64, f64),
-    ) -> Result<(), CommandError> {
+    /// Checks that every number that can be drawn lies in a range, ends included.
+    fn check(&self, field: &'static str, [lowest, highest]: [f64; 2]) -> Result<(), FieldError> {
         let (min, max) = self.bounds();
         let positive_scale = !matches!(
             self,
@@ -91,8 +89,19 @@ impl Draw {
         } else {
             format!("{min} to {max}")
         };
-        Err(CommandError::input(format!(
-            "{field} is {value}; allowed: {lowest} to {highest}, min ≤ max, and above 0 for a log or inverse scale"
-        )))
+        let allowed =
+            format!("{lowest} to {highest}, min ≤ max, and above 0 for a log or inverse scale");
+        Err(FieldError::new(field, value, allowed))
     }
+}
+
+/// A field, what is drawn for it (`None`: nothing) and the range that it may come from.
+pub(super) type Row = (&'static str, Option<Draw>, [f64; 2]);
+
+/// Checks all rows.
+pub(super) fn check(rows: &[Row]) -> Result<(), FieldError> {
+    rows.iter().try_for_each(|(field, draw, range)| match draw {
+        Some(draw) => draw.check(field, *range),
+        None => Ok(()),
+    })
 }

@@ -1,9 +1,8 @@
 //! `[readout]`: from what each sample's sensor electronics are drawn.
 
-use quadpixel::command::CommandError;
 use serde::{Deserialize, Serialize};
 
-use super::Draw;
+use super::{ConfigError, Draw, number};
 
 /// Sensor electronics; what a file leaves out is a small modern sensor's. Symbols as in [`quadpixel::sensor::readout`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -54,23 +53,25 @@ impl Default for ReadoutConfig {
 }
 
 impl ReadoutConfig {
-    pub(super) fn check(&self) -> Result<(), CommandError> {
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
         let least = 1e-6;
-        (self.photons_um2).check("readout.photons_um2", (least, 1e9))?;
-        self.exposure_s.check("readout.exposure_s", (0.0, 1e6))?;
-        (self.dark_current_e_s).check("readout.dark_current_e_s", (0.0, 1e6))?;
-        (self.full_well_e_um2).check("readout.full_well_e_um2", (least, 1e7))?;
-        self.prnu.check("readout.prnu", (0.0, 0.5))?;
-        (self.read_noise_e).check("readout.read_noise_e", (0.0, 1e6))?;
-        if let Some(gain) = &self.gain_dn_per_e {
-            gain.check("readout.gain_dn_per_e", (least, 1e6))?;
-        }
-        (self.gain_mismatch).check("readout.gain_mismatch", (0.0, 0.1))?;
+        #[rustfmt::skip] // because it is a table
+        let rows = [
+            ("readout.photons_um2", Some(self.photons_um2), [least, 1e9]),
+            ("readout.exposure_s", Some(self.exposure_s), [0.0, 1e6]),
+            ("readout.dark_current_e_s", Some(self.dark_current_e_s), [0.0, 1e6]),
+            ("readout.full_well_e_um2", Some(self.full_well_e_um2), [least, 1e7]),
+            ("readout.prnu", Some(self.prnu), [0.0, 0.5]),
+            ("readout.read_noise_e", Some(self.read_noise_e), [0.0, 1e6]),
+            ("readout.gain_dn_per_e", self.gain_dn_per_e, [least, 1e6]),
+            ("readout.gain_mismatch", Some(self.gain_mismatch), [0.0, 0.1]),
+        ];
+        number::check(&rows)?;
         let (bits, black) = (self.bits, self.black_level);
         if (2..=16).contains(&bits) && u32::from(black) < (1 << bits) - 1 {
             return Ok(());
         }
-        Err(CommandError::input(format!(
+        Err(ConfigError::Together(format!(
             "readout.bits is {bits} and readout.black_level {black}; allowed: 2 to 16 bits, and a black level below 2^bits - 1"
         )))
     }

@@ -1,9 +1,9 @@
 //! `[sweep]`: focus stacks, several samples of one scene.
 
-use quadpixel::command::CommandError;
 use serde::{Deserialize, Serialize};
 
-use super::{Draw, Range};
+use super::{ConfigError, Draw, Range, number};
+use crate::error::FieldError;
 
 /// A focus stack a scene: samples `k·steps … k·steps + steps − 1` are scene k at even steps of focus.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -16,20 +16,19 @@ pub struct SweepConfig {
 }
 
 impl SweepConfig {
-    pub(super) fn check(&self, focus_mm: &Draw) -> Result<(), CommandError> {
+    pub(super) fn check(&self, focus_mm: &Draw) -> Result<(), ConfigError> {
         let (steps, most) = (self.steps, 1000);
         if !(2..=most).contains(&steps) {
-            return Err(CommandError::input(format!(
-                "sweep.steps is {steps}; allowed: 2 to {most}"
-            )));
+            return Err(FieldError::new("sweep.steps", steps, format!("2 to {most}")).into());
         }
         if !focus_mm.bounds().1.is_finite() {
-            return Err(CommandError::input(
-                "lens.focus_mm reaches infinity; allowed with [sweep]: finite depths",
+            return Err(ConfigError::Together(
+                "lens.focus_mm reaches infinity; allowed with [sweep]: finite depths".into(),
             ));
         }
         let range = Draw::Range(self.focus_over_drawn);
-        range.check("sweep.focus_over_drawn", (0.05, 100.0))
+        let row = ("sweep.focus_over_drawn", Some(range), [0.05, 100.0]);
+        Ok(number::check(&[row])?)
     }
 
     /// Focused depth over the drawn one at a step.

@@ -1,9 +1,9 @@
 //! `[lens.tolerances]`: how far each element and surface may be from its prescription.
 
-use quadpixel::command::CommandError;
 use serde::{Deserialize, Serialize};
 
-use super::Draw;
+use super::{Draw, number};
+use crate::error::FieldError;
 
 /// Ranges from which the deviations of every element and surface are drawn, each its own; 0 where left out.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,20 +35,17 @@ impl Default for ToleranceConfig {
 }
 
 impl ToleranceConfig {
-    pub(super) fn check(&self) -> Result<(), CommandError> {
-        use quadpixel::lens::LARGEST_TURN_DEG;
-        use quadpixel::lens::{LARGEST_INDEX_DEVIATION, LARGEST_RADIUS_PERCENT};
-        let within = |draw: &Draw, field: &str, most: f64| {
-            draw.check(&format!("lens.tolerances.{field}"), (-most, most))
-        };
-        within(&self.decentre_um, "decentre_um", 1e3)?;
-        within(&self.despace_um, "despace_um", 1e3)?;
-        within(&self.tilt_deg, "tilt_deg", LARGEST_TURN_DEG)?;
-        within(
-            &self.radius_percent,
-            "radius_percent",
-            LARGEST_RADIUS_PERCENT,
-        )?;
-        within(&self.index, "index", LARGEST_INDEX_DEVIATION)
+    pub(super) fn check(&self) -> Result<(), FieldError> {
+        use quadpixel::lens::{LARGEST_INDEX_DEVIATION, LARGEST_RADIUS_PERCENT, LARGEST_TURN_DEG};
+        let within = |most: f64| [-most, most];
+        #[rustfmt::skip] // because it is a table
+        let rows = [
+            ("lens.tolerances.decentre_um", Some(self.decentre_um), within(1e3)),
+            ("lens.tolerances.despace_um", Some(self.despace_um), within(1e3)),
+            ("lens.tolerances.tilt_deg", Some(self.tilt_deg), within(LARGEST_TURN_DEG)),
+            ("lens.tolerances.radius_percent", Some(self.radius_percent), within(LARGEST_RADIUS_PERCENT)),
+            ("lens.tolerances.index", Some(self.index), within(LARGEST_INDEX_DEVIATION)),
+        ];
+        number::check(&rows)
     }
 }

@@ -1,10 +1,9 @@
 //! Worlds of meshes in a dataset: generated ones, or scene files.
 
-use quadpixel::command::CommandError;
 use quadpixel::scene::world::PathSettings;
 use serde::{Deserialize, Serialize};
 
-use super::{Draw, Range, Scale};
+use super::{ConfigError, Draw, Range, Scale, number};
 use crate::scenes::WorldKind;
 
 /// Worlds of meshes. What is absent is as in the commented section of the default configuration.
@@ -94,32 +93,30 @@ impl Default for WorldConfig {
 }
 
 impl WorldConfig {
-    pub(super) fn check(&self) -> Result<(), CommandError> {
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
         if let Some(file) = &self.file {
             file.check()?;
         }
         if self.kinds.is_empty() {
-            return Err(CommandError::input(
-                "scene.world.kinds is empty; allowed: at least one of room, table-top, flying-shapes",
+            return Err(ConfigError::Together(
+                "scene.world.kinds is empty; allowed: at least one of room, table-top, flying-shapes".into(),
             ));
         }
-        let share = (0.0, 0.5);
-        self.near_over_focus
-            .check("scene.world.near_over_focus", (0.02, 50.0))?;
-        self.far_over_focus
-            .check("scene.world.far_over_focus", (0.05, 100.0))?;
-        self.objects.check("scene.world.objects", (0.0, 400.99))?;
-        self.thin.check("scene.world.thin", share)?;
-        self.clear.check("scene.world.clear", share)?;
-        self.glints.check("scene.world.glints", (0.0, 400.99))?;
-        self.difficulty
-            .check("scene.world.difficulty", (0.0, 1.0))?;
-        let (nearest, farthest) = (
-            self.near_over_focus.bounds().1,
-            self.far_over_focus.bounds().0,
-        );
+        #[rustfmt::skip] // because it is a table
+        let rows = [
+            ("scene.world.near_over_focus", Some(self.near_over_focus), [0.02, 50.0]),
+            ("scene.world.far_over_focus", Some(self.far_over_focus), [0.05, 100.0]),
+            ("scene.world.objects", Some(self.objects), [0.0, 400.99]),
+            ("scene.world.thin", Some(self.thin), [0.0, 0.5]),
+            ("scene.world.clear", Some(self.clear), [0.0, 0.5]),
+            ("scene.world.glints", Some(self.glints), [0.0, 400.99]),
+            ("scene.world.difficulty", Some(self.difficulty), [0.0, 1.0]),
+        ];
+        number::check(&rows)?;
+        let nearest = self.near_over_focus.bounds().1;
+        let farthest = self.far_over_focus.bounds().0;
         if farthest < 1.05 * nearest {
-            return Err(CommandError::input(format!(
+            return Err(ConfigError::Together(format!(
                 "scene.world.far_over_focus begins at {farthest}; allowed: at least 1.05 times the largest near_over_focus, {nearest}"
             )));
         }
@@ -128,24 +125,21 @@ impl WorldConfig {
 }
 
 impl WorldFileConfig {
-    fn check(&self) -> Result<(), CommandError> {
+    fn check(&self) -> Result<(), ConfigError> {
         if self.names.is_empty() {
-            return Err(CommandError::input(
-                "scene.world.file.names is empty; allowed: at least one .gltf, .glb or .obj file",
+            return Err(ConfigError::Together(
+                "scene.world.file.names is empty; allowed: at least one .gltf, .glb or .obj file"
+                    .into(),
             ));
         }
-        self.distance_over_focus
-            .check("scene.world.file.distance_over_focus", (0.02, 100.0))?;
-        if let Some(size) = &self.size_over_focus {
-            size.check("scene.world.file.size_over_focus", (0.001, 1000.0))?;
-        }
-        self.yaw_deg
-            .check("scene.world.file.yaw_deg", (-360.0, 360.0))?;
-        self.pitch_deg
-            .check("scene.world.file.pitch_deg", (-90.0, 90.0))?;
-        match &self.sky {
-            Some(sky) => sky.check("scene.world.file.sky", (0.0, 1e6)),
-            None => Ok(()),
-        }
+        #[rustfmt::skip] // because it is a table
+        let rows = [
+            ("scene.world.file.distance_over_focus", Some(self.distance_over_focus), [0.02, 100.0]),
+            ("scene.world.file.size_over_focus", self.size_over_focus, [0.001, 1000.0]),
+            ("scene.world.file.yaw_deg", Some(self.yaw_deg), [-360.0, 360.0]),
+            ("scene.world.file.pitch_deg", Some(self.pitch_deg), [-90.0, 90.0]),
+            ("scene.world.file.sky", self.sky, [0.0, 1e6]),
+        ];
+        Ok(number::check(&rows)?)
     }
 }

@@ -1,18 +1,18 @@
 //! Draws what production does to a lens.
 
-use quadpixel::command::CommandError;
 use quadpixel::lens::{Deviation, ElementRef, Misalignment, Prescription};
 
 use super::{Dice, For};
 use crate::config::ToleranceConfig;
+use crate::recipe::RecipeError;
 
 /// Misplaced elements and deviating surfaces of the lens `name`; a fold mirror stays in its place.
 pub(super) fn defects(
     config: &ToleranceConfig,
     dice: &Dice,
     name: &str,
-) -> Result<(Vec<Misalignment>, Vec<Deviation>), CommandError> {
-    let lens = Prescription::named(name).map_err(CommandError::input)?;
+) -> Result<(Vec<Misalignment>, Vec<Deviation>), RecipeError> {
+    let lens = Prescription::named(name)?;
     let element = |k: usize| {
         let of = |draw, what| dice.of(draw, what, k as u64);
         Misalignment {

@@ -2,7 +2,6 @@
 
 use std::time::Instant;
 
-use quadpixel::command::CommandError;
 use quadpixel::em::PixelStack;
 use quadpixel::response::{
     AngularResponse, Response, ResponseCache, ResponseError, TablePlan, TableSettings, build_table,
@@ -11,7 +10,8 @@ use quadpixel::sensor::Subpixels;
 
 use crate::assemble::{self, Responses};
 use crate::config::DatasetConfig;
-use crate::recipe::ResponseRecipe;
+use crate::error::GenerateError;
+use crate::recipe::{RecipeError, ResponseRecipe};
 use crate::recipes::Recipes;
 
 /// Directions of a response table from the axis that are timed.
@@ -22,7 +22,7 @@ pub(super) fn seconds_of_missing(
     config: &DatasetConfig,
     recipes: &Recipes,
     responses: &mut Responses,
-) -> Result<f64, CommandError> {
+) -> Result<f64, GenerateError> {
     let cache = ResponseCache::open(ResponseCache::default_dir());
     let subpixels = assemble::subpixels(&config.sensor.subpixels)?;
     let mut looked_at: Vec<ResponseRecipe> = Vec::new();
@@ -81,10 +81,10 @@ fn one_table(
     stack: &PixelStack,
     settings: &TableSettings,
     wavelengths: usize,
-) -> Result<(f64, AngularResponse), CommandError> {
+) -> Result<(f64, AngularResponse), GenerateError> {
     let coarse = coarse(settings);
     let began = Instant::now();
-    let built = build_table(stack, &coarse, None, &|_, _| ()).map_err(CommandError::input)?;
+    let built = build_table(stack, &coarse, None, &|_, _| ()).map_err(RecipeError::from)?;
     let more =
         directions(settings.steps, stack.subpixels) / directions(coarse.steps, stack.subpixels);
     let seconds = began.elapsed().as_secs_f64() * more * wavelengths as f64;
@@ -92,8 +92,8 @@ fn one_table(
 }
 
 /// As [`one_table`], of a table of all lens shifts: it is one file with all its wavelengths.
-fn shifted_table(plan: &TablePlan) -> Result<(f64, AngularResponse), CommandError> {
-    let input = |e: ResponseError| CommandError::input(e);
+fn shifted_table(plan: &TablePlan) -> Result<(f64, AngularResponse), GenerateError> {
+    let input = |e: ResponseError| RecipeError::from(e);
     let coarse = TablePlan::new(plan.stack(), &coarse(plan.settings())).map_err(input)?;
     let began = Instant::now();
     let built = coarse.build(None, &|_, _| ()).map_err(input)?;

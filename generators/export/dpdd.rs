@@ -4,9 +4,9 @@
 
 use std::path::Path;
 
-use quadpixel::command::CommandError;
 use quadpixel::image::views::Side;
 
+use super::error::ExportError;
 use super::source::Sample;
 use super::{Written, pictures, put};
 
@@ -16,11 +16,7 @@ Pairs by sorted order.";
 
 const FOLDERS: [(&str, Side); 3] = [("c", Side::All), ("l", Side::Left), ("r", Side::Right)];
 
-pub(super) fn write(
-    sample: &Sample<'_>,
-    root: &Path,
-    noisy: bool,
-) -> Result<Written, CommandError> {
+pub(super) fn write(sample: &Sample<'_>, root: &Path, noisy: bool) -> Result<Written, ExportError> {
     let (split, id) = (sample.entry.split.name(), &sample.entry.id);
     let target = pictures::sixteen_bit(id, &sample.target()?)?;
     let sides = FOLDERS.map(|(_, side)| side);

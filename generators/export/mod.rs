@@ -3,6 +3,7 @@
 //! An export is made beside its name and renamed when it is whole; every file of the dataset is held to its hash on the way.
 
 mod dpdd;
+mod error;
 mod pictures;
 mod qpdnet;
 mod source;
@@ -11,11 +12,11 @@ mod webdataset;
 use std::fs;
 use std::path::Path;
 
-use quadpixel::command::CommandError;
 use quadpixel::file;
 use rayon::prelude::*;
 
 use crate::observer::{Event, Observer};
+pub use error::ExportError;
 use source::{Sample, Source};
 
 /// What is written.
@@ -90,18 +91,17 @@ impl Written {
 /// Exports the dataset in the folder `dataset` into the new folder `out`.
 ///
 /// # Errors
-/// A folder that is no dataset or a file that differs from its hash (2), or a disk that fails (1). Nothing is left under the name then.
+/// A folder that is no dataset or a file that differs from its hash, or a disk that fails. Nothing is left under the name then.
 pub fn export(
     dataset: &Path,
     out: &Path,
     settings: &ExportSettings,
     observer: &dyn Observer,
-) -> Result<Exported, CommandError> {
+) -> Result<Exported, ExportError> {
     if out.exists() {
-        return Err(CommandError::input(format!(
-            "--out {}: is there already; allowed: a new folder",
-            out.display()
-        )));
+        let place = format!("--out {}", out.display());
+        let what = "is there already; allowed: a new folder";
+        return Err(ExportError::refused(place, what));
     }
     let source = Source::open(dataset)?;
     let samples = source.entries().len();
@@ -110,9 +110,7 @@ pub fn export(
     let written = write(&source, &aside, settings, observer);
     observer.event(Event::End);
     let done = written.and_then(|written| {
-        let rename = fs::rename(&aside, out);
-        rename
-            .map_err(|e| CommandError::failed(format!("{}: cannot write: {e}", out.display())))?;
+        fs::rename(&aside, out).map_err(|e| ExportError::disk(out, e))?;
         Ok(written)
     });
     if done.is_err() {
@@ -137,9 +135,9 @@ fn write(
     root: &Path,
     settings: &ExportSettings,
     observer: &dyn Observer,
-) -> Result<Written, CommandError> {
+) -> Result<Written, ExportError> {
     let noisy = settings.noisy;
-    file::create_folder(root).map_err(CommandError::failed)?;
+    file::create_folder(root)?;
     let (written, conventions) = match settings.layout {
         Layout::Dpdd => {
             let each = |sample: &Sample<'_>| dpdd::write(sample, root, noisy);
@@ -165,16 +163,16 @@ fn write(
         "conventions": conventions,
     });
     let text = format!("{index:#}\n");
-    file::write_aside(&root.join("export.json"), text.as_bytes()).map_err(CommandError::failed)?;
+    file::write_aside(&root.join("export.json"), text.as_bytes())?;
     Ok(written)
 }
 
 /// All samples, in parallel: each writes files of its own.
 fn each_sample(
     source: &Source,
-    write: &(dyn Fn(&Sample<'_>) -> Result<Written, CommandError> + Sync),
+    write: &(dyn Fn(&Sample<'_>) -> Result<Written, ExportError> + Sync),
     observer: &dyn Observer,
-) -> Result<Written, CommandError> {
+) -> Result<Written, ExportError> {
     let one = |entry| {
         let written = write(&source.sample(entry)?)?;
         observer.event(Event::SampleDone);
@@ -185,13 +183,12 @@ fn each_sample(
 }
 
 /// Writes a file of the export and its folders.
-fn put(root: &Path, path: &str, bytes: &[u8]) -> Result<Written, CommandError> {
+fn put(root: &Path, path: &str, bytes: &[u8]) -> Result<Written, ExportError> {
     let path = root.join(path);
     if let Some(folder) = path.parent() {
-        file::create_folder(folder).map_err(CommandError::failed)?;
+        file::create_folder(folder)?;
     }
-    fs::write(&path, bytes)
-        .map_err(|e| CommandError::failed(format!("{}: cannot write: {e}", path.display())))?;
+    fs::write(&path, bytes).map_err(|e| ExportError::disk(&path, e))?;
     Ok(Written {
         files: 1,
         bytes: bytes.len() as u64,

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use quadpixel::command::CommandError;
 use quadpixel::image::raster::{self, Levels};
 use quadpixel::image::{Image, srgb};
+
+use super::error::ExportError;
 
 /// A picture's PNG and how many of its values were above white (1), stored as white. Below 0 (noise) is stored as 0.
 pub(super) struct Png {
@@ -13,24 +14,22 @@ pub(super) struct Png {
 }
 
 /// 16 bits: code = 65535 × sRGB value, rounded.
-pub(super) fn sixteen_bit(path: &str, linear: &Image) -> Result<Png, CommandError> {
+pub(super) fn sixteen_bit(path: &str, linear: &Image) -> Result<Png, ExportError> {
     let mut image = linear.clone();
     let clipped = encode(&mut image);
-    let (bytes, _) = raster::encode_png16(Path::new(path), &image, Levels::full_range(1.0))
-        .map_err(CommandError::failed)?;
+    let (bytes, _) = raster::encode_png16(Path::new(path), &image, Levels::full_range(1.0))?;
     Ok(Png { bytes, clipped })
 }
 
 /// 8 bits: code = 255 × sRGB value, rounded.
-pub(super) fn eight_bit(path: &str, linear: &Image) -> Result<Png, CommandError> {
+pub(super) fn eight_bit(path: &str, linear: &Image) -> Result<Png, ExportError> {
     let mut image = linear.clone();
     let clipped = encode(&mut image);
     let codes: Vec<u8> = (image.data().iter())
         .map(|v| (v * 255.0).round() as u8)
         .collect();
     let size = (image.width(), image.height());
-    let bytes = raster::encode_png8(Path::new(path), &codes, size.0, size.1, image.channels())
-        .map_err(CommandError::failed)?;
+    let bytes = raster::encode_png8(Path::new(path), &codes, size.0, size.1, image.channels())?;
     Ok(Png { bytes, clipped })
 }
 

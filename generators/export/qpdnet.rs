@@ -4,13 +4,13 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use ndarray::ArrayView2;
+use ndarray::Array2;
 use ndarray_npy::WriteNpyExt;
-use quadpixel::command::CommandError;
 use quadpixel::image::Image;
 use quadpixel::image::views::Side;
 use quadpixel_datasets::SampleEntry;
 
+use super::error::ExportError;
 use super::source::Sample;
 use super::{Written, pictures, put};
 
@@ -60,7 +60,7 @@ pub(super) fn write(
     sequences: &Sequences,
     root: &Path,
     noisy: bool,
-) -> Result<Written, CommandError> {
+) -> Result<Written, ExportError> {
     let (split, id) = (sample.entry.split.name(), &sample.entry.id);
     let Some(sequence) = sequences.of_scene.get(&sample.entry.scene) else {
         unreachable!("every sample's scene is numbered");
@@ -85,13 +85,12 @@ pub(super) fn write(
     Ok(written.plus(put(root, &path, &npy)?))
 }
 
-fn npy(map: &Image) -> Result<Vec<u8>, CommandError> {
-    let known = |v: &f32| if v.is_nan() { NO_TRUTH_PX } else { *v };
-    let values: Vec<f32> = map.data().iter().map(known).collect();
+fn npy(map: &Image) -> Result<Vec<u8>, ExportError> {
+    let known = |v: f32| if v.is_nan() { NO_TRUTH_PX } else { v };
     let mut bytes = Vec::new();
-    ArrayView2::from_shape((map.height(), map.width()), &values)
-        .map_err(CommandError::failed)?
-        .write_npy(&mut bytes)
-        .map_err(CommandError::failed)?;
+    let array = Array2::from_shape_fn((map.height(), map.width()), |(row, column)| {
+        known(map.data()[row * map.width() + column])
+    });
+    array.write_npy(&mut bytes)?;
     Ok(bytes)
 }

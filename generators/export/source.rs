@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel::image::exr::{NamedLayer, decode_layers};
 use quadpixel::image::views::{Side, sum_of};
 use quadpixel::image::{Image, channel};
 use quadpixel_datasets::{DatasetManifest, FileEntry, SUM_LAYER, SampleEntry, SampleMeta, paths};
+
+use super::error::ExportError;
 
 /// A dataset that is read.
 pub(super) struct Source {
@@ -26,12 +27,10 @@ pub(super) struct Sample<'a> {
 }
 
 impl Source {
-    pub fn open(root: &Path) -> Result<Self, CommandError> {
+    pub fn open(root: &Path) -> Result<Self, ExportError> {
         let path = root.join(paths::DATASET);
-        let named = |what: String| CommandError::input(format!("{}: {what}", path.display()));
-        let bytes = file::read(&path).map_err(|e| {
-            CommandError::input(format!("{e}; allowed: the folder of a finished dataset"))
-        })?;
+        let named = |what: String| ExportError::refused(path.display(), what);
+        let bytes = file::read(&path).map_err(ExportError::NoDataset)?;
         let manifest: DatasetManifest =
             quadpixel_datasets::parse(&bytes).map_err(|e| named(e.to_string()))?;
         for entry in &manifest.samples {
@@ -60,13 +59,12 @@ impl Source {
     }
 
     /// A listed file, held to its hash.
-    fn read(&self, path: &str) -> Result<Vec<u8>, CommandError> {
-        let named =
-            |what: &str| CommandError::input(format!("{}: {what}", self.root.join(path).display()));
+    fn read(&self, path: &str) -> Result<Vec<u8>, ExportError> {
+        let named = |what: &str| ExportError::refused(self.root.join(path).display(), what);
         let listed =
             (self.files.get(path)).ok_or_else(|| named("is not listed in dataset.json"))?;
         let place = paths::inside(&self.root, path).map_err(|e| named(&e.to_string()))?;
-        let bytes = file::read(&place).map_err(CommandError::input)?;
+        let bytes = file::read(&place).map_err(ExportError::Read)?;
         if blake3::hash(&bytes).to_hex().as_str() == listed.blake3 {
             Ok(bytes)
         } else {
@@ -76,10 +74,10 @@ impl Source {
         }
     }
 
-    pub fn sample<'a>(&'a self, entry: &'a SampleEntry) -> Result<Sample<'a>, CommandError> {
+    pub fn sample<'a>(&'a self, entry: &'a SampleEntry) -> Result<Sample<'a>, ExportError> {
         let path = format!("{}/{}/{}", paths::SAMPLES, entry.id, paths::META);
         let meta = quadpixel_datasets::parse(&self.read(&path)?)
-            .map_err(|e| CommandError::input(format!("{path}: {e}")))?;
+            .map_err(|e| ExportError::refused(&path, e))?;
         Ok(Sample {
             source: self,
             entry,
@@ -90,7 +88,7 @@ impl Source {
 
 impl Sample<'_> {
     /// Name and content of every file, `meta.json` too, in the order of their names.
-    pub fn all_files(&self) -> Result<Vec<(String, Vec<u8>)>, CommandError> {
+    pub fn all_files(&self) -> Result<Vec<(String, Vec<u8>)>, ExportError> {
         let mut names: Vec<&str> = self.meta.files.iter().map(|f| f.name.as_str()).collect();
         names.extend([paths::CAMERA, paths::META]);
         names.sort_unstable();
@@ -99,18 +97,18 @@ impl Sample<'_> {
             .collect()
     }
 
-    fn read(&self, name: &str) -> Result<Vec<u8>, CommandError> {
+    fn read(&self, name: &str) -> Result<Vec<u8>, ExportError> {
         self.source
             .read(&format!("{}/{}/{name}", paths::SAMPLES, self.entry.id))
     }
 
-    fn layers(&self, name: &str) -> Result<Vec<NamedLayer>, CommandError> {
+    fn layers(&self, name: &str) -> Result<Vec<NamedLayer>, ExportError> {
         let path = Path::new(&self.entry.id).join(name);
-        decode_layers(&path, &self.read(name)?).map_err(CommandError::input)
+        decode_layers(&path, &self.read(name)?).map_err(ExportError::Picture)
     }
 
     /// The all-in-focus image, linear.
-    pub fn target(&self) -> Result<Image, CommandError> {
+    pub fn target(&self) -> Result<Image, ExportError> {
         let first = self.layers("target.exr")?.into_iter().next();
         first
             .map(|l| l.image)
@@ -119,7 +117,7 @@ impl Sample<'_> {
 
     /// The sum of all sub-pixels and the parts of the pupil asked for, linear, each part scaled by all over its own sub-pixels: a gray wall
     /// is equally bright in all of them.
-    pub fn parts(&self, noisy: bool, sides: &[Side]) -> Result<Vec<Image>, CommandError> {
+    pub fn parts(&self, noisy: bool, sides: &[Side]) -> Result<Vec<Image>, ExportError> {
         let name = if noisy {
             "noisy_views.exr"
         } else {
@@ -146,7 +144,7 @@ impl Sample<'_> {
                 (members.iter().map(|&i| find(&names[i]))).collect::<Result<Vec<_>, _>>()?;
             let mut image = sum_of(images).ok_or_else(|| {
                 let what = format!("{columns} × {rows} sub-pixels have no {} half", side.name());
-                CommandError::input(format!("sample {}: {what}", self.entry.id))
+                ExportError::refused(format!("sample {}", self.entry.id), what)
             })?;
             let scale = (columns * rows) as f32 / members.len() as f32;
             image.data_mut().iter_mut().for_each(|v| *v *= scale);
@@ -156,7 +154,7 @@ impl Sample<'_> {
     }
 
     /// x_L − x_R, px; NaN where there is no truth.
-    pub fn left_right_px(&self) -> Result<Image, CommandError> {
+    pub fn left_right_px(&self) -> Result<Image, ExportError> {
         let layers = self.layers("disparity.exr")?;
         let (columns, rows) = self.subpixels();
         let names = paths::subpixel_names(columns as u32, rows as u32);
@@ -187,7 +185,8 @@ impl Sample<'_> {
         (subpixels.columns as usize, subpixels.rows as usize)
     }
 
-    fn lacks(&self, name: &str, what: &str) -> CommandError {
-        CommandError::input(format!("sample {}: {name} lacks {what}", self.entry.id))
+    fn lacks(&self, name: &str, what: &str) -> ExportError {
+        let place = format!("sample {}", self.entry.id);
+        ExportError::refused(place, format!("{name} lacks {what}"))
     }
 }

@@ -5,12 +5,12 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel_datasets::Split;
 use serde_json::json;
 
 use super::Written;
+use super::error::ExportError;
 use super::source::Source;
 use crate::observer::{Event, Observer};
 
@@ -26,7 +26,7 @@ pub(super) fn write(
     root: &Path,
     shard_bytes: u64,
     observer: &dyn Observer,
-) -> Result<Written, CommandError> {
+) -> Result<Written, ExportError> {
     let mut written = Written::default();
     for split in Split::ALL {
         let mut shards = Vec::new();
@@ -64,8 +64,7 @@ pub(super) fn write(
             "shardlist": shards,
         });
         let path = root.join(format!("{}.json", split.name()));
-        file::write_aside(&path, format!("{index:#}\n").as_bytes())
-            .map_err(CommandError::failed)?;
+        file::write_aside(&path, format!("{index:#}\n").as_bytes())?;
         written = written.plus(Written {
             files: shards.len() as u64 + 1,
             bytes,
@@ -88,9 +87,9 @@ struct Shard {
 }
 
 impl Shard {
-    fn create(root: &Path, split: Split, number: usize) -> Result<Self, CommandError> {
+    fn create(root: &Path, split: Split, number: usize) -> Result<Self, ExportError> {
         let name = format!("{}-{number:06}.tar", split.name());
-        let file = File::create(root.join(&name)).map_err(|e| failed(&name, &e))?;
+        let file = File::create(root.join(&name)).map_err(|e| ExportError::disk(&name, e))?;
         Ok(Self {
             name,
             tar: tar::Builder::new(Hashed {
@@ -103,7 +102,7 @@ impl Shard {
         })
     }
 
-    fn add(&mut self, name: &str, content: &[u8]) -> Result<(), CommandError> {
+    fn add(&mut self, name: &str, content: &[u8]) -> Result<(), ExportError> {
         let mut header = tar::Header::new_ustar();
         header.set_mtime(0);
         header.set_uid(0);
@@ -112,18 +111,18 @@ impl Shard {
         header.set_mode(0o644);
         header.set_entry_type(tar::EntryType::Regular);
         let added = self.tar.append_data(&mut header, name, content);
-        added.map_err(|e| failed(&self.name, &e))?;
+        added.map_err(|e| ExportError::disk(&self.name, e))?;
         self.bytes += BLOCK + padded(content.len() as u64);
         Ok(())
     }
 
     /// The end of the file, and its line of the index.
-    fn finish(self) -> Result<serde_json::Value, CommandError> {
+    fn finish(self) -> Result<serde_json::Value, ExportError> {
         let finished = self.tar.into_inner().and_then(|mut out| {
             out.flush()?;
             Ok(out)
         });
-        let out = finished.map_err(|e| failed(&self.name, &e))?;
+        let out = finished.map_err(|e| ExportError::disk(&self.name, e))?;
         Ok(json!({
             "url": self.name,
             "nsamples": self.samples,
@@ -131,10 +130,6 @@ impl Shard {
             "blake3": out.hash.finalize().to_hex().as_str(),
         }))
     }
-}
-
-fn failed(name: &str, cause: &io::Error) -> CommandError {
-    CommandError::failed(format!("{name}: cannot write: {cause}"))
 }
 
 /// Hashes and counts what passes.

@@ -3,10 +3,11 @@
 //! By one of the file's cameras: its place becomes the first lens vertex, its −z the axis. Otherwise the middle of the box around
 //! everything is put on the axis at a distance, seen from its +z side (glTF's front) after the turns asked for.
 
+use super::error::SceneError;
+use crate::error::FieldError;
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
-use quadpixel::command::CommandError;
 use quadpixel::scene::import::{bounds_mm, import, placed, read_panorama};
 use quadpixel::scene::world::{Environment, Light, WorldDescription};
 use serde::{Deserialize, Serialize};
@@ -75,8 +76,11 @@ impl FileWorld {
     ///
     /// # Errors
     /// A file that cannot be read.
-    pub fn hash(&self) -> Result<String, CommandError> {
-        let failed = |e: std::io::Error| CommandError::input(format!("{}: {e}", self.path));
+    pub fn hash(&self) -> Result<String, SceneError> {
+        let failed = |cause| SceneError::File {
+            path: self.path.clone(),
+            cause,
+        };
         let mut hasher = blake3::Hasher::new();
         let mut file = std::fs::File::open(&self.path).map_err(failed)?;
         std::io::copy(&mut file, &mut hasher).map_err(failed)?;
@@ -87,24 +91,23 @@ impl FileWorld {
     ///
     /// # Errors
     /// What is wrong with the file, or a number out of its range.
-    pub(crate) fn load(&self, focus_mm: Option<f64>) -> Result<Placed, CommandError> {
+    pub(crate) fn load(&self, focus_mm: Option<f64>) -> Result<Placed, SceneError> {
         for (field, value) in [("distance_mm", self.distance_mm), ("size_mm", self.size_mm)] {
             if let Some(value) = value.filter(|v| !(*v > 0.0 && v.is_finite())) {
-                return Err(CommandError::input(format!(
-                    "{field} is {value}; allowed: a positive length"
-                )));
+                return Err(FieldError::new(field, value, "a positive length").into());
             }
         }
         if let Some(expected) = &self.blake3 {
-            let found = self.hash()?;
-            if *expected != found {
-                let path = &self.path;
-                return Err(CommandError::input(format!(
-                    "{path}: its BLAKE3 hash is {found}, the recipe was made with {expected}"
-                )));
+            let hash = self.hash()?;
+            if *expected != hash {
+                return Err(SceneError::Changed {
+                    path: self.path.clone(),
+                    hash,
+                    expected: expected.clone(),
+                });
             }
         }
-        let scene = import(Path::new(&self.path), self.unit_mm).map_err(super::finish::input)?;
+        let scene = import(Path::new(&self.path), self.unit_mm)?;
         let mut warnings: Vec<String> = scene
             .warnings
             .iter()
@@ -120,7 +123,7 @@ impl FileWorld {
                     } else {
                         names.join(", ")
                     };
-                    CommandError::input(format!("camera is {name:?}; allowed: {names}"))
+                    FieldError::new("camera", format!("{name:?}"), names)
                 })?)
             }
             (None, None) => scene.cameras.first(),
@@ -129,9 +132,10 @@ impl FileWorld {
         let camera_from_file = match by_camera {
             Some(camera) => camera.file_from_camera.inverse(),
             None => {
-                let distance_mm = self.distance_mm.or(focus_mm).ok_or_else(|| {
-                    CommandError::input("distance_mm is absent; the lens is focused at infinity and the file has no camera")
-                })?;
+                let distance_mm = self
+                    .distance_mm
+                    .or(focus_mm)
+                    .ok_or(SceneError::NoDistance)?;
                 self.before_the_lens(&scene.world, distance_mm)?
             }
         };
@@ -144,9 +148,9 @@ impl FileWorld {
         &self,
         world: &WorldDescription,
         distance_mm: f64,
-    ) -> Result<DAffine3, CommandError> {
-        let (low, high) = bounds_mm(world).ok_or_else(|| {
-            CommandError::input(format!("{}: has no triangle to show", self.path))
+    ) -> Result<DAffine3, SceneError> {
+        let (low, high) = bounds_mm(world).ok_or_else(|| SceneError::Empty {
+            path: self.path.clone(),
         })?;
         let longest = (high - low).max_element();
         let scale = match self.size_mm {
@@ -156,9 +160,7 @@ impl FileWorld {
         let turn = DMat3::from_rotation_x(self.pitch_deg.to_radians())
             * DMat3::from_rotation_y(self.yaw_deg.to_radians());
         if !turn.is_finite() {
-            return Err(CommandError::input(
-                "yaw_deg, pitch_deg: allowed: finite angles",
-            ));
+            return Err(SceneError::Angles);
         }
         Ok(DAffine3::from_translation(-distance_mm * DVec3::Z)
             * DAffine3::from_mat3(turn * scale)
@@ -169,10 +171,10 @@ impl FileWorld {
         &self,
         world: &mut WorldDescription,
         warnings: &mut Vec<String>,
-    ) -> Result<(), CommandError> {
+    ) -> Result<(), SceneError> {
         if let Some(path) = &self.panorama {
             world.environment = Environment::Map {
-                image: Arc::new(read_panorama(Path::new(path)).map_err(super::finish::input)?),
+                image: Arc::new(read_panorama(Path::new(path))?),
                 camera_from_map: DMat3::IDENTITY,
                 scale: self.sky.unwrap_or(1.0),
             };

@@ -1,9 +1,9 @@
 //! Finishes of surfaces, drawn from a seed: matt and textured paint, plastic, lacquer, metals, mirrors, glass, veils.
 
-use quadpixel::command::CommandError;
 use quadpixel::scene::world::{Alpha, Material};
 
 use super::builder::Builder;
+use super::error::SceneError;
 use super::pictures::{KINDS, colour, lace, picture};
 use crate::charts::keyed::Key;
 
@@ -17,13 +17,8 @@ const METALS: [[f32; 3]; 5] = [
     [0.97, 0.96, 0.91],
 ];
 
-/// An error of a picture.
-pub(super) fn input(e: impl std::fmt::Display) -> CommandError {
-    CommandError::input(e.to_string())
-}
-
 /// Something solid and opaque; seven in ten carry a picture.
-pub(super) fn opaque(builder: &mut Builder, key: Key) -> Result<usize, CommandError> {
+pub(super) fn opaque(builder: &mut Builder, key: Key) -> Result<usize, SceneError> {
     let kind = key.uniform(100);
     if kind < 0.12 {
         return Ok(builder.material(metal(key)));
@@ -49,8 +44,8 @@ pub(super) fn opaque(builder: &mut Builder, key: Key) -> Result<usize, CommandEr
 }
 
 /// Something matt with a picture: floors, walls, cloths.
-pub(super) fn matt(builder: &mut Builder, key: Key, kind: &str) -> Result<usize, CommandError> {
-    let map = picture(kind, key).map_err(input)?;
+pub(super) fn matt(builder: &mut Builder, key: Key, kind: &str) -> Result<usize, SceneError> {
+    let map = picture(kind, key)?;
     let texture = builder.picture(map);
     Ok(builder.material(Material {
         base_colour_texture: Some(texture),
@@ -60,8 +55,8 @@ pub(super) fn matt(builder: &mut Builder, key: Key, kind: &str) -> Result<usize,
 }
 
 /// A lacy leaf or cloth, cut out.
-pub(super) fn cut_out(builder: &mut Builder, key: Key) -> Result<usize, CommandError> {
-    let texture = builder.picture(lace(key).map_err(input)?);
+pub(super) fn cut_out(builder: &mut Builder, key: Key) -> Result<usize, SceneError> {
+    let texture = builder.picture(lace(key)?);
     Ok(builder.material(Material {
         base_colour_texture: Some(texture),
         alpha: Alpha::Mask {
@@ -120,7 +115,7 @@ pub(super) fn slender(builder: &mut Builder, key: Key) -> usize {
 fn textured(
     builder: &mut Builder,
     key: Key,
-) -> Result<quadpixel::scene::world::TextureRef, CommandError> {
+) -> Result<quadpixel::scene::world::TextureRef, SceneError> {
     let kind = KINDS[key.whole(120, 0, KINDS.len() as u32 - 1) as usize];
-    Ok(builder.picture(picture(kind, key.with(121)).map_err(input)?))
+    Ok(builder.picture(picture(kind, key.with(121))?))
 }

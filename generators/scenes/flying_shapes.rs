@@ -3,11 +3,11 @@
 use std::f64::consts::TAU;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use quadpixel::command::CommandError;
 use quadpixel::scene::world::{Light, WorldDescription};
 
 use super::Drawn;
 use super::builder::Builder;
+use super::error::SceneError;
 use super::finish::matt;
 use super::object::{Nature, flying, glint};
 use super::pictures::{KINDS, colour};
@@ -18,7 +18,7 @@ use crate::charts::keyed::Key;
 /// Radiance of the sky.
 const SKY: [f32; 3] = [0.35, 0.4, 0.45];
 
-pub(super) fn build(drawn: &Drawn, view: &View) -> Result<WorldDescription, CommandError> {
+pub(super) fn build(drawn: &Drawn, view: &View) -> Result<WorldDescription, SceneError> {
     let key = Key::new(drawn.seed, "flying shapes");
     let mut builder = Builder::default();
     backdrop(&mut builder, drawn, view, key.with(1))?;
@@ -62,12 +62,7 @@ fn turn(key: Key) -> DQuat {
 }
 
 /// A gently waved wall at the far depth, wider than the view and its blur.
-fn backdrop(
-    builder: &mut Builder,
-    drawn: &Drawn,
-    view: &View,
-    key: Key,
-) -> Result<(), CommandError> {
+fn backdrop(builder: &mut Builder, drawn: &Drawn, view: &View, key: Key) -> Result<(), SceneError> {
     let kind = KINDS[key.whole(0, 0, KINDS.len() as u32 - 1) as usize];
     let material = matt(builder, key, kind)?;
     let half = 2.0 * drawn.far_mm * view.half;

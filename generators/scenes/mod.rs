@@ -5,6 +5,7 @@
 //! camera give the same world.
 
 mod builder;
+mod error;
 mod file_world;
 mod finish;
 mod flying_shapes;
@@ -16,11 +17,13 @@ mod table_top;
 mod thin;
 mod view;
 
-use quadpixel::command::CommandError;
 use quadpixel::render::Camera;
 use quadpixel::scene::world::{PathSettings, WorldDescription};
 use serde::{Deserialize, Serialize};
 
+use crate::error::FieldError;
+
+pub use error::SceneError;
 pub use file_world::FileWorld;
 use view::View;
 
@@ -53,7 +56,7 @@ impl WorldRecipe {
     pub(crate) fn build(
         &self,
         camera: &Camera,
-    ) -> Result<(WorldDescription, Vec<String>), CommandError> {
+    ) -> Result<(WorldDescription, Vec<String>), SceneError> {
         match &self.source {
             WorldSource::Generated(drawn) => Ok((drawn.build(camera)?, Vec::new())),
             WorldSource::File(file) => {
@@ -126,9 +129,9 @@ impl Drawn {
     ///
     /// # Errors
     /// A number out of its range, or a window that sees nothing.
-    pub fn build(&self, camera: &Camera) -> Result<WorldDescription, CommandError> {
+    pub fn build(&self, camera: &Camera) -> Result<WorldDescription, SceneError> {
         self.check()?;
-        let view = View::of(camera)?;
+        let view = View::from_camera(camera)?;
         match self.kind {
             WorldKind::Room => room::build(self, &view),
             WorldKind::TableTop => table_top::build(self, &view),
@@ -136,11 +139,10 @@ impl Drawn {
         }
     }
 
-    fn check(&self) -> Result<(), CommandError> {
+    fn check(&self) -> Result<(), SceneError> {
         let bad = |field: &str, value: f64, allowed: &str| {
-            Err(CommandError::input(format!(
-                "world.{field} is {value}; allowed: {allowed}"
-            )))
+            let field = format!("world.{field}");
+            Err(FieldError::new(field, value, allowed.to_owned()).into())
         };
         // Written so that NaN fails.
         if !(self.near_mm > 0.0 && self.near_mm.is_finite()) {

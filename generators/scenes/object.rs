@@ -1,10 +1,10 @@
 //! Objects of unit height or so, standing on y = 0, drawn from a seed.
 
 use glam::{DAffine3, DMat3, DVec3};
-use quadpixel::command::CommandError;
 use quadpixel::scene::world::Material;
 
 use super::builder::Builder;
+use super::error::SceneError;
 use super::finish::{clear, cut_out, metal, opaque, slender};
 use super::shape::{Shape, cone, cuboid, cylinder, icosahedron, lathe, sphere, torus};
 use super::thin::{fence, knot, plant, spring, wire};
@@ -46,7 +46,7 @@ pub(super) fn still_life(
     builder: &mut Builder,
     key: Key,
     nature: Nature,
-) -> Result<Parts, CommandError> {
+) -> Result<Parts, SceneError> {
     let kind = key.whole(901, 0, 5);
     Ok(match nature {
         Nature::Thin => match kind {
@@ -140,11 +140,7 @@ pub(super) fn still_life(
 }
 
 /// Something that flies: about 1 across, around the origin.
-pub(super) fn flying(
-    builder: &mut Builder,
-    key: Key,
-    nature: Nature,
-) -> Result<Parts, CommandError> {
+pub(super) fn flying(builder: &mut Builder, key: Key, nature: Nature) -> Result<Parts, SceneError> {
     let kind = key.whole(901, 0, 6);
     let shape = match nature {
         Nature::Thin => match kind {
@@ -192,7 +188,7 @@ pub(super) fn flying(
 }
 
 /// A chair, 1 high.
-pub(super) fn chair(builder: &mut Builder, key: Key) -> Result<Parts, CommandError> {
+pub(super) fn chair(builder: &mut Builder, key: Key) -> Result<Parts, SceneError> {
     let (frame, seat) = (opaque(builder, key)?, opaque(builder, key.with(1))?);
     let leg =
         |x: f64, z: f64, h: f64| cuboid(DVec3::new(0.04, h, 0.04)).at(DVec3::new(x, 0.5 * h, z));
@@ -209,7 +205,7 @@ pub(super) fn chair(builder: &mut Builder, key: Key) -> Result<Parts, CommandErr
 }
 
 /// A table, 0.75 high, with `width`.
-pub(super) fn table(builder: &mut Builder, key: Key, width: f64) -> Result<Parts, CommandError> {
+pub(super) fn table(builder: &mut Builder, key: Key, width: f64) -> Result<Parts, SceneError> {
     let depth = key.range(0, 0.6, 0.9);
     let leg = |x: f64, z: f64| {
         cylinder(0.03, 0.72, 16).at(DVec3::new(
@@ -230,7 +226,7 @@ pub(super) fn table(builder: &mut Builder, key: Key, width: f64) -> Result<Parts
 }
 
 /// A shelf with books, 2 high.
-pub(super) fn shelf(builder: &mut Builder, key: Key) -> Result<Parts, CommandError> {
+pub(super) fn shelf(builder: &mut Builder, key: Key) -> Result<Parts, SceneError> {
     let board = |y: f64| cuboid(DVec3::new(0.9, 0.03, 0.3)).at(DVec3::Y * y);
     let side = |x: f64| cuboid(DVec3::new(0.03, 2.0, 0.3)).at(DVec3::new(x, 1.0, 0.0));
     let levels = 5;
@@ -324,7 +320,7 @@ fn bottle(key: Key) -> Shape {
     lathe(&profile, ROUND)
 }
 
-fn books(builder: &mut Builder, key: Key) -> Result<Parts, CommandError> {
+fn books(builder: &mut Builder, key: Key) -> Result<Parts, SceneError> {
     let mut parts = Vec::new();
     let mut y = 0.0;
     for k in 0..u64::from(key.whole(902, 2, 5)) {

@@ -6,11 +6,11 @@
 use std::f64::consts::TAU;
 
 use glam::{DAffine3, DMat3, DVec3};
-use quadpixel::command::CommandError;
 use quadpixel::scene::world::{Material, WorldDescription};
 
 use super::Drawn;
 use super::builder::Builder;
+use super::error::SceneError;
 use super::finish::matt;
 use super::flying_shapes::glints;
 use super::object::{Nature, Parts, chair, lamp, shelf, still_life, table};
@@ -32,7 +32,7 @@ struct Frame {
     length_m: f64,
 }
 
-pub(super) fn build(drawn: &Drawn, view: &View) -> Result<WorldDescription, CommandError> {
+pub(super) fn build(drawn: &Drawn, view: &View) -> Result<WorldDescription, SceneError> {
     let key = Key::new(drawn.seed, "room");
     let mut builder = Builder::default();
     let floor = Floor::new(drawn, view, -1.15, -0.45);
@@ -83,7 +83,7 @@ fn place(
 }
 
 /// Floor, back and side walls with skirting, light panels under an open ceiling.
-fn shell(builder: &mut Builder, frame: &Frame, key: Key) -> Result<(), CommandError> {
+fn shell(builder: &mut Builder, frame: &Frame, key: Key) -> Result<(), SceneError> {
     let (w, l) = (2.0 * frame.half_width_m, 3.0 * frame.length_m);
     let boards = ["wood", "tiles", "stone"][key.whole(0, 0, 2) as usize];
     let floor = matt(builder, key.with(1), boards)?;
@@ -153,7 +153,7 @@ fn furniture(
     view: &View,
     frame: &Frame,
     key: Key,
-) -> Result<(), CommandError> {
+) -> Result<(), SceneError> {
     let camera_z_m = |depth: f64| (drawn.far_mm - depth) / frame.scale;
     for k in 0..u64::from(drawn.objects) {
         let key = key.with(k);

@@ -6,11 +6,11 @@
 use std::f64::consts::TAU;
 
 use glam::{DAffine3, DMat3, DVec3};
-use quadpixel::command::CommandError;
 use quadpixel::scene::world::{Material, WorldDescription};
 
 use super::Drawn;
 use super::builder::{Builder, standing};
+use super::error::SceneError;
 use super::finish::matt;
 use super::flying_shapes::glints;
 use super::object::{Nature, still_life};
@@ -62,7 +62,7 @@ impl Floor {
     }
 }
 
-pub(super) fn build(drawn: &Drawn, view: &View) -> Result<WorldDescription, CommandError> {
+pub(super) fn build(drawn: &Drawn, view: &View) -> Result<WorldDescription, SceneError> {
     let key = Key::new(drawn.seed, "table top");
     let mut builder = Builder::default();
     let floor = Floor::new(drawn, view, -1.1, 0.35);

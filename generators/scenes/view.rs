@@ -1,7 +1,7 @@
 //! What the sensor's window sees: the directions of its middle and edges, in which generators place their objects.
 
+use super::error::SceneError;
 use glam::{DMat3, DVec2, DVec3};
-use quadpixel::command::CommandError;
 use quadpixel::lens::trace_backward;
 use quadpixel::render::Camera;
 use quadpixel::spectrum::ChannelWavelengths;
@@ -19,7 +19,7 @@ pub(super) struct View {
 
 impl View {
     /// Traces the middles of the window and of its four edges.
-    pub fn of(camera: &Camera) -> Result<Self, CommandError> {
+    pub fn from_camera(camera: &Camera) -> Result<Self, SceneError> {
         let window = camera.sensor().window_mm();
         let system = camera.system(ChannelWavelengths::REFERENCE);
         let slope = |x: f64, y: f64| {
@@ -27,9 +27,7 @@ impl View {
             middle_ray(camera, place)
                 .and_then(|ray| trace_backward(system, ray).ok())
                 .map(|ray| ray.direction.truncate() / -ray.direction.z)
-                .ok_or_else(|| {
-                    CommandError::input("sensor window: no light reaches one of its edges")
-                })
+                .ok_or(SceneError::Dark)
         };
         let across = slope(1.0, 0.0)? - slope(-1.0, 0.0)?;
         let down = slope(0.0, 1.0)? - slope(0.0, -1.0)?;

@@ -163,6 +163,16 @@ pub enum WriteError {
     },
 }
 
+impl WriteError {
+    /// Whether the caller can mend it: another folder or another sample.
+    pub fn is_input(&self) -> bool {
+        match self {
+            Self::Occupied { .. } | Self::Input { .. } | Self::Path(_) => true,
+            Self::File(_) | Self::Image(_) | Self::Json { .. } => false,
+        }
+    }
+}
+
 /// BLAKE3 hash of a configuration: of its JSON with sorted keys and no spaces.
 pub fn configuration_hash(configuration: &serde_json::Value) -> String {
     blake3::hash(configuration.to_string().as_bytes())

@@ -1,0 +1,119 @@
+//! Why something could not be made. Each error knows whether it is the input's fault or the machine's, by its method `is_input`.
+
+use std::borrow::Cow;
+
+use quadpixel::command::CommandError;
+use quadpixel::file::FileError;
+
+use crate::config::ConfigError;
+use crate::export::ExportError;
+use crate::folder_error::FolderError;
+use crate::recipe::RecipeError;
+use crate::scenes::SceneError;
+use crate::writer::WriteError;
+
+/// A field of a configuration or recipe that is out of its range. The field's name says whose it is, as in `lens.focus_mm`.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{field} is {value}; allowed: {allowed}")]
+pub struct FieldError {
+    /// The field.
+    pub field: Cow<'static, str>,
+    /// The value that was given.
+    pub value: String,
+    /// What is allowed.
+    pub allowed: Cow<'static, str>,
+}
+
+impl FieldError {
+    /// The error of `field`, which is `value` and may be what `allowed` says.
+    pub fn new(
+        field: impl Into<Cow<'static, str>>,
+        value: impl ToString,
+        allowed: impl Into<Cow<'static, str>>,
+    ) -> Self {
+        Self {
+            field: field.into(),
+            value: value.to_string(),
+            allowed: allowed.into(),
+        }
+    }
+}
+
+/// Why a dataset or a sample could not be made.
+#[non_exhaustive]
+#[derive(Debug, thiserror::Error)]
+pub enum GenerateError {
+    /// The configuration.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// A recipe, or what it describes.
+    #[error(transparent)]
+    Recipe(#[from] RecipeError),
+    /// The folder that is written to.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// A sample that cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// The disk.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// One of the samples.
+    #[error("sample {index}: {cause}")]
+    Sample {
+        /// Its number.
+        index: u32,
+        /// Why.
+        cause: Box<Self>,
+    },
+    /// The observer asked to stop.
+    #[error(
+        "stopped by a signal; {done} of {samples} samples are there, and the same command goes on with them"
+    )]
+    Stopped {
+        /// Samples that are there.
+        done: usize,
+        /// Samples of the run.
+        samples: usize,
+    },
+    /// Anything else.
+    #[error(transparent)]
+    Other(#[from] CommandError),
+}
+
+impl GenerateError {
+    /// Whether the caller can mend it: another configuration, recipe or folder. Otherwise the machine failed, or the run was stopped.
+    pub fn is_input(&self) -> bool {
+        match self {
+            Self::Config(_) => true,
+            Self::Recipe(e) => e.is_input(),
+            Self::Folder(e) => e.is_input(),
+            Self::Write(e) => e.is_input(),
+            Self::Sample { cause, .. } => cause.is_input(),
+            Self::File(_) | Self::Stopped { .. } => false,
+            Self::Other(e) => e.exit_code() == 2,
+        }
+    }
+}
+
+macro_rules! ends_a_command {
+    ($($error:ty),*) => {$(
+        impl From<$error> for CommandError {
+            fn from(error: $error) -> Self {
+                match error.is_input() {
+                    true => Self::input(error),
+                    false => Self::failed(error),
+                }
+            }
+        }
+    )*};
+}
+ends_a_command!(
+    ConfigError,
+    RecipeError,
+    SceneError,
+    FolderError,
+    WriteError,
+    ExportError,
+    GenerateError
+);

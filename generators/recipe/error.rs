@@ -1,0 +1,119 @@
+//! Why a recipe cannot be read or drawn, or describes no camera and scene.
+
+use std::path::PathBuf;
+
+use quadpixel::em::StackError;
+use quadpixel::lens::LensError;
+use quadpixel::range::OutOfRange;
+use quadpixel::render::CameraError;
+use quadpixel::response::ResponseError;
+
+use crate::charts::ChartError;
+use crate::error::FieldError;
+use crate::scenes::SceneError;
+
+/// Why a recipe cannot be read or drawn, or describes no camera and scene.
+#[non_exhaustive]
+#[derive(Debug, thiserror::Error)]
+pub enum RecipeError {
+    /// A file that cannot be read.
+    #[error("{}: {cause}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        cause: std::io::Error,
+    },
+    /// A text that is no recipe.
+    #[error("{name}: {cause}")]
+    Toml {
+        /// What the text is called.
+        name: String,
+        /// The place and what is wrong there.
+        cause: Box<toml::de::Error>,
+    },
+    /// A `meta.json` that holds no recipe.
+    #[error("{name}: {cause}")]
+    Json {
+        /// The file.
+        name: String,
+        /// The place and what is wrong there.
+        cause: serde_json::Error,
+    },
+    /// A part of the recipe.
+    #[error("{place}: {cause}")]
+    In {
+        /// Which part.
+        place: String,
+        /// What is wrong with it.
+        cause: Box<Self>,
+    },
+    /// A field out of its range.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    /// A value that a part of the camera refuses.
+    #[error(transparent)]
+    Range(#[from] OutOfRange),
+    /// Something is absent, or there are two that exclude each other.
+    #[error("{0}")]
+    Incomplete(&'static str),
+    /// A tolerance that is none: its field, its value and what is allowed.
+    #[error("{0}")]
+    Tolerance(String),
+    /// The main lens.
+    #[error(transparent)]
+    Lens(#[from] LensError),
+    /// The pixel.
+    #[error(transparent)]
+    Pixel(#[from] StackError),
+    /// The pixel's response.
+    #[error(transparent)]
+    Response(#[from] ResponseError),
+    /// Lens, sensor and response that do not go together.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
+    /// A chart.
+    #[error(transparent)]
+    Chart(#[from] ChartError),
+    /// A chart of a configuration's list.
+    #[error("scene.charts: {0}")]
+    ListedChart(ChartError),
+    /// A generated world, or a scene file.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A card that the sensor does not see.
+    #[error("distance_mm is {distance_mm}; no ray of the sensor window meets the card there")]
+    Unseen {
+        /// Depth of the card, mm.
+        distance_mm: f64,
+    },
+    /// A place of the sensor that no light reaches.
+    #[error("no light reaches the sensor at ({x_mm:.3}, {y_mm:.3}) mm")]
+    Dark {
+        /// The place, mm, sensor frame.
+        x_mm: f64,
+        /// The place, mm, sensor frame.
+        y_mm: f64,
+    },
+    /// A chief-ray angle that the lens does not reach.
+    #[error("window.theta_deg is {theta_deg}; no chief ray of this lens arrives at that angle")]
+    NoChiefRay {
+        /// The angle to the axis, deg.
+        theta_deg: f64,
+    },
+}
+
+impl RecipeError {
+    /// The same error, said to be in `place` (a file, a field).
+    pub fn within(self, place: impl Into<String>) -> Self {
+        Self::In {
+            place: place.into(),
+            cause: Box::new(self),
+        }
+    }
+
+    /// Whether the caller can mend it: always.
+    pub fn is_input(&self) -> bool {
+        true
+    }
+}
