@@ -15,7 +15,7 @@ use quadpixel::sensor::{Sensor, Subpixels};
 use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel::units::MM_PER_UM;
 
-use crate::error::FieldError;
+use crate::field_error::FieldError;
 use crate::field_of_view::{centre_at, covering};
 use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, RecipeError, WindowRecipe};
 use crate::scenes::WorldRecipe;

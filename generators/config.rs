@@ -24,7 +24,7 @@ use quadpixel_datasets::MosaicPattern;
 use serde::{Deserialize, Serialize};
 
 use crate::charts::{ChartSpec, is_image};
-use crate::error::FieldError;
+use crate::field_error::FieldError;
 use crate::made_table::MadeTables;
 
 /// The default configuration, with comments.

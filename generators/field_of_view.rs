@@ -7,7 +7,22 @@ use quadpixel::rays::Ray;
 use quadpixel::render::Camera;
 use quadpixel::spectrum::ChannelWavelengths;
 
-use crate::recipe::RecipeError;
+/// Why a window does not see what it should.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum ViewError {
+    /// A card that the window does not see.
+    #[error("distance_mm is {distance_mm}; no ray of the sensor window meets the card there")]
+    Unseen {
+        /// Depth of the card, mm.
+        distance_mm: f64,
+    },
+    /// A chief-ray angle that the lens does not reach.
+    #[error("window.theta_deg is {theta_deg}; no chief ray of this lens arrives at that angle")]
+    NoChiefRay {
+        /// The angle to the axis, deg.
+        theta_deg: f64,
+    },
+}
 
 /// Points around the rim of the pupil that bound the blur.
 const RIM: usize = 16;
@@ -29,14 +44,10 @@ pub(crate) fn middle_ray(camera: &Camera, place_mm: DVec2) -> Option<Ray> {
 ///
 /// # Errors
 /// When no ray of the window meets the plane.
-pub fn covering(
-    camera: &Camera,
-    distance_mm: f64,
-    turn: DMat3,
-) -> Result<(DVec3, f64), RecipeError> {
+pub fn covering(camera: &Camera, distance_mm: f64, turn: DMat3) -> Result<(DVec3, f64), ViewError> {
     let window = camera.sensor().window_mm();
     let system = camera.system(ChannelWavelengths::REFERENCE);
-    let fail = || RecipeError::Unseen { distance_mm };
+    let fail = || ViewError::Unseen { distance_mm };
     let middle = middle_ray(camera, window.centre)
         .and_then(|r| trace_backward(system, r).ok())
         .ok_or_else(fail)?;
@@ -90,12 +101,8 @@ pub fn covering(
 ///
 /// # Errors
 /// When the lens has no such chief ray.
-pub fn centre_at(
-    system: &OpticalSystem,
-    theta_deg: f64,
-    phi_deg: f64,
-) -> Result<DVec2, RecipeError> {
-    let fail = || RecipeError::NoChiefRay { theta_deg };
+pub fn centre_at(system: &OpticalSystem, theta_deg: f64, phi_deg: f64) -> Result<DVec2, ViewError> {
+    let fail = || ViewError::NoChiefRay { theta_deg };
     if !(0.0..90.0).contains(&theta_deg) {
         return Err(fail());
     }

@@ -11,7 +11,7 @@ use quadpixel_datasets::paths;
 use crate::assemble::pixel;
 use crate::config::DatasetConfig;
 use crate::draw;
-use crate::error::FieldError;
+use crate::field_error::FieldError;
 use crate::recipe::{Recipe, RecipeError};
 use crate::scenes::{FileWorld, WorldSource};
 

@@ -13,6 +13,7 @@ use quadpixel::scene::coverage::CoverageError;
 use quadpixel::scene::texture::TextureError;
 use quadpixel::sensor::Subpixels;
 use quadpixel_generators::charts::ChartError;
+use quadpixel_generators::field_of_view::ViewError;
 use quadpixel_generators::recipe::RecipeError;
 
 /// Why an experiment could not be made. [`Self::is_input`] tells whose fault it is.
@@ -72,6 +73,9 @@ pub enum LaboratoryError {
     /// What the generators make of a name or a camera.
     #[error(transparent)]
     Recipe(#[from] RecipeError),
+    /// A window that does not see a card, or a lens without a chief ray.
+    #[error(transparent)]
+    View(#[from] ViewError),
     /// A file that cannot be read or written.
     #[error(transparent)]
     File(#[from] FileError),
@@ -113,7 +117,8 @@ impl LaboratoryError {
             | Self::Stack(_)
             | Self::Lens(_)
             | Self::Camera(_)
-            | Self::Chart(_) => true,
+            | Self::Chart(_)
+            | Self::View(_) => true,
             Self::Recipe(error) => error.is_input(),
             Self::Texture(_)
             | Self::Coverage(_)

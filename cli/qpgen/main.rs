@@ -11,6 +11,7 @@ mod export;
 mod laboratory;
 mod lens;
 mod merge;
+mod pixel_model;
 mod preview;
 mod render;
 mod response;

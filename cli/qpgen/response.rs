@@ -15,12 +15,12 @@ use quadpixel::shard::Shard;
 use quadpixel_datasets::paths::sanitised;
 
 use self::colours::ColourArg;
+use crate::pixel_model::PixelModelArgs;
 use quadpixel::command::CommandError;
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 use quadpixel_cli::shard_env::ShardArgs;
 use quadpixel_generators::assemble::{pixel, subpixels};
-use quadpixel_generators::pixel_model::PixelModelArgs;
 
 /// Arguments of `qpgen response`.
 #[derive(Args)]

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::pixel_model::PixelModelArgs;
 use clap::{Args, ValueEnum};
 use quadpixel::command::CommandError;
 use quadpixel::em::PixelModel;
@@ -10,7 +11,6 @@ use quadpixel::response::{ShiftSettings, TableSettings};
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::pixel;
-use quadpixel_generators::pixel_model::PixelModelArgs;
 use quadpixel_laboratory::study::{self, Angles, CurveStudy, StudyReport};
 
 use super::laboratory::command_error;

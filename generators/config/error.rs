@@ -2,7 +2,7 @@
 
 use quadpixel::range::OutOfRange;
 
-use crate::error::FieldError;
+use crate::field_error::FieldError;
 
 /// Why a configuration is refused.
 #[non_exhaustive]

@@ -3,7 +3,7 @@
 use quadpixel::sampling::uniform;
 use serde::{Deserialize, Serialize};
 
-use crate::error::FieldError;
+use crate::field_error::FieldError;
 
 /// A number, or how one is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{ConfigError, Draw, Range, number};
-use crate::error::FieldError;
+use crate::field_error::FieldError;
 
 /// A focus stack a scene: samples `k·steps … k·steps + steps − 1` are scene k at even steps of focus.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

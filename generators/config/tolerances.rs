@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Draw, number};
-use crate::error::FieldError;
+use crate::field_error::FieldError;
 
 /// Ranges from which the deviations of every element and surface are drawn, each its own; 0 where left out.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -9,7 +9,8 @@ use quadpixel::render::CameraError;
 use quadpixel::response::ResponseError;
 
 use crate::charts::ChartError;
-use crate::error::FieldError;
+use crate::field_error::FieldError;
+use crate::field_of_view::ViewError;
 use crate::scenes::SceneError;
 
 /// Why a recipe cannot be read or drawn, or describes no camera and scene.
@@ -81,12 +82,9 @@ pub enum RecipeError {
     /// A generated world, or a scene file.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// A card that the sensor does not see.
-    #[error("distance_mm is {distance_mm}; no ray of the sensor window meets the card there")]
-    Unseen {
-        /// Depth of the card, mm.
-        distance_mm: f64,
-    },
+    /// A window that does not see what it should.
+    #[error(transparent)]
+    View(#[from] ViewError),
     /// A place of the sensor that no light reaches.
     #[error("no light reaches the sensor at ({x_mm:.3}, {y_mm:.3}) mm")]
     Dark {
@@ -94,12 +92,6 @@ pub enum RecipeError {
         x_mm: f64,
         /// The place, mm, sensor frame.
         y_mm: f64,
-    },
-    /// A chief-ray angle that the lens does not reach.
-    #[error("window.theta_deg is {theta_deg}; no chief ray of this lens arrives at that angle")]
-    NoChiefRay {
-        /// The angle to the axis, deg.
-        theta_deg: f64,
     },
 }
 

@@ -4,7 +4,7 @@ use quadpixel::scene::import::ImportError;
 use quadpixel::scene::texture::TextureError;
 
 use crate::charts::ChartError;
-use crate::error::FieldError;
+use crate::field_error::FieldError;
 
 /// Why a world cannot be generated or read from a file.
 #[non_exhaustive]

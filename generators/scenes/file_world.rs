@@ -4,7 +4,7 @@
 //! everything is put on the axis at a distance, seen from its +z side (glTF's front) after the turns asked for.
 
 use super::error::SceneError;
-use crate::error::FieldError;
+use crate::field_error::FieldError;
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};

@@ -21,7 +21,7 @@ use quadpixel::render::Camera;
 use quadpixel::scene::world::{PathSettings, WorldDescription};
 use serde::{Deserialize, Serialize};
 
-use crate::error::FieldError;
+use crate::field_error::FieldError;
 
 pub use error::SceneError;
 pub use file_world::FileWorld;
