@@ -9,14 +9,50 @@ use serde::{Deserialize, Serialize};
 pub struct Lens {
     /// Its name.
     pub name: String,
-    /// BLAKE3 hash of its prescription file.
+    /// BLAKE3 hash of its surfaces, as canonical JSON (keys sorted, no spaces).
     pub hash: String,
     /// Effective focal length, mm, at the middle channel's wavelength.
     pub efl_mm: f64,
     /// F-number at infinity, stopped down as rendered.
     pub f_number: f64,
-    /// Element misalignments, each in words; empty for the nominal lens.
-    pub misalignments: Vec<String>,
+    /// Element misalignments; empty for the nominal lens.
+    pub misalignments: Vec<Misalignment>,
+}
+
+/// By how much one element is out of place.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Misalignment {
+    /// Which element.
+    pub element: Element,
+    /// Decentre along x of the camera frame, µm.
+    pub dx_um: f64,
+    /// Decentre along y, µm.
+    pub dy_um: f64,
+    /// Despace along z, towards the sensor, µm.
+    pub dz_um: f64,
+    /// Turn about x, degrees.
+    pub tip_deg: f64,
+    /// Turn about y, degrees.
+    pub tilt_deg: f64,
+}
+
+/// What of a lens is out of place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Element {
+    /// A glass element, counted from 1 at the scene's side.
+    Number(u32),
+    /// Another part.
+    Part(Part),
+}
+
+/// A part of a lens that is no glass element.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Part {
+    /// The fold mirror.
+    Mirror,
 }
 
 /// Focus.
@@ -25,8 +61,18 @@ pub struct Lens {
 pub struct Focus {
     /// Distance of the paraxial focus from the first lens vertex, m; `null` for infinity.
     pub distance_m: Option<f64>,
-    /// What was moved: `sensor` or `lens`.
-    pub by: String,
+    /// What was moved.
+    pub by: FocusBy,
+}
+
+/// What is moved to focus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FocusBy {
+    /// The sensor.
+    Sensor,
+    /// The whole lens.
+    Lens,
 }
 
 /// The sensor window.
@@ -61,24 +107,119 @@ pub struct Subpixels {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CraShift {
-    /// `centred`, `linear` or `chief_ray`.
-    pub rule: String,
+    /// The rule.
+    pub rule: MicrolensRule,
     /// Largest shift within the window, µm.
     pub max_shift_um: f64,
+}
+
+/// The rule by which the microlenses are shifted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MicrolensRule {
+    /// Every microlens over the middle of its pixel.
+    Centred,
+    /// In proportion to the distance from the axis, and towards it.
+    Linear,
+    /// So that the lens's chief ray meets the middle of each pixel.
+    ChiefRay,
+}
+
+/// How the response of a pixel was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ResponseModel {
+    /// The ideal box of the paper's equation 2.
+    Geometric,
+    /// Scalar waves.
+    Wave,
+    /// Maxwell's equations in time.
+    Fdtd,
+    /// Maxwell's equations by Fourier modes.
+    Rcwa,
+    /// The wave model with a fit of its difference to an exact one.
+    Corrected,
+    /// A table from a file.
+    Table,
+}
+
+/// The colour of the microlens that a table is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum TableColour {
+    /// Red.
+    Red,
+    /// The mean of both greens.
+    Green,
+    /// Blue.
+    Blue,
+    /// At each wavelength of a channel's band the microlens of its colour.
+    Bands,
+}
+
+/// How finely a table was computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum TablePreset {
+    /// Quick looks.
+    Draft,
+    /// The default.
+    Standard,
+    /// To compare others with.
+    Reference,
+}
+
+impl std::fmt::Display for ResponseModel {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Geometric => "geometric",
+            Self::Wave => "wave",
+            Self::Fdtd => "fdtd",
+            Self::Rcwa => "rcwa",
+            Self::Corrected => "corrected",
+            Self::Table => "table",
+        })
+    }
 }
 
 /// The angular response.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Response {
-    /// The pixel model, e.g. `geometric`, `wave`.
-    pub model: String,
+    /// How it was found.
+    pub model: ResponseModel,
+    /// How finely it was computed; absent where it was not computed here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<TablePreset>,
+    /// The file of a `table`; absent for other models.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
     /// The pixel it was computed for.
     pub pixel: String,
-    /// Hash of the table.
-    pub hash: String,
-    /// Wavelengths of the table, nm.
+    /// Focal length of the ideal microlens, µm; absent where there is a table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub focal_length_um: Option<f64>,
+    /// Key of the table: the same key means the same table; absent where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub key: Option<String>,
+    /// Lens shifts per pitch of a table of all lens shifts; absent for one of the centred lens.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shifts: Option<u32>,
+    /// Colour of the microlens that the table is of, of a pixel in a mosaic of colour filters; absent: as the pixel says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub colour: Option<TableColour>,
+    /// Wavelengths of the table, nm; empty where there is none.
     pub wavelengths_nm: Vec<f64>,
+}
+
+impl Response {
+    /// Model and file in words.
+    pub fn label(&self) -> String {
+        match &self.file {
+            Some(file) => format!("{} {file}", self.model),
+            None => self.model.to_string(),
+        }
+    }
 }
 
 /// A colour channel: traced at one wavelength, or at those that stand for a band.

@@ -35,6 +35,7 @@ mod camera;
 mod camera_description;
 #[cfg(feature = "check")]
 mod check;
+mod effects;
 mod layout;
 #[cfg(feature = "check")]
 mod load;
@@ -47,18 +48,19 @@ mod split;
 mod version;
 
 pub use camera::{
-    Channel, ChannelBand, CraShift, ExitPupil, Exposure, Focus, Intrinsics, Lens, Response, Sensor,
-    Subpixels,
+    Channel, ChannelBand, CraShift, Element, ExitPupil, Exposure, Focus, FocusBy, Intrinsics, Lens,
+    MicrolensRule, Misalignment, Part, Response, ResponseModel, Sensor, Subpixels, TableColour, TablePreset,
 };
 pub use camera_description::{CameraDescription, DisparityRatio, RatioField, RawLevels};
 #[cfg(feature = "check")]
 pub use check::{Finding, Progress, Report, check_dataset, check_hashes};
+pub use effects::{Effect, Effects, EstimatedError, LeftOut, Reason};
 pub use layout::{Optional, SUM_LAYER, sample_files};
 pub use manifest::{DatasetManifest, FileEntry, SampleEntry, Tool, conventions, units};
 pub use mosaic::{CodeLevels, Mosaic, MosaicPattern};
 pub use readout::Readout;
 pub use sample::{
-    CocDisparity, Effects, EstimatedError, FileKind, LeftOut, LostRays, Noise, Range, Ranges, Raw,
+    CocDisparity, FileKind, LostRays, Noise, Range, Ranges, Raw,
     RawFormat, RenderStatistics, SampleFile, SampleMeta, Scene, Storage,
 };
 pub use split::{Split, split_of_scene, split_scenes};

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::SCHEMA_VERSION;
 use crate::camera::{Channel, Exposure, Focus, Intrinsics, Lens, Response, Sensor};
 use crate::camera_description::{CameraDescription, DisparityRatio, RawLevels};
+use crate::effects::Effects;
 use crate::manifest::FileEntry;
 use crate::mosaic::Mosaic;
 use crate::readout::Readout;
@@ -148,40 +149,6 @@ impl Noise {
             Self::Readout(readout) => Some(readout),
         }
     }
-}
-
-/// What the pictures contain.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Effects {
-    /// Effects that were simulated.
-    pub simulated: Vec<String>,
-    /// Effects that were not.
-    pub left_out: Vec<LeftOut>,
-}
-
-/// An effect that was not simulated.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LeftOut {
-    /// Its name.
-    pub name: String,
-    /// Why.
-    pub reason: String,
-    /// What that costs; `null` when nobody estimated it.
-    pub estimated_error: Option<EstimatedError>,
-}
-
-/// The size of an error.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct EstimatedError {
-    /// What it is an error of, e.g. `disparity`.
-    pub quantity: String,
-    /// Its size.
-    pub value: f64,
-    /// Its unit.
-    pub unit: String,
 }
 
 /// Convergence of the render.

@@ -1,9 +1,11 @@
-//! What `meta.json` says of a sample: camera, response, exposure, effects simulated and left out.
+//! What `meta.json` says of a sample: camera, response, exposure.
 
 mod colours;
 
 use glam::DVec2;
-use quadpixel::em::Level;
+use quadpixel::em::Preset;
+use quadpixel::hash::settings_hash;
+use quadpixel::lens::{ElementRef, Misalignment};
 use quadpixel::render::{Camera, RenderStats, disparity_ratio};
 use quadpixel::response::{Response, ResponseLookup};
 use quadpixel::sensor::ShiftRule;
@@ -27,12 +29,18 @@ fn scene_id(recipe: &Recipe) -> Result<String, CommandError> {
     Ok(format!("scene-{}", &hash[..16]))
 }
 
-/// How light became linear values.
-pub(crate) struct Exposed {
+/// What was exposed: how light became linear values, and what became of the light.
+pub(crate) struct Exposed<'a> {
     /// Linear value a sr of absorbed white light.
     pub gain: f64,
     /// What a white wall gives in the sum in the middle of the window, per channel, sr.
     pub white_sr: [f64; 3],
+    /// Rays of the render.
+    pub stats: &'a RenderStats,
+    /// The ledger of effects.
+    pub effects: spec::Effects,
+    /// The readout, where there is one.
+    pub noise: spec::Noise,
 }
 
 /// Everything about a sample that is not a pixel.
@@ -44,99 +52,40 @@ pub(crate) fn describe(
     id: SampleId,
     camera: &Camera,
     response: &Response,
-    exposure: Exposed,
-    stats: &RenderStats,
+    exposed: Exposed<'_>,
 ) -> Result<Description, CommandError> {
-    let json =
-        serde_json::to_value(recipe).map_err(|e| CommandError::failed(format!("recipe: {e}")))?;
-    let lens = assemble::lens(&recipe.lens)?;
-    let lens_hash = blake3::hash(format!("{:?}", lens.prescription().surfaces).as_bytes())
-        .to_hex()
-        .to_string();
-    // An ideal pixel may have taken the place of a table's.
-    let ideal = match (camera.response(), response) {
-        (ResponseLookup::Geometric(g), _) | (_, Response::Geometric(g)) => Some(g),
-        _ => None,
-    };
-    let (pixel, hash, table_nm) = match (ideal, response) {
-        (None, Response::Table(t)) => (
-            t.meta().pixel.name.clone(),
-            t.meta().key.clone(),
-            t.axes().wavelengths_nm.clone(),
-        ),
-        (Some(g), _) | (_, Response::Geometric(g)) => (
-            format!("ideal, focal length {} µm", g.focal_length_um()),
-            String::new(),
-            Vec::new(),
-        ),
-    };
-    let model = match &recipe.response {
-        _ if ideal.is_some() => "geometric".to_string(),
-        ResponseRecipe::Wave { .. } => Level::Wave.to_string(),
-        ResponseRecipe::Fdtd(_) => Level::Fdtd.to_string(),
-        ResponseRecipe::Rcwa(_) => Level::Rcwa.to_string(),
-        ResponseRecipe::Corrected(_) => Level::Corrected.to_string(),
-        ResponseRecipe::Geometric { .. } => "geometric".to_string(),
-        ResponseRecipe::Table { file } => format!("table {file}"),
-    };
-    let paraxial = camera
-        .paraxial()
-        .copied()
-        .unwrap_or_else(|| unreachable!("a camera with a lens"));
+    let stats = exposed.stats;
+    let charts = recipe.planes.iter().map(|p| p.chart.name());
+    let worlds = recipe.world.iter().map(|w| w.name());
     Ok(Description {
         index: id.index,
         configuration_blake3: id.configuration_blake3,
         seed: recipe.render.seed,
         scene: spec::Scene {
             id: scene_id(recipe)?,
-            charts: recipe
-                .planes
-                .iter()
-                .map(|p| p.chart.name().to_string())
-                .chain(recipe.world.iter().map(|w| w.name().to_string()))
-                .collect(),
-            parameters: json,
+            charts: charts.chain(worlds).map(str::to_string).collect(),
+            parameters: serde_json::to_value(recipe)
+                .map_err(|e| CommandError::failed(format!("recipe: {e}")))?,
         },
-        lens: spec::Lens {
-            name: recipe.lens.name.clone(),
-            hash: lens_hash,
-            efl_mm: paraxial.efl_mm,
-            f_number: paraxial.f_number,
-            misalignments: recipe
-                .lens
-                .misalignments
-                .iter()
-                .map(|m| format!("{m:?}"))
-                .collect(),
-        },
+        lens: lens(recipe, camera)?,
         focus: spec::Focus {
             distance_m: (camera.focus_distance_mm().is_finite())
                 .then(|| camera.focus_distance_mm() * M_PER_MM),
-            by: "sensor".to_string(),
+            by: spec::FocusBy::Sensor,
         },
         sensor: sensor(recipe, camera),
-        response: spec::Response {
-            model,
-            pixel,
-            hash,
-            wavelengths_nm: table_nm.clone(),
-        },
-        channels: colours::channels(camera, response, &exposure),
+        response: described_response(recipe, camera, response),
+        channels: colours::channels(camera, response, &exposed),
         exposure: spec::Exposure {
-            gain: exposure.gain,
+            gain: exposed.gain,
             ev: recipe.exposure_ev,
         },
-        noise: spec::Noise::None,
+        noise: exposed.noise,
         mosaic: recipe.sensor.mosaic,
         intrinsics: intrinsics(camera),
         disparity_ratio: disparity_ratio(camera)
             .unwrap_or_else(|| unreachable!("a camera with a lens")),
-        effects: effects(
-            recipe,
-            camera,
-            response,
-            lens.prescription().is_dispersive(),
-        ),
+        effects: exposed.effects,
         rays_per_pixel: recipe.render.rays_per_pixel as u32,
         rays: stats.rays,
         lost: spec::LostRays {
@@ -146,6 +95,81 @@ pub(crate) fn describe(
         },
         mean_relative_standard_error: stats.relative_spread,
     })
+}
+
+fn lens(recipe: &Recipe, camera: &Camera) -> Result<spec::Lens, CommandError> {
+    let lens = assemble::lens(&recipe.lens)?;
+    let hash = settings_hash(&lens.prescription().surfaces)
+        .map_err(|e| CommandError::failed(format!("lens: {e}")))?;
+    let paraxial = camera
+        .paraxial()
+        .unwrap_or_else(|| unreachable!("a camera with a lens"));
+    let misalignment = |m: &Misalignment| spec::Misalignment {
+        element: match m.element {
+            ElementRef::Element(number) => spec::Element::Number(number as u32),
+            ElementRef::Mirror => spec::Element::Part(spec::Part::Mirror),
+        },
+        dx_um: m.dx_um,
+        dy_um: m.dy_um,
+        dz_um: m.dz_um,
+        tip_deg: m.tip_deg,
+        tilt_deg: m.tilt_deg,
+    };
+    Ok(spec::Lens {
+        name: recipe.lens.name.clone(),
+        hash,
+        efl_mm: paraxial.efl_mm,
+        f_number: paraxial.f_number,
+        misalignments: recipe.lens.misalignments.iter().map(misalignment).collect(),
+    })
+}
+
+/// The response that the pictures were made with: an ideal pixel may have taken the place of a table's.
+fn described_response(recipe: &Recipe, camera: &Camera, response: &Response) -> spec::Response {
+    let ideal = match (camera.response(), response) {
+        (ResponseLookup::Geometric(g), _) | (_, Response::Geometric(g)) => Some(g),
+        _ => None,
+    };
+    let table = match (ideal, response) {
+        (None, Response::Table(table)) => Some(table),
+        _ => None,
+    };
+    let made = recipe.response.made_before().map(|(_, made)| made);
+    let (model, preset, shifts) = match &recipe.response {
+        _ if ideal.is_some() => (spec::ResponseModel::Geometric, None, None),
+        ResponseRecipe::Geometric { .. } => (spec::ResponseModel::Geometric, None, None),
+        ResponseRecipe::Table { .. } => (spec::ResponseModel::Table, None, None),
+        ResponseRecipe::Wave { preset, shifts, .. } => {
+            (spec::ResponseModel::Wave, Some(*preset), *shifts)
+        }
+        ResponseRecipe::Fdtd(t) => (spec::ResponseModel::Fdtd, Some(t.preset), t.shifts),
+        ResponseRecipe::Rcwa(t) => (spec::ResponseModel::Rcwa, Some(t.preset), t.shifts),
+        ResponseRecipe::Corrected(t) => (spec::ResponseModel::Corrected, Some(t.preset), t.shifts),
+    };
+    let file = match &recipe.response {
+        ResponseRecipe::Table { file } if ideal.is_none() => Some(file.clone()),
+        _ => None,
+    };
+    let ideal_name = |um: f64| format!("ideal, focal length {um} µm");
+    let focal_length_um = ideal.map(|g| g.focal_length_um());
+    spec::Response {
+        model,
+        preset: preset.map(|preset| match preset {
+            Preset::Draft => spec::TablePreset::Draft,
+            Preset::Standard => spec::TablePreset::Standard,
+            Preset::Reference => spec::TablePreset::Reference,
+        }),
+        file,
+        pixel: match (table, focal_length_um) {
+            (Some(table), _) => table.meta().pixel.name.clone(),
+            (None, um) => um.map_or(String::new(), ideal_name),
+        },
+        focal_length_um,
+        key: table.map(|t| t.meta().key.clone()),
+        shifts: shifts.map(|n| n as u32),
+        colour: made.filter(|_| ideal.is_none()).and_then(|t| t.colour),
+        wavelengths_nm: table.map_or(Vec::new(), |t| t.axes().wavelengths_nm.clone()),
+    }
 }
 
 fn sensor(recipe: &Recipe, camera: &Camera) -> spec::Sensor {
@@ -168,11 +192,10 @@ fn sensor(recipe: &Recipe, camera: &Camera) -> spec::Sensor {
         centre_mm: sensor.centre_mm().to_array(),
         cra_shift: spec::CraShift {
             rule: match recipe.sensor.microlens_shift {
-                ShiftRule::Centred => "centred",
-                ShiftRule::Linear { .. } => "linear",
-                ShiftRule::ChiefRay => "chief_ray",
-            }
-            .to_string(),
+                ShiftRule::Centred => spec::MicrolensRule::Centred,
+                ShiftRule::Linear { .. } => spec::MicrolensRule::Linear,
+                ShiftRule::ChiefRay => spec::MicrolensRule::ChiefRay,
+            },
             max_shift_um,
         },
     }
@@ -204,103 +227,5 @@ fn intrinsics(camera: &Camera) -> spec::Intrinsics {
             distance_mm: camera.sensor_z_mm() - p.exit_pupil_z_mm,
             diameter_mm: 2.0 * p.exit_pupil_semi_mm,
         },
-    }
-}
-
-fn effects(
-    recipe: &Recipe,
-    camera: &Camera,
-    response: &Response,
-    dispersive: bool,
-) -> spec::Effects {
-    let mut simulated = vec!["lens aberrations", "vignetting", "defocus", "occlusion"];
-    let mut left_out = vec![
-        (
-            "diffraction at the main lens's aperture",
-            "rays only; the pixel's own diffraction is in its response",
-        ),
-        (
-            "reflections between surfaces",
-            "transmission of the lens is 1",
-        ),
-    ];
-    colours::effects(recipe, camera, response, &mut simulated, &mut left_out);
-    let lens = &recipe.lens;
-    let made = !(lens.misalignments.is_empty() && lens.deviations.is_empty());
-    let others = [
-        (made, "tolerances of the lens"),
-        (lens.focus_error_um != 0.0, "focus error"),
-        (
-            recipe.sensor.microlens_offset_um != [0.0; 2],
-            "misaligned microlenses",
-        ),
-        (
-            matches!(recipe.response, ResponseRecipe::Wave { stack_scale, .. } if stack_scale != 1.0),
-            "thickness of the pixel's layers",
-        ),
-    ];
-    simulated.extend(
-        others
-            .into_iter()
-            .filter(|(is, _)| *is)
-            .map(|(_, name)| name),
-    );
-    if recipe.readout.is_some() {
-        simulated.push("sensor noise (in files of its own)");
-    } else {
-        left_out.push(("sensor noise", "clean signal asked for"));
-    }
-    // What a plan leaves out is moved to the other list when it is known.
-    if dispersive {
-        simulated.push("dispersion");
-    } else {
-        left_out.push(("dispersion", "the lens file has no Abbe numbers"));
-    }
-    if let Some(world) = &recipe.world {
-        simulated.push("light reflected and transmitted between surfaces");
-        left_out.push((
-            "light of very long paths",
-            "paths end after `scene.parameters.world.paths.max_bounces` surfaces",
-        ));
-        if world.paths.clamp.is_some() {
-            left_out.push((
-                "brightest indirect light",
-                "cut by `scene.parameters.world.paths.clamp`, as asked for",
-            ));
-        }
-    }
-    match recipe.response {
-        ResponseRecipe::Geometric { .. } => left_out.push((
-            "diffraction and crosstalk in the pixel",
-            "geometric response asked for",
-        )),
-        _ => simulated.push("diffraction and crosstalk in the pixel"),
-    }
-    match recipe.sensor.microlens_shift {
-        ShiftRule::Centred => left_out.push(("microlens shift", "centred microlenses asked for")),
-        _ => {
-            simulated.push("microlens shift");
-            let distortion = "distortion of the response by the microlens shift";
-            match camera.response() {
-                ResponseLookup::Shifted(_) | ResponseLookup::Fixed(_) => {
-                    simulated.push(distortion);
-                }
-                _ => left_out.push((
-                    distortion,
-                    "the centred table is looked up in the moving frame",
-                )),
-            }
-        }
-    }
-    spec::Effects {
-        simulated: simulated.into_iter().map(String::from).collect(),
-        left_out: left_out
-            .into_iter()
-            .map(|(name, reason)| spec::LeftOut {
-                name: name.into(),
-                reason: reason.into(),
-                estimated_error: None,
-            })
-            .collect(),
     }
 }

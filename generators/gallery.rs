@@ -93,7 +93,7 @@ fn facts(meta: &SampleMeta) -> Vec<(&'static str, String)> {
         number(sensor.pitch_um),
         sensor.subpixels.columns,
         sensor.subpixels.rows,
-        meta.response.model
+        meta.response.label()
     );
     let lens = format!(
         "{}, f = {} mm, F/{}",

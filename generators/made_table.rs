@@ -1,23 +1,10 @@
 //! Tables that `qpgen response` makes before a dataset uses them: model, preset, shifts and colour mean the same words here and there.
 
+pub use quadpixel_datasets::TableColour;
 use quadpixel::em::mosaic::FilterColour;
 use quadpixel::em::{Level, ModelChoice, PixelStack, Preset};
 use quadpixel::response::TableSettings;
 use serde::{Deserialize, Serialize};
-
-/// The colour of the microlens that a table is of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum TableColour {
-    /// Red.
-    Red,
-    /// The mean of both greens.
-    Green,
-    /// Blue.
-    Blue,
-    /// At each wavelength of a channel's band the microlens of its colour.
-    Bands,
-}
 
 /// Which exact model corrects the wave model of the corrected level.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -84,20 +71,18 @@ impl MadeTables {
     }
 }
 
-impl TableColour {
-    /// The one colour, if it is one.
-    pub fn one(self) -> Option<FilterColour> {
-        match self {
-            Self::Red => Some(FilterColour::Red),
-            Self::Green => Some(FilterColour::Green),
-            Self::Blue => Some(FilterColour::Blue),
-            Self::Bands => None,
-        }
+/// The one colour, if it is one.
+pub fn one_colour(colour: TableColour) -> Option<FilterColour> {
+    match colour {
+        TableColour::Red => Some(FilterColour::Red),
+        TableColour::Green => Some(FilterColour::Green),
+        TableColour::Blue => Some(FilterColour::Blue),
+        TableColour::Bands => None,
     }
+}
 
-    fn name(self) -> &'static str {
-        self.one().map_or("bands", FilterColour::name)
-    }
+fn colour_name(colour: TableColour) -> &'static str {
+    one_colour(colour).map_or("bands", FilterColour::name)
 }
 
 impl MadeTable {
@@ -152,7 +137,7 @@ impl MadeTable {
             words.push(format!("--shifts {shifts}"));
         }
         if let Some(colour) = self.colour {
-            words.push(format!("--colour {}", colour.name()));
+            words.push(format!("--colour {}", colour_name(colour)));
         }
         if self.colour == Some(TableColour::Bands) {
             words.push(format!("--band-wavelengths {}", nm.len() / 3));

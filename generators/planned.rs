@@ -6,7 +6,6 @@ use quadpixel::image::Image;
 use quadpixel::render::truth::WhiteField;
 use quadpixel::sensor::Sensor;
 use quadpixel::sensor::readout::ReadoutSettings;
-use quadpixel_datasets as spec;
 
 use crate::observer::{Event, Observer};
 
@@ -60,52 +59,6 @@ pub fn report(
     if let Some(estimate) = together {
         let text = format!("{sample}: left out together: {estimate}");
         observer.event(Event::Info(&text));
-    }
-}
-
-/// The name of an effect in `meta.json`.
-fn name(effect: Effect) -> &'static str {
-    match effect {
-        Effect::PixelDiffraction => "diffraction and crosstalk in the pixel",
-        Effect::CraVariation => "variation of the chief ray over the window",
-        Effect::Dispersion => "dispersion",
-        Effect::Aberrations => "lens aberrations",
-        Effect::Vignetting => "vignetting",
-        Effect::Wavelengths => "width of the colour bands",
-        Effect::GlobalIllumination => "light reflected and transmitted between surfaces",
-        Effect::Occlusion => "occlusion",
-        Effect::Noise => "sensor noise",
-    }
-}
-
-/// Moves what was left out from the one list to the other, with its estimate.
-pub(crate) fn into_effects(
-    effects: &mut spec::Effects,
-    decisions: &[Decision],
-    tolerance: &Tolerance,
-) {
-    for d in decisions.iter().filter(|d| d.verdict.is_left_out()) {
-        let name = name(d.effect);
-        effects.simulated.retain(|s| !s.starts_with(name));
-        effects.left_out.retain(|l| l.name != name);
-        let estimate = d.estimate.map_or(String::new(), |e| format!(": {e}"));
-        let reason = match d.verdict {
-            Verdict::Below => format!(
-                "below the tolerance of {} % of the signal and {} px{estimate}",
-                tolerance.signal_percent, tolerance.shift_px
-            ),
-            _ => format!("not among the effects asked for{estimate}"),
-        };
-        let signal = d.estimate.and_then(|e| e.signal_percent);
-        effects.left_out.push(spec::LeftOut {
-            name: name.to_string(),
-            reason,
-            estimated_error: signal.map(|value| spec::EstimatedError {
-                quantity: "signal (RMS)".to_string(),
-                value,
-                unit: "%".to_string(),
-            }),
-        });
     }
 }
 

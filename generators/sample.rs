@@ -15,6 +15,7 @@ use quadpixel_datasets as spec;
 
 use crate::assemble::{self, Responses};
 use crate::describe::{Exposed, describe};
+use crate::ledger::ledger;
 use crate::noisy::Noisy;
 use crate::observer::{Event, Observer};
 use crate::planned;
@@ -258,13 +259,14 @@ impl Prepared {
         decisions.push(noise);
         let noisy = readout.map(expose).transpose()?;
         let noise = noisy.as_ref().map(Noisy::description);
-        let exposure = Exposed {
+        let exposed = Exposed {
             gain,
             white_sr: white.middle_sr(),
+            stats: &rendered.stats,
+            effects: ledger(&recipe, &camera, &response, &decisions, &recipe.tolerance),
+            noise: noise.map_or(spec::Noise::None, spec::Noise::Readout),
         };
-        let mut description = describe(&recipe, id, &camera, &response, exposure, &rendered.stats)?;
-        planned::into_effects(&mut description.effects, &decisions, &recipe.tolerance);
-        description.noise = noise.map_or(spec::Noise::None, spec::Noise::Readout);
+        let description = describe(&recipe, id, &camera, &response, exposed)?;
         let disparity = field.maps(&camera, &geometry.depth_mm);
         stages.truth_s += began.elapsed().as_secs_f64();
         let sample = Sample {

@@ -14,7 +14,7 @@ use quadpixel::sensor::Subpixels;
 use quadpixel::spectrum::ChannelWavelengths;
 
 use super::{lens, pixel_stack};
-use crate::made_table::MadeTable;
+use crate::made_table::{MadeTable, one_colour};
 use crate::recipe::{Recipe, ResponseRecipe};
 use crate::shifted_table::ShiftedTable;
 
@@ -232,7 +232,7 @@ impl Responses {
             return self.found(&plan).ok_or_else(|| missing(&stack));
         };
         let plan = plan.of_mosaic().map_err(CommandError::input)?;
-        if let Some(colour) = colour.one() {
+        if let Some(colour) = one_colour(colour) {
             let found = self.found(&plan.with_colour(colour));
             return found.ok_or_else(|| missing(&stack));
         }

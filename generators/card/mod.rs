@@ -111,7 +111,7 @@ impl Census {
         let response = &meta.response;
         add(
             &mut self.responses,
-            format!("{}, {}", response.pixel, response.model),
+            format!("{}, {}", response.pixel, response.label()),
         );
         let sensor = &meta.sensor;
         add(
@@ -125,11 +125,11 @@ impl Census {
             add(&mut self.charts, chart.clone());
         }
         for effect in &meta.effects.simulated {
-            add(&mut self.simulated, effect.clone());
+            add(&mut self.simulated, effect.to_string());
         }
         for effect in &meta.effects.left_out {
             self.left_out
-                .insert(effect.name.clone(), effect.reason.clone());
+                .insert(effect.effect.to_string(), effect.reason.to_string());
         }
         for (values, quantity) in self.values.iter_mut().zip(&QUANTITIES) {
             values.extend((quantity.of)(meta).filter(|v| v.is_finite()));

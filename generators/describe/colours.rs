@@ -1,17 +1,16 @@
-//! What `meta.json` says of colour: wavelengths and bands of the channels, and which effects of them were simulated.
+//! What `meta.json` says of colour: wavelengths and bands of the channels.
 
 use quadpixel::render::Camera;
 use quadpixel::response::Response;
 use quadpixel_datasets as spec;
 
 use super::Exposed;
-use crate::recipe::Recipe;
 
 /// The colour channels: one wavelength each, or a band.
 pub(super) fn channels(
     camera: &Camera,
     response: &Response,
-    exposure: &Exposed,
+    exposure: &Exposed<'_>,
 ) -> Vec<spec::Channel> {
     let wavelengths = camera.wavelengths();
     // The geometric pixel depends on no wavelength; 0 would say it is read at one.
@@ -46,69 +45,4 @@ pub(super) fn channels(
         .enumerate()
         .map(channel)
         .collect()
-}
-
-/// What of colour is simulated, and what is not.
-pub(super) fn effects(
-    recipe: &Recipe,
-    camera: &Camera,
-    response: &Response,
-    simulated: &mut Vec<&'static str>,
-    left_out: &mut Vec<(&'static str, &'static str)>,
-) {
-    let table_nm = match response {
-        Response::Table(table) => Some(table.axes().wavelengths_nm.len()),
-        Response::Geometric(_) => None,
-    };
-    let depends = "wavelength dependence of the response";
-    match (camera.wavelengths().bands(), table_nm) {
-        (Some(_), Some(2..)) => simulated.push(depends),
-        (Some(_), Some(_)) => left_out.push((depends, "the response's table is of one wavelength")),
-        (None, Some(_)) => left_out.push((
-            depends,
-            "all channels use the table at one wavelength, as in the paper",
-        )),
-        (_, None) => {}
-    }
-    if camera.wavelengths().bands().is_some() {
-        simulated.push("width of the colour bands");
-        left_out.push((
-            "spectra of the scene",
-            "its radiance in a channel is even over the channel's band",
-        ));
-    } else {
-        left_out.push((
-            "width of the colour bands",
-            "each channel is traced at one wavelength",
-        ));
-    }
-    if recipe.sensor.mosaic.is_some() {
-        simulated.push("colour filter mosaic (in files of its own)");
-        let crosstalk = "crosstalk through filters of another colour";
-        if among_other_colours(response) {
-            simulated.push(crosstalk);
-            left_out.push((
-                "light of other bands through a filter",
-                "a channel knows the light of its own band",
-            ));
-        } else {
-            left_out.push((
-                crosstalk,
-                "the pixel is simulated among pixels of its own colour, the paper's worst case",
-            ));
-        }
-    } else {
-        left_out.push((
-            "colour filter mosaic",
-            "every sub-pixel has all three channels, as in the paper",
-        ));
-    }
-}
-
-/// Whether the table's pixel was simulated in a mosaic of colour filters.
-fn among_other_colours(response: &Response) -> bool {
-    match response {
-        Response::Table(table) => table.meta().pixel.mosaic.is_some(),
-        Response::Geometric(_) => false,
-    }
 }

@@ -127,7 +127,7 @@ fn title(sheet: &mut Sheet, given: &Description) {
         number(given.sensor.pitch_um),
         subpixels.columns,
         subpixels.rows,
-        given.response.model,
+        given.response.label(),
         given.scene.charts.join(", "),
     );
     sheet.text(MARGIN, 8, 2, &first, TEXT);

@@ -55,10 +55,10 @@ impl Choice {
 
     fn only<'a>(names: impl Iterator<Item = &'a str>) -> Result<Self, ChoiceError> {
         let effect = |name: &str| {
-            let found = Effect::ALL.into_iter().find(|e| e.name() == name);
+            let found = Effect::SELECTABLE.into_iter().find(|e| e.name() == name);
             found.ok_or_else(|| ChoiceError {
                 name: name.to_string(),
-                known: Effect::ALL.map(Effect::name).join(", "),
+                known: Effect::SELECTABLE.map(Effect::name).join(", "),
             })
         };
         names.map(effect).collect::<Result<_, _>>().map(Self::Only)

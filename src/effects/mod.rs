@@ -9,6 +9,8 @@
 //! cheaper path is a function of [`Camera`](crate::render::Camera) or of the scene. The estimates follow the rays of the image to come, with and
 //! without the effect, on a few of its pixels; they are functions of camera, scene and seed alone, so that a plan is the same everywhere.
 
+use quadpixel_datasets::EstimatedError;
+
 mod choice;
 mod plan;
 mod shift;
@@ -17,62 +19,9 @@ mod signal;
 mod vignetting;
 
 pub use choice::{Choice, ChoiceError, Tolerance};
+pub use quadpixel_datasets::Effect;
 pub use plan::{Decision, Planned, Verdict, plan};
 pub use shot::Shot;
-
-/// An effect that an image may or may not need.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Effect {
-    /// Diffraction and crosstalk in the pixel; without: boxes of the same focal length.
-    PixelDiffraction,
-    /// The microlens shift (chief-ray angle) from place to place; without: that of the window's middle.
-    CraVariation,
-    /// A wavelength of its own for each channel in the lens; without: the reference channel's rays serve all.
-    Dispersion,
-    /// Aberrations of the lens; without: first-order optics.
-    Aberrations,
-    /// Apertures beside the stop; left out together with the aberrations only.
-    Vignetting,
-    /// Several wavelengths in a channel; without: one.
-    Wavelengths,
-    /// Light from surface to surface in a world; without: direct light only.
-    GlobalIllumination,
-    /// Every ray finds its own surface; always simulated.
-    Occlusion,
-    /// Noise of the sensor's electronics, in files of its own.
-    Noise,
-}
-
-impl Effect {
-    /// All of them, in the order in which they are told.
-    pub const ALL: [Self; 9] = [
-        Self::PixelDiffraction,
-        Self::CraVariation,
-        Self::Dispersion,
-        Self::Aberrations,
-        Self::Vignetting,
-        Self::Wavelengths,
-        Self::GlobalIllumination,
-        Self::Occlusion,
-        Self::Noise,
-    ];
-
-    /// Its name in configurations and arguments.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::PixelDiffraction => "pixel-diffraction",
-            Self::CraVariation => "cra-variation",
-            Self::Dispersion => "dispersion",
-            Self::Aberrations => "aberrations",
-            Self::Vignetting => "vignetting",
-            Self::Wavelengths => "wavelengths",
-            Self::GlobalIllumination => "global-illumination",
-            Self::Occlusion => "occlusion",
-            Self::Noise => "noise",
-        }
-    }
-}
 
 /// What leaving an effect out would do to the image.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -82,6 +31,15 @@ pub struct Estimate {
     pub signal_percent: Option<f64>,
     /// Largest shift of what a sub-pixel sees, over window, channels and depths, px; `None` for effects that move nothing.
     pub shift_px: Option<f64>,
+}
+
+impl Estimate {
+    /// As descriptions of samples have it.
+    pub fn errors(&self) -> Vec<EstimatedError> {
+        let signal = self.signal_percent.map(EstimatedError::SignalPercent);
+        let shift = self.shift_px.map(EstimatedError::ShiftPx);
+        signal.into_iter().chain(shift).collect()
+    }
 }
 
 impl std::fmt::Display for Estimate {

@@ -1,5 +1,7 @@
 //! From a choice and a tolerance to what is rendered.
 
+use quadpixel_datasets::{Effects, Reason};
+
 use super::shift::SubpixelViews;
 use super::signal::Probes;
 use super::vignetting::lost_light;
@@ -40,6 +42,41 @@ pub struct Decision {
     pub estimate: Option<Estimate>,
 }
 
+impl Decision {
+    /// Enters it into the ledger of a sample, where the effect is there. What an image without it lacks is entered by
+    /// [`Self::enter_absent`].
+    pub fn enter(&self, ledger: &mut Effects, tolerance: &Tolerance) {
+        let errors = self.estimate.map_or(Vec::new(), |e| e.errors());
+        match self.verdict {
+            Verdict::Simulated | Verdict::NoCheaperPath => ledger.simulate(self.effect),
+            Verdict::Below => {
+                let reason = Reason::BelowTolerance {
+                    signal_percent: tolerance.signal_percent,
+                    shift_px: tolerance.shift_px,
+                };
+                ledger.leave_out_at(self.effect, reason, errors);
+            }
+            Verdict::NotAsked => ledger.leave_out_at(self.effect, Reason::NotChosen, errors),
+            Verdict::Absent => self.enter_absent(ledger),
+        }
+    }
+
+    /// An effect that is not there: what the camera and the scene have in its place.
+    fn enter_absent(&self, ledger: &mut Effects) {
+        let reason = match self.effect {
+            Effect::PixelDiffraction => Reason::GeometricResponse,
+            Effect::Dispersion => Reason::NoAbbeNumbers,
+            Effect::Wavelengths => Reason::OneTracedWavelength,
+            Effect::Noise => Reason::NoReadout,
+            // A single surface hides nothing, but each ray finds its own.
+            Effect::Occlusion => return ledger.simulate(self.effect),
+            // Cards send each other no light, and a fixed chief ray is that of the whole window.
+            _ => return,
+        };
+        ledger.leave_out(self.effect, reason);
+    }
+}
+
 impl std::fmt::Display for Decision {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let what = match self.verdict {
@@ -59,7 +96,7 @@ impl std::fmt::Display for Decision {
 pub struct Planned {
     /// Without the effects that are left out.
     pub shot: Shot,
-    /// One per effect, in the order of [`Effect::ALL`].
+    /// One per effect, in the order of [`Effect::SELECTABLE`].
     pub decisions: Vec<Decision>,
     /// What leaving out all those does together, where they are more than one that the scene does not call for.
     pub together: Option<Estimate>,
@@ -87,7 +124,7 @@ pub fn plan(
     tolerance: &Tolerance,
 ) -> Planned {
     if *choice == Choice::All {
-        let decisions = Effect::ALL.into_iter().filter(|e| *e != Effect::Noise);
+        let decisions = Effect::SELECTABLE.into_iter().filter(|e| *e != Effect::Noise);
         let decisions = decisions.map(|effect| Decision {
             effect,
             verdict: if whole.has(effect) {
@@ -138,7 +175,7 @@ pub fn plan(
             estimate: Some(estimate),
         });
     }
-    let decisions = Effect::ALL.into_iter().filter(|e| *e != Effect::Noise);
+    let decisions = Effect::SELECTABLE.into_iter().filter(|e| *e != Effect::Noise);
     let decisions = decisions.map(|effect| {
         let found = decided.iter().find(|d| d.effect == effect).copied();
         found.unwrap_or_else(|| without_estimate(effect, &whole, &decided, choice))

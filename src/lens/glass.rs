@@ -23,7 +23,7 @@ use crate::units::{C_LINE_NM, D_LINE_NM, F_LINE_NM};
 pub const WAVELENGTH_RANGE_NM: (f64, f64) = (350.0, 1100.0);
 
 /// A glass.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub enum Glass {
     /// The same index everywhere: the file gives no Abbe number.
     Constant {

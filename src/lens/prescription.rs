@@ -16,7 +16,7 @@ use super::system::{ASPHERE_TERMS, Aperture, OpticalSurface, Pose, SurfaceKind};
 use crate::range::OutOfRange;
 
 /// One surface as prescribed.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct PrescribedSurface {
     /// Vertex curvature c = 1/R of the conic, 1/mm; 0 for a plane.
     pub curvature: f64,

@@ -12,7 +12,7 @@ use common::small::{SMALL, dataset, refused_config};
 use common::{assert_samples_kept, done, files, findings_with, layer, meta, render};
 use quadpixel::image::exr::read_layers;
 use quadpixel::image::{Image, raster};
-use quadpixel_datasets::check_dataset;
+use quadpixel_datasets::{Effect, check_dataset};
 
 const READOUT: &str = "[readout]\nphotons_um2 = 4000\n";
 /// The default bands.
@@ -66,8 +66,8 @@ fn the_mosaic_picks_channels_bit_for_bit_and_changes_no_other_file() {
         (0, 65535)
     );
     assert_eq!((noisy.black_level, noisy.white_level), (64, 4095));
-    let told = |name: &str| meta.effects.simulated.iter().any(|e| e.starts_with(name));
-    assert!(told("colour filter mosaic"), "{:?}", meta.effects);
+    let simulated = &meta.effects.simulated;
+    assert!(simulated.contains(&Effect::ColourMosaic), "{simulated:?}");
 
     // A sample is made again from its description, and the exports carry the new files or do without.
     let (source, out) = (sample.join("meta.json"), folder.path().join("again"));
@@ -155,7 +155,7 @@ fn bands_are_recorded_and_one_wavelength_each_gives_the_bytes_of_lines() {
     assert!((green.white - 1.0).abs() < 1e-9, "{}", green.white);
     let effects = serde_json::to_string(&meta.effects).unwrap();
     let (did, did_not) = effects.split_once("left_out").unwrap();
-    assert!(did.contains("width of the colour bands") && did_not.contains("spectra of the scene"));
+    assert!(did.contains("\"wavelengths\"") && did_not.contains("scene-spectra"));
     for (line, field) in [
         ("wavelengths = 0", "wavelengths"),
         ("width_nm = [80, 500, 80]", "width_nm"),
@@ -225,10 +225,6 @@ fn an_imported_table_of_two_wavelengths_weighs_each_channel_by_its_own() {
             "{c}: {white}"
         );
     }
-    let told = |e: &String| e == "wavelength dependence of the response";
-    assert!(
-        meta.effects.simulated.iter().any(told),
-        "{:?}",
-        meta.effects
-    );
+    let simulated = &meta.effects.simulated;
+    assert!(simulated.contains(&Effect::ResponseSpectrum), "{simulated:?}");
 }

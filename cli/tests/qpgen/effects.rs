@@ -69,26 +69,21 @@ fn what_is_left_out_is_told_with_its_estimate_and_made_again_from_meta_json() {
     let meta = meta(&out, 0);
     let left_out = meta["effects"]["left_out"].as_array().unwrap();
     for name in [
-        "lens aberrations",
+        "aberrations",
         "vignetting",
         "dispersion",
-        "variation of the chief ray over the window",
+        "cra-variation",
     ] {
         assert!(!simulated(&meta).contains(&name), "{name}");
-        let of = left_out.iter().filter(|l| l["name"] == name);
+        let of = left_out.iter().filter(|l| l["effect"] == name);
         let [entry] = of.collect::<Vec<_>>()[..] else {
             panic!("{name}: {left_out:?}")
         };
-        assert!(
-            entry["reason"]
-                .as_str()
-                .unwrap()
-                .starts_with("not among the effects asked for: ")
-        );
-        assert!(
-            entry["estimated_error"]["value"].as_f64().is_some(),
-            "{entry}"
-        );
+        assert_eq!(entry["reason"], "not-chosen");
+        let text = entry["text"].as_str().unwrap();
+        assert!(text.ends_with("not among the effects asked for"), "{entry}");
+        let signal = &entry["estimated_errors"][0]["signal-percent"];
+        assert!(signal.as_f64().is_some(), "{entry}");
     }
     assert!(simulated(&meta).contains(&"occlusion"));
     done(&["check", out.to_str().unwrap()]);
@@ -118,10 +113,10 @@ fn noise_that_is_not_asked_for_is_left_out_with_its_files() {
     let left_out = meta["effects"]["left_out"].as_array().unwrap().clone();
     let noise = left_out
         .iter()
-        .find(|l| l["name"] == "sensor noise")
+        .find(|l| l["effect"] == "noise")
         .unwrap();
     // 1000 photons a µm² of a sub-pixel of 1 µm²: 3.2 % of shot noise, with read noise and PRNU more.
-    let percent = noise["estimated_error"]["value"].as_f64().unwrap();
+    let percent = noise["estimated_errors"][0]["signal-percent"].as_f64().unwrap();
     assert!((3.1..6.0).contains(&percent), "{noise}");
 }
 

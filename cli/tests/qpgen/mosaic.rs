@@ -189,7 +189,7 @@ fn a_dataset_takes_a_table_of_bands_and_tells_of_crosstalk() {
     let meta = fs::read_to_string(folder.path().join("data/samples/000000/meta.json")).unwrap();
     let meta: serde_json::Value = serde_json::from_str(&meta).unwrap();
     let simulated = meta["effects"]["simulated"].as_array().unwrap();
-    assert!(simulated.contains(&"crosstalk through filters of another colour".into()));
+    assert!(simulated.contains(&"colour-crosstalk".into()));
     for (channel, nm) in [610.0, 550.0, 465.0].into_iter().enumerate() {
         assert_eq!(meta["channels"][channel]["response_wavelength_nm"], nm);
     }

@@ -1,0 +1,108 @@
+//! The ledger of a sample's effects: the plan's decisions, and what follows from how its camera and scene were put together.
+
+use quadpixel::effects::{Decision, Tolerance};
+use quadpixel::render::Camera;
+use quadpixel::response::{Response, ResponseLookup};
+use quadpixel::sensor::ShiftRule;
+use quadpixel_datasets::{Effect, Effects, Reason};
+
+use crate::recipe::{Recipe, ResponseRecipe};
+
+/// Every effect that the pictures have or lack. `camera` is the one that they were made with.
+pub(crate) fn ledger(
+    recipe: &Recipe,
+    camera: &Camera,
+    response: &Response,
+    decisions: &[Decision],
+    tolerance: &Tolerance,
+) -> Effects {
+    let mut ledger = Effects::default();
+    for decision in decisions {
+        decision.enter(&mut ledger, tolerance);
+    }
+    lens(recipe, &mut ledger);
+    pixel(recipe, camera, &mut ledger);
+    colours(recipe, camera, response, &mut ledger);
+    world(recipe, &mut ledger);
+    ledger
+}
+
+fn lens(recipe: &Recipe, ledger: &mut Effects) {
+    ledger.simulate(Effect::Defocus);
+    ledger.leave_out(Effect::LensDiffraction, Reason::Rays);
+    ledger.leave_out(Effect::LensReflections, Reason::FullTransmission);
+    let lens = &recipe.lens;
+    if !(lens.misalignments.is_empty() && lens.deviations.is_empty()) {
+        ledger.simulate(Effect::LensTolerances);
+    }
+    if lens.focus_error_um != 0.0 {
+        ledger.simulate(Effect::FocusError);
+    }
+}
+
+fn pixel(recipe: &Recipe, camera: &Camera, ledger: &mut Effects) {
+    if recipe.sensor.microlens_offset_um != [0.0; 2] {
+        ledger.simulate(Effect::MicrolensOffset);
+    }
+    if matches!(recipe.response, ResponseRecipe::Wave { stack_scale, .. } if stack_scale != 1.0) {
+        ledger.simulate(Effect::LayerThickness);
+    }
+    if recipe.sensor.microlens_shift == ShiftRule::Centred {
+        ledger.leave_out(Effect::MicrolensShift, Reason::CentredMicrolenses);
+        return;
+    }
+    ledger.simulate(Effect::MicrolensShift);
+    match camera.response() {
+        ResponseLookup::Shifted(_) | ResponseLookup::Fixed(_) => {
+            ledger.simulate(Effect::ShiftDistortion);
+        }
+        _ => ledger.leave_out(Effect::ShiftDistortion, Reason::MovingFrame),
+    }
+}
+
+fn colours(recipe: &Recipe, camera: &Camera, response: &Response, ledger: &mut Effects) {
+    let banded = camera.wavelengths().bands().is_some();
+    if let Response::Table(table) = response {
+        match (banded, table.axes().wavelengths_nm.len()) {
+            (true, 2..) => ledger.simulate(Effect::ResponseSpectrum),
+            (true, _) => ledger.leave_out(Effect::ResponseSpectrum, Reason::OneTabulatedWavelength),
+            (false, _) => ledger.leave_out(Effect::ResponseSpectrum, Reason::OneResponseWavelength),
+        }
+    }
+    if banded {
+        ledger.leave_out(Effect::SceneSpectra, Reason::EvenRadiance);
+    }
+    if recipe.sensor.mosaic.is_none() {
+        ledger.leave_out(Effect::ColourMosaic, Reason::AllChannels);
+        return;
+    }
+    ledger.simulate(Effect::ColourMosaic);
+    if among_other_colours(response) {
+        ledger.simulate(Effect::ColourCrosstalk);
+        ledger.leave_out(Effect::FilterLeakage, Reason::OwnBand);
+    } else {
+        ledger.leave_out(Effect::ColourCrosstalk, Reason::EqualNeighbours);
+    }
+}
+
+/// Whether the table's pixel was simulated in a mosaic of colour filters.
+fn among_other_colours(response: &Response) -> bool {
+    match response {
+        Response::Table(table) => table.meta().pixel.mosaic.is_some(),
+        Response::Geometric(_) => false,
+    }
+}
+
+fn world(recipe: &Recipe, ledger: &mut Effects) {
+    let Some(world) = &recipe.world else {
+        return;
+    };
+    let max_bounces = world.paths.max_bounces;
+    ledger.leave_out(Effect::LongPaths, Reason::PathLimit { max_bounces });
+    if max_bounces <= 1 {
+        ledger.leave_out(Effect::GlobalIllumination, Reason::PathLimit { max_bounces });
+    }
+    if let Some(radiance) = world.paths.clamp {
+        ledger.leave_out(Effect::BrightPaths, Reason::Clamp { radiance });
+    }
+}
