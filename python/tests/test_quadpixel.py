@@ -39,6 +39,12 @@ class Native(unittest.TestCase):
         with self.assertRaisesRegex(FileNotFoundError, "objects"):
             quadpixel.Dataset(ROOT, items=("objects",))[0]
 
+    def test_what_an_earlier_release_made_is_named_with_how_to_make_it_again(self):
+        with self.assertRaisesRegex(ValueError, "earlier release.*qpgen render.*qpgen dataset"):
+            quadpixel.decode({"meta.json": b'{ "schema_version": 1 }'})
+        with self.assertRaisesRegex(ValueError, "schema version 99"):
+            quadpixel.decode({"meta.json": b'{ "schema_version": 99 }'})
+
     def test_shapes_types_and_the_ties_between_files(self):
         sample = quadpixel.Dataset(ROOT, items=CHART_ITEMS)[1]
         h, w = 48, 64
