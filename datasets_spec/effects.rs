@@ -118,10 +118,9 @@ impl Effect {
                 "shift-distortion",
                 "distortion of the response by the microlens shift",
             ),
-            Self::ResponseSpectrum => (
-                "response-spectrum",
-                "wavelength dependence of the response",
-            ),
+            Self::ResponseSpectrum => {
+                ("response-spectrum", "wavelength dependence of the response")
+            }
             Self::SceneSpectra => ("scene-spectra", "spectra of the scene"),
             Self::ColourMosaic => ("colour-mosaic", "colour filter mosaic"),
             Self::ColourCrosstalk => (
@@ -321,16 +320,25 @@ mod tests {
             shift_px: 0.02,
         };
         ledger.simulate(Effect::Defocus);
-        let errors = vec![EstimatedError::SignalPercent(0.1), EstimatedError::ShiftPx(0.01)];
+        let errors = vec![
+            EstimatedError::SignalPercent(0.1),
+            EstimatedError::ShiftPx(0.01),
+        ];
         ledger.leave_out_at(Effect::Dispersion, limit, errors);
         ledger.leave_out(Effect::LensDiffraction, Reason::Rays);
         let json = serde_json::to_value(&ledger).unwrap();
         assert_eq!(json["simulated"][0], "defocus");
-        assert_eq!(json["left_out"][0]["reason"]["below-tolerance"]["shift_px"], 0.02);
+        assert_eq!(
+            json["left_out"][0]["reason"]["below-tolerance"]["shift_px"],
+            0.02
+        );
         assert_eq!(json["left_out"][0]["estimated_errors"][1]["shift-px"], 0.01);
         assert_eq!(json["left_out"][1]["reason"], "rays");
         assert_eq!(serde_json::from_value::<Effects>(json).unwrap(), ledger);
         let text = &ledger.left_out[0].text;
-        assert_eq!(text, "dispersion: below the tolerance of 0.5 % of the signal and 0.02 px");
+        assert_eq!(
+            text,
+            "dispersion: below the tolerance of 0.5 % of the signal and 0.02 px"
+        );
     }
 }

@@ -49,7 +49,8 @@ mod version;
 
 pub use camera::{
     Channel, ChannelBand, CraShift, Element, ExitPupil, Exposure, Focus, FocusBy, Intrinsics, Lens,
-    MicrolensRule, Misalignment, Part, Response, ResponseModel, Sensor, Subpixels, TableColour, TablePreset,
+    MicrolensRule, Misalignment, Part, Response, ResponseModel, Sensor, Subpixels, TableColour,
+    TablePreset,
 };
 pub use camera_description::{CameraDescription, DisparityRatio, RatioField, RawLevels};
 #[cfg(feature = "check")]
@@ -60,8 +61,8 @@ pub use manifest::{DatasetManifest, FileEntry, SampleEntry, Tool, conventions, u
 pub use mosaic::{CodeLevels, Mosaic, MosaicPattern};
 pub use readout::Readout;
 pub use sample::{
-    CocDisparity, FileKind, LostRays, Noise, Range, Ranges, Raw,
-    RawFormat, RenderStatistics, SampleFile, SampleMeta, Scene, Storage,
+    CocDisparity, FileKind, LostRays, Noise, Range, Ranges, Raw, RawFormat, RenderStatistics,
+    SampleFile, SampleMeta, Scene, Storage,
 };
 pub use split::{Split, split_of_scene, split_scenes};
 pub use version::{ParseError, check_version, parse};

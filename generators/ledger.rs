@@ -100,7 +100,10 @@ fn world(recipe: &Recipe, ledger: &mut Effects) {
     let max_bounces = world.paths.max_bounces;
     ledger.leave_out(Effect::LongPaths, Reason::PathLimit { max_bounces });
     if max_bounces <= 1 {
-        ledger.leave_out(Effect::GlobalIllumination, Reason::PathLimit { max_bounces });
+        ledger.leave_out(
+            Effect::GlobalIllumination,
+            Reason::PathLimit { max_bounces },
+        );
     }
     if let Some(radiance) = world.paths.clamp {
         ledger.leave_out(Effect::BrightPaths, Reason::Clamp { radiance });

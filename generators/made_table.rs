@@ -1,9 +1,9 @@
 //! Tables that `qpgen response` makes before a dataset uses them: model, preset, shifts and colour mean the same words here and there.
 
-pub use quadpixel_datasets::TableColour;
 use quadpixel::em::mosaic::FilterColour;
 use quadpixel::em::{Level, ModelChoice, PixelStack, Preset};
 use quadpixel::response::TableSettings;
+pub use quadpixel_datasets::TableColour;
 use serde::{Deserialize, Serialize};
 
 /// Which exact model corrects the wave model of the corrected level.

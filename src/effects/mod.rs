@@ -19,8 +19,8 @@ mod signal;
 mod vignetting;
 
 pub use choice::{Choice, ChoiceError, Tolerance};
-pub use quadpixel_datasets::Effect;
 pub use plan::{Decision, Planned, Verdict, plan};
+pub use quadpixel_datasets::Effect;
 pub use shot::Shot;
 
 /// What leaving an effect out would do to the image.

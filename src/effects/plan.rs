@@ -124,7 +124,9 @@ pub fn plan(
     tolerance: &Tolerance,
 ) -> Planned {
     if *choice == Choice::All {
-        let decisions = Effect::SELECTABLE.into_iter().filter(|e| *e != Effect::Noise);
+        let decisions = Effect::SELECTABLE
+            .into_iter()
+            .filter(|e| *e != Effect::Noise);
         let decisions = decisions.map(|effect| Decision {
             effect,
             verdict: if whole.has(effect) {
@@ -175,7 +177,9 @@ pub fn plan(
             estimate: Some(estimate),
         });
     }
-    let decisions = Effect::SELECTABLE.into_iter().filter(|e| *e != Effect::Noise);
+    let decisions = Effect::SELECTABLE
+        .into_iter()
+        .filter(|e| *e != Effect::Noise);
     let decisions = decisions.map(|effect| {
         let found = decided.iter().find(|d| d.effect == effect).copied();
         found.unwrap_or_else(|| without_estimate(effect, &whole, &decided, choice))

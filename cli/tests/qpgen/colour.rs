@@ -226,5 +226,8 @@ fn an_imported_table_of_two_wavelengths_weighs_each_channel_by_its_own() {
         );
     }
     let simulated = &meta.effects.simulated;
-    assert!(simulated.contains(&Effect::ResponseSpectrum), "{simulated:?}");
+    assert!(
+        simulated.contains(&Effect::ResponseSpectrum),
+        "{simulated:?}"
+    );
 }

@@ -68,12 +68,7 @@ fn what_is_left_out_is_told_with_its_estimate_and_made_again_from_meta_json() {
     let out = folder.path().join("none");
     let meta = meta(&out, 0);
     let left_out = meta["effects"]["left_out"].as_array().unwrap();
-    for name in [
-        "aberrations",
-        "vignetting",
-        "dispersion",
-        "cra-variation",
-    ] {
+    for name in ["aberrations", "vignetting", "dispersion", "cra-variation"] {
         assert!(!simulated(&meta).contains(&name), "{name}");
         let of = left_out.iter().filter(|l| l["effect"] == name);
         let [entry] = of.collect::<Vec<_>>()[..] else {
@@ -111,12 +106,11 @@ fn noise_that_is_not_asked_for_is_left_out_with_its_files() {
     done(&["check", clean.to_str().unwrap()]);
     let meta = meta(&clean, 0);
     let left_out = meta["effects"]["left_out"].as_array().unwrap().clone();
-    let noise = left_out
-        .iter()
-        .find(|l| l["effect"] == "noise")
-        .unwrap();
+    let noise = left_out.iter().find(|l| l["effect"] == "noise").unwrap();
     // 1000 photons a µm² of a sub-pixel of 1 µm²: 3.2 % of shot noise, with read noise and PRNU more.
-    let percent = noise["estimated_errors"][0]["signal-percent"].as_f64().unwrap();
+    let percent = noise["estimated_errors"][0]["signal-percent"]
+        .as_f64()
+        .unwrap();
     assert!((3.1..6.0).contains(&percent), "{noise}");
 }
 
