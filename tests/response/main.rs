@@ -9,5 +9,6 @@ mod fdtd;
 mod random;
 mod rcwa;
 mod shifted;
+mod solvers;
 mod wave;
 mod wavelengths;
