@@ -1,4 +1,5 @@
-//! How well a calibration knows the aberration's disparity: only here, after the estimate is made, is a sample's truth read.
+//! How well a calibration knows the aberration's disparity: only here, after the estimate is made, is a sample's truth
+//! read.
 //!
 //! ```text
 //! e_v(x) = d_{v,green}(x) − (traced_v(x) − paraxial_v(x))        over all views v and valid pixels x

@@ -1,13 +1,15 @@
-//! Focus stacks: sharpness and phase difference against the focus of the camera, and where each says that the scene is in focus.
+//! Focus stacks: sharpness and phase difference against the focus of the camera, and where each says that the scene is
+//! in focus.
 //!
-//! Focus is counted in dioptres from the entrance pupil, 1/d_f in 1/m: there the phase difference of a plane at d is a straight line,
+//! Focus is counted in dioptres from the entrance pupil, 1/d_f in 1/m: there the phase difference of a plane at d is a
+//! straight line,
 //!
 //! ```text
 //! D = x_L − x_R = κ fx A (1/d − 1/d_f)
 //! ```
 //!
-//! (the dataset's specification, "Metres from disparity"), and its zero is the focus. Contrast detection takes the maximum of a
-//! sharpness, here the vertex of the parabola through the three samples about the largest one.
+//! (the dataset's specification, "Metres from disparity"), and its zero is the focus. Contrast detection takes the
+//! maximum of a sharpness, here the vertex of the parabola through the three samples about the largest one.
 
 use quadpixel::image::views::Side;
 use quadpixel::image::{Image, channel};

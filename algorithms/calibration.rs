@@ -4,12 +4,13 @@
 //! d_{v,c}(x) = argmax ZNCC( R(x), I_{v,c}(x + d) )      R = Σ_v I_{v,green}      d_{v,c} ≈ Σ_mn a_mn T_m(u) T_n(v)
 //! ```
 //!
-//! That is the shift that lines up this chart best ([`Align::Texture`]). A skewed spot shifts fine texture less than coarse; its
-//! centroid, which depth needs, is what [`crate::centroid`] makes of it ([`Align::Centroid`]).
+//! That is the shift that lines up this chart best ([`Align::Texture`]). A skewed spot shifts fine texture less than
+//! coarse; its centroid, which depth needs, is what [`crate::centroid`] makes of it ([`Align::Centroid`]).
 //!
-//! The chart is flat, textured and in focus, so that an ideal lens would shift nothing: what is measured is the aberration's
-//! disparity (section 3.3 of the quad-pixel paper). I_{v,c}: view v, channel c; R: the reference; d to the right and down, px;
-//! T: see [`crate::field`]. [`Calibration`] is the JSON file, self-describing: a reader needs nothing but it.
+//! The chart is flat, textured and in focus, so that an ideal lens would shift nothing: what is measured is the
+//! aberration's disparity (section 3.3 of the quad-pixel paper). I_{v,c}: view v, channel c; R: the reference; d to the
+//! right and down, px; T: see [`crate::field`]. [`Calibration`] is the JSON file, self-describing: a reader needs
+//! nothing but it.
 
 use quadpixel::image::{Image, channel};
 use serde::{Deserialize, Serialize};
@@ -50,8 +51,8 @@ pub struct CalibrationSettings {
 }
 
 impl Default for CalibrationSettings {
-    /// Window 31 px: the field is smooth, so that noise and not detail limits it; centroids; degree 2, enough for a window of a few
-    /// hundred pixels (a whole sensor wants 4 to 6).
+    /// Window 31 px: the field is smooth, so that noise and not detail limits it; centroids; degree 2, enough for a
+    /// window of a few hundred pixels (a whole sensor wants 4 to 6).
     fn default() -> Self {
         Self {
             matching: MatchSettings {
@@ -97,7 +98,8 @@ pub struct CalibratedField {
     pub half_span_px: [f64; 2],
     /// Chebyshev coefficients of the right and the down component, px, by total degree: T0T0, T1T0, T0T1, T2T0, T1T1, …
     pub coefficients_px: [Vec<f64>; 2],
-    /// Root mean square of what the fit leaves over, px an axis (for centroids: the shift that would make such a difference).
+    /// Root mean square of what the fit leaves over, px per axis (for centroids: the shift that would make such a
+    /// difference).
     pub residual_rms_px: f64,
     /// Share of the valid matches (for centroids: of the samples) that the fit rejected, 0 to 1.
     pub rejected_share: f64,

@@ -1,7 +1,8 @@
 //! What the camera of a capture says of itself: `camera.json`, or the same fields of a sample's `meta.json`.
 //!
-//! A [`CameraDescription`] holds nothing that depends on the scene. Of a `meta.json` only the camera's own fields are read; whatever else it
-//! holds (the scene, ranges of the truth, statistics of the render) may be missing or be anything.
+//! A [`CameraDescription`] holds nothing that depends on the scene. Of a `meta.json` only the camera's own fields are
+//! read; whatever else it holds (the scene, ranges of the truth, statistics of the render) may be missing or be
+//! anything.
 
 use std::path::{Path, PathBuf};
 
@@ -105,8 +106,9 @@ pub fn read_meta(path: &Path) -> Result<CameraDescription, CameraError> {
     Ok(meta.into())
 }
 
-/// The description in a folder, with its file: its `camera.json`, else its `meta.json`; `None` where it has neither. A `camera.json`
-/// without a version of the layout is a file of another kind (a calibration may be called so) and passed over.
+/// The description in a folder, with its file: its `camera.json`, else its `meta.json`; `None` where it has neither. A
+/// `camera.json` without a version of the layout is a file of another kind (a calibration may be called so) and passed
+/// over.
 ///
 /// # Errors
 /// As of [`read_description`] and [`read_meta`].

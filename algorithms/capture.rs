@@ -1,7 +1,8 @@
 //! A capture: the views of one exposure, and what its camera says of itself.
 //!
-//! It comes from a sample's folder (its raw mosaic and `camera.json`), from a mosaic, or from an EXR with a layer per view. No truth
-//! can come with it: of a sample's folder only the raw mosaic and the camera's own description are read (see [`crate::camera`]).
+//! It comes from a sample's folder (its raw mosaic and `camera.json`), from a mosaic, or from an EXR with a layer per
+//! view. No truth can come with it: of a sample's folder only the raw mosaic and the camera's own description are read
+//! (see [`crate::camera`]).
 
 use std::path::{Path, PathBuf};
 
@@ -121,11 +122,12 @@ pub struct ViewPair {
 }
 
 impl Capture {
-    /// Reads `path`: a sample's folder, a mosaic, or an EXR with a layer per view. The description is that of the options, else the
-    /// `camera.json` in the same folder, else the camera's fields of the `meta.json` there.
+    /// Reads `path`: a sample's folder, a mosaic, or an EXR with a layer per view. The description is that of the
+    /// options, else the `camera.json` in the same folder, else the camera's fields of the `meta.json` there.
     ///
     /// # Errors
-    /// A file that is missing or no picture, a description that is none or fits the views not, sub-pixels that nothing tells.
+    /// A file that is missing or no picture, a description that is none or fits the views not, sub-pixels that nothing
+    /// tells.
     pub fn read(path: &Path, options: &CaptureOptions) -> Result<Self, CaptureError> {
         let is_folder = path.is_dir();
         let folder = match is_folder {
@@ -170,7 +172,8 @@ impl Capture {
         })
     }
 
-    /// The left and right view of a camera of which nothing else is known; with `srgb`, the transfer function of the codes is undone.
+    /// The left and right view of a camera of which nothing else is known; with `srgb`, the transfer function of the
+    /// codes is undone.
     ///
     /// # Errors
     /// A file that is no picture, or two of unlike size.
@@ -306,8 +309,8 @@ fn views_of(
     Ok((views, channels.cloned().unwrap_or_default()))
 }
 
-/// Turns parts of the full scale of 16 bits into linear values by the levels in `raw`; returns the linear value at white. An EXR
-/// mosaic has no levels and is linear as it is.
+/// Turns parts of the full scale of 16 bits into linear values by the levels in `raw`; returns the linear value at
+/// white. An EXR mosaic has no levels and is linear as it is.
 fn linearise(mosaic: &mut Image, raw: &RawLevels, path: &Path) -> Result<f64, CaptureError> {
     let (Some(black), Some(white), Some(at_white)) =
         (raw.black_level, raw.white_level, raw.linear_at_white)

@@ -4,7 +4,8 @@
 //! I'_{v,c}(x) = Lanczos₄ I_{v,c}(x + d_{v,c}(x))        S_c = Σ_v I'_{v,c}
 //! ```
 //!
-//! I, d: see [`crate::calibration`]; S: the corrected image. Where x + d leaves a view in any channel the pixel is not valid.
+//! I, d: see [`crate::calibration`]; S: the corrected image. Where x + d leaves a view in any channel the pixel is not
+//! valid.
 
 use quadpixel::image::{Image, channel};
 use quadpixel::simd::SimdLevel;

@@ -1,13 +1,13 @@
 //! Algorithms on images of pixels that see the pupil in parts, in the order in which they are used.
 //!
 //! ```text
-//! mosaic ─ sai ─▶ views ─ disparity ─▶ shifts ─ field ─▶ smooth field (─ centroid ─▶ of the spots' centroids) ─ warp ─▶ corrected views ─▶ metrics
+//! mosaic ─ sai ─▶ views ─ disparity ─▶ shifts ─ field, centroid ─▶ smooth field ─ warp ─▶ corrected views ─▶ metrics
 //!                   └─ depth: shifts of opposite halves, and what the camera says of itself ─▶ metres
 //! ```
 //!
-//! They see pictures, sub-pixel layouts and a [`CameraDescription`](quadpixel_datasets::CameraDescription), never the scene, the lens or
-//! the pixel model: no truth can leak in. What compares an estimate with a truth reads it by itself, afterwards: [`depth::DepthScore`],
-//! [`aberration_score`], [`metrics::disparity_error`].
+//! They see pictures, sub-pixel layouts and a [`CameraDescription`](quadpixel_datasets::CameraDescription), never the
+//! scene, the lens or the pixel model: no truth can leak in. What compares an estimate with a truth reads it by itself,
+//! afterwards: [`depth::DepthScore`], [`aberration_score`], [`metrics::disparity_error`].
 //!
 //! # Match and correct
 //!

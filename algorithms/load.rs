@@ -1,7 +1,7 @@
 //! Pictures read from files (EXR, PNG of 8 or 16 bits, TIFF, JPEG), with only finite numbers in them.
 //!
-//! Integers are divided by their full scale. A transfer function, where the file has one, is not undone: what comes in is what
-//! the algorithms work on.
+//! Integers are divided by their full scale. A transfer function, where the file has one, is not undone: what comes in
+//! is what the algorithms work on.
 
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,9 @@
-//! Channels of a file of maps, picked by name; or the difference of the halves of the pupil, of a sample's `disparity.exr`.
+//! Channels of a file of maps, picked by name; or the difference of the halves of the pupil, of a sample's
+//! `disparity.exr`.
 //!
 //! ```text
-//! left-right = mean dx of the left views − mean dx of the right ones          top-bottom = the same of dy, top and bottom
+//! left-right = mean dx of the left views − mean dx of the right ones
+//! top-bottom = the same of dy, top and bottom
 //! ```
 
 use std::path::{Path, PathBuf};

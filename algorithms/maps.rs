@@ -1,7 +1,7 @@
 //! Maps of numbers (disparity, depth, confidence) as files: EXR, NumPy's NPY and PFM, written and read.
 //!
-//! PFM (Debevec): `Pf` or `PF`, columns rows, a scale whose sign says the byte order (negative: little-endian), then rows from
-//! the bottom up. NaN stands for "no value" in all three.
+//! PFM (Debevec): `Pf` or `PF`, columns rows, a scale whose sign says the byte order (negative: little-endian), then
+//! rows from the bottom up. NaN stands for "no value" in all three.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -17,7 +17,8 @@ use quadpixel::image::{Image, ImageError, raster};
 pub enum MapFormat {
     /// OpenEXR, 32-bit float: one layer per map, named channels.
     Exr,
-    /// NumPy: f32 of shape (maps, rows, columns, channels); axes of a single unnamed map and of a single channel are left out.
+    /// NumPy: f32 of shape (maps, rows, columns, channels); axes of a single unnamed map and of a single channel are
+    /// left out.
     Npy,
     /// Portable float map: one file per map, its one channel as gray or its first three as red, green, blue.
     Pfm,
@@ -114,10 +115,11 @@ fn pfm(image: &Image) -> Vec<u8> {
     bytes
 }
 
-/// Reads maps: the layers of an EXR, a NPY of f32 or f64 (rows, columns), with channels behind or maps before them too, a PFM,
-/// or any picture.
+/// Reads maps: the layers of an EXR, a NPY of f32 or f64 (rows, columns), with channels behind or maps before them too,
+/// a PFM, or any picture.
 ///
-/// What has no name in the file is called by its number: channels `0`, `1`, …, and so the maps of an NPY. NaN is allowed.
+/// What has no name in the file is called by its number: channels `0`, `1`, …, and so the maps of an NPY. NaN is
+/// allowed.
 ///
 /// # Errors
 /// The file cannot be read, or is of none of these kinds.

@@ -4,11 +4,14 @@
 //! out(x, y) = Σ_v w_v view_v(x + dx_v, y + dy_v),     dx_v = −D u_v / (ū_R − ū_L),   dy_v = −D v_v / (v̄_B − v̄_T)
 //! ```
 //!
-//! - D: left-right disparity x_L − x_R (and y_T − y_B) in px of the points to be sharp; above 0 for points nearer than the focus.
-//! - (u_v, v_v): centre of the sub-pixel in the pixel, −½ to ½, to the right and downwards; ū, v̄ its means over the halves.
+//! - D: left-right disparity x_L − x_R (and y_T − y_B) in px of the points to be sharp; above 0 for points nearer than
+//!   the focus.
+//! - (u_v, v_v): centre of the sub-pixel in the pixel, −½ to ½, to the right and downwards; ū, v̄ its means over the
+//!   halves.
 //! - w_v: weights of the views. Equal ones are the full pupil; others move and shape the bokeh.
 //!
-//! Source: R. Ng et al., "Light field photography with a hand-held plenoptic camera", Stanford Tech Report CTSR 2005-02.
+//! Source: R. Ng et al., "Light field photography with a hand-held plenoptic camera", Stanford Tech Report CTSR
+//! 2005-02.
 
 use quadpixel::image::Image;
 
@@ -22,7 +25,7 @@ pub enum RefocusError {
     /// D is no shift.
     #[error("disparity: {0} px must be a finite number")]
     Disparity(f64),
-    /// Not one weight a view.
+    /// Not one weight per view.
     #[error("weights: {found} given, {expected} views")]
     Count {
         /// Weights given.
@@ -66,8 +69,8 @@ pub fn shifts_px(partition: Partition, d_px: f64) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Adds the views, shifted to be sharp at the disparity `d_px`; `weights`: one a view, scaled to the mean 1, or none for equal ones.
-/// A pixel is valid where all weighted views are; beyond their edge views are replicated.
+/// Adds the views, shifted to be sharp at the disparity `d_px`; `weights`: one per view, scaled to the mean 1, or none
+/// for equal ones. A pixel is valid where all weighted views are; beyond their edge views are replicated.
 ///
 /// # Errors
 /// A disparity that is not finite; weights that are not one per view, negative, or all 0.

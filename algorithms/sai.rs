@@ -122,7 +122,7 @@ impl fmt::Display for Partition {
     }
 }
 
-/// The views of a mosaic, one a sub-pixel, in index order.
+/// The views of a mosaic, one per sub-pixel, in index order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Views {
     partition: Partition,

@@ -1,4 +1,5 @@
-//! The form of the quad-pixel paper's Table 2: setup × metric down, positions across, in each raw → corrected and the gain.
+//! The form of the quad-pixel paper's Table 2: setup × metric down, positions across, in each raw → corrected and the
+//! gain.
 //!
 //! ```text
 //! gain = 100 (corrected/raw − 1) %

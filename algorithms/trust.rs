@@ -1,23 +1,24 @@
 //! What a match is worth: its variance by the scatter of the window's parts, and how much of the window may be noise.
 //!
-//! The matcher's own variance σ²/H takes what is left over for noise that knows nothing of its neighbours. Where two depths or two blurs
-//! meet in a window, or where the views share something that is no texture of the scene, it hangs together, and the parts of the
-//! window want different shifts. With the window in blocks k, r what is left over, and p the slope of b along the axis less what gain and
-//! offset can do,
+//! The matcher's own variance σ²/H takes what is left over for noise that knows nothing of its neighbours. Where two
+//! depths or two blurs meet in a window, or where the views share something that is no texture of the scene, it hangs
+//! together, and the parts of the window want different shifts. With the window in blocks k, r what is left over, and p
+//! the slope of b along the axis less what gain and offset can do,
 //!
 //! ```text
 //! a(x) = g b(x + d) + o + r(x)     p = g (∂b − mean − share b̃)     H = Σ p²
 //! s_k = Σ_k p r                    V = K/(K − 1) Σ_k s_k² / H²
 //! ```
 //!
-//! V is the variance of d whatever r is like within a block (the "sandwich" of generalised estimating equations: Liang & Zeger, Biometrika
-//! 73, 13 (1986)); for independent noise it is σ²/H.
+//! V is the variance of d whatever r is like within a block (the "sandwich" of generalised estimating equations: Liang
+//! & Zeger, Biometrika 73, 13 (1986)); for independent noise it is σ²/H.
 //!
 //! # Noise taken for texture
-//! The halves of a pixel share its gain, and a converter what it does to their sum and how it rounds, so the views hold a picture of the
-//! sensor that does not move. Where the scene is smooth it is what matches: a shift comes out too small, by up to q, the part of H that
-//! is noise. A second difference along both axes sees hardly anything of a blurred scene and all of white noise, so its mean square over the
-//! window is the noise's variance, and the slope of white noise has 2 Σ SLOPE² times it:
+//! The halves of a pixel share its gain, and a converter what it does to their sum and how it rounds, so the views hold
+//! a picture of the sensor that does not move. Where the scene is smooth it is what matches: a shift comes out too
+//! small, by up to q, the part of H that is noise. A second difference along both axes sees hardly anything of a
+//! blurred scene and all of white noise, so its mean square over the window is the noise's variance, and the slope of
+//! white noise has 2 Σ SLOPE² times it:
 //!
 //! ```text
 //! q = g n 2 Σ SLOPE² √(c_a c_b) / H        c = mean (∂²∂²)² / 36 of a and of b,   ∂²: 1, −2, 1
@@ -55,7 +56,8 @@ pub struct Worth {
 }
 
 impl Windows<'_> {
-    /// Of the shift `d_px` that was found for the window about (x, y) of a; `None` where the samples leave a picture or hold no slope.
+    /// Of the shift `d_px` that was found for the window about (x, y) of a; `None` where the samples leave a picture or
+    /// hold no slope.
     pub fn worth(&self, [x, y]: [usize; 2], d_px: f64) -> Option<Worth> {
         let (side, half) = (self.window_px, self.window_px / 2);
         // Along the shift, then across it.
@@ -207,7 +209,8 @@ mod tests {
 
     #[test]
     fn of_independent_noise_the_scatter_is_the_variance_of_the_matcher() {
-        // σ²/H with H = Σ (∂b)² of the waves, by numbers; both views' noise counts. 200 draws of 15 degrees of freedom: 3 %.
+        // σ²/H with H = Σ (∂b)² of the waves, by numbers; both views' noise counts. 200 draws of 15 degrees of freedom:
+        // 3 %.
         let (sigma, draws) = (0.01, 200);
         let slope = |i: usize| {
             let (x, y) = ((i % SIDE) as f64, (i / SIDE) as f64);
@@ -232,8 +235,9 @@ mod tests {
 
     #[test]
     fn two_shifts_in_a_window_scatter_by_half_their_distance() {
-        // The upper half of the window lies 0.4 px beside the lower one: a block's own shift is ±0.2 px from the mean of all. Sixteen blocks of
-        // which eight go each way and all eight together are no independent draws: V = 16/15 Σ (0.2 H/16)²/H² = 0.2²/15 at least.
+        // The upper half of the window lies 0.4 px beside the lower one: a block's own shift is ±0.2 px from the mean
+        // of all. Sixteen blocks of which eight go each way and all eight together are no independent draws: V = 16/15
+        // Σ (0.2 H/16)²/H² = 0.2²/15 at least.
         let a = picture(|i| waves(i, 0.0));
         let b = picture(|i| waves(i, if i / SIDE < 48 { 0.2 } else { -0.2 }));
         let two = worth(&a, &b, 0.0).variance_px2.sqrt();
@@ -241,8 +245,8 @@ mod tests {
         let one = worth(&a, &picture(|i| waves(i, 0.2)), 0.2)
             .variance_px2
             .sqrt();
-        // What Lanczos of four lobes gets wrong, some 0.5 % of waves of mean square 3/2 and slope 0.42, held against them block by block
-        // (Cauchy): √(16/15/16 · R/H) = 0.258 · 0.005 · 1.22/0.42 px.
+        // What Lanczos of four lobes gets wrong, some 0.5 % of waves of mean square 3/2 and slope 0.42, held against
+        // them block by block (Cauchy): √(16/15/16 · R/H) = 0.258 · 0.005 · 1.22/0.42 px.
         assert!(one < 4e-3, "{one}");
     }
 

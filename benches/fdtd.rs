@@ -1,6 +1,6 @@
-//! The Yee stepper: cell updates per second (a cell is six components; a complex one has them twice), with absorbing layers at both ends and
-//! a source, in a pixel's media: lens with smoothed faces, oxide, silicon with trenches. A thread works on one simulation; the thread sweep
-//! steps one per thread, which share the memory's bandwidth.
+//! The Yee stepper: cell updates per second (a cell is six components; a complex one has them twice), with absorbing
+//! layers at both ends and a source, in a pixel's media: lens with smoothed faces, oxide, silicon with trenches. A
+//! thread works on one simulation; the thread sweep steps one per thread, which share the memory's bandwidth.
 //!
 //! ```text
 //! cargo bench --bench fdtd

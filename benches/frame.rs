@@ -1,12 +1,13 @@
-//! The paper's frame, reduced: a flat chart through the five-element phone lens, 32 rays per sub-pixel and channel, rays per second. The whole
-//! frame has 3400 × 3400 sub-pixels (1700 × 1700 microlenses; the paper: about 12 hours on 6 cores, diffractive about 20 % slower than classic).
+//! The paper's frame, reduced: a flat chart through the five-element phone lens, 32 rays per sub-pixel and channel,
+//! rays per second. The whole frame has 3400 × 3400 sub-pixels (1700 × 1700 microlenses; the paper: about 12 hours on 6
+//! cores, diffractive about 20 % slower than classic).
 //!
-//! Modes: classic (the ideal box), diffractive by the table of the centred lens (2D) and by that of all lens shifts (4D), and bands of
-//! wavelengths in the place of one per channel.
+//! Modes: classic (the ideal box), diffractive by the table of the centred lens (2D) and by that of all lens shifts
+//! (4D), and bands of wavelengths in the place of one per channel.
 //!
 //! ```text
 //! cargo bench --bench frame
-//! QUADPIXEL_BENCH_SIDES=425,1700 cargo bench --bench frame -- frame/size     a quarter of the side, and the whole frame: an hour
+//! QUADPIXEL_BENCH_SIDES=425,1700 cargo bench --bench frame -- frame/size     a quarter of the side, the whole frame
 //! ```
 #![allow(clippy::unwrap_used)] // because a bench on built-in data fails by panicking
 
@@ -31,7 +32,8 @@ criterion_main!(benches);
 /// Lens shifts per pitch of the table of all.
 const PER_PITCH: usize = 16;
 
-/// What the modes differ in: does a table have all lens shifts, and how many wavelengths has a channel's band (none: one line).
+/// What the modes differ in: does a table have all lens shifts, and how many wavelengths has a channel's band (none:
+/// one line).
 fn table_camera(
     frame: &Frame,
     side: usize,

@@ -1,7 +1,8 @@
-//! Rays per second, traced backward through real lenses: the plain tracer, then the packets at each SIMD level; sizes of a batch; threads.
+//! Rays per second, traced backward through real lenses: the plain tracer, then the packets at each SIMD level; sizes
+//! of a batch; threads.
 //!
-//! `cargo bench --bench lens_trace`. The rays start all over the sensor and all pass the lens (those that do not are sorted out first, as
-//! they would flatter the figure).
+//! `cargo bench --bench lens_trace`. The rays start all over the sensor and all pass the lens (those that do not are
+//! sorted out first, as they would flatter the figure).
 #![allow(clippy::unwrap_used)] // because a bench on built-in data fails by panicking
 
 #[path = "support/bench.rs"]
@@ -110,7 +111,8 @@ fn threads(c: &mut Criterion) {
     }
 }
 
-/// Rays from all over the image circle that pass the lens, sifted by the packets: for a lost ray the plain tracer's search is long.
+/// Rays from all over the image circle that pass the lens, sifted by the packets: for a lost ray the plain tracer's
+/// search is long.
 fn passing_rays(system: &OpticalSystem, image_mm: f64) -> Vec<Ray> {
     let tracer = PacketTracer::new(system);
     let mut passing = Vec::with_capacity(RAYS);

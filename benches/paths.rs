@@ -4,8 +4,8 @@
 //! cargo bench --bench paths
 //! ```
 //!
-//! The scene is drawn up in `support/room.rs`; `tests/peers/mitsuba_speed.py` times Mitsuba 3 on it (one thread, 4 paths per pixel). Paths
-//! end after 5 segments (Mitsuba's `max_depth = 5`), without Russian roulette.
+//! The scene is drawn up in `support/room.rs`; `tests/peers/mitsuba_speed.py` times Mitsuba 3 on it (one thread, 4
+//! paths per pixel). Paths end after 5 segments (Mitsuba's `max_depth = 5`), without Russian roulette.
 #![allow(clippy::unwrap_used)] // because a bench on built-in data fails by panicking
 
 #[path = "support/bench.rs"]

@@ -1,4 +1,5 @@
-//! The response: lookups per second on one core (the renderer's inner loop), and directions per second of the wave level.
+//! The response: lookups per second on one core (the renderer's inner loop), and directions per second of the wave
+//! level.
 //!
 //! `cargo bench --bench response`
 #![allow(clippy::unwrap_used)] // because a bench on built-in data fails by panicking

@@ -1,5 +1,5 @@
-//! What goes to stderr, and how: lines for people, or one JSON object a line for programs. A plain value, made from the arguments
-//! in `main` and passed to every command.
+//! What goes to stderr, and how: lines for people, or one JSON object per line for programs. A plain value, made from
+//! the arguments in `main` and passed to every command.
 
 use clap::ValueEnum;
 use serde_json::{Map, Value};
@@ -33,7 +33,7 @@ impl Level {
 pub struct Log {
     /// What is less urgent is not said.
     pub level: Level,
-    /// One JSON object a line.
+    /// One JSON object per line.
     pub json: bool,
 }
 

@@ -13,12 +13,13 @@ pub fn use_threads(count: usize) -> Result<(), CommandError> {
         .map_err(|e| CommandError::failed(format!("--threads {count}: {e}")))
 }
 
-/// Exit code of a process whose reader has gone away (`| head`): 128 and the signal's number, as a shell reports other programs.
+/// Exit code of a process whose reader has gone away (`| head`): 128 and the signal's number, as a shell reports other
+/// programs.
 #[cfg(unix)]
 pub const CLOSED_PIPE: i32 = 128 + signal_hook::consts::SIGPIPE;
 
-/// From now on the process ends silently with [`CLOSED_PIPE`] once it writes to a pipe that nobody reads any more; Rust's default is a
-/// panic. Does nothing except on Unix.
+/// From now on the process ends silently with [`CLOSED_PIPE`] once it writes to a pipe that nobody reads any more;
+/// Rust's default is a panic. Does nothing except on Unix.
 ///
 /// # Errors
 /// The signal cannot be registered.

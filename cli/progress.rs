@@ -1,4 +1,5 @@
-//! Progress on stderr: samples, rays per second, time left. A bar on a terminal; one line per sample elsewhere, and for programs.
+//! Progress on stderr: samples, rays per second, time left. A bar on a terminal; one line per sample elsewhere, and for
+//! programs.
 
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -103,7 +104,8 @@ impl Progress {
         self.bar.suspend(|| self.log.line(level, text, &[]));
     }
 
-    /// Shows the time left of a table, by the pace since it was first called. Where no bar is drawn, a line every half minute.
+    /// Shows the time left of a table, by the pace since it was first called. Where no bar is drawn, a line every half
+    /// minute.
     fn show_table(&self, done: usize, total: usize) {
         // A poisoned lock only means that another thread stopped.
         let mut pace = self.table.lock().unwrap_or_else(PoisonError::into_inner);

@@ -9,8 +9,9 @@ use crate::progress::Progress;
 /// Arguments of commands that share their work.
 #[derive(Args)]
 pub struct ShardArgs {
-    /// Makes only part I (counted from 1) of N, such as 2/4; 1/1: all. Absent: the part that SLURM_ARRAY_TASK_ID and SLURM_ARRAY_TASK_COUNT, or
-    /// JOB_COMPLETION_INDEX and JOB_COMPLETION_COUNT say (QUADPIXEL_SHARDS replaces either count); without these, all.
+    /// Makes only part I (counted from 1) of N, such as 2/4; 1/1: all. Absent: the part that SLURM_ARRAY_TASK_ID and
+    /// SLURM_ARRAY_TASK_COUNT, or JOB_COMPLETION_INDEX and JOB_COMPLETION_COUNT say (QUADPIXEL_SHARDS replaces either
+    /// count); without these, all.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
 }
@@ -63,8 +64,8 @@ const KUBERNETES_COUNT: &str = "JOB_COMPLETION_COUNT";
 
 /// The part that a scheduler's task is, by its environment; `None` outside of one. `variable` reads a variable.
 ///
-/// - `QUADPIXEL_SHARDS` = n: the task's number (`SLURM_ARRAY_TASK_ID`, else `JOB_COMPLETION_INDEX`) counts from 0 to n − 1. A
-///   single task can be submitted again this way.
+/// - `QUADPIXEL_SHARDS` = n: the task's number (`SLURM_ARRAY_TASK_ID`, else `JOB_COMPLETION_INDEX`) counts from 0 to n
+///   − 1. A single task can be submitted again this way.
 /// - Slurm: `(SLURM_ARRAY_TASK_ID − SLURM_ARRAY_TASK_MIN) / SLURM_ARRAY_TASK_STEP` of `SLURM_ARRAY_TASK_COUNT`.
 /// - Kubernetes: `JOB_COMPLETION_INDEX`, from 0, of `JOB_COMPLETION_COUNT`, which the job's file has to set.
 ///

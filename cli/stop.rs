@@ -1,5 +1,5 @@
-//! Ctrl-C and a scheduler's SIGTERM: the first asks the run to end after the sample in hand, a second one ends it at once. Both are
-//! safe: a sample gets its name when it is whole.
+//! Ctrl-C and a scheduler's SIGTERM: the first asks the run to end after the sample in hand, a second one ends it at
+//! once. Both are safe: a sample gets its name when it is whole.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

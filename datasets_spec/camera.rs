@@ -205,7 +205,8 @@ pub struct Response {
     /// Lens shifts per pitch of a table of all lens shifts; absent for one of the centred lens.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shifts: Option<u32>,
-    /// Colour of the microlens that the table is of, of a pixel in a mosaic of colour filters; absent: as the pixel says.
+    /// Colour of the microlens that the table is of, of a pixel in a mosaic of colour filters; absent: as the pixel
+    /// says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub colour: Option<TableColour>,
     /// Wavelengths of the table, nm; empty where there is none.

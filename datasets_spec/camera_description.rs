@@ -1,5 +1,6 @@
-//! `camera.json`: what the camera of a sample knows of itself. A real camera that was measured in its laboratory would come with the same
-//! file: nothing in it depends on the scene, and no truth is in it. What estimates anything from a capture reads this file and not `meta.json`.
+//! `camera.json`: what the camera of a sample knows of itself. A real camera that was measured in its laboratory would
+//! come with the same file: nothing in it depends on the scene, and no truth is in it. What estimates anything from a
+//! capture reads this file and not `meta.json`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -57,13 +58,13 @@ pub struct RawLevels {
     pub linear_at_white: Option<f64>,
 }
 
-/// κ, the ratio of the disparity of two opposite halves of the pixel to the circle of confusion `coc` (px, signed, positive behind the focus;
-/// SPEC.md, "Circle of confusion"), in the two directions. Without unit, and positive where the halves see the sides of the pupil that their
-/// place says.
+/// κ, the ratio of the disparity of two opposite halves of the pixel to the circle of confusion `coc` (px, signed,
+/// positive behind the focus; SPEC.md, "Circle of confusion"), in the two directions. Without unit, and positive where
+/// the halves see the sides of the pupil that their place says.
 ///
-/// It is the distance of the response-weighted centroids of the two halves over the exit pupil, as seen from a place on the sensor, over the
-/// pupil's diameter: 4/(3π) for ideal half disks. No scene goes into it, and it does not depend on the amount of defocus. The lens's aberrations
-/// are not in it: they are what the traced disparity has besides.
+/// It is the distance of the response-weighted centroids of the two halves over the exit pupil, as seen from a place on
+/// the sensor, over the pupil's diameter: 4/(3π) for ideal half disks. No scene goes into it, and it does not depend on
+/// the amount of defocus. The lens's aberrations are not in it: they are what the traced disparity has besides.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DisparityRatio {
@@ -88,8 +89,8 @@ pub struct RatioField {
 }
 
 impl RatioField {
-    /// A field of `columns` × `rows` nodes from its values, row by row, `None` where there is none. `None` if no node has a value, or their
-    /// number does not fit.
+    /// A field of `columns` × `rows` nodes from its values, row by row, `None` where there is none. `None` if no node
+    /// has a value, or their number does not fit.
     pub fn new(columns: u32, rows: u32, values: &[Option<f64>]) -> Option<Self> {
         let known: Vec<f64> = values.iter().flatten().copied().collect();
         let fits = values.len() as u64 == u64::from(columns) * u64::from(rows);
@@ -112,8 +113,8 @@ impl RatioField {
         self.columns > 1 && self.rows > 1 && self.values.len() as u64 == count
     }
 
-    /// κ at column x and row y of a window of `width_px` × `height_px` (pixel centres have integer coordinates); beside the window that of
-    /// its edge. The mean if the field is not [sound](Self::is_sound).
+    /// κ at column x and row y of a window of `width_px` × `height_px` (pixel centres have integer coordinates); beside
+    /// the window that of its edge. The mean if the field is not [sound](Self::is_sound).
     pub fn at(&self, [x, y]: [f64; 2], [width_px, height_px]: [u32; 2]) -> f64 {
         if !self.is_sound() {
             return self.mean;

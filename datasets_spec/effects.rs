@@ -1,4 +1,5 @@
-//! The ledger of effects: what of the light's way a sample's pictures contain, what they do not, why, and what that may cost.
+//! The ledger of effects: what of the light's way a sample's pictures contain, what they do not, why, and what that may
+//! cost.
 
 use std::fmt;
 

@@ -46,8 +46,8 @@ pub struct Optional {
     pub mosaic: bool,
 }
 
-/// The files of a sample in the order of their names, each with size, channels and number format. `preview` is the contact
-/// sheet's width and height; `optional` says which of the files are there that not every sample has.
+/// The files of a sample in the order of their names, each with size, channels and number format. `preview` is the
+/// contact sheet's width and height; `optional` says which of the files are there that not every sample has.
 pub fn sample_files(
     sensor: &Sensor,
     colours: &[Channel],

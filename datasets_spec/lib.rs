@@ -7,8 +7,8 @@
 //!
 //! # Reading a dataset
 //!
-//! `dataset.json` lists samples and files; a sample's `meta.json` and `camera.json` are read the same way, and pictures with any reader of
-//! EXR and PNG.
+//! `dataset.json` lists samples and files; a sample's `meta.json` and `camera.json` are read the same way, and pictures
+//! with any reader of EXR and PNG.
 //!
 //! ```
 //! use quadpixel_datasets::{DatasetManifest, Split, paths};
@@ -17,7 +17,8 @@
 //! # let folder = std::env::temp_dir().join(format!("quadpixel-read-{}", std::process::id()));
 //! # std::fs::create_dir_all(&folder)?;
 //! # let version = quadpixel_datasets::SCHEMA_VERSION;
-//! # std::fs::write(folder.join(paths::DATASET), format!(r#"{{"schema_version": {version}, "tool": {{"name": "t", "version": "1"}},
+//! # std::fs::write(folder.join(paths::DATASET), format!(r#"{{"schema_version": {version},
+//! #     "tool": {{"name": "t", "version": "1"}},
 //! #     "seed": 1, "configuration": null, "inputs": {{}}, "units": {{}}, "conventions": {{}}, "licence": "CC-BY-4.0",
 //! #     "samples": [{{"id": "000001", "scene": "0001", "split": "train"}}], "files": []}}"#))?;
 //! let text = std::fs::read_to_string(folder.join(paths::DATASET))?;

@@ -20,7 +20,8 @@ pub struct DatasetManifest {
     pub seed: u64,
     /// The whole configuration of the run.
     pub configuration: serde_json::Value,
-    /// BLAKE3 hash of each file that the configuration names (lenses, pixels, tables, pictures), by the name it has there.
+    /// BLAKE3 hash of each file that the configuration names (lenses, pixels, tables, pictures), by the name it has
+    /// there.
     pub inputs: BTreeMap<String, String>,
     /// Unit of each quantity in the files.
     pub units: BTreeMap<String, String>,

@@ -1,4 +1,5 @@
-//! The colour-filter mosaic's part of `meta.json`: one colour a microlens, so that all sub-pixels below it have the same.
+//! The colour-filter mosaic's part of `meta.json`: one colour per microlens, so that all sub-pixels below it have the
+//! same.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

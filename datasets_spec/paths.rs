@@ -82,7 +82,8 @@ pub fn checked_name(name: &str) -> Result<&str, PathError> {
     }
 }
 
-/// A plain file name made of any text: other characters become `_`, a leading dot is replaced, the length is cut to 100.
+/// A plain file name made of any text: other characters become `_`, a leading dot is replaced, the length is cut
+/// to 100.
 pub fn sanitised(text: &str) -> String {
     let plain = |c: char| {
         if c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-') {

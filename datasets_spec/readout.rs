@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How the digital numbers of `noisy.png` came about (SPEC.md, "Noise"). Electrons, well and noise are those of one sub-pixel.
+/// How the digital numbers of `noisy.png` came about (SPEC.md, "Noise"). Electrons, well and noise are those of one
+/// sub-pixel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Readout {
@@ -29,7 +30,8 @@ pub struct Readout {
     pub black_level: u16,
     /// Bits of the converter.
     pub bits: u32,
-    /// Gain of each sub-pixel's amplifier relative to `gain_dn_per_e`, in stored order: truth, not corrected in any file.
+    /// Gain of each sub-pixel's amplifier relative to `gain_dn_per_e`, in stored order: truth, not corrected in any
+    /// file.
     pub subpixel_gains: Vec<f64>,
     /// Seed of the pattern that stays from shot to shot.
     pub sensor_seed: u64,

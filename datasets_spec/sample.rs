@@ -1,6 +1,7 @@
 //! `meta.json`: everything about one sample that is not a pixel.
 //!
-//! Lengths carry their unit in the field's name. JSON knows no infinity: where a quantity may be infinite its `null` says so.
+//! Lengths carry their unit in the field's name. JSON knows no infinity: where a quantity may be infinite its `null`
+//! says so.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -56,8 +57,9 @@ pub struct SampleMeta {
     pub statistics: RenderStatistics,
     /// Ranges of the truth maps over the valid pixels.
     pub ranges: Ranges,
-    /// Truth, for scoring: the tie between left-right disparity and circle of confusion, fitted to the maps of this sample; `null` where
-    /// nothing is out of focus or the pixel has one column. The camera's own ratio is in `camera.json`.
+    /// Truth, for scoring: the tie between left-right disparity and circle of confusion, fitted to the maps of this
+    /// sample; `null` where nothing is out of focus or the pixel has one column. The camera's own ratio is in
+    /// `camera.json`.
     pub coc_disparity: Option<CocDisparity>,
     /// The sample's files but `meta.json`, in the order of their names.
     pub files: Vec<SampleFile>,
@@ -66,7 +68,8 @@ pub struct SampleMeta {
 }
 
 impl SampleMeta {
-    /// The sample's `camera.json`: what of all this the camera knows itself, and its ratio of disparity to circle of confusion.
+    /// The sample's `camera.json`: what of all this the camera knows itself, and its ratio of disparity to circle of
+    /// confusion.
     pub fn camera(&self, disparity_ratio: DisparityRatio) -> CameraDescription {
         CameraDescription {
             schema_version: SCHEMA_VERSION,
@@ -242,7 +245,7 @@ pub struct SampleFile {
 pub enum FileKind {
     /// The sub-pixel mosaic.
     Raw,
-    /// A layer a sub-pixel, and their sum.
+    /// A layer per sub-pixel, and their sum.
     Views,
     /// The all-in-focus image.
     Target,

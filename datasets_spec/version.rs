@@ -1,4 +1,5 @@
-//! Reading a description: its version first, so that one of another release is named as such and not as a fault of some field.
+//! Reading a description: its version first, so that one of another release is named as such and not as a fault of some
+//! field.
 
 use serde::de::DeserializeOwned;
 use serde_json::Value;

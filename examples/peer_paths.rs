@@ -1,8 +1,8 @@
-//! Scenes for a comparison with an independent path tracer (`tests/peers/mitsuba_paths.py`): their meshes as PLY, one file a material, and
-//! our pictures of them by a pinhole and by a thin lens, with the variance of every pixel.
+//! Scenes for a comparison with an independent path tracer (`tests/peers/mitsuba_paths.py`): their meshes as PLY, one
+//! file per material, and our pictures of them by a pinhole and by a thin lens, with the variance of every pixel.
 //!
 //! ```text
-//! cargo run --release --example peer_paths -- FOLDER [paths a pixel, default 256]
+//! cargo run --release --example peer_paths -- FOLDER [paths per pixel, default 256]
 //! ```
 
 #[path = "../benches/support/room.rs"]
@@ -29,7 +29,8 @@ const SETTINGS: PathSettings = PathSettings {
     clamp: None,
 };
 
-/// A camera at the origin towards −z: half the angle of view as a tangent, a lens of some radius in focus at some depth.
+/// A camera at the origin towards −z: half the angle of view as a tangent, a lens of some radius in focus at some
+/// depth.
 struct Camera {
     half_width: f64,
     radius_mm: f64,
@@ -200,7 +201,7 @@ fn save(path: &Path, image: &Image) -> Result<(), Box<dyn std::error::Error>> {
     Ok(write_layers(path, &[layer], Compression::Zips)?)
 }
 
-/// The meshes as binary PLY in the camera frame, one a material: `0.ply`, `1.ply`, …
+/// The meshes as binary PLY in the camera frame, one per material: `0.ply`, `1.ply`, …
 fn write_plys(world: &WorldDescription, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
     std::fs::create_dir_all(folder)?;
     for material in 0..world.materials.len() {

@@ -1,10 +1,11 @@
-//! Prints how much of the light from each angle the left and the right half of a quad pixel take: the curve that makes depth from one shot
-//! possible.
+//! Prints how much of the light from each angle the left and the right half of a quad pixel take: the curve that makes
+//! depth from one shot possible.
 //!
 //! `cargo run --release --example pixel_response`
 //!
-//! Expect a line per angle of incidence in the horizontal plane: the left half takes all light from the one side, the right half all from the other,
-//! and beyond the pixel's edge nothing is left. A real pixel's table, by `qpgen response`, has soft edges and losses.
+//! Expect a line per angle of incidence in the horizontal plane: the left half takes all light from the one side, the
+//! right half all from the other, and beyond the pixel's edge nothing is left. A real pixel's table, by
+//! `qpgen response`, has soft edges and losses.
 
 use quadpixel::image::views::Side;
 use quadpixel::response::GeometricResponse;

@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release --example render_a_chart [FOLDER]`
 //!
-//! Expect `left.png` and `right.png`, 192 × 128 pixels, within seconds: the chart stands nearer than the focus, so its bars are blurred and lie farther
-//! to the right in the left view.
+//! Expect `left.png` and `right.png`, 192 × 128 pixels, within seconds: the chart stands nearer than the focus, so its
+//! bars are blurred and lie farther to the right in the left view.
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release --example trace_a_lens [LENS.json|LENS.zmx]`
 //!
-//! Expect focal length and F-number, then a line per ray: for the built-in double Gauss, rays through the middle of the pupil arrive within some
-//! 0.01 mm of each other, and those beside it are stopped by an aperture.
+//! Expect focal length and F-number, then a line per ray: for the built-in double Gauss, rays through the middle of the
+//! pupil arrive within some 0.01 mm of each other, and those beside it are stopped by an aperture.
 
 use std::path::Path;
 

@@ -46,11 +46,12 @@ pub fn make(
     make_part(config, out, Shard::WHOLE, observer)
 }
 
-/// Makes the dataset in `out`, or a part of it in a folder of its own there, which [`crate::merge`] joins. A folder that holds samples
-/// of the same configuration goes on where it stopped.
+/// Makes the dataset in `out`, or a part of it in a folder of its own there, which [`crate::merge`] joins. A folder
+/// that holds samples of the same configuration goes on where it stopped.
 ///
 /// # Errors
-/// A bad configuration or folder (2); a disk that fails or a signal that ended the run (1). What was written stays valid.
+/// A bad configuration or folder (2); a disk that fails or a signal that ended the run (1). What was written stays
+/// valid.
 pub fn make_part(
     config: &DatasetConfig,
     out: &Path,
@@ -181,8 +182,8 @@ fn found(root: &Path, index: u32, hash: &str, observer: &dyn Observer) -> Result
     }
 }
 
-/// Refuses parts of another dataset, or of another number of parts, in `out`. Says whether samples may lie in `out` itself, from an
-/// earlier merge.
+/// Refuses parts of another dataset, or of another number of parts, in `out`. Says whether samples may lie in `out`
+/// itself, from an earlier merge.
 fn shard_neighbours(out: &Path, shard: Shard, identity: &Identity) -> Result<bool, FolderError> {
     let parts = shard_folders(out)?;
     if shard.is_whole() {

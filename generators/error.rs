@@ -1,4 +1,5 @@
-//! Why something could not be made. Each error knows whether it is the input's fault or the machine's, by its method `is_input`.
+//! Why something could not be made. Each error knows whether it is the input's fault or the machine's, by its method
+//! `is_input`.
 
 use quadpixel::command::CommandError;
 use quadpixel::file::FileError;
@@ -53,7 +54,8 @@ pub enum GenerateError {
 }
 
 impl GenerateError {
-    /// Whether the caller can mend it: another configuration, recipe or folder. Otherwise the machine failed, or the run was stopped.
+    /// Whether the caller can mend it: another configuration, recipe or folder. Otherwise the machine failed, or the
+    /// run was stopped.
     pub fn is_input(&self) -> bool {
         match self {
             Self::Config(_) => true,

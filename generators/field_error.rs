@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 
-/// A field of a configuration or recipe that is out of its range. The field's name says whose it is, as in `lens.focus_mm`.
+/// A field of a configuration or recipe that is out of its range. The field's name says whose it is, as in
+/// `lens.focus_mm`.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{field} is {value}; allowed: {allowed}")]
 pub struct FieldError {

@@ -97,7 +97,8 @@ pub fn covering(camera: &Camera, distance_mm: f64, turn: DMat3) -> Result<(DVec3
     ))
 }
 
-/// The place on the sensor where the chief ray arrives at `theta_deg` from the axis, at azimuth `phi_deg` (sensor frame).
+/// The place on the sensor where the chief ray arrives at `theta_deg` from the axis, at azimuth `phi_deg` (sensor
+/// frame).
 ///
 /// # Errors
 /// When the lens has no such chief ray.

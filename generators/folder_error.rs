@@ -83,7 +83,8 @@ impl FolderError {
         }
     }
 
-    /// Whether the caller can mend it with another folder or other arguments. Otherwise the machine failed, or parts are not there yet.
+    /// Whether the caller can mend it with another folder or other arguments. Otherwise the machine failed, or parts
+    /// are not there yet.
     pub fn is_input(&self) -> bool {
         matches!(
             self,

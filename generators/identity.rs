@@ -1,5 +1,5 @@
-//! What makes the samples of a run what they are: the program's version, the configuration but the number of samples (a dataset may
-//! grow), and the content of the files that it names. Runs of different identities never mix.
+//! What makes the samples of a run what they are: the program's version, the configuration but the number of samples (a
+//! dataset may grow), and the content of the files that it names. Runs of different identities never mix.
 
 use std::collections::BTreeMap;
 use std::path::Path;

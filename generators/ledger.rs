@@ -1,4 +1,5 @@
-//! The ledger of a sample's effects: the plan's decisions, and what follows from how its camera and scene were put together.
+//! The ledger of a sample's effects: the plan's decisions, and what follows from how its camera and scene were put
+//! together.
 
 use quadpixel::effects::{Decision, Tolerance};
 use quadpixel::render::Camera;

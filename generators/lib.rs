@@ -1,11 +1,12 @@
 //! Randomised charts and scenes, rendered into training data.
 //!
 //! ```text
-//! config ─ draw ─▶ recipe ─ assemble ─▶ camera, scene ─ sample ─▶ images and truths ─ writer ─▶ dataset (datasets_spec)
+//! config ─ draw ─▶ recipe ─ assemble ─▶ camera, scene ─ sample ─▶ images, truths ─ writer ─▶ dataset (datasets_spec)
 //! ```
 //!
-//! A dataset is made by [`dataset::make`], from a configuration whose every field has a default. The library prints nothing: an
-//! [`observer`] hears how far it is, and may ask it to stop. Each error tells by `is_input` whether the caller can mend it.
+//! A dataset is made by [`dataset::make`], from a configuration whose every field has a default. The library prints
+//! nothing: an [`observer`] hears how far it is, and may ask it to stop. Each error tells by `is_input` whether the
+//! caller can mend it.
 //!
 //! ```
 //! use quadpixel::effects::Choice;

@@ -1,4 +1,5 @@
-//! Tables that `qpgen response` makes before a dataset uses them: model, preset, shifts and colour mean the same words here and there.
+//! Tables that `qpgen response` makes before a dataset uses them: model, preset, shifts and colour mean the same words
+//! here and there.
 
 use quadpixel::em::mosaic::FilterColour;
 use quadpixel::em::{Level, ModelChoice, PixelStack, Preset};
@@ -27,7 +28,8 @@ pub struct MadeTable {
     /// How finely its model computes.
     #[serde(default, skip_serializing_if = "Preset::is_standard")]
     pub preset: Preset,
-    /// Lens shifts per pitch of a table of all lens shifts; absent: the table of the centred lens, moved along with the lens.
+    /// Lens shifts per pitch of a table of all lens shifts; absent: the table of the centred lens, moved along with the
+    /// lens.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shifts: Option<usize>,
     /// Colour of the microlens, of a pixel in a mosaic of colour filters; absent: as the pixel says.
@@ -47,7 +49,8 @@ pub struct MadeTables {
     /// How finely its model computes.
     #[serde(default, skip_serializing_if = "Preset::is_standard")]
     pub preset: Preset,
-    /// Lens shifts per pitch of a table of all lens shifts; absent: the table of the centred lens, moved along with the lens.
+    /// Lens shifts per pitch of a table of all lens shifts; absent: the table of the centred lens, moved along with the
+    /// lens.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shifts: Option<usize>,
     /// Colour of the microlens, of a pixel in a mosaic of colour filters; absent: as the pixel says.

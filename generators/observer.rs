@@ -1,4 +1,5 @@
-//! Progress of long work, told to whoever calls it, and the caller's wish to stop it. The library itself prints nothing.
+//! Progress of long work, told to whoever calls it, and the caller's wish to stop it. The library itself prints
+//! nothing.
 //!
 //! ```
 //! use quadpixel_generators::observer::{Event, Observer};

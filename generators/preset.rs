@@ -1,14 +1,15 @@
 //! Three points between speed and accuracy.
 //!
-//! 2.9 times the rays halve the noise of a chart (`benches/runs/2026-11-21/accuracy.md`); the grid of directions is that of
-//! [`quadpixel::response::TableSettings`]. Where channels have bands, 2, 4 or 8 wavelengths stand for each.
+//! 2.9 times the rays halve the noise of a chart (`benches/runs/2026-11-21/accuracy.md`); the grid of directions is
+//! that of [`quadpixel::response::TableSettings`]. Where channels have bands, 2, 4 or 8 wavelengths stand for each.
 
 use clap::ValueEnum;
 use quadpixel::em;
 
 use crate::config::{DatasetConfig, ResponseConfig};
 
-/// What a wave level's table is off by against independent Fourier modal curves (`benches/runs/2026-11-21/response.md`), for people.
+/// What a wave level's table is off by against independent Fourier modal curves
+/// (`benches/runs/2026-11-21/response.md`), for people.
 pub fn wave_error(preset: em::Preset) -> &'static str {
     match preset {
         em::Preset::Draft => "within 0.05 of the light that falls on the pixel",

@@ -1,5 +1,5 @@
-//! The folder that a run writes to. `run.json` in it says what was asked for, from the first moment until the dataset is whole, and
-//! is locked while the run lasts: nobody else writes there, and nothing of another configuration gets in.
+//! The folder that a run writes to. `run.json` in it says what was asked for, from the first moment until the dataset
+//! is whole, and is locked while the run lasts: nobody else writes there, and nothing of another configuration gets in.
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -152,8 +152,8 @@ pub fn asked_for(folder: &Path) -> Result<Option<Identity>, FolderError> {
     }))
 }
 
-/// Refuses to mix `asked` with what is `there` in a folder. One that holds no sample yet (of a run that a faulty configuration ended,
-/// say) has nothing to mix with.
+/// Refuses to mix `asked` with what is `there` in a folder. One that holds no sample yet (of a run that a faulty
+/// configuration ended, say) has nothing to mix with.
 ///
 /// # Errors
 /// They differ (2).

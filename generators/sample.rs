@@ -24,7 +24,8 @@ use crate::stages::{Stages, timed};
 use crate::writer::{Description, RawEncoding, SampleFiles, Seen};
 use quadpixel::command::CommandError;
 
-/// Headroom of the 16-bit mosaic: the linear value (of one sub-pixel) at its white level, as a multiple of an equal share of 1.
+/// Headroom of the 16-bit mosaic: the linear value (of one sub-pixel) at its white level, as a multiple of an equal
+/// share of 1.
 const RAW_HEADROOM: f32 = 2.0;
 
 /// A rendered sample. Images are linear, scaled by the exposure.

@@ -1,4 +1,5 @@
-//! The wave table of all lens shifts that a recipe asks for: made and kept if that takes minutes, else one that was made before.
+//! The wave table of all lens shifts that a recipe asks for: made and kept if that takes minutes, else one that was
+//! made before.
 
 use quadpixel::command::CommandError;
 use quadpixel::em::{Level, ModelChoice, PixelStack, Preset};

@@ -47,7 +47,7 @@ pub enum LaboratoryError {
         /// The pixel, as the study calls it.
         pixel: String,
         /// Why.
-        cause: ResponseError,
+        cause: Box<ResponseError>,
     },
     /// A pixel model or its table.
     #[error(transparent)]

@@ -1,5 +1,5 @@
-//! Experiments on quadpixel: what `qpgen study`, `qpgen accuracy` and `qpgen validate` measure. The programs that make the pages
-//! `docs/paper` and `docs/real-camera` are this crate's examples.
+//! Experiments on quadpixel: what `qpgen study`, `qpgen accuracy` and `qpgen validate` measure. The programs that make
+//! the pages `docs/paper` and `docs/real-camera` are this crate's examples.
 
 pub mod accuracy;
 pub mod error;

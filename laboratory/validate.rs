@@ -1,9 +1,10 @@
-//! `qpgen validate`: experiments 1 and 2 of the paper's section 2.2.2. A bare pixel is rendered with the ordinary estimator,
-//! and the response that comes back is held against the one put in.
+//! `qpgen validate`: experiments 1 and 2 of the paper's section 2.2.2. A bare pixel is rendered with the ordinary
+//! estimator, and the response that comes back is held against the one put in.
 //!
-//! 1. A white disk of 5 mm at 1 m is moved so that it is seen at (θ, φ). `E = P_id Ω cos θ` with Ω cos θ = A cos⁴θ / z².
-//! 2. An endless white plane, with the response masked to one node. The paper's nodes are polar and its weights those of
-//!    equation 3; our nodes lie in (u, v), where cos θ dω = du dv, so the masked node's share is exactly
+//! 1. A white disk of 5 mm at 1 m is moved so that it is seen at (θ, φ). `E = P_id Ω cos θ` with Ω cos θ = A cos⁴θ /
+//!    z².
+//! 2. An endless white plane, with the response masked to one node. The paper's nodes are polar and its weights those
+//!    of equation 3; our nodes lie in (u, v), where cos θ dω = du dv, so the masked node's share is exactly
 //!    `N = Δu Δv` (the integral of its bilinear hat) at every angle.
 
 use glam::{DVec2, DVec3};

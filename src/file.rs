@@ -45,7 +45,8 @@ pub fn write_aside(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
         })
 }
 
-/// Writes a file and waits for the disk, so that a name given to it later never stands for less, even after a loss of power.
+/// Writes a file and waits for the disk, so that a name given to it later never stands for less, even after a loss of
+/// power.
 ///
 /// # Errors
 /// The disk, with the file and what was tried.
@@ -97,8 +98,8 @@ pub fn create_folder(path: &Path) -> Result<(), FileError> {
     fs::create_dir_all(path).map_err(|cause| FileError::new(path, "create the folder", cause))
 }
 
-/// A folder of the program's own below one that exists: created, or there already as a plain folder. A link is refused, for what is
-/// written below it would land elsewhere.
+/// A folder of the program's own below one that exists: created, or there already as a plain folder. A link is refused,
+/// for what is written below it would land elsewhere.
 ///
 /// # Errors
 /// The folder cannot be made, or what is there is no plain folder.

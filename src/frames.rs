@@ -10,17 +10,18 @@
 //!    as the photographer sees the scene     (seen by the same photographer, x points to the left)
 //! ```
 //!
-//! - **Camera frame**: right-handed, mm, origin at the vertex of the first surface of the prescription, z along the axis
-//!   from the scene to the sensor, x to the photographer's right, y up. The scene is at z < 0: depth = −z.
+//! - **Camera frame**: right-handed, mm, origin at the vertex of the first surface of the prescription, z along the
+//!   axis from the scene to the sensor, x to the photographer's right, y up. The scene is at z < 0: depth = −z.
 //! - **Sensor frame** (origin where the axis meets the sensor): the camera frame turned
 //!   by 180° about y, so z points to the scene.
 //! - **Stored image**: column grows with x_sensor, row grows with y_sensor. The lens turns the image by 180°, so the
 //!   stored picture is upright and not mirrored: the photographer's right is at large columns, up is at small rows.
-//! - **Direction cosines** (u, v) of light that arrives at the sensor: x and y components of its travel direction in the
-//!   sensor frame. Light with u > 0 comes from the photographer's right half of the pupil and falls on
-//!   the sub-pixels at x_sensor > 0 (stored on the right): the **right view** R = A + C sees the right half of the pupil, the
-//!   **left view** L = B + D the left half. A point nearer than the focus has x_L − x_R > 0, as for a pair of eyes.
-//!   In y: T = A + B (stored above; y_sensor < 0; v < 0) sees the pupil's **upper** half, and B = C + D the lower one.
+//! - **Direction cosines** (u, v) of light that arrives at the sensor: x and y components of its travel direction in
+//!   the sensor frame. Light with u > 0 comes from the photographer's right half of the pupil and falls on
+//!   the sub-pixels at x_sensor > 0 (stored on the right): the **right view** R = A + C sees the right half of the
+//!   pupil, the **left view** L = B + D the left half. A point nearer than the focus has x_L − x_R > 0, as for a pair
+//!   of eyes. In y: T = A + B (stored above; y_sensor < 0; v < 0) sees the pupil's **upper** half, and B = C + D the
+//!   lower one.
 
 use glam::{DVec2, DVec3};
 
@@ -36,8 +37,8 @@ pub fn uv_from_camera_direction(d: DVec3) -> DVec2 {
     DVec2::new(-d.x, d.y)
 }
 
-/// Direction cosines (u, v) of the light that arrives along a ray traced backward, whose unit direction has these x and y (camera frame): the light
-/// travels against it.
+/// Direction cosines (u, v) of the light that arrives along a ray traced backward, whose unit direction has these x and
+/// y (camera frame): the light travels against it.
 #[inline]
 pub fn uv_from_traced_direction(x: f64, y: f64) -> (f64, f64) {
     (x, -y)

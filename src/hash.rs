@@ -1,6 +1,7 @@
 //! Hashes of settings: the same hash means the same settings, whatever order their fields were written in.
 //!
-//! A value is hashed as its canonical JSON: keys sorted, no spaces, numbers in the shortest form that reads back to the bit.
+//! A value is hashed as its canonical JSON: keys sorted, no spaces, numbers in the shortest form that reads back to the
+//! bit.
 
 use serde::Serialize;
 use serde_json::Value;

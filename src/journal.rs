@@ -1,8 +1,9 @@
 //! Results of a long computation that are done, on disk: one that was killed goes on where it stopped.
 //!
-//! One line of JSON per result, after a line with the key of what is computed; appended when the result is there. Numbers come back to the bit, so
-//! what is made in several goes equals what is made in one go. A last line that was torn by the kill is cut off. A journal is locked
-//! while it is open: a second process that wants the same waits for the first.
+//! One line of JSON per result, after a line with the key of what is computed; appended when the result is there.
+//! Numbers come back to the bit, so what is made in several goes equals what is made in one go. A last line that was
+//! torn by the kill is cut off. A journal is locked while it is open: a second process that wants the same waits for
+//! the first.
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
@@ -63,7 +64,8 @@ where
     Id: Ord + Serialize + DeserializeOwned,
     Outcome: Serialize + DeserializeOwned,
 {
-    /// Opens or begins the journal of `key`; a file of another key is begun anew. Waits while another process has it open.
+    /// Opens or begins the journal of `key`; a file of another key is begun anew. Waits while another process has it
+    /// open.
     ///
     /// # Errors
     /// A file that cannot be read or written, or a folder that cannot be made.
@@ -131,8 +133,8 @@ where
         self.done.get(id)
     }
 
-    /// Keeps a result. It is with the system when this returns: a kill of the program loses nothing. A full disk is no failure of the
-    /// computation; [`Self::remove`] tells of it.
+    /// Keeps a result. It is with the system when this returns: a kill of the program loses nothing. A full disk is no
+    /// failure of the computation; [`Self::remove`] tells of it.
     pub fn keep(&self, id: Id, outcome: &Outcome) {
         let line = Line { id, outcome };
         // A poisoned lock only means that another thread stopped; lines are written whole.

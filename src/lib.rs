@@ -7,13 +7,14 @@
 //!                                     em (pixel stack, wave propagation, RCWA, FDTD)
 //! ```
 //!
-//! Units and frames are those of [`units`] and [`frames`]; every name at a boundary carries its unit. What cannot be is refused by an error
-//! that names the field, its value and what is allowed ([`range`]). Results depend neither on the number of threads nor on the processor.
+//! Units and frames are those of [`units`] and [`frames`]; every name at a boundary carries its unit. What cannot be is
+//! refused by an error that names the field, its value and what is allowed ([`range`]). Results depend neither on the
+//! number of threads nor on the processor.
 //!
 //! # A tour
 //!
-//! **Trace a lens.** [`lens`] has prescriptions of real lenses, reads yours from JSON or ZMX, and traces rays both ways. A ray that is lost
-//! is a value, with its reason.
+//! **Trace a lens.** [`lens`] has prescriptions of real lenses, reads yours from JSON or ZMX, and traces rays both
+//! ways. A ray that is lost is a value, with its reason.
 //!
 //! ```
 //! use glam::{DVec3, dvec3};
@@ -37,8 +38,9 @@
 //! # }
 //! ```
 //!
-//! **Ask a pixel what it sees.** P(u, v) is the share of the light from direction (u, v) that each sub-pixel absorbs. The geometric pixel is
-//! a box per sub-pixel; [`response`] makes tables of real pixels by scalar waves, RCWA or FDTD, and reads them the same way.
+//! **Ask a pixel what it sees.** P(u, v) is the share of the light from direction (u, v) that each sub-pixel absorbs.
+//! The geometric pixel is a box per sub-pixel; [`response`] makes tables of real pixels by scalar waves, RCWA or FDTD,
+//! and reads them the same way.
 //!
 //! ```
 //! use quadpixel::response::GeometricResponse;
@@ -47,15 +49,16 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let pixel = GeometricResponse::new(Subpixels::new(2, 2)?, 2.8, 7.0)?;
 //! let mut absorbed = [0.0; 4];
-//! // Light of u > 0 comes from the photographer's right and falls on one of the right sub-pixels; here, on the upper one.
+//! // Light of u > 0 comes from the photographer's right and falls on one of the right sub-pixels;
+//! // here, on the upper one.
 //! pixel.weights(0.05, -0.05, &mut absorbed);
 //! assert_eq!(absorbed, [0.0, 1.0, 0.0, 0.0]);
 //! # Ok(())
 //! # }
 //! ```
 //!
-//! **Render a chart.** A camera is a focused lens, a sensor, a rule for the microlenses' shifts, a response and wavelengths.
-//! [`render::render`] needs a camera, a scene and settings; the builder [`render::Render`] takes the rest.
+//! **Render a chart.** A camera is a focused lens, a sensor, a rule for the microlenses' shifts, a response and
+//! wavelengths. [`render::render`] needs a camera, a scene and settings; the builder [`render::Render`] takes the rest.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -92,8 +95,8 @@
 //! # }
 //! ```
 //!
-//! **Render a world.** Meshes, materials and lights, from glTF, OBJ ([`scene::import`]) or made in place; light is followed from surface to
-//! surface.
+//! **Render a world.** Meshes, materials and lights, from glTF, OBJ ([`scene::import`]) or made in place; light is
+//! followed from surface to surface.
 //!
 //! ```
 //! use glam::DVec3;
@@ -114,8 +117,9 @@
 //! # }
 //! ```
 //!
-//! `Scene::from_world` puts it before a camera. To read a dataset, see the crate `quadpixel-datasets`; to match views and correct a lens's
-//! aberrations, `quadpixel-algorithms`; to draw whole datasets from a configuration, `quadpixel-generators`.
+//! `Scene::from_world` puts it before a camera. To read a dataset, see the crate `quadpixel-datasets`; to match views
+//! and correct a lens's aberrations, `quadpixel-algorithms`; to draw whole datasets from a configuration,
+//! `quadpixel-generators`.
 
 pub mod command;
 pub mod effects;

@@ -17,7 +17,8 @@ impl<R: Read + Seek> Npz<R> {
             .map_err(|e| e.to_string())
     }
 
-    /// An array by its name. `Err` names it and says what is wrong: it is not there, or of another type, number of axes or length.
+    /// An array by its name. `Err` names it and says what is wrong: it is not there, or of another type, number of axes
+    /// or length.
     pub fn array<T: ViewElement + Clone, D: Dimension>(
         &mut self,
         name: &str,

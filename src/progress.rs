@@ -1,4 +1,5 @@
-//! Who hears how far long work is. The library prints nothing: a program that wants a bar or a log implements [`Progress`].
+//! Who hears how far long work is. The library prints nothing: a program that wants a bar or a log implements
+//! [`Progress`].
 
 /// Hears of finished work, from any thread. What is not of interest need not be implemented; `()` hears nothing.
 pub trait Progress: Sync {

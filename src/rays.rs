@@ -1,12 +1,13 @@
 //! Rays: what the lens hands to the scene, and the scene is asked about.
 //!
-//! Camera frame (see [`crate::frames`]): origins in mm, unit directions. One ray is a [`Ray`]; many are columns, owned by a
-//! [`RayBatch`] and lent as [`RaySlices`]. A ray that the lens loses is a value, with its reason: a [`RayFailure`].
+//! Camera frame (see [`crate::frames`]): origins in mm, unit directions. One ray is a [`Ray`]; many are columns, owned
+//! by a [`RayBatch`] and lent as [`RaySlices`]. A ray that the lens loses is a value, with its reason: a
+//! [`RayFailure`].
 
 use glam::DVec3;
 
-/// A ray in the camera frame: `origin_mm`, unit `direction`. Light travels along +z when traced forward; traced backward
-/// from the sensor, `direction.z < 0`.
+/// A ray in the camera frame: `origin_mm`, unit `direction`. Light travels along +z when traced forward; traced
+/// backward from the sensor, `direction.z < 0`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// A point on the ray, mm.
@@ -15,7 +16,8 @@ pub struct Ray {
     pub direction: DVec3,
 }
 
-/// Why a ray was lost, with the index of the surface in [`OpticalSystem::surfaces`](crate::lens::OpticalSystem::surfaces).
+/// Why a ray was lost, with the index of the surface in
+/// [`OpticalSystem::surfaces`](crate::lens::OpticalSystem::surfaces).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RayFailure {
     /// The ray does not meet the surface.
@@ -129,8 +131,8 @@ impl RayBatch {
         self.surface.push(0);
     }
 
-    /// Origin and direction of ray `i` as they stand: the traced ray if it is alive, else the one that came in. `i` is below
-    /// [`RayBatch::len`].
+    /// Origin and direction of ray `i` as they stand: the traced ray if it is alive, else the one that came in. `i` is
+    /// below [`RayBatch::len`].
     pub fn ray(&self, i: usize) -> Ray {
         Ray {
             origin_mm: DVec3::new(self.ox[i], self.oy[i], self.oz[i]),

@@ -8,7 +8,8 @@
 /// Dimensions of a [`SobolSet`]: position in the pixel (2), position in the pupil (2).
 pub const DIMENSIONS: usize = 4;
 
-/// Primitive-polynomial data (degree, coefficients, initial m) of Sobol dimensions 2 to 4; dimension 1 is van der Corput.
+/// Primitive-polynomial data (degree, coefficients, initial m) of Sobol dimensions 2 to 4; dimension 1 is van der
+/// Corput.
 const JOE_KUO: [(usize, u32, &[u32]); DIMENSIONS - 1] =
     [(1, 0, &[1]), (2, 1, &[1, 3]), (3, 1, &[1, 3, 1])];
 
@@ -121,10 +122,11 @@ fn direction_numbers(dim: usize) -> [u32; 32] {
     v
 }
 
-/// Maps the unit square to the unit disk, keeping areas and neighbourhoods (Shirley & Chiu, J. Graph. Tools 2, 45 (1997)).
+/// Maps the unit square to the unit disk, keeping areas and neighbourhoods (Shirley & Chiu, J. Graph. Tools 2, 45
+/// (1997)).
 ///
-/// The sine and cosine of at most π/4 are Taylor polynomials (error below 1e-10), so that blocks of samples vectorise and
-/// results do not depend on the system's mathematical library.
+/// The sine and cosine of at most π/4 are Taylor polynomials (error below 1e-10), so that blocks of samples vectorise
+/// and results do not depend on the system's mathematical library.
 #[inline(always)]
 pub fn concentric_disk(s: f64, t: f64) -> (f64, f64) {
     let (a, b) = (2.0 * s - 1.0, 2.0 * t - 1.0);
@@ -167,7 +169,8 @@ mod tests {
 
     #[test]
     fn every_pair_of_dimensions_is_stratified() {
-        // A scrambled digital (t, m, s)-net keeps one point in each 1-D stratum, and the first two dimensions are a (0, m, 2)-net.
+        // A scrambled digital (t, m, s)-net keeps one point in each 1-D stratum, and the first two dimensions are a (0,
+        // m, 2)-net.
         let p = points(256, 7);
         for d in 0..DIMENSIONS {
             let mut seen = [0; 256];

@@ -1,5 +1,6 @@
-//! One part of n of work that falls into numbered units (samples, directions), so that n machines can share it. A unit belongs to
-//! exactly one part, whatever the other parts do; what a unit yields does not depend on the part that computes it.
+//! One part of n of work that falls into numbered units (samples, directions), so that n machines can share it. A unit
+//! belongs to exactly one part, whatever the other parts do; what a unit yields does not depend on the part that
+//! computes it.
 
 use std::fmt;
 use std::str::FromStr;
@@ -52,7 +53,8 @@ impl Shard {
         self.count == 1
     }
 
-    /// Whether unit `unit` (from 0) belongs to this part: every `count`-th does, so that parts are alike in size and difficulty.
+    /// Whether unit `unit` (from 0) belongs to this part: every `count`-th does, so that parts are alike in size and
+    /// difficulty.
     pub fn owns(self, unit: usize) -> bool {
         unit % self.count == self.index
     }

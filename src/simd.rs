@@ -1,4 +1,5 @@
-//! Which instructions a fast kernel uses, chosen at run time: the plain release build is fast on a new CPU and runs on an old one.
+//! Which instructions a fast kernel uses, chosen at run time: the plain release build is fast on a new CPU and runs on
+//! an old one.
 
 /// The instructions to use. They change the speed only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -1,7 +1,7 @@
 //! Wavelengths of the colour channels: lines, or bands that several wavelengths stand for.
 //!
-//! A channel of a **line** is traced at one wavelength; the lens's dispersion then shows as lateral and longitudinal colour. All channels
-//! take the pixel's response at the reference wavelength, as the paper does.
+//! A channel of a **line** is traced at one wavelength; the lens's dispersion then shows as lateral and longitudinal
+//! colour. All channels take the pixel's response at the reference wavelength, as the paper does.
 //!
 //! A channel of a **band** is the mean over it, of what the lens and the pixel do at each wavelength:
 //!
@@ -9,10 +9,11 @@
 //! E = ∫ f(λ) E(λ) dλ ≈ 1/M Σ_m E(λ_m)          f(λ) = (1 + cos π x)/(2 w),   x = (λ − λ₀)/w,   |x| ≤ 1
 //! ```
 //!
-//! λ₀: the band's middle, w: its full width at half maximum. f is a raised cosine, with ∫ f = 1: the shape of an absorbing filter
-//! without its tails. λ_m is the mean wavelength of the m-th of M equal shares of the band, so the sum is exact for E linear in λ; of
-//! curvature it leaves out the variance within the shares, 10 % of the band's at M = 4, falling as M^(−5/3) (the band's ends fall off as
-//! cubes). The scene's radiance in a channel is taken even over its band.
+//! λ₀: the band's middle, w: its full width at half maximum. f is a raised cosine, with ∫ f = 1: the shape of an
+//! absorbing filter without its tails. λ_m is the mean wavelength of the m-th of M equal shares of the band, so the sum
+//! is exact for E linear in λ; of curvature it leaves out the variance within the shares, 10 % of the band's at M = 4,
+//! falling as M^(−5/3) (the band's ends fall off as cubes). The scene's radiance in a channel is taken even over its
+//! band.
 
 use std::f64::consts::PI;
 
@@ -37,8 +38,8 @@ pub struct Bands {
 }
 
 impl Default for Bands {
-    /// Four wavelengths a band; middles as of the lines, widths of 80, 90, 80 nm: assumed, as absorbing filters behind an infrared cut have
-    /// them.
+    /// Four wavelengths per band; middles as of the lines, widths of 80, 90, 80 nm: assumed, as absorbing filters
+    /// behind an infrared cut have them.
     fn default() -> Self {
         Self {
             middle_nm: ChannelWavelengths::LINES_NM,
@@ -49,7 +50,7 @@ impl Default for Bands {
 }
 
 impl Bands {
-    /// Most wavelengths a band.
+    /// Most wavelengths per band.
     pub const MOST: usize = 32;
 
     /// Ranges of the fields.

@@ -1,4 +1,5 @@
-//! Dense matching: pixels per second at stride 4 and window 21. Its accuracy against the Cramér-Rao bound: `matching_accuracy`.
+//! Dense matching: pixels per second at stride 4 and window 21. Its accuracy against the Cramér-Rao bound:
+//! `matching_accuracy`.
 //!
 //! `cargo bench -p quadpixel-algorithms --bench matching`
 #![allow(clippy::unwrap_used)] // because a bench on made-up data fails by panicking

@@ -1,6 +1,7 @@
 //! The exact Lanczos warp: pixels per second on a smooth map that no shift can stand for.
 //!
-//! The work of one thread is that of the OpenCV figures in `tests/opencv`: 1024 × 1024, f32, one and three channels, 8 × 8 taps.
+//! The work of one thread is that of the OpenCV figures in `tests/opencv`: 1024 × 1024, f32, one and three channels, 8
+//! × 8 taps.
 //!
 //! `cargo bench -p quadpixel-algorithms --bench warp`
 #![allow(clippy::unwrap_used)] // because a bench on made-up data fails by panicking

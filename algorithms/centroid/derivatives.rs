@@ -1,7 +1,8 @@
 //! A picture smoothed by a Gaussian, and its derivatives up to the fifth at chosen pixels.
 //!
-//! Central differences over seven pixels (Fornberg, Math. Comput. 51, 699 (1988)): of sixth order for the first and second
-//! derivative, fourth for the third and fourth, second for the fifth, so the picture must be smooth (see [`SMALLEST_SIGMA_PX`]).
+//! Central differences over seven pixels (Fornberg, Math. Comput. 51, 699 (1988)): of sixth order for the first and
+//! second derivative, fourth for the third and fourth, second for the fifth, so the picture must be smooth (see
+//! [`SMALLEST_SIGMA_PX`]).
 
 /// Highest derivative.
 pub(super) const ORDER: usize = 5;
@@ -22,7 +23,8 @@ const STENCILS: [([f64; 7], f64); ORDER + 1] = [
     ([-1.0, 4.0, -5.0, 0.0, 5.0, -4.0, 1.0], 2.0),
 ];
 
-/// Gaussian weights of the sum 1 from −⌈3σ⌉ to ⌈3σ⌉. Cut off or not does not matter: it is the same filter for all pictures.
+/// Gaussian weights of the sum 1 from −⌈3σ⌉ to ⌈3σ⌉. Cut off or not does not matter: it is the same filter for all
+/// pictures.
 #[derive(Clone, Debug)]
 pub(super) struct Gaussian {
     weights: Vec<f64>,
@@ -74,7 +76,8 @@ impl Smoothed {
         Self { width, values }
     }
 
-    /// The value between pixels, by Taylor's series about the nearest one, which is at least [`REACH_PX`] from the border.
+    /// The value between pixels, by Taylor's series about the nearest one, which is at least [`REACH_PX`] from the
+    /// border.
     pub fn between(&self, [x, y]: [f64; 2]) -> f64 {
         let (column, row) = (x.round(), y.round());
         let (dx, dy) = (x - column, y - row);

@@ -1,22 +1,24 @@
 //! From the shift that aligns two pictures best to the shift of their spots' centroids.
 //!
-//! A view is the chart convolved with its spot h_i, the reference with h. Matching finds where both correlate best, which for
-//! spots of different skew depends on the chart: ∫ S(f) h*(f) h_i(f) exp(2πi f·d) df, S the chart's power, is largest at the
-//! shift of the centroids only as f → 0. What depth needs is the shift of the centroids. The spots' ratio has the phase and
-//! modulus of a series in the frequency whose first terms are that shift, the difference of widths and that of skews, so
+//! A view is the chart convolved with its spot h_i, the reference with h. Matching finds where both correlate best,
+//! which for spots of different skew depends on the chart: ∫ S(f) h*(f) h_i(f) exp(2πi f·d) df, S the chart's power, is
+//! largest at the shift of the centroids only as f → 0. What depth needs is the shift of the centroids. The spots'
+//! ratio has the phase and modulus of a series in the frequency whose first terms are that shift, the difference of
+//! widths and that of skews, so
 //!
 //! ```text
 //! b(x) = o + Σ_{k ≤ 5} c_k(x) : ∇ᵏ a(x)        d = −c₁/c₀
 //! ```
 //!
-//! with a, b: reference and view, both smoothed by one Gaussian σ that makes the series short. All c are polynomials over the
-//! picture, fitted together by least squares with Tukey's biweight: d and the gain c₀ of the wanted degree, widths and skews
-//! (k = 2, 3) linear, k = 4, 5 constant. The view is looked up where the last d
-//! points, so that d is a sum of small steps. (By its own series: Lanczos' kernel does not keep straight lines straight, and moves
-//! what is smooth by up to 0.008 px.)
+//! with a, b: reference and view, both smoothed by one Gaussian σ that makes the series short. All c are polynomials
+//! over the picture, fitted together by least squares with Tukey's biweight: d and the gain c₀ of the wanted degree,
+//! widths and skews (k = 2, 3) linear, k = 4, 5 constant. The view is looked up where the last d
+//! points, so that d is a sum of small steps. (By its own series: Lanczos' kernel does not keep straight lines
+//! straight, and moves what is smooth by up to 0.008 px.)
 //!
-//! σ costs noise and border (3σ and 3 px on each side are not used), but wide spots need it: where the series is too short for them,
-//! what the fit leaves over falls as σ grows. [`Reference::for_views`] takes the smallest σ that leaves about as little as any.
+//! σ costs noise and border (3σ and 3 px on each side are not used), but wide spots need it: where the series is too
+//! short for them, what the fit leaves over falls as σ grows. [`Reference::for_views`] takes the smallest σ that leaves
+//! about as little as any.
 
 mod derivatives;
 
@@ -65,15 +67,16 @@ struct Sample {
 pub struct CentroidFit {
     /// Shift of the view's centroid against the reference's, px.
     pub field: SmoothField,
-    /// Root mean square of what the fit leaves over, as the shift (px an axis) that would make as much of a difference.
+    /// Root mean square of what the fit leaves over, as the shift (px per axis) that would make as much of a
+    /// difference.
     pub rms_px: f64,
     /// Share of samples that the fit rejected, 0 to 1.
     pub rejected_share: f64,
 }
 
 impl Reference {
-    /// Prepares single-channel `image` for fields of `degree` with the σ that its views ask for, given with the fields to start
-    /// from.
+    /// Prepares single-channel `image` for fields of `degree` with the σ that its views ask for, given with the fields
+    /// to start from.
     ///
     /// # Errors
     /// A degree out of range, or too few samples inside the borders for the fits.
@@ -193,8 +196,8 @@ impl Reference {
         })
     }
 
-    /// The view, multiplied by `gains` and smoothed, at the samples moved by `field`, where it shows their surroundings. The
-    /// gain must be evened out before: one with the slope g' would look like a shift by σ²g'/g after.
+    /// The view, multiplied by `gains` and smoothed, at the samples moved by `field`, where it shows their
+    /// surroundings. The gain must be evened out before: one with the slope g' would look like a shift by σ²g'/g after.
     fn observe(&self, view: &Image, field: &SmoothField, gains: &[f64]) -> Vec<Observed<'_>> {
         let values = view.data().iter().zip(gains);
         let values = values.map(|(v, gain)| f64::from(*v) * gain).collect();

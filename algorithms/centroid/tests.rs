@@ -2,7 +2,8 @@ use super::*;
 
 const SIDE: usize = 128;
 
-/// Waves of 4 to 20 px in many directions seen through a spot of weighted points: exact, without sampling a convolution.
+/// Waves of 4 to 20 px in many directions seen through a spot of weighted points: exact, without sampling a
+/// convolution.
 fn seen(points: &[(f64, [f64; 2])], shift: impl Fn([f64; 2]) -> [f64; 2]) -> Image {
     let total: f64 = points.iter().map(|p| p.0).sum();
     let waves: Vec<([f64; 2], f64)> = (0..120)

@@ -1,4 +1,5 @@
-//! The camera's relation of disparity and depth at each place of the picture, by its description or by a measured curve.
+//! The camera's relation of disparity and depth at each place of the picture, by its description or by a measured
+//! curve.
 
 use quadpixel_datasets::{CameraDescription, RatioField};
 

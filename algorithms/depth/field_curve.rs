@@ -1,4 +1,5 @@
-//! A camera's disparity against distance over the field, as a JSON file: what `qpalgo depth` needs of a camera that has no `camera.json`.
+//! A camera's disparity against distance over the field, as a JSON file: what `qpalgo depth` needs of a camera that has
+//! no `camera.json`.
 //!
 //! ```json
 //! { "source": "...", "counted_from": "sensor", "width_px": 768, "height_px": 512,
@@ -6,9 +7,10 @@
 //!   "disparity_px": [[[-0.8, 0, 1.2], ...], ...], "relative_error": 0.05, "offset_error_px": 0.02 }
 //! ```
 //!
-//! D(x, y, 1/Z) = x_L − x_R at the nodes, `disparity_px[row][column][distance]`, growing with 1/Z; between nodes bilinear in x and y
-//! and linear in 1/Z, beyond the ends as in the last interval. Z counts along the axis from what `counted_from` says. The error of a
-//! measured D is s² + (relative_error · D)² + offset_error_px², s² the matcher's variance.
+//! D(x, y, 1/Z) = x_L − x_R at the nodes, `disparity_px[row][column][distance]`, growing with 1/Z; between nodes
+//! bilinear in x and y and linear in 1/Z, beyond the ends as in the last interval. Z counts along the axis from what
+//! `counted_from` says. The error of a measured D is s² + (relative_error · D)² + offset_error_px², s² the matcher's
+//! variance.
 
 use serde::{Deserialize, Serialize};
 

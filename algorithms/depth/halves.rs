@@ -1,7 +1,8 @@
 //! The shift between opposite halves of the pupil, at each pixel of their sum.
 //!
-//! A match is believed by the scatter of its window's parts and by how much of the window is texture ([`crate::trust`]). A measured shift
-//! belongs to the point midway between where the two views have it, which is where their sum has it.
+//! A match is believed by the scatter of its window's parts and by how much of the window is texture
+//! ([`crate::trust`]). A measured shift belongs to the point midway between where the two views have it, which is where
+//! their sum has it.
 
 use crate::disparity::{Axes, Grid, Match, MatchError, MatchSettings, Verdict, match_images};
 use crate::trust::Windows;
@@ -33,8 +34,9 @@ pub struct Pair<'a> {
     pub axes: Axes,
 }
 
-/// Matches a pair: D at each pixel of the sum, row-major; `None` where there is no trusted match. `most_noise`: the largest part of a window's
-/// slope that may be noise ([`crate::trust`]), [`MOST_NOISE`] for unknown captures, ∞ where the texture is known to be as fine as noise.
+/// Matches a pair: D at each pixel of the sum, row-major; `None` where there is no trusted match. `most_noise`: the
+/// largest part of a window's slope that may be noise ([`crate::trust`]), [`MOST_NOISE`] for unknown captures, ∞ where
+/// the texture is known to be as fine as noise.
 ///
 /// # Errors
 /// As of [`match_images`].

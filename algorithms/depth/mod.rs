@@ -9,9 +9,9 @@
 //! ```
 //!
 //! - D_h = x_L − x_R and D_v = y_T − y_B, px: positive for points nearer than the focus; s their standard deviations;
-//! - d: distance from the entrance pupil, d_f that in focus, p its depth behind the first vertex, A its diameter, m; fx: focal
-//!   length, px; κ: disparity over circle of confusion, a property of lens and pixel. Source: "Metres from disparity" in the
-//!   dataset's specification.
+//! - d: distance from the entrance pupil, d_f that in focus, p its depth behind the first vertex, A its diameter, m;
+//!   fx: focal length, px; κ: disparity over circle of confusion, a property of lens and pixel. Source: "Metres from
+//!   disparity" in the dataset's specification.
 //!
 //! Where the camera's κ differs in the two directions, D_v is brought to that of left and right before the mean.
 

@@ -42,7 +42,8 @@ fn sides(axes: Axes) -> ([Side; 2], usize) {
 }
 
 impl Shifts {
-    /// Matches left with right and top with bottom, in the reference channel; `begins` is told each direction before it is matched.
+    /// Matches left with right and top with bottom, in the reference channel; `begins` is told each direction before it
+    /// is matched.
     ///
     /// # Errors
     /// Settings out of their range, a picture that is too small, a pixel of one sub-pixel.

@@ -21,7 +21,8 @@ impl Axes {
     }
 }
 
-/// Nodes at pixel `first + i·stride` on both axes: all whose window and interpolation at shift 0 lie inside the picture.
+/// Nodes at pixel `first + i·stride` on both axes: all whose window and interpolation at shift 0 lie inside the
+/// picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {
     /// Nodes a row.

@@ -9,8 +9,8 @@ use super::prepared::Prepared;
 use super::settings::MatchSettings;
 use super::{refine, search};
 
-/// Matches single-channel `a` against `b`, both of one size; rows of nodes run in parallel and do not depend on each other,
-/// so that the result is the same for any number of threads.
+/// Matches single-channel `a` against `b`, both of one size; rows of nodes run in parallel and do not depend on each
+/// other, so that the result is the same for any number of threads.
 ///
 /// # Errors
 /// More than one channel, numbers that are not finite, unlike or too small sizes, a setting out of its range.

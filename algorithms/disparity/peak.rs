@@ -83,8 +83,8 @@ impl Surface<'_> {
         }
     }
 
-    /// The peak at entry `index`, which is the largest; on the way out: too low, at the edge along a `free` axis, or with a
-    /// rival. `high` counts the values above [`high`], where they have been counted.
+    /// The peak at entry `index`, which is the largest; on the way out: too low, at the edge along a `free` axis, or
+    /// with a rival. `high` counts the values above [`high`], where they have been counted.
     pub fn judge(&self, index: usize, high: Option<u32>, free: [bool; 2], limits: &Limits) -> Peak {
         let (height, (i, j)) = (self.value(index), self.place(index));
         let mut peak = Peak {
@@ -147,8 +147,9 @@ impl Surface<'_> {
         })
     }
 
-    /// Maximum of the polynomial through the 5 × 5 values about the peak: one step of Newton's method from the vertices of the
-    /// parabolas. It errs by 0.01 px on texture where they err by 0.04 px. `None` at the rim and where there is no maximum.
+    /// Maximum of the polynomial through the 5 × 5 values about the peak: one step of Newton's method from the vertices
+    /// of the parabolas. It errs by 0.01 px on texture where they err by 0.04 px. `None` at the rim and where there is
+    /// no maximum.
     fn summit(&self, [i, j]: [i32; 2], free: [bool; 2], start: [f64; 2]) -> Option<[f64; 2]> {
         let basis = [0, 1].map(|axis| basis(free[axis], start[axis]));
         let mut along = [[0.0f64; 5]; 3];
@@ -203,8 +204,8 @@ pub(super) fn high(height: f32, limits: &Limits) -> f32 {
     height * (limits.second_peak * (1.0 - 1e-6)) as f32
 }
 
-/// Weights of the values at −2..2 in their polynomial at `t` (Lagrange), in its slope and in its curvature; on an axis that is
-/// not `free`, the value in the middle alone.
+/// Weights of the values at −2..2 in their polynomial at `t` (Lagrange), in its slope and in its curvature; on an axis
+/// that is not `free`, the value in the middle alone.
 fn basis(free: bool, t: f64) -> [[f64; 5]; 3] {
     if !free {
         return [[0.0, 0.0, 1.0, 0.0, 0.0], [0.0; 5], [0.0; 5]];

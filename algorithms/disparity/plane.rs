@@ -61,8 +61,8 @@ impl Plane {
         &self.data[y * self.width..(y + 1) * self.width]
     }
 
-    /// The picture at half the resolution: binomial 1-4-6-4-1 on both axes, every other sample kept; coarse pixel i lies on
-    /// fine pixel 2 i. Edges are replicated.
+    /// The picture at half the resolution: binomial 1-4-6-4-1 on both axes, every other sample kept; coarse pixel i
+    /// lies on fine pixel 2 i. Edges are replicated.
     pub fn halved(&self) -> Self {
         const TAPS: [f32; 5] = [0.0625, 0.25, 0.375, 0.25, 0.0625];
         let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
@@ -102,16 +102,16 @@ fn sum(values: &[f32], f: impl Fn(f64) -> f64) -> f64 {
     (sums[0] + sums[2]) + (sums[1] + sums[3])
 }
 
-/// Mean and inverse norm 1/√Σ(v − mean)² of the window about every pixel, from running sums: the cost does not depend on
-/// the window. Where the window is not complete the mean is 0 and the norm NaN; the norm is 0 where the window shows only
-/// rounding.
+/// Mean and inverse norm 1/√Σ(v − mean)² of the window about every pixel, from running sums: the cost does not depend
+/// on the window. Where the window is not complete the mean is 0 and the norm NaN; the norm is 0 where the window shows
+/// only rounding.
 pub(super) struct WindowStatistics {
     pub mean: Vec<f32>,
     pub inverse_norm: Vec<f32>,
 }
 
 impl WindowStatistics {
-    /// Of all windows of `2 half + 1` pixels a side.
+    /// Of all windows of `2 half + 1` pixels per side.
     pub fn new(plane: &Plane, half: usize) -> Self {
         let (width, height, window) = (plane.width, plane.height, 2 * half + 1);
         let mut mean = vec![0.0f32; width * height];

@@ -5,9 +5,9 @@ use super::matches::{Verdict, largest_eigenvalue};
 use super::plane::{PADDING, Plane, WindowStatistics};
 use super::settings::MatchSettings;
 
-/// Central difference of sixth order: ∂f ≈ Σ DIFFERENCE\[k\] (f₊ₖ₊₁ − f₋ₖ₋₁). Where the texture lies, it is within a few
-/// per cent of the slope of the sampled b, so that a step leaves as little of the error; the fourth order leaves 15 %, the
-/// eighth is no better once there is noise.
+/// Central difference of sixth order: ∂f ≈ Σ DIFFERENCE\[k\] (f₊ₖ₊₁ − f₋ₖ₋₁). Where the texture lies, it is within a
+/// few per cent of the slope of the sampled b, so that a step leaves as little of the error; the fourth order leaves 15
+/// %, the eighth is no better once there is noise.
 const DIFFERENCE: [f32; 3] = [0.75, -0.15, 1.0 / 60.0];
 const REACH: usize = DIFFERENCE.len();
 /// Largest window, px.
@@ -137,8 +137,8 @@ impl<'v, 'p> Reference<'v, 'p> {
 /// Sums over the rows of a window of gx, gy, gx², gx gy, gy², a gx, a gy.
 const MOMENTS: usize = 7;
 
-/// Column by column, the moments of the windows about the rows that a row of nodes needs: neighbouring windows share them. Most
-/// need a single row.
+/// Column by column, the moments of the windows about the rows that a row of nodes needs: neighbouring windows share
+/// them. Most need a single row.
 pub(super) struct Moments<'v, 'p> {
     view: &'v View<'p>,
     /// Row of the windows' centres, and its sums, \[moment\]\[column\].

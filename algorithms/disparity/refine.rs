@@ -1,14 +1,14 @@
 //! Sub-pixel refinement: inverse-compositional Gauss–Newton with free gain and offset.
 //!
-//! In a window, `a(x) = g·b(x + d) + o`. With p the gradient of A made orthogonal to 1 and to a (so that offset and gain
-//! drop out of the step), `H = Σ p pᵀ` and b sampled at d by Lanczos (a = 4),
+//! In a window, `a(x) = g·b(x + d) + o`. With p the gradient of A made orthogonal to 1 and to a (so that offset and
+//! gain drop out of the step), `H = Σ p pᵀ` and b sampled at d by Lanczos (a = 4),
 //!
 //! ```text
 //! g = Σ ã b / Σ b̃²        r = a − g b − o        Δd = H⁻¹ Σ p r = −g H⁻¹ Σ p b
 //! ```
 //!
-//! (~: without its mean). p and H belong to A alone and are made once. The window's shift is the same for all its pixels, so
-//! sampling is two passes of eight taps.
+//! (~: without its mean). p and H belong to A alone and are made once. The window's shift is the same for all its
+//! pixels, so sampling is two passes of eight taps.
 
 use rayon::prelude::*;
 
@@ -28,12 +28,13 @@ use quadpixel::simd::SimdLevel;
 const LONGEST_STEP_PX: f64 = 0.5;
 /// The last step on the way back, as a share of the disagreement that is allowed.
 const LAST_STEP_BACK: f64 = 0.2;
-/// Length of the second step over that of the first, until a window has shown it: 0.03 to 0.08 is usual, 0.2 where pixels know
-/// nothing of their neighbours.
+/// Length of the second step over that of the first, until a window has shown it: 0.03 to 0.08 is usual, 0.2 where
+/// pixels know nothing of their neighbours.
 const SHRINK: f64 = 0.5;
 /// More steps than this are no convergence.
 const MOST_STEPS: usize = 12;
-/// The neighbour's match is the better guess up to this distance from the peak, px: several times what the peak itself errs.
+/// The neighbour's match is the better guess up to this distance from the peak, px: several times what the peak itself
+/// errs.
 const NEXT_TO_PX: f64 = 0.1;
 /// Farther than this from the peak of the correlation, px, is another peak.
 const FARTHEST_PX: f64 = 1.5;
@@ -108,7 +109,8 @@ impl Pass<'_> {
     }
 }
 
-/// Where to begin: on the peak, or where the node to the left ended if that is next to it: most of its window is the same.
+/// Where to begin: on the peak, or where the node to the left ended if that is next to it: most of its window is the
+/// same.
 #[inline(always)]
 fn first_guess(start: &Peak, left: Option<&Match>) -> [f64; 2] {
     let peak = start.position();
@@ -247,8 +249,8 @@ impl<'p, 'a> Refiner<'p, 'a> {
                 let explained = slope[0] * step[0] + slope[1] * step[1];
                 let residual = (reference.energy - gain * sums.ab - explained).max(0.0);
                 let variance = residual / self.pass.shape.degrees_of_freedom;
-                // The kernel thins b's noise by `thinning` in the residual, but hardly in the band of the texture, where it counts:
-                // with both images equally noisy, put that back.
+                // The kernel thins b's noise by `thinning` in the residual, but hardly in the band of the texture,
+                // where it counts: with both images equally noisy, put that back.
                 let g2 = gain * gain;
                 let scale = variance * (1.0 + g2) / (1.0 + g2 * sums.thinning);
                 return Ok(Fit {
@@ -263,9 +265,9 @@ impl<'p, 'a> Refiner<'p, 'a> {
     }
 }
 
-/// The step from `d` where steps shrink by a constant factor: with the last two, the best mixture of where they lead (Anderson
-/// acceleration of depth one). Where the Newton step is as good as it should be this changes little, and where the two images are
-/// unlike, so that it is too short or too long, it ends the long row of steps.
+/// The step from `d` where steps shrink by a constant factor: with the last two, the best mixture of where they lead
+/// (Anderson acceleration of depth one). Where the Newton step is as good as it should be this changes little, and
+/// where the two images are unlike, so that it is too short or too long, it ends the long row of steps.
 #[inline(always)]
 fn secant(d: [f64; 2], newton: [f64; 2], d_last: [f64; 2], newton_last: [f64; 2]) -> [f64; 2] {
     let change = [newton[0] - newton_last[0], newton[1] - newton_last[1]];

@@ -17,8 +17,8 @@ pub struct MatchSettings {
     pub search_px: usize,
     /// Directions in which a shift is possible.
     pub axes: Axes,
-    /// The refinement ends where the steps that it would still take are expected to sum to less than this, px: 1e-6 to 0.5. Steps shrink
-    /// by some 0.05 each, measured at every window that takes two.
+    /// The refinement ends where the steps that it would still take are expected to sum to less than this, px: 1e-6 to
+    /// 0.5. Steps shrink by some 0.05 each, measured at every window that takes two.
     pub last_step_px: f64,
     /// What is too bad to be used.
     pub limits: Limits,

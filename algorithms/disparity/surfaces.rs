@@ -22,8 +22,8 @@ pub struct ZnccSurfaces {
 }
 
 impl ZnccSurfaces {
-    /// `ZNCC(d) = Σ ã(x) b̃(x+d) / √(Σã² Σb̃²)` of node `node`, row by row from d = −(`radius_px`); NaN where the window leaves B,
-    /// 0 where a window shows nothing. Empty if there is no such node.
+    /// `ZNCC(d) = Σ ã(x) b̃(x+d) / √(Σã² Σb̃²)` of node `node`, row by row from d = −(`radius_px`); NaN where the
+    /// window leaves B, 0 where a window shows nothing. Empty if there is no such node.
     pub fn at_node(&self, node: usize) -> &[f32] {
         let [x, y] = self.radius_px.map(|r| 2 * r + 1);
         self.values
@@ -32,8 +32,8 @@ impl ZnccSurfaces {
     }
 }
 
-/// The surfaces of single-channel `a` against `b`, as [`super::match_images`] makes and uses them; `settings.search_px` at most
-/// [`DIRECT_SEARCH_PX`].
+/// The surfaces of single-channel `a` against `b`, as [`super::match_images`] makes and uses them; `settings.search_px`
+/// at most [`DIRECT_SEARCH_PX`].
 ///
 /// # Errors
 /// As of [`super::match_images`], or a wider search.

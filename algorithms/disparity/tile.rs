@@ -6,14 +6,14 @@
 //! ```text
 //!        s   s   s  r          s: stride, r: rest, Q = ⌊window/s⌋
 //!      ┌───┬───┬───┬─┐
-//!    s │   │   │   │ │         a column of the tile is a node: its pixel column is kept by "phases", [c][m] = a(s m + c),
-//!      ├───┼───┼───┼─┤         so that one vector holds the same pixel of the windows of many nodes, and all sums run
-//!    r └───┴───┴───┴─┘         along nodes without a shuffle
+//!    s │   │   │   │ │      a column of the tile is a node: its pixel column is kept by "phases", [c][m] = a(s m + c),
+//!      ├───┼───┼───┼─┤      so that one vector holds the same pixel of the windows of many nodes, and all sums run
+//!    r └───┴───┴───┴─┘      along nodes without a shuffle
 //! ```
 //!
-//! A shift costs each node s² products and s² + 3 (Q + 1) additions: at stride 4 and window 21, 2 s² + 18 = 50 operations of
-//! one lane, 4050 for the 81 shifts of ±4 px, against 71 000 for the windows one by one. Nothing runs on from block to
-//! block, so that f32 is enough: the tile's own level is taken off first, and rounding does not add up.
+//! A shift costs each node s² products and s² + 3 (Q + 1) additions: at stride 4 and window 21, 2 s² + 18 = 50
+//! operations of one lane, 4050 for the 81 shifts of ±4 px, against 71 000 for the windows one by one. Nothing runs on
+//! from block to block, so that f32 is enough: the tile's own level is taken off first, and rounding does not add up.
 
 use std::ops::Range;
 
@@ -132,7 +132,8 @@ impl Pair<'_> {
             shifts,
             lanes,
         };
-        // Sums over the full blocks of a row of blocks and its rest, [block][lane]: over all its rows, and the first `rest`.
+        // Sums over the full blocks of a row of blocks and its rest, [block][lane]: over all its rows, and the first
+        // `rest`.
         let mut across = [0, 1].map(|_| vec![0.0f32; blocks * lanes]);
         let mut sums = BlockSums::new(lanes, full);
         let mut places = vec![0; side];
@@ -175,8 +176,8 @@ impl Pair<'_> {
     }
 }
 
-/// ZNCC of a row of nodes at one shift, from the sums `across` its rows of blocks (the full ones, and of the next one the rest) and
-/// the windows' means and inverse norms.
+/// ZNCC of a row of nodes at one shift, from the sums `across` its rows of blocks (the full ones, and of the next one
+/// the rest) and the windows' means and inverse norms.
 #[inline(always)]
 fn correlations<V: Lanes>(
     across: &[Vec<f32>; 2],

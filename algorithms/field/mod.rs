@@ -5,10 +5,11 @@
 //! min Σ_i ρ(q_i / s)        q_i² = r_iᵀ (C_i + f²)⁻¹ r_i        r_i = d_i − d(x_i, y_i)
 //! ```
 //!
-//! Both components are fitted together, each match i weighted by the inverse of its covariance C_i, to which the matcher's
-//! own systematic error f is added so that noiseless matches do not outweigh all others. The robust loss ρ is reached by
-//! iteratively reweighted least squares (Holland & Welsch, Commun. Stat. A6, 813 (1977)); the scale s is the median of the q
-//! over that of two normal components, so it also holds when the polynomial and not the noise limits the fit.
+//! Both components are fitted together, each match i weighted by the inverse of its covariance C_i, to which the
+//! matcher's own systematic error f is added so that noiseless matches do not outweigh all others. The robust loss ρ is
+//! reached by iteratively reweighted least squares (Holland & Welsch, Commun. Stat. A6, 813 (1977)); the scale s is the
+//! median of the q over that of two normal components, so it also holds when the polynomial and not the noise limits
+//! the fit.
 
 mod solve;
 
@@ -135,9 +136,9 @@ impl SmoothField {
         (degree + 1) * (degree + 2) / 2
     }
 
-    /// A field from stored numbers: the rectangle that −1..1 stands for (its centre and half sides) and the coefficients of
-    /// each component in the order (m, n) = (0,0), (1,0), (0,1), (2,0), (1,1), (0,2) …; `None` where their number fits no
-    /// degree up to [`LARGEST_DEGREE`], a half side is not positive, or one is not finite.
+    /// A field from stored numbers: the rectangle that −1..1 stands for (its centre and half sides) and the
+    /// coefficients of each component in the order (m, n) = (0,0), (1,0), (0,1), (2,0), (1,1), (0,2) …; `None` where
+    /// their number fits no degree up to [`LARGEST_DEGREE`], a half side is not positive, or one is not finite.
     pub fn from_parts(
         centre_px: [f64; 2],
         half_span_px: [f64; 2],
@@ -191,7 +192,8 @@ impl SmoothField {
     /// Fits `observations` by a polynomial of `degree` (0 to [`LARGEST_DEGREE`]).
     ///
     /// # Errors
-    /// A degree out of range, observations that are too few, not finite, or lie so that they do not fix the coefficients.
+    /// A degree out of range, observations that are too few, not finite, or lie so that they do not fix the
+    /// coefficients.
     pub fn fit(
         observations: &[Observation],
         degree: usize,

@@ -48,8 +48,8 @@ impl Normal {
     }
 }
 
-/// The solution of a positive definite system of which the lower triangle is given (row-major); `None` where it is singular to
-/// rounding.
+/// The solution of a positive definite system of which the lower triangle is given (row-major); `None` where it is
+/// singular to rounding.
 pub(crate) fn solve_positive_definite(lower: &[f64], right: &[f64]) -> Option<Vec<f64>> {
     let n = right.len();
     let matrix = Mat::from_fn(n, n, |i, j| lower[i * n + j]);

@@ -1,13 +1,13 @@
 //! Errors of a disparity map against the truth, as the field quotes them.
 //!
 //! ```text
-//! EPE = mean |e|          bad-t = fraction with |e| > t px          e = estimate − truth (a vector where disparity is one)
+//! EPE = mean |e|     bad-t = fraction with |e| > t px     e = estimate − truth (a vector where disparity is one)
 //! AIWE(p) = min over a, b of (Σ w |truth − (a · estimate + b)|^p / Σ w)^(1/p),   p = 1, 2
 //! 1 − |ρ|,  ρ = Pearson's correlation of the ranks (Spearman), ties sharing their mean rank
 //! ```
 //!
-//! AIWE and 1 − |ρ|: R. Garg et al., "Learning single camera depth estimation using dual-pixels", ICCV 2019; w is a weight, as
-//! the confidence of the truth. ρ is not weighted: pairs of weight 0 do not count, all others count alike.
+//! AIWE and 1 − |ρ|: R. Garg et al., "Learning single camera depth estimation using dual-pixels", ICCV 2019; w is a
+//! weight, as the confidence of the truth. ρ is not weighted: pairs of weight 0 do not count, all others count alike.
 
 /// End-point errors over the pixels that have both an estimate and a truth.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -27,8 +27,8 @@ pub struct EndPointError {
 }
 
 impl EndPointError {
-    /// From the lengths |e| in px of the errors; those that are not finite (no estimate or no truth) are passed over. `None` where
-    /// none is left.
+    /// From the lengths |e| in px of the errors; those that are not finite (no estimate or no truth) are passed over.
+    /// `None` where none is left.
     pub fn from_lengths(lengths_px: impl IntoIterator<Item = f64>) -> Option<Self> {
         let lengths: Vec<f64> = lengths_px
             .into_iter()
@@ -73,7 +73,8 @@ pub struct AffineInvariantError {
 }
 
 impl AffineInvariantError {
-    /// From pairs; those with a number that is not finite or without weight are passed over. `None` where fewer than two are left.
+    /// From pairs; those with a number that is not finite or without weight are passed over. `None` where fewer than
+    /// two are left.
     pub fn from_pairs(pairs: &[Pair]) -> Option<Self> {
         let mut counted: Vec<Pair> = pairs
             .iter()
@@ -113,8 +114,9 @@ fn least_squares(pairs: &[Pair]) -> (f64, f64) {
     (slope, left.sqrt())
 }
 
-/// AIWE(1): for a slope the best offset is the weighted median of what is left, and the error that leaves is convex in the slope, so
-/// that its least value lies in an interval whose ends are both higher than its inside; golden section narrows it.
+/// AIWE(1): for a slope the best offset is the weighted median of what is left, and the error that leaves is convex in
+/// the slope, so that its least value lies in an interval whose ends are both higher than its inside; golden section
+/// narrows it.
 fn least_deviations(pairs: &[Pair], slope: f64, rms: f64) -> f64 {
     let x0 = mean(pairs, |p| p.estimate);
     let spread = mean(pairs, |p| (p.estimate - x0).abs());

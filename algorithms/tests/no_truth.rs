@@ -1,5 +1,5 @@
-//! No truth can leak into an estimate: the crate's sources name nothing that knows the scene, and the library does not depend on what
-//! makes it.
+//! No truth can leak into an estimate: the crate's sources name nothing that knows the scene, and the library does not
+//! depend on what makes it.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 use std::path::{Path, PathBuf};

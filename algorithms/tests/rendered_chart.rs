@@ -1,7 +1,7 @@
 //! The goal of the calibration on a rendered chart: 0.03 px of the aberration's true disparity, at a reduced size.
 //!
-//! Full size: benches/runs/2026-11-21/table2.md. The wide lens at a chief-ray angle of 10° has coma: its spots are skewed, and noise
-//! down to a period of 2.2 px is aligned by their heads.
+//! Full size: benches/runs/2026-11-21/table2.md. The wide lens at a chief-ray angle of 10° has coma: its spots are
+//! skewed, and noise down to a period of 2.2 px is aligned by their heads.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 use std::path::Path;

@@ -1,5 +1,6 @@
-//! Hard pictures in every metric: constant, of one pixel, with NaN, and at random. Sharpness of constant and single pixels, and matching of blank,
-//! periodic, saturated and NaN pictures have tests beside those of their accuracy (`metrics/sharpness/tests.rs`, `tests/matching.rs`).
+//! Hard pictures in every metric: constant, of one pixel, with NaN, and at random. Sharpness of constant and single
+//! pixels, and matching of blank, periodic, saturated and NaN pictures have tests beside those of their accuracy
+//! (`metrics/sharpness/tests.rs`, `tests/matching.rs`).
 
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
@@ -34,7 +35,8 @@ fn end_point_errors_of_nothing_of_nan_and_of_one_pixel() {
     );
 }
 
-/// Without a slope or an order to find, the documented values: 0 for a constant truth, its deviation for a constant estimate, 1 − |ρ| = 1.
+/// Without a slope or an order to find, the documented values: 0 for a constant truth, its deviation for a constant
+/// estimate, 1 − |ρ| = 1.
 #[test]
 fn affine_invariant_errors_of_constant_maps_of_one_pixel_and_of_nan() {
     let ramp: Vec<f64> = (0..9).map(f64::from).collect();
@@ -106,7 +108,8 @@ proptest! {
         }
     }
 
-    /// Random pictures of any size and brightness match themselves at no shift, or say why not; never a shift that is not finite.
+    /// Random pictures of any size and brightness match themselves at no shift, or say why not; never a shift that is
+    /// not finite.
     #[test]
     fn random_pictures_match_themselves_or_say_why_not(
         width in 29..40usize, height in 29..40usize, exponent in -20..20i32, levels in 1..5u32, seed in any::<u64>(),

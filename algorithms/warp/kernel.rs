@@ -1,7 +1,7 @@
 //! The fast warp of a row: weights for a block of pixels at once, then 8 × 8 taps a pixel.
 //!
-//! Straight-line arithmetic that the compiler turns into vectors of whatever width the caller's instructions have, hence
-//! `inline(always)`. Every sum has a fixed order, so all of them give the same bits.
+//! Straight-line arithmetic that the compiler turns into vectors of whatever width the caller's instructions have,
+//! hence `inline(always)`. Every sum has a fixed order, so all of them give the same bits.
 
 use quadpixel::image::Image;
 
@@ -102,8 +102,8 @@ pub(super) fn row<const A: usize, const CHANNELS: usize, const LANES: usize>(
         xs[..count].copy_from_slice(&x[start..start + count]);
         ys[..count].copy_from_slice(&y[start..start + count]);
         let (across, down) = (Axis::new::<A>(&xs), Axis::new::<A>(&ys));
-        // The sums over the rows of the kernel are kept for the whole block: carried on pixel by pixel, the compiler breaks the
-        // vectors of three channels into pieces.
+        // The sums over the rows of the kernel are kept for the whole block: carried on pixel by pixel, the compiler
+        // breaks the vectors of three channels into pieces.
         let mut sums = [[0.0; LANES]; BLOCK];
         let mut open = [false; BLOCK];
         for i in 0..count {

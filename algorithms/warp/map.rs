@@ -1,6 +1,6 @@
 //! Where each pixel of a warped image comes from.
 
-/// Positions in the source image, one a pixel of the result.
+/// Positions in the source image, one per pixel of the result.
 ///
 /// f64, because f32 has only 0.0002 px left at column 4000.
 #[derive(Clone, Debug, PartialEq)]

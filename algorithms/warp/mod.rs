@@ -10,8 +10,9 @@
 //! - Coordinates are not quantised, and a position on the grid gives its sample, bit for bit.
 //! - Values are not clipped: the negative lobes may leave the image's range.
 //!
-//! Kernel: C. E. Duchon, "Lanczos filtering in one and two dimensions", J. Appl. Meteorol. 18, 1016 (1979). [`plain`] is the
-//! definition in f64 and the oracle of [`warp`], which computes in f32 and gives the same bits at each [`SimdLevel`].
+//! Kernel: C. E. Duchon, "Lanczos filtering in one and two dimensions", J. Appl. Meteorol. 18, 1016 (1979). [`plain`]
+//! is the definition in f64 and the oracle of [`warp`], which computes in f32 and gives the same bits at each
+//! [`SimdLevel`].
 //!
 //! Pixel (x, y) is column x, row y; integer coordinates are pixel centres.
 
@@ -57,13 +58,13 @@ impl Lobes {
 pub struct Warped {
     /// The warped image, of the map's size. Where the map holds no position (NaN, ±∞, beyond ±2³⁰ px): 0.
     pub image: Image,
-    /// Per pixel, row-major: the position lies within the image, 0 ≤ x ≤ width − 1 and 0 ≤ y ≤ height − 1. Elsewhere the
-    /// border alone speaks.
+    /// Per pixel, row-major: the position lies within the image, 0 ≤ x ≤ width − 1 and 0 ≤ y ≤ height − 1. Elsewhere
+    /// the border alone speaks.
     pub valid: Vec<bool>,
 }
 
-/// Warps all channels of `image` (finite; of an empty one nothing is valid) by `map`, on rayon's threads; they and `level` change the speed only. A level
-/// above what the CPU has is lowered.
+/// Warps all channels of `image` (finite; of an empty one nothing is valid) by `map`, on rayon's threads; they and
+/// `level` change the speed only. A level above what the CPU has is lowered.
 pub fn warp(image: &Image, map: &Map, lobes: Lobes, border: Border, level: SimdLevel) -> Warped {
     let level = level.min(SimdLevel::detect());
     match (image.channels(), lobes) {

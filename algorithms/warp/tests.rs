@@ -224,7 +224,8 @@ fn no_position_is_no_sample_and_positions_outside_are_not_valid() {
     assert_eq!(nothing.valid, [false; 8]);
 }
 
-/// Root mean square error of a sine's warp, ω rad/px in x and 0.6 ω in y, exact (`round` = identity) or with rounded coordinates.
+/// Root mean square error of a sine's warp, ω rad/px in x and 0.6 ω in y, exact (`round` = identity) or with rounded
+/// coordinates.
 fn rms_on_a_sine(omega: f64, lobes: Lobes, round: fn(f64) -> f64) -> f64 {
     let wave = |x: f64, y: f64| (omega * x + 0.6 * omega * y + 0.4).sin();
     let mut image = Image::zeros(64, 64, 1);

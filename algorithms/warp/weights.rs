@@ -1,15 +1,15 @@
 //! Lanczos weights without a sine per tap, a table, or a quotient of small numbers.
 //!
-//! Let f be the fraction of the position and g = 1 − f. The taps lie at the distances f + j on the left and g + j on the
-//! right, j = 0..a−1. As sin(π(f+j)) = ±sin(πf) and sin(πg) = sin(πf), all weights share a sin(πf)/π², which the
+//! Let f be the fraction of the position and g = 1 − f. The taps lie at the distances f + j on the left and g + j on
+//! the right, j = 0..a−1. As sin(π(f+j)) = ±sin(πf) and sin(πg) = sin(πf), all weights share a sin(πf)/π², which the
 //! normalisation takes out again:
 //!
 //! ```text
 //! w(f + j) ∝ (−1)^j sin(π(f+j)/a) / (f+j)²        and the same with g
 //! ```
 //!
-//! Times f·g that has no pole: j = 0 gives g · sin(πf/a)/f, a power series, and on the grid all other weights are exactly 0.
-//! The sines of the other taps are those of the first, or sums of two of one sign, which lose no digits:
+//! Times f·g that has no pole: j = 0 gives g · sin(πf/a)/f, a power series, and on the grid all other weights are
+//! exactly 0. The sines of the other taps are those of the first, or sums of two of one sign, which lose no digits:
 //!
 //! ```text
 //! a = 4:  sin(π(f+j)/4) = s(f), c(g), c(f), s(g)        s(f) = sin(πf/a), c(f) = cos(πf/a)

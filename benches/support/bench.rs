@@ -1,12 +1,13 @@
-//! What all benches of rates share. Each has the same order: the same work across levels (models, SIMD), then sizes, then threads, with
-//! the rate of what is worked on (rays, paths, cells, pixels, directions).
+//! What all benches of rates share. Each has the same order: the same work across levels (models, SIMD), then sizes,
+//! then threads, with the rate of what is worked on (rays, paths, cells, pixels, directions).
 
 use std::time::Duration;
 
 use criterion::Criterion;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// Short runs, so that a whole bench takes a minute or two; `cargo bench --bench NAME -- --sample-size 50 --measurement-time 10` for steadier ones.
+/// Short runs, so that a whole bench takes a minute or two;
+/// `cargo bench --bench NAME -- --sample-size 50 --measurement-time 10` for steadier ones.
 pub fn short() -> Criterion {
     Criterion::default()
         .sample_size(10)

@@ -8,7 +8,8 @@ macro_rules! curve {
     };
 }
 
-/// A pixel by its name on the command line, and lines of θ in degrees and P of left and right half under s, then under p.
+/// A pixel by its name on the command line, and lines of θ in degrees and P of left and right half under s, then under
+/// p.
 pub fn reference(pixel: &str) -> (PixelStack, Vec<Vec<f64>>) {
     let (stack, csv) = match pixel {
         "1.6" => (

@@ -79,8 +79,8 @@ impl Frame {
     }
 }
 
-/// A made-up table on the directions of `settings`, at `wavelengths_nm`, of the centred lens or of all shifts. Cost needs tables of the size
-/// that `qpgen` makes, not their values, and those take minutes.
+/// A made-up table on the directions of `settings`, at `wavelengths_nm`, of the centred lens or of all shifts. Cost
+/// needs tables of the size that `qpgen` makes, not their values, and those take minutes.
 pub fn made_up_table(
     stack: &PixelStack,
     settings: &TableSettings,

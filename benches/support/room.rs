@@ -1,7 +1,8 @@
 //! The room of 250,000 triangles that path tracing is timed on.
 //!
-//! It is 4 m wide, 2.5 m high and 5 m deep, its fifth side open behind the camera; the walls are diffuse and finely tessellated, with bumps; 20 spheres hang in
-//! it, all flat-shaded, every fourth of them rough metal; a lamp of 1 m × 1 m hangs below the ceiling.
+//! It is 4 m wide, 2.5 m high and 5 m deep, its fifth side open behind the camera; the walls are diffuse and finely
+//! tessellated, with bumps; 20 spheres hang in it, all flat-shaded, every fourth of them rough metal; a lamp of 1 m × 1
+//! m hangs below the ceiling.
 
 use glam::{DAffine3, DVec3};
 use quadpixel::sampling::uniform;

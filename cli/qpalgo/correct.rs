@@ -63,7 +63,8 @@ pub struct CorrectArgs {
     json: bool,
 }
 
-/// Calibrates or applies; scores itself where the capture is a dataset's sample. No file is written before all are made.
+/// Calibrates or applies; scores itself where the capture is a dataset's sample. No file is written before all are
+/// made.
 pub fn run(args: &CorrectArgs, progress: Progress) -> Result<(), CommandError> {
     match (&args.calibration, &args.apply, &args.capture) {
         (Some(chart), None, None) => calibrate(args, progress, chart),

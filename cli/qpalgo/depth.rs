@@ -36,19 +36,19 @@ pub struct DepthArgs {
     /// The views are pictures in sRGB: its transfer function is undone.
     #[arg(long, requires = "left")]
     srgb: bool,
-    /// Curve file: the camera's disparity against distance over the field (JSON, see docs/guide/captures.md), in place of the
-    /// description's numbers; depth then counts from where the file says.
+    /// Curve file: the camera's disparity against distance over the field (JSON, see docs/guide/captures.md), in place
+    /// of the description's numbers; depth then counts from where the file says.
     #[arg(long, conflicts_with_all = ["kappa", "score"])]
     curve: Option<PathBuf>,
-    /// Folder to write: depth.FORMAT (Z, m), confidence.FORMAT (0 to 1, standard deviation of Z in m, disparity in px), depth.png;
-    /// NaN where there is no trusted match.
+    /// Folder to write: depth.FORMAT (Z, m), confidence.FORMAT (0 to 1, standard deviation of Z in m, disparity in px),
+    /// depth.png; NaN where there is no trusted match.
     #[arg(long, short)]
     out: PathBuf,
     /// Kind of file for the numbers.
     #[arg(long, value_enum, default_value_t = MapFormatArg::Exr)]
     format: MapFormatArg,
-    /// Description of the camera, as a sample's camera.json: lens, focus, and the ratio of disparity to circle of confusion; absent: the
-    /// camera.json beside the capture.
+    /// Description of the camera, as a sample's camera.json: lens, focus, and the ratio of disparity to circle of
+    /// confusion; absent: the camera.json beside the capture.
     #[arg(long, conflicts_with = "left")]
     camera: Option<PathBuf>,
     /// Ratio of disparity to circle of confusion; absent: that of the camera's description.
@@ -222,7 +222,8 @@ fn files(format: MapFormat, maps: &DepthMaps) -> Result<Vec<(String, Vec<u8>)>, 
     Ok(files)
 }
 
-/// From dark violet (farthest) to yellow (nearest), linear in 1/Z between its 2nd and 98th percentile; black where there is none.
+/// From dark violet (farthest) to yellow (nearest), linear in 1/Z between its 2nd and 98th percentile; black where
+/// there is none.
 fn colours(depth: &Image) -> Vec<u8> {
     let inverse = |z: f32| (!z.is_nan()).then(|| 1.0 / z);
     let mut known: Vec<f32> = depth.data().iter().filter_map(|z| inverse(*z)).collect();

@@ -1,5 +1,5 @@
-//! `qpalgo disparity`: two pictures, or the views of a capture and their sum, in; the shift of each channel out, as numbers and
-//! as a picture.
+//! `qpalgo disparity`: two pictures, or the views of a capture and their sum, in; the shift of each channel out, as
+//! numbers and as a picture.
 //!
 //! ```text
 //! d(x) = (where a point appears in the view) − (where it appears in the reference),     x in the reference
@@ -40,15 +40,16 @@ pub enum Direction {
 /// Arguments of `qpalgo disparity`.
 #[derive(Clone, Debug, Args)]
 pub struct DisparityArgs {
-    /// The view (EXR, PNG, TIFF). Without REFERENCE a capture (a sample's folder, a mosaic, an EXR with one layer per view): each of
-    /// its views is matched against their sum.
+    /// The view (EXR, PNG, TIFF). Without REFERENCE a capture (a sample's folder, a mosaic, an EXR with one layer per
+    /// view): each of its views is matched against their sum.
     view: PathBuf,
     /// What the view is compared with, of the same size. The disparity is where a point appears in VIEW minus where it
     /// appears in REFERENCE, px, dx to the right, dy down; it stands at the point's place in REFERENCE.
     reference: Option<PathBuf>,
     #[command(flatten)]
     source: CaptureArgs,
-    /// Folder to write: disparity.FORMAT with dx, dy, sigma (px) and verdict (0: valid) per node, and disparity_CHANNEL.png.
+    /// Folder to write: disparity.FORMAT with dx, dy, sigma (px) and verdict (0: valid) per node, and
+    /// disparity_CHANNEL.png.
     #[arg(long, short)]
     out: PathBuf,
     /// Largest shift looked for on each axis, px; beyond 4 from coarse to fine.
@@ -192,9 +193,9 @@ fn largest(map: &DisparityMap) -> Option<f64> {
         .reduce(f64::max)
 }
 
-/// The map in colours, a square of the stride's side a node, with its width and height: along one axis from blue (negative) over
-/// white (0) to red (positive), on both direction as hue and length as saturation; full colour at the longest shift, black
-/// where not valid.
+/// The map in colours, a square of the stride's side a node, with its width and height: along one axis from blue
+/// (negative) over white (0) to red (positive), on both direction as hue and length as saturation; full colour at the
+/// longest shift, black where not valid.
 fn picture(axes: Axes, map: &DisparityMap) -> (Vec<u8>, usize, usize) {
     let longest = largest(map).filter(|&l| l > 0.0).unwrap_or(1.0);
     let signed = |shift: f64| blue_white_red((0.5 + 0.5 * shift / longest) as f32);

@@ -15,11 +15,13 @@ use quadpixel_algorithms::pictures::PictureFormat;
 /// What the user says; what is absent is taken from the files beside the capture.
 #[derive(Clone, Debug, Default, Args)]
 pub struct CaptureArgs {
-    /// Sub-pixels of a pixel, COLUMNSxROWS; absent: as the camera's description says, or as the layers of an EXR of views are named.
+    /// Sub-pixels of a pixel, COLUMNSxROWS; absent: as the camera's description says, or as the layers of an EXR of
+    /// views are named.
     #[arg(long)]
     subpixels: Option<String>,
-    /// Description of the camera (a sample's camera.json): levels of an integer mosaic (so that linear values come out), sub-pixels, lens
-    /// and focus; absent: the camera.json beside the capture, or what its meta.json says of the camera.
+    /// Description of the camera (a sample's camera.json): levels of an integer mosaic (so that linear values come
+    /// out), sub-pixels, lens and focus; absent: the camera.json beside the capture, or what its meta.json says of the
+    /// camera.
     #[arg(long)]
     camera: Option<PathBuf>,
     /// A meta.json in place of a description: what it says of the camera is read, and nothing else of it.
@@ -102,7 +104,8 @@ pub fn in_file<E: Display>(path: &Path) -> impl Fn(E) -> CommandError {
 pub enum MapFormatArg {
     /// OpenEXR, 32-bit float: one layer per map, named channels.
     Exr,
-    /// NumPy: f32 of shape (maps, rows, columns, channels); axes of a single unnamed map and of a single channel are left out.
+    /// NumPy: f32 of shape (maps, rows, columns, channels); axes of a single unnamed map and of a single channel are
+    /// left out.
     Npy,
     /// Portable float map: one file per map, its one channel as gray or its first three as red, green, blue.
     Pfm,

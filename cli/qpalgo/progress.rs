@@ -1,5 +1,5 @@
-//! Signs of life on stderr from commands that take longer than two seconds: the stage and the seconds since the start, on a
-//! terminal in one line that goes away, elsewhere one line a stage.
+//! Signs of life on stderr from commands that take longer than two seconds: the stage and the seconds since the start,
+//! on a terminal in one line that goes away, elsewhere one line a stage.
 
 use std::io::{IsTerminal, Write};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};

@@ -15,15 +15,16 @@ use quadpixel_algorithms::warp::Lobes;
 /// Arguments of `qpalgo refocus`.
 #[derive(Clone, Debug, Args)]
 pub struct RefocusArgs {
-    /// Sub-pixel mosaic (EXR, PNG, TIFF), EXR with one layer per view, or a sample's folder; integers are read as 0 to 1 of their
-    /// full scale where no description of the camera says otherwise.
+    /// Sub-pixel mosaic (EXR, PNG, TIFF), EXR with one layer per view, or a sample's folder; integers are read as 0 to
+    /// 1 of their full scale where no description of the camera says otherwise.
     raw: PathBuf,
     #[command(flatten)]
     source: CaptureArgs,
     /// Left-right disparity (x_L − x_R), px, of what shall be sharp; above 0: nearer than the focus.
     #[arg(long, allow_negative_numbers = true)]
     disparity: f64,
-    /// Weight of each view in index order (2x2: B,A,D,C), separated by commas, such as 1,0,1,0; absent: all equal. Moves the bokeh.
+    /// Weight of each view in index order (2x2: B,A,D,C), separated by commas, such as 1,0,1,0; absent: all equal.
+    /// Moves the bokeh.
     #[arg(long, value_delimiter = ',')]
     weights: Option<Vec<f64>>,
     /// Lobes of the Lanczos kernel, 3 or 4.

@@ -1,4 +1,4 @@
-//! `qpalgo sai`: a mosaic in, one file a view and a sum out.
+//! `qpalgo sai`: a mosaic in, one file per view and a sum out.
 
 use std::path::PathBuf;
 
@@ -14,12 +14,13 @@ use quadpixel_algorithms::sai::Side;
 /// Arguments of `qpalgo sai`.
 #[derive(Clone, Debug, Args)]
 pub struct SaiArgs {
-    /// Sub-pixel mosaic (EXR, PNG, TIFF), EXR with one layer per view, or a sample's folder; integers are read as 0 to 1 of their
-    /// full scale where no description of the camera says otherwise.
+    /// Sub-pixel mosaic (EXR, PNG, TIFF), EXR with one layer per view, or a sample's folder; integers are read as 0 to
+    /// 1 of their full scale where no description of the camera says otherwise.
     raw: PathBuf,
     #[command(flatten)]
     source: CaptureArgs,
-    /// Folder to write: view_NAME for each sub-pixel; sum_L, sum_R, sum_T, sum_B (where there are two sides) and sum_all.
+    /// Folder to write: view_NAME for each sub-pixel; sum_L, sum_R, sum_T, sum_B (where there are two sides) and
+    /// sum_all.
     #[arg(long, short)]
     out: PathBuf,
     /// Kind of the files.

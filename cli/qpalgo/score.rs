@@ -19,8 +19,8 @@ pub struct ScoreArgs {
     estimate: PathBuf,
     /// True disparity, px, in any of these formats; NaN: no truth.
     truth: PathBuf,
-    /// One or two channels of ESTIMATE, separated by a comma, such as G.dx,G.dy (without names in the file: 0,1); absent: its only
-    /// channel, or its only dx and dy.
+    /// One or two channels of ESTIMATE, separated by a comma, such as G.dx,G.dy (without names in the file: 0,1);
+    /// absent: its only channel, or its only dx and dy.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     estimate_channels: Vec<String>,
     /// As many channels of TRUTH; or, of a sample's disparity.exr, left-right (x_L − x_R) or top-bottom (y_T − y_B).
@@ -29,8 +29,8 @@ pub struct ScoreArgs {
     /// Picture of TRUTH's size, 0 where it does not count; as a weight it enters AIWE.
     #[arg(long)]
     mask: Option<PathBuf>,
-    /// Place of ESTIMATE's numbers in TRUTH where they are fewer, px: the first one's row and column, and the distance to the
-    /// next, as `qpalgo disparity` prints them; absent: both are of one size.
+    /// Place of ESTIMATE's numbers in TRUTH where they are fewer, px: the first one's row and column, and the distance
+    /// to the next, as `qpalgo disparity` prints them; absent: both are of one size.
     #[arg(long, value_name = "FIRST,STRIDE")]
     grid: Option<Nodes>,
     /// Prints one JSON object on stdout.

@@ -18,7 +18,8 @@ const TOLD_EVERY: Duration = Duration::from_secs(10);
 pub struct CheckArgs {
     /// Folder of the dataset.
     folder: PathBuf,
-    /// Checks lengths and hashes only, as fast as the disk reads; absent: also that every picture decodes and keeps the rules.
+    /// Checks lengths and hashes only, as fast as the disk reads; absent: also that every picture decodes and keeps the
+    /// rules.
     #[arg(long)]
     hashes: bool,
     /// Prints one JSON object on stdout, and progress as one JSON object per line on stderr.

@@ -51,7 +51,8 @@ pub struct DatasetArgs {
 /// Makes a dataset or a part of one, and prints what was done.
 ///
 /// # Errors
-/// Bad arguments, a bad configuration, a folder of another one (2); a disk that fails, or a signal that ended the run (1).
+/// Bad arguments, a bad configuration, a folder of another one (2); a disk that fails, or a signal that ended the run
+/// (1).
 pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
     if args.print_config {
         print!("{DEFAULT_TOML}");

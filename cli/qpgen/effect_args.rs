@@ -6,8 +6,9 @@ use quadpixel::effects::{Choice, Tolerance};
 /// Arguments that choose the effects.
 #[derive(Args)]
 pub struct EffectArgs {
-    /// Effects that are simulated: auto (those whose absence would be seen), all, none, or a list separated by commas of pixel-diffraction, cra-variation,
-    /// dispersion, aberrations, vignetting, wavelengths, global-illumination, occlusion, noise; absent: as the file says, else auto.
+    /// Effects that are simulated: auto (those whose absence would be seen), all, none, or a list separated by commas
+    /// of pixel-diffraction, cra-variation, dispersion, aberrations, vignetting, wavelengths, global-illumination,
+    /// occlusion, noise; absent: as the file says, else auto.
     #[arg(long, value_name = "auto|all|none|LIST")]
     effects: Option<Choice>,
     /// With auto: root-mean-square difference, in % of the signal, below which an effect is left out [default: 0.5].

@@ -24,7 +24,8 @@ use quadpixel::command::CommandError;
 use quadpixel_cli::log::{Level, Log};
 use quadpixel_cli::process::{exit_on_closed_pipe, use_threads};
 
-/// Simulates cameras whose pixels see the pupil in parts (dual-pixel, quad-pixel, m×n) and makes training data with them.
+/// Simulates cameras whose pixels see the pupil in parts (dual-pixel, quad-pixel, m×n) and makes training data with
+/// them.
 #[derive(Parser)]
 #[command(version, propagate_version = true)]
 struct Cli {

@@ -16,7 +16,8 @@ pub struct MergeArgs {
     /// Folder of the dataset: the --out of the shards.
     #[arg(default_value = "out")]
     out: PathBuf,
-    /// Folders of shards that lie elsewhere; they are copied. Absent: the shards in the dataset's folder, which are moved.
+    /// Folders of shards that lie elsewhere; they are copied. Absent: the shards in the dataset's folder, which are
+    /// moved.
     #[arg(long, num_args = 1.., value_name = "FOLDER")]
     from: Vec<PathBuf>,
     /// Prints one JSON object on stdout at the end, and progress as one JSON object per line on stderr.

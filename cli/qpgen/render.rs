@@ -25,7 +25,8 @@ pub const DEFAULT_TOML: &str = include_str!("scene.toml");
 /// Arguments of `qpgen render`.
 #[derive(Args)]
 pub struct RenderArgs {
-    /// Recipe of lens, sensor, response and cards (TOML, see --print-scene), or the meta.json of a sample; absent: the built-in one.
+    /// Recipe of lens, sensor, response and cards (TOML, see --print-scene), or the meta.json of a sample; absent: the
+    /// built-in one.
     scene: Option<PathBuf>,
     /// New folder to write, with the files of a dataset's sample.
     #[arg(long, short, default_value = "render")]
@@ -40,8 +41,8 @@ pub struct RenderArgs {
     /// Writes the radiance of every ray to this file (.npz), for --from-rays.
     #[arg(long, value_name = "FILE")]
     keep_rays: Option<PathBuf>,
-    /// Traces nothing and takes the rays of a --keep-rays file. The recipe may differ from that of the file in its response, sub-pixels,
-    /// microlens shift, readout and exposure.
+    /// Traces nothing and takes the rays of a --keep-rays file. The recipe may differ from that of the file in its
+    /// response, sub-pixels, microlens shift, readout and exposure.
     #[arg(long, value_name = "FILE", conflicts_with = "keep_rays")]
     from_rays: Option<PathBuf>,
     /// Prints one JSON object on stdout at the end.

@@ -73,13 +73,15 @@ pub struct SceneArgs {
     /// Equirectangular panorama (.exr, .hdr) that lights it.
     #[arg(long)]
     panorama: Option<String>,
-    /// Even radiance of the surroundings, or factor on the panorama; absent: 1 where nothing in the file shines, else 0.
+    /// Even radiance of the surroundings, or factor on the panorama; absent: 1 where nothing in the file shines,
+    /// else 0.
     #[arg(long)]
     sky: Option<f32>,
     /// Largest number of surfaces that a path of light may meet.
     #[arg(long, default_value_t = PathSettings::default().max_bounces)]
     max_bounces: u32,
-    /// Exposure in stops (0: a white wall of radiance 1 gives a sum of 1); absent: so that 95 % of the picture is below 0.8.
+    /// Exposure in stops (0: a white wall of radiance 1 gives a sum of 1); absent: so that 95 % of the picture is below
+    /// 0.8.
     #[arg(long, allow_negative_numbers = true)]
     pub exposure_ev: Option<f64>,
 }

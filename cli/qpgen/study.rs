@@ -21,8 +21,9 @@ pub struct StudyArgs {
     /// What to study.
     #[arg(value_enum)]
     kind: Kind,
-    /// Pixels of the rejection and size studies, separated by commas, or the one of the cra, flat-field, corrected and mosaic studies: built-in names or
-    /// TOML files; absent: 3.5um-roc3.5,3.5um, or 3.5um,1.6um (size), 3.5um-thin-filter (cra), 1.6um (flat-field, corrected), 1.6um-bayer (mosaic).
+    /// Pixels of the rejection and size studies, separated by commas, or the one of the cra, flat-field, corrected and
+    /// mosaic studies: built-in names or TOML files; absent: 3.5um-roc3.5,3.5um, or 3.5um,1.6um (size),
+    /// 3.5um-thin-filter (cra), 1.6um (flat-field, corrected), 1.6um-bayer (mosaic).
     #[arg(long, value_delimiter = ',')]
     pixel: Vec<String>,
     /// Of the flat-field study: lens shifts per pitch, a multiple of 8.
@@ -42,7 +43,8 @@ pub struct StudyArgs {
     /// Largest angle of incidence, deg, from the chief ray.
     #[arg(long, default_value_t = 50.0)]
     theta_max_deg: f64,
-    /// Folder for KIND.csv and KIND.svg (of flat-field a .png, of size a .jpg), also KIND-ranges.csv, or cra-shifts.csv. While the study runs: KIND.partial, from which a killed study goes on.
+    /// Folder for KIND.csv and KIND.svg (of flat-field a .png, of size a .jpg), also KIND-ranges.csv, or
+    /// cra-shifts.csv. While the study runs: KIND.partial, from which a killed study goes on.
     #[arg(long, default_value = "study")]
     out: PathBuf,
     /// Prints one JSON object on stdout.
@@ -68,13 +70,13 @@ enum Kind {
     FlatField,
     /// Exact runs spent against error left, of the corrected wave model.
     Corrected,
-    /// The alphabet chart 500 mm away, focus at 750 mm, by each pixel, classic and diffractive: views, their difference, and the disparity per pixel of
-    /// defocus (Fig. 12).
+    /// The alphabet chart 500 mm away, focus at 750 mm, by each pixel, classic and diffractive: views, their
+    /// difference, and the disparity per pixel of defocus (Fig. 12).
     Size,
     /// Tungsten walls on the 2.8 µm pixel (Fig. 3(b)); needs a vector model.
     Tungsten,
-    /// Crosstalk under a mosaic of colour filters against the period of one colour, the paper's worst case; needs a vector model: qpgen study mosaic
-    /// --model rcwa --preset draft --theta-step-deg 5.
+    /// Crosstalk under a mosaic of colour filters against the period of one colour, the paper's worst case; needs a
+    /// vector model: qpgen study mosaic --model rcwa --preset draft --theta-step-deg 5.
     Mosaic,
 }
 

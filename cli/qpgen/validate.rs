@@ -117,8 +117,9 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// Polar plots of the first right, lower sub-pixel's response (A of a 2×2 pixel): put in, experiments 1 and 2, and below the
-/// differences. Radius: θ up to `theta_max_deg`; φ = 0 to the right, counted towards +y of the sensor, which is stored downwards.
+/// Polar plots of the first right, lower sub-pixel's response (A of a 2×2 pixel): put in, experiments 1 and 2, and
+/// below the differences. Radius: θ up to `theta_max_deg`; φ = 0 to the right, counted towards +y of the sensor, which
+/// is stored downwards.
 fn plots(
     response: &AngularResponse,
     subpixels: Subpixels,

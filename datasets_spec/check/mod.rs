@@ -1,5 +1,5 @@
-//! Checks a whole dataset: manifest, hashes, splits, and every sample. Nothing here panics on any content of a file, and
-//! nothing is read outside the dataset's folder.
+//! Checks a whole dataset: manifest, hashes, splits, and every sample. Nothing here panics on any content of a file,
+//! and nothing is read outside the dataset's folder.
 
 mod mosaic;
 mod pixels;
@@ -69,14 +69,14 @@ type Contents = BTreeMap<String, Option<Vec<u8>>>;
 /// What `dataset.json` lists below one folder: names there, and entries.
 type Listed<'a> = Vec<(&'a str, &'a FileEntry)>;
 
-/// Reads the dataset at `root` on all threads, one sample a thread, and lists everything that breaks SPEC.md in the order of the
-/// samples; `progress` is called after each file.
+/// Reads the dataset at `root` on all threads, one sample per thread, and lists everything that breaks SPEC.md in the
+/// order of the samples; `progress` is called after each file.
 pub fn check_dataset(root: &Path, progress: &mut (dyn FnMut(Progress) + Send)) -> Report {
     check_to(Depth::Pixels, root, progress)
 }
 
-/// As [`check_dataset`], without a look at the pixels: the files that `dataset.json` lists and no other are there, with their lengths
-/// and hashes, and the descriptions and split lists are in order. As fast as the disk.
+/// As [`check_dataset`], without a look at the pixels: the files that `dataset.json` lists and no other are there, with
+/// their lengths and hashes, and the descriptions and split lists are in order. As fast as the disk.
 pub fn check_hashes(root: &Path, progress: &mut (dyn FnMut(Progress) + Send)) -> Report {
     check_to(Depth::Hashes, root, progress)
 }

@@ -1,4 +1,5 @@
-//! The rules on the colour-filter mosaic: its levels are those of the files that it is picked from, and so is every code.
+//! The rules on the colour-filter mosaic: its levels are those of the files that it is picked from, and so is every
+//! code.
 
 use std::collections::BTreeMap;
 

@@ -1,7 +1,8 @@
-//! The rules on pixel values: ranges, NaN exactly where `valid.png` is 0, views that add up to the sum, and the raw mosaic
-//! that holds the views.
+//! The rules on pixel values: ranges, NaN exactly where `valid.png` is 0, views that add up to the sum, and the raw
+//! mosaic that holds the views.
 //!
-//! Rounding allowed: half precision ½ ulp of each number (2⁻¹¹ relative, 2⁻²⁵ absolute), the mosaic's 16-bit code ½ step.
+//! Rounding allowed: half precision ½ ulp of each number (2⁻¹¹ relative, 2⁻²⁵ absolute), the mosaic's 16-bit code ½
+//! step.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +17,8 @@ const HALF_ABSOLUTE: f64 = 1.0 / 33_554_432.0;
 /// The f32 arithmetic of the writer.
 const FLOAT_RELATIVE: f64 = 1e-6;
 
-/// What is wrong with the pictures, by file. Pictures that could not be read are left out, and so are the rules on them.
+/// What is wrong with the pictures, by file. Pictures that could not be read are left out, and so are the rules on
+/// them.
 pub(super) fn check(
     meta: &SampleMeta,
     pictures: &BTreeMap<FileKind, Planes>,

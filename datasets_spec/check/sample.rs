@@ -10,8 +10,8 @@ use crate::manifest::{FileEntry, SampleEntry};
 use crate::sample::{FileKind, RawFormat, SampleFile, SampleMeta};
 use crate::{parse, paths};
 
-/// Adds to `report` what is wrong with a sample, and gives the hash of its configuration. `listed` is what `dataset.json` says of
-/// its files, `contents` what was read of them.
+/// Adds to `report` what is wrong with a sample, and gives the hash of its configuration. `listed` is what
+/// `dataset.json` says of its files, `contents` what was read of them.
 pub(super) fn check(
     entry: &SampleEntry,
     folder: &str,

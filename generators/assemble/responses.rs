@@ -316,7 +316,8 @@ mod tests {
         assert_eq!(responses.take_warnings().len(), 1);
     }
 
-    /// `qpgen response --model rcwa --preset draft --shifts 4` makes the table that `preset = "draft"` and `shifts = 4` find.
+    /// `qpgen response --model rcwa --preset draft --shifts 4` makes the table that `preset = "draft"` and `shifts = 4`
+    /// find.
     #[test]
     fn a_dataset_finds_the_table_that_the_same_words_made() {
         let stack = PixelStack::builtin("1.6um").unwrap();

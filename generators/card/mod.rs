@@ -1,5 +1,5 @@
-//! The data card: `README.md` in a dataset says what it holds, under which licence, and how its quantities are distributed, with
-//! plots. Of the samples' descriptions alone, so the same samples give the same bytes.
+//! The data card: `README.md` in a dataset says what it holds, under which licence, and how its quantities are
+//! distributed, with plots. Of the samples' descriptions alone, so the same samples give the same bytes.
 
 mod histogram;
 

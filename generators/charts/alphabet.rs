@@ -1,4 +1,5 @@
-//! Tiles of running alphabet text, as the paper's "abcd" chart (Fig. 9c): letters are less artificial than straight lines.
+//! Tiles of running alphabet text, as the paper's "abcd" chart (Fig. 9c): letters are less artificial than straight
+//! lines.
 //!
 //! Each tile has its own tint, contrast, letter size, turn and polarity (dark on light, or the inverse).
 

@@ -1,8 +1,8 @@
-//! Dead leaves: opaque disks and rectangles whose radii follow r^−3, one upon another: the same statistics at every scale, edges and
-//! occlusions as in natural images (Lee, Mumford & Huang, IJCV 41, 35 (2001)).
+//! Dead leaves: opaque disks and rectangles whose radii follow r^−3, one upon another: the same statistics at every
+//! scale, edges and occlusions as in natural images (Lee, Mumford & Huang, IJCV 41, 35 (2001)).
 //!
-//! Radii have the density 2 a² b² / (b² − a²) r^−3 on [a, b], so r = (b^−2 + (a^−2 − b^−2)(1 − u))^(−1/2) for uniform u, and the mean
-//! area of a disk is π 2 a² b² / (b² − a²) ln(b/a).
+//! Radii have the density 2 a² b² / (b² − a²) r^−3 on [a, b], so r = (b^−2 + (a^−2 − b^−2)(1 − u))^(−1/2) for uniform
+//! u, and the mean area of a disk is π 2 a² b² / (b² − a²) ln(b/a).
 
 use super::error::{ChartError, side, within};
 use super::keyed::Key;

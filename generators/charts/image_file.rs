@@ -1,7 +1,8 @@
 //! Any image file as a chart.
 //!
-//! Code values are read as sRGB (8 and 16 bit) or linear (float TIFF); transparent parts show a grey of 0.2. The largest
-//! centred square is cropped and resampled in linear light to the asked side by a triangle filter, as wide as the coarser grid.
+//! Code values are read as sRGB (8 and 16 bit) or linear (float TIFF); transparent parts show a grey of 0.2. The
+//! largest centred square is cropped and resampled in linear light to the asked side by a triangle filter, as wide as
+//! the coarser grid.
 
 use super::error::{ChartError, side};
 use image::metadata::Orientation;
@@ -21,7 +22,7 @@ const LARGEST_BYTES: u64 = 16384 * 16384 * 8;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ImageFile {
-    /// A PNG, JPEG or TIFF file of at most 16384 pixels a side.
+    /// A PNG, JPEG or TIFF file of at most 16384 pixels per side.
     pub path: PathBuf,
 }
 

@@ -22,7 +22,8 @@ pub(super) struct Lettering {
     units_per_em: f32,
 }
 
-/// Where a text stands: the start of its base line in texels, its em height in texels, and its turn (radians, from x to y).
+/// Where a text stands: the start of its base line in texels, its em height in texels, and its turn (radians, from x to
+/// y).
 #[derive(Clone, Copy)]
 pub(super) struct Placement {
     pub(super) origin: [f32; 2],

@@ -1,8 +1,8 @@
 //! Outlines of cards that stand in the way: binary, so that an occluding edge is one depth or the other.
 //!
-//! The shape lies in the unit square (s right, t down), turned by a random angle about its middle; x, y below are from there. Round
-//! shapes are inside r < R(θ); the blob's contour is the Fourier series R = R₀ (1 + Σ a_k cos(kθ + φ_k)), k = 2..7, a_k ∝ 1/k, scaled
-//! to stay in the square.
+//! The shape lies in the unit square (s right, t down), turned by a random angle about its middle; x, y below are from
+//! there. Round shapes are inside r < R(θ); the blob's contour is the Fourier series R = R₀ (1 + Σ a_k cos(kθ + φ_k)),
+//! k = 2..7, a_k ∝ 1/k, scaled to stay in the square.
 
 use super::error::{ChartError, side};
 use super::keyed::Key;
@@ -74,7 +74,7 @@ impl Mask {
         })
     }
 
-    /// Draws the outline, `size_px` texels a side (1..=16384). The same seed gives the same bytes.
+    /// Draws the outline, `size_px` texels per side (1..=16384). The same seed gives the same bytes.
     pub fn generate(self, seed: u64, size_px: usize) -> Result<Coverage, ChartError> {
         side(size_px)?;
         let key = Key::new(seed, self.name());

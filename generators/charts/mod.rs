@@ -1,9 +1,9 @@
 //! Flat charts, randomised from one seed.
 //!
-//! A [`ChartSpec`] (the `kind` and its parameters, as in a configuration file) is drawn as a square [`Texture`] of linear
-//! reflectance in 0..=1. The same specification, seed and size give the same bytes on any number of threads: random
-//! numbers are keyed hashes. Lengths are shares of the side, so that a chart is the same picture at every size (white noise and the
-//! cutoff of noise, in texels, are not).
+//! A [`ChartSpec`] (the `kind` and its parameters, as in a configuration file) is drawn as a square [`Texture`] of
+//! linear reflectance in 0..=1. The same specification, seed and size give the same bytes on any number of threads:
+//! random numbers are keyed hashes. Lengths are shares of the side, so that a chart is the same picture at every size
+//! (white noise and the cutoff of noise, in texels, are not).
 
 mod alphabet;
 mod dead_leaves;
@@ -112,7 +112,8 @@ impl ChartSpec {
         Self::KINDS[index]
     }
 
-    /// Draws the chart, `size_px` texels a side (1..=16384). Fails on a parameter out of its range, or an unreadable image.
+    /// Draws the chart, `size_px` texels per side (1..=16384). Fails on a parameter out of its range, or an unreadable
+    /// image.
     pub fn generate(&self, seed: u64, size_px: usize) -> Result<Texture, ChartError> {
         match self {
             Self::Resolution(chart) => chart.draw(size_px),
@@ -128,7 +129,8 @@ impl ChartSpec {
     }
 }
 
-/// Draws the parameters of the chart named `kind` from `seed`. Fails on an unknown name, and on `image`, which needs a file.
+/// Draws the parameters of the chart named `kind` from `seed`. Fails on an unknown name, and on `image`, which needs a
+/// file.
 pub fn random_spec(kind: &str, seed: u64) -> Result<ChartSpec, ChartError> {
     let key = Key::new(seed, kind).with(1);
     Ok(match kind {

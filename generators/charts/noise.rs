@@ -1,9 +1,9 @@
 //! Gaussian noise, white or with a power spectrum 1/f^β.
 //!
-//! A field of standard deviation 1 is Re or Im of Σ_k A(k) z(k) exp(2πi k·x/N), with z(k) complex white normal numbers keyed by
-//! (seed, k), and A(k) = |k|^(−β/2) for 0 < |k|/N ≤ 1/cutoff, else 0. Re and Im are independent, so two transforms
-//! give R, G and B. The measured mean is exactly 0 and the measured variance is scaled to 1. White noise without a cutoff is drawn texel by
-//! texel. The reflectance is mean + contrast × field, clipped to 0.02..=0.98.
+//! A field of standard deviation 1 is Re or Im of Σ_k A(k) z(k) exp(2πi k·x/N), with z(k) complex white normal numbers
+//! keyed by (seed, k), and A(k) = |k|^(−β/2) for 0 < |k|/N ≤ 1/cutoff, else 0. Re and Im are independent, so two
+//! transforms give R, G and B. The measured mean is exactly 0 and the measured variance is scaled to 1. White noise
+//! without a cutoff is drawn texel by texel. The reflectance is mean + contrast × field, clipped to 0.02..=0.98.
 //!
 //! β = 2 is what natural images have (Field, JOSA A 4, 2379 (1987)).
 
@@ -138,7 +138,7 @@ impl Noise {
     /// A(k) z(k) for all frequencies k in the transform's order.
     fn spectrum(&self, key: Key, n: usize) -> Vec<Complex32> {
         let signed = |i: usize| i as i64 - if 2 * i > n { n as i64 } else { 0 };
-        // |k| in cycles a side.
+        // |k| in cycles per side.
         let highest = if self.cutoff_texels == 0.0 {
             f64::INFINITY
         } else {

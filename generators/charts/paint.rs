@@ -7,8 +7,9 @@ use quadpixel::scene::texture::Texture;
 use rayon::prelude::*;
 use std::f32::consts::{FRAC_2_PI, PI, TAU};
 
-/// Share of a texel that lies inside the half-plane whose edge is `d` texels from its centre (d > 0: centre inside), with the
-/// edge's unit normal `n`. Exact: the box integral of a step is quadratic where the edge cuts a corner, linear between.
+/// Share of a texel that lies inside the half-plane whose edge is `d` texels from its centre (d > 0: centre inside),
+/// with the edge's unit normal `n`. Exact: the box integral of a step is quadratic where the edge cuts a corner, linear
+/// between.
 #[inline]
 pub(super) fn edge_coverage(d: f32, n: [f32; 2]) -> f32 {
     let (a, b) = (n[0].abs().max(n[1].abs()), n[0].abs().min(n[1].abs()));
@@ -28,9 +29,10 @@ pub(super) fn edge_coverage(d: f32, n: [f32; 2]) -> f32 {
 
 /// A square wave as a raster can hold it: 1 where cos(2π phase) > 0, else 0, averaged over a texel.
 ///
-/// `frequency` in cycles per texel along the unit vector `n`. Wide stripes have exact edges. From 24 to 12 texels a period they
-/// pass over to the Fourier series of the box-filtered wave, Σ (2/π) (−1)^k/(2k+1) sinc(q) cos(2π (2k+1) phase) at q = (2k+1)
-/// frequency, each harmonic faded out from q = 0.35 to Nyquist's 0.5: beyond Nyquist there is grey, never an alias.
+/// `frequency` in cycles per texel along the unit vector `n`. Wide stripes have exact edges. From 24 to 12 texels per
+/// period they pass over to the Fourier series of the box-filtered wave, Σ (2/π) (−1)^k/(2k+1) sinc(q) cos(2π (2k+1)
+/// phase) at q = (2k+1) frequency, each harmonic faded out from q = 0.35 to Nyquist's 0.5: beyond Nyquist there is
+/// grey, never an alias.
 #[inline]
 pub(super) fn square_wave(phase: f32, frequency: f32, n: [f32; 2]) -> f32 {
     let phase = phase - phase.round();
@@ -82,8 +84,8 @@ pub(super) struct Band<'a, const C: usize> {
     texels: &'a mut [[f32; C]],
 }
 
-/// A square canvas filled with `background`, painted by `paint` band by band (in parallel), as a texture. `paint` must draw
-/// the same shapes on each band.
+/// A square canvas filled with `background`, painted by `paint` band by band (in parallel), as a texture. `paint` must
+/// draw the same shapes on each band.
 pub(super) fn canvas<const C: usize>(
     size: usize,
     background: [f32; C],

@@ -7,7 +7,8 @@ use quadpixel::scene::texture::Texture;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Parameters of the `slanted-edge` chart: a straight edge through the middle, dark on the left, for the e-SFR of ISO 12233.
+/// Parameters of the `slanted-edge` chart: a straight edge through the middle, dark on the left, for the e-SFR of
+/// ISO 12233.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SlantedEdge {
@@ -54,7 +55,8 @@ impl SlantedEdge {
     }
 }
 
-/// Parameters of the `siemens-star` chart: a disk of equal dark and light sectors, grey where they are finer than the raster.
+/// Parameters of the `siemens-star` chart: a disk of equal dark and light sectors, grey where they are finer than the
+/// raster.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SiemensStar {
@@ -165,8 +167,8 @@ impl Checkerboard {
         let (sin, cos) = self.slant_deg.to_radians().sin_cos();
         let cycles_per_texel = 0.5 * self.squares / size_px as f64;
         let middle = 0.5 * size_px as f64;
-        // The middle of the board is `squares`/2 squares from its corner, where a light square begins a quarter cycle before
-        // the crest of the wave.
+        // The middle of the board is `squares`/2 squares from its corner, where a light square begins a quarter cycle
+        // before the crest of the wave.
         let start = 0.25 * self.squares - 0.25;
         let (n, m) = ([cos as f32, sin as f32], [-sin as f32, cos as f32]);
         let frequency = cycles_per_texel as f32;

@@ -42,8 +42,8 @@ pub struct WorldFileConfig {
     /// Length of the files' unit, mm; absent: 1000.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit_mm: Option<f64>,
-    /// Names of cameras in the files: one is drawn a sample, and its place is the lens's; empty: the middle of everything stands on the axis,
-    /// as the numbers below say.
+    /// Names of cameras in the files: one is drawn a sample, and its place is the lens's; empty: the middle of
+    /// everything stands on the axis, as the numbers below say.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cameras: Vec<String>,
     /// Depth of the middle as a multiple of the focused depth.
@@ -61,7 +61,8 @@ pub struct WorldFileConfig {
     /// Equirectangular panoramas (`.exr`, `.hdr`) that light it: one is drawn a sample; empty: an even sky.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub panoramas: Vec<String>,
-    /// Radiance of the even sky, or factor of the panorama; absent: 1 where nothing in the file shines (and for panoramas), else 0.
+    /// Radiance of the even sky, or factor of the panorama; absent: 1 where nothing in the file shines (and for
+    /// panoramas), else 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sky: Option<Draw>,
 }

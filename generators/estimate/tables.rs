@@ -17,7 +17,8 @@ use crate::recipes::Recipes;
 /// Directions of a response table from the axis that are timed.
 const STEPS: usize = 4;
 
-/// Seconds that the response tables which are not kept yet will take. Until they are made, coarse ones of the same pixels stand in for them in `responses`.
+/// Seconds that the response tables which are not kept yet will take. Until they are made, coarse ones of the same
+/// pixels stand in for them in `responses`.
 pub(super) fn seconds_of_missing(
     config: &DatasetConfig,
     recipes: &Recipes,

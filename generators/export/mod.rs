@@ -1,6 +1,7 @@
 //! A dataset in the layouts that published training code reads.
 //!
-//! An export is made beside its name and renamed when it is whole; every file of the dataset is held to its hash on the way.
+//! An export is made beside its name and renamed when it is whole; every file of the dataset is held to its hash on the
+//! way.
 
 mod dpdd;
 mod error;
@@ -23,9 +24,11 @@ use source::{Sample, Source};
 #[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
-    /// `{train,val,test}_{c,l,r}/{source,target}/NAME.png`, 16-bit sRGB: sum, left and right half; the all-in-focus target.
+    /// `{train,val,test}_{c,l,r}/{source,target}/NAME.png`, 16-bit sRGB: sum, left and right half; the all-in-focus
+    /// target.
     Dpdd,
-    /// `{set}_{c,l,r,t,b}/source/seq_NNN/NAME.png`, 8-bit sRGB, and `{set}_c/target_disp/seq_NNN/NAME.npy`, x_L − x_R in px.
+    /// `{set}_{c,l,r,t,b}/source/seq_NNN/NAME.png`, 8-bit sRGB, and `{set}_c/target_disp/seq_NNN/NAME.npy`, x_L − x_R
+    /// in px.
     Qpdnet,
     /// `{set}-NNNNNN.tar` of `NAME.FILE` members, the dataset's own files, with a wids index `{set}.json`.
     Webdataset,
@@ -91,7 +94,8 @@ impl Written {
 /// Exports the dataset in the folder `dataset` into the new folder `out`.
 ///
 /// # Errors
-/// A folder that is no dataset or a file that differs from its hash, or a disk that fails. Nothing is left under the name then.
+/// A folder that is no dataset or a file that differs from its hash, or a disk that fails. Nothing is left under the
+/// name then.
 pub fn export(
     dataset: &Path,
     out: &Path,

@@ -1,5 +1,6 @@
-//! QPDNet (Z. Wu et al., BMVC 2024): `{set}_{c,l,r,t,b}/source/seq_NNN/NAME.png` and `{set}_c/target_disp/seq_NNN/NAME.npy`. Its loader sorts
-//! each folder, takes 8-bit pictures in the order c, l, r, t, b, and trains on flow = −disparity where that is below 512 px.
+//! QPDNet (Z. Wu et al., BMVC 2024): `{set}_{c,l,r,t,b}/source/seq_NNN/NAME.png` and
+//! `{set}_c/target_disp/seq_NNN/NAME.npy`. Its loader sorts each folder, takes 8-bit pictures in the order c, l, r, t,
+//! b, and trains on flow = −disparity where that is below 512 px.
 
 use std::collections::BTreeMap;
 use std::path::Path;

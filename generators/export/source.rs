@@ -115,8 +115,8 @@ impl Sample<'_> {
             .ok_or_else(|| self.lacks("target.exr", "a layer"))
     }
 
-    /// The sum of all sub-pixels and the parts of the pupil asked for, linear, each part scaled by all over its own sub-pixels: a gray wall
-    /// is equally bright in all of them.
+    /// The sum of all sub-pixels and the parts of the pupil asked for, linear, each part scaled by all over its own
+    /// sub-pixels: a gray wall is equally bright in all of them.
     pub fn parts(&self, noisy: bool, sides: &[Side]) -> Result<Vec<Image>, ExportError> {
         let name = if noisy {
             "noisy_views.exr"

@@ -1,5 +1,6 @@
-//! WebDataset: tar shards whose members `KEY.EXT` of one sample stand side by side, here with the dataset's own files (`000003.views.exr`), and a
-//! `wids` index (version 1) a split. The bytes of a shard depend on its samples alone: no time, no user.
+//! WebDataset: tar shards whose members `KEY.EXT` of one sample stand side by side, here with the dataset's own files
+//! (`000003.views.exr`), and a `wids` index (version 1) a split. The bytes of a shard depend on its samples alone: no
+//! time, no user.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};

@@ -16,7 +16,7 @@ pub struct Sheet {
     pub rgb: Vec<u8>,
 }
 
-/// Width of a character with its gap, px a unit of scale.
+/// Width of a character with its gap, px per unit of scale.
 pub(super) const ADVANCE: usize = 6;
 
 impl Sheet {
@@ -51,8 +51,8 @@ impl Sheet {
         }
     }
 
-    /// An image fitted into the square of `side` px at (x, y), centred; enlarged by whole source pixels' copies, reduced by
-    /// box averages. `colour` turns a pixel's averaged channels into sRGB.
+    /// An image fitted into the square of `side` px at (x, y), centred; enlarged by whole source pixels' copies,
+    /// reduced by box averages. `colour` turns a pixel's averaged channels into sRGB.
     pub fn picture(
         &mut self,
         (x, y, side): (usize, usize, usize),

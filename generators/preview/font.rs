@@ -1,6 +1,7 @@
 //! A 5×7 bitmap font of capitals, digits and a few signs, so that numbers can be drawn without a font file.
 
-/// Columns of a glyph, left to right; bit 0 is the top row. Small letters are drawn as capitals, unknown ones as a blank.
+/// Columns of a glyph, left to right; bit 0 is the top row. Small letters are drawn as capitals, unknown ones as a
+/// blank.
 pub fn glyph(c: char) -> [u8; 5] {
     let c = c.to_ascii_uppercase();
     match GLYPHS.iter().find(|(known, _)| *known == c) {

@@ -6,8 +6,9 @@
 //! depth          x_L − x_R           circle of conf.    occlusion
 //! ```
 //!
-//! Light is shown as stored (1 = white) through the sRGB curve, a view multiplied by the number of sub-pixels. Depth colours
-//! are linear in 1/z, near is yellow; signed maps are blue (negative), white (0), red (positive) on a symmetric scale.
+//! Light is shown as stored (1 = white) through the sRGB curve, a view multiplied by the number of sub-pixels. Depth
+//! colours are linear in 1/z, near is yellow; signed maps are blue (negative), white (0), red (positive) on a symmetric
+//! scale.
 
 pub mod canvas;
 mod font;
@@ -39,7 +40,7 @@ const LEAST_SCALE_PX: f32 = 0.1;
 pub struct Pictures<'a> {
     /// For the title.
     pub description: &'a Description,
-    /// One view a sub-pixel in stored order.
+    /// One view per sub-pixel in stored order.
     pub views: &'a [Image],
     /// Their sum.
     pub sum: &'a Image,

@@ -1,7 +1,8 @@
 //! A world from a glTF, GLB or OBJ file, placed before the camera.
 //!
-//! By one of the file's cameras: its place becomes the first lens vertex, its −z the axis. Otherwise the middle of the box around
-//! everything is put on the axis at a distance, seen from its +z side (glTF's front) after the turns asked for.
+//! By one of the file's cameras: its place becomes the first lens vertex, its −z the axis. Otherwise the middle of the
+//! box around everything is put on the axis at a distance, seen from its +z side (glTF's front) after the turns asked
+//! for.
 
 use super::error::SceneError;
 use crate::field_error::FieldError;
@@ -25,7 +26,8 @@ pub struct FileWorld {
     /// Length of the file's unit, mm; absent: 1000.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit_mm: Option<f64>,
-    /// Name of the file's camera; absent: the first, or placed by the numbers below where `distance_mm` is given or there is none.
+    /// Name of the file's camera; absent: the first, or placed by the numbers below where `distance_mm` is given or
+    /// there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera: Option<String>,
     /// Depth of the middle, mm.
@@ -43,8 +45,8 @@ pub struct FileWorld {
     /// Equirectangular panorama, `.exr` or `.hdr`, that lights the world; absent: `sky`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub panorama: Option<String>,
-    /// Even linear RGB radiance of the surroundings, or a factor of the panorama's; absent: 1 where nothing in the file shines (and
-    /// for panoramas), else 0.
+    /// Even linear RGB radiance of the surroundings, or a factor of the panorama's; absent: 1 where nothing in the file
+    /// shines (and for panoramas), else 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sky: Option<f32>,
 }

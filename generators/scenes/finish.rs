@@ -7,8 +7,8 @@ use super::error::SceneError;
 use super::pictures::{KINDS, colour, lace, picture};
 use crate::charts::keyed::Key;
 
-/// Reflectance at normal incidence of metals, linear RGB: iron, copper, gold, aluminium, silver (from tabulated n and k:
-/// P. B. Johnson and R. W. Christy (1972, 1974); A. D. Rakić (1995), rounded to two digits).
+/// Reflectance at normal incidence of metals, linear RGB: iron, copper, gold, aluminium, silver (from tabulated n and
+/// k: P. B. Johnson and R. W. Christy (1972, 1974); A. D. Rakić (1995), rounded to two digits).
 const METALS: [[f32; 3]; 5] = [
     [0.56, 0.57, 0.58],
     [0.95, 0.64, 0.54],

@@ -1,8 +1,9 @@
-//! Worlds made from a seed: rooms, table-tops and flying shapes, in front of any camera and over a depth range around its focus.
+//! Worlds made from a seed: rooms, table-tops and flying shapes, in front of any camera and over a depth range around
+//! its focus.
 //!
-//! A world fits the view: its size follows from the window's field of view and the depths asked for, so a narrow window sees a model
-//! room and a wide one a real one. Everything is drawn from the numbers of [`Drawn`] and the camera; the same numbers and
-//! camera give the same world.
+//! A world fits the view: its size follows from the window's field of view and the depths asked for, so a narrow window
+//! sees a model room and a wide one a real one. Everything is drawn from the numbers of [`Drawn`] and the camera; the
+//! same numbers and camera give the same world.
 
 mod builder;
 mod error;

@@ -1,7 +1,7 @@
 //! Pictures for surfaces, drawn from a seed: charts of [`crate::charts`], and wood, stone, cloth, tiles and stripes.
 //!
-//! Patterns are sums of value noise (a hashed lattice with smooth interpolation) that repeats with the picture, so that it can be
-//! laid side by side.
+//! Patterns are sums of value noise (a hashed lattice with smooth interpolation) that repeats with the picture, so that
+//! it can be laid side by side.
 
 use std::sync::Arc;
 
@@ -72,7 +72,7 @@ fn mix(a: [f32; 3], b: [f32; 3], t: f64) -> [f32; 3] {
     std::array::from_fn(|c| a[c] + (b[c] - a[c]) * t)
 }
 
-/// Value noise in 0..1 with `cells` lattice cells a side, periodic.
+/// Value noise in 0..1 with `cells` lattice cells per side, periodic.
 fn noise(key: Key, u: f64, v: f64, cells: u64) -> f64 {
     let (x, y) = (u * cells as f64, v * cells as f64);
     let (i, j) = (x.floor(), y.floor());

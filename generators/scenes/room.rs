@@ -1,7 +1,8 @@
 //! A room: floor, walls, ceiling lights, furniture on the floor, pictures and shelves on the walls, lamps.
 //!
-//! Its floor runs from below the view at the near depth to a back wall at the far depth, its side walls stand where the view's
-//! edges meet the far depth. Metres of the furniture are scaled so that a chair is a third of the view high at the far wall.
+//! Its floor runs from below the view at the near depth to a back wall at the far depth, its side walls stand where the
+//! view's edges meet the far depth. Metres of the furniture are scaled so that a chair is a third of the view high at
+//! the far wall.
 
 use std::f64::consts::TAU;
 
@@ -26,7 +27,7 @@ const HEIGHT_M: f64 = 2.8;
 /// The room's frame: x right, y up, z towards the camera, origin where the middle of the floor meets the back wall.
 struct Frame {
     camera_from_room: DAffine3,
-    /// mm a metre of the room.
+    /// mm per metre of the room.
     scale: f64,
     half_width_m: f64,
     length_m: f64,

@@ -1,7 +1,8 @@
 //! Surfaces built from their equations, mm, y up, and the solids of a toy box.
 //!
-//! A patch is a map (u, v) ∈ [0, 1]² → point, sampled on a grid; normals are ∂p/∂u × ∂p/∂v by central differences of the map
-//! itself, turned outwards by the caller's choice of direction. Triangles run counter-clockwise seen from their front.
+//! A patch is a map (u, v) ∈ [0, 1]² → point, sampled on a grid; normals are ∂p/∂u × ∂p/∂v by central differences of
+//! the map itself, turned outwards by the caller's choice of direction. Triangles run counter-clockwise seen from their
+//! front.
 
 use std::f64::consts::{PI, TAU};
 
@@ -88,7 +89,8 @@ impl Shape {
         self.moved(DAffine3::from_translation(offset))
     }
 
-    /// The volume it encloses, if it is closed: Σ a · (b × c)/6 (the divergence theorem); positive when its fronts are outside.
+    /// The volume it encloses, if it is closed: Σ a · (b × c)/6 (the divergence theorem); positive when its fronts are
+    /// outside.
     #[cfg(test)]
     pub fn volume(&self) -> f64 {
         let corners = self
@@ -162,8 +164,8 @@ pub(super) fn torus(major: f64, minor: f64, cells: usize) -> Shape {
     })
 }
 
-/// A surface of revolution about y: `profile` lists (radius, height) from below to above along its outside; a corner that is
-/// to be sharp is listed twice.
+/// A surface of revolution about y: `profile` lists (radius, height) from below to above along its outside; a corner
+/// that is to be sharp is listed twice.
 pub(super) fn lathe(profile: &[(f64, f64)], cells: usize) -> Shape {
     let mut shape = Shape::default();
     for part in profile.chunk_by(|a, b| a != b) {

@@ -1,7 +1,7 @@
 //! A still life on a table, a lamp panel above, a wall behind.
 //!
-//! The table's plane goes through the lower edge of the view at the near depth and meets the wall at the far depth a third of
-//! the way up: the camera looks down on it by what that makes.
+//! The table's plane goes through the lower edge of the view at the near depth and meets the wall at the far depth a
+//! third of the way up: the camera looks down on it by what that makes.
 
 use std::f64::consts::TAU;
 

@@ -131,8 +131,8 @@ mod tests {
 
     #[test]
     fn a_closed_tube_has_the_volume_of_its_section_times_its_length() {
-        // Pappus: a tube along a closed planar circle; the polygon of 64 corners lacks 0.16 % of the circle's area, that of
-        // 96 along 0.07 % of its length.
+        // Pappus: a tube along a closed planar circle; the polygon of 64 corners lacks 0.16 % of the circle's area,
+        // that of 96 along 0.07 % of its length.
         let ring = |t: f64| {
             let (sin, cos) = (TAU * t).sin_cos();
             DVec3::new(5.0 * cos, 0.0, 5.0 * sin)

@@ -79,7 +79,8 @@ fn a_filling_card_is_all_that_the_window_sees_tilted_or_not_near_or_far() {
             };
             let seen = render(&camera, &scene, &settings).image.sum();
             let brightest = seen.data().iter().copied().fold(0.0, f32::max);
-            // Radiance 0.5 over the solid angle of an F/2.5 lens is 0.06; one ray of the environment adds 50/256 of that.
+            // Radiance 0.5 over the solid angle of an F/2.5 lens is 0.06; one ray of the environment adds 50/256 of
+            // that.
             assert!(
                 brightest > 0.01 && brightest < 0.065,
                 "{lens} {window} {distance} {tilts:?}: {brightest}"

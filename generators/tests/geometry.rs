@@ -1,4 +1,5 @@
-//! The numbers in `meta.json` against the pictures: SPEC.md's projection and its circle of confusion hold for what is rendered.
+//! The numbers in `meta.json` against the pictures: SPEC.md's projection and its circle of confusion hold for what is
+//! rendered.
 
 // because tests fail by panicking
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
@@ -65,7 +66,8 @@ fn the_pinhole_of_meta_json_projects_points_to_where_they_are_seen() {
             i.cy_px - i.fy_px * y * 1e-3 / d,
         );
         let seen = (sum.0 / total, sum.1 / total);
-        // Stopped down: open, coma moves the centroid by up to 0.1 px here. Distortion is below a thousandth at this field.
+        // Stopped down: open, coma moves the centroid by up to 0.1 px here. Distortion is below a thousandth at this
+        // field.
         assert!(
             (seen.0 - wanted.0).hypot(seen.1 - wanted.1) < 0.05,
             "{lens}: seen {seen:?}, wanted {wanted:?}"

@@ -1,4 +1,5 @@
-//! The end of a run: split lists, gallery, data card, and `dataset.json`, which is written last and makes the dataset whole.
+//! The end of a run: split lists, gallery, data card, and `dataset.json`, which is written last and makes the dataset
+//! whole.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -28,9 +29,9 @@ pub struct Dataset<'a> {
     pub count: u32,
 }
 
-/// Writes split lists, gallery, data card and manifest below `root`, which holds all samples, and removes what an interrupted run
-/// left in `samples/`. Lengths and hashes are those that the samples were written with: a file that changed since is found by the
-/// check.
+/// Writes split lists, gallery, data card and manifest below `root`, which holds all samples, and removes what an
+/// interrupted run left in `samples/`. Lengths and hashes are those that the samples were written with: a file that
+/// changed since is found by the check.
 pub fn finish_dataset(root: &Path, dataset: &Dataset<'_>) -> Result<DatasetManifest, WriteError> {
     let names: Vec<String> = (0..dataset.count)
         .map(paths::sample_name)
@@ -70,9 +71,9 @@ pub fn finish_dataset(root: &Path, dataset: &Dataset<'_>) -> Result<DatasetManif
     Ok(manifest)
 }
 
-/// Writes the gallery and the data card again, from the descriptions on disk, and brings their entries in `manifest` up to date;
-/// all other entries stay, so that damage to a sample is still found by the check. Without a manifest, the run is not at its end:
-/// the pages show the samples that there are.
+/// Writes the gallery and the data card again, from the descriptions on disk, and brings their entries in `manifest` up
+/// to date; all other entries stay, so that damage to a sample is still found by the check. Without a manifest, the run
+/// is not at its end: the pages show the samples that there are.
 ///
 /// # Errors
 /// A description that cannot be read, or the disk.

@@ -1,7 +1,7 @@
 //! A sample as bytes: every file's content, made in parallel, and the description that names them.
 //!
-//! Packing was chosen by measurement (256 × 256 pixels, one core): half images by PIZ (2.0 → 1.4 MB in 24 ms; ZIP 48 ms),
-//! float maps by ZIP (4.2 → 0.4 to 2.5 MB in 21 to 96 ms; PIZ 1.5 to 2.8 MB in 23 to 96 ms).
+//! Packing was chosen by measurement (256 × 256 pixels, one core): half images by PIZ (2.0 → 1.4 MB in 24 ms; ZIP 48
+//! ms), float maps by ZIP (4.2 → 0.4 to 2.5 MB in 21 to 96 ms; PIZ 1.5 to 2.8 MB in 23 to 96 ms).
 
 use std::path::Path;
 
@@ -102,7 +102,7 @@ struct Pictures<'a> {
 }
 
 impl Pictures<'_> {
-    /// A layer a sub-pixel.
+    /// A layer per sub-pixel.
     fn layers<'b>(&'b self, images: &'b [Image]) -> Vec<Layer<'b>> {
         let named = self.subpixels.iter().zip(images);
         named

@@ -1,7 +1,7 @@
 //! Writes one sample into the native layout (datasets_spec, SPEC.md), and finishes a dataset of them.
 //!
-//! A sample is written into `samples/.tmp-NNNNNN` and renamed to `samples/NNNNNN` when it is whole, so a folder under its
-//! final name is always complete and an interrupted run goes on where it stopped ([`found_sample`]).
+//! A sample is written into `samples/.tmp-NNNNNN` and renamed to `samples/NNNNNN` when it is whole, so a folder under
+//! its final name is always complete and an interrupted run goes on where it stopped ([`found_sample`]).
 
 mod dataset;
 mod encode;
@@ -25,7 +25,7 @@ pub use resume::{Found, found_sample};
 /// What a sample consists of. W × H pixels of m × n sub-pixels; every image has row 0 on top.
 #[derive(Clone, Debug)]
 pub struct SampleFiles<'a> {
-    /// The sub-pixel mosaic, m·W × n·H, linear, one channel a colour: finite and not negative.
+    /// The sub-pixel mosaic, m·W × n·H, linear, one channel per colour: finite and not negative.
     pub raw: &'a Image,
     /// How the mosaic is stored.
     pub raw_encoding: RawEncoding,
@@ -69,7 +69,7 @@ pub struct NoisyFiles<'a> {
     pub codes: &'a Image,
     /// Their linear values.
     pub linear: &'a Image,
-    /// What a white wall gives on each sub-pixel, in stored order: W × H, one channel a colour.
+    /// What a white wall gives on each sub-pixel, in stored order: W × H, one channel per colour.
     pub shading: &'a [Image],
 }
 
@@ -182,8 +182,8 @@ pub fn configuration_hash(configuration: &serde_json::Value) -> String {
 
 /// Writes a sample below `root` (created if missing), and waits for the disk.
 ///
-/// Errors: an image of another size than the sensor's, light that is negative or not finite, a sample of that name, a link in the
-/// place of a folder, the disk. Nothing is left under the final name then.
+/// Errors: an image of another size than the sensor's, light that is negative or not finite, a sample of that name, a
+/// link in the place of a folder, the disk. Nothing is left under the final name then.
 pub fn write_sample(root: &Path, sample: &SampleFiles<'_>) -> Result<spec::SampleMeta, WriteError> {
     let name = paths::sample_name(sample.description.index)?;
     let samples = root.join(paths::SAMPLES);

@@ -1,4 +1,4 @@
-//! What a sensor of one colour a microlens reads: one channel of each place, picked from the mosaic of all.
+//! What a sensor of one colour per microlens reads: one channel of each place, picked from the mosaic of all.
 
 use quadpixel::image::Image;
 use quadpixel_datasets::{CodeLevels, Mosaic, Raw};

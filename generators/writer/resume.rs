@@ -15,12 +15,13 @@ pub enum Found {
     Nothing,
     /// The whole sample.
     Whole,
-    /// Something that is not whole, in words: a disk or a person damaged it, for this program gives the name last. It was taken away.
+    /// Something that is not whole, in words: a disk or a person damaged it, for this program gives the name last. It
+    /// was taken away.
     Broken(String),
 }
 
-/// Looks for a sample of an earlier run with the same configuration. Lengths are compared, not hashes: to go on with many samples
-/// must not read them all; `qpgen check` does.
+/// Looks for a sample of an earlier run with the same configuration. Lengths are compared, not hashes: to go on with
+/// many samples must not read them all; `qpgen check` does.
 ///
 /// # Errors
 /// It is of another configuration or version, or cannot be read or taken away.

@@ -1,4 +1,5 @@
-//! One pass over the samples on disk, one description in memory at a time: what the lists, the gallery and the data card need.
+//! One pass over the samples on disk, one description in memory at a time: what the lists, the gallery and the data
+//! card need.
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
-//! The truth maps made consistent: one validity for all of them, their ranges, and the tie between disparity and defocus.
+//! The truth maps made consistent: one validity for all of them, their ranges, and the tie between disparity and
+//! defocus.
 
 use quadpixel::image::Image;
 use quadpixel::image::views::Side;

@@ -1,7 +1,7 @@
 //! Time of a piece of work on a machine that others use too: processor time of this thread, the best of several runs.
 //!
-//! The work must run on the calling thread (in a pool of one thread, `ThreadPool::install`). What is shared beyond the core (caches,
-//! memory, clock rate) still makes runs differ; the best one is nearest to a quiet machine.
+//! The work must run on the calling thread (in a pool of one thread, `ThreadPool::install`). What is shared beyond the
+//! core (caches, memory, clock rate) still makes runs differ; the best one is nearest to a quiet machine.
 
 use std::time::Instant;
 
@@ -16,7 +16,8 @@ pub fn thread_seconds() -> f64 {
         .map_or(f64::NAN, |nanoseconds| 1e-9 * nanoseconds)
 }
 
-/// Least processor seconds (where the system does not tell: wall-clock seconds) of `rounds` runs of `work`, and what the last gave.
+/// Least processor seconds (where the system does not tell: wall-clock seconds) of `rounds` runs of `work`, and what
+/// the last gave.
 pub fn best_of<T>(rounds: usize, mut work: impl FnMut() -> T) -> (f64, T) {
     let (mut seconds, mut result) = once(&mut work);
     for _ in 1..rounds {

@@ -1,7 +1,7 @@
 //! The response table: directions simulated, and how it is read between them, against directions simulated directly.
 //!
-//! A table samples a cubic through the simulated directions more finely, and the renderer reads it bilinearly; both ways are told apart
-//! here by leaving the finer samples out.
+//! A table samples a cubic through the simulated directions more finely, and the renderer reads it bilinearly; both
+//! ways are told apart here by leaving the finer samples out.
 
 use crate::error::LaboratoryError;
 use quadpixel::em::PixelStack;
@@ -151,8 +151,8 @@ mod tests {
         .unwrap();
         for curve in &curves {
             let [coarse, fine] = [0, 1].map(|i| curve.rows[i].error);
-            // Resonances of the lossless layers are narrower than a step and hold even the cubic to first order: a third of the error.
-            // Half of that gain is asked, as 32 directions meet few of them.
+            // Resonances of the lossless layers are narrower than a step and hold even the cubic to first order: a
+            // third of the error. Half of that gain is asked, as 32 directions meet few of them.
             assert!(fine < coarse * 2.0 / 3.0, "{curve:?}");
         }
     }

@@ -1,4 +1,4 @@
-//! Levels of the pixel model: P against converged Fourier modes, and seconds a direction.
+//! Levels of the pixel model: P against converged Fourier modes, and seconds per direction.
 
 use crate::error::LaboratoryError;
 use quadpixel::em::fdtd::FdtdSettings;

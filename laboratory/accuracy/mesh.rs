@@ -1,4 +1,4 @@
-//! The FDTD mesh: P against converged Fourier modes, and seconds a direction.
+//! The FDTD mesh: P against converged Fourier modes, and seconds per direction.
 
 use crate::error::LaboratoryError;
 use quadpixel::em::PixelModel;

@@ -121,7 +121,8 @@ pub fn measured(
     done.into_iter().map(|(_, table)| table).collect()
 }
 
-/// Writes KNOB.csv and KNOB.svg of each table, accuracy.md and accuracy.svg into the folder `out`, which is there; the files written.
+/// Writes KNOB.csv and KNOB.svg of each table, accuracy.md and accuracy.svg into the folder `out`, which is there; the
+/// files written.
 ///
 /// # Errors
 /// A disk that fails.

@@ -13,7 +13,8 @@ const MARK_RADIUS_PX: f64 = 4.0;
 /// Charts side by side.
 const COLUMNS: usize = 3;
 
-/// All tables, three per row. Rows without time or error (the exact ones) have no place on logarithmic axes and are left out.
+/// All tables, three per row. Rows without time or error (the exact ones) have no place on logarithmic axes and are
+/// left out.
 pub fn svg(title: &str, tables: &[Table]) -> String {
     sheet(title, &in_rows(tables.iter().map(chart).collect(), COLUMNS))
 }

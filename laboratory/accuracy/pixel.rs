@@ -1,5 +1,6 @@
-//! P of the small pixel's left and right half from stated directions by one model after the other: what the knobs `levels` and `mesh` share.
-//! Halves, because light at φ = 0 lies on the border of the ideal pixel's boxes, which give it all to one sub-pixel of a half.
+//! P of the small pixel's left and right half from stated directions by one model after the other: what the knobs
+//! `levels` and `mesh` share. Halves, because light at φ = 0 lies on the border of the ideal pixel's boxes, which give
+//! it all to one sub-pixel of a half.
 
 use crate::error::LaboratoryError;
 use quadpixel::em::PixelModel;
@@ -24,7 +25,8 @@ pub struct Exact {
 }
 
 impl Exact {
-    /// Fourier modes, preset `reference`: by itself within 0.3 % of the strong half, of independent curves within 1 % (`benches/runs/2026-11-21/rcwa.md`).
+    /// Fourier modes, preset `reference`: by itself within 0.3 % of the strong half, of independent curves within 1 %
+    /// (`benches/runs/2026-11-21/rcwa.md`).
     pub fn new(directions: &[[f64; 2]], settings: RcwaSettings) -> Result<Self, LaboratoryError> {
         let stack = PixelStack::builtin(PIXEL)?;
         let model = PixelModel::Rcwa(settings);

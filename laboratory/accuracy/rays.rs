@@ -1,4 +1,5 @@
-//! Rays a pixel: noise of the image against that of many more rays. Random points have 1/√N; scrambled Sobol points better.
+//! Rays a pixel: noise of the image against that of many more rays. Random points have 1/√N; scrambled Sobol points
+//! better.
 
 use crate::error::LaboratoryError;
 use quadpixel::spectrum::ChannelWavelengths;

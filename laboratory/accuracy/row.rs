@@ -54,8 +54,8 @@ pub struct Table {
     pub notes: Vec<String>,
 }
 
-/// Exponent p of `y ~ x^p`: the slope of the straight line through the logarithms (least squares). `None` without two different x and
-/// positive values.
+/// Exponent p of `y ~ x^p`: the slope of the straight line through the logarithms (least squares). `None` without two
+/// different x and positive values.
 pub fn power(points: &[(f64, f64)]) -> Option<f64> {
     let logs: Vec<(f64, f64)> = points
         .iter()

@@ -1,5 +1,5 @@
-//! Wavelengths a channel: a band of colour by a few of its wavelengths, against many, what the lens's dispersion does apart from what
-//! the pixel's does.
+//! Wavelengths a channel: a band of colour by a few of its wavelengths, against many, what the lens's dispersion does
+//! apart from what the pixel's does.
 
 use crate::error::LaboratoryError;
 use quadpixel::em::PixelModel;
@@ -149,7 +149,8 @@ mod tests {
     fn error_of_the_pixel_s_band_falls_with_the_number_of_wavelengths() {
         let curve = pixel(Bands::MOST).unwrap();
         let error: Vec<f64> = curve.rows.iter().map(|r| r.error).collect();
-        // Interference in the layers has a period of some 20 nm, so order comes late: with parts of some 10 nm half the error must be gone.
+        // Interference in the layers has a period of some 20 nm, so order comes late: with parts of some 10 nm half the
+        // error must be gone.
         assert!(error[5] < 0.5 * error[0], "{error:?}");
     }
 }

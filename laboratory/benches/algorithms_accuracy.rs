@@ -1,7 +1,8 @@
-//! What accuracy costs in time, for matching (window, last step) and the warp (lobes, f32 against f64): the knobs of `qpgen accuracy` that
-//! belong to images. One thread, processor seconds, best of three.
+//! What accuracy costs in time, for matching (window, last step) and the warp (lobes, f32 against f64): the knobs of
+//! `qpgen accuracy` that belong to images. One thread, processor seconds, best of three.
 //!
-//! `cargo bench -p quadpixel-laboratory --bench algorithms_accuracy [-- DIR]`: Markdown on stdout; into DIR also CSV and SVG
+//! `cargo bench -p quadpixel-laboratory --bench algorithms_accuracy [-- DIR]`: Markdown on stdout; into DIR also CSV
+//! and SVG
 #![allow(clippy::unwrap_used)] // because a bench fails by panicking
 
 #[path = "../../algorithms/tests/matching/score.rs"]

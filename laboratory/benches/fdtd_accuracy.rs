@@ -1,13 +1,16 @@
-//! Error and time of the `fdtd` presets: flat layers against the exact transfer matrix, and the pixels against the reference curves of
-//! `tests/response/reference`.
+//! Error and time of the `fdtd` presets: flat layers against the exact transfer matrix, and the pixels against the
+//! reference curves of `tests/response/reference`.
 //!
 //! ```sh
-//! cargo bench -p quadpixel-laboratory --bench fdtd_accuracy -- flat                   # R, T, A at 0 to 70°, s and p, three meshes
-//! cargo bench -p quadpixel-laboratory --bench fdtd_accuracy -- curve 1.6 standard     # P of each half over θ, beside the reference; `1.6` .. `3.5`
+//! # R, T, A at 0 to 70°, s and p, three meshes
+//! cargo bench -p quadpixel-laboratory --bench fdtd_accuracy -- flat
+//! # P of each half over θ, beside the reference; `1.6` .. `3.5`
+//! cargo bench -p quadpixel-laboratory --bench fdtd_accuracy -- curve 1.6 standard
 //! cargo bench -p quadpixel-laboratory --bench fdtd_accuracy -- curve 1.6 standard 0,10,20
-//! cargo bench -p quadpixel-laboratory --bench fdtd_accuracy -- curve 1.6 32/11/0.002 0,10,20   # lateral nm / cells a wavelength / tolerance
-//! cargo bench -p quadpixel-laboratory --bench fdtd_accuracy -- modal 1.6um draft 0,10,20 30   # beside the Fourier modal level: pixel, preset, θ, φ; a pixel's
-//!                                                                     # name may end in -nolens (flat) or -notrench
+//! # lateral nm / cells per wavelength / tolerance
+//! cargo bench -p quadpixel-laboratory --bench fdtd_accuracy -- curve 1.6 32/11/0.002 0,10,20
+//! # beside the Fourier modal level: pixel, preset, θ, φ; a pixel's name may end in -nolens (flat) or -notrench
+//! cargo bench -p quadpixel-laboratory --bench fdtd_accuracy -- modal 1.6um draft 0,10,20 30
 //! ```
 #![allow(clippy::unwrap_used)] // because a bench fails by panicking
 

@@ -1,9 +1,13 @@
-//! Error and time of the `rcwa` level against the reference curves of `tests/response/reference`, and P of any pixel over θ.
+//! Error and time of the `rcwa` level against the reference curves of `tests/response/reference`, and P of any pixel
+//! over θ.
 //!
 //! ```sh
-//! cargo bench -p quadpixel-laboratory --bench rcwa_accuracy -- curve 1.6 standard             # P of each half over θ, beside the reference; `1.6` .. `3.5`
-//! cargo bench -p quadpixel-laboratory --bench rcwa_accuracy -- curve 1.6 40/2.2/4/5 0,10,20   # slice nm / lens cutoff / wall cutoff / silicon margin
-//! cargo bench -p quadpixel-laboratory --bench rcwa_accuracy -- pixel 2.8um-tungsten standard 0,10,20 30  # a built-in pixel; last the azimuth, deg
+//! # P of each half over θ, beside the reference; `1.6` .. `3.5`
+//! cargo bench -p quadpixel-laboratory --bench rcwa_accuracy -- curve 1.6 standard
+//! # slice nm / lens cutoff / wall cutoff / silicon margin
+//! cargo bench -p quadpixel-laboratory --bench rcwa_accuracy -- curve 1.6 40/2.2/4/5 0,10,20
+//! # a built-in pixel; last the azimuth, deg
+//! cargo bench -p quadpixel-laboratory --bench rcwa_accuracy -- pixel 2.8um-tungsten standard 0,10,20 30
 //! ```
 #![allow(clippy::unwrap_used)] // because a bench fails by panicking
 

@@ -16,7 +16,8 @@ const UM_PER_MM: f64 = 1e3;
 const COLOURS: [&str; 3] = ["#1f6fd0", "#2a9d3a", "#d1332b"];
 const LINE_NAMES: [&str; 3] = ["F", "d", "C"];
 
-/// Draws the spots of the field angles (degrees, above the axis) at the F, d and C lines; only d for a lens without dispersion.
+/// Draws the spots of the field angles (degrees, above the axis) at the F, d and C lines; only d for a lens without
+/// dispersion.
 ///
 /// # Errors
 /// [`LensError::Value`] for a field outside 0 to 90 degrees.

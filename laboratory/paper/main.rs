@@ -3,7 +3,8 @@
 //! ```text
 //! tools (qpgen, qpalgo) ─ steps ─▶ work folder: CSV, SVG, captures, JSON ─ page ─▶ OUT/README.md and its pictures
 //! ```
-//! Each step leaves its JSON in the work folder and is not repeated while that is there; the page is made anew each time.
+//! Each step leaves its JSON in the work folder and is not repeated while that is there; the page is made anew each
+//! time.
 
 mod captures;
 mod page;

@@ -1,5 +1,5 @@
-//! The page: each figure of the paper beside ours, and a sentence on each difference. Its words are in `page.md` and `why_*.md`, what
-//! the paper prints is in `paper.toml`.
+//! The page: each figure of the paper beside ours, and a sentence on each difference. Its words are in `page.md` and
+//! `why_*.md`, what the paper prints is in `paper.toml`.
 
 use std::fmt::Write;
 use std::path::Path;

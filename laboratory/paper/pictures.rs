@@ -9,7 +9,8 @@ use quadpixel::image::{Image, raster};
 /// Gap between panels, px.
 const GAP: usize = 4;
 
-/// A picture from a file of three channels, its middle cut out to at most `side` px, and the linear value that is shown white.
+/// A picture from a file of three channels, its middle cut out to at most `side` px, and the linear value that is shown
+/// white.
 pub fn panel(path: &Path, side: usize) -> Result<Image, CommandError> {
     let whole = raster::read(path).map_err(CommandError::failed)?;
     let (w, h) = (whole.width().min(side), whole.height().min(side));

@@ -29,7 +29,8 @@ impl Tools {
         })
     }
 
-    /// What the program prints for `arguments`, given from the work folder. Kept in `NAME.out` there; a step whose file is there is not run.
+    /// What the program prints for `arguments`, given from the work folder. Kept in `NAME.out` there; a step whose file
+    /// is there is not run.
     pub fn step(
         &self,
         name: &str,

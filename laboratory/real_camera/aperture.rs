@@ -1,7 +1,7 @@
 //! The shift between the views as a part of the circle of confusion, against the F-number.
 //!
-//! A sharp split gives the same part at every F-number (0.42 of half disks, if nothing else); a response that changes smoothly with the
-//! angle gives less the narrower the cone is.
+//! A sharp split gives the same part at every F-number (0.42 of half disks, if nothing else); a response that changes
+//! smoothly with the angle gives less the narrower the cone is.
 
 use glam::DVec2;
 use quadpixel::command::CommandError;

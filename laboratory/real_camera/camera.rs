@@ -18,18 +18,21 @@ use crate::spread::spread;
 pub const PIXEL_UM: f64 = 6.0;
 /// Focus as it was set, from the sensor.
 pub const FOCUS_MM: f64 = 1000.0;
-/// The capture that the pixel's two fitted parameters were fitted on: distance from the sensor in mm, mark. All others are predicted.
+/// The capture that the pixel's two fitted parameters were fitted on: distance from the sensor in mm, mark. All others
+/// are predicted.
 pub const FITTED_ON: (f64, f64) = (600.0, 4.0);
-/// How far charge wanders before it is collected, σ in µm: the second fitted parameter, to the fall of the shift to the sides of
-/// [`FITTED_ON`]. The first, the thickness of the wiring, is in the pixel file.
+/// How far charge wanders before it is collected, σ in µm: the second fitted parameter, to the fall of the shift to the
+/// sides of [`FITTED_ON`]. The first, the thickness of the wiring, is in the pixel file.
 pub const CHARGE_SPREAD_UM: f64 = 0.6;
-/// Microlenses stand over the middle of their pixels, as in the published model of this camera (He et al., ICCV 2025); the noise of the views,
-/// which tells how much light each had before the converter made them equally bright, says so, too.
+/// Microlenses stand over the middle of their pixels, as in the published model of this camera (He et al., ICCV 2025);
+/// the noise of the views, which tells how much light each had before the converter made them equally bright, says so,
+/// too.
 pub const MICROLENSES: ShiftRule = ShiftRule::Centred;
 /// Width of the sensor.
 pub const SENSOR_MM: f64 = 36.0;
 
-/// Semi-aperture of the stop at a marked F-number: as noted beside the lens file, else in proportion to the noted one of F/4.
+/// Semi-aperture of the stop at a marked F-number: as noted beside the lens file, else in proportion to the noted one
+/// of F/4.
 pub fn stop_semi_mm(mark: f64) -> f64 {
     match mark {
         1.8 => 8.0,

@@ -1,15 +1,16 @@
 //! How near a simulated pair of views is to a real one: one global tone curve, then PSNR and SSIM.
 //!
-//! The converter's tone curve is not known, so it is fitted: the monotone function t of the simulated value that is nearest to the real
-//! code (least squares; pool adjacent violators), one for both views and all colours. Codes are sRGB-coded, 0 to 1.
+//! The converter's tone curve is not known, so it is fitted: the monotone function t of the simulated value that is
+//! nearest to the real code (least squares; pool adjacent violators), one for both views and all colours. Codes are
+//! sRGB-coded, 0 to 1.
 //!
 //! ```text
 //! PSNR = −10 log₁₀ mean (real − t(simulated))²
 //! SSIM = mean (2 μ_a μ_b + c₁)(2 σ_ab + c₂) / ((μ_a² + μ_b² + c₁)(σ_a² + σ_b² + c₂))
 //! ```
 //!
-//! SSIM after Wang et al., IEEE Trans. Image Process. 13, 600 (2004): Gaussian window of σ 1.5 px cut at 11 × 11, c₁ = 0.01²,
-//! c₂ = 0.03², of the mean of the three colours.
+//! SSIM after Wang et al., IEEE Trans. Image Process. 13, 600 (2004): Gaussian window of σ 1.5 px cut at 11 × 11, c₁ =
+//! 0.01², c₂ = 0.03², of the mean of the three colours.
 
 use quadpixel::image::Image;
 use quadpixel::image::srgb::from_linear;

@@ -14,7 +14,8 @@ const RAYS: usize = 512;
 /// 1/Z from 0.1 to 2.4 per m.
 const DISTANCES: usize = 24;
 const STEP_PER_M: f64 = 0.1;
-/// What the curve may be wrong by: the pixel is known from one capture, and a match of blurred texture is off by its texture.
+/// What the curve may be wrong by: the pixel is known from one capture, and a match of blurred texture is off by its
+/// texture.
 const RELATIVE_ERROR: f64 = 0.05;
 const OFFSET_ERROR_PX: f64 = 0.02;
 

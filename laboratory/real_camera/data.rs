@@ -4,8 +4,9 @@
 //! flat/DISTANCE_MM/fMARK/{l,r}.png      a plane that far from the sensor, at the marked F-number
 //! NAME/{l,r,d}.png                      a scene; d.png: 8 bits × 10/255 m, or 16 bits in mm; 0: not known
 //! ```
-//! Names, distances and marks are what is found, at any depth of folders; of a scene the last folders above its pictures are the name, up to
-//! its number the kind (`box-001`, `box/001`: box). What is no capture, or cannot be read, is left out and said.
+//! Names, distances and marks are what is found, at any depth of folders; of a scene the last folders above its
+//! pictures are the name, up to its number the kind (`box-001`, `box/001`: box). What is no capture, or cannot be read,
+//! is left out and said.
 //!
 //! Views are 8-bit pictures of a converter; their sRGB curve is undone, the converter's own tone curve is not known.
 

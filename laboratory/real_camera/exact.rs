@@ -1,5 +1,5 @@
-//! Maxwell's equations on the 6 µm pixel: the Fourier modal level (`rcwa`) on the meridian along the split, v = 0, where a mirror halves
-//! the work; between its directions and beside the meridian the wave model carries it.
+//! Maxwell's equations on the 6 µm pixel: the Fourier modal level (`rcwa`) on the meridian along the split, v = 0,
+//! where a mirror halves the work; between its directions and beside the meridian the wave model carries it.
 //!
 //! ```text
 //! P_i(u, v) = wave_i(u, v) + [rcwa_i(u, 0) − wave_i(u, 0)]
@@ -79,7 +79,8 @@ impl Runs {
         Ok(())
     }
 
-    /// The table of the wave model, moved to agree with the runs on their meridian; |u| beyond the last run keeps its difference.
+    /// The table of the wave model, moved to agree with the runs on their meridian; |u| beyond the last run keeps its
+    /// difference.
     pub fn correct(&self, wave: &AngularResponse) -> Result<AngularResponse, CommandError> {
         let lookup = wave.interpolator(WAVELENGTH_NM);
         let differences: Vec<[f64; 2]> = (self.runs.iter())

@@ -1,7 +1,7 @@
 //! Captures of a real dual-pixel camera, simulated, and depth measured from them: `scripts/real-camera DATA_DIR`.
 //!
 //! ```text
-//! captures ─ data ─▶ views ─ measure ─▶ shifts                          camera: lens, stop, focus, pixel (exact, spread)
+//! captures ─ data ─▶ views ─ measure ─▶ shifts                     camera: lens, stop, focus, pixel (exact, spread)
 //! F/20 view ─ simulate ─▶ F/4 views by all models ─ compare ─▶ PSNR, SSIM, shifts ┐
 //! aperture: shift over circle of confusion from F/1.8 to F/20                                        ├─ report ─▶ page
 //! curve ─▶ disparity against distance ─ depths ─▶ errors over planes and scenes                      ┘

@@ -67,8 +67,8 @@ pub fn shifts(left: &Image, right: &Image, parts: &[Part]) -> Result<Vec<Shift>,
     parts.iter().map(of).collect()
 }
 
-/// d of a(x) = g b(x + d) + o over one large window, by Gauss-Newton from 0 with the exact Lanczos kernel; d to the right, px. NaN
-/// where it does not settle. (The matcher's own windows end at 31 px.)
+/// d of a(x) = g b(x + d) + o over one large window, by Gauss-Newton from 0 with the exact Lanczos kernel; d to the
+/// right, px. NaN where it does not settle. (The matcher's own windows end at 31 px.)
 fn whole_window(a: &Image, b: &Image, part: &Part) -> Result<f64, CommandError> {
     // Room for the shift and the kernel.
     const ROOM: usize = 12;

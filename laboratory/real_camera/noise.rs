@@ -1,7 +1,9 @@
-//! Which view had less light: a converter that makes both views equally bright cannot take back the noise of the darker one.
+//! Which view had less light: a converter that makes both views equally bright cannot take back the noise of the darker
+//! one.
 //!
-//! The finest detail, second differences along both axes (white noise of variance 1 has a variance of 1 in it), is mostly noise in the quietest
-//! blocks of a picture. Its variance in the left view over that in the right one, green, in codes of 8 bits; rounding adds 1/12 to both.
+//! The finest detail, second differences along both axes (white noise of variance 1 has a variance of 1 in it), is
+//! mostly noise in the quietest blocks of a picture. Its variance in the left view over that in the right one, green,
+//! in codes of 8 bits; rounding adds 1/12 to both.
 
 use quadpixel::image::Image;
 use quadpixel::image::srgb::from_linear;

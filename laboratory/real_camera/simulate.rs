@@ -26,8 +26,8 @@ const SHADING_RAYS: usize = 256;
 const SHADING_NODES: (usize, usize) = (13, 9);
 const RAYS_PER_PIXEL: usize = 128;
 
-/// The renderer's views of a plane `distance_mm` from the sensor that shows `picture`, as taken by `sharp`, a camera that sees it
-/// sharp. Their shading is taken out by that of a white wall, as the converter does.
+/// The renderer's views of a plane `distance_mm` from the sensor that shows `picture`, as taken by `sharp`, a camera
+/// that sees it sharp. Their shading is taken out by that of a white wall, as the converter does.
 pub fn rendered(
     camera: &Camera,
     sharp: &Camera,
@@ -162,7 +162,8 @@ fn interpolated(rows: &[[f64; 2]], from: usize, value: f64) -> f64 {
     a[1 - from] + t * (b[1 - from] - a[1 - from])
 }
 
-/// The views by half disks of the right circle of confusion, everywhere the same: `diameter_px` negative in front of the focus.
+/// The views by half disks of the right circle of confusion, everywhere the same: `diameter_px` negative in front of
+/// the focus.
 pub fn half_disks(picture: &Image, diameter_px: f64) -> Views {
     let side = |sign: f64| convolved(picture, &half_disk(diameter_px, sign));
     // Of a point nearer than the focus the left view shows the right half of the blur.

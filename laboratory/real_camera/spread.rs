@@ -1,11 +1,12 @@
 //! Charge that wanders before a photodiode collects it.
 //!
-//! Between photodiodes parted by implants only, charge made at x is collected as if at x + s, s Gaussian of deviation σ (lateral diffusion in
-//! front-illuminated silicon: E. G. Stevens, IEEE Trans. Electron Devices 39, 2621 (1992)). Below the microlens nothing of the pixel but
-//! the photodiodes has a place along x, so that this is the mean over pixels whose lens is moved by s:
+//! Between photodiodes parted by implants only, charge made at x is collected as if at x + s, s Gaussian of deviation σ
+//! (lateral diffusion in front-illuminated silicon: E. G. Stevens, IEEE Trans. Electron Devices 39, 2621 (1992)). Below
+//! the microlens nothing of the pixel but the photodiodes has a place along x, so that this is the mean over pixels
+//! whose lens is moved by s:
 //!
 //! ```text
-//! P_i'(u, v) = ∫ P_i(u, v; s) N(s; σ) ds        P_i(u, v; s): the response under a lens moved by s, by the moving frame
+//! P_i'(u, v) = ∫ P_i(u, v; s) N(s; σ) ds     P_i(u, v; s): the response under a lens moved by s, by the moving frame
 //! ```
 
 use quadpixel::response::{AngularResponse, ResponseError, ResponseMeta};

@@ -79,7 +79,8 @@ fn named<Name: AsRef<str>>(pixels: &[Name]) -> Result<Vec<Case>, LaboratoryError
     pixels.iter().enumerate().map(case).collect()
 }
 
-/// RoC and h each half the diagonal (2.475 µm; the paper rounds it to 2.48), 3.0 and 3.5 µm, where the lens reaches the corners.
+/// RoC and h each half the diagonal (2.475 µm; the paper rounds it to 2.48), 3.0 and 3.5 µm, where the lens reaches the
+/// corners.
 fn microlenses() -> Vec<Case> {
     let pitch = 3.5;
     let sizes = [pitch * std::f64::consts::FRAC_1_SQRT_2, 3.0, 3.5];
@@ -105,7 +106,8 @@ fn microlenses() -> Vec<Case> {
     cases
 }
 
-/// RoC = h = half the diagonal, a filter of 750 nm, all else as the reference pixel; and the 3.5 µm pixel with its own filter.
+/// RoC = h = half the diagonal, a filter of 750 nm, all else as the reference pixel; and the 3.5 µm pixel with its own
+/// filter.
 fn pitches() -> Vec<Case> {
     let case = |pitch: f64, filter: f64| {
         let size = pitch * std::f64::consts::FRAC_1_SQRT_2;

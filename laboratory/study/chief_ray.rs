@@ -1,5 +1,5 @@
-//! Lens shifts by chief-ray angle, and what they make of the response: the paper's Fig. 5 as polar plots of one sub-pixel, θ outwards, φ
-//! around.
+//! Lens shifts by chief-ray angle, and what they make of the response: the paper's Fig. 5 as polar plots of one
+//! sub-pixel, θ outwards, φ around.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -43,8 +43,8 @@ struct Direction {
     shares: Vec<Vec<f64>>,
 }
 
-/// Studies the lens shifts by chief-ray angle (Fig. 5), for a cone that the sub-pixels share. Writes cra.csv, cra-shifts.csv and cra.svg
-/// into the folder `out`.
+/// Studies the lens shifts by chief-ray angle (Fig. 5), for a cone that the sub-pixels share. Writes cra.csv,
+/// cra-shifts.csv and cra.svg into the folder `out`.
 ///
 /// # Errors
 /// A pixel or a model that cannot be studied, or a disk that fails.

@@ -1,6 +1,8 @@
-//! Exact runs spent against error left: the corrected level fitted to the first few of many exact runs, and held against all others.
+//! Exact runs spent against error left: the corrected level fitted to the first few of many exact runs, and held
+//! against all others.
 //!
-//! The exact runs are those of the FDTD table that comes with the program, where there is one of the pixel; else they are made.
+//! The exact runs are those of the FDTD table that comes with the program, where there is one of the pixel; else they
+//! are made.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -38,8 +40,8 @@ struct Left {
     claimed: f64,
 }
 
-/// Studies exact runs spent against error left, of the centred lens or under all its shifts. Writes corrected.csv and corrected.svg into
-/// the folder `out`.
+/// Studies exact runs spent against error left, of the centred lens or under all its shifts. Writes corrected.csv and
+/// corrected.svg into the folder `out`.
 ///
 /// # Errors
 /// Settings, a pixel or a model that cannot be studied, or a disk that fails.

@@ -139,7 +139,7 @@ pub(super) fn all(
 ) -> Result<Vec<Curve>, LaboratoryError> {
     let failed = |case: &Case, cause: SolverError| LaboratoryError::Pixel {
         pixel: case.name.clone(),
-        cause: cause.into(),
+        cause: Box::new(cause.into()),
     };
     let lit = cases
         .par_iter()

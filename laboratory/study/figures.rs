@@ -1,5 +1,5 @@
-//! The studies as the paper's figures: P over θ above the rejection ratio (Figs. 2, 3, 13), ratios of the nine lenses, and R_a, R_b over the
-//! pitch (Fig. 11).
+//! The studies as the paper's figures: P over θ above the rejection ratio (Figs. 2, 3, 13), ratios of the nine lenses,
+//! and R_a, R_b over the pitch (Fig. 11).
 
 use glam::DVec2;
 use quadpixel::response::REJECTION_THRESHOLD;

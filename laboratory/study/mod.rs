@@ -1,4 +1,5 @@
-//! The paper's studies of the pixel (its Figs. 2, 3, 5, 11, 12, 13, the lines of section 3.1, and the worst case of section 4) with any pixel model, as tables, CSV files and plots.
+//! The paper's studies of the pixel (its Figs. 2, 3, 5, 11, 12, 13, the lines of section 3.1, and the worst case of
+//! section 4) with any pixel model, as tables, CSV files and plots.
 //!
 //! ```text
 //! kind ─ cases ─▶ pixels and wavelengths ─ curve ─▶ P over θ, ranges ─ report ─▶ CSV, table, JSON
@@ -76,8 +77,8 @@ pub struct StudyReport {
     pub summary: String,
 }
 
-/// Studies P over θ. Writes NAME.csv, NAME-ranges.csv and NAME.svg into the folder `out`, and NAME.partial while it runs, with which a
-/// killed study goes on.
+/// Studies P over θ. Writes NAME.csv, NAME-ranges.csv and NAME.svg into the folder `out`, and NAME.partial while it
+/// runs, with which a killed study goes on.
 ///
 /// # Errors
 /// A pixel or a model that cannot be studied, or a disk that fails.

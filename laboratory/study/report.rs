@@ -108,8 +108,8 @@ pub(super) fn table(cases: &[Case], curves: &[Curve]) -> String {
     text
 }
 
-/// The cases by the paper's four criteria, the best first: the place in each, and the score, the mean over the criteria of how far a
-/// case falls short of the best in parts of the way to the worst (0: best in all, 1: worst in all).
+/// The cases by the paper's four criteria, the best first: the place in each, and the score, the mean over the criteria
+/// of how far a case falls short of the best in parts of the way to the worst (0: best in all, 1: worst in all).
 pub(super) fn ranking(cases: &[Case], curves: &[Curve]) -> String {
     let of = |f: &dyn Fn(&Curve) -> f64| curves.iter().map(f).collect::<Vec<f64>>();
     // A ratio that never falls is as bad as one that falls at the horizon.

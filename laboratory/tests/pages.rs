@@ -1,6 +1,7 @@
 //! The pages of `docs/` that programs write, against their templates.
 
-/// Holds a page to its template: what stands between the placeholders must be there, in order, from the first character to the last.
+/// Holds a page to its template: what stands between the placeholders must be there, in order, from the first character
+/// to the last.
 #[track_caller]
 fn assert_made_of(page: &str, template: &str) {
     let mut parts = template.split("{{");

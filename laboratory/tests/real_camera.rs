@@ -190,7 +190,8 @@ fn wandering_charge_makes_an_error_function_of_a_sharp_split() {
     let sharp = table(|u| 0.5 * (1.0 + u.signum() * f64::from(u8::from(u != 0.0))) * 0.8);
     let spread = spread::spread(&sharp, sigma_um).unwrap();
     let lookup = spread.interpolator(550.0);
-    // Light from u lands H t beside the split, t = u/√(n² − u²): the part beyond it is Φ(H t/σ), here by summing the Gaussian.
+    // Light from u lands H t beside the split, t = u/√(n² − u²): the part beyond it is Φ(H t/σ), here by summing the
+    // Gaussian.
     for u in [-0.3, -0.1, -0.04, 0.0, 0.04, 0.1, 0.3] {
         let z = 5.0 * u / f64::sqrt(2.25 - u * u) / sigma_um;
         let steps = 4000;
@@ -200,8 +201,8 @@ fn wandering_charge_makes_an_error_function_of_a_sharp_split() {
             (0..steps).map(|k| gauss(cut(k))).sum::<f64>() * (z + 8.0) / f64::from(steps);
         let mut p = [0.0f32; 2];
         lookup.weights(u as f32, 0.0, &mut p);
-        // The sum of 25 places a quarter of σ apart over a step that the table blurs by 0.005 in u, a thirtieth of σ: half a place's
-        // weight, 0.1 · 0.8/2, at the most; nothing at 0.
+        // The sum of 25 places a quarter of σ apart over a step that the table blurs by 0.005 in u, a thirtieth of σ:
+        // half a place's weight, 0.1 · 0.8/2, at the most; nothing at 0.
         assert!(
             (f64::from(p[1]) / 0.8 - phi).abs() < 0.05,
             "{u}: {} {phi}",
@@ -220,7 +221,8 @@ fn wandering_charge_makes_an_error_function_of_a_sharp_split() {
 
 #[test]
 fn the_view_with_less_light_is_known_by_its_noise() {
-    // Uniform noise whose width goes from 2 to 4 codes in the left view and back in the right one, on smooth grey; equally bright.
+    // Uniform noise whose width goes from 2 to 4 codes in the left view and back in the right one, on smooth grey;
+    // equally bright.
     let mut random = random::Lcg(1);
     let mut uniform = || random.uniform() - 0.5;
     let mut view = |width_at: &dyn Fn(f64) -> f64| {
@@ -241,8 +243,8 @@ fn the_view_with_less_light_is_known_by_its_noise() {
     for (i, found) in noise::left_over_right(&views).into_iter().enumerate() {
         let at = |t: f64| ((2.0 + 2.0 * t) / (4.0 - 2.0 * t)).powi(2);
         let (low, high) = (at(i as f64 / 6.0), at((i as f64 + 1.0) / 6.0));
-        // The quietest blocks may lie anywhere in the part. They are picked by their own noise, too: the quietest 30 % are by 1.16 standard
-        // deviations (9 %, of 256 pixels) quieter in the louder view.
+        // The quietest blocks may lie anywhere in the part. They are picked by their own noise, too: the quietest 30 %
+        // are by 1.16 standard deviations (9 %, of 256 pixels) quieter in the louder view.
         assert!(
             found > 0.9 * low && found < high / 0.9,
             "{i}: {found} {low} {high}"
@@ -291,7 +293,8 @@ fn shifts_of_the_real_captures_are_those_measured_independently() {
         return;
     };
     let captures = Captures::find(&folder).unwrap();
-    // x_L − x_R, px, in the middle; measured by another program with the same model, whose windows may lie a little otherwise: 0.05 px.
+    // x_L − x_R, px, in the middle; measured by another program with the same model, whose windows may lie a little
+    // otherwise: 0.05 px.
     for (distance_mm, mark, expected) in [
         (600.0, 4.0, 0.98),
         (600.0, 20.0, 0.03),

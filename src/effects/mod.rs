@@ -1,13 +1,14 @@
 //! Only the effects that a scene calls for: what each does to this image, and which may be left out.
 //!
 //! ```text
-//! camera, scene ─ without one effect ─▶ both beside each other ─▶ Estimate: largest shift (px), difference (RMS of the signal)
-//!                                                                     └─ plan ─▶ what is rendered, and a Decision per effect
+//! camera, scene ─ without one effect ─▶ both ─▶ Estimate: largest shift (px), difference (RMS of the signal)
+//!                                                  └─ plan ─▶ what is rendered, and a Decision per effect
 //! ```
 //!
-//! An effect is left out if what that changes is below both tolerances, and only where the renderer then has less to do: each effect's own
-//! cheaper path is a function of [`Camera`](crate::render::Camera) or of the scene. The estimates follow the rays of the image to come, with and
-//! without the effect, on a few of its pixels; they are functions of camera, scene and seed alone, so that a plan is the same everywhere.
+//! An effect is left out if what that changes is below both tolerances, and only where the renderer then has less to
+//! do: each effect's own cheaper path is a function of [`Camera`](crate::render::Camera) or of the scene. The estimates
+//! follow the rays of the image to come, with and without the effect, on a few of its pixels; they are functions of
+//! camera, scene and seed alone, so that a plan is the same everywhere.
 
 use quadpixel_datasets::EstimatedError;
 
@@ -26,10 +27,11 @@ pub use shot::Shot;
 /// What leaving an effect out would do to the image.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Estimate {
-    /// RMS difference of the sub-pixels' values over their mean, %, an upper bound (two standard errors of the probes above the mean); `None` where the
-    /// shift alone decided.
+    /// RMS difference of the sub-pixels' values over their mean, %, an upper bound (two standard errors of the probes
+    /// above the mean); `None` where the shift alone decided.
     pub signal_percent: Option<f64>,
-    /// Largest shift of what a sub-pixel sees, over window, channels and depths, px; `None` for effects that move nothing.
+    /// Largest shift of what a sub-pixel sees, over window, channels and depths, px; `None` for effects that move
+    /// nothing.
     pub shift_px: Option<f64>,
 }
 

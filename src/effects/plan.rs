@@ -112,10 +112,11 @@ const CANDIDATES: [Effect; 6] = [
     Effect::PixelDiffraction,
 ];
 
-/// Decides. `depths_mm`: nearest and farthest depth in the picture (+∞ allowed); `settings`: those of the render to come.
+/// Decides. `depths_mm`: nearest and farthest depth in the picture (+∞ allowed); `settings`: those of the render to
+/// come.
 ///
-/// Effects are left out one after the other, and each is compared, together with those before it, with the whole: their sum is below the tolerance
-/// too.
+/// Effects are left out one after the other, and each is compared, together with those before it, with the whole: their
+/// sum is below the tolerance too.
 pub fn plan(
     whole: Shot,
     depths_mm: [f64; 2],
@@ -244,7 +245,8 @@ impl<'a> EffectEstimates<'a> {
         }
     }
 
-    /// What leaving out an effect, and perhaps others before it, does. `stop_at_shift`: a shift above the tolerance is answer enough.
+    /// What leaving out an effect, and perhaps others before it, does. `stop_at_shift`: a shift above the tolerance is
+    /// answer enough.
     fn estimate(
         &mut self,
         effect: Effect,

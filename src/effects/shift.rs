@@ -1,8 +1,9 @@
 //! How far leaving an effect out moves what the sub-pixels see.
 //!
-//! Sub-pixel i of the pixel at x sees the direction q_i(D) at depth D in the mean over its rays; the same rays without the effect see q_i'(D). In
-//! the picture that is a shift of `J⁻¹ (q_i' − q_i)`, J = ∂q̄/∂x (see [`crate::render::truth::DisparityField`]); disparities between views change by no
-//! more than twice that. Tangents and J are linear in 1/D, so the nearest and the farthest depth bound the rest.
+//! Sub-pixel i of the pixel at x sees the direction q_i(D) at depth D in the mean over its rays; the same rays without
+//! the effect see q_i'(D). In the picture that is a shift of `J⁻¹ (q_i' − q_i)`, J = ∂q̄/∂x (see
+//! [`crate::render::truth::DisparityField`]); disparities between views change by no more than twice that. Tangents and
+//! J are linear in 1/D, so the nearest and the farthest depth bound the rest.
 
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;
@@ -51,7 +52,8 @@ impl SubpixelViews {
         }
     }
 
-    /// The largest shift, px, of another camera's views against these, those of `camera`, at the depths from `near_mm` to `far_mm` (+∞ allowed).
+    /// The largest shift, px, of another camera's views against these, those of `camera`, at the depths from `near_mm`
+    /// to `far_mm` (+∞ allowed).
     pub fn largest_shift_px(
         &self,
         camera: &Camera,

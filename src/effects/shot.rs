@@ -15,7 +15,8 @@ pub struct Shot {
 }
 
 impl Shot {
-    /// The same without an effect, by the renderer's cheaper path; `None` where the effect is not there, or has no such path.
+    /// The same without an effect, by the renderer's cheaper path; `None` where the effect is not there, or has no such
+    /// path.
     pub fn without(&self, effect: Effect) -> Option<Self> {
         let with_camera = |camera| Self {
             camera,

@@ -1,13 +1,15 @@
 //! What leaving an effect out does to the values of the sub-pixels.
 //!
-//! A few hundred pixels, spread evenly over the window, are rendered with and without the effect, by the same rays, each image in units of what a
-//! white wall gives it in the middle. Two sets of rays of different seeds have independent errors, so that
+//! A few hundred pixels, spread evenly over the window, are rendered with and without the effect, by the same rays,
+//! each image in units of what a white wall gives it in the middle. Two sets of rays of different seeds have
+//! independent errors, so that
 //!
 //! ```text
 //! d² = ⟨(b₁ − a₁)(b₂ − a₂)⟩,     RMS ≤ √(d² + 2 s/√n) / ⟨a⟩
 //! ```
 //!
-//! estimates the squared difference of the converged images without bias; s is the standard deviation of the products of the n pixels.
+//! estimates the squared difference of the converged images without bias; s is the standard deviation of the products
+//! of the n pixels.
 
 use super::Shot;
 use crate::render::truth::white_sum_sr;
@@ -73,7 +75,8 @@ impl Probes {
         }
     }
 
-    /// Upper bound of the RMS difference of another shot, over the mean; 0 where both are black, infinite where this one alone is.
+    /// Upper bound of the RMS difference of another shot, over the mean; 0 where both are black, infinite where this
+    /// one alone is.
     pub fn difference(&self, other: &Shot) -> f64 {
         let others = self.settings.map(|s| probed(other, &s, &self.places));
         let off = |set: usize, k: usize| others[set][k] - self.values[set][k];

@@ -14,7 +14,8 @@ const RAYS: usize = 256;
 /// The paraxial exit pupil is looked at this much larger: pupils move and grow off the axis.
 const MARGIN: f64 = 1.3;
 
-/// RMS over the corners and the middle of the window of the part of the stop's light that other apertures take; `None` for bare pixels.
+/// RMS over the corners and the middle of the window of the part of the stop's light that other apertures take; `None`
+/// for bare pixels.
 pub(super) fn lost_light(camera: &Camera) -> Option<f64> {
     let p = camera.paraxial()?;
     let (pupil_z, semi) = (p.exit_pupil_z_mm, MARGIN * p.exit_pupil_semi_mm);

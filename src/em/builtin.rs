@@ -1,7 +1,8 @@
 //! The paper's pixels, a photographic dual pixel, and pixels from files.
 //!
-//! A built-in pixel is a file of `src/em/pixels/`, so each one is an example of the format; `2.8um-tungsten.toml` explains every field.
-//! Unless the name says otherwise the paper's pixels have R = h = half the diagonal, the best of its nine lenses.
+//! A built-in pixel is a file of `src/em/pixels/`, so each one is an example of the format; `2.8um-tungsten.toml`
+//! explains every field. Unless the name says otherwise the paper's pixels have R = h = half the diagonal, the best of
+//! its nine lenses.
 
 use super::stack::{Layer, Microlens};
 use super::{Material, PixelStack, StackError};
@@ -23,8 +24,8 @@ const FILES: [(&str, &str); 8] = [
 ];
 
 impl PixelStack {
-    /// The paper's layers (resin `planarization`, `filter`, `oxide`) under a lens of the given pitch, radius and height, with a colour
-    /// filter of `filter_um`.
+    /// The paper's layers (resin `planarization`, `filter`, `oxide`) under a lens of the given pitch, radius and
+    /// height, with a colour filter of `filter_um`.
     pub fn paper(pitch_um: f64, radius_um: f64, height_um: f64, filter_um: f64) -> Self {
         let resin = Material::Constant { n: 1.56, k: 0.0 };
         let oxide = Material::Table("SiO2_Malitson1965".into());

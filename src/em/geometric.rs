@@ -1,7 +1,8 @@
-//! The geometric pixel (eq. 2 of Chataignier et al., Opt. Express 27, 30486 (2019)): no diffraction, no crosstalk, no loss.
+//! The geometric pixel (eq. 2 of Chataignier et al., Opt. Express 27, 30486 (2019)): no diffraction, no crosstalk, no
+//! loss.
 //!
-//! The microlens brings light from (u, v) to the point `x = f u / w, y = f v / w`, `w = √(1 − u² − v²)`, of the photodiode
-//! plane; the sub-pixel whose box holds the point gets all of it. So the outer edge of a 2×2 pixel's
+//! The microlens brings light from (u, v) to the point `x = f u / w, y = f v / w`, `w = √(1 − u² − v²)`, of the
+//! photodiode plane; the sub-pixel whose box holds the point gets all of it. So the outer edge of a 2×2 pixel's
 //! sub-pixel lies at `θ_L = arctan(sub-pixel size / f)`, and R_a = 0. Light that misses the pixel is lost.
 //!
 //! The boxes are evaluated exactly (a sampled table would blur their edges).
@@ -126,7 +127,8 @@ pub(super) struct GeometricSolver {
 
 impl GeometricSolver {
     /// # Errors
-    /// A pixel that cannot be, a mosaic or a table of lens shifts (with the reason), or a focal length that is not positive.
+    /// A pixel that cannot be, a mosaic or a table of lens shifts (with the reason), or a focal length that is not
+    /// positive.
     pub fn new(
         task: &SolverTask,
         wavelength_nm: f64,

@@ -2,10 +2,12 @@
 //!
 //! ```text
 //!   Incidence (u, v, lens shift) ─┐
-//!   wavelengths of the solver ────┴▶ PixelSolver::light ─▶ Light: absorbed, reflected, transmitted, elsewhere, and how well it is known
+//!   wavelengths of the solver ────┴▶ PixelSolver::light ─▶ Light: absorbed, reflected, transmitted, elsewhere,
+//!                                                                 and how well it is known
 //! ```
-//! A batch of incidences is asked at once, for a solver may share work among them: one that works in diffraction orders among the lens shifts of
-//! one direction, one that works in time among the wavelengths of one transverse wavevector k∥.
+//! A batch of incidences is asked at once, for a solver may share work among them: one that works in diffraction orders
+//! among the lens shifts of one direction, one that works in time among the wavelengths of one transverse wavevector
+//! k∥.
 
 use std::error::Error;
 use std::path::Path;
@@ -20,21 +22,23 @@ use crate::sensor::MovingFrame;
 /// One plane wave on a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Incidence {
-    /// Direction cosines (u, v), u² + v² < 1; of a batch at several wavelengths those at the first, and all have its k∥.
+    /// Direction cosines (u, v), u² + v² < 1; of a batch at several wavelengths those at the first, and all have its
+    /// k∥.
     pub direction: [f64; 2],
     /// Shift (s_x, s_y) of the microlens in µm.
     pub shift_um: [f64; 2],
 }
 
-/// Where the light of a plane wave of one polarization (or the mean of both) goes, as parts of the power that falls on the period.
+/// Where the light of a plane wave of one polarization (or the mean of both) goes, as parts of the power that falls on
+/// the period.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Powers {
-    /// Absorbed per photodiode of the period (see [`crate::sensor::Subpixels`] for the order; of a mosaic microlens by microlens,
-    /// [`super::mosaic`]).
+    /// Absorbed per photodiode of the period (see [`crate::sensor::Subpixels`] for the order; of a mosaic microlens by
+    /// microlens, [`super::mosaic`]).
     pub absorbed: Vec<f64>,
-    /// The photodiodes' absorption found in a second way, by the flux through their faces: one value per photodiode, or one for all together;
-    /// empty of a solver that has no second way.
+    /// The photodiodes' absorption found in a second way, by the flux through their faces: one value per photodiode, or
+    /// one for all together; empty of a solver that has no second way.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub absorbed_by_flux: Vec<f64>,
     /// Reflected into all orders in air.
@@ -114,9 +118,9 @@ impl Light {
         self.polarized.as_ref().map_or(&self.mean, |[_, p]| p)
     }
 
-    /// Of a pixel in a mosaic, P of the microlens of its colour (of green the mean of both) per light on that one microlens. The others stay means over
-    /// the mosaic, `elsewhere` being what is then missing to one: absorbed in filters, or gone over to neighbours; below 0 if more came
-    /// from them. Without a mosaic nothing changes.
+    /// Of a pixel in a mosaic, P of the microlens of its colour (of green the mean of both) per light on that one
+    /// microlens. The others stay means over the mosaic, `elsewhere` being what is then missing to one: absorbed in
+    /// filters, or gone over to neighbours; below 0 if more came from them. Without a mosaic nothing changes.
     #[must_use]
     pub fn on_microlens(mut self, stack: &PixelStack) -> Self {
         let Some(mosaic) = &stack.mosaic else {
@@ -201,10 +205,11 @@ pub trait PixelSolver: Send + Sync {
     /// Its wavelengths in nm; more than one only of a solver that answers for all of them in one run at one k∥.
     fn wavelengths_nm(&self) -> &[f64];
 
-    /// Where the light of each plane wave goes at the first `wavelengths` of the solver's: `[incidence][wavelength]`. `watch` hears
-    /// how far a solver in time has come.
+    /// Where the light of each plane wave goes at the first `wavelengths` of the solver's: `[incidence][wavelength]`.
+    /// `watch` hears how far a solver in time has come.
     ///
-    /// An answer is of all photodiodes of the period; it may hang, in the last bits, on the lens shifts that it was asked with.
+    /// An answer is of all photodiodes of the period; it may hang, in the last bits, on the lens shifts that it was
+    /// asked with.
     ///
     /// # Errors
     /// A wave that does not travel in air, or a solution that was not found.
@@ -231,7 +236,8 @@ pub trait PixelSolver: Send + Sync {
 }
 
 impl dyn PixelSolver + '_ {
-    /// Light from direction cosines (u, v) under the pixel's own lens shift, at the first wavelength: of all photodiodes of the period.
+    /// Light from direction cosines (u, v) under the pixel's own lens shift, at the first wavelength: of all
+    /// photodiodes of the period.
     ///
     /// # Errors
     /// As of [`PixelSolver::light`].
@@ -266,7 +272,8 @@ impl dyn PixelSolver + '_ {
         Ok(self.on_period(u, v)?.on_microlens(self.stack()))
     }
 
-    /// Light on the microlens of the pixel's colour from (u, v) under each of these lens shifts (µm), at the first wavelength.
+    /// Light on the microlens of the pixel's colour from (u, v) under each of these lens shifts (µm), at the first
+    /// wavelength.
     ///
     /// # Errors
     /// As of [`PixelSolver::light`].
@@ -286,8 +293,8 @@ impl dyn PixelSolver + '_ {
     }
 }
 
-/// How far a model was from the runs of an exact one that correct it, and what is left where a run is left out of the fit: of P, not in
-/// parts.
+/// How far a model was from the runs of an exact one that correct it, and what is left where a run is left out of the
+/// fit: of P, not in parts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CorrectionFit {

@@ -1,7 +1,7 @@
 //! Complex refractive indices n + ik of the pixel's materials (time convention e^(−iωt), k > 0 is loss).
 //!
-//! Either a constant or a table of `materials.csv`, whose head names the source of each one (Green 2008 for silicon, Malitson
-//! 1965 for SiO2, ...); linear between its lines, 400 to 700 nm.
+//! Either a constant or a table of `materials.csv`, whose head names the source of each one (Green 2008 for silicon,
+//! Malitson 1965 for SiO2, ...); linear between its lines, 400 to 700 nm.
 
 use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -26,7 +26,8 @@ pub enum Material {
 }
 
 impl Material {
-    /// Refractive index at a wavelength in nm. Fails for an unknown table, a wavelength outside it, or n, k out of range.
+    /// Refractive index at a wavelength in nm. Fails for an unknown table, a wavelength outside it, or n, k out of
+    /// range.
     pub fn index(&self, wavelength_nm: f64) -> Result<Complex64, StackError> {
         self.check("material")?;
         match self {

@@ -1,7 +1,7 @@
 //! All pixel models by name: the one list that a new solver joins.
 //!
-//! A level is a model by its name, a preset a point between speed and accuracy; [`ModelChoice`] turns both into settings. Everything that names a
-//! model (command line, configuration, recipe, `meta.json`) uses these words.
+//! A level is a model by its name, a preset a point between speed and accuracy; [`ModelChoice`] turns both into
+//! settings. Everything that names a model (command line, configuration, recipe, `meta.json`) uses these words.
 
 use std::fmt;
 use std::str::FromStr;
@@ -25,7 +25,8 @@ pub type CorrectedSettings = corrected::CorrectedSettings<PixelModel>;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PixelModel {
-    /// The ideal box of eq. 2 ([`super::geometric::GeometricResponse`]), which a table blurs by one step: for programs that read tables.
+    /// The ideal box of eq. 2 ([`super::geometric::GeometricResponse`]), which a table blurs by one step: for programs
+    /// that read tables.
     Geometric {
         /// Focal length of the microlens in air, µm.
         focal_length_um: f64,
@@ -128,8 +129,8 @@ impl Level {
         matches!(self, Self::Geometric | Self::Wave)
     }
 
-    /// Directions of its tables of a pixel. Resonances in the lossless layers of small pixels are narrow in angle (a real band of wavelengths
-    /// evens them out), and their directions cost less: `by_pitch` has more of them.
+    /// Directions of its tables of a pixel. Resonances in the lossless layers of small pixels are narrow in angle (a
+    /// real band of wavelengths evens them out), and their directions cost less: `by_pitch` has more of them.
     fn directions(self, preset: Preset, stack: &PixelStack) -> DirectionSteps {
         let by_pitch = (16.0 * 3.5 / stack.pitch_um).round().clamp(12.0, 36.0) as usize;
         let (steps, refine) = match (self, preset) {
@@ -272,8 +273,9 @@ impl ModelChoice {
         self.level.directions(self.preset, stack)
     }
 
-    /// Model and directions of its table of all lens shifts. The wave model leaves out the light that comes back from the trenches, so that all
-    /// shifts share one solution of the lens; its solver's residual is then as small as the interpolation's error.
+    /// Model and directions of its table of all lens shifts. The wave model leaves out the light that comes back from
+    /// the trenches, so that all shifts share one solution of the lens; its solver's residual is then as small as the
+    /// interpolation's error.
     pub fn for_all_shifts(&self, stack: &PixelStack) -> (PixelModel, DirectionSteps) {
         let (mut model, mut directions) = (self.model(), self.directions(stack));
         let standard = self.preset == Preset::Standard;
@@ -401,8 +403,8 @@ impl PixelModel {
         self.solvers(task)?.into_iter().next().ok_or_else(none)
     }
 
-    /// The pixel, ready to be lit: one solver per wavelength, or a single one that answers for all. The corrected level makes its exact runs
-    /// here.
+    /// The pixel, ready to be lit: one solver per wavelength, or a single one that answers for all. The corrected level
+    /// makes its exact runs here.
     ///
     /// # Errors
     /// A pixel, settings or a wavelength out of range, or a pixel that the model has no answer for, with the reason.

@@ -1,5 +1,5 @@
-//! A mosaic of colour filters: the supercell of 2×2 microlenses that then repeats, each of one colour over all of its sub-pixels (quad-Bayer for
-//! a quad pixel).
+//! A mosaic of colour filters: the supercell of 2×2 microlenses that then repeats, each of one colour over all of its
+//! sub-pixels (quad-Bayer for a quad pixel).
 //!
 //! ```text
 //!      y ▲
@@ -8,10 +8,10 @@
 //!        └──────────▶ x
 //!      column 0   1                       the red microlens's centre is the origin, the others a pitch beyond
 //! ```
-//! Without a mosaic the period is one microlens: its neighbours wear its own filter, and light that crosses over to them has passed no
-//! other (section 4 of Chataignier et al., Opt. Express 27, 30486 (2019), calls this the worst case). A mosaic keeps the pixel's mirrors through
-//! the centres of microlenses, for the columns and rows on both sides of one are alike; it breaks those through their borders, and for the two greens that
-//! of the diagonal.
+//! Without a mosaic the period is one microlens: its neighbours wear its own filter, and light that crosses over to
+//! them has passed no other (section 4 of Chataignier et al., Opt. Express 27, 30486 (2019), calls this the worst
+//! case). A mosaic keeps the pixel's mirrors through the centres of microlenses, for the columns and rows on both sides
+//! of one are alike; it breaks those through their borders, and for the two greens that of the diagonal.
 
 use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -137,8 +137,8 @@ impl PixelStack {
         Ok(one)
     }
 
-    /// P of each sub-pixel of each microlens, as parts of the light that falls on **one** microlens, of powers that are parts of the light on
-    /// the period, photodiode by photodiode.
+    /// P of each sub-pixel of each microlens, as parts of the light that falls on **one** microlens, of powers that are
+    /// parts of the light on the period, photodiode by photodiode.
     pub fn by_microlens(&self, absorbed: &[f64]) -> Vec<Vec<f64>> {
         let cells = self.microlenses_across().pow(2) as f64;
         let own = absorbed.chunks(self.subpixels.count());

@@ -1,9 +1,10 @@
-//! A flat stack between two half spaces, exactly: reflected, transmitted and absorbed power of a plane wave at any angle, s or p.
+//! A flat stack between two half spaces, exactly: reflected, transmitted and absorbed power of a plane wave at any
+//! angle, s or p.
 //!
 //! The amplitude of tangential E and its admittance y (s: k_z/k0, p: n² k0/k_z) meet an interface from a to b with
 //! r = (y_a − y_b)/(y_a + y_b), t = 1 + r (Born & Wolf, Principles of Optics, 1.6). Layers are added from the bottom:
-//! ρ = (r + ρ_below e²)/(1 + r ρ_below e²), e = e^(i k_z d). Only decaying exponentials occur, so thick and absorbing layers are safe. Time
-//! convention e^(−iωt).
+//! ρ = (r + ρ_below e²)/(1 + r ρ_below e²), e = e^(i k_z d). Only decaying exponentials occur, so thick and absorbing
+//! layers are safe. Time convention e^(−iωt).
 
 use rustfft::num_complex::Complex64;
 
@@ -27,7 +28,8 @@ pub enum Polarization {
 pub struct FlatPowers {
     /// Reflected.
     pub reflected: f64,
-    /// Flux that enters each layer from above, and last the lower half space: the absorption of layer i is `entering[i] − entering[i + 1]`.
+    /// Flux that enters each layer from above, and last the lower half space: the absorption of layer i is
+    /// `entering[i] − entering[i + 1]`.
     pub entering: Vec<f64>,
 }
 
@@ -50,8 +52,8 @@ pub struct FlatStack {
 }
 
 impl FlatStack {
-    /// The pixel with its lens flattened at its mean height and no trenches or walls, its counted silicon as last layer, silicon below. Refuses a
-    /// mosaic.
+    /// The pixel with its lens flattened at its mean height and no trenches or walls, its counted silicon as last
+    /// layer, silicon below. Refuses a mosaic.
     pub fn of_pixel(stack: &PixelStack, wavelength_nm: f64) -> Result<Self, StackError> {
         stack.check()?;
         if stack.mosaic.is_some() {
@@ -74,7 +76,8 @@ impl FlatStack {
         })
     }
 
-    /// Powers at `wavelength_nm` for a wave of transverse wavenumber `sine` k0 (in air the sine of the angle; |`sine`| < `above`).
+    /// Powers at `wavelength_nm` for a wave of transverse wavenumber `sine` k0 (in air the sine of the angle; |`sine`|
+    /// < `above`).
     pub fn solve(
         &self,
         wavelength_nm: f64,
@@ -210,8 +213,8 @@ mod tests {
         }
     }
 
-    /// `exact` columns (R_tmm, A_si_tmm, A_cf_tmm) of an independent transfer matrix, printed to 1e-5: air | resin 0.5 | filter 0.75, k 0.01 and
-    /// 0.005 | SiO2 0.65 | Si, 4 µm counted; 550 nm.
+    /// `exact` columns (R_tmm, A_si_tmm, A_cf_tmm) of an independent transfer matrix, printed to 1e-5: air | resin
+    /// 0.5 | filter 0.75, k 0.01 and 0.005 | SiO2 0.65 | Si, 4 µm counted; 550 nm.
     #[test]
     fn the_pixels_layers_are_those_of_an_independent_transfer_matrix() {
         let rows = [

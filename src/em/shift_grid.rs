@@ -1,15 +1,16 @@
 //! The lens shifts of a 5D table: a regular grid over one period of the lens array.
 //!
-//! A gapless lens array shifted by a whole pitch is the same array, so all shifts there are lie in one period: there is no last
-//! node, and a microlens that is pushed over its neighbour is the neighbour's, pulled back. Nodes `s = (i, j) pitch / N`; those that
-//! a symmetry of the square maps onto each other are simulated and stored once (the octant `0 ≤ j ≤ i ≤ N/2`).
+//! A gapless lens array shifted by a whole pitch is the same array, so all shifts there are lie in one period: there is
+//! no last node, and a microlens that is pushed over its neighbour is the neighbour's, pulled back. Nodes
+//! `s = (i, j) pitch / N`; those that a symmetry of the square maps onto each other are simulated and stored once (the
+//! octant `0 ≤ j ≤ i ≤ N/2`).
 
 use serde::{Deserialize, Serialize};
 
 use super::symmetry::Symmetry;
 use crate::range::{OutOfRange, require};
 
-/// N nodes a pitch along x and along y.
+/// N nodes per pitch along x and along y.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ShiftGrid {

@@ -10,9 +10,9 @@
 //!      █│█████│█████│█           silicon, parted by trenches between sub-pixels and along the pixel's border;
 //!      █│█████│█████│█           it goes on below the `silicon_um` whose absorption is counted
 //! ```
-//! The cell is a square of side `pitch_um`, repeated in x and y. A trench or wall along the border is centred on it, so that each
-//! pixel has half of its width. No anti-reflection layer unless it is listed. Under a mosaic of colour filters ([`super::mosaic`]) the
-//! period is 2×2 such cells.
+//! The cell is a square of side `pitch_um`, repeated in x and y. A trench or wall along the border is centred on it, so
+//! that each pixel has half of its width. No anti-reflection layer unless it is listed. Under a mosaic of colour
+//! filters ([`super::mosaic`]) the period is 2×2 such cells.
 
 use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -162,8 +162,8 @@ impl PixelStack {
             .filter(|m| m.layer == *name && m.width_um > 0.0)
     }
 
-    /// Whether the layers make a pixel: ranges, known materials, a lens that covers the cell, trenches and walls narrower than
-    /// sub-pixels.
+    /// Whether the layers make a pixel: ranges, known materials, a lens that covers the cell, trenches and walls
+    /// narrower than sub-pixels.
     pub fn check(&self) -> Result<(), StackError> {
         within("pitch_um", self.pitch_um, 0.4, 12.0, "0.4 to 12")?;
         within("silicon_um", self.silicon_um, 0.1, 20.0, "0.1 to 20")?;
@@ -264,8 +264,8 @@ impl PixelStack {
         self.lens.height_um - r + sum / (SAMPLES * SAMPLES) as f64
     }
 
-    /// How a lens shift moves the response, to first order: n of the lens, and the depth of the silicon below the mean lens surface in
-    /// lengths of it, `H = Σ d_i n / n_i`.
+    /// How a lens shift moves the response, to first order: n of the lens, and the depth of the silicon below the mean
+    /// lens surface in lengths of it, `H = Σ d_i n / n_i`.
     ///
     /// # Errors
     /// A material that does not know the wavelength.

@@ -1,8 +1,9 @@
 //! Directions that a symmetry of pixel and lens shift maps onto each other are simulated once.
 //!
-//! A square cell with a centred lens has the eight symmetries of the square; a lens shift, or photodiodes that are not square,
-//! leave fewer. The response is the mean of both polarizations, which every symmetry keeps. A mosaic of colour filters leaves all: those of the red
-//! and the blue microlens are the square's, and the diagonal changes the two greens, of which the response is the mean.
+//! A square cell with a centred lens has the eight symmetries of the square; a lens shift, or photodiodes that are not
+//! square, leave fewer. The response is the mean of both polarizations, which every symmetry keeps. A mosaic of colour
+//! filters leaves all: those of the red and the blue microlens are the square's, and the diagonal changes the two
+//! greens, of which the response is the mean.
 
 use super::PixelStack;
 use crate::sensor::Subpixels;

@@ -1,7 +1,7 @@
 //! PNG, JPEG and TIFF: integer pictures.
 //!
-//! A linear value v is stored in 16 bits as `code = black + v (white − black) / linear_at_white`, rounded; codes outside
-//! 0..=65535 are clipped and counted, never silently.
+//! A linear value v is stored in 16 bits as `code = black + v (white − black) / linear_at_white`, rounded; codes
+//! outside 0..=65535 are clipped and counted, never silently.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -60,7 +60,8 @@ pub fn write_png16(path: &Path, image: &Image, levels: Levels) -> Result<u64, Im
 /// The bytes of [`write_png16`] and its count; `path` is for messages only.
 ///
 /// # Errors
-/// [`ImageError::Shape`] for other than one or three channels or a white level that is not above the black one, [`ImageError::Encode`] for what the encoder refuses.
+/// [`ImageError::Shape`] for other than one or three channels or a white level that is not above the black one,
+/// [`ImageError::Encode`] for what the encoder refuses.
 pub fn encode_png16(
     path: &Path,
     image: &Image,

@@ -1,4 +1,4 @@
-//! The mosaic taken apart: one view a sub-pixel, the halves of the pupil, sums of views.
+//! The mosaic taken apart: one view per sub-pixel, the halves of the pupil, sums of views.
 //!
 //! ```text
 //! view_{j·m+i}(x, y) = raw(x·m + i, y·n + j)          0 ≤ i < m (columns), 0 ≤ j < n (rows)
@@ -6,7 +6,8 @@
 
 use super::Image;
 
-/// The view of each sub-pixel in stored order, row by row; columns and rows of the mosaic beyond a whole pixel are left out.
+/// The view of each sub-pixel in stored order, row by row; columns and rows of the mosaic beyond a whole pixel are left
+/// out.
 pub fn split_views(raw: &Image, columns: usize, rows: usize) -> Vec<Image> {
     let (width, height) = (raw.width() / columns, raw.height() / rows);
     let view = |index: usize| {
@@ -68,7 +69,8 @@ impl Side {
         }
     }
 
-    /// Indices of its sub-pixels among `columns × rows`; none where there is but one column (left, right) or row (top, bottom).
+    /// Indices of its sub-pixels among `columns × rows`; none where there is but one column (left, right) or row (top,
+    /// bottom).
     pub fn members(self, columns: usize, rows: usize) -> Vec<usize> {
         let (half_m, half_n) = (columns / 2, rows / 2);
         let holds = |index: &usize| {

@@ -1,9 +1,9 @@
 //! Real rays from one object point aimed at points of the stop.
 //!
-//! An object point in the field direction (θ, azimuth) sends a ray through each point q of the plane through the paraxial entrance
-//! pupil's centre, square to the direction. Newton's method, with a numerical Jacobian of the traced map q ↦ p (p on the
-//! stop, in its own frame), finds the ray that meets the wanted p. Wide fields, whose pupil wanders off the paraxial one, are
-//! reached in steps of angle, each started from the last one's chief ray.
+//! An object point in the field direction (θ, azimuth) sends a ray through each point q of the plane through the
+//! paraxial entrance pupil's centre, square to the direction. Newton's method, with a numerical Jacobian of the traced
+//! map q ↦ p (p on the stop, in its own frame), finds the ray that meets the wanted p. Wide fields, whose pupil wanders
+//! off the paraxial one, are reached in steps of angle, each started from the last one's chief ray.
 
 use glam::{DMat2, DVec2, DVec3};
 
@@ -102,8 +102,8 @@ impl Source {
 }
 
 impl<'a> Aim<'a> {
-    /// Finds the chief ray of a field, for an object in the plane `object_distance_mm` (infinite allowed) in front of the first
-    /// vertex. `None` when no ray of the field reaches the middle of the stop.
+    /// Finds the chief ray of a field, for an object in the plane `object_distance_mm` (infinite allowed) in front of
+    /// the first vertex. `None` when no ray of the field reaches the middle of the stop.
     pub fn new(
         system: &'a OpticalSystem,
         paraxial: &Paraxial,
@@ -147,8 +147,8 @@ impl<'a> Aim<'a> {
         self.source.ray(self.chief)
     }
 
-    /// The ray in object space that meets the stop at `unit` times its semi-aperture, in the stop's own frame; `None` if
-    /// there is none.
+    /// The ray in object space that meets the stop at `unit` times its semi-aperture, in the stop's own frame; `None`
+    /// if there is none.
     pub fn ray_at(&self, unit: DVec2) -> Option<Ray> {
         let guess = self.chief + self.in_source_axes(unit) * self.pupil_semi_mm;
         let q = self.solve(unit * self.stop_semi_mm, guess)?;
@@ -183,7 +183,8 @@ impl<'a> Aim<'a> {
         None
     }
 
-    /// Where the ray through q meets the stop's surface, in the stop's frame; what happens behind the stop does not matter.
+    /// Where the ray through q meets the stop's surface, in the stop's frame; what happens behind the stop does not
+    /// matter.
     fn stop_point(&self, q: DVec2) -> Option<DVec2> {
         let mut met = None;
         let visit = |surface, point: DVec3| {

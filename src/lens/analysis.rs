@@ -1,10 +1,11 @@
 //! What a lens does over its field: spots, chief ray, distortion.
 //!
-//! A spot diagram is the pattern that rays of one object point draw on the sensor. The rays are spread evenly over the stop: one
-//! in its middle and 24 on each of 10 rings, at the radius √((i + ½)/10) that halves the area of ring i; every other ring is
-//! turned by half a spoke. They are aimed at the d line and the same rays are traced in every colour, so that the colours share one pupil in the
-//! scene; the stop does not clip them a second time. The RMS radius is taken about the centroid p̄: √(Σ |p − p̄|² / N). Distortion compares the
-//! chief ray's height h with the paraxial one, (h − h₀)/h₀ with h₀ = f tan θ for an object at infinity.
+//! A spot diagram is the pattern that rays of one object point draw on the sensor. The rays are spread evenly over the
+//! stop: one in its middle and 24 on each of 10 rings, at the radius √((i + ½)/10) that halves the area of ring i;
+//! every other ring is turned by half a spoke. They are aimed at the d line and the same rays are traced in every
+//! colour, so that the colours share one pupil in the scene; the stop does not clip them a second time. The RMS radius
+//! is taken about the centroid p̄: √(Σ |p − p̄|² / N). Distortion compares the chief ray's height h with the paraxial
+//! one, (h − h₀)/h₀ with h₀ = f tan θ for an object at infinity.
 //!
 //! The object stands in the plane in focus, [`Lens::focus_distance_mm`].
 

@@ -1,8 +1,8 @@
 //! What a prescription must meet so that the lens can exist.
 //!
 //! Between each surface i and the next one j, at every radius r within both clear apertures, there must be room:
-//! t + sag_j(r) − sag_i(r) ≥ 0. Stop and dummy planes are passed through by neighbours (a phone lens's stop stands behind the
-//! first vertex), so they are left out and the surfaces on both sides of them are compared.
+//! t + sag_j(r) − sag_i(r) ≥ 0. Stop and dummy planes are passed through by neighbours (a phone lens's stop stands
+//! behind the first vertex), so they are left out and the surfaces on both sides of them are compared.
 
 use super::error::LensError;
 use super::prescription::Prescription;
@@ -106,8 +106,8 @@ impl Prescription {
         Ok(())
     }
 
-    /// Looks at the gap t + sag_j(r) − sag_i(r) between each surface i and the next one j, stop and dummy planes left out, and
-    /// between the last surface and the image plane.
+    /// Looks at the gap t + sag_j(r) − sag_i(r) between each surface i and the next one j, stop and dummy planes left
+    /// out, and between the last surface and the image plane.
     fn check_overlap(&self) -> Result<(), LensError> {
         let z = self.vertices_z_mm();
         let optics: Vec<OpticalSurface> = (0..self.surfaces.len())

@@ -1,8 +1,8 @@
 //! The chief ray of a sensor position: backward, through the centre of the stop.
 //!
-//! Newton's method on the two slopes m = (D_x, D_y)/D_z at the sensor, so that the ray meets the stop's own plane at its own (0, 0);
-//! the Jacobian by differences. The start is the paraxial exit pupil. Where the ray from there does not reach the stop
-//! (wide lenses far off the axis) the position is walked to from the axis.
+//! Newton's method on the two slopes m = (D_x, D_y)/D_z at the sensor, so that the ray meets the stop's own plane at
+//! its own (0, 0); the Jacobian by differences. The start is the paraxial exit pupil. Where the ray from there does not
+//! reach the stop (wide lenses far off the axis) the position is walked to from the axis.
 
 use glam::{DMat2, DVec2, DVec3};
 
@@ -19,9 +19,9 @@ const CENTRED_MM: f64 = 1e-10;
 const SLOPE_DIFFERENCE: f64 = 1e-6;
 const WALK_STEPS: usize = 24;
 
-/// The ray from the sensor position (`x_mm`, `y_mm`) (sensor frame) through the centre of the stop, at the sensor, with `direction.z < 0`
-/// (camera frame). Clear apertures are not looked at: in a vignetted field it may be blocked. Without surfaces it
-/// runs along the axis.
+/// The ray from the sensor position (`x_mm`, `y_mm`) (sensor frame) through the centre of the stop, at the sensor, with
+/// `direction.z < 0` (camera frame). Clear apertures are not looked at: in a vignetted field it may be blocked. Without
+/// surfaces it runs along the axis.
 ///
 /// # Errors
 /// Where such a ray fails to reach the stop; [`RayFailure::Missed`] at the stop if none settles on its centre.

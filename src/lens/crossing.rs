@@ -1,22 +1,26 @@
 //! Which crossing of an asphere counts, and a search that cannot overlook it.
 //!
-//! Along the ray P + t D let g(t) = σ (z − sag), which rises where the ray crosses in the sense of the light, σ. The rule:
+//! Along the ray P + t D let g(t) = σ (z − sag), which rises where the ray crosses in the sense of the light, σ. The
+//! rule:
 //!
 //! 1. of the crossings within the clear aperture the first one in the order of travel;
 //! 2. if there is none, where Newton's method settles outside (the ray is then clipped, unless apertures are left out).
 //!
-//! Newton's method alone is not enough: from the conic's point it may settle outside the aperture, on a crossing in the other sense, or nowhere. Its
-//! point is taken as it is where it lies in the aperture, has the sense σ, and the ray is within 45° of the axis: only a profile with slopes above 45° that
-//! rises, falls and rises again has two such crossings, and of those either may then be taken. A surface without a rim, whose conic has none either, leaves
-//! no place to search; there Newton's point is all there is.
+//! Newton's method alone is not enough: from the conic's point it may settle outside the aperture, on a crossing in the
+//! other sense, or nowhere. Its point is taken as it is where it lies in the aperture, has the sense σ, and the ray is
+//! within 45° of the axis: only a profile with slopes above 45° that rises, falls and rises again has two such
+//! crossings, and of those either may then be taken. A surface without a rim, whose conic has none either, leaves no
+//! place to search; there Newton's point is all there is.
 //!
-//! The search halves the way through the aperture's cylinder until on each piece, from bounds of g' = σ (D_z − h w), w = x D_x + y D_y,
+//! The search halves the way through the aperture's cylinder until on each piece, from bounds of g' = σ (D_z − h w),
+//! w = x D_x + y D_y,
 //!
 //! ```text
 //! g rises: one crossing or none     g falls: none     |g| at the ends is more than g' can undo: none
 //! ```
 //!
-//! and follows the pieces in the order of travel (interval arithmetic as in Moore, Kearfott & Cloud, Introduction to Interval Analysis, chapter 8).
+//! and follows the pieces in the order of travel (interval arithmetic as in Moore, Kearfott & Cloud, Introduction to
+//! Interval Analysis, chapter 8).
 
 use glam::DVec3;
 
@@ -33,8 +37,8 @@ const MOST_PIECES: u32 = 4096;
 const BRACKETED_STEPS: usize = 128;
 
 impl OpticalSurface {
-    /// Path length from `foot` (the point of the ray nearest to the vertex) to the crossing that counts, in the sense `sign`;
-    /// `newton` is where Newton's method settled, if it did.
+    /// Path length from `foot` (the point of the ray nearest to the vertex) to the crossing that counts, in the sense
+    /// `sign`; `newton` is where Newton's method settled, if it did.
     pub(super) fn settle(
         &self,
         foot: DVec3,
@@ -57,7 +61,8 @@ impl OpticalSurface {
         self.first_crossing(foot, d, sign).or(met)
     }
 
-    /// Whether a ray that comes to `p` on the surface along `d` goes through in the sense `sign`. Written so that a NaN fails.
+    /// Whether a ray that comes to `p` on the surface along `d` goes through in the sense `sign`. Written so that a NaN
+    /// fails.
     fn crosses(&self, p: DVec3, d: DVec3, sign: f64) -> bool {
         let r2 = p.x * p.x + p.y * p.y;
         let (_, h) = self.sag_and_slope(r2);
@@ -131,8 +136,8 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Where the ray enters and leaves the cylinder of the aperture, or of the conic's domain if that is narrower; `None` where it
-    /// passes by, and where there is no end (a ray along the axis does not trouble Newton's method).
+    /// Where the ray enters and leaves the cylinder of the aperture, or of the conic's domain if that is narrower;
+    /// `None` where it passes by, and where there is no end (a ray along the axis does not trouble Newton's method).
     fn within_aperture(&self) -> Option<(f64, f64)> {
         let s = self.surface;
         let end = (1.0 + s.conic) * s.curvature * s.curvature;
@@ -201,7 +206,8 @@ impl<'a> Line<'a> {
             .or_else(|| self.first_rise(middle, to, left))
     }
 
-    /// Newton's method between two ends at which g has not come up and has; a step that leaves them is replaced by halving.
+    /// Newton's method between two ends at which g has not come up and has; a step that leaves them is replaced by
+    /// halving.
     fn bracketed(&self, from: End, to: End) -> f64 {
         let (mut low, mut high) = (from.t, to.t);
         let mut t = 0.5 * (low + high);

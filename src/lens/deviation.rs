@@ -1,7 +1,8 @@
 //! Surfaces that came out of the mould otherwise than prescribed: radius of curvature and index of the glass.
 //!
-//! Positions stay where the prescription has them; what is out of place is in [`super::tolerance`]. A camera is focused after it is
-//! assembled, so the sensor follows the paraxial focus of the lens as made: the designer's shift between the two is kept.
+//! Positions stay where the prescription has them; what is out of place is in [`super::tolerance`]. A camera is focused
+//! after it is assembled, so the sensor follows the paraxial focus of the lens as made: the designer's shift between
+//! the two is kept.
 
 use serde::{Deserialize, Serialize};
 
@@ -33,8 +34,8 @@ impl Prescription {
     /// The lens as it was made, with the image plane where its own paraxial focus takes it.
     ///
     /// # Errors
-    /// [`LensError::Value`] for a surface that it does not have or that is named twice, a deviation out of range, an index where there is
-    /// air; what [`Lens::new`] finds in the result.
+    /// [`LensError::Value`] for a surface that it does not have or that is named twice, a deviation out of range, an
+    /// index where there is air; what [`Lens::new`] finds in the result.
     pub fn with_deviations(&self, deviations: &[Deviation]) -> Result<Prescription, LensError> {
         let mut made = self.clone();
         let count = made.surfaces.len();

@@ -2,7 +2,8 @@
 
 use crate::range::OutOfRange;
 
-/// Why a lens cannot be made, changed or used as asked. Each message names the file, the field, its value and what is allowed.
+/// Why a lens cannot be made, changed or used as asked. Each message names the file, the field, its value and what is
+/// allowed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LensError {

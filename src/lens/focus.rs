@@ -1,8 +1,8 @@
 //! Focus and stop.
 //!
-//! The sensor stands at the paraxial image of the object, plus the shift that the designer chose: the prescribed image plane
-//! minus the paraxial focus at the d line, for an object at infinity. So focusing at infinity at the d line gives the
-//! prescribed plane back.
+//! The sensor stands at the paraxial image of the object, plus the shift that the designer chose: the prescribed image
+//! plane minus the paraxial focus at the d line, for an object at infinity. So focusing at infinity at the d line gives
+//! the prescribed plane back.
 
 use super::error::LensError;
 use super::paraxial::Paraxial;
@@ -23,12 +23,12 @@ pub enum FocusBy {
 }
 
 impl Lens {
-    /// The lens focused on the plane `distance_mm` (infinite allowed) in front of where the first vertex stands at infinity focus.
-    /// [`Lens::focus_distance_mm`] of the result counts from where it stands now.
+    /// The lens focused on the plane `distance_mm` (infinite allowed) in front of where the first vertex stands at
+    /// infinity focus. [`Lens::focus_distance_mm`] of the result counts from where it stands now.
     ///
     /// # Errors
-    /// [`LensError::Value`] within the near limit: at or inside the front focal point, or, when the lens moves, so near that no
-    /// place of the lens between object and sensor gives an image.
+    /// [`LensError::Value`] within the near limit: at or inside the front focal point, or, when the lens moves, so near
+    /// that no place of the lens between object and sensor gives an image.
     pub fn focused_at(
         &self,
         distance_mm: f64,
@@ -64,8 +64,8 @@ impl Lens {
         })
     }
 
-    /// The lens focused on the plane `distance_mm` in front of the *sensor*, as photographers count, by moving the whole lens:
-    /// afterwards [`Lens::focus_distance_mm`] and [`Lens::sensor_z_mm`] add up to it.
+    /// The lens focused on the plane `distance_mm` in front of the *sensor*, as photographers count, by moving the
+    /// whole lens: afterwards [`Lens::focus_distance_mm`] and [`Lens::sensor_z_mm`] add up to it.
     ///
     /// # Errors
     /// Those of [`Lens::focused_at`].
@@ -100,7 +100,8 @@ impl Lens {
     }
 
     /// The lens with its sensor `error_mm` behind (+) where it is in focus. The plane in focus moves along, and
-    /// [`Lens::focus_distance_mm`] tells where it is now. The sensor comes no nearer than where infinity is in focus: an actuator's end stop.
+    /// [`Lens::focus_distance_mm`] tells where it is now. The sensor comes no nearer than where infinity is in focus:
+    /// an actuator's end stop.
     ///
     /// # Errors
     /// [`LensError::Value`] for an error that is not finite, or a wavelength out of range.
@@ -149,8 +150,8 @@ impl Lens {
 }
 
 /// How far the lens moves towards an object `distance_mm` away at infinity focus. By Newton's equation x e = f², with
-/// x = X − e the object's distance from the front focal point once the lens has moved, X before; of the two conjugate places
-/// the one nearer to the sensor.
+/// x = X − e the object's distance from the front focal point once the lens has moved, X before; of the two conjugate
+/// places the one nearer to the sensor.
 fn advance(distance_mm: f64, p: &Paraxial) -> Option<f64> {
     let before = distance_mm + p.front_focal_z_mm;
     let ratio = 2.0 * p.efl_mm / before;

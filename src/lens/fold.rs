@@ -1,18 +1,19 @@
 //! A fold mirror, unfolded.
 //!
 //! A plane mirror with normal n reflects by M(n) = 1 − 2 n nᵀ. What stands behind the mirror is seen from in
-//! front of it through that reflection; unfolding undoes the nominal one, n₀ = (0, 1, −1)/√2 (the axis turns up by 90°).
-//! With the real normal n, what stands behind is therefore seen turned by M(n) M(n₀), the product of two reflections and so a
-//! rotation: by twice the angle between the normals, about n₀ × n, through the mirror's vertex m. The sensor holds
-//! the camera frame, so that here it is the surfaces **in front of** the mirror that turn, the other way:
+//! front of it through that reflection; unfolding undoes the nominal one, n₀ = (0, 1, −1)/√2 (the axis turns up by
+//! 90°). With the real normal n, what stands behind is therefore seen turned by M(n) M(n₀), the product of two
+//! reflections and so a rotation: by twice the angle between the normals, about n₀ × n, through the mirror's vertex m.
+//! The sensor holds the camera frame, so that here it is the surfaces **in front of** the mirror that turn, the other
+//! way:
 //!
 //! ```text
 //! p ↦ m + M(n₀) M(n) (p − m)        n = R(e_y', tilt) R(e_x, tip) n₀      e_y' = (0, 1, 1)/√2, in the mirror's plane
 //! ```
 //!
-//! A tip by α turns them by 2α about x. A tilt by α turns them by 2α about e_y', that is by √2 α about y and by √2 α about the
-//! axis. The scene stays bound to the sensor too: the camera is aimed anew, as a photographer would. A mirror in front of
-//! the first surface then changes nothing.
+//! A tip by α turns them by 2α about x. A tilt by α turns them by 2α about e_y', that is by √2 α about y and by √2 α
+//! about the axis. The scene stays bound to the sensor too: the camera is aimed anew, as a photographer would. A mirror
+//! in front of the first surface then changes nothing.
 
 use glam::{DMat3, DVec3};
 use serde::Deserialize;

@@ -6,8 +6,8 @@
 //! n(λ) = A + B/λ²     B = (n_d − 1) / V_d / (1/λ_F² − 1/λ_C²)     A = n_d − B/λ_d²
 //! ```
 //!
-//! or, where its coefficients are given, by Sellmeier's three terms (λ in µm, B_i without unit, C_i in µm²; Born & Wolf,
-//! Principles of Optics, section 2.3.4):
+//! or, where its coefficients are given, by Sellmeier's three terms (λ in µm, B_i without unit, C_i in µm²; Born &
+//! Wolf, Principles of Optics, section 2.3.4):
 //!
 //! ```text
 //! n² = 1 + Σ B_i λ² / (λ² − C_i)
@@ -80,8 +80,8 @@ impl Glass {
         }
     }
 
-    /// The glass with another index at the d line, by `difference`: Sellmeier's strengths B all scaled alike, else the same difference at
-    /// every wavelength.
+    /// The glass with another index at the d line, by `difference`: Sellmeier's strengths B all scaled alike, else the
+    /// same difference at every wavelength.
     pub fn with_index_deviation(&self, difference: f64) -> Glass {
         match *self {
             Glass::Constant { n } => Glass::Constant { n: n + difference },

@@ -1,14 +1,15 @@
 //! The lens without aberrations: what first-order optics makes of it.
 //!
-//! A line of slope m = (dx, dy)/dz that stands at x in the image plane crosses the rear principal plane at h and goes on from the front one at the
-//! same height, bent by the focal length f (Welford, Aberrations of Optical Systems, section 3.5):
+//! A line of slope m = (dx, dy)/dz that stands at x in the image plane crosses the rear principal plane at h and goes
+//! on from the front one at the same height, bent by the focal length f (Welford, Aberrations of Optical Systems,
+//! section 3.5):
 //!
 //! ```text
 //! h = x + m (z_H' − z')        m_scene = m + h/f        it passes z at  h + m_scene (z − z_H)
 //! ```
 //!
-//! with z' the image of the depth in focus. The entrance pupil alone stops it: no distortion, no field curvature, no vignetting. One ray costs a
-//! root and a division, whatever the number of surfaces.
+//! with z' the image of the depth in focus. The entrance pupil alone stops it: no distortion, no field curvature, no
+//! vignetting. One ray costs a root and a division, whatever the number of surfaces.
 
 use glam::DVec2;
 
@@ -28,8 +29,8 @@ pub struct IdealLens {
 }
 
 impl IdealLens {
-    /// From first-order data; rays start in the plane `image_z_mm`. `stop` is the surface that lost rays are said to be lost at. `None` for a lens without
-    /// an entrance pupil at a finite place.
+    /// From first-order data; rays start in the plane `image_z_mm`. `stop` is the surface that lost rays are said to be
+    /// lost at. `None` for a lens without an entrance pupil at a finite place.
     pub fn new(p: &Paraxial, image_z_mm: f64, stop: usize) -> Option<Self> {
         let lens = Self {
             power_per_mm: 1.0 / p.efl_mm,
@@ -49,8 +50,8 @@ impl IdealLens {
         numbers.iter().all(|x| x.is_finite()).then_some(lens)
     }
 
-    /// Takes every ray of `batch` from the sensor into the scene, as [`super::PacketTracer::trace_backward`] does: it ends in the plane of the first
-    /// vertex, z = 0. The sensor's small distance from the image plane is not looked at.
+    /// Takes every ray of `batch` from the sensor into the scene, as [`super::PacketTracer::trace_backward`] does: it
+    /// ends in the plane of the first vertex, z = 0. The sensor's small distance from the image plane is not looked at.
     pub fn trace_backward(&self, batch: &mut RayBatch) {
         let n = batch.len();
         batch.status.resize(n, 0);
@@ -156,8 +157,8 @@ mod tests {
         let system = lens.at(550.0).unwrap();
         let shift =
             lens.sensor_z_mm() - lens.paraxial(550.0).unwrap().image_z_mm(FOCUS_MM).unwrap();
-        // Third order: a tenth of the height and slope, a thousandth of the error; at heights where the fifth order is small (a full
-        // aperture's slopes are 0.22).
+        // Third order: a tenth of the height and slope, a thousandth of the error; at heights where the fifth order is
+        // small (a full aperture's slopes are 0.22).
         let error = |height: f64| {
             let slope = DVec2::new(0.2 * height, 0.1 * height);
             let place = DVec2::new(0.3 * height, -0.5 * height);

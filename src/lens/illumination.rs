@@ -6,9 +6,9 @@
 //! E = L ∫ cos θ dΩ = L ∫∫ du dv
 //! ```
 //!
-//! over the directions that come through, with u, v their direction cosines in the plane of the sensor: cos θ dΩ = du dv
-//! (the projected solid angle; Nicodemus, Appl. Opt. 9, 1474 (1970)). So E is L times the area in the (u, v) plane whose rays
-//! pass when traced back from the point, found on a regular grid.
+//! over the directions that come through, with u, v their direction cosines in the plane of the sensor: cos θ dΩ = du
+//! dv (the projected solid angle; Nicodemus, Appl. Opt. 9, 1474 (1970)). So E is L times the area in the (u, v) plane
+//! whose rays pass when traced back from the point, found on a regular grid.
 
 use glam::{DVec2, DVec3};
 
@@ -23,8 +23,8 @@ use crate::rays::Ray;
 
 /// Directions along each side of the grid.
 const GRID: usize = 160;
-/// By how much the grid is larger than the box of the stop's rim in (u, v): the sensor point sees the pupil from one place, the
-/// rim's rays land beside it by their aberrations.
+/// By how much the grid is larger than the box of the stop's rim in (u, v): the sensor point sees the pupil from one
+/// place, the rim's rays land beside it by their aberrations.
 const MARGIN: f64 = 1.1;
 
 /// A rectangle of the (u, v) plane: direction cosines in the camera frame of light that travels towards the sensor.
@@ -36,8 +36,8 @@ pub struct UvBox {
     pub high: DVec2,
 }
 
-/// ∫∫ du dv in sr over the directions within `bounds` that come through the system to the point (x, y) of the sensor (camera
-/// frame, mm).
+/// ∫∫ du dv in sr over the directions within `bounds` that come through the system to the point (x, y) of the sensor
+/// (camera frame, mm).
 pub fn projected_solid_angle(system: &OpticalSystem, point_mm: DVec2, bounds: UvBox) -> f64 {
     let step = (bounds.high - bounds.low) / GRID as f64;
     let passes = |i: usize, j: usize| {
@@ -56,8 +56,8 @@ pub fn projected_solid_angle(system: &OpticalSystem, point_mm: DVec2, bounds: Uv
 }
 
 impl Lens {
-    /// Irradiance where the field's chief ray lands over that on the axis, for a scene of uniform radiance; `None` where the
-    /// chief ray is clipped.
+    /// Irradiance where the field's chief ray lands over that on the axis, for a scene of uniform radiance; `None`
+    /// where the chief ray is clipped.
     ///
     /// # Errors
     /// [`LensError::Value`] for a field outside 0 to 90 degrees, or a wavelength out of range.
@@ -110,7 +110,8 @@ mod tests {
 
     #[test]
     fn bare_stop_lights_the_sensor_as_a_lambertian_disk_does() {
-        // E / (π L) = ½ [1 − (d² + ρ² − a²) / √((d² + ρ² + a²)² − 4 a² ρ²)] at ρ from the axis of a disk of radius a, distance d.
+        // E / (π L) = ½ [1 − (d² + ρ² − a²) / √((d² + ρ² + a²)² − 4 a² ρ²)] at ρ from the axis of a disk of radius a,
+        // distance d.
         let (a, d) = (1.0_f64, 2.5_f64);
         let stop = OpticalSurface {
             pose: Pose {

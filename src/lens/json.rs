@@ -12,10 +12,11 @@
 //! | `is_stop` | | true for the aperture stop |
 //! | `element_label` | | the designer's name of the element, or null |
 //!
-//! Beside `surfaces`, a file has `name`, `source`, `wavelengths` (nm), and may have `notes`, `plane_convention`, `stated`,
-//! `verification`, and `fold`: `{"after_surface": 4, "distance_mm": 3.0}` (`after_surface` null = in front of the first).
-//! Where `verification` has a `stop_semi_aperture_mm` smaller than the stop's `semi_aperture_mm`, it is the stop: files made from
-//! Zemax's carry there the largest ray height on the stop's surface, not the aperture that defines the F-number.
+//! Beside `surfaces`, a file has `name`, `source`, `wavelengths` (nm), and may have `notes`, `plane_convention`,
+//! `stated`, `verification`, and `fold`: `{"after_surface": 4, "distance_mm": 3.0}` (`after_surface` null = in front of
+//! the first). Where `verification` has a `stop_semi_aperture_mm` smaller than the stop's `semi_aperture_mm`, it is the
+//! stop: files made from Zemax's carry there the largest ray height on the stop's surface, not the aperture that
+//! defines the F-number.
 
 use std::collections::BTreeMap;
 
@@ -88,8 +89,8 @@ impl Prescription {
     /// Reads and checks a prescription in the lens library's JSON; `file` is what errors call it.
     ///
     /// # Errors
-    /// [`LensError::Format`] for bad JSON, missing, unknown or mistyped fields; [`LensError::Value`] for values that no lens
-    /// can have (see [`Prescription::check`]).
+    /// [`LensError::Format`] for bad JSON, missing, unknown or mistyped fields; [`LensError::Value`] for values that no
+    /// lens can have (see [`Prescription::check`]).
     pub fn from_json(text: &str, file: &str) -> Result<Prescription, LensError> {
         let mut deserializer = serde_json::Deserializer::from_str(text);
         let parsed: LensFile =

@@ -6,14 +6,16 @@
 //! refraction  n' u' = n u − y (n' − n) c̃ ,  c̃ = c + 2 A_2        transfer  y' = y + u' t
 //! ```
 //!
-//! (a term A_2 r² adds its own curvature at the vertex). The map (y, u) ↦ (A y + B u, C y + D u) from the first vertex to the last gives
+//! (a term A_2 r² adds its own curvature at the vertex). The map (y, u) ↦ (A y + B u, C y + D u) from the first vertex
+//! to the last gives
 //!
 //! ```text
-//! EFL = −1/C    BFL = −A/C    front focal point z = D/C    image of distance s at −(A s + B)/(C s + D) behind the last vertex
+//! EFL = −1/C    BFL = −A/C    front focal point z = D/C
+//! image of distance s at −(A s + B)/(C s + D) behind the last vertex
 //! ```
 //!
-//! With the map to the stop, y_stop = A y + B u: entrance pupil at z = B/A, magnified 1/A. With the map from the stop to the last
-//! vertex: exit pupil B/D in front of it, magnified (AD − BC)/D.
+//! With the map to the stop, y_stop = A y + B u: entrance pupil at z = B/A, magnified 1/A. With the map from the stop
+//! to the last vertex: exit pupil B/D in front of it, magnified (AD − BC)/D.
 
 use super::system::{OpticalSurface, OpticalSystem};
 
@@ -122,8 +124,8 @@ impl Paraxial {
         }
     }
 
-    /// z of the image of an object `distance_mm` in front of the first vertex (infinite allowed), mm; `None` at or within the
-    /// front focal point, where there is no real image.
+    /// z of the image of an object `distance_mm` in front of the first vertex (infinite allowed), mm; `None` at or
+    /// within the front focal point, where there is no real image.
     pub fn image_z_mm(&self, distance_mm: f64) -> Option<f64> {
         if distance_mm == f64::INFINITY {
             return Some(self.last_vertex_z_mm + self.bfl_mm);
@@ -134,8 +136,8 @@ impl Paraxial {
     }
 }
 
-/// Focal length in mm of the glass between `front` and `back` alone in air, `thickness_mm` thick: the lensmaker's equation
-/// 1/f = (n − 1)(c̃₁ − c̃₂ + (n − 1) t c̃₁ c̃₂ / n). Infinite for a plate.
+/// Focal length in mm of the glass between `front` and `back` alone in air, `thickness_mm` thick: the lensmaker's
+/// equation 1/f = (n − 1)(c̃₁ − c̃₂ + (n − 1) t c̃₁ c̃₂ / n). Infinite for a plate.
 pub fn singlet_efl_mm(front: &OpticalSurface, back: &OpticalSurface) -> f64 {
     let n = front.index_after;
     let c1 = front.curvature + 2.0 * front.aspheric[0];

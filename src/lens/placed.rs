@@ -52,8 +52,8 @@ impl Lens {
     /// The lens with its elements out of place as `misalignments` say, in place of any earlier misalignments.
     ///
     /// # Errors
-    /// [`LensError::Value`] for an element it does not have or that is named twice, a mirror where there is no fold, or a value
-    /// out of range.
+    /// [`LensError::Value`] for an element it does not have or that is named twice, a mirror where there is no fold, or
+    /// a value out of range.
     pub fn perturbed(&self, misalignments: &[Misalignment]) -> Result<Lens, LensError> {
         check_misalignments(&self.prescription, misalignments)?;
         Ok(Lens {

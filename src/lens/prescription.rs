@@ -1,8 +1,9 @@
 //! The prescription: a lens as its designer writes it down, checked.
 //!
-//! A list of surfaces in the order in which light meets them, each with the distance to the next one and the medium behind
-//! it; the last distance is that to the image plane for an object at infinity. A stop may stand behind the vertex of
-//! the glass that follows it (phone lenses), so a thickness next to the stop or to a dummy plane may be negative; glass may not overlap.
+//! A list of surfaces in the order in which light meets them, each with the distance to the next one and the medium
+//! behind it; the last distance is that to the image plane for an object at infinity. A stop may stand behind the
+//! vertex of the glass that follows it (phone lenses), so a thickness next to the stop or to a dummy plane may be
+//! negative; glass may not overlap.
 
 use std::borrow::Cow;
 use std::fmt::Display;

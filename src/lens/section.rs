@@ -1,5 +1,5 @@
-//! The section of a lens through its axis with fans of rays, as lines of points (z to the right, y up, camera frame, mm): what a drawing
-//! of the lens shows.
+//! The section of a lens through its axis with fans of rays, as lines of points (z to the right, y up, camera frame,
+//! mm): what a drawing of the lens shows.
 
 use glam::{DVec2, DVec3};
 
@@ -31,7 +31,8 @@ pub struct Section {
     pub profiles: Vec<SectionLine>,
     /// Closed outlines of the glasses.
     pub glasses: Vec<SectionLine>,
-    /// Per field the paths of its rays, from a little in front of the lens to the sensor; rays that are lost are left out.
+    /// Per field the paths of its rays, from a little in front of the lens to the sensor; rays that are lost are left
+    /// out.
     pub fans: Vec<Vec<SectionLine>>,
     /// Upper and lower edge of the stop, and the unit vector away from its opening.
     pub stop: [(DVec2, DVec2); 2],
@@ -75,8 +76,8 @@ impl Lens {
         })
     }
 
-    /// Half the field of view, degrees: what the source states, or else the last field verified, or else the widest; and in any case
-    /// no wider than where the chief ray still passes.
+    /// Half the field of view, degrees: what the source states, or else the last field verified, or else the widest;
+    /// and in any case no wider than where the chief ray still passes.
     ///
     /// # Errors
     /// None for a lens that [`Lens::new`] made.

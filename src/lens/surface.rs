@@ -7,20 +7,20 @@
 //! ∇(z − sag) = (−x h, −y h, 1)
 //! ```
 //!
-//! A ray P + t D meets the bare conic c (x² + y² + (1+k) z²) − 2 z = 0 where A t² + 2 B t + C = 0. Light that crosses from
-//! the scene's side to the sensor's side does so where A t + B < 0 (σ = +1), the other way round where A t + B > 0
+//! A ray P + t D meets the bare conic c (x² + y² + (1+k) z²) − 2 z = 0 where A t² + 2 B t + C = 0. Light that crosses
+//! from the scene's side to the sensor's side does so where A t + B < 0 (σ = +1), the other way round where A t + B > 0
 //! (σ = −1): this picks the sheet that carries the vertex without looking at distances (Welford, Aberrations of Optical
-//! Systems, section 4.3). An asphere takes that point as the start of Newton's method on z − sag(r²) = 0 along the ray. A start
-//! from the vertex plane would lose field-edge rays on the steep last surfaces of phone lenses. Where Newton's method does not settle, or
-//! settles where it must not, [`super::crossing`] searches the aperture.
+//! Systems, section 4.3). An asphere takes that point as the start of Newton's method on z − sag(r²) = 0 along the ray.
+//! A start from the vertex plane would lose field-edge rays on the steep last surfaces of phone lenses. Where Newton's
+//! method does not settle, or settles where it must not, [`super::crossing`] searches the aperture.
 
 use glam::{DVec2, DVec3};
 
 use super::system::OpticalSurface;
 use crate::rays::Ray;
 
-/// Newton's method gives up after this many steps. Regular rays need two to five; a ray far outside the clear aperture, where r^p
-/// rules, comes in by a factor 1 − 1/p a step.
+/// Newton's method gives up after this many steps. Regular rays need two to five; a ray far outside the clear aperture,
+/// where r^p rules, comes in by a factor 1 − 1/p a step.
 pub(crate) const NEWTON_LIMIT: usize = 64;
 /// A Newton step below this is the last one, mm: convergence is quadratic, so it leaves less than rounding does.
 pub(crate) const NEWTON_LAST_STEP_MM: f64 = 1e-9;
@@ -63,8 +63,9 @@ impl OpticalSurface {
         Some(DVec3::new(-at_mm.x * h, -at_mm.y * h, 1.0).normalize())
     }
 
-    /// The point (local frame, mm) at which the local `ray` crosses the surface in the sense `travel`; `None` if it misses. The
-    /// clear aperture stops nothing here; of several crossings it says which one counts (see [`super::crossing`]).
+    /// The point (local frame, mm) at which the local `ray` crosses the surface in the sense `travel`; `None` if it
+    /// misses. The clear aperture stops nothing here; of several crossings it says which one counts (see
+    /// [`super::crossing`]).
     pub fn intersect(&self, ray: Ray, travel: Travel) -> Option<DVec3> {
         let (d, sign) = (ray.direction, travel.sign());
         // From the point nearest to the vertex: the numbers stay small, whatever the distance travelled.

@@ -1,8 +1,8 @@
 //! Misaligned elements and a fold mirror that is not quite at 45°.
 //!
-//! An element (glass between two airs; a cemented group moves as one) is shifted by (Δx, Δy, Δz) and turned about the vertex of
-//! its first surface by R = R_y(tilt) R_x(tip), right-handed about the axes of the camera frame. Nothing else moves with it.
-//! What a misaligned fold mirror does is in [`super::fold`].
+//! An element (glass between two airs; a cemented group moves as one) is shifted by (Δx, Δy, Δz) and turned about the
+//! vertex of its first surface by R = R_y(tilt) R_x(tip), right-handed about the axes of the camera frame. Nothing else
+//! moves with it. What a misaligned fold mirror does is in [`super::fold`].
 
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
@@ -94,8 +94,8 @@ impl Misalignment {
     }
 }
 
-/// The manufacturing defects of the paper's Table 1 (Chataignier et al., Opt. Express 27, 30486 (2019)), for a folded lens of at
-/// least four elements; in the library, `tele_US10571665B2_220b`.
+/// The manufacturing defects of the paper's Table 1 (Chataignier et al., Opt. Express 27, 30486 (2019)), for a folded
+/// lens of at least four elements; in the library, `tele_US10571665B2_220b`.
 pub fn table1_defects() -> Vec<Misalignment> {
     let at = |element| Misalignment::none(ElementRef::Element(element));
     vec![

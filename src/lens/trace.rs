@@ -8,8 +8,9 @@
 //! D' = η D + (σ √(m² (1 − η²) + η² g²) − η g) m / m²
 //! ```
 //!
-//! A negative radicand is total internal reflection. A surface may stand in front of the one before it (the stop of a phone lens
-//! often stands behind the first vertex): propagation then runs backwards along the ray, which needs no special case.
+//! A negative radicand is total internal reflection. A surface may stand in front of the one before it (the stop of a
+//! phone lens often stands behind the first vertex): propagation then runs backwards along the ray, which needs no
+//! special case.
 
 use glam::DVec3;
 
@@ -28,8 +29,8 @@ pub enum Clipping {
     Off,
 }
 
-/// Traces a ray from the scene to the sensor plane z = `sensor_z_mm`, clipped by every aperture. The direction returned is
-/// that of the light on the sensor.
+/// Traces a ray from the scene to the sensor plane z = `sensor_z_mm`, clipped by every aperture. The direction returned
+/// is that of the light on the sensor.
 ///
 /// # Errors
 /// Where the ray was lost, and why.
@@ -46,9 +47,9 @@ pub fn trace_backward(system: &OpticalSystem, ray: Ray) -> Result<Ray, RayFailur
     trace_visiting(system, ray, Travel::Backward, Clipping::All, |_, _| {})
 }
 
-/// The general form of [`trace_forward`] and [`trace_backward`]: chooses the apertures, and calls `visit(surface, point)`
-/// with the index of each surface met and the point on it in the surface's own frame (mm), before clipping. The camera-frame point is
-/// [`Pose::camera_point_mm`] of it.
+/// The general form of [`trace_forward`] and [`trace_backward`]: chooses the apertures, and calls
+/// `visit(surface, point)` with the index of each surface met and the point on it in the surface's own frame (mm),
+/// before clipping. The camera-frame point is [`Pose::camera_point_mm`] of it.
 ///
 /// # Errors
 /// Where the ray was lost, and why. A ray that runs parallel to the sensor plane is lost at the last surface.

@@ -4,7 +4,8 @@
 //!
 //! | figure | may differ by |
 //! |---|---|
-//! | found by the independent tracer: lengths, focal lengths | one unit of the last digit kept (0.1 µm; 1 µm for elements) |
+//! | found by the independent tracer: lengths, focal length | one unit of the last digit kept (0.1 µm) |
+//! | — focal lengths of elements | one unit of the last digit kept (1 µm) |
 //! | — entrance pupil diameter | half a unit, and what half a unit of the stop's semi-aperture makes of it |
 //! | — F-number, chief-ray angle, distortion | one unit of the last digit kept (1e-4, 0.01°, 0.001 %) |
 //! | — rays that pass, of 241 | those that pass within 0.5 µm of an edge: semi-apertures are kept to 1 µm |
@@ -28,8 +29,8 @@ const SEMI_APERTURE_DIGIT_MM: f64 = 5e-4;
 /// Room for the rounding of a printed decimal to binary.
 const DECIMAL_ROUNDING: f64 = 1e-9;
 
-/// Stated figures that the prescription printed beside them does not have: lens, figure, why. Each is what the independent tracer finds
-/// too.
+/// Stated figures that the prescription printed beside them does not have: lens, figure, why. Each is what the
+/// independent tracer finds too.
 pub const WHY_STATED_FIGURES_DIFFER: &[(&str, &str, &str)] = &[
     (
         "lib_dgauss_50mm",
@@ -171,7 +172,8 @@ pub fn compare(prescription: &Prescription) -> Result<Vec<Comparison>, LensError
     Ok(list.0)
 }
 
-/// How many rays more pass when every semi-aperture but the stop's is half its last digit larger than when it is as much smaller.
+/// How many rays more pass when every semi-aperture but the stop's is half its last digit larger than when it is as
+/// much smaller.
 fn rays_near_an_edge(prescription: &Prescription, field: Field) -> Result<f64, LensError> {
     let passing = |change_mm: f64| -> Result<f64, LensError> {
         let mut changed = prescription.clone();

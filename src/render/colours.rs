@@ -1,8 +1,9 @@
 //! With what the rays of each colour channel are traced and weighed: tracers and responses at its wavelengths.
 //!
-//! A channel of M wavelengths gives each an equal share of a pixel's N rays, one after the other, so that a share is a scrambled net of its
-//! own and is traced as one batch. Where M does not divide N the bounds ⌈m N/M − ξ⌉, with one uniform ξ a pixel, give each
-//! wavelength N/M rays on average: the mean of the estimate is that of the M wavelengths for every N.
+//! A channel of M wavelengths gives each an equal share of a pixel's N rays, one after the other, so that a share is a
+//! scrambled net of its own and is traced as one batch. Where M does not divide N the bounds ⌈m N/M − ξ⌉, with one
+//! uniform ξ a pixel, give each wavelength N/M rays on average: the mean of the estimate is that of the M wavelengths
+//! for every N.
 
 use std::sync::Arc;
 
@@ -134,8 +135,8 @@ impl Colours {
         }
     }
 
-    /// One wavelength a channel: that of `systems` (one a channel, or one for all) with their tracers, and the response in the middle of those that
-    /// there were.
+    /// One wavelength per channel: that of `systems` (one per channel, or one for all) with their tracers, and the
+    /// response in the middle of those that there were.
     pub fn of_one_wavelength(&self, systems: &[OpticalSystem], tracers: Vec<Tracer>) -> Self {
         let last = tracers.len() - 1;
         let middle = self.count / 2;

@@ -1,8 +1,9 @@
 //! The ratio κ of disparity to circle of confusion: a constant of lens and response, without a scene.
 //!
-//! Light that reaches half H of a pixel at p comes from the exit pupil under the mean slope m̄_H(p), weighted by the half's response. With the
-//! lever of [`Defocus`], x_H = −m̄_H,x · lever and y_H = m̄_H,y · lever as stored, and the circle of confusion is the lever times the slope
-//! s = 2a/D_xp that the exit pupil's diameter 2a spans. The lever, all that depth enters by, falls out of
+//! Light that reaches half H of a pixel at p comes from the exit pupil under the mean slope m̄_H(p), weighted by the
+//! half's response. With the lever of [`Defocus`], x_H = −m̄_H,x · lever and y_H = m̄_H,y · lever as stored, and the
+//! circle of confusion is the lever times the slope s = 2a/D_xp that the exit pupil's diameter 2a spans. The lever, all
+//! that depth enters by, falls out of
 //!
 //! ```text
 //! x_L − x_R = −κ_x coc,   κ_x(p) = (m̄_L,x − m̄_R,x)/s        y_T − y_B = −κ_y coc,   κ_y(p) = (m̄_B,y − m̄_T,y)/s

@@ -152,7 +152,8 @@ impl<'a> Estimator<'a> {
         3 * self.settings.rays_per_pixel
     }
 
-    /// Writes the pixel's estimate to `out[channel * subpixels + subpixel]` and counts its rays in the workspace's tally.
+    /// Writes the pixel's estimate to `out[channel * subpixels + subpixel]` and counts its rays in the workspace's
+    /// tally.
     pub fn pixel(&self, task: &mut PixelTask<'_>, work: &mut Workspace, out: &mut [f64]) {
         out.fill(0.0);
         let rays = self.settings.rays_per_pixel;

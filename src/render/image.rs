@@ -3,7 +3,8 @@
 use crate::image::Image;
 use crate::sensor::Subpixels;
 
-/// A mosaic of m·W × n·H sub-pixels, RGB, linear. Unit: sr times the unit of radiance (irradiance averaged over the pixel).
+/// A mosaic of m·W × n·H sub-pixels, RGB, linear. Unit: sr times the unit of radiance (irradiance averaged over the
+/// pixel).
 #[derive(Clone, Debug, PartialEq)]
 pub struct SubPixelImage {
     /// Sub-pixels below each microlens.

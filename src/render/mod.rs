@@ -7,10 +7,10 @@
 //!      ≈ A/N Σ_k L_k P_id(u_k, v_k) Δz²/ℓ_k⁴            (dω cos θ = cos²θ/ℓ² dA, cos θ = Δz/ℓ)
 //! ```
 //!
-//! over N rays from points of the pixel to points of an ellipse of area A in the plane of the exit pupil, Δz in front of the
-//! sensor, ℓ away. Each ray is traced once and splatted on all sub-pixels of its pixel, weighted by their response. The
-//! classic mode is the same estimator with the geometric response. A ray has a wavelength λ of its channel's band, at which the lens bends it and
-//! the pixel absorbs it ([`crate::spectrum`]).
+//! over N rays from points of the pixel to points of an ellipse of area A in the plane of the exit pupil, Δz in front
+//! of the sensor, ℓ away. Each ray is traced once and splatted on all sub-pixels of its pixel, weighted by their
+//! response. The classic mode is the same estimator with the geometric response. A ray has a wavelength λ of its
+//! channel's band, at which the lens bends it and the pixel absorbs it ([`crate::spectrum`]).
 
 mod camera;
 mod colours;

@@ -6,8 +6,8 @@ use super::estimator::{Estimator, PixelAim, PixelTask, Workspace};
 use super::{Camera, Execution, RenderSettings};
 use crate::scene::Scene;
 
-/// Values of the pixels at `places` (column, row), as [`super::render`] would give them: `[place][channel][sub-pixel]`, 0 where the lens lets no light
-/// through.
+/// Values of the pixels at `places` (column, row), as [`super::render`] would give them: `[place][channel][sub-pixel]`,
+/// 0 where the lens lets no light through.
 pub fn probe(
     camera: &Camera,
     scene: &Scene,

@@ -1,10 +1,10 @@
 //! One render, many sensors: the radiance of every ray is kept, and other pixels see the same rays.
 //!
-//! A ray's place on the microlens, its direction and its radiance do not depend on what the pixel below does with it: neither on the number of
-//! sub-pixels, nor on their response, nor on the rule by which the microlenses are shifted. Places and directions are functions of (seed,
-//! pixel, ray), so the radiance alone is kept: three f32 per ray, 1.5 kB per pixel of 128 rays. An image developed from a record is the
-//! image that a new render with that pixel would give, to the last bit. The lens, its focus, the wavelengths, and pitch, size and place of
-//! the window are the record's.
+//! A ray's place on the microlens, its direction and its radiance do not depend on what the pixel below does with it:
+//! neither on the number of sub-pixels, nor on their response, nor on the rule by which the microlenses are shifted.
+//! Places and directions are functions of (seed, pixel, ray), so the radiance alone is kept: three f32 per ray, 1.5 kB
+//! per pixel of 128 rays. An image developed from a record is the image that a new render with that pixel would give,
+//! to the last bit. The lens, its focus, the wavelengths, and pitch, size and place of the window are the record's.
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Write};
@@ -24,7 +24,8 @@ pub struct RayRecord {
     width: usize,
     height: usize,
     settings: RenderSettings,
-    /// W, H, pitch (µm), centre (mm), sensor's z (mm), focus (mm), hash of the wavelengths: of the camera that it belongs to.
+    /// W, H, pitch (µm), centre (mm), sensor's z (mm), focus (mm), hash of the wavelengths: of the camera that it
+    /// belongs to.
     geometry: Vec<f64>,
     /// [row][column][channel][ray], lost rays 0.
     radiance: Vec<f32>,
@@ -152,8 +153,8 @@ impl RayRecord {
         self.settings
     }
 
-    /// Writes an uncompressed `.npz`: `radiance` f32 [row, column, channel, ray], `occlusion` f32 [row, column] (empty if not asked for),
-    /// `geometry` f64, `meta` (UTF-8 JSON: rays, seed, losses, and `about`, the caller's own).
+    /// Writes an uncompressed `.npz`: `radiance` f32 [row, column, channel, ray], `occlusion` f32 [row, column] (empty
+    /// if not asked for), `geometry` f64, `meta` (UTF-8 JSON: rays, seed, losses, and `about`, the caller's own).
     ///
     /// # Errors
     /// The disk.

@@ -61,7 +61,8 @@ impl<'a> Render<'a> {
         Self { execution, ..self }
     }
 
-    /// With the occlusion map, for which the surfaces that the chief rays meet are needed: row-major, one per pixel, from [`super::truth`].
+    /// With the occlusion map, for which the surfaces that the chief rays meet are needed: row-major, one per pixel,
+    /// from [`super::truth`].
     pub fn occlusion(self, chief_surfaces: impl Into<Option<&'a [u16]>>) -> Self {
         Self {
             chief_surfaces: chief_surfaces.into(),
@@ -102,8 +103,8 @@ impl<'a> Render<'a> {
 }
 
 impl RayRecord {
-    /// The image of another pixel (response, sub-pixels, shift rule) under the same rays. Its `relative_spread` is not known; rays and losses are
-    /// those of the record.
+    /// The image of another pixel (response, sub-pixels, shift rule) under the same rays. Its `relative_spread` is not
+    /// known; rays and losses are those of the record.
     ///
     /// # Errors
     /// [`RecordError::OtherCamera`] for a camera with another window, pitch, lens or focus.

@@ -30,8 +30,8 @@ impl Tracer {
         }
     }
 
-    /// Slope (dx/dz, dy/dz), camera frame, at the sensor position `xy_mm` of the ray through the centre of the stop of `system`, whose tracer this is;
-    /// `None` where there is none.
+    /// Slope (dx/dz, dy/dz), camera frame, at the sensor position `xy_mm` of the ray through the centre of the stop of
+    /// `system`, whose tracer this is; `None` where there is none.
     pub fn chief_slope(&self, system: &OpticalSystem, xy_mm: DVec2) -> Option<DVec2> {
         match self {
             Self::Surfaces(_) => {

@@ -1,9 +1,9 @@
-//! The lens shift that each chief ray needs (section 2.1.4 of Chataignier et al., Opt. Express 27, 30486 (2019)): the sub-pixels share the
-//! light of its cone equally.
+//! The lens shift that each chief ray needs (section 2.1.4 of Chataignier et al., Opt. Express 27, 30486 (2019)): the
+//! sub-pixels share the light of its cone equally.
 //!
-//! s is kept in parts along and across the azimuth φ of the chief ray, over sin θ and φ: the one is even, the other odd about
-//! every mirror axis of the pixel, so cosine and sine series in φ have no wrap and no kink, and cubics in sin θ none either. Beyond
-//! the last θ the shift of the last one is taken and said to be so.
+//! s is kept in parts along and across the azimuth φ of the chief ray, over sin θ and φ: the one is even, the other odd
+//! about every mirror axis of the pixel, so cosine and sine series in φ have no wrap and no kink, and cubics in sin θ
+//! none either. Beyond the last θ the shift of the last one is taken and said to be so.
 
 use serde::{Deserialize, Serialize};
 

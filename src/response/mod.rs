@@ -1,7 +1,8 @@
 //! What a pixel does with light that arrives from (u, v): the one seam between pixel physics and rendering.
 //!
-//! Every pixel model gives P_i(u, v), the power absorbed in sub-pixel i's photodiode over `irradiance × pitch² × cos θ`,
-//! so 0 ≤ P_i and Σ P_i ≤ 1. The renderer asks a [`ResponseLookup`] and knows nothing of what is behind it:
+//! Every pixel model gives P_i(u, v), the power absorbed in sub-pixel i's photodiode over
+//! `irradiance × pitch² × cos θ`, so 0 ≤ P_i and Σ P_i ≤ 1. The renderer asks a [`ResponseLookup`] and knows nothing of
+//! what is behind it:
 //!
 //! ```text
 //! PixelStack ── em's solvers ── tabulate ──▶ table ──┐      (at one or several wavelengths, of one or all lens shifts)

@@ -1,8 +1,9 @@
-//! How well a pixel parts light from the left and from the right (section 2.1.2 of Chataignier et al., Opt. Express 27, 30486 (2019)).
+//! How well a pixel parts light from the left and from the right (section 2.1.2 of Chataignier et al., Opt. Express 27,
+//! 30486 (2019)).
 //!
-//! For light that aims at one side the rejection ratio is P of the other side over P of that side (eq. 1). It is above the threshold
-//! 0.2 about the normal, where diffraction mixes the sub-pixels, and again beyond the angle at which light goes over to the
-//! neighbour:
+//! For light that aims at one side the rejection ratio is P of the other side over P of that side (eq. 1). It is above
+//! the threshold 0.2 about the normal, where diffraction mixes the sub-pixels, and again beyond the angle at which
+//! light goes over to the neighbour:
 //!
 //! ```text
 //! ratio 1 ┤╲            ╱
@@ -19,24 +20,26 @@ const CROSSTALK: f64 = 2.0 * REJECTION_THRESHOLD;
 
 /// Ranges of one side of a rejection curve, in degrees.
 ///
-/// Interference in the layers makes fine curves wavy, and some graze the threshold: R_b then ends at the first graze, however small.
-/// The acceptance does not: it looks on for angles below the threshold until the ratio passes twice the threshold. For a smooth curve
-/// it is R_a + R_b.
+/// Interference in the layers makes fine curves wavy, and some graze the threshold: R_b then ends at the first graze,
+/// however small. The acceptance does not: it looks on for angles below the threshold until the ratio passes twice the
+/// threshold. For a smooth curve it is R_a + R_b.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RejectionRanges {
     /// R_a: from the start of the curve to where the ratio first falls below the threshold; `None` if it never does.
     pub r_a_deg: Option<f64>,
     /// R_b: the width beyond it in which the ratio stays below; 0 if it never falls.
     pub r_b_deg: f64,
-    /// The angle up to which the pixel parts the light, grazes passed over: where the ratio last rises above the threshold.
+    /// The angle up to which the pixel parts the light, grazes passed over: where the ratio last rises above the
+    /// threshold.
     pub acceptance_deg: Option<f64>,
-    /// Whether the ratio stays below the threshold to the end of the curve: R_b and the acceptance are at least so wide.
+    /// Whether the ratio stays below the threshold to the end of the curve: R_b and the acceptance are at least so
+    /// wide.
     pub open: bool,
 }
 
 impl RejectionRanges {
-    /// The ranges of a curve given from its centre outwards: angles in degrees, increasing, and the ratio at each. Linear between them.
-    /// A ratio that is no number (no light on either side) counts as crosstalk.
+    /// The ranges of a curve given from its centre outwards: angles in degrees, increasing, and the ratio at each.
+    /// Linear between them. A ratio that is no number (no light on either side) counts as crosstalk.
     pub fn of(theta_deg: &[f64], ratio: &[f64]) -> Self {
         let curve: Vec<(f64, f64)> = theta_deg
             .iter()
@@ -82,7 +85,8 @@ impl RejectionRanges {
     }
 }
 
-/// Where the line between a point below the threshold and one above it meets it; at the one below if the other is not finite.
+/// Where the line between a point below the threshold and one above it meets it; at the one below if the other is not
+/// finite.
 fn crossing(low: (f64, f64), high: (f64, f64)) -> f64 {
     if !high.1.is_finite() {
         return low.0;
@@ -128,7 +132,8 @@ mod tests {
 
     #[test]
     fn a_graze_ends_r_b_but_not_the_acceptance_which_crosstalk_ends() {
-        // Below 0.2 from 10 to 16 and 17 to 25, a graze up to 0.22 between; clearly above at 30, and below again beyond.
+        // Below 0.2 from 10 to 16 and 17 to 25, a graze up to 0.22 between; clearly above at 30, and below again
+        // beyond.
         let nodes = [
             (0.0, 0.6),
             (10.0, 0.2),

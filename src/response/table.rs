@@ -113,8 +113,8 @@ impl AngularResponse {
         &self.table[at..at + count]
     }
 
-    /// The table with every `divisor`-th of the shift grid's nodes along each axis; `None` for a table of the centred lens, or where
-    /// fewer would be no grid.
+    /// The table with every `divisor`-th of the shift grid's nodes along each axis; `None` for a table of the centred
+    /// lens, or where fewer would be no grid.
     pub fn with_fewer_shifts(&self, divisor: usize) -> Option<Self> {
         let grid = self.meta.shift_grid?;
         if divisor == 0 || !grid.per_pitch.is_multiple_of(divisor) {

@@ -1,14 +1,14 @@
-//! One table of many wavelengths from tables of one each, which are simulated and kept apart: another set of wavelengths uses again those
-//! that it shares.
+//! One table of many wavelengths from tables of one each, which are simulated and kept apart: another set of
+//! wavelengths uses again those that it shares.
 
 use super::{AngularResponse, ResponseAxes, ResponseError, ResponseMeta};
 use crate::em::mosaic::FilterColour;
 use crate::spectrum::ChannelWavelengths;
 
 impl AngularResponse {
-    /// The table of all wavelengths of `tables`, which are of one pixel on the same directions and shifts, in the order of their
-    /// wavelengths. How a lens shift moves the response, and which shift chief rays need, is taken from the table nearest to
-    /// `reference_nm`.
+    /// The table of all wavelengths of `tables`, which are of one pixel on the same directions and shifts, in the order
+    /// of their wavelengths. How a lens shift moves the response, and which shift chief rays need, is taken from the
+    /// table nearest to `reference_nm`.
     ///
     /// # Errors
     /// No table, or tables that differ in more than the wavelength.
@@ -74,9 +74,9 @@ impl AngularResponse {
 }
 
 impl AngularResponse {
-    /// One table for channels that are bands, of those of all colours of a mosaic (in the order of [`FilterColour::ALL`]): at each wavelength of a
-    /// channel, what the microlenses of its colour make of it. Channels know no light but that of their bands, so what a filter lets through
-    /// of the others is not in it.
+    /// One table for channels that are bands, of those of all colours of a mosaic (in the order of
+    /// [`FilterColour::ALL`]): at each wavelength of a channel, what the microlenses of its colour make of it. Channels
+    /// know no light but that of their bands, so what a filter lets through of the others is not in it.
     ///
     /// # Errors
     /// A wavelength of two channels, or one that the tables were not simulated at.

@@ -1,7 +1,7 @@
 //! Binary outline of a card: which texels of the unit square are solid.
 //!
-//! Looked up by nearest texel, so that an occluding edge is exactly one depth or the other. Coordinates are the texture's:
-//! s to the right, t down, both in [0, 1); outside nothing is solid.
+//! Looked up by nearest texel, so that an occluding edge is exactly one depth or the other. Coordinates are the
+//! texture's: s to the right, t down, both in [0, 1); outside nothing is solid.
 
 use thiserror::Error;
 

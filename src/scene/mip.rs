@@ -1,7 +1,7 @@
 //! Mip pyramid: each level halves the sides (rounded up) by exact area averaging.
 //!
-//! Output texel k of m covers the input interval [k n/m, (k+1) n/m] of n; its weights are the covered lengths times m/n. So the
-//! mean is preserved for odd sizes too.
+//! Output texel k of m covers the input interval [k n/m, (k+1) n/m] of n; its weights are the covered lengths times
+//! m/n. So the mean is preserved for odd sizes too.
 
 /// The input texels under one output texel: the first, and the weight of each.
 struct Span {

@@ -1,8 +1,8 @@
 //! The scene: what a ray from the lens meets, and the radiance that comes back along it.
 //!
-//! Camera frame, mm (see [`crate::frames`]): the scene is at z < 0. It is of one of two kinds: flat emitting cards in front of a uniform
-//! environment, each card's radiance its texture, the same in all directions (a Lambertian chart under even light); or a
-//! [`world`] of meshes, materials and lights.
+//! Camera frame, mm (see [`crate::frames`]): the scene is at z < 0. It is of one of two kinds: flat emitting cards in
+//! front of a uniform environment, each card's radiance its texture, the same in all directions (a Lambertian chart
+//! under even light); or a [`world`] of meshes, materials and lights.
 
 mod cards;
 mod hits;
@@ -99,8 +99,8 @@ impl Scene {
         }
     }
 
-    /// Radiance of colour channels along rays whose first hits are known, into those of `out` (each of the rays' number). A world
-    /// follows one path per ray for all the channels together.
+    /// Radiance of colour channels along rays whose first hits are known, into those of `out` (each of the rays'
+    /// number). A world follows one path per ray for all the channels together.
     pub fn radiance(
         &self,
         rays: RaySlices<'_>,

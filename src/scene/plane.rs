@@ -1,7 +1,7 @@
 //! A flat textured rectangle, with an optional cut-out.
 //!
-//! The rectangle's points are `p = corner + s·across + t·down`, s and t in [0, 1]: s to the photographer's right, t down in
-//! the upright picture. A ray o + τ d meets its plane at τ = n·(corner − o) / n·d, n = across × down.
+//! The rectangle's points are `p = corner + s·across + t·down`, s and t in [0, 1]: s to the photographer's right, t
+//! down in the upright picture. A ray o + τ d meets its plane at τ = n·(corner − o) / n·d, n = across × down.
 
 use std::sync::Arc;
 
@@ -23,11 +23,12 @@ pub struct TexturedPlane {
 
 impl TexturedPlane {
     /// A rectangle of `width_mm` × `height_mm` whose centre is at `centre_mm`, square to the axis and then turned: by
-    /// `roll_deg` in its own plane, by `tilt_x_deg` about the camera's x axis (positive: the upper edge goes away) and by `tilt_y_deg`
-    /// about the camera's y axis (positive: the right edge goes away).
+    /// `roll_deg` in its own plane, by `tilt_x_deg` about the camera's x axis (positive: the upper edge goes away) and
+    /// by `tilt_y_deg` about the camera's y axis (positive: the right edge goes away).
     ///
     /// # Errors
-    /// A size that is not positive and finite, a centre that is not in front of the lens (z < 0), or a tilt of 80° or more.
+    /// A size that is not positive and finite, a centre that is not in front of the lens (z < 0), or a tilt of 80° or
+    /// more.
     pub fn new(
         centre_mm: DVec3,
         (width_mm, height_mm): (f64, f64),
@@ -82,7 +83,8 @@ impl TexturedPlane {
         })
     }
 
-    /// Camera-from-card rotation of (tilt x, tilt y, roll) in deg; the card's own axes are right, up and towards the camera.
+    /// Camera-from-card rotation of (tilt x, tilt y, roll) in deg; the card's own axes are right, up and towards the
+    /// camera.
     pub fn orientation((tilt_x_deg, tilt_y_deg, roll_deg): (f64, f64, f64)) -> DMat3 {
         DMat3::from_rotation_y(tilt_y_deg.to_radians())
             * DMat3::from_rotation_x(-tilt_x_deg.to_radians())

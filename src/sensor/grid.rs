@@ -22,7 +22,8 @@ pub struct Sensor {
 
 impl Sensor {
     /// # Errors
-    /// A pitch that is not positive and finite, a size of zero or of more than 2³⁰ sub-pixels, or a centre that is not finite.
+    /// A pitch that is not positive and finite, a size of zero or of more than 2³⁰ sub-pixels, or a centre that is not
+    /// finite.
     pub fn new(
         pitch_um: f64,
         subpixels: Subpixels,

@@ -1,7 +1,7 @@
 //! How far each microlens is shifted from the centre of its pixel, so that the chief ray stays between the sub-pixels.
 //!
-//! Light of slope t = (u, v)/√(n² − u² − v²) behind a lens centred at s lands at s + H t above the photodiodes (n and H of
-//! [`MovingFrame`]). The chief ray lands in the middle when s = −H t_chief: towards the axis.
+//! Light of slope t = (u, v)/√(n² − u² − v²) behind a lens centred at s lands at s + H t above the photodiodes (n and H
+//! of [`MovingFrame`]). The chief ray lands in the middle when s = −H t_chief: towards the axis.
 
 use glam::DVec2;
 
@@ -16,11 +16,11 @@ pub enum ShiftRule {
     Centred,
     /// Shift proportional to the distance from the axis and towards it.
     Linear {
-        /// Shift in µm a mm of image height.
+        /// Shift in µm per mm of image height.
         um_per_mm: f64,
     },
-    /// The shift that centres the main lens's own chief ray on each pixel: as the response's table says, where it holds shifts found
-    /// for chief rays, else to first order (moving frame).
+    /// The shift that centres the main lens's own chief ray on each pixel: as the response's table says, where it holds
+    /// shifts found for chief rays, else to first order (moving frame).
     ChiefRay,
 }
 
@@ -36,7 +36,7 @@ pub enum MicrolensShifts {
     },
     /// Proportional to the position, towards the axis.
     Linear {
-        /// Shift in µm a mm of image height.
+        /// Shift in µm per mm of image height.
         um_per_mm: f64,
     },
     /// Found for the chief rays of the window ([`ChiefRayShifts`](crate::response::ChiefRayShifts)), in µm.

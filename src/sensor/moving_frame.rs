@@ -1,13 +1,14 @@
 //! The moving frame: what a shift of the microlens does to the response, to first order.
 //!
-//! Inside the stack a wave from (u, v) has the slope `t = (u, v) / √(n² − u² − v²)` and lands near `s + H t`, where `s` is
-//! the shift of the lens. So a lens shifted by s answers like the centred one at the slope
+//! Inside the stack a wave from (u, v) has the slope `t = (u, v) / √(n² − u² − v²)` and lands near `s + H t`, where `s`
+//! is the shift of the lens. So a lens shifted by s answers like the centred one at the slope
 //! `t' = t + s / H`, that is at `(u', v') = n t' / √(1 + |t'|²)`.
 //!
-//! n: index between lens and silicon; H (µm): effective height, lens to silicon. First order only: the shifted lens's lobe also
-//! changes its shape a little. Against the wave model of the shifted 2.8 µm pixel, over an F/2 cone about the chief ray, it is off by
-//! 1.9 % (rms, of the peak) at a chief ray of 10° and by 3.5 % at 20°; ignoring the shift costs 22 % and 39 %. Tables at several
-//! shifts ([`crate::response::ResponseAxes`] has the axis) are for better interpolation.
+//! n: index between lens and silicon; H (µm): effective height, lens to silicon. First order only: the shifted lens's
+//! lobe also changes its shape a little. Against the wave model of the shifted 2.8 µm pixel, over an F/2 cone about the
+//! chief ray, it is off by 1.9 % (rms, of the peak) at a chief ray of 10° and by 3.5 % at 20°; ignoring the shift costs
+//! 22 % and 39 %. Tables at several shifts ([`crate::response::ResponseAxes`] has the axis) are for better
+//! interpolation.
 
 use serde::{Deserialize, Serialize};
 
@@ -38,7 +39,8 @@ impl MovingFrame {
         Ok(Self { index, height_um })
     }
 
-    /// Direction cosines at which the centred response is to be read for light from (u, v) under a lens shifted by `shift_um`.
+    /// Direction cosines at which the centred response is to be read for light from (u, v) under a lens shifted by
+    /// `shift_um`.
     #[inline]
     pub fn centred_uv(&self, u: f32, v: f32, shift_um: [f64; 2]) -> (f32, f32) {
         let n = self.index as f32;

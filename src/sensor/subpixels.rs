@@ -86,7 +86,8 @@ impl Subpixels {
             (r as f64 + 0.5) / self.n as f64 - 0.5,
         )
     }
-    /// Name of a sub-pixel as it stands in files: `A`..`D` for 2×2, `L`, `R` for 2×1, `T`, `B` for 1×2, else `r{row}c{column}`.
+    /// Name of a sub-pixel as it stands in files: `A`..`D` for 2×2, `L`, `R` for 2×1, `T`, `B` for 1×2, else
+    /// `r{row}c{column}`.
     pub fn name(self, index: usize) -> String {
         let known: &[&str] = match (self.m, self.n) {
             (2, 2) => &["B", "A", "D", "C"],

@@ -1,6 +1,7 @@
 //! The tests' random numbers: the same on every machine, and the same as in the scripts that made reference vectors.
 
-/// A linear congruential generator from its state: s ← 6364136223846793005 s + 1442695040888963407 mod 2⁶⁴ (D. E. Knuth, MMIX).
+/// A linear congruential generator from its state: s ← 6364136223846793005 s + 1442695040888963407 mod 2⁶⁴ (D. E.
+/// Knuth, MMIX).
 pub struct Lcg(pub u64);
 
 #[allow(dead_code)] // because not every test takes all of it

@@ -1,4 +1,5 @@
-//! Plans held to what they promise: what is left out changes the image by less than the tolerance, and saves work; what a scene calls for is kept.
+//! Plans held to what they promise: what is left out changes the image by less than the tolerance, and saves work; what
+//! a scene calls for is kept.
 
 // because tests fail by panicking
 #![allow(clippy::unwrap_used)]
@@ -30,8 +31,8 @@ fn shoot(shot: &Shot, seed: u64) -> Rendered {
     shots::shoot(&shot.camera, &shot.scene, 128, seed)
 }
 
-/// RMS difference of the converged images over their mean, %, each in units of its white wall: from the products of two renders' differences, whose
-/// errors are independent, so that noise averages out instead of adding.
+/// RMS difference of the converged images over their mean, %, each in units of its white wall: from the products of two
+/// renders' differences, whose errors are independent, so that noise averages out instead of adding.
 fn difference_percent(whole: &Shot, less: &Shot) -> f64 {
     let white = [whole, less].map(|s| WhiteField::new(&s.camera).reference_sr());
     let shots = [1, 2].map(|seed| [whole, less].map(|s| shoot(s, seed).image.mosaic));

@@ -44,8 +44,8 @@ fn leaving_out_twice_is_leaving_out_once() {
     assert_eq!(3 * shoot(&less, 1).stats.rays, shoot(&whole, 1).stats.rays);
 }
 
-/// The shifted response at one shift is that of all shifts there: to the rounding of f32 sums (1e-5), but where the cut of a sum above 1 or below 0
-/// differs (1e-3 of the peak).
+/// The shifted response at one shift is that of all shifts there: to the rounding of f32 sums (1e-5), but where the cut
+/// of a sum above 1 or below 0 differs (1e-3 of the peak).
 #[test]
 fn a_response_fixed_at_a_shift_is_the_response_of_that_shift() {
     let settings = TableSettings {
@@ -88,8 +88,8 @@ fn a_response_fixed_at_a_shift_is_the_response_of_that_shift() {
     }
 }
 
-/// Without aberrations the truth is the paraxial one: the traced disparity of each view is the ideal lens's, and the chief ray of a pixel looks where a pinhole
-/// at the entrance pupil would.
+/// Without aberrations the truth is the paraxial one: the traced disparity of each view is the ideal lens's, and the
+/// chief ray of a pixel looks where a pinhole at the entrance pupil would.
 #[test]
 fn without_aberrations_traced_disparity_is_paraxial() {
     let ideal = phone(&wave_pixel()).without(Effect::Aberrations).unwrap();
@@ -102,7 +102,8 @@ fn without_aberrations_traced_disparity_is_paraxial() {
         field.paraxial_px(place, depth, &mut paraxial);
         let blur = defocus.circle_of_confusion_mm(depth) / ideal.camera.sensor().pitch_mm();
         for (t, p) in traced.iter().zip(&paraxial) {
-            // Slopes are averaged where tangents of the scene's side are: equal but for the pupil's share of the field angle.
+            // Slopes are averaged where tangents of the scene's side are: equal but for the pupil's share of the field
+            // angle.
             assert!(
                 (*t - *p).length() < 1e-3 + 0.01 * blur.abs(),
                 "{depth}: {t} {p}"

@@ -60,7 +60,8 @@ impl Make<'_> {
         }
     }
 
-    /// A telephoto of a phone at f/22 on large pixels, on the axis: its colours agree, and so do its rays with first-order optics.
+    /// A telephoto of a phone at f/22 on large pixels, on the axis: its colours agree, and so do its rays with
+    /// first-order optics.
     fn simple(response: Response) -> Make<'static> {
         Make {
             lens: "tele_US10571665B2_220b",
@@ -68,7 +69,8 @@ impl Make<'_> {
         }
     }
 
-    /// A long lens at f/22 on large pixels, on the axis. Its focal length, and with it the light, differs by 0.06 % from channel to channel's.
+    /// A long lens at f/22 on large pixels, on the axis. Its focal length, and with it the light, differs by 0.06 %
+    /// from channel to channel's.
     fn slow(response: Response) -> Make<'static> {
         Make {
             lens: SLOW,

@@ -9,8 +9,8 @@ use quadpixel::em::{Material, PixelStack};
 
 use super::{bloch, both, run};
 
-/// The paper's layers under a flat lens, no trenches, and silicon short enough for a test: what the grid does to an interface does not
-/// depend on its depth.
+/// The paper's layers under a flat lens, no trenches, and silicon short enough for a test: what the grid does to an
+/// interface does not depend on its depth.
 fn layers() -> PixelStack {
     let mut stack = PixelStack::paper(0.4, 1e3, 0.25, 0.75);
     stack.layers[0].thickness_um = 0.5 - stack.mean_lens_height_um();
@@ -87,7 +87,8 @@ fn the_error_falls_with_the_square_of_the_step() {
     assert!(order > 1.6, "{order}");
 }
 
-/// A film of Re ε = −8 (silver-like) in the oxide's place: Drude terms on the grid. 1 %, as the skin depth of 28 nm has few cells.
+/// A film of Re ε = −8 (silver-like) in the oxide's place: Drude terms on the grid. 1 %, as the skin depth of 28 nm has
+/// few cells.
 #[test]
 fn a_metal_film_reflects_what_the_transfer_matrix_says() {
     let mut stack = layers();
@@ -96,7 +97,8 @@ fn a_metal_film_reflects_what_the_transfer_matrix_says() {
     assert!(worst_at(&stack, 40.0, &settings(20.0)) < 0.01);
 }
 
-/// One pulse at three wavelengths; 3 % because the correction is made for one of them and the tables are followed by poles.
+/// One pulse at three wavelengths; 3 % because the correction is made for one of them and the tables are followed by
+/// poles.
 #[test]
 fn one_pulse_answers_at_several_wavelengths() {
     let stack = layers();

@@ -11,8 +11,8 @@ fn mean(a: f64, b: f64) -> f64 {
     0.5 * (a + b)
 }
 
-/// At normal incidence s and p are only names: any φ, approached closely, is the θ = 0 run (which is a quarter of the cell and real). k∥ of 1e-3
-/// moves P by its first order, 1e-3.
+/// At normal incidence s and p are only names: any φ, approached closely, is the θ = 0 run (which is a quarter of the
+/// cell and real). k∥ of 1e-3 moves P by its first order, 1e-3.
 #[test]
 fn normal_incidence_has_no_azimuth() {
     let stack = small(0.8);
@@ -92,8 +92,8 @@ fn energy_is_kept_at_70_deg_in_an_oblique_plane() {
     holds(&run(&small(0.8), bloch(70.0, 33.0), &coarse()), 2e-3);
 }
 
-/// A trench of a fifth of a cell is its area of oxide, no more: P lies by that much below that of plain silicon (oxide 8 % of the
-/// silicon's surface at 2 × 10 nm in 0.5 µm; a lossless trench takes its share of the absorber or less).
+/// A trench of a fifth of a cell is its area of oxide, no more: P lies by that much below that of plain silicon (oxide
+/// 8 % of the silicon's surface at 2 × 10 nm in 0.5 µm; a lossless trench takes its share of the absorber or less).
 #[test]
 fn a_trench_thinner_than_a_cell_is_a_little_less_silicon() {
     let total = |trench_um| {

@@ -1,5 +1,6 @@
-//! The `fdtd` level: flat stacks against the exact transfer matrix, small pixels in the cases that break solvers, and one of the paper's
-//! pixels against an independent vector solution. The larger comparisons: `laboratory/benches/fdtd_accuracy.rs`.
+//! The `fdtd` level: flat stacks against the exact transfer matrix, small pixels in the cases that break solvers, and
+//! one of the paper's pixels against an independent vector solution. The larger comparisons:
+//! `laboratory/benches/fdtd_accuracy.rs`.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 mod bad_input;
@@ -51,7 +52,8 @@ fn both(run: &FdtdRun) -> [&Powers; 2] {
     [run.answers[0].s(), run.answers[0].p()]
 }
 
-/// What every run has to keep: energy within 1 %, 0 ≤ P, Σ P ≤ 1, and volume integral and flux within `flux` of each other.
+/// What every run has to keep: energy within 1 %, 0 ≤ P, Σ P ≤ 1, and volume integral and flux within `flux` of each
+/// other.
 fn holds(run: &FdtdRun, flux: f64) {
     assert!(run.warnings().is_empty(), "{:?}", run.warnings());
     for p in both(run) {

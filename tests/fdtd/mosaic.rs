@@ -35,7 +35,8 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     apart.fold(0.0, f64::max)
 }
 
-/// The same grid, media and steps, cell for cell: fields in f32 differ in their last digits, sums of thousands of them by 1e-5 at most.
+/// The same grid, media and steps, cell for cell: fields in f32 differ in their last digits, sums of thousands of them
+/// by 1e-5 at most.
 #[test]
 fn four_filters_of_one_colour_are_the_period_of_one_microlens() {
     let mut stack = coloured([(1.6, 0.02); 3]);
@@ -70,8 +71,9 @@ fn energy_is_kept_among_opaque_neighbours() {
     holds(&run(&stack, bloch(25.0, 0.0), &coarse()), 2e-3);
 }
 
-/// The Fourier modal level is another solver. Bound: 6 % of the strongest half, on the standard mesh: this pixel is half as wide as the smallest of
-/// which the presets' errors are known, its trenches a quarter of it, and of one colour it is 2.7, 4.4 and 1.6 % off on the three presets' meshes.
+/// The Fourier modal level is another solver. Bound: 6 % of the strongest half, on the standard mesh: this pixel is
+/// half as wide as the smallest of which the presets' errors are known, its trenches a quarter of it, and of one colour
+/// it is 2.7, 4.4 and 1.6 % off on the three presets' meshes.
 #[test]
 fn unlike_neighbours_are_what_the_fourier_modal_level_finds() {
     let stack = coloured([(1.62, 0.25), (1.6, 0.005), (1.6, 0.1)]);

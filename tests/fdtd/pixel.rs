@@ -4,8 +4,9 @@ use quadpixel::em::PixelStack;
 
 use super::{coarse, holds, run};
 
-/// At θ = 0, where a quarter of the cell is enough. The reference: 0.37703 of the light in each half. The bound of the draft preset, 6 %, on a
-/// mesh coarser than it. All angles and presets: `cargo bench -p quadpixel-laboratory --bench fdtd_accuracy -- curve 1.6 draft`.
+/// At θ = 0, where a quarter of the cell is enough. The reference: 0.37703 of the light in each half. The bound of the
+/// draft preset, 6 %, on a mesh coarser than it. All angles and presets:
+/// `cargo bench -p quadpixel-laboratory --bench fdtd_accuracy -- curve 1.6 draft`.
 #[test]
 fn the_pixel_absorbs_what_the_vector_solution_says_at_normal_incidence() {
     let stack = PixelStack::paper(1.6, 1.1314, 1.1314, 0.75);

@@ -1,5 +1,5 @@
-//! What reads files of others: one function a format, from bytes to whether they were accepted. None may panic, hang or ask for memory that the
-//! bytes do not fill, whatever they are.
+//! What reads files of others: one function a format, from bytes to whether they were accepted. None may panic, hang or
+//! ask for memory that the bytes do not fill, whatever they are.
 //!
 //! Readers that take a path get a file in a folder of the thread's own.
 

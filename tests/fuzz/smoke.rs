@@ -1,5 +1,5 @@
-//! Every reader of files over its corpus and thousands of damaged copies of it: an answer each time, never a panic. The same functions are fuzz targets
-//! (`tests/fuzz/README.md`); here they run on the stable compiler.
+//! Every reader of files over its corpus and thousands of damaged copies of it: an answer each time, never a panic. The
+//! same functions are fuzz targets (`tests/fuzz/README.md`); here they run on the stable compiler.
 //!
 //! `QUADPIXEL_MUTATIONS` sets the number of copies of each file (default 300).
 

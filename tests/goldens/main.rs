@@ -1,10 +1,11 @@
 //! A picture through a lens, held to a golden that carries its variance: whatever changes the light that the renderer
 //! computes, and no closed form sees, is found here. Another order of the rays is not: a golden is no set of bytes.
 //!
-//! A golden holds, for each value of a picture, mean and variance over [`SEEDS`] renders of other seeds. A render of a new seed is drawn
-//! from the same distribution if the light is the same; see `z_test` for what is held against what.
+//! A golden holds, for each value of a picture, mean and variance over [`SEEDS`] renders of other seeds. A render of a
+//! new seed is drawn from the same distribution if the light is the same; see `z_test` for what is held against what.
 //!
-//! Where a change of the light is meant, the golden is made again (about a minute on two cores), and the commit says why:
+//! Where a change of the light is meant, the golden is made again (about a minute on two cores), and the commit says
+//! why:
 //!
 //! ```text
 //! QUADPIXEL_GOLDENS=make cargo test --release --test goldens

@@ -1,18 +1,20 @@
 //! A picture against a golden that carries its variance.
 //!
-//! Every value x of the picture, and every mean over 8 × 8 microlenses, and that over the whole picture (per view and channel) is compared with
-//! the mean m and the variance s² that the same value had over n renders:
+//! Every value x of the picture, and every mean over 8 × 8 microlenses, and that over the whole picture (per view and
+//! channel) is compared with the mean m and the variance s² that the same value had over n renders:
 //!
 //! ```text
 //! t = (x − m) / (s √(1 + 1/n))          Student's t with ν = n − 1 degrees of freedom if the light is the same
-//! z = (8ν + 1)/(8ν + 3) √(ν ln(1 + t²/ν))          a standard normal to 0.02 there (D. L. Wallace, Ann. Math. Stat. 30, 1124 (1959))
+//! z = (8ν + 1)/(8ν + 3) √(ν ln(1 + t²/ν))
 //! ```
+//! z is a standard normal to 0.02 there (D. L. Wallace, Ann. Math. Stat. 30, 1124 (1959)).
 //!
-//! The picture agrees if the smallest two-sided p-value is above α = 0.01 after Šidák's correction for the number N of values,
-//! 1 − (1 − α)^(1/N), which holds for any positive dependence between them, and if the mean of z² over the single values is in 0.8 to 1.2:
-//! a wrong light moves the first (the means over blocks see faint changes everywhere, the single values sharp ones), another noise the second.
-//! The four views and three channels of a microlens are correlated: its 12 values count as one, so that the mean of z² has a standard error of
-//! √(κ − 1)/√768, where κ is the kurtosis of z, 3 to 4: 0.06 at most.
+//! The picture agrees if the smallest two-sided p-value is above α = 0.01 after Šidák's correction for the number N of
+//! values, 1 − (1 − α)^(1/N), which holds for any positive dependence between them, and if the mean of z² over the
+//! single values is in 0.8 to 1.2: a wrong light moves the first (the means over blocks see faint changes everywhere,
+//! the single values sharp ones), another noise the second. The four views and three channels of a microlens are
+//! correlated: its 12 values count as one, so that the mean of z² has a standard error of √(κ − 1)/√768, where κ is the
+//! kurtosis of z, 3 to 4: 0.06 at most.
 //!
 //! After the tests of Mitsuba 3 (`src/render/tests/test_renders.py`).
 

@@ -1,4 +1,5 @@
-//! A small valid GLB, written here byte by byte: a textured square metre, a glass triangle fan, a camera and three lights.
+//! A small valid GLB, written here byte by byte: a textured square metre, a glass triangle fan, a camera and three
+//! lights.
 
 use std::io::Cursor;
 

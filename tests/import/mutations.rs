@@ -1,5 +1,6 @@
-//! Thousands of damaged copies of a valid file: the importer answers with a world or an error, never a panic, and what it calls a
-//! world does not make [`World::new`] panic either (one in forty is tried: preparing takes far longer than reading).
+//! Thousands of damaged copies of a valid file: the importer answers with a world or an error, never a panic, and what
+//! it calls a world does not make [`World::new`] panic either (one in forty is tried: preparing takes far longer than
+//! reading).
 //!
 //! `QUADPIXEL_MUTATIONS` sets the number of copies of each kind (default 4000).
 

@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 
 use crate::glb;
 
-/// A triangle (0, 0, 0), (1, 0, 0), (0, 2, 0), three times a corner of colour, joint and weight: (bytes, buffer views, accessors).
+/// A triangle (0, 0, 0), (1, 0, 0), (0, 2, 0), three times a corner of colour, joint and weight: (bytes, buffer views,
+/// accessors).
 fn parts() -> (Vec<u8>, Vec<Value>, Vec<Value>) {
     let (mut bytes, mut views, mut accessors) = (Vec::new(), Vec::new(), Vec::new());
     let mut add = |part: Vec<u8>, component: u32, count: usize, shape: &str, normalized: bool| {

@@ -17,8 +17,8 @@ fn rms_um(lens: &Lens) -> f64 {
 
 #[test]
 fn focusing_takes_away_the_blur_that_the_paraxial_defocus_leaves() {
-    // Unfocused, the image of an object at distance s lies about f²/s behind the sensor: RMS blur f²/s / (2 N √2). What stays once
-    // focused is the lens's own spot, which changes a little with distance.
+    // Unfocused, the image of an object at distance s lies about f²/s behind the sensor: RMS blur f²/s / (2 N √2). What
+    // stays once focused is the lens's own spot, which changes a little with distance.
     for name in builtin_names() {
         let far = lens(name);
         let p = far.paraxial(D_LINE_NM).unwrap();
@@ -34,8 +34,8 @@ fn focusing_takes_away_the_blur_that_the_paraxial_defocus_leaves() {
 
 #[test]
 fn sensor_out_of_focus_sees_the_disk_that_the_pupil_throws_on_it() {
-    // Radius of the disk: defocus × exit pupil's radius / its distance; RMS of a uniform disk: radius / √2. The object stays at
-    // infinity, the sensor moves to where 500 mm would be in focus.
+    // Radius of the disk: defocus × exit pupil's radius / its distance; RMS of a uniform disk: radius / √2. The object
+    // stays at infinity, the sensor moves to where 500 mm would be in focus.
     let far = lens("tele_US10571665B2_220b");
     let near = far.focused_at(500.0, FocusBy::Sensor, D_LINE_NM).unwrap();
     let p = far.paraxial(D_LINE_NM).unwrap();

@@ -1,4 +1,5 @@
-//! Every stated and verified figure of every lens in the library, against this crate's tracer; and the lens from a Zemax file.
+//! Every stated and verified figure of every lens in the library, against this crate's tracer; and the lens from a
+//! Zemax file.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 mod bad_input;
@@ -63,7 +64,8 @@ fn deeplens_image_height_is_reached_at_the_angle_given_as_the_reason() {
 }
 #[test]
 fn zemax_file_of_a_50_mm_lens_focuses_where_its_own_image_distance_says() {
-    // 25.67 mm is what the file prints; it holds only with the indices written in its GLAS lines, not with those of the glasses it names.
+    // 25.67 mm is what the file prints; it holds only with the indices written in its GLAS lines, not with those of the
+    // glasses it names.
     let file = include_bytes!("data/rf50mm.zmx");
     let lens = Lens::new(&Prescription::from_zmx(file, "rf50mm.zmx").unwrap()).unwrap();
     let p = lens.paraxial(587.5618).unwrap();
@@ -80,8 +82,8 @@ fn bundled_50_mm_lens_is_the_one_of_the_zemax_file() {
     let read = Lens::new(&Prescription::from_zmx(file, "rf50mm.zmx").unwrap()).unwrap();
     let bundled = Prescription::builtin("lib_50mm_US20210263286_ex1").unwrap();
     let bundled = Lens::new(&bundled).unwrap();
-    // The file's reader takes the catalogue's glass where its n_d is the line's (five digits): 5e-6 of an index, 5e-6 × 50 mm × a few
-    // surfaces of length. The line itself is what the bundled lens has.
+    // The file's reader takes the catalogue's glass where its n_d is the line's (five digits): 5e-6 of an index, 5e-6 ×
+    // 50 mm × a few surfaces of length. The line itself is what the bundled lens has.
     let same = |what: &str, x: f64, y: f64| assert!((x - y).abs() < 2e-3, "{what}: {x} and {y}");
     // Marked F-numbers and the stops noted for them beside the file. Marks are rounded to a third of a stop, 12 %.
     for (mark, stop_semi_mm) in [(1.8, 8.0), (2.8, 5.69), (4.0, 3.65), (5.6, 2.85)] {

@@ -10,8 +10,8 @@ use quadpixel::simd::SimdLevel;
 
 use crate::support::{asphere, conic, stop, system, tilted};
 
-/// Rays from all over the image circle: every other one aimed over and beyond the last surface, the others at and around
-/// the paraxial exit pupil.
+/// Rays from all over the image circle: every other one aimed over and beyond the last surface, the others at and
+/// around the paraxial exit pupil.
 fn backward_rays(system: &OpticalSystem, image_mm: f64, count: usize) -> Vec<Ray> {
     let last = &system.surfaces[system.surfaces.len() - 1];
     let semi = last.aperture.semi_mm.min(3.0 * image_mm);
@@ -69,8 +69,8 @@ fn assert_agrees(name: &str, system: &OpticalSystem, rays: &[Ray]) -> usize {
                 });
             }
             (a, b) if a == b => {}
-            // Far outside the clear aperture the polynomial bends over and Newton's path hangs on rounding: such a ray is lost at
-            // the same surface, but whether it met it there or not may be told differently.
+            // Far outside the clear aperture the polynomial bends over and Newton's path hangs on rounding: such a ray
+            // is lost at the same surface, but whether it met it there or not may be told differently.
             (Err(RayFailure::Missed { surface: a }), Err(RayFailure::Vignetted { surface: b }))
             | (Err(RayFailure::Vignetted { surface: a }), Err(RayFailure::Missed { surface: b }))
                 if a == b =>

@@ -29,8 +29,8 @@ fn spread(i: usize) -> DVec2 {
     )
 }
 
-/// Part of the ellipse `grown` times as large through which rays pass, and the farthest ray that passes, in semi-diameters
-/// of the ellipse itself.
+/// Part of the ellipse `grown` times as large through which rays pass, and the farthest ray that passes, in
+/// semi-diameters of the ellipse itself.
 fn passing(
     system: &OpticalSystem,
     tracer: &PacketTracer,

@@ -107,7 +107,8 @@ fn white_bodies_in_even_light_cannot_be_seen() {
 
 #[test]
 fn a_lambertian_sphere_under_a_sun_has_the_cosine_law() {
-    // L = ρ E cos θ / π on the lit side; parallel light and a real disc (whose mean cosine differs by its angle squared, 5e-6).
+    // L = ρ E cos θ / π on the lit side; parallel light and a real disc (whose mean cosine differs by its angle
+    // squared, 5e-6).
     for half_angle_deg in [0.0, 0.266] {
         let to_sun = DVec3::new(1.0, 2.0, 2.0).normalize();
         let mut world = WorldDescription {
@@ -227,8 +228,8 @@ fn floor_under(mut world: WorldDescription) -> (f64, f64) {
 
 #[test]
 fn a_square_lamp_lights_a_floor_by_its_form_factor() {
-    // A parallel square of half side a at height h, on the axis: F = 4/(2π) · 2 · (X/√(1+X²)) atan(X/√(1+X²)), X = a/h (J. R. Howell's catalogue, C-11... four
-    // corners), here checked against a sum over the lamp as well.
+    // A parallel square of half side a at height h, on the axis: F = 4/(2π) · 2 · (X/√(1+X²)) atan(X/√(1+X²)), X = a/h
+    // (J. R. Howell's catalogue, C-11... four corners), here checked against a sum over the lamp as well.
     let (a, h) = (80.0, 100.0);
     let mut world = WorldDescription {
         materials: vec![Material::emitter([3.0; 3])],
@@ -254,8 +255,8 @@ fn a_square_lamp_lights_a_floor_by_its_form_factor() {
 
 #[test]
 fn a_panorama_lights_a_floor_by_the_integral_over_its_cells() {
-    // A dark sky with one bright cell and a gradient; the sum over cells is the closed form of the interpolated picture within 1 %, so the map is fine and
-    // smooth.
+    // A dark sky with one bright cell and a gradient; the sum over cells is the closed form of the interpolated picture
+    // within 1 %, so the map is fine and smooth.
     let (width, height) = (256, 128);
     let mut image = Image::zeros(width, height, 3);
     let radiance = |u: f64, v: f64| {
@@ -315,7 +316,8 @@ fn a_panorama_lights_a_floor_by_the_integral_over_its_cells() {
 
 #[test]
 fn light_through_a_veil_and_a_thin_pane_arrives_straight() {
-    // A sun through a veil of alpha 0.25 and a pane: 0.75 × the plate's transmittance, (1 − R)/(1 + R) with R = 0.04 at normal incidence.
+    // A sun through a veil of alpha 0.25 and a pane: 0.75 × the plate's transmittance, (1 − R)/(1 + R) with R = 0.04 at
+    // normal incidence.
     let to_sun = DVec3::Y;
     let mut world = WorldDescription {
         materials: vec![

@@ -1,5 +1,5 @@
-//! A second path tracer, as plain as can be: every triangle is tested, in f64, and light is found by scattering alone. It knows diffuse surfaces,
-//! mirrors and lamps, and shares no code with the first.
+//! A second path tracer, as plain as can be: every triangle is tested, in f64, and light is found by scattering alone.
+//! It knows diffuse surfaces, mirrors and lamps, and shares no code with the first.
 
 use glam::DVec3;
 use quadpixel::sampling::uniform;
@@ -82,7 +82,8 @@ impl Plain {
 
 #[test]
 fn a_plain_path_tracer_without_connections_agrees_within_its_variance() {
-    // A box with an open front, a large lamp, a white mirror and a block: few triangles, so that the plain one is quick.
+    // A box with an open front, a large lamp, a white mirror and a block: few triangles, so that the plain one is
+    // quick.
     let mut world = WorldDescription::cornell_box();
     world.materials[4] = Material::metal([1.0; 3], 0.0);
     // Keep walls, lamp and block; two coarse flat-shaded balls instead of the fine ones.
@@ -132,7 +133,8 @@ fn a_plain_path_tracer_without_connections_agrees_within_its_variance() {
             }
         }
     }
-    // z of about 100 values: mean 0 ± 0.17 (channels of a ray are correlated), mean square 1 ± 0.25, the largest below 5.
+    // z of about 100 values: mean 0 ± 0.17 (channels of a ray are correlated), mean square 1 ± 0.25, the largest
+    // below 5.
     let (bias, spread) = (z_sum / count, squared / count);
     assert!(count > 60.0, "{count} noisy values");
     assert!(bias.abs() < 0.55, "mean z {bias}");

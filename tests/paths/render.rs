@@ -22,7 +22,8 @@ fn camera(side: usize) -> Camera {
 
 #[test]
 fn a_shining_rectangle_is_the_same_picture_as_a_card() {
-    // Same rays, same texture lookups up to f32; so the images agree far below their noise. Rows of the picture tell mirroring and turning apart.
+    // Same rays, same texture lookups up to f32; so the images agree far below their noise. Rows of the picture tell
+    // mirroring and turning apart.
     let picture = Texture::from_fn(64, 64, |x, y| {
         [0.2 + x as f32 / 64.0, 0.1 + y as f32 / 64.0, 0.5]
     })
@@ -121,7 +122,8 @@ fn the_clamp_only_takes_light_away_and_is_off_by_default() {
 
 #[test]
 fn a_texture_far_away_is_filtered_to_its_mean() {
-    // A checkerboard of 1024² texels within a few pixels: with a pixel's spread a single path sees grey, with none black or white.
+    // A checkerboard of 1024² texels within a few pixels: with a pixel's spread a single path sees grey, with none
+    // black or white.
     let texels = (0..1024 * 1024)
         .map(|i| {
             let white = (i % 1024 + i / 1024) % 2 == 0;
@@ -163,8 +165,9 @@ fn a_texture_far_away_is_filtered_to_its_mean() {
 
 #[test]
 fn a_slanted_texture_is_blurred_along_the_view_and_not_across_it() {
-    // A floor seen at 8°, a texel a mm: the cone of a ray is 4 mm wide there and 28 mm long. Stripes of 16 mm along the view keep what a filter of 4 mm
-    // leaves of them: sinc(1/4) of the box times sinc²(1/4) of the interpolation, 0.73. Stripes across it lose all but about sinc(28/16) = 0.13.
+    // A floor seen at 8°, a texel per mm: the cone of a ray is 4 mm wide there and 28 mm long. Stripes of 16 mm along
+    // the view keep what a filter of 4 mm leaves of them: sinc(1/4) of the box times sinc²(1/4) of the interpolation,
+    // 0.73. Stripes across it lose all but about sinc(28/16) = 0.13.
     let contrast = |is_across: bool| {
         let stripes = Texture::from_fn(1024, 1024, |x, y| {
             let place = if is_across { y } else { x };

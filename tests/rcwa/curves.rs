@@ -8,9 +8,9 @@ fn halves(p: &Powers) -> [f64; 2] {
     [p.absorbed[0] + p.absorbed[2], p.absorbed[1] + p.absorbed[3]]
 }
 
-/// The curve is stated to 0.3 % of the strong half, 1 % of the weak one. Its lens is 32 plain slices, whose error (of second order, found by
-/// slicing as coarsely: `benches/runs/2026-11-21/rcwa.md`) is up to 0.9 % of the strong half; together 1.2 %. All 21 angles, and
-/// other pixels: `laboratory/benches/rcwa_accuracy.rs`.
+/// The curve is stated to 0.3 % of the strong half, 1 % of the weak one. Its lens is 32 plain slices, whose error (of
+/// second order, found by slicing as coarsely: `benches/runs/2026-11-21/rcwa.md`) is up to 0.9 % of the strong half;
+/// together 1.2 %. All 21 angles, and other pixels: `laboratory/benches/rcwa_accuracy.rs`.
 #[test]
 fn pitch_1_6_is_the_independent_curve_within_its_error() {
     let csv = include_str!("../response/reference/pitch1.6_roc1.1314_h1.1314_filter0.75.csv");

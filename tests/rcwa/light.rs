@@ -114,7 +114,8 @@ fn thinner_slices_converge_with_order_five_halves() {
         };
         all(&solve(&stack, &settings, 0.3, 0.0))
     };
-    // The method is of order 4, but the corners between lenses begin as z^(3/2): 5/2 (see `lens.rs`), a factor of 5.7; 4 is order 2.
+    // The method is of order 4, but the corners between lenses begin as z^(3/2): 5/2 (see `lens.rs`), a factor of 5.7;
+    // 4 is order 2.
     let exact = at(4.0);
     let errors = [80.0, 40.0, 20.0].map(|nm| distance(&at(nm), &exact));
     println!("{errors:?}");
@@ -137,7 +138,8 @@ fn more_orders_in_silicon_converge() {
     assert!(errors[1] < 0.5 * errors[0] && errors[2] < 0.5 * errors[1]);
 }
 
-/// Plain silicon couples no orders, so that none but those above it are followed; thin trenches go the long way, through modes.
+/// Plain silicon couples no orders, so that none but those above it are followed; thin trenches go the long way,
+/// through modes.
 #[test]
 fn silicon_without_trenches_is_the_limit_of_thin_ones() {
     let (mut stack, settings) = small();

@@ -1,5 +1,5 @@
-//! The Fourier modal level: exact where layers are flat, energy to the last digits, the symmetries of light, and curves of independent
-//! solvers.
+//! The Fourier modal level: exact where layers are flat, energy to the last digits, the symmetries of light, and curves
+//! of independent solvers.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 mod bad_input;

@@ -64,8 +64,8 @@ fn four_filters_of_one_colour_are_the_period_of_one_microlens() {
     is_one_colour(&stack, &settings, [0.25, 0.0], 1e-9);
 }
 
-/// The modes of the filters, not the plane waves that four equal ones are: of first order in the contrast, so 1e-6 of index moves P by less than
-/// 1e-5 (k0 d is 4.6).
+/// The modes of the filters, not the plane waves that four equal ones are: of first order in the contrast, so 1e-6 of
+/// index moves P by less than 1e-5 (k0 d is 4.6).
 #[test]
 fn filters_that_hardly_differ_are_hardly_felt() {
     let (stack, settings) = coloured([(1.6 + 1e-6, 0.02), (1.6, 0.02), (1.6, 0.02 + 1e-6)]);
@@ -106,8 +106,8 @@ fn unlike_filters_without_loss_lose_nothing() {
     }
 }
 
-/// Along the normal the diagonal of the mosaic is a mirror: it changes the greens, and s and p, for each other. Waves along x and along y do so
-/// as well.
+/// Along the normal the diagonal of the mosaic is a mirror: it changes the greens, and s and p, for each other. Waves
+/// along x and along y do so as well.
 #[test]
 fn the_diagonal_mirror_changes_the_two_greens_for_each_other() {
     let (stack, settings) = coloured([(1.62, 0.25), (1.6, 0.005), (1.6, 0.1)]);
@@ -139,8 +139,8 @@ fn the_diagonal_mirror_changes_the_two_greens_for_each_other() {
     }
 }
 
-/// Each microlens is mirrored in its own centre: −u gives the mirror image, and along the normal all sub-pixels of a microlens are alike in the mean of
-/// s and p.
+/// Each microlens is mirrored in its own centre: −u gives the mirror image, and along the normal all sub-pixels of a
+/// microlens are alike in the mean of s and p.
 #[test]
 fn mirrors_go_through_the_centres_of_microlenses() {
     let (stack, settings) = coloured([(1.62, 0.25), (1.6, 0.005), (1.6, 0.1)]);

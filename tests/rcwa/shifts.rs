@@ -26,7 +26,8 @@ fn shifts_together_are_shifts_one_by_one() {
                 let mut moved = stack.clone();
                 moved.lens.shift_um = shift;
                 let alone = solve(&moved, &settings, cosines[0], cosines[1]);
-                // The same functions: only rounding, the rounds' 1e-9, and the depth's quadrature of the one way lie between.
+                // The same functions: only rounding, the rounds' 1e-9, and the depth's quadrature of the one way lie
+                // between.
                 let off = distance(&all(answer), &all(&alone));
                 assert!(
                     off < 1e-6,

@@ -90,7 +90,8 @@ fn rendered_shifts_are_the_traced_disparity_on_and_off_axis() {
 
 #[test]
 fn half_disk_disparity_is_four_over_three_pi_of_the_circle_of_confusion() {
-    // Each half of an evenly filled disk of diameter d has its centroid 4/(3π) · d/2 from the middle: x_L − x_R = 0.424 d.
+    // Each half of an evenly filled disk of diameter d has its centroid 4/(3π) · d/2 from the middle: x_L − x_R = 0.424
+    // d.
     let lens = focused("lib_double_gauss_100mm_glass", 5000.0);
     let response = geometric(2, 1, 2.0);
     let camera = camera(&lens, &response, (4, 4), DVec2::ZERO);
@@ -172,8 +173,8 @@ fn the_ratio_is_the_paraxial_disparity_over_the_circle_of_confusion_at_any_depth
 
 #[test]
 fn circle_of_confusion_is_that_of_the_cone_through_the_entrance_pupil() {
-    // The cone from a point at d to the entrance pupil (diameter A) has diameter A |d − d_f|/d in the plane of focus, which is
-    // imaged with the magnification of the focused depth (SPEC.md).
+    // The cone from a point at d to the entrance pupil (diameter A) has diameter A |d − d_f|/d in the plane of focus,
+    // which is imaged with the magnification of the focused depth (SPEC.md).
     for name in [
         PHONE,
         "lib_double_gauss_100mm_glass",

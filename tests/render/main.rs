@@ -1,5 +1,5 @@
-//! The renderer held to closed forms and to itself: radiometry, disparity and its sign, truths, and bytes that do not depend on
-//! how the work is done.
+//! The renderer held to closed forms and to itself: radiometry, disparity and its sign, truths, and bytes that do not
+//! depend on how the work is done.
 
 // because tests fail by panicking
 #![allow(clippy::unwrap_used)]

@@ -153,7 +153,8 @@ fn spread_is_the_standard_deviation_over_seeds() {
 
 #[test]
 fn microlenses_shifted_for_the_chief_ray_keep_the_views_equally_bright() {
-    // The chief ray arrives at some 20° here. Under a centred microlens the bundle falls beside the middle of the pixel.
+    // The chief ray arrives at some 20° here. Under a centred microlens the bundle falls beside the middle of the
+    // pixel.
     let lens = focused(PHONE, f64::INFINITY);
     let place = DVec2::new(1.3, 0.0);
     let response = geometric(2, 1, 5.0);
@@ -175,7 +176,8 @@ fn microlenses_shifted_for_the_chief_ray_keep_the_views_equally_bright() {
     // Light travels away from the axis (u > 0 at x > 0), towards the right sub-pixel and out of the ideal box.
     let (left, right) = shares(ShiftRule::Centred);
     assert!(left < 0.2 * right || left + right < 1e-3, "{left} {right}");
-    // The linear rule with the right slope does the same as the chief ray's own: s = −H t, here −5 µm · tan of the chief ray.
+    // The linear rule with the right slope does the same as the chief ray's own: s = −H t, here −5 µm · tan of the
+    // chief ray.
     let tan = 0.3646; // 20.03° at 1.2911 mm, `qpgen lens info`
     let (left, right) = shares(ShiftRule::Linear {
         um_per_mm: 5.0 * tan / 1.2911,

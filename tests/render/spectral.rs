@@ -63,8 +63,8 @@ fn banded(lens: &Lens, response: &Response, place: DVec2, w: ChannelWavelengths)
 
 #[test]
 fn a_response_linear_in_wavelength_gives_its_value_at_each_bands_middle() {
-    // Between two nodes the table is linear. 4096 rays of a smooth integrand: below 1e-3, as in `radiometry`; wavelengths rounded by 0.05 nm
-    // of 165 nm at least: 3e-4.
+    // Between two nodes the table is linear. 4096 rays of a smooth integrand: below 1e-3, as in `radiometry`;
+    // wavelengths rounded by 0.05 nm of 165 nm at least: 3e-4.
     let p = |nm: f64| (nm - 300.0) / 500.0;
     let one = Subpixels::new(1, 1).unwrap();
     let response = even(one, vec![380.0, 720.0], p);
@@ -88,8 +88,8 @@ fn a_response_linear_in_wavelength_gives_its_value_at_each_bands_middle() {
 
 #[test]
 fn a_response_quadratic_in_wavelength_converges_to_the_band_integral() {
-    // ∫ f(λ) ((λ − λ₀)/150 nm)² dλ = (w/150 nm)² (1/3 − 2/π²); M wavelengths leave out the variance within their shares,
-    // 10.5 % (M = 4) and 1.1 % (M = 16) of it; rounding to 0.1 nm and 8192 rays add 0.3 %.
+    // ∫ f(λ) ((λ − λ₀)/150 nm)² dλ = (w/150 nm)² (1/3 − 2/π²); M wavelengths leave out the variance within their
+    // shares, 10.5 % (M = 4) and 1.1 % (M = 16) of it; rounding to 0.1 nm and 8192 rays add 0.3 %.
     let p = |nm: f64| ((nm - 550.0) / 150.0).powi(2);
     let nm = (440..=660).map(f64::from).collect();
     let response = even(Subpixels::new(1, 1).unwrap(), nm, p);
@@ -110,7 +110,8 @@ fn a_response_quadratic_in_wavelength_converges_to_the_band_integral() {
 
 #[test]
 fn few_rays_over_many_wavelengths_stay_unbiased() {
-    // The pixel absorbs the first of four wavelengths alone: a quarter of the light, though 6 rays cannot be parted evenly.
+    // The pixel absorbs the first of four wavelengths alone: a quarter of the light, though 6 rays cannot be parted
+    // evenly.
     let of = bands(Bands::default());
     let nm = of.traced_nm(1);
     let first = nm[0];
@@ -128,7 +129,8 @@ fn few_rays_over_many_wavelengths_stay_unbiased() {
 
 #[test]
 fn a_bands_image_lies_where_the_images_of_its_wavelengths_do_on_average() {
-    // Lateral colour: the flux-weighted mean column of a small card in focus, off the axis. 1024 rays a pixel leave some 0.001 px.
+    // Lateral colour: the flux-weighted mean column of a small card in focus, off the axis. 1024 rays per pixel leave
+    // some 0.001 px.
     let lens = focused(PHONE, 400.0);
     let response = geometric(1, 1, 2.0);
     let place = DVec2::new(1.4, 0.0);

@@ -53,8 +53,9 @@ fn in_focus_the_sum_is_the_target_and_an_even_wall_is_equal_everywhere() {
 
 #[test]
 fn occlusion_at_a_straight_edge_is_half_and_falls_to_nothing_within_the_blur() {
-    // A near card covers the photographer's left half; the background is in focus, so the card's edge is blurred over its
-    // circle of confusion. At the edge's own pixel the chief ray grazes the card and half of the pupil sees the other surface.
+    // A near card covers the photographer's left half; the background is in focus, so the card's edge is blurred over
+    // its circle of confusion. At the edge's own pixel the chief ray grazes the card and half of the pupil sees the
+    // other surface.
     let lens = focused(PHONE, 1000.0);
     let camera = camera(&lens, &geometric(2, 2, 5.0), (48, 8), DVec2::ZERO);
     let half = Coverage::new(2, vec![1, 0, 1, 0]).unwrap();

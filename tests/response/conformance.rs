@@ -13,8 +13,8 @@ use crate::random::Lcg;
 /// Rounding of f32 sums of up to 16 terms.
 const ROUNDING: f32 = 1e-5;
 
-/// Holds a centred pixel's response to the seam's contract. `aim` × (sub-pixel's centre / pitch) is the (u, v) aimed at the
-/// sub-pixel; `symmetry` is what mirror images may differ by.
+/// Holds a centred pixel's response to the seam's contract. `aim` × (sub-pixel's centre / pitch) is the (u, v) aimed at
+/// the sub-pixel; `symmetry` is what mirror images may differ by.
 pub fn conforms(response: &Response, wavelength_nm: f64, aim: f64, symmetry: f32) {
     let lookup = response.at(wavelength_nm);
     stays_a_share_of_the_light_everywhere(&lookup);

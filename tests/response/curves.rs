@@ -1,5 +1,5 @@
-//! The wave model against independent vector solutions (Fourier modal method) of exactly its geometry, 550 nm, φ = 0. Files
-//! and their sources: `tests/response/reference/`.
+//! The wave model against independent vector solutions (Fourier modal method) of exactly its geometry, 550 nm, φ = 0.
+//! Files and their sources: `tests/response/reference/`.
 
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::{WaveModel, WaveSettings};
@@ -73,8 +73,8 @@ impl Curve {
     }
 }
 
-/// Holds the model to a curve: crossings within 1.5°, strong half within 10 %, weak half within 0.04. Where the light goes
-/// over to the neighbour and neither half is twice the other, both count as weak.
+/// Holds the model to a curve: crossings within 1.5°, strong half within 10 %, weak half within 0.04. Where the light
+/// goes over to the neighbour and neither half is twice the other, both count as weak.
 fn holds(stack: &PixelStack, csv: &str) {
     let reference = Curve::reference(csv);
     let ours = Curve::of_the_wave_model(stack, &reference.theta_deg);

@@ -1,5 +1,5 @@
-//! FDTD runs as tables. A pixel far smaller than any built-in one keeps it to seconds; pulses of several wavelengths are held by
-//! `response::tabulate`'s own tests.
+//! FDTD runs as tables. A pixel far smaller than any built-in one keeps it to seconds; pulses of several wavelengths
+//! are held by `response::tabulate`'s own tests.
 
 use quadpixel::em::PixelStack;
 use quadpixel::em::fdtd::FdtdSettings;

@@ -84,8 +84,8 @@ fn of_channels(
     AngularResponse::of_channels([0, 1, 2].map(|i: usize| &built[i].table), channels)
 }
 
-/// A small pixel under a mosaic: a table per colour, of one simulation, is what single directions of that colour say, and has the symmetries of
-/// the square.
+/// A small pixel under a mosaic: a table per colour, of one simulation, is what single directions of that colour say,
+/// and has the symmetries of the square.
 #[test]
 fn the_tables_of_a_mosaic_are_those_of_its_colours() {
     let mut stack = PixelStack::builtin("1.6um-bayer").unwrap();

@@ -58,7 +58,8 @@ fn the_table_of_shifts_gives_shifts_and_octants_that_were_not_simulated() {
         .table;
     let coarse = table.with_fewer_shifts(2).unwrap();
     let lookups = [&table, &coarse].map(|t| t.shifted_interpolator(550.0).unwrap());
-    // Between nodes, in several octants, half a pitch out and over the neighbour; at nodes of (u, v), so that only the shift is between.
+    // Between nodes, in several octants, half a pitch out and over the neighbour; at nodes of (u, v), so that only the
+    // shift is between.
     let cases = [
         ([0.05, 0.05], [0.0, 0.15]),
         ([-0.17, 0.31], [0.15, -0.3]),
@@ -88,8 +89,8 @@ fn the_table_of_shifts_gives_shifts_and_octants_that_were_not_simulated() {
             linear_worst = linear_worst.max((linear[k] - truth[k]).abs());
         }
     }
-    // The spot's spectrum ends near order 2 n pitch / λ = 7; what aliases on 12 nodes is some 1e-3 of it (harmonics of the 1.6 µm
-    // pixel beyond the 6th: 0.1 %). Plain linear interpolation is off by h²/8 of curvature, a hundredth.
+    // The spot's spectrum ends near order 2 n pitch / λ = 7; what aliases on 12 nodes is some 1e-3 of it (harmonics of
+    // the 1.6 µm pixel beyond the 6th: 0.1 %). Plain linear interpolation is off by h²/8 of curvature, a hundredth.
     assert!(worst < 3e-3, "{worst}");
     assert!(linear_worst > 3.0 * worst, "{linear_worst} {worst}");
     // Half the nodes: a table of its own, whose nodes come back.

@@ -32,8 +32,8 @@ fn halves(model: &WaveModel, theta_deg: f64) -> (f64, f64) {
     (p[0] + p[2], p[1] + p[3])
 }
 
-/// Power absorbed in the first `counted_um` of the last medium under flat layers (index, thickness): characteristic matrices
-/// (Born & Wolf, 1.6), mean of s and p.
+/// Power absorbed in the first `counted_um` of the last medium under flat layers (index, thickness): characteristic
+/// matrices (Born & Wolf, 1.6), mean of s and p.
 fn transfer_matrix(layers: &[(C, f64)], substrate: C, counted_um: f64, theta_deg: f64) -> f64 {
     let k0 = 2.0 * std::f64::consts::PI / 0.55;
     let sine = theta_deg.to_radians().sin();
@@ -72,8 +72,8 @@ fn flat_slab_absorbs_what_the_transfer_matrix_says_at_0_20_40_deg() {
         let wanted = transfer_matrix(&layers, C::new(4.077, 0.027968), 4.0, theta);
         let (l, r) = halves(&model, theta);
         println!("{theta} deg: {} and {wanted}", l + r);
-        // One scalar for s and p: exact at 0°. At 40° the two differ by a third in what the top surface reflects into the
-        // interference, which one amplitude cannot follow on flat layers (a lens blurs it): the stated error there.
+        // One scalar for s and p: exact at 0°. At 40° the two differ by a third in what the top surface reflects into
+        // the interference, which one amplitude cannot follow on flat layers (a lens blurs it): the stated error there.
         let allowed = [2e-3, 1.5e-2, 7e-2][(theta / 20.0) as usize];
         assert!(
             ((l + r) / wanted - 1.0).abs() < allowed,
@@ -203,8 +203,8 @@ fn presets_lie_within_their_stated_error_of_the_reference() {
     }
 }
 
-/// Angles in steps of `step_deg` up to 40° at which left / right lies below 0.2: the first (R_a ends before it), and the
-/// width they fill (R_b).
+/// Angles in steps of `step_deg` up to 40° at which left / right lies below 0.2: the first (R_a ends before it), and
+/// the width they fill (R_b).
 fn ranges_deg(stack: &PixelStack, step_deg: f64) -> (f64, f64) {
     let model = WaveModel::new(stack, 550.0, &WaveSettings::standard()).unwrap();
     let below: Vec<f64> = (0..)

@@ -121,8 +121,8 @@ fn rays_said_to_miss_the_aperture_do() {
     assert!(met > 5000 && missed > 1000, "{met} {missed}");
 }
 
-/// What used to be lost, one by one: 48° and more off the axis, 75° off the normal, and beyond 0.99 of the rim, at every asphere; the place to 1e-12 mm
-/// over the cosine of incidence.
+/// What used to be lost, one by one: 48° and more off the axis, 75° off the normal, and beyond 0.99 of the rim, at
+/// every asphere; the place to 1e-12 mm over the cosine of incidence.
 #[test]
 fn rays_far_off_the_axis_far_off_the_normal_and_at_the_rim_are_met() {
     let mut met = [0; 3];
@@ -170,8 +170,8 @@ fn rays_far_off_the_axis_far_off_the_normal_and_at_the_rim_are_met() {
     assert!(met.iter().all(|n| *n > 2000), "{met:?}");
 }
 
-/// Made-up aspheres far stronger than any lens has: a ray is met within the aperture if and only if it crosses there, and beyond 45° off the axis
-/// at its first crossing. Both tracers, packets of every kind to the last bit.
+/// Made-up aspheres far stronger than any lens has: a ray is met within the aperture if and only if it crosses there,
+/// and beyond 45° off the axis at its first crossing. Both tracers, packets of every kind to the last bit.
 #[test]
 fn wild_aspheres_lose_no_ray_and_both_tracers_agree() {
     let mut random = Lcg(3);

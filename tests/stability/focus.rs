@@ -22,8 +22,8 @@ fn camera(lens: &Lens, size: (usize, usize), centre: DVec2) -> Result<Camera, Ca
     Camera::new(lens, sensor, ShiftRule::ChiefRay, &response, bands)
 }
 
-/// Focused at the hyperfocal distance H, infinity and H/2 (counted from the entrance pupil) are blurred alike, to 1e-9 of the blur; the depth in
-/// focus is not, to 1e-12 mm; and the blur of 1e15 mm is that of infinity to 1e-9.
+/// Focused at the hyperfocal distance H, infinity and H/2 (counted from the entrance pupil) are blurred alike, to 1e-9
+/// of the blur; the depth in focus is not, to 1e-12 mm; and the blur of 1e15 mm is that of infinity to 1e-9.
 #[test]
 fn blur_at_infinity_at_the_hyperfocal_distance_and_at_half_of_it() {
     for name in [PHONE, "lib_dgauss_50mm", "tele_US10571665B2_220b"] {
@@ -77,8 +77,8 @@ fn inside_the_near_limit() {
     }
 }
 
-/// A window that reaches out of the image circle is refused with the dark place; one just inside is rendered: finite, 0 or more, and no corner
-/// brighter than the middle.
+/// A window that reaches out of the image circle is refused with the dark place; one just inside is rendered: finite, 0
+/// or more, and no corner brighter than the middle.
 #[test]
 fn a_vignetted_corner() {
     let lens = builtin(PHONE);

@@ -23,8 +23,8 @@ fn shoot(camera: &Camera, scene: &Scene, rays_per_pixel: usize) -> Rendered {
     shots::shoot(camera, scene, rays_per_pixel, 5)
 }
 
-/// Under an even wall every ray of a far, small disk is worth the same, so the estimate is π a²/z² whatever the number of rays: what is left is
-/// the sum's rounding, half a unit of f32 (6e-8), and the disk's own size (a/z)² = 1e-12.
+/// Under an even wall every ray of a far, small disk is worth the same, so the estimate is π a²/z² whatever the number
+/// of rays: what is left is the sum's rounding, half a unit of f32 (6e-8), and the disk's own size (a/z)² = 1e-12.
 #[test]
 fn one_ray_and_a_million_in_a_pixel_have_the_same_sum() {
     let camera = bare(Subpixels::SINGLE, (1, 1), 1e-3, 1000.0);
@@ -41,7 +41,8 @@ fn one_ray_and_a_million_in_a_pixel_have_the_same_sum() {
     }
 }
 
-/// Boxes part the light without loss: the sub-pixels of every m×n add up to the undivided pixel, to the rounding of 16 f32 terms.
+/// Boxes part the light without loss: the sub-pixels of every m×n add up to the undivided pixel, to the rounding of 16
+/// f32 terms.
 #[test]
 fn parted_pixels_add_up_to_the_whole_one_for_any_number_of_rays() {
     let wall = white();
@@ -67,8 +68,9 @@ fn a_dark_scene_is_black_and_says_nothing_of_its_spread() {
     assert_eq!(dark.stats.lost.total(), 0);
 }
 
-/// One texel of 1e6 on a black card: every value is finite and 1e6 times that of a texel of 1, to the rounding of f32: 4e-7 of the value, and 1e-7 of what a
-/// pixel full of the texel has, as bilinear weights are differences. Pixels that do not see it stay exactly 0.
+/// One texel of 1e6 on a black card: every value is finite and 1e6 times that of a texel of 1, to the rounding of f32:
+/// 4e-7 of the value, and 1e-7 of what a pixel full of the texel has, as bilinear weights are differences. Pixels that
+/// do not see it stay exactly 0.
 #[test]
 fn one_bright_texel_of_a_million_is_linear() {
     let camera = bare(Subpixels::QUAD, (16, 16), 0.4, 10.0);

@@ -1,5 +1,5 @@
-//! Hard cases, each with the bound it is held to: where formulas divide by nothing, roots meet, sums are long, or nothing is lit.
-//! `benches/runs/2026-11-21/stability.md` lists them, with those that live in other test binaries.
+//! Hard cases, each with the bound it is held to: where formulas divide by nothing, roots meet, sums are long, or
+//! nothing is lit. `benches/runs/2026-11-21/stability.md` lists them, with those that live in other test binaries.
 
 // because tests fail by panicking
 #![allow(clippy::unwrap_used)]

@@ -54,8 +54,8 @@ fn unit(n: f64) -> impl Strategy<Value = f64> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// A ray that passes is finite and of unit length (1e-12), comes back along itself (1e-8), and is the packets' ray (1e-9), at every SIMD level to
-    /// the last bit.
+    /// A ray that passes is finite and of unit length (1e-12), comes back along itself (1e-8), and is the packets' ray
+    /// (1e-9), at every SIMD level to the last bit.
     #[test]
     fn rays_through_random_lenses(lens in lenses(), x in unit(1.0), y in unit(1.0), dx in unit(0.4), dy in unit(0.4)) {
         let ray = Ray { origin_mm: DVec3::new(x, y, -3.0), direction: DVec3::new(dx, dy, 1.0).normalize() };
@@ -158,7 +158,8 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// A random picture before bare pixels: finite, 0 or more, no more light than an even wall of its brightest texel, and the same again.
+    /// A random picture before bare pixels: finite, 0 or more, no more light than an even wall of its brightest texel,
+    /// and the same again.
     #[test]
     fn renders_of_random_pictures(
         texels in prop::collection::vec(0.0..100.0f32, 16), rays in 1..40usize, seed in any::<u64>(),
@@ -185,8 +186,9 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Pixels of random layers, by the wave level: no part is negative, all parts together are the light that came in (1e-9). What lossless layers absorb is
-    /// a difference of fluxes, 0 but for the model's error: on pixels as small as these, below the wavelength, up to 0.15 (found, then bounded).
+    /// Pixels of random layers, by the wave level: no part is negative, all parts together are the light that came in
+    /// (1e-9). What lossless layers absorb is a difference of fluxes, 0 but for the model's error: on pixels as small
+    /// as these, below the wavelength, up to 0.15 (found, then bounded).
     #[test]
     fn plane_waves_on_random_pixels(
         pitch in 0.6..1.4f64, lens in 1.05..2.0f64, filter in 0.0..1.0f64,

@@ -1,5 +1,5 @@
-//! The pixel's response where lookups end: straight on, at the table's last direction and beyond, and for chief rays that no shift was
-//! found for.
+//! The pixel's response where lookups end: straight on, at the table's last direction and beyond, and for chief rays
+//! that no shift was found for.
 
 use quadpixel::response::{ChiefRayShifts, GeometricResponse, Response, ResponseLookup};
 use quadpixel::sensor::Subpixels;
@@ -12,8 +12,8 @@ fn read(lookup: &ResponseLookup, u: f32, v: f32) -> Vec<f32> {
     p
 }
 
-/// Straight on, the four sub-pixels of a table share alike to 1e-5, continuously (1e-7 beside it differs by under 1e-5). At and beyond its last direction
-/// the edge is read: 0 ≤ P, Σ P ≤ 1, up to infinite cosines.
+/// Straight on, the four sub-pixels of a table share alike to 1e-5, continuously (1e-7 beside it differs by under
+/// 1e-5). At and beyond its last direction the edge is read: 0 ≤ P, Σ P ≤ 1, up to infinite cosines.
 #[test]
 fn a_table_straight_on_at_its_end_and_beyond() {
     let lookup = wave_pixel().at(550.0);
@@ -57,7 +57,8 @@ fn the_ideal_pixel_neither_loses_nor_doubles_light_at_its_borders() {
     }
 }
 
-/// A chief ray beyond the last θ gets that one's shift, and says so; shifts and looked-up directions stay finite up to grazing.
+/// A chief ray beyond the last θ gets that one's shift, and says so; shifts and looked-up directions stay finite up to
+/// grazing.
 #[test]
 fn chief_rays_beyond_the_last_node() {
     let found = ChiefRayShifts {
@@ -86,7 +87,8 @@ fn chief_rays_beyond_the_last_node() {
             let shift = frame.shift_for_chief_ray(sine, 0.0);
             let (u, v) = frame.centred_uv(sine as f32, 0.0, shift);
             assert!(shift.iter().all(|s| s.is_finite()) && u.is_finite() && v.is_finite());
-            // The chief ray is read in the middle, but for the rounding of u² in f32, which the slope u/√(n² − u²) multiplies.
+            // The chief ray is read in the middle, but for the rounding of u² in f32, which the slope u/√(n² − u²)
+            // multiplies.
             let left = frame.index * frame.index - sine * sine;
             let bound = (2e-7 / left.max(1e-6).powf(1.5)).min(1.0) as f32 + 1e-6;
             assert!(u.abs() < bound && v.abs() < bound, "{sine}: {u} {v}");

@@ -1,5 +1,5 @@
-//! Where a ray crosses a surface, by a scan that shares nothing with the tracer: the sag from its own formula, many places along the ray, bisection
-//! between two of unlike sign.
+//! Where a ray crosses a surface, by a scan that shares nothing with the tracer: the sag from its own formula, many
+//! places along the ray, bisection between two of unlike sign.
 
 use glam::DVec3;
 use quadpixel::lens::{OpticalSurface, Travel};

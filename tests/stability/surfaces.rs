@@ -39,9 +39,9 @@ fn in_packet(system: &OpticalSystem, ray: Ray, travel: Travel) -> Result<Ray, Ra
     batch.get(0)
 }
 
-/// From the vertex to the rim, at incidences from normal over critical to grazing, in both senses and in and across the meridian: a ray obeys
-/// Snell's law as a vector to 1e-11 and keeps its length to 1e-12, or is totally reflected beyond the critical angle. Every ray comes through a point of
-/// the surface, so none is missed. Both tracers say the same.
+/// From the vertex to the rim, at incidences from normal over critical to grazing, in both senses and in and across the
+/// meridian: a ray obeys Snell's law as a vector to 1e-11 and keeps its length to 1e-12, or is totally reflected beyond
+/// the critical angle. Every ray comes through a point of the surface, so none is missed. Both tracers say the same.
 #[test]
 fn grazing_incidence_and_total_reflection_at_every_surface() {
     let (mut passed, mut reflected) = (0, 0);
@@ -188,8 +188,8 @@ fn a_radius_of_1e6_mm_is_a_plane_but_for_its_sag() {
     }
 }
 
-/// A ray along the axis stays on it exactly, in every lens at every wavelength; one through a pole meets exactly the vertex; one that runs in a
-/// plane never crosses it, one 1e-9 rad off it does.
+/// A ray along the axis stays on it exactly, in every lens at every wavelength; one through a pole meets exactly the
+/// vertex; one that runs in a plane never crosses it, one 1e-9 rad off it does.
 #[test]
 fn rays_along_the_axis_through_a_pole_and_in_a_plane() {
     for name in builtin_names() {

@@ -5,8 +5,8 @@ use quadpixel::lens::{WAVELENGTH_RANGE_NM, catalogue_glass, catalogue_names};
 
 use crate::{builtin, free};
 
-/// At both ends every index is finite and within 1 to 5, the focal length within 15 % of that in the middle, and the ray at half
-/// the pupil arrives; a nanometre beyond, and NaN, are refused by name.
+/// At both ends every index is finite and within 1 to 5, the focal length within 15 % of that in the middle, and the
+/// ray at half the pupil arrives; a nanometre beyond, and NaN, are refused by name.
 #[test]
 fn the_ends_of_the_glass_data() {
     let (low, high) = WAVELENGTH_RANGE_NM;

@@ -1,5 +1,6 @@
-//! Depth, object, normal and occlusion at depth edges, and the blurred image itself, against an array of pinholes in the exit pupil: each pinhole's
-//! picture by the plain ray trace and the closed form of a ray and a rectangle, neither of which the renderer uses.
+//! Depth, object, normal and occlusion at depth edges, and the blurred image itself, against an array of pinholes in
+//! the exit pupil: each pinhole's picture by the plain ray trace and the closed form of a ray and a rectangle, neither
+//! of which the renderer uses.
 
 use glam::{DVec2, DVec3};
 use quadpixel::frames::camera_from_sensor_mm;
@@ -11,8 +12,8 @@ use quadpixel::sensor::ShiftRule;
 
 use super::{Sheet, camera, scene, sheets};
 
-/// Pinholes along the pupil's side, and places along a pixel's side. Each pinhole has the places moved by a part of their spacing of its own, so that an
-/// edge in focus, which only the places resolve, meets 113 grids and not one.
+/// Pinholes along the pupil's side, and places along a pixel's side. Each pinhole has the places moved by a part of
+/// their spacing of its own, so that an edge in focus, which only the places resolve, meets 113 grids and not one.
 const PINHOLES: usize = 12;
 const PLACES: usize = 8;
 /// Every other pixel of every other row: the plain trace is slow.
@@ -36,8 +37,8 @@ fn seen(sheets: &[Sheet], ray: &Ray) -> Option<(usize, DVec3)> {
         .map(|(k, _, p)| (k, p))
 }
 
-/// Share of the pinholes that see another sheet than `chief`, and the mean radiance over all: weighted by the solid angle that a
-/// pinhole stands for.
+/// Share of the pinholes that see another sheet than `chief`, and the mean radiance over all: weighted by the solid
+/// angle that a pinhole stands for.
 fn by_pinholes(
     camera: &Camera,
     sheets: &[Sheet],
@@ -113,7 +114,8 @@ fn truth_at_depth_edges_is_that_of_an_array_of_pinholes() {
             let ray = trace_backward(camera.system(1), ray);
             let (sheet, point) = seen(&sheets, &ray.unwrap()).unwrap();
             let index = row * 32 + column;
-            // Chief directions are tabulated over the window (to 1e-6 or so): a pixel whose chief ray runs along an edge may fall either way.
+            // Chief directions are tabulated over the window (to 1e-6 or so): a pixel whose chief ray runs along an
+            // edge may fall either way.
             if truth.surfaces[index] != 10 + sheet as u16 {
                 let [other, _] = by_pinholes(&camera, &sheets, (column, row), sheet);
                 assert!((0.2..0.8).contains(&other), "object at {column}, {row}");
@@ -149,10 +151,11 @@ fn truth_at_depth_edges_is_that_of_an_array_of_pinholes() {
     }
     assert!(on_edges > 25, "{on_edges} pixels with two depths");
     let rms = squares.map(|s: f64| (s / n).sqrt());
-    // The array's own error: an edge in focus crosses 113 grids of places, each half a spacing off at most (1/16 of the pixel) and evenly spread
-    // within that, so 1/16/√113 or less; a blurred one is half a row of pinholes off, at each of 64 places otherwise: 1/12/√64. Both about 0.01.
-    // The render's: 1024 random rays would have a standard error of 0.5/√1024 = 0.016 at most, stratified ones less; among 150 pixels on
-    // edges the largest is within 2.5 of them, 0.04. Radiances differ by a factor of up to 4, so an error of the share is thrice that of the light.
+    // The array's own error: an edge in focus crosses 113 grids of places, each half a spacing off at most (1/16 of the
+    // pixel) and evenly spread within that, so 1/16/√113 or less; a blurred one is half a row of pinholes off, at each
+    // of 64 places otherwise: 1/12/√64. Both about 0.01. The render's: 1024 random rays would have a standard error of
+    // 0.5/√1024 = 0.016 at most, stratified ones less; among 150 pixels on edges the largest is within 2.5 of them,
+    // 0.04. Radiances differ by a factor of up to 4, so an error of the share is thrice that of the light.
     assert!(
         worst[0] < 0.05 && rms[0] < 0.01,
         "occlusion: worst {} rms {}",

@@ -1,4 +1,5 @@
-//! Worlds through a lens: truth at depth edges against a brute-force array of pinholes, and one render seen by many sensors.
+//! Worlds through a lens: truth at depth edges against a brute-force array of pinholes, and one render seen by many
+//! sensors.
 
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 

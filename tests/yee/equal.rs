@@ -1,4 +1,5 @@
-//! The fast stepper gives the plain stepper's bits, whatever the level, the sides, the media and the number of steps in a call.
+//! The fast stepper gives the plain stepper's bits, whatever the level, the sides, the media and the number of steps in
+//! a call.
 
 use std::sync::Arc;
 

@@ -15,8 +15,8 @@ const P: (Component, [f64; 2]) = (Component::Ex, [1.0, 0.0]);
 
 #[test]
 fn oblique_waves_follow_yees_dispersion_relation() {
-    // Coarse on purpose: eleven cells a wavelength, unequal steps, where kz is 1 % off that of the continuum. For waves up and down in
-    // any mixture E(k+1) + E(k−1) = 2 cos(kz dz) E(k). Bound: 2e-6, f32 noise on sums of 72 steps.
+    // Coarse on purpose: eleven cells per wavelength, unequal steps, where kz is 1 % off that of the continuum. For
+    // waves up and down in any mixture E(k+1) + E(k−1) = 2 cos(kz dz) E(k). Bound: 2e-6, f32 noise on sums of 72 steps.
     for (theta, azimuth) in [(0.0f64, 0.0f64), (30.0, 20.0), (50.0, 65.0)] {
         let (sin, turn) = (theta.to_radians().sin(), azimuth.to_radians());
         let k = [OMEGA * sin * turn.cos(), OMEGA * sin * turn.sin()];
@@ -77,8 +77,8 @@ fn sent_back(
 
 #[test]
 fn absorbing_layers_send_back_little_up_to_70_deg() {
-    // In the continuum |r|² = 1e-16^cos θ: 3e-6 at 70°. Stated bounds: 1e-5 at 0 and 40°, 1e-4 at 70°, for 16 layers of 20 nm in air; the
-    // energy balance is asked to 1e-2.
+    // In the continuum |r|² = 1e-16^cos θ: 3e-6 at 70°. Stated bounds: 1e-5 at 0 and 40°, 1e-4 at 70°, for 16 layers of
+    // 20 nm in air; the energy balance is asked to 1e-2.
     for polarization in [S, P] {
         for (theta, bound) in [(0.0, 1e-5), (40.0, 1e-5), (70.0, 1e-4)] {
             let r = sent_back(1.0, 0.02, 16, theta, polarization);
@@ -168,7 +168,8 @@ fn slab(medium: &Medium, cells: usize, dz_um: f64, theta_deg: f64, s: bool) -> [
 
 #[test]
 fn dispersive_and_conducting_slabs_converge_to_fresnel_at_second_order() {
-    // 0.1 µm slabs; steps of 10 and 5 nm. Bound: the error of the fine mesh is below 4e-3 and a quarter (within 35 %) of the coarse one's.
+    // 0.1 µm slabs; steps of 10 and 5 nm. Bound: the error of the fine mesh is below 4e-3 and a quarter (within 35 %)
+    // of the coarse one's.
     let pole = |strength, resonance, damping| Pole {
         strength,
         resonance,

@@ -63,7 +63,8 @@ pub struct Driven {
 }
 
 impl Driven {
-    /// `k` is k∥ in 1/µm, `current` the sheet's direction on plane `source`. The step is the largest stable one that divides the cycle.
+    /// `k` is k∥ in 1/µm, `current` the sheet's direction on plane `source`. The step is the largest stable one that
+    /// divides the cycle.
     pub fn new(
         grid: YeeGrid,
         (media, layers): (Vec<Medium>, &dyn Fn(usize) -> u16),
@@ -128,8 +129,8 @@ impl Driven {
         sums
     }
 
-    /// kz of the grid's own plane wave in a medium of (stepped) permittivity `epsilon` for layers of `dz_um`, in 1/µm: Yee's dispersion relation
-    /// ε sin²(ω dt/2)/dt² = Σ sin²(k_i d_i/2)/d_i².
+    /// kz of the grid's own plane wave in a medium of (stepped) permittivity `epsilon` for layers of `dz_um`, in 1/µm:
+    /// Yee's dispersion relation ε sin²(ω dt/2)/dt² = Σ sin²(k_i d_i/2)/d_i².
     pub fn kz(&self, k: [f64; 2], epsilon: f64, dz_um: f64) -> f64 {
         let grid = self.simulation.grid();
         let square = |k: f64, d: f64| (2.0 / d * (0.5 * k * d).sin()).powi(2);

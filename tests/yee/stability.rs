@@ -75,8 +75,8 @@ fn energy(sim: &mut Simulation) -> f64 {
 
 #[test]
 fn a_closed_lossless_cavity_keeps_its_energy_on_a_strongly_graded_mesh() {
-    // Layers of 40 nm beside layers of 5 nm, glass and silicon scrambled, 0.999 of the stable step. Bound: 20 000 steps of round-off,
-    // each at most 2^-24 of the energy: 1.2e-3.
+    // Layers of 40 nm beside layers of 5 nm, glass and silicon scrambled, 0.999 of the stable step. Bound: 20 000 steps
+    // of round-off, each at most 2^-24 of the energy: 1.2e-3.
     let mut random = noise(5);
     let mut z = vec![0.0];
     for k in 0..24 {
@@ -140,9 +140,10 @@ fn peak(sim: &Simulation) -> f64 {
 
 #[test]
 fn nothing_grows_in_1e5_steps_at_70_deg_in_metal_and_graded_layers() {
-    // Walls of a metal with Re ε < 0, of tungsten at 400 nm (3.39 + 2.41i, conductivity) and of a Drude-Lorentz tungsten beside n = 5.6 + 0.3i, all going
-    // on into the absorbing layers; the mesh steps from 30 to 4 nm at once. Bound: what rings after 20 000 steps never again
-    // exceeds that level, and is below 1e-2 of the first peak at the end.
+    // Walls of a metal with Re ε < 0, of tungsten at 400 nm (3.39 + 2.41i, conductivity) and of a Drude-Lorentz
+    // tungsten beside n = 5.6 + 0.3i, all going on into the absorbing layers; the mesh steps from 30 to 4 nm at once.
+    // Bound: what rings after 20 000 steps never again exceeds that level, and is below 1e-2 of the first peak at the
+    // end.
     let media = vec![
         Medium::VACUUM,
         Medium::from_index(Complex64::new(5.6, 0.3), OMEGA).unwrap(),
@@ -216,8 +217,8 @@ fn nothing_grows_in_1e5_steps_at_70_deg_in_metal_and_graded_layers() {
 
 #[test]
 fn a_mirrored_half_gives_the_fields_of_the_whole_period() {
-    // A cell that is its own mirror image in y (about j = 0 and j = 4), waves oblique in x. Jx is even in y: magnetic walls;
-    // Jy is odd: electric ones. Bound: f32 round-off over 400 steps.
+    // A cell that is its own mirror image in y (about j = 0 and j = 4), waves oblique in x. Jx is even in y: magnetic
+    // walls; Jy is odd: electric ones. Bound: f32 round-off over 400 steps.
     let nz = 30;
     let z: Vec<f64> = (0..=nz).map(|k| 0.02 * k as f64).collect();
     let whole = YeeGrid::new(6, 8, 0.03, 0.03, z.clone()).unwrap();

@@ -77,8 +77,8 @@ impl SharpnessSettings {
         }
     }
 
-    /// The one that gives the size (1e-12) of the quad-pixel paper's Table 2: f/Σf² on 0..255, k = 6, plain eigenvalues;
-    /// Sobel on 0..1.
+    /// The one that gives the size (1e-12) of the quad-pixel paper's Table 2: f/Σf² on 0..255, k = 6, plain
+    /// eigenvalues; Sobel on 0..1.
     pub fn table_2() -> Self {
         Self {
             wee_energy: Energy::SumOfSquares,

@@ -1,6 +1,7 @@
 use super::*;
 
-/// The generator of the reference vectors, 0..1, with a periodic Gaussian of radius ⌈4σ⌉ where `sigma` > 0, then 8 bits.
+/// The generator of the reference vectors, 0..1, with a periodic Gaussian of radius ⌈4σ⌉ where `sigma` > 0, then 8
+/// bits.
 fn reference_image(seed: u64, side: usize, sigma: f64) -> Vec<f64> {
     let mut random = crate::random::Lcg(seed);
     let mut image: Vec<f64> = (0..side * side).map(|_| random.uniform()).collect();

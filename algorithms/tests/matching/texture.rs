@@ -1,5 +1,5 @@
-//! Pairs of pictures whose shift is known exactly: periodic white noise, blurred by a Gaussian and shifted in the Fourier
-//! domain, so that no interpolation enters the truth.
+//! Pairs of pictures whose shift is known exactly: periodic white noise, blurred by a Gaussian and shifted in the
+//! Fourier domain, so that no interpolation enters the truth.
 
 #[path = "../../../tests/common/random.rs"]
 mod random;
@@ -32,8 +32,8 @@ impl Texture {
         }
     }
 
-    /// The texture blurred by a Gaussian of `blur_px` (as its continuous transform), moved right and down by `shift_px`; with
-    /// `slope` 0 or 1, its exact derivative along x or y.
+    /// The texture blurred by a Gaussian of `blur_px` (as its continuous transform), moved right and down by
+    /// `shift_px`; with `slope` 0 or 1, its exact derivative along x or y.
     pub fn render(&self, blur_px: f64, shift_px: [f64; 2], slope: Option<usize>) -> Vec<f64> {
         let mut data = self.spectrum.clone();
         let signed = |i: usize, n: usize| {

@@ -1,4 +1,5 @@
-//! The curves of one stack as a picture: sharpness above, phase difference and true defocus below, on one axis of focus.
+//! The curves of one stack as a picture: sharpness above, phase difference and true defocus below, on one axis of
+//! focus.
 
 use glam::DVec2;
 use quadpixel_generators::plot::{Axis, Chart, Guide, Series, sheet};

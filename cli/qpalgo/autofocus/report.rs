@@ -60,7 +60,7 @@ fn cell(value: Option<f64>) -> String {
     value.map_or(String::new(), |v| v.to_string())
 }
 
-/// A line a sample; an empty cell where there is nothing.
+/// A line per sample; an empty cell where there is nothing.
 pub(super) fn samples_csv(curves: &[Curve]) -> String {
     let mut text = String::from(
         "scene,sample,focus_per_m,gradient,de,wee,phase_px,phase_spread_px,trusted,true_phase_px,true_coc_px\n",
@@ -89,7 +89,7 @@ pub(super) fn samples_csv(curves: &[Curve]) -> String {
     text
 }
 
-/// A line a scene, dioptres.
+/// A line per scene, dioptres.
 pub(super) fn scenes_csv(curves: &[Curve]) -> String {
     let mut text = String::from(
         "scene,samples,phase_zero_per_m,true_phase_zero_per_m,true_focus_per_m,gradient_peak_per_m,de_peak_per_m,wee_peak_per_m\n",

@@ -90,7 +90,7 @@ fn markdown(lenses: &[(String, Vec<Comparison>)]) -> String {
     text
 }
 
-/// The figures over the field, one row a field angle.
+/// The figures over the field, one row per field angle.
 fn rows_of_fields(figures: &[Comparison]) -> Vec<Vec<&Comparison>> {
     let mut rows: Vec<Vec<&Comparison>> = Vec::new();
     for c in figures.iter().filter(|c| c.field_deg.is_some()) {

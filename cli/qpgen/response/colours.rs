@@ -23,7 +23,8 @@ pub(super) enum ColourArg {
     Green,
     Blue,
     All,
-    /// One table for a dataset whose channels are bands (`[spectrum]`): each wavelength of a band under the filter of its colour.
+    /// One table for a dataset whose channels are bands (`[spectrum]`): each wavelength of a band under the filter of
+    /// its colour.
     Bands,
 }
 
@@ -45,7 +46,8 @@ pub(super) fn choose(colour: ColourArg, stack: &mut PixelStack) -> Result<bool, 
     Ok(false)
 }
 
-/// A table of each colour, NAME-MODEL-red.npz and so on, or NAME.red.npz for an output NAME.npz; or one of all bands, NAME-MODEL-bands.npz.
+/// A table of each colour, NAME-MODEL-red.npz and so on, or NAME.red.npz for an output NAME.npz; or one of all bands,
+/// NAME-MODEL-bands.npz.
 pub(super) fn tables(
     args: &ResponseArgs,
     stack: &PixelStack,

@@ -72,10 +72,12 @@ fn phase_is_zero_and_sharpness_largest_where_the_scene_is_in_focus() {
     let truth = |i: usize| samples[i]["truth"]["shift_px"].as_f64().unwrap();
     let slope = (truth(5) - truth(3)) / (2.0 * step);
     assert!(slope < 0.0, "{slope}");
-    // Matching is good to some hundredths of a px near the focus, where the halves' blurs are small; half of 0.1 px is allowed.
+    // Matching is good to some hundredths of a px near the focus, where the halves' blurs are small; half of 0.1 px is
+    // allowed.
     let off_px = (of("phase_zero_per_m") - of("true_phase_zero_per_m")) * slope;
     assert!(off_px.abs() < 0.05, "{off_px} px");
-    // A peak of contrast lies between the samples about it: within a step. What balances aberration is not paraxial, by design.
+    // A peak of contrast lies between the samples about it: within a step. What balances aberration is not paraxial, by
+    // design.
     for peak in ["gradient_peak_per_m", "wee_peak_per_m"] {
         assert!(
             (of(peak) - of("true_phase_zero_per_m")).abs() < step,
@@ -83,7 +85,8 @@ fn phase_is_zero_and_sharpness_largest_where_the_scene_is_in_focus() {
             of(peak)
         );
     }
-    // Behind the focus of the camera (its 1/d_f above the scene's) D is negative, as the specification says; coc is positive.
+    // Behind the focus of the camera (its 1/d_f above the scene's) D is negative, as the specification says; coc is
+    // positive.
     let mut matched = 0;
     for (i, sample) in samples.iter().enumerate() {
         let beyond = at(i, "focus_per_m") > of("true_focus_per_m");

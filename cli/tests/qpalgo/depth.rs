@@ -43,8 +43,8 @@ fn plane_m(y: usize) -> f64 {
     DEPTHS_M[usize::from(y >= SIDE / 2)]
 }
 
-/// Worst error in px of the disparity over the pixels that have a depth, and their number. Windows across the edge between the
-/// planes see both and do not count.
+/// Worst error in px of the disparity over the pixels that have a depth, and their number. Windows across the edge
+/// between the planes see both and do not count.
 fn worst_px(camera: (f64, f64), depth: &Image) -> (f64, usize) {
     let (mut worst, mut count) = (0.0f64, 0);
     for y in (0..SIDE).filter(|y| y.abs_diff(SIDE / 2) > 20) {

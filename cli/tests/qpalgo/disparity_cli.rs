@@ -56,7 +56,7 @@ fn disparity_points_right_and_up_in_every_format() {
     let layer = &read_layers(&out.join("disparity.exr")).unwrap()[0];
     assert_eq!(layer.image.channels(), 4);
     assert_eq!((layer.image.width(), layer.image.height()), (15, 13));
-    // 128 bytes of header, then 4 numbers a node.
+    // 128 bytes of header, then 4 numbers per node.
     let npy = std::fs::read(out.join("disparity.npy")).unwrap();
     assert_eq!(
         (npy.len(), &npy[..6]),
@@ -112,7 +112,8 @@ fn the_left_view_of_a_near_plane_lies_right_of_the_right_one_and_is_red() {
             "horizontal",
         ];
         let found = json(&asked, here)["channels"][1].clone();
-        // 0.02 px: what the pipeline leaves on noiseless texture is 0.002; the sums are equally blurred by the other axis.
+        // 0.02 px: what the pipeline leaves on noiseless texture is 0.002; the sums are equally blurred by the other
+        // axis.
         let dx = found["median_dx_px"].as_f64().unwrap();
         assert!((dx - wanted).abs() < 0.02, "{view} − {reference}: {dx}");
         // On the signed scale positive is red and negative blue.

@@ -1,4 +1,5 @@
-//! Pictures as they come: integers and floats, any scale, one pixel, odd sizes, layers, mosaics with a `meta.json` of their own.
+//! Pictures as they come: integers and floats, any scale, one pixel, odd sizes, layers, mosaics with a `meta.json` of
+//! their own.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 use crate::common;
@@ -133,7 +134,8 @@ fn pngs_of_views_and_sums_are_full_at_the_mosaics_white_times_their_views() {
             (format!("q/{name}.png"), 0.5 * added),
             (format!("r/{name}.png"), added),
         ] {
-            // A code of the mosaic is 0.5/59976 wide and one of the output white/65535; both are rounded to the nearest.
+            // A code of the mosaic is 0.5/59976 wide and one of the output white/65535; both are rounded to the
+            // nearest.
             let bound = 0.5 * (added * 0.5 / 59976.0 + white / 65535.0) + 1e-6;
             for (found, wanted) in read(here, &file).data().iter().zip(wanted.data()) {
                 let apart = (f64::from(*found) * white - f64::from(*wanted)).abs();
@@ -237,8 +239,8 @@ fn a_calibration_is_applied_to_a_png_mosaic_by_the_meta_json_beside_it() {
     apply("png/another_name.png", "b", "exr");
     apply("png/another_name.png", "c", "png");
     let wanted = read(here, "a/corrected.exr");
-    // Four views rounded to half a code of 0.25/59488, each through a kernel (a = 4) whose weights add up to less than 1.72 in
-    // absolute value on each axis (at half a pixel); the PNG is full at 4 × 0.25 and rounded again.
+    // Four views rounded to half a code of 0.25/59488, each through a kernel (a = 4) whose weights add up to less than
+    // 1.72 in absolute value on each axis (at half a pixel); the PNG is full at 4 × 0.25 and rounded again.
     let bound = 4.0 * 0.5 * (0.25 / 59488.0) * 1.72 * 1.72 + 1e-6;
     for (file, bound) in [
         ("b/corrected.exr", bound),

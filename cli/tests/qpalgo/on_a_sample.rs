@@ -52,9 +52,9 @@ texture_px = 128
     format!("{name}/samples/000000")
 }
 
-/// How far a match may lie from the truth, as a part of the disparity: the truth is the distance of the views' centroids, and
-/// blurs of unlike shape (mirrored halves, a quarter and the whole of a pupil) match best elsewhere, by a part of their width
-/// and so of the disparity. Nothing found would be 1, the wrong sign 2.
+/// How far a match may lie from the truth, as a part of the disparity: the truth is the distance of the views'
+/// centroids, and blurs of unlike shape (mirrored halves, a quarter and the whole of a pupil) match best elsewhere, by
+/// a part of their width and so of the disparity. Nothing found would be 1, the wrong sign 2.
 const UNLIKE_BLUR: f64 = 0.25;
 
 /// Mean length of the truth, px: the error of a map of zeros.
@@ -169,8 +169,8 @@ fn depth_of_a_sample_is_that_of_its_plane_after_a_calibration_in_focus() {
     };
     let [without, with] = [&[][..], &["--calibration", "camera.json"]].map(score);
     let rms = |score: &serde_json::Value| number(&score["disparity_rms_px"]);
-    // κ fx A = 1.52 px·m, so the plane's disparity is 1.52 (1/0.255 − 1/0.3) = 0.89 px; an error of a quarter of it is one of
-    // 0.255 · 0.22/1.52 = 3.7 % of the depth.
+    // κ fx A = 1.52 px·m, so the plane's disparity is 1.52 (1/0.255 − 1/0.3) = 0.89 px; an error of a quarter of it is
+    // one of 0.255 · 0.22/1.52 = 3.7 % of the depth.
     assert!(rms(&with) < 0.22, "{with}");
     assert!(number(&with["median_relative"]) < 0.037, "{with}");
     assert!(rms(&without) > 2.0 * rms(&with), "{without} {with}");

@@ -68,9 +68,9 @@ fn one_channel_gives_the_errors_computed_by_hand_from_every_format() {
             &affine["aiwe_2"],
             ((5.0 - 6.75 * 6.75 / 11.0275) / 4.0f64).sqrt(),
         );
-        // A line of least deviations leads through two of the points (0, 0), (1.3, 1), (1.3, 2), (4.5, 3). Through the second and
-        // the last, of slope 5/8, it leaves 1.3·5/8 − 1 = −3/16 at the first and 1 at the third; the four others leave more: 1.27
-        // (first and last), 1.46, 2.59 and 4.92.
+        // A line of least deviations leads through two of the points (0, 0), (1.3, 1), (1.3, 2), (4.5, 3). Through the
+        // second and the last, of slope 5/8, it leaves 1.3·5/8 − 1 = −3/16 at the first and 1 at the third; the four
+        // others leave more: 1.27 (first and last), 1.46, 2.59 and 4.92.
         near(&affine["aiwe_1"], (3.0 / 16.0 + 1.0) / 4.0);
         // Ranks (0, 1.5, 1.5, 3) and (0, 1, 2, 3): ρ = 4.5/√(4.5·5).
         near(&affine["one_minus_spearman"], 1.0 - (4.5f64 / 5.0).sqrt());
@@ -129,8 +129,8 @@ fn a_grid_of_nodes_is_compared_at_its_pixels_under_a_weighing_mask() {
     near(&found["end_point"]["epe_px"], 0.0);
     near(&found["affine_invariant"]["aiwe_2"], 0.0);
 
-    // Weights 1 and 3 of two equal estimates whose truths are 0 and 1: the best constant is the weighted mean, 3/4, and AIWE(2)²
-    // = (1·9/16 + 3·1/16)/4 = 3/16; the weighted median is 1, and AIWE(1) = 1/4.
+    // Weights 1 and 3 of two equal estimates whose truths are 0 and 1: the best constant is the weighted mean, 3/4, and
+    // AIWE(2)² = (1·9/16 + 3·1/16)/4 = 3/16; the weighted median is 1, and AIWE(1) = 1/4.
     write_exr(&here.join("e.exr"), &row(&[5.0, 5.0]));
     write_exr(&here.join("t.exr"), &row(&[0.0, 1.0]));
     write_exr(&here.join("w.exr"), &row(&[1.0, 3.0]));

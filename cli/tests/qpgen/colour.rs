@@ -1,4 +1,5 @@
-//! Bands and the colour-filter mosaic in datasets: what the files hold, what `meta.json` says, and that faults are found.
+//! Bands and the colour-filter mosaic in datasets: what the files hold, what `meta.json` says, and that faults are
+//! found.
 
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 #![allow(missing_docs)]
@@ -43,7 +44,7 @@ fn the_mosaic_picks_channels_bit_for_bit_and_changes_no_other_file() {
         assert_eq!((own.width(), own.height(), own.channels()), (80, 64, 1));
         for y in 0..64 {
             for x in 0..80 {
-                // Two sub-pixels a microlens along each side: R G over G B of 2 × 2 microlenses is a square of 4 × 4.
+                // Two sub-pixels per microlens along each side: R G over G B of 2 × 2 microlenses is a square of 4 × 4.
                 let channel = match (x % 4 / 2, y % 4 / 2) {
                     (0, 0) => 0,
                     (1, 1) => 2,
@@ -140,7 +141,8 @@ fn bands_are_recorded_and_one_wavelength_each_gives_the_bytes_of_lines() {
     assert_samples_kept(&folder.path().join("plain"), &folder.path().join("lines"));
     let [plain, banded] = ["plain", "bands"].map(|n| files(&folder.path().join(n)));
     assert!(plain["samples/000000/raw.png"] != banded["samples/000000/raw.png"]);
-    // Truth is that of the reference wavelength; cards that fill the view are laid out for all wavelengths' bundles, and so a little larger.
+    // Truth is that of the reference wavelength; cards that fill the view are laid out for all wavelengths' bundles,
+    // and so a little larger.
     let valid = "samples/000000/valid.png";
     assert!(plain[valid] == banded[valid]);
     let meta = meta(&folder.path().join("bands"), 0);
@@ -171,7 +173,8 @@ fn bands_are_recorded_and_one_wavelength_each_gives_the_bytes_of_lines() {
 
 #[test]
 fn an_imported_table_of_two_wavelengths_weighs_each_channel_by_its_own() {
-    // P is 0.2 a sub-pixel at 400 nm and 0.1 at 700 nm, in all directions: linear between, so a band has its middle's value.
+    // P is 0.2 a sub-pixel at 400 nm and 0.1 at 700 nm, in all directions: linear between, so a band has its middle's
+    // value.
     let folder = tempfile::tempdir().unwrap();
     let mut csv = String::from("theta_deg,phi_deg,subpixel,P,wavelength_nm\n");
     for (nm, p) in [(400, 0.2), (700, 0.1)] {
@@ -206,7 +209,8 @@ fn an_imported_table_of_two_wavelengths_weighs_each_channel_by_its_own() {
     assert_eq!(check_dataset(&root, &mut |_| {}).findings, []);
     let meta = meta(&root, 0);
     let p = |nm: f64| 0.2 - 0.1 * (nm - 400.0) / 300.0;
-    // Vignetting hardly depends on the wavelength: the cone of light in the glass of the last element does by its dispersion, below 2 %.
+    // Vignetting hardly depends on the wavelength: the cone of light in the glass of the last element does by its
+    // dispersion, below 2 %.
     for channel in &meta.channels {
         let band = channel.band.as_ref().unwrap();
         let exact = p(channel.wavelength_nm) / p(550.0);

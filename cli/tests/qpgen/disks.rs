@@ -1,4 +1,5 @@
-//! Disks that are full, read-only or gone, and names that would lead elsewhere: exit code 1 or 2, and what is written stays valid.
+//! Disks that are full, read-only or gone, and names that would lead elsewhere: exit code 1 or 2, and what is written
+//! stays valid.
 
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 #![cfg(unix)]

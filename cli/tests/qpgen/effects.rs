@@ -21,7 +21,8 @@ fn simulated(meta: &Value) -> Vec<&str> {
     all.iter().filter_map(Value::as_str).collect()
 }
 
-/// What a phone lens in front of a quad pixel calls for is everything: `auto` gives the bytes of `all`, but for the configuration's own words.
+/// What a phone lens in front of a quad pixel calls for is everything: `auto` gives the bytes of `all`, but for the
+/// configuration's own words.
 #[test]
 fn a_scene_that_needs_everything_gets_the_same_pictures_by_auto_as_by_all() {
     let folder = tempfile::tempdir().unwrap();
@@ -48,7 +49,8 @@ fn a_scene_that_needs_everything_gets_the_same_pictures_by_auto_as_by_all() {
     );
 }
 
-/// Without effects: told one by one, with the estimate, in the log and in meta.json; the sample is made again from it to the last byte.
+/// Without effects: told one by one, with the estimate, in the log and in meta.json; the sample is made again from it
+/// to the last byte.
 #[test]
 fn what_is_left_out_is_told_with_its_estimate_and_made_again_from_meta_json() {
     let folder = tempfile::tempdir().unwrap();
@@ -130,8 +132,8 @@ fn unknown_effects_and_tolerances_without_meaning_are_refused() {
     refused_config(folder.path(), &text, "glare");
 }
 
-/// Bytes and noise within 30 %; time within a factor of 3, as test machines are shared. `QUADPIXEL_ESTIMATE=1`: a larger dataset, and 30 % for the
-/// time too.
+/// Bytes and noise within 30 %; time within a factor of 3, as test machines are shared. `QUADPIXEL_ESTIMATE=1`: a
+/// larger dataset, and 30 % for the time too.
 #[test]
 fn an_estimate_is_what_happens_then() {
     let full = std::env::var_os("QUADPIXEL_ESTIMATE").is_some();
@@ -175,7 +177,8 @@ fn an_estimate_is_what_happens_then() {
     assert!((low..high).contains(&ratios[2]), "{ratios:?}");
 }
 
-/// A table of all lens shifts is reckoned from few directions and not made. `QUADPIXEL_ESTIMATE=1`: it is made then, and took what was said.
+/// A table of all lens shifts is reckoned from few directions and not made. `QUADPIXEL_ESTIMATE=1`: it is made then,
+/// and took what was said.
 #[test]
 fn an_estimate_reckons_the_table_of_all_lens_shifts() {
     let folder = tempfile::tempdir().unwrap();

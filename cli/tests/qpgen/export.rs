@@ -190,7 +190,8 @@ fn qpdnet_layout_has_five_views_and_a_disparity_from_left_to_right() {
     );
 }
 
-/// What a WebDataset reader does with a shard: members in file order, grouped while the key (the name up to its first dot) stays.
+/// What a WebDataset reader does with a shard: members in file order, grouped while the key (the name up to its first
+/// dot) stays.
 fn groups(path: &Path) -> Vec<(String, BTreeMap<String, Vec<u8>>)> {
     let mut archive = tar::Archive::new(fs::File::open(path).unwrap());
     let mut groups: Vec<(String, BTreeMap<String, Vec<u8>>)> = Vec::new();

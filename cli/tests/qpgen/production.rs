@@ -1,5 +1,5 @@
-//! A dataset in the making as a process: killed, told to stop, shared among machines, on disks that fail. Small samples; larger
-//! counts by environment variables.
+//! A dataset in the making as a process: killed, told to stop, shared among machines, on disks that fail. Small
+//! samples; larger counts by environment variables.
 
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
@@ -264,8 +264,9 @@ fn two_runs_do_not_write_to_one_folder() {
     assert!(said(&second).contains("another run"), "{second:?}");
 }
 
-/// QUADPIXEL_MEMORY_SAMPLES: how many (45; the full test has 200). Bound before the run: what a sample of this size holds (its
-/// images, 0.4 MB at the least) must not stay, so two thirds of the samples may add no more than 6 MB, the allocator's unrest.
+/// QUADPIXEL_MEMORY_SAMPLES: how many (45; the full test has 200). Bound before the run: what a sample of this size
+/// holds (its images, 0.4 MB at the least) must not stay, so two thirds of the samples may add no more than 6 MB, the
+/// allocator's unrest.
 #[test]
 #[cfg(target_os = "linux")]
 fn memory_stays_flat() {

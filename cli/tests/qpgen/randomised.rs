@@ -75,7 +75,8 @@ fn deviations_lie_in_range_differ_by_sample_and_make_the_bytes_again() {
     for sample in [0, 1] {
         let meta = meta(&root, sample);
         let (pinhole, own) = (&meta.intrinsics, recipe(&meta));
-        // The plane in focus is where the moved sensor has it, and the maps are of that camera: SPEC.md's formula holds.
+        // The plane in focus is where the moved sensor has it, and the maps are of that camera: SPEC.md's formula
+        // holds.
         let [near, far] = [
             meta.focus.distance_m.unwrap(),
             own.lens.focus_mm.unwrap() * 1e-3,
@@ -176,8 +177,9 @@ fn stack_thickness_is_drawn_from_a_few_values_that_all_samples_share() {
 
 #[test]
 fn a_shifted_microlens_sends_the_cone_to_its_own_side_by_the_circles_segment() {
-    // The cone of the lens is a disk of radius ρ = H tan θ' above the photodiodes; shifted by s, the part beyond the middle is
-    // 1/2 + (asin x + x √(1 − x²))/π with x = s/ρ. The paraxial exit pupil stands for the real one, to 2 % of ρ: 0.005 of the part.
+    // The cone of the lens is a disk of radius ρ = H tan θ' above the photodiodes; shifted by s, the part beyond the
+    // middle is 1/2 + (asin x + x √(1 − x²))/π with x = s/ρ. The paraxial exit pupil stands for the real one, to 2 % of
+    // ρ: 0.005 of the part.
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("scene.toml");
     let recipe = r#"
@@ -277,7 +279,8 @@ fn a_focus_stack_is_one_scene_in_one_split_at_even_steps_of_focus() {
         );
         assert_ne!(recipes[0].render.seed, recipes[1].render.seed);
         let ranges: Vec<_> = stack.iter().map(|m| m.ranges.depth_m.unwrap()).collect();
-        // The picture breathes with the focus, by the change of image distance (1.5 % here), so its rim sees a little more of a tilted wall.
+        // The picture breathes with the focus, by the change of image distance (1.5 % here), so its rim sees a little
+        // more of a tilted wall.
         let spread = ranges[0].max - ranges[0].min;
         for r in &ranges {
             assert!(

@@ -1,4 +1,5 @@
-//! Worlds from numbers and from files: what is in view, same numbers same world, and their way through dataset and render.
+//! Worlds from numbers and from files: what is in view, same numbers same world, and their way through dataset and
+//! render.
 
 // because tests fail by panicking
 #![allow(clippy::unwrap_used)]

@@ -117,7 +117,8 @@ fn noise_has_its_mean_variance_and_spectral_slope() {
             let low = band_power(&values, n, 8.0, 16.0);
             let high = band_power(&values, n, 32.0, 64.0);
             if cutoff_texels == 0.0 {
-                // The bands are scaled copies, two octaves apart: a power law's ratio is 4^β. 600 modes at least: 4 % standard error.
+                // The bands are scaled copies, two octaves apart: a power law's ratio is 4^β. 600 modes at least: 4 %
+                // standard error.
                 let slope = (low / high).ln() / 4f64.ln();
                 assert!((slope - exponent).abs() < 0.15, "β {exponent}: {slope}");
             } else {
@@ -127,7 +128,7 @@ fn noise_has_its_mean_variance_and_spectral_slope() {
     }
 }
 
-/// Mean power of the 2D frequencies low ≤ |k| < high (cycles a side).
+/// Mean power of the 2D frequencies low ≤ |k| < high (cycles per side).
 fn band_power(values: &[f64], n: usize, low: f64, high: f64) -> f64 {
     let fft = FftPlanner::new().plan_fft_forward(n);
     let mut field: Vec<Complex64> = values.iter().map(|&v| Complex64::new(v, 0.0)).collect();

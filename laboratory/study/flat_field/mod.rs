@@ -1,8 +1,9 @@
-//! A white wall over the whole sensor, view by view: what interpolation between lens shifts prints on the sub-aperture images (section 3.1 of
-//! the paper), against responses simulated at the shifts of places that no node holds.
+//! A white wall over the whole sensor, view by view: what interpolation between lens shifts prints on the sub-aperture
+//! images (section 3.1 of the paper), against responses simulated at the shifts of places that no node holds.
 //!
-//! Every place of the sensor is lit by the same rays through the lens for all ways of interpolation, so only these differ. At the held-out
-//! places the rays are those of the table's simulated directions that come through the lens, so that only the shift is between nodes.
+//! Every place of the sensor is lit by the same rays through the lens for all ways of interpolation, so only these
+//! differ. At the held-out places the rays are those of the table's simulated directions that come through the lens, so
+//! that only the shift is between nodes.
 
 mod places;
 mod report;
@@ -50,7 +51,8 @@ struct Deviation {
     ray_rms: f64,
 }
 
-/// Studies interpolation between lens shifts on a white wall. Writes flat-field.csv and flat-field.png into the folder `out`.
+/// Studies interpolation between lens shifts on a white wall. Writes flat-field.csv and flat-field.png into the folder
+/// `out`.
 ///
 /// # Errors
 /// Settings, a pixel or a model that cannot be studied, or a disk that fails.
@@ -120,8 +122,8 @@ fn nodes(table: &AngularResponse, divisor: usize) -> Result<Nodes, LaboratoryErr
         .ok_or(LaboratoryError::NoSuchShifts)
 }
 
-/// The weights `[ray][sub-pixel]` of each place, simulated under its own lens shift. Rays are directions of one grid: the shifts of all
-/// places that light of a direction reaches are asked for together.
+/// The weights `[ray][sub-pixel]` of each place, simulated under its own lens shift. Rays are directions of one grid:
+/// the shifts of all places that light of a direction reaches are asked for together.
 fn truths(
     pixel: &dyn PixelSolver,
     places: &[Place],

@@ -96,7 +96,8 @@ impl Sensor56 {
 }
 
 impl Sensor56 {
-    /// The place (x, y), mm, with the rays of directions on a grid of (u, v), `step` apart: equal parts of the irradiance.
+    /// The place (x, y), mm, with the rays of directions on a grid of (u, v), `step` apart: equal parts of the
+    /// irradiance.
     pub fn place_on_nodes(&self, x_mm: f64, y_mm: f64, step: f64) -> Option<Place> {
         let whole = self.place(x_mm, y_mm)?;
         let xy = DVec2::new(x_mm, y_mm);
@@ -116,7 +117,8 @@ impl Sensor56 {
             if w2 < 0.1 {
                 continue;
             }
-            // The sensor frame's y runs against the camera frame's for directions away from the sensor (see `uv_from_camera_direction`).
+            // The sensor frame's y runs against the camera frame's for directions away from the sensor (see
+            // `uv_from_camera_direction`).
             let direction = DVec3::new(u, -v, ahead * w2.sqrt());
             let ray = Ray {
                 origin_mm,

@@ -71,7 +71,8 @@ pub(super) fn table(all: &[Deviation]) -> String {
     text
 }
 
-/// A column a way: one view (right and low, A of a quad pixel) over the mean view, and below it how far it is from the finest nodes' series.
+/// A column a way: one view (right and low, A of a quad pixel) over the mean view, and below it how far it is from the
+/// finest nodes' series.
 pub(super) fn picture(
     path: &Path,
     sensor: &Sensor56,

@@ -1,8 +1,9 @@
 //! Crosstalk under a mosaic of colour filters against the period of one colour.
 //!
-//! With one colour, what crosses over to a neighbour has passed a filter like its own; the paper (section 4) expects that real neighbours, of other
-//! colours, give less crosstalk, and calls the period of one colour its worst case. Here both are solved: the supercell of 2×2 microlenses and, for each of
-//! its filters, the period of that filter alone, at a wavelength of each colour, over θ at φ = 0.
+//! With one colour, what crosses over to a neighbour has passed a filter like its own; the paper (section 4) expects
+//! that real neighbours, of other colours, give less crosstalk, and calls the period of one colour its worst case. Here
+//! both are solved: the supercell of 2×2 microlenses and, for each of its filters, the period of that filter alone, at
+//! a wavelength of each colour, over θ at φ = 0.
 
 mod figure;
 mod report;
@@ -21,8 +22,8 @@ use super::curve::Angles;
 use super::{StudyReport, warn_of, write};
 use crate::error::LaboratoryError;
 
-/// Studies the crosstalk under a mosaic, by a vector model (the others know no unlike neighbours). Writes mosaic.csv, mosaic-summary.csv and
-/// mosaic.svg into the folder `out`.
+/// Studies the crosstalk under a mosaic, by a vector model (the others know no unlike neighbours). Writes mosaic.csv,
+/// mosaic-summary.csv and mosaic.svg into the folder `out`.
 ///
 /// # Errors
 /// A pixel without a mosaic, a model that cannot be asked, or a disk that fails.

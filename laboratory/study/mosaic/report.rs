@@ -9,7 +9,8 @@ use serde::Serialize;
 use super::super::curve::TOTAL_WITHIN_DEG;
 use super::survey::{Band, Halves, Point, Survey, place};
 
-/// From this angle on what the weak half gets comes mostly from the neighbour (the paper, section 2.1.3: "P_B increases again after 20°"), deg.
+/// From this angle on what the weak half gets comes mostly from the neighbour (the paper, section 2.1.3: "P_B increases
+/// again after 20°"), deg.
 const BEYOND_DEG: f64 = 20.0;
 /// Microlenses of the supercell by name: the greens by the colour beside them along x.
 pub(super) const NAMES: [&str; MICROLENSES] =

@@ -1,8 +1,9 @@
-//! What is left of the phase signal as pixels shrink (section 3.2.1 of the paper, Fig. 12): one chart out of focus, seen by pixels of several
-//! sizes, each by the ideal box (classic) and by its wave optics (diffractive).
+//! What is left of the phase signal as pixels shrink (section 3.2.1 of the paper, Fig. 12): one chart out of focus,
+//! seen by pixels of several sizes, each by the ideal box (classic) and by its wave optics (diffractive).
 //!
 //! ```text
-//! pixel × mode ─ camera ─▶ the same chart ─ render ─▶ views ─ shift ─▶ disparity per pixel of defocus, differences ─▶ CSV, JSON, picture
+//! pixel × mode ─ camera ─▶ the same chart ─ render ─▶ views ─ shift ─▶ disparity per pixel of defocus, differences
+//!                                                                          └─▶ CSV, JSON, picture
 //! ```
 //! All pixels see the same piece of the chart on the same piece of the sensor.
 
@@ -39,8 +40,8 @@ impl Mode {
     }
 }
 
-/// Studies what is left of the phase signal of each pixel, with the settings of its table. Writes size.csv and size.jpg into the folder
-/// `out`.
+/// Studies what is left of the phase signal of each pixel, with the settings of its table. Writes size.csv and size.jpg
+/// into the folder `out`.
 ///
 /// # Errors
 /// A pixel or a model that cannot be studied, or a disk that fails.

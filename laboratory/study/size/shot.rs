@@ -42,13 +42,15 @@ pub(super) struct Shot {
     pub pixel: String,
     pub pitch_um: f64,
     pub mode: Mode,
-    /// The views of sub-pixels A (right, low) and D (left, high), green; a white wall is 1 in the middle of the sum over their number.
+    /// The views of sub-pixels A (right, low) and D (left, high), green; a white wall is 1 in the middle of the sum
+    /// over their number.
     pub views: [Image; 2],
     /// Diameter of the circle of confusion, px, below 0 for a chart before the focus.
     pub defocus_px: f64,
     /// x_B − x_A of a point in focus, px: what aberrations leave.
     pub at_focus_px: f64,
-    /// x_B − x_A on the chart, px: by the rays' centroids; as a matcher finds it on a texture; and as found on the rendered views.
+    /// x_B − x_A on the chart, px: by the rays' centroids; as a matcher finds it on a texture; and as found on the
+    /// rendered views.
     pub centroid_px: f64,
     pub matched_px: f64,
     pub seen_px: f64,
@@ -59,8 +61,8 @@ pub(super) struct Shot {
 }
 
 impl Shot {
-    /// Disparity amplitude a pixel of defocus: what x_B − x_A grows by from the focus to the chart over the circle of confusion's diameter, by
-    /// centroids. (Two half disks: 4/3π = 0.42.)
+    /// Disparity amplitude a pixel of defocus: what x_B − x_A grows by from the focus to the chart over the circle of
+    /// confusion's diameter, by centroids. (Two half disks: 4/3π = 0.42.)
     pub fn amplitude(&self) -> f64 {
         ((self.centroid_px - self.at_focus_px) / self.defocus_px).abs()
     }
@@ -165,7 +167,8 @@ fn difference(a: &Image, b: &Image) -> f64 {
     (squares / count).sqrt() / (mean / count)
 }
 
-/// x_a − x_b of two views of a flat chart, px: the shift d, near `expected`, at which a(x + d/2) and b(x − d/2) differ least.
+/// x_a − x_b of two views of a flat chart, px: the shift d, near `expected`, at which a(x + d/2) and b(x − d/2) differ
+/// least.
 fn seen_shift_px(a: &Image, b: &Image, expected: f64) -> f64 {
     const STEP_PX: f64 = 0.05;
     let tries = 30i32;

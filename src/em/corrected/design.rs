@@ -1,8 +1,8 @@
 //! Where exact runs say most: each as far as can be from those before and their images.
 //!
-//! Distances are those of the fit: (u', v') in the moving frame, which follows the lobe, and the lens shift over the height H that it acts
-//! through, by half: in the moving frame the response changes slowly with the shift. The lens array repeats itself, so a shift by a whole pitch is no
-//! distance.
+//! Distances are those of the fit: (u', v') in the moving frame, which follows the lobe, and the lens shift over the
+//! height H that it acts through, by half: in the moving frame the response changes slowly with the shift. The lens
+//! array repeats itself, so a shift by a whole pitch is no distance.
 
 use crate::em::PixelStack;
 use crate::em::light::{Incidence, SolverError};
@@ -131,8 +131,9 @@ pub(super) fn shifted(
     Ok(all)
 }
 
-/// Indices of `count` of the plane waves (fewer, if there are fewer): the first nearest to the normal under the lens shifted least, each
-/// next one the farthest from all before it and their images under the pixel's symmetries. Fewer are the beginning of more.
+/// Indices of `count` of the plane waves (fewer, if there are fewer): the first nearest to the normal under the lens
+/// shifted least, each next one the farthest from all before it and their images under the pixel's symmetries. Fewer
+/// are the beginning of more.
 ///
 /// # Errors
 /// A material that does not know 550 nm.

@@ -3,9 +3,10 @@
 //! ```text
 //! k(r) = (1 + ρ + ρ²/3) e^(−ρ) + ν [r = 0],   ρ = √5 r / ℓ        f(x) = k(x, X) K⁻¹ y
 //! ```
-//! (Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), eqs. 2.25, 4.17). A run left out with all its mirror images B is
-//! predicted with the error `(K⁻¹_BB)⁻¹ (K⁻¹ y)_B` (Dubrule, Math. Geol. 15, 687 (1983)). The length ℓ and the noise ν are those of
-//! the smallest such error. All sub-pixels share K. Distances r are those of [`super::design`].
+//! (Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), eqs. 2.25, 4.17). A run left out with all its
+//! mirror images B is predicted with the error `(K⁻¹_BB)⁻¹ (K⁻¹ y)_B` (Dubrule, Math. Geol. 15, 687 (1983)). The length
+//! ℓ and the noise ν are those of the smallest such error. All sub-pixels share K. Distances r are those of
+//! [`super::design`].
 
 use super::design::{Point, Space, distance};
 use crate::em::light::Incidence;
@@ -70,7 +71,7 @@ impl Process {
         (process, out)
     }
 
-    /// The function, a value a sub-pixel.
+    /// The function, a value per sub-pixel.
     pub fn at(&self, incidence: Incidence) -> Vec<f64> {
         let mut sum = vec![0.0; self.space.subpixels.count()];
         let own = self.space.point(incidence);

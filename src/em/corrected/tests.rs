@@ -10,7 +10,8 @@ fn stack() -> PixelStack {
     PixelStack::builtin("1.6um").unwrap()
 }
 
-/// A made-up wave model, and an exact one that differs smoothly by some hundredths; both with the symmetries of the square.
+/// A made-up wave model, and an exact one that differs smoothly by some hundredths; both with the symmetries of the
+/// square.
 fn run([u, v]: [f64; 2]) -> ExactRun {
     let side = |c: f64, sharp: f64| 1.0 / (1.0 + (-sharp * c).exp());
     let lobes = |sharp: f64, dim: f64| -> Vec<f64> {
@@ -60,8 +61,8 @@ fn a_smooth_difference_is_found_from_few_runs_and_the_error_left_is_known() {
     assert!(six.error().before_rms > 0.02);
     assert!(six_rms < 0.4 * six.error().before_rms, "{six_rms}");
     assert!(many_rms < 0.1 * many.error().before_rms, "{many_rms}");
-    // A run left out lies farther from its neighbours than other directions do, most of all at the rim; but ℓ and ν were chosen by the same
-    // error, which of few runs is too hopeful (six of them: 0.6 of the true one).
+    // A run left out lies farther from its neighbours than other directions do, most of all at the rim; but ℓ and ν
+    // were chosen by the same error, which of few runs is too hopeful (six of them: 0.6 of the true one).
     for (correction, rms, least) in [(six, six_rms, 0.4), (many, many_rms, 0.7)] {
         let told = correction.error().left_rms;
         assert!(told > least * rms && told < 8.0 * rms, "{told} {rms}");

@@ -12,7 +12,8 @@ pub const BALANCE: f64 = 0.01;
 pub struct FdtdRun {
     /// One per wavelength, with s and p.
     pub answers: Vec<Light>,
-    /// Largest change of a photodiode's P in the last [`super::CHECK_UM`], or difference of its volume integral and flux.
+    /// Largest change of a photodiode's P in the last [`super::CHECK_UM`], or difference of its volume integral and
+    /// flux.
     pub residual: f64,
     /// Whether the residual came below the tolerance in the allowed time.
     pub converged: bool,

@@ -1,6 +1,7 @@
 //! The numbers of one time step, made once.
 //!
-//! E of a node with ε∞, σ and poles, where P'' + γ P' + ω0² P = s E, q = P' dt, and σ and the poles go by the trapezoid rule:
+//! E of a node with ε∞, σ and poles, where P'' + γ P' + ω0² P = s E, q = P' dt, and σ and the poles go by the trapezoid
+//! rule:
 //!
 //! ```text
 //!   E ← ca E + cb dt curl H − Σ (g q − h P)      den = ε∞ + σ dt/2 + Σ ξ/2,  ca = (2 ε∞ − den)/den,  cb = 1/den
@@ -9,8 +10,9 @@
 //! ```
 //! It loses energy where the medium does and nowhere else, so it is stable whenever the vacuum leapfrog with ε∞ is.
 //!
-//! A node's coefficients are looked up by rows: rows of equal media are kept once. In flat layers and in silicon with its trenches
-//! a handful of rows serves everything from the first-level cache; only the layers through the lens have many.
+//! A node's coefficients are looked up by rows: rows of equal media are kept once. In flat layers and in silicon with
+//! its trenches a handful of rows serves everything from the first-level cache; only the layers through the lens have
+//! many.
 
 use std::collections::HashMap;
 
@@ -21,10 +23,11 @@ use super::{FdtdError, MaterialMap, Medium, Pole, YeeGrid};
 
 /// The largest time step in µm/c that is stable whatever the fields do.
 ///
-/// The leapfrog needs dt² < 4 / λ, λ the largest eigenvalue of ε⁻¹ curl curl. On a product grid curl curl = −∇² − grad div and the last term
-/// only lowers λ; Gershgorin's theorem on ε⁻¹(−∇²) gives λ ≤ max over nodes of (K_x² + K_y² + g_z) / ε∞, K the largest symbol of the
-/// lateral differences (2/dx; of those beside the node, where they change with z), g_z the row sum of the graded second difference. So fine layers
-/// in silicon do not bound the step of the coarse ones in air.
+/// The leapfrog needs dt² < 4 / λ, λ the largest eigenvalue of ε⁻¹ curl curl. On a product grid curl curl = −∇² − grad
+/// div and the last term only lowers λ; Gershgorin's theorem on ε⁻¹(−∇²) gives λ ≤ max over nodes of (K_x² + K_y² +
+/// g_z) / ε∞, K the largest symbol of the lateral differences (2/dx; of those beside the node, where they change with
+/// z), g_z the row sum of the graded second difference. So fine layers in silicon do not bound the step of the coarse
+/// ones in air.
 pub fn stable_step_um(grid: &YeeGrid, map: &MaterialMap) -> Result<f64, FdtdError> {
     if !map.fits(grid) {
         return Err(unfit());
@@ -139,7 +142,8 @@ impl Vertical {
     }
 }
 
-/// The lateral differences on one plane or in one layer: dt times the weights of the near and the far nodes, along x and along y.
+/// The lateral differences on one plane or in one layer: dt times the weights of the near and the far nodes, along x
+/// and along y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Across {
     pub x: [f32; 2],

@@ -1,9 +1,11 @@
-//! Absorbing layers at both ends of z: convolutional PML (J. A. Roden, S. D. Gedney, Microw. Opt. Technol. Lett. 27, 334 (2000)).
+//! Absorbing layers at both ends of z: convolutional PML (J. A. Roden, S. D. Gedney, Microw. Opt. Technol. Lett. 27,
+//! 334 (2000)).
 //!
 //! ∂z becomes ∂z/s with s = κ + σ/(α − iω). In a layer of depth fraction ρ (0 at the inner face, 1 at the outer wall):
 //! σ = σ_max ρ^m, κ = 1 + (κ_max − 1) ρ^m, α = α_max (1 − ρ). In time ∂z/s is ∂z/κ + ψ, with
 //! ψ ← b ψ + c ∂z, b = e^(−(σ/κ + α) dt), c = σ (b − 1) / (κ (σ + κ α)).
-//! σ_max is what a wave straight on, in the index n of that end, needs: |r| = e^(−2 n σ_max L / (m+1)) after L and back.
+//! σ_max is what a wave straight on, in the index n of that end, needs: |r| = e^(−2 n σ_max L / (m+1)) after L and
+//! back.
 
 use super::error::within;
 use super::{FdtdError, YeeGrid};
@@ -28,7 +30,8 @@ pub struct CpmlSettings {
 }
 
 impl CpmlSettings {
-    /// `below` and `above` layers, filled with media of these indices, with a profile that suits 0 to 70° in the visible.
+    /// `below` and `above` layers, filled with media of these indices, with a profile that suits 0 to 70° in the
+    /// visible.
     pub fn new(below: usize, above: usize, index: [f64; 2]) -> Self {
         Self {
             below,

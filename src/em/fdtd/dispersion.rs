@@ -1,17 +1,18 @@
 //! The lateral differences and the permittivity that make the wavenumber along z right on the grid.
 //!
-//! On the grid a plane wave obeys K_x² + K_y² + K_z² = ε′ Ω², K_z = (2/dz) sin(k_z dz/2), Ω = (2/dt) sin(ω dt/2) (Taflove & Hagness,
-//! Computational Electrodynamics, ch. 4), K_x the symbol of the lateral difference. For the wanted k_x, k_y and k_z = √(n²ω² − k_x² − k_y²) this gives
-//! ε′.
+//! On the grid a plane wave obeys K_x² + K_y² + K_z² = ε′ Ω², K_z = (2/dz) sin(k_z dz/2), Ω = (2/dt) sin(ω dt/2)
+//! (Taflove & Hagness, Computational Electrodynamics, ch. 4), K_x the symbol of the lateral difference. For the wanted
+//! k_x, k_y and k_z = √(n²ω² − k_x² − k_y²) this gives ε′.
 //!
-//! Directions: with Yee's own differences the grid bends k_z(k_x) too much, and oblique light drifts sideways. Two weights, of near and far nodes
-//! ([`stencil`]), mend it: K_z² loses k_z⁴dz²/12, so a wave along z needs another ε′, and of what is then missing for oblique
-//! waves, K_x² = k_x² (1 − k²dz²/6) + k_x⁴ dz²/12, the near nodes alone give the first term. In a lens, where the resin and the air beside it
-//! share the layers, the weights are the best for both. Through trenches and walls no far nodes are used: fields have kinks there.
+//! Directions: with Yee's own differences the grid bends k_z(k_x) too much, and oblique light drifts sideways. Two
+//! weights, of near and far nodes ([`stencil`]), mend it: K_z² loses k_z⁴dz²/12, so a wave along z needs another ε′,
+//! and of what is then missing for oblique waves, K_x² = k_x² (1 − k²dz²/6) + k_x⁴ dz²/12, the near nodes alone give
+//! the first term. In a lens, where the resin and the air beside it share the layers, the weights are the best for
+//! both. Through trenches and walls no far nodes are used: fields have kinks there.
 //!
-//! Interfaces: with tangential E on the interface the grid sees, for s, the admittances sin(k_z d_z)/d_z on both sides. Their ratio
-//! is right if k_z d_z is equal on both: layers of equal optical thickness. The node on the interface is then exact with
-//! (ε′₁ d₁ + ε′₂ d₂)/(d₁ + d₂), and the same mean of the weights.
+//! Interfaces: with tangential E on the interface the grid sees, for s, the admittances sin(k_z d_z)/d_z on both sides.
+//! Their ratio is right if k_z d_z is equal on both: layers of equal optical thickness. The node on the interface is
+//! then exact with (ε′₁ d₁ + ε′₂ d₂)/(d₁ + d₂), and the same mean of the weights.
 
 use rustfft::num_complex::Complex64;
 
@@ -74,22 +75,23 @@ pub(super) struct Layers {
     pub stencils: [Stencil; 2],
 }
 
-/// k_x/k0 of the steepest light that is followed: 0.83 n, which is what a lens of half the diagonal's radius makes of light at 40°, and in silicon no more
-/// than the layers above let through.
+/// k_x/k0 of the steepest light that is followed: 0.83 n, which is what a lens of half the diagonal's radius makes of
+/// light at 40°, and in silicon no more than the layers above let through.
 fn steepest(n: f64) -> f64 {
     (0.83 * n).min(1.3)
 }
 
-/// Most of the far nodes' part in the slope, |3 far d|: more would let only smaller time steps be stable. It binds where cells are much narrower than
-/// layers are thick, and then little is to be mended.
+/// Most of the far nodes' part in the slope, |3 far d|: more would let only smaller time steps be stable. It binds
+/// where cells are much narrower than layers are thick, and then little is to be mended.
 const MOST_FAR: f64 = 0.4;
 
-/// The weights of a difference between nodes `step_um` apart, in layers of `dz_um`, at wavenumber `k0`: of those with the least error of k_z, in these
-/// media, at two inclinations. `wide`: with far nodes.
+/// The weights of a difference between nodes `step_um` apart, in layers of `dz_um`, at wavenumber `k0`: of those with
+/// the least error of k_z, in these media, at two inclinations. `wide`: with far nodes.
 pub(super) fn stencil(media: &[f64], k0: f64, dz_um: f64, step_um: f64, wide: bool) -> Stencil {
     let sine = |kx: f64| (0.5 * kx * step_um).sin();
     let unit = sine(k0 * media.iter().copied().map(steepest).fold(0.0, f64::max));
-    // K = 2 (near + 3 far) s − 8 far s³ with s = sin(kd/2), as a t + b t³ with t = s / unit: normal equations of weight × (K − a t − b t³).
+    // K = 2 (near + 3 far) s − 8 far s³ with s = sin(kd/2), as a t + b t³ with t = s / unit: normal equations of weight
+    // × (K − a t − b t³).
     let (mut m, mut r) = ([0.0; 3], [0.0; 2]);
     for n in media {
         let half = |kz: f64| 2.0 / dz_um * (0.5 * kz * dz_um).sin();
@@ -123,7 +125,8 @@ pub(super) fn stencil(media: &[f64], k0: f64, dz_um: f64, step_um: f64, wide: bo
     }
 }
 
-/// The differences on a plane between two kinds of layers: the mean by thickness, without far nodes if one side has none.
+/// The differences on a plane between two kinds of layers: the mean by thickness, without far nodes if one side has
+/// none.
 pub(super) fn between(a: &Layers, b: &Layers) -> [Stencil; 2] {
     [0, 1].map(|axis| {
         let (p, q) = (a.stencils[axis], b.stencils[axis]);
@@ -193,7 +196,8 @@ mod tests {
 
     #[test]
     fn oblique_light_keeps_its_phase_in_the_resin_on_a_draft_mesh() {
-        // 2 µm of it: bound 0.01 rad/µm. Yee's differences and one scaled difference are both off by more than ten times that.
+        // 2 µm of it: bound 0.01 rad/µm. Yee's differences and one scaled difference are both off by more than ten
+        // times that.
         let (n, cells, d) = (1.56, 8.0, 0.04);
         let dz_um = 0.55 / n / cells;
         let by = |wide| worst(n, cells, d, stencil(&[n], 11.424, dz_um, d, wide));

@@ -20,7 +20,8 @@ pub(super) enum Pattern {
     Microlenses,
 }
 
-/// ε of a voxel filled to `fill` with `a` and else with `b`, whose interface has the part `along` of its squared normal along the field.
+/// ε of a voxel filled to `fill` with `a` and else with `b`, whose interface has the part `along` of its squared normal
+/// along the field.
 pub(super) fn smooth(a: C, b: C, fill: f64, along: f64) -> C {
     if a == b || fill <= 0.0 {
         return b;

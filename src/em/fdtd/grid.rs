@@ -1,4 +1,5 @@
-//! The Yee grid of one period (K. S. Yee, IEEE Trans. Antennas Propag. 14, 302 (1966)): uniform in x and y, graded in z.
+//! The Yee grid of one period (K. S. Yee, IEEE Trans. Antennas Propag. 14, 302 (1966)): uniform in x and y, graded in
+//! z.
 //!
 //! ```text
 //!   z ▲                      Ex (i+½, j,   k  )     Hx (i,   j+½, k+½)
@@ -6,14 +7,14 @@
 //!     │ ╱                    Ez (i,   j,   k+½)     Hz (i+½, j+½, k  )
 //!     └────▶ x
 //! ```
-//! Node (i, j, k) is at (i dx, j dy, z_um[k]); k grows towards the scene, light travels to −z. The planes k = 0 and k = nz are
-//! perfect conductors behind the absorbing layers.
+//! Node (i, j, k) is at (i dx, j dy, z_um[k]); k grows towards the scene, light travels to −z. The planes k = 0 and k =
+//! nz are perfect conductors behind the absorbing layers.
 
 use super::FdtdError;
 use super::error::within;
 
-/// A lateral derivative between nodes: near (f(½) − f(−½)) + far (f(3/2) − f(−3/2)), in 1/µm, f at so many steps from its place. Its
-/// symbol is 2 near sin(kd/2) + 2 far sin(3kd/2) in place of k.
+/// A lateral derivative between nodes: near (f(½) − f(−½)) + far (f(3/2) − f(−3/2)), in 1/µm, f at so many steps from
+/// its place. Its symbol is 2 near sin(kd/2) + 2 far sin(3kd/2) in place of k.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stencil {
     /// Weight of the two nodes beside the place.
@@ -58,8 +59,8 @@ pub struct YeeGrid {
 }
 
 impl YeeGrid {
-    /// `nx × ny` cells of `dx_um × dy_um`, and layers between the ascending planes `z_um`. Fails for fewer than 1 × 1 × 4 cells, more than
-    /// 4096 across or 65 536 high, and for steps outside 1e-5 to 10 µm.
+    /// `nx × ny` cells of `dx_um × dy_um`, and layers between the ascending planes `z_um`. Fails for fewer than 1 × 1 ×
+    /// 4 cells, more than 4096 across or 65 536 high, and for steps outside 1e-5 to 10 µm.
     pub fn new(
         nx: usize,
         ny: usize,
@@ -88,8 +89,9 @@ impl YeeGrid {
         })
     }
 
-    /// With these lateral derivatives (along x, along y) on each plane (nz + 1) and in each layer (nz) instead of Yee's. Fails for
-    /// other numbers of them, for weights that are not finite, and for far nodes where there are fewer than 2 × 2 cells.
+    /// With these lateral derivatives (along x, along y) on each plane (nz + 1) and in each layer (nz) instead of
+    /// Yee's. Fails for other numbers of them, for weights that are not finite, and for far nodes where there are fewer
+    /// than 2 × 2 cells.
     pub fn with_stencils(
         self,
         on_planes: Vec<[Stencil; 2]>,

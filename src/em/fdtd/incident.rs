@@ -1,7 +1,8 @@
-//! The plane wave that the current sheet sends out, as the grid has it: the closed form of what a run without a pixel would measure.
+//! The plane wave that the current sheet sends out, as the grid has it: the closed form of what a run without a pixel
+//! would measure.
 //!
-//! A sheet of surface current J in layers of equal thickness in air sends E = −J/(2Y) up and down, with the grid's admittances
-//! Y_s = K_z cos(k_z dz/2)/Ω across the plane of incidence and Y_p = ε′ Ω cos(k_z dz/2)/K_z along it.
+//! A sheet of surface current J in layers of equal thickness in air sends E = −J/(2Y) up and down, with the grid's
+//! admittances Y_s = K_z cos(k_z dz/2)/Ω across the plane of incidence and Y_p = ε′ Ω cos(k_z dz/2)/K_z along it.
 
 use rustfft::num_complex::Complex64;
 
@@ -69,8 +70,8 @@ impl Incident {
         0.5 * flux * area_um2(mesh)
     }
 
-    /// Flux above the source less what the source itself sends up, its interference with the reflected wave included: only the
-    /// order of the incident wave interferes.
+    /// Flux above the source less what the source itself sends up, its interference with the reflected wave included:
+    /// only the order of the incident wave interferes.
     pub fn reflected(&self, fields: &Fields, total: f64, current: [f64; 2]) -> f64 {
         let mesh = fields.mesh;
         let mirrored = mesh.mirrors[0] || mesh.mirrors[1];

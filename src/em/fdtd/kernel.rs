@@ -1,5 +1,6 @@
-//! One row of one component, a vector of [`VECTOR`] nodes at a time. Written so that the compiler makes full vectors of it at each level:
-//! fixed-size chunks, no branch on data, no contraction of products and sums (the bits must not depend on the level).
+//! One row of one component, a vector of [`VECTOR`] nodes at a time. Written so that the compiler makes full vectors of
+//! it at each level: fixed-size chunks, no branch on data, no contraction of products and sums (the bits must not
+//! depend on the level).
 
 use super::coefficients::Row;
 use super::layout::VECTOR;
@@ -56,8 +57,8 @@ fn vectors_mut(row: &mut [f32]) -> &mut [Lanes] {
     row.as_chunks_mut::<VECTOR>().0
 }
 
-/// [`Curl`] and ψ by vectors. Vectors are read whole before one is written, and there are no closures: otherwise the compiler, which cannot
-/// know that rows do not overlap, or does not inline, falls back to single numbers.
+/// [`Curl`] and ψ by vectors. Vectors are read whole before one is written, and there are no closures: otherwise the
+/// compiler, which cannot know that rows do not overlap, or does not inline, falls back to single numbers.
 struct Vectors<'a, const WIDE: usize> {
     near: [&'a [Lanes]; 4],
     rates: [f32; 2],

@@ -1,8 +1,8 @@
 //! Where a node's number lies in memory.
 //!
 //! A component is one array of rows along x; a row has `stride` places, a multiple of 16 (one AVX-512 vector), of which
-//! `lanes` are nodes. A layer has the rows j = −2 … ny + 1: those below 0 and from ny on hold what lies beyond the sides. In x, nodes to
-//! nx + 1 have places of their own, and those at −1 and −2 are the last places of the row before.
+//! `lanes` are nodes. A layer has the rows j = −2 … ny + 1: those below 0 and from ny on hold what lies beyond the
+//! sides. In x, nodes to nx + 1 have places of their own, and those at −1 and −2 are the last places of the row before.
 
 /// Numbers in a vector of the widest kind.
 pub(super) const VECTOR: usize = 16;

@@ -1,8 +1,9 @@
-//! Matter on the grid: ε(ω) = ε∞ + iσ/ω + Σ s / (ω0² − ω² − iγω), time convention e^(−iωt), with c = ε0 = μ0 = 1, so that ω and σ
-//! are in 1/µm. A Drude term has ω0 = 0.
+//! Matter on the grid: ε(ω) = ε∞ + iσ/ω + Σ s / (ω0² − ω² − iγω), time convention e^(−iωt), with c = ε0 = μ0 = 1, so
+//! that ω and σ are in 1/µm. A Drude term has ω0 = 0.
 //!
 //! The stepper integrates σ and the poles by the trapezoid rule: what it solves at ω is ε(ω) with σ and the poles
-//! taken at Ω = (2/dt) tan(ω dt/2). The rule keeps passivity, so a passive medium cannot grow, whatever the sign of Re ε.
+//! taken at Ω = (2/dt) tan(ω dt/2). The rule keeps passivity, so a passive medium cannot grow, whatever the sign of Re
+//! ε.
 
 use rustfft::num_complex::Complex64;
 
@@ -37,8 +38,8 @@ impl Medium {
         poles: Vec::new(),
     };
 
-    /// A medium of ε∞ (0.01 to 1e4), conductivity in 1/µm (0 to 1e6) and poles. Fails if one is out of range or if the medium amplifies
-    /// at some frequency.
+    /// A medium of ε∞ (0.01 to 1e4), conductivity in 1/µm (0 to 1e6) and poles. Fails if one is out of range or if the
+    /// medium amplifies at some frequency.
     pub fn new(permittivity: f64, conductivity: f64, poles: Vec<Pole>) -> Result<Self, FdtdError> {
         within("permittivity", permittivity, 0.01, 1e4)?;
         within("conductivity", conductivity, 0.0, 1e6)?;
@@ -56,8 +57,8 @@ impl Medium {
         Ok(medium)
     }
 
-    /// The medium that has the refractive index n + ik (k ≥ 0) at angular frequency `omega` in 1/µm: a conductivity where Re ε ≥ 1, else
-    /// ε∞ = 1 and a Drude term.
+    /// The medium that has the refractive index n + ik (k ≥ 0) at angular frequency `omega` in 1/µm: a conductivity
+    /// where Re ε ≥ 1, else ε∞ = 1 and a Drude term.
     pub fn from_index(index: Complex64, omega: f64) -> Result<Self, FdtdError> {
         within("omega", omega, 1e-3, 1e3)?;
         Self::from_permittivity(index * index, omega)
@@ -98,8 +99,8 @@ impl Medium {
         self.permittivity + self.susceptibility(omega)
     }
 
-    /// The ε that the stepper solves at ω with time step `dt_um` in a field stepped by the leapfrog rule: with the operator
-    /// −i(2/dt) sin(ω dt/2) for ∂t, (curl H) = that operator × this ε × E.
+    /// The ε that the stepper solves at ω with time step `dt_um` in a field stepped by the leapfrog rule: with the
+    /// operator −i(2/dt) sin(ω dt/2) for ∂t, (curl H) = that operator × this ε × E.
     pub fn stepped_epsilon(&self, omega: f64, dt_um: f64) -> Complex64 {
         self.permittivity + self.susceptibility(2.0 / dt_um * (0.5 * omega * dt_um).tan())
     }
@@ -140,9 +141,9 @@ impl Medium {
 
 /// Which medium each E node has: an index into `media`.
 ///
-/// Component maps have (nx+1)(ny+1)(nz+1) entries, x fastest, at [`MaterialMap::index`]; node places are those of [`YeeGrid`]. The far
-/// column and row (i = nx, j = ny) are nodes of mirrored sides and are not read under Bloch sides; entries beyond the grid
-/// (Ex at i = nx, Ey at j = ny, Ez at k = nz) are never read.
+/// Component maps have (nx+1)(ny+1)(nz+1) entries, x fastest, at [`MaterialMap::index`]; node places are those of
+/// [`YeeGrid`]. The far column and row (i = nx, j = ny) are nodes of mirrored sides and are not read under Bloch sides;
+/// entries beyond the grid (Ex at i = nx, Ey at j = ny, Ez at k = nz) are never read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialMap {
     media: Vec<Medium>,

@@ -15,7 +15,8 @@ pub enum Wall {
 /// The two sides of one lateral axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lateral {
-    /// field(x + nx dx) = e^(i phase) field(x). The phase is k∥ nx dx, not reduced to ±π: the source takes its k∥ from it.
+    /// field(x + nx dx) = e^(i phase) field(x). The phase is k∥ nx dx, not reduced to ±π: the source takes its k∥ from
+    /// it.
     Bloch {
         /// Phase of one period in radians.
         phase_rad: f64,

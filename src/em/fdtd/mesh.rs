@@ -1,9 +1,10 @@
-//! The grid of a pixel: z = 0 is the silicon's surface, x and y run from −pitch/2 (to 0 where a mirror halves the cell; of a mosaic from −pitch,
-//! as its mirrors go through the centres of microlenses).
+//! The grid of a pixel: z = 0 is the silicon's surface, x and y run from −pitch/2 (to 0 where a mirror halves the cell;
+//! of a mosaic from −pitch, as its mirrors go through the centres of microlenses).
 //!
-//! Each flat layer is divided evenly into grid layers of the same optical thickness, so interfaces lie on planes of tangential E and
-//! reflect what they should; silicon is fine and air coarse. Between the lens's corner and its apex, and in the air above, the step is the
-//! resin's: a step that changes within one medium reflects. Each slab has lateral differences of its own ([`super::dispersion`]).
+//! Each flat layer is divided evenly into grid layers of the same optical thickness, so interfaces lie on planes of
+//! tangential E and reflect what they should; silicon is fine and air coarse. Between the lens's corner and its apex,
+//! and in the air above, the step is the resin's: a step that changes within one medium reflects. Each slab has lateral
+//! differences of its own ([`super::dispersion`]).
 
 use std::ops::Range;
 
@@ -195,7 +196,8 @@ impl Mesh {
         (i as f64 + if half { 0.5 } else { 0.0 } - self.origin(axis)) * d
     }
 
-    /// Cells from the grid's side to the centre of the first microlens: half a period to a mirror, half a pitch to a border.
+    /// Cells from the grid's side to the centre of the first microlens: half a period to a mirror, half a pitch to a
+    /// border.
     fn origin(&self, axis: usize) -> f64 {
         let n = [self.grid.nx(), self.grid.ny()][axis] as f64;
         if self.mirrors[axis] {

@@ -155,7 +155,8 @@ impl<'a> Monitored<'a> {
         out
     }
 
-    /// Largest difference of volume integral and flux of a photodiode: zero in a steady state, so it sees what is still on its way.
+    /// Largest difference of volume integral and flux of a photodiode: zero in a steady state, so it sees what is still
+    /// on its way.
     pub fn mismatch(&self) -> f64 {
         let mut worst = 0.0f64;
         for w in 0..self.phasors.len() {

@@ -9,7 +9,8 @@ use super::{Component, Part, Simulation};
 type C = Complex64;
 const COMPONENTS: [Component; 3] = [Component::Ex, Component::Ey, Component::Ez];
 
-/// Phasors of one member at one frequency on the planes `first ..= last` (Ex, Ey), and Ez on the layers above them but the last.
+/// Phasors of one member at one frequency on the planes `first ..= last` (Ex, Ey), and Ez on the layers above them but
+/// the last.
 pub(super) struct Phasors {
     first: usize,
     last: usize,

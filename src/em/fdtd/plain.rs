@@ -1,6 +1,6 @@
-//! The plain stepper: the equations node by node, all of H and then all of E. It is the oracle of [`super::sweep`], which must give the same
-//! bits, and shares with it the coefficients of a medium and the order of operations, but neither the rows of coefficients nor
-//! the places beyond the sides.
+//! The plain stepper: the equations node by node, all of H and then all of E. It is the oracle of [`super::sweep`],
+//! which must give the same bits, and shares with it the coefficients of a medium and the order of operations, but
+//! neither the rows of coefficients nor the places beyond the sides.
 
 use super::coefficients::Vertical;
 use super::sides::{Side, e_beyond, turned};

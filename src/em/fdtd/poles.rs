@@ -1,8 +1,8 @@
 //! Lorentz terms that follow a medium's ε over the wavelengths of a pulse.
 //!
-//! ε(ω) ≈ ε∞ + iσ/ω + Σ s/(ω0² − ω² − iγω) with ε∞, σ, s ≥ 0, so the medium is passive at every frequency. For given (ω0, γ) the rest
-//! is a non-negative linear least-squares problem (solved by coordinate descent); (ω0, γ) are found by the simplex method of Nelder &
-//! Mead, Comput. J. 7, 308 (1965). The fewest terms are taken that reach [`GOOD`].
+//! ε(ω) ≈ ε∞ + iσ/ω + Σ s/(ω0² − ω² − iγω) with ε∞, σ, s ≥ 0, so the medium is passive at every frequency. For given
+//! (ω0, γ) the rest is a non-negative linear least-squares problem (solved by coordinate descent); (ω0, γ) are found by
+//! the simplex method of Nelder & Mead, Comput. J. 7, 308 (1965). The fewest terms are taken that reach [`GOOD`].
 
 use rustfft::num_complex::Complex64;
 
@@ -58,7 +58,8 @@ struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// Least ε∞: the time step falls with its root, so dense dielectrics may not have it all in their poles. Corrected air lies below 1.
+    /// Least ε∞: the time step falls with its root, so dense dielectrics may not have it all in their poles. Corrected
+    /// air lies below 1.
     fn least(&self) -> f64 {
         let lowest = self
             .epsilon
@@ -245,7 +246,8 @@ mod tests {
         }
     }
 
-    /// Bounds: the tables' own steps of 25 nm, read linearly, differ from the measured curve by about 1 % of ε for silicon near 400 nm.
+    /// Bounds: the tables' own steps of 25 nm, read linearly, differ from the measured curve by about 1 % of ε for
+    /// silicon near 400 nm.
     #[test]
     fn silicon_oxide_and_tungsten_are_followed_over_the_visible() {
         for (name, bound) in [

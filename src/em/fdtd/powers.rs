@@ -1,8 +1,8 @@
 //! Powers from the phasors: fluxes through faces of boxes, and the absorption in them.
 //!
-//! With phasors of E and the grid's own H, the flux ½ Re(E × H*) through a plane of E nodes, H being the mean of both sides, and the
-//! absorption ½ Ω Im ε |E|² of the nodes, those on faces by half, balance to round-off in a steady state: what is left says how far the
-//! run is from it.
+//! With phasors of E and the grid's own H, the flux ½ Re(E × H*) through a plane of E nodes, H being the mean of both
+//! sides, and the absorption ½ Ω Im ε |E|² of the nodes, those on faces by half, balance to round-off in a steady
+//! state: what is left says how far the run is from it.
 
 use std::ops::Range;
 
@@ -208,7 +208,8 @@ impl Fields<'_> {
         0.5 * sum * self.mesh.grid.dx_um() * self.mesh.grid.dy_um() * of.times
     }
 
-    /// Flux through the plane x = node `i` (axis 0) or y = node `i` (axis 1) of a box between the planes `z`, towards larger x or y.
+    /// Flux through the plane x = node `i` (axis 0) or y = node `i` (axis 1) of a box between the planes `z`, towards
+    /// larger x or y.
     fn sideward(&self, axis: usize, i: usize, across: &Range<usize>, z: &Range<usize>) -> f64 {
         if self.mesh.mirrors[axis] && (i == 0 || i == self.cells(axis)) {
             return 0.0;
@@ -219,7 +220,8 @@ impl Fields<'_> {
         } else {
             (g.dx_um(), g.dy_um())
         };
-        // What the stepper takes for the area of a side: its difference is near × own of Yee's. In silicon there are no far nodes.
+        // What the stepper takes for the area of a side: its difference is near × own of Yee's. In silicon there are no
+        // far nodes.
         let mut sum = 0.0;
         for k in z.start..=z.end {
             // The box ends at the H nodes above the surface (Side::Above), so the surface's nodes are in it whole.

@@ -6,8 +6,8 @@
 //!   filters        of a mosaic: the same, with the normals of the microlenses' borders
 //!   flat planes    the mean of both sides by thickness (exact, see dispersion.rs)
 //! ```
-//! The diagonal of the smoothed tensor of A. Farjadpour et al., Opt. Lett. 31, 2972 (2006). All in complex ε at each wavelength, so lossy
-//! interfaces are averaged as well; a node of Re ε < 1 becomes a Drude term.
+//! The diagonal of the smoothed tensor of A. Farjadpour et al., Opt. Lett. 31, 2972 (2006). All in complex ε at each
+//! wavelength, so lossy interfaces are averaged as well; a node of Re ε < 1 becomes a Drude term.
 
 use std::collections::HashMap;
 

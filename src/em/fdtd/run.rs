@@ -1,7 +1,8 @@
 //! From a pixel and a transverse wavevector to powers: `solve`.
 //!
-//! Both polarizations are stepped as one batch. Where k∥ lies in a mirror plane of the pixel, half of the cell is enough (a quarter at
-//! k∥ = 0, with real fields): a wave polarized across the plane meets electric, one along it magnetic walls.
+//! Both polarizations are stepped as one batch. Where k∥ lies in a mirror plane of the pixel, half of the cell is
+//! enough (a quarter at k∥ = 0, with real fields): a wave polarized across the plane meets electric, one along it
+//! magnetic walls.
 
 use std::f64::consts::PI;
 
@@ -27,11 +28,12 @@ pub const CHECK_UM: f64 = 5.0;
 /// |k∥|/k0 up to which a wave is taken for a plane wave in air.
 const STEEPEST: f64 = 0.985;
 
-/// Powers of a pixel under plane waves of transverse wavevector `bloch_per_um` = k∥ = k0 (u, v), at every wavelength, s and p.
+/// Powers of a pixel under plane waves of transverse wavevector `bloch_per_um` = k∥ = k0 (u, v), at every wavelength, s
+/// and p.
 ///
 /// # Errors
-/// A pixel, settings or wavelengths out of range, waves that do not travel in air (|k∥| above 0.985 k0), or a machine with less free memory
-/// than the run needs.
+/// A pixel, settings or wavelengths out of range, waves that do not travel in air (|k∥| above 0.985 k0), or a machine
+/// with less free memory than the run needs.
 pub fn solve(
     stack: &PixelStack,
     wavelengths_nm: &[f64],
@@ -193,8 +195,8 @@ pub(super) fn members(mesh: &Mesh, bloch: [f64; 2]) -> [Member; 2] {
 }
 
 impl FdtdSettings {
-    /// Bytes that a run of this pixel takes at the shortest of its wavelengths and the transverse wavevector k∥ (0: the least, by
-    /// symmetry).
+    /// Bytes that a run of this pixel takes at the shortest of its wavelengths and the transverse wavevector k∥ (0: the
+    /// least, by symmetry).
     ///
     /// # Errors
     /// A pixel or settings out of range.
@@ -288,7 +290,8 @@ impl Matter {
                 .total_cmp(&(omegas[*b] - middle).abs())
         };
         let design = (0..omegas.len()).min_by(nearest).unwrap_or(0);
-        // The corrected media bound the step, and the step is in the correction: two rounds settle it to the last per cent.
+        // The corrected media bound the step, and the step is in the correction: two rounds settle it to the last per
+        // cent.
         let mut dt_um = 0.9 * mesh.grid.dx_um().min(mesh.grid.dy_um()) / 2f64.sqrt();
         for round in 0.. {
             let numerics: Vec<Numerics> = omegas

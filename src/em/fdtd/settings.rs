@@ -11,21 +11,22 @@ use super::error::within;
 pub struct FdtdSettings {
     /// Largest cell in x and y in nm. The pitch is divided evenly, so no pitch is off the grid.
     pub lateral_nm: f64,
-    /// Layers of the grid in one wavelength in the medium, in z, the same in every medium: at equal optical thickness on both sides
-    /// an interface reflects what it should.
+    /// Layers of the grid in one wavelength in the medium, in z, the same in every medium: at equal optical thickness
+    /// on both sides an interface reflects what it should.
     pub cells_per_wavelength: f64,
     /// Layers of each absorbing end.
     pub absorbing_layers: usize,
-    /// The run stops when no photodiode's P has changed by more than this in [`super::CHECK_UM`], and volume integral and flux differ by
-    /// no more, twice in succession.
+    /// The run stops when no photodiode's P has changed by more than this in [`super::CHECK_UM`], and volume integral
+    /// and flux differ by no more, twice in succession.
     pub tolerance: f64,
     /// Longest simulated time in µm/c.
     pub longest_um: f64,
 }
 
 impl FdtdSettings {
-    /// Ten seconds per direction at 1.6 µm, half a minute to a minute at 2.8 and 3.5 µm. P of each half, s and p apart, is within 5.5 % of the strong
-    /// half (mean of both 3.6 %) of independent curves of the 1.6 µm pixel, `benches/runs/2026-11-21/fdtd_accuracy.md`.
+    /// Ten seconds per direction at 1.6 µm, half a minute to a minute at 2.8 and 3.5 µm. P of each half, s and p apart,
+    /// is within 5.5 % of the strong half (mean of both 3.6 %) of independent curves of the 1.6 µm pixel,
+    /// `benches/runs/2026-11-21/fdtd_accuracy.md`.
     pub fn draft() -> Self {
         Self {
             lateral_nm: 40.0,
@@ -47,7 +48,8 @@ impl FdtdSettings {
         }
     }
 
-    /// To compare others with; three to five minutes per direction at 1.6 µm. Likewise within 1.3 % (mean 1.2 %), 0.7 % RMS.
+    /// To compare others with; three to five minutes per direction at 1.6 µm. Likewise within 1.3 % (mean 1.2 %), 0.7 %
+    /// RMS.
     pub fn reference() -> Self {
         Self {
             lateral_nm: 25.0,

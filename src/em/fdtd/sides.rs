@@ -1,15 +1,16 @@
 //! What lies beyond the sides of the period, copied to the places that [`super::layout`] keeps for it.
 //!
-//! Two nodes deep, as far as the wide differences reach. With p = e^(i phase): E(nx + i) = p E(i), H(−1 − i) = p* H(nx − 1 − i), and so on. Behind
-//! a mirror tangential H is even (electric wall) or odd (magnetic), H(−1 − i) = ± H(i), H(nx + i) = ± H(nx − 1 − i), and tangential E the
-//! other way round: E(−1) = ∓ E(1), E(nx + 1) = ∓ E(nx − 1). E on the wall is a node as any other; on an electric wall these images keep it at
-//! zero.
+//! Two nodes deep, as far as the wide differences reach. With p = e^(i phase): E(nx + i) = p E(i), H(−1 − i) = p* H(nx
+//! − 1 − i), and so on. Behind a mirror tangential H is even (electric wall) or odd (magnetic), H(−1 − i) = ± H(i),
+//! H(nx + i) = ± H(nx − 1 − i), and tangential E the other way round: E(−1) = ∓ E(1), E(nx + 1) = ∓ E(nx − 1). E on the
+//! wall is a node as any other; on an electric wall these images keep it at zero.
 
 use super::layout::Layout;
 use super::member::{Lateral, Wall};
 use super::state::{Component, Set};
 
-/// The factor between the two sides of an axis: cos and sin of the Bloch phase, or the sign of tangential H behind a wall.
+/// The factor between the two sides of an axis: cos and sin of the Bloch phase, or the sign of tangential H behind a
+/// wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Side {
     Bloch([f32; 2]),
@@ -58,7 +59,8 @@ fn carry(sets: &mut [Set], component: Component, [from, to, len]: [usize; 3], fa
 /// A place beyond the sides, the place that its value comes from, and the factor.
 type Image = (isize, isize, [f32; 2]);
 
-/// The images of H along an axis of `n` cells, in the order in which they can be set (of a single cell some are images of images).
+/// The images of H along an axis of `n` cells, in the order in which they can be set (of a single cell some are images
+/// of images).
 #[inline(always)]
 fn h_images(side: Side, n: usize) -> ([Image; 4], usize) {
     let n = n as isize;

@@ -42,7 +42,8 @@ impl Shared {
     }
 }
 
-/// The runs, their fields and the time. Each is stepped by one thread; run several simulations for several directions in parallel.
+/// The runs, their fields and the time. Each is stepped by one thread; run several simulations for several directions
+/// in parallel.
 pub struct Simulation {
     shared: Shared,
     members: Vec<State>,
@@ -52,8 +53,9 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Fields of (almost, 1e-20) zero. Fails if the map is of another grid, there is no member, members differ in which axes have mirrors, the source lies
-    /// in an absorbing layer or in a medium with poles, or `dt_um` is above [`super::stable_step_um`].
+    /// Fields of (almost, 1e-20) zero. Fails if the map is of another grid, there is no member, members differ in which
+    /// axes have mirrors, the source lies in an absorbing layer or in a medium with poles, or `dt_um` is above
+    /// [`super::stable_step_um`].
     pub fn new(
         grid: YeeGrid,
         map: Arc<MaterialMap>,
@@ -117,8 +119,8 @@ impl Simulation {
         Ok(Layout::new(grid.nx(), grid.ny(), x, y))
     }
 
-    /// Bytes of the fields of such a batch, with `polar` layers that hold media of up to `poles` poles. Maps and coefficients come on top: 6
-    /// bytes a cell for the map.
+    /// Bytes of the fields of such a batch, with `polar` layers that hold media of up to `poles` poles. Maps and
+    /// coefficients come on top: 6 bytes per cell for the map.
     pub fn bytes(
         grid: &YeeGrid,
         members: &[Member],
@@ -195,9 +197,10 @@ impl Simulation {
         self.steps as f64 * self.dt_um
     }
 
-    /// Row j of a component in layer k: E of plane k (0 to nz) or of layer k above it for Ez, with the nodes i = 0 … nx and rows
-    /// j = 0 … ny, the far ones being those of the next period or on the far wall; H with i = 0 … nx − 1, j = 0 … ny − 1 (and Hx at i = nx,
-    /// Hy at j = ny between mirrors). Entries that are no nodes hold nothing of meaning. `None` if there is no such part or row.
+    /// Row j of a component in layer k: E of plane k (0 to nz) or of layer k above it for Ez, with the nodes i = 0 … nx
+    /// and rows j = 0 … ny, the far ones being those of the next period or on the far wall; H with i = 0 … nx − 1, j =
+    /// 0 … ny − 1 (and Hx at i = nx, Hy at j = ny between mirrors). Entries that are no nodes hold nothing of meaning.
+    /// `None` if there is no such part or row.
     pub fn row(
         &self,
         member: usize,

@@ -1,4 +1,5 @@
-//! A current sheet: J(x, y, t) = (Jx, Jy) e^(i(kx x + ky y)) w(t) on one plane of tangential E, with k∥ = phase / period.
+//! A current sheet: J(x, y, t) = (Jx, Jy) e^(i(kx x + ky y)) w(t) on one plane of tangential E, with k∥ = phase /
+//! period.
 
 use std::sync::Arc;
 

@@ -39,8 +39,8 @@ pub(super) struct Aligned {
 }
 
 impl Aligned {
-    /// `len` zeros that start `lines` cache lines into a page, or near: rows of components that are used together must not meet in the same
-    /// lines of the first-level cache, which looks at the place within a page only.
+    /// `len` zeros that start `lines` cache lines into a page, or near: rows of components that are used together must
+    /// not meet in the same lines of the first-level cache, which looks at the place within a page only.
     pub fn zeros(len: usize, lines: usize) -> Self {
         let data = vec![0.0f32; len + PAGE];
         // `align_offset` may decline; then rows are only slower.
@@ -182,8 +182,8 @@ impl State {
         state
     }
 
-    /// Starts E with noise of 1e-20: ahead of a pulse the fields of an empty grid are so small (below 1e-38) that the CPU takes ten times as long
-    /// for each, which halved the speed of the first thousands of steps.
+    /// Starts E with noise of 1e-20: ahead of a pulse the fields of an empty grid are so small (below 1e-38) that the
+    /// CPU takes ten times as long for each, which halved the speed of the first thousands of steps.
     fn seed(&mut self, layout: &Layout, nz: usize) {
         // Nodes on walls stay zero.
         let [from_x, from_y] =
@@ -219,7 +219,8 @@ impl Sheet {
             let mut amplitude = vec![0.0; layout.width * layout.rows];
             for j in 0..layout.rows {
                 for i in 0..layout.lanes {
-                    // Jx stands half a step to the right, Jy half a step up; on an electric wall there is no current along it.
+                    // Jx stands half a step to the right, Jy half a step up; on an electric wall there is no current
+                    // along it.
                     let (x, y) = match axis {
                         0 => (i as f64 + 0.5, j as f64),
                         _ => (i as f64, j as f64 + 0.5),

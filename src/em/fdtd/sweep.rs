@@ -1,11 +1,11 @@
 //! The fast stepper: rows of H and E in one sweep through z, several time steps deep.
 //!
 //! ```text
-//!   layer k ▲   step n+2   n+1    n        A front goes up through the layers. At front f step n takes layer f, step n+1 layer
-//!           │      ·        ·    [f]       f − 1, and so on: each finds H below and E above at its own time, so the bits are those
-//!           │      ·      [f−1]   ■        of whole steps in turn. Layers stay in the second-level cache for all the steps of
-//!           │    [f−2]      ■     ■        a pass.
-//!           │      ■        ■     ■        Within a layer, all rows of H are followed by all rows of E.
+//!   layer k ▲   step n+2   n+1    n     A front goes up through the layers. At front f step n takes layer f,
+//!           │      ·        ·    [f]    step n+1 layer f − 1, and so on: each finds H below and E above at its time,
+//!           │      ·      [f−1]   ■     so the bits are those of whole steps in turn. Layers stay in the second-level
+//!           │    [f−2]      ■     ■     cache for all the steps of a pass.
+//!           │      ■        ■     ■     Within a layer, all rows of H are followed by all rows of E.
 //! ```
 
 use super::kernel::{
@@ -17,7 +17,8 @@ use super::simulation::Shared;
 use super::state::{Aligned, Polarization, Set, State};
 use crate::simd::SimdLevel;
 
-/// What the layers of one pass may take of the second-level cache, in bytes (half of what a server core has, all of a laptop's).
+/// What the layers of one pass may take of the second-level cache, in bytes (half of what a server core has, all of a
+/// laptop's).
 const CACHE_BYTES: usize = 1 << 20;
 
 /// Most steps in a pass.

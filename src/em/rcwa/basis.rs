@@ -1,12 +1,12 @@
 //! Which plane-wave orders carry a field, halved by each mirror that leaves pixel and wave as they are.
 //!
-//! An order is e^(i (k_x x + k_y y)), k = k∥ + G, in units of k0. Where an axis has a mirror, +k and −k are taken together: even functions
-//! (e^(ikx) + e^(−ikx))/√2 (1 for k = 0) and odd ones (e^(ikx) − e^(−ikx))/√2, both normed to a mean square of 1. If E_x is of parity
-//! (s_x, s_y), then E_y is of the other parity in both axes, and E_z of the other parity in x (each derivative turns one): the fields of
-//! one [`Sector`]. H_y goes with E_x, −H_x with E_y.
+//! An order is e^(i (k_x x + k_y y)), k = k∥ + G, in units of k0. Where an axis has a mirror, +k and −k are taken
+//! together: even functions (e^(ikx) + e^(−ikx))/√2 (1 for k = 0) and odd ones (e^(ikx) − e^(−ikx))/√2, both normed to
+//! a mean square of 1. If E_x is of parity (s_x, s_y), then E_y is of the other parity in both axes, and E_z of the
+//! other parity in x (each derivative turns one): the fields of one [`Sector`]. H_y goes with E_x, −H_x with E_y.
 //!
-//! A lattice of period p/m couples only orders whose numbers differ by a multiple of m: the fields fall into classes ([`Class`]), each a
-//! problem of its own.
+//! A lattice of period p/m couples only orders whose numbers differ by a multiple of m: the fields fall into classes
+//! ([`Class`]), each a problem of its own.
 
 use std::collections::HashMap;
 
@@ -39,7 +39,8 @@ impl Parity {
         }
     }
 
-    /// ⟨n| f |n'⟩ = Σ weight · f_G over these (G, weight), f_G the Fourier coefficients of f, even in G where there is a mirror.
+    /// ⟨n| f |n'⟩ = Σ weight · f_G over these (G, weight), f_G the Fourier coefficients of f, even in G where there is
+    /// a mirror.
     pub fn couplings(self, n: i32, other: i32) -> [(i32, f64); 2] {
         let norm = |n: i32| if n == 0 { 0.5f64.sqrt() } else { 1.0 };
         match self {
@@ -137,7 +138,8 @@ pub(super) struct Order {
     pub k: [f64; 2],
 }
 
-/// The functions of E_x, E_y and E_z of a sector and class, |k| ≤ `cutoff`. Tangential fields are vectors of `x`, then `y`.
+/// The functions of E_x, E_y and E_z of a sector and class, |k| ≤ `cutoff`. Tangential fields are vectors of `x`, then
+/// `y`.
 #[derive(Clone, Debug)]
 pub(super) struct Basis {
     pub lattice: Lattice,

@@ -1,7 +1,7 @@
 //! The filters of a mosaic: a layer of 2×2 squares to the period, the first one about the origin; its modes.
 //!
-//! As in `grid.rs`, by Li's rule: ε_x is the sum over both rows of ⟦1/ε_row⟧⁻¹ along x ⊗ the part of y that the row takes, for a row's two
-//! squares; ε_y likewise by columns; for E_z the plain products.
+//! As in `grid.rs`, by Li's rule: ε_x is the sum over both rows of ⟦1/ε_row⟧⁻¹ along x ⊗ the part of y that the row
+//! takes, for a row's two squares; ε_y likewise by columns; for E_z the plain products.
 
 use super::RcwaError;
 use super::basis::{Basis, Order, Parity};

@@ -55,7 +55,8 @@ impl Detector {
         }
     }
 
-    /// ∫ e_n* e_n' along an axis over the first photodiode, in periods, of the functions of a component; and the first function's number.
+    /// ∫ e_n* e_n' along an axis over the first photodiode, in periods, of the functions of a component; and the first
+    /// function's number.
     pub fn overlap(&self, component: usize, axis: usize) -> (Matrix, i32) {
         let synthesis = &self.synthesis[component][axis];
         let weight = |p: usize| match self.nodes[axis][p] {
@@ -69,7 +70,8 @@ impl Detector {
         (synthesis.adjoint().to_owned() * weighed, first)
     }
 
-    /// What each photodiode absorbs of the mode amplitudes of each block, column `j`, by Gauss nodes in `depths` (place, weight).
+    /// What each photodiode absorbs of the mode amplitudes of each block, column `j`, by Gauss nodes in `depths`
+    /// (place, weight).
     pub fn absorbed(
         &self,
         silicon: &Silicon,

@@ -1,9 +1,9 @@
 //! What silicon takes of any light that falls on it, as quadratic forms: for one direction under many lens shifts.
 //!
-//! Of amplitudes a of the waves that fall on the silicon, photodiode i absorbs a† A_i a. With mode amplitudes c = C a, modes e^(iγz) and
-//! their fields F,
+//! Of amplitudes a of the waves that fall on the silicon, photodiode i absorbs a† A_i a. With mode amplitudes c = C a,
+//! modes e^(iγz) and their fields F,
 //! ```text
-//!   A_i = Im ε C† (Z ∘ Σ F† O_i F) C      Z_mm' = ∫ e^(i(γ_m' − γ_m*) z) dz      O_i: overlaps of the orders on photodiode i
+//!   A_i = Im ε C† (Z ∘ Σ F† O_i F) C   Z_mm' = ∫ e^(i(γ_m' − γ_m*) z) dz   O_i: overlaps of the orders on photodiode i
 //! ```
 //! (∘: entry by entry; Σ over E_x, E_y, E_z). Light of class r on photodiode (c, d) is that on photodiode (0, 0) times
 //! e^(2πi (r_x c/m + r_y d/n)), so only the first is integrated, block by block.

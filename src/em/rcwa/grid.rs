@@ -8,11 +8,11 @@
 //! Modes e^(iγz): P Q w = γ² w, h = Q w/γ.
 //!
 //! # Products of jumps
-//! ε E_x is continuous across walls that lie along y, E_x across those along x. By Li's rule (J. Opt. Soc. Am. A 14, 2758 (1997)) it is the
-//! inverse of the truncated series of 1/ε that multiplies along x, and the plain series along y:
-//! ε_x = ε_wall + (⟦1/ε_row⟧⁻¹ − ε_wall) ⊗ b, ε_row being ε along a row of rectangles and b the part of y that these take. The
-//! orders lie in a circle; the inverse is that of its diameter for all rows: then D_x = ε_x E_x along a row of rectangles, and the absorption
-//! of D_x/ε there adds up to the loss of flux to the last digits.
+//! ε E_x is continuous across walls that lie along y, E_x across those along x. By Li's rule (J. Opt. Soc. Am. A 14,
+//! 2758 (1997)) it is the inverse of the truncated series of 1/ε that multiplies along x, and the plain series along y:
+//! ε_x = ε_wall + (⟦1/ε_row⟧⁻¹ − ε_wall) ⊗ b, ε_row being ε along a row of rectangles and b the part of y that these
+//! take. The orders lie in a circle; the inverse is that of its diameter for all rows: then D_x = ε_x E_x along a row
+//! of rectangles, and the absorption of D_x/ε there adds up to the loss of flux to the last digits.
 
 use super::basis::{Basis, Parity, places};
 use super::linear::{C, Matrix, downward, eigen, scale_columns, solve};
@@ -35,8 +35,8 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// Fourier coefficient G of the part of an axis that the rectangles take; walls are centred on the borders of the parts. It is real: the origin
-    /// is a mirror.
+    /// Fourier coefficient G of the part of an axis that the rectangles take; walls are centred on the borders of the
+    /// parts. It is real: the origin is a mirror.
     pub fn filled(&self, axis: usize, order: i32) -> f64 {
         let m = self.parts[axis];
         let walls = f64::from(m) * self.wall;

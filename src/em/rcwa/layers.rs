@@ -1,8 +1,9 @@
-//! Light through the layers between lens and silicon, from below: what stands below a layer is its admittance Y_b, h = Y_b E.
+//! Light through the layers between lens and silicon, from below: what stands below a layer is its admittance Y_b, h =
+//! Y_b E.
 //!
 //! With waves f (down) and g (up) at the bottom of a layer of modes W, V = Q W/γ:
-//! ρ = (V + Y_b W)⁻¹ (V − Y_b W), g = ρ f, and at the top, with X = e^(iγ k0 d), ρ' = X ρ X, Y = V (1 − ρ') (W (1 + ρ'))⁻¹.
-//! Only decaying exponentials occur.
+//! ρ = (V + Y_b W)⁻¹ (V − Y_b W), g = ρ f, and at the top, with X = e^(iγ k0 d), ρ' = X ρ X, Y = V (1 − ρ') (W (1 +
+//! ρ'))⁻¹. Only decaying exponentials occur.
 
 use super::RcwaError;
 use super::basis::Basis;
@@ -70,8 +71,8 @@ pub(super) fn patterned(modes: &Modes, k0_d: f64, below: &Matrix) -> Climbed {
     Climbed { above, passage }
 }
 
-/// From the functions `low` that a fine layer needs to the fewer `high` above it, in a medium: the admittance on `high`, and E on `low` of E on
-/// `high`. The functions left out meet the medium without end.
+/// From the functions `low` that a fine layer needs to the fewer `high` above it, in a medium: the admittance on
+/// `high`, and E on `low` of E on `high`. The functions left out meet the medium without end.
 pub(super) fn narrowed(low: &Basis, high: &Basis, epsilon: C, below: &Matrix) -> Climbed {
     let rho = reflection(&Uniform::new(low, epsilon), below);
     let places: Vec<usize> = high.places_in(low).into_iter().flatten().collect();

@@ -9,13 +9,14 @@
 //! ```text
 //!   (1 − 2 B Y_b + B A) E_b = (1 − B A) E_t,     Y_t E_t = (Y_b − A) E_b − A E_t:
 //! ```
-//! no modes are needed, and nothing grows. t is a polynomial through Chebyshev nodes of the interval in which the γ² lie:
-//! slices are thin (√C d/2 well below 1), so a quadratic is exact to 1e-5.
+//! no modes are needed, and nothing grows. t is a polynomial through Chebyshev nodes of the interval in which the γ²
+//! lie: slices are thin (√C d/2 well below 1), so a quadratic is exact to 1e-5.
 //!
-//! The lens changes within a slice. Two slices are one step of the commutator-free Magnus method of fourth order (Blanes & Moan,
-//! Appl. Numer. Math. 56, 1519 (2006)): the upper one takes 1/2 + 1/√3 of the P and Q at the upper Gauss node of both, and
-//! 1/2 − 1/√3 of those at the lower node; the lower one the other way round. No step reaches across the height z0 at which the lens meets
-//! its neighbours: below it the corners that are left go as (z0 − z)^(3/2), which makes the order 5/2 in all.
+//! The lens changes within a slice. Two slices are one step of the commutator-free Magnus method of fourth order
+//! (Blanes & Moan, Appl. Numer. Math. 56, 1519 (2006)): the upper one takes 1/2 + 1/√3 of the P and Q at the upper
+//! Gauss node of both, and 1/2 − 1/√3 of those at the lower node; the lower one the other way round. No step reaches
+//! across the height z0 at which the lens meets its neighbours: below it the corners that are left go as (z0 −
+//! z)^(3/2), which makes the order 5/2 in all.
 
 use std::f64::consts::PI;
 
@@ -36,8 +37,8 @@ pub(super) struct LensSlices {
     thickness_um: Vec<f64>,
     /// Resin below the lens's lowest point, in µm.
     pub pedestal_um: f64,
-    /// Fourier coefficients of the part of a lens's cell that is resin: of orders (|n_x|, |n_y|) up to `most`, at the Gauss nodes of each pair
-    /// of slices.
+    /// Fourier coefficients of the part of a lens's cell that is resin: of orders (|n_x|, |n_y|) up to `most`, at the
+    /// Gauss nodes of each pair of slices.
     masks: Vec<Vec<f64>>,
     most: usize,
     /// Lenses in a period, along each axis.

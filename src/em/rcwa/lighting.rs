@@ -1,9 +1,10 @@
-//! Light through the lens and the layers below it, from above: h = s − U E, where U is the admittance of what stands above, looked at from
-//! below, and s what the incident wave makes of it. In air U = Y and s = 2 Y E of the incident wave.
+//! Light through the lens and the layers below it, from above: h = s − U E, where U is the admittance of what stands
+//! above, looked at from below, and s what the incident wave makes of it. In air U = Y and s = 2 Y E of the incident
+//! wave.
 //!
-//! It is the mirror image of `layers.rs`, with the source that comes down: a layer of waves f (down) and g (up) at its top has
-//! ρ = (Y + U)⁻¹ (Y − U), f = ρ g + q, q = (Y + U)⁻¹ s; at its bottom, with ρ' = X ρ X, U' = Y (1 − ρ') (1 + ρ')⁻¹ and
-//! s' = (U' + Y) X q.
+//! It is the mirror image of `layers.rs`, with the source that comes down: a layer of waves f (down) and g (up) at its
+//! top has ρ = (Y + U)⁻¹ (Y − U), f = ρ g + q, q = (Y + U)⁻¹ s; at its bottom, with ρ' = X ρ X, U' = Y (1 − ρ') (1 +
+//! ρ')⁻¹ and s' = (U' + Y) X q.
 
 use super::basis::Basis;
 use super::layers::{self, Climbed};

@@ -102,8 +102,9 @@ impl RcwaModel {
         Ok(answer([s, p], functions))
     }
 
-    /// [`Self::solve`] for each of several lens shifts (µm) in place of the stack's own. Silicon, layers and lens are solved once for
-    /// all; no mirror is used, so fewer than four shifts of a direction in a plane of symmetry are better solved one by one. Not for mosaics.
+    /// [`Self::solve`] for each of several lens shifts (µm) in place of the stack's own. Silicon, layers and lens are
+    /// solved once for all; no mirror is used, so fewer than four shifts of a direction in a plane of symmetry are
+    /// better solved one by one. Not for mosaics.
     ///
     /// # Errors
     /// As of [`Self::solve`], or a mosaic.
@@ -177,7 +178,8 @@ fn light<const N: usize>(column: &Column, waves: [[f64; 2]; N]) -> [Powers; N] {
     })
 }
 
-/// What is answered of s and p; the residual is the largest difference of what the photodiodes absorb by volume and by flux.
+/// What is answered of s and p; the residual is the largest difference of what the photodiodes absorb by volume and by
+/// flux.
 fn answer([s, p]: [Powers; 2], functions: usize) -> Light {
     let off = |p: &Powers| (p.absorbed.iter().sum::<f64>() - p.sum_by_flux()).abs();
     Light {

@@ -15,14 +15,14 @@ pub struct RcwaSettings {
     pub lens_cutoff: f64,
     /// Largest transverse wavenumber in a layer with metal walls, in k0.
     pub wall_cutoff: f64,
-    /// Orders followed in silicon beyond all that travel in it, along an axis. The error of the trenches' fields depends on it, whatever
-    /// the pitch.
+    /// Orders followed in silicon beyond all that travel in it, along an axis. The error of the trenches' fields
+    /// depends on it, whatever the pitch.
     pub silicon_margin: f64,
 }
 
 impl RcwaSettings {
-    /// Quick looks: P of a half within 1 % of the strong half of [`Self::reference`], s and p each, where it was measured
-    /// (`benches/runs/2026-11-21/rcwa.md`).
+    /// Quick looks: P of a half within 1 % of the strong half of [`Self::reference`], s and p each, where it was
+    /// measured (`benches/runs/2026-11-21/rcwa.md`).
     pub fn draft() -> Self {
         Self {
             slice_nm: 60.0,

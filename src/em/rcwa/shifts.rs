@@ -1,13 +1,14 @@
 //! One direction under many shifts of the lens, at little more than the cost of one.
 //!
-//! Nothing below the lens knows of its shift, and a lens moved by s is the same lens, but that order G of the light below it turns by
-//! Φ = e^(iG·s). So lens ([`FreeLens`]: it sends down t of the incident waves and throws back L of light from below), base (it throws back R)
-//! and what the photodiodes absorb ([`Forms`]) are found once. In the frame of the lens the light x that goes down is
+//! Nothing below the lens knows of its shift, and a lens moved by s is the same lens, but that order G of the light
+//! below it turns by Φ = e^(iG·s). So lens ([`FreeLens`]: it sends down t of the incident waves and throws back L of
+//! light from below), base (it throws back R) and what the photodiodes absorb ([`Forms`]) are found once. In the frame
+//! of the lens the light x that goes down is
 //! ```text
 //!   x = t + L Φ R Φ* x
 //! ```
-//! What flat layers throw back, the part D of R that keeps its order, knows no shift, and only the trenches are left: with
-//! M = 1 − L D,
+//! What flat layers throw back, the part D of R that keeps its order, knows no shift, and only the trenches are left:
+//! with M = 1 − L D,
 //! ```text
 //!   x = M⁻¹ t + M⁻¹ L Φ (R − D) Φ* x
 //! ```
@@ -40,7 +41,8 @@ struct Shared {
     astray: Matrix,
 }
 
-/// Powers of the incident waves (E_x, E_y of order 0) under each shift, in pitches; and the functions followed in silicon.
+/// Powers of the incident waves (E_x, E_y of order 0) under each shift, in pitches; and the functions followed in
+/// silicon.
 pub(super) fn light<const N: usize>(
     pixel: &Pixel,
     lattice: Lattice,
@@ -118,7 +120,7 @@ impl Shared {
         shifts.iter().map(of).collect()
     }
 
-    /// x: `waves` columns a shift.
+    /// x: `waves` columns per shift.
     fn down(&self, turns: &[Vec<C>], waves: usize) -> Matrix {
         let (n, columns) = (self.first.nrows(), turns.len() * waves);
         let first = Matrix::from_fn(n, columns, |i, j| self.first[(i, j % waves)]);

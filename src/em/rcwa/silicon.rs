@@ -1,8 +1,8 @@
 //! Silicon between its trenches, without end below: what it throws back, and what each photodiode absorbs.
 //!
-//! The trenches repeat with every sub-pixel, so silicon couples only orders of one [`Class`]: for a quad pixel four problems of a quarter of
-//! the orders, one sixteenth of the work. It is lit from the medium above, whose waves a (down) and b (up) are order by order:
-//! a + b = W c, Y (a − b) = V c, so (Y W + V) c = 2 Y a.
+//! The trenches repeat with every sub-pixel, so silicon couples only orders of one [`Class`]: for a quad pixel four
+//! problems of a quarter of the orders, one sixteenth of the work. It is lit from the medium above, whose waves a
+//! (down) and b (up) are order by order: a + b = W c, Y (a − b) = V c, so (Y W + V) c = 2 Y a.
 
 use faer::linalg::solvers::{PartialPivLu, Solve};
 
@@ -119,7 +119,7 @@ impl Silicon {
         out
     }
 
-    /// What becomes of waves `down` (a column a polarization).
+    /// What becomes of waves `down` (a column per polarization).
     pub fn absorb(&self, down: &Matrix, k0_per_um: f64, depth_um: f64) -> Vec<InSilicon> {
         let depth = k0_per_um * depth_um;
         // |E|² beats in z at up to n_silicon k0, and along x and y at twice the cutoff.

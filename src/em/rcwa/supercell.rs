@@ -1,5 +1,5 @@
-//! A mosaic of colour filters: the lens above them repeats with every microlens and couples only orders of one of four classes, the silicon
-//! below only those of a sub-pixel's; the filters couple all.
+//! A mosaic of colour filters: the lens above them repeats with every microlens and couples only orders of one of four
+//! classes, the silicon below only those of a sub-pixel's; the filters couple all.
 //!
 //! ```text
 //!   order 0 in air              from above, class by class: h = s − U E    lighting.rs
@@ -7,8 +7,8 @@
 //!   ═══ filters ══════════════  (Y + U) E = s, modes of the whole          checker.rs
 //!   layers, silicon             from below: h = Y E                        column.rs
 //! ```
-//! Of the work, lens and silicon are four times a single microlens's; what is done for the whole takes the cube of four times the orders, but only
-//! a few times: for the filters, the layers below them, and to join both.
+//! Of the work, lens and silicon are four times a single microlens's; what is done for the whole takes the cube of four
+//! times the orders, but only a few times: for the filters, the layers below them, and to join both.
 
 use super::RcwaError;
 use super::basis::{Basis, Class, Lattice, Sector};

@@ -1,7 +1,7 @@
 //! Waves in a uniform medium, order by order.
 //!
-//! Tangential E = (E_x, E_y) and h = (H_y, −H_x) (in units of E / Z0), so that Re E†h is the downward flux. A wave e^(iγ k0 z), z downwards,
-//! γ² = ε − k², has h = Y E with Y = (ε − K⊥ K⊥ᵀ)/γ, K⊥ = (−k_y, k_x).
+//! Tangential E = (E_x, E_y) and h = (H_y, −H_x) (in units of E / Z0), so that Re E†h is the downward flux. A wave
+//! e^(iγ k0 z), z downwards, γ² = ε − k², has h = Y E with Y = (ε − K⊥ K⊥ᵀ)/γ, K⊥ = (−k_y, k_x).
 
 use super::basis::{Basis, places};
 use super::linear::{C, Matrix, downward};

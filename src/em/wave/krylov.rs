@@ -1,5 +1,5 @@
-//! GMRES for complex systems given as functions (Saad & Schultz, SIAM J. Sci. Stat. Comput. 7, 856 (1986)), preconditioned from
-//! the right, so that the residual it stops at is the true one.
+//! GMRES for complex systems given as functions (Saad & Schultz, SIAM J. Sci. Stat. Comput. 7, 856 (1986)),
+//! preconditioned from the right, so that the residual it stops at is the true one.
 
 use rustfft::FftNum;
 use rustfft::num_complex::{Complex, Complex64};

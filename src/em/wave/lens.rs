@@ -2,13 +2,13 @@
 //!
 //! `(∂z² + ∇⊥² + k0² ε) ψ = 0`,  `ψ = ψ_b + ∫ G V ψ dz`,  `V = k0² (ε − ε_b)`,
 //!
-//! by FFT in the plane and plane-wave orders in depth. ε_b is a uniform background that fills the region from the apex (z = 0) to
-//! the lens's lowest point (z = D), with air above and the flat stack below. For an order of wavenumber k in the
-//! background, `G(z, z') = (i/2k) e^(ik|z−z'|)` and what the two ends throw back (r_t at z = 0, r_b at z = D), so every round trip
-//! between silicon, stack and lens is in it. Applying G costs one sweep down and one up.
+//! by FFT in the plane and plane-wave orders in depth. ε_b is a uniform background that fills the region from the apex
+//! (z = 0) to the lens's lowest point (z = D), with air above and the flat stack below. For an order of wavenumber k in
+//! the background, `G(z, z') = (i/2k) e^(ik|z−z'|)` and what the two ends throw back (r_t at z = 0, r_b at z = D), so
+//! every round trip between silicon, stack and lens is in it. Applying G costs one sweep down and one up.
 //!
-//! Slices are Δz thick with V at half height, of the strength that keeps the phase exact in uniform media ([`sampled_potential`]).
-//! Solved by GMRES, preconditioned with beam propagation.
+//! Slices are Δz thick with V at half height, of the strength that keeps the phase exact in uniform media
+//! ([`sampled_potential`]). Solved by GMRES, preconditioned with beam propagation.
 
 use rustfft::num_complex::{Complex32, Complex64};
 
@@ -21,7 +21,7 @@ type C = Complex64;
 /// The field inside the region is f32: it is solved to 1e-2 or 1e-3, and the solver is bound by memory.
 type S = Complex32;
 
-/// Sub-samples a side over which the surface height is averaged in a grid cell.
+/// Sub-samples per side over which the surface height is averaged in a grid cell.
 const SUPERSAMPLING: usize = 4;
 /// GMRES steps after which the residual is taken as it is.
 const MOST_STEPS: usize = 150;
@@ -64,8 +64,8 @@ impl LensRegion {
         let slices = ((depth_um / slice_um).ceil() as usize).max(1);
         let dz = depth_um / slices as f64;
         let eps = n * n;
-        // Any background gives the same field. One with loss (V takes it out again) lets no light run round in the region
-        // between solver steps, which quarters their number; more than this needs thinner slices.
+        // Any background gives the same field. One with loss (V takes it out again) lets no light run round in the
+        // region between solver steps, which quarters their number; more than this needs thinner slices.
         let background = 1.0 + (eps - 1.0) * 0.75 + C::new(0.0, 1.0);
         let surface = surface_depth(stack, grid * SUPERSAMPLING);
         let fine = grid * SUPERSAMPLING;
@@ -105,8 +105,8 @@ impl LensRegion {
         }
     }
 
-    /// The field under `illumination`, with waves `upward` (amplitude ψ in the resin at z = D) from below. `field` is the start and the
-    /// result, as orders of every slice; empty for no start.
+    /// The field under `illumination`, with waves `upward` (amplitude ψ in the resin at z = D) from below. `field` is
+    /// the start and the result, as orders of every slice; empty for no start.
     pub fn solve(
         &self,
         illumination: &Illumination,
@@ -196,8 +196,8 @@ impl LensRegion {
         }
     }
 
-    /// What the sources `x` become on their way, down and up, when nothing is reflected: each slice is a thin phase screen
-    /// (beam propagation). The rough inverse that takes the forward scattering off the solver.
+    /// What the sources `x` become on their way, down and up, when nothing is reflected: each slice is a thin phase
+    /// screen (beam propagation). The rough inverse that takes the forward scattering off the solver.
     fn one_way(&self, work: &mut Work, ends: &[Ends], x: &[S], out: &mut [S]) {
         let count = ends.len();
         let cells = self.fft.grid * self.fft.grid;
@@ -207,7 +207,8 @@ impl LensRegion {
         work.down.fill(S::ZERO);
         for upward in [false, true] {
             if upward {
-                // Half a slice past the last plane and half a slice back: what comes down, reflected, at the last plane.
+                // Half a slice past the last plane and half a slice back: what comes down, reflected, at the last
+                // plane.
                 for (d, e) in work.down.iter_mut().zip(ends) {
                     *d *= e.bottom;
                 }

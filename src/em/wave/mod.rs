@@ -6,14 +6,15 @@
 //!   ─────────────────  planar.rs   flat layers: each plane-wave order through them (transfer matrix)
 //!   █│████│████│█████  silicon.rs  modes of the trenched silicon; absorption of each photodiode
 //! ```
-//! Bloch-periodic: neighbours' light is in it. One scalar run stands for the mean of both polarizations: interfaces reflect
-//! the mean power of s and p. It began as FFT propagation through a microlens (Brenner & Singer, Appl. Opt. 32, 4984 (1993)); the
-//! volume equation keeps what a one-way method loses: light thrown back by silicon and returned by the lens is a tenth of all.
+//! Bloch-periodic: neighbours' light is in it. One scalar run stands for the mean of both polarizations: interfaces
+//! reflect the mean power of s and p. It began as FFT propagation through a microlens (Brenner & Singer, Appl. Opt. 32,
+//! 4984 (1993)); the volume equation keeps what a one-way method loses: light thrown back by silicon and returned by
+//! the lens is a tenth of all.
 //!
-//! Against vector solutions of six pixels (`tests/response/curves.rs`; θ to 40°, standard settings) the ratio of weak to strong half
-//! crosses 0.2 within 1.0°, the strong half is within 8 % (mostly 3 %), the weak half within 0.03, and within 0.04 on the slope where
-//! light goes over to the neighbour. On flat layers at 40° it is 6 % off: see the slab test. Not for metals (tungsten walls): a
-//! scalar wave does not know their polarization.
+//! Against vector solutions of six pixels (`tests/response/curves.rs`; θ to 40°, standard settings) the ratio of weak
+//! to strong half crosses 0.2 within 1.0°, the strong half is within 8 % (mostly 3 %), the weak half within 0.03, and
+//! within 0.04 on the slope where light goes over to the neighbour. On flat layers at 40° it is 6 % off: see the slab
+//! test. Not for metals (tungsten walls): a scalar wave does not know their polarization.
 
 mod krylov;
 mod lens;
@@ -139,8 +140,8 @@ impl WaveModel {
 
     /// [`Self::solve`] for each of several lens shifts (µm) in place of the stack's own.
     ///
-    /// A lens moved by s multiplies the field's order (a, b) below it by `e^(−i G·s)`, `G = 2π (a, b) / pitch`: all shifts share
-    /// the field in the lens, but for the light that the trenches send back into it.
+    /// A lens moved by s multiplies the field's order (a, b) below it by `e^(−i G·s)`, `G = 2π (a, b) / pitch`: all
+    /// shifts share the field in the lens, but for the light that the trenches send back into it.
     ///
     /// # Errors
     /// As of [`Self::solve`].
@@ -168,7 +169,8 @@ impl WaveModel {
             self.axis_modes(bloch[0], self.stack.subpixels.m()),
             self.axis_modes(bloch[1], self.stack.subpixels.n()),
         );
-        // The lens sees plain silicon below; what the trenches send back otherwise is added as a source, `bounces` times.
+        // The lens sees plain silicon below; what the trenches send back otherwise is added as a source, `bounces`
+        // times.
         let flat = FlatStack::new(&self.flat, self.surface.silicon, self.k0, &orders);
         let illumination = Illumination {
             orders: &orders,
@@ -198,7 +200,8 @@ impl WaveModel {
         Ok(shifts_um.iter().map(one).collect())
     }
 
-    /// The powers under a shifted lens; `first` is the field that leaves the lens before any light came back from the trenches.
+    /// The powers under a shifted lens; `first` is the field that leaves the lens before any light came back from the
+    /// trenches.
     fn under_shift(
         &self,
         parts: &Parts,
@@ -262,7 +265,8 @@ impl WaveModel {
             reflected += air(o) * (psi - incident).norm_sqr() / incoming;
         }
         let entering = entering / incoming;
-        // Reflected and entering light add up to one but for the slices and the residual; the powers are scaled so that they do.
+        // Reflected and entering light add up to one but for the slices and the residual; the powers are scaled so that
+        // they do.
         let found = reflected + entering;
         // The scalar field was reflected by the lens as s light is; the mean of s and p loses less.
         let [u, v] = parts.direction;

@@ -1,12 +1,12 @@
 //! Modes of silicon parted by trenches, along one axis.
 //!
-//! Trenches along x and y lower ε by Δ = ε_si − ε_trench. Where they cross they would lower it twice; the crossings are small and
-//! dark, so `ε(x, y) ≈ ε_si − Δ χ(x) − Δ χ(y)` and the modes are products of modes of one axis:
+//! Trenches along x and y lower ε by Δ = ε_si − ε_trench. Where they cross they would lower it twice; the crossings are
+//! small and dark, so `ε(x, y) ≈ ε_si − Δ χ(x) − Δ χ(y)` and the modes are products of modes of one axis:
 //!
 //! `(d²/dx² − k0² Δ χ(x)) φ = λ φ`,  `β² = k0² ε_si + λ_x + λ_y`  (χ = 1 in a trench; Marcatili's approximation).
 //!
-//! In the Fourier orders of the cell this is a real symmetric matrix (the trenches lie symmetrically about the centre), solved
-//! by Jacobi rotations.
+//! In the Fourier orders of the cell this is a real symmetric matrix (the trenches lie symmetrically about the centre),
+//! solved by Jacobi rotations.
 
 use rustfft::num_complex::Complex64;
 
@@ -137,8 +137,8 @@ fn sinc(x: f64) -> f64 {
     if y.abs() < 1e-9 { 1.0 } else { y.sin() / y }
 }
 
-/// Eigenvalues (descending) and eigenvectors (columns) of a real symmetric matrix: cyclic Jacobi rotations (Golub & Van Loan,
-/// Matrix Computations, 8.5).
+/// Eigenvalues (descending) and eigenvectors (columns) of a real symmetric matrix: cyclic Jacobi rotations (Golub & Van
+/// Loan, Matrix Computations, 8.5).
 fn symmetric_eigen(mut m: Vec<f64>, n: usize) -> (Vec<f64>, Vec<f64>) {
     // Rows of `v` are the eigenvectors while rotating: both updates run along rows.
     let mut v = vec![0.0; n * n];

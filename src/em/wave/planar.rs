@@ -1,9 +1,10 @@
-//! The flat layers between lens and silicon, one plane-wave order at a time (transfer matrix, as scattering amplitudes).
+//! The flat layers between lens and silicon, one plane-wave order at a time (transfer matrix, as scattering
+//! amplitudes).
 //!
 //! Amplitudes φ carry their power: |φ|² is the flux of a travelling order. At an interface with the s and p Fresnel
 //! coefficients r_s, r_p (of the tangential E field) the order reflects the mean power of both,
-//! `r = r_s / |r_s| √((|r_s|² + |r_p|²) / 2)`, `t = √(1 − r²)` (which is exact for s, and conserves power). An order that is
-//! evanescent on either side has no such mean and takes r_s.
+//! `r = r_s / |r_s| √((|r_s|² + |r_p|²) / 2)`, `t = √(1 − r²)` (which is exact for s, and conserves power). An order
+//! that is evanescent on either side has no such mean and takes r_s.
 
 use rustfft::num_complex::Complex64;
 
@@ -73,7 +74,8 @@ impl FlatLayers {
     }
 }
 
-/// The flat layers for one order: reflection seen from the top and from the bottom, and transmission (the same both ways).
+/// The flat layers for one order: reflection seen from the top and from the bottom, and transmission (the same both
+/// ways).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layers {
     pub top: C,
@@ -110,8 +112,8 @@ impl Layers {
     }
 }
 
-/// The flat layers on plain silicon, for all orders. What the trenches send back beyond plain silicon enters as `extra`, upward
-/// power amplitudes in the last layer at the silicon.
+/// The flat layers on plain silicon, for all orders. What the trenches send back beyond plain silicon enters as
+/// `extra`, upward power amplitudes in the last layer at the silicon.
 pub(super) struct FlatStack {
     layers: Vec<Layers>,
     /// What plain silicon reflects.
@@ -159,7 +161,8 @@ impl FlatStack {
             .collect()
     }
 
-    /// From the field ψ under the lens: the power amplitudes that come down onto the silicon, and the net flux into the layers.
+    /// From the field ψ under the lens: the power amplitudes that come down onto the silicon, and the net flux into the
+    /// layers.
     pub fn descend(&self, psi: &[C], rising: &[C], extra: &[C]) -> (Vec<C>, f64) {
         let mut flux = 0.0;
         let down = (0..psi.len())

@@ -1,10 +1,10 @@
 //! Light enters the silicon between the trenches and is absorbed there.
 //!
-//! The field at the top of the silicon is continuous with its z derivative: for the wave ψ_d that comes down in the last layer
-//! `(β + Bᵀ Y B) c = 2 Bᵀ Y ψ_d`, with c the mode amplitudes, B the Fourier orders of the modes ([`super::modes`]), β their
-//! propagation constants, and Y the admittance of that layer, chosen per order so that onto plain silicon it reflects the
-//! mean power of s and p. Below, `E = Σ c e^(iβz) φ_i(x) φ_j(y)`, and sub-pixel (a, b) absorbs
-//! `k0² Im ε ∫ |E|²` over its own silicon (trenches absorb nothing).
+//! The field at the top of the silicon is continuous with its z derivative: for the wave ψ_d that comes down in the
+//! last layer `(β + Bᵀ Y B) c = 2 Bᵀ Y ψ_d`, with c the mode amplitudes, B the Fourier orders of the modes
+//! ([`super::modes`]), β their propagation constants, and Y the admittance of that layer, chosen per order so that onto
+//! plain silicon it reflects the mean power of s and p. Below, `E = Σ c e^(iβz) φ_i(x) φ_j(y)`, and sub-pixel (a, b)
+//! absorbs `k0² Im ε ∫ |E|²` over its own silicon (trenches absorb nothing).
 
 use std::sync::Arc;
 
@@ -78,7 +78,8 @@ impl Silicon {
         }
     }
 
-    /// Mode amplitudes for the power amplitudes `down` of `orders` in the last layer, and what goes back up into those orders.
+    /// Mode amplitudes for the power amplitudes `down` of `orders` in the last layer, and what goes back up into those
+    /// orders.
     pub fn enter(&self, orders: &[Order], down: &[C], tolerance: f64) -> (Vec<C>, Vec<C>) {
         let (nx, ny) = (self.x.count, self.y.count);
         let place = |o: &Order| {
@@ -131,7 +132,8 @@ impl Silicon {
             .sum()
     }
 
-    /// Power absorbed per sub-pixel (row-major, rows along y) in the first `depth_um`, by the mid-point rule on `planes` planes.
+    /// Power absorbed per sub-pixel (row-major, rows along y) in the first `depth_um`, by the mid-point rule on
+    /// `planes` planes.
     pub fn absorbed(&self, c: &[C], depth_um: f64, planes: usize) -> Vec<f64> {
         let (kx, ky, ny) = (self.x.kept, self.y.kept, self.y.count);
         let (m, n) = (self.x.overlap.len(), self.y.overlap.len());

@@ -17,8 +17,8 @@ pub(super) struct Order {
     pub k_perp_squared: f64,
 }
 
-/// FFTs of one length. The scalar planner: the vector ones use fused multiplies where the CPU has them, and a table would
-/// depend on the CPU.
+/// FFTs of one length. The scalar planner: the vector ones use fused multiplies where the CPU has them, and a table
+/// would depend on the CPU.
 pub(super) struct Transforms {
     /// Points a side.
     pub grid: usize,

@@ -2,7 +2,8 @@
 //!
 //! A scalar wave is reflected by a surface as s light is, at any slope. The light of both polarizations loses
 //! `(R_s + R_p) / 2` (Fresnel) at the local angle of incidence; this is the ratio of what enters,
-//! `⟨1 − (R_s + R_p)/2⟩ / ⟨1 − R_s⟩`, averaged over the lit surface of the cell: 1.00 to 1.01 for flat lenses, 1.04 for hemispheres.
+//! `⟨1 − (R_s + R_p)/2⟩ / ⟨1 − R_s⟩`, averaged over the lit surface of the cell: 1.00 to 1.01 for flat lenses, 1.04 for
+//! hemispheres.
 
 use crate::em::PixelStack;
 

@@ -1,5 +1,5 @@
-//! The loops over a block of rays. Each is straight-line arithmetic with selects, so that the compiler turns it into vector
-//! code of whatever width the caller's instructions have; hence `inline(always)` throughout.
+//! The loops over a block of rays. Each is straight-line arithmetic with selects, so that the compiler turns it into
+//! vector code of whatever width the caller's instructions have; hence `inline(always)` throughout.
 
 use std::ops::Range;
 
@@ -31,8 +31,8 @@ pub(super) fn trace(surfaces: &[Prepared], sensor_z_mm: f64, batch: &mut RayBatc
     }
 }
 
-/// At most N rays of the batch, then one by one those in doubt: they are few, and each is alone, so that no ray's bits hang on its
-/// companions.
+/// At most N rays of the batch, then one by one those in doubt: they are few, and each is alone, so that no ray's bits
+/// hang on its companions.
 #[inline(always)]
 fn trace_block<const N: usize>(
     surfaces: &[Prepared],
@@ -189,8 +189,8 @@ struct Finish<'a> {
     code: u64,
 }
 
-/// Moves each ray onto the surface, clips it there and refracts it. A ray whose crossing is not beyond doubt (see `PlainCase`) is lost as
-/// doubtful, unless `SETTLED` tells that all is known.
+/// Moves each ray onto the surface, clips it there and refracts it. A ray whose crossing is not beyond doubt (see
+/// `PlainCase`) is lost as doubtful, unless `SETTLED` tells that all is known.
 #[inline(always)]
 fn finish<const TERMS: usize, const N: usize, const SETTLED: bool>(
     block: &mut Block<N>,

@@ -1,7 +1,8 @@
 //! The fast ray tracer: blocks of rays, stored as columns, go through one surface after the other.
 //!
-//! Same physics as the plain tracer ([`super::trace`]), with the divisions gathered. With s = √(1 − (1+k) c² r²), V = Σ A_p r^p,
-//! V' = Σ p A_p r^(p−2) and w = x D_x + y D_y, a Newton step on z − sag = 0 and the (not normalised) normal are
+//! Same physics as the plain tracer ([`super::trace`]), with the divisions gathered. With s = √(1 − (1+k) c² r²), V = Σ
+//! A_p r^p, V' = Σ p A_p r^(p−2) and w = x D_x + y D_y, a Newton step on z − sag = 0 and the (not normalised) normal
+//! are
 //!
 //! ```text
 //! δt = s ((z − V)(1 + s) − c r²) / ((1 + s)(s D_z − (c + s V') w))        m = (−x (c + s V'), −y (c + s V'), s)
@@ -9,15 +10,16 @@
 //!
 //! so a step costs one square root and one division, refraction two and one.
 //!
-//! **The floor.** An asphere with p ≤ 14 costs about 40 operations, a root and a division to meet its conic, 55, a root and a
-//! division for each Newton step (three to four), 70, two roots and a division to refract: about 300 operations, 6 roots and 6
-//! divisions. In AVX-512 (two 8-wide units; a root takes about 24 and a division 16 cycles a vector) that is 19 + 30
-//! cycles a ray, so ten aspheres, two cover-glass planes and a stop cannot take less than about 350 to 550 cycles a ray.
+//! **The floor.** An asphere with p ≤ 14 costs about 40 operations, a root and a division to meet its conic, 55, a root
+//! and a division for each Newton step (three to four), 70, two roots and a division to refract: about 300 operations,
+//! 6 roots and 6 divisions. In AVX-512 (two 8-wide units; a root takes about 24 and a division 16 cycles per vector)
+//! that is 19 + 30 cycles per ray, so ten aspheres, two cover-glass planes and a stop cannot take less than about 350
+//! to 550 cycles per ray.
 //!
-//! **Bits.** Every lane does the same operations in the same order, whatever its companions: a lane that has settled is frozen,
-//! nothing is contracted (no fused multiply-add) and no sum runs across lanes. A ray that Newton's method does not bring to the aperture beyond doubt
-//! is traced again, alone, with the plain tracer's search ([`super::crossing`]). So every [`SimdLevel`] and every grouping
-//! of rays gives the same bits.
+//! **Bits.** Every lane does the same operations in the same order, whatever its companions: a lane that has settled is
+//! frozen, nothing is contracted (no fused multiply-add) and no sum runs across lanes. A ray that Newton's method does
+//! not bring to the aperture beyond doubt is traced again, alone, with the plain tracer's search ([`super::crossing`]).
+//! So every [`SimdLevel`] and every grouping of rays gives the same bits.
 
 mod block;
 mod kernel;
@@ -47,13 +49,14 @@ impl PacketTracer {
     }
 
     /// Traces every ray of `batch` in place from the scene to the sensor plane, clipped by every aperture. Every ray
-    /// comes in alive and gets a status; one that is lost keeps its old origin and direction. A `level` above what the CPU has is lowered.
+    /// comes in alive and gets a status; one that is lost keeps its old origin and direction. A `level` above what the
+    /// CPU has is lowered.
     pub fn trace_forward(&self, batch: &mut RayBatch, level: SimdLevel) {
         self.run(batch, Travel::Forward, level);
     }
 
-    /// Traces every ray of `batch` in place from the sensor into the scene; see [`super::trace_backward`] for the form of the
-    /// rays and [`PacketTracer::trace_forward`] for the rest.
+    /// Traces every ray of `batch` in place from the sensor into the scene; see [`super::trace_backward`] for the form
+    /// of the rays and [`PacketTracer::trace_forward`] for the rest.
     pub fn trace_backward(&self, batch: &mut RayBatch, level: SimdLevel) {
         self.run(batch, Travel::Backward, level);
     }

@@ -22,7 +22,8 @@ pub(super) fn meet_asphere<const TERMS: usize, const N: usize>(
     }
 }
 
-/// A second look at each ray, as the plain tracer takes it: `t` goes to the crossing that counts, or the ray stays moving.
+/// A second look at each ray, as the plain tracer takes it: `t` goes to the crossing that counts, or the ray stays
+/// moving.
 pub(super) fn settle<const N: usize>(block: &mut Block<N>, surface: &Prepared, sign: f64) {
     for i in 0..N {
         if block.lost[i] != 0 {

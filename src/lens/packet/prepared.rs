@@ -12,8 +12,9 @@ const OUTER_RINGS: usize = 256;
 /// Slope up to which it may rise there.
 const OUTER_SLOPE: f64 = 1.0;
 
-/// Where the crossing that Newton's method finds is the one that counts if it has the right sense (see [`crate::lens::crossing`]). With m the steepest
-/// slope, a ray with D_z² (1 + m²) ≥ m² crosses once; within the aperture one within 45° of the axis is not asked for more.
+/// Where the crossing that Newton's method finds is the one that counts if it has the right sense (see
+/// [`crate::lens::crossing`]). With m the steepest slope, a ray with D_z² (1 + m²) ≥ m² crosses once; within the
+/// aperture one within 45° of the axis is not asked for more.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PlainCase {
     /// Least D_z² within the aperture.

@@ -1,7 +1,8 @@
-//! The smallest ellipse around a set of points: Khachiyan's algorithm (Todd & Yıldırım, Discrete Appl. Math. 155, 1731 (2007)).
+//! The smallest ellipse around a set of points: Khachiyan's algorithm (Todd & Yıldırım, Discrete Appl. Math. 155, 1731
+//! (2007)).
 //!
-//! Weights u_i ≥ 0, Σ u_i = 1, maximise log det Σ u_i q_i q_iᵀ with q = (x, y, 1). With the weighted mean c and covariance C
-//! the ellipse is (p − c)ᵀ C⁻¹ (p − c) ≤ 2, that is c + S·(unit disk) with S = √(2 C).
+//! Weights u_i ≥ 0, Σ u_i = 1, maximise log det Σ u_i q_i q_iᵀ with q = (x, y, 1). With the weighted mean c and
+//! covariance C the ellipse is (p − c)ᵀ C⁻¹ (p − c) ≤ 2, that is c + S·(unit disk) with S = √(2 C).
 
 use glam::{DMat2, DVec2};
 

@@ -1,18 +1,19 @@
 //! The exit pupil as each sensor position sees it: bounds of the bundle that passes the lens, so that no ray is wasted.
 //!
-//! Traced backward from a sensor position, the rays that pass fill a region of the plane at the exit pupil's z: a disk on the axis, a
-//! cat's eye in the vignetted field. An ellipse around it is tabulated over the sensor window:
+//! Traced backward from a sensor position, the rays that pass fill a region of the plane at the exit pupil's z: a disk
+//! on the axis, a cat's eye in the vignetted field. An ellipse around it is tabulated over the sensor window:
 //!
 //! ```text
 //! p = centre + a·axis_a + b·axis_b ,  a² + b² ≤ 1        area = π |axis_a × axis_b|
 //! ```
 //!
 //! At each node of a grid of sensor positions the region's edge is traced and the smallest ellipse is put around it.
-//! Between nodes, centre and axes (columns of the symmetric root of the shape, so that they do not turn about in circles) are interpolated linearly.
-//! How far that errs is measured where it would be worse: over patches of 2×2 cells, interpolated from their corners alone, against the
-//! edges traced at the nodes between. Half the spacing at least halves the error (quarters it, where no
-//! aperture begins to clip), so the ellipses grow by half of what stuck out there.
-//! The idea of tabulated bounds is that of Pharr, Jakob & Humphreys, Physically Based Rendering, section 6.4.5; there they are boxes.
+//! Between nodes, centre and axes (columns of the symmetric root of the shape, so that they do not turn about in
+//! circles) are interpolated linearly. How far that errs is measured where it would be worse: over patches of 2×2
+//! cells, interpolated from their corners alone, against the edges traced at the nodes between. Half the spacing at
+//! least halves the error (quarters it, where no aperture begins to clip), so the ellipses grow by half of what stuck
+//! out there. The idea of tabulated bounds is that of Pharr, Jakob & Humphreys, Physically Based Rendering, section
+//! 6.4.5; there they are boxes.
 
 mod ellipse;
 mod outline;
@@ -100,7 +101,8 @@ impl ExitPupilMap {
         map
     }
 
-    /// Bounds at a position of the window (sensor frame, mm; positions outside are taken to its edge); `None` where no light passes.
+    /// Bounds at a position of the window (sensor frame, mm; positions outside are taken to its edge); `None` where no
+    /// light passes.
     pub fn at(&self, x_mm: f64, y_mm: f64) -> Option<PupilEllipse> {
         let w = &self.window;
         let cells = (NODES - 1) as f64;
@@ -140,8 +142,8 @@ impl ExitPupilMap {
         1.0 + 0.5 * (reach - 1.0)
     }
 
-    /// Ellipse at `part` (0 to 1 each way) of the cell of `stride` nodes at a node, before growth: the mean of its corners, weighted;
-    /// dark ones do not count.
+    /// Ellipse at `part` (0 to 1 each way) of the cell of `stride` nodes at a node, before growth: the mean of its
+    /// corners, weighted; dark ones do not count.
     fn blended(&self, node: (usize, usize), stride: usize, part: DVec2) -> Option<Ellipse> {
         let mut sum = (0.0, DVec2::ZERO, DMat2::ZERO);
         for (i, j, w) in [
@@ -166,8 +168,8 @@ impl ExitPupilMap {
     }
 }
 
-/// z of the plane to aim at and the paraxial pupil's semi-diameter in it: the exit pupil's own plane where it stands well in front
-/// of the sensor, else (telecentric, or behind the sensor) the last vertex's.
+/// z of the plane to aim at and the paraxial pupil's semi-diameter in it: the exit pupil's own plane where it stands
+/// well in front of the sensor, else (telecentric, or behind the sensor) the last vertex's.
 fn aim_plane(system: &OpticalSystem) -> (f64, f64) {
     let paraxial = Paraxial::from_aligned(system);
     let sensor_z = system.sensor_z_mm;

@@ -1,7 +1,8 @@
-//! The outline of the bundle that passes the lens from one sensor position, in a plane z = const in front of the sensor.
+//! The outline of the bundle that passes the lens from one sensor position, in a plane z = const in front of the
+//! sensor.
 //!
-//! A grid of rays around the chief ray finds the bundle; it is widened until no ray on its rim passes and narrowed until
-//! the bundle fills it. From the middle of the bundle the edge is then bisected along evenly spread directions.
+//! A grid of rays around the chief ray finds the bundle; it is widened until no ray on its rim passes and narrowed
+//! until the bundle fills it. From the middle of the bundle the edge is then bisected along evenly spread directions.
 
 use glam::DVec2;
 
@@ -50,8 +51,8 @@ impl Patch {
 }
 
 impl Aim<'_> {
-    /// Points just outside the edge of the bundle from `sensor_mm` (sensor frame) that passes at any of the wavelengths, in
-    /// order around it; empty when nothing passes.
+    /// Points just outside the edge of the bundle from `sensor_mm` (sensor frame) that passes at any of the
+    /// wavelengths, in order around it; empty when nothing passes.
     pub(super) fn outline(&self, sensor_mm: DVec2) -> Vec<DVec2> {
         let Some((patch, inside)) = self
             .near_chief_ray(sensor_mm)

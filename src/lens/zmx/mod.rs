@@ -1,18 +1,19 @@
 //! Prescriptions from Zemax sequential files (`.zmx`), in UTF-8, Latin-1 or UTF-16.
 //!
-//! Read: `MODE SEQ`, `NAME`, `NOTE`, `UNIT MM`, `ENPD`, `FNUM`, `WAVM` (the number of them in use is the fourth number of `FTYP`), and per `SURF`:
-//! `TYPE STANDARD|EVENASPH`, `CURV`, `CONI`, `PARM 1…8` (A_2 … A_16), `DISZ`, `GLAS`, `DIAM`, `CLAP`, `STOP`, `COMM`. The
-//! object surface (the first) is left out, the image surface (the last) becomes the last distance, and so do plane dummies in air
-//! that are not the stop. What would change the rays and is not read is refused: coordinate breaks, mirrors, other
-//! surface types, apertures that are not circles. Every other keyword is passed over.
+//! Read: `MODE SEQ`, `NAME`, `NOTE`, `UNIT MM`, `ENPD`, `FNUM`, `WAVM` (the number of them in use is the fourth number
+//! of `FTYP`), and per `SURF`: `TYPE STANDARD|EVENASPH`, `CURV`, `CONI`, `PARM 1…8` (A_2 … A_16), `DISZ`, `GLAS`,
+//! `DIAM`, `CLAP`, `STOP`, `COMM`. The object surface (the first) is left out, the image surface (the last) becomes the
+//! last distance, and so do plane dummies in air that are not the stop. What would change the rays and is not read is
+//! refused: coordinate breaks, mirrors, other surface types, apertures that are not circles. Every other keyword is
+//! passed over.
 //!
-//! **Stop.** `ENPD` (entrance pupil diameter) or `FNUM` (F-number) at the head, where given and not 0, sets the stop: its `DIAM` is then only
-//! where rays happened to go. Else (`FLOA`) the stop's `DIAM` is the stop.
+//! **Stop.** `ENPD` (entrance pupil diameter) or `FNUM` (F-number) at the head, where given and not 0, sets the stop:
+//! its `DIAM` is then only where rays happened to go. Else (`FLOA`) the stop's `DIAM` is the stop.
 //!
-//! **Glass.** `GLAS NAME flag 0 nd vd …`. The catalogue's coefficients are taken where the name is known and its n_d and V_d are
-//! those of the line, or the line has Zemax's placeholders (1.5, 40). Where the line's own n_d and V_d differ from the named glass's,
-//! the line's are taken: such files name the nearest catalogue glass and write the patent's numbers beside it. A model glass
-//! (flag 1, or an unknown name) is its n_d and V_d.
+//! **Glass.** `GLAS NAME flag 0 nd vd …`. The catalogue's coefficients are taken where the name is known and its n_d
+//! and V_d are those of the line, or the line has Zemax's placeholders (1.5, 40). Where the line's own n_d and V_d
+//! differ from the named glass's, the line's are taken: such files name the nearest catalogue glass and write the
+//! patent's numbers beside it. A model glass (flag 1, or an unknown name) is its n_d and V_d.
 
 mod surface;
 mod text;

@@ -1,5 +1,5 @@
-//! The camera with one effect left out. Each keeps the bundles that the rays are aimed at, so that two renders of one seed follow the same
-//! rays and their difference is the effect's.
+//! The camera with one effect left out. Each keeps the bundles that the rays are aimed at, so that two renders of one
+//! seed follow the same rays and their difference is the effect's.
 
 use std::sync::Arc;
 
@@ -21,7 +21,8 @@ impl Camera {
         })
     }
 
-    /// Each channel at one wavelength, the middle of its band, and weighed by the middle one of its responses. `None` where it is so already.
+    /// Each channel at one wavelength, the middle of its band, and weighed by the middle one of its responses. `None`
+    /// where it is so already.
     pub fn without_band_width(&self) -> Option<Self> {
         let bands = self.wavelengths.bands().filter(|b| b.wavelengths > 1)?;
         let one = Bands {
@@ -37,8 +38,8 @@ impl Camera {
         })
     }
 
-    /// The lens by first-order optics, stopped by its entrance pupil alone: no aberration, no vignetting. `None` where it is already, for bare
-    /// pixels, and for a lens whose entrance pupil lies at infinity.
+    /// The lens by first-order optics, stopped by its entrance pupil alone: no aberration, no vignetting. `None` where
+    /// it is already, for bare pixels, and for a lens whose entrance pupil lies at infinity.
     pub fn without_aberrations(&self) -> Option<Self> {
         if !self.is_real_lens() {
             return None;
@@ -56,8 +57,8 @@ impl Camera {
         self.paraxial.is_some() && matches!(self.reference_tracer, Tracer::Surfaces(_))
     }
 
-    /// Every microlens shifted as the one in the middle of the window is; a response of several shifts is read at this one, as quickly as that of a
-    /// centred lens. `None` where all are alike already.
+    /// Every microlens shifted as the one in the middle of the window is; a response of several shifts is read at this
+    /// one, as quickly as that of a centred lens. `None` where all are alike already.
     pub fn without_chief_ray_variation(&self) -> Option<Self> {
         if matches!(
             self.shifts,
@@ -80,8 +81,8 @@ impl Camera {
         })
     }
 
-    /// The ideal pixel (boxes) whose microlens has the focal length of this one's, H/n of the moving frame: no diffraction, no crosstalk, no
-    /// loss, the same at all wavelengths. `None` where it is one already.
+    /// The ideal pixel (boxes) whose microlens has the focal length of this one's, H/n of the moving frame: no
+    /// diffraction, no crosstalk, no loss, the same at all wavelengths. `None` where it is one already.
     pub fn without_pixel_diffraction(&self) -> Option<Self> {
         if matches!(self.response(), ResponseLookup::Geometric(_)) {
             return None;

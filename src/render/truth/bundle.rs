@@ -1,8 +1,8 @@
 //! The bundle of rays from the middle of one pixel through the whole pupil, and its response-weighted centroids.
 //!
 //! A ray that leaves the lens at o with slopes m = (d_x, d_y)/d_z meets depth D (z = −D) in the direction
-//! `q(D) = (x, y)/D = −m + (o_xy − o_z m)/D`: exactly linear in 1/D. So two centroids, of q₀ = −m and of q₁ = o_xy − o_z m,
-//! hold for every depth, infinity included.
+//! `q(D) = (x, y)/D = −m + (o_xy − o_z m)/D`: exactly linear in 1/D. So two centroids, of q₀ = −m and of q₁ = o_xy −
+//! o_z m, hold for every depth, infinity included.
 
 use glam::{DVec2, DVec3};
 
@@ -132,8 +132,8 @@ impl Bundle {
     }
 }
 
-/// Centroids of each sub-pixel's rays, and of all together, from the sensor position `xy_mm`, at a channel's wavelengths.
-/// `None` where no light passes.
+/// Centroids of each sub-pixel's rays, and of all together, from the sensor position `xy_mm`, at a channel's
+/// wavelengths. `None` where no light passes.
 pub(crate) fn centroids(
     camera: &Camera,
     channel: usize,

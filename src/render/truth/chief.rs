@@ -1,8 +1,9 @@
 //! Chief rays: depth, distance, the surface seen, and the all-in-focus target.
 //!
-//! The chief ray of a pixel goes through the centre of the stop at the reference wavelength; where the lens clips it (a strongly
-//! vignetted field), the ray through the middle of the passing bundle takes its place. The target is the mean radiance
-//! over the chief rays of 4×4 places in the pixel: the picture of a pinhole camera with the same geometry (distortion included).
+//! The chief ray of a pixel goes through the centre of the stop at the reference wavelength; where the lens clips it (a
+//! strongly vignetted field), the ray through the middle of the passing bundle takes its place. The target is the mean
+//! radiance over the chief rays of 4×4 places in the pixel: the picture of a pinhole camera with the same geometry
+//! (distortion included).
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -40,8 +41,8 @@ pub struct GeometryTruth {
     pub distance_mm: Image,
     /// Index of the surface that the chief ray meets, row-major; [`NO_SURFACE`] where none.
     pub surfaces: Vec<u16>,
-    /// Unit normal of a world's surface on the camera's side, camera frame, 3 channels; 0 where nothing (or a card) is met, NaN where
-    /// there is no chief ray.
+    /// Unit normal of a world's surface on the camera's side, camera frame, 3 channels; 0 where nothing (or a card) is
+    /// met, NaN where there is no chief ray.
     pub normals: Image,
 }
 
@@ -129,7 +130,8 @@ impl ChiefRays {
     }
 
     /// The all-in-focus target, W × H × 3, in the unit of the sum image: radiance × what a white wall would give there.
-    /// NaN where there is no chief ray. A world of meshes is given as many paths a pixel as `settings` has rays, 16 at least.
+    /// NaN where there is no chief ray. A world of meshes is given as many paths per pixel as `settings` has rays, 16
+    /// at least.
     pub fn target(
         &self,
         camera: &Camera,

@@ -1,12 +1,14 @@
 //! Paraxial defocus: where depth D is imaged, and how large its blur is on the sensor.
 //!
-//! Newton's equation, camera frame: z′ = z_F′ + f²/(z_F + D) for an object at z = −D. With the exit pupil at z_p, semi-diameter
-//! a, and the sensor at z_s: s′ = z′ − z_p, D_xp = z_s − z_p. A ray through the pupil height P lands P (z′ − z_s)/s′ beside the image.
-//! In terms of slopes at the sensor (m = −P/D_xp relative to the chief ray's) that is m · lever, lever = D_xp (z_s − z′)/s′.
+//! Newton's equation, camera frame: z′ = z_F′ + f²/(z_F + D) for an object at z = −D. With the exit pupil at z_p,
+//! semi-diameter a, and the sensor at z_s: s′ = z′ − z_p, D_xp = z_s − z_p. A ray through the pupil height P lands P
+//! (z′ − z_s)/s′ beside the image. In terms of slopes at the sensor (m = −P/D_xp relative to the chief ray's) that is m
+//! · lever, lever = D_xp (z_s − z′)/s′.
 
 //!
-//! z_s is the paraxial image of the focused depth, so that both are zero there. The real sensor may stand beside it by the small shift
-//! with which the lens's designer balanced its aberrations; what that does to a point counts as aberration.
+//! z_s is the paraxial image of the focused depth, so that both are zero there. The real sensor may stand beside it by
+//! the small shift with which the lens's designer balanced its aberrations; what that does to a point counts as
+//! aberration.
 
 use crate::render::Camera;
 

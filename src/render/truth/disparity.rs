@@ -1,16 +1,16 @@
 //! Disparity of each view by traced, response-weighted centroids, and its paraxial value.
 //!
-//! Pixel p sees, through sub-pixel i, the direction q_i(p, D) at depth D on average, and q̄(p, D) through all together. A
-//! point that the sum shows at p is shown by view i where q_i equals it; to first order in the shift
+//! Pixel p sees, through sub-pixel i, the direction q_i(p, D) at depth D on average, and q̄(p, D) through all together.
+//! A point that the sum shows at p is shown by view i where q_i equals it; to first order in the shift
 //!
 //! ```text
 //! Δ_i(p, D) = −J⁻¹ (q_i − q̄),    J = ∂q̄/∂p        (px, ΔX right, ΔY down in the stored image)
 //! ```
 //!
-//! q and J are linear in 1/D (see `bundle`), so a grid over the sensor serves every depth. The paraxial value is that of an
-//! ideal lens of the same focal length, focus and pupil filling: with m̄ the response-weighted mean slopes of the light at
-//! the sensor and z′ the paraxial image of depth D (see [`Defocus`]), Δx = (m̄_i − m̄) · D_xp (z_s − z′)/s′. The
-//! difference of the two is the disparity of the lens's aberrations.
+//! q and J are linear in 1/D (see `bundle`), so a grid over the sensor serves every depth. The paraxial value is that
+//! of an ideal lens of the same focal length, focus and pupil filling: with m̄ the response-weighted mean slopes of the
+//! light at the sensor and z′ the paraxial image of depth D (see [`Defocus`]), Δx = (m̄_i − m̄) · D_xp (z_s − z′)/s′.
+//! The difference of the two is the disparity of the lens's aberrations.
 
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;
@@ -51,7 +51,8 @@ pub struct DisparityMaps {
 }
 
 impl DisparityField {
-    /// Tabulates the field of `channel` relative to the sum of the same channel; `None` for bare pixels, which have no focus.
+    /// Tabulates the field of `channel` relative to the sum of the same channel; `None` for bare pixels, which have no
+    /// focus.
     pub fn new(camera: &Camera, channel: usize) -> Option<Self> {
         let defocus = Defocus::new(camera)?;
         let sensor = camera.sensor();

@@ -1,16 +1,18 @@
 //! What one pixel sees of a flat texture at a depth, and the shift that a matcher finds between two of its views.
 //!
-//! Ray k of pixel p, of weight w_ik to sub-pixel i, sees the texture (its picture in the sum of all views, T) at p + δ_k, so
+//! Ray k of pixel p, of weight w_ik to sub-pixel i, sees the texture (its picture in the sum of all views, T) at p +
+//! δ_k, so
 //!
 //! ```text
 //! I_i(p) = Σ_k w_ik T(p + δ_k)       δ_k = J⁻¹ (q_k − q̄)      O_i(f) = Σ_k w_ik exp(2πi f·δ_k)
 //! D = argmax_d  Σ_f S(f) Re[ O_i(f) O_j*(f) exp(2πi f_x d) ]
 //! ```
 //!
-//! D = x_i − x_j is what least squares over a window finds between views i and j of a texture of the power spectrum S (Parseval). At low
-//! frequencies it is the difference of the centroids of [`super::DisparityField`]; where the blur is as wide as the texture is fine the
-//! two views' blurs differ in shape and D is larger. S is that of natural pictures, |f|^−2 (Field, J. Opt. Soc. Am. A 4, 2379
-//! (1987)), seen through a square pixel, without what a window of w px takes for an offset, (1 − sinc(w f_x) sinc(w f_y))².
+//! D = x_i − x_j is what least squares over a window finds between views i and j of a texture of the power spectrum S
+//! (Parseval). At low frequencies it is the difference of the centroids of [`super::DisparityField`]; where the blur is
+//! as wide as the texture is fine the two views' blurs differ in shape and D is larger. S is that of natural
+//! pictures, |f|^−2 (Field, J. Opt. Soc. Am. A 4, 2379 (1987)), seen through a square pixel, without what a window of w
+//! px takes for an offset, (1 − sinc(w f_x) sinc(w f_y))².
 
 use std::f64::consts::{PI, TAU};
 
@@ -53,7 +55,8 @@ pub struct ReceptiveField {
 }
 
 impl ReceptiveField {
-    /// Of the pixel at `xy_mm` on the sensor, at a channel's wavelength, with `rays` rays; `None` where no light passes.
+    /// Of the pixel at `xy_mm` on the sensor, at a channel's wavelength, with `rays` rays; `None` where no light
+    /// passes.
     pub fn new(camera: &Camera, channel: usize, xy_mm: DVec2, rays: usize) -> Option<Self> {
         let bundle = Bundle::new(camera, channel, xy_mm, &SobolSet::new(rays))?;
         let lit = bundle.weights.iter().sum::<f64>() > 0.0;
@@ -61,7 +64,8 @@ impl ReceptiveField {
         lit.then_some(Self { bundle, jacobian })
     }
 
-    /// δ of each ray at `depth_mm` (+∞ allowed), px: where it looks, from where all together look, x right, y down as stored.
+    /// δ of each ray at `depth_mm` (+∞ allowed), px: where it looks, from where all together look, x right, y down as
+    /// stored.
     pub fn offsets_px(&self, depth_mm: f64) -> Vec<DVec2> {
         let inverse = 1.0 / depth_mm;
         let [j0, j1] = self.jacobian;
@@ -77,7 +81,7 @@ impl ReceptiveField {
         offsets
     }
 
-    /// Weights of ray k, one a sub-pixel.
+    /// Weights of ray k, one per sub-pixel.
     pub fn weights(&self, k: usize) -> &[f64] {
         let n = self.bundle.subpixels;
         &self.bundle.weights[k * n..(k + 1) * n]
@@ -204,7 +208,8 @@ fn row_frequency(row: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// A pupil of `n`² points on a square of half width 1, seen with weights 1 ± s x, its rays `blur` px apart at the rim.
+    /// A pupil of `n`² points on a square of half width 1, seen with weights 1 ± s x, its rays `blur` px apart at the
+    /// rim.
     fn field(slope: f64, n: usize) -> ReceptiveField {
         let place = |i: usize| (2.0 * i as f64 + 1.0) / n as f64 - 1.0;
         let points = (0..n * n).map(|k| DVec2::new(place(k % n), place(k / n)));
@@ -226,7 +231,8 @@ mod tests {
 
     #[test]
     fn a_sliver_of_blur_shifts_as_its_centroids_do() {
-        // ⟨x²⟩ of a square of half width a is a²/3 (1 − 1/n²): centroids at ± s a/3. Depth 1/a makes the half width a px.
+        // ⟨x²⟩ of a square of half width a is a²/3 (1 − 1/n²): centroids at ± s a/3. Depth 1/a makes the half width a
+        // px.
         let f = field(0.5, 16);
         for a in [0.05, 0.3] {
             let expected = 2.0 * 0.5 * a / 3.0 * (1.0 - 1.0 / 256.0);

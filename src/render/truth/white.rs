@@ -65,12 +65,13 @@ impl WhiteField {
         }
     }
 
-    /// Part of the photons arriving on a pixel in the middle of the window that its photodiodes absorb together, reference channel.
+    /// Part of the photons arriving on a pixel in the middle of the window that its photodiodes absorb together,
+    /// reference channel.
     pub fn quantum_efficiency(&self) -> f64 {
         self.quantum_efficiency
     }
 
-    /// What each sub-pixel receives over the window, sr: one image of three channels a sub-pixel, in stored order.
+    /// What each sub-pixel receives over the window, sr: one image of three channels per sub-pixel, in stored order.
     pub fn of_subpixels_sr(&self, sensor: &Sensor) -> Vec<Image> {
         let (width, height) = (sensor.width(), sensor.height());
         let mut images = vec![Image::zeros(width, height, 3); self.subpixels];

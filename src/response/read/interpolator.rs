@@ -1,7 +1,7 @@
 //! Bilinear lookup in one wavelength's table: the renderer's inner loop.
 //!
-//! Bilinear weights are ≥ 0 and sum to 1, so 0 ≤ P_i and Σ P_i ≤ 1 carry over from the nodes (to rounding). Directions beyond
-//! the axes read the edge. Plain multiplies and adds, no fused ones: the same bits on every CPU.
+//! Bilinear weights are ≥ 0 and sum to 1, so 0 ≤ P_i and Σ P_i ≤ 1 carry over from the nodes (to rounding). Directions
+//! beyond the axes read the edge. Plain multiplies and adds, no fused ones: the same bits on every CPU.
 
 use crate::sensor::{MovingFrame, Subpixels};
 

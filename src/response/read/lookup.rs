@@ -40,8 +40,8 @@ impl Response {
             Self::Geometric(g) => ResponseLookup::Geometric(*g),
         }
     }
-    /// The wavelength that [`Self::at`] reads in place of `wavelength_nm`: the nearest within the table's, which is not extrapolated; 0 of the
-    /// geometric pixel, which has none.
+    /// The wavelength that [`Self::at`] reads in place of `wavelength_nm`: the nearest within the table's, which is not
+    /// extrapolated; 0 of the geometric pixel, which has none.
     pub fn read_nm(&self, wavelength_nm: f64) -> f64 {
         match self {
             Self::Table(t) => {
@@ -104,7 +104,8 @@ impl ResponseLookup {
             self.weights_batch(&[u], &[v], out);
         }
     }
-    /// The weights of many directions under a centred lens: `out` is `[direction][sub-pixel]`. The shortest slice counts.
+    /// The weights of many directions under a centred lens: `out` is `[direction][sub-pixel]`. The shortest slice
+    /// counts.
     pub fn weights_batch(&self, u: &[f32], v: &[f32], out: &mut [f32]) {
         match self {
             Self::Table(t) | Self::Fixed(t) => t.weights_batch(u, v, out),
@@ -112,7 +113,8 @@ impl ResponseLookup {
             Self::Geometric(g) => g.weights_batch(u, v, out),
         }
     }
-    /// [`Self::weights_batch`] under a lens shifted by `shift_um`; a table of the centred lens moves the directions in place.
+    /// [`Self::weights_batch`] under a lens shifted by `shift_um`; a table of the centred lens moves the directions in
+    /// place.
     pub fn weights_under(&self, shift_um: [f64; 2], u: &mut [f32], v: &mut [f32], out: &mut [f32]) {
         match self {
             Self::Shifted(t) => t.weights_batch(shift_um, u, v, out),

@@ -1,7 +1,7 @@
 //! Reading a response, ray by ray.
 //!
 //! ```text
-//! AngularResponse, GeometricResponse ─▶ Response ─ at a wavelength ─▶ ResponseLookup: Interpolator, ShiftedInterpolator, boxes
+//! AngularResponse, GeometricResponse ─▶ Response ─ at a wavelength ─▶ ResponseLookup: interpolators, boxes
 //! ```
 
 mod interpolator;

@@ -1,15 +1,18 @@
 //! The response under any lens shift, from nodes on a grid of shifts: the renderer's 4D lookup.
 //!
-//! The lens's field below a lens at s is `Σ ψ_m e^(−i G_m·s)` over its diffraction orders, so at a fixed direction P is a trigonometric
-//! polynomial in the shift. Orders that travel in the oxide (n) above the silicon differ by 2 n pitch / λ at most, and so does f: to 8 at 1.6 µm, 14
-//! at 2.8 µm, 18 at 3.5 µm (n = 1.46, 550 nm; beyond, P of the 2.8 µm pixel has 1e-6 of its mean). The Fourier series through the nodes of one
-//! period has no error once there are more than twice as many, and no seam anywhere. (Blending two nodes linearly draws the nodes' grid on every
-//! sub-aperture image; following the lobe from node to node, [`MovingFrame`], moves the interference along that stands still in
-//! (u, v).)
+//! The lens's field below a lens at s is `Σ ψ_m e^(−i G_m·s)` over its diffraction orders, so at a fixed direction P is
+//! a trigonometric polynomial in the shift. Orders that travel in the oxide (n) above the silicon differ by 2 n pitch /
+//! λ at most, and so does f: to 8 at 1.6 µm, 14 at 2.8 µm, 18 at 3.5 µm (n = 1.46, 550 nm; beyond, P of the 2.8 µm
+//! pixel has 1e-6 of its mean). The Fourier series through the nodes of one period has no error once there are more
+//! than twice as many, and no seam anywhere. (Blending two nodes linearly draws the nodes' grid on every sub-aperture
+//! image; following the lobe from node to node, [`MovingFrame`], moves the interference along that stands still in (u,
+//! v).)
 //!
-//! When it is made, the series is sampled twice as finely as the nodes (up to 48 a pitch) and turned into coefficients of quadratic B-splines, which a ray
-//! reads: 3 × 3 shifts by 2 × 2 directions. (A harmonic of f periods a knot comes back to some 1.4 f³: 16 nodes, third harmonic, 1e-3 of it.) The shifts of one quadrant are kept; a mirrored lens is a mirrored pixel. What a
-//! series may fall below 0 or exceed a sum of 1 by is cut. Plain multiplies and adds: the same bits on every CPU.
+//! When it is made, the series is sampled twice as finely as the nodes (up to 48 a pitch) and turned into coefficients
+//! of quadratic B-splines, which a ray reads: 3 × 3 shifts by 2 × 2 directions. (A harmonic of f periods a knot comes
+//! back to some 1.4 f³: 16 nodes, third harmonic, 1e-3 of it.) The shifts of one quadrant are kept; a mirrored lens is
+//! a mirrored pixel. What a series may fall below 0 or exceed a sum of 1 by is cut. Plain multiplies and adds: the same
+//! bits on every CPU.
 
 use super::Interpolator;
 use crate::em::ShiftGrid;
@@ -17,7 +20,7 @@ use crate::sensor::{MovingFrame, Subpixels};
 
 /// B-spline shifts a ray reads along each axis.
 const TAPS: usize = 3;
-/// Most spline knots a pitch: there a harmonic keeps 99.6 % at f = 7, and memory goes with their square.
+/// Most spline knots per pitch: there a harmonic keeps 99.6 % at f = 7, and memory goes with their square.
 const MOST_KNOTS: usize = 48;
 
 /// P_i(u, v; shift) at one wavelength. Made by [`crate::response::AngularResponse::shifted_interpolator`].
@@ -30,7 +33,7 @@ pub struct ShiftedInterpolator {
     /// place on the axis = cosine × scale + centre
     scale: [f32; 2],
     centre: [f32; 2],
-    /// Spline knots a pitch, and a µm.
+    /// Spline knots per pitch, and per µm.
     knots: usize,
     per_um: f64,
     /// Knots kept along each axis, the first at −1.
@@ -69,8 +72,8 @@ fn coefficients(nodes: usize, knots: usize, kept: usize) -> Vec<f64> {
 }
 
 impl ShiftedInterpolator {
-    /// From `plane(shift node)`, `[v][u][sub-pixel]` at every node of the period. Axes as (count, last value); the caller (a checked
-    /// table) guarantees counts ≥ 3 and the planes' length.
+    /// From `plane(shift node)`, `[v][u][sub-pixel]` at every node of the period. Axes as (count, last value); the
+    /// caller (a checked table) guarantees counts ≥ 3 and the planes' length.
     pub(super) fn new(
         subpixels: Subpixels,
         frame: MovingFrame,
@@ -137,8 +140,8 @@ impl ShiftedInterpolator {
         std::mem::size_of_val(&self.table[..])
     }
 
-    /// The weights of many directions under a lens shifted by `shift_um`: `out` is `[direction][sub-pixel]`. The shortest of the three
-    /// slices counts.
+    /// The weights of many directions under a lens shifted by `shift_um`: `out` is `[direction][sub-pixel]`. The
+    /// shortest of the three slices counts.
     pub fn weights_batch(&self, shift_um: [f64; 2], u: &[f32], v: &[f32], out: &mut [f32]) {
         match self.subpixels.count() {
             1 => self.batch::<1>(shift_um, u, v, out),
@@ -149,8 +152,8 @@ impl ShiftedInterpolator {
         }
     }
 
-    /// The lookup under one lens shift: a quarter of the reads a ray needs here, and the same values (to the rounding of f32, but where a ray's
-    /// sum had to be cut: that is done at the nodes).
+    /// The lookup under one lens shift: a quarter of the reads a ray needs here, and the same values (to the rounding
+    /// of f32, but where a ray's sum had to be cut: that is done at the nodes).
     pub fn at_shift(&self, shift_um: [f64; 2]) -> Interpolator {
         let cosine = |i: usize, axis: usize| (i as f32 - self.centre[axis]) / self.scale[axis];
         let nodes = self.nu * self.nv;
@@ -250,7 +253,7 @@ mod tests {
 
     #[test]
     fn splines_of_a_fourier_series_give_it_back_between_the_nodes() {
-        // cos 3x through 16 nodes a period, read anywhere.
+        // cos 3x through 16 nodes per period, read anywhere.
         let (nodes, knots) = (16, 32);
         let kept = knots / 2 + 3;
         let parts = coefficients(nodes, knots, kept);

@@ -8,13 +8,14 @@ use crate::em::symmetry::{Symmetry, symmetries_of};
 use crate::response::AngularResponse;
 
 impl AngularResponse {
-    /// Bilinear lookup of the centred lens at `wavelength_nm`: linear between the two nearest wavelengths of the table, the
-    /// end's own table beyond them.
+    /// Bilinear lookup of the centred lens at `wavelength_nm`: linear between the two nearest wavelengths of the table,
+    /// the end's own table beyond them.
     pub fn interpolator(&self, wavelength_nm: f64) -> Interpolator {
         self.bilinear(self.blended(wavelength_nm, 0))
     }
 
-    /// The lookup under any shift of the lens, at a wavelength as of [`Self::interpolator`]; `None` for a table of the centred lens.
+    /// The lookup under any shift of the lens, at a wavelength as of [`Self::interpolator`]; `None` for a table of the
+    /// centred lens.
     pub fn shifted_interpolator(&self, wavelength_nm: f64) -> Option<ShiftedInterpolator> {
         let grid = self.meta().shift_grid?;
         let symmetries = symmetries_of(self.meta().subpixels);
@@ -29,8 +30,8 @@ impl AngularResponse {
         ))
     }
 
-    /// Bilinear lookup under the lens at one node of the shift grid, `[i, j]` from 0 to N − 1; `None` for a table of the centred lens
-    /// or no such node.
+    /// Bilinear lookup under the lens at one node of the shift grid, `[i, j]` from 0 to N − 1; `None` for a table of
+    /// the centred lens or no such node.
     pub fn interpolator_at_shift(
         &self,
         node: [usize; 2],

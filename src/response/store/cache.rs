@@ -1,4 +1,5 @@
-//! Tables that were simulated once are kept in a folder, one file per key; beside them the journals of those not finished.
+//! Tables that were simulated once are kept in a folder, one file per key; beside them the journals of those not
+//! finished.
 
 use std::path::{Path, PathBuf};
 
@@ -48,7 +49,7 @@ pub struct CachedTable {
 #[derive(Debug)]
 pub struct CachedTables {
     /// Each, and how it came about, if it was made now.
-    pub tables: Vec<(AngularResponse, Option<BuildReport>)>,
+    pub tables: Vec<TableOfColour>,
     /// What is wrong with the cache.
     pub warnings: Vec<CacheWarning>,
 }
@@ -79,7 +80,8 @@ impl ResponseCache {
         Self { dir: dir.into() }
     }
 
-    /// `$QUADPIXEL_CACHE`, else `$XDG_CACHE_HOME/quadpixel`, else `~/.cache/quadpixel`, else a folder for temporary files.
+    /// `$QUADPIXEL_CACHE`, else `$XDG_CACHE_HOME/quadpixel`, else `~/.cache/quadpixel`, else a folder for temporary
+    /// files.
     pub fn default_dir() -> PathBuf {
         let set = |name| {
             std::env::var_os(name)
@@ -131,8 +133,9 @@ impl ResponseCache {
         joined(tables, reference_nm).map(Some).map_err(wrong)
     }
 
-    /// The table of a plan: from the cache, else simulated and kept. A build that was stopped goes on where it was, and parts of it made by
-    /// [`Self::make_part`] are used. Trouble with the cache is no failure; it comes back as warnings.
+    /// The table of a plan: from the cache, else simulated and kept. A build that was stopped goes on where it was, and
+    /// parts of it made by [`Self::make_part`] are used. Trouble with the cache is no failure; it comes back as
+    /// warnings.
     ///
     /// # Errors
     /// A pixel that the model has no answer for.
@@ -240,7 +243,7 @@ impl ResponseCache {
         &self,
         plan: &TablePlan,
         warnings: &mut Vec<CacheWarning>,
-    ) -> Result<Option<Vec<(AngularResponse, Option<BuildReport>)>>, ResponseError> {
+    ) -> Result<Option<Vec<TableOfColour>>, ResponseError> {
         let mut tables = Vec::new();
         for colour in plan.colours() {
             match self.get(&plan.with_colour(colour).key()?) {
@@ -251,9 +254,9 @@ impl ResponseCache {
         Ok((tables.len() == plan.colours().len()).then_some(tables))
     }
 
-    /// Simulates one part of the directions of a plan, each under all its lens shifts, into a journal beside the tables. When all parts have,
-    /// [`Self::table`] in the same folder makes the table of them, with the bytes of one made in one go; what a part did not do, it does
-    /// itself.
+    /// Simulates one part of the directions of a plan, each under all its lens shifts, into a journal beside the
+    /// tables. When all parts have, [`Self::table`] in the same folder makes the table of them, with the bytes of one
+    /// made in one go; what a part did not do, it does itself.
     ///
     /// # Errors
     /// A pixel that the model has no answer for, or a folder that the journal cannot be kept in.
@@ -292,6 +295,9 @@ impl ResponseCache {
         parts
     }
 }
+
+/// A table and, if it was made just now, the report of its making.
+type TableOfColour = (AngularResponse, Option<BuildReport>);
 
 /// What was done for a part of a table.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -8,10 +8,11 @@
 //! | `u`, `v` | f64 | direction cosines |
 //! | `meta` | u8 | UTF-8 JSON of [`ResponseMeta`]: `json.loads(bytes(f["meta"]))` |
 //!
-//! A table of shifted lenses has `shift_grid` in its `meta` (pitch, and N shifts per pitch along x and y); its shifts are the octant `0 ≤ j ≤ i ≤ N/2`
-//! of `(i, j) pitch / N`, the quadrant where m ≠ n. For another shift s take the symmetry g of the square (axes swapped, then signs changed;
-//! only the signs where m ≠ n) with `g s` in the octant but for whole pitches: `P_i(u, v; s) = P_gi(g (u, v); g s)`, where g acts on
-//! sub-pixels as on their places. `chief_ray_shifts` there says which shift a chief ray needs.
+//! A table of shifted lenses has `shift_grid` in its `meta` (pitch, and N shifts per pitch along x and y); its shifts
+//! are the octant `0 ≤ j ≤ i ≤ N/2` of `(i, j) pitch / N`, the quadrant where m ≠ n. For another shift s take the
+//! symmetry g of the square (axes swapped, then signs changed; only the signs where m ≠ n) with `g s` in the octant but
+//! for whole pitches: `P_i(u, v; s) = P_gi(g (u, v); g s)`, where g acts on sub-pixels as on their places.
+//! `chief_ray_shifts` there says which shift a chief ray needs.
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Cursor, Read, Seek};

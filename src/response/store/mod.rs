@@ -1,4 +1,5 @@
-//! Tables on disk: the cache of those simulated, their file format, those that come with the program, and those of other programs.
+//! Tables on disk: the cache of those simulated, their file format, those that come with the program, and those of
+//! other programs.
 
 mod cache;
 mod file;

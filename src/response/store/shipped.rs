@@ -1,7 +1,7 @@
 //! FDTD tables that come with the program, so that nobody has to compute for hours before the first image.
 //!
-//! Each is what `qpgen response --model fdtd` made of a built-in pixel; its settings stand in its meta data, the command, the cost and the error
-//! in `tables/README.md`.
+//! Each is what `qpgen response --model fdtd` made of a built-in pixel; its settings stand in its meta data, the
+//! command, the cost and the error in `tables/README.md`.
 
 use std::io::Cursor;
 use std::path::Path;

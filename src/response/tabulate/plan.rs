@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! directions × lens shifts × wavelengths × colours
-//!   ─▶ runs (one of every orbit under symmetry) ─ solver (or journal) ─▶ P of the period ─ symmetry, cubic ─▶ one AngularResponse per colour
+//!   ─▶ runs (one of every orbit under symmetry) ─ solver (or journal) ─▶ P of the period
+//!   ─ symmetry, cubic ─▶ one AngularResponse per colour
 //! ```
 
 use std::path::Path;
@@ -25,7 +26,8 @@ pub struct TablePlan {
 }
 
 impl TablePlan {
-    /// The table of a pixel. Of one in a mosaic it is that of the mosaic's colour, and the tables of the others are made with it.
+    /// The table of a pixel. Of one in a mosaic it is that of the mosaic's colour, and the tables of the others are
+    /// made with it.
     ///
     /// # Errors
     /// A pixel or settings out of range, or a shifted lens of a table of all lens shifts.
@@ -41,8 +43,9 @@ impl TablePlan {
         Ok(plan)
     }
 
-    /// The same table, whose wavelengths are simulated and kept apart, so that another set of wavelengths uses again those that it shares. How a lens
-    /// shift moves the response, and which shift chief rays need, is then taken from the wavelength nearest to `reference_nm`.
+    /// The same table, whose wavelengths are simulated and kept apart, so that another set of wavelengths uses again
+    /// those that it shares. How a lens shift moves the response, and which shift chief rays need, is then taken from
+    /// the wavelength nearest to `reference_nm`.
     #[must_use]
     pub fn each_wavelength(self, reference_nm: f64) -> Self {
         Self {
@@ -111,9 +114,9 @@ impl TablePlan {
         Ok(self.runs()?.count())
     }
 
-    /// Simulates the tables on all threads, in the order of [`Self::colours`]. `journal` is a file that keeps the runs done: a build that was
-    /// stopped goes on with them, and the file is removed at the end; that it cannot be kept is no harm. `progress(done, total)` counts plane
-    /// waves; it may be called from any thread.
+    /// Simulates the tables on all threads, in the order of [`Self::colours`]. `journal` is a file that keeps the runs
+    /// done: a build that was stopped goes on with them, and the file is removed at the end; that it cannot be kept is
+    /// no harm. `progress(done, total)` counts plane waves; it may be called from any thread.
     ///
     /// # Errors
     /// A pixel that the model has no answer for.
@@ -198,7 +201,8 @@ impl TablePlan {
         self.colours().into_iter().map(table).collect()
     }
 
-    /// Simulates one part of the directions into `journal`: how many plane waves they are, and how many of them it held.
+    /// Simulates one part of the directions into `journal`: how many plane waves they are, and how many of them it
+    /// held.
     pub(in crate::response) fn build_part(
         &self,
         shard: Shard,

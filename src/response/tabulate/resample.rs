@@ -1,7 +1,7 @@
 //! From the simulated grid of directions to the table's.
 //!
-//! The simulated grid is fine enough for a cubic (Catmull-Rom) to follow the response; the table samples that cubic more finely, so that
-//! the renderer's bilinear lookup follows it too.
+//! The simulated grid is fine enough for a cubic (Catmull-Rom) to follow the response; the table samples that cubic
+//! more finely, so that the renderer's bilinear lookup follows it too.
 
 use std::collections::BTreeMap;
 
@@ -15,8 +15,8 @@ pub(in crate::response) struct Grid {
 }
 
 impl Grid {
-    /// The whole square from the nodes known. A node beyond `rim` (nodes from the middle) repeats what lies on its meridian at the rim,
-    /// or as far out as the four nodes around are known.
+    /// The whole square from the nodes known. A node beyond `rim` (nodes from the middle) repeats what lies on its
+    /// meridian at the rim, or as far out as the four nodes around are known.
     pub fn filled(known: &BTreeMap<Node, Vec<f64>>, steps: i64, rim: f64, count: usize) -> Self {
         let mut values = Vec::new();
         for b in -steps..=steps {
@@ -52,7 +52,8 @@ pub(in crate::response) struct Place {
 }
 
 impl Place {
-    /// The places `i / refine × scale`, i = −half to half, in nodes from the middle of an axis with `steps` nodes each side.
+    /// The places `i / refine × scale`, i = −half to half, in nodes from the middle of an axis with `steps` nodes each
+    /// side.
     pub fn axis(half: i64, refine: i64, scale: f64, steps: i64) -> Vec<Self> {
         let place = |i: i64| {
             // Whole numbers where they can be: the same bits however far out.
@@ -132,7 +133,8 @@ fn transpose(grid: &[f64], rows: usize, columns: usize, count: usize) -> Vec<f64
     out
 }
 
-/// Cuts negative values to 0 and scales sums above 1 to 1, node by node; the largest change is returned with the values.
+/// Cuts negative values to 0 and scales sums above 1 to 1, node by node; the largest change is returned with the
+/// values.
 pub(in crate::response) fn shares(mut p: Vec<f64>, count: usize) -> (Vec<f32>, f64) {
     let mut most = 0.0f64;
     for node in p.chunks_exact_mut(count) {
@@ -163,7 +165,8 @@ mod tests {
 
     #[test]
     fn a_parabola_comes_back_exactly_between_nodes_of_any_scale() {
-        // Catmull-Rom is exact for quadratics; the ends of a row are not (they go on straight), so stay one node inside.
+        // Catmull-Rom is exact for quadratics; the ends of a row are not (they go on straight), so stay one node
+        // inside.
         let f = |x: f64, y: f64| 0.3 + 0.02 * x - 0.01 * x * x + 0.005 * y * y - 0.004 * x * y;
         let grid = Grid::filled(&known(6, 99.0, f), 6, 99.0, 1);
         for scale in [1.0, 0.8123] {

@@ -1,10 +1,12 @@
 //! The runs of a pixel solver that a table needs.
 //!
-//! A run is one transverse wavevector k∥ under its lens shifts, at one wavelength or, of a pulsed model, at all of them: `(u, v) = k∥ λ / 2π`. So a
-//! pulsed model is run on the k∥ grid of the shortest wavelength, on which a longer one has coarser nodes that reach further out.
+//! A run is one transverse wavevector k∥ under its lens shifts, at one wavelength or, of a pulsed model, at all of
+//! them: `(u, v) = k∥ λ / 2π`. So a pulsed model is run on the k∥ grid of the shortest wavelength, on which a longer
+//! one has coarser nodes that reach further out.
 //!
-//! A symmetry g of the pixel gives `P_i(g d, g s) = P_g⁻¹i(d, s)` for a direction d under a lens shift s. So only one direction of every eight
-//! is simulated, under all shifts, because a solver may share its work among those; on the pixel's axes of symmetry only half of the shifts.
+//! A symmetry g of the pixel gives `P_i(g d, g s) = P_g⁻¹i(d, s)` for a direction d under a lens shift s. So only one
+//! direction of every eight is simulated, under all shifts, because a solver may share its work among those; on the
+//! pixel's axes of symmetry only half of the shifts.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -22,7 +24,8 @@ use crate::shard::Shard;
 /// Directions are simulated up to this sin θ (70°); near grazing no model is to be trusted.
 pub(super) const LARGEST_SINE: f64 = 0.94;
 
-/// A run by its first wavelength (its place in the table's list), its node, and its lens shift (its place on the axis of shifts).
+/// A run by its first wavelength (its place in the table's list), its node, and its lens shift (its place on the axis
+/// of shifts).
 pub(in crate::response) type RunId = (usize, Node, usize);
 /// Runs that are done: what was answered at each wavelength, of all photodiodes of the period.
 pub(in crate::response) type RunJournal = Journal<RunId, Vec<Light>>;

@@ -26,9 +26,9 @@ pub struct ShiftSettings {
 
 /// What to tabulate; [`Self::new`] gives that of a level and preset.
 ///
-/// Directions are simulated on a regular grid of u and v from 0 to ±`cosine_max` in `steps` steps, up to sin θ = 0.94; table nodes
-/// further out repeat it along their meridian. A model that is pulsed is run on a grid of k∥ instead, that one of the shortest
-/// wavelength, and every wavelength reads its own (u, v) from it.
+/// Directions are simulated on a regular grid of u and v from 0 to ±`cosine_max` in `steps` steps, up to sin θ = 0.94;
+/// table nodes further out repeat it along their meridian. A model that is pulsed is run on a grid of k∥ instead, that
+/// one of the shortest wavelength, and every wavelength reads its own (u, v) from it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TableSettings {

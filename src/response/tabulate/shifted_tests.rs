@@ -77,7 +77,8 @@ fn symmetry_fills_every_shift_and_direction_from_an_octant() {
     let simulated = plan
         .simulate(None, &|_, _| (), &asked(&plan, &runs, usize::MAX))
         .unwrap();
-    // All of the 11 × 11 directions under 64 shifts, but for the corners beyond 70°: an eighth, and the axes of symmetry.
+    // All of the 11 × 11 directions under 64 shifts, but for the corners beyond 70°: an eighth, and the axes of
+    // symmetry.
     assert!(plan.count() < 121 * 64 / 6, "{}", plan.count());
     let about = AboutPixel {
         frame: stack().moving_frame(550.0).unwrap(),
@@ -104,7 +105,8 @@ fn symmetry_fills_every_shift_and_direction_from_an_octant() {
         }
     }
     // Three harmonics through eight nodes: the lookup is exact anywhere, but for its splines. On 16 knots these are off
-    // by 1.4 f³, twice that at worst: 9e-3 of the third harmonic (0.026 of P) and 3e-4 of the first (0.16), along both axes.
+    // by 1.4 f³, twice that at worst: 9e-3 of the third harmonic (0.026 of P) and 3e-4 of the first (0.16), along both
+    // axes.
     let lookup = table.shifted_interpolator(550.0).unwrap();
     for shift in [[0.1, 0.3], [-0.77, 0.42], [1.2, -0.95], [5.31, 7.3]] {
         let mut p = [0f32; 4];

@@ -1,4 +1,5 @@
-//! The table of what was simulated: by symmetry to all directions and stored lens shifts, then resampled to the table's (u, v).
+//! The table of what was simulated: by symmetry to all directions and stored lens shifts, then resampled to the table's
+//! (u, v).
 
 use std::collections::BTreeMap;
 
@@ -79,7 +80,8 @@ impl Runs {
         Ok(BuiltTable { table, report })
     }
 
-    /// P of the pixel's colour under all lens shifts, by wavelength and simulated direction; takes all answers into the report.
+    /// P of the pixel's colour under all lens shifts, by wavelength and simulated direction; takes all answers into the
+    /// report.
     fn by_direction(
         &self,
         stack: &PixelStack,
@@ -113,7 +115,8 @@ impl Runs {
         values
     }
 
-    /// P of every direction under a stored shift: light from a node, seen through a symmetry, is light from a simulated one.
+    /// P of every direction under a stored shift: light from a node, seen through a symmetry, is light from a simulated
+    /// one.
     fn all_directions(
         &self,
         stack: &PixelStack,

@@ -13,7 +13,8 @@ use crate::sensor::Subpixels;
 
 const WAVELENGTHS_NM: [f64; 3] = [400.0, 500.0, 700.0];
 
-/// The shares of a quad pixel that a smooth made-up pixel gives at (u, v): a lobe aimed at each sub-pixel, narrower for blue.
+/// The shares of a quad pixel that a smooth made-up pixel gives at (u, v): a lobe aimed at each sub-pixel, narrower for
+/// blue.
 fn lobes(u: f64, v: f64, wavelength_nm: f64) -> Vec<f64> {
     let sharp = 2.0 * 550.0 / wavelength_nm;
     let side = |c: f64| 1.0 / (1.0 + (-sharp * c * 4.0).exp());
@@ -97,7 +98,8 @@ fn one_pulse_a_wavevector_gives_the_table_of_every_wavelength() {
             let mut p = [0.0; 4];
             lookup.weights(u as f32, v as f32, &mut p);
             for (p, wanted) in p.iter().zip(lobes(u, v, nm)) {
-                // The grid's own step at 700 nm is 0.07: the lobes' cubic error there, and bilinear between table nodes.
+                // The grid's own step at 700 nm is 0.07: the lobes' cubic error there, and bilinear between table
+                // nodes.
                 assert!(
                     (f64::from(*p) - wanted).abs() < 4e-3,
                     "{nm} nm, ({u}, {v}): {p}, {wanted}"

@@ -106,7 +106,8 @@ impl Buffers<'_> {
         Ok(self.read::<3>(index)?.into_iter().map(opaque).collect())
     }
 
-    /// The elements of an accessor of N components each (SCALAR 1, VEC2 2, VEC3 3, VEC4 4, MAT4 16: of 4-byte components, whose columns have no gaps).
+    /// The elements of an accessor of N components each (SCALAR 1, VEC2 2, VEC3 3, VEC4 4, MAT4 16: of 4-byte
+    /// components, whose columns have no gaps).
     pub fn read<const N: usize>(&self, index: usize) -> Result<Vec<[f64; N]>, String> {
         let accessors = &self.document.accessors;
         let accessor = accessors.get(index).ok_or_else(|| {

@@ -1,8 +1,9 @@
 //! glTF 2.0, as JSON (`.gltf`) or binary (`.glb`): nodes, meshes, cameras and punctual lights.
 //!
-//! Extensions: `KHR_lights_punctual`, `KHR_materials_transmission`, `_ior`, `_emissive_strength`, `_volume` (its thickness decides
-//! whether a body is solid), `KHR_texture_transform`, `KHR_mesh_quantization`. A file that requires another one (such as a
-//! compression) is refused. Skins stand as their joints do in the file, morph targets have their default weights; animations are not played.
+//! Extensions: `KHR_lights_punctual`, `KHR_materials_transmission`, `_ior`, `_emissive_strength`, `_volume` (its
+//! thickness decides whether a body is solid), `KHR_texture_transform`, `KHR_mesh_quantization`. A file that requires
+//! another one (such as a compression) is refused. Skins stand as their joints do in the file, morph targets have their
+//! default weights; animations are not played.
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 
@@ -234,7 +235,8 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The primitives of a mesh as meshes of the world, as a node wears them: with its weights of morph targets, in a pose.
+    /// The primitives of a mesh as meshes of the world, as a node wears them: with its weights of morph targets, in a
+    /// pose.
     fn mesh(
         &mut self,
         index: usize,

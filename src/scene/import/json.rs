@@ -1,7 +1,8 @@
-//! The part of the glTF 2.0 JSON that a still picture needs (Khronos specification 2.0.1, chapter 5), as it stands in the file.
+//! The part of the glTF 2.0 JSON that a still picture needs (Khronos specification 2.0.1, chapter 5), as it stands in
+//! the file.
 //!
-//! Read by serde into plain optional fields, and every index is looked up with `get`: what a file may hold cannot make the
-//! reader panic. Unknown fields are passed over, as the specification asks.
+//! Read by serde into plain optional fields, and every index is looked up with `get`: what a file may hold cannot make
+//! the reader panic. Unknown fields are passed over, as the specification asks.
 
 use serde::Deserialize;
 

@@ -1,12 +1,12 @@
 //! Scenes from files: glTF 2.0 (`.gltf`, `.glb`) and Wavefront OBJ with MTL.
 //!
-//! Frame and unit: the file's own axes (right-handed, y up in glTF) in **mm**. glTF's unit is the metre; OBJ has none, so the
-//! caller says how long its unit is. A glTF camera looks along its −z with y up, which is the camera frame of [`crate::frames`]:
-//! [`placed`] with the inverse of a camera's place brings a world before the lens.
+//! Frame and unit: the file's own axes (right-handed, y up in glTF) in **mm**. glTF's unit is the metre; OBJ has none,
+//! so the caller says how long its unit is. A glTF camera looks along its −z with y up, which is the camera frame
+//! of [`crate::frames`]: [`placed`] with the inverse of a camera's place brings a world before the lens.
 //!
-//! Nothing is fetched from a network, and files are read from the folder of the scene only. A file that makes no sense is an
-//! [`ImportError`] that names it and the place; what can be left out without harm (a missing picture, a triangle without
-//! area, an index out of range) is left out and counted in [`Warnings`].
+//! Nothing is fetched from a network, and files are read from the folder of the scene only. A file that makes no sense
+//! is an [`ImportError`] that names it and the place; what can be left out without harm (a missing picture, a triangle
+//! without area, an index out of range) is left out and counted in [`Warnings`].
 
 mod accessor;
 mod container;

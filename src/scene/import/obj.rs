@@ -1,8 +1,8 @@
 //! Wavefront OBJ and MTL text: the polygons, their materials' names, and the materials.
 //!
-//! Positions, normals, texture coordinates, faces (fans of triangles; negative indices count from the end), `usemtl`, `mtllib`;
-//! lines, points, curves and smoothing groups are passed over. Read by our own few lines because a ready reader (tobj 4.0.5)
-//! panics at a line such as `Kd 0.5`.
+//! Positions, normals, texture coordinates, faces (fans of triangles; negative indices count from the end), `usemtl`,
+//! `mtllib`; lines, points, curves and smoothing groups are passed over. Read by our own few lines because a ready
+//! reader (tobj 4.0.5) panics at a line such as `Kd 0.5`.
 
 use std::collections::BTreeMap;
 
@@ -48,7 +48,8 @@ struct Part {
     has_normals: bool,
 }
 
-/// Reads OBJ text. A line that cannot be read is an error that names it; `Err` holds the line's number and what is wrong.
+/// Reads OBJ text. A line that cannot be read is an error that names it; `Err` holds the line's number and what is
+/// wrong.
 pub(super) fn read_obj(text: &str, warnings: &mut Warnings) -> Result<Obj, (usize, String)> {
     let (mut points, mut uvs, mut normals) = (Vec::new(), Vec::new(), Vec::new());
     let mut parts: Vec<(Option<String>, Part)> = Vec::new();
@@ -153,7 +154,8 @@ impl Part {
     }
 }
 
-/// Reads MTL text: materials by name. Statements without a counterpart here are passed over; broken numbers are counted.
+/// Reads MTL text: materials by name. Statements without a counterpart here are passed over; broken numbers are
+/// counted.
 pub(super) fn read_mtl(text: &str, warnings: &mut Warnings) -> BTreeMap<String, Mtl> {
     let mut materials: BTreeMap<String, Mtl> = BTreeMap::new();
     let mut current = None;

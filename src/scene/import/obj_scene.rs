@@ -1,9 +1,9 @@
-//! OBJ with MTL as a world: one object a material.
+//! OBJ with MTL as a world: one object per material.
 //!
-//! MTL is Phong's model; what it becomes here: `Kd` the base colour, a glossy coat (index 1.5) where `Ks` is not black, GGX width
-//! α = √(2/(Ns + 2)) (Walter et al., EGSR 2007, section 5.2), so roughness √α; `Pr` and `Pm` (the PBR extension) as they are;
-//! `illum` 3 or 5 without diffuse colour a metal of colour `Ks`; `illum` 4, 6, 7, 9 glass of index `Ni`; `d` or `Tr` a veil, `map_d`
-//! a cut-out; `Ke` emission.
+//! MTL is Phong's model; what it becomes here: `Kd` the base colour, a glossy coat (index 1.5) where `Ks` is not black,
+//! GGX width α = √(2/(Ns + 2)) (Walter et al., EGSR 2007, section 5.2), so roughness √α; `Pr` and `Pm` (the PBR
+//! extension) as they are; `illum` 3 or 5 without diffuse colour a metal of colour `Ks`; `illum` 4, 6, 7, 9 glass of
+//! index `Ni`; `d` or `Tr` a veil, `map_d` a cut-out; `Ke` emission.
 
 use std::collections::BTreeMap;
 

@@ -7,7 +7,8 @@ use super::accessor::Buffers;
 use super::json::Primitive;
 use super::raw::RawMesh;
 
-/// The triangles of a primitive with its morph targets at these weights; `None` for points, lines, or without positions.
+/// The triangles of a primitive with its morph targets at these weights; `None` for points, lines, or without
+/// positions.
 pub(super) fn primitive_mesh(
     buffers: &Buffers<'_>,
     p: &Primitive,

@@ -1,8 +1,8 @@
 //! Triangles as a file gives them, and what is dropped of them before they are placed.
 //!
-//! A triangle is dropped, and counted, where an index is out of range, or a corner is not finite or lies beyond 10⁹ units of the
-//! file. Triangles without area, bad normals and bad texture coordinates are the world's own to mend and count
-//! ([`crate::scene::world::WorldWarnings`]).
+//! A triangle is dropped, and counted, where an index is out of range, or a corner is not finite or lies beyond 10⁹
+//! units of the file. Triangles without area, bad normals and bad texture coordinates are the world's own to mend and
+//! count ([`crate::scene::world::WorldWarnings`]).
 
 use glam::{DVec2, DVec3};
 
@@ -12,7 +12,8 @@ use crate::scene::world::{MaterialIndices, TriangleMesh};
 /// Farthest coordinate accepted, units of the file.
 const FARTHEST: f64 = 1e9;
 
-/// Corners and triangles; the vectors of normals, texture coordinates and colours are empty or as long as the positions.
+/// Corners and triangles; the vectors of normals, texture coordinates and colours are empty or as long as the
+/// positions.
 #[derive(Clone, Debug, Default)]
 pub(super) struct RawMesh {
     pub positions: Vec<DVec3>,

@@ -4,8 +4,8 @@
 //! p' = Σ_j w_j M_j p,   M_j = file_from_joint · joint_from_mesh (the inverse bind matrix),   n' = (Σ_j w_j M_j)^−T n
 //! ```
 //!
-//! The joints stand where their nodes do in the file: the bind pose, or the pose that the file was saved in. The place of the mesh's own node does
-//! not count. Weights are divided by their sum.
+//! The joints stand where their nodes do in the file: the bind pose, or the pose that the file was saved in. The place
+//! of the mesh's own node does not count. Weights are divided by their sum.
 
 use glam::{DAffine3, DMat3, DMat4};
 
@@ -44,7 +44,8 @@ impl Pose {
         Ok(pose.map(Self))
     }
 
-    /// Moves a primitive's vertices and normals into the file's frame; vertices without weights go where `place` takes them.
+    /// Moves a primitive's vertices and normals into the file's frame; vertices without weights go where `place` takes
+    /// them.
     pub fn apply(
         &self,
         buffers: &Buffers<'_>,
@@ -97,7 +98,8 @@ impl Pose {
     }
 }
 
-/// The inverse transpose times the determinant's size: normals keep their side, and a flattened place is no division by zero.
+/// The inverse transpose times the determinant's size: normals keep their side, and a flattened place is no division by
+/// zero.
 fn cofactors(m: DMat3) -> DMat3 {
     let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis];
     let side = if m.determinant() < 0.0 { -1.0 } else { 1.0 };

@@ -1,8 +1,9 @@
 //! A bounding volume hierarchy with eight children a node.
 //!
-//! The tree is built by `obvhs` (PLOC with reinsertion: D. Meister, J. Bittner, TVCG 24(3) (2018) and CGF 37 (2018)) as a binary one and then
-//! folded to eight children, which are tested together. The walk ([`super::walk`]) is ours, because rays of this program need
-//! boxes that never miss, transformed instances, and triangles without holes ([`super::triangles`]).
+//! The tree is built by `obvhs` (PLOC with reinsertion: D. Meister, J. Bittner, TVCG 24(3) (2018) and CGF 37 (2018)) as
+//! a binary one and then folded to eight children, which are tested together. The walk ([`super::walk`]) is ours,
+//! because rays of this program need boxes that never miss, transformed instances, and triangles without holes
+//! ([`super::triangles`]).
 
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
@@ -104,8 +105,8 @@ impl Bvh {
 }
 
 impl Bvh {
-    /// A tree over boxes, which are widened by what rounding may move the edges of what is in them. `leaf` hears of the items of each leaf (1
-    /// to [`LEAF_ITEMS`] of them) in the order of the leaves' numbers. At most 2²⁹ items.
+    /// A tree over boxes, which are widened by what rounding may move the edges of what is in them. `leaf` hears of the
+    /// items of each leaf (1 to [`LEAF_ITEMS`] of them) in the order of the leaves' numbers. At most 2²⁹ items.
     pub fn build(boxes: &[Bounds], mut leaf: impl FnMut(&[u32])) -> Self {
         if boxes.is_empty() {
             return Self {

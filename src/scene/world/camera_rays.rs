@@ -69,7 +69,8 @@ impl World {
         }
     }
 
-    /// Radiance along a ray (camera frame, mm; unit direction) by one path, number `key.first` of those of `key.key` that are averaged.
+    /// Radiance along a ray (camera frame, mm; unit direction) by one path, number `key.first` of those of `key.key`
+    /// that are averaged.
     pub fn radiance_along(
         &self,
         origin_mm: DVec3,
@@ -87,8 +88,8 @@ impl World {
         radiance
     }
 
-    /// [`Self::radiance_along`] of many rays, which is faster than of each alone: `visit` hears of each ray's place in the list and
-    /// its radiance, in no order.
+    /// [`Self::radiance_along`] of many rays, which is faster than of each alone: `visit` hears of each ray's place in
+    /// the list and its radiance, in no order.
     pub fn radiances(
         &self,
         rays: &[CameraRay],
@@ -146,8 +147,8 @@ impl World {
         }
     }
 
-    /// Radiance of the wanted channels along camera rays (each with its number) whose first hits are known. A ray's number is added to the
-    /// key's.
+    /// Radiance of the wanted channels along camera rays (each with its number) whose first hits are known. A ray's
+    /// number is added to the key's.
     pub(in crate::scene) fn radiances_of_hits(
         &self,
         rays: impl Iterator<Item = ((usize, Ray), Option<Element>)>,

@@ -1,10 +1,11 @@
 //! A world of meshes as plain data: what importers and generators fill in and [`World::new`](super::World::new) checks.
 //!
-//! Camera frame, mm ([`crate::frames`]): x right, y up, the scene at z < 0. Colours are linear RGB. Radiance is in the unit of the
-//! finished image; where a length enters a light's strength it is the **metre** (`m` in a name), so that numbers of glTF's punctual
-//! lights can be taken as they are.
+//! Camera frame, mm ([`crate::frames`]): x right, y up, the scene at z < 0. Colours are linear RGB. Radiance is in the
+//! unit of the finished image; where a length enters a light's strength it is the **metre** (`m` in a name), so that
+//! numbers of glTF's punctual lights can be taken as they are.
 //!
-//! The material is glTF 2.0's metallic-roughness model, with its extensions for transmission, index and emissive strength.
+//! The material is glTF 2.0's metallic-roughness model, with its extensions for transmission, index and emissive
+//! strength.
 
 use std::sync::Arc;
 
@@ -99,21 +100,25 @@ impl TextureRef {
 pub struct Material {
     /// For messages.
     pub name: String,
-    /// Diffuse reflectance of a non-metal, reflectance at normal incidence of a metal, tint of a transmitted ray at each crossing; 0 to 1.
+    /// Diffuse reflectance of a non-metal, reflectance at normal incidence of a metal, tint of a transmitted ray at
+    /// each crossing; 0 to 1.
     pub base_colour: [f32; 3],
     /// Factor of `base_colour` (RGB) and of `alpha` (A).
     pub base_colour_texture: Option<TextureRef>,
     /// 0 a non-metal, 1 a metal; between, a mixture.
     pub metallic: f32,
-    /// 0 a mirror, 1 matt; the GGX width is its square. Below [`Material::SMOOTH_ROUGHNESS`] the reflection is a mirror's.
+    /// 0 a mirror, 1 matt; the GGX width is its square. Below [`Material::SMOOTH_ROUGHNESS`] the reflection is a
+    /// mirror's.
     pub roughness: f32,
     /// Factor of `roughness` (G) and of `metallic` (B).
     pub metallic_roughness_texture: Option<TextureRef>,
     /// Index of refraction of a non-metal, 1 to 4; 1 has no reflection (a purely diffuse surface).
     pub ior: f32,
-    /// Share of a non-metal's body that lets light through, clear and smooth, instead of scattering it diffusely: 1 is glass.
+    /// Share of a non-metal's body that lets light through, clear and smooth, instead of scattering it diffusely: 1 is
+    /// glass.
     pub transmission: f32,
-    /// Whether what transmits is a thin sheet, which does not bend rays (glTF without `KHR_materials_volume`), or a solid body.
+    /// Whether what transmits is a thin sheet, which does not bend rays (glTF without `KHR_materials_volume`), or a
+    /// solid body.
     pub thin_walled: bool,
     /// Radiance that it sends from its front, also from its back if `two_sided`.
     pub emission: [f32; 3],
@@ -282,7 +287,8 @@ pub enum Environment {
     Even([f32; 3]),
     /// A panorama.
     Map {
-        /// Equirectangular radiance, 3 channels: the middle column is the map's −z, columns go on to its +x, row 0 is its +y.
+        /// Equirectangular radiance, 3 channels: the middle column is the map's −z, columns go on to its +x, row 0 is
+        /// its +y.
         image: Arc<Image>,
         /// The map's place: a rotation.
         camera_from_map: DMat3,

@@ -1,7 +1,8 @@
 //! Light from infinitely far: a panorama, drawn from in proportion to its brightness.
 //!
-//! Cells of the picture have the weight `luminance · sin θ`; a row is drawn first, then a column (M. Pharr, W. Jakob, G. Humphreys, *Physically
-//! Based Rendering*, 3rd ed., 14.2.4). The density per solid angle is the cell's chance over its solid angle.
+//! Cells of the picture have the weight `luminance · sin θ`; a row is drawn first, then a column (M. Pharr, W. Jakob,
+//! G. Humphreys, *Physically Based Rendering*, 3rd ed., 14.2.4). The density per solid angle is the cell's chance over
+//! its solid angle.
 
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;

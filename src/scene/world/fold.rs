@@ -29,8 +29,9 @@ pub(super) fn leaf_counts(binary: &Bvh2) -> Vec<u32> {
     counts
 }
 
-/// Up to [`WIDTH`] descendants of the pair at `first`. The one of the largest surface is opened again and again; but a subtree that fits into a node of
-/// its own is opened only if all its leaves find room, so that the lowest nodes are not left half empty.
+/// Up to [`WIDTH`] descendants of the pair at `first`. The one of the largest surface is opened again and again; but a
+/// subtree that fits into a node of its own is opened only if all its leaves find room, so that the lowest nodes are
+/// not left half empty.
 pub(super) fn members_of(binary: &Bvh2, counts: &[u32], first: usize) -> Vec<usize> {
     let mut members = vec![first, first + 1];
     while members.len() < WIDTH {

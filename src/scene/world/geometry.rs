@@ -1,7 +1,7 @@
 //! The triangles of a world, merged into as few trees as its instances allow.
 //!
-//! A mesh that is used once, or is small, is baked into one common tree in the camera frame: a ray then walks one tree. A large mesh
-//! with several instances has a tree of its own, and rays are taken into its frame.
+//! A mesh that is used once, or is small, is baked into one common tree in the camera frame: a ray then walks one tree.
+//! A large mesh with several instances has a tree of its own, and rays are taken into its frame.
 
 use glam::{Affine3A, DAffine3, DVec3, Vec3};
 

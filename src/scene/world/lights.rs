@@ -1,7 +1,7 @@
 //! The lights of a world, by kind, and the chances with which they are drawn.
 //!
-//! Kinds that are present (surfaces that shine, suns, points, a panorama) get equal chances; within a kind the chance is proportional to power. An
-//! even environment is not drawn: scattering finds it as well.
+//! Kinds that are present (surfaces that shine, suns, points, a panorama) get equal chances; within a kind the chance
+//! is proportional to power. An even environment is not drawn: scattering finds it as well.
 
 use glam::{DVec3, Vec3};
 
@@ -180,8 +180,8 @@ impl Lights {
         (radiance, density)
     }
 
-    /// The density, per solid angle from a place `distance` mm away, of drawing a place on a shining triangle of this material, whose normal
-    /// makes an angle of this cosine with the way there.
+    /// The density, per solid angle from a place `distance` mm away, of drawing a place on a shining triangle of this
+    /// material, whose normal makes an angle of this cosine with the way there.
     pub fn triangle_density(&self, material: usize, cos: f32, distance: f32) -> f32 {
         let Some(total) = self.triangle_sums.last().filter(|t| **t > 0.0) else {
             return 0.0;

@@ -1,16 +1,17 @@
 //! What a surface does with light at one place: its parts, their values, and drawing directions from them.
 //!
-//! A share t of a non-metal's body is clear (Fresnel reflection and refraction, smooth), the rest is a glossy layer over a diffuse
-//! body:
+//! A share t of a non-metal's body is clear (Fresnel reflection and refraction, smooth), the rest is a glossy layer
+//! over a diffuse body:
 //!
 //! ```text
 //! f = f_GGX(F₀, F₉₀) + (1 − metallic) base/π · (1 − E(θ_o))(1 − E(θ_i)) / (1 − Ē)
 //! F₀ = mix(((n − 1)/(n + 1))², base, metallic),   F₉₀ = min(1, 50 F₀)
 //! ```
 //!
-//! with E the layer's own reflectance ([`AlbedoTable`]). That coupling (C. Kelemen, L. Szirmay-Kalos, Eurographics 2001) is reciprocal, and what the
-//! layer does not reflect the body gets: a white body returns all light. glTF's own mixture, which it replaces, is neither.
-//! Light that passes straight on, through veils and thin panes, is a part of its own: shadow rays follow it too.
+//! with E the layer's own reflectance ([`AlbedoTable`]). That coupling (C. Kelemen, L. Szirmay-Kalos,
+//! Eurographics 2001) is reciprocal, and what the layer does not reflect the body gets: a white body returns all light.
+//! glTF's own mixture, which it replaces, is neither. Light that passes straight on, through veils and thin panes, is a
+//! part of its own: shadow rays follow it too.
 
 use glam::Vec3;
 
@@ -75,7 +76,8 @@ pub(super) enum Kind {
 }
 
 impl World {
-    /// The material at a place seen along `ray` by light of the colour `throughput`, which weighs the chances of its parts.
+    /// The material at a place seen along `ray` by light of the colour `throughput`, which weighs the chances of its
+    /// parts.
     pub(super) fn bsdf(
         &self,
         surface: &Surface,

@@ -6,8 +6,9 @@
 //! F = F₀ + (F₉₀ − F₀)(1 − h·o)⁵
 //! ```
 //!
-//! B. Walter et al., EGSR 2007; E. Heitz, JCGT 3(2) (2014) (Smith's masking, height-correlated); normals that are seen are drawn by J. Dupuy,
-//! A. Benyoub, CGF 42(8) (2023). Light that bounces between facets is lost, as in most renderers: a rough white metal absorbs up to 0.5.
+//! B. Walter et al., EGSR 2007; E. Heitz, JCGT 3(2) (2014) (Smith's masking, height-correlated); normals that are seen
+//! are drawn by J. Dupuy, A. Benyoub, CGF 42(8) (2023). Light that bounces between facets is lost, as in most
+//! renderers: a rough white metal absorbs up to 0.5.
 
 use glam::Vec3;
 
@@ -71,8 +72,8 @@ pub(super) fn schlick(c: f32) -> f32 {
     x2 * x2 * x
 }
 
-/// Reflectance of a smooth surface between dielectrics, the mean of both polarizations; `eta` is the index beyond it divided by that on the ray's
-/// side, `cos` ≥ 0 the ray's. Also the cosine beyond, 0 for total reflection.
+/// Reflectance of a smooth surface between dielectrics, the mean of both polarizations; `eta` is the index beyond it
+/// divided by that on the ray's side, `cos` ≥ 0 the ray's. Also the cosine beyond, 0 for total reflection.
 pub(super) fn fresnel(cos: f32, eta: f32) -> (f32, f32) {
     let sin2 = (1.0 - cos * cos).max(0.0) / (eta * eta);
     if sin2 >= 1.0 {
@@ -84,8 +85,8 @@ pub(super) fn fresnel(cos: f32, eta: f32) -> (f32, f32) {
     (0.5 * (s * s + p * p), beyond)
 }
 
-/// How much a GGX surface reflects of light from one direction, E(cos θ, roughness) = F₀ (a − b) + F₉₀ b, with a the integral of f cos θ_i
-/// for F = 1 and b that for F = (1 − h·o)⁵; and its mean over a cosine-weighted hemisphere.
+/// How much a GGX surface reflects of light from one direction, E(cos θ, roughness) = F₀ (a − b) + F₉₀ b, with a the
+/// integral of f cos θ_i for F = 1 and b that for F = (1 − h·o)⁵; and its mean over a cosine-weighted hemisphere.
 #[derive(Clone, Debug)]
 pub(super) struct AlbedoTable {
     /// (a, b), `COSINES` of them a roughness, at cos θ = k/(COSINES − 1).

@@ -6,8 +6,8 @@
 //!                                        light_sampling ───────┘
 //! ```
 //!
-//! Places are f64, so that a depth is as exact as its vertices; the walk through the trees and all shading are f32, whose rounding is far below the noise of
-//! the paths.
+//! Places are f64, so that a depth is as exact as its vertices; the walk through the trees and all shading are f32,
+//! whose rounding is far below the noise of the paths.
 
 mod bvh;
 mod camera_rays;

@@ -1,12 +1,13 @@
 //! Radiance along a ray: a path that is scattered from surface to surface, connected to a light at each.
 //!
-//! Light reaches a place by two techniques, a connection to a drawn light and the scattered ray itself; each is weighed by the square of its density over
-//! the sum of both squares (E. Veach, L. Guibas, SIGGRAPH 1995: multiple importance sampling, power heuristic). What scattering alone
-//! can find (an even environment, lights seen in mirrors) counts whole, and so does what connections alone can (points, parallel light). After a
-//! few surfaces, paths end by chance and the survivors weigh more (Russian roulette), so nothing is cut off but by `max_bounces`.
+//! Light reaches a place by two techniques, a connection to a drawn light and the scattered ray itself; each is weighed
+//! by the square of its density over the sum of both squares (E. Veach, L. Guibas, SIGGRAPH 1995: multiple importance
+//! sampling, power heuristic). What scattering alone can find (an even environment, lights seen in mirrors) counts
+//! whole, and so does what connections alone can (points, parallel light). After a few surfaces, paths end by chance
+//! and the survivors weigh more (Russian roulette), so nothing is cut off but by `max_bounces`.
 //!
-//! Texture lookups are filtered by a cone around the path (T. Akenine-Möller et al., *Ray Tracing Gems* (2019), ch. 20): as wide as the sampling of the image
-//! asks for, wider after each rough surface.
+//! Texture lookups are filtered by a cone around the path (T. Akenine-Möller et al., *Ray Tracing Gems* (2019), ch.
+//! 20): as wide as the sampling of the image asks for, wider after each rough surface.
 
 use glam::{DVec3, Vec3};
 
@@ -23,12 +24,13 @@ use crate::rays::Ray;
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PathSettings {
-    /// Surfaces at which a path is scattered at most: 0 sees lights only, 1 direct light, … Light of longer paths is missing.
+    /// Surfaces at which a path is scattered at most: 0 sees lights only, 1 direct light, … Light of longer paths is
+    /// missing.
     pub max_bounces: u32,
     /// Surfaces after which Russian roulette begins.
     pub roulette_after: u32,
-    /// Largest radiance, of any channel, that one path may add beyond what its ray sees directly; `None` (the default) cuts nothing. It removes
-    /// bright speckles and with them light: an image rendered with it is too dark.
+    /// Largest radiance, of any channel, that one path may add beyond what its ray sees directly; `None` (the default)
+    /// cuts nothing. It removes bright speckles and with them light: an image rendered with it is too dark.
     pub clamp: Option<f32>,
 }
 
@@ -71,7 +73,7 @@ pub(super) struct Start {
     pub number: usize,
     pub ray: Ray,
     pub hit: Option<Element>,
-    /// Growth of the camera ray's share of the image, mm a mm.
+    /// Growth of the camera ray's share of the image, mm per mm.
     pub spread: f32,
     /// 1 for channels that are wanted, else 0.
     pub channels: Vec3,
@@ -116,7 +118,7 @@ pub(in crate::scene) struct PathWorkspace {
 pub(super) struct Paths(Vec<Path>);
 
 impl Paths {
-    /// Begins one path a ray; false if there is none.
+    /// Begins one path per ray; false if there is none.
     pub fn start(&mut self, starts: impl Iterator<Item = Start>) -> bool {
         self.0.clear();
         self.0.extend(starts.map(|s| Path::new(&s)));
@@ -124,7 +126,8 @@ impl Paths {
     }
 }
 
-/// How many paths are followed together: enough rays to fill the processor while memory is waited for, few enough for its nearest cache.
+/// How many paths are followed together: enough rays to fill the processor while memory is waited for, few enough for
+/// its nearest cache.
 pub(super) const TOGETHER: usize = 32;
 
 impl Path {
@@ -246,7 +249,8 @@ impl World {
         }
     }
 
-    /// Follows a path over the surface that it has met, and asks for what it needs next: whether a light arrives there, what it meets then.
+    /// Follows a path over the surface that it has met, and asks for what it needs next: whether a light arrives there,
+    /// what it meets then.
     fn advance(
         &self,
         number: usize,

@@ -34,8 +34,8 @@ impl World {
     /// Checks a description and prepares it for rays.
     ///
     /// # Errors
-    /// An index out of range, a number outside what its field allows, lists of unequal length. Triangles and vertices that are only
-    /// bad in themselves are left out or mended, and counted ([`World::warnings`]).
+    /// An index out of range, a number outside what its field allows, lists of unequal length. Triangles and vertices
+    /// that are only bad in themselves are left out or mended, and counted ([`World::warnings`]).
     pub fn new(description: WorldDescription) -> Result<Self, OutOfRange> {
         check::check(&description)?;
         let mut warnings = WorldWarnings::default();

@@ -1,8 +1,9 @@
-//! The random numbers of a path: for each decision a pair of coordinates that is well spread over the paths of its pixel.
+//! The random numbers of a path: for each decision a pair of coordinates that is well spread over the paths of its
+//! pixel.
 //!
-//! Each pair is the first two dimensions of the Sobol sequence, a (0, 2)-sequence, with its points in a shuffled order and
-//! scrambled values, both by hashed Owen scrambling with keys of their own (B. Burley, *Practical hash-based Owen scrambling*, JCGT 10(4) (2020)).
-//! A number depends on (key, sample, pair) and on nothing else.
+//! Each pair is the first two dimensions of the Sobol sequence, a (0, 2)-sequence, with its points in a shuffled order
+//! and scrambled values, both by hashed Owen scrambling with keys of their own (B. Burley, *Practical hash-based Owen
+//! scrambling*, JCGT 10(4) (2020)). A number depends on (key, sample, pair) and on nothing else.
 
 use crate::sampling::{mix, owen_scramble};
 
@@ -32,7 +33,8 @@ impl PathSamples {
         let b = mix(a);
         // Scrambling the reversed index permutes within aligned blocks of every power of two.
         let index = owen_scramble(self.sample.reverse_bits(), a as u32);
-        // The first dimension is the reversed index, the second the reversed image of the index; scrambling takes reversed values.
+        // The first dimension is the reversed index, the second the reversed image of the index; scrambling takes
+        // reversed values.
         [
             unit(owen_scramble(index, (a >> 32) as u32)),
             unit(owen_scramble(pascal(index), b as u32)),

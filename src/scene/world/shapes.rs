@@ -7,8 +7,8 @@ use glam::{DAffine3, DVec3};
 use super::description::{Instance, Material, MaterialIndices, TriangleMesh, WorldDescription};
 
 impl TriangleMesh {
-    /// A rectangle, `corner + s across + t down` with s and t (its texture coordinates) in 0..1. Its front is the side from which `across` points to
-    /// the right when `down` points down.
+    /// A rectangle, `corner + s across + t down` with s and t (its texture coordinates) in 0..1. Its front is the side
+    /// from which `across` points to the right when `down` points down.
     pub fn rectangle(corner: DVec3, across: DVec3, down: DVec3, material: usize) -> Self {
         let at = |s: f64, t: f64| (corner + s * across + t * down).as_vec3().to_array();
         Self {
@@ -50,7 +50,8 @@ impl TriangleMesh {
         all
     }
 
-    /// A sphere about the origin with smooth normals: `rings` × 2 `rings` facets from pole to pole (y), u once around, v down.
+    /// A sphere about the origin with smooth normals: `rings` × 2 `rings` facets from pole to pole (y), u once around,
+    /// v down.
     pub fn sphere(radius_mm: f64, rings: usize, material: usize) -> Self {
         let (rings, around) = (rings.max(2), 2 * rings.max(2));
         let mut mesh = Self {
@@ -105,8 +106,9 @@ impl WorldDescription {
         self.meshes.len() - 1
     }
 
-    /// A box open to the camera, 400 mm wide, from 600 to 1000 mm away: red and green side walls, a lamp in its ceiling, a glass ball, a metal ball and a
-    /// white block. Objects: 0 the walls, 1 the lamp, 2 the glass, 3 the metal, 4 the block.
+    /// A box open to the camera, 400 mm wide, from 600 to 1000 mm away: red and green side walls, a lamp in its
+    /// ceiling, a glass ball, a metal ball and a white block. Objects: 0 the walls, 1 the lamp, 2 the glass, 3 the
+    /// metal, 4 the block.
     pub fn cornell_box() -> Self {
         let mut world = Self {
             materials: vec![

@@ -52,8 +52,9 @@ impl Footprint {
 }
 
 impl Surface {
-    /// What a cone of the width `width_mm` covers that comes along `direction`: an ellipse, longer by 1/cos along the view. A sharp one is a row of squares
-    /// (P. Heckbert's ellipse, by the probes of J. McCormack et al., *Feline*, SIGGRAPH 1999); others are the square of the long side.
+    /// What a cone of the width `width_mm` covers that comes along `direction`: an ellipse, longer by 1/cos along the
+    /// view. A sharp one is a row of squares (P. Heckbert's ellipse, by the probes of J. McCormack et al., *Feline*,
+    /// SIGGRAPH 1999); others are the square of the long side.
     pub fn footprint(&self, width_mm: f32, direction: Vec3, is_sharp: bool) -> Footprint {
         let along_normal = self.normal.dot(direction);
         let ratio = 1.0 / along_normal.abs().max(0.05);
@@ -249,7 +250,8 @@ impl World {
         }
     }
 
-    /// Whether a cut-out is there, where the ray meets it. The full picture decides: a footprint would make edges depend on the ray's past.
+    /// Whether a cut-out is there, where the ray meets it. The full picture decides: a footprint would make edges
+    /// depend on the ray's past.
     pub(super) fn is_solid(&self, element: Element, ray: &Ray) -> bool {
         let surface = self.surface(element, ray);
         self.opacity(

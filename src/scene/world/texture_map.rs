@@ -1,7 +1,7 @@
 //! Pictures on surfaces: repeated, mirrored or held at their borders, and filtered by the footprint of a ray.
 //!
-//! A lookup is trilinear in a pyramid of halved pictures (Williams, SIGGRAPH 1983). Pictures of files stay 8-bit (5.3 bytes a
-//! texel with the pyramid; a film set has hundreds), those of generators are [`Texture`]s.
+//! A lookup is trilinear in a pyramid of halved pictures (Williams, SIGGRAPH 1983). Pictures of files stay 8-bit (5.3
+//! bytes a texel with the pyramid; a film set has hundreds), those of generators are [`Texture`]s.
 
 use std::sync::Arc;
 
@@ -131,7 +131,8 @@ impl TextureMap {
         }
     }
 
-    /// Linear R, G, B and A at `uv` (see [`super::TriangleMesh::uvs`]), averaged over about a square of the side `footprint`, in units of `uv`.
+    /// Linear R, G, B and A at `uv` (see [`super::TriangleMesh::uvs`]), averaged over about a square of the side
+    /// `footprint`, in units of `uv`.
     pub fn sample(&self, uv: [f32; 2], footprint: f32) -> [f32; 4] {
         let (width, height) = self.size();
         let texels = footprint * width.max(height) as f32;
@@ -231,7 +232,8 @@ fn taps(u: f32, n: usize, wrap: Wrap) -> ([usize; 2], f32) {
 }
 
 impl Level {
-    /// Half the sides (rounded up): each texel the mean of up to 2×2, in linear light. An odd side's last texel stands alone.
+    /// Half the sides (rounded up): each texel the mean of up to 2×2, in linear light. An odd side's last texel stands
+    /// alone.
     fn halved(&self, decode: &[f32; 256], encoding: Encoding) -> Option<Level> {
         if self.width == 1 && self.height == 1 {
             return None;

@@ -1,7 +1,7 @@
 //! What rays meet: the nearest triangle, or how much light arrives along them.
 //!
-//! The walk works in f32; what it finds is computed again in f64 ([`super::surface`]), so that depths are exact to the vertices' own
-//! rounding.
+//! The walk works in f32; what it finds is computed again in f64 ([`super::surface`]), so that depths are exact to the
+//! vertices' own rounding.
 
 use glam::Vec3;
 

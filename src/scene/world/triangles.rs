@@ -1,9 +1,10 @@
 //! Rays against triangles, four at a time, without holes along shared edges.
 //!
-//! After S. Woop, C. Benthin, I. Wald, *Watertight ray/triangle intersection*, JCGT 2(1), 65 (2013): the vertices are moved and sheared so
-//! that the ray runs along z from the origin; then the signs of three 2-D edge functions decide. For f32 vertices a non-zero
-//! difference of two rounded products has the exact sign (rounding is monotonic), and a zero one is done again in f64, where the
-//! products are exact. So two triangles that share an edge always agree on which side of it a ray passes.
+//! After S. Woop, C. Benthin, I. Wald, *Watertight ray/triangle intersection*, JCGT 2(1), 65 (2013): the vertices are
+//! moved and sheared so that the ray runs along z from the origin; then the signs of three 2-D edge functions decide.
+//! For f32 vertices a non-zero difference of two rounded products has the exact sign (rounding is monotonic), and a
+//! zero one is done again in f64, where the products are exact. So two triangles that share an edge always agree on
+//! which side of it a ray passes.
 
 use glam::{Vec3, Vec4};
 

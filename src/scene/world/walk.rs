@@ -1,8 +1,8 @@
 //! Rays on their way through a tree, many at a time.
 //!
-//! A step of a walk is a chain of dependent operations behind a read that often misses the caches; a processor has room for several such
-//! chains. So walks take a step each in turn, and what a walk reads next is asked for a round before. Each meets the same nodes and
-//! leaves in the same order as it would alone.
+//! A step of a walk is a chain of dependent operations behind a read that often misses the caches; a processor has room
+//! for several such chains. So walks take a step each in turn, and what a walk reads next is asked for a round before.
+//! Each meets the same nodes and leaves in the same order as it would alone.
 
 use super::bvh::{Bvh, Child};
 #[cfg(target_arch = "x86_64")]
@@ -68,7 +68,8 @@ impl Walk {
 
 impl Bvh {
     /// Visits the leaves that each ray may meet before its `t_max`, about from near to far: `leaf` may lower it and
-    /// ends that ray's walk by returning true; `expect(leaf)` hears of a leaf that will be visited soon. The walks' order in the list changes.
+    /// ends that ray's walk by returning true; `expect(leaf)` hears of a leaf that will be visited soon. The walks'
+    /// order in the list changes.
     #[inline(always)]
     pub fn walk_all(
         &self,

@@ -1,6 +1,7 @@
 //! From light to digital numbers: what a real sensor adds to the clean signal.
 //!
-//! The linear model of EMVA standard 1288 (release 4.0, section 2) for each sub-pixel and colour channel. v is its clean linear value:
+//! The linear model of EMVA standard 1288 (release 4.0, section 2) for each sub-pixel and colour channel. v is its
+//! clean linear value:
 //!
 //! ```text
 //! N  = H p² η                              electrons of a whole pixel at the linear value 1
@@ -8,13 +9,13 @@
 //! DN = ⌊K g (n + σ z₂) + b + ½⌋, clipped to 0 … 2^bits − 1       z₂ a normal number of the shot
 //! ```
 //!
-//! H: photons a µm² of one channel in the middle of the window at the linear value 1; p: pitch, µm; η: quantum efficiency, the part of them
-//! that the photodiodes absorb: folded in the angular response, and measured with it; s₁: photo-response non-uniformity (PRNU); d: dark
-//! current, e⁻/s; t: exposure time, s; w: full well, e⁻; σ: read noise, e⁻; K: gain, DN/e⁻; g: gain of the sub-pixel's own amplifier
-//! relative to the mean; b: black level, DN.
+//! H: photons a µm² of one channel in the middle of the window at the linear value 1; p: pitch, µm; η: quantum
+//! efficiency, the part of them that the photodiodes absorb: folded in the angular response, and measured with it; s₁:
+//! photo-response non-uniformity (PRNU); d: dark current, e⁻/s; t: exposure time, s; w: full well, e⁻; σ: read noise,
+//! e⁻; K: gain, DN/e⁻; g: gain of the sub-pixel's own amplifier relative to the mean; b: black level, DN.
 //!
-//! Over shots, for g = 1 and below saturation, mean and variance obey the photon-transfer relation (Janesick, *Photon Transfer*, SPIE
-//! 2007), which the tests hold:
+//! Over shots, for g = 1 and below saturation, mean and variance obey the photon-transfer relation (Janesick, *Photon
+//! Transfer*, SPIE 2007), which the tests hold:
 //!
 //! ```text
 //! var DN = K (mean DN − b) + K² σ² + 1/12,      over places as well: + s₁² (mean DN − b − K d t)²
@@ -139,8 +140,8 @@ impl Readout {
         self.subpixels.index(x % m, y % n)
     }
 
-    /// Linear values of digital numbers, on the scale of the clean mosaic: ((DN − b)/K − d t)/N. Noise makes some negative. The gains of the
-    /// sub-pixels and the PRNU stay in, as in a real camera that was not calibrated.
+    /// Linear values of digital numbers, on the scale of the clean mosaic: ((DN − b)/K − d t)/N. Noise makes some
+    /// negative. The gains of the sub-pixels and the PRNU stay in, as in a real camera that was not calibrated.
     pub fn linear(&self, codes: &Image) -> Image {
         let mut linear = codes.clone();
         let black = f64::from(self.settings.black_level);

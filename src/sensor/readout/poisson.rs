@@ -1,7 +1,8 @@
 //! Poisson numbers: exact for every mean.
 //!
-//! Below [`SMALL_MEAN`] by inversion: the smallest k whose distribution function exceeds one uniform number. Above it by transformed rejection
-//! with squeeze, algorithm PTRS of W. Hörmann, Insurance: Mathematics and Economics 12, 39 (1993), whose time does not grow with the mean.
+//! Below [`SMALL_MEAN`] by inversion: the smallest k whose distribution function exceeds one uniform number. Above it
+//! by transformed rejection with squeeze, algorithm PTRS of W. Hörmann, Insurance: Mathematics and Economics 12, 39
+//! (1993), whose time does not grow with the mean.
 
 use super::Stream;
 
@@ -92,8 +93,8 @@ mod tests {
 
     #[test]
     fn numbers_pass_the_chi_square_test_against_the_poisson_law() {
-        // Means on both sides of the change of method. The statistic has mean ν and variance 2ν; 4.5 deviations leave it alone once in 1e5 (the
-        // seed is fixed, so the test cannot fail by chance later).
+        // Means on both sides of the change of method. The statistic has mean ν and variance 2ν; 4.5 deviations leave
+        // it alone once in 1e5 (the seed is fixed, so the test cannot fail by chance later).
         const DRAWS: usize = 200_000;
         for (key, mean) in [0.02, 0.5, 3.0, 9.9, 10.0, 10.5, 25.0, 130.0, 2500.0]
             .into_iter()

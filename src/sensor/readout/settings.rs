@@ -24,8 +24,8 @@ pub struct ReadoutSettings {
     pub prnu: f64,
     /// Read noise: standard deviation, e⁻ (σ).
     pub read_noise_e: f64,
-    /// Gain, digital numbers an electron (K); absent: the one at which 1.5 times a sub-pixel's equal share of white, or a full well if
-    /// that is less, has the largest code, as a camera's choice of its ISO speed would have it.
+    /// Gain, digital numbers an electron (K); absent: the one at which 1.5 times a sub-pixel's equal share of white, or
+    /// a full well if that is less, has the largest code, as a camera's choice of its ISO speed would have it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain_dn_per_e: Option<f64>,
     /// Digital number of no electrons (b).
@@ -46,7 +46,8 @@ impl ReadoutSettings {
         self.photons_um2 * pitch_um * pitch_um * quantum_efficiency
     }
 
-    /// Standard deviation of the noise of a sub-pixel at its equal share of white, over that: photons, dark electrons, read noise, PRNU.
+    /// Standard deviation of the noise of a sub-pixel at its equal share of white, over that: photons, dark electrons,
+    /// read noise, PRNU.
     pub fn relative_noise_at_white(&self, subpixels: Subpixels, electrons_at_white: f64) -> f64 {
         let share = electrons_at_white / subpixels.count() as f64;
         let dark = self.dark_current_e_s * self.exposure_s;

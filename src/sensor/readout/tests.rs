@@ -1,4 +1,5 @@
-//! The photon-transfer curve and its parts. Bounds are four standard errors of the estimate, from the number of values alone.
+//! The photon-transfer curve and its parts. Bounds are four standard errors of the estimate, from the number of values
+//! alone.
 
 use super::*;
 

@@ -30,7 +30,8 @@ fn main() -> Outcome {
     Ok(())
 }
 
-/// Best times of both in seconds on the CPU, and the median of the ratio theirs to ours; run by turns so that both see the same machine.
+/// Best times of both in seconds on the CPU, and the median of the ratio theirs to ours; run by turns so that both see
+/// the same machine.
 fn by_turns(mut ours: impl FnMut(), mut theirs: impl FnMut()) -> ([f64; 2], f64) {
     let time = |work: &mut dyn FnMut()| {
         let (began, cpu) = (Instant::now(), cpu_seconds());
@@ -49,7 +50,8 @@ fn by_turns(mut ours: impl FnMut(), mut theirs: impl FnMut()) -> ([f64; 2], f64)
     (best, ratios[RUNS / 2])
 }
 
-/// Time that this thread, which does all the work, was on a CPU, where Linux tells it: others that want the CPU do not count.
+/// Time that this thread, which does all the work, was on a CPU, where Linux tells it: others that want the CPU do not
+/// count.
 fn cpu_seconds() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     let nanoseconds: f64 = text.split_whitespace().next()?.parse().ok()?;

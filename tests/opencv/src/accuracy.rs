@@ -1,8 +1,8 @@
 //! RMS errors of matchers on the same pairs, whose sub-pixel shifts are known exactly.
 //!
-//! All errors are taken at the nodes that our matching calls valid and, for the stereo matchers, that they do too. OpenCV's
-//! dense flow and phase correlation get f32 on 0..255; its sparse flow and its stereo matchers take 8 bits only, and get the whole
-//! range.
+//! All errors are taken at the nodes that our matching calls valid and, for the stereo matchers, that they do too.
+//! OpenCV's dense flow and phase correlation get f32 on 0..255; its sparse flow and its stereo matchers take 8 bits
+//! only, and get the whole range.
 
 use opencv::Result;
 use opencv::calib3d::{StereoBM, StereoSGBM, StereoSGBM_MODE_SGBM};
@@ -21,8 +21,8 @@ use crate::{Change, pair};
 
 /// Side of the window of our matching, Farneback and `StereoBM`, px.
 pub const WINDOW_PX: usize = 21;
-/// Block of `StereoSGBM`, px: with its smallest penalties (2 and 5) the best of 3, 5, 11 and 21 on these pairs; larger penalties
-/// erred more at 5 and 21.
+/// Block of `StereoSGBM`, px: with its smallest penalties (2 and 5) the best of 3, 5, 11 and 21 on these pairs; larger
+/// penalties erred more at 5 and 21.
 const SGBM_BLOCK_PX: i32 = 11;
 /// Iterations a level of Farneback: the usual few, and many.
 pub const FARNEBACK_ITERATIONS: [i32; 2] = [3, 10];
@@ -35,7 +35,7 @@ const SHIFTS: [[f64; 2]; 4] = [[0.25, -0.4], [1.37, 0.61], [-2.4, 2.4], [-0.83, 
 /// Shifts along the rows, px.
 const STEREO_SHIFTS: [f64; 4] = [0.3, -1.45, 2.4, -0.83];
 
-/// RMS errors along both axes, px an axis.
+/// RMS errors along both axes, px per axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Planar {
     /// Our matching.
@@ -256,7 +256,8 @@ pub fn stereo(change: Change) -> Result<Stereo> {
     })
 }
 
-/// Shifts from OpenCV's 16-bit disparities, 1/16 px, which count to the left; `None` below the smallest, which means none.
+/// Shifts from OpenCV's 16-bit disparities, 1/16 px, which count to the left; `None` below the smallest, which means
+/// none.
 fn sixteenths(
     a: &Mat,
     b: &Mat,

@@ -52,8 +52,8 @@ pub const CHANGES: [Change; 3] = [
     },
 ];
 
-/// White noise blurred by [`BLUR_PX`], and the same moved right and down by `shift_px` in the Fourier domain and changed.
-/// `side` is odd.
+/// White noise blurred by [`BLUR_PX`], and the same moved right and down by `shift_px` in the Fourier domain and
+/// changed. `side` is odd.
 pub fn pair(side: usize, seed: u64, shift_px: [f64; 2], change: Change) -> [Image; 2] {
     let texture = Texture::white(side, side, seed);
     let still = texture.render(BLUR_PX, [0.0, 0.0], None);

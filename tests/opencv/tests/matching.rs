@@ -88,7 +88,8 @@ fn surfaces_of_the_correlation_are_those_of_match_template() {
     }
 }
 
-/// The refinement moves a match by less than half a pixel where the shift is near whole, so its rounded result is the whole-pixel one.
+/// The refinement moves a match by less than half a pixel where the shift is near whole, so its rounded result is the
+/// whole-pixel one.
 #[test]
 fn whole_pixel_matches_are_those_of_match_template() {
     let (mut nodes, mut valid) = (0, 0);

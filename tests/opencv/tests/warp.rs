@@ -18,8 +18,8 @@ const BORDERS: [Border; 5] = [
     Border::Constant(0.3),
 ];
 
-/// Positions that f32 holds, from `margin` px outside of a picture to as far outside on the other side; each 16th on the tie of
-/// two 32nds.
+/// Positions that f32 holds, from `margin` px outside of a picture to as far outside on the other side; each 16th on
+/// the tie of two 32nds.
 fn positions(seed: u64, [width, height]: [usize; 2], margin: f64) -> Map {
     let (columns, rows) = (128, 96);
     let draws = uniform(seed, 2 * columns * rows);
@@ -102,7 +102,8 @@ fn at_free_positions_they_differ_by_no_more_than_opencvs_rounding() {
         let ((x, y), (used_x, used_y)) = (map.row(row), used.row(row));
         for column in 0..map.width() {
             let i = row * map.width() + column;
-            // The slope half-way between the two positions, where the mean value theorem's third-order rest is below the allowance.
+            // The slope half-way between the two positions, where the mean value theorem's third-order rest is below
+            // the allowance.
             let middle = [
                 0.5 * (x[column] + used_x[column]),
                 0.5 * (y[column] + used_y[column]),

@@ -111,8 +111,8 @@ pub fn views(mosaic: &Image) -> Vec<Image> {
     quadpixel::image::views::split_views(mosaic, 2, 2)
 }
 
-/// Writes the specification's example of a `meta.json`, for 2 × 2 sub-pixels of `side` × `side` pixels and with the changes given,
-/// into `folder`.
+/// Writes the specification's example of a `meta.json`, for 2 × 2 sub-pixels of `side` × `side` pixels and with the
+/// changes given, into `folder`.
 pub fn write_meta(folder: &Path, side: usize, change: impl Fn(&mut serde_json::Value)) {
     let example = include_str!("../../../../datasets_spec/schema/meta.example.json");
     let mut meta: serde_json::Value = serde_json::from_str(example).unwrap();

@@ -105,7 +105,8 @@ pub fn meta(root: &Path, sample: usize) -> SampleMeta {
     serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
-/// What the check says where `bytes` are in the place of a file of sample 0 as a faulty writer would have put them: with their hash.
+/// What the check says where `bytes` are in the place of a file of sample 0 as a faulty writer would have put them:
+/// with their hash.
 pub fn findings_with(root: &Path, name: &str, bytes: &[u8]) -> Vec<String> {
     let path = format!("samples/000000/{name}");
     let places = [root.join(&path), root.join("dataset.json")];

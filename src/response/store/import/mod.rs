@@ -1,7 +1,8 @@
-//! Responses that were computed elsewhere: a CSV list of (θ, φ, sub-pixel, P), as commercial FDTD tools export it, becomes a table.
+//! Responses that were computed elsewhere: a CSV list of (θ, φ, sub-pixel, P), as commercial FDTD tools export it,
+//! becomes a table.
 //!
-//! The directions may lie on a grid or anywhere; the table's nodes are read from them by [`scattered`]. Beyond the largest angle of the
-//! file a node repeats what lies on its meridian there.
+//! The directions may lie on a grid or anywhere; the table's nodes are read from them by [`scattered`]. Beyond the
+//! largest angle of the file a node repeats what lies on its meridian there.
 
 mod csv;
 mod scattered;
@@ -24,8 +25,8 @@ use crate::response::{AngularResponse, Provenance, ResponseAxes, ResponseError, 
 const STEPS: i64 = 60;
 /// The table's end where the file goes further out.
 const LARGEST_COSINE: f64 = 0.8;
-/// The largest distance in (u, v) to the nearest direction: steps of 30° in φ at θ = 70° have it. More is a file that does not cover
-/// its cone.
+/// The largest distance in (u, v) to the nearest direction: steps of 30° in φ at θ = 70° have it. More is a file that
+/// does not cover its cone.
 const LARGEST_HOLE: f64 = 0.25;
 /// Directions nearer than this in (u, v) are the same one.
 const SAME: f64 = 1e-6;
@@ -47,10 +48,11 @@ pub(super) struct Sample {
 }
 
 impl AngularResponse {
-    /// Reads a CSV file. Its first line that is no `#` comment names the columns `theta_deg`, `phi_deg`, `subpixel`, `P`, in any
-    /// order, and `wavelength_nm` if there are several; commas, semicolons or tabs part them. P is the power absorbed by the
-    /// sub-pixel over `irradiance × pitch² × cos θ`, mean of both polarizations; light travels along
-    /// (sin θ cos φ, sin θ sin φ, −cos θ). `stack` tells the pitch, the sub-pixels, and how a lens shift moves the response.
+    /// Reads a CSV file. Its first line that is no `#` comment names the columns `theta_deg`, `phi_deg`, `subpixel`,
+    /// `P`, in any order, and `wavelength_nm` if there are several; commas, semicolons or tabs part them. P is the
+    /// power absorbed by the sub-pixel over `irradiance × pitch² × cos θ`, mean of both polarizations; light travels
+    /// along (sin θ cos φ, sin θ sin φ, −cos θ). `stack` tells the pitch, the sub-pixels, and how a lens shift moves
+    /// the response.
     ///
     /// # Errors
     /// A line and column that is no such thing, a direction without all sub-pixels, or directions that leave a hole.

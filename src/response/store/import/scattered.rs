@@ -1,9 +1,9 @@
 //! A smooth function of (u, v) from values at scattered places: moving least squares.
 //!
-//! At each place a quadratic is fitted to the nearest [`NEIGHBOURS`] samples with weights `(1 − d/R)² / (d² + ε²)` (Lancaster &
-//! Salkauskas, Math. Comp. 37, 141 (1981)), d the distance and R that of the first sample left out; its value there is the
-//! answer. So quadratics come back exactly, samples nearly so, and where samples do not determine a quadratic (few of them, or in a
-//! line) a plane is fitted, or their mean taken.
+//! At each place a quadratic is fitted to the nearest [`NEIGHBOURS`] samples with weights `(1 − d/R)² / (d² + ε²)`
+//! (Lancaster & Salkauskas, Math. Comp. 37, 141 (1981)), d the distance and R that of the first sample left out; its
+//! value there is the answer. So quadratics come back exactly, samples nearly so, and where samples do not determine a
+//! quadratic (few of them, or in a line) a plane is fitted, or their mean taken.
 
 use super::Sample;
 
@@ -83,7 +83,8 @@ impl Scattered {
                 }
             }
         }
-        // Each unknown by its own size, so that pivots can be compared: the value itself is pinned far harder than the curvature.
+        // Each unknown by its own size, so that pivots can be compared: the value itself is pinned far harder than the
+        // curvature.
         let size: Vec<f64> = (0..terms).map(|i| m[i * columns + i].sqrt()).collect();
         for i in 0..terms {
             for j in 0..columns {

@@ -38,7 +38,8 @@ fn ideal(subpixels: Subpixels, cone_f_number: f64) -> ChiefRayShifts {
 fn a_narrow_cone_is_shared_where_its_chief_ray_lands_between_the_sub_pixels() {
     for subpixels in [Subpixels::QUAD, Subpixels::DUAL_X, Subpixels::DUAL_Y] {
         let map = ideal(subpixels, 32.0);
-        // At a node, between nodes (the cubic through 10° steps of a function that is nearly linear in sin θ), and in every octant.
+        // At a node, between nodes (the cubic through 10° steps of a function that is nearly linear in sin θ), and in
+        // every octant.
         for (theta, bound) in [(20.0, 1e-3), (14.0, 4e-3), (27.0, 4e-3)] {
             for phi in [0.0, 10.0, 45.0, 100.0, 190.0, 291.0, -22.5] {
                 let [u, v] = direction_cosines(theta, phi);

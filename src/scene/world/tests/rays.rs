@@ -31,7 +31,8 @@ fn ball(rings: usize, centre: DVec3, stretch: DVec3) -> WorldDescription {
 
 #[test]
 fn no_ray_leaves_a_closed_body_through_an_edge_or_a_vertex() {
-    // Large, far from the origin and flat: the worst for rounding. Instances are baked, so the vertices are f32 in the camera frame.
+    // Large, far from the origin and flat: the worst for rounding. Instances are baked, so the vertices are f32 in the
+    // camera frame.
     for (stretch, centre) in [
         (DVec3::splat(1.0), DVec3::ZERO),
         (DVec3::splat(3000.0), DVec3::new(500.0, 0.0, -8000.0)),
@@ -99,7 +100,8 @@ fn plain(triangles: &[[DVec3; 3]], ray: &Ray) -> Option<f64> {
 
 #[test]
 fn the_nearest_hit_is_that_of_a_plain_search() {
-    // Scattered shapes, one mesh with enough triangles and instances to have a tree of its own, mirrored and sheared ones among them.
+    // Scattered shapes, one mesh with enough triangles and instances to have a tree of its own, mirrored and sheared
+    // ones among them.
     let mut world = WorldDescription {
         materials: vec![Material::default()],
         ..WorldDescription::default()

@@ -1,5 +1,5 @@
-//! Draws sample `index`'s recipe from the configuration. Every number is a hash of (seed, index, what it is for): it does
-//! not depend on the other samples, their order or their number.
+//! Draws sample `index`'s recipe from the configuration. Every number is a hash of (seed, index, what it is for): it
+//! does not depend on the other samples, their order or their number.
 
 mod optics;
 mod readout;

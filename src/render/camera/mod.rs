@@ -1,4 +1,5 @@
-//! A camera ready to render: the lens at each channel's wavelengths, its pupils over the window, the sensor, the response.
+//! A camera ready to render: the lens at each channel's wavelengths, its pupils over the window, the sensor, the
+//! response.
 
 mod reduced;
 
@@ -149,8 +150,8 @@ impl Camera {
         })
     }
 
-    /// Bare pixels without a main lens at the origin of the camera frame, looking at `target` (z < 0): the camera of the paper's validation
-    /// experiments (section 2.2.2). Its microlenses are centred.
+    /// Bare pixels without a main lens at the origin of the camera frame, looking at `target` (z < 0): the camera of
+    /// the paper's validation experiments (section 2.2.2). Its microlenses are centred.
     ///
     /// # Errors
     /// A response of other sub-pixels than the sensor's.
@@ -182,7 +183,8 @@ impl Camera {
         })
     }
 
-    /// The camera with all its microlenses out of place by the same (x, y), sensor frame: the error of aligning their mask.
+    /// The camera with all its microlenses out of place by the same (x, y), sensor frame: the error of aligning their
+    /// mask.
     pub fn with_microlens_offset_um(self, offset_um: DVec2) -> Self {
         Self {
             microlens_offset_um: offset_um,
@@ -216,8 +218,8 @@ impl Camera {
     pub fn focus_distance_mm(&self) -> f64 {
         self.focus_distance_mm
     }
-    /// By how much each of `rays` rays' share of a pixel grows with distance in front of the lens, mm a mm: the pixel's angle over √rays. 0 for bare
-    /// pixels.
+    /// By how much each of `rays` rays' share of a pixel grows with distance in front of the lens, mm per mm: the
+    /// pixel's angle over √rays. 0 for bare pixels.
     pub(super) fn ray_spread(&self, rays: usize) -> f32 {
         let angle = |p: &Paraxial| self.sensor.pitch_mm() / p.efl_mm.abs();
         let angle = self.paraxial.as_ref().map_or(0.0, angle);
@@ -243,7 +245,8 @@ impl Camera {
     pub(super) fn colours(&self) -> &Colours {
         &self.colours
     }
-    /// Slope (dx/dz, dy/dz), camera frame, of the chief ray of a sensor position at the reference wavelength; `None` where there is none.
+    /// Slope (dx/dz, dy/dz), camera frame, of the chief ray of a sensor position at the reference wavelength; `None`
+    /// where there is none.
     pub(super) fn chief_slope(&self, xy_mm: DVec2) -> Option<DVec2> {
         let system = self.system(ChannelWavelengths::REFERENCE);
         self.reference_tracer.chief_slope(system, xy_mm)
@@ -255,8 +258,8 @@ impl Camera {
             Pupils::Fixed(ellipse) => Some(*ellipse),
         }
     }
-    /// The part of the window whose chief rays lie beyond those that the response's shifts were found for: the shift of the last one is
-    /// taken there.
+    /// The part of the window whose chief rays lie beyond those that the response's shifts were found for: the shift of
+    /// the last one is taken there.
     pub fn chief_rays_beyond(&self) -> f64 {
         self.chief_rays_beyond
     }
@@ -284,8 +287,8 @@ fn same_subpixels(response: &Response, sensor: &Sensor) -> Result<(), CameraErro
     })
 }
 
-/// The lens at the shortest and the longest wavelength that is traced as well, if they are not among `systems`: every bundle between
-/// them lies within their bounds.
+/// The lens at the shortest and the longest wavelength that is traced as well, if they are not among `systems`: every
+/// bundle between them lies within their bounds.
 fn with_ends(
     lens: &Lens,
     systems: &[OpticalSystem],

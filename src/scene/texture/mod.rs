@@ -3,9 +3,9 @@
 //! Coordinates: s to the right, t **down**, both in [0, 1] over the whole raster; the centre of texel (i, j) is at
 //! ((i + 0.5)/W, (j + 0.5)/H). Between centres the value is bilinear; beyond the outermost centres it is the border's.
 //!
-//! Storage is one f32 plane a channel, one for a grey texture. Measured at 4096² with rays near one spot, a channel's lookup
-//! costs 5 ns with f32, 20 % more with 16-bit texels, and three planes are no slower than interleaved RGB; the checked
-//! slice costs 1.4 ns of the 5, which does not pay for unsafe code. A guard column and row repeat the border,
+//! Storage is one f32 plane a channel, one for a grey texture. Measured at 4096² with rays near one spot, a channel's
+//! lookup costs 5 ns with f32, 20 % more with 16-bit texels, and three planes are no slower than interleaved RGB; the
+//! checked slice costs 1.4 ns of the 5, which does not pay for unsafe code. A guard column and row repeat the border,
 //! so that the four taps need no clamping of their own.
 
 use crate::scene::mip::Halving;
@@ -75,8 +75,8 @@ impl Texture {
     /// Longest side accepted.
     pub const MAX_SIDE_PX: usize = 16384;
 
-    /// Evaluates `f(column, row)` at every texel; C = 1 is grey, C = 3 is RGB. Rows run in parallel, so `f` must depend on
-    /// its arguments only. Fails on a bad size, channel count or value.
+    /// Evaluates `f(column, row)` at every texel; C = 1 is grey, C = 3 is RGB. Rows run in parallel, so `f` must depend
+    /// on its arguments only. Fails on a bad size, channel count or value.
     pub fn from_fn<const C: usize>(
         width: usize,
         height: usize,
@@ -265,8 +265,8 @@ impl Texture {
         }
     }
 
-    /// RGB averaged over about `footprint_texels` (side of a square, in texels of the full raster) around (s, t): trilinear
-    /// between the levels of a box-filtered pyramid (Williams, SIGGRAPH 1983), which the first call builds.
+    /// RGB averaged over about `footprint_texels` (side of a square, in texels of the full raster) around (s, t):
+    /// trilinear between the levels of a box-filtered pyramid (Williams, SIGGRAPH 1983), which the first call builds.
     pub fn sample_footprint(&self, s: f32, t: f32, footprint_texels: f32) -> [f32; 3] {
         if footprint_texels.is_nan() || footprint_texels <= 1.0 {
             return self.sample_bilinear(s, t);

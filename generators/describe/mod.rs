@@ -201,16 +201,17 @@ fn sensor(recipe: &Recipe, camera: &Camera) -> spec::Sensor {
     }
 }
 
-/// The pinhole that the lens paraxially is. With the entrance pupil at z_e and the exit pupil D in front of the sensor, a point at
-/// depth Z and height X images at X · f_px/(Z + z_e); f_px follows from the magnification at the focused depth.
+/// The pinhole that the lens paraxially is. With the entrance pupil at z_e and the exit pupil D in front of the sensor,
+/// a point at depth Z and height X images at X · f_px/(Z + z_e); f_px follows from the magnification at the focused
+/// depth.
 fn intrinsics(camera: &Camera) -> spec::Intrinsics {
     let p = camera
         .paraxial()
         .copied()
         .unwrap_or_else(|| unreachable!("a camera with a lens"));
     let sensor = camera.sensor();
-    // A chief ray of slope m in object space leaves the exit pupil with slope m · (pupil magnification)⁻¹ (Lagrange), so
-    // the height on the sensor is m · D / magnification.
+    // A chief ray of slope m in object space leaves the exit pupil with slope m · (pupil magnification)⁻¹ (Lagrange),
+    // so the height on the sensor is m · D / magnification.
     let magnification = p.exit_pupil_semi_mm / p.entrance_pupil_semi_mm;
     let focal_mm = (camera.sensor_z_mm() - p.exit_pupil_z_mm) / magnification;
     let focal_px = focal_mm / sensor.pitch_mm();

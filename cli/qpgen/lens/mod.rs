@@ -129,8 +129,8 @@ impl Which {
 /// Runs `qpgen lens`; tables and JSON go to stdout.
 ///
 /// # Errors
-/// [`CommandError::Input`] for a lens that does not exist or cannot be, [`CommandError::Failed`] for a picture that cannot be
-/// written or a lens that differs from its own figures.
+/// [`CommandError::Input`] for a lens that does not exist or cannot be, [`CommandError::Failed`] for a picture that
+/// cannot be written or a lens that differs from its own figures.
 pub fn run(args: LensArgs) -> Result<(), CommandError> {
     match args.command {
         LensCommand::List { json } => list(json),

@@ -1,8 +1,8 @@
 //! OpenEXR files with named layers: linear floats with no transfer function.
 //!
 //! Layers of one size lie in a single part as channel names with a prefix (`A.R`, `A.G`, `A.B`), which every reader
-//! understands; an unnamed layer's channels have no prefix (`R`, `G`, `B`). The bytes depend on the content alone: no date,
-//! no host, one thread.
+//! understands; an unnamed layer's channels have no prefix (`R`, `G`, `B`). The bytes depend on the content alone: no
+//! date, no host, one thread.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -81,7 +81,8 @@ pub fn write_layers(
 /// The bytes of [`write_layers`]; `path` is for messages only.
 ///
 /// # Errors
-/// [`ImageError::Shape`] for layers that do not fit each other, [`ImageError::HalfOverflow`] for a value too large for half precision, [`ImageError::Encode`] for what the encoder refuses.
+/// [`ImageError::Shape`] for layers that do not fit each other, [`ImageError::HalfOverflow`] for a value too large for
+/// half precision, [`ImageError::Encode`] for what the encoder refuses.
 pub fn encode_layers(
     path: &Path,
     layers: &[Layer<'_>],
@@ -189,7 +190,8 @@ fn samples_of(
     }
 }
 
-/// Reads every layer of a file, all samples as f32 (exact for half and float). Layers stand in the order of their names.
+/// Reads every layer of a file, all samples as f32 (exact for half and float). Layers stand in the order of their
+/// names.
 ///
 /// Errors: not an EXR file, a truncated one, deep data, sub-sampled channels.
 ///

@@ -1,9 +1,7 @@
 //! Sub-pixel matching against exact truth, the Cramér-Rao bound and the pictures that go wrong.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
-#[path = "matching/score.rs"]
 mod score;
-#[path = "matching/texture.rs"]
 mod texture;
 
 use quadpixel::image::Image;
@@ -49,8 +47,8 @@ fn worst(map: &DisparityMap, shift: [f64; 2]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Where `map` is not as the picture's rim says it must be: a node is valid if the window at its true shift lies in B with the
-/// taps of its interpolation (3 pixels before, 4 after), and outside otherwise.
+/// Where `map` is not as the picture's rim says it must be: a node is valid if the window at its true shift lies in B
+/// with the taps of its interpolation (3 pixels before, 4 after), and outside otherwise.
 fn strange_nodes(
     map: &DisparityMap,
     size: [usize; 2],
@@ -255,8 +253,8 @@ fn saturated_patches_are_left_out_and_spoil_nothing_beside_them() {
 
 #[test]
 fn unequal_blur_costs_no_more_than_is_documented() {
-    // A's point spread is a Gaussian of σ = 0.85 px, full width at half maximum 2.0 px. The limits are the documented errors and
-    // a tenth more, for the texture at hand.
+    // A's point spread is a Gaussian of σ = 0.85 px, full width at half maximum 2.0 px. The limits are the documented
+    // errors and a tenth more, for the texture at hand.
     let texture = Texture::white(151, 151, 3);
     let a = texture.render(BLUR_PX, [0.0, 0.0], None);
     let shift = [0.4, -0.7];

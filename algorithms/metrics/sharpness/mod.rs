@@ -6,8 +6,8 @@
 //! De = #{|F| > max|F| / 1000} / (M N)
 //! ```
 //!
-//! max|F| is as a rule that of the mean, so De does not see a gain but does see an offset, and falls with the size: compare
-//! equal crops only. It is a count; codes may differ by a few where |F| lies on the threshold.
+//! max|F| is as a rule that of the mean, so De does not see a gain but does see an offset, and falls with the size:
+//! compare equal crops only. It is a count; codes may differ by a few where |F| lies on the threshold.
 //!
 //! **Wee** (C.-Y. Wee and R. Paramesran, ICSP 2008, 840): with f = scale · I, M rows and N columns,
 //!
@@ -15,8 +15,8 @@
 //! E = Σf² or √Σf²,   g = f/E − mean(f/E),   S = g gᵀ/(N − 1),   Wee = Σ of the k largest λ(S) or λ(S)²
 //! ```
 //!
-//! λ = σ²/(N − 1) from the singular values σ of g; S is never formed, which would halve the digits. Over all k the plain sum is
-//! the trace, Σ(f − mean)²/(E² (N − 1)).
+//! λ = σ²/(N − 1) from the singular values σ of g; S is never formed, which would halve the digits. Over all k the
+//! plain sum is the trace, Σ(f − mean)²/(E² (N − 1)).
 //!
 //! **Gradient**: mean of √(Gx² + Gy²) of scale · I, by one of the [`GradientKernel`]s.
 //!
@@ -80,7 +80,8 @@ pub struct Sharpness {
     pub de_count: usize,
     /// Wee's sum; 0 for a constant image and for one column.
     pub wee: f64,
-    /// Mean gradient magnitude, in units of the scaled image a pixel; 0 for a constant image, and for Sobel on fewer than 3 rows or columns.
+    /// Mean gradient magnitude, in units of the scaled image a pixel; 0 for a constant image, and for Sobel on fewer
+    /// than 3 rows or columns.
     pub gradient: f64,
 }
 

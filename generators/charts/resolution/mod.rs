@@ -1,10 +1,11 @@
-//! A resolution chart in the manner of ISO 12233 (drawn anew): hyperbolic wedges, slanted squares, zone plates, line blocks and labels.
+//! A resolution chart in the manner of ISO 12233 (drawn anew): hyperbolic wedges, slanted squares, zone plates, line
+//! blocks and labels.
 //!
 //! ```text
 //! ▲ ╲  block ZONE block  ╱ ▲     Positions are shares of the side, x right, y down.
 //!    ╲      ◇  |  ◇     ╱        LW/PH = line widths per picture height (light and dark lines both count):
-//!  block       |       block       f cycles a side = LW/PH / 2; a raster of N texels holds up to N LW/PH.
-//!  ZONE   ────( )────  ZONE      A wedge has a fixed number of lines; its frequency grows in proportion to the way along it.
+//!  block       |       block       f cycles per side = LW/PH / 2; a raster of N texels holds up to N LW/PH.
+//!  ZONE   ────( )────  ZONE      A wedge has a fixed number of lines; its frequency grows along it.
 //!  block       |       block     Lines beyond the raster's Nyquist limit are grey.
 //!    ╱      ◇  |  ◇     ╲
 //! ▲ ╱  block ZONE block  ╲ ▲
@@ -58,8 +59,8 @@ struct Label {
     middle: [f32; 2],
 }
 
-/// A wedge: the direction from the chart's middle along its lines (radians), and the distances from the middle (shares of the
-/// side) of its wide end, `start`, and its narrow one, `end`.
+/// A wedge: the direction from the chart's middle along its lines (radians), and the distances from the middle (shares
+/// of the side) of its wide end, `start`, and its narrow one, `end`.
 struct Wedge {
     angle: f32,
     start: f32,

@@ -28,7 +28,7 @@ use crate::field_error::FieldError;
 use crate::made_table::MadeTables;
 
 /// The default configuration, with comments.
-pub const DEFAULT_TOML: &str = include_str!("default.toml");
+pub const DEFAULT_TOML: &str = include_str!("../default.toml");
 
 /// A dataset.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,7 +59,7 @@ pub struct DatasetConfig {
     /// Below which `"auto"` leaves an effect out.
     #[serde(default, skip_serializing_if = "Tolerance::is_default")]
     pub tolerance: Tolerance,
-    /// Focus stacks; absent: a scene a sample.
+    /// Focus stacks; absent: a scene per sample.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<SweepConfig>,
     /// Sensor electronics: noisy captures beside the clean ones; absent: none.
@@ -142,7 +142,8 @@ pub enum ResponseConfig {
         /// Thickness of the layers; absent: as the pixels have it.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stack: Option<StackConfig>,
-        /// Lens shifts a pitch of a table of all lens shifts; absent: the table of the centred lens, moved along with the lens.
+        /// Lens shifts per pitch of a table of all lens shifts; absent: the table of the centred lens, moved along with
+        /// the lens.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         shifts: Option<usize>,
         /// How finely its table is made.

@@ -31,8 +31,8 @@ pub struct ResponseArgs {
     /// Sub-pixels, columns x rows, such as 2x1; absent: as the pixel says.
     #[arg(long)]
     subpixels: Option<String>,
-    /// Which microlens of a pixel with a mosaic of colour filters (such as 1.6um-bayer; models rcwa, fdtd): that of a colour; all: one
-    /// table per colour, from one simulation; absent: as the pixel says.
+    /// Which microlens of a pixel with a mosaic of colour filters (such as 1.6um-bayer; models rcwa, fdtd): that of a
+    /// colour; all: one table per colour, from one simulation; absent: as the pixel says.
     #[arg(long, value_enum)]
     colour: Option<ColourArg>,
     /// With --colour bands: number of wavelengths per channel.
@@ -48,14 +48,16 @@ pub struct ResponseArgs {
         default_value = "550"
     )]
     wavelength_nm: Vec<f64>,
-    /// Number of steps between simulated directions, from the normal to the table's end, along u and along v; absent: as the preset says.
+    /// Number of steps between simulated directions, from the normal to the table's end, along u and along v; absent:
+    /// as the preset says.
     #[arg(long)]
     grid: Option<usize>,
     /// The table's end: largest direction cosines |u| and |v|, such as 0.8; absent: as the preset says.
     #[arg(long)]
     cosine_max: Option<f64>,
-    /// Makes a table of all microlens shifts (5D), for sensors whose microlenses follow the chief ray: N shifts per pitch along x and along y,
-    /// even, 4 to 32. Exact from 4 n pitch / λ on, n of the layer above the silicon: 18 at 1.6 µm, 30 at 2.8 µm and 550 nm.
+    /// Makes a table of all microlens shifts (5D), for sensors whose microlenses follow the chief ray: N shifts per
+    /// pitch along x and along y, even, 4 to 32. Exact from 4 n pitch / λ on, n of the layer above the silicon: 18 at
+    /// 1.6 µm, 30 at 2.8 µm and 550 nm.
     #[arg(long, value_name = "N", conflicts_with = "theta_deg")]
     shifts: Option<usize>,
     /// With --shifts: F-number of the cone of light that the sub-pixels share equally.
@@ -72,8 +74,8 @@ pub struct ResponseArgs {
         allow_negative_numbers = true
     )]
     phi_deg: Vec<f64>,
-    /// Makes the table of a CSV file of another tool, with the columns theta_deg, phi_deg, subpixel, P (and wavelength_nm, if there
-    /// are several).
+    /// Makes the table of a CSV file of another tool, with the columns theta_deg, phi_deg, subpixel, P (and
+    /// wavelength_nm, if there are several).
     #[arg(long, value_name = "CSV", conflicts_with = "theta_deg")]
     import: Option<PathBuf>,
     /// With --import: the file holds a part of the directions; the pixel's symmetry gives the others.

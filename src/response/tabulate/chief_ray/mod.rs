@@ -1,9 +1,10 @@
-//! The lens shift that each chief ray needs (section 2.1.4 of Chataignier et al., Opt. Express 27, 30486 (2019)): the sub-pixels share the
-//! light of its cone equally.
+//! The lens shift that each chief ray needs (section 2.1.4 of Chataignier et al., Opt. Express 27, 30486 (2019)): the
+//! sub-pixels share the light of its cone equally.
 //!
 //! With the sub-pixels' centres x_i (in parts of the pitch) and P_i averaged over the cone, the shift s solves
-//! `Σ P_i x_i = 0, Σ P_i y_i = 0`: left and right halves equal, and top and bottom. The cone is a disk of radius 1/(2F) in (u, v)
-//! about the chief ray (there `du dv = cos θ dΩ`, the irradiance). An axis that is not parted takes the moving frame's shift.
+//! `Σ P_i x_i = 0, Σ P_i y_i = 0`: left and right halves equal, and top and bottom. The cone is a disk of radius 1/(2F)
+//! in (u, v) about the chief ray (there `du dv = cos θ dΩ`, the irradiance). An axis that is not parted takes the
+//! moving frame's shift.
 
 use rayon::prelude::*;
 

@@ -1,5 +1,6 @@
-//! A recipe: everything that makes one sample, fully drawn. `qpgen render` reads one from TOML; `qpgen dataset` draws many from
-//! its configuration and records each in the sample's metadata, so that any sample can be rendered again alone.
+//! A recipe: everything that makes one sample, fully drawn. `qpgen render` reads one from TOML; `qpgen dataset` draws
+//! many from its configuration and records each in the sample's metadata, so that any sample can be rendered again
+//! alone.
 
 mod error;
 
@@ -41,8 +42,8 @@ pub struct Recipe {
     /// A world of meshes in the place of cards.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub world: Option<WorldRecipe>,
-    /// Depth in focus at which the cards that fill the window, or lie in parts of it, are laid out, mm; absent: the lens's own. All of a
-    /// focus stack share one, so that they see one scene.
+    /// Depth in focus at which the cards that fill the window, or lie in parts of it, are laid out, mm; absent: the
+    /// lens's own. All of a focus stack share one, so that they see one scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub framing_focus_mm: Option<f64>,
     /// Linear RGB radiance of everything beside the cards.
@@ -101,7 +102,8 @@ pub struct LensRecipe {
     /// Surfaces whose radius or glass is not as prescribed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub deviations: Vec<Deviation>,
-    /// How far the sensor stands behind (+) where `focus_mm` is in focus, µm; it comes no nearer than where infinity is in focus.
+    /// How far the sensor stands behind (+) where `focus_mm` is in focus, µm; it comes no nearer than where infinity is
+    /// in focus.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub focus_error_um: f64,
 }
@@ -178,7 +180,8 @@ pub enum ResponseRecipe {
         /// Factor on the thickness of every flat layer between lens and silicon.
         #[serde(default = "one", skip_serializing_if = "is_one")]
         stack_scale: f64,
-        /// Lens shifts per pitch of a table of all lens shifts; absent: the table of the centred lens, moved along with the lens.
+        /// Lens shifts per pitch of a table of all lens shifts; absent: the table of the centred lens, moved along with
+        /// the lens.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         shifts: Option<usize>,
         /// How finely its table is made.
