@@ -118,19 +118,19 @@ fn impossible_values_are_named_with_what_is_allowed() {
         (
             "/surfaces/1/coefficients",
             json!({"5": 0.1}),
-            "coefficients[\"5\"] = 0.1",
+            "coefficients[\"5\"] is 0.1",
         ),
         (
             "/surfaces/1/coefficients",
             json!({"22": 0.1}),
-            "coefficients[\"22\"] = 0.1",
+            "coefficients[\"22\"] is 0.1",
         ),
         (
             "/surfaces/1/coefficients",
             json!({"x": 0.1}),
-            "coefficients[\"x\"] = 0.1",
+            "coefficients[\"x\"] is 0.1",
         ),
-        ("/surfaces", json!([]), "surfaces = []"),
+        ("/surfaces", json!([]), "surfaces is []"),
         ("/surfaces", json!(7), "surfaces"),
     ];
     for (pointer, value, expected) in cases {
@@ -222,8 +222,8 @@ fn sellmeier_coefficients_in_a_file_take_the_place_of_nd_and_vd() {
 #[test]
 fn folds_that_stand_in_glass_or_behind_the_lens_are_refused() {
     for (after, distance, expected) in [
-        (json!(1), json!(0.1), "fold.after_surface = 1"),
-        (json!(99), json!(0.1), "fold.after_surface = 99"),
+        (json!(1), json!(0.1), "fold.after_surface is 1"),
+        (json!(99), json!(0.1), "fold.after_surface is 99"),
         (json!(2), json!(-1.0), "fold.distance_mm is -1"),
     ] {
         let mut file: Value = serde_json::from_str(GOOD).unwrap();

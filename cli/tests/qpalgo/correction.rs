@@ -183,6 +183,8 @@ fn another_camera_a_broken_file_and_a_bare_wall_are_refused_without_output() {
     let whole = std::fs::read(here.join("camera.json")).unwrap();
     std::fs::write(here.join("camera.json"), &whole[..whole.len() / 2]).unwrap();
     refused(&apply("raw.exr", "2x2", "1.6"), "camera.json");
+    // A broken camera.json beside a capture would be refused as the camera's description.
+    std::fs::write(here.join("camera.json"), &whole).unwrap();
     write_exr(&here.join("raw.exr"), &Image::zeros(2 * SIDE, 2 * SIDE, 3));
     refused(&[&CALIBRATE[..], &["no"]].concat(), "textured");
 }

@@ -65,8 +65,8 @@ fn valid_so_far(out: &Path, whole: &Path) -> usize {
     for (name, bytes) in &there {
         assert!(whole.get(name) == Some(bytes), "{name}");
     }
-    assert_eq!(there.len() % 11, 0, "{:?}", there.keys());
-    there.len() / 11
+    assert_eq!(there.len() % 12, 0, "{:?}", there.keys());
+    there.len() / 12
 }
 
 #[test]

@@ -70,7 +70,7 @@ fn bad_lenses_end_with_2_and_unwritable_pictures_with_1() {
     .unwrap();
     let cases: [(&[&str], i32, &str); 6] = [
         (&["info", "no_such_lens"], 2, "no_such_lens"),
-        (&["info", "bad.json"], 2, "surfaces = []"),
+        (&["info", "bad.json"], 2, "surfaces is []"),
         (&["info", "missing.zmx"], 2, "missing.zmx"),
         (&["info", "--f-number", "1"], 2, "f_number is 1"),
         (&["spots", "--focus-mm", "2"], 2, "distance_mm is 2"),

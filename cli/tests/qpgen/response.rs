@@ -161,9 +161,9 @@ fn an_exported_response_comes_back_by_import_and_serves_a_dataset() {
 
     // No dataset begins hours of FDTD or of Fourier modes unasked.
     for model in ["fdtd", "rcwa"] {
-        let model = format!("{model:?}");
+        let quoted = format!("{model:?}");
         let values = [
-            ("response.model", model.as_str()),
+            ("response.model", quoted.as_str()),
             ("response.pixels", "[\"3.5um-thin-filter\"]"),
         ];
         let config = with_values(DEFAULT_TOML, &values);
