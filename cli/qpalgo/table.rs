@@ -17,8 +17,8 @@ use quadpixel_algorithms::table::{self, Entry, Row, RowError, TableList, csv, ma
 /// Arguments of `qpalgo table`.
 #[derive(Clone, Debug, Args)]
 pub struct TableArgs {
-    /// TOML with one [[row]] per measurement: setup, position, calibration, capture (samples' folders, relative to the
-    /// list).
+    /// TOML with one `[[row]]` per measurement: setup, position, calibration, capture (samples' folders, relative to
+    /// the list).
     list: PathBuf,
     /// Folder to write: table.md and table.csv.
     #[arg(long, short)]

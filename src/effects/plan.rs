@@ -44,7 +44,7 @@ pub struct Decision {
 
 impl Decision {
     /// Enters it into the ledger of a sample, where the effect is there. What an image without it lacks is entered by
-    /// [`Self::enter_absent`].
+    /// `enter_absent`.
     pub fn enter(&self, ledger: &mut Effects, tolerance: &Tolerance) {
         let errors = self.estimate.map_or(Vec::new(), |e| e.errors());
         match self.verdict {

@@ -245,7 +245,7 @@ impl dyn PixelSolver + '_ {
         self.on_period_watched(u, v, &|_| ())
     }
 
-    /// [`Self::on_period`], and tells how far a solver in time has come.
+    /// `on_period`, and tells how far a solver in time has come.
     ///
     /// # Errors
     /// As there.
@@ -264,7 +264,7 @@ impl dyn PixelSolver + '_ {
         first.ok_or_else(|| SolverError::value("answers", 0, "one per plane wave"))
     }
 
-    /// [`Self::on_period`] of the microlens of the pixel's colour ([`Light::on_microlens`]).
+    /// `on_period` of the microlens of the pixel's colour ([`Light::on_microlens`]).
     ///
     /// # Errors
     /// As there.

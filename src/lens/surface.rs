@@ -65,7 +65,7 @@ impl OpticalSurface {
 
     /// The point (local frame, mm) at which the local `ray` crosses the surface in the sense `travel`; `None` if it
     /// misses. The clear aperture stops nothing here; of several crossings it says which one counts (see
-    /// [`super::crossing`]).
+    /// `lens::crossing`).
     pub fn intersect(&self, ray: Ray, travel: Travel) -> Option<DVec3> {
         let (d, sign) = (ray.direction, travel.sign());
         // From the point nearest to the vertex: the numbers stay small, whatever the distance travelled.

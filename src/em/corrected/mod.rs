@@ -4,9 +4,9 @@
 //! P_i(u, v; s) ≈ (1 + β) W_i(u, v; s) + δ_i(u', v'; s)
 //! ```
 //! under a lens shift s, where (u', v') is (u, v) in the moving frame. W is the fast solver's P (the wave model's); β,
-//! one number, the part by which it is dim or bright; δ the Gaussian-process mean ([`fit`]) of what is left. The exact
+//! one number, the part by which it is dim or bright; δ the Gaussian-process mean (`fit`) of what is left. The exact
 //! runs are spread over the directions (and shifts) that symmetry leaves, each as far as can be from those before
-//! ([`design`]), so a fit with more runs uses all of one with fewer. The error is measured on runs left out, one at a
+//! (`design`), so a fit with more runs uses all of one with fewer. The error is measured on runs left out, one at a
 //! time; of few runs (six) this is too hopeful by a third or more, for ℓ and ν of the fit are chosen by it.
 
 mod design;
