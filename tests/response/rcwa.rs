@@ -5,10 +5,11 @@ use quadpixel::em::mosaic::FilterColour;
 use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::em::{Level, PixelModel, Preset};
 use quadpixel::response::{
-    AngularResponse, BuiltTable, Response, ResponseError, ShiftSettings, TablePlan, TableSettings,
-    build_table,
+    AngularResponse, BuiltTable, Response, ResponseCache, ResponseError, ShiftSettings, TablePlan,
+    TableSettings, build_table,
 };
 
+use quadpixel::shard::Shard;
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
 
 use crate::conformance::conforms;
@@ -126,6 +127,46 @@ fn the_tables_of_a_mosaic_are_those_of_its_colours() {
     let plan = TablePlan::new(&stack, &settings).unwrap();
     let e = plan.of_mosaic().unwrap_err();
     assert!(e.to_string().contains("mosaic is absent"), "{e}");
+}
+
+/// A killed build of a mosaic repeats nothing: what one part of two has done is used by the build of all colours, whose
+/// bits are those of one in one go, and which are kept.
+#[test]
+fn tables_of_a_mosaic_go_on_from_a_part_and_are_kept() {
+    let mut stack = PixelStack::builtin("1.6um-bayer").unwrap();
+    (stack.pitch_um, stack.silicon_um) = (0.6, 0.5);
+    (stack.lens.radius_um, stack.lens.height_um) = (0.5, 0.5);
+    let settings = TableSettings {
+        model: PixelModel::Rcwa(RcwaSettings {
+            silicon_margin: 0.0,
+            lens_cutoff: 1.2,
+            slice_nm: 80.0,
+            ..RcwaSettings::draft()
+        }),
+        steps: 2,
+        refine: 1,
+        cosine_max: 0.6,
+        ..TableSettings::new(Level::Rcwa, Preset::Draft, &stack)
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let cache = ResponseCache::open(folder.path());
+    let plan = TablePlan::new(&stack, &settings)
+        .unwrap()
+        .of_mosaic()
+        .unwrap();
+    let half = Shard::new(1, 2).unwrap();
+    let part = cache.make_part(&plan, half, &|_, _| ()).unwrap();
+    let whole = cache.tables(&plan, &|_, _| ()).unwrap();
+    assert!(whole.warnings.is_empty(), "{:?}", whole.warnings);
+    for (i, built) in colours(&stack, &settings).into_iter().enumerate() {
+        let (table, report) = &whole.tables[i];
+        let report = report.as_ref().unwrap();
+        assert!(0 < part.runs && part.runs < report.runs);
+        assert_eq!(report.reused, part.runs);
+        assert_eq!(*table, built.table);
+    }
+    let again = cache.tables(&plan, &|_, _| ()).unwrap();
+    assert!(again.tables.iter().all(|(_, report)| report.is_none()));
 }
 
 /// Channels that are bands: each wavelength's values are those of the colour whose band it stands for.

@@ -5,14 +5,14 @@
 use std::error::Error;
 use std::time::Instant;
 
-use quadpixel_algorithms::disparity::{MatchSettings, match_images};
-use quadpixel_algorithms::warp::{Border, Lobes, Map, warp};
 use opencv::core::{Mat, get_version_string, set_num_threads};
 use opencv_checks::accuracy::{FARNEBACK_ITERATIONS, WINDOW_PX, farneback, planar, scaled, stereo};
 use opencv_checks::convert::{remap, to_map_mats, to_mat};
 use opencv_checks::{CHANGES, Change, pair, uniform};
 use quadpixel::image::Image;
 use quadpixel::simd::SimdLevel;
+use quadpixel_algorithms::disparity::{MatchSettings, match_images};
+use quadpixel_algorithms::warp::{Border, Lobes, Map, warp};
 
 const RUNS: usize = 9;
 

@@ -13,8 +13,8 @@ use opencv::core::{
 use opencv::prelude::*;
 use opencv::{imgproc, video};
 
-use quadpixel_algorithms::disparity::{Axes, MatchSettings, Verdict, match_images};
 use quadpixel::image::Image;
+use quadpixel_algorithms::disparity::{Axes, MatchSettings, Verdict, match_images};
 
 use crate::convert::{to_mat, to_mat_u8};
 use crate::{Change, pair};

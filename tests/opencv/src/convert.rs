@@ -7,8 +7,8 @@ use opencv::core::{
 use opencv::imgproc::{self, INTER_LANCZOS4};
 use opencv::prelude::*;
 
-use quadpixel_algorithms::warp::{Border, Map};
 use quadpixel::image::Image;
+use quadpixel_algorithms::warp::{Border, Map};
 
 /// A copy as f32 with the image's channels.
 pub fn to_mat(image: &Image) -> Result<Mat> {

@@ -1,7 +1,6 @@
 //! Matching against `matchTemplate`, and side by side with OpenCV's matchers on pairs whose shift is known.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
-use quadpixel_algorithms::disparity::{MatchSettings, Verdict, match_images, zncc_surfaces};
 use opencv::core::{Mat, Rect, no_array};
 use opencv::imgproc::{TM_CCOEFF_NORMED, match_template};
 use opencv::prelude::*;
@@ -9,6 +8,7 @@ use opencv_checks::accuracy::{WINDOW_PX, planar, stereo};
 use opencv_checks::convert::{samples, to_mat};
 use opencv_checks::{CHANGES, Change, pair};
 use quadpixel::image::Image;
+use quadpixel_algorithms::disparity::{MatchSettings, Verdict, match_images, zncc_surfaces};
 
 /// Largest shift searched, px.
 const SEARCH_PX: i32 = 4;

@@ -1,12 +1,12 @@
 //! De, Wee and the gradient against OpenCV's DFT, SVD and Sobel, in f64.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
-use quadpixel_algorithms::metrics::sharpness::{Plane, SharpnessSettings, sharpness};
 use opencv::core::{self, BORDER_DEFAULT, CV_64F, DFT_COMPLEX_OUTPUT, Mat, Point2d, SVD};
 use opencv::imgproc;
 use opencv::prelude::*;
 use opencv_checks::convert::to_mat_f64;
 use opencv_checks::{Change, pair, uniform};
+use quadpixel_algorithms::metrics::sharpness::{Plane, SharpnessSettings, sharpness};
 
 /// Width, height and values on 0..1: blurred texture, white noise, and a slope with a step.
 fn pictures() -> [(usize, usize, Vec<f64>); 3] {

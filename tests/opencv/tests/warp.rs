@@ -3,12 +3,12 @@
 
 use std::f64::consts::TAU;
 
-use quadpixel_algorithms::warp::{Border, Lobes, Map, plain, warp};
 use opencv::core::Mat;
 use opencv_checks::convert::{remap, samples, to_map_mats, to_mat};
 use opencv_checks::{Change, pair, uniform};
 use quadpixel::image::Image;
 use quadpixel::simd::SimdLevel;
+use quadpixel_algorithms::warp::{Border, Lobes, Map, plain, warp};
 
 const BORDERS: [Border; 5] = [
     Border::Replicate,
