@@ -2,16 +2,18 @@
 //!
 //! ```text
 //! config ─ draw ─▶ recipe ─ assemble ─▶ camera, scene ─ sample ─▶ images, truths ─ writer ─▶ dataset (datasets_spec)
+//!                          ▲                     ▲                         │
+//!                   charts, scenes        production: runs, parts    card, preview, plot
 //! ```
 //!
-//! A dataset is made by [`dataset::make`], from a configuration whose every field has a default. The library prints
-//! nothing: an [`observer`] hears how far it is, and may ask it to stop. Each error tells by `is_input` whether the
-//! caller can mend it.
+//! A dataset is made by [`production::dataset::make`], from a configuration whose every field has a default. The
+//! library prints nothing: an [`observer`] hears how far it is, and may ask it to stop. Each error tells by `is_input`
+//! whether the caller can mend it.
 //!
 //! ```
 //! use quadpixel::effects::Choice;
 //! use quadpixel_generators::config::{DEFAULT_TOML, DatasetConfig, Draw, ResponseConfig};
-//! use quadpixel_generators::dataset::make;
+//! use quadpixel_generators::production::dataset::make;
 //! use quadpixel_generators::observer::{Event, Observer};
 //!
 //! struct Warnings;
@@ -45,31 +47,15 @@ pub mod assemble;
 pub mod card;
 pub mod charts;
 pub mod config;
-pub mod dataset;
 pub mod describe;
 pub mod draw;
-pub mod error;
-pub mod estimate;
 pub mod export;
 pub mod field_error;
-pub mod field_of_view;
-pub mod folder_error;
-pub mod gallery;
-pub mod identity;
-pub mod ledger;
-pub mod made_table;
-pub mod merge;
-mod noisy;
 pub mod observer;
-pub mod planned;
 pub mod plot;
-pub mod preset;
 pub mod preview;
+pub mod production;
 pub mod recipe;
-pub mod recipes;
-pub mod run_folder;
 pub mod sample;
 pub mod scenes;
-pub mod shifted_table;
-pub mod stages;
 pub mod writer;

@@ -13,8 +13,8 @@ use quadpixel::scene::coverage::CoverageError;
 use quadpixel::scene::texture::TextureError;
 use quadpixel::sensor::Subpixels;
 use quadpixel_generators::charts::ChartError;
-use quadpixel_generators::field_of_view::ViewError;
 use quadpixel_generators::recipe::RecipeError;
+use quadpixel_generators::scenes::field_of_view::ViewError;
 
 /// Why an experiment could not be made. [`Self::is_input`] tells whose fault it is.
 #[non_exhaustive]

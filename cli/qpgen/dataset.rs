@@ -10,10 +10,10 @@ use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 use quadpixel_cli::shard_env::ShardArgs;
 use quadpixel_cli::stop::Stop;
+use quadpixel_generators::config::preset::Preset;
 use quadpixel_generators::config::{DEFAULT_TOML, DatasetConfig};
-use quadpixel_generators::dataset;
-use quadpixel_generators::estimate;
-use quadpixel_generators::preset::Preset;
+use quadpixel_generators::production::dataset;
+use quadpixel_generators::production::estimate;
 
 /// Arguments of `qpgen dataset`.
 #[derive(Args)]

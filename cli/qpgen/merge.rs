@@ -6,7 +6,7 @@ use clap::Args;
 use quadpixel::command::CommandError;
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
-use quadpixel_generators::merge::merge;
+use quadpixel_generators::production::merge::merge;
 
 use crate::check;
 

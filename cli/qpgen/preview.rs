@@ -7,7 +7,7 @@ use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel_datasets::{DatasetManifest, paths};
 
-use quadpixel_generators::dataset::LICENCE;
+use quadpixel_generators::production::dataset::LICENCE;
 use quadpixel_generators::writer::rebuild_pages;
 
 /// Arguments of `qpgen preview`.

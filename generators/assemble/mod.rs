@@ -1,6 +1,7 @@
 //! From a recipe to the camera and the scene that it describes.
 
 mod responses;
+mod shifted_table;
 
 use std::sync::Arc;
 
@@ -16,9 +17,9 @@ use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel::units::MM_PER_UM;
 
 use crate::field_error::FieldError;
-use crate::field_of_view::{centre_at, covering};
 use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, RecipeError, WindowRecipe};
 use crate::scenes::WorldRecipe;
+use crate::scenes::field_of_view::{centre_at, covering};
 
 pub use responses::Responses;
 pub(crate) use responses::{shifted_to_make, wave_table};
@@ -215,7 +216,7 @@ fn plane(recipe: &PlaneRecipe, camera: &Camera) -> Result<TexturedPlane, RecipeE
 /// Where the middle ray of stored-image place (column, row) meets depth `distance_mm`.
 fn seen_at(camera: &Camera, column: f64, row: f64, distance_mm: f64) -> Result<DVec3, RecipeError> {
     let place = camera.sensor().position_mm(column, row);
-    crate::field_of_view::middle_ray(camera, place)
+    crate::scenes::field_of_view::middle_ray(camera, place)
         .and_then(|ray| trace_backward(camera.system(1), ray).ok())
         .map(|ray| {
             ray.origin_mm + (-distance_mm - ray.origin_mm.z) / ray.direction.z * ray.direction

@@ -14,9 +14,9 @@ use quadpixel::sensor::Subpixels;
 use quadpixel::spectrum::ChannelWavelengths;
 
 use super::{lens, pixel_stack};
-use crate::made_table::{MadeTable, one_colour};
+use crate::assemble::shifted_table::ShiftedTable;
+use crate::recipe::made_table::{MadeTable, one_colour};
 use crate::recipe::{Recipe, ResponseRecipe};
-use crate::shifted_table::ShiftedTable;
 
 /// Angular responses that several samples share, loaded or computed once.
 pub struct Responses {

@@ -1,6 +1,7 @@
 //! The data card: `README.md` in a dataset says what it holds, under which licence, and how its quantities are
 //! distributed, with plots. Of the samples' descriptions alone, so the same samples give the same bytes.
 
+pub mod gallery;
 mod histogram;
 
 use std::collections::BTreeMap;

@@ -4,8 +4,8 @@ use super::paint::Band;
 use ab_glyph::{Font, FontRef, InvalidFont, OutlineCurve, Point};
 use ab_glyph_rasterizer::{Rasterizer, point};
 
-/// Roboto Regular, printable ASCII; licence in `generators/fonts`.
-const FONT: &[u8] = include_bytes!("../fonts/Roboto-Regular-ascii.ttf");
+/// Roboto Regular, printable ASCII; licence in `generators/charts/fonts`.
+const FONT: &[u8] = include_bytes!("fonts/Roboto-Regular-ascii.ttf");
 
 /// One letter's coverage (0..1, row-major) with its upper left corner in texels of the canvas.
 pub(super) struct Letter {

@@ -1,9 +1,10 @@
 //! The configuration of a dataset: distributions from which each sample's [`Recipe`](crate::recipe::Recipe) is drawn.
 //!
-//! The default is the commented file `generators/default.toml`; `qpgen dataset --print-config` prints it.
+//! The default is the commented file `generators/config/default.toml`; `qpgen dataset --print-config` prints it.
 
 mod error;
 mod number;
+pub mod preset;
 mod readout;
 mod sweep;
 mod tolerances;
@@ -25,10 +26,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::charts::{ChartSpec, is_image};
 use crate::field_error::FieldError;
-use crate::made_table::MadeTables;
+use crate::recipe::made_table::MadeTables;
 
 /// The default configuration, with comments.
-pub const DEFAULT_TOML: &str = include_str!("../default.toml");
+pub const DEFAULT_TOML: &str = include_str!("default.toml");
 
 /// A dataset.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

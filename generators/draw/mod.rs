@@ -295,7 +295,7 @@ fn world(config: &WorldConfig, dice: &Dice, focus_mm: f64) -> WorldRecipe {
     }
 }
 
-/// The file whose turn it is, as this sample sees it. Its hash is [`crate::recipes::Recipes`]'s to add.
+/// The file whose turn it is, as this sample sees it. Its hash is [`crate::production::recipes::Recipes`]'s to add.
 fn file_world(config: &WorldFileConfig, dice: &Dice, focus_mm: f64) -> FileWorld {
     let one_of = |list: &[String], what| match list {
         [] => None,

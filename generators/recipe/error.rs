@@ -10,8 +10,8 @@ use quadpixel::response::ResponseError;
 
 use crate::charts::ChartError;
 use crate::field_error::FieldError;
-use crate::field_of_view::ViewError;
 use crate::scenes::SceneError;
+use crate::scenes::field_of_view::ViewError;
 
 /// Why a recipe cannot be read or drawn, or describes no camera and scene.
 #[non_exhaustive]

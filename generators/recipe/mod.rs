@@ -3,6 +3,7 @@
 //! alone.
 
 mod error;
+pub mod made_table;
 
 use std::path::Path;
 
@@ -18,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::charts::ChartSpec;
 use crate::charts::Mask;
-use crate::made_table::MadeTable;
+use crate::recipe::made_table::MadeTable;
 use crate::scenes::WorldRecipe;
 
 pub use error::RecipeError;

@@ -7,6 +7,7 @@
 
 mod builder;
 mod error;
+pub mod field_of_view;
 mod file_world;
 mod finish;
 mod flying_shapes;

@@ -6,7 +6,7 @@ use quadpixel::lens::trace_backward;
 use quadpixel::render::Camera;
 use quadpixel::spectrum::ChannelWavelengths;
 
-use crate::field_of_view::middle_ray;
+use crate::scenes::field_of_view::middle_ray;
 
 /// The cone of a window. Depths are −z of the camera frame.
 #[derive(Clone, Copy, Debug)]

@@ -12,7 +12,7 @@ use quadpixel_datasets::{
 
 use super::survey::{Survey, survey};
 use super::{VERSION, WriteError, json};
-use crate::{card, gallery};
+use crate::card::{self, gallery};
 
 /// What a dataset is made of.
 #[derive(Clone, Debug)]

@@ -15,7 +15,7 @@ use quadpixel::sensor::{Sensor, ShiftRule};
 use quadpixel::spectrum::ChannelWavelengths;
 
 use super::row::rms;
-use quadpixel_generators::field_of_view::{centre_at, covering};
+use quadpixel_generators::scenes::field_of_view::{centre_at, covering};
 
 /// The lens; for what stands in for the paper's, see the README.
 pub const LENS: &str = "wide_US20120327520A1_emb3";

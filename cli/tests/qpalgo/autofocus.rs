@@ -7,7 +7,7 @@ use std::path::Path;
 
 use common::{json, qpalgo, refused};
 use quadpixel_generators::config::DatasetConfig;
-use quadpixel_generators::dataset::make;
+use quadpixel_generators::production::dataset::make;
 
 fn stack(folder: &Path, sweep: &str, count: usize) {
     let text = format!(

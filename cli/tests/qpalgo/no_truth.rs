@@ -8,7 +8,7 @@ use std::path::Path;
 
 use common::{json, qpalgo};
 use quadpixel_generators::config::DatasetConfig;
-use quadpixel_generators::dataset::make;
+use quadpixel_generators::production::dataset::make;
 
 const CONFIG: &str = r#"
 count = 3

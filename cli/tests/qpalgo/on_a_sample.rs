@@ -9,7 +9,7 @@ use common::json;
 use quadpixel::image::Image;
 use quadpixel_algorithms::maps::{MapFormat, Maps};
 use quadpixel_generators::config::DatasetConfig;
-use quadpixel_generators::dataset::make;
+use quadpixel_generators::production::dataset::make;
 
 /// Width and height of a sample in microlenses.
 type Size = [usize; 2];

@@ -17,7 +17,7 @@ use quadpixel::spectrum::ChannelWavelengths;
 
 use super::Mode;
 use quadpixel_generators::charts::{Alphabet, ChartSpec};
-use quadpixel_generators::field_of_view::covering;
+use quadpixel_generators::scenes::field_of_view::covering;
 
 /// Stands in for the paper's ML-1, whose table is not public to us.
 pub(super) const LENS: &str = "wide_US20120327520A1_emb3";

@@ -10,8 +10,8 @@ use quadpixel::shard::{Shard, ShardError};
 use quadpixel_datasets::{DatasetManifest, SCHEMA_VERSION, paths};
 use serde::{Deserialize, Serialize};
 
-use crate::folder_error::FolderError;
-use crate::identity::Identity;
+use crate::production::folder_error::FolderError;
+use crate::production::identity::Identity;
 
 /// The content of `run.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -7,15 +7,15 @@ use quadpixel_datasets::paths;
 
 use crate::assemble::Responses;
 use crate::config::DatasetConfig;
-use crate::error::GenerateError;
-use crate::folder_error::FolderError;
-use crate::identity::Identity;
 use crate::observer::{Event, Observer};
-use crate::planned;
-use crate::recipes::Recipes;
-use crate::run_folder::{RunFolder, asked_for, refuse_other};
+use crate::production::error::GenerateError;
+use crate::production::folder_error::FolderError;
+use crate::production::identity::Identity;
+use crate::production::recipes::Recipes;
+use crate::production::run_folder::{RunFolder, asked_for, refuse_other};
+use crate::sample::planned;
+use crate::sample::stages::{Stages, timed};
 use crate::sample::{SampleId, render_sample};
-use crate::stages::{Stages, timed};
 use crate::writer::{Dataset, Found, WriteError, finish_dataset, found_sample, write_sample};
 
 /// Licence of what is made: charts and fonts allow it.
@@ -46,8 +46,8 @@ pub fn make(
     make_part(config, out, Shard::WHOLE, observer)
 }
 
-/// Makes the dataset in `out`, or a part of it in a folder of its own there, which [`crate::merge`] joins. A folder
-/// that holds samples of the same configuration goes on where it stopped.
+/// Makes the dataset in `out`, or a part of it in a folder of its own there, which [`super::merge`] joins. A folder that
+/// holds samples of the same configuration goes on where it stopped.
 ///
 /// # Errors
 /// A bad configuration or folder (2); a disk that fails or a signal that ended the run (1). What was written stays

@@ -1,5 +1,10 @@
 //! Recipe → rendered sample with all its truths, ready for the writer.
 
+mod ledger;
+mod noisy;
+pub mod planned;
+pub mod stages;
+
 use std::sync::Arc;
 
 use quadpixel::effects::{Choice, Decision, Effect, Estimate, Planned, Shot, plan};
@@ -15,14 +20,13 @@ use quadpixel_datasets as spec;
 
 use crate::assemble::{self, Responses};
 use crate::describe::{Exposed, describe};
-use crate::ledger::ledger;
-use crate::noisy::Noisy;
 use crate::observer::{Event, Observer};
-use crate::planned;
 use crate::recipe::Recipe;
-use crate::stages::{Stages, timed};
 use crate::writer::{Description, RawEncoding, SampleFiles, Seen};
+use ledger::ledger;
+use noisy::Noisy;
 use quadpixel::command::CommandError;
+use stages::{Stages, timed};
 
 /// Headroom of the 16-bit mosaic: the linear value (of one sub-pixel) at its white level, as a multiple of an equal
 /// share of 1.

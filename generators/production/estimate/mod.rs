@@ -16,13 +16,13 @@ use serde::Serialize;
 
 use crate::assemble::Responses;
 use crate::config::{DatasetConfig, ResponseConfig};
-use crate::error::GenerateError;
-use crate::folder_error::FolderError;
 use crate::observer::{Event, Observer};
+use crate::production::error::GenerateError;
+use crate::production::folder_error::FolderError;
+use crate::production::recipes::Recipes;
 use crate::recipe::Recipe;
-use crate::recipes::Recipes;
+use crate::sample::stages::{Stages, timed};
 use crate::sample::{Sample, SampleId, render_sample};
-use crate::stages::{Stages, timed};
 use crate::writer::write_alone;
 
 /// Samples that are tried.
@@ -138,7 +138,9 @@ fn expected(
     let relative_spread = (!spreads.is_empty())
         .then(|| spreads.iter().sum::<f64>() / spreads.len() as f64 * (SPREAD_FALLS * left).exp2());
     let response_error = match &config.response {
-        ResponseConfig::Wave { preset, .. } => crate::preset::wave_error(*preset).to_string(),
+        ResponseConfig::Wave { preset, .. } => {
+            crate::config::preset::wave_error(*preset).to_string()
+        }
         ResponseConfig::Geometric => "the ideal box: no diffraction, no crosstalk".to_string(),
         _ => "that of the tables, told where they were made".to_string(),
     };

@@ -6,7 +6,7 @@ use quadpixel::file::FileError;
 
 use crate::config::ConfigError;
 use crate::export::ExportError;
-use crate::folder_error::FolderError;
+use crate::production::folder_error::FolderError;
 use crate::recipe::RecipeError;
 use crate::scenes::SceneError;
 use crate::writer::WriteError;

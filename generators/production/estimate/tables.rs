@@ -10,9 +10,9 @@ use quadpixel::sensor::Subpixels;
 
 use crate::assemble::{self, Responses};
 use crate::config::DatasetConfig;
-use crate::error::GenerateError;
+use crate::production::error::GenerateError;
+use crate::production::recipes::Recipes;
 use crate::recipe::{RecipeError, ResponseRecipe};
-use crate::recipes::Recipes;
 
 /// Directions of a response table from the axis that are timed.
 const STEPS: usize = 4;

@@ -8,12 +8,12 @@ use quadpixel::file;
 use quadpixel::shard::Shard;
 use quadpixel_datasets::paths;
 
-use crate::dataset::{finish, shard_folders};
-use crate::error::GenerateError;
-use crate::folder_error::FolderError;
-use crate::identity::Identity;
 use crate::observer::{Event, Observer};
-use crate::run_folder::RunFolder;
+use crate::production::dataset::{finish, shard_folders};
+use crate::production::error::GenerateError;
+use crate::production::folder_error::FolderError;
+use crate::production::identity::Identity;
+use crate::production::run_folder::RunFolder;
 
 /// A shard on disk, locked.
 struct Part {
