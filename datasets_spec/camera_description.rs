@@ -6,7 +6,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{Focus, Intrinsics, Response, Subpixels};
-use crate::sample::RawFormat;
 
 /// The whole of `camera.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -56,6 +55,16 @@ pub struct RawLevels {
     pub white_level: Option<u16>,
     /// Linear value at the white level; `null` for EXR.
     pub linear_at_white: Option<f64>,
+}
+
+/// File format of the raw mosaic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum RawFormat {
+    /// 16-bit integers.
+    Png,
+    /// Half floats.
+    Exr,
 }
 
 /// κ, the ratio of the disparity of two opposite halves of the pixel to the circle of confusion `coc` (px, signed,

@@ -1,8 +1,9 @@
 //! The files of a sample: one list for writers, readers and the checker.
 
 use crate::camera::{Channel, Sensor, Subpixels};
+use crate::camera_description::RawFormat;
 use crate::paths::subpixel_names;
-use crate::sample::{FileKind, RawFormat, SampleFile, Storage};
+use crate::sample::{FileKind, SampleFile, Storage};
 
 /// Name of the views' layer that holds the sum of all sub-pixels.
 pub const SUM_LAYER: &str = "sum";

@@ -53,7 +53,7 @@ pub use camera::{
     MicrolensRule, Misalignment, Part, Response, ResponseModel, Sensor, Subpixels, TableColour,
     TablePreset,
 };
-pub use camera_description::{CameraDescription, DisparityRatio, RatioField, RawLevels};
+pub use camera_description::{CameraDescription, DisparityRatio, RatioField, RawFormat, RawLevels};
 #[cfg(feature = "check")]
 pub use check::{Finding, Progress, Report, check_dataset, check_hashes};
 pub use effects::{Effect, Effects, EstimatedError, LeftOut, Reason};
@@ -62,14 +62,11 @@ pub use manifest::{DatasetManifest, FileEntry, SampleEntry, Tool, conventions, u
 pub use mosaic::{CodeLevels, Mosaic, MosaicPattern};
 pub use readout::Readout;
 pub use sample::{
-    CocDisparity, FileKind, LostRays, Noise, Range, Ranges, Raw, RawFormat, RenderStatistics,
-    SampleFile, SampleMeta, Scene, Storage,
+    CocDisparity, FileKind, LostRays, Noise, Range, Ranges, Raw, RenderStatistics, SampleFile,
+    SampleMeta, Scene, Storage,
 };
 pub use split::{Split, split_of_scene, split_scenes};
-pub use version::{ParseError, check_version, parse};
-
-/// Version of the layout and of both schemas. It changes when a reader of the old one would misread the new one.
-pub const SCHEMA_VERSION: u32 = 2;
+pub use version::{ParseError, SCHEMA_VERSION, check_version, parse};
 
 /// The contract in words.
 pub const SPEC: &str = include_str!("SPEC.md");

@@ -6,13 +6,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::SCHEMA_VERSION;
 use crate::camera::{Channel, Exposure, Focus, Intrinsics, Lens, Response, Sensor};
-use crate::camera_description::{CameraDescription, DisparityRatio, RawLevels};
+use crate::camera_description::{CameraDescription, DisparityRatio, RawFormat, RawLevels};
 use crate::effects::Effects;
 use crate::manifest::FileEntry;
 use crate::mosaic::Mosaic;
 use crate::readout::Readout;
+use crate::version::SCHEMA_VERSION;
 
 /// The whole of `meta.json`. No date, host name, run time or thread count: the same seed gives the same bytes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -122,16 +122,6 @@ pub struct Raw {
     pub linear_at_white: Option<f64>,
     /// Number of values that fell outside 0..=65535 and were clipped.
     pub clipped: u64,
-}
-
-/// File format of the raw mosaic.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum RawFormat {
-    /// 16-bit integers.
-    Png,
-    /// Half floats.
-    Exr,
 }
 
 /// Noise that was added, in files of its own: `raw`, `views` and `target` are clean always.

@@ -3,7 +3,10 @@
 
 mod mosaic;
 mod pixels;
+mod report;
 mod sample;
+
+pub use report::{Finding, Progress, Report};
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -12,59 +15,10 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use self::report::{Contents, Depth};
 use crate::manifest::{DatasetManifest, FileEntry, SampleEntry};
 use crate::split::Split;
 use crate::{parse, paths};
-
-/// Something that is wrong.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Finding {
-    /// The file or folder, below the dataset's folder.
-    pub path: String,
-    /// What is wrong with it, and what it should be.
-    pub what: String,
-}
-
-impl std::fmt::Display for Finding {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: {}", self.path, self.what)
-    }
-}
-
-/// How far a check has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Progress {
-    /// Files checked.
-    pub done: usize,
-    /// Files listed.
-    pub total: usize,
-}
-
-/// The outcome of a check.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Report {
-    /// What is wrong; empty for a sound dataset.
-    pub findings: Vec<Finding>,
-    /// Samples listed.
-    pub samples: usize,
-    /// Files that were read.
-    pub files: usize,
-    /// Their bytes.
-    pub bytes: u64,
-}
-
-impl Report {
-    fn add(&mut self, path: &str, what: impl Into<String>) {
-        self.findings.push(Finding {
-            path: path.to_string(),
-            what: what.into(),
-        });
-    }
-}
-
-/// The listed files of one folder, by their name there; `None` where a file is missing or differs from its hash (which
-/// has been reported, so its content is not looked at).
-type Contents = BTreeMap<String, Option<Vec<u8>>>;
 
 /// What `dataset.json` lists below one folder: names there, and entries.
 type Listed<'a> = Vec<(&'a str, &'a FileEntry)>;
@@ -79,13 +33,6 @@ pub fn check_dataset(root: &Path, progress: &mut (dyn FnMut(Progress) + Send)) -
 /// their lengths and hashes, and the descriptions and split lists are in order. As fast as the disk.
 pub fn check_hashes(root: &Path, progress: &mut (dyn FnMut(Progress) + Send)) -> Report {
     check_to(Depth::Hashes, root, progress)
-}
-
-/// How far a check goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Depth {
-    Hashes,
-    Pixels,
 }
 
 fn check_to(depth: Depth, root: &Path, progress: &mut (dyn FnMut(Progress) + Send)) -> Report {
@@ -122,18 +69,18 @@ fn check_to(depth: Depth, root: &Path, progress: &mut (dyn FnMut(Progress) + Sen
     check_splits(&manifest, &lists, &mut report);
     let folder_of = |entry: &SampleEntry| format!("{}/{}", paths::SAMPLES, entry.id);
     let one = |entry: &SampleEntry| {
-        let (folder, mut own) = (folder_of(entry), Report::default());
-        let contents = load(&folder, &mut own);
+        let (folder, mut part) = (folder_of(entry), Report::default());
+        let contents = load(&folder, &mut part);
         let listed = folders.get(folder.as_str()).map_or(&[][..], Vec::as_slice);
-        let configuration = sample::check(entry, &folder, listed, &contents, depth, &mut own);
-        (own, configuration)
+        let configuration = sample::check(entry, &folder, listed, &contents, depth, &mut part);
+        (part, configuration)
     };
     let checked: Vec<(Report, Option<String>)> = manifest.samples.par_iter().map(one).collect();
     let mut common: Option<String> = None;
-    for ((own, configuration), entry) in checked.into_iter().zip(&manifest.samples) {
-        report.files += own.files;
-        report.bytes += own.bytes;
-        report.findings.extend(own.findings);
+    for ((part, configuration), entry) in checked.into_iter().zip(&manifest.samples) {
+        report.files += part.files;
+        report.bytes += part.bytes;
+        report.findings.extend(part.findings);
         let Some(configuration) = configuration else {
             continue;
         };
@@ -302,8 +249,8 @@ fn check_splits(manifest: &DatasetManifest, lists: &Contents, report: &mut Repor
             continue;
         };
         let Some(bytes) = content else { continue };
-        let own = manifest.samples.iter().filter(|entry| entry.split == split);
-        let expected: String = own.map(|entry| format!("{}\n", entry.id)).collect();
+        let entries = manifest.samples.iter().filter(|entry| entry.split == split);
+        let expected: String = entries.map(|entry| format!("{}\n", entry.id)).collect();
         if String::from_utf8_lossy(bytes) != expected {
             let what = "does not name exactly the samples that dataset.json puts in this split, one a line in order";
             report.add(&path, what);

@@ -4,9 +4,10 @@
 use std::collections::BTreeMap;
 
 use super::pixels::places;
+use crate::camera_description::RawFormat;
 use crate::load::Planes;
 use crate::mosaic::CodeLevels;
-use crate::sample::{FileKind, RawFormat, SampleMeta};
+use crate::sample::{FileKind, SampleMeta};
 
 /// What is wrong with the description.
 pub(super) fn check_levels(meta: &SampleMeta) -> Option<&'static str> {

@@ -6,11 +6,12 @@
 
 use std::collections::BTreeMap;
 
+use crate::camera_description::RawFormat;
 use crate::layout::SUM_LAYER;
 use crate::load::Planes;
 use crate::paths::subpixel_names;
 use crate::readout::Readout;
-use crate::sample::{FileKind, RawFormat, SampleMeta};
+use crate::sample::{FileKind, SampleMeta};
 
 const HALF_RELATIVE: f64 = 1.0 / 2048.0;
 const HALF_ABSOLUTE: f64 = 1.0 / 33_554_432.0;

@@ -2,12 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Contents, Depth, Report, mosaic, pixels};
-use crate::camera_description::CameraDescription;
+use super::report::{Contents, Depth, Report};
+use super::{mosaic, pixels};
+
+use crate::camera_description::{CameraDescription, RawFormat};
 use crate::layout::{Optional, sample_files};
 use crate::load::{Planes, decode};
 use crate::manifest::{FileEntry, SampleEntry};
-use crate::sample::{FileKind, RawFormat, SampleFile, SampleMeta};
+use crate::sample::{FileKind, SampleFile, SampleMeta};
 use crate::{parse, paths};
 
 /// Adds to `report` what is wrong with a sample, and gives the hash of its configuration. `listed` is what

@@ -10,10 +10,9 @@ use quadpixel::em::{Level, PixelModel, Preset};
 use quadpixel::response::{AngularResponse, ResponseAxes, TableSettings, build_table};
 use quadpixel::sampling::{SobolSet, concentric_disk};
 
-use super::Size;
 use super::clock::best_of;
 use super::row::{Curve, Row, Table, rms};
-use super::work::PIXEL;
+use super::work::{PIXEL, Size};
 
 const WAVELENGTH_NM: f64 = 550.0;
 /// Table steps in a simulated one, as the presets have them.

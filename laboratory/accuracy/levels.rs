@@ -8,11 +8,10 @@ use quadpixel::em::{CorrectedSettings, PixelModel};
 use quadpixel::em::{Level, Preset};
 use quadpixel::response::TableSettings;
 
-use super::Size;
 use super::clock::best_of;
 use super::pixel::{Exact, WAVELENGTH_NM};
 use super::row::{Curve, Row, Table};
-use super::work::PIXEL;
+use super::work::{PIXEL, Size};
 
 /// Focal length of the ideal microlens, µm: pitch times an F-number of 2.5.
 const FOCAL_UM: f64 = 4.0;

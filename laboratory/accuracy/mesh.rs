@@ -5,10 +5,9 @@ use quadpixel::em::PixelModel;
 use quadpixel::em::fdtd::FdtdSettings;
 use quadpixel::em::rcwa::RcwaSettings;
 
-use super::Size;
 use super::pixel::{Exact, WAVELENGTH_NM};
 use super::row::{Curve, Row, Table};
-use super::work::PIXEL;
+use super::work::{PIXEL, Size};
 
 /// Directions (θ, φ), deg.
 const DIRECTIONS: [[f64; 2]; 3] = [[0.0, 0.0], [10.0, 0.0], [20.0, 0.0]];

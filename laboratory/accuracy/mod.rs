@@ -27,6 +27,7 @@ use quadpixel::file;
 use quadpixel_generators::observer::{Event, Observer};
 
 use self::row::Table;
+pub use self::work::Size;
 use crate::error::LaboratoryError;
 
 /// Above the pictures.
@@ -45,15 +46,6 @@ pub enum Knob {
     Grid,
     /// The mesh of fdtd: P, % of the largest.
     Mesh,
-}
-
-/// How much is done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Size {
-    /// A minute or two per knob at most.
-    Affordable,
-    /// All rows.
-    Full,
 }
 
 impl Knob {

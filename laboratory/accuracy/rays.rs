@@ -4,10 +4,9 @@
 use crate::error::LaboratoryError;
 use quadpixel::spectrum::ChannelWavelengths;
 
-use super::Size;
 use super::clock::best_of;
 use super::row::{Curve, Row, Table, power};
-use super::work::{FOCUS_MM, Work, mosaic, percent};
+use super::work::{FOCUS_MM, Size, Work, mosaic, percent};
 
 /// Distances of the chart, mm.
 const DISTANCES: [(&str, f64); 2] = [("in focus", FOCUS_MM), ("out of focus", 400.0)];

@@ -8,10 +8,9 @@ use quadpixel::em::light::direction_cosines;
 use quadpixel::em::wave::WaveSettings;
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
 
-use super::Size;
 use super::clock::best_of;
 use super::row::{Curve, Row, Table, rms};
-use super::work::{FOCUS_MM, PIXEL, Work, mosaic, percent};
+use super::work::{FOCUS_MM, PIXEL, Size, Work, mosaic, percent};
 
 const COUNTS: [usize; 6] = [1, 2, 3, 4, 6, 8];
 /// Rays a pixel and wavelength: all images have the same random numbers, so it is the wavelengths that differ.

@@ -1,4 +1,4 @@
-//! The rendering that several knobs measure: a phone lens, a small pixel, a chart of random cells.
+//! How much is measured, and the rendering that several knobs measure: a phone lens, a small pixel, a chart of random cells.
 
 use std::sync::Arc;
 
@@ -29,6 +29,15 @@ const CHIEF_RAY_DEG: (f64, f64) = (15.0, 30.0);
 const CELLS: usize = 32;
 /// Texels along a cell: its edge is one wide.
 const TEXELS: usize = 8;
+
+/// How much is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Size {
+    /// A minute or two per knob at most.
+    Affordable,
+    /// All rows.
+    Full,
+}
 
 /// The lens, focused.
 pub fn lens() -> Result<Lens, LaboratoryError> {

@@ -1,10 +1,9 @@
-//! The pixels of each study.
+//! The studies whose result is curves, and the pixels of each.
 
 use quadpixel::em::light::direction_cosines;
 use quadpixel::em::{Material, PixelStack};
 use quadpixel::response::ResponseError;
 
-use super::CurveStudy;
 use crate::error::LaboratoryError;
 use quadpixel_generators::assemble::pixel;
 
@@ -14,6 +13,40 @@ const GREEN_NM: f64 = 550.0;
 const CHIEF_RAY_DEG: f64 = 25.0;
 /// Pitches of Fig. 11, µm.
 const PITCHES_UM: [f64; 9] = [1.2, 1.6, 2.0, 2.4, 2.8, 3.5, 4.0, 5.0, 6.0];
+
+/// A study whose result is curves of P over θ.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum CurveStudy {
+    /// P of left and right sub-pixel over θ, and their ratio (Fig. 2), of pixels by built-in name or TOML file.
+    Rejection {
+        /// Names or files.
+        pixels: Vec<String>,
+    },
+    /// Nine microlenses on the 3.5 µm pixel, ranked by the paper's four criteria (section 2.1.2).
+    Microlens,
+    /// R_a and R_b from 1.2 to 6 µm (Fig. 11).
+    Pitch,
+    /// 1.6 µm pixel at 400, 532 and 700 nm, centred and shifted for a chief ray at 25° (Fig. 13).
+    Wavelength,
+    /// Colour filters of 1 µm and 750 nm (Fig. 3(a)).
+    Filter,
+    /// Tungsten walls on the 2.8 µm pixel (Fig. 3(b)); needs a vector model.
+    Tungsten,
+}
+
+impl CurveStudy {
+    /// Stem of its files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Rejection { .. } => "rejection",
+            Self::Microlens => "microlens",
+            Self::Pitch => "pitch",
+            Self::Wavelength => "wavelength",
+            Self::Filter => "filter",
+            Self::Tungsten => "tungsten",
+        }
+    }
+}
 
 /// One curve of a study.
 pub(super) struct Case {

@@ -4,8 +4,7 @@
 use glam::DVec2;
 use quadpixel::response::REJECTION_THRESHOLD;
 
-use super::CurveStudy;
-use super::cases::Case;
+use super::cases::{Case, CurveStudy};
 use super::curve::{Curve, Point};
 use quadpixel_generators::plot::{Axis, Chart, Guide, Series, in_rows, sheet};
 

@@ -24,6 +24,7 @@ use quadpixel::file;
 use quadpixel_generators::observer::{Event, Observer};
 use serde_json::{Value, json};
 
+pub use self::cases::CurveStudy;
 pub use self::chief_ray::chief_ray;
 pub use self::corrected::corrected;
 pub use self::curve::{Angles, AnglesError};
@@ -31,40 +32,6 @@ pub use self::flat_field::flat_field;
 pub use self::mosaic::mosaic;
 pub use self::size::size;
 use crate::error::LaboratoryError;
-
-/// A study whose result is curves of P over θ.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum CurveStudy {
-    /// P of left and right sub-pixel over θ, and their ratio (Fig. 2), of pixels by built-in name or TOML file.
-    Rejection {
-        /// Names or files.
-        pixels: Vec<String>,
-    },
-    /// Nine microlenses on the 3.5 µm pixel, ranked by the paper's four criteria (section 2.1.2).
-    Microlens,
-    /// R_a and R_b from 1.2 to 6 µm (Fig. 11).
-    Pitch,
-    /// 1.6 µm pixel at 400, 532 and 700 nm, centred and shifted for a chief ray at 25° (Fig. 13).
-    Wavelength,
-    /// Colour filters of 1 µm and 750 nm (Fig. 3(a)).
-    Filter,
-    /// Tungsten walls on the 2.8 µm pixel (Fig. 3(b)); needs a vector model.
-    Tungsten,
-}
-
-impl CurveStudy {
-    /// Stem of its files.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Rejection { .. } => "rejection",
-            Self::Microlens => "microlens",
-            Self::Pitch => "pitch",
-            Self::Wavelength => "wavelength",
-            Self::Filter => "filter",
-            Self::Tungsten => "tungsten",
-        }
-    }
-}
 
 /// What a study found, beside its files.
 #[derive(Clone, Debug)]

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use super::SharpnessError;
+use super::error::SharpnessError;
 
 /// What Wee's image is divided by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]

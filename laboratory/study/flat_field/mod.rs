@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use self::places::{Place, Sensor56};
-use self::ways::{Nodes, Way};
+use self::ways::{Deviation, Nodes, Way};
 use super::{StudyReport, write};
 use crate::error::LaboratoryError;
 use quadpixel_generators::observer::{Event, Observer};
@@ -38,18 +38,6 @@ const HELD_OUT_MM: [(f64, f64); 8] = [
     (2.75, 2.05),
     (2.72, 2.70),
 ];
-
-/// How far one way with some of the nodes is off.
-struct Deviation {
-    way: Way,
-    per_pitch: usize,
-    stored: usize,
-    /// Of a view's brightness at the held-out places, in parts of the mean view: RMS and largest.
-    flat_rms: f64,
-    flat_max: f64,
-    /// Of P over all rays, in parts of the largest P.
-    ray_rms: f64,
-}
 
 /// Studies interpolation between lens shifts on a white wall. Writes flat-field.csv and flat-field.png into the folder
 /// `out`.
@@ -89,7 +77,7 @@ pub fn flat_field(
     for divisor in divisors.filter(|d| per_pitch / d >= 4) {
         let nodes = nodes(&table, divisor)?;
         for way in Way::ALL {
-            deviations.push(deviation(&nodes, way, &held_out, &truths));
+            deviations.push(Deviation::new(&nodes, way, &held_out, &truths));
         }
     }
     let mut files = write(out, &[("flat-field.csv", report::csv(&deviations))])?;
@@ -161,34 +149,4 @@ fn truths(
         }
     }
     Ok(all)
-}
-
-fn deviation(nodes: &Nodes, way: Way, held_out: &[Place], truths: &[Vec<f32>]) -> Deviation {
-    let count = nodes.subpixels().count();
-    let (mut flat, mut flat_max, mut flats) = (0.0, 0f64, 0.0);
-    let (mut rays, mut of, mut peak) = (0.0, 0.0, 0f64);
-    for (place, wanted) in held_out.iter().zip(truths) {
-        let found = &nodes.weights(way, place);
-        let (a, b) = (place.flat(found, count), place.flat(wanted, count));
-        let mean = b.iter().sum::<f64>() / count as f64;
-        for (a, b) in a.iter().zip(&b) {
-            let off = (a - b) / mean;
-            flat += off * off;
-            flat_max = flat_max.max(off.abs());
-            flats += 1.0;
-        }
-        for (a, b) in found.iter().zip(wanted) {
-            rays += f64::from(a - b).powi(2);
-            of += 1.0;
-            peak = peak.max(f64::from(*b));
-        }
-    }
-    Deviation {
-        way,
-        per_pitch: nodes.per_pitch(),
-        stored: nodes.stored(),
-        flat_rms: (flat / flats).sqrt(),
-        flat_max,
-        ray_rms: (rays / of).sqrt() / peak,
-    }
 }

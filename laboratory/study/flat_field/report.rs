@@ -8,9 +8,8 @@ use quadpixel::image::colour::Rgb;
 use quadpixel::image::raster::write_png8;
 use rayon::prelude::*;
 
-use super::Deviation;
 use super::places::{Place, SIDE_MM, Sensor56};
-use super::ways::{Nodes, Way};
+use super::ways::{Deviation, Nodes, Way};
 use crate::error::LaboratoryError;
 use quadpixel_generators::preview::Sheet;
 

@@ -99,3 +99,48 @@ impl Nodes {
         out
     }
 }
+
+/// How far one way with some of the nodes is off.
+pub(super) struct Deviation {
+    pub way: Way,
+    pub per_pitch: usize,
+    pub stored: usize,
+    /// Of a view's brightness at the held-out places, in parts of the mean view: RMS and largest.
+    pub flat_rms: f64,
+    pub flat_max: f64,
+    /// Of P over all rays, in parts of the largest P.
+    pub ray_rms: f64,
+}
+
+impl Deviation {
+    /// Against the weights `[ray][sub-pixel]` of each held-out place.
+    pub fn new(nodes: &Nodes, way: Way, held_out: &[Place], truths: &[Vec<f32>]) -> Self {
+        let count = nodes.subpixels().count();
+        let (mut flat_squares, mut flat_max, mut flats) = (0.0, 0f64, 0.0);
+        let (mut ray_squares, mut rays, mut peak) = (0.0, 0.0, 0f64);
+        for (place, truth) in held_out.iter().zip(truths) {
+            let weights = &nodes.weights(way, place);
+            let (a, b) = (place.flat(weights, count), place.flat(truth, count));
+            let mean = b.iter().sum::<f64>() / count as f64;
+            for (a, b) in a.iter().zip(&b) {
+                let off = (a - b) / mean;
+                flat_squares += off * off;
+                flat_max = flat_max.max(off.abs());
+                flats += 1.0;
+            }
+            for (a, b) in weights.iter().zip(truth) {
+                ray_squares += f64::from(a - b).powi(2);
+                rays += 1.0;
+                peak = peak.max(f64::from(*b));
+            }
+        }
+        Self {
+            way,
+            per_pitch: nodes.per_pitch(),
+            stored: nodes.stored(),
+            flat_rms: (flat_squares / flats).sqrt(),
+            flat_max,
+            ray_rms: (ray_squares / rays).sqrt() / peak,
+        }
+    }
+}

@@ -18,27 +18,9 @@ use quadpixel::response::{GeometricResponse, Response, ResponseCache, TablePlan,
 use quadpixel_generators::observer::{Event, Observer};
 use serde_json::json;
 
-use self::shot::{Bench, Shot};
+use self::shot::{Bench, Mode, Shot};
 use super::{StudyReport, write};
 use crate::error::LaboratoryError;
-
-/// How a pixel parts the light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Mode {
-    /// The ideal box of eq. 2.
-    Classic,
-    /// The pixel model's table.
-    Diffractive,
-}
-
-impl Mode {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Classic => "classic",
-            Self::Diffractive => "diffractive",
-        }
-    }
-}
 
 /// Studies what is left of the phase signal of each pixel, with the settings of its table. Writes size.csv and size.jpg
 /// into the folder `out`.

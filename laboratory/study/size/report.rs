@@ -9,8 +9,7 @@ use quadpixel::image::colour::{Rgb, blue_white_red};
 use quadpixel::image::raster::write_jpeg;
 use quadpixel::image::srgb::code_from_linear;
 
-use super::Mode;
-use super::shot::Shot;
+use super::shot::{Mode, Shot};
 use quadpixel_generators::preview::Sheet;
 
 /// Side of a view in the picture, px, what is between, and the lines of text above each.

@@ -15,7 +15,6 @@ use quadpixel::scene::{Scene, TexturedPlane};
 use quadpixel::sensor::{Sensor, ShiftRule};
 use quadpixel::spectrum::ChannelWavelengths;
 
-use super::Mode;
 use quadpixel_generators::charts::{Alphabet, ChartSpec};
 use quadpixel_generators::scenes::field_of_view::covering;
 
@@ -29,6 +28,24 @@ const RAYS_PER_PIXEL: usize = 256;
 /// Rays of the truth's bundle.
 const TRUTH_RAYS: usize = 4096;
 const CHART_PX: usize = 2048;
+
+/// How a pixel parts the light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Mode {
+    /// The ideal box of eq. 2.
+    Classic,
+    /// The pixel model's table.
+    Diffractive,
+}
+
+impl Mode {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Classic => "classic",
+            Self::Diffractive => "diffractive",
+        }
+    }
+}
 
 /// What all cameras share.
 pub(super) struct Bench {
