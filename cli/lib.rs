@@ -1,5 +1,6 @@
 //! What the two binaries `qpgen` and `qpalgo` share: how a process starts and ends, and what it says while it works.
 
+pub mod exit;
 pub mod log;
 pub mod process;
 pub mod progress;

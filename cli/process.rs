@@ -1,6 +1,6 @@
 //! The process around a command: its threads, and its end when nobody reads what it prints.
 
-use quadpixel::command::CommandError;
+use crate::exit::CommandError;
 
 /// Sets the number of threads of the whole process, once, before any work; 0: all cores.
 ///

@@ -1,7 +1,7 @@
 //! `--shard`, or the part of the work that the scheduler's environment names.
 
+use crate::exit::CommandError;
 use clap::Args;
-use quadpixel::command::CommandError;
 use quadpixel::shard::Shard;
 
 use crate::progress::Progress;

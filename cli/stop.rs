@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use quadpixel::command::CommandError;
+use crate::exit::CommandError;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 

@@ -121,7 +121,6 @@
 //! and correct a lens's aberrations, `quadpixel-algorithms`; to draw whole datasets from a configuration,
 //! `quadpixel-generators`.
 
-pub mod command;
 pub mod effects;
 pub mod em;
 pub mod field;

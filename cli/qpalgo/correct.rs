@@ -12,7 +12,6 @@ use crate::inputs::{
     sample_folder,
 };
 use crate::progress::Progress;
-use quadpixel::command::CommandError;
 use quadpixel_algorithms::aberration_score::AberrationScore;
 use quadpixel_algorithms::calibration::{Calibration, CalibrationSettings};
 use quadpixel_algorithms::capture::Capture;
@@ -20,6 +19,7 @@ use quadpixel_algorithms::correct::{BeforeAfter, CorrectError, Corrected, correc
 use quadpixel_algorithms::disparity::MatchSettings;
 use quadpixel_algorithms::metrics::sharpness::SharpnessSettings;
 use quadpixel_algorithms::pictures::{PictureFormat, Pictures};
+use quadpixel_cli::exit::CommandError;
 
 /// Arguments of `qpalgo correct-aberrations`.
 #[derive(Clone, Debug, Args)]

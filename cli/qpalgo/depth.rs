@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel::image::colour::viridis;
 use quadpixel::image::raster::encode_png8;
 use quadpixel::image::{Image, ImageError};
+use quadpixel_cli::exit::CommandError;
 
 use crate::inputs::{
     CaptureArgs, MapFormatArg, calibrated_camera, in_file, read_calibration, sample_folder,

@@ -10,11 +10,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel::image::colour::{Rgb, blue_white_red, direction};
 use quadpixel::image::raster::encode_png8;
 use quadpixel::image::{Image, ImageError, channel};
+use quadpixel_cli::exit::CommandError;
 
 use crate::inputs::{CaptureArgs, MapFormatArg, in_file};
 use crate::progress::Progress;

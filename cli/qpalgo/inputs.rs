@@ -4,13 +4,13 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel_algorithms::calibrated_camera::CalibratedCamera;
 use quadpixel_algorithms::calibration::{Align, Calibration};
 use quadpixel_algorithms::capture::{Capture, CaptureError, CaptureOptions};
 use quadpixel_algorithms::maps::MapFormat;
 use quadpixel_algorithms::pictures::PictureFormat;
+use quadpixel_cli::exit::CommandError;
 
 /// What the user says; what is absent is taken from the files beside the capture.
 #[derive(Clone, Debug, Default, Args)]

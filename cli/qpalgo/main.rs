@@ -16,7 +16,7 @@ mod table;
 
 use clap::{Parser, Subcommand};
 use progress::Progress;
-use quadpixel::command::CommandError;
+use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::process::{exit_on_closed_pipe, use_threads};
 
 /// Works on pictures of pixels that see the pupil in parts (dual-pixel, quad-pixel, m×n).

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use quadpixel::command::CommandError;
 use quadpixel::file;
+use quadpixel_cli::exit::CommandError;
 
 use crate::inputs::CaptureArgs;
 use crate::progress::Progress;

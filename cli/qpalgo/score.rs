@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::Args;
-use quadpixel::command::CommandError;
 use quadpixel::image::{Image, raster};
+use quadpixel_cli::exit::CommandError;
 
 use quadpixel_algorithms::map_channels::{ChannelError, read_channels};
 use quadpixel_algorithms::metrics::disparity_error::{AffineInvariantError, EndPointError, Pair};

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use crate::progress::Progress;
-use quadpixel::command::CommandError;
 use quadpixel_algorithms::load;
 use quadpixel_algorithms::metrics::sharpness::{
     Eigenvalues, Energy, GradientKernel, Mean, Plane, Sharpness, SharpnessSettings, sharpness,
 };
+use quadpixel_cli::exit::CommandError;
 
 /// Arguments of `qpalgo sharpness`. What is not given is the preset's.
 #[derive(Clone, Debug, Args)]

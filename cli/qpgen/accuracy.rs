@@ -4,13 +4,12 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use quadpixel::command::CommandError;
 use quadpixel::file;
+use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_laboratory::accuracy::{self, Knob, Size, report};
-use quadpixel_laboratory::error::LaboratoryError;
 
 /// Arguments of `qpgen accuracy`.
 #[derive(Args)]
@@ -77,14 +76,13 @@ pub fn run(args: &AccuracyArgs, log: Log) -> Result<(), CommandError> {
         Size::Affordable
     };
     // What is measured is built in: no argument mends a failure.
-    let failed = |error: LaboratoryError| CommandError::failed(error);
     file::create_folder(&args.out).map_err(CommandError::failed)?;
     let observer = Progress::new(log.json(args.json));
     let began = Instant::now();
-    let tables = accuracy::measured(&knobs, size, &observer).map_err(failed)?;
+    let tables = accuracy::measured(&knobs, size, &observer).map_err(CommandError::failed)?;
     observer.event(Event::End);
     let seconds = began.elapsed().as_secs_f64();
-    let files = accuracy::write(&args.out, &tables).map_err(failed)?;
+    let files = accuracy::write(&args.out, &tables).map_err(CommandError::failed)?;
     if args.json {
         println!(
             "{}",

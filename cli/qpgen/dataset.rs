@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use quadpixel::command::CommandError;
+use quadpixel_cli::exit::CommandError;
 
 use crate::effect_args::EffectArgs;
 use quadpixel_cli::log::Log;

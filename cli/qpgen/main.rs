@@ -8,7 +8,6 @@ mod coarse;
 mod dataset;
 mod effect_args;
 mod export;
-mod laboratory;
 mod lens;
 mod merge;
 mod pixel_model;
@@ -20,7 +19,7 @@ mod study;
 mod validate;
 
 use clap::{Parser, Subcommand};
-use quadpixel::command::CommandError;
+use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::{Level, Log};
 use quadpixel_cli::process::{exit_on_closed_pipe, use_threads};
 

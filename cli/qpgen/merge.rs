@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use quadpixel::command::CommandError;
+use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 use quadpixel_generators::production::merge::merge;

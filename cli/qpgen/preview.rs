@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use quadpixel::command::CommandError;
 use quadpixel::file;
+use quadpixel_cli::exit::CommandError;
 use quadpixel_datasets::{DatasetManifest, paths};
 
 use quadpixel_generators::production::dataset::LICENCE;

@@ -7,8 +7,8 @@ use clap::Args;
 use crate::coarse::Coarse;
 use crate::effect_args::EffectArgs;
 use crate::scene_args::SceneArgs;
-use quadpixel::command::CommandError;
 use quadpixel::render::RayRecord;
+use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::Responses;
@@ -144,9 +144,8 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
         index: 0,
         configuration_blake3: configuration_hash(&about),
     };
-    let (sample, record) = prepared
-        .render(id, rays, &progress)
-        .map_err(|e| e.within(&name))?;
+    let rendered = prepared.render(id, rays, &progress);
+    let (sample, record) = rendered.map_err(|e| CommandError::from(e).within(&name))?;
     let warnings = responses.take_warnings();
     for warning in warnings.iter().chain(sample.warnings()) {
         progress.warn(warning);

@@ -1,11 +1,11 @@
 //! `qpgen render --scene FILE`: a recipe from a scene file and a few arguments.
 
 use clap::Args;
-use quadpixel::command::CommandError;
 use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::render::RenderSettings;
 use quadpixel::scene::world::PathSettings;
 use quadpixel::sensor::ShiftRule;
+use quadpixel_cli::exit::CommandError;
 
 use quadpixel::em::Preset;
 use quadpixel_generators::recipe::{

@@ -4,16 +4,14 @@ use std::path::PathBuf;
 
 use crate::pixel_model::PixelModelArgs;
 use clap::{Args, ValueEnum};
-use quadpixel::command::CommandError;
 use quadpixel::em::PixelModel;
 use quadpixel::em::PixelStack;
 use quadpixel::response::{ShiftSettings, TableSettings};
+use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::pixel;
 use quadpixel_laboratory::study::{self, Angles, CurveStudy, StudyReport};
-
-use super::laboratory::command_error;
 
 /// Arguments of `qpgen study`.
 #[derive(Args)]
@@ -142,7 +140,7 @@ fn studied(args: &StudyArgs, observer: &Progress) -> Result<StudyReport, Command
         Kind::Filter => return args.curves(&CurveStudy::Filter, observer),
         Kind::Tungsten => return args.curves(&CurveStudy::Tungsten, observer),
     };
-    report.map_err(command_error)
+    Ok(report?)
 }
 
 impl StudyArgs {
@@ -208,7 +206,7 @@ impl StudyArgs {
 
     fn curves(&self, study: &CurveStudy, observer: &Progress) -> Result<StudyReport, CommandError> {
         let angles = self.angles()?;
-        study::curves(study, &self.model.model(), &angles, &self.out, observer)
-            .map_err(command_error)
+        let model = self.model.model();
+        Ok(study::curves(study, &model, &angles, &self.out, observer)?)
     }
 }

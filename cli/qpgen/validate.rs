@@ -9,15 +9,13 @@ use quadpixel::image::raster;
 use quadpixel::response::{AngularResponse, ResponseCache, TablePlan, TableSettings};
 use quadpixel::sensor::Subpixels;
 
-use quadpixel::command::CommandError;
 use quadpixel::image::colour::{blue_white_red, viridis};
+use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::pixel_stack;
 use quadpixel_generators::preview::canvas::Sheet;
 use quadpixel_laboratory::validate::{Experiment, Probe, masked_plane, moving_disk};
-
-use super::laboratory::command_error;
 
 /// Arguments of `qpgen validate`.
 #[derive(Args)]
@@ -77,10 +75,9 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
     let response = cached.table;
     let warnings = cached.warnings.iter();
     warnings.for_each(|w| progress.warn(&w.to_string()));
-    let disk = moving_disk(&response, args.theta_max_deg, args.rays).map_err(command_error)?;
+    let disk = moving_disk(&response, args.theta_max_deg, args.rays)?;
     let stride = (response.axes().u.len() / 40).max(1);
-    let plane =
-        masked_plane(&response, args.theta_max_deg, stride, args.rays).map_err(command_error)?;
+    let plane = masked_plane(&response, args.theta_max_deg, stride, args.rays)?;
     progress.finish();
 
     file::create_folder(&args.out).map_err(CommandError::failed)?;

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use quadpixel::command::CommandError;
 use quadpixel::em::{Level, PixelStack};
 use quadpixel::response::{
     AngularResponse, CachedTable, GeometricResponse, Response, ResponseCache, TablePlan,
@@ -16,7 +15,7 @@ use quadpixel::spectrum::ChannelWavelengths;
 use super::{lens, pixel_stack};
 use crate::assemble::shifted_table::ShiftedTable;
 use crate::recipe::made_table::{MadeTable, one_colour};
-use crate::recipe::{Recipe, ResponseRecipe};
+use crate::recipe::{Recipe, RecipeError, ResponseRecipe};
 
 /// Angular responses that several samples share, loaded or computed once.
 pub struct Responses {
@@ -44,20 +43,18 @@ impl Responses {
         recipe: &Recipe,
         subpixels: Subpixels,
         progress: &(dyn Fn(usize, usize) + Sync),
-    ) -> Result<Arc<Response>, CommandError> {
+    ) -> Result<Arc<Response>, RecipeError> {
         if let ResponseRecipe::Geometric { focal_length_um } = recipe.response {
             let f_number = match recipe.lens.f_number {
                 Some(f) => f,
                 None => {
                     lens(&recipe.lens)?
-                        .paraxial(ChannelWavelengths::default().reference_nm())
-                        .map_err(CommandError::input)?
+                        .paraxial(ChannelWavelengths::default().reference_nm())?
                         .f_number
                 }
             };
             let focal = focal_length_um.unwrap_or(recipe.sensor.pitch_um * f_number);
-            let geometric = GeometricResponse::new(subpixels, recipe.sensor.pitch_um, focal)
-                .map_err(CommandError::input)?;
+            let geometric = GeometricResponse::new(subpixels, recipe.sensor.pitch_um, focal)?;
             return Ok(Arc::new(Response::Geometric(geometric)));
         }
         let wavelengths_nm = recipe.wavelengths()?.all_response_nm();
@@ -82,21 +79,19 @@ impl Responses {
                 let Some((stack, settings)) = wave_table(recipe, subpixels)? else {
                     unreachable!("a wave table's recipe");
                 };
-                let plan = TablePlan::new(&stack, &settings).map_err(CommandError::input)?;
+                let plan = TablePlan::new(&stack, &settings)?;
                 let reference_nm = ChannelWavelengths::default().reference_nm();
                 let made = self
                     .cache
                     .table(&plan.each_wavelength(reference_nm), progress);
-                self.taken(made.map_err(CommandError::input)?)
+                self.taken(made?)
             }
             ResponseRecipe::Fdtd(made) => self.made_before(recipe, Level::Fdtd, made, subpixels)?,
             ResponseRecipe::Rcwa(made) => self.made_before(recipe, Level::Rcwa, made, subpixels)?,
             ResponseRecipe::Corrected(made) => {
                 self.made_before(recipe, Level::Corrected, made, subpixels)?
             }
-            ResponseRecipe::Table { file } => {
-                AngularResponse::read_npz(Path::new(file)).map_err(CommandError::input)?
-            }
+            ResponseRecipe::Table { file } => AngularResponse::read_npz(Path::new(file))?,
             ResponseRecipe::Geometric { .. } => unreachable!("handled above"),
         };
         let response = Arc::new(Response::Table(table));
@@ -106,7 +101,7 @@ impl Responses {
 }
 
 /// By which loaded responses are found again.
-fn key(recipe: &Recipe, subpixels: Subpixels) -> Result<String, CommandError> {
+fn key(recipe: &Recipe, subpixels: Subpixels) -> Result<String, RecipeError> {
     let nm = recipe.wavelengths()?.all_response_nm();
     Ok(format!("{:?} {subpixels} {nm:?}", recipe.response))
 }
@@ -118,7 +113,7 @@ fn key(recipe: &Recipe, subpixels: Subpixels) -> Result<String, CommandError> {
 pub(crate) fn wave_table(
     recipe: &Recipe,
     subpixels: Subpixels,
-) -> Result<Option<(PixelStack, TableSettings)>, CommandError> {
+) -> Result<Option<(PixelStack, TableSettings)>, RecipeError> {
     let ResponseRecipe::Wave {
         pixel,
         stack_scale,
@@ -145,7 +140,7 @@ pub(crate) fn shifted_to_make(
     recipe: &Recipe,
     subpixels: Subpixels,
     cache: &ResponseCache,
-) -> Result<Option<TablePlan>, CommandError> {
+) -> Result<Option<TablePlan>, RecipeError> {
     let ResponseRecipe::Wave {
         pixel,
         stack_scale,
@@ -166,12 +161,12 @@ fn scaled_stack(
     pixel: &str,
     stack_scale: f64,
     subpixels: Subpixels,
-) -> Result<PixelStack, CommandError> {
+) -> Result<PixelStack, RecipeError> {
     let mut stack = pixel_stack(pixel, subpixels)?;
     for layer in &mut stack.layers {
         layer.thickness_um *= stack_scale;
     }
-    stack.check().map_err(CommandError::input)?;
+    stack.check()?;
     Ok(stack)
 }
 
@@ -192,7 +187,7 @@ impl Responses {
         recipe: &Recipe,
         subpixels: Subpixels,
         response: Response,
-    ) -> Result<(), CommandError> {
+    ) -> Result<(), RecipeError> {
         self.loaded
             .insert(key(recipe, subpixels)?, Arc::new(response));
         Ok(())
@@ -205,12 +200,12 @@ impl Responses {
         level: Level,
         made: &MadeTable,
         subpixels: Subpixels,
-    ) -> Result<AngularResponse, CommandError> {
+    ) -> Result<AngularResponse, RecipeError> {
         let stack = pixel_stack(&made.pixel, subpixels)?;
         // It is of one wavelength.
         if level == Level::Fdtd && made.is_usual() && recipe.spectrum.is_none() {
             let shipped = AngularResponse::shipped_fdtd(&stack);
-            if let Some(table) = shipped.map_err(CommandError::failed)? {
+            if let Some(table) = shipped.map_err(RecipeError::Shipped)? {
                 return Ok(table);
             }
         }
@@ -219,19 +214,22 @@ impl Responses {
         let settings = made.settings(level, &stack, &nm);
         let missing = |stack: &PixelStack| {
             let nm_text: Vec<String> = nm.iter().map(f64::to_string).collect();
-            CommandError::input(format!(
-                "response: no {level} table of pixel {} ({}) at {} nm is shipped or kept; make one first, in up to hours: {}",
-                made.pixel,
-                stack.subpixels,
-                nm_text.join(", "),
-                made.command(level, stack, &nm)
-            ))
+            RecipeError::NoTable {
+                table: format!(
+                    "{level} table of pixel {} ({}) at {} nm is shipped or kept",
+                    made.pixel,
+                    stack.subpixels,
+                    nm_text.join(", ")
+                ),
+                time: "make one first, in up to hours".to_owned(),
+                command: made.command(level, stack, &nm),
+            }
         };
-        let plan = TablePlan::new(&stack, &settings).map_err(CommandError::input)?;
+        let plan = TablePlan::new(&stack, &settings)?;
         let Some(colour) = made.colour else {
             return self.found(&plan).ok_or_else(|| missing(&stack));
         };
-        let plan = plan.of_mosaic().map_err(CommandError::input)?;
+        let plan = plan.of_mosaic()?;
         if let Some(colour) = one_colour(colour) {
             let found = self.found(&plan.with_colour(colour));
             return found.ok_or_else(|| missing(&stack));
@@ -244,7 +242,7 @@ impl Responses {
         let [red, green, blue] = &colours[..] else {
             return Err(missing(&stack));
         };
-        AngularResponse::of_channels([red, green, blue], &channels).map_err(CommandError::input)
+        Ok(AngularResponse::of_channels([red, green, blue], &channels)?)
     }
 
     /// The kept table of a plan; a file that is something else is a warning.

@@ -1,9 +1,10 @@
 //! The wave table of all lens shifts that a recipe asks for: made and kept if that takes minutes, else one that was
 //! made before.
 
-use quadpixel::command::CommandError;
 use quadpixel::em::{Level, ModelChoice, PixelStack, Preset};
 use quadpixel::response::{CachedTable, ResponseCache, TablePlan, TableSettings};
+
+use crate::recipe::RecipeError;
 
 /// Seconds of one core that a dataset spends on a table unasked.
 const MOST_SECONDS: f64 = 900.0;
@@ -48,12 +49,12 @@ impl<'a> ShiftedTable<'a> {
     ///
     /// # Errors
     /// It takes long: with the command that makes it.
-    pub fn to_make(&self, cache: &ResponseCache) -> Result<Option<TablePlan>, CommandError> {
+    pub fn to_make(&self, cache: &ResponseCache) -> Result<Option<TablePlan>, RecipeError> {
         let plan = self.plan()?;
         if matches!(cache.find(&plan), Ok(Some(_))) {
             return Ok(None);
         }
-        let runs = plan.count().map_err(CommandError::input)?;
+        let runs = plan.count()?;
         let seconds = seconds_by_wave(self.stack, runs);
         if seconds > MOST_SECONDS {
             return Err(self.missing(&format!("{:.0} minutes of one core", seconds / 60.0)));
@@ -61,8 +62,8 @@ impl<'a> ShiftedTable<'a> {
         Ok(Some(plan))
     }
 
-    fn plan(&self) -> Result<TablePlan, CommandError> {
-        TablePlan::new(self.stack, &self.settings).map_err(CommandError::input)
+    fn plan(&self) -> Result<TablePlan, RecipeError> {
+        Ok(TablePlan::new(self.stack, &self.settings)?)
     }
 
     /// From the cache, or made for it if that is soon done.
@@ -70,14 +71,12 @@ impl<'a> ShiftedTable<'a> {
         &self,
         cache: &ResponseCache,
         progress: &(dyn Fn(usize, usize) + Sync),
-    ) -> Result<CachedTable, CommandError> {
+    ) -> Result<CachedTable, RecipeError> {
         self.to_make(cache)?;
-        cache
-            .table(&self.plan()?, progress)
-            .map_err(CommandError::input)
+        Ok(cache.table(&self.plan()?, progress)?)
     }
 
-    fn missing(&self, time: &str) -> CommandError {
+    fn missing(&self, time: &str) -> RecipeError {
         let shifts = self.per_pitch;
         let preset = match self.preset.is_standard() {
             true => String::new(),
@@ -95,10 +94,13 @@ impl<'a> ShiftedTable<'a> {
                 self.scale
             )
         };
-        CommandError::input(format!(
-            "response: no wave table of all lens shifts of pixel {pixel} ({subpixels}), {shifts} per pitch, is kept; make it first, in about {time}: \
-             {command}{scaled}"
-        ))
+        RecipeError::NoTable {
+            table: format!(
+                "wave table of all lens shifts of pixel {pixel} ({subpixels}), {shifts} per pitch, is kept"
+            ),
+            time: format!("make it first, in about {time}"),
+            command: command + &scaled,
+        }
     }
 }
 

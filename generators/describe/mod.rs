@@ -13,18 +13,17 @@ use quadpixel::units::M_PER_MM;
 use quadpixel_datasets as spec;
 
 use crate::assemble;
-use crate::recipe::{Recipe, ResponseRecipe};
+use crate::recipe::{Recipe, RecipeError, ResponseRecipe};
 use crate::sample::SampleId;
 use crate::writer::Description;
-use quadpixel::command::CommandError;
 
 /// Name of the scene by its content, so that the same cards in front of two cameras are one scene (and in one split).
-fn scene_id(recipe: &Recipe) -> Result<String, CommandError> {
+fn scene_id(recipe: &Recipe) -> Result<String, RecipeError> {
     let cards = match &recipe.world {
         None => serde_json::to_string(&(&recipe.planes, recipe.environment)),
         Some(world) => serde_json::to_string(world),
     }
-    .map_err(|e| CommandError::failed(format!("recipe: {e}")))?;
+    .map_err(RecipeError::unwritten("recipe"))?;
     let hash = blake3::hash(cards.as_bytes()).to_hex();
     Ok(format!("scene-{}", &hash[..16]))
 }
@@ -53,7 +52,7 @@ pub(crate) fn describe(
     camera: &Camera,
     response: &Response,
     exposed: Exposed<'_>,
-) -> Result<Description, CommandError> {
+) -> Result<Description, RecipeError> {
     let stats = exposed.stats;
     let charts = recipe.planes.iter().map(|p| p.chart.name());
     let worlds = recipe.world.iter().map(|w| w.name());
@@ -64,8 +63,7 @@ pub(crate) fn describe(
         scene: spec::Scene {
             id: scene_id(recipe)?,
             charts: charts.chain(worlds).map(str::to_string).collect(),
-            parameters: serde_json::to_value(recipe)
-                .map_err(|e| CommandError::failed(format!("recipe: {e}")))?,
+            parameters: serde_json::to_value(recipe).map_err(RecipeError::unwritten("recipe"))?,
         },
         lens: lens(recipe, camera)?,
         focus: spec::Focus {
@@ -97,10 +95,10 @@ pub(crate) fn describe(
     })
 }
 
-fn lens(recipe: &Recipe, camera: &Camera) -> Result<spec::Lens, CommandError> {
+fn lens(recipe: &Recipe, camera: &Camera) -> Result<spec::Lens, RecipeError> {
     let lens = assemble::lens(&recipe.lens)?;
-    let hash = settings_hash(&lens.prescription().surfaces)
-        .map_err(|e| CommandError::failed(format!("lens: {e}")))?;
+    let hash =
+        settings_hash(&lens.prescription().surfaces).map_err(RecipeError::unwritten("lens"))?;
     let paraxial = camera
         .paraxial()
         .unwrap_or_else(|| unreachable!("a camera with a lens"));

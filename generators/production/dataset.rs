@@ -104,7 +104,7 @@ pub fn make_part(
         let sample = render_sample(&recipe, id, &mut responses, observer).map_err(|e| {
             GenerateError::Sample {
                 index,
-                cause: Box::new(e.into()),
+                cause: Box::new(e),
             }
         })?;
         let warnings = responses.take_warnings();

@@ -1,14 +1,13 @@
 //! Why something could not be made. Each error knows whether it is the input's fault or the machine's, by its method
 //! `is_input`.
 
-use quadpixel::command::CommandError;
 use quadpixel::file::FileError;
 
 use crate::config::ConfigError;
-use crate::export::ExportError;
 use crate::production::folder_error::FolderError;
+use crate::production::identity::IdentityError;
 use crate::recipe::RecipeError;
-use crate::scenes::SceneError;
+use crate::sample::SampleError;
 use crate::writer::WriteError;
 
 /// Why a dataset or a sample could not be made.
@@ -24,6 +23,9 @@ pub enum GenerateError {
     /// The folder that is written to.
     #[error(transparent)]
     Folder(#[from] FolderError),
+    /// A trial sample that could not be rendered.
+    #[error(transparent)]
+    Trial(#[from] SampleError),
     /// A sample that cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
@@ -36,7 +38,7 @@ pub enum GenerateError {
         /// Its number.
         index: u32,
         /// Why.
-        cause: Box<Self>,
+        cause: Box<SampleError>,
     },
     /// The observer asked to stop.
     #[error(
@@ -48,9 +50,9 @@ pub enum GenerateError {
         /// Samples of the run.
         samples: usize,
     },
-    /// Anything else.
+    /// A file that the configuration names.
     #[error(transparent)]
-    Other(#[from] CommandError),
+    Identity(#[from] IdentityError),
 }
 
 impl GenerateError {
@@ -58,35 +60,13 @@ impl GenerateError {
     /// run was stopped.
     pub fn is_input(&self) -> bool {
         match self {
-            Self::Config(_) => true,
+            Self::Config(_) | Self::Identity(IdentityError::Input { .. }) => true,
             Self::Recipe(e) => e.is_input(),
             Self::Folder(e) => e.is_input(),
             Self::Write(e) => e.is_input(),
             Self::Sample { cause, .. } => cause.is_input(),
-            Self::File(_) | Self::Stopped { .. } => false,
-            Self::Other(e) => e.exit_code() == 2,
+            Self::Trial(e) => e.is_input(),
+            Self::File(_) | Self::Identity(IdentityError::Json(_)) | Self::Stopped { .. } => false,
         }
     }
 }
-
-macro_rules! ends_a_command {
-    ($($error:ty),*) => {$(
-        impl From<$error> for CommandError {
-            fn from(error: $error) -> Self {
-                match error.is_input() {
-                    true => Self::input(error),
-                    false => Self::failed(error),
-                }
-            }
-        }
-    )*};
-}
-ends_a_command!(
-    ConfigError,
-    RecipeError,
-    SceneError,
-    FolderError,
-    WriteError,
-    ExportError,
-    GenerateError
-);

@@ -4,7 +4,6 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use quadpixel::command::CommandError;
 use serde_json::Value;
 
 use crate::config::DatasetConfig;
@@ -15,6 +14,22 @@ const ENDINGS: [&str; 16] = [
     "toml", "json", "zmx", "npz", "csv", "png", "jpg", "jpeg", "tif", "tiff", "exr", "hdr", "obj",
     "mtl", "gltf", "glb",
 ];
+
+/// Why a configuration has no identity.
+#[derive(Debug, thiserror::Error)]
+pub enum IdentityError {
+    /// A configuration that cannot be written as JSON.
+    #[error("configuration: {0}")]
+    Json(#[from] serde_json::Error),
+    /// A file that it names.
+    #[error("{name}: cannot read: {cause}")]
+    Input {
+        /// The file.
+        name: String,
+        /// Why.
+        cause: std::io::Error,
+    },
+}
 
 /// See the module.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,9 +47,8 @@ impl Identity {
     ///
     /// # Errors
     /// A file that it names and that cannot be read.
-    pub fn of(config: &DatasetConfig) -> Result<Self, CommandError> {
-        let configuration = serde_json::to_value(config)
-            .map_err(|e| CommandError::failed(format!("configuration: {e}")))?;
+    pub fn of(config: &DatasetConfig) -> Result<Self, IdentityError> {
+        let configuration = serde_json::to_value(config)?;
         let mut inputs = BTreeMap::new();
         hash_files(&configuration, &mut inputs)?;
         Ok(Self {
@@ -66,7 +80,7 @@ impl Identity {
 }
 
 /// Adds every text in `value` that names a file that is there.
-fn hash_files(value: &Value, inputs: &mut BTreeMap<String, String>) -> Result<(), CommandError> {
+fn hash_files(value: &Value, inputs: &mut BTreeMap<String, String>) -> Result<(), IdentityError> {
     match value {
         Value::String(name) => {
             let path = Path::new(name);
@@ -76,8 +90,10 @@ fn hash_files(value: &Value, inputs: &mut BTreeMap<String, String>) -> Result<()
                 .unwrap_or_default();
             let known = ENDINGS.contains(&ending.to_ascii_lowercase().as_str());
             if known && path.is_file() && !inputs.contains_key(name) {
-                let bytes = std::fs::read(path)
-                    .map_err(|e| CommandError::input(format!("{name}: cannot read: {e}")))?;
+                let bytes = std::fs::read(path).map_err(|cause| IdentityError::Input {
+                    name: name.clone(),
+                    cause,
+                })?;
                 inputs.insert(name.clone(), blake3::hash(&bytes).to_hex().to_string());
             }
             Ok(())

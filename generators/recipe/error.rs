@@ -70,6 +70,27 @@ pub enum RecipeError {
     /// The pixel's response.
     #[error(transparent)]
     Response(#[from] ResponseError),
+    /// A response table that takes long and was not made before.
+    #[error("response: no {table}; {time}: {command}")]
+    NoTable {
+        /// Which table, and where it was looked for.
+        table: String,
+        /// How long it takes to make it.
+        time: String,
+        /// The command that makes it.
+        command: String,
+    },
+    /// A response that comes with the program and cannot be read.
+    #[error(transparent)]
+    Shipped(ResponseError),
+    /// A recipe, or its lens, that cannot be written as JSON.
+    #[error("{what}: {cause}")]
+    Written {
+        /// What it is.
+        what: &'static str,
+        /// Why.
+        cause: serde_json::Error,
+    },
     /// Lens, sensor and response that do not go together.
     #[error(transparent)]
     Camera(#[from] CameraError),
@@ -104,8 +125,17 @@ impl RecipeError {
         }
     }
 
-    /// Whether the caller can mend it: always.
+    /// The error of `what`, which cannot be written as JSON.
+    pub(crate) fn unwritten(what: &'static str) -> impl Fn(serde_json::Error) -> Self {
+        move |cause| Self::Written { what, cause }
+    }
+
+    /// Whether the caller can mend it. Otherwise something that comes with the program is broken.
     pub fn is_input(&self) -> bool {
-        true
+        match self {
+            Self::In { cause, .. } => cause.is_input(),
+            Self::Shipped(_) | Self::Written { .. } => false,
+            _ => true,
+        }
     }
 }

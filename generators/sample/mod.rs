@@ -11,7 +11,7 @@ use quadpixel::effects::{Choice, Decision, Effect, Estimate, Planned, Shot, plan
 use quadpixel::image::Image;
 use quadpixel::image::raster::Levels;
 use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField, DisparityMaps, WhiteField};
-use quadpixel::render::{Camera, RayRecord, Render, SubPixelImage};
+use quadpixel::render::{Camera, RayRecord, RecordError, Render, SubPixelImage};
 use quadpixel::response::Response;
 use quadpixel::scene::Scene;
 use quadpixel::spectrum::ChannelWavelengths;
@@ -20,12 +20,12 @@ use quadpixel_datasets as spec;
 
 use crate::assemble::{self, Responses};
 use crate::describe::{Exposed, describe};
+use crate::field_error::FieldError;
 use crate::observer::{Event, Observer};
-use crate::recipe::Recipe;
+use crate::recipe::{Recipe, RecipeError};
 use crate::writer::{Description, RawEncoding, SampleFiles, Seen};
 use ledger::ledger;
 use noisy::Noisy;
-use quadpixel::command::CommandError;
 use stages::{Stages, timed};
 
 /// Headroom of the 16-bit mosaic: the linear value (of one sub-pixel) at its white level, as a multiple of an equal
@@ -61,6 +61,28 @@ pub struct SampleId {
     pub configuration_blake3: String,
 }
 
+/// Why a sample could not be rendered.
+#[non_exhaustive]
+#[derive(Debug, thiserror::Error)]
+pub enum SampleError {
+    /// Its recipe.
+    #[error(transparent)]
+    Recipe(#[from] RecipeError),
+    /// Rays that were kept, or shall be.
+    #[error(transparent)]
+    Rays(#[from] RecordError),
+}
+
+impl SampleError {
+    /// Whether the caller can mend it.
+    pub fn is_input(&self) -> bool {
+        match self {
+            Self::Recipe(e) => e.is_input(),
+            Self::Rays(_) => true,
+        }
+    }
+}
+
 /// Renders a recipe.
 ///
 /// # Errors
@@ -70,7 +92,7 @@ pub fn render_sample(
     id: SampleId,
     responses: &mut Responses,
     observer: &dyn Observer,
-) -> Result<Sample, CommandError> {
+) -> Result<Sample, SampleError> {
     let prepared = prepare(recipe, responses, observer)?;
     Ok(prepared.render(id, Rays::Trace, observer)?.0)
 }
@@ -103,14 +125,12 @@ pub fn prepare(
     recipe: &Recipe,
     responses: &mut Responses,
     observer: &dyn Observer,
-) -> Result<Prepared, CommandError> {
+) -> Result<Prepared, RecipeError> {
     let subpixels = assemble::subpixels(&recipe.sensor.subpixels)?;
-    planned::checked(&recipe.tolerance)?;
+    (recipe.tolerance.check()).map_err(RecipeError::Tolerance)?;
     if !(1..=1 << 24).contains(&recipe.render.rays_per_pixel) {
         let n = recipe.render.rays_per_pixel;
-        return Err(CommandError::input(format!(
-            "render.rays_per_pixel is {n}; allowed: 1 to 16777216"
-        )));
+        return Err(FieldError::new("render.rays_per_pixel", n, "1 to 16777216").into());
     }
     let mut stages = Stages::default();
     let response = timed(&mut stages.response_s, || {
@@ -122,7 +142,7 @@ pub fn prepare(
         let framing = assemble::framing_camera(recipe, &response, subpixels)?;
         let framing = framing.as_ref().unwrap_or(&camera);
         let (scene, warnings) = assemble::scene_and_warnings(recipe, framing)?;
-        Ok::<_, CommandError>((camera, scene, warnings))
+        Ok::<_, RecipeError>((camera, scene, warnings))
     })?;
     let beyond = camera.chief_rays_beyond();
     if beyond > 0.0 {
@@ -168,7 +188,7 @@ impl Prepared {
         id: SampleId,
         rays: Rays,
         observer: &dyn Observer,
-    ) -> Result<(Sample, Option<RayRecord>), CommandError> {
+    ) -> Result<(Sample, Option<RayRecord>), SampleError> {
         let Self {
             recipe,
             response,
@@ -210,8 +230,7 @@ impl Prepared {
             Rays::Trace => Ok((shot.run(), None)),
             Rays::Keep => (shot.run_recorded()).map(|(rendered, record)| (rendered, Some(record))),
             Rays::Develop(record) => record.develop(&camera).map(|rendered| (rendered, None)),
-        })
-        .map_err(CommandError::input)?;
+        })?;
         let began = std::time::Instant::now();
         let white = WhiteField::new(&camera);
         let (Some(field), Some(defocus)) = (
@@ -262,7 +281,7 @@ impl Prepared {
         let noise = planned::noise(readout, &choice, camera.sensor(), &white);
         let readout = readout.filter(|_| !noise.verdict.is_left_out());
         decisions.push(noise);
-        let noisy = readout.map(expose).transpose()?;
+        let noisy = readout.map(expose).transpose().map_err(RecipeError::from)?;
         let noise = noisy.as_ref().map(Noisy::description);
         let exposed = Exposed {
             gain,

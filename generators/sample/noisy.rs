@@ -1,7 +1,7 @@
 //! The noisy capture of a sample, beside the clean one.
 
-use quadpixel::command::CommandError;
 use quadpixel::image::Image;
+use quadpixel::range::OutOfRange;
 use quadpixel::render::truth::WhiteField;
 use quadpixel::render::{Camera, SubPixelImage};
 use quadpixel::sensor::readout::{Readout, ReadoutSettings};
@@ -28,12 +28,11 @@ impl Noisy {
         camera: &Camera,
         white: &WhiteField,
         gain: f64,
-    ) -> Result<Self, CommandError> {
+    ) -> Result<Self, OutOfRange> {
         let sensor = camera.sensor();
         let quantum_efficiency = white.quantum_efficiency();
         let electrons_at_white = settings.electrons_at_white(sensor.pitch_um(), quantum_efficiency);
-        let readout = Readout::new(settings, sensor.subpixels(), electrons_at_white)
-            .map_err(CommandError::input)?;
+        let readout = Readout::new(settings, sensor.subpixels(), electrons_at_white)?;
         let exposed = readout.expose(&mosaic.mosaic);
         let mut shading = white.of_subpixels_sr(sensor);
         for value in shading.iter_mut().flat_map(|image| image.data_mut()) {

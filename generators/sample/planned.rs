@@ -1,7 +1,6 @@
 //! Which effects a sample is rendered with: the plan, and what `meta.json` and the log say of it.
 
-use quadpixel::command::CommandError;
-use quadpixel::effects::{Choice, Decision, Effect, Estimate, Tolerance, Verdict};
+use quadpixel::effects::{Choice, Decision, Effect, Estimate, Verdict};
 use quadpixel::image::Image;
 use quadpixel::render::truth::WhiteField;
 use quadpixel::sensor::Sensor;
@@ -60,12 +59,4 @@ pub fn report(
         let text = format!("{sample}: left out together: {estimate}");
         observer.event(Event::Info(&text));
     }
-}
-
-/// The tolerance, if it is one.
-///
-/// # Errors
-/// The field that is out of bounds.
-pub(crate) fn checked(tolerance: &Tolerance) -> Result<(), CommandError> {
-    tolerance.check().map_err(CommandError::input)
 }

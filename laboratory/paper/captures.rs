@@ -2,8 +2,8 @@
 //!
 //! "ML-1" and "ML-2" are the stand-ins of the lens library; the paper's own tables are not public to us.
 
-use quadpixel::command::CommandError;
 use serde_json::Value;
+use std::error::Error;
 
 use crate::tools::Tools;
 
@@ -73,7 +73,7 @@ pub struct Captures {
 }
 
 /// Renders, corrects, measures.
-pub fn all(tools: &Tools) -> Result<Captures, CommandError> {
+pub fn all(tools: &Tools) -> Result<Captures, Box<dyn Error>> {
     charts(tools)?;
     let (side, rays) = if tools.quick { (64, 32) } else { (150, 512) };
     let mut list = String::new();
@@ -109,7 +109,7 @@ pub fn all(tools: &Tools) -> Result<Captures, CommandError> {
 }
 
 /// Fig. 10: the charts on a sensor of 1.75 µm sub-pixels.
-fn charts(tools: &Tools) -> Result<(), CommandError> {
+fn charts(tools: &Tools) -> Result<(), Box<dyn Error>> {
     for (name, chart) in [
         (
             "fig10-resolution",
@@ -134,7 +134,7 @@ fn charts(tools: &Tools) -> Result<(), CommandError> {
     Ok(())
 }
 
-fn render(tools: &Tools, name: &str, recipe: &Recipe) -> Result<(), CommandError> {
+fn render(tools: &Tools, name: &str, recipe: &Recipe) -> Result<(), Box<dyn Error>> {
     let file = format!("{name}.toml");
     tools.write(&file, &recipe.toml())?;
     tools.step(name, "qpgen", &["render", &file, "--out", name, "-q"])?;
@@ -142,14 +142,14 @@ fn render(tools: &Tools, name: &str, recipe: &Recipe) -> Result<(), CommandError
 }
 
 /// Views and their sums of a capture, as pictures.
-fn views(tools: &Tools, name: &str) -> Result<(), CommandError> {
+fn views(tools: &Tools, name: &str) -> Result<(), Box<dyn Error>> {
     let out = format!("{name}-views");
     tools.step(&out, "qpalgo", &["sai", name, "-o", &out])?;
     Ok(())
 }
 
 /// Raw and corrected sums for the eye, as the paper corrects: by block matching.
-fn correct(tools: &Tools, noise: &str, text: &str) -> Result<(), CommandError> {
+fn correct(tools: &Tools, noise: &str, text: &str) -> Result<(), Box<dyn Error>> {
     views(tools, text)?;
     let camera = format!("{noise}-camera");
     let file = format!("{camera}.json");

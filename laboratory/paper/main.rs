@@ -12,10 +12,10 @@ mod pictures;
 mod studies;
 mod tools;
 
+use std::error::Error;
 use std::path::PathBuf;
 
 use clap::Parser;
-use quadpixel::command::CommandError;
 
 use tools::Tools;
 
@@ -41,12 +41,12 @@ fn main() -> std::process::ExitCode {
         Ok(()) => std::process::ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("{error}");
-            error.exit_code().into()
+            std::process::ExitCode::FAILURE
         }
     }
 }
 
-fn run(args: &Arguments) -> Result<(), CommandError> {
+fn run(args: &Arguments) -> Result<(), Box<dyn Error>> {
     let tools = Tools::new(&args.programs, &args.work, args.quick)?;
     let studies = studies::all(&tools)?;
     let captures = captures::all(&tools)?;

@@ -1,10 +1,10 @@
 //! The page: each figure of the paper beside ours, and a sentence on each difference. Its words are in `page.md` and
 //! `why_*.md`, what the paper prints is in `paper.toml`.
 
+use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
 
-use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel_laboratory::template::filled;
 use serde::Deserialize;
@@ -72,24 +72,24 @@ pub fn write(
     tools: &Tools,
     studies: &Studies,
     captures: &Captures,
-) -> Result<(), CommandError> {
-    let paper: Paper = toml::from_str(PAPER).map_err(CommandError::failed)?;
-    file::create_folder(out).map_err(CommandError::failed)?;
+) -> Result<(), Box<dyn Error>> {
+    let paper: Paper = toml::from_str(PAPER)?;
+    file::create_folder(out)?;
     for picture in &paper.picture {
         if picture.from.starts_with("tungsten/") && studies.tungsten.is_none() {
             continue;
         }
-        let bytes = file::read(&tools.work.join(&picture.from)).map_err(CommandError::failed)?;
-        file::write_aside(&out.join(&picture.to), &bytes).map_err(CommandError::failed)?;
+        let bytes = file::read(&tools.work.join(&picture.from))?;
+        file::write_aside(&out.join(&picture.to), &bytes)?;
     }
     pictures::write(&out.join("fig10.jpg"), &[figure_10(tools)?], 1)?;
     pictures::write(&out.join("fig15.jpg"), &figure_15(tools)?, 3)?;
     let text = text(tools.quick, studies, &table_2(&paper, &captures.table))?;
-    file::write_aside(&out.join("README.md"), text.as_bytes()).map_err(CommandError::failed)
+    file::write_aside(&out.join("README.md"), text.as_bytes()).map_err(Into::into)
 }
 
 /// The page in Markdown.
-fn text(quick: bool, studies: &Studies, table_2: &str) -> Result<String, CommandError> {
+fn text(quick: bool, studies: &Studies, table_2: &str) -> Result<String, Box<dyn Error>> {
     // The template has the last line ends.
     let whole = |text: &str| text.trim_end_matches('\n').to_owned();
     let reason = |text: &str| if quick { String::new() } else { whole(text) };
@@ -109,12 +109,12 @@ fn text(quick: bool, studies: &Studies, table_2: &str) -> Result<String, Command
     let section = match &studies.tungsten {
         Some(tungsten) => {
             values.push(("tungsten", whole(&ranges(tungsten))));
-            filled(TUNGSTEN, &values).map_err(CommandError::failed)?
+            filled(TUNGSTEN, &values)?
         }
         None => String::new(),
     };
     values.push(("tungsten_section", section));
-    filled(PAGE, &values).map_err(CommandError::failed)
+    filled(PAGE, &values).map_err(Into::into)
 }
 
 /// A number of a table, if there is one.
@@ -231,7 +231,7 @@ fn sharpness(table: &Value, row: &Table2Row, position: &str) -> Option<String> {
 }
 
 /// View A of both charts, and the alphabet's sum.
-fn figure_10(tools: &Tools) -> Result<Vec<quadpixel::image::Image>, CommandError> {
+fn figure_10(tools: &Tools) -> Result<Vec<quadpixel::image::Image>, Box<dyn Error>> {
     let panel = |name: &str, view: &str| {
         pictures::panel(&tools.work.join(format!("{name}-views/{view}.exr")), 480)
     };
@@ -243,7 +243,7 @@ fn figure_10(tools: &Tools) -> Result<Vec<quadpixel::image::Image>, CommandError
 }
 
 /// Per setup the middle of the sums, raw and corrected, at the centre and in the corner.
-fn figure_15(tools: &Tools) -> Result<Vec<Vec<quadpixel::image::Image>>, CommandError> {
+fn figure_15(tools: &Tools) -> Result<Vec<Vec<quadpixel::image::Image>>, Box<dyn Error>> {
     const SIDE_PX: usize = 75;
     let row = |(_, setup): (&str, &str)| {
         let files = POSITIONS.iter().flat_map(|(_, place, _)| {

@@ -1,8 +1,8 @@
 //! Panels of linear pictures, side by side in sRGB.
 
+use std::error::Error;
 use std::path::Path;
 
-use quadpixel::command::CommandError;
 use quadpixel::image::srgb::code_from_linear;
 use quadpixel::image::{Image, raster};
 
@@ -11,8 +11,8 @@ const GAP: usize = 4;
 
 /// A picture from a file of three channels, its middle cut out to at most `side` px, and the linear value that is shown
 /// white.
-pub fn panel(path: &Path, side: usize) -> Result<Image, CommandError> {
-    let whole = raster::read(path).map_err(CommandError::failed)?;
+pub fn panel(path: &Path, side: usize) -> Result<Image, Box<dyn Error>> {
+    let whole = raster::read(path)?;
     let (w, h) = (whole.width().min(side), whole.height().min(side));
     let (x0, y0) = ((whole.width() - w) / 2, (whole.height() - h) / 2);
     let mut cut = Image::zeros(w, h, 3);
@@ -29,7 +29,7 @@ pub fn panel(path: &Path, side: usize) -> Result<Image, CommandError> {
 }
 
 /// Writes rows of panels, each enlarged `zoom` times and white at its own 99.5th part.
-pub fn write(path: &Path, rows: &[Vec<Image>], zoom: usize) -> Result<(), CommandError> {
+pub fn write(path: &Path, rows: &[Vec<Image>], zoom: usize) -> Result<(), Box<dyn Error>> {
     let width_of = |row: &Vec<Image>| row.iter().map(|p| p.width() * zoom + GAP).sum::<usize>();
     let height_of =
         |row: &Vec<Image>| row.iter().map(Image::height).max().unwrap_or(0) * zoom + GAP;
@@ -56,7 +56,7 @@ pub fn write(path: &Path, rows: &[Vec<Image>], zoom: usize) -> Result<(), Comman
         }
         top += height_of(row);
     }
-    raster::write_jpeg(path, &codes, width, height, 88).map_err(CommandError::failed)
+    raster::write_jpeg(path, &codes, width, height, 88).map_err(Into::into)
 }
 
 fn white(picture: &Image) -> f32 {

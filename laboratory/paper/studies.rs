@@ -1,7 +1,7 @@
 //! The paper's studies of the pixel: Figs. 2, 3, 5, 8, 11, 12, 13.
 
-use quadpixel::command::CommandError;
 use serde_json::Value;
+use std::error::Error;
 
 use crate::tools::Tools;
 
@@ -22,7 +22,7 @@ pub struct Studies {
 }
 
 /// Runs them all.
-pub fn all(tools: &Tools) -> Result<Studies, CommandError> {
+pub fn all(tools: &Tools) -> Result<Studies, Box<dyn Error>> {
     let study = |kind: &str, more: &[&str]| {
         let arguments = [&["study", kind, "--out", kind], more].concat();
         tools.json(kind, "qpgen", &arguments)

@@ -1,9 +1,9 @@
 //! The two programs, run in the work folder.
 
+use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use quadpixel::command::CommandError;
 use quadpixel::file;
 use serde_json::Value;
 
@@ -15,10 +15,8 @@ pub struct Tools {
 }
 
 impl Tools {
-    pub fn new(programs: &Path, work: &Path, quick: bool) -> Result<Self, CommandError> {
-        let failed = |e: &dyn std::fmt::Display, p: &Path| {
-            CommandError::input(format!("{}: {e}", p.display()))
-        };
+    pub fn new(programs: &Path, work: &Path, quick: bool) -> Result<Self, Box<dyn Error>> {
+        let failed = |e: &dyn std::fmt::Display, p: &Path| format!("{}: {e}", p.display());
         let work = work.join(if quick { "quick" } else { "full" });
         file::create_folder(&work).map_err(|e| failed(&e, &work))?;
         let whole = |p: &Path| p.canonicalize().map_err(|e| failed(&e, p));
@@ -36,7 +34,7 @@ impl Tools {
         name: &str,
         program: &str,
         arguments: &[&str],
-    ) -> Result<String, CommandError> {
+    ) -> Result<String, Box<dyn Error>> {
         let kept = self.work.join(format!("{name}.out"));
         if let Ok(text) = std::fs::read_to_string(&kept) {
             return Ok(text);
@@ -47,16 +45,17 @@ impl Tools {
             .current_dir(&self.work)
             .stderr(Stdio::inherit())
             .output()
-            .map_err(|e| CommandError::failed(format!("{program}: {e}")))?;
+            .map_err(|e| format!("{program}: {e}"))?;
         if !output.status.success() {
-            return Err(CommandError::failed(format!(
+            return Err(format!(
                 "{name}: {program} {}: {}",
                 arguments.join(" "),
                 output.status
-            )));
+            )
+            .into());
         }
-        file::write_aside(&kept, &output.stdout).map_err(CommandError::failed)?;
-        String::from_utf8(output.stdout).map_err(|e| CommandError::failed(format!("{name}: {e}")))
+        file::write_aside(&kept, &output.stdout)?;
+        String::from_utf8(output.stdout).map_err(|e| format!("{name}: {e}").into())
     }
 
     /// [`Self::step`] of a command that prints one JSON object when told `--json`.
@@ -65,14 +64,14 @@ impl Tools {
         name: &str,
         program: &str,
         arguments: &[&str],
-    ) -> Result<Value, CommandError> {
+    ) -> Result<Value, Box<dyn Error>> {
         let arguments = [arguments, &["--json"]].concat();
         let text = self.step(name, program, &arguments)?;
-        serde_json::from_str(&text).map_err(|e| CommandError::failed(format!("{name}: {e}")))
+        serde_json::from_str(&text).map_err(|e| format!("{name}: {e}").into())
     }
 
     /// Writes a file that a step reads.
-    pub fn write(&self, name: &str, text: &str) -> Result<(), CommandError> {
-        file::write_aside(&self.work.join(name), text.as_bytes()).map_err(CommandError::failed)
+    pub fn write(&self, name: &str, text: &str) -> Result<(), Box<dyn Error>> {
+        file::write_aside(&self.work.join(name), text.as_bytes()).map_err(Into::into)
     }
 }

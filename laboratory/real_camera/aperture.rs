@@ -4,9 +4,9 @@
 //! smoothly with the angle gives less the narrower the cone is.
 
 use glam::DVec2;
-use quadpixel::command::CommandError;
 use quadpixel::render::truth::{Defocus, ReceptiveField, TextureSpectrum};
 use quadpixel_generators::plot::{Axis, Chart, Series, sheet};
+use std::error::Error;
 
 use crate::camera::{self, Model};
 use crate::measure::GREEN;
@@ -19,12 +19,16 @@ const RAYS: usize = 1024;
 pub type Point = (f64, f64);
 
 /// Shift over circle of confusion on the axis, as a matcher finds it, for a point `distance_mm` from the sensor.
-pub fn simulated(lens: &str, model: &Model, distance_mm: f64) -> Result<Vec<Point>, CommandError> {
+pub fn simulated(
+    lens: &str,
+    model: &Model,
+    distance_mm: f64,
+) -> Result<Vec<Point>, Box<dyn Error>> {
     let at = |&mark: &f64| {
         let lens = camera::lens(lens, mark, camera::FOCUS_MM)?;
         let camera = camera::camera(&lens, model, (768, 512))?;
         let depth_mm = distance_mm - camera.sensor_z_mm();
-        let dark = || CommandError::failed("no light reaches the middle of the sensor");
+        let dark = || "no light reaches the middle of the sensor";
         let field = ReceptiveField::new(&camera, GREEN, DVec2::ZERO, RAYS).ok_or_else(dark)?;
         let coc = Defocus::new(&camera)
             .ok_or_else(dark)?

@@ -1,7 +1,6 @@
 //! The camera: lens, stop, focus, sensor and pixel.
 
 use glam::DVec2;
-use quadpixel::command::CommandError;
 use quadpixel::em::{Level, PixelStack, Preset};
 use quadpixel::lens::{Lens, Prescription};
 use quadpixel::render::Camera;
@@ -10,6 +9,7 @@ use quadpixel::response::{
 };
 use quadpixel::sensor::{Sensor, ShiftRule, Subpixels};
 use quadpixel::spectrum::ChannelWavelengths;
+use std::error::Error;
 
 use crate::exact::Runs;
 use crate::spread::spread;
@@ -43,20 +43,20 @@ pub fn stop_semi_mm(mark: f64) -> f64 {
 }
 
 /// The lens at a marked F-number, focused `focus_mm` from the sensor.
-pub fn lens(name: &str, mark: f64, focus_mm: f64) -> Result<Lens, CommandError> {
+pub fn lens(name: &str, mark: f64, focus_mm: f64) -> Result<Lens, Box<dyn Error>> {
     Prescription::named(name)
         .and_then(|p| Lens::new(&p))
         .and_then(|l| l.with_stop_semi_mm(stop_semi_mm(mark)))
         .and_then(|l| l.focused_from_sensor(focus_mm, ChannelWavelengths::default().reference_nm()))
-        .map_err(CommandError::input)
+        .map_err(Into::into)
 }
 
 /// A sharp split of the pupil.
-fn sharp_split() -> Result<Response, CommandError> {
+fn sharp_split() -> Result<Response, Box<dyn Error>> {
     // So short that all light of the lens lands on the pixel.
     GeometricResponse::new(Subpixels::DUAL_X, PIXEL_UM, PIXEL_UM)
         .map(Response::Geometric)
-        .map_err(CommandError::failed)
+        .map_err(Into::into)
 }
 
 /// What is tabulated of the wave model: to 24°, more than the F/1.8 pupil's corner.
@@ -78,16 +78,15 @@ pub struct Model {
 }
 
 /// The models of a stack: first the wave model; last the sharp split, an ideal whose microlenses follow the chief ray.
-pub fn models(stack: &PixelStack) -> Result<Vec<Model>, CommandError> {
+pub fn models(stack: &PixelStack) -> Result<Vec<Model>, Box<dyn Error>> {
     let settings = table_settings(stack);
-    let plan = TablePlan::new(stack, &settings).map_err(CommandError::input)?;
+    let plan = TablePlan::new(stack, &settings)?;
     let wave = ResponseCache::open(ResponseCache::default_dir())
-        .table(&plan, &|_, _| ())
-        .map_err(CommandError::input)?
+        .table(&plan, &|_, _| ())?
         .table;
     let wandering = |table: &AngularResponse| {
         let spread = spread(table, CHARGE_SPREAD_UM);
-        spread.map(Response::Table).map_err(CommandError::failed)
+        spread.map(Response::Table).map_err(Into::into)
     };
     let mut models = vec![Model {
         name: "wave",
@@ -120,10 +119,9 @@ pub fn camera(
     lens: &Lens,
     model: &Model,
     (width, height): (usize, usize),
-) -> Result<Camera, CommandError> {
+) -> Result<Camera, Box<dyn Error>> {
     let pitch_um = SENSOR_MM * 1e3 / width as f64;
-    let sensor = Sensor::new(pitch_um, Subpixels::DUAL_X, (width, height), DVec2::ZERO)
-        .map_err(CommandError::input)?;
+    let sensor = Sensor::new(pitch_um, Subpixels::DUAL_X, (width, height), DVec2::ZERO)?;
     let wavelengths = ChannelWavelengths::default();
-    Camera::new(lens, sensor, model.rule, &model.response, wavelengths).map_err(CommandError::input)
+    Camera::new(lens, sensor, model.rule, &model.response, wavelengths).map_err(Into::into)
 }

@@ -1,10 +1,10 @@
 //! The camera's disparity against distance over the field, from the simulation: the calibration file of `qpalgo depth`.
 
-use quadpixel::command::CommandError;
 use quadpixel::render::Camera;
 use quadpixel::render::truth::{ReceptiveField, TextureSpectrum};
 use quadpixel_algorithms::depth::FieldCurve;
 use rayon::prelude::*;
+use std::error::Error;
 
 use crate::measure::GREEN;
 
@@ -24,7 +24,7 @@ pub fn of_camera(
     camera: &Camera,
     source: String,
     window_px: usize,
-) -> Result<FieldCurve, CommandError> {
+) -> Result<FieldCurve, Box<dyn Error>> {
     let sensor = camera.sensor();
     let texture = TextureSpectrum {
         window_px: window_px as f64,
@@ -51,7 +51,7 @@ pub fn of_camera(
     let disparity_px = (rows_px.par_iter())
         .map(|&y| columns_px.iter().map(|&x| node(x, y)).collect())
         .collect::<Option<Vec<Vec<Vec<f64>>>>>()
-        .ok_or_else(|| CommandError::failed("no light reaches a part of the sensor"))?;
+        .ok_or("no light reaches a part of the sensor")?;
     let curve = FieldCurve {
         source,
         counted_from: "the sensor".to_owned(),
@@ -65,6 +65,6 @@ pub fn of_camera(
         offset_error_px: OFFSET_ERROR_PX,
     };
     // Checked as it will be when it is read.
-    let text = serde_json::to_string(&curve).map_err(CommandError::failed)?;
-    FieldCurve::from_json(&text, "simulated curve").map_err(CommandError::failed)
+    let text = serde_json::to_string(&curve)?;
+    FieldCurve::from_json(&text, "simulated curve").map_err(Into::into)
 }

@@ -10,9 +10,9 @@
 //!
 //! Views are 8-bit pictures of a converter; their sRGB curve is undone, the converter's own tone curve is not known.
 
+use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use quadpixel::command::CommandError;
 use quadpixel::image::srgb::to_linear;
 use quadpixel::image::{Image, raster};
 
@@ -58,12 +58,12 @@ pub struct Captures {
 
 impl Captures {
     /// Looks through `folder` and the folders in it.
-    pub fn find(folder: &Path) -> Result<Self, CommandError> {
+    pub fn find(folder: &Path) -> Result<Self, Box<dyn Error>> {
         let mut found = Self::default();
         let mut open = vec![folder.to_path_buf()];
         while let Some(here) = open.pop() {
-            let entries = std::fs::read_dir(&here)
-                .map_err(|e| CommandError::input(format!("{}: {e}", here.display())))?;
+            let entries =
+                std::fs::read_dir(&here).map_err(|e| format!("{}: {e}", here.display()))?;
             open.extend(entries.flatten().map(|e| e.path()).filter(|p| p.is_dir()));
             let below = here.strip_prefix(folder).unwrap_or(&here);
             let parts: Vec<String> = (below.components())
@@ -80,10 +80,10 @@ impl Captures {
         found.scenes.sort_by(|a, b| a.name.cmp(&b.name));
         found.left_out.sort();
         if found.flats.is_empty() && found.scenes.is_empty() {
-            return Err(CommandError::input(format!(
+            return Err(format!(
                 "{}: no capture in it; looked for flat/DISTANCE_MM/fMARK/{{l,r}}.png and NAME/{{l,r,d}}.png",
                 folder.display()
-            )));
+            ).into());
         }
         Ok(found)
     }
@@ -129,15 +129,16 @@ impl Captures {
 
 impl Views {
     /// l.png and r.png of a folder.
-    pub fn read(folder: &Path) -> Result<Self, CommandError> {
+    pub fn read(folder: &Path) -> Result<Self, Box<dyn Error>> {
         let [left, right] = ["l.png", "r.png"].map(|name| linear(&folder.join(name)));
         let (left, right) = (left?, right?);
         let size = |i: &Image| (i.width(), i.height(), i.channels());
         if size(&left) != size(&right) || left.channels() != 3 {
-            return Err(CommandError::input(format!(
+            return Err(format!(
                 "{}: l.png and r.png must be colour pictures of one size",
                 folder.display()
-            )));
+            )
+            .into());
         }
         Ok(Self { left, right })
     }
@@ -152,15 +153,15 @@ impl Views {
     }
 }
 
-fn linear(path: &Path) -> Result<Image, CommandError> {
-    let mut image = raster::read(path).map_err(CommandError::input)?;
+fn linear(path: &Path) -> Result<Image, Box<dyn Error>> {
+    let mut image = raster::read(path)?;
     image.data_mut().iter_mut().for_each(|v| *v = to_linear(*v));
     Ok(image)
 }
 
 /// Distance from the camera at each pixel of a `width` × `height` picture, m; NaN where the map has none.
-pub fn depth_m(path: &Path, width: usize, height: usize) -> Result<Image, CommandError> {
-    let bad = |e: String| CommandError::input(format!("{}: {e}", path.display()));
+pub fn depth_m(path: &Path, width: usize, height: usize) -> Result<Image, Box<dyn Error>> {
+    let bad = |e: String| format!("{}: {e}", path.display());
     let map = image::ImageReader::open(path)
         .map_err(|e| bad(e.to_string()))?
         .decode()

@@ -1,10 +1,10 @@
 //! Depth of real pairs by the simulated curve, against what was measured with other instruments.
 
-use quadpixel::command::CommandError;
 use quadpixel::image::{Image, channel};
 use quadpixel_algorithms::depth::FieldCurve;
 use quadpixel_algorithms::depth::{MOST_NOISE, Pair, measure};
 use quadpixel_algorithms::disparity::{Axes, MatchSettings};
+use std::error::Error;
 
 use crate::data::Views;
 use crate::measure::GREEN;
@@ -38,7 +38,7 @@ pub struct Score {
 }
 
 /// As `qpalgo depth --left --right --srgb --curve` does.
-pub fn found(views: &Views, curve: &FieldCurve) -> Result<Found, CommandError> {
+pub fn found(views: &Views, curve: &FieldCurve) -> Result<Found, Box<dyn Error>> {
     let (a, b) = (channel(&views.right, GREEN), channel(&views.left, GREEN));
     let settings = MatchSettings {
         window_px: WINDOW_PX,
@@ -50,7 +50,7 @@ pub fn found(views: &Views, curve: &FieldCurve) -> Result<Found, CommandError> {
         b: &b,
         axes: Axes::Horizontal,
     };
-    let matched = measure(pair, &settings, MOST_NOISE).map_err(CommandError::input)?;
+    let matched = measure(pair, &settings, MOST_NOISE)?;
     let (width, height) = (a.width(), a.height());
     let mut found = Found {
         z_m: Image::zeros(width, height, 1),

@@ -6,12 +6,12 @@
 //! ```
 //! The pixel is parted along x only, so that what is split is decided by u; along v the difference hardly turns.
 
-use quadpixel::command::CommandError;
 use quadpixel::em::PixelStack;
 use quadpixel::em::rcwa::{RcwaModel, RcwaSettings};
 use quadpixel::file;
 use quadpixel::response::AngularResponse;
 use serde::{Deserialize, Serialize};
+use std::error::Error;
 use std::path::Path;
 
 /// The runs that come with the example.
@@ -49,15 +49,14 @@ pub struct Runs {
 
 impl Runs {
     /// Those that come with the example, if they are of this pixel.
-    pub fn kept(stack: &PixelStack) -> Result<Option<Self>, CommandError> {
-        let kept: Option<Self> = serde_json::from_str(KEPT).map_err(CommandError::failed)?;
+    pub fn kept(stack: &PixelStack) -> Result<Option<Self>, Box<dyn Error>> {
+        let kept: Option<Self> = serde_json::from_str(KEPT)?;
         Ok(kept.filter(|k| k.pixel == *stack && k.runs.len() > 1))
     }
 
     /// Makes them at `u`, and writes `file` after each.
-    pub fn make(stack: &PixelStack, u: &[f64], file: &Path) -> Result<(), CommandError> {
-        let model =
-            RcwaModel::new(stack, WAVELENGTH_NM, &SETTINGS).map_err(CommandError::failed)?;
+    pub fn make(stack: &PixelStack, u: &[f64], file: &Path) -> Result<(), Box<dyn Error>> {
+        let model = RcwaModel::new(stack, WAVELENGTH_NM, &SETTINGS)?;
         let mut made = Self {
             pixel: stack.clone(),
             settings: SETTINGS,
@@ -65,15 +64,15 @@ impl Runs {
         };
         for &u in u {
             let began = std::time::Instant::now();
-            let answer = model.solve(u, 0.0).map_err(CommandError::failed)?;
+            let answer = model.solve(u, 0.0)?;
             let seconds = began.elapsed().as_secs_f64();
             made.runs.push(Run {
                 u,
                 p: [0, 1].map(|i| 0.5 * (answer.s().absorbed[i] + answer.p().absorbed[i])),
                 seconds,
             });
-            let text = serde_json::to_string_pretty(&made).map_err(CommandError::failed)?;
-            file::write_aside(file, (text + "\n").as_bytes()).map_err(CommandError::failed)?;
+            let text = serde_json::to_string_pretty(&made)?;
+            file::write_aside(file, (text + "\n").as_bytes())?;
             eprintln!("real_camera: exact run at u = {u}: {seconds:.0} s");
         }
         Ok(())
@@ -81,7 +80,7 @@ impl Runs {
 
     /// The table of the wave model, moved to agree with the runs on their meridian; |u| beyond the last run keeps its
     /// difference.
-    pub fn correct(&self, wave: &AngularResponse) -> Result<AngularResponse, CommandError> {
+    pub fn correct(&self, wave: &AngularResponse) -> Result<AngularResponse, Box<dyn Error>> {
         let lookup = wave.interpolator(WAVELENGTH_NM);
         let differences: Vec<[f64; 2]> = (self.runs.iter())
             .map(|run| {
@@ -106,6 +105,6 @@ impl Runs {
         }
         let mut meta = wave.meta().clone();
         meta.key = format!("{} / rcwa on the meridian", meta.key);
-        AngularResponse::new(axes.clone(), meta, values).map_err(CommandError::failed)
+        AngularResponse::new(axes.clone(), meta, values).map_err(Into::into)
     }
 }

@@ -22,11 +22,11 @@ mod scenes;
 mod simulate;
 mod spread;
 
+use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
-use quadpixel::command::CommandError;
 use quadpixel::em::PixelStack;
 use quadpixel::render::Camera;
 use quadpixel::render::truth::Defocus;
@@ -67,7 +67,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("real_camera: {error}");
-            ExitCode::from(error.exit_code())
+            ExitCode::FAILURE
         }
     }
 }
@@ -76,8 +76,8 @@ fn step(text: &str) {
     eprintln!("real_camera: {text}");
 }
 
-fn run(args: &Args) -> Result<(), CommandError> {
-    let stack = PixelStack::builtin(&args.pixel).map_err(CommandError::input)?;
+fn run(args: &Args) -> Result<(), Box<dyn Error>> {
+    let stack = PixelStack::builtin(&args.pixel)?;
     if let Some(file) = &args.exact_runs {
         return exact::Runs::make(&stack, &EXACT_U, file);
     }
@@ -123,14 +123,12 @@ fn run(args: &Args) -> Result<(), CommandError> {
     results.write(&args.out)
 }
 
-fn lens_figures(name: &str) -> Result<Vec<LensResult>, CommandError> {
+fn lens_figures(name: &str) -> Result<Vec<LensResult>, Box<dyn Error>> {
     [1.8, 4.0, 20.0]
         .iter()
         .map(|&mark| {
             let lens = camera::lens(name, mark, camera::FOCUS_MM)?;
-            let p = lens
-                .paraxial(quadpixel::units::D_LINE_NM)
-                .map_err(CommandError::input)?;
+            let p = lens.paraxial(quadpixel::units::D_LINE_NM)?;
             Ok(LensResult {
                 mark,
                 stop_semi_mm: lens.stop_semi_mm(),
@@ -149,7 +147,7 @@ fn simulated(
     models: &[Model],
     flat: &Flat,
     sharp: &Flat,
-) -> Result<CaptureResult, CommandError> {
+) -> Result<CaptureResult, Box<dyn Error>> {
     let (real, picture) = (
         Views::read(&flat.folder)?,
         Views::read(&sharp.folder)?.mean(),
@@ -157,10 +155,7 @@ fn simulated(
     let size = (picture.width(), picture.height());
     if size != (real.left.width(), real.left.height()) {
         let folders = (flat.folder.display(), sharp.folder.display());
-        return Err(CommandError::input(format!(
-            "{} and {}: views of different size",
-            folders.0, folders.1
-        )));
+        return Err(format!("{} and {}: views of different size", folders.0, folders.1).into());
     }
     let parts = measure::thirds(size.0, size.1);
     let shifts = |views: &Views| measure::shifts(&views.left, &views.right, &parts);
@@ -171,7 +166,7 @@ fn simulated(
         measured: shifts(&real)?,
         models: Vec::new(),
     };
-    let mut judged = |name: &str, views: &Views| -> Result<(), CommandError> {
+    let mut judged = |name: &str, views: &Views| -> Result<(), Box<dyn Error>> {
         let likeness = compare::compare(views, &real);
         let shifts = shifts(views)?;
         result.models.push(ModelResult {
@@ -198,10 +193,10 @@ fn simulated(
 }
 
 /// Circle of confusion, mm, negative in front of the focus.
-fn coc(camera: &Camera, distance_mm: f64) -> Result<f64, CommandError> {
+fn coc(camera: &Camera, distance_mm: f64) -> Result<f64, Box<dyn Error>> {
     Defocus::new(camera)
         .map(|d| d.circle_of_confusion_mm(distance_mm - camera.sensor_z_mm()))
-        .ok_or_else(|| CommandError::failed("a camera without a lens"))
+        .ok_or_else(|| "a camera without a lens")
 }
 
 fn apertures(
@@ -209,7 +204,7 @@ fn apertures(
     models: &[Model],
     captures: &Captures,
     results: &mut Results,
-) -> Result<(), CommandError> {
+) -> Result<(), Box<dyn Error>> {
     // In front of the focus by as much as the nearest capture.
     const DISTANCE_MM: f64 = 600.0;
     let mut found = ApertureResult::default();
@@ -217,7 +212,7 @@ fn apertures(
         let points = aperture::simulated(lens, model, DISTANCE_MM)?;
         found.curves.push((model.name.to_string(), points));
     }
-    let mut measured = |flat: &Flat| -> Result<(), CommandError> {
+    let mut measured = |flat: &Flat| -> Result<(), Box<dyn Error>> {
         let views = Views::read(&flat.folder)?;
         let size = (views.left.width(), views.left.height());
         let parts = measure::thirds(size.0, size.1);

@@ -1,11 +1,11 @@
 //! The shift between two views over parts of the field.
 
 use glam::{DMat3, DVec3};
-use quadpixel::command::CommandError;
 use quadpixel::image::{Image, channel};
 use quadpixel::simd::SimdLevel;
 use quadpixel_algorithms::disparity::{Axes, MatchSettings, Verdict, match_images};
 use quadpixel_algorithms::warp::{Border, Lobes, Map, warp};
+use std::error::Error;
 
 /// Green.
 pub const GREEN: usize = 1;
@@ -46,9 +46,9 @@ pub struct Shift {
 }
 
 /// Shifts of the green channel.
-pub fn shifts(left: &Image, right: &Image, parts: &[Part]) -> Result<Vec<Shift>, CommandError> {
+pub fn shifts(left: &Image, right: &Image, parts: &[Part]) -> Result<Vec<Shift>, Box<dyn Error>> {
     let (a, b) = (channel(right, GREEN), channel(left, GREEN));
-    let map = match_images(&a, &b, &settings()).map_err(CommandError::input)?;
+    let map = match_images(&a, &b, &settings())?;
     let of = |part: &Part| {
         let inside = |[x, y]: [f64; 2]| {
             let within = |p: f64, from: usize| p >= from as f64 && p < (from + part.side) as f64;
@@ -69,7 +69,7 @@ pub fn shifts(left: &Image, right: &Image, parts: &[Part]) -> Result<Vec<Shift>,
 
 /// d of a(x) = g b(x + d) + o over one large window, by Gauss-Newton from 0 with the exact Lanczos kernel; d to the
 /// right, px. NaN where it does not settle. (The matcher's own windows end at 31 px.)
-fn whole_window(a: &Image, b: &Image, part: &Part) -> Result<f64, CommandError> {
+fn whole_window(a: &Image, b: &Image, part: &Part) -> Result<f64, Box<dyn Error>> {
     // Room for the shift and the kernel.
     const ROOM: usize = 12;
     const STEPS: usize = 40;
@@ -77,7 +77,7 @@ fn whole_window(a: &Image, b: &Image, part: &Part) -> Result<f64, CommandError> 
     let ((x0, x1), (y0, y1)) = (clip(part.x, a.width()), clip(part.y, a.height()));
     let mut d = 0.0;
     for _ in 0..STEPS {
-        let map = Map::shift(b.width(), b.height(), d, 0.0).map_err(CommandError::failed)?;
+        let map = Map::shift(b.width(), b.height(), d, 0.0)?;
         let moved = warp(b, &map, Lobes::Four, Border::Replicate, SimdLevel::detect()).image;
         // Unknowns: g, o, and g times the step; normal equations of the three.
         let (mut m, mut v) = (DMat3::ZERO, DVec3::ZERO);

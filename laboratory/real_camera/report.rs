@@ -1,8 +1,8 @@
 //! What was found, and its files: the page, a plot, depth maps, and the numbers once more as JSON.
 
+use std::error::Error;
 use std::path::Path;
 
-use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel::image::colour::viridis;
 use quadpixel::image::{Image, raster};
@@ -82,15 +82,15 @@ pub struct Results {
 }
 
 /// Writes a curve file for `qpalgo depth`.
-pub fn write_curve(out: &Path, mark: f64, curve: &FieldCurve) -> Result<(), CommandError> {
-    let text = serde_json::to_string(curve).map_err(CommandError::failed)?;
+pub fn write_curve(out: &Path, mark: f64, curve: &FieldCurve) -> Result<(), Box<dyn Error>> {
+    let text = serde_json::to_string(curve)?;
     let file = (format!("curve-f{mark}.json"), (text + "\n").into_bytes());
-    file::write_folder(out, &[file]).map_err(CommandError::failed)
+    file::write_folder(out, &[file]).map_err(Into::into)
 }
 
 impl Results {
     /// Writes README.md, results.json, aperture.svg and a picture of each scene's depth.
-    pub fn write(&self, out: &Path) -> Result<(), CommandError> {
+    pub fn write(&self, out: &Path) -> Result<(), Box<dyn Error>> {
         let colours = ["#1f6fb2", "#2e9e5b", "#b07cc6", "#888888"];
         // The sharp split is the last one, whether there is an exact one or not.
         let colour = |i: usize| match i + 1 == self.aperture.curves.len() {
@@ -105,8 +105,8 @@ impl Results {
         let measured: Vec<(String, Point)> = (self.aperture.measured.iter())
             .map(|(name, _, _, point)| (name.clone(), *point))
             .collect();
-        let json = serde_json::to_string_pretty(&self.json()).map_err(CommandError::failed)?;
-        let page = page::page(self).map_err(CommandError::failed)?;
+        let json = serde_json::to_string_pretty(&self.json())?;
+        let page = page::page(self)?;
         let mut files = vec![
             ("README.md".to_owned(), page.into_bytes()),
             ("results.json".to_owned(), (json + "\n").into_bytes()),
@@ -118,11 +118,10 @@ impl Results {
         for depth in &self.depths {
             let (codes, width, height) = depth.picture();
             let name = depth.picture_name();
-            let bytes = raster::encode_png8(Path::new(&name), &codes, width, height, 3)
-                .map_err(CommandError::failed)?;
+            let bytes = raster::encode_png8(Path::new(&name), &codes, width, height, 3)?;
             files.push((name, bytes));
         }
-        file::write_folder(out, &files).map_err(CommandError::failed)
+        file::write_folder(out, &files).map_err(Into::into)
     }
 
     fn json(&self) -> Value {

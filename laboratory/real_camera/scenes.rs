@@ -1,8 +1,8 @@
 //! Depth of all captures: planes by their distance, scenes by their maps.
 
+use std::error::Error;
 use std::path::Path;
 
-use quadpixel::command::CommandError;
 use quadpixel::image::Image;
 use quadpixel_algorithms::depth::FieldCurve;
 
@@ -20,7 +20,7 @@ pub fn all_depths(
     model: &Model,
     captures: &Captures,
     results: &mut Results,
-) -> Result<(), CommandError> {
+) -> Result<(), Box<dyn Error>> {
     let mut curves: Vec<(f64, FieldCurve)> = Vec::new();
     let flats = captures.flats.iter().filter(|f| f.mark < SHARP_MARK);
     let flats = flats.map(|f| {
@@ -54,7 +54,7 @@ fn depth_of(
     model: &Model,
     curves: &mut Vec<(f64, FieldCurve)>,
     (mark, folder, distance_mm): (f64, &Path, Option<f64>),
-) -> Result<(depths::Found, Image), CommandError> {
+) -> Result<(depths::Found, Image), Box<dyn Error>> {
     let views = Views::read(folder)?;
     let size = (views.left.width(), views.left.height());
     let known_m = match distance_mm {
@@ -82,7 +82,7 @@ fn curve_at(
     model: &Model,
     mark: f64,
     size: (usize, usize),
-) -> Result<FieldCurve, CommandError> {
+) -> Result<FieldCurve, Box<dyn Error>> {
     step(&format!("disparity against distance at F/{mark}"));
     let lens = camera::lens(&args.lens, mark, camera::FOCUS_MM)?;
     let camera = camera::camera(&lens, model, size)?;

@@ -1,9 +1,9 @@
 //! The F/4 views that the camera would take of a plane whose picture is known, by the renderer or by a plain kernel.
 
+use std::error::Error;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use quadpixel::command::CommandError;
 use quadpixel::field::FieldGrid;
 use quadpixel::image::Image;
 use quadpixel::lens::{chief_ray, trace_backward};
@@ -33,7 +33,7 @@ pub fn rendered(
     sharp: &Camera,
     picture: &Image,
     distance_mm: f64,
-) -> Result<Views, CommandError> {
+) -> Result<Views, Box<dyn Error>> {
     let depth_mm = distance_mm - camera.sensor_z_mm();
     let plane = plane_of(sharp, picture, depth_mm)?;
     let scene = Scene::new(vec![plane], [0.0; 3]);
@@ -89,7 +89,7 @@ fn plane_of(
     camera: &Camera,
     picture: &Image,
     depth_mm: f64,
-) -> Result<TexturedPlane, CommandError> {
+) -> Result<TexturedPlane, Box<dyn Error>> {
     let heights = heights_on_plane(camera, depth_mm)?;
     let window = camera.sensor().window_mm();
     // Half the plane: what the sensor's corner sees, and a margin for blur.
@@ -109,8 +109,7 @@ fn plane_of(
         let radius = at.length();
         let px = middle + at / radius * interpolated(&heights, 1, radius) / pitch;
         (px.x, px.y)
-    })
-    .map_err(CommandError::failed)?;
+    })?;
     let texels = warp(
         picture,
         &map,
@@ -122,8 +121,7 @@ fn plane_of(
     let texture = Texture::from_fn(width, height, |x, y| {
         let p = texels.pixel(x, y);
         [p[0].max(0.0), p[1].max(0.0), p[2].max(0.0)]
-    })
-    .map_err(CommandError::failed)?;
+    })?;
     TexturedPlane::new(
         DVec3::new(0.0, 0.0, -depth_mm),
         (2.0 * half.x, 2.0 * half.y),
@@ -131,11 +129,11 @@ fn plane_of(
         Arc::new(texture),
         None,
     )
-    .map_err(CommandError::failed)
+    .map_err(Into::into)
 }
 
 /// (height on the sensor, height on the plane) of chief rays, mm, out to beyond the sensor's corner.
-fn heights_on_plane(camera: &Camera, depth_mm: f64) -> Result<Vec<[f64; 2]>, CommandError> {
+fn heights_on_plane(camera: &Camera, depth_mm: f64) -> Result<Vec<[f64; 2]>, Box<dyn Error>> {
     const STEPS: usize = 48;
     let system = camera.system(GREEN);
     let most = 1.08 * camera.sensor().farthest_corner_mm();
@@ -149,7 +147,7 @@ fn heights_on_plane(camera: &Camera, depth_mm: f64) -> Result<Vec<[f64; 2]>, Com
     (0..=STEPS)
         .map(at)
         .collect::<Option<Vec<_>>>()
-        .ok_or_else(|| CommandError::failed("the chief rays do not fill the sensor"))
+        .ok_or_else(|| "the chief rays do not fill the sensor")
 }
 
 /// Column 1 − `from` at a value of column `from`, linear between the rows.

@@ -6,10 +6,10 @@ mod report;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use quadpixel::command::CommandError;
 use quadpixel::file;
 use quadpixel::image::exr::read_layers;
 use quadpixel::image::views::Side;
+use quadpixel_cli::exit::CommandError;
 use quadpixel_datasets::{DatasetManifest, paths};
 
 use crate::inputs::{CaptureArgs, in_file};

@@ -4,7 +4,7 @@ use quadpixel::lens::verification::{Comparison, Origin, compare};
 use quadpixel::lens::{LensError, Prescription, builtin_names};
 use serde_json::{Value, json};
 
-use quadpixel::command::CommandError;
+use quadpixel_cli::exit::CommandError;
 
 /// Compares the lenses (all built-in ones when none is named) and prints the table.
 pub(super) fn run(names: &[String], json: bool) -> Result<(), CommandError> {

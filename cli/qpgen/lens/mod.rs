@@ -12,7 +12,7 @@ use quadpixel::lens::{FocusBy, Lens, LensError, Prescription, builtin_names};
 use quadpixel::lens::{SPOT_LINES_NM, rms_radius};
 use quadpixel::units::D_LINE_NM;
 
-use quadpixel::command::CommandError;
+use quadpixel_cli::exit::CommandError;
 use quadpixel_laboratory::lens_drawing::{layout_svg, spots_svg};
 
 /// The five-element phone lens that the default dataset looks through.

@@ -1,11 +1,11 @@
 //! Pixels in a mosaic of colour filters: which microlens a response is of, or a table of each.
 
 use clap::ValueEnum;
-use quadpixel::command::CommandError;
 use quadpixel::em::PixelStack;
 use quadpixel::em::mosaic::FilterColour;
 use quadpixel::response::{AngularResponse, BuildReport, CachedTables, ResponseCache, TablePlan};
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
+use quadpixel_cli::exit::CommandError;
 use std::path::Path;
 
 use super::{ResponseArgs, default_output, nodes, part, settings, written};

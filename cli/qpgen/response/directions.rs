@@ -7,7 +7,7 @@ use quadpixel::sensor::Subpixels;
 use rayon::prelude::*;
 
 use super::ResponseArgs;
-use quadpixel::command::CommandError;
+use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::{Level, Log};
 use quadpixel_cli::progress::Progress;
 use quadpixel_generators::observer::{Event, Observer};

@@ -16,7 +16,7 @@ use quadpixel_datasets::paths::sanitised;
 
 use self::colours::ColourArg;
 use crate::pixel_model::PixelModelArgs;
-use quadpixel::command::CommandError;
+use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 use quadpixel_cli::shard_env::ShardArgs;

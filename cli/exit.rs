@@ -1,5 +1,15 @@
 //! Why a command failed: by its input (exit code 2) or by the machine (1).
 
+use quadpixel_generators::config::ConfigError;
+use quadpixel_generators::export::ExportError;
+use quadpixel_generators::production::error::GenerateError;
+use quadpixel_generators::production::folder_error::FolderError;
+use quadpixel_generators::recipe::RecipeError;
+use quadpixel_generators::sample::SampleError;
+use quadpixel_generators::scenes::SceneError;
+use quadpixel_generators::writer::WriteError;
+use quadpixel_laboratory::error::LaboratoryError;
+
 /// Why a command stopped.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CommandError {
@@ -38,6 +48,31 @@ impl CommandError {
         }
     }
 }
+
+/// Errors of the libraries know whose fault they are.
+macro_rules! from_library_errors {
+    ($($error:ty),*) => {$(
+        impl From<$error> for CommandError {
+            fn from(error: $error) -> Self {
+                match error.is_input() {
+                    true => Self::input(error),
+                    false => Self::failed(error),
+                }
+            }
+        }
+    )*};
+}
+from_library_errors!(
+    ConfigError,
+    ExportError,
+    FolderError,
+    GenerateError,
+    LaboratoryError,
+    RecipeError,
+    SampleError,
+    SceneError,
+    WriteError
+);
 
 #[cfg(test)]
 mod tests {
