@@ -86,7 +86,7 @@ pub fn models(stack: &PixelStack) -> Result<Vec<Model>, Box<dyn Error>> {
         .table;
     let wandering = |table: &AngularResponse| {
         let spread = spread(table, CHARGE_SPREAD_UM);
-        spread.map(Response::Table).map_err(Into::into)
+        spread.map(Response::Table)
     };
     let mut models = vec![Model {
         name: "wave",

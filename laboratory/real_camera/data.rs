@@ -172,7 +172,8 @@ pub fn depth_m(path: &Path, width: usize, height: usize) -> Result<Image, Box<dy
     if from_width < width || from_height < height {
         return Err(bad(format!(
             "{from_width} × {from_height}: smaller than the views"
-        )));
+        ))
+        .into());
     }
     let mut depth = Image::zeros(width, height, 1);
     for y in 0..height {

@@ -196,7 +196,7 @@ fn simulated(
 fn coc(camera: &Camera, distance_mm: f64) -> Result<f64, Box<dyn Error>> {
     Defocus::new(camera)
         .map(|d| d.circle_of_confusion_mm(distance_mm - camera.sensor_z_mm()))
-        .ok_or_else(|| "a camera without a lens")
+        .ok_or("a camera without a lens".into())
 }
 
 fn apertures(

@@ -147,7 +147,7 @@ fn heights_on_plane(camera: &Camera, depth_mm: f64) -> Result<Vec<[f64; 2]>, Box
     (0..=STEPS)
         .map(at)
         .collect::<Option<Vec<_>>>()
-        .ok_or_else(|| "the chief rays do not fill the sensor")
+        .ok_or("the chief rays do not fill the sensor".into())
 }
 
 /// Column 1 − `from` at a value of column `from`, linear between the rows.
