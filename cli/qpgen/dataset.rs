@@ -3,15 +3,16 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use quadpixel::em::Preset;
 use quadpixel_cli::exit::CommandError;
 
 use crate::effect_args::EffectArgs;
+use crate::pixel_model::presets;
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 use quadpixel_cli::shard_env::ShardArgs;
 use quadpixel_cli::stop::Stop;
-use quadpixel_generators::config::preset::Preset;
-use quadpixel_generators::config::{DEFAULT_TOML, DatasetConfig};
+use quadpixel_generators::config::{DEFAULT_TOML, DatasetConfig, preset};
 use quadpixel_generators::production::dataset;
 use quadpixel_generators::production::estimate;
 
@@ -38,7 +39,7 @@ pub struct DatasetArgs {
     #[arg(long)]
     print_config: bool,
     /// Number of rays, and fineness of the response tables; overrides the configuration.
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = presets(|p| Some(preset::about(p))))]
     preset: Option<Preset>,
     /// Renders a few trial samples, prints the time (s), memory and disk (MB) and noise to expect, and stops.
     #[arg(long)]
@@ -72,7 +73,7 @@ pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
     args.effects
         .apply(&mut config.effects, &mut config.tolerance);
     if let Some(preset) = args.preset {
-        preset.apply(&mut config);
+        preset::apply(preset, &mut config);
     }
     let log = log.json(args.json);
     if args.estimate {

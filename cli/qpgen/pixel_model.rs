@@ -12,13 +12,13 @@ pub struct PixelModelArgs {
     #[arg(long, value_parser = levels(Level::ALL), default_value_t = Level::Wave)]
     model: Level,
     /// How finely the model computes; finer takes longer.
-    #[arg(long, value_parser = presets(), default_value_t = Preset::Standard)]
+    #[arg(long, value_parser = presets(|_| None), default_value_t = Preset::Standard)]
     preset: Preset,
     /// Exact model that corrects the wave model (--model corrected).
     #[arg(long, value_parser = levels(Level::ALL.into_iter().filter(|l| l.is_exact())), default_value_t = Level::Fdtd)]
     exact: Level,
     /// How finely that exact model computes.
-    #[arg(long, value_parser = presets(), default_value_t = Preset::Draft)]
+    #[arg(long, value_parser = presets(|_| None), default_value_t = Preset::Draft)]
     exact_preset: Preset,
     /// Number of runs of the exact model that the correction is fitted to.
     #[arg(long, default_value_t = 16)]
@@ -35,8 +35,10 @@ fn levels(levels: impl IntoIterator<Item = Level>) -> impl TypedValueParser<Valu
     PossibleValuesParser::new(names).try_map(|name| name.parse::<Level>())
 }
 
-fn presets() -> impl TypedValueParser<Value = Preset> {
-    PossibleValuesParser::new(Preset::ALL.map(Preset::name)).try_map(|name| name.parse::<Preset>())
+/// Presets by name, each with a line of help.
+pub fn presets(about: fn(Preset) -> Option<&'static str>) -> impl TypedValueParser<Value = Preset> {
+    let value = |preset: Preset| PossibleValue::new(preset.name()).help(about(preset));
+    PossibleValuesParser::new(Preset::ALL.map(value)).try_map(|name| name.parse::<Preset>())
 }
 
 impl PixelModelArgs {
