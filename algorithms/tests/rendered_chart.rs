@@ -11,8 +11,8 @@ use quadpixel_algorithms::calibrated_camera::CalibratedCamera;
 use quadpixel_algorithms::calibration::{Align, Calibration, CalibrationSettings};
 use quadpixel_algorithms::capture::{Capture, CaptureOptions};
 use quadpixel_generators::assemble::Responses;
-use quadpixel_generators::recipe::Recipe;
-use quadpixel_generators::sample::{SampleId, render_sample};
+use quadpixel_generators::recipe::{Recipe, SampleId};
+use quadpixel_generators::sample::render_sample;
 use quadpixel_generators::writer::write_alone;
 
 const RECIPE: &str = r#"

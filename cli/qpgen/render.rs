@@ -13,10 +13,10 @@ use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::Responses;
 use quadpixel_generators::observer::{Event, Observer};
-use quadpixel_generators::recipe::{Recipe, parse_recipe, read_recipe};
+use quadpixel_generators::recipe::{Recipe, SampleId, parse_recipe, read_recipe};
 use quadpixel_generators::sample::planned;
 use quadpixel_generators::sample::stages::timed;
-use quadpixel_generators::sample::{Prepared, Rays, SampleId, prepare};
+use quadpixel_generators::sample::{Prepared, Rays, prepare};
 use quadpixel_generators::writer::{configuration_hash, write_alone};
 
 /// The built-in recipe, with comments.

@@ -4,13 +4,11 @@ use quadpixel::render::Camera;
 use quadpixel::response::Response;
 use quadpixel_datasets as spec;
 
-use super::Exposed;
-
-/// The colour channels: one wavelength each, or a band.
+/// The colour channels: one wavelength each, or a band, in which a white wall has the linear value `white`.
 pub(super) fn channels(
     camera: &Camera,
     response: &Response,
-    exposure: &Exposed<'_>,
+    white: [f64; 3],
 ) -> Vec<spec::Channel> {
     let wavelengths = camera.wavelengths();
     // The geometric pixel depends on no wavelength; 0 would say it is read at one.
@@ -26,7 +24,7 @@ pub(super) fn channels(
                 Response::Table(_) => wavelengths.response_nm(c).into_iter().map(read).collect(),
                 Response::Geometric(_) => Vec::new(),
             },
-            white: exposure.white_sr[c] * exposure.gain,
+            white: white[c],
         });
         let (middle_nm, response_nm) = match wavelengths.bands() {
             Some(bands) => (bands.middle_nm[c], bands.middle_nm[c]),

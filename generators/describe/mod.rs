@@ -13,9 +13,7 @@ use quadpixel::units::M_PER_MM;
 use quadpixel_datasets as spec;
 
 use crate::assemble;
-use crate::recipe::{Recipe, RecipeError, ResponseRecipe};
-use crate::sample::SampleId;
-use crate::writer::Description;
+use crate::recipe::{Recipe, RecipeError, ResponseRecipe, SampleId};
 
 /// Name of the scene by its content, so that the same cards in front of two cameras are one scene (and in one split).
 fn scene_id(recipe: &Recipe) -> Result<String, RecipeError> {
@@ -26,6 +24,49 @@ fn scene_id(recipe: &Recipe) -> Result<String, RecipeError> {
     .map_err(RecipeError::unwritten("recipe"))?;
     let hash = blake3::hash(cards.as_bytes()).to_hex();
     Ok(format!("scene-{}", &hash[..16]))
+}
+
+/// What only the renderer knows of a sample; the writer adds files, ranges and counts to make [`spec::SampleMeta`].
+#[derive(Clone, Debug)]
+pub struct Description {
+    /// Number of the sample; its name has six digits.
+    pub index: u32,
+    /// [`configuration_hash`](crate::writer::configuration_hash) of the run.
+    pub configuration_blake3: String,
+    /// The sample's own seed.
+    pub seed: u64,
+    /// The scene.
+    pub scene: spec::Scene,
+    /// The main lens.
+    pub lens: spec::Lens,
+    /// Focus.
+    pub focus: spec::Focus,
+    /// Sensor window and sub-pixels.
+    pub sensor: spec::Sensor,
+    /// Angular response.
+    pub response: spec::Response,
+    /// Colour channels of raw and target.
+    pub channels: Vec<spec::Channel>,
+    /// Exposure.
+    pub exposure: spec::Exposure,
+    /// Noise.
+    pub noise: spec::Noise,
+    /// Colours of the microlenses, where their mosaic is asked for; then the raw mosaic is a PNG of R, G, B.
+    pub mosaic: Option<spec::MosaicPattern>,
+    /// Pinhole camera.
+    pub intrinsics: spec::Intrinsics,
+    /// Ratio of disparity to circle of confusion, for `camera.json`.
+    pub disparity_ratio: spec::DisparityRatio,
+    /// Effects simulated and left out.
+    pub effects: spec::Effects,
+    /// Rays a pixel and channel.
+    pub rays_per_pixel: u32,
+    /// Rays in all.
+    pub rays: u64,
+    /// Lost rays.
+    pub lost: spec::LostRays,
+    /// Mean relative standard error of the sum.
+    pub mean_relative_standard_error: Option<f64>,
 }
 
 /// What was exposed: how light became linear values, and what became of the light.
@@ -73,7 +114,11 @@ pub(crate) fn describe(
         },
         sensor: sensor(recipe, camera),
         response: described_response(recipe, camera, response),
-        channels: colours::channels(camera, response, &exposed),
+        channels: colours::channels(
+            camera,
+            response,
+            exposed.white_sr.map(|sr| sr * exposed.gain),
+        ),
         exposure: spec::Exposure {
             gain: exposed.gain,
             ev: recipe.exposure_ev,

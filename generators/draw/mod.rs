@@ -1,11 +1,11 @@
 //! Draws sample `index`'s recipe from the configuration. Every number is a hash of (seed, index, what it is for): it
 //! does not depend on the other samples, their order or their number.
 
+mod dice;
 mod optics;
 mod readout;
 
 use quadpixel::render::RenderSettings;
-use quadpixel::sampling::{hash, uniform};
 
 use crate::charts::{ChartSpec, ImageFile, Mask, is_image, random_spec};
 use crate::config::{
@@ -16,94 +16,7 @@ use crate::recipe::{
     SensorRecipe, WindowRecipe,
 };
 use crate::scenes::{Drawn, FileWorld, WorldRecipe, WorldSource};
-
-/// What a drawn number is for; part of its key.
-#[derive(Clone, Copy)]
-#[repr(u64)]
-enum For {
-    Lens = 1,
-    Focus,
-    FNumber,
-    Pixel,
-    WindowHeight,
-    WindowAzimuth,
-    Background,
-    TiltX,
-    TiltY,
-    Cards,
-    CardDepth,
-    CardSize,
-    CardX,
-    CardY,
-    CardRoll,
-    CardChart,
-    Chart,
-    Mask,
-    Exposure,
-    Render,
-    Pitch,
-    Photons,
-    ExposureTime,
-    DarkCurrent,
-    FullWell,
-    Prnu,
-    ReadNoise,
-    Gain,
-    GainMismatch,
-    SubpixelGain,
-    Sensor,
-    Shot,
-    DecentreX,
-    DecentreY,
-    Despace,
-    Tip,
-    Tilt,
-    Radius,
-    Index,
-    FocusError,
-    MicrolensX,
-    MicrolensY,
-    StackVariant,
-    StackScale,
-    Near,
-    Far,
-    Objects,
-    Thin,
-    Clear,
-    Glints,
-    Difficulty,
-    World,
-    Camera,
-    Distance,
-    Size,
-    Yaw,
-    Elevation,
-    Panorama,
-    Sky,
-}
-
-/// Numbers of one sample.
-#[derive(Clone, Copy)]
-struct Dice {
-    seed: u64,
-    index: u64,
-}
-
-impl Dice {
-    fn of(&self, draw: &Draw, what: For, card: u64) -> f64 {
-        draw.at(self.seed, &[self.index, what as u64, card])
-    }
-    fn unit(&self, what: For, card: u64) -> f64 {
-        uniform(self.seed, &[self.index, what as u64, card])
-    }
-    fn key(&self, what: For, card: u64) -> u64 {
-        // 53 bits: survives a round trip through TOML and JSON readers that hold numbers as f64.
-        hash(self.seed, &[self.index, what as u64, card]) >> 11
-    }
-    fn choice<'a, T>(&self, of: &'a [T], what: For, card: u64) -> &'a T {
-        &of[((self.unit(what, card) * of.len() as f64) as usize).min(of.len() - 1)]
-    }
-}
+use dice::{Dice, For};
 
 /// The recipe of sample `index`. `pitch_of` gives the pitch (µm) of a pixel or table by its name.
 ///

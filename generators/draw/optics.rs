@@ -2,7 +2,7 @@
 
 use quadpixel::lens::{Deviation, ElementRef, Misalignment, Prescription};
 
-use super::{Dice, For};
+use super::dice::{Dice, For};
 use crate::config::ToleranceConfig;
 use crate::recipe::RecipeError;
 

@@ -3,7 +3,7 @@
 use quadpixel::sensor::Subpixels;
 use quadpixel::sensor::readout::{ReadoutSettings, Stream};
 
-use super::{Dice, For};
+use super::dice::{Dice, For};
 use crate::config::ReadoutConfig;
 
 /// Gains stay within this many standard deviations.

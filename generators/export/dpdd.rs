@@ -7,8 +7,9 @@ use std::path::Path;
 use quadpixel::image::views::Side;
 
 use super::error::ExportError;
+use super::pictures;
 use super::source::Sample;
-use super::{Written, pictures, put};
+use super::written::{Written, put};
 
 pub(super) const CONVENTIONS: &str = "NAME.png is 16-bit sRGB (code / 65535). c/source: the sum of all sub-pixels; l, r: the left and the right \
 half of the pupil as the photographer sees it, times 2, so that c = (l + r) / 2 in linear light; target: all in focus, the same in c, l and r. \

@@ -9,6 +9,7 @@ mod pictures;
 mod qpdnet;
 mod source;
 mod webdataset;
+mod written;
 
 use std::fs;
 use std::path::Path;
@@ -19,6 +20,7 @@ use rayon::prelude::*;
 use crate::observer::{Event, Observer};
 pub use error::ExportError;
 use source::{Sample, Source};
+use written::Written;
 
 /// What is written.
 #[non_exhaustive]
@@ -70,25 +72,6 @@ pub struct Exported {
     pub bytes: u64,
     /// Values above white, stored as white.
     pub clipped: u64,
-}
-
-/// What was written of some samples.
-#[derive(Clone, Copy, Debug, Default)]
-struct Written {
-    files: u64,
-    bytes: u64,
-    /// Values above white, stored as white.
-    clipped: u64,
-}
-
-impl Written {
-    fn plus(self, other: Self) -> Self {
-        Self {
-            files: self.files + other.files,
-            bytes: self.bytes + other.bytes,
-            clipped: self.clipped + other.clipped,
-        }
-    }
 }
 
 /// Exports the dataset in the folder `dataset` into the new folder `out`.
@@ -184,18 +167,4 @@ fn each_sample(
     };
     let all = source.entries().par_iter().map(one);
     all.try_reduce(Written::default, |a, b| Ok(a.plus(b)))
-}
-
-/// Writes a file of the export and its folders.
-fn put(root: &Path, path: &str, bytes: &[u8]) -> Result<Written, ExportError> {
-    let path = root.join(path);
-    if let Some(folder) = path.parent() {
-        file::create_folder(folder)?;
-    }
-    fs::write(&path, bytes).map_err(|e| ExportError::disk(&path, e))?;
-    Ok(Written {
-        files: 1,
-        bytes: bytes.len() as u64,
-        clipped: 0,
-    })
 }

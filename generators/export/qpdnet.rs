@@ -12,8 +12,9 @@ use quadpixel::image::views::Side;
 use quadpixel_datasets::SampleEntry;
 
 use super::error::ExportError;
+use super::pictures;
 use super::source::Sample;
-use super::{Written, pictures, put};
+use super::written::{Written, put};
 
 pub(super) const CONVENTIONS: &str = "NAME.png is 8-bit sRGB. c/source: the sum of all sub-pixels; l, r, t, b: the left, right, upper and lower half \
 of the pupil, times 2; c/target: all in focus; c/target_disp/NAME.npy: float32, rows x columns, x_L - x_R in px at the place in c, positive for \

@@ -10,9 +10,9 @@ use quadpixel::file;
 use quadpixel_datasets::Split;
 use serde_json::json;
 
-use super::Written;
 use super::error::ExportError;
 use super::source::Source;
+use super::written::Written;
 use crate::observer::{Event, Observer};
 
 pub(super) const CONVENTIONS: &str = "SET-NNNNNN.tar: members KEY.EXT, KEY the sample's name, EXT the file's name in the dataset (views.exr, depth.exr, \

@@ -18,7 +18,7 @@ use quadpixel::image::{Image, srgb};
 
 use quadpixel::image::views::{Side, sum_of};
 
-use crate::writer::Description;
+use crate::describe::Description;
 use canvas::ADVANCE;
 pub use canvas::Sheet;
 

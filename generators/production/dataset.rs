@@ -13,9 +13,10 @@ use crate::production::folder_error::FolderError;
 use crate::production::identity::Identity;
 use crate::production::recipes::Recipes;
 use crate::production::run_folder::{RunFolder, asked_for, refuse_other};
+use crate::recipe::SampleId;
 use crate::sample::planned;
+use crate::sample::render_sample;
 use crate::sample::stages::{Stages, timed};
-use crate::sample::{SampleId, render_sample};
 use crate::writer::{Dataset, Found, WriteError, finish_dataset, found_sample, write_sample};
 
 /// Licence of what is made: charts and fonts allow it.

@@ -85,6 +85,15 @@ impl Recipe {
     }
 }
 
+/// What a sample is part of.
+#[derive(Clone, Debug)]
+pub struct SampleId {
+    /// Its number.
+    pub index: u32,
+    /// Hash of the configuration that it was drawn from.
+    pub configuration_blake3: String,
+}
+
 /// Main lens.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -19,11 +19,11 @@ use quadpixel::units::M_PER_MM;
 use quadpixel_datasets as spec;
 
 use crate::assemble::{self, Responses};
-use crate::describe::{Exposed, describe};
+use crate::describe::{Description, Exposed, describe};
 use crate::field_error::FieldError;
 use crate::observer::{Event, Observer};
-use crate::recipe::{Recipe, RecipeError};
-use crate::writer::{Description, RawEncoding, SampleFiles, Seen};
+use crate::recipe::{Recipe, RecipeError, SampleId};
+use crate::writer::{RawEncoding, SampleFiles, Seen};
 use ledger::ledger;
 use noisy::Noisy;
 use stages::{Stages, timed};
@@ -50,15 +50,6 @@ pub struct Sample {
     decisions: Vec<Decision>,
     together: Option<Estimate>,
     stages: Stages,
-}
-
-/// What a sample is part of.
-#[derive(Clone, Debug)]
-pub struct SampleId {
-    /// Its number.
-    pub index: u32,
-    /// Hash of the configuration that it was drawn from.
-    pub configuration_blake3: String,
 }
 
 /// Why a sample could not be rendered.

@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use quadpixel::scene::world::{Light, WorldDescription};
 
-use super::Drawn;
 use super::builder::Builder;
+use super::drawn::Drawn;
 use super::error::SceneError;
 use super::finish::matt;
 use super::object::{Nature, flying, glint};

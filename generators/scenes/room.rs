@@ -9,8 +9,8 @@ use std::f64::consts::TAU;
 use glam::{DAffine3, DMat3, DVec3};
 use quadpixel::scene::world::{Material, WorldDescription};
 
-use super::Drawn;
 use super::builder::Builder;
+use super::drawn::Drawn;
 use super::error::SceneError;
 use super::finish::matt;
 use super::flying_shapes::glints;

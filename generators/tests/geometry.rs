@@ -5,8 +5,8 @@
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 use quadpixel_generators::assemble::Responses;
-use quadpixel_generators::recipe::Recipe;
-use quadpixel_generators::sample::{Sample, SampleId, render_sample};
+use quadpixel_generators::recipe::{Recipe, SampleId};
+use quadpixel_generators::sample::{Sample, render_sample};
 
 /// A small white card (0.004 Z wide) at (X, Y, Z) mm (right, up, depth) in the dark.
 fn sample(lens: &str, f_number: f64, window: &str, (x, y, z): (f64, f64, f64)) -> Sample {

@@ -10,8 +10,9 @@ use quadpixel_datasets::{
     DatasetManifest, FileEntry, SCHEMA_VERSION, Split, Tool, conventions, paths, units,
 };
 
+use super::error::WriteError;
+use super::json::{VERSION, json};
 use super::survey::{Survey, survey};
-use super::{VERSION, WriteError, json};
 use crate::card::{self, gallery};
 
 /// What a dataset is made of.

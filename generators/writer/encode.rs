@@ -15,10 +15,12 @@ use quadpixel_datasets::{
 use quadpixel_datasets::{Optional, SCHEMA_VERSION, SUM_LAYER, paths, sample_files};
 use rayon::prelude::*;
 
+use super::error::WriteError;
+use super::files::{NoisyFiles, RawEncoding, SampleFiles};
+use super::json::{VERSION, json};
 use super::mosaic;
 use super::sound::{check, input};
 use super::truth::{self, Truth};
-use super::{NoisyFiles, RawEncoding, SampleFiles, VERSION, WriteError, json};
 use crate::preview;
 
 /// Files of a sample: name and content.
@@ -136,7 +138,7 @@ impl Pictures<'_> {
         })
     }
 
-    fn seen(&self, file: &str) -> Result<super::Seen<'_>, WriteError> {
+    fn seen(&self, file: &str) -> Result<super::files::Seen<'_>, WriteError> {
         let seen = self.sample.seen;
         seen.ok_or_else(|| input(file, "there is no map of objects"))
     }

@@ -3,7 +3,7 @@
 use quadpixel::image::Image;
 use quadpixel_datasets::{CodeLevels, Mosaic, Raw};
 
-use super::Description;
+use crate::describe::Description;
 
 /// The channel of each microlens's colour, of m·W × n·H values of R, G, B; `None` without a pattern.
 pub(super) fn picked(description: &Description, all: &Image) -> Option<Image> {

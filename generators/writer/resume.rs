@@ -6,7 +6,9 @@ use std::path::Path;
 use quadpixel::file;
 use quadpixel_datasets::{ParseError, SampleMeta, paths};
 
-use super::{VERSION, WriteError, aside_of};
+use super::aside_of;
+use super::error::WriteError;
+use super::json::VERSION;
 
 /// What is under a sample's name.
 #[derive(Clone, Debug, PartialEq, Eq)]

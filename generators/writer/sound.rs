@@ -1,6 +1,7 @@
 //! Whether a sample can be written: sizes, light, colours.
 
-use super::{RawEncoding, SampleFiles, WriteError};
+use super::error::WriteError;
+use super::files::{RawEncoding, SampleFiles};
 
 /// A sample that cannot be written.
 pub(super) fn input(sample: &str, what: impl Into<String>) -> WriteError {

@@ -6,7 +6,7 @@ use std::path::Path;
 use quadpixel::file;
 use quadpixel_datasets::{FileEntry, SampleEntry, SampleMeta, Split, paths, split_scenes};
 
-use super::WriteError;
+use super::error::WriteError;
 use crate::card::Census;
 
 /// Most samples that the gallery shows; of more, every k-th.

@@ -5,7 +5,7 @@ use quadpixel::image::Image;
 use quadpixel::image::views::Side;
 use quadpixel_datasets::{CocDisparity, Range, Ranges};
 
-use super::SampleFiles;
+use super::files::SampleFiles;
 
 /// Root-mean-square circle of confusion, px, below which its ratio to the disparity means nothing.
 const LEAST_DEFOCUS_PX: f64 = 0.5;

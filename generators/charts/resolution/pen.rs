@@ -1,6 +1,6 @@
 //! How the parts of the resolution chart are inked.
 
-use super::{Block, Wedge};
+use super::parts::{Block, Wedge};
 use crate::charts::paint::{Band, edge_coverage, square_wave, strip};
 use std::f32::consts::{FRAC_PI_2, PI};
 

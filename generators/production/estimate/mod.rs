@@ -20,9 +20,9 @@ use crate::observer::{Event, Observer};
 use crate::production::error::GenerateError;
 use crate::production::folder_error::FolderError;
 use crate::production::recipes::Recipes;
-use crate::recipe::Recipe;
+use crate::recipe::{Recipe, SampleId};
 use crate::sample::stages::{Stages, timed};
-use crate::sample::{Sample, SampleId, render_sample};
+use crate::sample::{Sample, render_sample};
 use crate::writer::write_alone;
 
 /// Samples that are tried.
