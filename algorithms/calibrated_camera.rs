@@ -1,5 +1,6 @@
 //! What a calibration must have in common with the captures that it is for.
 
+use quadpixel::sensor::Subpixels;
 use serde::{Deserialize, Serialize};
 
 use crate::capture::{Capture, reference_channel};
@@ -10,8 +11,8 @@ use crate::capture::{Capture, reference_channel};
 pub struct CalibratedCamera {
     /// Distance of the microlenses, µm; 0: not known.
     pub pitch_um: f64,
-    /// Sub-pixels, `COLUMNSxROWS`.
-    pub subpixels: String,
+    /// Sub-pixels of a pixel.
+    pub subpixels: Subpixels,
     /// Columns of a view.
     pub width_px: usize,
     /// Rows of a view.
@@ -40,7 +41,7 @@ impl CalibratedCamera {
         let [width_px, height_px] = capture.size_px();
         Ok(Self {
             pitch_um: pitch_um.ok_or(PitchError)?,
-            subpixels: capture.views.partition().to_string(),
+            subpixels: capture.views.subpixels(),
             width_px,
             height_px,
             channels: capture.channels.clone(),
@@ -64,7 +65,7 @@ impl CalibratedCamera {
             );
         }
         if self.subpixels != other.subpixels {
-            return differs("subpixels", self.subpixels.clone(), other.subpixels.clone());
+            return differs("subpixels", self.subpixels.to_string(), other.subpixels.to_string());
         }
         if (self.width_px, self.height_px) != (other.width_px, other.height_px) {
             let size = |c: &Self| format!("{}x{}", c.width_px, c.height_px);
@@ -95,7 +96,7 @@ mod tests {
     fn cameras_differ_in_pitch_sub_pixels_size_channels_and_place_on_the_sensor() {
         let camera = CalibratedCamera {
             pitch_um: 2.8,
-            subpixels: "2x2".to_owned(),
+            subpixels: Subpixels::QUAD,
             width_px: 40,
             height_px: 30,
             channels: vec!["R".to_owned(), "G".to_owned(), "B".to_owned()],
@@ -113,7 +114,7 @@ mod tests {
                 "pitch_um 2.8 instead of 1.6",
             ),
             (
-                |c| c.subpixels = "2x1".to_owned(),
+                |c| c.subpixels = Subpixels::DUAL_X,
                 "subpixels 2x2 instead of 2x1",
             ),
             (|c| c.height_px = 40, "size 40x30 instead of 40x40"),

@@ -160,7 +160,7 @@ impl Calibration {
         let reference = channel(&sum, camera.reference_channel());
         let mut matched = Vec::new();
         for (index, view) in views.images().iter().enumerate() {
-            let subpixel = views.partition().name(index);
+            let subpixel = views.subpixels().name(index);
             for (c, name) in camera.channels.iter().enumerate() {
                 matched.push(Matched::new(
                     &reference,
@@ -222,10 +222,9 @@ impl Calibration {
                 file.format, file.version
             )));
         }
-        let partition: crate::sai::Partition = (file.camera.subpixels.parse())
-            .map_err(|e: crate::sai::SaiError| bad(e.to_string()))?;
-        let wanted = (0..partition.count())
-            .flat_map(|v| (file.camera.channels.iter()).map(move |c| (partition.name(v), c)));
+        let subpixels = file.camera.subpixels;
+        let wanted = (0..subpixels.count())
+            .flat_map(|v| (file.camera.channels.iter()).map(move |c| (subpixels.name(v), c)));
         let found = (file.fields.iter()).map(|f| (f.subpixel.clone(), &f.channel));
         if !wanted.eq(found) {
             return Err(bad(

@@ -6,6 +6,7 @@
 
 use std::path::{Path, PathBuf};
 
+use quadpixel::sensor::Subpixels;
 use quadpixel::image::exr::NamedLayer;
 use quadpixel::image::srgb::to_linear;
 use quadpixel::image::{Image, channel};
@@ -13,7 +14,7 @@ use quadpixel_datasets::{CameraDescription, RawFormat, RawLevels, paths};
 
 use crate::camera::{self, CameraError};
 use crate::load::{self, LoadError};
-use crate::sai::{Partition, SaiError, Side, Views};
+use crate::sai::{SaiError, Side, Views};
 
 /// Views with what is known of their camera.
 #[derive(Clone, Debug)]
@@ -32,7 +33,7 @@ pub struct Capture {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CaptureOptions {
     /// Sub-pixels of a pixel.
-    pub subpixels: Option<Partition>,
+    pub subpixels: Option<Subpixels>,
     /// A `camera.json`.
     pub camera: Option<PathBuf>,
     /// A `meta.json`, of which the camera's fields are read.
@@ -149,7 +150,7 @@ impl Capture {
             _ => path.to_path_buf(),
         };
         let layers = load::layers(&mosaic)?;
-        let partition = partition(path, options, description.as_ref(), &layers)?;
+        let subpixels = subpixels(path, options, description.as_ref(), &layers)?;
         let mut white = 1.0;
         let (views, channels) = if let [layer] = layers.as_slice() {
             let mut image = layer.image.clone();
@@ -157,9 +158,9 @@ impl Capture {
             if let (Some((file, camera)), false) = (&description, is_exr) {
                 white = linearise(&mut image, &camera.raw, file)?;
             }
-            (parted(&image, partition, &mosaic)?, layer.channels.clone())
+            (parted(&image, subpixels, &mosaic)?, layer.channels.clone())
         } else {
-            views_of(&layers, partition, path)?
+            views_of(&layers, subpixels, path)?
         };
         if let (Some((file, camera)), None) = (&description, options.subpixels) {
             same_size(&views, &mosaic, camera, file)?;
@@ -191,9 +192,8 @@ impl Capture {
             path: left.to_path_buf(),
             error,
         };
-        let partition = Partition::new(2, 1).map_err(named)?;
         Ok(Self {
-            views: Views::new(partition, images).map_err(named)?,
+            views: Views::new(Subpixels::DUAL_X, images).map_err(named)?,
             channels: names.iter().map(ToString::to_string).collect(),
             white: 1.0,
             camera: None,
@@ -221,7 +221,7 @@ impl Capture {
         for (index, view) in self.views.images().iter().enumerate() {
             for (c, name) in self.channels.iter().enumerate() {
                 pairs.push(ViewPair {
-                    name: format!("{}.{name}", self.views.partition().name(index)),
+                    name: format!("{}.{name}", self.views.subpixels().name(index)),
                     view: channel(view, c),
                     reference: channel(&sum, c),
                 });
@@ -251,32 +251,26 @@ fn description(
 }
 
 /// What the user says, else the description, else the names of the views.
-fn partition(
+fn subpixels(
     path: &Path,
     options: &CaptureOptions,
     description: Option<&Description>,
     layers: &[NamedLayer],
-) -> Result<Partition, CaptureError> {
-    if let Some(partition) = options.subpixels {
-        return Ok(partition);
+) -> Result<Subpixels, CaptureError> {
+    if let Some(subpixels) = options.subpixels {
+        return Ok(subpixels);
     }
-    if let Some((file, camera)) = description {
-        let counts = &camera.subpixels;
-        return Partition::new(counts.columns as usize, counts.rows as usize).map_err(|error| {
-            CaptureError::Views {
-                path: file.clone(),
-                error,
-            }
-        });
+    if let Some((_, camera)) = description {
+        return Ok(camera.subpixels);
     }
     let names: Vec<&str> = layers.iter().map(|l| l.name.as_str()).collect();
-    Partition::from_names(&names).ok_or_else(|| CaptureError::NoSubpixels {
+    Subpixels::from_names(&names).ok_or_else(|| CaptureError::NoSubpixels {
         path: path.to_path_buf(),
     })
 }
 
-fn parted(mosaic: &Image, partition: Partition, path: &Path) -> Result<Views, CaptureError> {
-    Views::from_mosaic(mosaic, partition).map_err(|error| CaptureError::Views {
+fn parted(mosaic: &Image, subpixels: Subpixels, path: &Path) -> Result<Views, CaptureError> {
+    Views::from_mosaic(mosaic, subpixels).map_err(|error| CaptureError::Views {
         path: path.to_path_buf(),
         error,
     })
@@ -285,12 +279,12 @@ fn parted(mosaic: &Image, partition: Partition, path: &Path) -> Result<Views, Ca
 /// The views of an EXR with a layer each, and their channels.
 fn views_of(
     layers: &[NamedLayer],
-    partition: Partition,
+    subpixels: Subpixels,
     path: &Path,
 ) -> Result<(Views, Vec<String>), CaptureError> {
     let mut channels: Option<&Vec<String>> = None;
     let view = |index| {
-        let (path, name) = (path.to_path_buf(), partition.name(index));
+        let (path, name) = (path.to_path_buf(), subpixels.name(index));
         let Some(layer) = layers.iter().find(|l| l.name == name) else {
             return Err(CaptureError::NoView { path, name });
         };
@@ -299,10 +293,10 @@ fn views_of(
         }
         Ok(layer.image.clone())
     };
-    let images: Vec<Image> = (0..partition.count())
+    let images: Vec<Image> = (0..subpixels.count())
         .map(view)
         .collect::<Result<_, CaptureError>>()?;
-    let views = Views::new(partition, images).map_err(|error| CaptureError::Views {
+    let views = Views::new(subpixels, images).map_err(|error| CaptureError::Views {
         path: path.to_path_buf(),
         error,
     })?;

@@ -87,7 +87,7 @@ fn warped(views: &Views, calibration: &Calibration) -> Result<Corrected, Calibra
         }
         images.push(out);
     }
-    let views = Views::new(views.partition(), images).map_err(|e| bad(&e.to_string()))?;
+    let views = Views::new(views.subpixels(), images).map_err(|e| bad(&e.to_string()))?;
     let sum = (views.sum(Side::All)).ok_or_else(|| bad("a capture without views"))?;
     Ok(Corrected { views, sum, valid })
 }

@@ -8,11 +8,12 @@
 
 use std::path::{Path, PathBuf};
 
+use quadpixel::sensor::Subpixels;
 use quadpixel::image::exr::NamedLayer;
 use quadpixel::image::{Image, ImageError, channel};
 
 use crate::maps;
-use crate::sai::{Partition, Side};
+use crate::sai::Side;
 
 /// Channels that cannot be picked.
 #[derive(Debug, thiserror::Error)]
@@ -131,16 +132,16 @@ impl<'a> NamedChannels<'a> {
 /// Mean of channel `axis` over the views of the first side minus that over the second.
 fn between(layers: &[NamedLayer], sides: [Side; 2], axis: &str) -> Option<Image> {
     let names: Vec<&str> = layers.iter().map(|l| l.name.as_str()).collect();
-    let partition = Partition::from_names(&names)?;
+    let subpixels = Subpixels::from_names(&names)?;
     let first = &layers.first()?.image;
     let mut map = Image::zeros(first.width(), first.height(), 1);
     for (side, sign) in sides.into_iter().zip([1.0, -1.0]) {
-        let members = partition.side(side);
+        let members = side.members(subpixels);
         if members.is_empty() {
             return None;
         }
         for &member in &members {
-            let name = partition.name(member);
+            let name = subpixels.name(member);
             let layer = layers.iter().find(|l| l.name == name)?;
             let c = layer.channels.iter().position(|c| c == axis)?;
             let scale = sign / members.len() as f32;

@@ -13,9 +13,10 @@
 //! Source: R. Ng et al., "Light field photography with a hand-held plenoptic camera", Stanford Tech Report CTSR
 //! 2005-02.
 
+use quadpixel::sensor::Subpixels;
 use quadpixel::image::Image;
 
-use crate::sai::{Partition, Side, Views};
+use crate::sai::{Side, Views};
 use crate::warp::{Border, Lobes, Map, MapError, Warped, warp};
 use quadpixel::simd::SimdLevel;
 
@@ -42,16 +43,10 @@ pub enum RefocusError {
 }
 
 /// (dx, dy) in px by which each view is shifted at the disparity `d_px`, in index order.
-pub fn shifts_px(partition: Partition, d_px: f64) -> Vec<(f64, f64)> {
-    let centre = |index: usize| {
-        let (i, j) = (index % partition.m(), index / partition.m());
-        (
-            (i as f64 + 0.5) / partition.m() as f64 - 0.5,
-            (j as f64 + 0.5) / partition.n() as f64 - 0.5,
-        )
-    };
+pub fn shifts_px(subpixels: Subpixels, d_px: f64) -> Vec<(f64, f64)> {
+    let centre = |index: usize| subpixels.centre(index);
     let mean = |side: Side, of: fn((f64, f64)) -> f64| {
-        let members = partition.side(side);
+        let members = side.members(subpixels);
         let sum: f64 = members.iter().map(|i| of(centre(*i))).sum();
         sum / members.len().max(1) as f64 // no members: one column or row, all centres 0
     };
@@ -64,7 +59,7 @@ pub fn shifts_px(partition: Partition, d_px: f64) -> Vec<(f64, f64)> {
             0.0
         }
     };
-    (0..partition.count())
+    (0..subpixels.count())
         .map(|index| (shift(centre(index).0, across), shift(centre(index).1, down)))
         .collect()
 }
@@ -105,7 +100,7 @@ pub fn refocus(
     let shifted = views
         .images()
         .iter()
-        .zip(shifts_px(views.partition(), d_px));
+        .zip(shifts_px(views.subpixels(), d_px));
     for ((view, (dx, dy)), weight) in shifted.zip(weights) {
         if weight == 0.0 {
             continue;
@@ -138,7 +133,7 @@ mod tests {
 
     /// Views of a plane at the disparity `d_px`: each sees the pattern where the specification says.
     fn plane_at(d_px: f64, m: usize, n: usize) -> Views {
-        let partition = Partition::new(m, n).unwrap();
+        let subpixels = Subpixels::new(m, n).unwrap();
         let view = |(dx, dy): (f64, f64)| {
             let mut image = Image::zeros(40, 32, 1);
             for y in 0..32 {
@@ -149,13 +144,13 @@ mod tests {
             }
             image
         };
-        let images = shifts_px(partition, d_px).into_iter().map(view).collect();
-        Views::new(partition, images).unwrap()
+        let images = shifts_px(subpixels, d_px).into_iter().map(view).collect();
+        Views::new(subpixels, images).unwrap()
     }
 
     #[test]
     fn a_near_point_stands_further_right_and_lower_in_the_left_and_upper_view() {
-        let shifts = |m, n| shifts_px(Partition::new(m, n).unwrap(), 1.0);
+        let shifts = |m, n| shifts_px(Subpixels::new(m, n).unwrap(), 1.0);
         let wanted = [(0.5, 0.5), (-0.5, 0.5), (0.5, -0.5), (-0.5, -0.5)]; // B, A, D, C
         assert_eq!(shifts(2, 2), wanted);
         assert_eq!(shifts(2, 1), [(0.5, 0.0), (-0.5, 0.0)]);

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::subpixels::Subpixels;
+
 /// The main lens as rendered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -91,16 +93,6 @@ pub struct Sensor {
     pub centre_mm: [f64; 2],
     /// The microlens shift.
     pub cra_shift: CraShift,
-}
-
-/// Sub-pixels of a pixel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Subpixels {
-    /// m, along x.
-    pub columns: u32,
-    /// n, along y.
-    pub rows: u32,
 }
 
 /// How the microlenses follow the chief ray.

@@ -5,7 +5,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::camera::{Focus, Intrinsics, Response, Subpixels};
+use crate::camera::{Focus, Intrinsics, Response};
+use crate::subpixels::Subpixels;
 
 /// The whole of `camera.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

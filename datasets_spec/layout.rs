@@ -1,8 +1,7 @@
 //! The files of a sample: one list for writers, readers and the checker.
 
-use crate::camera::{Channel, Sensor, Subpixels};
+use crate::camera::{Channel, Sensor};
 use crate::camera_description::RawFormat;
-use crate::paths::subpixel_names;
 use crate::sample::{FileKind, SampleFile, Storage};
 
 /// Name of the views' layer that holds the sum of all sub-pixels.
@@ -58,12 +57,11 @@ pub fn sample_files(
 ) -> Vec<SampleFile> {
     use FileKind as K;
     let (width, height) = (sensor.width_px, sensor.height_px);
-    let Subpixels { columns, rows } = sensor.subpixels;
     let colours: Vec<&str> = colours
         .iter()
         .map(|channel| channel.name.as_str())
         .collect();
-    let names = subpixel_names(columns, rows);
+    let names = sensor.subpixels.names();
     let layers = |layers: &[String], channels: &[&str]| {
         let of_layer = |layer: &String| {
             let full: Vec<String> = channels.iter().map(|c| format!("{layer}.{c}")).collect();
@@ -82,7 +80,10 @@ pub fn sample_files(
         RawFormat::Png => Storage::Uint16,
         RawFormat::Exr => Storage::Half,
     };
-    let mosaic = [width.saturating_mul(columns), height.saturating_mul(rows)];
+    let mosaic = [
+        width.saturating_mul(sensor.subpixels.m() as u32),
+        height.saturating_mul(sensor.subpixels.n() as u32),
+    ];
     let (half, float, byte) = (Storage::Half, Storage::Float, Storage::Uint8);
     let size = [width, height];
     let mut rows = vec![

@@ -46,11 +46,12 @@ pub mod paths;
 mod readout;
 mod sample;
 mod split;
+mod subpixels;
 mod version;
 
 pub use camera::{
     Channel, ChannelBand, CraShift, Element, ExitPupil, Exposure, Focus, FocusBy, Intrinsics, Lens,
-    MicrolensRule, Misalignment, Part, Response, ResponseModel, Sensor, Subpixels, TableColour,
+    MicrolensRule, Misalignment, Part, Response, ResponseModel, Sensor, TableColour,
     TablePreset,
 };
 pub use camera_description::{CameraDescription, DisparityRatio, RatioField, RawFormat, RawLevels};
@@ -66,6 +67,7 @@ pub use sample::{
     SampleMeta, Scene, Storage,
 };
 pub use split::{Split, split_of_scene, split_scenes};
+pub use subpixels::{Subpixels, SubpixelsError};
 pub use version::{ParseError, SCHEMA_VERSION, check_version, parse};
 
 /// The contract in words.

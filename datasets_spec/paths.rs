@@ -115,20 +115,6 @@ pub fn inside(root: &Path, relative: &str) -> Result<PathBuf, PathError> {
     }
 }
 
-/// Names of the sub-pixels in stored order (row by row): `B A D C` for 2×2, `L R` for 2×1, `T B` for 1×2, else
-/// `r{row}c{column}`.
-pub fn subpixel_names(columns: u32, rows: u32) -> Vec<String> {
-    let own = |names: &[&str]| names.iter().map(ToString::to_string).collect();
-    match (columns, rows) {
-        (2, 2) => own(&["B", "A", "D", "C"]),
-        (2, 1) => own(&["L", "R"]),
-        (1, 2) => own(&["T", "B"]),
-        _ => (0..rows)
-            .flat_map(|row| (0..columns).map(move |column| format!("r{row}c{column}")))
-            .collect(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -201,11 +187,5 @@ mod tests {
         ] {
             assert_eq!(parse_shard_folder(other), None, "{other}");
         }
-    }
-
-    #[test]
-    fn the_quad_pixel_is_stored_b_a_over_d_c() {
-        assert_eq!(subpixel_names(2, 2), ["B", "A", "D", "C"]);
-        assert_eq!(subpixel_names(3, 1), ["r0c0", "r0c1", "r0c2"]);
     }
 }

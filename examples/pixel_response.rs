@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         // A little off the horizontal plane, on which the upper and the lower half meet.
         pixel.weights(u, 0.01, &mut absorbed);
         let half = |side: Side| -> f32 {
-            let members = side.members(subpixels.m(), subpixels.n());
+            let members = side.members(subpixels);
             members.into_iter().map(|subpixel| absorbed[subpixel]).sum()
         };
         let (left, right) = (half(Side::Left), half(Side::Right));

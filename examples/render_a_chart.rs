@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let views: Vec<Image> = (0..subpixels.count()).map(|s| shot.image.view(s)).collect();
     let brightest = shot.image.sum().data().iter().fold(0f32, |a, &b| a.max(b));
     for (side, name) in [(Side::Left, "left.png"), (Side::Right, "right.png")] {
-        let members = side.members(subpixels.m(), subpixels.n());
+        let members = side.members(subpixels);
         let view = sum_of(members.into_iter().map(|s| &views[s]))
             .ok_or("a quad pixel has a left and a right half")?;
         write_png16(

@@ -64,7 +64,7 @@ impl Shifts {
         };
         let (left_right, top_bottom) = (direction(Axes::Horizontal)?, direction(Axes::Vertical)?);
         if left_right.is_none() && top_bottom.is_none() {
-            let subpixels = capture.views.partition().to_string();
+            let subpixels = capture.views.subpixels().to_string();
             return Err(ShiftError::NotParted(subpixels));
         }
         Ok(Self {
@@ -92,7 +92,7 @@ impl Shifts {
         ] {
             let ([a, b], axis) = sides(axes);
             let mean = |side: Side, at: [f64; 2]| {
-                let members = capture.views.partition().side(side);
+                let members = side.members(capture.views.subpixels());
                 let shifts = members
                     .iter()
                     .map(|v| fields[v * channels + c].at(at)[axis]);

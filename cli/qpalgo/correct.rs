@@ -170,11 +170,11 @@ fn pictures(
 ) -> Result<Pictures, ImageError> {
     let mut pictures = Pictures::new(format, &capture.channels);
     let views = &corrected.views;
-    let count = views.partition().count();
+    let count = views.subpixels().count();
     let white = capture.white * count as f64;
     pictures.add("corrected", &corrected.sum, white)?;
     for (index, image) in views.images().iter().enumerate() {
-        let name = format!("view_{}", views.partition().name(index));
+        let name = format!("view_{}", views.subpixels().name(index));
         pictures.add(&name, image, capture.white)?;
     }
     let mask: Vec<u8> = corrected.valid.iter().map(|v| 255 * u8::from(*v)).collect();

@@ -35,16 +35,16 @@ pub struct SaiArgs {
 pub fn run(args: &SaiArgs, progress: Progress) -> Result<(), CommandError> {
     progress.stage(format!("reading {}", args.raw.display()));
     let capture = args.source.read(&args.raw)?;
-    let (views, partition) = (&capture.views, capture.views.partition());
+    let (views, subpixels) = (&capture.views, capture.views.subpixels());
     progress.stage("encoding the views and their sums");
     let mut pictures = Pictures::new(args.format.into(), &capture.channels);
     for (index, image) in views.images().iter().enumerate() {
-        let name = format!("view_{}", partition.name(index));
+        let name = format!("view_{}", subpixels.name(index));
         (pictures.add(&name, image, capture.white)).map_err(CommandError::input)?;
     }
     for side in Side::ALL {
         if let Some(sum) = views.sum(side) {
-            let white = capture.white * partition.side(side).len() as f64;
+            let white = capture.white * side.members(subpixels).len() as f64;
             let name = format!("sum_{}", side.name());
             (pictures.add(&name, &sum, white)).map_err(CommandError::input)?;
         }
@@ -55,14 +55,14 @@ pub fn run(args: &SaiArgs, progress: Progress) -> Result<(), CommandError> {
     let [width, height] = capture.size_px();
     if args.json {
         let object = serde_json::json!({
-            "width": width, "height": height, "subpixels": partition.to_string(), "files": names,
+            "width": width, "height": height, "subpixels": subpixels.to_string(), "files": names,
             "clipped": pictures.clipped
         });
         println!("{object}");
         return Ok(());
     }
     println!("{}: {}", args.out.display(), names.join(" "));
-    println!("{partition} views of {width} × {height} pixels");
+    println!("{subpixels} views of {width} × {height} pixels");
     if let Some(text) = pictures.clipping() {
         eprintln!("{text}");
     }

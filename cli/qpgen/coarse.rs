@@ -33,8 +33,7 @@ impl Coarse {
         recipe.sensor.width = (recipe.sensor.width / factor).max(1);
         recipe.sensor.height = (recipe.sensor.height / factor).max(1);
         recipe.sensor.pitch_um *= factor as f64;
-        let subpixels = assemble::subpixels(&recipe.sensor.subpixels)?;
-        let camera = assemble::camera(&recipe, prepared.response(), subpixels)?;
+        let camera = assemble::camera(&recipe, prepared.response())?;
         let settings = RenderSettings {
             rays_per_pixel: RAYS,
             ..recipe.render

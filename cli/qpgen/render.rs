@@ -82,7 +82,7 @@ fn kept_rays(path: &Path, recipe: &Recipe) -> Result<RayRecord, CommandError> {
     // What the pixel does with the rays may differ.
     let mut expected = recipe.clone();
     expected.response = kept.response.clone();
-    expected.sensor.subpixels.clone_from(&kept.sensor.subpixels);
+    expected.sensor.subpixels = kept.sensor.subpixels;
     expected.sensor.microlens_shift = kept.sensor.microlens_shift;
     expected.exposure_ev = kept.exposure_ev;
     expected.readout.clone_from(&kept.readout);

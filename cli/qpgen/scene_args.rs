@@ -4,7 +4,7 @@ use clap::Args;
 use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::render::RenderSettings;
 use quadpixel::scene::world::PathSettings;
-use quadpixel::sensor::ShiftRule;
+use quadpixel::sensor::{ShiftRule, Subpixels};
 use quadpixel_cli::exit::CommandError;
 
 use quadpixel::em::Preset;
@@ -42,7 +42,7 @@ pub struct SceneArgs {
     pitch_um: Option<f64>,
     /// Sub-pixels below each microlens: 1x1, 2x1, 1x2, 2x2, 3x3, 4x4 (columns x rows).
     #[arg(long, default_value = "2x2")]
-    subpixels: String,
+    subpixels: Subpixels,
     /// Pixel of the wave-optics response, a built-in name or .toml file; absent: the ideal box.
     #[arg(long)]
     pixel: Option<String>,
@@ -131,7 +131,7 @@ impl SceneArgs {
             },
             sensor: SensorRecipe {
                 pitch_um: self.pitch_um.unwrap_or(pixel_pitch),
-                subpixels: self.subpixels.clone(),
+                subpixels: self.subpixels,
                 width,
                 height,
                 window: WindowRecipe::Centre,

@@ -25,7 +25,7 @@ pub struct ValidateArgs {
     pixel: String,
     /// Sub-pixels, columns × rows.
     #[arg(long, default_value = "2x2")]
-    subpixels: String,
+    subpixels: Subpixels,
     /// Rays per direction.
     #[arg(long, default_value_t = 16384)]
     rays: usize,
@@ -63,8 +63,7 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
             args.rays
         )));
     }
-    let subpixels = quadpixel_generators::assemble::subpixels(&args.subpixels)?;
-    let stack = pixel_stack(&args.pixel, subpixels)?;
+    let stack = pixel_stack(&args.pixel, args.subpixels)?;
     let progress = Progress::new(log.json(args.json));
     let angles = |done: usize, total: usize| progress.table(done, total);
     let settings = TableSettings::new(Level::Wave, Preset::Standard, &stack);
@@ -87,7 +86,7 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
     });
     let text = serde_json::to_vec_pretty(&report).map_err(CommandError::failed)?;
     file::write_aside(&args.out.join("validation.json"), &text).map_err(CommandError::failed)?;
-    let sheet = plots(&response, subpixels, args.theta_max_deg, [&disk, &plane]);
+    let sheet = plots(&response, args.subpixels, args.theta_max_deg, [&disk, &plane]);
     let picture = args.out.join("validation.png");
     raster::write_png8(&picture, &sheet.rgb, sheet.width, sheet.height, 3)
         .map_err(CommandError::failed)?;

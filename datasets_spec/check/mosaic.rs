@@ -43,7 +43,7 @@ pub(super) fn check(
         return Vec::new();
     };
     let subpixels = meta.sensor.subpixels;
-    let (columns, rows) = (subpixels.columns as usize, subpixels.rows as usize);
+    let (columns, rows) = (subpixels.m(), subpixels.n());
     let differs = |(kind, source): (FileKind, FileKind)| {
         let (own, source) = (pictures.get(&kind)?, pictures.get(&source)?);
         let codes = &own.channels["Y"];

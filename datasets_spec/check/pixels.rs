@@ -9,7 +9,6 @@ use std::collections::BTreeMap;
 use crate::camera_description::RawFormat;
 use crate::layout::SUM_LAYER;
 use crate::load::Planes;
-use crate::paths::subpixel_names;
 use crate::readout::Readout;
 use crate::sample::{FileKind, SampleMeta};
 
@@ -182,7 +181,7 @@ fn colours(meta: &SampleMeta) -> impl Iterator<Item = &str> {
 }
 
 fn sums(meta: &SampleMeta, kind: FileKind, views: &Planes, findings: &mut Vec<(FileKind, String)>) {
-    let names = subpixel_names(meta.sensor.subpixels.columns, meta.sensor.subpixels.rows);
+    let names = meta.sensor.subpixels.names();
     for colour in colours(meta) {
         let parts: Vec<&Vec<f32>> = names
             .iter()
@@ -206,11 +205,8 @@ fn sums(meta: &SampleMeta, kind: FileKind, views: &Planes, findings: &mut Vec<(F
 }
 
 fn mosaic(meta: &SampleMeta, views: &Planes, raw: &Planes, findings: &mut Vec<(FileKind, String)>) {
-    let (columns, rows) = (
-        meta.sensor.subpixels.columns as usize,
-        meta.sensor.subpixels.rows as usize,
-    );
-    let names = subpixel_names(meta.sensor.subpixels.columns, meta.sensor.subpixels.rows);
+    let (columns, rows) = (meta.sensor.subpixels.m(), meta.sensor.subpixels.n());
+    let names = meta.sensor.subpixels.names();
     let png = meta.raw.format == RawFormat::Png;
     let black = f64::from(meta.raw.black_level.unwrap_or(0));
     let white = f64::from(meta.raw.white_level.unwrap_or(1));
@@ -263,11 +259,8 @@ fn noisy(
     let Some(codes) = pictures.get(&FileKind::Noisy) else {
         return;
     };
-    let (columns, rows) = (
-        meta.sensor.subpixels.columns as usize,
-        meta.sensor.subpixels.rows as usize,
-    );
-    let names = subpixel_names(meta.sensor.subpixels.columns, meta.sensor.subpixels.rows);
+    let (columns, rows) = (meta.sensor.subpixels.m(), meta.sensor.subpixels.n());
+    let names = meta.sensor.subpixels.names();
     for colour in colours(meta) {
         let Some(own) = codes.channels.get(colour) else {
             continue;

@@ -130,8 +130,8 @@ fn check_camera(meta: &SampleMeta, folder: &str, contents: &Contents, report: &m
     let subpixels = meta.sensor.subpixels;
     let ratio = &camera.disparity_ratio;
     let fields = [
-        ("left_right", &ratio.left_right, subpixels.columns),
-        ("top_bottom", &ratio.top_bottom, subpixels.rows),
+        ("left_right", &ratio.left_right, subpixels.m()),
+        ("top_bottom", &ratio.top_bottom, subpixels.n()),
     ];
     for (name, field, parts) in fields {
         let sound = match field {
@@ -224,8 +224,7 @@ fn check_readout(meta: &SampleMeta, path: &str, report: &mut Report) {
         let what = "noise.readout: bits are 2 to 16, and the black level is below the largest code";
         report.add(path, what);
     }
-    let subpixels = meta.sensor.subpixels;
-    let count = subpixels.columns as usize * subpixels.rows as usize;
+    let count = meta.sensor.subpixels.count();
     if readout.subpixel_gains.len() != count {
         let given = readout.subpixel_gains.len();
         let what = format!("noise.readout has {given} sub-pixel gains for {count} sub-pixels");
@@ -239,8 +238,8 @@ fn check_list(meta: &SampleMeta, path: &str, report: &mut Report) -> bool {
     let limits = [
         ("sensor.width_px", sensor.width_px, 1 << 16),
         ("sensor.height_px", sensor.height_px, 1 << 16),
-        ("sensor.subpixels.columns", sensor.subpixels.columns, 16),
-        ("sensor.subpixels.rows", sensor.subpixels.rows, 16),
+        ("sensor.subpixels (columns)", sensor.subpixels.m() as u32, 16),
+        ("sensor.subpixels (rows)", sensor.subpixels.n() as u32, 16),
     ];
     let mut sound = true;
     for (field, value, most) in limits {

@@ -55,13 +55,8 @@ pub fn lens(recipe: &LensRecipe) -> Result<Lens, RecipeError> {
 ///
 /// # Errors
 /// What a field of the recipe is and may be.
-pub fn camera(
-    recipe: &Recipe,
-    response: &Response,
-    subpixels: Subpixels,
-) -> Result<Camera, RecipeError> {
-    let lens = lens(&recipe.lens)?;
-    focused_camera(recipe, &lens, response, subpixels)
+pub fn camera(recipe: &Recipe, response: &Response) -> Result<Camera, RecipeError> {
+    focused_camera(recipe, &lens(&recipe.lens)?, response)
 }
 
 /// The camera of a recipe with its lens focused as given.
@@ -69,7 +64,6 @@ fn focused_camera(
     recipe: &Recipe,
     lens: &Lens,
     response: &Response,
-    subpixels: Subpixels,
 ) -> Result<Camera, RecipeError> {
     let wavelengths = recipe.wavelengths()?;
     let centre = match recipe.sensor.window {
@@ -81,7 +75,12 @@ fn focused_camera(
         }
     };
     let size = (recipe.sensor.width, recipe.sensor.height);
-    let sensor = Sensor::new(recipe.sensor.pitch_um, subpixels, size, centre)?;
+    let sensor = Sensor::new(
+        recipe.sensor.pitch_um,
+        recipe.sensor.subpixels,
+        size,
+        centre,
+    )?;
     let offset_um = DVec2::from(recipe.sensor.microlens_offset_um);
     if !offset_um.is_finite() {
         let field = "sensor.microlens_offset_um";
@@ -104,14 +103,13 @@ fn focused_camera(
 pub fn framing_camera(
     recipe: &Recipe,
     response: &Response,
-    subpixels: Subpixels,
 ) -> Result<Option<Camera>, RecipeError> {
     let framing = |focus_mm| {
         let aligned = LensRecipe {
             focus_mm: Some(focus_mm),
             ..recipe.lens.clone()
         };
-        focused_camera(recipe, &lens(&aligned)?, response, subpixels)
+        focused_camera(recipe, &lens(&aligned)?, response)
     };
     recipe.framing_focus_mm.map(framing).transpose()
 }
@@ -253,20 +251,4 @@ pub fn pixel_stack(name: &str, subpixels: Subpixels) -> Result<PixelStack, Recip
         subpixels,
         ..pixel(name)?
     })
-}
-
-/// Sub-pixels from their name, such as `2x2`.
-///
-/// # Errors
-/// Another text.
-pub fn subpixels(name: &str) -> Result<Subpixels, RecipeError> {
-    let parts = name
-        .split_once('x')
-        .and_then(|(m, n)| Some((m.parse().ok()?, n.parse().ok()?)));
-    let allowed = || {
-        let allowed = "1x1, 2x1, 1x2, 2x2, 3x3, 4x4 (columns x rows)";
-        FieldError::new("subpixels", format!("`{name}`"), allowed)
-    };
-    let (m, n) = parts.ok_or_else(allowed)?;
-    Ok(Subpixels::new(m, n).map_err(|_| allowed())?)
 }

@@ -41,7 +41,6 @@ impl Responses {
     pub fn get(
         &mut self,
         recipe: &Recipe,
-        subpixels: Subpixels,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Arc<Response>, RecipeError> {
         if let ResponseRecipe::Geometric { focal_length_um } = recipe.response {
@@ -54,11 +53,11 @@ impl Responses {
                 }
             };
             let focal = focal_length_um.unwrap_or(recipe.sensor.pitch_um * f_number);
-            let geometric = GeometricResponse::new(subpixels, recipe.sensor.pitch_um, focal)?;
+            let geometric = GeometricResponse::new(recipe.sensor.subpixels, recipe.sensor.pitch_um, focal)?;
             return Ok(Arc::new(Response::Geometric(geometric)));
         }
         let wavelengths_nm = recipe.wavelengths()?.all_response_nm();
-        let key = key(recipe, subpixels)?;
+        let key = key(recipe)?;
         if let Some(response) = self.loaded.get(&key) {
             return Ok(response.clone());
         }
@@ -69,14 +68,14 @@ impl Responses {
                 shifts: Some(shifts),
                 preset,
             } => {
-                let stack = scaled_stack(pixel, *stack_scale, subpixels)?;
+                let stack = scaled_stack(pixel, *stack_scale, recipe.sensor.subpixels)?;
                 let way = (*shifts, *preset);
                 let asked = ShiftedTable::wave(pixel, *stack_scale, &stack, way);
                 let made = asked.at(&wavelengths_nm).made(&self.cache, progress)?;
                 self.taken(made)
             }
             ResponseRecipe::Wave { .. } => {
-                let Some((stack, settings)) = wave_table(recipe, subpixels)? else {
+                let Some((stack, settings)) = wave_table(recipe)? else {
                     unreachable!("a wave table's recipe");
                 };
                 let plan = TablePlan::new(&stack, &settings)?;
@@ -86,10 +85,10 @@ impl Responses {
                     .table(&plan.each_wavelength(reference_nm), progress);
                 self.taken(made?)
             }
-            ResponseRecipe::Fdtd(made) => self.made_before(recipe, Level::Fdtd, made, subpixels)?,
-            ResponseRecipe::Rcwa(made) => self.made_before(recipe, Level::Rcwa, made, subpixels)?,
+            ResponseRecipe::Fdtd(made) => self.made_before(recipe, Level::Fdtd, made)?,
+            ResponseRecipe::Rcwa(made) => self.made_before(recipe, Level::Rcwa, made)?,
             ResponseRecipe::Corrected(made) => {
-                self.made_before(recipe, Level::Corrected, made, subpixels)?
+                self.made_before(recipe, Level::Corrected, made)?
             }
             ResponseRecipe::Table { file } => AngularResponse::read_npz(Path::new(file))?,
             ResponseRecipe::Geometric { .. } => unreachable!("handled above"),
@@ -101,9 +100,9 @@ impl Responses {
 }
 
 /// By which loaded responses are found again.
-fn key(recipe: &Recipe, subpixels: Subpixels) -> Result<String, RecipeError> {
+fn key(recipe: &Recipe) -> Result<String, RecipeError> {
     let nm = recipe.wavelengths()?.all_response_nm();
-    Ok(format!("{:?} {subpixels} {nm:?}", recipe.response))
+    Ok(format!("{:?} {} {nm:?}", recipe.response, recipe.sensor.subpixels))
 }
 
 /// The pixel of a wave level's recipe and the settings of its table; `None` for other recipes.
@@ -112,7 +111,6 @@ fn key(recipe: &Recipe, subpixels: Subpixels) -> Result<String, RecipeError> {
 /// An unknown pixel, or one that cannot be.
 pub(crate) fn wave_table(
     recipe: &Recipe,
-    subpixels: Subpixels,
 ) -> Result<Option<(PixelStack, TableSettings)>, RecipeError> {
     let ResponseRecipe::Wave {
         pixel,
@@ -123,7 +121,7 @@ pub(crate) fn wave_table(
     else {
         return Ok(None);
     };
-    let stack = scaled_stack(pixel, *stack_scale, subpixels)?;
+    let stack = scaled_stack(pixel, *stack_scale, recipe.sensor.subpixels)?;
     let settings = TableSettings {
         wavelengths_nm: recipe.wavelengths()?.all_response_nm(),
         ..TableSettings::new(Level::Wave, *preset, &stack)
@@ -138,7 +136,6 @@ pub(crate) fn wave_table(
 /// An unknown pixel, or a table that takes long.
 pub(crate) fn shifted_to_make(
     recipe: &Recipe,
-    subpixels: Subpixels,
     cache: &ResponseCache,
 ) -> Result<Option<TablePlan>, RecipeError> {
     let ResponseRecipe::Wave {
@@ -150,7 +147,7 @@ pub(crate) fn shifted_to_make(
     else {
         return Ok(None);
     };
-    let stack = scaled_stack(pixel, *stack_scale, subpixels)?;
+    let stack = scaled_stack(pixel, *stack_scale, recipe.sensor.subpixels)?;
     let asked = ShiftedTable::wave(pixel, *stack_scale, &stack, (*shifts, *preset));
     let asked = asked.at(&recipe.wavelengths()?.all_response_nm());
     asked.to_make(cache)
@@ -185,11 +182,10 @@ impl Responses {
     pub(crate) fn put(
         &mut self,
         recipe: &Recipe,
-        subpixels: Subpixels,
         response: Response,
     ) -> Result<(), RecipeError> {
         self.loaded
-            .insert(key(recipe, subpixels)?, Arc::new(response));
+            .insert(key(recipe)?, Arc::new(response));
         Ok(())
     }
 
@@ -199,9 +195,8 @@ impl Responses {
         recipe: &Recipe,
         level: Level,
         made: &MadeTable,
-        subpixels: Subpixels,
     ) -> Result<AngularResponse, RecipeError> {
-        let stack = pixel_stack(&made.pixel, subpixels)?;
+        let stack = pixel_stack(&made.pixel, recipe.sensor.subpixels)?;
         // It is of one wavelength.
         if level == Level::Fdtd && made.is_usual() && recipe.spectrum.is_none() {
             let shipped = AngularResponse::shipped_fdtd(&stack);
@@ -297,7 +292,7 @@ mod tests {
         let text = "model = \"rcwa\"\npixels = [\"3.5um\"]\nshifts = 8";
         let mut responses = responses(folder.path());
         let asked = recipe(text);
-        let why = responses.get(&asked, stack.subpixels, &|_, _| ());
+        let why = responses.get(&asked, &|_, _| ());
         let why = why.unwrap_err().to_string();
         assert!(
             why.contains("qpgen response --model rcwa --pixel 3.5um --subpixels 2x2 --shifts 8"),
@@ -310,7 +305,7 @@ mod tests {
         let nm = asked.wavelengths().unwrap().all_response_nm();
         let key = made.settings(level, &stack, &nm).key(&stack).unwrap();
         std::fs::write(responses.cache.path(&key), b"no table").unwrap();
-        assert!(responses.get(&asked, stack.subpixels, &|_, _| ()).is_err());
+        assert!(responses.get(&asked, &|_, _| ()).is_err());
         assert_eq!(responses.take_warnings().len(), 1);
     }
 

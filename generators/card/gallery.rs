@@ -91,8 +91,8 @@ fn facts(meta: &SampleMeta) -> Vec<(&'static str, String)> {
         sensor.width_px,
         sensor.height_px,
         number(sensor.pitch_um),
-        sensor.subpixels.columns,
-        sensor.subpixels.rows,
+        sensor.subpixels.m(),
+        sensor.subpixels.n(),
         meta.response.label()
     );
     let lens = format!(

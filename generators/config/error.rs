@@ -39,9 +39,9 @@ pub enum ConfigError {
     /// A number of lens shifts that no table can have.
     #[error("response.shifts: {0}")]
     Shifts(OutOfRange),
-    /// Colour bands out of their range.
+    /// A value that a part of the camera refuses.
     #[error(transparent)]
-    Spectrum(#[from] OutOfRange),
+    Range(#[from] OutOfRange),
 }
 
 impl ConfigError {

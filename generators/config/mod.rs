@@ -19,7 +19,7 @@ pub use world::{WorldConfig, WorldFileConfig};
 
 use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::em::{Preset, ShiftGrid};
-use quadpixel::sensor::ShiftRule;
+use quadpixel::sensor::{ShiftRule, Subpixels, check_simulated};
 use quadpixel::spectrum::Bands;
 use quadpixel_datasets::MosaicPattern;
 use serde::{Deserialize, Serialize};
@@ -91,8 +91,8 @@ pub struct LensConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SensorConfig {
-    /// Columns × rows of sub-pixels, such as `2x2`.
-    pub subpixels: String,
+    /// Sub-pixels below each microlens.
+    pub subpixels: Subpixels,
     /// Microlenses in a row.
     pub width: usize,
     /// Rows of microlenses.
@@ -236,6 +236,7 @@ impl DatasetConfig {
             ("scene.charts", self.scene.charts.len()),
             ("scene.texture_px", self.scene.texture_px),
         ])?;
+        check_simulated("sensor", self.sensor.subpixels)?;
         self.response.check()?;
         self.check_draws()?;
         if let Some(tolerances) = &self.lens.tolerances {

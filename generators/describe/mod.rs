@@ -226,10 +226,7 @@ fn sensor(recipe: &Recipe, camera: &Camera) -> spec::Sensor {
         .fold(0.0, f64::max);
     spec::Sensor {
         pitch_um: sensor.pitch_um(),
-        subpixels: spec::Subpixels {
-            columns: sensor.subpixels().m() as u32,
-            rows: sensor.subpixels().n() as u32,
-        },
+        subpixels: sensor.subpixels(),
         width_px: width as u32,
         height_px: height as u32,
         centre_mm: sensor.centre_mm().to_array(),

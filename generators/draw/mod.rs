@@ -103,14 +103,13 @@ pub fn recipe(
         ));
     };
     let readout = |electronics| {
-        let subpixels = crate::assemble::subpixels(&config.sensor.subpixels)?;
-        Ok::<_, RecipeError>(readout::readout(
+        readout::readout(
             electronics,
             &dice,
             &shot,
             pitch_um,
-            subpixels,
-        ))
+            config.sensor.subpixels,
+        )
     };
     let name = dice.choice(&config.lens.names, For::Lens, 0).clone();
     let (misalignments, deviations) = match &config.lens.tolerances {
@@ -133,7 +132,7 @@ pub fn recipe(
         },
         sensor: SensorRecipe {
             pitch_um,
-            subpixels: config.sensor.subpixels.clone(),
+            subpixels: config.sensor.subpixels,
             width: config.sensor.width,
             height: config.sensor.height,
             window: window(config, &dice),
@@ -162,7 +161,7 @@ pub fn recipe(
         },
         effects: config.effects.clone(),
         tolerance: config.tolerance,
-        readout: config.readout.as_ref().map(readout).transpose()?,
+        readout: config.readout.as_ref().map(readout),
     })
 }
 

@@ -127,8 +127,8 @@ impl Sample<'_> {
             return Err(self.lacks(name, "itself: --noisy needs a dataset with [readout]"));
         }
         let layers = self.layers(name)?;
-        let (columns, rows) = self.subpixels();
-        let names = paths::subpixel_names(columns as u32, rows as u32);
+        let subpixels = self.meta.sensor.subpixels;
+        let names = subpixels.names();
         let find = |wanted: &str| {
             let found = layers.iter().find(|l| l.name == wanted);
             found
@@ -139,14 +139,14 @@ impl Sample<'_> {
             if *side == Side::All {
                 return Ok(find(SUM_LAYER)?.clone());
             }
-            let members = side.members(columns, rows);
+            let members = side.members(subpixels);
             let images =
                 (members.iter().map(|&i| find(&names[i]))).collect::<Result<Vec<_>, _>>()?;
             let mut image = sum_of(images).ok_or_else(|| {
-                let what = format!("{columns} × {rows} sub-pixels have no {} half", side.name());
+                let what = format!("{subpixels} sub-pixels have no {} half", side.name());
                 ExportError::refused(format!("sample {}", self.entry.id), what)
             })?;
-            let scale = (columns * rows) as f32 / members.len() as f32;
+            let scale = subpixels.count() as f32 / members.len() as f32;
             image.data_mut().iter_mut().for_each(|v| *v *= scale);
             Ok(image)
         };
@@ -156,10 +156,10 @@ impl Sample<'_> {
     /// x_L − x_R, px; NaN where there is no truth.
     pub fn left_right_px(&self) -> Result<Image, ExportError> {
         let layers = self.layers("disparity.exr")?;
-        let (columns, rows) = self.subpixels();
-        let names = paths::subpixel_names(columns as u32, rows as u32);
+        let subpixels = self.meta.sensor.subpixels;
+        let names = subpixels.names();
         let mean = |side: Side| {
-            let members = side.members(columns, rows);
+            let members = side.members(subpixels);
             let shift = |&i: &usize| {
                 let layer = layers.iter().find(|l| l.name == names[i])?;
                 let at = layer.channels.iter().position(|c| c == "dx")?;
@@ -178,11 +178,6 @@ impl Sample<'_> {
         let pairs = left.data_mut().iter_mut().zip(right.data());
         pairs.for_each(|(l, r)| *l -= r);
         Ok(left)
-    }
-
-    fn subpixels(&self) -> (usize, usize) {
-        let subpixels = self.meta.sensor.subpixels;
-        (subpixels.columns as usize, subpixels.rows as usize)
     }
 
     fn lacks(&self, name: &str, what: &str) -> ExportError {

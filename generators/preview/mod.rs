@@ -122,12 +122,10 @@ fn title(sheet: &mut Sheet, given: &Description) {
         number(given.lens.f_number),
     );
     let second = format!(
-        "{}x{} px of {} um, {}x{} sub-pixels, {} response: {}",
+        "{}x{} px of {} um, {subpixels} sub-pixels, {} response: {}",
         given.sensor.width_px,
         given.sensor.height_px,
         number(given.sensor.pitch_um),
-        subpixels.columns,
-        subpixels.rows,
         given.response.label(),
         given.scene.charts.join(", "),
     );
@@ -137,30 +135,25 @@ fn title(sheet: &mut Sheet, given: &Description) {
 
 fn views(sheet: &mut Sheet, pictures: &Pictures<'_>) {
     let subpixels = pictures.description.sensor.subpixels;
-    let (columns, rows) = (subpixels.columns as usize, subpixels.rows as usize);
-    let names = quadpixel_datasets::paths::subpixel_names(subpixels.columns, subpixels.rows);
+    let names = subpixels.names();
     let caption = if names.len() <= 4 {
         format!("views {}", names.join(" "))
     } else {
-        format!("{columns}x{rows} views")
+        format!("{subpixels} views")
     };
     let (x, y) = sheet.caption(1, 0, &caption);
-    let side = TILE / columns.max(rows);
+    let side = TILE / subpixels.m().max(subpixels.n());
     for (index, view) in pictures.views.iter().enumerate() {
-        let place = (
-            x + index % columns * side,
-            y + index / columns * side,
-            side - 1,
-        );
+        let (column, row) = subpixels.column_row(index);
+        let place = (x + column * side, y + row * side, side - 1);
         sheet.picture(place, view, |p| light(p, names.len() as f32));
     }
 }
 
 fn anaglyph(sheet: &mut Sheet, pictures: &Pictures<'_>) {
     let subpixels = pictures.description.sensor.subpixels;
-    let (columns, rows) = (subpixels.columns as usize, subpixels.rows as usize);
-    let [left, right] = [Side::Left, Side::Right].map(|side| side.members(columns, rows));
-    let gain = (columns * rows) as f32 / left.len().max(1) as f32;
+    let [left, right] = [Side::Left, Side::Right].map(|side| side.members(subpixels));
+    let gain = subpixels.count() as f32 / left.len().max(1) as f32;
     let side = |indices: &[usize]| sum_of(indices.iter().filter_map(|&i| pictures.views.get(i)));
     let (Some(left), Some(right)) = (side(&left), side(&right)) else {
         return sheet.empty(3, 0, "L and R");

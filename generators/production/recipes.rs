@@ -29,7 +29,6 @@ pub(crate) struct Recipes {
 impl Recipes {
     /// Draws all of them once, so that a bad one is found before the first ray.
     pub fn checked(config: &DatasetConfig, shard: Shard) -> Result<Self, RecipeError> {
-        crate::assemble::subpixels(&config.sensor.subpixels)?;
         let count = u32::try_from(config.count)
             .ok()
             .filter(|n| *n <= paths::MAX_SAMPLES);

@@ -11,7 +11,7 @@ use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::em::{Level, Preset};
 use quadpixel::lens::{Deviation, Misalignment};
 use quadpixel::render::RenderSettings;
-use quadpixel::sensor::ShiftRule;
+use quadpixel::sensor::{ShiftRule, Subpixels};
 use quadpixel::sensor::readout::ReadoutSettings;
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
 use quadpixel_datasets::MosaicPattern;
@@ -128,8 +128,8 @@ fn is_zero(value: &f64) -> bool {
 pub struct SensorRecipe {
     /// Pitch of the microlenses, µm.
     pub pitch_um: f64,
-    /// Sub-pixels below each microlens, columns × rows, such as `2x2`.
-    pub subpixels: String,
+    /// Sub-pixels below each microlens.
+    pub subpixels: Subpixels,
     /// Microlenses in a row of the window.
     pub width: usize,
     /// Rows of microlenses in the window.

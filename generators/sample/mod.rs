@@ -117,7 +117,6 @@ pub fn prepare(
     responses: &mut Responses,
     observer: &dyn Observer,
 ) -> Result<Prepared, RecipeError> {
-    let subpixels = assemble::subpixels(&recipe.sensor.subpixels)?;
     (recipe.tolerance.check()).map_err(RecipeError::Tolerance)?;
     if !(1..=1 << 24).contains(&recipe.render.rays_per_pixel) {
         let n = recipe.render.rays_per_pixel;
@@ -126,11 +125,11 @@ pub fn prepare(
     let mut stages = Stages::default();
     let response = timed(&mut stages.response_s, || {
         let progress = |done, total| observer.event(Event::Table { done, total });
-        responses.get(recipe, subpixels, &progress)
+        responses.get(recipe, &progress)
     })?;
     let (camera, scene, warnings) = timed(&mut stages.scene_s, || {
-        let camera = assemble::camera(recipe, &response, subpixels)?;
-        let framing = assemble::framing_camera(recipe, &response, subpixels)?;
+        let camera = assemble::camera(recipe, &response)?;
+        let framing = assemble::framing_camera(recipe, &response)?;
         let framing = framing.as_ref().unwrap_or(&camera);
         let (scene, warnings) = assemble::scene_and_warnings(recipe, framing)?;
         Ok::<_, RecipeError>((camera, scene, warnings))

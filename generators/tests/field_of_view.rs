@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 use quadpixel::render::{RenderSettings, render};
-use quadpixel_generators::assemble::{Responses, camera, scene, subpixels};
+use quadpixel_generators::assemble::{Responses, camera, scene};
 use quadpixel_generators::recipe::Recipe;
 
 /// A recipe with a window and the text of its cards.
@@ -40,9 +40,8 @@ fn a_window_at_a_chief_ray_angle_has_that_angle_and_azimuth() {
         "{ at = \"chief-ray-angle\", theta_deg = 10, phi_deg = 45 }",
         "planes = []",
     );
-    let quad = subpixels("2x2").unwrap();
-    let response = Responses::new().get(&recipe, quad, &|_, _| ()).unwrap();
-    let camera = camera(&recipe, &response, quad).unwrap();
+    let response = Responses::new().get(&recipe, &|_, _| ()).unwrap();
+    let camera = camera(&recipe, &response).unwrap();
     let centre = camera.sensor().centre_mm();
     assert!((camera.chief_ray_angle_deg(centre).unwrap() - 10.0).abs() < 1e-6);
     // Behind an exit pupil in front of the sensor light travels away from the axis: the azimuth is that of the place.
@@ -69,9 +68,8 @@ fn a_filling_card_is_all_that_the_window_sees_tilted_or_not_near_or_far() {
                 tilts.0, tilts.1, tilts.2
             );
             let recipe = recipe(lens, window, &planes);
-            let quad = subpixels("2x2").unwrap();
-            let response = Responses::new().get(&recipe, quad, &|_, _| ()).unwrap();
-            let camera = camera(&recipe, &response, quad).unwrap();
+                    let response = Responses::new().get(&recipe, &|_, _| ()).unwrap();
+            let camera = camera(&recipe, &response).unwrap();
             let scene = scene(&recipe, &camera).unwrap();
             let settings = RenderSettings {
                 rays_per_pixel: 256,

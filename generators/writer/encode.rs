@@ -38,9 +38,8 @@ pub(super) fn encode(
     check(sample, name)?;
     let given = &sample.description;
     let subpixels = given.sensor.subpixels;
-    let (columns, rows) = (subpixels.columns as usize, subpixels.rows as usize);
     let truth = truth::masked(sample);
-    let views = split_views(sample.raw, columns, rows);
+    let views = split_views(sample.raw, subpixels);
     let sum = sum_of(&views).ok_or_else(|| input(name, "the pixel has no sub-pixel"))?;
     let format = match sample.raw_encoding {
         RawEncoding::Png(_) => RawFormat::Png,
@@ -65,7 +64,7 @@ pub(super) fn encode(
         views: &views,
         sum: &sum,
         colours: &colours,
-        subpixels: paths::subpixel_names(subpixels.columns, subpixels.rows),
+        subpixels: subpixels.names(),
     };
     let encoded: Vec<(Vec<u8>, u64)> = files
         .par_iter()
@@ -124,7 +123,6 @@ impl Pictures<'_> {
 
     fn sheet(&self) -> preview::Sheet {
         let subpixels = self.sample.description.sensor.subpixels;
-        let (columns, rows) = (subpixels.columns as usize, subpixels.rows as usize);
         let maps = &self.truth.disparity_px;
         preview::contact_sheet(&preview::Pictures {
             description: &self.sample.description,
@@ -132,7 +130,7 @@ impl Pictures<'_> {
             sum: self.sum,
             target: self.sample.target,
             depth_m: &self.truth.depth_m,
-            left_right_px: truth::left_right_px(maps, columns, rows, 0).as_ref(),
+            left_right_px: truth::left_right_px(maps, subpixels, 0).as_ref(),
             coc_px: &self.truth.coc_px,
             occlusion: self.sample.occlusion,
         })
@@ -185,8 +183,7 @@ impl Pictures<'_> {
             }
             FileKind::NoisyViews => {
                 let subpixels = sample.description.sensor.subpixels;
-                let (columns, rows) = (subpixels.columns as usize, subpixels.rows as usize);
-                let views = split_views(self.noisy(file)?.linear, columns, rows);
+                let views = split_views(self.noisy(file)?.linear, subpixels);
                 let sum = sum_of(&views)
                     .ok_or_else(|| input(&file.name, "the pixel has no sub-pixel"))?;
                 let mut layers = self.layers(&views);
@@ -304,11 +301,7 @@ fn describe(
             invalid_pixels: truth.valid.iter().filter(|valid| !**valid).count() as u64,
         },
         ranges: truth::ranges(truth),
-        coc_disparity: truth::coc_disparity(
-            truth,
-            subpixels.columns as usize,
-            subpixels.rows as usize,
-        ),
+        coc_disparity: truth::coc_disparity(truth, subpixels),
         files,
         contents: Vec::new(),
     }

@@ -9,7 +9,7 @@ use crate::describe::Description;
 pub(super) fn picked(description: &Description, all: &Image) -> Option<Image> {
     let pattern = description.mosaic?;
     let subpixels = description.sensor.subpixels;
-    let (m, n) = (subpixels.columns as usize, subpixels.rows as usize);
+    let (m, n) = (subpixels.m(), subpixels.n());
     let mut own = Image::zeros(all.width(), all.height(), 1);
     for y in 0..all.height() {
         for x in 0..all.width() {

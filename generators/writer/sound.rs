@@ -15,10 +15,7 @@ pub(super) fn input(sample: &str, what: impl Into<String>) -> WriteError {
 pub(super) fn check(sample: &SampleFiles<'_>, name: &str) -> Result<(), WriteError> {
     let sensor = &sample.description.sensor;
     let (width, height) = (sensor.width_px as usize, sensor.height_px as usize);
-    let (m, n) = (
-        sensor.subpixels.columns as usize,
-        sensor.subpixels.rows as usize,
-    );
+    let (m, n) = (sensor.subpixels.m(), sensor.subpixels.n());
     let colours = sample.description.channels.len();
     if sample.description.mosaic.is_some() {
         let names = sample.description.channels.iter().map(|c| c.name.as_str());

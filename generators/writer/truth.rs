@@ -3,6 +3,7 @@
 
 use quadpixel::image::Image;
 use quadpixel::image::views::Side;
+use quadpixel::sensor::Subpixels;
 use quadpixel_datasets::{CocDisparity, Range, Ranges};
 
 use super::files::SampleFiles;
@@ -96,11 +97,10 @@ fn range<'a>(values: impl IntoIterator<Item = &'a f32>) -> Option<Range> {
 /// x_L − x_R of a pixel, px: the mean dx of the left sub-pixels minus that of the right ones; `None` for one column.
 pub(super) fn left_right_px(
     disparity_px: &[Image],
-    columns: usize,
-    rows: usize,
+    subpixels: Subpixels,
     channel: usize,
 ) -> Option<Image> {
-    let [left, right] = [Side::Left, Side::Right].map(|side| side.members(columns, rows));
+    let [left, right] = [Side::Left, Side::Right].map(|side| side.members(subpixels));
     let first = disparity_px.first().filter(|_| !left.is_empty())?;
     let mean = |side: &[usize], x: usize, y: usize| {
         let values = side
@@ -118,9 +118,9 @@ pub(super) fn left_right_px(
 }
 
 /// −Σ (x_L − x_R) c / Σ c² over the valid pixels, for the traced and the paraxial disparity.
-pub(super) fn coc_disparity(truth: &Truth, columns: usize, rows: usize) -> Option<CocDisparity> {
+pub(super) fn coc_disparity(truth: &Truth, subpixels: Subpixels) -> Option<CocDisparity> {
     let ratio = |channel| {
-        let map = left_right_px(&truth.disparity_px, columns, rows, channel)?;
+        let map = left_right_px(&truth.disparity_px, subpixels, channel)?;
         let (mut along, mut square, mut count) = (0.0, 0.0, 0.0);
         for (&d, &c) in map.data().iter().zip(truth.coc_px.data()) {
             if d.is_finite() && c.is_finite() {

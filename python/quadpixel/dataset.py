@@ -6,7 +6,7 @@ import os
 import numpy as np
 
 from .files import read_exr, read_png, stack
-from .geometry import left_right, subpixel_names
+from .geometry import left_right, subpixel_counts, subpixel_names
 
 SCHEMA_VERSION = 2
 
@@ -82,8 +82,8 @@ def decode(files, items=None):
     check_version(meta)
     if items is None:
         items = [item for item in ITEMS if _file_of(item, meta) in files]
-    subpixels = meta["sensor"]["subpixels"]
-    names = subpixel_names(subpixels["columns"], subpixels["rows"])
+    columns, rows = subpixel_counts(meta)
+    names = subpixel_names(columns, rows)
     colours = [channel["name"] for channel in meta["channels"]]
     sample = {"id": meta["id"], "meta": meta}
     for item in items:
@@ -105,7 +105,7 @@ def decode(files, items=None):
             channels = read_exr(content)
             sample[item] = stack(channels, names, ["dx", "dy"])
             sample["paraxial"] = stack(channels, names, ["paraxial_dx", "paraxial_dy"])
-            if subpixels["columns"] > 1:
+            if columns > 1:
                 sample["left_right"] = left_right(sample[item], meta)
         elif item in ("depth", "distance", "coc"):
             (sample[item],) = read_exr(content).values()

@@ -3,9 +3,13 @@
 import numpy as np
 
 
-def _counts(meta):
+def subpixel_counts(meta):
+    """Columns and rows of sub-pixels of a pixel."""
     subpixels = meta["sensor"]["subpixels"]
-    return subpixels["columns"], subpixels["rows"]
+    if isinstance(subpixels, dict):  # of files written before they became a text
+        return subpixels["columns"], subpixels["rows"]
+    columns, rows = subpixels.split("x")
+    return int(columns), int(rows)
 
 
 def subpixel_names(columns, rows):
@@ -19,7 +23,7 @@ def mosaic_channels(meta):
     if "mosaic" not in meta:
         raise ValueError(f"sample {meta['id']} has no mosaic")
     square = np.array(["rgb".index(colour) for colour in meta["mosaic"]["pattern"]]).reshape(2, 2)
-    columns, rows = _counts(meta)
+    columns, rows = subpixel_counts(meta)
     y = np.arange(meta["sensor"]["height_px"] * rows) // rows % 2
     x = np.arange(meta["sensor"]["width_px"] * columns) // columns % 2
     return square[y[:, None], x]
@@ -45,9 +49,9 @@ def halves(views, meta, sides="LR"):
 
     ``views`` is (m*n, H, W, 3) in stored order.
     """
-    members = [side_members(side, *_counts(meta)) for side in sides]
+    members = [side_members(side, *subpixel_counts(meta)) for side in sides]
     if not all(members):
-        raise ValueError(f"a pixel of {_counts(meta)[0]} x {_counts(meta)[1]} sub-pixels has no halves {sides}")
+        raise ValueError(f"a pixel of {subpixel_counts(meta)[0]} x {subpixel_counts(meta)[1]} sub-pixels has no halves {sides}")
     return tuple(views[own].sum(axis=0, dtype=np.float32) for own in members)
 
 
@@ -56,7 +60,7 @@ def left_right(disparity, meta):
 
     ``disparity`` is (m*n, H, W, 2): each view's (dx, dy) in stored order.
     """
-    left, right = (disparity[side_members(s, *_counts(meta)), ..., 0] for s in "LR")
+    left, right = (disparity[side_members(s, *subpixel_counts(meta)), ..., 0] for s in "LR")
     if not len(left):
         raise ValueError("a pixel of one column has no left and right")
     return (left.mean(axis=0) - right.mean(axis=0)).astype(np.float32)

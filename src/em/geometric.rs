@@ -14,7 +14,7 @@ use super::light::{
 };
 use super::{PixelStack, light};
 use crate::range::{OutOfRange, require};
-use crate::sensor::{MovingFrame, Subpixels};
+use crate::sensor::{MovingFrame, Subpixels, check_simulated};
 
 /// Name and version of the model: part of every table's key.
 pub(super) const MODEL: &str = "geometric-1";
@@ -32,12 +32,13 @@ impl GeometricResponse {
     /// Pitch and microlens focal length (in air) in µm.
     ///
     /// # Errors
-    /// Lengths that are not positive and finite.
+    /// Lengths that are not positive and finite, or a partition that is not simulated.
     pub fn new(
         subpixels: Subpixels,
         pitch_um: f64,
         focal_length_um: f64,
     ) -> Result<Self, OutOfRange> {
+        check_simulated("response", subpixels)?;
         for (field, value) in [("pitch_um", pitch_um), ("focal_length_um", focal_length_um)] {
             require(value > 0.0 && value.is_finite(), || {
                 OutOfRange::new("response", field, value, "finite and > 0")

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 use super::Material;
 use super::mosaic::{FilterColour, FilterIndices, Mosaic};
 use crate::range::OutOfRange;
-use crate::sensor::{MovingFrame, Subpixels};
+use crate::sensor::{MovingFrame, Subpixels, check_simulated};
 
 /// Most layers that a pixel may list.
 const MOST_LAYERS: usize = 32;
@@ -166,6 +166,7 @@ impl PixelStack {
     /// narrower than sub-pixels.
     pub fn check(&self) -> Result<(), StackError> {
         within("pitch_um", self.pitch_um, 0.4, 12.0, "0.4 to 12")?;
+        check_simulated("pixel", self.subpixels)?;
         within("silicon_um", self.silicon_um, 0.1, 20.0, "0.1 to 20")?;
         self.check_lens()?;
         self.check_layers()?;

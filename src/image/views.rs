@@ -5,13 +5,15 @@
 //! ```
 
 use super::Image;
+use crate::sensor::Subpixels;
 
 /// The view of each sub-pixel in stored order, row by row; columns and rows of the mosaic beyond a whole pixel are left
 /// out.
-pub fn split_views(raw: &Image, columns: usize, rows: usize) -> Vec<Image> {
+pub fn split_views(raw: &Image, subpixels: Subpixels) -> Vec<Image> {
+    let (columns, rows) = (subpixels.m(), subpixels.n());
     let (width, height) = (raw.width() / columns, raw.height() / rows);
     let view = |index: usize| {
-        let (i, j) = (index % columns, index / columns);
+        let (i, j) = subpixels.column_row(index);
         let mut view = Image::zeros(width, height, raw.channels());
         for y in 0..height {
             for x in 0..width {
@@ -21,7 +23,7 @@ pub fn split_views(raw: &Image, columns: usize, rows: usize) -> Vec<Image> {
         }
         view
     };
-    (0..columns * rows).map(view).collect()
+    (0..subpixels.count()).map(view).collect()
 }
 
 /// The sum of images of one size, added in f64 in the order given; `None` without an image.
@@ -69,12 +71,12 @@ impl Side {
         }
     }
 
-    /// Indices of its sub-pixels among `columns × rows`; none where there is but one column (left, right) or row (top,
-    /// bottom).
-    pub fn members(self, columns: usize, rows: usize) -> Vec<usize> {
+    /// Indices of its sub-pixels; none where there is but one column (left, right) or row (top, bottom).
+    pub fn members(self, subpixels: Subpixels) -> Vec<usize> {
+        let (columns, rows) = (subpixels.m(), subpixels.n());
         let (half_m, half_n) = (columns / 2, rows / 2);
         let holds = |index: &usize| {
-            let (i, j) = (index % columns, index / columns);
+            let (i, j) = subpixels.column_row(*index);
             match self {
                 Self::Left => i < half_m,
                 Self::Right => i >= columns - half_m,
@@ -83,7 +85,7 @@ impl Side {
                 Self::All => true,
             }
         };
-        (0..columns * rows).filter(holds).collect()
+        (0..subpixels.count()).filter(holds).collect()
     }
 }
 
@@ -96,11 +98,11 @@ mod tests {
     fn the_quad_mosaic_comes_apart_as_b_a_over_d_c() {
         // One pixel: B = 1, A = 2 above, D = 3, C = 4 below.
         let raw = Image::from_vec(2, 2, 1, vec![1.0, 2.0, 3.0, 4.0]).unwrap();
-        let views = split_views(&raw, 2, 2);
+        let views = split_views(&raw, Subpixels::QUAD);
         let values: Vec<f32> = views.iter().map(|view| view.data()[0]).collect();
         assert_eq!(values, [1.0, 2.0, 3.0, 4.0]);
         let total = |side: Side| {
-            let members = side.members(2, 2);
+            let members = side.members(Subpixels::QUAD);
             sum_of(members.iter().map(|&i| &views[i])).unwrap().data()[0]
         };
         // L = B + D, R = A + C, T = B + A, B = D + C.
@@ -109,9 +111,10 @@ mod tests {
 
     #[test]
     fn a_middle_column_sees_neither_half() {
-        assert_eq!(Side::Left.members(3, 1), [0]);
-        assert_eq!(Side::Right.members(3, 1), [2]);
-        assert!(Side::Left.members(1, 2).is_empty());
+        let three = Subpixels::new(3, 1).unwrap();
+        assert_eq!(Side::Left.members(three), [0]);
+        assert_eq!(Side::Right.members(three), [2]);
+        assert!(Side::Left.members(Subpixels::DUAL_Y).is_empty());
         assert!(sum_of([]).is_none());
     }
 }

@@ -57,7 +57,7 @@ pub fn disparity_ratio(camera: &Camera) -> Option<DisparityRatio> {
 /// Mean slope of what a side's sub-pixels see; `None` without a sub-pixel on that side, or if one of them is dark.
 fn mean_slope(camera: &Camera, seen: &[Centroid], side: Side) -> Option<DVec2> {
     let subpixels = camera.sensor().subpixels();
-    let members = side.members(subpixels.m(), subpixels.n());
+    let members = side.members(subpixels);
     let lit = members.iter().all(|&i| seen[i].weight > 0.0);
     let sum: DVec2 = members.iter().map(|&i| seen[i].slope).sum();
     (lit && !members.is_empty()).then(|| sum / members.len() as f64)

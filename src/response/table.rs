@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::{ChiefRayShifts, ResponseError, ResponseMeta};
 use crate::em::symmetry::symmetries_of;
 use crate::em::{PixelStack, ShiftGrid};
-use crate::sensor::{MovingFrame, Subpixels};
+use crate::sensor::{MovingFrame, Subpixels, check_simulated};
 
 /// What Σ P_i may exceed 1 by: rounding of f32, no more.
 pub(super) const SUM_ROUNDING: f32 = 1e-5;
@@ -56,6 +56,7 @@ impl AngularResponse {
             ));
         }
         let nodes = axes.wavelengths_nm.len() * axes.shifts_um.len() * axes.v.len() * axes.u.len();
+        check_simulated("response", meta.subpixels)?;
         let count = meta.subpixels.count();
         if table.len() != nodes * count {
             return Err(ResponseError::value(

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::Subpixels;
+use super::{Subpixels, check_simulated};
 use crate::field::SensorWindowMm;
 use crate::range::{OutOfRange, require};
 use crate::units::MM_PER_UM;
@@ -22,8 +22,8 @@ pub struct Sensor {
 
 impl Sensor {
     /// # Errors
-    /// A pitch that is not positive and finite, a size of zero or of more than 2³⁰ sub-pixels, or a centre that is not
-    /// finite.
+    /// A pitch that is not positive and finite, a partition that is not simulated, a size of zero or of more than 2³⁰
+    /// sub-pixels, or a centre that is not finite.
     pub fn new(
         pitch_um: f64,
         subpixels: Subpixels,
@@ -39,6 +39,7 @@ impl Sensor {
             pitch_um.is_finite() && pitch_um > 0.0,
             "a positive length",
         )?;
+        check_simulated("sensor", subpixels)?;
         check("width", width as f64, width > 0, "at least 1 microlens")?;
         check("height", height as f64, height > 0, "at least 1 microlens")?;
         let total = width

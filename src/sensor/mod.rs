@@ -8,9 +8,21 @@ mod grid;
 mod microlens;
 mod moving_frame;
 pub mod readout;
-mod subpixels;
 
 pub use grid::Sensor;
 pub use microlens::{MicrolensShifts, ShiftRule};
 pub use moving_frame::MovingFrame;
-pub use subpixels::{Subpixels, SubpixelsError};
+pub use quadpixel_datasets::{Subpixels, SubpixelsError};
+
+use crate::range::{OutOfRange, require};
+
+/// Checks that pixels are simulated with this partition; `what` names whose it is in the error.
+///
+/// # Errors
+/// Another partition than those of [`Subpixels::SIMULATED`].
+pub fn check_simulated(what: &'static str, subpixels: Subpixels) -> Result<(), OutOfRange> {
+    require(Subpixels::SIMULATED.contains(&subpixels), || {
+        let allowed = Subpixels::SIMULATED.map(|s| s.to_string()).join(", ");
+        OutOfRange::new(what, "subpixels", subpixels, allowed + " (columns x rows)")
+    })
+}

@@ -194,11 +194,11 @@ fn truth(folder: &Path, capture: &Capture, region: Region) -> Result<Truth, Comm
     }
     if folder.join("disparity.exr").is_file() {
         let layers = read("disparity.exr")?;
-        let partition = capture.views.partition();
+        let subpixels = capture.views.subpixels();
         let mean = |side: Side, i: usize| {
-            let members = partition.side(side);
+            let members = side.members(subpixels);
             let dx = |v: &usize| {
-                let layer = layers.iter().find(|l| l.name == partition.name(*v));
+                let layer = layers.iter().find(|l| l.name == subpixels.name(*v));
                 let at = layer.and_then(|l| {
                     let channel = l.channels.iter().position(|c| c == "dx")?;
                     l.image.data().get(i * l.channels.len() + channel)

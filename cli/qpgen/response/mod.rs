@@ -11,6 +11,7 @@ use quadpixel::response::{
     AngularResponse, CachedTable, ImportSettings, ResponseCache, ResponseError, ShiftSettings,
     TablePlan, TableSettings,
 };
+use quadpixel::sensor::{Subpixels, check_simulated};
 use quadpixel::shard::Shard;
 use quadpixel_datasets::paths::sanitised;
 
@@ -20,7 +21,7 @@ use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 use quadpixel_cli::shard_env::ShardArgs;
-use quadpixel_generators::assemble::{pixel, subpixels};
+use quadpixel_generators::assemble::pixel;
 
 /// Arguments of `qpgen response`.
 #[derive(Args)]
@@ -30,7 +31,7 @@ pub struct ResponseArgs {
     pixel: String,
     /// Sub-pixels, columns x rows, such as 2x1; absent: as the pixel says.
     #[arg(long)]
-    subpixels: Option<String>,
+    subpixels: Option<Subpixels>,
     /// Which microlens of a pixel with a mosaic of colour filters (such as 1.6um-bayer; models rcwa, fdtd): that of a
     /// colour; all: one table per colour, from one simulation; absent: as the pixel says.
     #[arg(long, value_enum)]
@@ -100,8 +101,9 @@ pub struct ResponseArgs {
 /// Bad arguments (2), or a disk that fails (1).
 pub fn run(args: &ResponseArgs, log: Log) -> Result<(), CommandError> {
     let mut stack = pixel(&args.pixel)?;
-    if let Some(name) = &args.subpixels {
-        stack.subpixels = subpixels(name)?;
+    if let Some(subpixels) = args.subpixels {
+        check_simulated("pixel", subpixels).map_err(CommandError::input)?;
+        stack.subpixels = subpixels;
     }
     let all_colours = match args.colour {
         Some(colour) => colours::choose(colour, &mut stack)?,

@@ -13,7 +13,7 @@ use common::{assert_same_sample, done, qpgen, refused, render, said};
 use quadpixel::render::Camera;
 use quadpixel::render::truth::ChiefRays;
 use quadpixel::scene::world::World;
-use quadpixel_generators::assemble::{Responses, camera, scene, subpixels};
+use quadpixel_generators::assemble::{Responses, camera, scene};
 use quadpixel_generators::config::{DEFAULT_TOML, DatasetConfig, WorldConfig};
 use quadpixel_generators::recipe::Recipe;
 use quadpixel_generators::scenes::{Drawn, WorldKind};
@@ -53,9 +53,8 @@ const NARROW: &str =
     "[sensor]\npitch_um = 8.0\nwindow = { at = \"position\", x_mm = 0.9, y_mm = -0.6 }";
 
 fn camera_of(recipe: &Recipe) -> Camera {
-    let sub = subpixels("2x2").unwrap();
-    let response = Responses::new().get(recipe, sub, &|_, _| ()).unwrap();
-    camera(recipe, &response, sub).unwrap()
+    let response = Responses::new().get(recipe, &|_, _| ()).unwrap();
+    camera(recipe, &response).unwrap()
 }
 
 fn drawn(recipe: &Recipe) -> Drawn {

@@ -25,7 +25,6 @@ pub(super) fn seconds_of_missing(
     responses: &mut Responses,
 ) -> Result<f64, GenerateError> {
     let cache = ResponseCache::open(ResponseCache::default_dir());
-    let subpixels = assemble::subpixels(&config.sensor.subpixels)?;
     let mut looked_at: Vec<ResponseRecipe> = Vec::new();
     let mut seconds = 0.0;
     for &index in &recipes.indices {
@@ -34,17 +33,17 @@ pub(super) fn seconds_of_missing(
             continue;
         }
         let mut timed = None;
-        if let Some((stack, settings)) = assemble::wave_table(&recipe, subpixels)? {
+        if let Some((stack, settings)) = assemble::wave_table(&recipe)? {
             let absent = missing(&cache, &stack, &settings);
             if absent > 0 {
                 timed = Some(one_table(&stack, &settings, absent)?);
             }
-        } else if let Some(plan) = assemble::shifted_to_make(&recipe, subpixels, &cache)? {
+        } else if let Some(plan) = assemble::shifted_to_make(&recipe, &cache)? {
             timed = Some(shifted_table(&plan)?);
         }
         if let Some((more, coarse)) = timed {
             seconds += more;
-            responses.put(&recipe, subpixels, Response::Table(coarse))?;
+            responses.put(&recipe, Response::Table(coarse))?;
         }
         looked_at.push(recipe.response);
     }

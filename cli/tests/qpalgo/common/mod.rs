@@ -108,7 +108,7 @@ pub fn mosaic(side: usize, d_px: impl Fn(usize, usize) -> f64, gain: f64) -> Ima
 
 /// The views of a mosaic of 2 × 2 sub-pixels: B, A, D, C.
 pub fn views(mosaic: &Image) -> Vec<Image> {
-    quadpixel::image::views::split_views(mosaic, 2, 2)
+    quadpixel::image::views::split_views(mosaic, quadpixel::sensor::Subpixels::QUAD)
 }
 
 /// Writes the specification's example of a `meta.json`, for 2 × 2 sub-pixels of `side` × `side` pixels and with the
@@ -118,7 +118,7 @@ pub fn write_meta(folder: &Path, side: usize, change: impl Fn(&mut serde_json::V
     let mut meta: serde_json::Value = serde_json::from_str(example).unwrap();
     meta["sensor"]["width_px"] = side.into();
     meta["sensor"]["height_px"] = side.into();
-    meta["sensor"]["subpixels"] = serde_json::json!({ "columns": 2, "rows": 2 });
+    meta["sensor"]["subpixels"] = serde_json::json!("2x2");
     change(&mut meta);
     std::fs::write(folder.join("meta.json"), meta.to_string()).unwrap();
 }
