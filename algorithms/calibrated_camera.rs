@@ -65,7 +65,11 @@ impl CalibratedCamera {
             );
         }
         if self.subpixels != other.subpixels {
-            return differs("subpixels", self.subpixels.to_string(), other.subpixels.to_string());
+            return differs(
+                "subpixels",
+                self.subpixels.to_string(),
+                other.subpixels.to_string(),
+            );
         }
         if (self.width_px, self.height_px) != (other.width_px, other.height_px) {
             let size = |c: &Self| format!("{}x{}", c.width_px, c.height_px);

@@ -6,10 +6,10 @@
 
 use std::path::{Path, PathBuf};
 
-use quadpixel::sensor::Subpixels;
 use quadpixel::image::exr::NamedLayer;
 use quadpixel::image::srgb::to_linear;
 use quadpixel::image::{Image, channel};
+use quadpixel::sensor::Subpixels;
 use quadpixel_datasets::{CameraDescription, RawFormat, RawLevels, paths};
 
 use crate::camera::{self, CameraError};

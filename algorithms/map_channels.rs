@@ -8,9 +8,9 @@
 
 use std::path::{Path, PathBuf};
 
-use quadpixel::sensor::Subpixels;
 use quadpixel::image::exr::NamedLayer;
 use quadpixel::image::{Image, ImageError, channel};
+use quadpixel::sensor::Subpixels;
 
 use crate::maps;
 use crate::sai::Side;

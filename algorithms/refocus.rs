@@ -13,8 +13,8 @@
 //! Source: R. Ng et al., "Light field photography with a hand-held plenoptic camera", Stanford Tech Report CTSR
 //! 2005-02.
 
-use quadpixel::sensor::Subpixels;
 use quadpixel::image::Image;
+use quadpixel::sensor::Subpixels;
 
 use crate::sai::{Side, Views};
 use crate::warp::{Border, Lobes, Map, MapError, Warped, warp};

@@ -86,7 +86,12 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
     });
     let text = serde_json::to_vec_pretty(&report).map_err(CommandError::failed)?;
     file::write_aside(&args.out.join("validation.json"), &text).map_err(CommandError::failed)?;
-    let sheet = plots(&response, args.subpixels, args.theta_max_deg, [&disk, &plane]);
+    let sheet = plots(
+        &response,
+        args.subpixels,
+        args.theta_max_deg,
+        [&disk, &plane],
+    );
     let picture = args.out.join("validation.png");
     raster::write_png8(&picture, &sheet.rgb, sheet.width, sheet.height, 3)
         .map_err(CommandError::failed)?;

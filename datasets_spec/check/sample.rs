@@ -238,7 +238,11 @@ fn check_list(meta: &SampleMeta, path: &str, report: &mut Report) -> bool {
     let limits = [
         ("sensor.width_px", sensor.width_px, 1 << 16),
         ("sensor.height_px", sensor.height_px, 1 << 16),
-        ("sensor.subpixels (columns)", sensor.subpixels.m() as u32, 16),
+        (
+            "sensor.subpixels (columns)",
+            sensor.subpixels.m() as u32,
+            16,
+        ),
         ("sensor.subpixels (rows)", sensor.subpixels.n() as u32, 16),
     ];
     let mut sound = true;

@@ -100,10 +100,7 @@ fn focused_camera(
 ///
 /// # Errors
 /// What a field of the recipe is and may be.
-pub fn framing_camera(
-    recipe: &Recipe,
-    response: &Response,
-) -> Result<Option<Camera>, RecipeError> {
+pub fn framing_camera(recipe: &Recipe, response: &Response) -> Result<Option<Camera>, RecipeError> {
     let framing = |focus_mm| {
         let aligned = LensRecipe {
             focus_mm: Some(focus_mm),

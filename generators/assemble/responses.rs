@@ -53,7 +53,8 @@ impl Responses {
                 }
             };
             let focal = focal_length_um.unwrap_or(recipe.sensor.pitch_um * f_number);
-            let geometric = GeometricResponse::new(recipe.sensor.subpixels, recipe.sensor.pitch_um, focal)?;
+            let geometric =
+                GeometricResponse::new(recipe.sensor.subpixels, recipe.sensor.pitch_um, focal)?;
             return Ok(Arc::new(Response::Geometric(geometric)));
         }
         let wavelengths_nm = recipe.wavelengths()?.all_response_nm();
@@ -87,9 +88,7 @@ impl Responses {
             }
             ResponseRecipe::Fdtd(made) => self.made_before(recipe, Level::Fdtd, made)?,
             ResponseRecipe::Rcwa(made) => self.made_before(recipe, Level::Rcwa, made)?,
-            ResponseRecipe::Corrected(made) => {
-                self.made_before(recipe, Level::Corrected, made)?
-            }
+            ResponseRecipe::Corrected(made) => self.made_before(recipe, Level::Corrected, made)?,
             ResponseRecipe::Table { file } => AngularResponse::read_npz(Path::new(file))?,
             ResponseRecipe::Geometric { .. } => unreachable!("handled above"),
         };
@@ -102,7 +101,10 @@ impl Responses {
 /// By which loaded responses are found again.
 fn key(recipe: &Recipe) -> Result<String, RecipeError> {
     let nm = recipe.wavelengths()?.all_response_nm();
-    Ok(format!("{:?} {} {nm:?}", recipe.response, recipe.sensor.subpixels))
+    Ok(format!(
+        "{:?} {} {nm:?}",
+        recipe.response, recipe.sensor.subpixels
+    ))
 }
 
 /// The pixel of a wave level's recipe and the settings of its table; `None` for other recipes.
@@ -179,13 +181,8 @@ impl Responses {
     ///
     /// # Errors
     /// Bands out of their range.
-    pub(crate) fn put(
-        &mut self,
-        recipe: &Recipe,
-        response: Response,
-    ) -> Result<(), RecipeError> {
-        self.loaded
-            .insert(key(recipe)?, Arc::new(response));
+    pub(crate) fn put(&mut self, recipe: &Recipe, response: Response) -> Result<(), RecipeError> {
+        self.loaded.insert(key(recipe)?, Arc::new(response));
         Ok(())
     }
 

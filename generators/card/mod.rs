@@ -119,7 +119,10 @@ impl Census {
             &mut self.windows,
             format!(
                 "{} × {} pixels of {} × {} sub-pixels",
-                sensor.width_px, sensor.height_px, sensor.subpixels.m(), sensor.subpixels.n()
+                sensor.width_px,
+                sensor.height_px,
+                sensor.subpixels.m(),
+                sensor.subpixels.n()
             ),
         );
         for chart in &meta.scene.charts {

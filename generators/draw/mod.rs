@@ -103,13 +103,7 @@ pub fn recipe(
         ));
     };
     let readout = |electronics| {
-        readout::readout(
-            electronics,
-            &dice,
-            &shot,
-            pitch_um,
-            config.sensor.subpixels,
-        )
+        readout::readout(electronics, &dice, &shot, pitch_um, config.sensor.subpixels)
     };
     let name = dice.choice(&config.lens.names, For::Lens, 0).clone();
     let (misalignments, deviations) = match &config.lens.tolerances {

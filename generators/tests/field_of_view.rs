@@ -68,7 +68,7 @@ fn a_filling_card_is_all_that_the_window_sees_tilted_or_not_near_or_far() {
                 tilts.0, tilts.1, tilts.2
             );
             let recipe = recipe(lens, window, &planes);
-                    let response = Responses::new().get(&recipe, &|_, _| ()).unwrap();
+            let response = Responses::new().get(&recipe, &|_, _| ()).unwrap();
             let camera = camera(&recipe, &response).unwrap();
             let scene = scene(&recipe, &camera).unwrap();
             let settings = RenderSettings {
