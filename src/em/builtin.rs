@@ -4,8 +4,7 @@
 //! explains every field. Unless the name says otherwise the paper's pixels have R = h = half the diagonal, the best of
 //! its nine lenses.
 
-use super::stack::{Layer, Microlens};
-use super::{Material, PixelStack, StackError};
+use super::{Layer, Material, Microlens, PixelStack, StackError};
 use crate::sensor::Subpixels;
 
 /// Name and file.

@@ -3,9 +3,12 @@
 //! [`light`] is the seam of all solvers, [`PixelModel`] the list of them; each has a folder of its own.
 
 mod builtin;
+mod check;
 pub mod corrected;
+mod error;
 pub mod fdtd;
 pub mod geometric;
+mod indices;
 pub mod light;
 mod material;
 mod model;
@@ -14,10 +17,13 @@ pub mod multilayer;
 pub mod rcwa;
 mod shift_grid;
 mod stack;
+mod supercell;
 pub(crate) mod symmetry;
 pub mod wave;
 
+pub use error::StackError;
+pub(crate) use indices::Indices;
 pub use material::Material;
 pub use model::{CorrectedSettings, DirectionSteps, Level, ModelChoice, PixelModel, Preset};
 pub use shift_grid::ShiftGrid;
-pub use stack::{Layer, MetalWalls, Microlens, PixelStack, StackError};
+pub use stack::{Layer, MetalWalls, Microlens, PixelStack};

@@ -14,42 +14,11 @@
 //! that each pixel has half of its width. No anti-reflection layer unless it is listed. Under a mosaic of colour
 //! filters ([`super::mosaic`]) the period is 2×2 such cells.
 
-use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use super::Material;
-use super::mosaic::{FilterColour, FilterIndices, Mosaic};
-use crate::range::OutOfRange;
-use crate::sensor::{MovingFrame, Subpixels, check_simulated};
-
-/// Most layers that a pixel may list.
-const MOST_LAYERS: usize = 32;
-
-/// A pixel that cannot be.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum StackError {
-    /// A value out of its range.
-    #[error(transparent)]
-    Range(#[from] OutOfRange),
-    /// A pixel file that is not understood.
-    #[error("{file}: {why}")]
-    File {
-        /// The file.
-        file: String,
-        /// What is wrong in it.
-        why: String,
-    },
-}
-
-impl StackError {
-    pub(super) fn value(
-        field: impl Into<String>,
-        value: impl std::fmt::Display,
-        allowed: &'static str,
-    ) -> Self {
-        Self::Range(OutOfRange::new("pixel", field.into(), value, allowed))
-    }
-}
+use super::mosaic::{FilterColour, Mosaic};
+use super::{Material, StackError};
+use crate::sensor::{MovingFrame, Subpixels};
 
 /// The gapless spherical microlens.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -124,19 +93,6 @@ pub struct PixelStack {
     pub mosaic: Option<Mosaic>,
 }
 
-/// Indices of a stack at one wavelength.
-#[derive(Clone, Debug)]
-pub(crate) struct Indices {
-    pub lens: Complex64,
-    /// One a layer, from the lens down; the green one of a mosaic.
-    pub layers: Vec<Complex64>,
-    pub mosaic: Option<FilterIndices>,
-    pub trench: Complex64,
-    pub silicon: Complex64,
-    /// Of the walls; silicon's where there are none.
-    pub metal: Complex64,
-}
-
 impl PixelStack {
     /// The layer of a name.
     pub fn layer(&self, name: &str) -> Option<&Layer> {
@@ -154,93 +110,19 @@ impl PixelStack {
         self.layer_mut(&name)
     }
 
+    /// Number of the layer that is the colour filter, and the layer.
+    pub(crate) fn filter_layer(&self) -> Option<(usize, &Layer)> {
+        let name = self.filter.as_ref()?;
+        let mut layers = self.layers.iter().enumerate();
+        layers.find(|(_, l)| l.name == *name)
+    }
+
     /// The walls in layer `index`, if it has any.
     pub(super) fn walls_in(&self, index: usize) -> Option<&MetalWalls> {
         let name = &self.layers.get(index)?.name;
         self.metal
             .as_ref()
             .filter(|m| m.layer == *name && m.width_um > 0.0)
-    }
-
-    /// Whether the layers make a pixel: ranges, known materials, a lens that covers the cell, trenches and walls
-    /// narrower than sub-pixels.
-    pub fn check(&self) -> Result<(), StackError> {
-        within("pitch_um", self.pitch_um, 0.4, 12.0, "0.4 to 12")?;
-        check_simulated("pixel", self.subpixels)?;
-        within("silicon_um", self.silicon_um, 0.1, 20.0, "0.1 to 20")?;
-        self.check_lens()?;
-        self.check_layers()?;
-        self.silicon.check("silicon")?;
-        self.trench.check("trench")?;
-        let widest = 0.8 * self.pitch_um / self.subpixels.m().max(self.subpixels.n()) as f64;
-        let allowed = "0 to 0.8 of a sub-pixel";
-        within("trench_um", self.trench_um, 0.0, widest, allowed)?;
-        if let Some(metal) = &self.metal {
-            metal.material.check("metal.material")?;
-            within("metal.width_um", metal.width_um, 0.0, widest, allowed)?;
-        }
-        self.check_mosaic()
-    }
-
-    fn check_lens(&self) -> Result<(), StackError> {
-        let half_diagonal = self.pitch_um * std::f64::consts::FRAC_1_SQRT_2;
-        // The paper rounds its smallest radius: 2.48 or 2.475 for 2.47487 µm, 1.98 for 1.97990.
-        within(
-            "lens.radius_um",
-            self.lens.radius_um,
-            half_diagonal - 1e-3,
-            1e3,
-            "at least half the diagonal of the pixel",
-        )?;
-        within(
-            "lens.height_um",
-            self.lens.height_um,
-            self.sag_um() - 1e-3,
-            10.0,
-            "at least the sag of the lens at the pixel's corner, at most 10",
-        )?;
-        for s in self.lens.shift_um {
-            within("lens.shift_um", s, -1e2, 1e2, "-100 to 100")?;
-        }
-        self.lens.material.check("lens.material")
-    }
-
-    fn check_layers(&self) -> Result<(), StackError> {
-        if self.layers.len() > MOST_LAYERS {
-            return Err(StackError::value(
-                "layers (count)",
-                self.layers.len(),
-                "at most 32",
-            ));
-        }
-        for (i, layer) in self.layers.iter().enumerate() {
-            let named = |what: &str| format!("layers.{}.{what}", layer.name);
-            if layer.name.is_empty() || self.layers[..i].iter().any(|l| l.name == layer.name) {
-                return Err(StackError::value(
-                    format!("layers[{i}].name"),
-                    format!("`{}`", layer.name),
-                    "a name that no other layer has",
-                ));
-            }
-            within(
-                &named("thickness_um"),
-                layer.thickness_um,
-                0.0,
-                10.0,
-                "0 to 10",
-            )?;
-            layer.material.check(&named("material"))?;
-        }
-        let filter = self.filter.iter().map(|name| ("filter", name));
-        let metal = self.metal.iter().map(|m| ("metal.layer", &m.layer));
-        match filter.chain(metal).find(|(_, n)| self.layer(n).is_none()) {
-            Some((field, name)) => Err(StackError::value(
-                field,
-                format!("`{name}`"),
-                "the name of one of the layers",
-            )),
-            None => Ok(()),
-        }
     }
 
     /// Depth of the lens surface at the cell's corner below its apex, in µm.
@@ -296,36 +178,5 @@ impl PixelStack {
             mosaic.colour = colour;
         }
         stack
-    }
-
-    /// Indices of lens, layers, trenches and silicon. Fails where a material does not know the wavelength.
-    pub(crate) fn indices(&self, wavelength_nm: f64) -> Result<Indices, StackError> {
-        let layers = self.layers.iter();
-        let metal = self.metal.as_ref().map_or(&self.silicon, |m| &m.material);
-        Ok(Indices {
-            lens: self.lens.material.index(wavelength_nm)?,
-            layers: layers
-                .map(|l| l.material.index(wavelength_nm))
-                .collect::<Result<_, _>>()?,
-            mosaic: self.filter_indices(wavelength_nm)?,
-            trench: self.trench.index(wavelength_nm)?,
-            silicon: self.silicon.index(wavelength_nm)?,
-            metal: metal.index(wavelength_nm)?,
-        })
-    }
-}
-
-/// Written so that NaN fails.
-fn within(
-    field: &str,
-    value: f64,
-    low: f64,
-    high: f64,
-    allowed: &'static str,
-) -> Result<(), StackError> {
-    if (low..=high).contains(&value) {
-        Ok(())
-    } else {
-        Err(StackError::value(field, value, allowed))
     }
 }

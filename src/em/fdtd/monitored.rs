@@ -5,14 +5,14 @@ use std::sync::Arc;
 use rustfft::num_complex::Complex64;
 
 use super::incident::Incident;
+use super::matter::{Matter, members};
 use super::mesh::Mesh;
 use super::phasors::Phasors;
 use super::powers::{Absorbed, Fields, Footprint, Side};
 use super::pulse::Pulse;
-use super::run::{Matter, members};
 use super::{FdtdError, Member, Simulation, Source};
+use crate::em::PixelStack;
 use crate::em::light::Powers;
-use crate::em::stack::PixelStack;
 
 type C = Complex64;
 

@@ -3,9 +3,10 @@
 //! neither the rows of coefficients nor the places beyond the sides.
 
 use super::coefficients::Vertical;
+use super::fields::Set;
+use super::shared::Shared;
 use super::sides::{Side, e_beyond, turned};
-use super::simulation::Shared;
-use super::state::{Set, State};
+use super::state::State;
 
 type Node = [usize; 3];
 

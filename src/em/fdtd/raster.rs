@@ -18,7 +18,7 @@ use super::fills::{Fills, Pattern, Spectrum, smooth};
 use super::mesh::{Filling, Mesh, Slab};
 use super::{FdtdError, MaterialMap, Medium, poles};
 use crate::em::mosaic::MICROLENSES;
-use crate::em::stack::{Indices, PixelStack};
+use crate::em::{Indices, PixelStack};
 
 type C = Complex64;
 

@@ -5,9 +5,9 @@
 //! H(nx + i) = ± H(nx − 1 − i), and tangential E the other way round: E(−1) = ∓ E(1), E(nx + 1) = ∓ E(nx − 1). E on the
 //! wall is a node as any other; on an electric wall these images keep it at zero.
 
+use super::fields::{Component, Set};
 use super::layout::Layout;
 use super::member::{Lateral, Wall};
-use super::state::{Component, Set};
 
 /// The factor between the two sides of an axis: cos and sin of the Bloch phase, or the sign of tangential H behind a
 /// wall.

@@ -2,45 +2,14 @@
 
 use std::sync::Arc;
 
-use super::coefficients::{Coefficients, MediumStep};
+use super::coefficients::Coefficients;
 use super::error::within;
+use super::fields::{Component, Part, set_bytes};
 use super::layout::Layout;
-use super::state::{Component, Part, State, set_bytes};
+use super::shared::Shared;
+use super::state::State;
 use super::{CpmlSettings, FdtdError, MaterialMap, Member, Source, YeeGrid, plain, sweep};
 use crate::simd::SimdLevel;
-
-/// What the members share.
-pub(super) struct Shared {
-    pub grid: YeeGrid,
-    pub map: Arc<MaterialMap>,
-    pub layout: Layout,
-    pub coefficients: Coefficients,
-    pub cpml: CpmlSettings,
-    pub source_plane: usize,
-}
-
-impl Shared {
-    pub fn nz(&self) -> usize {
-        self.grid.nz()
-    }
-
-    /// Place of layer k in the arrays of ψ, if it absorbs.
-    #[inline(always)]
-    pub fn absorbing(&self, k: usize) -> Option<usize> {
-        let top = self.grid.nz() - self.cpml.above;
-        if k < self.cpml.below {
-            Some(k)
-        } else if k >= top {
-            Some(k - top + self.cpml.below)
-        } else {
-            None
-        }
-    }
-
-    pub fn medium_step(&self, axis: usize, [i, j, k]: [usize; 3]) -> &MediumStep {
-        &self.coefficients.steps[self.map.at(axis, i, j, k)]
-    }
-}
 
 /// The runs, their fields and the time. Each is stepped by one thread; run several simulations for several directions
 /// in parallel.

@@ -8,13 +8,14 @@
 //!           │      ■        ■     ■     Within a layer, all rows of H are followed by all rows of E.
 //! ```
 
+use super::fields::{Aligned, Polarization, Set};
 use super::kernel::{
     BOTH, Curl, Difference, FIRST, NEITHER, Psi, SECOND, e_row, e_row_driven, h_row, pole_drive,
     pole_row,
 };
+use super::shared::Shared;
 use super::sides::{e_beyond, h_beyond};
-use super::simulation::Shared;
-use super::state::{Aligned, Polarization, Set, State};
+use super::state::State;
 use crate::simd::SimdLevel;
 
 /// What the layers of one pass may take of the second-level cache, in bytes (half of what a server core has, all of a

@@ -8,8 +8,8 @@ use super::linear::{C, Matrix, plus_one, solve};
 use super::silicon::{InSilicon, Silicon};
 use super::uniform::Uniform;
 use super::{RcwaError, RcwaSettings};
+use crate::em::Indices;
 use crate::em::PixelStack;
-use crate::em::stack::Indices;
 
 /// A pixel at one wavelength.
 pub(super) struct Pixel {

@@ -1,8 +1,10 @@
 //! Integrals of Im ε |E|² over the photodiodes.
 
+use super::basis::Basis;
+use super::block::Block;
+use super::grid::Grid;
 use super::linear::{C, Matrix};
 use super::quadrature::gauss_legendre;
-use super::silicon::Silicon;
 
 /// Integrates Im ε |E|² over the photodiodes: Gauss nodes in every one of them.
 pub(super) struct Detector {
@@ -12,11 +14,15 @@ pub(super) struct Detector {
     synthesis: [[Matrix; 2]; 3],
     /// Photodiode along the axis, and weight in periods, of each node.
     nodes: [Vec<(usize, f64)>; 2],
+    /// Photodiodes along each axis.
+    parts: [usize; 2],
+    /// Im ε of silicon.
+    loss: f64,
 }
 
 impl Detector {
-    pub fn new(silicon: &Silicon) -> Self {
-        let Silicon { grid, whole, .. } = silicon;
+    /// Of silicon of a grid, under all functions `whole`.
+    pub fn new(grid: &Grid, whole: &Basis) -> Self {
         let lattice = whole.lattice;
         let period = 2.0 * std::f64::consts::PI / lattice.step;
         let places = [0, 1].map(|axis| {
@@ -51,6 +57,8 @@ impl Detector {
         Self {
             orders,
             synthesis,
+            parts: grid.parts.map(|m| m as usize),
+            loss: grid.inside.im,
             nodes: places.map(|p| p.into_iter().map(|(i, _, w)| (i, w / period)).collect()),
         }
     }
@@ -74,18 +82,18 @@ impl Detector {
     /// (place, weight).
     pub fn absorbed(
         &self,
-        silicon: &Silicon,
+        blocks: &[Block],
         amplitudes: &[Matrix],
         depths: &[(f64, f64)],
         j: usize,
     ) -> Vec<f64> {
-        let [columns, rows] = silicon.grid.parts.map(|m| m as usize);
+        let [columns, rows] = self.parts;
         let mut out = vec![0.0; columns * rows];
         let mut fields: [Vec<Matrix>; 3] = [0, 1, 2].map(|component| {
             let [x, y] = &self.orders[component];
             vec![Matrix::zeros(x.len(), y.len()); depths.len()]
         });
-        for (block, c) in silicon.blocks.iter().zip(amplitudes) {
+        for (block, c) in blocks.iter().zip(amplitudes) {
             for (component, f) in block.fields(c, j, depths).iter().enumerate() {
                 let [x0, y0] =
                     [0, 1].map(|axis| self.orders[component][axis].first().map_or(0, |n| *n));
@@ -108,7 +116,6 @@ impl Detector {
                 }
             }
         }
-        let loss = silicon.grid.inside.im;
-        out.iter().map(|p| p * loss).collect()
+        out.iter().map(|p| p * self.loss).collect()
     }
 }

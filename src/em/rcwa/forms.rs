@@ -9,9 +9,10 @@
 //! e^(2πi (r_x c/m + r_y d/n)), so only the first is integrated, block by block.
 
 use super::basis::Order;
+use super::block::Block;
 use super::detector::Detector;
 use super::linear::{C, Matrix, flux, scale_rows};
-use super::silicon::{Block, InSilicon, Silicon};
+use super::silicon::{InSilicon, Silicon};
 
 /// Powers in silicon as forms of what falls on it.
 pub(super) struct Forms {
@@ -39,7 +40,7 @@ impl Forms {
     /// Of silicon under `n` functions of the field above, no mirror used, `k0_depth` of it counted.
     pub fn new(silicon: &Silicon, n: usize, k0_depth: f64) -> Self {
         let [columns, rows] = silicon.grid.parts.map(|m| m as usize);
-        let detector = Detector::new(silicon);
+        let detector = Detector::new(&silicon.grid, &silicon.whole);
         let seen: Vec<Seen> = silicon.blocks.iter().map(|b| b.seen(k0_depth)).collect();
         let zero = Matrix::zeros(n, n);
         let mut forms = Self {

@@ -20,6 +20,7 @@
 //! orders. Measured errors and times: `benches/runs/2026-11-21/rcwa.md`.
 
 mod basis;
+mod block;
 mod checker;
 mod column;
 mod detector;
@@ -32,6 +33,7 @@ mod lens;
 mod lighting;
 mod linear;
 mod model;
+mod powers;
 mod quadrature;
 mod settings;
 mod shifts;

@@ -2,13 +2,13 @@
 
 use std::f64::consts::PI;
 
-use super::basis::{Basis, Lattice, Parity, Sector};
+use super::basis::{Lattice, Parity, Sector};
 use super::column::{Column, Pixel};
 use super::error::within;
 use super::lens::LensSlices;
-use super::linear::{C, Matrix, flux, solve};
+use super::linear::{C, flux, solve};
+use super::powers::{balance, order_zero, powers};
 use super::shifts;
-use super::silicon::InSilicon;
 use super::supercell;
 use super::uniform::Uniform;
 use super::{RcwaError, RcwaSettings};
@@ -190,23 +190,6 @@ fn answer([s, p]: [Powers; 2], functions: usize) -> Light {
     }
 }
 
-/// Sum of all powers, the photodiodes' last.
-pub(super) fn balance(p: &Powers) -> f64 {
-    p.reflected + p.transmitted + p.elsewhere + p.absorbed.iter().sum::<f64>()
-}
-
-/// Powers of fluxes.
-pub(super) fn powers(inside: &InSilicon, entering: f64, reflected: f64, unit: f64) -> Powers {
-    Powers {
-        absorbed: inside.absorbed.iter().map(|p| p * unit).collect(),
-        // Where trenches absorb, what they do is known by this difference only, and both ways are equal.
-        absorbed_by_flux: vec![(inside.entering - inside.leaving - inside.trenches) * unit],
-        reflected: reflected * unit,
-        transmitted: inside.leaving * unit,
-        elsewhere: (entering - inside.entering + inside.trenches) * unit,
-    }
-}
-
 /// Walls above the filters of a mosaic would couple the classes that the lens keeps apart.
 fn check_walls(stack: &PixelStack) -> Result<(), RcwaError> {
     let (Some(_), Some((filter, _)), Some(metal)) =
@@ -246,20 +229,4 @@ fn sector_of([ex, _]: [f64; 2], mirrors: [bool; 2]) -> Sector {
         (true, false) => Parity::Odd,
     });
     Sector { x, y }
-}
-
-/// Order 0, a column a wave.
-pub(super) fn order_zero(basis: &Basis, waves: &[[f64; 2]]) -> Matrix {
-    let mut out = Matrix::zeros(basis.len(), waves.len());
-    for (i, (orders, first)) in [(&basis.x, 0), (&basis.y, basis.x.len())]
-        .into_iter()
-        .enumerate()
-    {
-        if let Some(at) = orders.iter().position(|o| o.n == [0, 0]) {
-            for (j, wave) in waves.iter().enumerate() {
-                out[(first + at, j)] = C::from(wave[i]);
-            }
-        }
-    }
-    out
 }

@@ -21,7 +21,7 @@ use super::forms::Forms;
 use super::free_lens::FreeLens;
 use super::layers;
 use super::linear::{C, Matrix, flux, plus_one, solve};
-use super::model::{balance, order_zero, powers};
+use super::powers::{balance, order_zero, powers};
 use super::uniform::Uniform;
 use crate::em::light::Powers;
 

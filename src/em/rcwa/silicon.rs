@@ -4,27 +4,13 @@
 //! problems of a quarter of the orders, one sixteenth of the work. It is lit from the medium above, whose waves a
 //! (down) and b (up) are order by order: a + b = W c, Y (a − b) = V c, so (Y W + V) c = 2 Y a.
 
-use faer::linalg::solvers::{PartialPivLu, Solve};
-
 use super::RcwaError;
-use super::basis::{Basis, Class, Order, places};
+use super::basis::{Basis, Class};
+use super::block::Block;
 use super::detector::Detector;
-use super::grid::{Grid, Modes, Operators};
+use super::grid::Grid;
 use super::linear::{C, Matrix, flux, scale_rows};
 use super::quadrature::gauss_legendre;
-use super::uniform::Uniform;
-
-/// Modes of one class.
-pub(super) struct Block {
-    pub class: Class,
-    basis: Basis,
-    operators: Operators,
-    pub modes: Modes,
-    above: Uniform,
-    matching: PartialPivLu<C>,
-    /// Where functions of the field above stand in this block: (there, here).
-    pub shared: Vec<(usize, usize)>,
-}
 
 /// Silicon, ready to be lit.
 pub(super) struct Silicon {
@@ -71,21 +57,7 @@ impl Silicon {
             if basis.len() == 0 {
                 continue;
             }
-            let operators = Operators::of_grid(&basis, &grid);
-            let modes = Modes::of_grid(&basis, &grid, &operators)?;
-            let above = Uniform::new(&basis, above);
-            let matching = (above.times(&modes.w) + &modes.v).partial_piv_lu();
-            let places = low.places_in(&basis).into_iter().enumerate();
-            let shared = places.filter_map(|(i, p)| Some((i, p?))).collect();
-            blocks.push(Block {
-                class,
-                basis,
-                operators,
-                modes,
-                above,
-                matching,
-                shared,
-            });
+            blocks.push(Block::new(low, basis, class, &grid, above)?);
         }
         Ok(Self {
             blocks,
@@ -145,67 +117,13 @@ impl Silicon {
             };
             self.blocks.iter().zip(&amplitudes).map(of).sum()
         };
-        let detector = Detector::new(self);
+        let detector = Detector::new(&self.grid, &self.whole);
         (0..down.ncols())
             .map(|j| {
                 let (entering, leaving) = (flux_at(0.0, j), flux_at(depth, j));
-                let absorbed = detector.absorbed(self, &amplitudes, &z, j);
+                let absorbed = detector.absorbed(&self.blocks, &amplitudes, &z, j);
                 InSilicon::new(entering, leaving, absorbed, self.lossy_trenches())
             })
             .collect()
-    }
-}
-
-impl Block {
-    /// a of each function shared with the field above, a column each.
-    pub fn of_each_shared(&self) -> Matrix {
-        let mut a = Matrix::zeros(self.basis.len(), self.shared.len());
-        for (j, (_, here)) in self.shared.iter().enumerate() {
-            a[(*here, j)] = C::ONE;
-        }
-        a
-    }
-
-    /// c of a.
-    pub fn amplitudes(&self, a: &Matrix) -> Matrix {
-        let twice = self.above.times(a) * faer::Scale(C::from(2.0));
-        self.matching.solve(&twice)
-    }
-
-    /// E_x, E_y, E_z at depths, a column each, of amplitudes `c` column `j`.
-    pub fn fields(&self, c: &Matrix, j: usize, depths: &[(f64, f64)]) -> [Matrix; 3] {
-        let mut modal = Matrix::zeros(c.nrows(), depths.len());
-        for (p, (depth, _)) in depths.iter().enumerate() {
-            for (i, phase) in self.modes.phases(*depth).into_iter().enumerate() {
-                modal[(i, p)] = c[(i, j)] * phase;
-            }
-        }
-        self.components(&(&self.modes.w * &modal), &(&self.modes.v * &modal))
-    }
-
-    /// E_x, E_y, E_z of tangential fields E and h, a column each.
-    pub fn components(&self, e: &Matrix, h: &Matrix) -> [Matrix; 3] {
-        let nx = self.basis.x.len();
-        // E_z = −η (k_x h_x + k_y h_y).
-        let z = places(&self.basis.z);
-        let mut d = Matrix::zeros(self.basis.z.len(), h.ncols());
-        let x = self.basis.x.iter().map(|o| (o, 0));
-        for (i, (o, axis)) in x.chain(self.basis.y.iter().map(|o| (o, 1))).enumerate() {
-            if let Some(k) = z.get(&o.n) {
-                for p in 0..h.ncols() {
-                    d[(*k, p)] -= h[(i, p)] * o.k[axis];
-                }
-            }
-        }
-        [
-            e.get(..nx, ..).to_owned(),
-            e.get(nx.., ..).to_owned(),
-            &self.operators.eta * d,
-        ]
-    }
-
-    /// The functions of E_x, E_y or E_z.
-    pub fn orders(&self, component: usize) -> &[Order] {
-        [&self.basis.x, &self.basis.y, &self.basis.z][component]
     }
 }

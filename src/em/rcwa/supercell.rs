@@ -17,7 +17,7 @@ use super::column::{Column, Pixel};
 use super::layers;
 use super::lighting::{Lighting, Sunk, sink};
 use super::linear::{C, Matrix, flux, solve};
-use super::model::{order_zero, powers};
+use super::powers::{order_zero, powers};
 use super::uniform::Uniform;
 use crate::em::light::Powers;
 

@@ -9,8 +9,8 @@
 use rustfft::num_complex::Complex64;
 
 use super::spectral::Order;
+use crate::em::Indices;
 use crate::em::PixelStack;
-use crate::em::stack::Indices;
 
 type C = Complex64;
 

@@ -13,7 +13,7 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use self::csv::Row;
-use self::scattered::Scattered;
+use self::scattered::{Sample, Scattered};
 use crate::em::PixelStack;
 use crate::em::light::direction_cosines;
 use crate::em::symmetry::symmetries;
@@ -38,13 +38,6 @@ pub struct ImportSettings {
     pub wavelength_nm: f64,
     /// The file holds only part of the directions; the symmetry of the pixel gives the others.
     pub symmetric: bool,
-}
-
-/// One direction: (u, v) and P of every sub-pixel.
-#[derive(Clone, Debug)]
-pub(super) struct Sample {
-    pub at: [f64; 2],
-    pub p: Vec<f64>,
 }
 
 impl AngularResponse {

@@ -5,8 +5,6 @@
 //! value there is the answer. So quadratics come back exactly, samples nearly so, and where samples do not determine a
 //! quadratic (few of them, or in a line) a plane is fitted, or their mean taken.
 
-use super::Sample;
-
 /// Samples in a fit; a quadratic has six coefficients.
 const NEIGHBOURS: usize = 16;
 /// ε in lengths of R.
@@ -14,6 +12,14 @@ const SOFTNESS: f64 = 1e-3;
 /// A pivot below this part of the largest entry means that the samples do not determine the fit.
 const SINGULAR: f64 = 1e-9;
 
+/// One direction: (u, v) and P of every sub-pixel.
+#[derive(Clone, Debug)]
+pub(super) struct Sample {
+    pub at: [f64; 2],
+    pub p: Vec<f64>,
+}
+
+/// Samples of one wavelength.
 pub(super) struct Scattered {
     samples: Vec<Sample>,
     count: usize,

@@ -1,0 +1,39 @@
+//! Incident waves, and powers of their fluxes.
+
+use super::basis::Basis;
+use super::linear::{C, Matrix};
+use super::silicon::InSilicon;
+use crate::em::light::Powers;
+
+/// Order 0, a column per wave.
+pub(super) fn order_zero(basis: &Basis, waves: &[[f64; 2]]) -> Matrix {
+    let mut out = Matrix::zeros(basis.len(), waves.len());
+    for (i, (orders, first)) in [(&basis.x, 0), (&basis.y, basis.x.len())]
+        .into_iter()
+        .enumerate()
+    {
+        if let Some(at) = orders.iter().position(|o| o.n == [0, 0]) {
+            for (j, wave) in waves.iter().enumerate() {
+                out[(first + at, j)] = C::from(wave[i]);
+            }
+        }
+    }
+    out
+}
+
+/// Sum of all powers, the photodiodes' last.
+pub(super) fn balance(p: &Powers) -> f64 {
+    p.reflected + p.transmitted + p.elsewhere + p.absorbed.iter().sum::<f64>()
+}
+
+/// Powers of fluxes.
+pub(super) fn powers(inside: &InSilicon, entering: f64, reflected: f64, unit: f64) -> Powers {
+    Powers {
+        absorbed: inside.absorbed.iter().map(|p| p * unit).collect(),
+        // Where trenches absorb, what they do is known by this difference only, and both ways are equal.
+        absorbed_by_flux: vec![(inside.entering - inside.leaving - inside.trenches) * unit],
+        reflected: reflected * unit,
+        transmitted: inside.leaving * unit,
+        elsewhere: (entering - inside.entering + inside.trenches) * unit,
+    }
+}
