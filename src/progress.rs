@@ -16,6 +16,13 @@ pub trait Progress: Sync {
 
 impl Progress for () {}
 
+/// A function of (done, total) hears of incidences.
+impl<F: Fn(usize, usize) + Sync> Progress for F {
+    fn incidences(&self, done: usize, total: usize) {
+        self(done, total);
+    }
+}
+
 /// A function that hears of rays.
 pub struct OnRays<F>(pub F);
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use quadpixel::em::{Level, PixelStack};
+use quadpixel::progress::Progress;
 use quadpixel::response::{
     AngularResponse, CachedTable, GeometricResponse, Response, ResponseCache, TablePlan,
     TableSettings,
@@ -41,7 +42,7 @@ impl Responses {
     pub fn get(
         &mut self,
         recipe: &Recipe,
-        progress: &(dyn Fn(usize, usize) + Sync),
+        progress: &dyn Progress,
     ) -> Result<Arc<Response>, RecipeError> {
         if let ResponseRecipe::Geometric { focal_length_um } = recipe.response {
             let f_number = match recipe.lens.f_number {

@@ -2,6 +2,7 @@
 //! made before.
 
 use quadpixel::em::{Level, ModelChoice, PixelStack, Preset};
+use quadpixel::progress::Progress;
 use quadpixel::response::{CachedTable, ResponseCache, TablePlan, TableSettings};
 
 use crate::recipe::RecipeError;
@@ -70,7 +71,7 @@ impl<'a> ShiftedTable<'a> {
     pub fn made(
         &self,
         cache: &ResponseCache,
-        progress: &(dyn Fn(usize, usize) + Sync),
+        progress: &dyn Progress,
     ) -> Result<CachedTable, RecipeError> {
         self.to_make(cache)?;
         Ok(cache.table(&self.plan()?, progress)?)

@@ -14,7 +14,7 @@ use super::light::{
 };
 use super::{PixelStack, light};
 use crate::range::{OutOfRange, require};
-use crate::sensor::{MovingFrame, Subpixels, check_simulated};
+use crate::sensor::{MovingFrame, Subpixels, by_count, check_simulated};
 
 /// Name and version of the model: part of every table's key.
 pub(super) const MODEL: &str = "geometric-1";
@@ -92,13 +92,7 @@ impl GeometricResponse {
 
     /// The weights of many directions: `out` is `[direction][sub-pixel]`. The shortest of the three slices counts.
     pub fn weights_batch(&self, u: &[f32], v: &[f32], out: &mut [f32]) {
-        match self.subpixels.count() {
-            1 => self.batch::<1>(u, v, out),
-            2 => self.batch::<2>(u, v, out),
-            4 => self.batch::<4>(u, v, out),
-            9 => self.batch::<9>(u, v, out),
-            _ => self.batch::<16>(u, v, out),
-        }
+        by_count!(self.subpixels.count(), self.batch(u, v, out));
     }
 
     #[inline]

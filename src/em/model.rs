@@ -164,37 +164,28 @@ impl Preset {
     }
 }
 
-impl fmt::Display for Level {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
+/// Written and read as the words of `name`.
+macro_rules! by_name {
+    ($($type:ident as $field:literal),*) => {$(
+        impl fmt::Display for $type {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(self.name())
+            }
+        }
+
+        impl FromStr for $type {
+            type Err = OutOfRange;
+
+            fn from_str(name: &str) -> Result<Self, OutOfRange> {
+                let allowed = || Self::ALL.map(Self::name).join(", ");
+                let named = Self::ALL.into_iter().find(|x| x.name() == name);
+                named.ok_or_else(|| OutOfRange::new("response", $field, name, allowed()))
+            }
+        }
+    )*};
 }
 
-impl fmt::Display for Preset {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Level {
-    type Err = OutOfRange;
-
-    fn from_str(name: &str) -> Result<Self, OutOfRange> {
-        let level = Self::ALL.into_iter().find(|l| l.name() == name);
-        let allowed = || Self::ALL.map(Self::name).join(", ");
-        level.ok_or_else(|| OutOfRange::new("response", "model", name, allowed()))
-    }
-}
-
-impl FromStr for Preset {
-    type Err = OutOfRange;
-
-    fn from_str(name: &str) -> Result<Self, OutOfRange> {
-        let preset = Self::ALL.into_iter().find(|p| p.name() == name);
-        let allowed = || Self::ALL.map(Self::name).join(", ");
-        preset.ok_or_else(|| OutOfRange::new("response", "preset", name, allowed()))
-    }
-}
+by_name!(Level as "model", Preset as "preset");
 
 /// A model by name, and how finely it computes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -373,12 +364,7 @@ impl PixelModel {
         stack: &PixelStack,
         wavelength_nm: f64,
     ) -> Result<Box<dyn PixelSolver>, SolverError> {
-        self.one_solver(&SolverTask {
-            stack,
-            wavelengths_nm: &[wavelength_nm],
-            any_shift: false,
-            folder: None,
-        })
+        self.one_solver(stack, wavelength_nm, false)
     }
 
     /// [`Self::solver`] for any lens shift.
@@ -390,17 +376,23 @@ impl PixelModel {
         stack: &PixelStack,
         wavelength_nm: f64,
     ) -> Result<Box<dyn PixelSolver>, SolverError> {
-        self.one_solver(&SolverTask {
-            stack,
-            wavelengths_nm: &[wavelength_nm],
-            any_shift: true,
-            folder: None,
-        })
+        self.one_solver(stack, wavelength_nm, true)
     }
 
-    fn one_solver(&self, task: &SolverTask) -> Result<Box<dyn PixelSolver>, SolverError> {
+    fn one_solver(
+        &self,
+        stack: &PixelStack,
+        wavelength_nm: f64,
+        any_shift: bool,
+    ) -> Result<Box<dyn PixelSolver>, SolverError> {
+        let solvers = self.solvers(&SolverTask {
+            stack,
+            wavelengths_nm: &[wavelength_nm],
+            any_shift,
+            folder: None,
+        })?;
         let none = || SolverError::value("wavelengths_nm", "empty", "at least one");
-        self.solvers(task)?.into_iter().next().ok_or_else(none)
+        solvers.into_iter().next().ok_or_else(none)
     }
 
     /// The pixel, ready to be lit: one solver per wavelength, or a single one that answers for all. The corrected level

@@ -26,3 +26,17 @@ pub fn check_simulated(what: &'static str, subpixels: Subpixels) -> Result<(), O
         OutOfRange::new(what, "subpixels", subpixels, allowed + " (columns x rows)")
     })
 }
+
+/// Calls a method that is generic over the number of sub-pixels, one of those of [`Subpixels::SIMULATED`].
+macro_rules! by_count {
+    ($count:expr, $object:ident.$method:ident($($argument:expr),*)) => {
+        match $count {
+            1 => $object.$method::<1>($($argument),*),
+            2 => $object.$method::<2>($($argument),*),
+            4 => $object.$method::<4>($($argument),*),
+            9 => $object.$method::<9>($($argument),*),
+            _ => $object.$method::<16>($($argument),*),
+        }
+    };
+}
+pub(crate) use by_count;

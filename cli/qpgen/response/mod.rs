@@ -173,7 +173,7 @@ fn plan(args: &ResponseArgs, stack: &PixelStack) -> Result<TablePlan, CommandErr
 fn made(
     args: &ResponseArgs,
     stack: &PixelStack,
-    angles: &(dyn Fn(usize, usize) + Sync),
+    angles: &dyn quadpixel::progress::Progress,
 ) -> Result<CachedTable, CommandError> {
     let cache = ResponseCache::open(ResponseCache::default_dir());
     let made = cache.table(&plan(args, stack)?, angles);

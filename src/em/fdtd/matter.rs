@@ -4,8 +4,9 @@ use std::f64::consts::PI;
 
 use super::dispersion::Numerics;
 use super::mesh::Mesh;
+use super::palette::Spectra;
 use super::pulse::Pulse;
-use super::raster::{Raster, Spectra, raster};
+use super::raster::{Raster, raster};
 use super::{FdtdError, Lateral, Member, Wall, stable_step_um};
 use crate::em::{Indices, PixelStack};
 use crate::units::um_from_nm;

@@ -13,7 +13,7 @@ use rustfft::num_complex::Complex64;
 use super::dispersion::{Layers, between, stencil};
 use super::error::within;
 use super::{CpmlSettings, FdtdError, FdtdSettings, Stencil, YeeGrid};
-use crate::em::PixelStack;
+use crate::em::{Indices, PixelStack};
 use crate::units::um_from_nm;
 
 /// Layers thinner than this are left out: less than a thousandth of a wavelength.
@@ -67,6 +67,9 @@ pub(super) struct Mesh {
 
 impl Mesh {
     /// The mesh for the shortest of the wavelengths. `mirrors`: which axes are halved.
+    ///
+    /// # Errors
+    /// A wavelength out of range, or a material that does not know it.
     pub fn new(
         stack: &PixelStack,
         wavelengths_nm: &[f64],
@@ -93,23 +96,8 @@ impl Mesh {
         // Directions are made right in the middle of the band, if there is one.
         let longest = wavelengths_nm.iter().copied().fold(0.0, f64::max);
         let k0 = 1e3 * std::f64::consts::PI * (1.0 / shortest + 1.0 / longest);
-        // The filters of a mosaic share their layer.
-        let in_layer = |i: usize| match &n.mosaic {
-            Some(filters) if filters.layer == i => filters.distinct(),
-            _ => vec![n.layers[i]],
-        };
         let stencils = |filling, dz_um| {
-            let (media, wide) = match filling {
-                // Narrow without trenches, too: the sides of a photodiode are sides of cells.
-                Filling::Silicon => (vec![n.silicon.re], false),
-                Filling::Layer(i) => {
-                    let all = in_layer(i).into_iter().map(|n| n.re.max(1.0));
-                    (all.collect(), stack.walls_in(i).is_none())
-                }
-                Filling::Pedestal => (vec![n.lens.re], true),
-                Filling::Lens => (vec![n.lens.re, 1.0], true),
-                Filling::Air => (vec![1.0], false),
-            };
+            let (media, wide) = lateral_media(stack, &n, filling);
             lateral_um.map(|d| stencil(&media, k0, dz_um, d, wide))
         };
         let mut build = Builder::new(&stencils, -stack.silicon_um - (ends + 2) as f64 * dz);
@@ -120,22 +108,11 @@ impl Mesh {
         build.snap(0.0);
         let surface = build.planes();
         for (i, layer) in stack.layers.iter().enumerate().rev() {
-            let finest = in_layer(i).into_iter().map(step);
+            let finest = in_layer(&n, i).into_iter().map(step);
             let finest = finest.fold(f64::INFINITY, f64::min);
             build.slab(Filling::Layer(i), layer.thickness_um, finest);
         }
-        let resin = step(n.lens);
-        let sag = stack.sag_um();
-        let air = if sag < FLAT * resin {
-            build.slab(Filling::Pedestal, stack.mean_lens_height_um(), resin);
-            step(Complex64::ONE)
-        } else {
-            let pedestal = stack.lens.height_um - sag;
-            build.slab(Filling::Pedestal, pedestal, resin);
-            let cells = (sag / resin).round().max(1.0);
-            build.even(Filling::Lens, cells as usize, sag / cells);
-            sag / cells
-        };
+        let air = build.lens(stack, step(n.lens), step(Complex64::ONE));
         let apex = build.planes();
         build.even(Filling::Air, 10 + ends, air);
 
@@ -147,18 +124,7 @@ impl Mesh {
             lateral_um[1],
             build.z_um,
         )?;
-        let in_layers: Vec<&Layers> = build
-            .slabs
-            .iter()
-            .flat_map(|s| std::iter::repeat_n(&s.layers, s.cells.len()))
-            .collect();
-        let last = in_layers.len() - 1;
-        let on_planes =
-            (0..=last + 1).map(|k| between(in_layers[k.saturating_sub(1)], in_layers[k.min(last)]));
-        let grid = grid.with_stencils(
-            on_planes.collect(),
-            in_layers.iter().map(|l| l.stencils).collect(),
-        )?;
+        let grid = with_stencils(grid, &build.slabs)?;
         let index = [n.silicon.re, 1.0];
         Ok(Self {
             grid,
@@ -220,6 +186,44 @@ fn cells_across(pitch_um: f64, parts: usize, lateral_nm: f64) -> usize {
         .next_multiple_of(unit)
 }
 
+/// Indices in layer `i`: several where the filters of a mosaic share it.
+fn in_layer(n: &Indices, i: usize) -> Vec<Complex64> {
+    match &n.mosaic {
+        Some(filters) if filters.layer == i => filters.distinct(),
+        _ => vec![n.layers[i]],
+    }
+}
+
+/// Real indices that the lateral differences of a slab are made for, and whether these may have far nodes.
+fn lateral_media(stack: &PixelStack, n: &Indices, filling: Filling) -> (Vec<f64>, bool) {
+    match filling {
+        // Narrow without trenches, too: the sides of a photodiode are sides of cells.
+        Filling::Silicon => (vec![n.silicon.re], false),
+        Filling::Layer(i) => {
+            let all = in_layer(n, i).into_iter().map(|n| n.re.max(1.0));
+            (all.collect(), stack.walls_in(i).is_none())
+        }
+        Filling::Pedestal => (vec![n.lens.re], true),
+        Filling::Lens => (vec![n.lens.re, 1.0], true),
+        Filling::Air => (vec![1.0], false),
+    }
+}
+
+/// The grid with the lateral differences of its slabs in the layers, and between them on the planes.
+fn with_stencils(grid: YeeGrid, slabs: &[Slab]) -> Result<YeeGrid, FdtdError> {
+    let in_layers: Vec<&Layers> = slabs
+        .iter()
+        .flat_map(|s| std::iter::repeat_n(&s.layers, s.cells.len()))
+        .collect();
+    let last = in_layers.len() - 1;
+    let on_planes =
+        (0..=last + 1).map(|k| between(in_layers[k.saturating_sub(1)], in_layers[k.min(last)]));
+    grid.with_stencils(
+        on_planes.collect(),
+        in_layers.iter().map(|l| l.stencils).collect(),
+    )
+}
+
 /// Slabs from the bottom up.
 struct Builder<'a> {
     stencils: &'a dyn Fn(Filling, f64) -> [Stencil; 2],
@@ -255,6 +259,19 @@ impl<'a> Builder<'a> {
             let cells = (thickness_um / step_um).round().max(1.0);
             self.even(filling, cells as usize, thickness_um / cells);
         }
+    }
+
+    /// Pedestal and lens, by steps in the resin; the step of the air above.
+    fn lens(&mut self, stack: &PixelStack, resin: f64, air: f64) -> f64 {
+        let sag = stack.sag_um();
+        if sag < FLAT * resin {
+            self.slab(Filling::Pedestal, stack.mean_lens_height_um(), resin);
+            return air;
+        }
+        self.slab(Filling::Pedestal, stack.lens.height_um - sag, resin);
+        let cells = (sag / resin).round().max(1.0);
+        self.even(Filling::Lens, cells as usize, sag / cells);
+        sag / cells
     }
 
     fn even(&mut self, filling: Filling, cells: usize, step_um: f64) {

@@ -23,6 +23,7 @@
 //! included; 0.45 to 0.55 and 0.20 on 140 × 140, where a complex pass is one step deep. Two poles in silicon halve it.
 
 mod answer;
+mod cell;
 mod coefficients;
 mod cpml;
 mod dispersion;
@@ -38,6 +39,7 @@ mod medium;
 mod member;
 mod mesh;
 mod monitored;
+mod palette;
 mod phasors;
 mod plain;
 mod poles;

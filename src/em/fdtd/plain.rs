@@ -55,7 +55,12 @@ fn step_h(shared: &Shared, state: &mut State, part: usize, node: Node) {
     let on_plane = shared.coefficients.on_plane[k];
     let vertical = shared.coefficients.h_vertical[k];
     // H stands half a step on: its near nodes are its own and the next.
-    let e = |axis, along, step| value(shared, state, part, Field::E(axis), node, along, step);
+    let old = Reader {
+        shared,
+        state,
+        part,
+    };
+    let e = |axis, along, step| old.value(Field::E(axis), node, along, step);
     let across = |axis, along, rates| difference(&|step| e(axis, along, step + 1), rates);
     let x_ey = if in_x { across(1, 0, on_plane.x) } else { 0.0 };
     let x_ez = if in_x { across(2, 0, in_layer.x) } else { 0.0 };
@@ -63,7 +68,7 @@ fn step_h(shared: &Shared, state: &mut State, part: usize, node: Node) {
     let y_ez = if in_y { across(2, 1, in_layer.y) } else { 0.0 };
     let [z_ex, z_ey] = [0, 1].map(|axis| {
         let up = [i, j, k + 1];
-        value(shared, state, part, Field::E(axis), up, 0, 0) - e(axis, 0, 0)
+        old.value(Field::E(axis), up, 0, 0) - e(axis, 0, 0)
     });
 
     let Set { h, psi_h, .. } = &mut state.sets[part];
@@ -92,7 +97,12 @@ fn step_e(shared: &Shared, state: &mut State, part: usize, node: Node, current: 
     let in_layer = shared.coefficients.in_layer[k];
     let on_plane = shared.coefficients.on_plane[k];
     let vertical = shared.coefficients.e_vertical[k];
-    let h = |axis, along, step| value(shared, state, part, Field::H(axis), node, along, step);
+    let old = Reader {
+        shared,
+        state,
+        part,
+    };
+    let h = |axis, along, step| old.value(Field::H(axis), node, along, step);
     let across = |axis, along, rates| difference(&|step| h(axis, along, step), rates);
     let x_hy = across(1, 0, in_layer.x);
     let x_hz = across(2, 0, on_plane.x);
@@ -121,10 +131,10 @@ fn step_e(shared: &Shared, state: &mut State, part: usize, node: Node, current: 
             curl_y = along_z(vertical, z_hx, psi_y) - x_hz;
         }
         if in_x {
-            step_material(shared, state, part, 0, node, curl_x);
+            step_material(shared, &mut state.sets[part], 0, node, curl_x);
         }
         if in_y {
-            step_material(shared, state, part, 1, node, curl_y);
+            step_material(shared, &mut state.sets[part], 1, node, curl_y);
         }
         if k == shared.source_plane {
             for (axis, inside) in [(0, in_x), (1, in_y)] {
@@ -136,22 +146,14 @@ fn step_e(shared: &Shared, state: &mut State, part: usize, node: Node, current: 
             }
         }
     }
-    step_material(shared, state, part, 2, node, x_hy - y_hx);
+    step_material(shared, &mut state.sets[part], 2, node, x_hy - y_hx);
 }
 
 /// E and the poles of one node; `curl` is dt curl H.
-fn step_material(
-    shared: &Shared,
-    state: &mut State,
-    part: usize,
-    axis: usize,
-    node: Node,
-    curl: f32,
-) {
+fn step_material(shared: &Shared, set: &mut Set, axis: usize, node: Node, curl: f32) {
     let [i, j, k] = node;
     let at = shared.layout.at(k, j as isize) + i;
     let medium = shared.medium_step(axis, node);
-    let set = &mut state.sets[part];
     let before = set.e[axis][at];
     let Some(slot) = shared.coefficients.polar_layer[k] else {
         set.e[axis][at] = medium.ca * before + medium.cb * curl;
@@ -189,61 +191,62 @@ fn difference(value: &dyn Fn(isize) -> f32, [near, far]: [f32; 2]) -> f32 {
     sum + (value(1) - value(-2)) * far
 }
 
-/// A component `step` nodes from `node` along x (0) or y (1), across the sides if need be.
-fn value(
-    shared: &Shared,
-    state: &State,
+/// Fields of one part of a member as they are before a step.
+struct Reader<'a> {
+    shared: &'a Shared,
+    state: &'a State,
     part: usize,
-    field: Field,
-    node: Node,
-    along: usize,
-    step: isize,
-) -> f32 {
-    let layout = &shared.layout;
-    let [i, j, k] = node;
-    let at = |part: usize, place: isize| {
-        let (i, j) = if along == 0 {
-            (place, j as isize)
-        } else {
-            (i as isize, place)
-        };
-        let at = (layout.at(k, j) as isize + i) as usize;
-        match field {
-            Field::E(axis) => state.sets[part].e[axis][at],
-            Field::H(axis) => state.sets[part].h[axis][at],
-        }
-    };
-    let n = [layout.nx, layout.ny][along] as isize;
-    let mut place = [i, j][along] as isize + step;
-    let turn = |by: [f32; 2], of: &dyn Fn(usize) -> f32| -> f32 {
-        if state.sets.len() == 1 {
-            by[0] * of(0)
-        } else {
-            turned(of(0), of(1), by)[part]
-        }
-    };
-    match state.sides[along] {
-        Side::Bloch([c, s]) => {
-            let periods = place.div_euclid(n);
-            place -= periods * n;
-            let by = if periods > 0 { [c, s] } else { [c, -s] };
-            if periods == 0 {
-                at(part, place)
+}
+
+impl Reader<'_> {
+    /// A component `step` nodes from `node` along x (0) or y (1), across the sides if need be.
+    fn value(&self, field: Field, node: Node, along: usize, step: isize) -> f32 {
+        let (state, layout) = (self.state, &self.shared.layout);
+        let [i, j, k] = node;
+        let at = |part: usize, place: isize| {
+            let (i, j) = if along == 0 {
+                (place, j as isize)
             } else {
-                turn(by, &|part| at(part, place))
+                (i as isize, place)
+            };
+            let at = (layout.at(k, j) as isize + i) as usize;
+            match field {
+                Field::E(axis) => state.sets[part].e[axis][at],
+                Field::H(axis) => state.sets[part].h[axis][at],
             }
-        }
-        Side::Mirror(sign) => {
-            let mut factor = 1.0;
-            loop {
-                let (image, flip) = match field {
-                    Field::E(_) if place < 0 => (-place, -sign),
-                    Field::E(_) if place > n => (2 * n - place, -sign),
-                    Field::H(_) if place < 0 => (-1 - place, sign),
-                    Field::H(_) if place >= n => (2 * n - 1 - place, sign),
-                    _ => return factor * at(part, place),
-                };
-                (place, factor) = (image, factor * flip);
+        };
+        let n = [layout.nx, layout.ny][along] as isize;
+        let mut place = [i, j][along] as isize + step;
+        let turn = |by: [f32; 2], value: &dyn Fn(usize) -> f32| -> f32 {
+            if state.sets.len() == 1 {
+                by[0] * value(0)
+            } else {
+                turned(value(0), value(1), by)[self.part]
+            }
+        };
+        match state.sides[along] {
+            Side::Bloch([c, s]) => {
+                let periods = place.div_euclid(n);
+                place -= periods * n;
+                let by = if periods > 0 { [c, s] } else { [c, -s] };
+                if periods == 0 {
+                    at(self.part, place)
+                } else {
+                    turn(by, &|part| at(part, place))
+                }
+            }
+            Side::Mirror(sign) => {
+                let mut factor = 1.0;
+                loop {
+                    let (image, flip) = match field {
+                        Field::E(_) if place < 0 => (-place, -sign),
+                        Field::E(_) if place > n => (2 * n - place, -sign),
+                        Field::H(_) if place < 0 => (-1 - place, sign),
+                        Field::H(_) if place >= n => (2 * n - 1 - place, sign),
+                        _ => return factor * at(self.part, place),
+                    };
+                    (place, factor) = (image, factor * flip);
+                }
             }
         }
     }

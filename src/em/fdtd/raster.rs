@@ -11,19 +11,13 @@
 
 use std::collections::HashMap;
 
-use rustfft::num_complex::Complex64;
+use super::cell::Cell;
+use super::fills::{Fills, Spectrum};
+use super::mesh::{Filling, Mesh};
+use super::palette::{Palette, Spectra};
+use super::{FdtdError, MaterialMap};
+use crate::em::PixelStack;
 
-use super::dispersion::{Layers, Numerics};
-use super::fills::{Fills, Pattern, Spectrum, smooth};
-use super::mesh::{Filling, Mesh, Slab};
-use super::{FdtdError, MaterialMap, Medium, poles};
-use crate::em::mosaic::MICROLENSES;
-use crate::em::{Indices, PixelStack};
-
-type C = Complex64;
-
-/// Columns of a voxel across which the lens surface is sampled, per axis.
-const SAMPLES: usize = 4;
 /// Steps of ε in which nodes on the lens surface are told apart: keeps the list of media short.
 const LENS_STEPS: f64 = 2500.0;
 
@@ -36,32 +30,6 @@ pub(super) struct Raster {
     pub surface_share: [Vec<f64>; 2],
 }
 
-/// Permittivities and frequencies of a run.
-pub(super) struct Spectra<'a> {
-    /// Indices of the stack by wavelength.
-    pub indices: &'a [Indices],
-    /// By wavelength.
-    pub numerics: &'a [Numerics],
-    /// Which wavelength the correction is made for.
-    pub design: usize,
-}
-
-impl Spectra<'_> {
-    /// Corrected ε of a medium in such layers.
-    fn corrected(&self, layers: &Layers, index: impl Fn(&Indices) -> C) -> Spectrum {
-        let n = index(&self.indices[self.design]);
-        let factor = self.numerics[self.design].permittivity(n, layers) / (n * n);
-        self.indices
-            .iter()
-            .map(|i| {
-                let n = index(i);
-                let e = n * n * factor;
-                C::new(e.re, e.im.max(0.0))
-            })
-            .collect()
-    }
-}
-
 /// Makes the map.
 pub(super) fn raster(
     stack: &PixelStack,
@@ -69,119 +37,188 @@ pub(super) fn raster(
     spectra: &Spectra,
 ) -> Result<Raster, FdtdError> {
     let grid = &mesh.grid;
-    let plane = (grid.nx() + 1) * (grid.ny() + 1);
-    let fill = Fills::new(stack, mesh);
-    let cells: Vec<Cell> = mesh
-        .slabs
-        .iter()
-        .map(|s| Cell::new(stack, s, spectra))
-        .collect();
-    let slab_of: Vec<usize> = mesh
-        .slabs
-        .iter()
-        .enumerate()
-        .flat_map(|(i, s)| std::iter::repeat_n(i, s.cells.len()))
-        .collect();
-    // ε of a node within one slab, for slabs that are alike at every height.
-    let tables: Vec<[Vec<Spectrum>; 3]> = cells
-        .iter()
-        .map(|cell| {
-            [0, 1, 2].map(|axis| {
-                (0..plane)
-                    .map(|at| cell.flat(axis, &fill, at))
-                    .collect::<Vec<_>>()
-            })
-        })
-        .collect();
+    let slabs = Slabs::new(stack, mesh, spectra);
     let mut media = Palette::new(spectra);
-    let mut components: [Vec<u16>; 3] =
-        [0, 1, 2].map(|_| Vec::with_capacity(plane * (grid.nz() + 1)));
-    let z = grid.z_um();
+    let mut components: [Vec<u16>; 3] = [(); 3].map(|()| Vec::new());
     for k in 0..=grid.nz() {
-        let above = slab_of[k.min(grid.nz() - 1)];
-        let below = slab_of[k.saturating_sub(1)];
-        let is_lens = |s: usize| mesh.slabs[s].filling == Filling::Lens;
         for (axis, map) in components.iter_mut().enumerate() {
-            let vertical = axis == 2;
-            let lens = is_lens(above) || (!vertical && is_lens(below));
-            if !lens {
-                let whole = vertical || above == below;
-                let mut known: HashMap<(usize, usize), u16> = HashMap::new();
-                for (at, here) in tables[above][axis].iter().enumerate() {
-                    // Neighbouring nodes mostly repeat; the class of a node is its ε on both sides.
-                    let class = (
-                        fill.class(cells[above].pattern(), axis, at),
-                        fill.class(cells[below].pattern(), axis, at),
-                    );
-                    let id = match known.get(&class) {
-                        Some(id) => *id,
-                        None => {
-                            let e = if whole {
-                                here.clone()
-                            } else {
-                                let weights = [grid.thickness_um(k), grid.thickness_um(k - 1)];
-                                mean(here, &tables[below][axis][at], weights)
-                            };
-                            let id = media.of(e, f64::INFINITY)?;
-                            known.insert(class, id);
-                            id
-                        }
-                    };
-                    map.push(id);
-                }
-                continue;
-            }
-            // The voxel's part in lens and air, and below the lens's lowest points something else.
-            let mid = |k: usize| 0.5 * (z[k] + z[k + 1]);
-            let (low, high) = if vertical {
-                (z[k], z[k + 1])
-            } else if is_lens(below) {
-                (mid(k - 1), mid(k))
-            } else {
-                (z[k], mid(k))
-            };
-            let slab = if is_lens(above) { above } else { below };
-            for (at, under) in tables[below][axis].iter().enumerate() {
-                let e = cells[slab].lens(stack, mesh, axis, at, [low, high]);
-                let e = if vertical || is_lens(below) {
-                    e
-                } else {
-                    let weights = [grid.thickness_um(k), grid.thickness_um(k - 1)];
-                    mean(&e, under, weights)
-                };
-                map.push(media.of(e, LENS_STEPS)?);
-            }
+            slabs.number(k, axis, &mut media, map)?;
         }
     }
     let [ex, ey, ez] = components;
-    let silicon = &cells[0];
-    let over = &tables[slab_of[mesh.surface]];
-    let weights = [
-        grid.thickness_um(mesh.surface),
-        grid.thickness_um(mesh.surface - 1),
-    ];
     Ok(Raster {
         map: MaterialMap::new(grid, media.media, ex, ey, ez)?,
-        silicon_share: [0, 1, 2].map(|axis| {
-            (0..plane)
-                .map(|at| silicon.share(&fill, axis, at))
-                .collect()
-        }),
-        surface_share: [0, 1].map(|axis| {
-            (0..plane)
-                .map(|at| {
-                    let inside = tables[0][axis][at][0].im * weights[1];
-                    let outside = over[axis][at][0].im * weights[0];
-                    let part = if outside > 0.0 {
-                        inside / (inside + outside)
-                    } else {
-                        1.0
-                    };
-                    part * silicon.share(&fill, axis, at)
-                })
-                .collect()
-        }),
+        silicon_share: [0, 1, 2].map(|axis| slabs.silicon_share(axis).collect()),
+        surface_share: [0, 1].map(|axis| slabs.surface_share(axis)),
     })
+}
+
+/// The slabs of a mesh and what their nodes are filled with.
+struct Slabs<'a> {
+    stack: &'a PixelStack,
+    mesh: &'a Mesh,
+    fills: Fills,
+    cells: Vec<Cell>,
+    /// Number of the slab of each grid layer.
+    slab_of: Vec<usize>,
+    /// ε of a node within each slab, by component, for slabs that are alike at every height.
+    tables: Vec<[Vec<Spectrum>; 3]>,
+}
+
+impl<'a> Slabs<'a> {
+    fn new(stack: &'a PixelStack, mesh: &'a Mesh, spectra: &Spectra) -> Self {
+        let plane = (mesh.grid.nx() + 1) * (mesh.grid.ny() + 1);
+        let fills = Fills::new(stack, mesh);
+        let slabs = mesh.slabs.iter();
+        let cells: Vec<Cell> = slabs.map(|s| Cell::new(stack, s, spectra)).collect();
+        let numbered = mesh.slabs.iter().enumerate();
+        let table = |cell: &Cell| {
+            [0, 1, 2].map(|axis| (0..plane).map(|at| cell.flat(axis, &fills, at)).collect())
+        };
+        Self {
+            slab_of: numbered
+                .flat_map(|(i, s)| std::iter::repeat_n(i, s.cells.len()))
+                .collect(),
+            tables: cells.iter().map(table).collect(),
+            stack,
+            mesh,
+            fills,
+            cells,
+        }
+    }
+
+    fn is_lens(&self, slab: usize) -> bool {
+        self.mesh.slabs[slab].filling == Filling::Lens
+    }
+
+    /// Adds the media of a component's nodes in layer k (of Ez) or on plane k.
+    fn number(
+        &self,
+        k: usize,
+        axis: usize,
+        media: &mut Palette,
+        map: &mut Vec<u16>,
+    ) -> Result<(), FdtdError> {
+        let above = self.slab_of[k.min(self.mesh.grid.nz() - 1)];
+        let below = self.slab_of[k.saturating_sub(1)];
+        let lens = self.is_lens(above) || (axis != 2 && self.is_lens(below));
+        let plane = Plane {
+            k,
+            axis,
+            above,
+            below,
+        };
+        match lens {
+            true => self.number_lens(&plane, media, map),
+            false => self.number_flat(&plane, media, map),
+        }
+    }
+
+    fn number_flat(
+        &self,
+        plane: &Plane,
+        media: &mut Palette,
+        map: &mut Vec<u16>,
+    ) -> Result<(), FdtdError> {
+        let Plane {
+            k,
+            axis,
+            above,
+            below,
+        } = *plane;
+        let whole = axis == 2 || above == below;
+        let mut known: HashMap<[usize; 2], u16> = HashMap::new();
+        for (at, upper) in self.tables[above][axis].iter().enumerate() {
+            // Neighbouring nodes mostly repeat; the class of a node is its ε on both sides.
+            let class = [above, below].map(|s| self.fills.class(self.cells[s].pattern(), axis, at));
+            let id = match known.get(&class) {
+                Some(id) => *id,
+                None => {
+                    let e = match whole {
+                        true => upper.clone(),
+                        false => mean(upper, &self.tables[below][axis][at], self.thickness_um(k)),
+                    };
+                    let id = media.number(e, f64::INFINITY)?;
+                    known.insert(class, id);
+                    id
+                }
+            };
+            map.push(id);
+        }
+        Ok(())
+    }
+
+    /// Nodes whose voxels are part lens, part air; below the lens's lowest points lies something else.
+    fn number_lens(
+        &self,
+        plane: &Plane,
+        media: &mut Palette,
+        map: &mut Vec<u16>,
+    ) -> Result<(), FdtdError> {
+        let Plane {
+            k,
+            axis,
+            above,
+            below,
+        } = *plane;
+        let z = self.mesh.grid.z_um();
+        let vertical = axis == 2;
+        let mid = |k: usize| 0.5 * (z[k] + z[k + 1]);
+        let (low, high) = if vertical {
+            (z[k], z[k + 1])
+        } else if self.is_lens(below) {
+            (mid(k - 1), mid(k))
+        } else {
+            (z[k], mid(k))
+        };
+        let slab = if self.is_lens(above) { above } else { below };
+        for (at, under) in self.tables[below][axis].iter().enumerate() {
+            let e = self.cells[slab].lens(self.stack, self.mesh, axis, at, [low, high]);
+            let e = match vertical || self.is_lens(below) {
+                true => e,
+                false => mean(&e, under, self.thickness_um(k)),
+            };
+            map.push(media.number(e, LENS_STEPS)?);
+        }
+        Ok(())
+    }
+
+    /// Thickness of the layers above and below plane k.
+    fn thickness_um(&self, k: usize) -> [f64; 2] {
+        [k, k - 1].map(|k| self.mesh.grid.thickness_um(k))
+    }
+
+    /// Part of the absorption in the silicon slab that is silicon's, node by node.
+    fn silicon_share(&self, axis: usize) -> impl Iterator<Item = f64> {
+        let nodes = 0..self.tables[0][axis].len();
+        nodes.map(move |at| self.cells[0].share(&self.fills, axis, at))
+    }
+
+    /// The same on the plane of the silicon's surface.
+    fn surface_share(&self, axis: usize) -> Vec<f64> {
+        let over = &self.tables[self.slab_of[self.mesh.surface]][axis];
+        let under = &self.tables[0][axis];
+        let [weight_over, weight_under] = self.thickness_um(self.mesh.surface);
+        let one = |(at, silicon): (usize, f64)| {
+            let inside = under[at][0].im * weight_under;
+            let outside = over[at][0].im * weight_over;
+            let part = if outside > 0.0 {
+                inside / (inside + outside)
+            } else {
+                1.0
+            };
+            part * silicon
+        };
+        self.silicon_share(axis).enumerate().map(one).collect()
+    }
+}
+
+/// Nodes of one component on a plane, or in the layer above it, and the slabs on both sides.
+struct Plane {
+    k: usize,
+    axis: usize,
+    above: usize,
+    below: usize,
 }
 
 fn mean(a: &Spectrum, b: &Spectrum, [wa, wb]: [f64; 2]) -> Spectrum {
@@ -189,204 +226,4 @@ fn mean(a: &Spectrum, b: &Spectrum, [wa, wb]: [f64; 2]) -> Spectrum {
         .zip(b)
         .map(|(a, b)| (a * wa + b * wb) / (wa + wb))
         .collect()
-}
-
-/// What one slab is made of.
-struct Cell {
-    base: Spectrum,
-    inset: Inset,
-    air: Spectrum,
-}
-
-/// What else there is in a slab.
-enum Inset {
-    Nothing,
-    /// Trenches or walls.
-    Bands(Spectrum, Pattern),
-    /// The filters of a mosaic, by microlens, in place of the base.
-    Filters([Spectrum; MICROLENSES]),
-}
-
-impl Cell {
-    fn new(stack: &PixelStack, slab: &Slab, spectra: &Spectra) -> Self {
-        let layers = &slab.layers;
-        let of = |index: &dyn Fn(&Indices) -> C| spectra.corrected(layers, index);
-        let air = of(&|_| C::ONE);
-        let (base, inset) = match slab.filling {
-            Filling::Silicon if stack.trench_um > 0.0 => (
-                of(&|n| n.silicon),
-                Inset::Bands(of(&|n| n.trench), Pattern::Trenches),
-            ),
-            Filling::Silicon => (of(&|n| n.silicon), Inset::Nothing),
-            Filling::Layer(i) => (of(&|n| n.layers[i]), in_layer(stack, i, &of)),
-            Filling::Pedestal | Filling::Lens => (of(&|n| n.lens), Inset::Nothing),
-            Filling::Air => (air.clone(), Inset::Nothing),
-        };
-        Self { base, inset, air }
-    }
-
-    fn pattern(&self) -> Option<Pattern> {
-        match &self.inset {
-            Inset::Nothing => None,
-            Inset::Bands(_, pattern) => Some(*pattern),
-            Inset::Filters(_) => Some(Pattern::Microlenses),
-        }
-    }
-
-    /// ε of a node, the slab being alike at every height.
-    fn flat(&self, component: usize, fills: &Fills, at: usize) -> Spectrum {
-        match &self.inset {
-            Inset::Nothing => self.base.clone(),
-            Inset::Filters(filters) => fills.mixed(filters, component, at),
-            Inset::Bands(inset, what) => {
-                let (fill, along) = fills.at(*what, component, at);
-                inset
-                    .iter()
-                    .zip(&self.base)
-                    .map(|(a, b)| smooth(*a, *b, fill, along))
-                    .collect()
-            }
-        }
-    }
-
-    /// Part of the absorption of a silicon node that is silicon's.
-    fn share(&self, fills: &Fills, component: usize, at: usize) -> f64 {
-        let Inset::Bands(inset, what) = &self.inset else {
-            return 1.0;
-        };
-        let (fill, _) = fills.at(*what, component, at);
-        let (trench, silicon) = (fill * inset[0].im, (1.0 - fill) * self.base[0].im);
-        if trench > 0.0 {
-            silicon / (silicon + trench)
-        } else {
-            1.0
-        }
-    }
-
-    /// ε of a node whose voxel reaches over the heights `z_um` of the lens.
-    fn lens(
-        &self,
-        stack: &PixelStack,
-        mesh: &Mesh,
-        component: usize,
-        at: usize,
-        z_um: [f64; 2],
-    ) -> Spectrum {
-        let (i, j) = (at % (mesh.grid.nx() + 1), at / (mesh.grid.nx() + 1));
-        let centre = [
-            mesh.across_um(0, i, component == 0),
-            mesh.across_um(1, j, component == 1),
-        ];
-        let (fill, normal) = lens_fill(stack, mesh, centre, z_um);
-        let along = normal[component];
-        self.base
-            .iter()
-            .zip(&self.air)
-            .map(|(a, b)| smooth(*a, *b, fill, along))
-            .collect()
-    }
-}
-
-/// Which of a stack's indices is meant.
-type IndexOf<'a> = &'a dyn Fn(&Indices) -> C;
-
-/// What layer `i` holds; `of` makes spectra for it.
-fn in_layer(stack: &PixelStack, i: usize, of: &dyn Fn(IndexOf) -> Spectrum) -> Inset {
-    if stack.walls_in(i).is_some() {
-        return Inset::Bands(of(&|n| n.metal), Pattern::Walls);
-    }
-    let mosaic = stack.mosaic.as_ref().and(stack.filter_layer());
-    if mosaic.is_none_or(|(filter, _)| filter != i) {
-        return Inset::Nothing;
-    }
-    // A stack with a mosaic has its indices.
-    let filter = |n: &Indices, microlens: usize| n.mosaic.map_or(n.layers[i], |m| m.n[microlens]);
-    Inset::Filters([0, 1, 2, 3].map(|microlens| of(&|n| filter(n, microlens))))
-}
-
-/// Part of a voxel below the lens's surface, and the squared normal of the surface in it.
-fn lens_fill(
-    stack: &PixelStack,
-    mesh: &Mesh,
-    centre: [f64; 2],
-    [low, high]: [f64; 2],
-) -> (f64, [f64; 3]) {
-    let size = mesh.lateral_um();
-    let p = stack.pitch_um;
-    let r = stack.lens.radius_um;
-    // The lens's base is the top of the flat layers.
-    let top: f64 = mesh.lens_apex_um();
-    let (mut fill, mut normal) = (0.0, [0.0; 3]);
-    let wrap = |x: f64| x - p * (x / p).round();
-    for a in 0..SAMPLES {
-        for b in 0..SAMPLES {
-            let offset = |s: usize| (s as f64 + 0.5) / SAMPLES as f64 - 0.5;
-            let x = wrap(centre[0] + offset(a) * size[0] - stack.lens.shift_um[0]);
-            let y = wrap(centre[1] + offset(b) * size[1] - stack.lens.shift_um[1]);
-            let up = (r * r - x * x - y * y).max(0.0).sqrt();
-            let part = ((top - r + up - low) / (high - low)).clamp(0.0, 1.0);
-            fill += part / (SAMPLES * SAMPLES) as f64;
-            // Columns cut by the surface say where it looks; a steep one is cut by few, so all near it count a little.
-            let weight = part * (1.0 - part) + 1e-3;
-            normal[0] += weight * x * x;
-            normal[1] += weight * y * y;
-            normal[2] += weight * up * up;
-        }
-    }
-    let sum: f64 = normal.iter().sum();
-    (fill, normal.map(|n| if sum > 0.0 { n / sum } else { 0.0 }))
-}
-
-/// The media met so far.
-struct Palette<'a> {
-    spectra: &'a Spectra<'a>,
-    media: Vec<Medium>,
-    known: HashMap<Vec<[i64; 2]>, u16>,
-}
-
-impl<'a> Palette<'a> {
-    fn new(spectra: &'a Spectra<'a>) -> Self {
-        Self {
-            spectra,
-            media: Vec::new(),
-            known: HashMap::new(),
-        }
-    }
-
-    /// Number of the medium of these ε, rounded to 1/`steps` (∞: not rounded).
-    fn of(&mut self, mut epsilon: Spectrum, steps: f64) -> Result<u16, FdtdError> {
-        if steps.is_finite() {
-            for e in &mut epsilon {
-                *e = C::new(
-                    (e.re * steps).round() / steps,
-                    (e.im * steps).round() / steps,
-                );
-            }
-        }
-        let bits = |x: f64| (x * 1e9).round() as i64;
-        let key: Vec<[i64; 2]> = epsilon.iter().map(|e| [bits(e.re), bits(e.im)]).collect();
-        if let Some(id) = self.known.get(&key) {
-            return Ok(*id);
-        }
-        let id = u16::try_from(self.media.len())
-            .map_err(|_| FdtdError::value("media", self.media.len() + 1, "at most 65536"))?;
-        self.media.push(self.medium(&epsilon)?);
-        self.known.insert(key, id);
-        Ok(id)
-    }
-
-    fn medium(&self, epsilon: &Spectrum) -> Result<Medium, FdtdError> {
-        let omegas: Vec<f64> = self
-            .spectra
-            .numerics
-            .iter()
-            .map(Numerics::trapezoid_omega)
-            .collect();
-        match (epsilon.as_slice(), omegas.as_slice()) {
-            // Corrected air lies a little below 1 and stays a plain dielectric.
-            ([e], [omega]) if e.re >= 0.8 => Medium::new(e.re, omega * e.im, Vec::new()),
-            ([e], [omega]) => Medium::from_permittivity(*e, *omega),
-            _ => poles::medium(&omegas, epsilon),
-        }
-    }
 }

@@ -40,10 +40,7 @@ pub(super) fn gmres<T: Float + FftNum>(
     divide(&mut r, rest);
     let mut rough = zeros();
     let mut basis = vec![r];
-    // Column j of the triangle R, the rotations that made it, and the rotated right-hand side.
-    let mut triangle: Vec<Vec<Complex64>> = Vec::new();
-    let mut rotations: Vec<(f64, Complex64)> = Vec::new();
-    let mut g = vec![Complex64::new(rest, 0.0)];
+    let mut hessenberg = Rotated::new(rest);
     for j in 0..most {
         let mut w = zeros();
         system.precondition(&basis[j], &mut rough);
@@ -55,8 +52,51 @@ pub(super) fn gmres<T: Float + FftNum>(
             h.push(d);
         }
         let below = norm(&w);
+        let Some(reached) = hessenberg.add(h, below) else {
+            break;
+        };
+        rest = reached;
+        if rest <= tolerance * scale || below == 0.0 {
+            break;
+        }
+        divide(&mut w, below);
+        basis.push(w);
+    }
+    let mut sum = zeros();
+    for (v, y) in basis.iter().zip(hessenberg.solution()) {
+        add(&mut sum, y, v);
+    }
+    system.precondition(&sum, &mut rough);
+    for (x, r) in x.iter_mut().zip(&rough) {
+        *x = *x + *r;
+    }
+    rest / scale
+}
+
+/// The Hessenberg matrix of the basis, made triangular by rotations as it grows.
+struct Rotated {
+    /// Columns of the triangle R.
+    triangle: Vec<Vec<Complex64>>,
+    /// The rotations that made it.
+    rotations: Vec<(f64, Complex64)>,
+    /// The rotated right-hand side.
+    right: Vec<Complex64>,
+}
+
+impl Rotated {
+    fn new(residual: f64) -> Self {
+        Self {
+            triangle: Vec::new(),
+            rotations: Vec::new(),
+            right: vec![Complex64::new(residual, 0.0)],
+        }
+    }
+
+    /// Adds a column `h` with `below` under it; the norm of the residual, `None` of a column of zeros.
+    fn add(&mut self, mut h: Vec<Complex64>, below: f64) -> Option<f64> {
+        let j = self.rotations.len();
         h.push(Complex64::new(below, 0.0));
-        for (i, &(c, s)) in rotations.iter().enumerate() {
+        for (i, &(c, s)) in self.rotations.iter().enumerate() {
             let (a, b) = (h[i], h[i + 1]);
             h[i] = a * c + s * b;
             h[i + 1] = b * c - s.conj() * a;
@@ -64,7 +104,7 @@ pub(super) fn gmres<T: Float + FftNum>(
         let top = h[j];
         let length = top.norm().hypot(below);
         if length == 0.0 {
-            break;
+            return None;
         }
         let phase = if top.norm() > 0.0 {
             top / top.norm()
@@ -73,36 +113,27 @@ pub(super) fn gmres<T: Float + FftNum>(
         };
         let (c, s) = (top.norm() / length, phase * (below / length));
         h[j] = phase * length;
-        rotations.push((c, s));
-        let old = g[j];
-        g[j] = old * c;
-        g.push(-s.conj() * old);
-        triangle.push(h);
-        rest = g[j + 1].norm();
-        if rest <= tolerance * scale || below == 0.0 {
-            break;
+        self.rotations.push((c, s));
+        let old = self.right[j];
+        self.right[j] = old * c;
+        self.right.push(-s.conj() * old);
+        self.triangle.push(h);
+        Some(self.right[j + 1].norm())
+    }
+
+    /// The solution in the basis, by substitution from the last.
+    fn solution(&self) -> Vec<Complex64> {
+        let steps = self.triangle.len();
+        let mut y = self.right[..steps].to_vec();
+        for i in (0..steps).rev() {
+            for k in i + 1..steps {
+                let t = self.triangle[k][i] * y[k];
+                y[i] -= t;
+            }
+            y[i] /= self.triangle[i][i];
         }
-        divide(&mut w, below);
-        basis.push(w);
+        y
     }
-    let steps = triangle.len();
-    let mut y = g[..steps].to_vec();
-    for i in (0..steps).rev() {
-        for k in i + 1..steps {
-            let t = triangle[k][i] * y[k];
-            y[i] -= t;
-        }
-        y[i] /= triangle[i][i];
-    }
-    let mut sum = zeros();
-    for (v, &y) in basis.iter().zip(&y) {
-        add(&mut sum, y, v);
-    }
-    system.precondition(&sum, &mut rough);
-    for (x, r) in x.iter_mut().zip(&rough) {
-        *x = *x + *r;
-    }
-    rest / scale
 }
 
 fn wide<T: Float>(z: Complex<T>) -> Complex64 {

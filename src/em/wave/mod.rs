@@ -166,8 +166,10 @@ impl WaveModel {
             self.k0,
             self.stack.pitch_um,
             bloch,
-            self.axis_modes(bloch[0], self.stack.subpixels.m()),
-            self.axis_modes(bloch[1], self.stack.subpixels.n()),
+            [
+                self.axis_modes(bloch[0], self.stack.subpixels.m()),
+                self.axis_modes(bloch[1], self.stack.subpixels.n()),
+            ],
         );
         // The lens sees plain silicon below; what the trenches send back otherwise is added as a source, `bounces`
         // times.
@@ -253,6 +255,17 @@ impl WaveModel {
         let (down, entering) = flat.descend(&f.at_bottom, &rising, &extra);
         let (modes, _) = silicon.enter(orders, &seen_by_silicon(&down), MATCHING_TOLERANCE);
 
+        self.powers(parts, f, entering, &modes)
+    }
+
+    /// The powers of the field of the lens, of the flux entering the layers and of the modes in the silicon.
+    fn powers(&self, parts: &Parts, f: &LensField, entering: f64, modes: &[C]) -> Light {
+        let Parts {
+            illumination,
+            silicon,
+            ..
+        } = parts;
+        let orders = illumination.orders;
         let air = |o: &Order| kz(C::ONE, self.k0, o.k_perp_squared).re;
         let incoming = air(&orders[illumination.incident]);
         let mut reflected = 0.0;
@@ -267,14 +280,14 @@ impl WaveModel {
         let entering = entering / incoming;
         // Reflected and entering light add up to one but for the slices and the residual; the powers are scaled so that
         // they do.
-        let found = reflected + entering;
+        let balance = reflected + entering;
         // The scalar field was reflected by the lens as s light is; the mean of s and p loses less.
         let [u, v] = parts.direction;
         let gain = surface::transmission_gain(&self.stack, self.flat.lens.re, u, v);
-        let scale = (gain / found).min(1.0 / entering);
-        let into_silicon = scale * silicon.flux(&modes) / incoming;
+        let scale = (gain / balance).min(1.0 / entering);
+        let into_silicon = scale * silicon.flux(modes) / incoming;
         let planes = self.settings.absorption_planes;
-        let mut absorbed = silicon.absorbed(&modes, self.stack.silicon_um, planes);
+        let mut absorbed = silicon.absorbed(modes, self.stack.silicon_um, planes);
         for a in &mut absorbed {
             *a *= scale / incoming;
         }
@@ -286,7 +299,7 @@ impl WaveModel {
                 elsewhere: scale * entering - into_silicon,
                 ..Powers::default()
             },
-            imbalance: found - 1.0,
+            imbalance: balance - 1.0,
             residual: f.residual,
             ..Light::default()
         }
@@ -316,13 +329,13 @@ impl WaveModel {
     fn axis_modes(&self, bloch: f64, parts: usize) -> Arc<AxisModes> {
         let key = (bloch.to_bits(), parts);
         // A poisoned lock only means that another thread stopped; the map is whole between insertions.
-        if let Some(found) = self
+        if let Some(modes) = self
             .modes
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .get(&key)
         {
-            return Arc::clone(found);
+            return Arc::clone(modes);
         }
         let (si, trench) = (self.surface.silicon, self.trench);
         let trenches = Trenches {

@@ -164,8 +164,8 @@ fn symmetric_eigen(mut m: Vec<f64>, n: usize) -> (Vec<f64>, Vec<f64>) {
                     m[k * n + p] = c * a - s * b;
                     m[k * n + q] = s * a + c * b;
                 }
-                rotate_rows(&mut m, n, p, q, c, s);
-                rotate_rows(&mut v, n, p, q, c, s);
+                rotate_rows(&mut m, n, [p, q], [c, s]);
+                rotate_rows(&mut v, n, [p, q], [c, s]);
             }
         }
         if off <= 1e-26 * scale {
@@ -184,7 +184,8 @@ fn symmetric_eigen(mut m: Vec<f64>, n: usize) -> (Vec<f64>, Vec<f64>) {
     (values, vectors)
 }
 
-fn rotate_rows(m: &mut [f64], n: usize, p: usize, q: usize, c: f64, s: f64) {
+/// Rows p < q turned by the angle of cosine c and sine s.
+fn rotate_rows(m: &mut [f64], n: usize, [p, q]: [usize; 2], [c, s]: [f64; 2]) {
     let (head, tail) = m.split_at_mut(q * n);
     let (row_p, row_q) = (&mut head[p * n..(p + 1) * n], &mut tail[..n]);
     for (a, b) in row_p.iter_mut().zip(row_q) {

@@ -43,8 +43,7 @@ impl Silicon {
         k0: f64,
         pitch_um: f64,
         bloch: [f64; 2],
-        x: Arc<AxisModes>,
-        y: Arc<AxisModes>,
+        [x, y]: [Arc<AxisModes>; 2],
     ) -> Self {
         let g = 2.0 * std::f64::consts::PI / pitch_um;
         let eps = n.silicon * n.silicon;

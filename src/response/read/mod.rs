@@ -4,6 +4,7 @@
 //! AngularResponse, GeometricResponse ─▶ Response ─ at a wavelength ─▶ ResponseLookup: interpolators, boxes
 //! ```
 
+mod axes;
 mod interpolator;
 mod lookup;
 mod shifted_interpolator;

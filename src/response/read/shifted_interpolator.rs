@@ -15,8 +15,9 @@
 //! bits on every CPU.
 
 use super::Interpolator;
+use super::axes::Axes;
 use crate::em::ShiftGrid;
-use crate::sensor::{MovingFrame, Subpixels};
+use crate::sensor::{MovingFrame, Subpixels, by_count};
 
 /// B-spline shifts a ray reads along each axis.
 const TAPS: usize = 3;
@@ -28,16 +29,12 @@ const MOST_KNOTS: usize = 48;
 pub struct ShiftedInterpolator {
     subpixels: Subpixels,
     frame: MovingFrame,
-    nu: usize,
-    nv: usize,
-    /// place on the axis = cosine × scale + centre
-    scale: [f32; 2],
-    centre: [f32; 2],
+    axes: Axes,
     /// Spline knots per pitch, and per µm.
     knots: usize,
     per_um: f64,
-    /// Knots kept along each axis, the first at −1.
-    kept: usize,
+    /// Knots stored along each axis, the first at −1.
+    stored: usize,
     /// `[shift x][v][u][shift y][sub-pixel]`: what a ray reads lies in few cache lines.
     table: Vec<f32>,
 }
@@ -52,18 +49,18 @@ fn weights(t: f64) -> [f64; TAPS] {
     ]
 }
 
-/// Rows a, columns b: the part of node b in the B-spline coefficient at knot a − 1, of `kept` knots.
-fn coefficients(nodes: usize, knots: usize, kept: usize) -> Vec<f64> {
+/// Rows a, columns b: the part of node b in the B-spline coefficient at knot a − 1, of `stored` knots.
+fn coefficients(nodes: usize, knots: usize, stored: usize) -> Vec<f64> {
     let tau = 2.0 * std::f64::consts::PI;
-    let mut all = Vec::with_capacity(kept * nodes);
-    for a in 0..kept {
+    let mut all = Vec::with_capacity(stored * nodes);
+    for a in 0..stored {
         for b in 0..nodes {
             let x = (a as f64 - 1.0) / knots as f64 - b as f64 / nodes as f64;
             let term = |f: usize| {
                 let twice = if f == 0 || 2 * f == nodes { 1.0 } else { 2.0 };
                 // Splines through samples of cos (f x): their coefficients, divided by what the spline keeps of it.
-                let kept = (6.0 + 2.0 * (tau * f as f64 / knots as f64).cos()) / 8.0;
-                twice * (tau * f as f64 * x).cos() / kept
+                let share = (6.0 + 2.0 * (tau * f as f64 / knots as f64).cos()) / 8.0;
+                twice * (tau * f as f64 * x).cos() / share
             };
             all.push((0..=nodes / 2).map(term).sum::<f64>() / nodes as f64);
         }
@@ -72,57 +69,51 @@ fn coefficients(nodes: usize, knots: usize, kept: usize) -> Vec<f64> {
 }
 
 impl ShiftedInterpolator {
-    /// From `plane(shift node)`, `[v][u][sub-pixel]` at every node of the period. Axes as (count, last value); the
-    /// caller (a checked table) guarantees counts ≥ 3 and the planes' length.
+    /// From `plane(shift node)`, `[v][u][sub-pixel]` at every node of the period.
     pub(super) fn new(
         subpixels: Subpixels,
         frame: MovingFrame,
-        (nu, u_end): (usize, f32),
-        (nv, v_end): (usize, f32),
+        axes: Axes,
         grid: &ShiftGrid,
         plane: impl Fn([usize; 2]) -> Vec<f32>,
     ) -> Self {
         let nodes = grid.per_pitch;
         let knots = (2 * nodes).min(MOST_KNOTS);
-        let kept = knots / 2 + 3;
-        let parts = coefficients(nodes, knots, kept);
+        let stored = knots / 2 + 3;
+        let parts = coefficients(nodes, knots, stored);
         let count = subpixels.count();
-        let size = nu * nv * count;
-        let mut table = vec![0f32; kept * kept * size];
+        let size = axes.nu * axes.nv * count;
+        let mut table = vec![0f32; stored * stored * size];
         for i in 0..nodes {
             // Splines along y of this column of nodes, then its part in all splines along x.
-            let mut along_y = vec![0f32; kept * size];
+            let mut along_y = vec![0f32; stored * size];
             for j in 0..nodes {
                 let p = plane([i, j]);
-                for b in 0..kept {
+                for b in 0..stored {
                     let part = parts[b * nodes + j] as f32;
                     for (at, p) in p.chunks_exact(count).enumerate() {
-                        let out = &mut along_y[(at * kept + b) * count..][..count];
+                        let out = &mut along_y[(at * stored + b) * count..][..count];
                         for (o, p) in out.iter_mut().zip(p) {
                             *o += part * p;
                         }
                     }
                 }
             }
-            for a in 0..kept {
+            for a in 0..stored {
                 let part = parts[a * nodes + i] as f32;
-                let out = &mut table[a * kept * size..][..kept * size];
+                let out = &mut table[a * stored * size..][..stored * size];
                 for (o, p) in out.iter_mut().zip(&along_y) {
                     *o += part * p;
                 }
             }
         }
-        let (cu, cv) = ((nu / 2) as f32, (nv / 2) as f32);
         Self {
             subpixels,
             frame,
-            nu,
-            nv,
-            scale: [cu / u_end, cv / v_end],
-            centre: [cu, cv],
+            axes,
             knots,
             per_um: knots as f64 / grid.pitch_um,
-            kept,
+            stored,
             table,
         }
     }
@@ -143,27 +134,16 @@ impl ShiftedInterpolator {
     /// The weights of many directions under a lens shifted by `shift_um`: `out` is `[direction][sub-pixel]`. The
     /// shortest of the three slices counts.
     pub fn weights_batch(&self, shift_um: [f64; 2], u: &[f32], v: &[f32], out: &mut [f32]) {
-        match self.subpixels.count() {
-            1 => self.batch::<1>(shift_um, u, v, out),
-            2 => self.batch::<2>(shift_um, u, v, out),
-            4 => self.batch::<4>(shift_um, u, v, out),
-            9 => self.batch::<9>(shift_um, u, v, out),
-            _ => self.batch::<16>(shift_um, u, v, out),
-        }
+        by_count!(self.subpixels.count(), self.batch(shift_um, u, v, out));
     }
 
     /// The lookup under one lens shift: a quarter of the reads a ray needs here, and the same values (to the rounding
     /// of f32, but where a ray's sum had to be cut: that is done at the nodes).
     pub fn at_shift(&self, shift_um: [f64; 2]) -> Interpolator {
-        let cosine = |i: usize, axis: usize| (i as f32 - self.centre[axis]) / self.scale[axis];
-        let nodes = self.nu * self.nv;
-        let u: Vec<f32> = (0..nodes).map(|k| cosine(k % self.nu, 0)).collect();
-        let v: Vec<f32> = (0..nodes).map(|k| cosine(k / self.nu, 1)).collect();
-        let mut plane = vec![0.0; nodes * self.subpixels.count()];
+        let (u, v) = self.axes.cosines();
+        let mut plane = vec![0.0; u.len() * self.subpixels.count()];
         self.weights_batch(shift_um, &u, &v, &mut plane);
-        let end = |axis: usize| self.centre[axis] / self.scale[axis];
-        let axes = ((self.nu, end(0)), (self.nv, end(1)));
-        Interpolator::new(self.subpixels, self.frame, axes.0, axes.1, plane)
+        Interpolator::new(self.subpixels, self.frame, self.axes.renewed(), plane)
     }
 
     /// First knot's place, weights, and whether the lens is read mirrored.
@@ -172,7 +152,7 @@ impl ShiftedInterpolator {
         let x = (shift_um * self.per_um).rem_euclid(period);
         let mirrored = x > 0.5 * period;
         let x = if mirrored { period - x } else { x };
-        // The nearest knot, and one on each side; the first kept is at −1.
+        // The nearest knot, and one on each side; the first stored is at −1.
         let i = (x + 0.5) as usize;
         (i, weights(x - i as f64).map(|w| w as f32), mirrored)
     }
@@ -181,18 +161,14 @@ impl ShiftedInterpolator {
     fn batch<const N: usize>(&self, shift_um: [f64; 2], u: &[f32], v: &[f32], out: &mut [f32]) {
         let (first_x, weights_x, mirror_x) = self.taps(shift_um[0]);
         let (first_y, weights_y, mirror_y) = self.taps(shift_um[1]);
-        let scale_u = if mirror_x {
-            -self.scale[0]
-        } else {
-            self.scale[0]
-        };
-        let scale_v = if mirror_y {
-            -self.scale[1]
-        } else {
-            self.scale[1]
-        };
+        let axes = self.axes;
+        let mirrored = |scale: f32, mirror: bool| if mirror { -scale } else { scale };
+        let scale = [
+            mirrored(axes.scale[0], mirror_x),
+            mirrored(axes.scale[1], mirror_y),
+        ];
         let s = self.subpixels;
-        let own: [usize; N] = std::array::from_fn(|k| {
+        let sources: [usize; N] = std::array::from_fn(|k| {
             let (c, r) = s.column_row(k);
             let c = if mirror_x { s.m() - 1 - c } else { c };
             let r = if mirror_y { s.n() - 1 - r } else { r };
@@ -200,22 +176,18 @@ impl ShiftedInterpolator {
         });
         let (nodes, _) = self.table.as_chunks::<N>();
         let (out, _) = out.as_chunks_mut::<N>();
-        let (last_u, last_v) = ((self.nu - 1) as f32, (self.nv - 1) as f32);
-        let row = self.nu * self.kept;
-        let plane = self.nv * row;
+        let row = axes.nu * self.stored;
+        let plane = axes.nv * row;
         for ((&u, &v), out) in u.iter().zip(v).zip(out) {
-            let x = (u * scale_u + self.centre[0]).clamp(0.0, last_u);
-            let y = (v * scale_v + self.centre[1]).clamp(0.0, last_v);
-            let i = (x as usize).min(self.nu - 2);
-            let j = (y as usize).min(self.nv - 2);
-            let (a, b) = (x - i as f32, y - j as f32);
+            let cell = axes.cell(scale, u, v);
+            let [w00, w10, w01, w11] = cell.weights;
             let corners = [
-                (0, (1.0 - a) * (1.0 - b)),
-                (self.kept, a * (1.0 - b)),
-                (row, (1.0 - a) * b),
-                (row + self.kept, a * b),
+                (0, w00),
+                (self.stored, w10),
+                (row, w01),
+                (row + self.stored, w11),
             ];
-            let at = first_x * plane + j * row + i * self.kept + first_y;
+            let at = first_x * plane + cell.j * row + cell.i * self.stored + first_y;
             let mut sums = [[0f32; N]; TAPS];
             for (t, weight) in weights_x.iter().enumerate() {
                 for (corner, part) in corners {
@@ -240,7 +212,7 @@ impl ShiftedInterpolator {
                 sum += *p;
             }
             let whole = if sum > 1.0 { 1.0 / sum } else { 1.0 };
-            for (o, &k) in out.iter_mut().zip(&own) {
+            for (o, &k) in out.iter_mut().zip(&sources) {
                 *o = p[k] * whole;
             }
         }
@@ -255,8 +227,8 @@ mod tests {
     fn splines_of_a_fourier_series_give_it_back_between_the_nodes() {
         // cos 3x through 16 nodes per period, read anywhere.
         let (nodes, knots) = (16, 32);
-        let kept = knots / 2 + 3;
-        let parts = coefficients(nodes, knots, kept);
+        let stored = knots / 2 + 3;
+        let parts = coefficients(nodes, knots, stored);
         let tau = 2.0 * std::f64::consts::PI;
         let f = |x: f64| (tau * 3.0 * x).cos();
         let coefficient = |a: usize| -> f64 {

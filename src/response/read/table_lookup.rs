@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::axes::Axes;
 use super::{Interpolator, ShiftedInterpolator};
 use crate::em::ShiftGrid;
 use crate::em::symmetry::{Symmetry, symmetries_of};
@@ -23,8 +24,7 @@ impl AngularResponse {
         Some(ShiftedInterpolator::new(
             self.meta().subpixels,
             self.meta().frame,
-            self.along(&self.axes().u),
-            self.along(&self.axes().v),
+            self.directions(),
             &grid,
             |node| self.unfolded(&grid, &symmetries, &stored, node),
         ))
@@ -51,16 +51,16 @@ impl AngularResponse {
         Some(self.bilinear(self.unfolded(&grid, &symmetries, &stored, node)))
     }
 
-    fn along(&self, axis: &[f64]) -> (usize, f32) {
-        (axis.len(), axis[axis.len() - 1] as f32)
+    fn directions(&self) -> Axes {
+        let along = |axis: &[f64]| (axis.len(), axis[axis.len() - 1] as f32);
+        Axes::new(along(&self.axes().u), along(&self.axes().v))
     }
 
     fn bilinear(&self, plane: Vec<f32>) -> Interpolator {
         Interpolator::new(
             self.meta().subpixels,
             self.meta().frame,
-            self.along(&self.axes().u),
-            self.along(&self.axes().v),
+            self.directions(),
             plane,
         )
     }

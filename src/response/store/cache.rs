@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::progress::Progress;
 use crate::response::tabulate::RunJournal;
 use crate::response::{AngularResponse, BuildReport, BuiltTable, ResponseError, TablePlan};
 use crate::shard::Shard;
@@ -142,7 +143,7 @@ impl ResponseCache {
     pub fn table(
         &self,
         plan: &TablePlan,
-        progress: &(dyn Fn(usize, usize) + Sync),
+        progress: &dyn Progress,
     ) -> Result<CachedTable, ResponseError> {
         let CachedTables { tables, warnings } = self.tables(plan, progress)?;
         let mut by_colour = plan.colours().into_iter().zip(tables);
@@ -163,7 +164,7 @@ impl ResponseCache {
     pub fn tables(
         &self,
         plan: &TablePlan,
-        progress: &(dyn Fn(usize, usize) + Sync),
+        progress: &dyn Progress,
     ) -> Result<CachedTables, ResponseError> {
         let Some((reference_nm, plans)) = plan.parted() else {
             return self.together(plan, progress);
@@ -172,7 +173,9 @@ impl ResponseCache {
         let mut by_colour = vec![Vec::with_capacity(plans.len()); plan.colours().len()];
         for (i, one) in plans.iter().enumerate() {
             // A wavelength has as many directions as any other.
-            let part = |done, total| progress(i * total + done, plans.len() * total);
+            let part = |done: usize, total: usize| {
+                progress.incidences(i * total + done, plans.len() * total)
+            };
             let made = self.together(one, &part)?;
             warnings.extend(made.warnings);
             for (tables, (table, _)) in by_colour.iter_mut().zip(made.tables) {
@@ -191,7 +194,7 @@ impl ResponseCache {
     fn together(
         &self,
         plan: &TablePlan,
-        progress: &(dyn Fn(usize, usize) + Sync),
+        progress: &dyn Progress,
     ) -> Result<CachedTables, ResponseError> {
         let mut warnings = Vec::new();
         if let Some(tables) = self.all_colours(plan, &mut warnings)? {
@@ -264,7 +267,7 @@ impl ResponseCache {
         &self,
         plan: &TablePlan,
         shard: Shard,
-        progress: &(dyn Fn(usize, usize) + Sync),
+        progress: &dyn Progress,
     ) -> Result<PartOfTable, ResponseError> {
         let key = plan.simulation_key()?;
         let name = format!("{key}.{}-of-{}.journal", shard.number(), shard.count());

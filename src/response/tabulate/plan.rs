@@ -14,6 +14,7 @@ use super::table_of_runs::AboutPixel;
 use crate::em::PixelStack;
 use crate::em::light::{Incidence, Light, PixelSolver, SolverTask, colours};
 use crate::em::mosaic::FilterColour;
+use crate::progress::Progress;
 use crate::response::{ResponseError, TableSettings};
 use crate::shard::Shard;
 
@@ -116,14 +117,14 @@ impl TablePlan {
 
     /// Simulates the tables on all threads, in the order of [`Self::colours`]. `journal` is a file that keeps the runs
     /// done: a build that was stopped goes on with them, and the file is removed at the end; that it cannot be kept is
-    /// no harm. `progress(done, total)` counts plane waves; it may be called from any thread.
+    /// no harm. `progress` hears of plane waves, from any thread.
     ///
     /// # Errors
     /// A pixel that the model has no answer for.
     pub fn build_colours(
         &self,
         journal: Option<&Path>,
-        progress: &(dyn Fn(usize, usize) + Sync),
+        progress: &dyn Progress,
     ) -> Result<Vec<BuiltTable>, ResponseError> {
         let key = self.simulation_key()?;
         let journal = journal.map(|path| RunJournal::open(path, &key)).transpose();
@@ -146,7 +147,7 @@ impl TablePlan {
     pub fn build(
         &self,
         journal: Option<&Path>,
-        progress: &(dyn Fn(usize, usize) + Sync),
+        progress: &dyn Progress,
     ) -> Result<BuiltTable, ResponseError> {
         let built = self.build_colours(journal, progress)?;
         let mut built = self.colours().into_iter().zip(built);
@@ -179,7 +180,7 @@ impl TablePlan {
     pub(in crate::response) fn build_with(
         &self,
         journal: Option<&RunJournal>,
-        progress: &(dyn Fn(usize, usize) + Sync),
+        progress: &dyn Progress,
     ) -> Result<Vec<BuiltTable>, ResponseError> {
         let runs = self.runs()?;
         let solvers = self.solvers(journal)?;
@@ -207,7 +208,7 @@ impl TablePlan {
         &self,
         shard: Shard,
         journal: &RunJournal,
-        progress: &(dyn Fn(usize, usize) + Sync),
+        progress: &dyn Progress,
     ) -> Result<(usize, usize), ResponseError> {
         let mut runs = self.runs()?;
         runs.keep_part(shard);
@@ -244,7 +245,7 @@ pub fn build_table(
     stack: &PixelStack,
     settings: &TableSettings,
     journal: Option<&Path>,
-    progress: &(dyn Fn(usize, usize) + Sync),
+    progress: &dyn Progress,
 ) -> Result<BuiltTable, ResponseError> {
     TablePlan::new(stack, settings)?.build(journal, progress)
 }

@@ -18,6 +18,7 @@ use crate::em::PixelStack;
 use crate::em::light::{Incidence, Light};
 use crate::em::symmetry::{Node, Symmetry, canonical_nodes, symmetries};
 use crate::journal::Journal;
+use crate::progress::Progress;
 use crate::response::{ResponseError, TableSettings};
 use crate::shard::Shard;
 
@@ -140,11 +141,11 @@ impl Runs {
         self.runs.iter().map(|run| run.shifts.len()).sum()
     }
 
-    /// Asks the solver, or the journal, for every run. `progress(done, total)` counts plane waves.
+    /// Asks the solver, or the journal, for every run. `progress` hears of plane waves.
     pub fn simulate(
         &self,
         journal: Option<&RunJournal>,
-        progress: &(dyn Fn(usize, usize) + Sync),
+        progress: &dyn Progress,
         ask: &Ask<'_>,
     ) -> Result<Simulated, ResponseError> {
         let total = self.count();
@@ -158,7 +159,7 @@ impl Runs {
         };
         let known: Vec<Option<Answers>> = self.runs.iter().map(known).collect();
         let reused = known.iter().flatten().map(Vec::len).sum();
-        progress(reused, total);
+        progress.incidences(reused, total);
         let done = AtomicUsize::new(reused);
         let one = |(run, known): (&Run, Option<Answers>)| -> Result<Answers, ResponseError> {
             if let Some(answers) = known {
@@ -171,7 +172,7 @@ impl Runs {
                 }
             }
             let count = run.shifts.len();
-            progress(done.fetch_add(count, Ordering::Relaxed) + count, total);
+            progress.incidences(done.fetch_add(count, Ordering::Relaxed) + count, total);
             Ok(answers)
         };
         let answers = self.runs.par_iter().zip(known).map(one);

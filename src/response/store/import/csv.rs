@@ -30,85 +30,108 @@ pub(super) fn read(text: &str, subpixels: Subpixels) -> Result<Vec<Row>, String>
     let (number, heading) = lines
         .next()
         .ok_or("no line with the names of the columns")?;
-    let comma = [',', ';', '\t']
-        .into_iter()
-        .find(|&c| heading.contains(c))
-        .unwrap_or(',');
-    let names: Vec<&str> = heading.split(comma).map(unquoted).collect();
-    let mut places = [None; COLUMNS.len()];
-    for (place, name) in names.iter().enumerate() {
-        let Some(known) = COLUMNS.iter().position(|c| c.eq_ignore_ascii_case(name)) else {
-            continue; // A column of something else is no harm.
-        };
-        if places[known].replace(place).is_some() {
-            return Err(format!(
-                "line {number}: two columns are named {}",
-                COLUMNS[known]
-            ));
+    let columns = Columns::new(number, heading)?;
+    let rows = lines.map(|(line, text)| columns.row(line, text, subpixels));
+    let rows = rows.collect::<Result<Vec<Row>, String>>()?;
+    if rows.is_empty() {
+        return Err("no line below the names of the columns".into());
+    }
+    Ok(rows)
+}
+
+/// Where the columns stand.
+struct Columns {
+    separator: char,
+    /// By [`COLUMNS`].
+    places: [Option<usize>; COLUMNS.len()],
+}
+
+impl Columns {
+    fn new(number: usize, heading: &str) -> Result<Self, String> {
+        let separator = [',', ';', '\t']
+            .into_iter()
+            .find(|&c| heading.contains(c))
+            .unwrap_or(',');
+        let names: Vec<&str> = heading.split(separator).map(unquoted).collect();
+        let mut places = [None; COLUMNS.len()];
+        for (place, name) in names.iter().enumerate() {
+            let Some(known) = COLUMNS.iter().position(|c| c.eq_ignore_ascii_case(name)) else {
+                continue; // A column of something else is no harm.
+            };
+            if places[known].replace(place).is_some() {
+                return Err(format!(
+                    "line {number}: two columns are named {}",
+                    COLUMNS[known]
+                ));
+            }
+        }
+        match (0..4).find(|&k| places[k].is_none()) {
+            Some(missing) => Err(format!(
+                "line {number}: no column {}; found: {}; needed: theta_deg, phi_deg, subpixel, P, and wavelength_nm if there are several",
+                COLUMNS[missing],
+                names.join(", ")
+            )),
+            None => Ok(Self { separator, places }),
         }
     }
-    if let Some(missing) = (0..4).find(|&k| places[k].is_none()) {
-        return Err(format!(
-            "line {number}: no column {}; found: {}; needed: theta_deg, phi_deg, subpixel, P, and wavelength_nm if there are several",
-            COLUMNS[missing],
-            names.join(", ")
-        ));
-    }
-    let mut rows = Vec::new();
-    for (line, text) in lines {
-        let cells: Vec<&str> = text.split(comma).map(unquoted).collect();
-        let cell = |column: usize| -> Result<Option<&str>, String> {
-            let Some(place) = places[column] else {
-                return Ok(None);
-            };
-            match cells.get(place) {
-                Some(cell) => Ok(Some(cell)),
-                None => Err(format!(
-                    "line {line}: {} columns, but {} is column {}",
-                    cells.len(),
-                    COLUMNS[column],
-                    place + 1
-                )),
-            }
-        };
-        let refused = |column: usize, cell: &str, allowed: &str| {
-            let place = places[column].map_or(0, |p| p + 1);
-            let name = COLUMNS[column];
-            format!("line {line}, column {place} ({name}) is `{cell}`; allowed: {allowed}")
-        };
+
+    fn row(&self, line: usize, text: &str, subpixels: Subpixels) -> Result<Row, String> {
+        let cells: Vec<&str> = text.split(self.separator).map(unquoted).collect();
         let number = |column: usize, (low, high): (f64, f64), allowed: &str| {
-            let Some(cell) = cell(column)? else {
+            let Some(cell) = self.cell(line, &cells, column)? else {
                 return Ok(None);
             };
             match cell.parse::<f64>() {
                 Ok(x) if (low..=high).contains(&x) => Ok(Some(x)),
-                _ => Err(refused(column, cell, allowed)),
+                _ => Err(self.refused(line, column, cell, allowed)),
             }
         };
         let needed = |x: Option<f64>| x.ok_or_else(|| format!("line {line}: a column is missing"));
         let theta = number(0, (-89.9, 89.9), "-89.9 to 89.9 degrees")?;
         let phi = number(1, (-720.0, 720.0), "degrees")?;
-        let sub_pixel = cell(2)?.unwrap_or_default();
+        let sub_pixel = self.cell(line, &cells, 2)?.unwrap_or_default();
         let named = |i: &usize| subpixels.name(*i).eq_ignore_ascii_case(sub_pixel);
         let sub_pixel = (0..subpixels.count()).find(named).ok_or_else(|| {
             let names: Vec<String> = (0..subpixels.count()).map(|i| subpixels.name(i)).collect();
-            refused(2, sub_pixel, &names.join(", "))
+            self.refused(line, 2, sub_pixel, &names.join(", "))
         })?;
         let p = number(3, (-SHARE_TOLERANCE, 1.0 + SHARE_TOLERANCE), "0 to 1")?;
         let wavelength_nm = number(4, (100.0, 3000.0), "100 to 3000 nm")?;
-        rows.push(Row {
+        Ok(Row {
             line,
             wavelength_nm,
             theta_deg: needed(theta)?,
             phi_deg: needed(phi)?,
             sub_pixel,
             p: needed(p)?,
-        });
+        })
     }
-    if rows.is_empty() {
-        return Err("no line below the names of the columns".into());
+
+    /// The cell of a column, `None` of one that the file does not have.
+    fn cell<'a>(
+        &self,
+        line: usize,
+        cells: &[&'a str],
+        column: usize,
+    ) -> Result<Option<&'a str>, String> {
+        let Some(place) = self.places[column] else {
+            return Ok(None);
+        };
+        cells.get(place).copied().map(Some).ok_or_else(|| {
+            format!(
+                "line {line}: {} columns, but {} is column {}",
+                cells.len(),
+                COLUMNS[column],
+                place + 1
+            )
+        })
     }
-    Ok(rows)
+
+    fn refused(&self, line: usize, column: usize, cell: &str, allowed: &str) -> String {
+        let place = self.places[column].map_or(0, |p| p + 1);
+        let name = COLUMNS[column];
+        format!("line {line}, column {place} ({name}) is `{cell}`; allowed: {allowed}")
+    }
 }
 
 fn unquoted(cell: &str) -> &str {

@@ -9,6 +9,7 @@
 use rayon::prelude::*;
 
 use crate::em::light::{PixelSolver, direction_cosines};
+use crate::progress::Progress;
 use crate::response::chief_ray_shifts::fold_deg;
 use crate::response::{AngularResponse, ChiefRayShifts, ResponseError};
 use crate::sensor::{MovingFrame, Subpixels};
@@ -52,7 +53,7 @@ impl ChiefRayShifts {
         cone_f_number: f64,
         theta_deg: &[f64],
         azimuths: usize,
-        progress: &(dyn Fn(usize, usize) + Sync),
+        progress: &dyn Progress,
     ) -> Result<Self, ResponseError> {
         let shares = |[u, v]: [f64; 2], shifts: &[[f64; 2]]| {
             let all = pixel.under_shifts(u, v, shifts)?;
@@ -98,14 +99,14 @@ impl ChiefRayShifts {
             .map(|i| 5.0 * f64::from(i))
             .take_while(|theta| *theta <= 5.0 || theta.to_radians().sin() + reach <= edge)
             .collect();
-        Self::found(&balance, &theta_deg, 3, &|_, _| ())
+        Self::found(&balance, &theta_deg, 3, &())
     }
 
     fn found(
         balance: &Balance,
         theta_deg: &[f64],
         azimuths: usize,
-        progress: &(dyn Fn(usize, usize) + Sync),
+        progress: &dyn Progress,
     ) -> Result<Self, ResponseError> {
         let fold = fold_deg(balance.subpixels);
         let phi_deg = (0..azimuths).map(|i| fold * i as f64 / (azimuths.max(2) - 1) as f64);
@@ -121,7 +122,7 @@ impl ChiefRayShifts {
                 let [x, y] = balance.shift(theta, phi)?;
                 let (sin, cos) = phi.to_radians().sin_cos();
                 map.shift_um[i * azimuths + j] = [x * cos + y * sin, y * cos - x * sin];
-                progress(i * azimuths + j + 1, theta_deg.len() * azimuths);
+                progress.incidences(i * azimuths + j + 1, theta_deg.len() * azimuths);
             }
         }
         Ok(map)
