@@ -1,9 +1,9 @@
-//! Progress on stderr: samples, rays per second, time left. A bar on a terminal; one line per sample elsewhere, and for
-//! programs.
+//! Progress on stderr: samples, rays per second, time left; or the stage that a command is at, and the seconds since its
+//! start. One line that goes away on a terminal; one line per sample or stage elsewhere, and for programs.
 
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -12,7 +12,7 @@ use quadpixel_generators::observer::{Event, Observer};
 use crate::log::{Level, Log};
 use crate::stop::Stop;
 
-/// A progress bar over rays.
+/// A progress bar over rays, or over stages.
 pub struct Progress {
     log: Log,
     stop: Stop,
@@ -27,6 +27,8 @@ pub struct Progress {
     table: Mutex<Option<TablePace>>,
     /// When a simulation was last reported.
     simulation: Mutex<Instant>,
+    /// A stage that began too early to be shown yet.
+    early: Arc<Mutex<Option<String>>>,
 }
 
 /// Pace of a response table.
@@ -39,6 +41,14 @@ struct TablePace {
 
 /// How often tables and simulations are reported where no bar is drawn.
 const REPORT_EVERY: Duration = Duration::from_secs(30);
+
+/// Before this no stage is shown.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+fn stage_line(log: Log, text: &str, since: Duration) {
+    let text = format!("{text} · {:.1} s", since.as_secs_f64());
+    log.line(Level::Info, &text, &[]);
+}
 
 impl Progress {
     /// Reports on stderr what `log` lets through.
@@ -77,7 +87,46 @@ impl Progress {
             began: Instant::now(),
             table: Mutex::new(None),
             simulation: Mutex::new(Instant::now()),
+            early: Arc::default(),
         }
+    }
+
+    /// Of a command of several stages: reports on stderr at which it is, once it has taken two seconds.
+    pub fn stages(log: Log) -> Self {
+        let progress = Self::new(log);
+        let (bar, drawn) = (progress.bar.clone(), progress.drawn);
+        bar.set_draw_target(ProgressDrawTarget::hidden());
+        if let Ok(style) = ProgressStyle::with_template("{msg} · {elapsed}") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(500));
+        let early = progress.early.clone();
+        std::thread::spawn(move || {
+            std::thread::sleep(PATIENCE);
+            if drawn {
+                bar.set_draw_target(ProgressDrawTarget::stderr());
+            }
+            if let Some(text) = early.lock().unwrap_or_else(PoisonError::into_inner).take() {
+                stage_line(log, &text, PATIENCE);
+            }
+        });
+        progress
+    }
+
+    /// Reports the stage that begins now.
+    pub fn stage(&self, text: impl Into<String>) {
+        let (text, since) = (text.into(), self.began.elapsed());
+        if self.drawn {
+            self.bar.set_message(text);
+            return;
+        }
+        let mut early = self.early.lock().unwrap_or_else(PoisonError::into_inner);
+        *early = if since < PATIENCE {
+            Some(text)
+        } else {
+            stage_line(self.log, &text, since);
+            None
+        };
     }
 
     /// Reports what did not stop the run.
@@ -98,6 +147,7 @@ impl Progress {
     /// Takes the bar away.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
+        *self.early.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
 
     fn line(&self, level: Level, text: &str) {
@@ -184,6 +234,12 @@ impl Progress {
         let done = self.samples_done.load(Ordering::Relaxed);
         let samples = self.samples.load(Ordering::Relaxed);
         self.bar.set_message(format!("sample {done}/{samples}"));
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.finish();
     }
 }
 

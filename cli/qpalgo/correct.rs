@@ -11,7 +11,6 @@ use crate::inputs::{
     AlignArg, CaptureArgs, PictureFormatArg, calibrated_camera, in_file, read_calibration,
     sample_folder,
 };
-use crate::progress::Progress;
 use quadpixel_algorithms::aberration_score::AberrationScore;
 use quadpixel_algorithms::calibration::{Calibration, CalibrationSettings};
 use quadpixel_algorithms::capture::Capture;
@@ -20,6 +19,7 @@ use quadpixel_algorithms::disparity::MatchSettings;
 use quadpixel_algorithms::metrics::sharpness::SharpnessSettings;
 use quadpixel_algorithms::pictures::{PictureFormat, Pictures};
 use quadpixel_cli::exit::CommandError;
+use quadpixel_cli::progress::Progress;
 
 /// Arguments of `qpalgo correct-aberrations`.
 #[derive(Clone, Debug, Args)]

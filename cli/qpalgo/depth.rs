@@ -12,7 +12,6 @@ use quadpixel_cli::exit::CommandError;
 use crate::inputs::{
     CaptureArgs, MapFormatArg, calibrated_camera, in_file, read_calibration, sample_folder,
 };
-use crate::progress::Progress;
 use quadpixel_algorithms::calibration::Calibration;
 use quadpixel_algorithms::capture::Capture;
 use quadpixel_algorithms::depth::{
@@ -20,6 +19,7 @@ use quadpixel_algorithms::depth::{
 };
 use quadpixel_algorithms::disparity::{Axes, MatchSettings};
 use quadpixel_algorithms::maps::{MapFormat, Maps};
+use quadpixel_cli::progress::Progress;
 
 /// Arguments of `qpalgo depth`.
 #[derive(Clone, Debug, Args)]

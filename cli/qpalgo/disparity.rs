@@ -17,13 +17,13 @@ use quadpixel::image::{Image, ImageError, channel};
 use quadpixel_cli::exit::CommandError;
 
 use crate::inputs::{CaptureArgs, MapFormatArg, in_file};
-use crate::progress::Progress;
 use quadpixel_algorithms::capture::ViewPair;
 use quadpixel_algorithms::disparity::{
     Axes, DisparityMap, Match, MatchSettings, Verdict, match_images,
 };
 use quadpixel_algorithms::load;
 use quadpixel_algorithms::maps::{MapFormat, Maps};
+use quadpixel_cli::progress::Progress;
 
 /// Numbers a node, in this order, in every format but PFM, which has the first three.
 const NUMBERS: [&str; 4] = ["dx", "dy", "sigma", "verdict"];

@@ -7,7 +7,6 @@ mod correct;
 mod depth;
 mod disparity;
 mod inputs;
-mod progress;
 mod refocus;
 mod sai;
 mod score;
@@ -15,9 +14,10 @@ mod sharpness;
 mod table;
 
 use clap::{Parser, Subcommand};
-use progress::Progress;
 use quadpixel_cli::exit::CommandError;
+use quadpixel_cli::log::{Level, Log};
 use quadpixel_cli::process::{exit_on_closed_pipe, use_threads};
+use quadpixel_cli::progress::Progress;
 
 /// Works on pictures of pixels that see the pupil in parts (dual-pixel, quad-pixel, m×n).
 #[derive(Parser)]
@@ -134,10 +134,8 @@ fn main() -> ExitCode {
 fn run(cli: Cli) -> Result<(), CommandError> {
     exit_on_closed_pipe()?;
     use_threads(cli.threads)?;
-    let progress = match cli.quiet {
-        true => Progress::silent(),
-        false => Progress::stderr(),
-    };
+    let level = if cli.quiet { Level::Warn } else { Level::Info };
+    let progress = Progress::stages(Log { level, json: false });
     match cli.command {
         Command::Sai(args) => sai::run(&args, progress),
         Command::Sharpness(args) => sharpness::run(&args, progress),

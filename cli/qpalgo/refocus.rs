@@ -7,10 +7,10 @@ use quadpixel::file;
 use quadpixel_cli::exit::CommandError;
 
 use crate::inputs::CaptureArgs;
-use crate::progress::Progress;
 use quadpixel_algorithms::pictures::encode_float;
 use quadpixel_algorithms::refocus::{RefocusError, refocus};
 use quadpixel_algorithms::warp::Lobes;
+use quadpixel_cli::progress::Progress;
 
 /// Arguments of `qpalgo refocus`.
 #[derive(Clone, Debug, Args)]

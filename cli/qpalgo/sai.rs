@@ -7,9 +7,9 @@ use quadpixel::file;
 use quadpixel_cli::exit::CommandError;
 
 use crate::inputs::{CaptureArgs, PictureFormatArg};
-use crate::progress::Progress;
 use quadpixel_algorithms::pictures::Pictures;
 use quadpixel_algorithms::sai::Side;
+use quadpixel_cli::progress::Progress;
 
 /// Arguments of `qpalgo sai`.
 #[derive(Clone, Debug, Args)]

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use crate::progress::Progress;
 use quadpixel_algorithms::load;
 use quadpixel_algorithms::metrics::sharpness::{
     Eigenvalues, Energy, GradientKernel, Mean, Plane, Sharpness, SharpnessSettings, sharpness,
 };
 use quadpixel_cli::exit::CommandError;
+use quadpixel_cli::progress::Progress;
 
 /// Arguments of `qpalgo sharpness`. What is not given is the preset's.
 #[derive(Clone, Debug, Args)]

@@ -7,12 +7,12 @@ use quadpixel::file;
 
 use crate::correct::{not_corrected, smoothing};
 use crate::inputs::{AlignArg, CaptureArgs, in_file};
-use crate::progress::Progress;
 use quadpixel_algorithms::calibration::CalibrationSettings;
 use quadpixel_algorithms::disparity::MatchSettings;
 use quadpixel_algorithms::metrics::sharpness::SharpnessSettings;
 use quadpixel_algorithms::table::{self, Entry, Row, RowError, TableList, csv, markdown};
 use quadpixel_cli::exit::CommandError;
+use quadpixel_cli::progress::Progress;
 
 /// Arguments of `qpalgo table`.
 #[derive(Clone, Debug, Args)]

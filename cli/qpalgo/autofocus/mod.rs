@@ -13,11 +13,11 @@ use quadpixel_cli::exit::CommandError;
 use quadpixel_datasets::{DatasetManifest, paths};
 
 use crate::inputs::{CaptureArgs, in_file};
-use crate::progress::Progress;
 use quadpixel_algorithms::autofocus::{Region, Step, measure_step, median};
 use quadpixel_algorithms::capture::Capture;
 use quadpixel_algorithms::disparity::MatchSettings;
 use quadpixel_algorithms::metrics::sharpness::SharpnessSettings;
+use quadpixel_cli::progress::Progress;
 use report::Curve;
 
 /// Arguments of `qpalgo autofocus`.
