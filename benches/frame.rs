@@ -51,7 +51,7 @@ fn table_camera(
     let nm = wavelengths.all_response_nm();
     let response = if all_shifts {
         let choice = ModelChoice::new(Level::Wave, Preset::Standard);
-        let settings = TableSettings::of_all_shifts(&choice, stack, PER_PITCH);
+        let settings = TableSettings::for_all_shifts(&choice, stack, PER_PITCH);
         let grid = ShiftGrid::new(stack.pitch_um, PER_PITCH).unwrap();
         made_up_table(stack, &settings, nm, Some(grid))
     } else {

@@ -10,15 +10,20 @@ use zip::ZipArchive;
 pub(crate) struct Npz<R>(ZipArchive<R>);
 
 impl<R: Read + Seek> Npz<R> {
-    /// Reads the list of what is in it. `Err` says why not.
+    /// Reads the list of what is in it.
+    ///
+    /// # Errors
+    /// What makes it no zip file.
     pub fn open(contents: R) -> Result<Self, String> {
         ZipArchive::new(contents)
             .map(Self)
             .map_err(|e| e.to_string())
     }
 
-    /// An array by its name. `Err` names it and says what is wrong: it is not there, or of another type, number of axes
-    /// or length.
+    /// An array by its name.
+    ///
+    /// # Errors
+    /// The name, and what is wrong: it is not there, or of another type, number of axes or length.
     pub fn array<T: ViewElement + Clone, D: Dimension>(
         &mut self,
         name: &str,

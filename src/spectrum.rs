@@ -74,7 +74,7 @@ impl Bands {
     }
 
     /// The wavelengths of a channel, nm, increasing.
-    fn of(&self, channel: usize) -> Vec<f64> {
+    fn wavelengths_nm(&self, channel: usize) -> Vec<f64> {
         let (middle, width) = (self.middle_nm[channel], self.width_nm[channel]);
         let count = self.wavelengths;
         let edge = |m: usize| quantile(m as f64 / count as f64);
@@ -158,7 +158,7 @@ impl ChannelWavelengths {
     /// Wavelengths at which a channel is traced, nm, each for an equal share of its rays.
     pub fn traced_nm(&self, channel: usize) -> Vec<f64> {
         match &self.bands {
-            Some(bands) => bands.of(channel),
+            Some(bands) => bands.wavelengths_nm(channel),
             None => vec![self.rgb_nm[channel]],
         }
     }
@@ -166,7 +166,7 @@ impl ChannelWavelengths {
     /// Wavelengths of the response that weighs them, nm.
     pub fn response_nm(&self, channel: usize) -> Vec<f64> {
         match &self.bands {
-            Some(bands) => bands.of(channel),
+            Some(bands) => bands.wavelengths_nm(channel),
             None => vec![self.reference_nm()],
         }
     }

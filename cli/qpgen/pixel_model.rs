@@ -64,12 +64,12 @@ impl PixelModelArgs {
 
     /// The model's table of a pixel.
     pub fn table(&self, stack: &PixelStack) -> TableSettings {
-        TableSettings::of_choice(&self.choice(), stack)
+        TableSettings::for_choice(&self.choice(), stack)
     }
 
     /// The model's table of a pixel under all shifts of its lens.
     pub fn shifted(&self, stack: &PixelStack, per_pitch: usize) -> TableSettings {
-        TableSettings::of_all_shifts(&self.choice(), stack, per_pitch)
+        TableSettings::for_all_shifts(&self.choice(), stack, per_pitch)
     }
 
     /// The model's name, as it is given.

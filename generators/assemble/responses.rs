@@ -235,7 +235,10 @@ impl Responses {
         let [red, green, blue] = &colours[..] else {
             return Err(missing(&stack));
         };
-        Ok(AngularResponse::of_channels([red, green, blue], &channels)?)
+        Ok(AngularResponse::from_channels(
+            [red, green, blue],
+            &channels,
+        )?)
     }
 
     /// The kept table of a plan; a file that is something else is a warning.
@@ -329,8 +332,8 @@ mod tests {
                 // What the command line makes of the same words.
                 let choice = quadpixel::em::ModelChoice::new(level, preset);
                 let commanded = match made.shifts {
-                    Some(n) => TableSettings::of_all_shifts(&choice, &stack, n),
-                    None => TableSettings::of_choice(&choice, &stack),
+                    Some(n) => TableSettings::for_all_shifts(&choice, &stack, n),
+                    None => TableSettings::for_choice(&choice, &stack),
                 };
                 let key = made.settings(level, &stack, &[550.0]).key(&stack).unwrap();
                 assert_eq!(key, commanded.key(&stack).unwrap());

@@ -34,7 +34,7 @@ impl<'a> ShiftedTable<'a> {
             pixel,
             scale,
             stack,
-            settings: TableSettings::of_all_shifts(&choice, stack, per_pitch),
+            settings: TableSettings::for_all_shifts(&choice, stack, per_pitch),
             per_pitch,
             preset,
         }

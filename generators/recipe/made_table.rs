@@ -107,8 +107,8 @@ impl MadeTable {
     pub fn settings(&self, level: Level, stack: &PixelStack, nm: &[f64]) -> TableSettings {
         let choice = self.choice(level);
         let settings = match self.shifts {
-            Some(per_pitch) => TableSettings::of_all_shifts(&choice, stack, per_pitch),
-            None => TableSettings::of_choice(&choice, stack),
+            Some(per_pitch) => TableSettings::for_all_shifts(&choice, stack, per_pitch),
+            None => TableSettings::for_choice(&choice, stack),
         };
         TableSettings {
             wavelengths_nm: nm.to_vec(),

@@ -57,7 +57,7 @@ fn flat(names: &[String]) {
     let mut stack = PixelStack::paper(0.4, 1e3, 0.25, 0.75);
     stack.layers[0].thickness_um = 0.5 - stack.mean_lens_height_um();
     stack.trench_um = 0.0;
-    let exact = FlatStack::of_pixel(&stack, 550.0).unwrap();
+    let exact = FlatStack::from_pixel(&stack, 550.0).unwrap();
     println!("mesh theta pol  dR dA_si dT dElse  R_exact A_exact balance steps");
     for name in names {
         for theta in [0.0, 20.0, 40.0, 60.0, 70.0] {

@@ -58,7 +58,7 @@ pub fn chief_ray(
     let pixel = model.solver_of_shifts(stack, WAVELENGTH_NM)?;
     let began = Instant::now();
     let progress = |done, total| observer.event(Event::Table { done, total });
-    let map = ChiefRayShifts::of_pixel(
+    let map = ChiefRayShifts::for_pixel(
         pixel.as_ref(),
         cone_f_number,
         &THETA_DEG,

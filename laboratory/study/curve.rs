@@ -219,7 +219,7 @@ fn curve(case: &Case, computed: Vec<Point>) -> Curve {
         .filter(|p| offset(p).abs() <= TOTAL_WITHIN_DEG);
     let (count, sum) = near.fold((0, 0.0), |(n, sum), p| (n + 1, sum + p.total));
     Curve {
-        ranges: [&beyond, &before].map(|(theta, ratio)| RejectionRanges::of(theta, ratio)),
+        ranges: [&beyond, &before].map(|(theta, ratio)| RejectionRanges::from_curve(theta, ratio)),
         total: sum / f64::from(count),
         points,
         angles,

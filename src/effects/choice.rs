@@ -55,8 +55,8 @@ impl Choice {
 
     fn only<'a>(names: impl Iterator<Item = &'a str>) -> Result<Self, ChoiceError> {
         let effect = |name: &str| {
-            let found = Effect::SELECTABLE.into_iter().find(|e| e.name() == name);
-            found.ok_or_else(|| ChoiceError {
+            let effect = Effect::SELECTABLE.into_iter().find(|e| e.name() == name);
+            effect.ok_or_else(|| ChoiceError {
                 name: name.to_string(),
                 known: Effect::SELECTABLE.map(Effect::name).join(", "),
             })

@@ -70,6 +70,9 @@ impl PixelStack {
     }
 
     /// A built-in pixel.
+    ///
+    /// # Errors
+    /// A name that is none of [`Self::builtin_names`].
     pub fn builtin(name: &str) -> Result<Self, StackError> {
         match FILES.iter().find(|(known, _)| *known == name) {
             Some((_, text)) => Self::from_toml(text, name),
@@ -87,6 +90,9 @@ impl PixelStack {
     }
 
     /// A pixel from TOML; `file` names the text in errors.
+    ///
+    /// # Errors
+    /// A text that is not understood, or a pixel out of range.
     pub fn from_toml(text: &str, file: &str) -> Result<Self, StackError> {
         let in_file = |why: String| StackError::File {
             file: file.to_owned(),

@@ -100,7 +100,7 @@ pub struct Light {
 
 impl Light {
     /// Of both polarizations.
-    pub fn of_both(s: Powers, p: Powers) -> Self {
+    pub fn from_polarizations(s: Powers, p: Powers) -> Self {
         Self {
             mean: Powers::mean(&s, &p),
             polarized: Some([s, p]),

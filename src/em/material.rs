@@ -26,8 +26,10 @@ pub enum Material {
 }
 
 impl Material {
-    /// Refractive index at a wavelength in nm. Fails for an unknown table, a wavelength outside it, or n, k out of
-    /// range.
+    /// Refractive index at a wavelength in nm.
+    ///
+    /// # Errors
+    /// An unknown table, a wavelength outside it, or n, k out of range.
     pub fn index(&self, wavelength_nm: f64) -> Result<Complex64, StackError> {
         self.check("material")?;
         match self {

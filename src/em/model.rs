@@ -8,7 +8,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use super::corrected::{self, CorrectedSolver, KeptRuns};
+use super::corrected::{self, CorrectedSolver, RunsFile};
 use super::fdtd::{self, FdtdSettings, FdtdSolver};
 use super::geometric::{self, GeometricSolver};
 use super::light::{PixelSolver, SolverError, SolverTask};
@@ -435,16 +435,16 @@ impl PixelModel {
                 let fast = WaveModel::new(task.stack, nm, &settings.wave)?;
                 let exact = settings.exact.solver_of_shifts(task.stack, nm)?;
                 let plan = settings.plan(task.stack, task.any_shift)?;
-                let kept = match task.folder {
+                let file = match task.folder {
                     Some(folder) => {
                         let key = exact_runs_key(settings, task, nm)?;
                         let path = folder.join(format!("{key}.exact"));
-                        Some(KeptRuns { path, key })
+                        Some(RunsFile { path, key })
                     }
                     None => None,
                 };
                 let fast = Box::new(fast);
-                Box::new(CorrectedSolver::new(fast, exact.as_ref(), &plan, kept)?)
+                Box::new(CorrectedSolver::new(fast, exact.as_ref(), &plan, file)?)
             }
         })
     }
@@ -456,7 +456,7 @@ fn exact_runs_key(
     task: &SolverTask,
     wavelength_nm: f64,
 ) -> Result<String, SolverError> {
-    let what = (
+    let inputs = (
         settings.exact.version(),
         &settings.exact,
         task.stack,
@@ -464,7 +464,7 @@ fn exact_runs_key(
         settings.reach,
         task.any_shift,
     );
-    settings_hash(&what).map_err(|e| {
+    settings_hash(&inputs).map_err(|e| {
         let allowed = "finite numbers";
         StackError::value("settings", e, allowed).into()
     })

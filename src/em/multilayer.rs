@@ -53,8 +53,11 @@ pub struct FlatStack {
 
 impl FlatStack {
     /// The pixel with its lens flattened at its mean height and no trenches or walls, its counted silicon as last
-    /// layer, silicon below. Refuses a mosaic.
-    pub fn of_pixel(stack: &PixelStack, wavelength_nm: f64) -> Result<Self, StackError> {
+    /// layer, silicon below.
+    ///
+    /// # Errors
+    /// A pixel out of range, one with a mosaic, or a material that does not know the wavelength.
+    pub fn from_pixel(stack: &PixelStack, wavelength_nm: f64) -> Result<Self, StackError> {
         stack.check()?;
         if stack.mosaic.is_some() {
             let allowed = "none in a flat stack, which has one filter";
@@ -78,6 +81,9 @@ impl FlatStack {
 
     /// Powers at `wavelength_nm` for a wave of transverse wavenumber `sine` k0 (in air the sine of the angle; |`sine`|
     /// < `above`).
+    ///
+    /// # Errors
+    /// A wave that does not travel in the upper half space, or a wavelength that is not positive.
     pub fn solve(
         &self,
         wavelength_nm: f64,

@@ -34,7 +34,7 @@ impl PixelStack {
     ///
     /// # Errors
     /// Red or blue without a mosaic.
-    pub fn of_one_colour(&self, colour: FilterColour) -> Result<Self, StackError> {
+    pub fn with_single_filter(&self, colour: FilterColour) -> Result<Self, StackError> {
         let material = match (&self.mosaic, colour) {
             (_, FilterColour::Green) => None,
             (Some(mosaic), FilterColour::Red) => Some(mosaic.red.clone()),
@@ -115,7 +115,7 @@ mod tests {
             let wanted: Vec<f64> = (0..4).map(|i| 4.0 * (first + f64::from(i))).collect();
             assert_eq!(share, wanted);
         }
-        let plain = stack.of_one_colour(FilterColour::Red).unwrap();
+        let plain = stack.with_single_filter(FilterColour::Red).unwrap();
         assert_eq!(
             plain.share_of(FilterColour::Red, &[0.1, 0.2, 0.3, 0.4]),
             [0.1, 0.2, 0.3, 0.4]
@@ -124,7 +124,7 @@ mod tests {
             plain.layer("filter").unwrap().material,
             stack.mosaic.unwrap().red
         );
-        assert!(plain.of_one_colour(FilterColour::Blue).is_err());
+        assert!(plain.with_single_filter(FilterColour::Blue).is_err());
     }
 
     #[test]

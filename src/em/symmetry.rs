@@ -49,16 +49,16 @@ impl Symmetry {
 
 /// The symmetries of a pixel with a centred lens.
 pub(crate) fn symmetries_of(subpixels: Subpixels) -> Vec<Symmetry> {
-    keeping(subpixels, [0.0, 0.0])
+    symmetries_keeping(subpixels, [0.0, 0.0])
 }
 
 /// The symmetries that leave the pixel and its lens shift as they are.
 pub(crate) fn symmetries(stack: &PixelStack) -> Vec<Symmetry> {
-    keeping(stack.subpixels, stack.lens.shift_um)
+    symmetries_keeping(stack.subpixels, stack.lens.shift_um)
 }
 
-fn keeping(subpixels: Subpixels, [sx, sy]: [f64; 2]) -> Vec<Symmetry> {
-    let mut found = Vec::new();
+fn symmetries_keeping(subpixels: Subpixels, [sx, sy]: [f64; 2]) -> Vec<Symmetry> {
+    let mut symmetries = Vec::new();
     for swap in [false, true] {
         for sign_x in [1, -1] {
             for sign_y in [1, -1] {
@@ -66,7 +66,7 @@ fn keeping(subpixels: Subpixels, [sx, sy]: [f64; 2]) -> Vec<Symmetry> {
                 let keeps_shift = a * sign_x as f64 == sx && b * sign_y as f64 == sy;
                 let keeps_pixel = !swap || subpixels.m() == subpixels.n();
                 if keeps_shift && keeps_pixel {
-                    found.push(Symmetry {
+                    symmetries.push(Symmetry {
                         swap,
                         sign_x,
                         sign_y,
@@ -75,7 +75,7 @@ fn keeping(subpixels: Subpixels, [sx, sy]: [f64; 2]) -> Vec<Symmetry> {
             }
         }
     }
-    found
+    symmetries
 }
 
 /// One node of every orbit: the smallest.

@@ -15,6 +15,7 @@ mod error;
 mod meta;
 mod read;
 mod rejection;
+mod settings;
 mod store;
 mod table;
 mod tabulate;
@@ -26,8 +27,9 @@ pub use error::ResponseError;
 pub use meta::{Provenance, ResponseMeta};
 pub use read::{Interpolator, Response, ResponseLookup, ShiftedInterpolator};
 pub use rejection::{REJECTION_THRESHOLD, RejectionRanges};
+pub use settings::{ShiftSettings, TableSettings};
 pub use store::{
     CacheWarning, CachedTable, CachedTables, ImportSettings, PartOfTable, ResponseCache,
 };
 pub use table::{AngularResponse, ResponseAxes};
-pub use tabulate::{BuildReport, BuiltTable, ShiftSettings, TablePlan, TableSettings, build_table};
+pub use tabulate::{BuildReport, BuiltTable, TablePlan, build_table};

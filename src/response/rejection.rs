@@ -40,7 +40,7 @@ pub struct RejectionRanges {
 impl RejectionRanges {
     /// The ranges of a curve given from its centre outwards: angles in degrees, increasing, and the ratio at each.
     /// Linear between them. A ratio that is no number (no light on either side) counts as crosstalk.
-    pub fn of(theta_deg: &[f64], ratio: &[f64]) -> Self {
+    pub fn from_curve(theta_deg: &[f64], ratio: &[f64]) -> Self {
         let curve: Vec<(f64, f64)> = theta_deg
             .iter()
             .copied()
@@ -104,7 +104,7 @@ mod tests {
             .take_while(|t| *t <= 40.0)
             .collect();
         let ratio: Vec<f64> = theta.iter().map(|t| f(*t)).collect();
-        RejectionRanges::of(&theta, &ratio)
+        RejectionRanges::from_curve(&theta, &ratio)
     }
 
     #[test]
@@ -177,6 +177,6 @@ mod tests {
             (ideal.r_a_deg, ideal.r_b_deg, ideal.open),
             (Some(0.0), 15.0, false)
         );
-        assert_eq!(RejectionRanges::of(&[], &[]).r_a_deg, None);
+        assert_eq!(RejectionRanges::from_curve(&[], &[]).r_a_deg, None);
     }
 }

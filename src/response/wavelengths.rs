@@ -12,7 +12,7 @@ impl AngularResponse {
     ///
     /// # Errors
     /// No table, or tables that differ in more than the wavelength.
-    pub fn of_wavelengths(tables: &[Self], reference_nm: f64) -> Result<Self, ResponseError> {
+    pub fn from_wavelengths(tables: &[Self], reference_nm: f64) -> Result<Self, ResponseError> {
         let distance = |t: &&Self| (t.axes().wavelengths_nm[0] - reference_nm).abs();
         let nearest = tables
             .iter()
@@ -80,7 +80,7 @@ impl AngularResponse {
     ///
     /// # Errors
     /// A wavelength of two channels, or one that the tables were not simulated at.
-    pub fn of_channels(
+    pub fn from_channels(
         colours: [&Self; FilterColour::ALL.len()],
         wavelengths: &ChannelWavelengths,
     ) -> Result<Self, ResponseError> {
@@ -102,7 +102,7 @@ impl AngularResponse {
                 parts.push(table.at_one(nm)?.with_pixel(pixel.clone()));
             }
         }
-        Self::of_wavelengths(&parts, wavelengths.reference_nm())
+        Self::from_wavelengths(&parts, wavelengths.reference_nm())
     }
 
     /// The table at one of its wavelengths.

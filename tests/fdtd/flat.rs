@@ -42,7 +42,7 @@ fn differences(got: &Powers, exact: &FlatPowers) -> [f64; 4] {
 }
 
 fn worst_at(stack: &PixelStack, theta_deg: f64, settings: &FdtdSettings) -> f64 {
-    let exact = FlatStack::of_pixel(stack, 550.0).unwrap();
+    let exact = FlatStack::from_pixel(stack, 550.0).unwrap();
     let run = run(stack, bloch(theta_deg, 0.0), settings);
     println!("{} steps, {:.1} s", run.steps, run.seconds);
     let mut worst = 0.0f64;
@@ -109,7 +109,7 @@ fn one_pulse_answers_at_several_wavelengths() {
     for (a, nm) in run.answers.iter().zip(wavelengths) {
         // The pulse has one k∥: the longer the wavelength, the larger its angle.
         let sine = 0.3 * nm / 532.0;
-        let exact = FlatStack::of_pixel(&stack, nm).unwrap();
+        let exact = FlatStack::from_pixel(&stack, nm).unwrap();
         for (got, polarization) in [(a.s(), Polarization::S), (a.p(), Polarization::P)] {
             let want = exact.solve(nm, sine, polarization).unwrap();
             let d = differences(got, &want);

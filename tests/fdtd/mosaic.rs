@@ -46,7 +46,7 @@ fn four_filters_of_one_colour_are_the_period_of_one_microlens() {
         (25.0, 30.0, [0.1, -0.05]),
     ] {
         stack.lens.shift_um = shift;
-        let one = stack.of_one_colour(FilterColour::Green).unwrap();
+        let one = stack.with_single_filter(FilterColour::Green).unwrap();
         let wanted = run(&one, bloch(theta, phi), &coarse());
         let found = run(&stack, bloch(theta, phi), &coarse());
         assert_eq!(found.steps, wanted.steps);

@@ -24,7 +24,7 @@ fn settings() -> RcwaSettings {
 
 /// Largest deviation of R, T, silicon and rest from the transfer matrix, over angles, azimuths and polarizations.
 fn worst(stack: &PixelStack, of: &PixelStack) -> f64 {
-    let exact = FlatStack::of_pixel(of, 550.0).unwrap();
+    let exact = FlatStack::from_pixel(of, 550.0).unwrap();
     let mut worst = 0.0f64;
     for (theta, phi) in [
         (0.0, 0.0f64),

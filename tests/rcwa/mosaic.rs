@@ -170,8 +170,8 @@ fn a_flat_mosaic_of_one_colour_is_the_transfer_matrix() {
     let (mut stack, settings) = coloured([(1.6, 0.02); 3]);
     stack.trench_um = 0.0;
     stack.lens.material = constant(1.0, 0.0);
-    let one = stack.of_one_colour(FilterColour::Green).unwrap();
-    let exact = FlatStack::of_pixel(&one, 550.0).unwrap();
+    let one = stack.with_single_filter(FilterColour::Green).unwrap();
+    let exact = FlatStack::from_pixel(&one, 550.0).unwrap();
     let answer = solve(&stack, &settings, 0.4, 0.0);
     for (got, polarization) in [(answer.s(), Polarization::S), (answer.p(), Polarization::P)] {
         let want = exact.solve(550.0, 0.4, polarization).unwrap();

@@ -78,11 +78,11 @@ fn colours(stack: &PixelStack, settings: &TableSettings) -> Vec<BuiltTable> {
     plan.build_colours(None, &|_, _| ()).unwrap()
 }
 
-fn of_channels(
+fn from_channels(
     built: &[BuiltTable],
     channels: &ChannelWavelengths,
 ) -> Result<AngularResponse, ResponseError> {
-    AngularResponse::of_channels([0, 1, 2].map(|i: usize| &built[i].table), channels)
+    AngularResponse::from_channels([0, 1, 2].map(|i: usize| &built[i].table), channels)
 }
 
 /// A small pixel under a mosaic: a table per colour, of one simulation, is what single directions of that colour say,
@@ -106,7 +106,7 @@ fn the_tables_of_a_mosaic_are_those_of_its_colours() {
     };
     let built = colours(&stack, &settings);
     let bands = ChannelWavelengths::from_bands(Bands::default()).unwrap();
-    let e = of_channels(&built, &bands).unwrap_err();
+    let e = from_channels(&built, &bands).unwrap_err();
     assert!(e.to_string().contains("one of the table's"), "{e}");
     // Green light.
     let [red, green, blue] = [0, 1, 2].map(|i: usize| built[i].report.largest_sum);
@@ -194,7 +194,7 @@ fn a_table_of_bands_takes_each_wavelength_from_the_microlenses_of_its_colour() {
         shifts: None,
     };
     let built = colours(&stack, &settings);
-    let table = of_channels(&built, &channels).unwrap();
+    let table = from_channels(&built, &channels).unwrap();
     assert_eq!(table.axes().wavelengths_nm, channels.all_response_nm());
     for (channel, made) in built.iter().enumerate() {
         let [nm] = channels.response_nm(channel)[..] else {
@@ -220,7 +220,7 @@ fn a_table_of_bands_takes_each_wavelength_from_the_microlenses_of_its_colour() {
         );
     }
     // Lines all ask for the reference wavelength: whose it is, nobody can say.
-    let e = of_channels(&built, &ChannelWavelengths::default()).unwrap_err();
+    let e = from_channels(&built, &ChannelWavelengths::default()).unwrap_err();
     assert!(
         e.to_string().contains("each in the band of one channel"),
         "{e}"

@@ -145,7 +145,7 @@ fn shifts_found_on_the_table_are_those_found_by_simulation() {
         .model
         .solver_of_shifts(&stack(), 550.0)
         .unwrap();
-    let of_pixel = ChiefRayShifts::of_pixel(pixel.as_ref(), 2.0, &[20.0], 2, &|_, _| ()).unwrap();
+    let of_pixel = ChiefRayShifts::for_pixel(pixel.as_ref(), 2.0, &[20.0], 2, &|_, _| ()).unwrap();
     for phi in [0.0, 45.0] {
         let [u, v] = quadpixel::em::light::direction_cosines(20.0, phi);
         let (a, b) = (of_table.at(u, v).shift_um, of_pixel.at(u, v).shift_um);

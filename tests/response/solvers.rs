@@ -126,7 +126,7 @@ fn a_batch_says_what_single_plane_waves_say() {
 fn a_flat_stack_absorbs_what_the_transfer_matrix_says() {
     for held in solvers().into_iter().filter(|h| h.flat.is_finite()) {
         let stack = flat();
-        let exact = FlatStack::of_pixel(&stack, 550.0).unwrap();
+        let exact = FlatStack::from_pixel(&stack, 550.0).unwrap();
         let solver = held.model.solver(&stack, 550.0).unwrap();
         let sine = f64::to_radians(20.0).sin();
         let found: f64 = one(solver.as_ref(), sine, 0.0).mean.absorbed.iter().sum();

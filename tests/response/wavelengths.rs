@@ -80,7 +80,7 @@ fn tables_of_other_directions_or_twice_one_wavelength_are_not_joined() {
         ..settings(&[610.0])
     };
     let refused = |tables: &[AngularResponse]| {
-        let joined = AngularResponse::of_wavelengths(tables, 550.0);
+        let joined = AngularResponse::from_wavelengths(tables, 550.0);
         joined.unwrap_err().to_string()
     };
     assert!(refused(&[]).contains("at least one"));

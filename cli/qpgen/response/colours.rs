@@ -87,7 +87,7 @@ pub(super) fn tables(
     let [red, green, blue] = tables[..] else {
         return Err(CommandError::failed("response: not three colours"));
     };
-    let table = AngularResponse::of_channels([red, green, blue], &channels);
+    let table = AngularResponse::from_channels([red, green, blue], &channels);
     let table = table.map_err(CommandError::input)?;
     let path = args.output.clone();
     let path =

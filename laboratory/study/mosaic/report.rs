@@ -54,7 +54,7 @@ impl Side {
             .iter()
             .map(|p| (p.theta_deg, of(p).left / of(p).right))
             .unzip();
-        let ranges = RejectionRanges::of(&theta, &ratio);
+        let ranges = RejectionRanges::from_curve(&theta, &ratio);
         let weak = mean(band, beyond, &|p| of(p).left);
         let strong = mean(band, beyond, &|p| of(p).right);
         Self {

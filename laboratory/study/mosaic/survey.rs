@@ -79,7 +79,7 @@ impl Survey {
         // The supercell first: it takes longest.
         let mut stacks = vec![stack.clone()];
         for colour in FilterColour::ALL {
-            stacks.push(stack.of_one_colour(colour)?);
+            stacks.push(stack.with_single_filter(colour)?);
         }
         let mut lit = Vec::new();
         for (_, wavelength_nm) in BANDS {

@@ -34,6 +34,9 @@ pub(super) struct Space {
 
 impl Space {
     /// That of a pixel; the frame at the wavelength of the tables, 550 nm.
+    ///
+    /// # Errors
+    /// A material that does not know the wavelength.
     pub fn new(stack: &PixelStack) -> Result<Self, SolverError> {
         Ok(Self {
             subpixels: stack.subpixels,

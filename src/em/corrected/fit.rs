@@ -74,9 +74,9 @@ impl Process {
     /// The function, a value per sub-pixel.
     pub fn at(&self, incidence: Incidence) -> Vec<f64> {
         let mut sum = vec![0.0; self.space.subpixels.count()];
-        let own = self.space.point(incidence);
+        let place = self.space.point(incidence);
         for (point, c) in self.points.iter().zip(&self.coefficients) {
-            let k = covariance(distance(&own, point), self.length);
+            let k = covariance(distance(&place, point), self.length);
             for (s, c) in sum.iter_mut().zip(c) {
                 *s += k * c;
             }
@@ -104,8 +104,8 @@ impl Data {
                 match data.points[first..].iter().position(near) {
                     Some(i) => {
                         times[i] += 1.0;
-                        let own = &mut data.values[first + i];
-                        own.iter_mut().zip(sent).for_each(|(o, s)| *o += s);
+                        let sum = &mut data.values[first + i];
+                        sum.iter_mut().zip(sent).for_each(|(o, s)| *o += s);
                     }
                     None => {
                         data.points.push(at);
@@ -125,8 +125,9 @@ impl Data {
     /// K⁻¹, `None` where rounding leaves K not positive.
     fn inverse(&self, length: f64, noise: f64) -> Option<Vec<Vec<f64>>> {
         let row = |(i, a)| {
-            let of = |(j, b)| covariance(distance(a, b), length) + if i == j { noise } else { 0.0 };
-            self.points.iter().enumerate().map(of).collect()
+            let entry =
+                |(j, b)| covariance(distance(a, b), length) + if i == j { noise } else { 0.0 };
+            self.points.iter().enumerate().map(entry).collect()
         };
         inverse(self.points.iter().enumerate().map(row).collect())
     }
@@ -136,10 +137,10 @@ impl Data {
         let mut all = Vec::with_capacity(self.runs);
         let mut first = 0;
         while first < self.run.len() {
-            let own = self.run[first..]
+            let images = self.run[first..]
                 .iter()
                 .take_while(|r| **r == self.run[first]);
-            let block = first..first + own.count();
+            let block = first..first + images.count();
             let part = block.clone().map(|i| inverse_k[i][block.clone()].to_vec());
             let errors = match inverse(part.collect()) {
                 Some(back) => product(&back, &coefficients[block.clone()]),
@@ -177,10 +178,10 @@ fn inverse(mut a: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
     for i in 0..n {
         for j in 0..=i {
             let (upper, lower) = a.split_at(i);
-            let own = &lower[0];
-            let other = if j < i { &upper[j] } else { own };
-            let sum: f64 = own[..j].iter().zip(&other[..j]).map(|(x, y)| x * y).sum();
-            let left = own[j] - sum;
+            let row = &lower[0];
+            let other = if j < i { &upper[j] } else { row };
+            let sum: f64 = row[..j].iter().zip(&other[..j]).map(|(x, y)| x * y).sum();
+            let left = row[j] - sum;
             a[i][j] = if i == j {
                 if left.is_nan() || left <= 1e-14 {
                     return None;

@@ -109,7 +109,7 @@ impl<Exact> CorrectedSettings<Exact> {
 }
 
 /// Where exact runs are kept for a later fit with more.
-pub(super) struct KeptRuns {
+pub(super) struct RunsFile {
     pub path: PathBuf,
     /// What they depend on, but for their number.
     pub key: String,
@@ -130,10 +130,10 @@ impl CorrectedSolver {
         fast: Box<dyn PixelSolver>,
         exact: &dyn PixelSolver,
         plan: &[Incidence],
-        kept: Option<KeptRuns>,
+        file: Option<RunsFile>,
     ) -> Result<Self, SolverError> {
         // A journal that cannot be kept only costs a later build its start.
-        let journal = kept.and_then(|k| Journal::<usize, Vec<f64>>::open(&k.path, &k.key).ok());
+        let journal = file.and_then(|f| Journal::<usize, Vec<f64>>::open(&f.path, &f.key).ok());
         let absorbed = |solver: &dyn PixelSolver, wave: &Incidence| {
             let [u, v] = wave.direction;
             let light = solver.under_shifts(u, v, &[wave.shift_um])?;
@@ -147,11 +147,11 @@ impl CorrectedSolver {
             let exact = match known {
                 Some(known) => known,
                 None => {
-                    let found = absorbed(exact, incidence)?;
+                    let shares = absorbed(exact, incidence)?;
                     if let Some(journal) = &journal {
-                        journal.keep(k, &found);
+                        journal.keep(k, &shares);
                     }
-                    found
+                    shares
                 }
             };
             Ok(ExactRun {

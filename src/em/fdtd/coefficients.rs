@@ -28,6 +28,9 @@ use super::{FdtdError, MaterialMap, Medium, Pole, YeeGrid};
 /// g_z) / ε∞, K the largest symbol of the lateral differences (2/dx; of those beside the node, where they change with
 /// z), g_z the row sum of the graded second difference. So fine layers in silicon do not bound the step of the coarse
 /// ones in air.
+///
+/// # Errors
+/// A map of another grid.
 pub fn stable_step_um(grid: &YeeGrid, map: &MaterialMap) -> Result<f64, FdtdError> {
     if !map.fits(grid) {
         return Err(unfit());
@@ -174,7 +177,7 @@ pub(super) struct Row {
 
 impl Row {
     fn new(media: &[u16], steps: &[MediumStep], width: usize) -> Self {
-        let of = |get: &dyn Fn(&MediumStep) -> f32| {
+        let row_of = |get: &dyn Fn(&MediumStep) -> f32| {
             let mut row = vec![0.0; width];
             for (place, m) in row.iter_mut().zip(media) {
                 *place = get(&steps[usize::from(*m)]);
@@ -187,11 +190,11 @@ impl Row {
             .max()
             .unwrap_or(0);
         let pole = |p: usize, get: fn(&PoleStep) -> f32| {
-            of(&|s: &MediumStep| s.poles.get(p).map_or(0.0, get))
+            row_of(&|s: &MediumStep| s.poles.get(p).map_or(0.0, get))
         };
         Self {
-            ca: of(&|s| s.ca),
-            cb: of(&|s| s.cb),
+            ca: row_of(&|s| s.ca),
+            cb: row_of(&|s| s.cb),
             poles: (0..poles)
                 .map(|p| {
                     [
@@ -229,6 +232,8 @@ pub(super) struct Coefficients {
 }
 
 impl Coefficients {
+    /// # Errors
+    /// A map of another grid, or a time step above the stable one.
     pub fn new(
         grid: &YeeGrid,
         map: &MaterialMap,

@@ -109,10 +109,10 @@ impl Set {
         polar: [usize; 2],
         part: usize,
     ) -> Self {
-        let mut made = 6 * part;
+        let mut arrays = 6 * part;
         let mut zeros = |layers| {
-            made += 1;
-            Aligned::zeros(layout.places(layers), 5 * made)
+            arrays += 1;
+            Aligned::zeros(layout.places(layers), 5 * arrays)
         };
         let e = [zeros(nz + 1), zeros(nz + 1), zeros(nz + 1)];
         let h = [zeros(nz + 1), zeros(nz + 1), zeros(nz + 1)];

@@ -39,7 +39,7 @@ fn blend(media: &[(C, f64)], along: f64) -> C {
         let larger = |a: (C, f64), b: &(C, f64)| if b.1 >= a.1 { *b } else { a };
         return media.iter().fold((C::ONE, 0.0), larger).0;
     }
-    let mean = |of: &dyn Fn(C) -> C| media.iter().map(|(e, part)| of(*e) * part).sum::<C>();
+    let mean = |value: &dyn Fn(C) -> C| media.iter().map(|(e, part)| value(*e) * part).sum::<C>();
     let parallel = mean(&|e| e);
     let across = mean(&|e| e.inv());
     (across * along + parallel.inv() * (1.0 - along)).inv()
@@ -57,7 +57,7 @@ impl Fills {
         let p = stack.pitch_um;
         let count = [stack.subpixels.m(), stack.subpixels.n()];
         let wall = stack.metal.as_ref().map_or(0.0, |m| m.width_um);
-        let part = |what: Pattern, component: usize, axis: usize| -> Vec<f64> {
+        let part = |pattern: Pattern, component: usize, axis: usize| -> Vec<f64> {
             let n = if axis == 0 {
                 mesh.grid.nx()
             } else {
@@ -65,14 +65,14 @@ impl Fills {
             };
             let d = mesh.lateral_um()[axis];
             // Bands centred at (q / lines − 1/2) p, over the pitch or, of a mosaic, from −p to 3/2 p.
-            let (lines, width) = match what {
+            let (lines, width) = match pattern {
                 Pattern::Trenches => (count[axis], stack.trench_um),
                 Pattern::Walls => (1, wall),
                 Pattern::Microlenses => (2, p),
             };
             let beyond = lines * (mesh.microlenses - 1);
             let all = (0..=lines + 2 * beyond).map(|q| q as f64 - beyond as f64);
-            let bands: Vec<f64> = match what {
+            let bands: Vec<f64> = match pattern {
                 // About 0 and 2 p.
                 Pattern::Microlenses => vec![1.0, 5.0],
                 _ => all.collect(),
@@ -100,7 +100,7 @@ impl Fills {
                 })
                 .collect()
         };
-        let by = |what| [0, 1, 2].map(|c| [0, 1].map(|a| part(what, c, a)));
+        let by = |pattern| [0, 1, 2].map(|c| [0, 1].map(|a| part(pattern, c, a)));
         Self {
             nx: mesh.grid.nx(),
             parts: [Pattern::Trenches, Pattern::Walls, Pattern::Microlenses].map(by),
@@ -108,8 +108,8 @@ impl Fills {
     }
 
     /// Fill, and the squared part of the normal along the component.
-    pub fn at(&self, what: Pattern, component: usize, at: usize) -> (f64, f64) {
-        let [fx, fy] = self.pair(what, component, at);
+    pub fn at(&self, pattern: Pattern, component: usize, at: usize) -> (f64, f64) {
+        let [fx, fy] = self.pair(pattern, component, at);
         let fill = 1.0 - (1.0 - fx) * (1.0 - fy);
         let slope = |f: f64, other: f64| if f > 0.0 && f < 1.0 { 1.0 - other } else { 0.0 };
         let (gx, gy) = (slope(fx, fy).powi(2), slope(fy, fx).powi(2));
@@ -128,9 +128,9 @@ impl Fills {
         )
     }
 
-    fn pair(&self, what: Pattern, component: usize, at: usize) -> [f64; 2] {
+    fn pair(&self, pattern: Pattern, component: usize, at: usize) -> [f64; 2] {
         let (i, j) = (at % (self.nx + 1), at / (self.nx + 1));
-        let parts = &self.parts[what as usize][component];
+        let parts = &self.parts[pattern as usize][component];
         [parts[0][i], parts[1][j]]
     }
 
@@ -163,11 +163,11 @@ impl Fills {
     }
 
     /// A number that is equal for nodes of equal ε in a slab of this pattern.
-    pub fn class(&self, what: Option<Pattern>, component: usize, at: usize) -> usize {
-        let Some(what) = what else {
+    pub fn class(&self, pattern: Option<Pattern>, component: usize, at: usize) -> usize {
+        let Some(pattern) = pattern else {
             return 0;
         };
-        let [fx, fy] = self.pair(what, component, at);
+        let [fx, fy] = self.pair(pattern, component, at);
         // Fills repeat exactly along the lattice; hash their bits.
         let mix = fx.to_bits().wrapping_mul(0x9E37_79B9_7F4A_7C15)
             ^ fy.to_bits()

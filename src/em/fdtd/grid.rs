@@ -59,8 +59,10 @@ pub struct YeeGrid {
 }
 
 impl YeeGrid {
-    /// `nx × ny` cells of `dx_um × dy_um`, and layers between the ascending planes `z_um`. Fails for fewer than 1 × 1 ×
-    /// 4 cells, more than 4096 across or 65 536 high, and for steps outside 1e-5 to 10 µm.
+    /// `nx × ny` cells of `dx_um × dy_um`, and layers between the ascending planes `z_um`.
+    ///
+    /// # Errors
+    /// Fewer than 1 × 1 × 4 cells, more than 4096 across or 65 536 high, and steps outside 1e-5 to 10 µm.
     pub fn new(
         nx: usize,
         ny: usize,

@@ -38,8 +38,10 @@ impl Medium {
         poles: Vec::new(),
     };
 
-    /// A medium of ε∞ (0.01 to 1e4), conductivity in 1/µm (0 to 1e6) and poles. Fails if one is out of range or if the
-    /// medium amplifies at some frequency.
+    /// A medium of ε∞ (0.01 to 1e4), conductivity in 1/µm (0 to 1e6) and poles.
+    ///
+    /// # Errors
+    /// A value out of range, or a medium that amplifies at some frequency.
     pub fn new(permittivity: f64, conductivity: f64, poles: Vec<Pole>) -> Result<Self, FdtdError> {
         within("permittivity", permittivity, 0.01, 1e4)?;
         within("conductivity", conductivity, 0.0, 1e6)?;
@@ -59,12 +61,18 @@ impl Medium {
 
     /// The medium that has the refractive index n + ik (k ≥ 0) at angular frequency `omega` in 1/µm: a conductivity
     /// where Re ε ≥ 1, else ε∞ = 1 and a Drude term.
+    ///
+    /// # Errors
+    /// As of [`Self::new`], or `omega` outside 1e-3 to 1e3.
     pub fn from_index(index: Complex64, omega: f64) -> Result<Self, FdtdError> {
         within("omega", omega, 1e-3, 1e3)?;
         Self::from_permittivity(index * index, omega)
     }
 
     /// As [`Self::from_index`], from ε (Im ε ≥ 0).
+    ///
+    /// # Errors
+    /// As of [`Self::new`].
     pub fn from_permittivity(epsilon: Complex64, omega: f64) -> Result<Self, FdtdError> {
         if epsilon.re >= 1.0 {
             return Self::new(epsilon.re, omega * epsilon.im, Vec::new());
@@ -152,7 +160,10 @@ pub struct MaterialMap {
 }
 
 impl MaterialMap {
-    /// Checks sizes and indices.
+    /// From the media and the number of each node's, by component.
+    ///
+    /// # Errors
+    /// Components of another size than the grid, or a number that is no medium's.
     pub fn new(
         grid: &YeeGrid,
         media: Vec<Medium>,
@@ -187,6 +198,9 @@ impl MaterialMap {
     }
 
     /// The same medium everywhere in each layer k of the grid: Ex, Ey of plane k and Ez above it.
+    ///
+    /// # Errors
+    /// As of [`Self::new`].
     pub fn layered(
         grid: &YeeGrid,
         media: Vec<Medium>,

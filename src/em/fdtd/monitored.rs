@@ -132,7 +132,7 @@ impl<'a> Monitored<'a> {
 
     fn footprints(&self) -> Vec<Footprint> {
         (0..self.stack.photodiodes())
-            .map(|i| Footprint::of_photodiode(self.mesh, self.stack, i))
+            .map(|i| Footprint::for_photodiode(self.mesh, self.stack, i))
             .collect()
     }
 

@@ -54,6 +54,9 @@ impl<'a> Palette<'a> {
     }
 
     /// Number of the medium of these ε, rounded to 1/`steps` (∞: not rounded).
+    ///
+    /// # Errors
+    /// More than 65 536 media, or ε that no medium has.
     pub fn number(&mut self, mut epsilon: Spectrum, steps: f64) -> Result<u16, FdtdError> {
         if steps.is_finite() {
             for e in &mut epsilon {

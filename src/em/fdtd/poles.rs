@@ -21,6 +21,9 @@ pub(super) fn medium(omegas: &[f64], epsilon: &[C]) -> Result<Medium, FdtdError>
 }
 
 /// A fit and its largest error |Δε|/|ε|.
+///
+/// # Errors
+/// ε that no medium has.
 pub fn fit(omegas: &[f64], epsilon: &[C]) -> Result<(Medium, f64), FdtdError> {
     let mut best: Option<(Medium, f64)> = None;
     for terms in 0..=MOST {
@@ -32,14 +35,14 @@ pub fn fit(omegas: &[f64], epsilon: &[C]) -> Result<(Medium, f64), FdtdError> {
                 .flat_map(|t| [(start + 0.4 * t as f64) * top, 0.1 * top * (t + 1) as f64])
                 .collect();
             let at = nelder_mead(&|x| problem.cost(x), from);
-            let found = problem.medium(&at)?;
+            let medium = problem.medium(&at)?;
             let worst = omegas
                 .iter()
                 .zip(epsilon)
-                .map(|(w, e)| (found.epsilon(*w) - e).norm() / e.norm())
+                .map(|(w, e)| (medium.epsilon(*w) - e).norm() / e.norm())
                 .fold(0.0, f64::max);
             if best.as_ref().is_none_or(|(_, b)| worst < 0.9 * b) {
-                best = Some((found, worst));
+                best = Some((medium, worst));
             }
             if terms == 0 {
                 break;
@@ -239,10 +242,10 @@ mod tests {
         .unwrap();
         let omegas: Vec<f64> = (0..13).map(|i| 9.0 + 0.55 * f64::from(i)).collect();
         let epsilon: Vec<C> = omegas.iter().map(|w| truth.epsilon(*w)).collect();
-        let (found, worst) = fit(&omegas, &epsilon).unwrap();
+        let (medium, worst) = fit(&omegas, &epsilon).unwrap();
         assert!(worst < 2e-3, "{worst}");
         for w in [9.3, 12.0, 15.4] {
-            assert!((found.epsilon(w) / truth.epsilon(w) - 1.0).norm() < 5e-3);
+            assert!((medium.epsilon(w) / truth.epsilon(w) - 1.0).norm() < 5e-3);
         }
     }
 

@@ -45,7 +45,7 @@ impl Footprint {
     }
 
     /// A photodiode's: from trench centre to trench centre.
-    pub fn of_photodiode(mesh: &Mesh, stack: &PixelStack, index: usize) -> Self {
+    pub fn for_photodiode(mesh: &Mesh, stack: &PixelStack, index: usize) -> Self {
         let (column, row) = stack.photodiode_column_row(index);
         let along = |n: usize, mirror: bool, parts: usize, at: usize| {
             let cells = if mirror { 2 * n } else { n };
@@ -191,21 +191,21 @@ impl Fields<'_> {
     }
 
     /// Flux through plane k, up.
-    pub fn upward(&self, of: &Footprint, k: usize, side: Side) -> f64 {
+    pub fn upward(&self, footprint: &Footprint, k: usize, side: Side) -> f64 {
         let mut sum = 0.0;
-        for j in of.y.start..=of.y.end {
-            for i in of.x.clone() {
+        for j in footprint.y.start..=footprint.y.end {
+            for i in footprint.x.clone() {
                 let h = self.h_on_plane(0, [i, j, k], side);
-                sum += edge(j, &of.y) * (self.phasors.e(0, i, j, k) * h.conj()).re;
+                sum += edge(j, &footprint.y) * (self.phasors.e(0, i, j, k) * h.conj()).re;
             }
         }
-        for j in of.y.clone() {
-            for i in of.x.start..=of.x.end {
+        for j in footprint.y.clone() {
+            for i in footprint.x.start..=footprint.x.end {
                 let h = self.h_on_plane(1, [i, j, k], side);
-                sum -= edge(i, &of.x) * (self.phasors.e(1, i, j, k) * h.conj()).re;
+                sum -= edge(i, &footprint.x) * (self.phasors.e(1, i, j, k) * h.conj()).re;
             }
         }
-        0.5 * sum * self.mesh.grid.dx_um() * self.mesh.grid.dy_um() * of.times
+        0.5 * sum * self.mesh.grid.dx_um() * self.mesh.grid.dy_um() * footprint.times
     }
 
     /// Flux through the plane x = node `i` (axis 0) or y = node `i` (axis 1) of a box between the planes `z`, towards
@@ -299,7 +299,7 @@ impl Fields<'_> {
     }
 
     /// Power absorbed in the nodes of the counted silicon of a footprint.
-    pub fn absorbed(&self, of: &Footprint, raster: &Raster, loss: &[f64]) -> Absorbed {
+    pub fn absorbed(&self, footprint: &Footprint, raster: &Raster, loss: &[f64]) -> Absorbed {
         let g = &self.mesh.grid;
         let z = self.mesh.bottom..self.mesh.surface;
         let mut sum = Absorbed::default();
@@ -326,19 +326,27 @@ impl Fields<'_> {
                     &raster.silicon_share[axis]
                 };
                 let rows = if axis == 1 {
-                    of.y.start..=of.y.end - 1
+                    footprint.y.start..=footprint.y.end - 1
                 } else {
-                    of.y.start..=of.y.end
+                    footprint.y.start..=footprint.y.end
                 };
                 for j in rows {
                     let columns = if axis == 0 {
-                        of.x.start..=of.x.end - 1
+                        footprint.x.start..=footprint.x.end - 1
                     } else {
-                        of.x.start..=of.x.end
+                        footprint.x.start..=footprint.x.end
                     };
                     for i in columns {
-                        let wx = if axis == 0 { 1.0 } else { edge(i, &of.x) };
-                        let wy = if axis == 1 { 1.0 } else { edge(j, &of.y) };
+                        let wx = if axis == 0 {
+                            1.0
+                        } else {
+                            edge(i, &footprint.x)
+                        };
+                        let wy = if axis == 1 {
+                            1.0
+                        } else {
+                            edge(j, &footprint.y)
+                        };
                         let power = loss[raster.map.at(axis, i, j, k)]
                             * wx
                             * wy
@@ -357,7 +365,7 @@ impl Fields<'_> {
                 }
             }
         }
-        let unit = 0.5 * self.numerics.leapfrog_omega() * g.dx_um() * g.dy_um() * of.times;
+        let unit = 0.5 * self.numerics.leapfrog_omega() * g.dx_um() * g.dy_um() * footprint.times;
         Absorbed {
             silicon: sum.silicon * unit,
             trench: sum.trench * unit,
@@ -366,12 +374,15 @@ impl Fields<'_> {
     }
 
     /// Power that enters the counted silicon of a footprint through its six faces.
-    pub fn entering(&self, of: &Footprint) -> f64 {
+    pub fn entering(&self, footprint: &Footprint) -> f64 {
         let z = self.mesh.bottom..self.mesh.surface;
-        let down = self.upward(of, z.start, Side::Both) - self.upward(of, z.end, Side::Above);
-        let x = self.sideward(0, of.x.start, &of.y, &z) - self.sideward(0, of.x.end, &of.y, &z);
-        let y = self.sideward(1, of.y.start, &of.x, &z) - self.sideward(1, of.y.end, &of.x, &z);
+        let down = self.upward(footprint, z.start, Side::Both)
+            - self.upward(footprint, z.end, Side::Above);
+        let x = self.sideward(0, footprint.x.start, &footprint.y, &z)
+            - self.sideward(0, footprint.x.end, &footprint.y, &z);
+        let y = self.sideward(1, footprint.y.start, &footprint.x, &z)
+            - self.sideward(1, footprint.y.end, &footprint.x, &z);
         // A side face of a box that straddles a mirror is there twice, as is the box.
-        down + of.times * (x + y)
+        down + footprint.times * (x + y)
     }
 }

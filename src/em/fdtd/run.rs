@@ -125,7 +125,7 @@ impl Outcome {
             imbalance: largest([&s, &p].map(|p| p.balance() - 1.0)),
             steps: Some(self.steps as usize),
             warnings,
-            ..Light::of_both(s, p)
+            ..Light::from_polarizations(s, p)
         }
     }
 }

@@ -22,9 +22,11 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Fields of (almost, 1e-20) zero. Fails if the map is of another grid, there is no member, members differ in which
-    /// axes have mirrors, the source lies in an absorbing layer or in a medium with poles, or `dt_um` is above
-    /// [`super::stable_step_um`].
+    /// Fields of (almost, 1e-20) zero.
+    ///
+    /// # Errors
+    /// A map of another grid, no member, members that differ in which axes have mirrors, a source in an absorbing layer
+    /// or in a medium with poles, or `dt_um` above [`super::stable_step_um`].
     pub fn new(
         grid: YeeGrid,
         map: Arc<MaterialMap>,
@@ -90,6 +92,9 @@ impl Simulation {
 
     /// Bytes of the fields of such a batch, with `polar` layers that hold media of up to `poles` poles. Maps and
     /// coefficients come on top: 6 bytes per cell for the map.
+    ///
+    /// # Errors
+    /// No member, or members that differ in which axes have mirrors.
     pub fn bytes(
         grid: &YeeGrid,
         members: &[Member],

@@ -194,7 +194,7 @@ fn e_rows(shared: &Shared, state: &mut State, j: usize, k: usize, current: f32) 
     let on_plane = shared.coefficients.on_plane[k];
     let vertical = shared.coefficients.e_vertical[k];
     let scratch = &mut state.scratch;
-    let of = |axis| Material { shared, axis, j, k };
+    let material = |axis| Material { shared, axis, j, k };
     for (part, set) in state.sets.iter_mut().enumerate() {
         let [hx, hy, hz] = &set.h;
         let [ex, ey, ez] = &mut set.e;
@@ -221,20 +221,20 @@ fn e_rows(shared: &Shared, state: &mut State, j: usize, k: usize, current: f32) 
                     let row = row_mut(psi_y, at, width);
                     let y = Psi { row, bc };
                     if on_plane.is_wide() {
-                        of(0).step::<SECOND, FIRST>(ex, curl_x, x, poles_x, scratch);
-                        of(1).step::<FIRST, SECOND>(ey, curl_y, y, poles_y, scratch);
+                        material(0).step::<SECOND, FIRST>(ex, curl_x, x, poles_x, scratch);
+                        material(1).step::<FIRST, SECOND>(ey, curl_y, y, poles_y, scratch);
                     } else {
-                        of(0).step::<SECOND, NEITHER>(ex, curl_x, x, poles_x, scratch);
-                        of(1).step::<FIRST, NEITHER>(ey, curl_y, y, poles_y, scratch);
+                        material(0).step::<SECOND, NEITHER>(ex, curl_x, x, poles_x, scratch);
+                        material(1).step::<FIRST, NEITHER>(ey, curl_y, y, poles_y, scratch);
                     }
                 }
                 _ if on_plane.is_wide() => {
-                    of(0).step::<NEITHER, FIRST>(ex, curl_x, Psi::none(), poles_x, scratch);
-                    of(1).step::<NEITHER, SECOND>(ey, curl_y, Psi::none(), poles_y, scratch);
+                    material(0).step::<NEITHER, FIRST>(ex, curl_x, Psi::none(), poles_x, scratch);
+                    material(1).step::<NEITHER, SECOND>(ey, curl_y, Psi::none(), poles_y, scratch);
                 }
                 _ => {
-                    of(0).step::<NEITHER, NEITHER>(ex, curl_x, Psi::none(), poles_x, scratch);
-                    of(1).step::<NEITHER, NEITHER>(ey, curl_y, Psi::none(), poles_y, scratch);
+                    material(0).step::<NEITHER, NEITHER>(ex, curl_x, Psi::none(), poles_x, scratch);
+                    material(1).step::<NEITHER, NEITHER>(ey, curl_y, Psi::none(), poles_y, scratch);
                 }
             }
             if k == shared.source_plane {
@@ -253,9 +253,9 @@ fn e_rows(shared: &Shared, state: &mut State, j: usize, k: usize, current: f32) 
         };
         let ez = row_mut(ez, at, width);
         if in_layer.is_wide() {
-            of(2).step::<NEITHER, BOTH>(ez, curl_z, Psi::none(), poles_z, scratch);
+            material(2).step::<NEITHER, BOTH>(ez, curl_z, Psi::none(), poles_z, scratch);
         } else {
-            of(2).step::<NEITHER, NEITHER>(ez, curl_z, Psi::none(), poles_z, scratch);
+            material(2).step::<NEITHER, NEITHER>(ez, curl_z, Psi::none(), poles_z, scratch);
         }
     }
 }

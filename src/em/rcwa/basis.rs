@@ -117,17 +117,17 @@ impl Class {
                 0..m / 2 + 1
             }
         };
-        let of = |rx| residues(parts[1], sector.y).map(move |ry| [rx, ry]);
+        let pairs = |rx| residues(parts[1], sector.y).map(move |ry| [rx, ry]);
         residues(parts[0], sector.x)
-            .flat_map(of)
+            .flat_map(pairs)
             .map(|residue| Self { parts, residue })
             .collect()
     }
 
     fn has(&self, axis: usize, n: i32, parity: Parity) -> bool {
         let (m, r) = (self.parts[axis], self.residue[axis]);
-        let found = n.rem_euclid(m);
-        found == r || (parity != Parity::None && found == (m - r) % m)
+        let residue = n.rem_euclid(m);
+        residue == r || (parity != Parity::None && residue == (m - r) % m)
     }
 }
 

@@ -22,6 +22,9 @@ pub(super) struct Block {
 
 impl Block {
     /// The modes of a class in the grid, under a medium `above` of which the functions `low` are followed.
+    ///
+    /// # Errors
+    /// Modes that are not found.
     pub fn new(
         low: &Basis,
         basis: Basis,
@@ -29,8 +32,8 @@ impl Block {
         grid: &Grid,
         above: C,
     ) -> Result<Self, RcwaError> {
-        let operators = Operators::of_grid(&basis, grid);
-        let modes = Modes::of_grid(&basis, grid, &operators)?;
+        let operators = Operators::for_grid(&basis, grid);
+        let modes = Modes::for_grid(&basis, grid, &operators)?;
         let above = Uniform::new(&basis, above);
         let matching = (above.times(&modes.w) + &modes.v).partial_piv_lu();
         let places = low.places_in(&basis).into_iter().enumerate();

@@ -17,6 +17,9 @@ impl Checker {
     }
 
     /// The modes of the layer.
+    ///
+    /// # Errors
+    /// Modes that are not found.
     pub fn modes(&self, basis: &Basis) -> Result<Modes, RcwaError> {
         let [first, rest @ ..] = self.0;
         if rest.iter().all(|e| *e == first) {

@@ -81,6 +81,9 @@ pub(super) struct Column {
 
 impl Column {
     /// The whole pixel, up to the air.
+    ///
+    /// # Errors
+    /// Modes that are not found.
     pub fn new(pixel: &Pixel, lattice: Lattice, sector: Sector) -> Result<Self, RcwaError> {
         let mut column = Self::below_lens(pixel, lattice, sector)?;
         let k0 = pixel.k0_per_um;
@@ -91,6 +94,9 @@ impl Column {
     }
 
     /// All that no shift of the lens changes: silicon, layers, and resin that no lens reaches.
+    ///
+    /// # Errors
+    /// Modes that are not found.
     pub fn below_lens(pixel: &Pixel, lattice: Lattice, sector: Sector) -> Result<Self, RcwaError> {
         let mut column = Self::below(pixel, lattice, sector, pixel.layers().len())?;
         let pedestal = pixel.k0_per_um * pixel.slices.pedestal_um;
@@ -101,6 +107,9 @@ impl Column {
     }
 
     /// Silicon and the first of the layers above it.
+    ///
+    /// # Errors
+    /// Modes that are not found.
     pub fn below(
         pixel: &Pixel,
         lattice: Lattice,
@@ -108,12 +117,12 @@ impl Column {
         first: usize,
     ) -> Result<Self, RcwaError> {
         let (k0, settings) = (pixel.k0_per_um, &pixel.settings);
-        let of = |cutoff| Basis::new(lattice, sector, cutoff, Class::WHOLE);
-        let high = of(settings.lens_cutoff);
+        let basis_up_to = |cutoff| Basis::new(lattice, sector, cutoff, Class::WHOLE);
+        let high = basis_up_to(settings.lens_cutoff);
         let over = pixel.layers();
         // Up to the walls, if there are some, their many functions are followed.
         let low = match over.iter().any(|(.., walls)| walls.is_some()) {
-            true => of(settings.wall_cutoff.max(settings.lens_cutoff)),
+            true => basis_up_to(settings.wall_cutoff.max(settings.lens_cutoff)),
             false => high.clone(),
         };
         let lens = pixel.resin();

@@ -77,8 +77,8 @@ impl Grid {
         let n = orders.len();
         let (inside, outside) = (self.inside.inv(), self.outside.inv());
         let series = Matrix::from_fn(n, n, |i, j| {
-            let own = if i == j { outside } else { C::ZERO };
-            own + (inside - outside) * self.part(axis, parity, orders[i], orders[j])
+            let background = if i == j { outside } else { C::ZERO };
+            background + (inside - outside) * self.part(axis, parity, orders[i], orders[j])
         });
         solve(&series, &Matrix::identity(n, n))
     }
@@ -131,7 +131,7 @@ impl Operators {
     }
 
     /// Of rectangles and walls.
-    pub fn of_grid(basis: &Basis, grid: &Grid) -> Self {
+    pub fn for_grid(basis: &Basis, grid: &Grid) -> Self {
         let parities = basis.parities();
         let epsilon_x = tangential(basis, grid, 0, parities[0]);
         let epsilon_y = tangential(basis, grid, 1, parities[1]);
@@ -140,14 +140,17 @@ impl Operators {
         let n = basis.z.len();
         let epsilon_z = Matrix::from_fn(n, n, |i, j| {
             let (a, b) = (basis.z[i].n, basis.z[j].n);
-            let own = if i == j { grid.outside } else { C::ZERO };
-            own + contrast * (grid.part(0, px, a[0], b[0]) * grid.part(1, py, a[1], b[1]))
+            let background = if i == j { grid.outside } else { C::ZERO };
+            background + contrast * (grid.part(0, px, a[0], b[0]) * grid.part(1, py, a[1], b[1]))
         });
         let eta = solve(&epsilon_z, &Matrix::identity(n, n));
         Self::new(basis, &epsilon_x, &epsilon_y, eta)
     }
 
     /// The modes of a layer that is not uniform.
+    ///
+    /// # Errors
+    /// Modes that are not found.
     pub fn modes(&self) -> Result<Modes, RcwaError> {
         let (squares, w) = eigen(&(&self.p * &self.q))?;
         let gamma: Vec<C> = squares.into_iter().map(downward).collect();
@@ -184,7 +187,10 @@ pub(super) struct Modes {
 
 impl Modes {
     /// Of a grid with these operators.
-    pub fn of_grid(basis: &Basis, grid: &Grid, operators: &Operators) -> Result<Self, RcwaError> {
+    ///
+    /// # Errors
+    /// Modes that are not found.
+    pub fn for_grid(basis: &Basis, grid: &Grid, operators: &Operators) -> Result<Self, RcwaError> {
         if grid.wall != 0.0 && grid.inside != grid.outside {
             return operators.modes();
         }

@@ -53,8 +53,8 @@ pub(super) fn walled(
     k0_d: f64,
     below: &Matrix,
 ) -> Result<Climbed, RcwaError> {
-    let operators = Operators::of_grid(basis, grid);
-    let modes = Modes::of_grid(basis, grid, &operators)?;
+    let operators = Operators::for_grid(basis, grid);
+    let modes = Modes::for_grid(basis, grid, &operators)?;
     Ok(patterned(&modes, k0_d, below))
 }
 
@@ -77,8 +77,8 @@ pub(super) fn narrowed(low: &Basis, high: &Basis, epsilon: C, below: &Matrix) ->
     let rho = reflection(&Uniform::new(low, epsilon), below);
     let places: Vec<usize> = high.places_in(low).into_iter().flatten().collect();
     let n = places.len();
-    let kept = Matrix::from_fn(n, n, |i, j| rho[(places[i], places[j])]);
-    let above = admittance(&Uniform::new(high, epsilon), &kept);
+    let followed = Matrix::from_fn(n, n, |i, j| rho[(places[i], places[j])]);
+    let above = admittance(&Uniform::new(high, epsilon), &followed);
     // E = (1 + ρ) a on `low`, a = (1 + ρ)⁻¹ E on `high`.
     let mut widened = Matrix::zeros(low.len(), n);
     for (j, place) in places.iter().enumerate() {
@@ -89,6 +89,6 @@ pub(super) fn narrowed(low: &Basis, high: &Basis, epsilon: C, below: &Matrix) ->
     }
     Climbed {
         above,
-        passage: solve_right(&widened, &plus_one(kept)),
+        passage: solve_right(&widened, &plus_one(followed)),
     }
 }

@@ -93,9 +93,9 @@ impl LensSlices {
     /// P and Q of a slice.
     fn operators(&self, basis: &Basis, slice: usize) -> Operators {
         let contrast = self.resin * self.resin - 1.0;
-        let (own, other) = (&self.masks[slice], &self.masks[slice ^ 1]);
+        let (this, other) = (&self.masks[slice], &self.masks[slice ^ 1]);
         let (most, least) = (0.5 + 1.0 / 3f64.sqrt(), 0.5 - 1.0 / 3f64.sqrt());
-        let mix = own.iter().zip(other);
+        let mix = this.iter().zip(other);
         let mixed: Vec<f64> = mix.map(|(a, b)| most * a + least * b).collect();
         let epsilon = |mask: &[f64], orders: &[Order], [px, py]: [Parity; 2]| {
             Matrix::from_fn(orders.len(), orders.len(), |i, j| {
@@ -114,7 +114,7 @@ impl LensSlices {
         };
         let [x, y, z] = basis.parities();
         let one = Matrix::identity(basis.z.len(), basis.z.len());
-        let [eta, eta_other] = [own, other].map(|mask| solve(&epsilon(mask, &basis.z, z), &one));
+        let [eta, eta_other] = [this, other].map(|mask| solve(&epsilon(mask, &basis.z, z), &one));
         let eta = eta * faer::Scale(C::from(most)) + eta_other * faer::Scale(C::from(least));
         let (x, y) = (epsilon(&mixed, &basis.x, x), epsilon(&mixed, &basis.y, y));
         Operators::new(basis, &x, &y, eta)
@@ -165,17 +165,17 @@ impl LensSlices {
         let left = left.partial_piv_lu();
         let passage = left.solve(&right);
         // (1 − 2 B U + B A) E_t = (1 − B A) E_b − 2 B s, h_b = (A − U) E_t + A E_b + s.
-        let driven = &b * source;
-        let own = left.solve(&driven) * faer::Scale(C::from(-2.0));
+        let b_source = &b * source;
+        let driven = left.solve(&b_source) * faer::Scale(C::from(-2.0));
         let less = admittance - &a;
         let below = Lighting {
             admittance: &less * &passage - a,
-            source: source - less * &own,
+            source: source - less * &driven,
         };
         Sunk {
             below,
             passage,
-            own,
+            driven,
         }
     }
 }

@@ -36,7 +36,7 @@ pub(super) struct Sunk {
     /// E at the top of E at the bottom ...
     pub passage: Matrix,
     /// ... and what the source adds to it.
-    pub own: Matrix,
+    pub driven: Matrix,
 }
 
 /// Through a uniform layer.
@@ -51,13 +51,13 @@ pub(super) fn sink(basis: &Basis, epsilon: C, k0_d: f64, above: &Lighting) -> Su
     let at_top = solve(&(&medium.matrix() + admittance), source);
     let at_bottom = scale_rows(at_top.clone(), &medium.phases(k0_d));
     let source = &admittance_below * &at_bottom + medium.times(&at_bottom);
-    let own = at_top - &passage * at_bottom;
+    let driven = at_top - &passage * at_bottom;
     Sunk {
         below: Lighting {
             admittance: admittance_below,
             source,
         },
         passage,
-        own,
+        driven,
     }
 }

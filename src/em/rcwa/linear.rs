@@ -23,11 +23,11 @@ pub(super) fn solve_right(b: &Matrix, a: &Matrix) -> Matrix {
 
 /// Eigenvalues and eigenvectors (columns).
 pub(super) fn eigen(a: &Matrix) -> Result<(Vec<C>, Matrix), RcwaError> {
-    let found = a
+    let decomposition = a
         .eigen()
         .map_err(|_| RcwaError::Eigen { size: a.nrows() })?;
-    let values = found.S().column_vector().iter().copied().collect();
-    Ok((values, found.U().to_owned()))
+    let values = decomposition.S().column_vector().iter().copied().collect();
+    Ok((values, decomposition.U().to_owned()))
 }
 
 /// m with column j multiplied by `by[j]`.

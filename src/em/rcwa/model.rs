@@ -186,7 +186,7 @@ fn answer([s, p]: [Powers; 2], functions: usize) -> Light {
         residual: off(&s).max(off(&p)),
         imbalance: largest([&s, &p].map(|p| balance(p) - 1.0)),
         functions: Some(functions),
-        ..Light::of_both(s, p)
+        ..Light::from_polarizations(s, p)
     }
 }
 

@@ -70,13 +70,13 @@ pub(super) fn light<const N: usize>(
         pixel.k0_per_um,
         &incident,
     );
-    let kept = keeping_order(basis, &reflected);
-    let m = plus_one(-(&lens.back * &kept));
+    let unshifted = within_orders(basis, &reflected);
+    let m = plus_one(-(&lens.back * &unshifted));
     let shared = Shared {
         basis: basis.clone(),
         first: solve(&m, &lens.down),
         again: solve(&m, &lens.back),
-        astray: &reflected - &kept,
+        astray: &reflected - &unshifted,
     };
 
     let turns = shared.turns(shifts);
@@ -112,12 +112,12 @@ impl Shared {
     fn turns(&self, shifts: &[[f64; 2]]) -> Vec<Vec<C>> {
         let tau = 2.0 * std::f64::consts::PI;
         let orders = || self.basis.x.iter().chain(&self.basis.y);
-        let of = |s: &[f64; 2]| {
+        let phases = |s: &[f64; 2]| {
             orders()
                 .map(|o| C::cis(tau * (f64::from(o.n[0]) * s[0] + f64::from(o.n[1]) * s[1])))
                 .collect()
         };
-        shifts.iter().map(of).collect()
+        shifts.iter().map(phases).collect()
     }
 
     /// x: `waves` columns per shift.
@@ -164,12 +164,12 @@ fn turned(m: &Matrix, turns: &[Vec<C>], waves: usize, back: bool) -> Matrix {
 }
 
 /// Length of a vector.
-fn size(of: impl Iterator<Item = C>) -> f64 {
-    of.map(|x| x.norm_sqr()).sum::<f64>().sqrt()
+fn size(vector: impl Iterator<Item = C>) -> f64 {
+    vector.map(|x| x.norm_sqr()).sum::<f64>().sqrt()
 }
 
 /// The entries of a matrix between functions of one order.
-fn keeping_order(basis: &Basis, m: &Matrix) -> Matrix {
+fn within_orders(basis: &Basis, m: &Matrix) -> Matrix {
     let orders: Vec<[i32; 2]> = basis.x.iter().chain(&basis.y).map(|o| o.n).collect();
     Matrix::from_fn(m.nrows(), m.ncols(), |i, j| {
         if orders[i] == orders[j] {

@@ -49,6 +49,9 @@ impl InSilicon {
 
 impl Silicon {
     /// Under a medium `above`, of which the functions `low` are followed.
+    ///
+    /// # Errors
+    /// Modes that are not found.
     pub fn new(low: &Basis, grid: Grid, above: C, cutoff: f64) -> Result<Self, RcwaError> {
         let (lattice, sector) = (low.lattice, low.sector);
         let mut blocks = Vec::new();
@@ -111,11 +114,11 @@ impl Silicon {
             })
             .collect();
         let flux_at = |depth: f64, j: usize| -> f64 {
-            let of = |(b, c): (&Block, &Matrix)| {
+            let flux_of_class = |(b, c): (&Block, &Matrix)| {
                 let c = scale_rows(c.clone(), &b.modes.phases(depth));
                 flux((&b.modes.w * &c).as_ref(), (&b.modes.v * &c).as_ref(), j)
             };
-            self.blocks.iter().zip(&amplitudes).map(of).sum()
+            self.blocks.iter().zip(&amplitudes).map(flux_of_class).sum()
         };
         let detector = Detector::new(&self.grid, &self.whole);
         (0..down.ncols())

@@ -61,15 +61,15 @@ impl Falling {
     fn sink(&mut self, layer: impl FnOnce(&Basis, &Lighting) -> Sunk) {
         let sunk = layer(&self.basis, &self.below);
         self.below = sunk.below;
-        self.passages.push((sunk.passage, sunk.own));
+        self.passages.push((sunk.passage, sunk.driven));
     }
 
     /// Fluxes into the lens and back into the air, of column `j` of E of all classes on the filters.
     fn fluxes(&self, whole: &Matrix, j: usize) -> [f64; 2] {
         let n = self.places.len();
-        let own = Matrix::from_fn(n, whole.ncols(), |i, j| whole[(self.places[i], j)]);
-        let up = |e: Matrix, (passage, own): &(Matrix, Matrix)| passage * e + own;
-        let e = self.passages.iter().rev().fold(own, up);
+        let lowest = Matrix::from_fn(n, whole.ncols(), |i, j| whole[(self.places[i], j)]);
+        let up = |e: Matrix, (passage, driven): &(Matrix, Matrix)| passage * e + driven;
+        let e = self.passages.iter().rev().fold(lowest, up);
         let air = Uniform::new(&self.basis, C::ONE);
         let back = &e - &self.incident;
         let h_back = air.times(&back);

@@ -344,7 +344,7 @@ impl WaveModel {
             parts,
             barrier: self.k0 * self.k0 * ((si * si).re - (trench * trench).re),
         };
-        let made = Arc::new(AxisModes::new(
+        let modes = Arc::new(AxisModes::new(
             &trenches,
             bloch,
             self.settings.silicon_cutoff * si.re * self.k0,
@@ -353,8 +353,8 @@ impl WaveModel {
         self.modes
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
-            .insert(key, Arc::clone(&made));
-        made
+            .insert(key, Arc::clone(&modes));
+        modes
     }
 }
 

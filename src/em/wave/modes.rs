@@ -23,7 +23,7 @@ pub(super) struct AxisModes {
     /// Amplitude of Fourier order (row) in mode (column).
     pub amplitude: Vec<f64>,
     /// Modes kept for the absorption.
-    pub kept: usize,
+    pub absorbing: usize,
     /// Per sub-pixel, `∫ φ_i* φ_j dx / pitch` over its silicon: kept × kept.
     pub overlap: Vec<Vec<C>>,
 }
@@ -41,7 +41,7 @@ pub(super) struct Trenches {
 
 impl AxisModes {
     /// Orders up to |k| ≤ `cutoff`, absorption from modes of transverse wavenumber up to `kept` (1/µm).
-    pub fn new(t: &Trenches, bloch: f64, cutoff: f64, kept: f64) -> Self {
+    pub fn new(t: &Trenches, bloch: f64, cutoff: f64, absorbing: f64) -> Self {
         let g = 2.0 * std::f64::consts::PI / t.pitch_um;
         let reach = (cutoff / g).ceil() as i64;
         let first = -reach - (bloch / g).round() as i64;
@@ -56,15 +56,15 @@ impl AxisModes {
             matrix[i * count + i] -= k * k;
         }
         let (lambda, amplitude) = symmetric_eigen(matrix, count);
-        let kept = lambda
+        let absorbing = lambda
             .iter()
-            .take_while(|&&l| l > -kept * kept)
+            .take_while(|&&l| l > -absorbing * absorbing)
             .count()
             .max(1);
         let overlap = (0..t.parts)
             .map(|part| {
                 let series: Vec<C> = (0..count).map(|n| t.silicon_series(part, n)).collect();
-                overlap(&amplitude, &series, count, kept)
+                overlap(&amplitude, &series, count, absorbing)
             })
             .collect();
         Self {
@@ -72,7 +72,7 @@ impl AxisModes {
             count,
             lambda,
             amplitude,
-            kept,
+            absorbing,
             overlap,
         }
     }
@@ -102,7 +102,7 @@ impl Trenches {
     }
 }
 
-fn overlap(amplitude: &[f64], series: &[C], count: usize, kept: usize) -> Vec<C> {
+fn overlap(amplitude: &[f64], series: &[C], count: usize, absorbing: usize) -> Vec<C> {
     // half[i][b] = Σ_a B_ai w_(b−a);  X_ij = Σ_b half[i][b] B_bj
     let weight = |a: usize, b: usize| {
         if b >= a {
@@ -111,21 +111,21 @@ fn overlap(amplitude: &[f64], series: &[C], count: usize, kept: usize) -> Vec<C>
             series[a - b].conj()
         }
     };
-    let mut half = vec![C::ZERO; kept * count];
+    let mut half = vec![C::ZERO; absorbing * count];
     for a in 0..count {
-        for i in 0..kept {
+        for i in 0..absorbing {
             let amp = amplitude[a * count + i];
             for b in 0..count {
                 half[i * count + b] += weight(a, b) * amp;
             }
         }
     }
-    let mut x = vec![C::ZERO; kept * kept];
-    for i in 0..kept {
+    let mut x = vec![C::ZERO; absorbing * absorbing];
+    for i in 0..absorbing {
         for b in 0..count {
             let h = half[i * count + b];
-            for j in 0..kept {
-                x[i * kept + j] += h * amplitude[b * count + j];
+            for j in 0..absorbing {
+                x[i * absorbing + j] += h * amplitude[b * count + j];
             }
         }
     }
@@ -246,8 +246,12 @@ mod tests {
     #[test]
     fn photodiodes_and_trenches_share_a_mode_between_them() {
         let modes = AxisModes::new(&WALLS, 1.0, 60.0, 20.0);
-        for i in 0..modes.kept {
-            let share: f64 = modes.overlap.iter().map(|x| x[i * modes.kept + i].re).sum();
+        for i in 0..modes.absorbing {
+            let share: f64 = modes
+                .overlap
+                .iter()
+                .map(|x| x[i * modes.absorbing + i].re)
+                .sum();
             assert!(share > 0.5 && share < 1.0 + 1e-12, "{share}");
         }
         assert!((modes.overlap[0][0].re - modes.overlap[1][0].re).abs() < 0.51);

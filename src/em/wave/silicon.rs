@@ -51,8 +51,8 @@ impl Silicon {
         let mut beta = Vec::with_capacity(x.count * y.count);
         let share = |m: &AxisModes, i: usize| -> f64 {
             // Modes not kept carry next to nothing; they take the loss of plain silicon.
-            if i < m.kept {
-                m.overlap.iter().map(|o| o[i * m.kept + i].re).sum()
+            if i < m.absorbing {
+                m.overlap.iter().map(|o| o[i * m.absorbing + i].re).sum()
             } else {
                 1.0
             }
@@ -134,7 +134,7 @@ impl Silicon {
     /// Power absorbed per sub-pixel (row-major, rows along y) in the first `depth_um`, by the mid-point rule on
     /// `planes` planes.
     pub fn absorbed(&self, c: &[C], depth_um: f64, planes: usize) -> Vec<f64> {
-        let (kx, ky, ny) = (self.x.kept, self.y.kept, self.y.count);
+        let (kx, ky, ny) = (self.x.absorbing, self.y.absorbing, self.y.count);
         let (m, n) = (self.x.overlap.len(), self.y.overlap.len());
         let dz = depth_um / planes as f64;
         let mut absorbed = vec![0.0; m * n];

@@ -26,7 +26,7 @@ pub(super) struct PlainCase {
 }
 
 impl PlainCase {
-    fn of(surface: &OpticalSurface) -> PlainCase {
+    fn for_surface(surface: &OpticalSurface) -> PlainCase {
         let semi = surface.aperture.semi_mm;
         if surface.aspheric_terms == 0 || semi == f64::INFINITY {
             return PlainCase {
@@ -94,7 +94,7 @@ impl Prepared {
             derivative: std::array::from_fn(|i| 2.0 * (i + 1) as f64 * value[i]),
             terms,
             semi_squared: surface.aperture.semi_mm * surface.aperture.semi_mm,
-            plain_case: PlainCase::of(surface),
+            plain_case: PlainCase::for_surface(surface),
             shape: surface.clone(),
             eta: (surface.kind == SurfaceKind::Refract).then(|| {
                 (

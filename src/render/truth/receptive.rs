@@ -188,8 +188,8 @@ impl TextureSpectrum {
             }
         };
         let pixel = sinc(f.x) * sinc(f.y);
-        let kept = 1.0 - sinc(self.window_px * f.x) * sinc(self.window_px * f.y);
-        (pixel * kept).powi(2) / f.length_squared().powf(0.5 * self.exponent)
+        let passed = 1.0 - sinc(self.window_px * f.x) * sinc(self.window_px * f.y);
+        (pixel * passed).powi(2) / f.length_squared().powf(0.5 * self.exponent)
     }
 }
 

@@ -81,8 +81,8 @@ impl WhiteField {
                 let place = sensor.position_mm(x as f64, y as f64);
                 self.grid.sample(place, &mut values);
                 for (s, image) in images.iter_mut().enumerate() {
-                    let own = image.pixel_mut(x, y).iter_mut().enumerate();
-                    own.for_each(|(c, to)| *to = values[c * self.subpixels + s] as f32);
+                    let channels = image.pixel_mut(x, y).iter_mut().enumerate();
+                    channels.for_each(|(c, to)| *to = values[c * self.subpixels + s] as f32);
                 }
             }
         }

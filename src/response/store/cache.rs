@@ -100,14 +100,17 @@ impl ResponseCache {
         self.dir.join(format!("{key}.npz"))
     }
 
-    /// The table of a key, if it was kept; a file that is something else is a warning.
+    /// The table of a key, if it was kept.
+    ///
+    /// # Errors
+    /// A file under its name that is something else.
     pub fn get(&self, key: &str) -> Result<Option<AngularResponse>, CacheWarning> {
         let path = self.path(key);
         if !path.exists() {
             return Ok(None);
         }
         match read(&path, key) {
-            Ok(found) => Ok(Some(found)),
+            Ok(table) => Ok(Some(table)),
             Err(why) => Err(CacheWarning::Rebuilt { path, why }),
         }
     }
@@ -223,8 +226,8 @@ impl ResponseCache {
         for BuiltTable { table, .. } in &built {
             let path = self.path(&table.meta().key);
             let made = folder.as_ref().map_err(ToString::to_string);
-            let kept = made.and_then(|()| table.write_npz(&path).map_err(|e| e.to_string()));
-            if let Err(why) = kept {
+            let written = made.and_then(|()| table.write_npz(&path).map_err(|e| e.to_string()));
+            if let Err(why) = written {
                 warnings.push(CacheWarning::NotKept { path, why });
             }
         }
@@ -320,15 +323,15 @@ fn joined(
 ) -> Result<AngularResponse, ResponseError> {
     match tables.len() {
         1 => Ok(tables.swap_remove(0)),
-        _ => AngularResponse::of_wavelengths(&tables, reference_nm),
+        _ => AngularResponse::from_wavelengths(&tables, reference_nm),
     }
 }
 
 fn read(path: &Path, key: &str) -> Result<AngularResponse, String> {
-    let found = AngularResponse::read_npz(path).map_err(|e| e.to_string())?;
-    if found.meta().key == key {
-        Ok(found)
+    let table = AngularResponse::read_npz(path).map_err(|e| e.to_string())?;
+    if table.meta().key == key {
+        Ok(table)
     } else {
-        Err(format!("its key is {}", found.meta().key))
+        Err(format!("its key is {}", table.meta().key))
     }
 }

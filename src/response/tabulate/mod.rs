@@ -9,7 +9,6 @@ mod plan;
 mod report;
 pub(super) mod resample;
 mod runs;
-mod settings;
 mod shift_axis;
 #[cfg(test)]
 mod shifted_tests;
@@ -20,4 +19,3 @@ mod tests;
 pub use plan::{TablePlan, build_table};
 pub use report::{BuildReport, BuiltTable};
 pub(super) use runs::RunJournal;
-pub use settings::{ShiftSettings, TableSettings};

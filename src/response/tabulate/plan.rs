@@ -184,8 +184,9 @@ impl TablePlan {
     ) -> Result<Vec<BuiltTable>, ResponseError> {
         let runs = self.runs()?;
         let solvers = self.solvers(journal)?;
-        let simulated =
-            runs.simulate(journal, progress, &|run, waves| asked(&solvers, run, waves))?;
+        let simulated = runs.simulate(journal, progress, &|run, waves| {
+            answers(&solvers, run, waves)
+        })?;
         let first = solvers.first().map(|solver| solver.frame()).transpose()?;
         let fits = solvers.iter().filter_map(|s| s.correction_fit());
         let about = AboutPixel {
@@ -214,7 +215,7 @@ impl TablePlan {
         runs.keep_part(shard);
         let solvers = self.solvers(Some(journal))?;
         let simulated = runs.simulate(Some(journal), progress, &|run, waves| {
-            asked(&solvers, run, waves)
+            answers(&solvers, run, waves)
         })?;
         Ok((runs.count(), simulated.reused))
     }
@@ -251,7 +252,7 @@ pub fn build_table(
 }
 
 /// The answers of the solver of a run's first wavelength.
-fn asked(
+fn answers(
     solvers: &[Box<dyn PixelSolver>],
     run: &Run,
     waves: &[Incidence],

@@ -142,6 +142,9 @@ impl Runs {
     }
 
     /// Asks the solver, or the journal, for every run. `progress` hears of plane waves.
+    ///
+    /// # Errors
+    /// A plane wave that the solver has no answer to.
     pub fn simulate(
         &self,
         journal: Option<&RunJournal>,

@@ -4,11 +4,11 @@ use std::sync::Mutex;
 
 use super::runs::{Answers, Run, RunJournal, Runs};
 use super::table_of_runs::AboutPixel;
-use super::*;
 use crate::em::light::{Incidence, Light, Powers};
 use crate::em::symmetry::Node;
 use crate::em::{Level, ModelChoice, PixelStack, Preset};
 use crate::response::ResponseError;
+use crate::response::TableSettings;
 
 /// A made-up pixel: what a lens at s sends to each sub-pixel, of few harmonics in s, with the symmetries of the square.
 fn shares(u: f64, v: f64, shift_um: [f64; 2], pitch_um: f64) -> Vec<f64> {
@@ -35,7 +35,7 @@ fn settings() -> TableSettings {
     TableSettings {
         steps: 5,
         refine: 1,
-        ..TableSettings::of_all_shifts(&choice, &stack(), 8)
+        ..TableSettings::for_all_shifts(&choice, &stack(), 8)
     }
 }
 

@@ -74,8 +74,8 @@ impl Runs {
         };
         let mut table = AngularResponse::new(axes, meta, table)?;
         if let Some(shifts) = &settings.shifts {
-            let found = ChiefRayShifts::of_table(&table, shifts.cone_f_number)?;
-            table = table.with_chief_ray_shifts(found);
+            let chief_ray_shifts = ChiefRayShifts::from_table(&table, shifts.cone_f_number)?;
+            table = table.with_chief_ray_shifts(chief_ray_shifts);
         }
         Ok(BuiltTable { table, report })
     }

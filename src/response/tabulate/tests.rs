@@ -5,10 +5,10 @@ use std::sync::Mutex;
 use super::report::BuiltTable;
 use super::runs::{Answers, Run, RunJournal, Runs, Simulated};
 use super::table_of_runs::AboutPixel;
-use super::*;
 use crate::em::light::{Light, Powers};
 use crate::em::{Level, PixelStack, Preset};
 use crate::response::ResponseError;
+use crate::response::TableSettings;
 use crate::sensor::Subpixels;
 
 const WAVELENGTHS_NM: [f64; 3] = [400.0, 500.0, 700.0];

@@ -49,10 +49,10 @@ impl Scattered {
             .iter()
             .map(|s| (distance(s.at, at), s))
             .collect();
-        let kept = NEIGHBOURS.min(near.len() - 1);
-        near.select_nth_unstable_by(kept, |a, b| a.0.total_cmp(&b.0));
-        let reach = near[kept].0.max(1e-9);
-        let weighed: Vec<(f64, [f64; 6], &Sample)> = near[..kept.max(1)]
+        let neighbours = NEIGHBOURS.min(near.len() - 1);
+        near.select_nth_unstable_by(neighbours, |a, b| a.0.total_cmp(&b.0));
+        let reach = near[neighbours].0.max(1e-9);
+        let weighed: Vec<(f64, [f64; 6], &Sample)> = near[..neighbours.max(1)]
             .iter()
             .map(|&(d, sample)| {
                 let (x, y) = (

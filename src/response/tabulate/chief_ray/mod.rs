@@ -48,7 +48,7 @@ impl ChiefRayShifts {
     ///
     /// # Errors
     /// Angles out of range, or a chief ray that no lens shift is found for.
-    pub fn of_pixel(
+    pub fn for_pixel(
         pixel: &dyn PixelSolver,
         cone_f_number: f64,
         theta_deg: &[f64],
@@ -66,11 +66,11 @@ impl ChiefRayShifts {
             cone_f_number,
             shares: &shares,
         };
-        Self::found(&balance, theta_deg, azimuths, progress)
+        Self::balanced(&balance, theta_deg, azimuths, progress)
     }
 
     /// Those of a table of shifted lenses: every 5° up to 40°, as far as the table holds the whole cone.
-    pub(super) fn of_table(
+    pub(super) fn from_table(
         table: &AngularResponse,
         cone_f_number: f64,
     ) -> Result<Self, ResponseError> {
@@ -99,10 +99,10 @@ impl ChiefRayShifts {
             .map(|i| 5.0 * f64::from(i))
             .take_while(|theta| *theta <= 5.0 || theta.to_radians().sin() + reach <= edge)
             .collect();
-        Self::found(&balance, &theta_deg, 3, &())
+        Self::balanced(&balance, &theta_deg, 3, &())
     }
 
-    fn found(
+    fn balanced(
         balance: &Balance,
         theta_deg: &[f64],
         azimuths: usize,

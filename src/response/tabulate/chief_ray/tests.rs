@@ -31,7 +31,7 @@ fn ideal(subpixels: Subpixels, cone_f_number: f64) -> ChiefRayShifts {
         cone_f_number,
         shares: &shares,
     };
-    ChiefRayShifts::found(&balance, &[10.0, 20.0, 30.0], 3, &|_, _| ()).unwrap()
+    ChiefRayShifts::balanced(&balance, &[10.0, 20.0, 30.0], 3, &|_, _| ()).unwrap()
 }
 
 #[test]

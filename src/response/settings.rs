@@ -50,11 +50,11 @@ pub struct TableSettings {
 impl TableSettings {
     /// The table of a level at a preset, at 550 nm and up to direction cosines of 0.8.
     pub fn new(level: Level, preset: Preset, stack: &PixelStack) -> Self {
-        Self::of_choice(&ModelChoice::new(level, preset), stack)
+        Self::for_choice(&ModelChoice::new(level, preset), stack)
     }
 
     /// [`Self::new`] with the rest of what names a model.
-    pub fn of_choice(choice: &ModelChoice, stack: &PixelStack) -> Self {
+    pub fn for_choice(choice: &ModelChoice, stack: &PixelStack) -> Self {
         let directions = choice.directions(stack);
         Self {
             model: choice.model(),
@@ -67,7 +67,7 @@ impl TableSettings {
     }
 
     /// The table of all lens shifts, `per_pitch` along x and along y.
-    pub fn of_all_shifts(choice: &ModelChoice, stack: &PixelStack, per_pitch: usize) -> Self {
+    pub fn for_all_shifts(choice: &ModelChoice, stack: &PixelStack, per_pitch: usize) -> Self {
         let (model, directions) = choice.for_all_shifts(stack);
         Self {
             model,
@@ -77,7 +77,7 @@ impl TableSettings {
                 per_pitch,
                 cone_f_number: CONE_F_NUMBER,
             }),
-            ..Self::of_choice(choice, stack)
+            ..Self::for_choice(choice, stack)
         }
     }
 
