@@ -14,7 +14,6 @@ use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::Responses;
 use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_generators::recipe::{Recipe, SampleId, parse_recipe, read_recipe};
-use quadpixel_generators::sample::planned;
 use quadpixel_generators::sample::stages::timed;
 use quadpixel_generators::sample::{Prepared, Rays, prepare};
 use quadpixel_generators::writer::{configuration_hash, write_alone};
@@ -146,32 +145,26 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
     };
     let rendered = prepared.render(id, rays, &progress);
     let (sample, record) = rendered.map_err(|e| CommandError::from(e).within(&name))?;
-    let warnings = responses.take_warnings();
-    for warning in warnings.iter().chain(sample.warnings()) {
-        progress.warn(warning);
+    for warning in responses.take_warnings() {
+        progress.warn(&warning);
     }
-    planned::report(
-        &progress,
-        &name,
-        sample.decisions(),
-        sample.left_out_together(),
-    );
+    sample.report(&progress, &name);
     if let (Some(record), Some(path)) = (record, &args.keep_rays) {
         let written = record.write_npz(path, &about);
         written.map_err(CommandError::failed)?;
     }
-    let mut stages = sample.stages();
+    let mut stages = sample.stages;
     timed(&mut stages.writing_s, || write_alone(out, &sample.files()))?;
     progress.event(Event::SampleDone);
     progress.finish();
-    let d = sample.description();
+    let d = &sample.description;
     let lost = d.lost.missed + d.lost.vignetted + d.lost.total_internal_reflection;
     let preview = out.join(quadpixel_datasets::paths::PREVIEW);
     if args.json {
         let object = serde_json::json!({
             "rays": d.rays, "lost": { "vignetted": d.lost.vignetted, "missed": d.lost.missed,
             "total_internal_reflection": d.lost.total_internal_reflection },
-            "relative_spread": d.mean_relative_standard_error, "effects": sample.decisions(), "stages": stages, "preview": preview
+            "relative_spread": d.mean_relative_standard_error, "effects": sample.decisions, "stages": stages, "preview": preview
         });
         println!("{object}");
         return Ok(());

@@ -14,7 +14,6 @@ use crate::production::identity::Identity;
 use crate::production::recipes::Recipes;
 use crate::production::run_folder::{RunFolder, asked_for, refuse_other};
 use crate::recipe::SampleId;
-use crate::sample::planned;
 use crate::sample::render_sample;
 use crate::sample::stages::{Stages, timed};
 use crate::writer::{Dataset, Found, WriteError, finish_dataset, found_sample, write_sample};
@@ -108,20 +107,18 @@ pub fn make_part(
                 cause: Box::new(e),
             }
         })?;
-        let warnings = responses.take_warnings();
-        for warning in warnings.iter().chain(sample.warnings()) {
-            observer.event(Event::Warning(warning));
+        for warning in responses.take_warnings() {
+            observer.event(Event::Warning(&warning));
         }
         let name = format!("sample {index}");
-        let together = sample.left_out_together();
-        planned::report(observer, &name, sample.decisions(), together);
-        stages = stages.plus(sample.stages());
+        sample.report(observer, &name);
+        stages = stages.plus(sample.stages);
         folder.still_there()?;
         let written = timed(&mut stages.writing_s, || {
             write_sample(&place, &sample.files())
         });
         written?;
-        let detail = format!("{name}: {}", sample.stages());
+        let detail = format!("{name}: {}", sample.stages);
         observer.event(Event::Detail(&detail));
         done += 1;
         observer.event(Event::SampleDone);

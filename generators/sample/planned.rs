@@ -1,12 +1,10 @@
-//! Which effects a sample is rendered with: the plan, and what `meta.json` and the log say of it.
+//! What the plan of effects needs to know of a sample.
 
 use quadpixel::effects::{Choice, Decision, Effect, Estimate, Verdict};
 use quadpixel::image::Image;
 use quadpixel::render::truth::WhiteField;
 use quadpixel::sensor::Sensor;
 use quadpixel::sensor::readout::ReadoutSettings;
-
-use crate::observer::{Event, Observer};
 
 /// Nearest and farthest depth of a map, mm (+∞ allowed); an empty picture lies at infinity.
 pub(crate) fn depth_range_mm(depth_mm: &Image) -> [f64; 2] {
@@ -42,21 +40,5 @@ pub(crate) fn noise(
         effect: Effect::Noise,
         verdict,
         estimate,
-    }
-}
-
-/// Reports each decision about `sample`, and what was left out together.
-pub fn report(
-    observer: &dyn Observer,
-    sample: &str,
-    decisions: &[Decision],
-    together: Option<Estimate>,
-) {
-    for decision in decisions {
-        observer.event(Event::Decision { sample, decision });
-    }
-    if let Some(estimate) = together {
-        let text = format!("{sample}: left out together: {estimate}");
-        observer.event(Event::Info(&text));
     }
 }

@@ -172,7 +172,7 @@ fn trial(
         configuration_blake3: "0".repeat(64),
     };
     let sample: Sample = render_sample(&recipe, id, responses, &())?;
-    let mut stages = sample.stages();
+    let mut stages = sample.stages;
     let place = folder.0.join("sample");
     timed(&mut stages.writing_s, || {
         write_alone(&place, &sample.files())
@@ -182,7 +182,7 @@ fn trial(
     Ok(Trial {
         stages,
         bytes,
-        spread: sample.description().mean_relative_standard_error,
+        spread: sample.description.mean_relative_standard_error,
         rays,
     })
 }

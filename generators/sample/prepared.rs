@@ -1,0 +1,280 @@
+//! A recipe put together, and rendered.
+
+use std::sync::Arc;
+
+use quadpixel::effects::{Choice, Decision, Effect, Estimate, Shot, plan};
+use quadpixel::image::Image;
+use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField, GeometryTruth, WhiteField};
+use quadpixel::render::{Camera, RayRecord, RecordError, Render, Rendered};
+use quadpixel::response::Response;
+use quadpixel::scene::Scene;
+use quadpixel::spectrum::ChannelWavelengths;
+use quadpixel_datasets as spec;
+
+use super::ledger::ledger;
+use super::noisy::Noisy;
+use super::planned;
+use super::rendered::{Maps, Sample};
+use super::stages::{Stages, timed};
+use crate::assemble::{self, Responses};
+use crate::describe::{Exposed, describe};
+use crate::field_error::FieldError;
+use crate::observer::{Event, Observer};
+use crate::recipe::{Recipe, RecipeError, SampleId};
+
+/// Why a sample could not be rendered.
+#[non_exhaustive]
+#[derive(Debug, thiserror::Error)]
+pub enum SampleError {
+    /// Its recipe.
+    #[error(transparent)]
+    Recipe(#[from] RecipeError),
+    /// Rays that were kept, or shall be.
+    #[error(transparent)]
+    Rays(#[from] RecordError),
+}
+
+impl SampleError {
+    /// Whether the caller can mend it.
+    pub fn is_input(&self) -> bool {
+        match self {
+            Self::Recipe(e) => e.is_input(),
+            Self::Rays(_) => true,
+        }
+    }
+}
+
+/// Renders a recipe.
+///
+/// # Errors
+/// What a field of the recipe is and may be.
+pub fn render_sample(
+    recipe: &Recipe,
+    id: SampleId,
+    responses: &mut Responses,
+    observer: &dyn Observer,
+) -> Result<Sample, SampleError> {
+    let prepared = prepare(recipe, responses, observer)?;
+    Ok(prepared.render(id, Rays::Trace, observer)?.0)
+}
+
+/// A recipe put together, before its first ray.
+pub struct Prepared {
+    recipe: Recipe,
+    response: Arc<Response>,
+    camera: Camera,
+    scene: Scene,
+    warnings: Vec<String>,
+    stages: Stages,
+}
+
+/// Where the radiance of the rays comes from.
+pub enum Rays {
+    /// They are traced.
+    Trace,
+    /// They are traced and kept.
+    Keep,
+    /// They were kept.
+    Develop(Box<RayRecord>),
+}
+
+/// Lens, response, camera and scene of a recipe.
+///
+/// # Errors
+/// What a field of the recipe is and may be.
+pub fn prepare(
+    recipe: &Recipe,
+    responses: &mut Responses,
+    observer: &dyn Observer,
+) -> Result<Prepared, RecipeError> {
+    (recipe.tolerance.check()).map_err(RecipeError::Tolerance)?;
+    if !(1..=1 << 24).contains(&recipe.render.rays_per_pixel) {
+        let n = recipe.render.rays_per_pixel;
+        return Err(FieldError::new("render.rays_per_pixel", n, "1 to 16777216").into());
+    }
+    let mut stages = Stages::default();
+    let response = timed(&mut stages.response_s, || {
+        let progress = |done, total| observer.event(Event::Table { done, total });
+        responses.get(recipe, &progress)
+    })?;
+    let (camera, scene, warnings) = timed(&mut stages.scene_s, || {
+        let camera = assemble::camera(recipe, &response)?;
+        let framing = assemble::framing_camera(recipe, &response)?;
+        let framing = framing.as_ref().unwrap_or(&camera);
+        let (scene, warnings) = assemble::scene_and_warnings(recipe, framing)?;
+        Ok::<_, RecipeError>((camera, scene, warnings))
+    })?;
+    let beyond = camera.chief_rays_beyond();
+    if beyond > 0.0 {
+        responses.warn(format!(
+            "chief rays of {:.1} % of the window lie beyond the last one that the response holds a microlens shift for; its shift is taken there",
+            100.0 * beyond
+        ));
+    }
+    Ok(Prepared {
+        recipe: recipe.clone(),
+        response,
+        camera,
+        scene,
+        warnings,
+        stages,
+    })
+}
+
+/// What was rendered of a scene, and its truth.
+struct Shown {
+    rendered: Rendered,
+    chief: ChiefRays,
+    geometry: GeometryTruth,
+    choice: Choice,
+    decisions: Vec<Decision>,
+    left_out_together: Option<Estimate>,
+}
+
+impl Prepared {
+    /// Its recipe.
+    pub fn recipe(&self) -> &Recipe {
+        &self.recipe
+    }
+    /// Its response.
+    pub fn response(&self) -> &Response {
+        &self.response
+    }
+    /// Its scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+    /// Exposes it by `ev` stops.
+    pub fn expose(&mut self, ev: f64) {
+        self.recipe.exposure_ev = ev;
+    }
+
+    /// Renders it. The record is there if it was asked for.
+    ///
+    /// # Errors
+    /// A record of another camera, or one that would be too large.
+    pub fn render(
+        mut self,
+        id: SampleId,
+        rays: Rays,
+        observer: &dyn Observer,
+    ) -> Result<(Sample, Option<RayRecord>), SampleError> {
+        let mut chief = ChiefRays::new(&self.camera);
+        let mut geometry = timed(&mut self.stages.truth_s, || {
+            chief.geometry(&self.camera, &self.scene)
+        });
+        // Kept rays are those of the whole camera, whatever pixel is put behind it later.
+        let choice = match (&rays, self.recipe.effects.is_auto()) {
+            (Rays::Keep | Rays::Develop(_), true) => Choice::All,
+            _ => self.recipe.effects.clone(),
+        };
+        let depths_mm = planned::depth_range_mm(&geometry.depth_mm);
+        let (settings, tolerance) = (&self.recipe.render, &self.recipe.tolerance);
+        let whole = Shot {
+            camera: self.camera,
+            scene: self.scene,
+        };
+        let planned = timed(&mut self.stages.effects_s, || {
+            plan(whole, depths_mm, settings, &choice, tolerance)
+        });
+        (self.camera, self.scene) = (planned.shot.camera, planned.shot.scene);
+        // Without aberrations, what a pixel sees has moved.
+        let lens_left_out =
+            |d: &Decision| d.effect == Effect::Aberrations && d.verdict.is_left_out();
+        if planned.decisions.iter().any(lens_left_out) {
+            chief = ChiefRays::new(&self.camera);
+            geometry = timed(&mut self.stages.truth_s, || {
+                chief.geometry(&self.camera, &self.scene)
+            });
+        }
+        let several = self.scene.planes().len() > 1 || self.scene.world().is_some();
+        let surfaces = several.then_some(geometry.surfaces.as_slice());
+        let shot = Render::new(&self.camera, &self.scene, settings)
+            .occlusion(surfaces)
+            .progress(&observer);
+        let (rendered, record) = timed(&mut self.stages.rays_s, || match rays {
+            Rays::Trace => Ok((shot.run(), None)),
+            Rays::Keep => (shot.run_recorded()).map(|(rendered, record)| (rendered, Some(record))),
+            Rays::Develop(record) => (record.develop(&self.camera)).map(|done| (done, None)),
+        })?;
+        let began = std::time::Instant::now();
+        let shown = Shown {
+            rendered,
+            chief,
+            geometry,
+            choice,
+            decisions: planned.decisions,
+            left_out_together: planned.together,
+        };
+        let mut sample = self.exposed(id, shown)?;
+        sample.stages.truth_s += began.elapsed().as_secs_f64();
+        Ok((sample, record))
+    }
+
+    /// The sample, on the scale of its exposure.
+    fn exposed(self, id: SampleId, shown: Shown) -> Result<Sample, RecipeError> {
+        let (recipe, camera, scene) = (&self.recipe, &self.camera, &self.scene);
+        let Shown {
+            rendered,
+            chief,
+            geometry,
+            mut decisions,
+            ..
+        } = shown;
+        let white = WhiteField::new(camera);
+        let (Some(field), Some(defocus)) = (
+            DisparityField::new(camera, ChannelWavelengths::REFERENCE),
+            Defocus::new(camera),
+        ) else {
+            unreachable!("a camera with a lens has a focus");
+        };
+        let gain = recipe.exposure_ev.exp2() / white.reference_sr();
+        let mut mosaic = rendered.image;
+        mosaic.scale(gain as f32);
+        let mut target = chief.target(camera, scene, &white, &recipe.render);
+        // Where there is no chief ray the target is black, and `valid` says so.
+        for value in target.data_mut() {
+            *value = if value.is_nan() {
+                0.0
+            } else {
+                *value * gain as f32
+            };
+        }
+        let readout = recipe.readout.as_ref();
+        let noise = planned::noise(readout, &shown.choice, camera.sensor(), &white);
+        let readout = readout.filter(|_| !noise.verdict.is_left_out());
+        decisions.push(noise);
+        let expose = |settings| Noisy::expose(settings, &mosaic, camera, &white, gain);
+        let noisy = readout.map(expose).transpose()?;
+        let noise = noisy.as_ref().map(Noisy::description);
+        let exposed = Exposed {
+            gain,
+            white_sr: white.middle_sr(),
+            stats: &rendered.stats,
+            effects: ledger(
+                recipe,
+                camera,
+                &self.response,
+                &decisions,
+                &recipe.tolerance,
+            ),
+            noise: noise.map_or(spec::Noise::None, spec::Noise::Readout),
+        };
+        let description = describe(recipe, id, camera, &self.response, exposed)?;
+        let occlusion = rendered.occlusion;
+        let (width, height) = (camera.sensor().width(), camera.sensor().height());
+        Ok(Sample {
+            disparity: field.maps(camera, &geometry.depth_mm),
+            maps: Maps::new(camera, scene.world().is_some(), geometry, &defocus),
+            occlusion: occlusion.unwrap_or_else(|| Image::zeros(width, height, 1)),
+            left_out_together: shown.left_out_together,
+            stages: self.stages,
+            warnings: self.warnings,
+            target,
+            noisy,
+            description,
+            decisions,
+            mosaic,
+        })
+    }
+}

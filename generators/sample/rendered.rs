@@ -1,0 +1,122 @@
+//! A rendered sample.
+
+use quadpixel::effects::{Decision, Estimate};
+use quadpixel::image::Image;
+use quadpixel::image::raster::Levels;
+use quadpixel::render::truth::{Defocus, DisparityMaps, GeometryTruth};
+use quadpixel::render::{Camera, SubPixelImage};
+use quadpixel::units::M_PER_MM;
+
+use super::noisy::Noisy;
+use super::stages::Stages;
+use crate::describe::Description;
+use crate::observer::{Event, Observer};
+use crate::writer::{RawEncoding, SampleFiles, Seen};
+
+/// Headroom of the 16-bit mosaic: the linear value (of one sub-pixel) at its white level, as a multiple of an equal
+/// share of 1.
+const RAW_HEADROOM: f32 = 2.0;
+
+/// A rendered sample. Images are linear, scaled by the exposure.
+pub struct Sample {
+    pub(super) mosaic: SubPixelImage,
+    pub(super) target: Image,
+    pub(super) maps: Maps,
+    pub(super) disparity: DisparityMaps,
+    pub(super) occlusion: Image,
+    pub(super) noisy: Option<Noisy>,
+    /// What was left out of its scene.
+    pub(super) warnings: Vec<String>,
+    pub(super) left_out_together: Option<Estimate>,
+    /// What `meta.json` says of it.
+    pub description: Description,
+    /// Which effects it was rendered with, and why.
+    pub decisions: Vec<Decision>,
+    /// Where the time went.
+    pub stages: Stages,
+}
+
+/// What the chief rays met, pixel by pixel.
+pub(super) struct Maps {
+    depth_m: Image,
+    distance_m: Image,
+    coc_px: Image,
+    valid: Vec<bool>,
+    /// Object numbers and normals, of worlds of meshes.
+    seen: Option<(Vec<u16>, Image)>,
+}
+
+impl Maps {
+    pub(super) fn new(
+        camera: &Camera,
+        is_world: bool,
+        truth: GeometryTruth,
+        defocus: &Defocus,
+    ) -> Self {
+        let pitch_mm = camera.sensor().pitch_mm();
+        let coc_px = |d: f32| (defocus.circle_of_confusion_mm(f64::from(d)) / pitch_mm) as f32;
+        let metres = |mm: f32| mm * M_PER_MM as f32;
+        Self {
+            coc_px: mapped(&truth.depth_mm, coc_px),
+            valid: truth.depth_mm.data().iter().map(|d| !d.is_nan()).collect(),
+            depth_m: mapped(&truth.depth_mm, metres),
+            distance_m: mapped(&truth.distance_mm, metres),
+            seen: is_world.then(|| (truth.surfaces, per_spec_frame(truth.normals))),
+        }
+    }
+}
+
+fn mapped(image: &Image, value: impl Fn(f32) -> f32) -> Image {
+    let mut image = image.clone();
+    image.data_mut().iter_mut().for_each(|x| *x = value(*x));
+    image
+}
+
+/// Directions in the layout's frame, whose Z runs into the scene.
+fn per_spec_frame(mut normals: Image) -> Image {
+    for n in normals.data_mut().chunks_exact_mut(3) {
+        // Written as a difference, so that no −0 is stored.
+        n[2] = 0.0 - n[2];
+    }
+    normals
+}
+
+impl Sample {
+    /// Reports under `name` what was left out of its scene, and each decision about its effects.
+    pub fn report(&self, observer: &dyn Observer, name: &str) {
+        for warning in &self.warnings {
+            observer.event(Event::Warning(warning));
+        }
+        for decision in &self.decisions {
+            observer.event(Event::Decision {
+                sample: name,
+                decision,
+            });
+        }
+        if let Some(estimate) = self.left_out_together {
+            let text = format!("{name}: left out together: {estimate}");
+            observer.event(Event::Info(&text));
+        }
+    }
+
+    /// What the writer takes.
+    pub fn files(&self) -> SampleFiles<'_> {
+        let share = 1.0 / self.mosaic.subpixels.count() as f32;
+        let maps = &self.maps;
+        SampleFiles {
+            raw: &self.mosaic.mosaic,
+            raw_encoding: RawEncoding::Png(Levels::full_range(RAW_HEADROOM * share)),
+            target: &self.target,
+            depth_m: &maps.depth_m,
+            distance_m: Some(&maps.distance_m),
+            traced_px: &self.disparity.traced,
+            paraxial_px: &self.disparity.paraxial,
+            coc_px: &maps.coc_px,
+            occlusion: &self.occlusion,
+            noisy: self.noisy.as_ref().map(Noisy::files),
+            valid: &maps.valid,
+            seen: (maps.seen.as_ref()).map(|(objects, normals)| Seen { objects, normals }),
+            description: self.description.clone(),
+        }
+    }
+}
