@@ -91,9 +91,12 @@ impl BlockSums {
             let m = chunk * LANES;
             let mut sum_all = V::load(&self.all[1][m + full..]);
             let mut sum_part = V::load(&self.part[1][m + full..]);
-            for block in 0..full {
-                sum_all = sum_all.plus(V::load(&self.all[0][m + block..]));
-                sum_part = sum_part.plus(V::load(&self.part[0][m + block..]));
+            // Slices of known length, one per block from lane to lane: no bound is checked in the loop.
+            let reach = m..m + full + LANES - 1;
+            let blocks = self.all[0][reach.clone()].windows(LANES);
+            for (block_all, block_part) in blocks.zip(self.part[0][reach].windows(LANES)) {
+                sum_all = sum_all.plus(V::load(block_all));
+                sum_part = sum_part.plus(V::load(block_part));
             }
             sum_all.store(&mut all[m..]);
             sum_part.store(&mut part[m..]);

@@ -41,10 +41,14 @@ impl<'s> Sampler<'s> {
         at: [usize; 2],
         d: [f64; 2],
     ) -> Result<Sums, Verdict> {
-        let shape = self.shape;
+        // By value: behind references they would be read again after every store to the rows.
+        let &Shape {
+            window, vectors, n, ..
+        } = self.shape;
+        let data = b.plane.data.as_slice();
         let whole = d.map(|d| d.floor());
-        let before = (shape.window / 2 + TAPS_PX - 1) as i64;
-        let high = shape.window + TAPS - 1;
+        let before = (window / 2 + TAPS_PX - 1) as i64;
+        let high = window + TAPS - 1;
         let inside = |p: usize, d: f64, size: usize| {
             let first = p as i64 + d as i64 - before;
             let fits = first >= 0 && first as usize + high <= size;
@@ -59,9 +63,9 @@ impl<'s> Sampler<'s> {
         let weights = splat::<V>(&wx);
         for (k, out) in self.rows.iter_mut().enumerate().take(high) {
             let from = (y + k) * width + x;
-            for vector in 0..shape.vectors {
+            for vector in 0..vectors {
                 let lane = vector * LANES;
-                let from = &b.plane.data[from + lane..][..LANES + TAPS - 1];
+                let from = &data[from + lane..][..LANES + TAPS - 1];
                 let mut samples = [V::splat(0.0); TAPS];
                 for k in 0..TAPS {
                     samples[k] = V::load(&from[k..]);
@@ -70,7 +74,6 @@ impl<'s> Sampler<'s> {
             }
         }
         let [b, bb, ab, xb, yb] = self.products::<V>(reference, &wy, mean);
-        let n = shape.n;
         let ab = ab - reference.mean * b;
         let along =
             |axis: usize, gb: f64| gb - reference.means[axis] * b - reference.share[axis] * ab;
@@ -91,16 +94,21 @@ impl<'s> Sampler<'s> {
         wy: &[f32; TAPS],
         mean: f32,
     ) -> [f64; 5] {
-        let shape = self.shape;
+        let &Shape {
+            window,
+            vectors,
+            ref mask,
+            ..
+        } = self.shape;
         let view = reference.view;
         let [gx, gy] = &view.gradient;
         let (mean, weights) = (V::splat(mean), splat::<V>(wy));
         let mut sums = [0.0f64; 5];
-        for vector in 0..shape.vectors {
+        for vector in 0..vectors {
             let lane = vector * LANES;
-            let mask = V::load(&shape.mask[lane..]);
+            let mask = V::load(&mask[lane..]);
             let [mut b, mut bb, mut ab, mut xb, mut yb] = [V::splat(0.0); 5];
-            for j in 0..shape.window {
+            for j in 0..window {
                 let rows = &self.rows[j..j + TAPS];
                 let mut samples = [V::splat(0.0); TAPS];
                 for k in 0..TAPS {

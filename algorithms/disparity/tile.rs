@@ -189,11 +189,13 @@ fn correlations<V: Lanes>(
     let lanes = out.len();
     let n = V::splat((window * window) as f32);
     let [all, part] = across;
+    let part = &part[blocks.end * lanes..][..lanes];
+    let full_blocks = all[blocks.start * lanes..blocks.end * lanes].chunks_exact(lanes);
     for chunk in 0..lanes / LANES {
         let m = chunk * LANES;
-        let mut sum = V::load(&part[blocks.end * lanes + m..]);
-        for block in blocks.start..blocks.end {
-            sum = sum.plus(V::load(&all[block * lanes + m..]));
+        let mut sum = V::load(&part[m..]);
+        for block in full_blocks.clone() {
+            sum = sum.plus(V::load(&block[m..]));
         }
         let means = V::load(&mean_a[m..]).times(V::load(&mean_b[m..]));
         let norms = V::load(&norm_a[m..]).times(V::load(&norm_b[m..]));

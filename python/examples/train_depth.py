@@ -66,12 +66,11 @@ def main(root, steps=60):
     sample = data[0]
     with torch.no_grad():
         shift = network(torch.from_numpy(prepare(sample)["pair"])[None])[0, 0].numpy()
-    if sample["meta"]["coc_disparity"] is not None:
-        depth = quadpixel.depth_from_left_right(shift, sample["meta"])
-        truth = sample["depth"]
-        known = sample["valid"] & np.isfinite(depth) & np.isfinite(truth)
-        error = np.median(np.abs(depth - truth)[known] / truth[known])
-        print(f"sample {sample['id']}: median depth error {100 * error:.1f} %")
+    depth = quadpixel.depth_from_left_right(shift, sample["camera"])
+    truth = sample["depth"]
+    known = sample["valid"] & np.isfinite(depth) & np.isfinite(truth)
+    error = np.median(np.abs(depth - truth)[known] / truth[known])
+    print(f"sample {sample['id']}: median depth error {100 * error:.1f} %")
     if not after < before:
         sys.exit("the loss did not fall")
 

@@ -58,6 +58,7 @@ def decode(files, items=None):
     key                       shape, type         meaning
     ========================  ==================  ==================================================================
     id, meta                  str, dict           name, and ``meta.json``
+    camera                    dict                ``camera.json``: what the camera knows of itself, for estimates
     raw                       (nH, mW, 3) f32     clean sub-pixel mosaic, linear
     views, sum                (mn, H, W, 3) f32   clean views in stored order, linear; their sum (H, W, 3)
     target                    (H, W, 3) f32       all in focus, linear, on the scale of the sum
@@ -86,6 +87,9 @@ def decode(files, items=None):
     names = subpixel_names(columns, rows)
     colours = [channel["name"] for channel in meta["channels"]]
     sample = {"id": meta["id"], "meta": meta}
+    if "camera.json" in files:
+        sample["camera"] = json.loads(files["camera.json"])
+        check_version(sample["camera"])
     for item in items:
         file = _file_of(item, meta)
         if file not in files:
@@ -177,7 +181,7 @@ class Dataset:
     def __getitem__(self, index):
         if not -len(self) <= index < len(self):
             raise IndexError(index)
-        files = {"meta.json": self._read(index, "meta.json")}
+        files = {name: self._read(index, name) for name in ("meta.json", "camera.json")}
         meta = json.loads(files["meta.json"])
         for item in self.items:
             name = _file_of(item, meta)

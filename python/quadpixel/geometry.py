@@ -66,20 +66,44 @@ def left_right(disparity, meta):
     return (left.mean(axis=0) - right.mean(axis=0)).astype(np.float32)
 
 
-def depth_from_left_right(shift_px, meta, ratio=None):
+def disparity_ratio(camera, direction="left_right"):
+    """Ratio of disparity to circle of confusion at every pixel, (H, W) float64, of a camera (``camera.json``).
+
+    ``direction`` is 'left_right' or 'top_bottom'. A constant of lens and response: nothing of a scene is in it.
+    """
+    field = camera["disparity_ratio"][direction]
+    if field is None:
+        raise ValueError(f"the camera has no ratio of disparity to coc for {direction}: the pixel is not parted that way")
+    nodes = np.reshape(field["values"], (field["rows"], field["columns"]))
+
+    def along(pixels, count):
+        # The nodes span the window from edge to edge; a place between two of them is their linear mixture.
+        place = (np.arange(pixels) + 0.5) / pixels * (count - 1)
+        first = np.minimum(place.astype(int), count - 2)
+        return first, place - first
+
+    (j, fy), (i, fx) = along(camera["height_px"], field["rows"]), along(camera["width_px"], field["columns"])
+    across = nodes[:, i] + fx * (nodes[:, i + 1] - nodes[:, i])
+    return across[j] + fy[:, None] * (across[j + 1] - across[j])
+
+
+def depth_from_left_right(shift_px, camera, ratio=None):
     """Depth z, metres from the first lens vertex, of a left-right disparity x_L - x_R in px (SPEC.md, "Metres from disparity").
 
-    ``ratio`` is disparity over circle of confusion; None: the sample's own traced ratio. inf where the disparity is that of
-    infinity or beyond. The disparity of the lens's aberrations is not taken off.
+    ``camera`` is the sample's ``camera.json``. ``ratio`` is disparity over circle of confusion; None: the camera's own
+    (`disparity_ratio`), for a map of the whole window, (H, W). inf where the disparity is that of infinity or beyond, NaN where
+    the ratio is not above 0. The disparity of the lens's aberrations is not taken off.
     """
+    shift_px = np.asarray(shift_px)
     if ratio is None:
-        if meta["coc_disparity"] is None:
-            raise ValueError(f"sample {meta['id']} has no ratio of disparity to coc: nothing is out of focus; give one")
-        ratio = meta["coc_disparity"]["traced_ratio"]
-    pinhole = meta["intrinsics"]
+        ratio = disparity_ratio(camera)
+        if shift_px.shape != ratio.shape:
+            raise ValueError(f"shift_px is {shift_px.shape}; allowed without a ratio: the whole window, {ratio.shape}")
+    ratio = np.where(np.asarray(ratio) > 0.0, ratio, np.nan)
+    pinhole = camera["intrinsics"]
     behind = pinhole["pinhole_behind_vertex_m"]
-    focus = meta["focus"]["distance_m"]
+    focus = camera["focus"]["distance_m"]
     in_focus = 0.0 if focus is None else 1.0 / (focus + behind)
-    inverse = in_focus + np.asarray(shift_px) / (ratio * pinhole["fx_px"] * pinhole["entrance_pupil_diameter_m"])
+    inverse = in_focus + shift_px / (ratio * pinhole["fx_px"] * pinhole["entrance_pupil_diameter_m"])
     with np.errstate(divide="ignore"):
-        return np.where(inverse > 0.0, 1.0 / np.maximum(inverse, 1e-12) - behind, np.inf)
+        return np.where(inverse <= 0.0, np.inf, 1.0 / np.maximum(inverse, 1e-12) - behind)

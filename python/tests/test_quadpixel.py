@@ -16,6 +16,8 @@ DATA = os.environ["QUADPIXEL_DATA"]
 ROOT = os.path.join(DATA, "set")
 EXAMPLES = os.path.join(os.path.dirname(__file__), "..", "examples")
 HALF = 2.0**-11  # relative rounding of half precision
+# Relative error of the median depth by the paraxial maps: their ratio and the camera's are two quadratures of one integral.
+RATIO_TOLERANCE = 0.002
 
 
 def srgb(v):
@@ -93,12 +95,40 @@ class Native(unittest.TestCase):
             # SPEC.md: with the paraxial maps and the ratio at the pixel itself the depth comes back exactly.
             shift = quadpixel.left_right(sample["paraxial"], meta)
             blurred = valid & (np.abs(sample["coc"]) > 0.5)
-            own = -shift[blurred] / sample["coc"][blurred]
-            depth = quadpixel.depth_from_left_right(shift[blurred], meta, own)
+            ratio = -shift[blurred] / sample["coc"][blurred]
+            depth = quadpixel.depth_from_left_right(shift[blurred], sample["camera"], ratio)
             np.testing.assert_allclose(depth, sample["depth"][blurred], rtol=1e-4)
             # The sample's one ratio is their mean, weighted by coc squared.
             weight = sample["coc"][blurred] ** 2
-            self.assertAlmostEqual(np.average(own, weights=weight), meta["coc_disparity"]["paraxial_ratio"], delta=0.01)
+            self.assertAlmostEqual(np.average(ratio, weights=weight), meta["coc_disparity"]["paraxial_ratio"], delta=0.01)
+
+    def test_depth_takes_its_ratio_from_the_camera_and_no_truth_is_needed(self):
+        for index in range(6):
+            sample = quadpixel.Dataset(ROOT, items=("disparity", "depth", "coc", "valid"))[index]
+            camera, blurred = sample["camera"], sample["valid"] & (np.abs(sample["coc"]) > 0.5)
+            self.assertFalse({"coc_disparity", "ranges", "scene", "seed"} & set(camera))
+            shift = quadpixel.left_right(sample["paraxial"], sample["meta"])
+            depth = quadpixel.depth_from_left_right(shift, camera)
+            self.assertLess(np.median(np.abs(depth - sample["depth"])[blurred] / sample["depth"][blurred]), RATIO_TOLERANCE)
+            with self.assertRaisesRegex(ValueError, "whole window"):
+                quadpixel.depth_from_left_right(shift[:-1], camera)
+
+    def test_ratios_between_nodes_are_bilinear_and_one_that_is_not_above_zero_gives_no_depth(self):
+        plane = lambda x, y: 0.4 + 0.01 * x - 0.02 * y + 0.003 * x * y
+        # Nodes on the outer edges of a window of 8 x 4 px: x from -0.5 to 7.5, y from -0.5 to 3.5.
+        values = [plane(x - 0.5, y - 0.5) for y in (0, 4) for x in (0, 4, 8)]
+        left_right = {"mean": 0.4, "columns": 3, "rows": 2, "values": values}
+        pinhole = {"pinhole_behind_vertex_m": 0.0, "fx_px": 1000.0, "entrance_pupil_diameter_m": 0.002}
+        camera = {"width_px": 8, "height_px": 4, "intrinsics": pinhole, "focus": {"distance_m": None},
+                  "disparity_ratio": {"left_right": left_right, "top_bottom": None}}
+        y, x = np.mgrid[:4, :8]
+        np.testing.assert_allclose(quadpixel.disparity_ratio(camera), plane(x, y), rtol=1e-12)
+        # z = ratio * fx * A / shift for a lens at infinity.
+        np.testing.assert_allclose(quadpixel.depth_from_left_right(np.full((4, 8), 0.5), camera), plane(x, y) * 4.0, rtol=1e-12)
+        self.assertTrue(np.isnan(quadpixel.depth_from_left_right(0.5, camera, 0.0)))
+        self.assertEqual(quadpixel.depth_from_left_right(-0.5, camera, 0.4), np.inf)
+        with self.assertRaisesRegex(ValueError, "top_bottom"):
+            quadpixel.disparity_ratio(camera, "top_bottom")
 
 
 class Layouts(unittest.TestCase):

@@ -160,12 +160,37 @@ fn assert_same(a: &BTreeMap<String, Vec<u8>>, b: &BTreeMap<String, Vec<u8>>, whi
     }
 }
 
+/// Makes the focus stack in `folder/data`.
+fn make_stack(folder: &Path) {
+    let config = DatasetConfig::from_toml(CONFIG, "test").unwrap();
+    make(&config, &folder.join("data"), &()).unwrap();
+}
+
+/// Largest relative difference of the camera's κ and that of the paraxial maps: two quadratures of one integral, the
+/// one averaged over the window, the other over the blurred pixels (benches/runs/2026-11-22/depth.md: 0.2 %).
+const RATIO_TOLERANCE: f64 = 0.005;
+
+#[test]
+fn the_camera_s_ratio_of_disparity_to_defocus_is_that_of_the_truth_maps() {
+    let folder = tempfile::tempdir().unwrap();
+    make_stack(folder.path());
+    for sample in std::fs::read_dir(folder.path().join("data/samples")).unwrap() {
+        let sample = sample.unwrap().path();
+        let read = |name: &str| -> serde_json::Value {
+            serde_json::from_slice(&std::fs::read(sample.join(name)).unwrap()).unwrap()
+        };
+        let camera = &read("camera.json")["disparity_ratio"]["left_right"]["mean"];
+        let truth = &read("meta.json")["coc_disparity"]["paraxial_ratio"];
+        let [camera, truth] = [camera, truth].map(|ratio| ratio.as_f64().unwrap());
+        assert!((camera / truth - 1.0).abs() < RATIO_TOLERANCE, "{camera} {truth}");
+    }
+}
+
 #[test]
 fn every_estimate_is_the_same_without_any_truth() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
-    let config = DatasetConfig::from_toml(CONFIG, "test").unwrap();
-    make(&config, &here.join("data"), &()).unwrap();
+    make_stack(here);
     let whole = estimates(here, "data", &[]);
 
     strip(&here.join("data"));
