@@ -182,7 +182,10 @@ fn the_camera_s_ratio_of_disparity_to_defocus_is_that_of_the_truth_maps() {
         let camera = &read("camera.json")["disparity_ratio"]["left_right"]["mean"];
         let truth = &read("meta.json")["coc_disparity"]["paraxial_ratio"];
         let [camera, truth] = [camera, truth].map(|ratio| ratio.as_f64().unwrap());
-        assert!((camera / truth - 1.0).abs() < RATIO_TOLERANCE, "{camera} {truth}");
+        assert!(
+            (camera / truth - 1.0).abs() < RATIO_TOLERANCE,
+            "{camera} {truth}"
+        );
     }
 }
 
