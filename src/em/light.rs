@@ -9,14 +9,13 @@
 //! among the lens shifts of one direction, one that works in time among the wavelengths of one transverse wavevector
 //! k∥.
 
-use std::error::Error;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::PixelStack;
+pub use super::error::SolverError;
 use super::mosaic::FilterColour;
-use super::{PixelStack, StackError};
-use crate::range::OutOfRange;
 use crate::sensor::MovingFrame;
 
 /// One plane wave on a pixel.
@@ -158,30 +157,6 @@ pub struct SolverProgress {
     pub time_um: f64,
     /// Largest change of a photodiode's P in the last check; infinite before there are two values.
     pub residual: f64,
-}
-
-/// A plane wave that a solver has no answer to.
-#[derive(Debug, thiserror::Error)]
-pub enum SolverError {
-    /// A value out of its range.
-    #[error(transparent)]
-    Range(#[from] OutOfRange),
-    /// A pixel or a material that cannot be.
-    #[error(transparent)]
-    Pixel(#[from] StackError),
-    /// What the solver itself says.
-    #[error(transparent)]
-    Solver(Box<dyn Error + Send + Sync>),
-}
-
-impl SolverError {
-    pub(crate) fn value(
-        field: &'static str,
-        value: impl std::fmt::Display,
-        allowed: &'static str,
-    ) -> Self {
-        Self::Range(OutOfRange::new("response", field, value, allowed))
-    }
 }
 
 /// What a solver is made for.

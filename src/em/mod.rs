@@ -21,7 +21,7 @@ mod supercell;
 pub(crate) mod symmetry;
 pub mod wave;
 
-pub use error::StackError;
+pub use error::{SolverError, StackError};
 pub(crate) use indices::Indices;
 pub use material::Material;
 pub use model::{CorrectedSettings, DirectionSteps, Level, ModelChoice, PixelModel, Preset};

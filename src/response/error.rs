@@ -9,6 +9,7 @@ use crate::range::OutOfRange;
 
 /// A response that cannot be made, read or written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ResponseError {
     /// A value out of its range.
     #[error(transparent)]

@@ -17,9 +17,9 @@
 use std::collections::HashMap;
 
 use super::cpml::{CpmlSettings, stretch};
-use super::error::within;
+use super::error::{refused, within};
 use super::layout::Layout;
-use super::{FdtdError, MaterialMap, Medium, Pole, YeeGrid};
+use super::{MaterialMap, Medium, Pole, SolverError, YeeGrid};
 
 /// The largest time step in µm/c that is stable whatever the fields do.
 ///
@@ -31,7 +31,7 @@ use super::{FdtdError, MaterialMap, Medium, Pole, YeeGrid};
 ///
 /// # Errors
 /// A map of another grid.
-pub fn stable_step_um(grid: &YeeGrid, map: &MaterialMap) -> Result<f64, FdtdError> {
+pub fn stable_step_um(grid: &YeeGrid, map: &MaterialMap) -> Result<f64, SolverError> {
     if !map.fits(grid) {
         return Err(unfit());
     }
@@ -63,8 +63,8 @@ pub fn stable_step_um(grid: &YeeGrid, map: &MaterialMap) -> Result<f64, FdtdErro
     Ok(2.0 / largest.sqrt())
 }
 
-fn unfit() -> FdtdError {
-    FdtdError::value("map", "made for another grid", "a map of this grid's size")
+fn unfit() -> SolverError {
+    refused("map", "made for another grid", "a map of this grid's size")
 }
 
 fn smallest_permittivity(grid: &YeeGrid, map: &MaterialMap, axis: usize, k: usize) -> f64 {
@@ -240,7 +240,7 @@ impl Coefficients {
         layout: &Layout,
         cpml: &CpmlSettings,
         dt_um: f64,
-    ) -> Result<Self, FdtdError> {
+    ) -> Result<Self, SolverError> {
         cpml.check(grid)?;
         let stable = stable_step_um(grid, map)?;
         within("dt_um", dt_um, 1e-9, stable)?;

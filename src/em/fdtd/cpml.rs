@@ -7,8 +7,8 @@
 //! σ_max is what a wave straight on, in the index n of that end, needs: |r| = e^(−2 n σ_max L / (m+1)) after L and
 //! back.
 
-use super::error::within;
-use super::{FdtdError, YeeGrid};
+use super::error::{refused, within};
+use super::{SolverError, YeeGrid};
 
 /// Depth and profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,9 +44,9 @@ impl CpmlSettings {
         }
     }
 
-    pub(super) fn check(&self, grid: &YeeGrid) -> Result<(), FdtdError> {
+    pub(super) fn check(&self, grid: &YeeGrid) -> Result<(), SolverError> {
         if self.below + self.above + 2 > grid.nz() {
-            return Err(FdtdError::value(
+            return Err(refused(
                 "absorbing layers",
                 self.below + self.above,
                 format!("at most nz - 2 = {}", grid.nz() - 2),

@@ -1,34 +1,15 @@
-//! What an FDTD run refuses, and why.
+//! What an FDTD run refuses.
 
-use crate::em::light::SolverError;
+use super::SolverError;
 use crate::range::{self, OutOfRange};
 
-/// A run that cannot be.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum FdtdError {
-    /// A value out of its range.
-    #[error(transparent)]
-    Range(#[from] OutOfRange),
-    /// A pixel or a material that cannot be.
-    #[error(transparent)]
-    Pixel(#[from] crate::em::StackError),
-}
-
-impl FdtdError {
-    /// An error of `field`, which is `value` and may be `allowed`.
-    pub fn value(
-        field: &'static str,
-        value: impl std::fmt::Display,
-        allowed: impl Into<String>,
-    ) -> Self {
-        Self::Range(OutOfRange::new("fdtd", field, value, allowed.into()))
-    }
-}
-
-impl From<FdtdError> for SolverError {
-    fn from(error: FdtdError) -> Self {
-        Self::Solver(Box::new(error))
-    }
+/// The error of `field`, which is `value` and may be `allowed`.
+pub(super) fn refused(
+    field: &'static str,
+    value: impl std::fmt::Display,
+    allowed: impl Into<String>,
+) -> SolverError {
+    OutOfRange::new("fdtd", field, value, allowed.into()).into()
 }
 
 /// `Ok` if `value` lies in `low..=high` (a NaN does not).
@@ -37,6 +18,6 @@ pub(super) fn within(
     value: f64,
     low: f64,
     high: f64,
-) -> Result<(), FdtdError> {
+) -> Result<(), SolverError> {
     Ok(range::within("fdtd", field, value, low..=high)?)
 }

@@ -10,7 +10,7 @@
 //! Node (i, j, k) is at (i dx, j dy, z_um[k]); k grows towards the scene, light travels to −z. The planes k = 0 and k =
 //! nz are perfect conductors behind the absorbing layers.
 
-use super::FdtdError;
+use super::SolverError;
 use super::error::within;
 
 /// A lateral derivative between nodes: near (f(½) − f(−½)) + far (f(3/2) − f(−3/2)), in 1/µm, f at so many steps from
@@ -69,7 +69,7 @@ impl YeeGrid {
         dx_um: f64,
         dy_um: f64,
         z_um: Vec<f64>,
-    ) -> Result<Self, FdtdError> {
+    ) -> Result<Self, SolverError> {
         for (field, n) in [("nx", nx), ("ny", ny)] {
             within(field, n as f64, 1.0, 4096.0)?;
         }
@@ -98,7 +98,7 @@ impl YeeGrid {
         self,
         on_planes: Vec<[Stencil; 2]>,
         in_layers: Vec<[Stencil; 2]>,
-    ) -> Result<Self, FdtdError> {
+    ) -> Result<Self, SolverError> {
         let (planes, layers) = (self.nz() + 1, self.nz());
         within(
             "stencils on planes",

@@ -3,11 +3,12 @@
 use std::f64::consts::PI;
 
 use super::dispersion::Numerics;
+use super::error::refused;
 use super::mesh::Mesh;
 use super::palette::Spectra;
 use super::pulse::Pulse;
 use super::raster::{Raster, raster};
-use super::{FdtdError, Lateral, Member, Wall, stable_step_um};
+use super::{Lateral, Member, SolverError, Wall, stable_step_um};
 use crate::em::{Indices, PixelStack};
 use crate::units::um_from_nm;
 
@@ -56,7 +57,7 @@ impl Matter {
         indices: &[Indices],
         wavelengths_nm: &[f64],
         bloch: [f64; 2],
-    ) -> Result<Self, FdtdError> {
+    ) -> Result<Self, SolverError> {
         let omegas: Vec<f64> = wavelengths_nm
             .iter()
             .map(|w| 2.0 * PI / um_from_nm(*w))
@@ -97,6 +98,6 @@ impl Matter {
             }
             dt_um = 0.985 * stable;
         }
-        Err(FdtdError::value("dt_um", dt_um, "a stable step"))
+        Err(refused("dt_um", dt_um, "a stable step"))
     }
 }

@@ -7,9 +7,9 @@
 
 use rustfft::num_complex::Complex64;
 
-use super::FdtdError;
+use super::SolverError;
 use super::YeeGrid;
-use super::error::within;
+use super::error::{refused, within};
 
 /// A Lorentz term s / (ω0² − ω² − iγω).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +42,11 @@ impl Medium {
     ///
     /// # Errors
     /// A value out of range, or a medium that amplifies at some frequency.
-    pub fn new(permittivity: f64, conductivity: f64, poles: Vec<Pole>) -> Result<Self, FdtdError> {
+    pub fn new(
+        permittivity: f64,
+        conductivity: f64,
+        poles: Vec<Pole>,
+    ) -> Result<Self, SolverError> {
         within("permittivity", permittivity, 0.01, 1e4)?;
         within("conductivity", conductivity, 0.0, 1e6)?;
         for pole in &poles {
@@ -64,7 +68,7 @@ impl Medium {
     ///
     /// # Errors
     /// As of [`Self::new`], or `omega` outside 1e-3 to 1e3.
-    pub fn from_index(index: Complex64, omega: f64) -> Result<Self, FdtdError> {
+    pub fn from_index(index: Complex64, omega: f64) -> Result<Self, SolverError> {
         within("omega", omega, 1e-3, 1e3)?;
         Self::from_permittivity(index * index, omega)
     }
@@ -73,7 +77,7 @@ impl Medium {
     ///
     /// # Errors
     /// As of [`Self::new`].
-    pub fn from_permittivity(epsilon: Complex64, omega: f64) -> Result<Self, FdtdError> {
+    pub fn from_permittivity(epsilon: Complex64, omega: f64) -> Result<Self, SolverError> {
         if epsilon.re >= 1.0 {
             return Self::new(epsilon.re, omega * epsilon.im, Vec::new());
         }
@@ -126,7 +130,7 @@ impl Medium {
     }
 
     /// Im ε ≥ 0 on a fine logarithmic scale of frequencies and at each resonance.
-    fn check_passive(&self) -> Result<(), FdtdError> {
+    fn check_passive(&self) -> Result<(), SolverError> {
         if self.poles.iter().all(|p| p.strength >= 0.0) {
             return Ok(());
         }
@@ -136,7 +140,7 @@ impl Medium {
             // ω Im χ is the loss; round-off of cancelling poles is not gain.
             let size: f64 = self.poles.iter().map(|p| p.strength.abs()).sum();
             if (omega * self.susceptibility(omega).im) < -1e-9 * size / omega.max(1.0) {
-                return Err(FdtdError::value(
+                return Err(refused(
                     "medium",
                     format!("amplifying at omega {omega:.4} /µm"),
                     "Im ε ≥ 0 at every frequency",
@@ -170,20 +174,20 @@ impl MaterialMap {
         ex: Vec<u16>,
         ey: Vec<u16>,
         ez: Vec<u16>,
-    ) -> Result<Self, FdtdError> {
+    ) -> Result<Self, SolverError> {
         let size = [grid.nx() + 1, grid.ny() + 1, grid.nz() + 1];
         let nodes = size.iter().product::<usize>();
         within("media", media.len() as f64, 1.0, 65_536.0)?;
         for (field, map) in [("ex", &ex), ("ey", &ey), ("ez", &ez)] {
             if map.len() != nodes {
-                return Err(FdtdError::value(
+                return Err(refused(
                     field,
                     format!("{} entries", map.len()),
                     format!("{nodes}, (nx+1)(ny+1)(nz+1)"),
                 ));
             }
             if let Some(index) = map.iter().find(|m| usize::from(**m) >= media.len()) {
-                return Err(FdtdError::value(
+                return Err(refused(
                     field,
                     index,
                     format!("an index of the {} media", media.len()),
@@ -205,7 +209,7 @@ impl MaterialMap {
         grid: &YeeGrid,
         media: Vec<Medium>,
         medium_of_layer: impl Fn(usize) -> u16,
-    ) -> Result<Self, FdtdError> {
+    ) -> Result<Self, SolverError> {
         let plane = (grid.nx() + 1) * (grid.ny() + 1);
         let map: Vec<u16> = (0..=grid.nz())
             .flat_map(|k| std::iter::repeat_n(medium_of_layer(k), plane))

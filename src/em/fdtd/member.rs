@@ -1,6 +1,6 @@
 //! The sides of the period and the wave that is sent in: what tells the members of a batch apart.
 
-use super::FdtdError;
+use super::SolverError;
 use super::error::within;
 
 /// A plane of mirror symmetry.
@@ -53,7 +53,7 @@ impl Member {
         1 + usize::from(self.x.is_complex() || self.y.is_complex())
     }
 
-    pub(super) fn check(&self) -> Result<(), FdtdError> {
+    pub(super) fn check(&self) -> Result<(), SolverError> {
         for side in [self.x, self.y] {
             if let Lateral::Bloch { phase_rad } = side {
                 within("phase_rad", phase_rad, -1e4, 1e4)?;

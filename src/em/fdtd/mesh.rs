@@ -12,7 +12,7 @@ use rustfft::num_complex::Complex64;
 
 use super::dispersion::{Layers, between, stencil};
 use super::error::within;
-use super::{CpmlSettings, FdtdError, FdtdSettings, Stencil, YeeGrid};
+use super::{CpmlSettings, FdtdSettings, SolverError, Stencil, YeeGrid};
 use crate::em::{Indices, PixelStack};
 use crate::units::um_from_nm;
 
@@ -75,7 +75,7 @@ impl Mesh {
         wavelengths_nm: &[f64],
         mirrors: [bool; 2],
         settings: &FdtdSettings,
-    ) -> Result<Self, FdtdError> {
+    ) -> Result<Self, SolverError> {
         let shortest = wavelengths_nm.iter().copied().fold(f64::INFINITY, f64::min);
         within("wavelength_nm", shortest, 100.0, 10_000.0)?;
         let n = stack.indices(shortest)?;
@@ -210,7 +210,7 @@ fn lateral_media(stack: &PixelStack, n: &Indices, filling: Filling) -> (Vec<f64>
 }
 
 /// The grid with the lateral differences of its slabs in the layers, and between them on the planes.
-fn with_stencils(grid: YeeGrid, slabs: &[Slab]) -> Result<YeeGrid, FdtdError> {
+fn with_stencils(grid: YeeGrid, slabs: &[Slab]) -> Result<YeeGrid, SolverError> {
     let in_layers: Vec<&Layers> = slabs
         .iter()
         .flat_map(|s| std::iter::repeat_n(&s.layers, s.cells.len()))

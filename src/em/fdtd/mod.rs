@@ -59,7 +59,6 @@ mod sweep;
 pub use answer::{BALANCE, FdtdRun};
 pub use coefficients::stable_step_um;
 pub use cpml::CpmlSettings;
-pub use error::FdtdError;
 pub use fields::{Component, Part};
 pub use grid::{Stencil, YeeGrid};
 pub use medium::{MaterialMap, Medium, Pole};
@@ -69,3 +68,5 @@ pub use settings::FdtdSettings;
 pub use simulation::Simulation;
 pub(super) use solver::FdtdSolver;
 pub use source::{Source, Waveform};
+
+use crate::em::SolverError;

@@ -10,7 +10,7 @@ use super::mesh::Mesh;
 use super::phasors::Phasors;
 use super::powers::{Absorbed, Fields, Footprint, Side};
 use super::pulse::Pulse;
-use super::{FdtdError, Member, Simulation, Source};
+use super::{Member, Simulation, SolverError, Source};
 use crate::em::PixelStack;
 use crate::em::light::Powers;
 
@@ -50,7 +50,7 @@ impl<'a> Monitored<'a> {
         matter: &'a Matter,
         wavelengths_nm: &[f64],
         bloch: [f64; 2],
-    ) -> Result<Self, FdtdError> {
+    ) -> Result<Self, SolverError> {
         let pulse = Pulse::new(wavelengths_nm);
         let members = members(mesh, bloch);
         let dt_um = matter.dt_um;

@@ -5,8 +5,9 @@ use std::collections::HashMap;
 use rustfft::num_complex::Complex64;
 
 use super::dispersion::{Layers, Numerics};
+use super::error::refused;
 use super::fills::Spectrum;
-use super::{FdtdError, Medium, poles};
+use super::{Medium, SolverError, poles};
 use crate::em::Indices;
 
 type C = Complex64;
@@ -57,7 +58,7 @@ impl<'a> Palette<'a> {
     ///
     /// # Errors
     /// More than 65 536 media, or ε that no medium has.
-    pub fn number(&mut self, mut epsilon: Spectrum, steps: f64) -> Result<u16, FdtdError> {
+    pub fn number(&mut self, mut epsilon: Spectrum, steps: f64) -> Result<u16, SolverError> {
         if steps.is_finite() {
             for e in &mut epsilon {
                 *e = C::new(
@@ -72,13 +73,13 @@ impl<'a> Palette<'a> {
             return Ok(*id);
         }
         let id = u16::try_from(self.media.len())
-            .map_err(|_| FdtdError::value("media", self.media.len() + 1, "at most 65536"))?;
+            .map_err(|_| refused("media", self.media.len() + 1, "at most 65536"))?;
         self.media.push(self.medium(&epsilon)?);
         self.known.insert(key, id);
         Ok(id)
     }
 
-    fn medium(&self, epsilon: &Spectrum) -> Result<Medium, FdtdError> {
+    fn medium(&self, epsilon: &Spectrum) -> Result<Medium, SolverError> {
         let omegas: Vec<f64> = self
             .spectra
             .numerics

@@ -6,7 +6,8 @@
 
 use rustfft::num_complex::Complex64;
 
-use super::{FdtdError, Medium, Pole};
+use super::error::refused;
+use super::{Medium, Pole, SolverError};
 
 type C = Complex64;
 
@@ -16,7 +17,7 @@ const GOOD: f64 = 2e-3;
 const MOST: usize = 3;
 
 /// The medium for ε at the frequencies `omegas` (in 1/µm, at least one).
-pub(super) fn medium(omegas: &[f64], epsilon: &[C]) -> Result<Medium, FdtdError> {
+pub(super) fn medium(omegas: &[f64], epsilon: &[C]) -> Result<Medium, SolverError> {
     Ok(fit(omegas, epsilon)?.0)
 }
 
@@ -24,7 +25,7 @@ pub(super) fn medium(omegas: &[f64], epsilon: &[C]) -> Result<Medium, FdtdError>
 ///
 /// # Errors
 /// ε that no medium has.
-pub fn fit(omegas: &[f64], epsilon: &[C]) -> Result<(Medium, f64), FdtdError> {
+pub fn fit(omegas: &[f64], epsilon: &[C]) -> Result<(Medium, f64), SolverError> {
     let mut best: Option<(Medium, f64)> = None;
     for terms in 0..=MOST {
         let problem = Problem { omegas, epsilon };
@@ -52,7 +53,7 @@ pub fn fit(omegas: &[f64], epsilon: &[C]) -> Result<(Medium, f64), FdtdError> {
             break;
         }
     }
-    best.ok_or_else(|| FdtdError::value("wavelengths", 0, "at least one"))
+    best.ok_or_else(|| refused("wavelengths", 0, "at least one"))
 }
 
 struct Problem<'a> {
@@ -133,7 +134,7 @@ impl Problem<'_> {
         self.linear(x).1
     }
 
-    fn medium(&self, x: &[f64]) -> Result<Medium, FdtdError> {
+    fn medium(&self, x: &[f64]) -> Result<Medium, SolverError> {
         let (a, _) = self.linear(x);
         let poles = Self::shapes(x)
             .iter()

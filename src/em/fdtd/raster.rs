@@ -15,7 +15,7 @@ use super::cell::Cell;
 use super::fills::{Fills, Spectrum};
 use super::mesh::{Filling, Mesh};
 use super::palette::{Palette, Spectra};
-use super::{FdtdError, MaterialMap};
+use super::{MaterialMap, SolverError};
 use crate::em::PixelStack;
 
 /// Steps of ε in which nodes on the lens surface are told apart: keeps the list of media short.
@@ -35,7 +35,7 @@ pub(super) fn raster(
     stack: &PixelStack,
     mesh: &Mesh,
     spectra: &Spectra,
-) -> Result<Raster, FdtdError> {
+) -> Result<Raster, SolverError> {
     let grid = &mesh.grid;
     let slabs = Slabs::new(stack, mesh, spectra);
     let mut media = Palette::new(spectra);
@@ -98,7 +98,7 @@ impl<'a> Slabs<'a> {
         axis: usize,
         media: &mut Palette,
         map: &mut Vec<u16>,
-    ) -> Result<(), FdtdError> {
+    ) -> Result<(), SolverError> {
         let above = self.slab_of[k.min(self.mesh.grid.nz() - 1)];
         let below = self.slab_of[k.saturating_sub(1)];
         let lens = self.is_lens(above) || (axis != 2 && self.is_lens(below));
@@ -119,13 +119,9 @@ impl<'a> Slabs<'a> {
         plane: &Plane,
         media: &mut Palette,
         map: &mut Vec<u16>,
-    ) -> Result<(), FdtdError> {
-        let Plane {
-            k,
-            axis,
-            above,
-            below,
-        } = *plane;
+    ) -> Result<(), SolverError> {
+        let (k, axis) = (plane.k, plane.axis);
+        let (above, below) = (plane.above, plane.below);
         let whole = axis == 2 || above == below;
         let mut known: HashMap<[usize; 2], u16> = HashMap::new();
         for (at, upper) in self.tables[above][axis].iter().enumerate() {
@@ -154,13 +150,9 @@ impl<'a> Slabs<'a> {
         plane: &Plane,
         media: &mut Palette,
         map: &mut Vec<u16>,
-    ) -> Result<(), FdtdError> {
-        let Plane {
-            k,
-            axis,
-            above,
-            below,
-        } = *plane;
+    ) -> Result<(), SolverError> {
+        let (k, axis) = (plane.k, plane.axis);
+        let (above, below) = (plane.above, plane.below);
         let z = self.mesh.grid.z_um();
         let vertical = axis == 2;
         let mid = |k: usize| 0.5 * (z[k] + z[k + 1]);

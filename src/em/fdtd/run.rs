@@ -7,12 +7,12 @@
 use std::f64::consts::PI;
 
 use super::answer::{BALANCE, FdtdRun};
-use super::error::within;
+use super::error::{refused, within};
 use super::matter::{Matter, members};
 use super::mesh::Mesh;
 use super::monitored::{Monitored, monitors};
 use super::phasors::Phasors;
-use super::{FdtdError, FdtdSettings, Member, Simulation};
+use super::{FdtdSettings, Member, Simulation, SolverError};
 use crate::em::light::{Light, Powers, SolverProgress, largest};
 use crate::em::{Indices, PixelStack};
 
@@ -37,7 +37,7 @@ pub fn solve(
     bloch_per_um: [f64; 2],
     settings: &FdtdSettings,
     watch: &dyn Fn(SolverProgress),
-) -> Result<FdtdRun, FdtdError> {
+) -> Result<FdtdRun, SolverError> {
     let began = std::time::Instant::now();
     let indices = check(stack, wavelengths_nm, bloch_per_um, settings)?;
     let mesh = Mesh::new(
@@ -135,7 +135,7 @@ fn check(
     wavelengths_nm: &[f64],
     bloch: [f64; 2],
     settings: &FdtdSettings,
-) -> Result<Vec<Indices>, FdtdError> {
+) -> Result<Vec<Indices>, SolverError> {
     stack.check()?;
     settings.check()?;
     within(
@@ -171,7 +171,7 @@ impl FdtdSettings {
         stack: &PixelStack,
         wavelengths_nm: &[f64],
         bloch_per_um: [f64; 2],
-    ) -> Result<usize, FdtdError> {
+    ) -> Result<usize, SolverError> {
         stack.check()?;
         self.check()?;
         let mesh = Mesh::new(stack, wavelengths_nm, mirrors(stack, bloch_per_um), self)?;
@@ -180,7 +180,7 @@ impl FdtdSettings {
 }
 
 /// Bytes of fields, map and phasors of a run.
-fn memory_bytes(mesh: &Mesh, wavelengths: usize, bloch: [f64; 2]) -> Result<usize, FdtdError> {
+fn memory_bytes(mesh: &Mesh, wavelengths: usize, bloch: [f64; 2]) -> Result<usize, SolverError> {
     let g = &mesh.grid;
     let members = members(mesh, bloch);
     // A pulse needs poles in most layers; at one wavelength only metals do.
@@ -196,7 +196,7 @@ fn memory_bytes(mesh: &Mesh, wavelengths: usize, bloch: [f64; 2]) -> Result<usiz
 }
 
 /// Fails if the machine has less memory free. Where it does not say how much it has, nothing is checked.
-fn check_memory(needed: usize) -> Result<(), FdtdError> {
+fn check_memory(needed: usize) -> Result<(), SolverError> {
     let Ok(text) = std::fs::read_to_string("/proc/meminfo") else {
         return Ok(());
     };
@@ -205,7 +205,7 @@ fn check_memory(needed: usize) -> Result<(), FdtdError> {
         .find_map(|l| l.strip_prefix("MemAvailable:"))
         .and_then(|l| l.split_whitespace().next()?.parse().ok());
     match free_kb {
-        Some(kb) if needed > kb * 1024 => Err(FdtdError::value(
+        Some(kb) if needed > kb * 1024 => Err(refused(
             "memory",
             format!("{:.1} GiB needed", needed as f64 / 1024f64.powi(3)),
             format!(

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::FdtdError;
+use super::SolverError;
 use super::error::within;
 
 /// Numerical settings of [`super::solve`]. Presets: [`Self::draft`], [`Self::standard`], [`Self::reference`].
@@ -64,7 +64,7 @@ impl FdtdSettings {
     ///
     /// # Errors
     /// The first setting out of its range.
-    pub fn check(&self) -> Result<(), FdtdError> {
+    pub fn check(&self) -> Result<(), SolverError> {
         within("lateral_nm", self.lateral_nm, 1.0, 200.0)?;
         within(
             "cells_per_wavelength",

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use super::coefficients::Coefficients;
-use super::error::within;
+use super::error::{refused, within};
 use super::fields::{Component, Part, set_bytes};
 use super::layout::Layout;
 use super::shared::Shared;
 use super::state::State;
-use super::{CpmlSettings, FdtdError, MaterialMap, Member, Source, YeeGrid, plain, sweep};
+use super::{CpmlSettings, MaterialMap, Member, SolverError, Source, YeeGrid, plain, sweep};
 use crate::simd::SimdLevel;
 
 /// The runs, their fields and the time. Each is stepped by one thread; run several simulations for several directions
@@ -34,7 +34,7 @@ impl Simulation {
         source: Source,
         cpml: CpmlSettings,
         dt_um: f64,
-    ) -> Result<Self, FdtdError> {
+    ) -> Result<Self, SolverError> {
         let layout = Self::layout(&grid, members)?;
         let coefficients = Coefficients::new(&grid, &map, &layout, &cpml, dt_um)?;
         within(
@@ -44,7 +44,7 @@ impl Simulation {
             (grid.nz() - cpml.above.max(1)) as f64,
         )?;
         if coefficients.polar_layer[source.plane].is_some() {
-            return Err(FdtdError::value(
+            return Err(refused(
                 "source plane",
                 source.plane,
                 "a plane without poles",
@@ -71,15 +71,15 @@ impl Simulation {
         })
     }
 
-    fn layout(grid: &YeeGrid, members: &[Member]) -> Result<Layout, FdtdError> {
+    fn layout(grid: &YeeGrid, members: &[Member]) -> Result<Layout, SolverError> {
         let Some(first) = members.first() else {
-            return Err(FdtdError::value("members", 0, "at least one"));
+            return Err(refused("members", 0, "at least one"));
         };
         let mirrors = |m: &Member| [m.x.is_mirror(), m.y.is_mirror()];
         for member in members {
             member.check()?;
             if mirrors(member) != mirrors(first) {
-                return Err(FdtdError::value(
+                return Err(refused(
                     "members",
                     "mirrored and periodic in one axis",
                     "all mirrored or all periodic in an axis",
@@ -100,7 +100,7 @@ impl Simulation {
         members: &[Member],
         cpml: &CpmlSettings,
         [polar, poles]: [usize; 2],
-    ) -> Result<usize, FdtdError> {
+    ) -> Result<usize, SolverError> {
         let layout = Self::layout(grid, members)?;
         let set = set_bytes(&layout, grid.nz(), cpml.below + cpml.above, [polar, poles]);
         Ok(set * members.iter().map(Member::sets).sum::<usize>())

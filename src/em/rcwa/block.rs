@@ -2,7 +2,7 @@
 
 use faer::linalg::solvers::{PartialPivLu, Solve};
 
-use super::RcwaError;
+use super::SolverError;
 use super::basis::{Basis, Class, Order, places};
 use super::grid::{Grid, Modes, Operators};
 use super::linear::{C, Matrix};
@@ -31,7 +31,7 @@ impl Block {
         class: Class,
         grid: &Grid,
         above: C,
-    ) -> Result<Self, RcwaError> {
+    ) -> Result<Self, SolverError> {
         let operators = Operators::for_grid(&basis, grid);
         let modes = Modes::for_grid(&basis, grid, &operators)?;
         let above = Uniform::new(&basis, above);

@@ -3,7 +3,7 @@
 //! As in `grid.rs`, by Li's rule: ε_x is the sum over both rows of ⟦1/ε_row⟧⁻¹ along x ⊗ the part of y that the row
 //! takes, for a row's two squares; ε_y likewise by columns; for E_z the plain products.
 
-use super::RcwaError;
+use super::SolverError;
 use super::basis::{Basis, Order, Parity};
 use super::grid::{Modes, Operators};
 use super::linear::{C, Matrix, solve};
@@ -20,7 +20,7 @@ impl Checker {
     ///
     /// # Errors
     /// Modes that are not found.
-    pub fn modes(&self, basis: &Basis) -> Result<Modes, RcwaError> {
+    pub fn modes(&self, basis: &Basis) -> Result<Modes, SolverError> {
         let [first, rest @ ..] = self.0;
         if rest.iter().all(|e| *e == first) {
             return Ok(Modes::plain(basis, first));

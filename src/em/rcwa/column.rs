@@ -7,7 +7,7 @@ use super::lens::LensSlices;
 use super::linear::{C, Matrix, plus_one, solve};
 use super::silicon::{InSilicon, Silicon};
 use super::uniform::Uniform;
-use super::{RcwaError, RcwaSettings};
+use super::{RcwaSettings, SolverError};
 use crate::em::Indices;
 use crate::em::PixelStack;
 
@@ -84,7 +84,7 @@ impl Column {
     ///
     /// # Errors
     /// Modes that are not found.
-    pub fn new(pixel: &Pixel, lattice: Lattice, sector: Sector) -> Result<Self, RcwaError> {
+    pub fn new(pixel: &Pixel, lattice: Lattice, sector: Sector) -> Result<Self, SolverError> {
         let mut column = Self::below_lens(pixel, lattice, sector)?;
         let k0 = pixel.k0_per_um;
         for slice in (0..pixel.slices.count()).rev() {
@@ -97,7 +97,11 @@ impl Column {
     ///
     /// # Errors
     /// Modes that are not found.
-    pub fn below_lens(pixel: &Pixel, lattice: Lattice, sector: Sector) -> Result<Self, RcwaError> {
+    pub fn below_lens(
+        pixel: &Pixel,
+        lattice: Lattice,
+        sector: Sector,
+    ) -> Result<Self, SolverError> {
         let mut column = Self::below(pixel, lattice, sector, pixel.layers().len())?;
         let pedestal = pixel.k0_per_um * pixel.slices.pedestal_um;
         if pedestal > 0.0 {
@@ -115,7 +119,7 @@ impl Column {
         lattice: Lattice,
         sector: Sector,
         first: usize,
-    ) -> Result<Self, RcwaError> {
+    ) -> Result<Self, SolverError> {
         let (k0, settings) = (pixel.k0_per_um, &pixel.settings);
         let basis_up_to = |cutoff| Basis::new(lattice, sector, cutoff, Class::WHOLE);
         let high = basis_up_to(settings.lens_cutoff);

@@ -17,7 +17,7 @@
 use super::basis::{Basis, Parity, places};
 use super::linear::{C, Matrix, downward, eigen, scale_columns, solve};
 use super::uniform::Uniform;
-use super::{RcwaError, uniform};
+use super::{SolverError, uniform};
 
 /// Rectangles and walls.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -151,7 +151,7 @@ impl Operators {
     ///
     /// # Errors
     /// Modes that are not found.
-    pub fn modes(&self) -> Result<Modes, RcwaError> {
+    pub fn modes(&self) -> Result<Modes, SolverError> {
         let (squares, w) = eigen(&(&self.p * &self.q))?;
         let gamma: Vec<C> = squares.into_iter().map(downward).collect();
         let inverse: Vec<C> = gamma.iter().map(|g| g.inv()).collect();
@@ -190,7 +190,11 @@ impl Modes {
     ///
     /// # Errors
     /// Modes that are not found.
-    pub fn for_grid(basis: &Basis, grid: &Grid, operators: &Operators) -> Result<Self, RcwaError> {
+    pub fn for_grid(
+        basis: &Basis,
+        grid: &Grid,
+        operators: &Operators,
+    ) -> Result<Self, SolverError> {
         if grid.wall != 0.0 && grid.inside != grid.outside {
             return operators.modes();
         }

@@ -5,7 +5,7 @@
 //! ρ = (V + Y_b W)⁻¹ (V − Y_b W), g = ρ f, and at the top, with X = e^(iγ k0 d), ρ' = X ρ X, Y = V (1 − ρ') (W (1 +
 //! ρ'))⁻¹. Only decaying exponentials occur.
 
-use super::RcwaError;
+use super::SolverError;
 use super::basis::Basis;
 use super::grid::{Grid, Modes, Operators};
 use super::linear::{C, Matrix, plus_one, scale_columns, scale_rows, solve, solve_right};
@@ -52,7 +52,7 @@ pub(super) fn walled(
     grid: &Grid,
     k0_d: f64,
     below: &Matrix,
-) -> Result<Climbed, RcwaError> {
+) -> Result<Climbed, SolverError> {
     let operators = Operators::for_grid(basis, grid);
     let modes = Modes::for_grid(basis, grid, &operators)?;
     Ok(patterned(&modes, k0_d, below))

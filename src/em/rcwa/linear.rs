@@ -4,7 +4,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 use rustfft::num_complex::Complex64;
 
-use super::RcwaError;
+use super::SolverError;
 
 pub(super) type C = Complex64;
 pub(super) type Matrix = Mat<C>;
@@ -21,11 +21,15 @@ pub(super) fn solve_right(b: &Matrix, a: &Matrix) -> Matrix {
     lu.solve(b.transpose()).transpose().to_owned()
 }
 
+fn no_modes(size: usize) -> SolverError {
+    SolverError::NotFound(format!(
+        "rcwa: the eigenvalue iteration on {size} functions did not converge; other orders may help"
+    ))
+}
+
 /// Eigenvalues and eigenvectors (columns).
-pub(super) fn eigen(a: &Matrix) -> Result<(Vec<C>, Matrix), RcwaError> {
-    let decomposition = a
-        .eigen()
-        .map_err(|_| RcwaError::Eigen { size: a.nrows() })?;
+pub(super) fn eigen(a: &Matrix) -> Result<(Vec<C>, Matrix), SolverError> {
+    let decomposition = a.eigen().map_err(|_| no_modes(a.nrows()))?;
     let values = decomposition.S().column_vector().iter().copied().collect();
     Ok((values, decomposition.U().to_owned()))
 }

@@ -24,7 +24,6 @@ mod block;
 mod checker;
 mod column;
 mod detector;
-mod error;
 mod forms;
 mod free_lens;
 mod grid;
@@ -42,7 +41,8 @@ mod solver;
 mod supercell;
 mod uniform;
 
-pub use error::RcwaError;
 pub use model::{MODEL, RcwaModel};
 pub use settings::RcwaSettings;
 pub(super) use solver::RcwaSolver;
+
+use crate::em::SolverError;

@@ -4,17 +4,16 @@ use std::f64::consts::PI;
 
 use super::basis::{Lattice, Parity, Sector};
 use super::column::{Column, Pixel};
-use super::error::within;
 use super::lens::LensSlices;
 use super::linear::{C, flux, solve};
-use super::powers::{balance, order_zero, powers};
+use super::powers::{balance, check_finite, order_zero, powers};
 use super::shifts;
 use super::supercell;
 use super::uniform::Uniform;
-use super::{RcwaError, RcwaSettings};
+use super::{RcwaSettings, SolverError};
 use crate::em::PixelStack;
 use crate::em::light::{Light, Powers, largest};
-use crate::range::OutOfRange;
+use crate::range::{OutOfRange, within};
 use crate::units::um_from_nm;
 
 /// Name and version of the model: part of every table's key, so a change of the physics changes the key.
@@ -38,7 +37,7 @@ impl RcwaModel {
         stack: &PixelStack,
         wavelength_nm: f64,
         settings: &RcwaSettings,
-    ) -> Result<Self, RcwaError> {
+    ) -> Result<Self, SolverError> {
         stack.check()?;
         settings.check()?;
         let indices = stack.indices(wavelength_nm)?;
@@ -65,7 +64,7 @@ impl RcwaModel {
                 functions(above),
             ),
         ] {
-            within(field, functions.round(), 0.0, MOST_FUNCTIONS)?;
+            within("rcwa", field, functions.round(), 0.0..=MOST_FUNCTIONS)?;
         }
         // The sum of two order numbers of a microlens, each up to (cutoff + 1)/step.
         let most = 2 * ((settings.lens_cutoff + 1.0) / step_of_microlens).ceil() as usize;
@@ -84,8 +83,8 @@ impl RcwaModel {
     ///
     /// # Errors
     /// √(u² + v²) above 0.999, or modes that are not found.
-    pub fn solve(&self, u: f64, v: f64) -> Result<Light, RcwaError> {
-        within("sine of the angle of incidence", u.hypot(v), 0.0, STEEPEST)?;
+    pub fn solve(&self, u: f64, v: f64) -> Result<Light, SolverError> {
+        check_direction(u, v)?;
         // cos 90° in binary is not quite 0, and a mirror is worth a factor of four.
         let bloch = [u, v].map(|x| if x.abs() < 1e-12 { 0.0 } else { x });
         let mirrors =
@@ -113,8 +112,8 @@ impl RcwaModel {
         u: f64,
         v: f64,
         shifts_um: &[[f64; 2]],
-    ) -> Result<Vec<Light>, RcwaError> {
-        within("sine of the angle of incidence", u.hypot(v), 0.0, STEEPEST)?;
+    ) -> Result<Vec<Light>, SolverError> {
+        check_direction(u, v)?;
         if self.0.stack.mosaic.is_some() {
             let allowed = "none for many lens shifts at once";
             return Err(OutOfRange::new("rcwa", "mosaic", "of several colours", allowed).into());
@@ -138,7 +137,7 @@ impl RcwaModel {
         bloch: [f64; 2],
         sector: Sector,
         waves: [[f64; 2]; N],
-    ) -> Result<([Powers; N], usize), RcwaError> {
+    ) -> Result<([Powers; N], usize), SolverError> {
         let pixel = &self.0;
         let lattice = Lattice {
             bloch,
@@ -151,12 +150,14 @@ impl RcwaModel {
                 (light(&column, waves), column.functions())
             }
         };
-        if powers.iter().all(|p| balance(p).is_finite()) {
-            Ok((powers, functions))
-        } else {
-            Err(RcwaError::NotFinite)
-        }
+        check_finite(&powers)?;
+        Ok((powers, functions))
     }
+}
+
+fn check_direction(u: f64, v: f64) -> Result<(), OutOfRange> {
+    let field = "sine of the angle of incidence";
+    within("rcwa", field, u.hypot(v), 0.0..=STEEPEST)
 }
 
 /// Powers of incident waves of the column's sector.
@@ -191,7 +192,7 @@ fn answer([s, p]: [Powers; 2], functions: usize) -> Light {
 }
 
 /// Walls above the filters of a mosaic would couple the classes that the lens keeps apart.
-fn check_walls(stack: &PixelStack) -> Result<(), RcwaError> {
+fn check_walls(stack: &PixelStack) -> Result<(), SolverError> {
     let (Some(_), Some((filter, _)), Some(metal)) =
         (&stack.mosaic, stack.filter_layer(), &stack.metal)
     else {

@@ -3,6 +3,7 @@
 use super::basis::Basis;
 use super::linear::{C, Matrix};
 use super::silicon::InSilicon;
+use crate::em::SolverError;
 use crate::em::light::Powers;
 
 /// Order 0, a column per wave.
@@ -24,6 +25,18 @@ pub(super) fn order_zero(basis: &Basis, waves: &[[f64; 2]]) -> Matrix {
 /// Sum of all powers, the photodiodes' last.
 pub(super) fn balance(p: &Powers) -> f64 {
     p.reflected + p.transmitted + p.elsewhere + p.absorbed.iter().sum::<f64>()
+}
+
+/// # Errors
+/// Powers that are not finite: a matrix could not be inverted.
+pub(super) fn check_finite<'a>(
+    powers: impl IntoIterator<Item = &'a Powers>,
+) -> Result<(), SolverError> {
+    if powers.into_iter().all(|p| balance(p).is_finite()) {
+        return Ok(());
+    }
+    let why = "rcwa: the powers are not finite; a direction a hair off, or other orders, may help";
+    Err(SolverError::NotFound(why.into()))
 }
 
 /// Powers of fluxes.

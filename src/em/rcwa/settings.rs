@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::RcwaError;
-use super::error::within;
+use super::SolverError;
+use crate::range::within;
 
 /// Numerical settings of [`super::RcwaModel`]. Presets: [`Self::draft`], [`Self::standard`], [`Self::reference`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -56,10 +56,15 @@ impl RcwaSettings {
     ///
     /// # Errors
     /// The first setting out of its range.
-    pub fn check(&self) -> Result<(), RcwaError> {
-        within("slice_nm", self.slice_nm, 2.0, 100.0)?;
-        within("lens_cutoff", self.lens_cutoff, 1.2, 12.0)?;
-        within("wall_cutoff", self.wall_cutoff, 1.2, 24.0)?;
-        within("silicon_margin", self.silicon_margin, 0.0, 50.0)
+    pub fn check(&self) -> Result<(), SolverError> {
+        within("rcwa", "slice_nm", self.slice_nm, 2.0..=100.0)?;
+        within("rcwa", "lens_cutoff", self.lens_cutoff, 1.2..=12.0)?;
+        within("rcwa", "wall_cutoff", self.wall_cutoff, 1.2..=24.0)?;
+        Ok(within(
+            "rcwa",
+            "silicon_margin",
+            self.silicon_margin,
+            0.0..=50.0,
+        )?)
     }
 }

@@ -14,14 +14,14 @@
 //! ```
 //! is iterated, all shifts at once; where that does not converge, solved.
 
-use super::RcwaError;
+use super::SolverError;
 use super::basis::{Basis, Lattice, Parity, Sector};
 use super::column::{Column, Pixel};
 use super::forms::Forms;
 use super::free_lens::FreeLens;
 use super::layers;
 use super::linear::{C, Matrix, flux, plus_one, solve};
-use super::powers::{balance, order_zero, powers};
+use super::powers::{check_finite, order_zero, powers};
 use super::uniform::Uniform;
 use crate::em::light::Powers;
 
@@ -48,7 +48,7 @@ pub(super) fn light<const N: usize>(
     lattice: Lattice,
     waves: [[f64; 2]; N],
     shifts: &[[f64; 2]],
-) -> Result<(Vec<[Powers; N]>, usize), RcwaError> {
+) -> Result<(Vec<[Powers; N]>, usize), SolverError> {
     let sector = Sector {
         x: Parity::None,
         y: Parity::None,
@@ -100,11 +100,8 @@ pub(super) fn light<const N: usize>(
         })
     };
     let all: Vec<[Powers; N]> = (0..shifts.len()).map(one).collect();
-    if all.iter().flatten().all(|p| balance(p).is_finite()) {
-        Ok((all, base.silicon.functions()))
-    } else {
-        Err(RcwaError::NotFinite)
-    }
+    check_finite(all.iter().flatten())?;
+    Ok((all, base.silicon.functions()))
 }
 
 impl Shared {

@@ -4,7 +4,7 @@
 //! problems of a quarter of the orders, one sixteenth of the work. It is lit from the medium above, whose waves a
 //! (down) and b (up) are order by order: a + b = W c, Y (a − b) = V c, so (Y W + V) c = 2 Y a.
 
-use super::RcwaError;
+use super::SolverError;
 use super::basis::{Basis, Class};
 use super::block::Block;
 use super::detector::Detector;
@@ -52,7 +52,7 @@ impl Silicon {
     ///
     /// # Errors
     /// Modes that are not found.
-    pub fn new(low: &Basis, grid: Grid, above: C, cutoff: f64) -> Result<Self, RcwaError> {
+    pub fn new(low: &Basis, grid: Grid, above: C, cutoff: f64) -> Result<Self, SolverError> {
         let (lattice, sector) = (low.lattice, low.sector);
         let mut blocks = Vec::new();
         for class in Class::all(grid.parts, sector) {

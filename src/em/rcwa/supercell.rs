@@ -10,7 +10,7 @@
 //! Of the work, lens and silicon are four times a single microlens's; what is done for the whole takes the cube of four
 //! times the orders, but only a few times: for the filters, the layers below them, and to join both.
 
-use super::RcwaError;
+use super::SolverError;
 use super::basis::{Basis, Class, Lattice, Sector};
 use super::checker::Checker;
 use super::column::{Column, Pixel};
@@ -88,7 +88,7 @@ pub(super) fn light<const N: usize>(
     sector: Sector,
     waves: [[f64; 2]; N],
     filters: [C; 4],
-) -> Result<([Powers; N], usize), RcwaError> {
+) -> Result<([Powers; N], usize), SolverError> {
     let filter = filter_place(pixel);
     let mut column = Column::below(pixel, lattice, sector, filter)?;
     let modes = Checker(filters.map(|n| n * n)).modes(&column.basis)?;

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::em::StackError;
+use crate::range;
 
 /// Numerical settings of [`super::WaveModel`]. Presets: [`Self::draft`], [`Self::standard`], [`Self::reference`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -62,24 +63,13 @@ impl WaveSettings {
     /// # Errors
     /// The first setting out of its range.
     pub fn check(&self) -> Result<(), StackError> {
-        let within = |field, value: f64, low: f64, high: f64, allowed| {
-            if (low..=high).contains(&value) {
-                Ok(())
-            } else {
-                Err(StackError::value(field, value, allowed))
-            }
-        };
-        within("slice_nm", self.slice_nm, 5.0, 150.0, "5 to 150")?;
-        within("order_cutoff", self.order_cutoff, 1.5, 6.0, "1.5 to 6")?;
-        within("silicon_cutoff", self.silicon_cutoff, 0.8, 4.0, "0.8 to 4")?;
-        within("tolerance", self.tolerance, 1e-8, 0.1, "1e-8 to 0.1")?;
-        within(
-            "absorption_planes",
-            self.absorption_planes as f64,
-            8.0,
-            1000.0,
-            "8 to 1000",
-        )?;
-        within("bounces", self.bounces as f64, 0.0, 20.0, "0 to 20")
+        let within = |field, value, allowed| range::within("pixel", field, value, allowed);
+        within("slice_nm", self.slice_nm, 5.0..=150.0)?;
+        within("order_cutoff", self.order_cutoff, 1.5..=6.0)?;
+        within("silicon_cutoff", self.silicon_cutoff, 0.8..=4.0)?;
+        within("tolerance", self.tolerance, 1e-8..=0.1)?;
+        let planes = self.absorption_planes as f64;
+        within("absorption_planes", planes, 8.0..=1000.0)?;
+        Ok(within("bounces", self.bounces as f64, 0.0..=20.0)?)
     }
 }
