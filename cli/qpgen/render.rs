@@ -49,10 +49,6 @@ pub struct RenderArgs {
     pub json: bool,
 }
 
-fn to_json(recipe: &Recipe) -> Result<serde_json::Value, CommandError> {
-    serde_json::to_value(recipe).map_err(|e| CommandError::failed(format!("recipe: {e}")))
-}
-
 /// A coarse picture beside the output folder while the fine one is made; finds the exposure where none was given.
 fn first_look(
     args: &RenderArgs,
@@ -95,6 +91,19 @@ fn kept_rays(path: &Path, recipe: &Recipe) -> Result<RayRecord, CommandError> {
     )))
 }
 
+/// The recipe, and what it is called.
+fn recipe(args: &RenderArgs) -> Result<(Recipe, String), CommandError> {
+    let built_in = "built-in recipe";
+    let (mut recipe, name) = match (&args.scene, &args.scene_args.file) {
+        (Some(path), _) => (read_recipe(path)?, path.display().to_string()),
+        (None, Some(file)) => (args.scene_args.recipe(file)?, file.clone()),
+        (None, None) => (parse_recipe(DEFAULT_TOML, built_in)?, built_in.to_owned()),
+    };
+    args.effects
+        .apply(&mut recipe.effects, &mut recipe.tolerance);
+    Ok((recipe, name))
+}
+
 /// Renders a recipe into a new folder, with the files of a sample.
 ///
 /// # Errors
@@ -104,16 +113,7 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
         print!("{DEFAULT_TOML}");
         return Ok(());
     }
-    let (mut recipe, name) = match (&args.scene, &args.scene_args.file) {
-        (Some(path), _) => (read_recipe(path)?, path.display().to_string()),
-        (None, Some(file)) => (args.scene_args.recipe(file)?, file.clone()),
-        (None, None) => (
-            parse_recipe(DEFAULT_TOML, "built-in recipe")?,
-            "built-in recipe".to_string(),
-        ),
-    };
-    args.effects
-        .apply(&mut recipe.effects, &mut recipe.tolerance);
+    let (recipe, name) = recipe(args)?;
     let out = &args.out;
     if out.exists() {
         return Err(CommandError::input(format!(
@@ -138,7 +138,8 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
     if recipe.world.is_some() && (args.from_rays.is_none() || finds_exposure) {
         first_look(args, &mut prepared, &progress, finds_exposure)?;
     }
-    let about = to_json(prepared.recipe())?;
+    let about = serde_json::to_value(prepared.recipe())
+        .map_err(|e| CommandError::failed(format!("recipe: {e}")))?;
     let id = SampleId {
         index: 0,
         configuration_blake3: configuration_hash(&about),

@@ -13,7 +13,7 @@ use crate::production::folder_error::FolderError;
 use crate::production::identity::Identity;
 use crate::production::recipes::Recipes;
 use crate::production::run_folder::{RunFolder, asked_for, refuse_other};
-use crate::recipe::SampleId;
+use crate::recipe::{Recipe, SampleId};
 use crate::sample::render_sample;
 use crate::sample::stages::{Stages, timed};
 use crate::writer::{Dataset, Found, WriteError, finish_dataset, found_sample, write_sample};
@@ -22,7 +22,7 @@ use crate::writer::{Dataset, Found, WriteError, finish_dataset, found_sample, wr
 pub const LICENCE: &str = "CC0-1.0";
 
 /// What a run did.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Summary {
     /// Samples of the dataset, or of the part of it.
     pub samples: usize,
@@ -61,7 +61,6 @@ pub fn make_part(
     config.check()?;
     check_folder(out)?;
     let identity = Identity::of(config)?;
-    let hash = identity.hash();
     let recipes = Recipes::checked(config, shard)?;
     let in_whole = shard_neighbours(out, shard, &identity)?;
     let place = match shard.is_whole() {
@@ -69,76 +68,96 @@ pub fn make_part(
         false => out.join(paths::shard_folder(shard.number(), shard.count())),
     };
     refuse_fewer(&place, config.count)?;
-    let folder = RunFolder::open(&place, &identity, shard)?;
-    let mut responses = Responses::new();
-    let (mut done, mut reused) = (0, 0);
-    let mut stages = Stages::default();
+    let mut part = Part {
+        folder: RunFolder::open(&place, &identity, shard)?,
+        hash: identity.hash(),
+        responses: Responses::new(),
+        observer,
+    };
+    let mut done = Summary::default();
     observer.event(Event::Start {
         samples: recipes.indices.len(),
         rays: recipes.rays,
     });
     for &index in &recipes.indices {
         let recipe = recipes.draw(config, index)?;
-        let found = match in_whole && found(out, index, &hash, observer)? {
-            true => true,
-            false => found(&place, index, &hash, observer)?,
-        };
-        if found {
-            done += 1;
-            reused += 1;
+        if (in_whole && part.has(out, index)?) || part.has(&place, index)? {
+            done.reused += 1;
             let rays = recipe.rays();
             observer.event(Event::SampleReused { rays });
-            continue;
-        }
-        if observer.stop_asked() {
+        } else if observer.stop_asked() {
             observer.event(Event::End);
             return Err(GenerateError::Stopped {
-                done,
+                done: done.samples,
                 samples: recipes.indices.len(),
             });
+        } else {
+            done.stages = done.stages.plus(part.make(&recipe, index)?);
         }
+        done.samples += 1;
+    }
+    part.folder.still_there()?;
+    if shard.is_whole() {
+        let text = format!("{} samples: lists, gallery and data card", done.samples);
+        observer.event(Event::Info(&text));
+        finish(&place, &identity)?;
+        part.folder.end()?;
+        done.gallery = Some(place.join(paths::INDEX));
+    }
+    observer.event(Event::End);
+    Ok(done)
+}
+
+/// The part of a dataset that is made.
+struct Part<'a> {
+    folder: RunFolder,
+    /// Hash of the configuration.
+    hash: String,
+    responses: Responses,
+    observer: &'a dyn Observer,
+}
+
+impl Part<'_> {
+    /// Whether an earlier run finished a sample below `root`; what is broken is reported and taken away.
+    fn has(&self, root: &Path, index: u32) -> Result<bool, WriteError> {
+        match found_sample(root, index, &self.hash)? {
+            Found::Whole => Ok(true),
+            Found::Nothing => Ok(false),
+            Found::Broken(what) => {
+                let text = format!("sample {index} was damaged ({what}); it is made again");
+                self.observer.event(Event::Warning(&text));
+                Ok(false)
+            }
+        }
+    }
+
+    /// Renders and writes a sample.
+    fn make(&mut self, recipe: &Recipe, index: u32) -> Result<Stages, GenerateError> {
+        let (observer, configuration_blake3) = (self.observer, self.hash.clone());
         let id = SampleId {
             index,
-            configuration_blake3: hash.clone(),
+            configuration_blake3,
         };
-        let sample = render_sample(&recipe, id, &mut responses, observer).map_err(|e| {
-            GenerateError::Sample {
-                index,
-                cause: Box::new(e),
-            }
+        let rendered = render_sample(recipe, id, &mut self.responses, observer);
+        let sample = rendered.map_err(|e| GenerateError::Sample {
+            index,
+            cause: Box::new(e),
         })?;
-        for warning in responses.take_warnings() {
+        for warning in self.responses.take_warnings() {
             observer.event(Event::Warning(&warning));
         }
         let name = format!("sample {index}");
         sample.report(observer, &name);
-        stages = stages.plus(sample.stages);
-        folder.still_there()?;
-        let written = timed(&mut stages.writing_s, || {
-            write_sample(&place, &sample.files())
-        });
-        written?;
+        self.folder.still_there()?;
+        let mut stages = sample.stages;
+        timed(&mut stages.writing_s, || {
+            write_sample(self.folder.path(), &sample.files())
+        })?;
         let detail = format!("{name}: {}", sample.stages);
         observer.event(Event::Detail(&detail));
-        done += 1;
         observer.event(Event::SampleDone);
+        Ok(stages)
     }
-    folder.still_there()?;
-    let mut gallery = None;
-    if shard.is_whole() {
-        let text = format!("{done} samples: lists, gallery and data card");
-        observer.event(Event::Info(&text));
-        finish(&place, &identity)?;
-        folder.end()?;
-        gallery = Some(place.join(paths::INDEX));
-    }
-    observer.event(Event::End);
-    Ok(Summary {
-        samples: done,
-        reused,
-        gallery,
-        stages,
-    })
 }
 
 /// Makes the dataset of the samples in `out` whole.
@@ -165,19 +184,6 @@ pub(crate) fn finish(out: &Path, identity: &Identity) -> Result<(), GenerateErro
     };
     finish_dataset(out, &dataset)?;
     Ok(())
-}
-
-/// Whether an earlier run finished a sample; what is broken is reported and taken away.
-fn found(root: &Path, index: u32, hash: &str, observer: &dyn Observer) -> Result<bool, WriteError> {
-    match found_sample(root, index, hash)? {
-        Found::Whole => Ok(true),
-        Found::Nothing => Ok(false),
-        Found::Broken(what) => {
-            let text = format!("sample {index} was damaged ({what}); it is made again");
-            observer.event(Event::Warning(&text));
-            Ok(false)
-        }
-    }
 }
 
 /// Refuses parts of another dataset, or of another number of parts, in `out`. Says whether samples may lie in `out`

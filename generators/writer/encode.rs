@@ -16,7 +16,7 @@ use quadpixel_datasets::{Optional, SCHEMA_VERSION, SUM_LAYER, paths, sample_file
 use rayon::prelude::*;
 
 use super::error::WriteError;
-use super::files::{NoisyFiles, RawEncoding, SampleFiles};
+use super::files::{RawEncoding, SampleFiles};
 use super::json::{VERSION, json};
 use super::mosaic;
 use super::sound::{check, input};
@@ -111,14 +111,11 @@ impl Pictures<'_> {
             .collect()
     }
 
-    fn noisy(&self, file: &SampleFile) -> Result<NoisyFiles<'_>, WriteError> {
-        let noisy = self.sample.noisy;
-        noisy.ok_or_else(|| input(&file.name, "there is no noisy capture"))
-    }
-
-    fn picked(&self, file: &SampleFile, all: &Image) -> Result<Image, WriteError> {
-        let picked = mosaic::picked(&self.sample.description, all);
-        picked.ok_or_else(|| input(&file.name, "there is no pattern of colours"))
+    /// A layer per sub-pixel, and their sum.
+    fn layers_and_sum<'b>(&'b self, images: &'b [Image], sum: &'b Image) -> Vec<Layer<'b>> {
+        let mut layers = self.layers(images);
+        layers.push(layer(SUM_LAYER, self.colours, sum, Sample::Half));
+        layers
     }
 
     fn sheet(&self) -> preview::Sheet {
@@ -136,99 +133,81 @@ impl Pictures<'_> {
         })
     }
 
-    fn seen(&self, file: &str) -> Result<super::files::Seen<'_>, WriteError> {
-        let seen = self.sample.seen;
-        seen.ok_or_else(|| input(file, "there is no map of objects"))
-    }
-
     /// The bytes of a file, and how many values were clipped.
     fn encode(&self, file: &SampleFile) -> Result<(Vec<u8>, u64), WriteError> {
         let (sample, path) = (self.sample, Path::new(&file.name));
+        let (width, height) = (file.width as usize, file.height as usize);
+        let absent = |what: &str| input(&file.name, what);
+        let noisy = || (sample.noisy).ok_or_else(|| absent("there is no noisy capture"));
+        let picked = |all: &Image| {
+            let picked = mosaic::picked(&sample.description, all);
+            picked.ok_or_else(|| absent("there is no pattern of colours"))
+        };
+        let codes = Levels::full_range(f32::from(u16::MAX));
+        let png16 = |image: &Image, levels| {
+            raster::encode_png16(path, image, levels).map(|(bytes, _)| bytes)
+        };
+        let png8 = |codes: Vec<u8>| raster::encode_png8(path, &codes, width, height, 1);
         let half = |layers: &[Layer<'_>]| encode_layers(path, layers, Compression::Piz);
+        let float = |layers: &[Layer<'_>]| encode_layers(path, layers, Compression::Zip);
         let map = |channel, image| {
-            let layer = layer("", std::slice::from_ref(channel), image, Sample::Float);
-            encode_layers(path, &[layer], Compression::Zip)
+            let channels = std::slice::from_ref(channel);
+            float(&[layer("", channels, image, Sample::Float)])
         };
-        let byte_map = |codes: Vec<u8>| {
-            let (width, height) = (file.width as usize, file.height as usize);
-            raster::encode_png8(path, &codes, width, height, 1)
-        };
-        let bytes = match file.kind {
-            FileKind::Raw => match sample.raw_encoding {
-                RawEncoding::Png(levels) => {
-                    return Ok(raster::encode_png16(path, sample.raw, levels)?);
-                }
-                RawEncoding::Exr => half(&[layer("", self.colours, sample.raw, Sample::Half)]),
-            },
-            FileKind::Views => {
-                let mut layers = self.layers(self.views);
-                layers.push(layer(SUM_LAYER, self.colours, self.sum, Sample::Half));
-                half(&layers)
+        let bytes = match (file.kind, sample.raw_encoding) {
+            (FileKind::Raw, RawEncoding::Png(levels)) => {
+                return Ok(raster::encode_png16(path, sample.raw, levels)?);
             }
-            FileKind::Noisy => {
-                let levels = Levels::full_range(f32::from(u16::MAX));
-                raster::encode_png16(path, self.noisy(file)?.codes, levels).map(|(bytes, _)| bytes)
+            (FileKind::Raw, RawEncoding::Exr) => {
+                half(&[layer("", self.colours, sample.raw, Sample::Half)])
             }
-            FileKind::Mosaic => {
-                let RawEncoding::Png(levels) = sample.raw_encoding else {
-                    return Err(input(&file.name, "is picked from a raw.png"));
-                };
-                let picked = self.picked(file, sample.raw)?;
-                raster::encode_png16(path, &picked, levels).map(|(bytes, _)| bytes)
+            (FileKind::Views, _) => half(&self.layers_and_sum(self.views, self.sum)),
+            (FileKind::Noisy, _) => png16(noisy()?.codes, codes),
+            (FileKind::Mosaic, RawEncoding::Png(levels)) => png16(&picked(sample.raw)?, levels),
+            (FileKind::Mosaic, RawEncoding::Exr) => return Err(absent("is picked from a raw.png")),
+            (FileKind::NoisyMosaic, _) => png16(&picked(noisy()?.codes)?, codes),
+            (FileKind::NoisyViews, _) => {
+                let views = split_views(noisy()?.linear, sample.description.sensor.subpixels);
+                let sum = sum_of(&views).ok_or_else(|| absent("the pixel has no sub-pixel"))?;
+                half(&self.layers_and_sum(&views, &sum))
             }
-            FileKind::NoisyMosaic => {
-                let picked = self.picked(file, self.noisy(file)?.codes)?;
-                let levels = Levels::full_range(f32::from(u16::MAX));
-                raster::encode_png16(path, &picked, levels).map(|(bytes, _)| bytes)
+            (FileKind::Shading, _) => half(&self.layers(noisy()?.shading)),
+            (FileKind::Target, _) => half(&[layer("", self.colours, sample.target, Sample::Half)]),
+            (FileKind::Depth, _) => map(&"Z", &self.truth.depth_m),
+            (FileKind::Distance, _) => {
+                let distance = self.truth.distance_m.as_ref();
+                map(
+                    &"distance",
+                    distance.ok_or_else(|| absent("there is no distance map"))?,
+                )
             }
-            FileKind::NoisyViews => {
-                let subpixels = sample.description.sensor.subpixels;
-                let views = split_views(self.noisy(file)?.linear, subpixels);
-                let sum = sum_of(&views)
-                    .ok_or_else(|| input(&file.name, "the pixel has no sub-pixel"))?;
-                let mut layers = self.layers(&views);
-                layers.push(layer(SUM_LAYER, self.colours, &sum, Sample::Half));
-                half(&layers)
-            }
-            FileKind::Shading => half(&self.layers(self.noisy(file)?.shading)),
-            FileKind::Target => half(&[layer("", self.colours, sample.target, Sample::Half)]),
-            FileKind::Depth => map(&"Z", &self.truth.depth_m),
-            FileKind::Distance => match &self.truth.distance_m {
-                Some(distance) => map(&"distance", distance),
-                None => return Err(input(&file.name, "there is no distance map")),
-            },
-            FileKind::Disparity => {
+            (FileKind::Disparity, _) => {
                 let maps = self.subpixels.iter().zip(&self.truth.disparity_px);
                 let layers: Vec<Layer<'_>> = maps
                     .map(|(name, map)| layer(name, &DISPARITY_CHANNELS, map, Sample::Float))
                     .collect();
-                encode_layers(path, &layers, Compression::Zip)
+                float(&layers)
             }
-            FileKind::Objects => {
-                let seen = self.seen(&file.name)?;
-                let (width, height) = (file.width as usize, file.height as usize);
+            (FileKind::Objects, _) => {
+                let seen = (sample.seen).ok_or_else(|| absent("there is no map of objects"))?;
                 raster::encode_gray16(path, seen.objects, width, height)
             }
-            FileKind::Normal => {
+            (FileKind::Normal, _) => {
                 let normals = self.truth.normals.as_ref();
-                let normals =
-                    normals.ok_or_else(|| input(&file.name, "there is no map of normals"))?;
-                let layer = layer("", &NORMAL_CHANNELS, normals, Sample::Float);
-                encode_layers(path, &[layer], Compression::Zip)
+                let normals = normals.ok_or_else(|| absent("there is no map of normals"))?;
+                float(&[layer("", &NORMAL_CHANNELS, normals, Sample::Float)])
             }
-            FileKind::Coc => map(&"coc", &self.truth.coc_px),
-            FileKind::Occlusion => {
+            (FileKind::Coc, _) => map(&"coc", &self.truth.coc_px),
+            (FileKind::Occlusion, _) => {
                 let code = |v: &f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
-                byte_map(sample.occlusion.data().iter().map(code).collect())
+                png8(sample.occlusion.data().iter().map(code).collect())
             }
-            FileKind::Valid => byte_map(
-                self.truth
-                    .valid
-                    .iter()
+            (FileKind::Valid, _) => png8(
+                (self.truth.valid.iter())
                     .map(|v| u8::from(*v) * 255)
                     .collect(),
             ),
-            FileKind::Preview => {
+            (FileKind::Preview, _) => {
                 let sheet = self.sheet();
                 raster::encode_jpeg(path, &sheet.rgb, sheet.width, sheet.height, PREVIEW_QUALITY)
             }
