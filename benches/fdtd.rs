@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use quadpixel::em::fdtd::{
-    CpmlSettings, Lateral, MaterialMap, Medium, Member, Pole, Simulation, Source, YeeGrid,
+    CpmlSettings, Domain, Lateral, MaterialMap, Medium, Member, Pole, Simulation, Source, YeeGrid,
     stable_step_um,
 };
 use quadpixel::simd::SimdLevel;
@@ -163,5 +163,15 @@ fn simulation(nx: usize, members: &[Member], poles: bool) -> Simulation {
     };
     let dt = stable_step_um(&grid, &map).unwrap();
     let cpml = CpmlSettings::new(20, 16, [4.08, 1.0]);
-    Simulation::new(grid, Arc::new(map), members, source, cpml, dt).unwrap()
+    Simulation::new(
+        Domain {
+            grid,
+            map: Arc::new(map),
+            cpml,
+        },
+        members,
+        source,
+        dt,
+    )
+    .unwrap()
 }

@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use quadpixel::em::fdtd::{
-    Component, CpmlSettings, Lateral, MaterialMap, Medium, Member, Part, Pole, Simulation, Source,
-    Stencil, Wall, YeeGrid, stable_step_um,
+    Component, CpmlSettings, Domain, Lateral, MaterialMap, Medium, Member, Part, Pole, Simulation,
+    Source, Stencil, Wall, YeeGrid, stable_step_um,
 };
 use quadpixel::simd::SimdLevel;
 
@@ -87,7 +87,17 @@ fn scrambled(nx: usize, ny: usize, members: &[Member]) -> Simulation {
     };
     let dt = 0.99 * stable_step_um(&grid, &map).unwrap();
     let cpml = CpmlSettings::new(4, 3, [2.0, 1.0]);
-    Simulation::new(grid, Arc::new(map), members, source, cpml, dt).unwrap()
+    Simulation::new(
+        Domain {
+            grid,
+            map: Arc::new(map),
+            cpml,
+        },
+        members,
+        source,
+        dt,
+    )
+    .unwrap()
 }
 
 fn assert_equal(a: &Simulation, b: &Simulation, what: &str) {

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use quadpixel::em::fdtd::{
-    Component, CpmlSettings, Lateral, MaterialMap, Medium, Member, Part, Simulation, Source,
-    Waveform, YeeGrid,
+    Component, CpmlSettings, Domain, Lateral, MaterialMap, Medium, Member, Part, Simulation,
+    Source, Waveform, YeeGrid,
 };
 use rustfft::num_complex::Complex64;
 
@@ -96,11 +96,13 @@ impl Driven {
             waveform: ramped_sine(OMEGA, 40.0 * LAMBDA_UM),
         };
         let mut simulation = Simulation::new(
-            grid,
-            Arc::new(map),
+            Domain {
+                grid,
+                map: Arc::new(map),
+                cpml,
+            },
             &[Member { x, y, current }],
             source,
-            cpml,
             LAMBDA_UM / steps_per_cycle as f64,
         )
         .unwrap();

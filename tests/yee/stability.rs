@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use quadpixel::em::fdtd::{
-    Component, CpmlSettings, Lateral, MaterialMap, Medium, Member, Part, Simulation, Source, Wall,
-    YeeGrid, stable_step_um,
+    Component, CpmlSettings, Domain, Lateral, MaterialMap, Medium, Member, Part, Simulation,
+    Source, Wall, YeeGrid, stable_step_um,
 };
 use rustfft::num_complex::Complex64;
 
@@ -107,7 +107,17 @@ fn a_closed_lossless_cavity_keeps_its_energy_on_a_strongly_graded_mesh() {
         current: [1.0, 0.6],
     };
     let closed = CpmlSettings::new(0, 0, [1.0, 1.0]);
-    let mut sim = Simulation::new(grid, Arc::new(map), &[member], source, closed, dt).unwrap();
+    let mut sim = Simulation::new(
+        Domain {
+            grid,
+            map: Arc::new(map),
+            cpml: closed,
+        },
+        &[member],
+        source,
+        dt,
+    )
+    .unwrap();
     sim.advance((2.0 / dt) as usize);
     let start = energy(&mut sim);
     assert!(start > 0.0);
@@ -193,7 +203,17 @@ fn nothing_grows_in_1e5_steps_at_70_deg_in_metal_and_graded_layers() {
         waveform: pulse(OMEGA, 0.3),
     };
     let cpml = CpmlSettings::new(6, 6, [5.6, 1.0]);
-    let mut sim = Simulation::new(grid, Arc::new(map), &[member], source, cpml, dt).unwrap();
+    let mut sim = Simulation::new(
+        Domain {
+            grid,
+            map: Arc::new(map),
+            cpml,
+        },
+        &[member],
+        source,
+        dt,
+    )
+    .unwrap();
     let mut first = 0.0f64;
     for _ in 0..200 {
         sim.advance(10);
@@ -262,8 +282,17 @@ fn a_mirrored_half_gives_the_fields_of_the_whole_period() {
             let map = map(grid);
             let dt = 0.98 * stable_step_um(grid, &map).unwrap();
             let member = Member { x, y, current };
-            let mut sim =
-                Simulation::new(grid.clone(), Arc::new(map), &[member], source, cpml, dt).unwrap();
+            let mut sim = Simulation::new(
+                Domain {
+                    grid: grid.clone(),
+                    map: Arc::new(map),
+                    cpml,
+                },
+                &[member],
+                source,
+                dt,
+            )
+            .unwrap();
             sim.advance(400);
             sim
         };
@@ -315,11 +344,13 @@ fn a_step_beyond_the_stable_one_is_refused_with_the_limit() {
             waveform: pulse(OMEGA, 0.1),
         };
         Simulation::new(
-            grid.clone(),
-            Arc::new(map.clone()),
+            Domain {
+                grid: grid.clone(),
+                map: Arc::new(map.clone()),
+                cpml,
+            },
             &[member],
             source,
-            cpml,
             dt,
         )
         .err()

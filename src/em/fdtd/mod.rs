@@ -65,7 +65,7 @@ pub use medium::{MaterialMap, Medium, Pole};
 pub use member::{Lateral, Member, Wall};
 pub use run::{CHECK_UM, MODEL, solve};
 pub use settings::FdtdSettings;
-pub use simulation::Simulation;
+pub use simulation::{Domain, Simulation};
 pub(super) use solver::FdtdSolver;
 pub use source::{Source, Waveform};
 

@@ -10,7 +10,7 @@ use super::mesh::Mesh;
 use super::phasors::Phasors;
 use super::powers::{Absorbed, Fields, Footprint, Side};
 use super::pulse::Pulse;
-use super::{Member, Simulation, SolverError, Source};
+use super::{Domain, Member, Simulation, SolverError, Source};
 use crate::em::PixelStack;
 use crate::em::light::Powers;
 
@@ -59,11 +59,13 @@ impl<'a> Monitored<'a> {
             waveform: pulse.waveform(),
         };
         let sim = Simulation::new(
-            mesh.grid.clone(),
-            Arc::new(matter.raster.map.clone()),
+            Domain {
+                grid: mesh.grid.clone(),
+                map: Arc::new(matter.raster.map.clone()),
+                cpml: mesh.cpml,
+            },
             &members,
             source,
-            mesh.cpml,
             dt_um,
         )?;
         let size = [mesh.grid.nx(), mesh.grid.ny()];

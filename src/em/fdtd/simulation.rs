@@ -11,6 +11,17 @@ use super::state::State;
 use super::{CpmlSettings, MaterialMap, Member, SolverError, Source, YeeGrid, plain, sweep};
 use crate::simd::SimdLevel;
 
+/// What is stepped: a grid, its media and its absorbing ends.
+#[derive(Clone, Debug)]
+pub struct Domain {
+    /// The grid.
+    pub grid: YeeGrid,
+    /// The media on it.
+    pub map: Arc<MaterialMap>,
+    /// The absorbing ends.
+    pub cpml: CpmlSettings,
+}
+
 /// The runs, their fields and the time. Each is stepped by one thread; run several simulations for several directions
 /// in parallel.
 pub struct Simulation {
@@ -28,11 +39,9 @@ impl Simulation {
     /// A map of another grid, no member, members that differ in which axes have mirrors, a source in an absorbing layer
     /// or in a medium with poles, or `dt_um` above [`super::stable_step_um`].
     pub fn new(
-        grid: YeeGrid,
-        map: Arc<MaterialMap>,
+        Domain { grid, map, cpml }: Domain,
         members: &[Member],
         source: Source,
-        cpml: CpmlSettings,
         dt_um: f64,
     ) -> Result<Self, SolverError> {
         let layout = Self::layout(&grid, members)?;
