@@ -117,24 +117,6 @@ pub enum MicrolensRule {
     ChiefRay,
 }
 
-/// How the response of a pixel was found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum ResponseModel {
-    /// The ideal box of the paper's equation 2.
-    Geometric,
-    /// Scalar waves.
-    Wave,
-    /// Maxwell's equations in time.
-    Fdtd,
-    /// Maxwell's equations by Fourier modes.
-    Rcwa,
-    /// The wave model with a fit of its difference to an exact one.
-    Corrected,
-    /// A table from a file.
-    Table,
-}
-
 /// The colour of the microlens that a table is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -161,25 +143,12 @@ pub enum TablePreset {
     Reference,
 }
 
-impl std::fmt::Display for ResponseModel {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Geometric => "geometric",
-            Self::Wave => "wave",
-            Self::Fdtd => "fdtd",
-            Self::Rcwa => "rcwa",
-            Self::Corrected => "corrected",
-            Self::Table => "table",
-        })
-    }
-}
-
 /// The angular response.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Response {
-    /// How it was found.
-    pub model: ResponseModel,
+    /// How it was found: a pixel model by its name, as of `qpgen response --model`, or `table`, a file.
+    pub model: String,
     /// How finely it was computed; absent where it was not computed here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<TablePreset>,
@@ -210,7 +179,7 @@ impl Response {
     pub fn label(&self) -> String {
         match &self.file {
             Some(file) => format!("{} {file}", self.model),
-            None => self.model.to_string(),
+            None => self.model.clone(),
         }
     }
 }

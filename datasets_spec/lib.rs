@@ -51,7 +51,7 @@ mod version;
 
 pub use camera::{
     Channel, ChannelBand, CraShift, Element, ExitPupil, Exposure, Focus, FocusBy, Intrinsics, Lens,
-    MicrolensRule, Misalignment, Part, Response, ResponseModel, Sensor, TableColour, TablePreset,
+    MicrolensRule, Misalignment, Part, Response, Sensor, TableColour, TablePreset,
 };
 pub use camera_description::{CameraDescription, DisparityRatio, RatioField, RawFormat, RawLevels};
 #[cfg(feature = "check")]

@@ -30,7 +30,7 @@
 //! config.count = 1;
 //! (config.sensor.width, config.sensor.height) = (12, 8);
 //! config.sensor.pitch_um = Some(Draw::Fixed(8.0));
-//! config.response = ResponseConfig::Geometric;
+//! config.response = ResponseConfig::Ideal;
 //! config.scene.texture_px = 64;
 //! config.rays_per_pixel = 4;
 //! config.effects = Choice::All;

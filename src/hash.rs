@@ -21,8 +21,14 @@ pub fn canonical_json(value: &impl Serialize) -> Result<String, serde_json::Erro
 /// # Errors
 /// As there.
 pub fn settings_hash(value: &impl Serialize) -> Result<String, serde_json::Error> {
-    let text = canonical_json(value)?;
-    Ok(blake3::hash(text.as_bytes()).to_hex().to_string())
+    Ok(json_hash(&serde_json::to_value(value)?))
+}
+
+/// BLAKE3 hash, in hexadecimal digits, of a value that is JSON already.
+pub fn json_hash(value: &Value) -> String {
+    let mut text = String::new();
+    write(value, &mut text);
+    blake3::hash(text.as_bytes()).to_hex().to_string()
 }
 
 // Sorted here and not by serde_json's map, whose order hangs on a feature that any crate may turn on.

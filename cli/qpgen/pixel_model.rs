@@ -9,19 +9,19 @@ use quadpixel::response::TableSettings;
 #[derive(Args)]
 pub struct PixelModelArgs {
     /// Model of the pixel's response, such as rcwa.
-    #[arg(long, value_parser = levels(Level::ALL), default_value_t = Level::Wave)]
+    #[arg(long, value_parser = levels(Level::ALL), default_value_t = Level::default())]
     model: Level,
     /// How finely the model computes; finer takes longer.
-    #[arg(long, value_parser = presets(|_| None), default_value_t = Preset::Standard)]
+    #[arg(long, value_parser = presets(|_| None), default_value_t = Preset::default())]
     preset: Preset,
     /// Exact model that corrects the wave model (--model corrected).
-    #[arg(long, value_parser = levels(Level::ALL.into_iter().filter(|l| l.is_exact())), default_value_t = Level::Fdtd)]
+    #[arg(long, value_parser = levels(Level::ALL.into_iter().filter(|l| l.is_exact())), default_value_t = ModelChoice::EXACT.0)]
     exact: Level,
     /// How finely that exact model computes.
-    #[arg(long, value_parser = presets(|_| None), default_value_t = Preset::Draft)]
+    #[arg(long, value_parser = presets(|_| None), default_value_t = ModelChoice::EXACT.1)]
     exact_preset: Preset,
     /// Number of runs of the exact model that the correction is fitted to.
-    #[arg(long, default_value_t = 16)]
+    #[arg(long, default_value_t = ModelChoice::EXACT.2)]
     exact_runs: usize,
     /// Focal length of the ideal microlens of the geometric model, µm.
     #[arg(long, default_value_t = 7.0)]

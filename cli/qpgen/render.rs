@@ -7,6 +7,7 @@ use clap::Args;
 use crate::coarse::Coarse;
 use crate::effect_args::EffectArgs;
 use crate::scene_args::SceneArgs;
+use quadpixel::hash::json_hash;
 use quadpixel::render::RayRecord;
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
@@ -16,7 +17,7 @@ use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_generators::recipe::{Recipe, SampleId, parse_recipe, read_recipe};
 use quadpixel_generators::sample::stages::timed;
 use quadpixel_generators::sample::{Prepared, Rays, prepare};
-use quadpixel_generators::writer::{configuration_hash, write_alone};
+use quadpixel_generators::writer::write_alone;
 
 /// The built-in recipe, with comments.
 pub const DEFAULT_TOML: &str = include_str!("scene.toml");
@@ -142,7 +143,7 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
         .map_err(|e| CommandError::failed(format!("recipe: {e}")))?;
     let id = SampleId {
         index: 0,
-        configuration_blake3: configuration_hash(&about),
+        configuration_blake3: json_hash(&about),
     };
     let rendered = prepared.render(id, rays, &progress);
     let (sample, record) = rendered.map_err(|e| CommandError::from(e).within(&name))?;

@@ -7,9 +7,9 @@ use quadpixel::scene::world::PathSettings;
 use quadpixel::sensor::{ShiftRule, Subpixels};
 use quadpixel_cli::exit::CommandError;
 
-use quadpixel::em::Preset;
+use quadpixel::em::Level;
 use quadpixel_generators::recipe::{
-    LensRecipe, Recipe, ResponseRecipe, SensorRecipe, WindowRecipe,
+    LensRecipe, Recipe, ResponseSource, SensorRecipe, TableRecipe, WindowRecipe,
 };
 use quadpixel_generators::scenes::{FileWorld, WorldRecipe, WorldSource};
 
@@ -140,13 +140,8 @@ impl SceneArgs {
                 mosaic: None,
             },
             response: match &self.pixel {
-                Some(pixel) => ResponseRecipe::Wave {
-                    pixel: pixel.clone(),
-                    stack_scale: 1.0,
-                    shifts: None,
-                    preset: Preset::default(),
-                },
-                None => ResponseRecipe::Geometric {
+                Some(pixel) => ResponseSource::Simulated(TableRecipe::new(Level::default(), pixel)),
+                None => ResponseSource::Ideal {
                     focal_length_um: None,
                 },
             },

@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use crate::pixel_model::PixelModelArgs;
 use clap::{Args, ValueEnum};
-use quadpixel::em::PixelModel;
-use quadpixel::em::PixelStack;
+use quadpixel::em::{Level, PixelModel, PixelStack};
 use quadpixel::response::{ShiftSettings, TableSettings};
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
@@ -175,12 +174,15 @@ impl StudyArgs {
     /// The pixel model of the mosaic study.
     fn vector_model(&self) -> Result<PixelModel, CommandError> {
         let model = self.model.model();
-        if matches!(model, PixelModel::Rcwa(_) | PixelModel::Fdtd(_)) {
+        if model.level().is_exact() {
             return Ok(model);
         }
+        let exact = Level::ALL.into_iter().filter(|level| level.is_exact());
+        let exact: Vec<&str> = exact.map(Level::name).collect();
         Err(CommandError::input(format!(
-            "--model is {}; allowed: rcwa or fdtd in the mosaic study (the others know no unlike neighbours)",
-            self.model.name()
+            "--model is {}; allowed: {} in the mosaic study (the others know no unlike neighbours)",
+            self.model.name(),
+            exact.join(" or ")
         )))
     }
 

@@ -66,7 +66,7 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
     let stack = pixel_stack(&args.pixel, args.subpixels)?;
     let progress = Progress::new(log.json(args.json));
     let angles = |done: usize, total: usize| progress.table(done, total);
-    let settings = TableSettings::new(Level::Wave, Preset::Standard, &stack);
+    let settings = TableSettings::new(Level::default(), Preset::default(), &stack);
     let plan = TablePlan::new(&stack, &settings).map_err(CommandError::failed)?;
     let cached = ResponseCache::open(ResponseCache::default_dir())
         .table(&plan, &angles)

@@ -1,7 +1,6 @@
 //! From a recipe to the camera and the scene that it describes.
 
 mod responses;
-mod shifted_table;
 
 use std::sync::Arc;
 
@@ -22,7 +21,7 @@ use crate::scenes::WorldRecipe;
 use crate::scenes::field_of_view::{centre_at, covering};
 
 pub use responses::Responses;
-pub(crate) use responses::{shifted_to_make, wave_table};
+pub(crate) use responses::{check_quick, quick_plan};
 
 /// The lens of a recipe, focused.
 ///

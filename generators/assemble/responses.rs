@@ -4,19 +4,18 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use quadpixel::em::{Level, PixelStack};
+use quadpixel::em::PixelStack;
+use quadpixel::hash::settings_hash;
 use quadpixel::progress::Progress;
-use quadpixel::response::{
-    AngularResponse, CachedTable, GeometricResponse, Response, ResponseCache, TablePlan,
-    TableSettings,
-};
-use quadpixel::sensor::Subpixels;
+use quadpixel::response::{AngularResponse, GeometricResponse, Response, ResponseCache, TablePlan};
 use quadpixel::spectrum::ChannelWavelengths;
 
 use super::{lens, pixel_stack};
-use crate::assemble::shifted_table::ShiftedTable;
-use crate::recipe::made_table::{MadeTable, one_colour};
-use crate::recipe::{Recipe, RecipeError, ResponseRecipe};
+use crate::recipe::response::one_colour;
+use crate::recipe::{Recipe, RecipeError, ResponseSource, TableRecipe};
+
+/// Seconds of one core that a dataset spends on a table unasked.
+const MOST_SECONDS: f64 = 900.0;
 
 /// Angular responses that several samples share, loaded or computed once.
 pub struct Responses {
@@ -44,7 +43,7 @@ impl Responses {
         recipe: &Recipe,
         progress: &dyn Progress,
     ) -> Result<Arc<Response>, RecipeError> {
-        if let ResponseRecipe::Geometric { focal_length_um } = recipe.response {
+        if let ResponseSource::Ideal { focal_length_um } = recipe.response {
             let f_number = match recipe.lens.f_number {
                 Some(f) => f,
                 None => {
@@ -58,40 +57,28 @@ impl Responses {
                 GeometricResponse::new(recipe.sensor.subpixels, recipe.sensor.pitch_um, focal)?;
             return Ok(Arc::new(Response::Geometric(geometric)));
         }
-        let wavelengths_nm = recipe.wavelengths()?.all_response_nm();
         let key = key(recipe)?;
         if let Some(response) = self.loaded.get(&key) {
             return Ok(response.clone());
         }
         let table = match &recipe.response {
-            ResponseRecipe::Wave {
-                pixel,
-                stack_scale,
-                shifts: Some(shifts),
-                preset,
-            } => {
-                let stack = scaled_stack(pixel, *stack_scale, recipe.sensor.subpixels)?;
-                let way = (*shifts, *preset);
-                let asked = ShiftedTable::wave(pixel, *stack_scale, &stack, way);
-                let made = asked.at(&wavelengths_nm).made(&self.cache, progress)?;
-                self.taken(made)
-            }
-            ResponseRecipe::Wave { .. } => {
-                let Some((stack, settings)) = wave_table(recipe)? else {
-                    unreachable!("a wave table's recipe");
-                };
-                let plan = TablePlan::new(&stack, &settings)?;
-                let reference_nm = ChannelWavelengths::default().reference_nm();
-                let made = self
-                    .cache
-                    .table(&plan.each_wavelength(reference_nm), progress);
-                self.taken(made?)
-            }
-            ResponseRecipe::Fdtd(made) => self.made_before(recipe, Level::Fdtd, made)?,
-            ResponseRecipe::Rcwa(made) => self.made_before(recipe, Level::Rcwa, made)?,
-            ResponseRecipe::Corrected(made) => self.made_before(recipe, Level::Corrected, made)?,
-            ResponseRecipe::Table { file } => AngularResponse::read_npz(Path::new(file))?,
-            ResponseRecipe::Geometric { .. } => unreachable!("handled above"),
+            ResponseSource::File { file } => AngularResponse::read_npz(Path::new(file))?,
+            ResponseSource::Simulated(table) => match quick_plan(recipe)? {
+                Some(plan) => {
+                    check_quick(recipe, table, &plan, &self.cache)?;
+                    let reference_nm = ChannelWavelengths::default().reference_nm();
+                    let plan = match table.choice.shifts {
+                        None => plan.each_wavelength(reference_nm),
+                        Some(_) => plan,
+                    };
+                    let made = self.cache.table(&plan, progress)?;
+                    let warnings = made.warnings.iter().map(ToString::to_string);
+                    self.warnings.extend(warnings);
+                    made.table
+                }
+                None => self.made_before(recipe, table)?,
+            },
+            ResponseSource::Ideal { .. } => unreachable!("handled above"),
         };
         let response = Arc::new(Response::Table(table));
         self.loaded.insert(key, response.clone());
@@ -102,82 +89,72 @@ impl Responses {
 /// By which loaded responses are found again.
 fn key(recipe: &Recipe) -> Result<String, RecipeError> {
     let nm = recipe.wavelengths()?.all_response_nm();
-    Ok(format!(
-        "{:?} {} {nm:?}",
-        recipe.response, recipe.sensor.subpixels
-    ))
+    let settings = (&recipe.response, recipe.sensor.subpixels, nm);
+    settings_hash(&settings).map_err(RecipeError::unwritten("response"))
 }
 
-/// The pixel of a wave level's recipe and the settings of its table; `None` for other recipes.
+/// The plan of a table that a dataset makes unasked, as its model is quick; `None` for other responses.
 ///
 /// # Errors
 /// An unknown pixel, or one that cannot be.
-pub(crate) fn wave_table(
-    recipe: &Recipe,
-) -> Result<Option<(PixelStack, TableSettings)>, RecipeError> {
-    let ResponseRecipe::Wave {
-        pixel,
-        stack_scale,
-        shifts: None,
-        preset,
-    } = &recipe.response
-    else {
+pub(crate) fn quick_plan(recipe: &Recipe) -> Result<Option<TablePlan>, RecipeError> {
+    let Some(table) = recipe.response.table() else {
         return Ok(None);
     };
-    let stack = scaled_stack(pixel, *stack_scale, recipe.sensor.subpixels)?;
-    let settings = TableSettings {
-        wavelengths_nm: recipe.wavelengths()?.all_response_nm(),
-        ..TableSettings::new(Level::Wave, *preset, &stack)
-    };
-    Ok(Some((stack, settings)))
+    let stack = stack(recipe, table)?;
+    if table.level.quick_run_s(&stack).is_none() || table.choice.colour.is_some() {
+        return Ok(None);
+    }
+    let settings = table.settings(&stack, &recipe.wavelengths()?.all_response_nm());
+    Ok(Some(TablePlan::new(&stack, &settings)?))
 }
 
-/// The plan of the table of all lens shifts that a wave level's recipe takes and that is not kept; `None` for
-/// other recipes.
+/// Whether a quick table has still to be made as a whole: one of all lens shifts that is not kept.
 ///
 /// # Errors
-/// An unknown pixel, or a table that takes long.
-pub(crate) fn shifted_to_make(
+/// It takes long: with the command that makes it.
+pub(crate) fn check_quick(
     recipe: &Recipe,
+    table: &TableRecipe,
+    plan: &TablePlan,
     cache: &ResponseCache,
-) -> Result<Option<TablePlan>, RecipeError> {
-    let ResponseRecipe::Wave {
-        pixel,
-        stack_scale,
-        shifts: Some(shifts),
-        preset,
-    } = &recipe.response
-    else {
-        return Ok(None);
+) -> Result<bool, RecipeError> {
+    let Some(shifts) = table.choice.shifts else {
+        return Ok(false);
     };
-    let stack = scaled_stack(pixel, *stack_scale, recipe.sensor.subpixels)?;
-    let asked = ShiftedTable::wave(pixel, *stack_scale, &stack, (*shifts, *preset));
-    let asked = asked.at(&recipe.wavelengths()?.all_response_nm());
-    asked.to_make(cache)
+    if matches!(cache.find(plan), Ok(Some(_))) {
+        return Ok(false);
+    }
+    let run_s = table.level.quick_run_s(plan.stack()).unwrap_or(0.0);
+    let seconds = run_s * plan.count()? as f64;
+    if seconds <= MOST_SECONDS {
+        return Ok(true);
+    }
+    let (pixel, subpixels) = (&table.pixel, recipe.sensor.subpixels);
+    Err(RecipeError::NoTable {
+        table: format!(
+            "{} table of all lens shifts of pixel {pixel} ({subpixels}), {shifts} per pitch, is kept",
+            table.level
+        ),
+        time: format!(
+            "make it first, in about {:.0} minutes of one core",
+            seconds / 60.0
+        ),
+        command: table.command(plan.stack(), &plan.settings().wavelengths_nm),
+    })
 }
 
-/// A pixel whose flat layers are this much thicker.
-fn scaled_stack(
-    pixel: &str,
-    stack_scale: f64,
-    subpixels: Subpixels,
-) -> Result<PixelStack, RecipeError> {
-    let mut stack = pixel_stack(pixel, subpixels)?;
+/// The table's pixel: its flat layers are as much thicker as the recipe says.
+fn stack(recipe: &Recipe, table: &TableRecipe) -> Result<PixelStack, RecipeError> {
+    let mut stack = pixel_stack(&table.pixel, recipe.sensor.subpixels)?;
     for layer in &mut stack.layers {
-        layer.thickness_um *= stack_scale;
+        layer.thickness_um *= table.stack_scale;
     }
     stack.check()?;
     Ok(stack)
 }
 
 impl Responses {
-    /// The table, its warnings noted.
-    fn taken(&mut self, made: CachedTable) -> AngularResponse {
-        let warnings = made.warnings.iter().map(ToString::to_string);
-        self.warnings.extend(warnings);
-        made.table
-    }
-
     /// Takes a response as that of a recipe.
     ///
     /// # Errors
@@ -191,58 +168,54 @@ impl Responses {
     fn made_before(
         &mut self,
         recipe: &Recipe,
-        level: Level,
-        made: &MadeTable,
+        table: &TableRecipe,
     ) -> Result<AngularResponse, RecipeError> {
-        let stack = pixel_stack(&made.pixel, recipe.sensor.subpixels)?;
-        // It is of one wavelength.
-        if level == Level::Fdtd && made.is_usual() && recipe.spectrum.is_none() {
-            let shipped = AngularResponse::shipped_fdtd(&stack);
+        let stack = stack(recipe, table)?;
+        // Shipped tables are of one wavelength.
+        if table.choice.is_usual() && recipe.spectrum.is_none() {
+            let shipped = AngularResponse::shipped(table.level, &stack);
             if let Some(table) = shipped.map_err(RecipeError::Shipped)? {
                 return Ok(table);
             }
         }
         let channels = recipe.wavelengths()?;
         let nm = channels.all_response_nm();
-        let settings = made.settings(level, &stack, &nm);
-        let missing = |stack: &PixelStack| {
+        let missing = || {
             let nm_text: Vec<String> = nm.iter().map(f64::to_string).collect();
             RecipeError::NoTable {
                 table: format!(
-                    "{level} table of pixel {} ({}) at {} nm is shipped or kept",
-                    made.pixel,
+                    "{} table of pixel {} ({}) at {} nm is shipped or kept",
+                    table.level,
+                    table.pixel,
                     stack.subpixels,
                     nm_text.join(", ")
                 ),
                 time: "make one first, in up to hours".to_owned(),
-                command: made.command(level, stack, &nm),
+                command: table.command(&stack, &nm),
             }
         };
-        let plan = TablePlan::new(&stack, &settings)?;
-        let Some(colour) = made.colour else {
-            return self.found(&plan).ok_or_else(|| missing(&stack));
+        let plan = TablePlan::new(&stack, &table.settings(&stack, &nm))?;
+        let Some(colour) = table.choice.colour else {
+            return self.kept(&plan).ok_or_else(missing);
         };
         let plan = plan.of_mosaic()?;
         if let Some(colour) = one_colour(colour) {
-            let found = self.found(&plan.with_colour(colour));
-            return found.ok_or_else(|| missing(&stack));
+            return self.kept(&plan.with_colour(colour)).ok_or_else(missing);
         }
-        let mut colours = Vec::new();
-        for colour in plan.colours() {
-            let found = self.found(&plan.with_colour(colour));
-            colours.push(found.ok_or_else(|| missing(&stack))?);
+        let colours = plan.colours().into_iter();
+        let tables: Option<Vec<_>> = colours
+            .map(|colour| self.kept(&plan.with_colour(colour)))
+            .collect();
+        match tables.as_deref() {
+            Some([red, green, blue]) => {
+                Ok(AngularResponse::from_channels([red, green, blue], &channels)?)
+            }
+            _ => Err(missing()),
         }
-        let [red, green, blue] = &colours[..] else {
-            return Err(missing(&stack));
-        };
-        Ok(AngularResponse::from_channels(
-            [red, green, blue],
-            &channels,
-        )?)
     }
 
     /// The kept table of a plan; a file that is something else is a warning.
-    fn found(&mut self, plan: &TablePlan) -> Option<AngularResponse> {
+    fn kept(&mut self, plan: &TablePlan) -> Option<AngularResponse> {
         self.cache.find(plan).unwrap_or_else(|warning| {
             self.warnings.push(warning.to_string());
             None
@@ -272,6 +245,7 @@ mod tests {
     use super::*;
     use crate::config::{DEFAULT_TOML, DatasetConfig};
     use crate::draw;
+    use quadpixel::response::TableSettings;
 
     fn recipe(response: &str) -> Recipe {
         let mut config = DatasetConfig::from_toml(DEFAULT_TOML, "t").unwrap();
@@ -300,11 +274,9 @@ mod tests {
             "{why}"
         );
         // A file that is no table is told of.
-        let Some((level, made)) = asked.response.made_before() else {
-            panic!("a table made before")
-        };
+        let table = asked.response.table().unwrap();
         let nm = asked.wavelengths().unwrap().all_response_nm();
-        let key = made.settings(level, &stack, &nm).key(&stack).unwrap();
+        let key = table.settings(&stack, &nm).key(&stack).unwrap();
         std::fs::write(responses.cache.path(&key), b"no table").unwrap();
         assert!(responses.get(&asked, &|_, _| ()).is_err());
         assert_eq!(responses.take_warnings().len(), 1);
@@ -322,20 +294,18 @@ mod tests {
             for words in words {
                 let text = format!("model = \"{model}\"\npixels = [\"1.6um\"]\n{words}");
                 let recipe = recipe(&text);
-                let Some((level, made)) = recipe.response.made_before() else {
-                    panic!("a table made before")
-                };
+                let table = recipe.response.table().unwrap();
                 let preset = match words.is_empty() {
                     true => quadpixel::em::Preset::Standard,
                     false => quadpixel::em::Preset::Draft,
                 };
                 // What the command line makes of the same words.
-                let choice = quadpixel::em::ModelChoice::new(level, preset);
-                let commanded = match made.shifts {
+                let choice = quadpixel::em::ModelChoice::new(table.level, preset);
+                let commanded = match table.choice.shifts {
                     Some(n) => TableSettings::for_all_shifts(&choice, &stack, n),
                     None => TableSettings::for_choice(&choice, &stack),
                 };
-                let key = made.settings(level, &stack, &[550.0]).key(&stack).unwrap();
+                let key = table.settings(&stack, &[550.0]).key(&stack).unwrap();
                 assert_eq!(key, commanded.key(&stack).unwrap());
                 keys.push(key);
             }
@@ -344,5 +314,37 @@ mod tests {
         keys.dedup();
         // The corrected level's directions are those of its preset's wave model.
         assert_eq!(keys.len(), models.len() * words.len());
+    }
+
+    #[test]
+    fn a_quick_table_that_takes_long_is_asked_for_by_the_command_that_makes_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let text = "model = \"wave\"\npixels = [\"3.5um\"]\nshifts = 32";
+        let why = responses(folder.path()).get(&recipe(text), &|_, _| ());
+        let why = why.unwrap_err().to_string();
+        assert!(
+            why.contains("qpgen response --model wave --pixel 3.5um --subpixels 2x2 --shifts 32"),
+            "{why}"
+        );
+    }
+
+    #[test]
+    fn a_table_soon_made_is_made_once_and_then_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = ResponseCache::open(folder.path());
+        let recipe = recipe("model = \"wave\"\npixels = [\"1.6um\"]\nshifts = 4");
+        let plan = quick_plan(&recipe).unwrap().unwrap();
+        let coarse = TableSettings {
+            steps: 3,
+            cosine_max: 0.6,
+            ..plan.settings().clone()
+        };
+        let plan = TablePlan::new(plan.stack(), &coarse).unwrap();
+        let table = recipe.response.table().unwrap();
+        assert!(check_quick(&recipe, table, &plan, &cache).unwrap());
+        let first = cache.table(&plan, &|_, _| ()).unwrap();
+        assert!(first.report.is_some() && first.table.meta().shift_grid.is_some());
+        assert!(!check_quick(&recipe, table, &plan, &cache).unwrap());
+        assert_eq!(cache.find(&plan).unwrap(), Some(first.table));
     }
 }

@@ -6,6 +6,7 @@ mod error;
 mod number;
 pub mod preset;
 mod readout;
+mod response;
 mod sweep;
 mod tolerances;
 mod world;
@@ -13,12 +14,12 @@ mod world;
 pub use error::ConfigError;
 pub use number::{Draw, Range, Scale};
 pub use readout::ReadoutConfig;
+pub use response::{ResponseConfig, StackConfig, TableConfig};
 pub use sweep::SweepConfig;
 pub use tolerances::ToleranceConfig;
 pub use world::{WorldConfig, WorldFileConfig};
 
 use quadpixel::effects::{Choice, Tolerance};
-use quadpixel::em::{Preset, ShiftGrid};
 use quadpixel::sensor::{ShiftRule, Subpixels, check_simulated};
 use quadpixel::spectrum::Bands;
 use quadpixel_datasets::MosaicPattern;
@@ -26,7 +27,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::charts::{ChartSpec, is_image};
 use crate::field_error::FieldError;
-use crate::recipe::made_table::MadeTables;
 
 /// The default configuration, with comments.
 pub const DEFAULT_TOML: &str = include_str!("default.toml");
@@ -130,56 +130,6 @@ pub enum WindowConfig {
         /// Azimuth in the sensor frame, deg.
         phi_deg: Draw,
     },
-}
-
-/// Angular response.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields, tag = "model")]
-pub enum ResponseConfig {
-    /// Wave propagation through one of these pixels.
-    Wave {
-        /// Built-in names or `.toml` files; one is drawn a sample.
-        pixels: Vec<String>,
-        /// Thickness of the layers; absent: as the pixels have it.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        stack: Option<StackConfig>,
-        /// Lens shifts per pitch of a table of all lens shifts; absent: the table of the centred lens, moved along with
-        /// the lens.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        shifts: Option<usize>,
-        /// How finely its table is made.
-        #[serde(default, alias = "grid", skip_serializing_if = "Preset::is_standard")]
-        preset: Preset,
-    },
-    /// FDTD tables of one of these pixels: shipped ones, or those that `qpgen response --model fdtd` has made.
-    Fdtd(MadeTables),
-    /// Fourier modal tables of one of these pixels, that `qpgen response --model rcwa` has made.
-    Rcwa(MadeTables),
-    /// Corrected wave tables of one of these pixels, that `qpgen response --model corrected` has made.
-    Corrected(MadeTables),
-    /// The ideal box.
-    Geometric,
-    /// Tables from files, such as imported ones.
-    Table {
-        /// `.npz` files of `qpgen response`; one is drawn a sample.
-        files: Vec<String>,
-    },
-}
-
-/// Lens shifts that a table can have.
-fn check_shifts(shifts: Option<usize>) -> Result<(), ConfigError> {
-    let grid = shifts.map(|n| ShiftGrid::new(1.0, n)).transpose();
-    grid.map(|_| ()).map_err(ConfigError::Shifts)
-}
-
-/// Thickness of a pixel's flat layers. Each value needs a table of its own, so few are made and shared.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StackConfig {
-    /// Factor on the thickness of all flat layers.
-    pub scale: Draw,
-    /// Number of values that are drawn for each pixel; one of them is drawn a sample.
-    pub variants: usize,
 }
 
 /// Scenes of flat cards.
@@ -300,33 +250,6 @@ fn check_filled(fields: &[(&'static str, usize)]) -> Result<(), ConfigError> {
     match fields.iter().find(|(_, n)| *n == 0) {
         Some((field, _)) => Err(ConfigError::Empty(field)),
         None => Ok(()),
-    }
-}
-
-impl ResponseConfig {
-    fn check(&self) -> Result<(), ConfigError> {
-        match self {
-            Self::Wave {
-                pixels,
-                stack,
-                shifts,
-                preset: _,
-            } => {
-                check_filled(&[("response.pixels", pixels.len())])?;
-                check_shifts(*shifts)?;
-                if let Some(stack) = stack {
-                    check_filled(&[("response.stack.variants", stack.variants)])?;
-                    number::check(&[("response.stack.scale", Some(stack.scale), [0.5, 2.0])])?;
-                }
-            }
-            Self::Fdtd(tables) | Self::Rcwa(tables) | Self::Corrected(tables) => {
-                check_filled(&[("response.pixels", tables.pixels.len())])?;
-                check_shifts(tables.shifts)?;
-            }
-            Self::Table { files } => check_filled(&[("response.files", files.len())])?,
-            Self::Geometric => {}
-        }
-        Ok(())
     }
 }
 

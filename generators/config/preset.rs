@@ -7,20 +7,6 @@ use quadpixel::em::Preset;
 
 use crate::config::{DatasetConfig, ResponseConfig};
 
-/// What a wave level's table is off by against independent Fourier modal curves
-/// (`benches/runs/2026-11-21/response.md`), for people.
-pub fn wave_error(preset: Preset) -> &'static str {
-    match preset {
-        Preset::Draft => "within 0.05 of the light that falls on the pixel",
-        Preset::Standard => {
-            "strong half within 8 %, weak half within 0.04; between directions 0.5 % of the peak"
-        }
-        Preset::Reference => {
-            "strong half within 8 %, weak half within 0.04 (the wave level's own); converged to a few parts in a thousand"
-        }
-    }
-}
-
 /// What a dataset of a preset takes and gives, for people.
 pub fn about(preset: Preset) -> &'static str {
     match preset {
@@ -45,7 +31,8 @@ pub fn apply(preset: Preset, config: &mut DatasetConfig) {
     if let Some(bands) = &mut config.spectrum {
         bands.wavelengths = wavelengths;
     }
-    if let ResponseConfig::Wave { preset: table, .. } = &mut config.response {
-        *table = preset;
+    match &mut config.response {
+        ResponseConfig::Simulated(table) if table.level.is_quick() => table.choice.preset = preset,
+        _ => {}
     }
 }

@@ -3,7 +3,7 @@
 mod colours;
 
 use glam::DVec2;
-use quadpixel::em::Preset;
+use quadpixel::em::{Level, Preset};
 use quadpixel::hash::settings_hash;
 use quadpixel::lens::{ElementRef, Misalignment};
 use quadpixel::render::{Camera, RenderStats, disparity_ratio};
@@ -13,16 +13,15 @@ use quadpixel::units::M_PER_MM;
 use quadpixel_datasets as spec;
 
 use crate::assemble;
-use crate::recipe::{Recipe, RecipeError, ResponseRecipe, SampleId};
+use crate::recipe::{Recipe, RecipeError, ResponseSource, SampleId};
 
 /// Name of the scene by its content, so that the same cards in front of two cameras are one scene (and in one split).
 fn scene_id(recipe: &Recipe) -> Result<String, RecipeError> {
-    let cards = match &recipe.world {
-        None => serde_json::to_string(&(&recipe.planes, recipe.environment)),
-        Some(world) => serde_json::to_string(world),
+    let hash = match &recipe.world {
+        None => settings_hash(&(&recipe.planes, recipe.environment)),
+        Some(world) => settings_hash(world),
     }
     .map_err(RecipeError::unwritten("recipe"))?;
-    let hash = blake3::hash(cards.as_bytes()).to_hex();
     Ok(format!("scene-{}", &hash[..16]))
 }
 
@@ -31,7 +30,7 @@ fn scene_id(recipe: &Recipe) -> Result<String, RecipeError> {
 pub struct Description {
     /// Number of the sample; its name has six digits.
     pub index: u32,
-    /// [`configuration_hash`](crate::writer::configuration_hash) of the run.
+    /// Hash of the run's configuration, [`quadpixel::hash::json_hash`].
     pub configuration_blake3: String,
     /// The sample's own seed.
     pub seed: u64,
@@ -177,27 +176,17 @@ fn described_response(recipe: &Recipe, camera: &Camera, response: &Response) -> 
         (None, Response::Table(table)) => Some(table),
         _ => None,
     };
-    let made = recipe.response.made_before().map(|(_, made)| made);
-    let (model, preset, shifts) = match &recipe.response {
-        _ if ideal.is_some() => (spec::ResponseModel::Geometric, None, None),
-        ResponseRecipe::Geometric { .. } => (spec::ResponseModel::Geometric, None, None),
-        ResponseRecipe::Table { .. } => (spec::ResponseModel::Table, None, None),
-        ResponseRecipe::Wave { preset, shifts, .. } => {
-            (spec::ResponseModel::Wave, Some(*preset), *shifts)
-        }
-        ResponseRecipe::Fdtd(t) => (spec::ResponseModel::Fdtd, Some(t.preset), t.shifts),
-        ResponseRecipe::Rcwa(t) => (spec::ResponseModel::Rcwa, Some(t.preset), t.shifts),
-        ResponseRecipe::Corrected(t) => (spec::ResponseModel::Corrected, Some(t.preset), t.shifts),
-    };
-    let file = match &recipe.response {
-        ResponseRecipe::Table { file } if ideal.is_none() => Some(file.clone()),
-        _ => None,
+    let (model, simulated, file) = match &recipe.response {
+        _ if ideal.is_some() => (Level::IDEAL.name(), None, None),
+        ResponseSource::Ideal { .. } => (Level::IDEAL.name(), None, None),
+        ResponseSource::Simulated(table) => (table.level.name(), Some(table.choice), None),
+        ResponseSource::File { file } => ("table", None, Some(file.clone())),
     };
     let ideal_name = |um: f64| format!("ideal, focal length {um} µm");
     let focal_length_um = ideal.map(|g| g.focal_length_um());
     spec::Response {
-        model,
-        preset: preset.map(|preset| match preset {
+        model: model.to_owned(),
+        preset: simulated.map(|choice| match choice.preset {
             Preset::Draft => spec::TablePreset::Draft,
             Preset::Standard => spec::TablePreset::Standard,
             Preset::Reference => spec::TablePreset::Reference,
@@ -209,8 +198,8 @@ fn described_response(recipe: &Recipe, camera: &Camera, response: &Response) -> 
         },
         focal_length_um,
         key: table.map(|t| t.meta().key.clone()),
-        shifts: shifts.map(|n| n as u32),
-        colour: made.filter(|_| ideal.is_none()).and_then(|t| t.colour),
+        shifts: simulated.and_then(|choice| choice.shifts).map(|n| n as u32),
+        colour: simulated.and_then(|choice| choice.colour),
         wavelengths_nm: table.map_or(Vec::new(), |t| t.axes().wavelengths_nm.clone()),
     }
 }

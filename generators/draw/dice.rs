@@ -7,7 +7,7 @@ use crate::config::Draw;
 /// What a drawn number is for; part of its key.
 #[derive(Clone, Copy)]
 #[repr(u64)]
-pub(super) enum For {
+pub(super) enum Purpose {
     Lens = 1,
     Focus,
     FNumber,
@@ -77,17 +77,21 @@ pub(super) struct Dice {
 }
 
 impl Dice {
-    pub(super) fn of(&self, draw: &Draw, what: For, card: u64) -> f64 {
-        draw.at(self.seed, &[self.index, what as u64, card])
+    pub(super) fn draw(&self, draw: &Draw, purpose: Purpose, card: u64) -> f64 {
+        draw.at(self.seed, &[self.index, purpose as u64, card])
     }
-    pub(super) fn unit(&self, what: For, card: u64) -> f64 {
-        uniform(self.seed, &[self.index, what as u64, card])
+    /// 0 where there is nothing to draw.
+    pub(super) fn draw_or_0(&self, draw: &Option<Draw>, purpose: Purpose) -> f64 {
+        draw.map_or(0.0, |draw| self.draw(&draw, purpose, 0))
     }
-    pub(super) fn key(&self, what: For, card: u64) -> u64 {
+    pub(super) fn unit(&self, purpose: Purpose, card: u64) -> f64 {
+        uniform(self.seed, &[self.index, purpose as u64, card])
+    }
+    pub(super) fn key(&self, purpose: Purpose, card: u64) -> u64 {
         // 53 bits: survives a round trip through TOML and JSON readers that hold numbers as f64.
-        hash(self.seed, &[self.index, what as u64, card]) >> 11
+        hash(self.seed, &[self.index, purpose as u64, card]) >> 11
     }
-    pub(super) fn choice<'a, T>(&self, of: &'a [T], what: For, card: u64) -> &'a T {
-        &of[((self.unit(what, card) * of.len() as f64) as usize).min(of.len() - 1)]
+    pub(super) fn choice<'a, T>(&self, list: &'a [T], purpose: Purpose, card: u64) -> &'a T {
+        &list[((self.unit(purpose, card) * list.len() as f64) as usize).min(list.len() - 1)]
     }
 }

@@ -3,7 +3,7 @@
 use quadpixel::sensor::Subpixels;
 use quadpixel::sensor::readout::{ReadoutSettings, Stream};
 
-use super::dice::{Dice, For};
+use super::dice::{Dice, Purpose};
 use crate::config::ReadoutConfig;
 
 /// Gains stay within this many standard deviations.
@@ -22,24 +22,24 @@ pub(super) fn readout(
         ..*dice
     };
     let count = subpixels.count();
-    let mismatch = sensor.of(&config.gain_mismatch, For::GainMismatch, 0);
+    let mismatch = sensor.draw(&config.gain_mismatch, Purpose::GainMismatch, 0);
     let gain = |subpixel: usize| {
-        let mut random = Stream::new(sensor.key(For::SubpixelGain, subpixel as u64), &[]);
+        let mut random = Stream::new(sensor.key(Purpose::SubpixelGain, subpixel as u64), &[]);
         1.0 + mismatch * random.normal().clamp(-FARTHEST, FARTHEST)
     };
     let area_um2 = pitch_um * pitch_um / count as f64;
     ReadoutSettings {
-        photons_um2: dice.of(&config.photons_um2, For::Photons, 0),
-        exposure_s: dice.of(&config.exposure_s, For::ExposureTime, 0),
-        dark_current_e_s: dice.of(&config.dark_current_e_s, For::DarkCurrent, 0),
-        full_well_e: area_um2 * sensor.of(&config.full_well_e_um2, For::FullWell, 0),
-        prnu: sensor.of(&config.prnu, For::Prnu, 0),
-        read_noise_e: dice.of(&config.read_noise_e, For::ReadNoise, 0),
-        gain_dn_per_e: (config.gain_dn_per_e.as_ref()).map(|g| dice.of(g, For::Gain, 0)),
+        photons_um2: dice.draw(&config.photons_um2, Purpose::Photons, 0),
+        exposure_s: dice.draw(&config.exposure_s, Purpose::ExposureTime, 0),
+        dark_current_e_s: dice.draw(&config.dark_current_e_s, Purpose::DarkCurrent, 0),
+        full_well_e: area_um2 * sensor.draw(&config.full_well_e_um2, Purpose::FullWell, 0),
+        prnu: sensor.draw(&config.prnu, Purpose::Prnu, 0),
+        read_noise_e: dice.draw(&config.read_noise_e, Purpose::ReadNoise, 0),
+        gain_dn_per_e: (config.gain_dn_per_e.as_ref()).map(|g| dice.draw(g, Purpose::Gain, 0)),
         black_level: config.black_level,
         bits: config.bits,
         subpixel_gains: (0..count).map(gain).collect(),
-        sensor_seed: sensor.key(For::Sensor, 0),
-        shot_seed: shot.key(For::Shot, 0),
+        sensor_seed: sensor.key(Purpose::Sensor, 0),
+        shot_seed: shot.key(Purpose::Shot, 0),
     }
 }

@@ -4,10 +4,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use quadpixel::hash::json_hash;
 use serde_json::Value;
 
 use crate::config::DatasetConfig;
-use crate::writer::configuration_hash;
 
 /// Endings of files that a configuration may name.
 const ENDINGS: [&str; 16] = [
@@ -60,7 +60,7 @@ impl Identity {
 
     /// Hash that every sample bears.
     pub fn hash(&self) -> String {
-        configuration_hash(&self.compared())
+        json_hash(&self.compared())
     }
 
     /// What differs, a line each: the place, what is there and what was asked for. Empty for the same identity.

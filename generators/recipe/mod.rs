@@ -3,12 +3,12 @@
 //! alone.
 
 mod error;
-pub mod made_table;
+pub mod response;
+pub(crate) mod stored_response;
 
 use std::path::Path;
 
 use quadpixel::effects::{Choice, Tolerance};
-use quadpixel::em::{Level, Preset};
 use quadpixel::lens::{Deviation, Misalignment};
 use quadpixel::render::RenderSettings;
 use quadpixel::sensor::readout::ReadoutSettings;
@@ -19,10 +19,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::charts::ChartSpec;
 use crate::charts::Mask;
-use crate::recipe::made_table::MadeTable;
 use crate::scenes::WorldRecipe;
 
 pub use error::RecipeError;
+pub use response::{ResponseSource, TableRecipe};
 
 /// One sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,7 +33,7 @@ pub struct Recipe {
     /// Sensor window.
     pub sensor: SensorRecipe,
     /// The pixel's angular response.
-    pub response: ResponseRecipe,
+    pub response: ResponseSource,
     /// The colour channels' bands; absent: each is traced at one wavelength, and all have the response at 550 nm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spectrum: Option<Bands>,
@@ -177,64 +177,6 @@ pub enum WindowRecipe {
         /// Azimuth in the sensor frame, deg.
         phi_deg: f64,
     },
-}
-
-/// The pixel's angular response.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields, tag = "model")]
-pub enum ResponseRecipe {
-    /// Wave propagation through a pixel stack: a built-in one, or a TOML file.
-    Wave {
-        /// Name of a built-in pixel or path of a `.toml` file.
-        pixel: String,
-        /// Factor on the thickness of every flat layer between lens and silicon.
-        #[serde(default = "one", skip_serializing_if = "is_one")]
-        stack_scale: f64,
-        /// Lens shifts per pitch of a table of all lens shifts; absent: the table of the centred lens, moved along with
-        /// the lens.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        shifts: Option<usize>,
-        /// How finely its table is made.
-        #[serde(default, alias = "grid", skip_serializing_if = "Preset::is_standard")]
-        preset: Preset,
-    },
-    /// The FDTD table of a pixel: a shipped one, or the one that `qpgen response --model fdtd` has made.
-    Fdtd(MadeTable),
-    /// The Fourier modal table of a pixel, that `qpgen response --model rcwa` has made.
-    Rcwa(MadeTable),
-    /// The corrected wave table of a pixel, that `qpgen response --model corrected` has made.
-    Corrected(MadeTable),
-    /// The ideal box of the paper's equation 2 (its classic mode).
-    Geometric {
-        /// Focal length of the microlens, µm; absent: as fits the F-number of the main lens.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        focal_length_um: Option<f64>,
-    },
-    /// A table from a file.
-    Table {
-        /// `.npz` file of an angular response.
-        file: String,
-    },
-}
-
-impl ResponseRecipe {
-    /// The model, the table and its pixel, of a response that is made before.
-    pub fn made_before(&self) -> Option<(Level, &MadeTable)> {
-        match self {
-            Self::Fdtd(made) => Some((Level::Fdtd, made)),
-            Self::Rcwa(made) => Some((Level::Rcwa, made)),
-            Self::Corrected(made) => Some((Level::Corrected, made)),
-            Self::Wave { .. } | Self::Geometric { .. } | Self::Table { .. } => None,
-        }
-    }
-}
-
-fn one() -> f64 {
-    1.0
-}
-
-fn is_one(value: &f64) -> bool {
-    *value == 1.0
 }
 
 /// A flat card.

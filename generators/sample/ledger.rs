@@ -7,7 +7,7 @@ use quadpixel::response::{Response, ResponseLookup};
 use quadpixel::sensor::ShiftRule;
 use quadpixel_datasets::{Effect, Effects, Reason};
 
-use crate::recipe::{Recipe, ResponseRecipe};
+use crate::recipe::Recipe;
 
 /// Every effect that the pictures have or lack. `camera` is the one that they were made with.
 pub(crate) fn ledger(
@@ -45,7 +45,11 @@ fn pixel(recipe: &Recipe, camera: &Camera, ledger: &mut Effects) {
     if recipe.sensor.microlens_offset_um != [0.0; 2] {
         ledger.simulate(Effect::MicrolensOffset);
     }
-    if matches!(recipe.response, ResponseRecipe::Wave { stack_scale, .. } if stack_scale != 1.0) {
+    if recipe
+        .response
+        .table()
+        .is_some_and(|table| table.stack_scale != 1.0)
+    {
         ledger.simulate(Effect::LayerThickness);
     }
     if recipe.sensor.microlens_shift == ShiftRule::Centred {

@@ -25,13 +25,6 @@ pub use error::WriteError;
 pub use files::{NoisyFiles, RawEncoding, SampleFiles, Seen};
 pub use resume::{Found, found_sample};
 
-/// BLAKE3 hash of a configuration: of its JSON with sorted keys and no spaces.
-pub fn configuration_hash(configuration: &serde_json::Value) -> String {
-    blake3::hash(configuration.to_string().as_bytes())
-        .to_hex()
-        .to_string()
-}
-
 /// Writes a sample below `root` (created if missing), and waits for the disk.
 ///
 /// Errors: an image of another size than the sensor's, light that is negative or not finite, a sample of that name, a

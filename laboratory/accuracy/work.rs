@@ -58,7 +58,7 @@ impl Work {
     pub fn new(side: usize) -> Result<Self, LaboratoryError> {
         let lens = lens()?;
         let stack = PixelStack::builtin(PIXEL)?;
-        let table = AngularResponse::shipped_fdtd(&stack)?;
+        let table = AngularResponse::shipped(quadpixel::em::Level::Fdtd, &stack)?;
         let table = table.ok_or(LaboratoryError::NoShippedTable(PIXEL))?;
         let system = lens.at(ChannelWavelengths::default().reference_nm())?;
         let centre_mm = centre_at(&system, CHIEF_RAY_DEG.0, CHIEF_RAY_DEG.1)?;

@@ -143,7 +143,7 @@ fn shipped(
     if !matches!(*settings.exact, PixelModel::Fdtd(_)) {
         return Ok(None);
     }
-    let Some(table) = AngularResponse::shipped_fdtd(stack)? else {
+    let Some(table) = AngularResponse::shipped(quadpixel::em::Level::Fdtd, stack)? else {
         return Ok(None);
     };
     // Table nodes between the simulated ones are interpolated.

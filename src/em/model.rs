@@ -90,6 +90,9 @@ impl Level {
         Self::Rcwa,
     ];
 
+    /// The level that rendering computes as rays need it, without a table.
+    pub const IDEAL: Self = Self::Geometric;
+
     /// The word that names it everywhere.
     pub fn name(self) -> &'static str {
         self.words().0
@@ -124,9 +127,41 @@ impl Level {
         matches!(self, Self::Fdtd | Self::Rcwa)
     }
 
-    /// Whether a table of it takes seconds to minutes, so that a dataset makes it unasked.
-    pub fn is_fast(self) -> bool {
+    /// Whether an exact model corrects it.
+    pub fn is_corrected(self) -> bool {
+        self == Self::Corrected
+    }
+
+    /// Whether a dataset makes its tables unasked.
+    pub fn is_quick(self) -> bool {
         matches!(self, Self::Geometric | Self::Wave)
+    }
+
+    /// Seconds of one core that a plane wave takes about, of a model whose tables take seconds to minutes, so that a
+    /// dataset makes them unasked; `None` for the others.
+    pub fn quick_run_s(self, stack: &PixelStack) -> Option<f64> {
+        match self {
+            Self::Geometric => Some(0.0),
+            // Measured: `benches/runs/2026-11-21/cra.md`.
+            Self::Wave => Some(1.5e-3 * (stack.pitch_um / 1.6).powi(3)),
+            Self::Fdtd | Self::Corrected | Self::Rcwa => None,
+        }
+    }
+
+    /// What its tables are off by against independent curves (`benches/runs/2026-11-21/response.md`), for people.
+    pub fn error_text(self, preset: Preset) -> &'static str {
+        match (self, preset) {
+            (Self::Geometric, _) => "the ideal box: no diffraction, no crosstalk",
+            (Self::Wave, Preset::Draft) => "within 0.05 of the light that falls on the pixel",
+            (Self::Wave, Preset::Standard) => {
+                "strong half within 8 %, weak half within 0.04; between directions 0.5 % of the peak"
+            }
+            (Self::Wave, Preset::Reference) => {
+                "strong half within 8 %, weak half within 0.04 (the wave level's own); converged to a few parts in a \
+                 thousand"
+            }
+            _ => "that of the tables, told where they were made",
+        }
     }
 
     /// Directions of its tables of a pixel. Resonances in the lossless layers of small pixels are narrow in angle (a
@@ -201,12 +236,15 @@ pub struct ModelChoice {
 }
 
 impl ModelChoice {
+    /// The usual exact model of the corrected level: which, how finely it computes, and its runs.
+    pub const EXACT: (Level, Preset, usize) = (Level::Fdtd, Preset::Draft, 16);
+
     /// A level at a preset, the rest as usual: corrected by 16 draft runs of FDTD, a microlens of 7 µm.
     pub fn new(level: Level, preset: Preset) -> Self {
         Self {
             level,
             preset,
-            exact: (Level::Fdtd, Preset::Draft, 16),
+            exact: Self::EXACT,
             focal_length_um: 7.0,
         }
     }

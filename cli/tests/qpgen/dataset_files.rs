@@ -14,8 +14,7 @@ use common::files;
 use fixture::{HALF_DISK_RATIO, synthetic};
 use quadpixel_datasets::{DatasetManifest, Report, check_dataset};
 use quadpixel_generators::writer::{
-    Dataset, Found, RawEncoding, WriteError, configuration_hash, finish_dataset, found_sample,
-    write_sample,
+    Dataset, Found, RawEncoding, WriteError, finish_dataset, found_sample, write_sample,
 };
 
 const SIZE: [u32; 2] = [48, 32];
@@ -292,7 +291,7 @@ fn an_interrupted_run_goes_on_and_another_configuration_is_kept_out() {
     }
     assert_eq!(finish(other.path(), 3), whole);
     assert!(files(root) == files(other.path()));
-    let changed = configuration_hash(&serde_json::json!({"lens": "thick"}));
+    let changed = quadpixel::hash::json_hash(&serde_json::json!({"lens": "thick"}));
     let error = found_sample(root, 0, &changed).unwrap_err();
     assert!(matches!(error, WriteError::Occupied { .. }), "{error}");
     let again = write_sample(root, &synthetic(0, SIZE, [2, 2]).files()).unwrap_err();

@@ -14,7 +14,7 @@ use quadpixel::image::exr::read_layers;
 use quadpixel_datasets::{DatasetManifest, SampleMeta, check_dataset};
 use quadpixel_generators::config::DatasetConfig;
 use quadpixel_generators::draw;
-use quadpixel_generators::recipe::{Recipe, ResponseRecipe};
+use quadpixel_generators::recipe::Recipe;
 
 const OPTICS: &str = r#"
 [lens.tolerances]
@@ -163,12 +163,10 @@ fn stack_thickness_is_drawn_from_a_few_values_that_all_samples_share() {
     );
     let config = DatasetConfig::from_toml(&text, "test").unwrap();
     let scales: Vec<f64> = (0..100)
-        .map(
-            |i| match draw::recipe(&config, i, &|_| Ok(2.0)).unwrap().response {
-                ResponseRecipe::Wave { stack_scale, .. } => stack_scale,
-                other => panic!("{other:?}"),
-            },
-        )
+        .map(|i| {
+            let recipe = draw::recipe(&config, i, &|_| Ok(2.0)).unwrap();
+            recipe.response.table().unwrap().stack_scale
+        })
         .collect();
     assert!(scales.iter().all(|s| (0.9..=1.1).contains(s)));
     let distinct: BTreeSet<u64> = scales.iter().map(|s| s.to_bits()).collect();

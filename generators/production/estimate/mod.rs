@@ -10,6 +10,7 @@ mod tables;
 
 use std::path::{Path, PathBuf};
 
+use quadpixel::em::{Level, Preset};
 use quadpixel::file;
 use quadpixel::shard::Shard;
 use serde::Serialize;
@@ -138,12 +139,11 @@ fn expected(
     let relative_spread = (!spreads.is_empty())
         .then(|| spreads.iter().sum::<f64>() / spreads.len() as f64 * (SPREAD_FALLS * left).exp2());
     let response_error = match &config.response {
-        ResponseConfig::Wave { preset, .. } => {
-            crate::config::preset::wave_error(*preset).to_string()
-        }
-        ResponseConfig::Geometric => "the ideal box: no diffraction, no crosstalk".to_string(),
-        _ => "that of the tables, told where they were made".to_string(),
+        ResponseConfig::Simulated(table) => table.level.error_text(table.choice.preset),
+        ResponseConfig::Ideal => Level::IDEAL.error_text(Preset::default()),
+        ResponseConfig::Files { .. } => "that of the tables, told where they were made",
     };
+    let response_error = response_error.to_owned();
     Expected {
         samples: count,
         seconds: response_seconds + count as f64 * seconds_a_sample,

@@ -12,7 +12,7 @@ use crate::assemble::{self, Responses};
 use crate::config::DatasetConfig;
 use crate::production::error::GenerateError;
 use crate::production::recipes::Recipes;
-use crate::recipe::{RecipeError, ResponseRecipe};
+use crate::recipe::{RecipeError, ResponseSource};
 
 /// Directions of a response table from the axis that are timed.
 const STEPS: usize = 4;
@@ -25,7 +25,7 @@ pub(super) fn seconds_of_missing(
     responses: &mut Responses,
 ) -> Result<f64, GenerateError> {
     let cache = ResponseCache::open(ResponseCache::default_dir());
-    let mut looked_at: Vec<ResponseRecipe> = Vec::new();
+    let mut looked_at: Vec<ResponseSource> = Vec::new();
     let mut seconds = 0.0;
     for &index in &recipes.indices {
         let recipe = recipes.draw(config, index)?;
@@ -33,13 +33,14 @@ pub(super) fn seconds_of_missing(
             continue;
         }
         let mut timed = None;
-        if let Some((stack, settings)) = assemble::wave_table(&recipe)? {
-            let absent = missing(&cache, &stack, &settings);
-            if absent > 0 {
-                timed = Some(one_table(&stack, &settings, absent)?);
+        if let (Some(plan), Some(table)) = (assemble::quick_plan(&recipe)?, recipe.response.table())
+        {
+            let absent = missing(&cache, plan.stack(), plan.settings());
+            if assemble::check_quick(&recipe, table, &plan, &cache)? {
+                timed = Some(shifted_table(&plan)?);
+            } else if plan.settings().shifts.is_none() && absent > 0 {
+                timed = Some(one_table(plan.stack(), plan.settings(), absent)?);
             }
-        } else if let Some(plan) = assemble::shifted_to_make(&recipe, &cache)? {
-            timed = Some(shifted_table(&plan)?);
         }
         if let Some((more, coarse)) = timed {
             seconds += more;

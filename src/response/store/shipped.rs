@@ -6,7 +6,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use crate::em::PixelStack;
+use crate::em::{Level, PixelStack};
 use crate::response::{AngularResponse, ResponseError};
 
 /// Name and contents of the `.npz` files.
@@ -16,14 +16,15 @@ const FILES: [(&str, &[u8]); 2] = [
 ];
 
 impl AngularResponse {
-    /// The shipped FDTD table of exactly this pixel, if there is one.
+    /// The shipped table of exactly this pixel by a model, if there is one.
     ///
     /// # Errors
     /// A file of the program that is no table.
-    pub fn shipped_fdtd(stack: &PixelStack) -> Result<Option<Self>, ResponseError> {
+    pub fn shipped(level: Level, stack: &PixelStack) -> Result<Option<Self>, ResponseError> {
         for (name, bytes) in FILES {
             let table = Self::from_npz(Cursor::new(bytes), Path::new(name))?;
-            if table.meta().pixel == *stack {
+            let meta = table.meta();
+            if meta.pixel == *stack && meta.model.starts_with(level.name()) {
                 return Ok(Some(table));
             }
         }
@@ -42,10 +43,13 @@ mod tests {
             let table = AngularResponse::from_npz(Cursor::new(bytes), Path::new(name)).unwrap();
             assert!(table.meta().model.starts_with("fdtd-"), "{name}");
             let stack = PixelStack::builtin(&table.meta().pixel.name).unwrap();
-            assert_eq!(AngularResponse::shipped_fdtd(&stack).unwrap(), Some(table));
+            assert_eq!(
+                AngularResponse::shipped(Level::Fdtd, &stack).unwrap(),
+                Some(table)
+            );
         }
         let mut other = PixelStack::builtin("1.6um").unwrap();
         other.trench_um = 0.0123;
-        assert_eq!(AngularResponse::shipped_fdtd(&other).unwrap(), None);
+        assert_eq!(AngularResponse::shipped(Level::Fdtd, &other).unwrap(), None);
     }
 }
