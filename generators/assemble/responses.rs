@@ -207,9 +207,10 @@ impl Responses {
             .map(|colour| self.kept(&plan.with_colour(colour)))
             .collect();
         match tables.as_deref() {
-            Some([red, green, blue]) => {
-                Ok(AngularResponse::from_channels([red, green, blue], &channels)?)
-            }
+            Some([red, green, blue]) => Ok(AngularResponse::from_channels(
+                [red, green, blue],
+                &channels,
+            )?),
             _ => Err(missing()),
         }
     }
