@@ -1,5 +1,7 @@
 //! Why a command failed: by its input (exit code 2) or by the machine (1).
 
+use quadpixel::file::FileError;
+use quadpixel::lens::LensError;
 use quadpixel_generators::config::ConfigError;
 use quadpixel_generators::export::ExportError;
 use quadpixel_generators::production::error::GenerateError;
@@ -73,6 +75,20 @@ from_library_errors!(
     SceneError,
     WriteError
 );
+
+/// The disk failed.
+impl From<FileError> for CommandError {
+    fn from(error: FileError) -> Self {
+        Self::failed(error)
+    }
+}
+
+/// A lens that does not exist or cannot be.
+impl From<LensError> for CommandError {
+    fn from(error: LensError) -> Self {
+        Self::input(error)
+    }
+}
 
 #[cfg(test)]
 mod tests {

@@ -96,7 +96,7 @@ fn calibrate(args: &CorrectArgs, progress: Progress, chart: &Path) -> Result<(),
     let corrected = correct(&capture.views, &camera, &calibration).map_err(not_corrected(chart))?;
     let scores = Scores::new(&capture, &corrected, &calibration, chart)?;
     let text = (calibration.to_json()).map_err(CommandError::failed)?;
-    file::write_aside(&args.out, text.as_bytes()).map_err(CommandError::failed)?;
+    file::write_aside(&args.out, text.as_bytes())?;
     drop(progress);
     if !args.json {
         println!("{}", args.out.display());
@@ -129,7 +129,7 @@ fn apply(
     progress.stage("encoding the pictures");
     let pictures =
         pictures(args.format.into(), &capture, &corrected).map_err(CommandError::input)?;
-    file::write_folder(&args.out, &pictures.files).map_err(CommandError::failed)?;
+    file::write_folder(&args.out, &pictures.files)?;
     drop(progress);
     let names: Vec<String> = pictures.names().into_iter().map(String::from).collect();
     if !args.json {

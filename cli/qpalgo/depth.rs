@@ -119,7 +119,7 @@ pub fn run(args: &DepthArgs, progress: Progress) -> Result<(), CommandError> {
         }
         _ => None,
     };
-    file::write_folder(&args.out, &files).map_err(CommandError::failed)?;
+    file::write_folder(&args.out, &files)?;
     drop(progress);
     report(args, &files, &maps, &curve, score);
     Ok(())

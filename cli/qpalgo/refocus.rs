@@ -62,7 +62,7 @@ pub fn run(args: &RefocusArgs, progress: Progress) -> Result<(), CommandError> {
     let channels: Vec<&str> = capture.channels.iter().map(String::as_str).collect();
     let out = args.out.display().to_string();
     let bytes = encode_float(&out, &channels, &done.image).map_err(CommandError::failed)?;
-    file::write_aside(&args.out, &bytes).map_err(CommandError::failed)?;
+    file::write_aside(&args.out, &bytes)?;
     drop(progress);
     let valid = done.valid.iter().filter(|v| **v).count() as f64 / done.valid.len() as f64;
     if args.json {

@@ -49,7 +49,7 @@ pub fn run(args: &SaiArgs, progress: Progress) -> Result<(), CommandError> {
             (pictures.add(&name, &sum, white)).map_err(CommandError::input)?;
         }
     }
-    file::write_folder(&args.out, &pictures.files).map_err(CommandError::failed)?;
+    file::write_folder(&args.out, &pictures.files)?;
     drop(progress);
     let names = pictures.names();
     let [width, height] = capture.size_px();

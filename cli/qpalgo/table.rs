@@ -79,7 +79,7 @@ pub fn run(args: &TableArgs, progress: Progress) -> Result<(), CommandError> {
         ("table.md", table.clone().into_bytes()),
         ("table.csv", csv(&rows).into_bytes()),
     ];
-    file::write_folder(&args.out, &files).map_err(CommandError::failed)?;
+    file::write_folder(&args.out, &files)?;
     drop(progress);
     if args.json {
         println!(

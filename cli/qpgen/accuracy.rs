@@ -76,7 +76,7 @@ pub fn run(args: &AccuracyArgs, log: Log) -> Result<(), CommandError> {
         Size::Affordable
     };
     // What is measured is built in: no argument mends a failure.
-    file::create_folder(&args.out).map_err(CommandError::failed)?;
+    file::create_folder(&args.out)?;
     let observer = Progress::new(log.json(args.json));
     let began = Instant::now();
     let tables = accuracy::measured(&knobs, size, &observer).map_err(CommandError::failed)?;

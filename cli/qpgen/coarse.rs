@@ -71,6 +71,6 @@ impl Coarse {
         let (width, height) = (self.sum.width(), self.sum.height());
         let jpeg = raster::encode_jpeg(path, &codes, width, height, QUALITY)
             .map_err(CommandError::failed)?;
-        write_aside(path, &jpeg).map_err(CommandError::failed)
+        Ok(write_aside(path, &jpeg)?)
     }
 }

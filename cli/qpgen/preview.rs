@@ -35,7 +35,7 @@ pub fn run(args: &PreviewArgs) -> Result<(), CommandError> {
     let path = args.folder.join(paths::DATASET);
     let unfinished = args.folder.join(paths::RUN).is_file();
     let manifest = (path.is_file() && !unfinished).then(|| {
-        let bytes = file::read(&path).map_err(CommandError::failed)?;
+        let bytes = file::read(&path)?;
         serde_json::from_slice::<DatasetManifest>(&bytes)
             .map_err(|e| CommandError::input(format!("{}: {e}", path.display())))
     });

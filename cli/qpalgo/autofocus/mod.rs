@@ -110,7 +110,7 @@ pub fn run(args: &AutofocusArgs, progress: Progress) -> Result<(), CommandError>
         let name = format!("{}.svg", paths::sanitised(&curve.scene));
         (name, plot::curves(curve).into_bytes())
     }));
-    file::write_folder(&args.out, &files).map_err(CommandError::failed)?;
+    file::write_folder(&args.out, &files)?;
     drop(progress);
     if args.json {
         println!(

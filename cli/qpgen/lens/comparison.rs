@@ -1,7 +1,7 @@
 //! Lenses against the figures in their own files, as Markdown.
 
 use quadpixel::lens::verification::{Comparison, Origin, compare};
-use quadpixel::lens::{LensError, Prescription, builtin_names};
+use quadpixel::lens::{Prescription, builtin_names};
 use serde_json::{Value, json};
 
 use quadpixel_cli::exit::CommandError;
@@ -15,9 +15,7 @@ pub(super) fn run(names: &[String], json: bool) -> Result<(), CommandError> {
     };
     let mut lenses = Vec::new();
     for name in names {
-        let figures = Prescription::named(&name)
-            .and_then(|p| compare(&p))
-            .map_err(|error: LensError| CommandError::input(error.to_string()))?;
+        let figures = Prescription::named(&name).and_then(|p| compare(&p))?;
         lenses.push((name, figures));
     }
     if json {

@@ -106,17 +106,14 @@ struct Which {
 
 impl Which {
     fn lens(&self) -> Result<Lens, CommandError> {
-        let set = || {
-            let mut lens = Lens::new(&Prescription::named(&self.name)?)?;
-            if let Some(f_number) = self.f_number {
-                lens = lens.with_f_number(f_number)?;
-            }
-            if let Some(distance_mm) = self.focus_mm {
-                lens = lens.focused_at(distance_mm, FocusBy::Sensor, D_LINE_NM)?;
-            }
-            Ok(lens)
-        };
-        set().map_err(input)
+        let mut lens = Lens::new(&Prescription::named(&self.name)?)?;
+        if let Some(f_number) = self.f_number {
+            lens = lens.with_f_number(f_number)?;
+        }
+        if let Some(distance_mm) = self.focus_mm {
+            lens = lens.focused_at(distance_mm, FocusBy::Sensor, D_LINE_NM)?;
+        }
+        Ok(lens)
     }
 
     /// `NAME-what.svg` in the working folder, for a lens or a lens file.
@@ -137,7 +134,7 @@ pub fn run(args: LensArgs) -> Result<(), CommandError> {
         LensCommand::Info { lens, json } => {
             let lens = lens.lens()?;
             let fields = fields_deg(&lens, &TABLE_FIELDS)?;
-            let info = info::Info::of(&lens, &fields).map_err(input)?;
+            let info = info::Info::of(&lens, &fields)?;
             if json {
                 println!("{}", info.json());
             } else {
@@ -149,7 +146,7 @@ pub fn run(args: LensArgs) -> Result<(), CommandError> {
         LensCommand::Layout { lens, output } => {
             let placed = lens.lens()?;
             let fields = fields_deg(&placed, &SECTION_FIELDS)?;
-            let picture = layout_svg(&placed, &fields).map_err(input)?;
+            let picture = layout_svg(&placed, &fields)?;
             write(
                 &output.unwrap_or_else(|| lens.default_output("layout")),
                 &picture,
@@ -162,8 +159,8 @@ pub fn run(args: LensArgs) -> Result<(), CommandError> {
 fn list(json: bool) -> Result<(), CommandError> {
     let mut rows = Vec::new();
     for name in builtin_names() {
-        let lens = Lens::new(&Prescription::builtin(name).map_err(input)?).map_err(input)?;
-        let p = lens.paraxial(D_LINE_NM).map_err(input)?;
+        let lens = Lens::new(&Prescription::builtin(name)?)?;
+        let p = lens.paraxial(D_LINE_NM)?;
         rows.push((
             name,
             p.efl_mm,
@@ -204,15 +201,12 @@ fn spots(which: &Which, output: Option<PathBuf>, json: bool) -> Result<(), Comma
             .flat_map(|&angle| SPOT_LINES_NM.map(|line| spot(angle, line)))
             .collect();
         let name = &lens.prescription().file;
-        println!(
-            "{}",
-            serde_json::json!({ "lens": name, "spots": all.map_err(input)? })
-        );
+        println!("{}", serde_json::json!({ "lens": name, "spots": all? }));
     }
     match output {
         None if json => Ok(()),
         output => {
-            let picture = spots_svg(&lens, &fields).map_err(input)?;
+            let picture = spots_svg(&lens, &fields)?;
             let path = output.unwrap_or_else(|| which.default_output("spots"));
             if json {
                 save(&path, &picture)
@@ -224,7 +218,7 @@ fn spots(which: &Which, output: Option<PathBuf>, json: bool) -> Result<(), Comma
 }
 
 fn fields_deg(lens: &Lens, parts: &[f64]) -> Result<Vec<f64>, CommandError> {
-    let half = lens.half_field_deg().map_err(input)?;
+    let half = lens.half_field_deg()?;
     Ok(parts.iter().map(|part| part * half).collect())
 }
 
@@ -236,9 +230,5 @@ fn write(path: &Path, picture: &str) -> Result<(), CommandError> {
 }
 
 fn save(path: &Path, picture: &str) -> Result<(), CommandError> {
-    write_aside(path, picture.as_bytes()).map_err(CommandError::failed)
-}
-
-fn input(error: LensError) -> CommandError {
-    CommandError::input(error.to_string())
+    Ok(write_aside(path, picture.as_bytes())?)
 }
