@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use crate::observer::{Event, Observer};
 pub use error::ExportError;
 use source::{Sample, Source};
-use written::Written;
+pub use written::Exported;
 
 /// What is written.
 #[non_exhaustive]
@@ -61,19 +61,6 @@ pub struct ExportSettings {
     pub shard_bytes: u64,
 }
 
-/// What an export did.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Exported {
-    /// Samples of the dataset.
-    pub samples: usize,
-    /// Files that were written.
-    pub files: u64,
-    /// Their length.
-    pub bytes: u64,
-    /// Values above white, stored as white.
-    pub clipped: u64,
-}
-
 /// Exports the dataset in the folder `dataset` into the new folder `out`.
 ///
 /// # Errors
@@ -91,9 +78,11 @@ pub fn export(
         return Err(ExportError::refused(place, what));
     }
     let source = Source::open(dataset)?;
-    let samples = source.entries().len();
     let aside = file::aside(out);
-    observer.event(Event::Start { samples, rays: 0 });
+    observer.event(Event::Start {
+        samples: source.entries().len(),
+        rays: 0,
+    });
     let written = write(&source, &aside, settings, observer);
     observer.event(Event::End);
     let done = written.and_then(|written| {
@@ -104,17 +93,7 @@ pub fn export(
         // The first error is the one to tell; a leftover that cannot be removed changes nothing about it.
         let _ = fs::remove_dir_all(&aside);
     }
-    let Written {
-        files,
-        bytes,
-        clipped,
-    } = done?;
-    Ok(Exported {
-        samples,
-        files,
-        bytes,
-        clipped,
-    })
+    done
 }
 
 fn write(
@@ -122,7 +101,7 @@ fn write(
     root: &Path,
     settings: &ExportSettings,
     observer: &dyn Observer,
-) -> Result<Written, ExportError> {
+) -> Result<Exported, ExportError> {
     let noisy = settings.noisy;
     file::create_folder(root)?;
     let (written, conventions) = match settings.layout {
@@ -131,7 +110,7 @@ fn write(
             (each_sample(source, &each, observer)?, dpdd::CONVENTIONS)
         }
         Layout::Qpdnet => {
-            let sequences = qpdnet::Sequences::of(source.entries());
+            let sequences = qpdnet::Sequences::new(source.entries());
             let each = |sample: &Sample<'_>| qpdnet::write(sample, &sequences, root, noisy);
             (each_sample(source, &each, observer)?, qpdnet::CONVENTIONS)
         }
@@ -144,7 +123,7 @@ fn write(
         "layout": settings.layout.name(),
         "dataset_blake3": source.hash(),
         "images": if noisy { "noisy" } else { "clean" },
-        "samples": source.entries().len(),
+        "samples": written.samples,
         "clipped": written.clipped,
         "licence": source.licence(),
         "conventions": conventions,
@@ -157,14 +136,17 @@ fn write(
 /// All samples, in parallel: each writes files of its own.
 fn each_sample(
     source: &Source,
-    write: &(dyn Fn(&Sample<'_>) -> Result<Written, ExportError> + Sync),
+    write: &(dyn Fn(&Sample<'_>) -> Result<Exported, ExportError> + Sync),
     observer: &dyn Observer,
-) -> Result<Written, ExportError> {
+) -> Result<Exported, ExportError> {
     let one = |entry| {
         let written = write(&source.sample(entry)?)?;
         observer.event(Event::SampleDone);
-        Ok(written)
+        Ok(Exported {
+            samples: 1,
+            ..written
+        })
     };
     let all = source.entries().par_iter().map(one);
-    all.try_reduce(Written::default, |a, b| Ok(a.plus(b)))
+    all.try_reduce(Exported::default, |a, b| Ok(a.plus(b)))
 }

@@ -25,11 +25,10 @@ pub(super) fn sixteen_bit(path: &str, linear: &Image) -> Result<Png, ExportError
 pub(super) fn eight_bit(path: &str, linear: &Image) -> Result<Png, ExportError> {
     let mut image = linear.clone();
     let clipped = encode(&mut image);
-    let codes: Vec<u8> = (image.data().iter())
-        .map(|v| (v * 255.0).round() as u8)
-        .collect();
-    let size = (image.width(), image.height());
-    let bytes = raster::encode_png8(Path::new(path), &codes, size.0, size.1, image.channels())?;
+    let code = |v: &f32| (v * 255.0).round() as u8;
+    let codes: Vec<u8> = image.data().iter().map(code).collect();
+    let (width, height) = (image.width(), image.height());
+    let bytes = raster::encode_png8(Path::new(path), &codes, width, height, image.channels())?;
     Ok(Png { bytes, clipped })
 }
 

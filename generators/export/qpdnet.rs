@@ -14,7 +14,7 @@ use quadpixel_datasets::SampleEntry;
 use super::error::ExportError;
 use super::pictures;
 use super::source::Sample;
-use super::written::{Written, put};
+use super::written::{Exported, put, put_png};
 
 pub(super) const CONVENTIONS: &str = "NAME.png is 8-bit sRGB. c/source: the sum of all sub-pixels; l, r, t, b: the left, right, upper and lower half \
 of the pupil, times 2; c/target: all in focus; c/target_disp/NAME.npy: float32, rows x columns, x_L - x_R in px at the place in c, positive for \
@@ -37,7 +37,7 @@ pub(super) struct Sequences {
 }
 
 impl Sequences {
-    pub fn of(entries: &[SampleEntry]) -> Self {
+    pub fn new(entries: &[SampleEntry]) -> Self {
         let mut next: BTreeMap<&str, usize> = BTreeMap::new();
         let mut of_scene: BTreeMap<String, usize> = BTreeMap::new();
         for entry in entries {
@@ -62,7 +62,7 @@ pub(super) fn write(
     sequences: &Sequences,
     root: &Path,
     noisy: bool,
-) -> Result<Written, ExportError> {
+) -> Result<Exported, ExportError> {
     let (split, id) = (sample.entry.split.name(), &sample.entry.id);
     let Some(sequence) = sequences.of_scene.get(&sample.entry.scene) else {
         unreachable!("every sample's scene is numbered");
@@ -73,14 +73,11 @@ pub(super) fn write(
         .map(|((folder, _), image)| (format!("{split}_{folder}/source"), image))
         .collect();
     pngs.push((format!("{split}_c/target"), sample.target()?));
-    let mut written = Written::default();
+    let mut written = Exported::default();
     for (folder, image) in pngs {
         let png = pictures::eight_bit(id, &image)?;
-        let done = put(root, &format!("{folder}/{sequence}/{id}.png"), &png.bytes)?;
-        written = written.plus(Written {
-            clipped: png.clipped,
-            ..done
-        });
+        let path = format!("{folder}/{sequence}/{id}.png");
+        written = written.plus(put_png(root, &path, &png)?);
     }
     let npy = npy(&sample.left_right_px()?)?;
     let path = format!("{split}_c/target_disp/{sequence}/{id}.npy");

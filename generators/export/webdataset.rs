@@ -12,7 +12,7 @@ use serde_json::json;
 
 use super::error::ExportError;
 use super::source::Source;
-use super::written::Written;
+use super::written::Exported;
 use crate::observer::{Event, Observer};
 
 pub(super) const CONVENTIONS: &str = "SET-NNNNNN.tar: members KEY.EXT, KEY the sample's name, EXT the file's name in the dataset (views.exr, depth.exr, \
@@ -27,8 +27,8 @@ pub(super) fn write(
     root: &Path,
     shard_bytes: u64,
     observer: &dyn Observer,
-) -> Result<Written, ExportError> {
-    let mut written = Written::default();
+) -> Result<Exported, ExportError> {
+    let mut written = Exported::default();
     for split in Split::ALL {
         let mut shards = Vec::new();
         let mut open: Option<Shard> = None;
@@ -66,9 +66,10 @@ pub(super) fn write(
         });
         let path = root.join(format!("{}.json", split.name()));
         file::write_aside(&path, format!("{index:#}\n").as_bytes())?;
-        written = written.plus(Written {
+        written = written.plus(Exported {
             files: shards.len() as u64 + 1,
             bytes,
+            samples: source.entries().iter().filter(|e| e.split == split).count(),
             clipped: 0,
         });
     }
