@@ -49,59 +49,7 @@ pub(super) fn still_life(
 ) -> Result<Parts, SceneError> {
     let kind = key.whole(901, 0, 5);
     Ok(match nature {
-        Nature::Thin => match kind {
-            0 | 1 => {
-                let material = if key.uniform(902) < 0.5 {
-                    cut_out(builder, key)?
-                } else {
-                    slender(builder, key)
-                };
-                let pot = lathe(
-                    &[
-                        (0.0, 0.0),
-                        (0.12, 0.0),
-                        (0.12, 0.0),
-                        (0.17, 0.25),
-                        (0.17, 0.25),
-                        (0.0, 0.22),
-                    ],
-                    ROUND,
-                );
-                let leaves = plant(key, 0.85, u64::from(key.whole(903, 9, 24)));
-                let pot_material = opaque(builder, key.with(1))?;
-                vec![(leaves.at(DVec3::Y * 0.2), material), (pot, pot_material)]
-            }
-            2 => {
-                let coil = spring(0.22, 0.9, key.range(902, 5.0, 9.0), 0.012);
-                vec![(coil.at(DVec3::Y * 0.48), slender(builder, key))]
-            }
-            3 => {
-                let bars = key.whole(902, 5, 12) as usize;
-                let grating = fence(0.8, 1.0, bars, key.range(904, 0.006, 0.02));
-                vec![(grating.at(DVec3::Y * 0.5), slender(builder, key))]
-            }
-            _ => {
-                // Brushes or knitting needles in a cup.
-                let needle = |k: u64| {
-                    let key = key.with(k);
-                    let foot =
-                        DVec3::new(key.range(0, -0.08, 0.08), 0.03, key.range(1, -0.08, 0.08));
-                    let top = foot
-                        + DVec3::new(
-                            key.range(2, -0.2, 0.2),
-                            key.range(3, 0.75, 1.0),
-                            key.range(4, -0.2, 0.2),
-                        );
-                    wire(foot, top, key.range(5, 0.006, 0.014))
-                };
-                let needles = (0..7).fold(Shape::default(), |s, k| s.with(&needle(k)));
-                let own = slender(builder, key);
-                vec![
-                    (needles, own),
-                    (cup(0.16, 0.4), opaque(builder, key.with(1))?),
-                ]
-            }
-        },
+        Nature::Thin => thin_piece(builder, key, kind)?,
         Nature::Clear => match kind {
             0 | 1 => vec![(
                 sphere(0.5, ROUND).at(DVec3::Y * 0.5),
@@ -136,6 +84,62 @@ pub(super) fn still_life(
             )],
             _ => vec![(cone(0.35, 0.9, ROUND), opaque(builder, key)?)],
         },
+    })
+}
+
+/// A plant in a pot, a spring, a grating, needles in a cup.
+fn thin_piece(builder: &mut Builder, key: Key, kind: u32) -> Result<Parts, SceneError> {
+    Ok(match kind {
+        0 | 1 => {
+            let material = if key.uniform(902) < 0.5 {
+                cut_out(builder, key)?
+            } else {
+                slender(builder, key)
+            };
+            let pot = lathe(
+                &[
+                    (0.0, 0.0),
+                    (0.12, 0.0),
+                    (0.12, 0.0),
+                    (0.17, 0.25),
+                    (0.17, 0.25),
+                    (0.0, 0.22),
+                ],
+                ROUND,
+            );
+            let leaves = plant(key, 0.85, u64::from(key.whole(903, 9, 24)));
+            let pot_material = opaque(builder, key.with(1))?;
+            vec![(leaves.at(DVec3::Y * 0.2), material), (pot, pot_material)]
+        }
+        2 => {
+            let coil = spring(0.22, 0.9, key.range(902, 5.0, 9.0), 0.012);
+            vec![(coil.at(DVec3::Y * 0.48), slender(builder, key))]
+        }
+        3 => {
+            let bars = key.whole(902, 5, 12) as usize;
+            let grating = fence(0.8, 1.0, bars, key.range(904, 0.006, 0.02));
+            vec![(grating.at(DVec3::Y * 0.5), slender(builder, key))]
+        }
+        _ => {
+            // Brushes or knitting needles in a cup.
+            let needle = |k: u64| {
+                let key = key.with(k);
+                let foot = DVec3::new(key.range(0, -0.08, 0.08), 0.03, key.range(1, -0.08, 0.08));
+                let top = foot
+                    + DVec3::new(
+                        key.range(2, -0.2, 0.2),
+                        key.range(3, 0.75, 1.0),
+                        key.range(4, -0.2, 0.2),
+                    );
+                wire(foot, top, key.range(5, 0.006, 0.014))
+            };
+            let needles = (0..7).fold(Shape::default(), |s, k| s.with(&needle(k)));
+            let material = slender(builder, key);
+            vec![
+                (needles, material),
+                (cup(0.16, 0.4), opaque(builder, key.with(1))?),
+            ]
+        }
     })
 }
 

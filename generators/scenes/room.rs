@@ -168,66 +168,89 @@ fn furniture(
             camera_z_m(depth).max(0.3),
         );
         let turn = TAU * key.uniform(2);
-        let on_wall = DVec3::new(
-            key.range(3, -0.85, 0.85) * frame.half_width_m,
-            key.range(4, 0.9, 2.0),
-            0.02,
-        );
-        // Nearer than half of the far depth, only small things: they would fill the view.
-        let small = depth < 0.5 * drawn.far_mm;
-        match key.whole(5, 0, if small { 1 } else { 5 }) {
-            0 | 1 => {
-                let size = if small {
-                    0.9 * depth / drawn.far_mm
-                } else {
-                    key.range(6, 0.4, 0.9)
-                };
-                let nature = Nature::draw(key, drawn.thin, drawn.clear);
-                let parts = still_life(builder, key, nature)?;
-                place(builder, frame, "piece", parts, at, turn, size);
-            }
-            2 => {
-                let parts = chair(builder, key)?;
-                place(builder, frame, "chair", parts, at, turn, 1.0);
-            }
-            3 => {
-                let parts = table(builder, key, key.range(6, 0.7, 1.3))?;
-                place(builder, frame, "table", parts, at, turn, 1.0);
-                let nature = Nature::draw(key.with(7), drawn.thin, drawn.clear);
-                let parts = still_life(builder, key.with(7), nature)?;
-                place(
-                    builder,
-                    frame,
-                    "piece",
-                    parts,
-                    at + DVec3::Y * 0.751,
-                    turn,
-                    0.35,
-                );
-            }
-            4 => {
-                let parts = shelf(builder, key)?;
-                let at = DVec3::new(on_wall.x, 0.0, 0.17);
-                place(builder, frame, "shelf", parts, at, 0.0, 1.0);
-            }
-            _ => {
-                let kind = KINDS[key.whole(8, 0, KINDS.len() as u32 - 1) as usize];
-                let own = matt(builder, key, kind)?;
-                let picture = cuboid(DVec3::new(
-                    key.range(9, 0.3, 0.7),
-                    key.range(10, 0.3, 0.7),
-                    0.03,
-                ));
-                place(
-                    builder,
-                    frame,
-                    "picture",
-                    vec![(picture, own)],
-                    on_wall,
-                    0.0,
-                    1.0,
-                );
-            }
+        let spot = Spot { depth, at, turn };
+        furnish(builder, drawn, frame, key, &spot)?;
+    }
+    Ok(())
+}
+
+/// Where a piece of furniture stands.
+struct Spot {
+    /// mm before the camera.
+    depth: f64,
+    /// In the room's frame.
+    at: DVec3,
+    turn: f64,
+}
+
+/// One piece of furniture on the floor, or something on the wall behind.
+fn furnish(
+    builder: &mut Builder,
+    drawn: &Drawn,
+    frame: &Frame,
+    key: Key,
+    spot: &Spot,
+) -> Result<(), SceneError> {
+    let &Spot { depth, at, turn } = spot;
+    let on_wall = DVec3::new(
+        key.range(3, -0.85, 0.85) * frame.half_width_m,
+        key.range(4, 0.9, 2.0),
+        0.02,
+    );
+    // Nearer than half of the far depth, only small things: they would fill the view.
+    let small = depth < 0.5 * drawn.far_mm;
+    match key.whole(5, 0, if small { 1 } else { 5 }) {
+        0 | 1 => {
+            let size = if small {
+                0.9 * depth / drawn.far_mm
+            } else {
+                key.range(6, 0.4, 0.9)
+            };
+            let nature = Nature::draw(key, drawn.thin, drawn.clear);
+            let parts = still_life(builder, key, nature)?;
+            place(builder, frame, "piece", parts, at, turn, size);
+        }
+        2 => {
+            let parts = chair(builder, key)?;
+            place(builder, frame, "chair", parts, at, turn, 1.0);
+        }
+        3 => {
+            let parts = table(builder, key, key.range(6, 0.7, 1.3))?;
+            place(builder, frame, "table", parts, at, turn, 1.0);
+            let nature = Nature::draw(key.with(7), drawn.thin, drawn.clear);
+            let parts = still_life(builder, key.with(7), nature)?;
+            place(
+                builder,
+                frame,
+                "piece",
+                parts,
+                at + DVec3::Y * 0.751,
+                turn,
+                0.35,
+            );
+        }
+        4 => {
+            let parts = shelf(builder, key)?;
+            let at = DVec3::new(on_wall.x, 0.0, 0.17);
+            place(builder, frame, "shelf", parts, at, 0.0, 1.0);
+        }
+        _ => {
+            let kind = KINDS[key.whole(8, 0, KINDS.len() as u32 - 1) as usize];
+            let paint = matt(builder, key, kind)?;
+            let picture = cuboid(DVec3::new(
+                key.range(9, 0.3, 0.7),
+                key.range(10, 0.3, 0.7),
+                0.03,
+            ));
+            place(
+                builder,
+                frame,
+                "picture",
+                vec![(picture, paint)],
+                on_wall,
+                0.0,
+                1.0,
+            );
         }
     }
     Ok(())

@@ -98,40 +98,7 @@ impl Builder {
         object_id: u16,
         warnings: &mut WorldWarnings,
     ) {
-        let first = self.positions.len() as u32;
-        let moved = |p: &[f32; 3]| {
-            move_by
-                .transform_point3(Vec3::from(*p).as_dvec3())
-                .as_vec3()
-        };
-        self.positions.extend(mesh.positions_mm.iter().map(moved));
-        if let Some(normals) = &mesh.normals {
-            self.normals.resize(first as usize, Vec3::ZERO);
-            let turn = move_by.matrix3.inverse().transpose();
-            for n in normals {
-                let turned = (turn * Vec3::from(*n).as_dvec3())
-                    .normalize_or_zero()
-                    .as_vec3();
-                warnings.bad_normals += usize::from(turned == Vec3::ZERO);
-                self.normals.push(turned);
-            }
-        }
-        if let Some(uvs) = &mesh.uvs {
-            self.uvs.resize(first as usize, [0.0; 2]);
-            for uv in uvs {
-                let good = uv.iter().all(|x| x.is_finite());
-                warnings.bad_uvs += usize::from(!good);
-                self.uvs.push(if good { *uv } else { [0.0; 2] });
-            }
-        }
-        if let Some(colours) = &mesh.colours {
-            self.colours.resize(first as usize, [1.0; 4]);
-            for colour in colours {
-                let mended = colour.map(|x| if x.is_nan() { 1.0 } else { x.clamp(0.0, 1.0) });
-                warnings.bad_colours += usize::from(mended != *colour);
-                self.colours.push(mended);
-            }
-        }
+        let first = self.add_vertices(mesh, move_by, warnings);
         let mirrored = move_by.matrix3.determinant() < 0.0;
         let mut part = None::<(Part, u32)>;
         for (i, &[a, b, c]) in mesh.triangles.iter().enumerate() {
@@ -171,6 +138,50 @@ impl Builder {
                 part: number,
             });
         }
+    }
+
+    /// Adds the vertices of a mesh; every list of what vertices have is as long as that of positions, or empty. Returns
+    /// the number of the first.
+    fn add_vertices(
+        &mut self,
+        mesh: &TriangleMesh,
+        move_by: &DAffine3,
+        warnings: &mut WorldWarnings,
+    ) -> u32 {
+        let first = self.positions.len() as u32;
+        let moved = |p: &[f32; 3]| {
+            move_by
+                .transform_point3(Vec3::from(*p).as_dvec3())
+                .as_vec3()
+        };
+        self.positions.extend(mesh.positions_mm.iter().map(moved));
+        if let Some(normals) = &mesh.normals {
+            self.normals.resize(first as usize, Vec3::ZERO);
+            let turn = move_by.matrix3.inverse().transpose();
+            for n in normals {
+                let turned = (turn * Vec3::from(*n).as_dvec3())
+                    .normalize_or_zero()
+                    .as_vec3();
+                warnings.bad_normals += usize::from(turned == Vec3::ZERO);
+                self.normals.push(turned);
+            }
+        }
+        if let Some(uvs) = &mesh.uvs {
+            self.uvs.resize(first as usize, [0.0; 2]);
+            for uv in uvs {
+                let good = uv.iter().all(|x| x.is_finite());
+                warnings.bad_uvs += usize::from(!good);
+                self.uvs.push(if good { *uv } else { [0.0; 2] });
+            }
+        }
+        if let Some(colours) = &mesh.colours {
+            self.colours.resize(first as usize, [1.0; 4]);
+            for colour in colours {
+                let mended = colour.map(|x| if x.is_nan() { 1.0 } else { x.clamp(0.0, 1.0) });
+                warnings.bad_colours += usize::from(mended != *colour);
+                self.colours.push(mended);
+            }
+        }
         if !self.normals.is_empty() {
             self.normals.resize(self.positions.len(), Vec3::ZERO);
         }
@@ -180,6 +191,7 @@ impl Builder {
         if !self.colours.is_empty() {
             self.colours.resize(self.positions.len(), [1.0; 4]);
         }
+        first
     }
 
     fn finish(self) -> Geometry {

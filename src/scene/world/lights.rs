@@ -72,69 +72,11 @@ impl Lights {
             .iter()
             .map(|m| mean_brightness(m, world))
             .collect();
-        let mut triangles = Vec::new();
-        let mut powers = Vec::new();
-        for (slot, placed) in stage.placed.iter().enumerate() {
-            let geometry = &stage.geometries[placed.geometry];
-            for (packet, lanes) in geometry.packets.iter().enumerate() {
-                for lane in 0..lanes.len() {
-                    let part = geometry.parts[lanes.parts[lane] as usize];
-                    let bright = brightness[part.material as usize];
-                    if bright > 0.0 {
-                        let [p, q, r] = lanes
-                            .corners(lane)
-                            .map(|p| placed.camera_from_mesh.transform_point3(p.as_dvec3()));
-                        triangles.push(Element {
-                            placed: slot as u32,
-                            packet: packet as u32,
-                            lane: lane as u8,
-                        });
-                        powers.push(bright * 0.5 * (q - p).cross(r - p).length());
-                    }
-                }
-            }
-        }
-        let (mut suns, mut points) = (Vec::new(), Vec::new());
-        for light in &world.lights {
-            match *light {
-                Light::Sun {
-                    direction,
-                    irradiance,
-                    half_angle_deg,
-                } => suns.push(Sun {
-                    direction: -direction.normalize().as_vec3(),
-                    irradiance: Vec3::from(irradiance),
-                    // 1 − cos x = 2 sin²(x/2), exact for small angles.
-                    rise: (2.0 * (0.5 * half_angle_deg.to_radians()).sin().powi(2)) as f32,
-                }),
-                Light::Point {
-                    position_mm,
-                    intensity_m2,
-                } => points.push(Point {
-                    position: position_mm,
-                    intensity: Vec3::from(intensity_m2) * MM2_PER_M2,
-                    cone: None,
-                }),
-                Light::Spot {
-                    position_mm,
-                    direction,
-                    intensity_m2,
-                    inner_deg,
-                    outer_deg,
-                } => points.push(Point {
-                    position: position_mm,
-                    intensity: Vec3::from(intensity_m2) * MM2_PER_M2,
-                    cone: Some((
-                        direction.normalize().as_vec3(),
-                        inner_deg.to_radians().cos() as f32,
-                        outer_deg.to_radians().cos() as f32,
-                    )),
-                }),
-            }
-        }
+        let (triangles, powers) = shining_triangles(stage, &brightness);
+        let (suns, points) = suns_and_points(&world.lights);
         let power = |c: Vec3| f64::from(c.element_sum());
-        let sun_sums = running(suns.iter().map(|s: &Sun| power(s.irradiance)));
-        let point_sums = running(points.iter().map(|p: &Point| power(p.intensity)));
+        let sun_sums = running(suns.iter().map(|s| power(s.irradiance)));
+        let point_sums = running(points.iter().map(|p| power(p.intensity)));
         let triangle_sums = running(powers.into_iter());
         let mut kinds = Vec::new();
         let mut add = |kind, present: bool| {
@@ -204,6 +146,76 @@ impl Sun {
         let sin2 = self.rise * (2.0 - self.rise);
         self.irradiance / (std::f32::consts::PI * sin2)
     }
+}
+
+/// The triangles that shine, and the brightness × area of each.
+fn shining_triangles(stage: &Stage, brightness: &[f64]) -> (Vec<Element>, Vec<f64>) {
+    let mut triangles = Vec::new();
+    let mut powers = Vec::new();
+    for (slot, placed) in stage.placed.iter().enumerate() {
+        let geometry = &stage.geometries[placed.geometry];
+        for (packet, lanes) in geometry.packets.iter().enumerate() {
+            for lane in 0..lanes.len() {
+                let part = geometry.parts[lanes.parts[lane] as usize];
+                let bright = brightness[part.material as usize];
+                if bright > 0.0 {
+                    let [p, q, r] = lanes
+                        .corners(lane)
+                        .map(|p| placed.camera_from_mesh.transform_point3(p.as_dvec3()));
+                    triangles.push(Element {
+                        placed: slot as u32,
+                        packet: packet as u32,
+                        lane: lane as u8,
+                    });
+                    powers.push(bright * 0.5 * (q - p).cross(r - p).length());
+                }
+            }
+        }
+    }
+    (triangles, powers)
+}
+
+/// Lights in the camera frame.
+fn suns_and_points(lights: &[Light]) -> (Vec<Sun>, Vec<Point>) {
+    let (mut suns, mut points) = (Vec::new(), Vec::new());
+    for light in lights {
+        match *light {
+            Light::Sun {
+                direction,
+                irradiance,
+                half_angle_deg,
+            } => suns.push(Sun {
+                direction: -direction.normalize().as_vec3(),
+                irradiance: Vec3::from(irradiance),
+                // 1 − cos x = 2 sin²(x/2), exact for small angles.
+                rise: (2.0 * (0.5 * half_angle_deg.to_radians()).sin().powi(2)) as f32,
+            }),
+            Light::Point {
+                position_mm,
+                intensity_m2,
+            } => points.push(Point {
+                position: position_mm,
+                intensity: Vec3::from(intensity_m2) * MM2_PER_M2,
+                cone: None,
+            }),
+            Light::Spot {
+                position_mm,
+                direction,
+                intensity_m2,
+                inner_deg,
+                outer_deg,
+            } => points.push(Point {
+                position: position_mm,
+                intensity: Vec3::from(intensity_m2) * MM2_PER_M2,
+                cone: Some((
+                    direction.normalize().as_vec3(),
+                    inner_deg.to_radians().cos() as f32,
+                    outer_deg.to_radians().cos() as f32,
+                )),
+            }),
+        }
+    }
+    (suns, points)
 }
 
 /// Mean of R, G and B of a material's emission.

@@ -97,26 +97,26 @@ impl World {
         let base = texel3(self.texel(m.base_colour_texture, surface.uv, footprint))
             * Vec3::from(m.base_colour)
             * texel3(surface.colour);
+        let matt = Bsdf {
+            table: &self.albedos,
+            frame: [x, y, n],
+            normal,
+            view,
+            o,
+            pass: Vec3::ZERO,
+            clear: Vec3::ZERO,
+            tint: base,
+            eta: 1.0,
+            pane: Vec3::ZERO,
+            layered: 1.0,
+            diffuse: base * std::f32::consts::FRAC_1_PI,
+            f0: Vec3::ZERO,
+            f90: 0.0,
+            roughness: 1.0,
+            chances: [0.0, 0.0, 0.0, 0.0, f32::from(base.dot(throughput) > 0.0)],
+        };
         if self.is_matt[surface.material] {
-            let is_lit = base.dot(throughput) > 0.0;
-            return Bsdf {
-                table: &self.albedos,
-                frame: [x, y, n],
-                normal,
-                view,
-                o,
-                pass: Vec3::ZERO,
-                clear: Vec3::ZERO,
-                tint: base,
-                eta: 1.0,
-                pane: Vec3::ZERO,
-                layered: 1.0,
-                diffuse: base * std::f32::consts::FRAC_1_PI,
-                f0: Vec3::ZERO,
-                f90: 0.0,
-                roughness: 1.0,
-                chances: [0.0, 0.0, 0.0, 0.0, f32::from(is_lit)],
-            };
+            return matt;
         }
         let [_, g, b, _] = self.texel(m.metallic_roughness_texture, surface.uv, footprint);
         let (metallic, roughness) = (m.metallic * b, m.roughness * g);
@@ -136,45 +136,17 @@ impl World {
             solid = Vec3::splat(clear);
         }
         let mut bsdf = Bsdf {
-            table: &self.albedos,
-            frame: [x, y, n],
-            normal,
-            view,
-            o,
             pass,
             clear: solid,
-            tint: base,
             eta: if is_front { m.ior } else { 1.0 / m.ior },
             pane,
             layered,
-            diffuse: Vec3::ZERO,
             f0,
             f90,
             roughness,
-            chances: [0.0; 5],
+            ..matt
         };
-        let reflected = bsdf.own_reflectance(o.z);
-        let body = (1.0 - metallic) * base;
-        let mean = if f90 > 0.0 {
-            bsdf.mean_reflectance()
-        } else {
-            Vec3::ZERO
-        };
-        // A layer that reflects all (a white metal) leaves nothing to couple.
-        let remaining = (Vec3::ONE - mean).max(Vec3::splat(1e-6));
-        bsdf.diffuse = body * (Vec3::ONE - reflected) / (remaining * std::f32::consts::PI);
-        let albedos = [
-            pass,
-            solid,
-            pane,
-            layered * reflected,
-            layered * body * (Vec3::ONE - reflected),
-        ];
-        let shares = albedos.map(|a| a.dot(throughput).max(0.0));
-        let sum: f32 = shares.iter().sum();
-        if sum > 0.0 {
-            bsdf.chances = shares.map(|s| s / sum);
-        }
+        bsdf.set_diffuse((1.0 - metallic) * base, throughput);
         bsdf
     }
 
@@ -231,6 +203,32 @@ fn pane_reflectance(cos: f32, ior: f32) -> f32 {
 impl Bsdf<'_> {
     fn is_mirror(&self) -> bool {
         self.roughness < Material::SMOOTH_ROUGHNESS
+    }
+
+    /// Light that leaves the layer again below, off a body of this albedo, and the chances of all parts.
+    fn set_diffuse(&mut self, body: Vec3, throughput: Vec3) {
+        let reflected = self.own_reflectance(self.o.z);
+        let mean = if self.f90 > 0.0 {
+            self.mean_reflectance()
+        } else {
+            Vec3::ZERO
+        };
+        // A layer that reflects all (a white metal) leaves nothing to couple.
+        let remaining = (Vec3::ONE - mean).max(Vec3::splat(1e-6));
+        self.diffuse = body * (Vec3::ONE - reflected) / (remaining * std::f32::consts::PI);
+        let albedos = [
+            self.pass,
+            self.clear,
+            self.pane,
+            self.layered * reflected,
+            self.layered * body * (Vec3::ONE - reflected),
+        ];
+        let shares = albedos.map(|a| a.dot(throughput).max(0.0));
+        let sum: f32 = shares.iter().sum();
+        self.chances = match sum > 0.0 {
+            true => shares.map(|s| s / sum),
+            false => [0.0; 5],
+        };
     }
 
     /// Reflectance of the layer from a direction of this cosine.
