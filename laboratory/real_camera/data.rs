@@ -16,6 +16,9 @@ use std::path::{Path, PathBuf};
 use quadpixel::image::srgb::to_linear;
 use quadpixel::image::{Image, raster};
 
+/// The F-number from which on a capture counts as sharp, to be the texture of a wider one.
+pub const SHARP_MARK: f64 = 16.0;
+
 /// Distance of a full code of an 8-bit depth map, m.
 const EIGHT_BIT_FULL_M: f32 = 10.0;
 

@@ -3,11 +3,12 @@
 //! ```text
 //! captures ─ data ─▶ views ─ measure ─▶ shifts                     camera: lens, stop, focus, pixel (exact, spread)
 //! F/20 view ─ simulate ─▶ F/4 views by all models ─ compare ─▶ PSNR, SSIM, shifts ┐
-//! aperture: shift over circle of confusion from F/1.8 to F/20                                        ├─ report ─▶ page
+//! aperture: shift over circle of confusion from F/1.8 to F/20                                        ├─ results ─ report ─▶ page
 //! curve ─▶ disparity against distance ─ depths ─▶ errors over planes and scenes                      ┘
 //! ```
 
 mod aperture;
+mod args;
 mod camera;
 mod compare;
 mod curve;
@@ -18,12 +19,12 @@ mod measure;
 mod noise;
 mod page;
 mod report;
+mod results;
 mod scenes;
 mod simulate;
 mod spread;
 
 use std::error::Error;
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -31,36 +32,13 @@ use quadpixel::em::PixelStack;
 use quadpixel::render::Camera;
 use quadpixel::render::truth::Defocus;
 
+use args::{Args, step};
 use camera::Model;
-use data::{Captures, Flat, Views};
-use report::{ApertureResult, CaptureResult, LensResult, ModelResult, Results};
-
-/// The F-number from which on a capture counts as sharp, to be the texture of a wider one.
-const SHARP_MARK: f64 = 16.0;
+use data::{Captures, Flat, SHARP_MARK, Views};
+use results::{ApertureResult, CaptureResult, LensResult, ModelResult, Results};
 
 /// Directions of the exact runs: across the F/1.8 cone, and where the F/4 cone at the side of the field lies.
 const EXACT_U: [f64; 7] = [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4];
-
-/// Simulates the captures in a folder, measures depth in them, and writes a page.
-///
-/// Example: real_camera ../captures --out docs/real-camera
-#[derive(Parser)]
-struct Args {
-    /// Folder of the captures; see data.rs.
-    data: PathBuf,
-    /// Folder to write.
-    #[arg(long, default_value = "docs/real-camera")]
-    out: PathBuf,
-    /// Lens: a built-in name, a .json or a .zmx file.
-    #[arg(long, default_value = "lib_50mm_US20210263286_ex1")]
-    lens: String,
-    /// Pixel: a built-in name of `qpgen response`.
-    #[arg(long, default_value = "6um-dual")]
-    pixel: String,
-    /// Makes the exact runs of the pixel (minutes each) and writes them to this file; nothing else is done.
-    #[arg(long)]
-    exact_runs: Option<PathBuf>,
-}
 
 fn main() -> ExitCode {
     match run(&Args::parse()) {
@@ -70,10 +48,6 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
-}
-
-fn step(text: &str) {
-    eprintln!("real_camera: {text}");
 }
 
 fn run(args: &Args) -> Result<(), Box<dyn Error>> {

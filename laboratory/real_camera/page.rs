@@ -7,7 +7,7 @@ use crate::camera::FITTED_ON;
 use crate::depths::CLAIM_M;
 use crate::measure::Shift;
 use crate::noise::PARTS;
-use crate::report::{CaptureResult, DepthResult, LensResult, Results};
+use crate::results::{CaptureResult, DepthResult, LensResult, Results};
 
 const PAGE: &str = include_str!("page.md");
 

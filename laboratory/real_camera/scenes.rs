@@ -6,10 +6,11 @@ use std::path::Path;
 use quadpixel::image::Image;
 use quadpixel_algorithms::depth::FieldCurve;
 
+use crate::args::{Args, step};
 use crate::camera::{self, Model};
-use crate::data::{self, Captures, Views};
-use crate::report::{self, DepthResult, Results};
-use crate::{Args, SHARP_MARK, curve, depths, step};
+use crate::data::{self, Captures, SHARP_MARK, Views};
+use crate::results::{DepthResult, Results};
+use crate::{curve, depths, report};
 
 /// The F-number of scenes, which their folders do not say: the published network for these captures is trained at F/4.
 const SCENE_MARK: f64 = 4.0;

@@ -4,7 +4,7 @@
 use glam::DVec2;
 use quadpixel_generators::plot::{Axis, Chart, Guide, Series, sheet};
 
-use super::Measured;
+use super::measured::Measured;
 use super::report::Curve;
 
 const INSIDE_PX: DVec2 = DVec2::new(460.0, 200.0);

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::Measured;
+use super::measured::Measured;
 use quadpixel_algorithms::autofocus::{peak, zero_crossing};
 
 /// A stack in order of focus, with its answers in dioptres (1/m, from the entrance pupil).

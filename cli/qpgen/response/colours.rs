@@ -1,6 +1,5 @@
 //! Pixels in a mosaic of colour filters: which microlens a response is of, or a table of each.
 
-use clap::ValueEnum;
 use quadpixel::em::PixelStack;
 use quadpixel::em::mosaic::FilterColour;
 use quadpixel::response::{AngularResponse, BuildReport, CachedTables, ResponseCache, TablePlan};
@@ -8,25 +7,13 @@ use quadpixel::spectrum::{Bands, ChannelWavelengths};
 use quadpixel_cli::exit::CommandError;
 use std::path::Path;
 
-use super::{ResponseArgs, default_output, nodes, part, settings, written};
+use super::args::{ColourArg, ResponseArgs};
+use super::tables::{default_output, nodes, part, written};
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 
 /// The default of --wavelength-nm.
 const DEFAULT_NM: f64 = 550.0;
-
-/// Whose response.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum ColourArg {
-    Red,
-    /// The mean of both greens.
-    Green,
-    Blue,
-    All,
-    /// One table for a dataset whose channels are bands (`[spectrum]`): each wavelength of a band under the filter of
-    /// its colour.
-    Bands,
-}
 
 /// Sets the colour that the pixel's response is of; whether it is all.
 pub(super) fn choose(colour: ColourArg, stack: &mut PixelStack) -> Result<bool, CommandError> {
@@ -118,7 +105,7 @@ fn plan(
     stack: &PixelStack,
     channels: Option<&ChannelWavelengths>,
 ) -> Result<TablePlan, CommandError> {
-    let mut settings = settings(args, stack);
+    let mut settings = args.settings(stack);
     if let Some(channels) = channels {
         settings.wavelengths_nm = channels.all_response_nm();
     }

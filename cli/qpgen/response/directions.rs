@@ -6,7 +6,7 @@ use quadpixel::em::light::{Light, Powers, direction_cosines};
 use quadpixel::sensor::Subpixels;
 use rayon::prelude::*;
 
-use super::ResponseArgs;
+use super::args::ResponseArgs;
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::{Level, Log};
 use quadpixel_cli::progress::Progress;
