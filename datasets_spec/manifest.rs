@@ -72,7 +72,7 @@ pub struct FileEntry {
 
 impl FileEntry {
     /// The entry of a file with this content.
-    pub fn of(path: &str, content: &[u8]) -> Self {
+    pub fn new(path: &str, content: &[u8]) -> Self {
         Self {
             path: path.to_string(),
             bytes: content.len() as u64,
@@ -139,6 +139,6 @@ pub fn conventions() -> BTreeMap<String, String> {
 }
 
 fn table(rows: &[(&str, &str)]) -> BTreeMap<String, String> {
-    let own = |&(key, value): &(&str, &str)| (key.to_string(), value.to_string());
-    rows.iter().map(own).collect()
+    let texts = |&(key, value): &(&str, &str)| (key.to_string(), value.to_string());
+    rows.iter().map(texts).collect()
 }

@@ -55,16 +55,16 @@ pub fn sample_name(index: u32) -> Result<String, PathError> {
 }
 
 /// The folder of part `number` (from 1) of `of` of a dataset that is made in parts.
-pub fn shard_folder(number: usize, of: usize) -> String {
-    format!("shard-{number}-of-{of}")
+pub fn shard_folder(number: usize, count: usize) -> String {
+    format!("shard-{number}-of-{count}")
 }
 
 /// Number and count of a part by its folder's name.
 pub fn parse_shard_folder(name: &str) -> Option<(usize, usize)> {
-    let (number, of) = name.strip_prefix("shard-")?.split_once("-of-")?;
-    let (number, of) = (number.parse().ok()?, of.parse().ok()?);
+    let (number, count) = name.strip_prefix("shard-")?.split_once("-of-")?;
+    let (number, count) = (number.parse().ok()?, count.parse().ok()?);
     // Only the spelling that this program writes.
-    (shard_folder(number, of) == name).then_some((number, of))
+    (shard_folder(number, count) == name).then_some((number, count))
 }
 
 /// The list of a split, below the dataset's folder.

@@ -47,8 +47,8 @@ pub fn split_of_scene(scene: &str) -> Split {
 /// puts the one of the least hash there.
 pub fn split_scenes<'a>(scenes: impl IntoIterator<Item = &'a str>) -> BTreeMap<String, Split> {
     let scenes: BTreeSet<&str> = scenes.into_iter().collect();
-    let own = |scene: &&str| ((*scene).to_string(), split_of_scene(scene));
-    let mut splits: BTreeMap<String, Split> = scenes.iter().map(own).collect();
+    let with_split = |scene: &&str| ((*scene).to_string(), split_of_scene(scene));
+    let mut splits: BTreeMap<String, Split> = scenes.iter().map(with_split).collect();
     if !splits.values().any(|split| *split == Split::Train)
         && let Some(first) = scenes.iter().min_by_key(|scene| scene_hash(scene))
     {

@@ -134,10 +134,10 @@ fn check_tree(root: &Path, manifest: &DatasetManifest, report: &mut Report) {
             report.add(&entry.path, "is listed twice");
         }
     }
-    let mut found = Vec::new();
-    walk(root, "", &mut found, report);
-    found.sort();
-    for path in found {
+    let mut paths = Vec::new();
+    walk(root, "", &mut paths, report);
+    paths.sort();
+    for path in paths {
         if path != paths::DATASET && !listed.contains(path.as_str()) {
             let what = if path == paths::RUN {
                 "a run has not ended here: the same qpgen dataset goes on with it"
@@ -151,7 +151,7 @@ fn check_tree(root: &Path, manifest: &DatasetManifest, report: &mut Report) {
     }
 }
 
-fn walk(folder: &Path, prefix: &str, found: &mut Vec<String>, report: &mut Report) {
+fn walk(folder: &Path, prefix: &str, paths: &mut Vec<String>, report: &mut Report) {
     let entries = match fs::read_dir(folder) {
         Ok(entries) => entries,
         Err(cause) => return report.add(prefix, format!("cannot be listed: {cause}")),
@@ -171,9 +171,9 @@ fn walk(folder: &Path, prefix: &str, found: &mut Vec<String>, report: &mut Repor
             format!("{prefix}/{name}")
         };
         if kind.is_dir() {
-            walk(&entry.path(), &path, found, report);
+            walk(&entry.path(), &path, paths, report);
         } else if kind.is_file() {
-            found.push(path);
+            paths.push(path);
         } else {
             report.add(&path, "is a link or no plain file");
         }

@@ -19,7 +19,7 @@ struct Quantity {
     file: &'static str,
     /// Whether its plot is logarithmic.
     log: bool,
-    of: fn(&SampleMeta) -> Option<f64>,
+    value: fn(&SampleMeta) -> Option<f64>,
 }
 
 const QUANTITIES: [Quantity; 9] = [
@@ -28,63 +28,63 @@ const QUANTITIES: [Quantity; 9] = [
         unit: "m",
         file: "focus",
         log: true,
-        of: |m| m.focus.distance_m,
+        value: |m| m.focus.distance_m,
     },
     Quantity {
         name: "nearest depth",
         unit: "m",
         file: "nearest",
         log: true,
-        of: |m| m.ranges.depth_m.map(|r| r.min),
+        value: |m| m.ranges.depth_m.map(|r| r.min),
     },
     Quantity {
         name: "farthest depth but the sky",
         unit: "m",
         file: "farthest",
         log: true,
-        of: |m| m.ranges.depth_m.map(|r| r.max),
+        value: |m| m.ranges.depth_m.map(|r| r.max),
     },
     Quantity {
         name: "largest disparity of a sub-pixel",
         unit: "px",
         file: "disparity",
         log: false,
-        of: |m| Some(size(m.ranges.dx_px?).max(size(m.ranges.dy_px?))),
+        value: |m| Some(size(m.ranges.dx_px?).max(size(m.ranges.dy_px?))),
     },
     Quantity {
         name: "largest circle of confusion",
         unit: "px",
         file: "coc",
         log: false,
-        of: |m| m.ranges.coc_px.map(size),
+        value: |m| m.ranges.coc_px.map(size),
     },
     Quantity {
         name: "ratio of disparity to circle of confusion",
         unit: "1",
         file: "ratio",
         log: false,
-        of: |m| m.coc_disparity.map(|c| c.traced_ratio),
+        value: |m| m.coc_disparity.map(|c| c.traced_ratio),
     },
     Quantity {
         name: "image height of the window",
         unit: "mm",
         file: "height",
         log: false,
-        of: |m| Some(m.sensor.centre_mm[0].hypot(m.sensor.centre_mm[1])),
+        value: |m| Some(m.sensor.centre_mm[0].hypot(m.sensor.centre_mm[1])),
     },
     Quantity {
         name: "F-number",
         unit: "1",
         file: "f_number",
         log: false,
-        of: |m| Some(m.lens.f_number),
+        value: |m| Some(m.lens.f_number),
     },
     Quantity {
         name: "standard error of a rendered value",
         unit: "%",
         file: "error",
         log: false,
-        of: |m| m.statistics.mean_relative_standard_error.map(|e| 100.0 * e),
+        value: |m| m.statistics.mean_relative_standard_error.map(|e| 100.0 * e),
     },
 ];
 
@@ -136,7 +136,7 @@ impl Census {
                 .insert(effect.effect.to_string(), effect.reason.to_string());
         }
         for (values, quantity) in self.values.iter_mut().zip(&QUANTITIES) {
-            values.extend((quantity.of)(meta).filter(|v| v.is_finite()));
+            values.extend((quantity.value)(meta).filter(|v| v.is_finite()));
         }
     }
 

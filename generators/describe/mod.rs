@@ -69,7 +69,7 @@ pub struct Description {
 }
 
 /// What was exposed: how light became linear values, and what became of the light.
-pub(crate) struct Exposed<'a> {
+pub(crate) struct RenderedLight<'a> {
     /// Linear value a sr of absorbed white light.
     pub gain: f64,
     /// What a white wall gives in the sum in the middle of the window, per channel, sr.
@@ -91,7 +91,7 @@ pub(crate) fn describe(
     id: SampleId,
     camera: &Camera,
     response: &Response,
-    exposed: Exposed<'_>,
+    exposed: RenderedLight<'_>,
 ) -> Result<Description, RecipeError> {
     let stats = exposed.stats;
     let charts = recipe.planes.iter().map(|p| p.chart.name());

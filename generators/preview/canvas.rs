@@ -102,8 +102,8 @@ impl Sheet {
         colour: impl Fn(f32) -> Rgb,
     ) {
         for i in 0..width {
-            let own = colour(i as f32 / (width - 1).max(1) as f32);
-            (0..height).for_each(|j| self.set(x + i, y + j, own));
+            let colour_here = colour(i as f32 / (width - 1).max(1) as f32);
+            (0..height).for_each(|j| self.set(x + i, y + j, colour_here));
         }
     }
 }

@@ -12,11 +12,13 @@ use crate::production::error::GenerateError;
 use crate::production::folder_error::FolderError;
 use crate::production::identity::Identity;
 use crate::production::recipes::Recipes;
-use crate::production::run_folder::{RunFolder, asked_for, refuse_other};
+use crate::production::run_folder::{RunFolder, identity_in, refuse_other};
 use crate::recipe::{Recipe, SampleId};
 use crate::sample::render_sample;
 use crate::sample::stages::{Stages, timed};
-use crate::writer::{Dataset, Found, WriteError, finish_dataset, found_sample, write_sample};
+use crate::writer::{
+    Dataset, EarlierSample, WriteError, earlier_sample, finish_dataset, write_sample,
+};
 
 /// Licence of what is made: charts and fonts allow it.
 pub const LICENCE: &str = "CC0-1.0";
@@ -60,7 +62,7 @@ pub fn make_part(
 ) -> Result<Summary, GenerateError> {
     config.check()?;
     check_folder(out)?;
-    let identity = Identity::of(config)?;
+    let identity = Identity::new(config)?;
     let recipes = Recipes::checked(config, shard)?;
     let in_whole = shard_neighbours(out, shard, &identity)?;
     let place = match shard.is_whole() {
@@ -120,10 +122,10 @@ struct Part<'a> {
 impl Part<'_> {
     /// Whether an earlier run finished a sample below `root`; what is broken is reported and taken away.
     fn has(&self, root: &Path, index: u32) -> Result<bool, WriteError> {
-        match found_sample(root, index, &self.hash)? {
-            Found::Whole => Ok(true),
-            Found::Nothing => Ok(false),
-            Found::Broken(what) => {
+        match earlier_sample(root, index, &self.hash)? {
+            EarlierSample::Whole => Ok(true),
+            EarlierSample::Nothing => Ok(false),
+            EarlierSample::Broken(what) => {
                 let text = format!("sample {index} was damaged ({what}); it is made again");
                 self.observer.event(Event::Warning(&text));
                 Ok(false)
@@ -200,21 +202,21 @@ fn shard_neighbours(out: &Path, shard: Shard, identity: &Identity) -> Result<boo
         };
     }
     for part in &parts {
-        let of = part
+        let numbers = part
             .file_name()
             .and_then(|n| paths::parse_shard_folder(n.to_str()?));
-        if of.is_some_and(|(_, of)| of != shard.count()) {
+        if numbers.is_some_and(|(_, count)| count != shard.count()) {
             let what = format!(
                 "{} is there already; allowed: the same number of shards, or another folder",
                 part.display()
             );
             return Err(FolderError::refused(format!("--shard {shard}"), what));
         }
-        if let Some(there) = asked_for(part)? {
+        if let Some(there) = identity_in(part)? {
             refuse_other(part, &there, identity)?;
         }
     }
-    let whole = asked_for(out)?;
+    let whole = identity_in(out)?;
     if let Some(there) = &whole {
         refuse_other(out, there, identity)?;
     }
@@ -226,7 +228,7 @@ pub(crate) fn shard_folders(out: &Path) -> Result<Vec<PathBuf>, FolderError> {
     let Ok(entries) = std::fs::read_dir(out) else {
         return Ok(Vec::new());
     };
-    let mut found = Vec::new();
+    let mut folders = Vec::new();
     for entry in entries {
         let entry = entry.map_err(|e| FolderError::disk(out, e))?;
         let plain = entry.file_type().is_ok_and(|kind| kind.is_dir());
@@ -237,11 +239,11 @@ pub(crate) fn shard_folders(out: &Path) -> Result<Vec<PathBuf>, FolderError> {
                 .and_then(paths::parse_shard_folder)
                 .is_some()
         {
-            found.push(entry.path());
+            folders.push(entry.path());
         }
     }
-    found.sort();
-    Ok(found)
+    folders.sort();
+    Ok(folders)
 }
 
 /// A dataset may grow, but not shrink: samples would be left over.

@@ -47,7 +47,7 @@ impl Identity {
     ///
     /// # Errors
     /// A file that it names and that cannot be read.
-    pub fn of(config: &DatasetConfig) -> Result<Self, IdentityError> {
+    pub fn new(config: &DatasetConfig) -> Result<Self, IdentityError> {
         let configuration = serde_json::to_value(config)?;
         let mut inputs = BTreeMap::new();
         hash_files(&configuration, &mut inputs)?;
@@ -64,9 +64,9 @@ impl Identity {
     }
 
     /// What differs, a line each: the place, what is there and what was asked for. Empty for the same identity.
-    pub fn differences(&self, asked: &Self) -> Vec<String> {
+    pub fn differences(&self, wanted: &Self) -> Vec<String> {
         let mut lines = Vec::new();
-        compare("", &self.compared(), &asked.compared(), &mut lines);
+        compare("", &self.compared(), &wanted.compared(), &mut lines);
         lines
     }
 
@@ -106,28 +106,28 @@ fn hash_files(value: &Value, inputs: &mut BTreeMap<String, String>) -> Result<()
     }
 }
 
-fn compare(place: &str, there: &Value, asked: &Value, lines: &mut Vec<String>) {
-    if let (Value::Object(a), Value::Object(b)) = (there, asked) {
+fn compare(place: &str, there: &Value, wanted: &Value, lines: &mut Vec<String>) {
+    if let (Value::Object(a), Value::Object(b)) = (there, wanted) {
         let names: std::collections::BTreeSet<&String> = a.keys().chain(b.keys()).collect();
         for name in names {
             let place = match place {
                 "" | "config" => name.clone(),
                 place => format!("{place}.{name}"),
             };
-            let of = |fields: &serde_json::Map<String, Value>| {
+            let field = |fields: &serde_json::Map<String, Value>| {
                 fields.get(name).cloned().unwrap_or(Value::Null)
             };
-            compare(&place, &of(a), &of(b), lines);
+            compare(&place, &field(a), &field(b), lines);
         }
-    } else if there != asked {
-        let said = |v: &Value| match v {
+    } else if there != wanted {
+        let shown = |v: &Value| match v {
             Value::Null => "nothing".to_string(),
             other => other.to_string(),
         };
         lines.push(format!(
             "{place}: {} there, {} asked for",
-            said(there),
-            said(asked)
+            shown(there),
+            shown(wanted)
         ));
     }
 }
@@ -139,7 +139,7 @@ mod tests {
     use crate::config::DEFAULT_TOML;
 
     fn identity(text: &str) -> Identity {
-        Identity::of(&DatasetConfig::from_toml(text, "t").unwrap()).unwrap()
+        Identity::new(&DatasetConfig::from_toml(text, "t").unwrap()).unwrap()
     }
 
     #[test]
@@ -150,9 +150,9 @@ mod tests {
         assert_eq!(a.hash(), grown.hash());
         let other = DEFAULT_TOML.replace("seed = 1 ", "seed = 2 ");
         let other = identity(&other.replace("cards = { min = 0, ", "cards = { min = 1, "));
-        let told = a.differences(&other);
+        let lines = a.differences(&other);
         assert_eq!(
-            told,
+            lines,
             [
                 "scene.cards.min: 0.0 there, 1.0 asked for",
                 "seed: 1 there, 2 asked for"

@@ -90,7 +90,7 @@ fn one_dataset(first: &Part, parts: &[Part]) -> Result<u32, FolderError> {
             .get("count")
             .and_then(|c| c.as_u64())
     };
-    let mut seen = BTreeMap::new();
+    let mut folders = BTreeMap::new();
     for part in parts {
         let path = part.folder.path().display();
         let mut differences = first.identity.differences(&part.identity);
@@ -98,10 +98,14 @@ fn one_dataset(first: &Part, parts: &[Part]) -> Result<u32, FolderError> {
             differences.push(format!("shard: {} and {}", first.shard, part.shard));
         }
         if count_of(part) != count_of(first) {
-            let said = |part| count_of(part).map_or("none".into(), |n| n.to_string());
-            differences.push(format!("count: {} and {}", said(first), said(part)));
+            let count_text = |part| count_of(part).map_or("none".into(), |n| n.to_string());
+            differences.push(format!(
+                "count: {} and {}",
+                count_text(first),
+                count_text(part)
+            ));
         }
-        if let Some(other) = seen.insert(part.shard.number(), part.folder.path()) {
+        if let Some(other) = folders.insert(part.shard.number(), part.folder.path()) {
             differences.push(format!("shard {}: also in {}", part.shard, other.display()));
         }
         if !differences.is_empty() {
@@ -135,11 +139,11 @@ fn refuse_missing(
         let shard = Shard::new(number, any.count());
         let shard = shard.map_err(|e| FolderError::refused(out.display(), e))?;
         let part = parts.iter().find(|part| part.shard == shard);
-        let own = names
+        let names_of_shard = names
             .iter()
             .enumerate()
             .filter(|(place, _)| shard.owns(*place));
-        let missing: Vec<&String> = own
+        let missing: Vec<&String> = names_of_shard
             .map(|(_, name)| name)
             .filter(|name| {
                 !there(out, name) && !part.is_some_and(|part| there(part.folder.path(), name))

@@ -27,7 +27,7 @@ struct Record {
 }
 
 impl Record {
-    fn of(identity: &Identity, shard: Shard) -> Self {
+    fn new(identity: &Identity, shard: Shard) -> Self {
         Self {
             schema_version: SCHEMA_VERSION,
             version: identity.version.clone(),
@@ -60,19 +60,19 @@ impl RunFolder {
     /// # Errors
     /// Another identity (2), shown by its differences; another process that writes there, or the disk (1).
     pub fn open(folder: &Path, identity: &Identity, shard: Shard) -> Result<Self, FolderError> {
-        if let Some(there) = asked_for(folder)? {
+        if let Some(there) = identity_in(folder)? {
             refuse_other(folder, &there, identity)?;
         }
         file::create_folder(folder)?;
         let path = folder.join(paths::RUN);
-        let asked = Record::of(identity, shard);
-        let text = serde_json::to_vec_pretty(&asked)?;
+        let record = Record::new(identity, shard);
+        let text = serde_json::to_vec_pretty(&record)?;
         if path.symlink_metadata().is_err() {
             file::write_aside(&path, &text)?;
         }
         let mut lock = locked(&path)?;
         // A dataset that grows.
-        if read(&path)? != asked {
+        if read(&path)? != record {
             file::write_aside(&path, &text)?;
             lock = locked(&path)?;
         }
@@ -135,7 +135,7 @@ impl RunFolder {
 ///
 /// # Errors
 /// A file that is damaged or of another version (2).
-pub fn asked_for(folder: &Path) -> Result<Option<Identity>, FolderError> {
+pub fn identity_in(folder: &Path) -> Result<Option<Identity>, FolderError> {
     let path = folder.join(paths::RUN);
     if path.is_file() {
         return Ok(Some(read(&path)?.identity()));
@@ -152,13 +152,13 @@ pub fn asked_for(folder: &Path) -> Result<Option<Identity>, FolderError> {
     }))
 }
 
-/// Refuses to mix `asked` with what is `there` in a folder. One that holds no sample yet (of a run that a faulty
+/// Refuses to mix `wanted` with what is `there` in a folder. One that holds no sample yet (of a run that a faulty
 /// configuration ended, say) has nothing to mix with.
 ///
 /// # Errors
 /// They differ (2).
-pub fn refuse_other(folder: &Path, there: &Identity, asked: &Identity) -> Result<(), FolderError> {
-    let differences = there.differences(asked);
+pub fn refuse_other(folder: &Path, there: &Identity, wanted: &Identity) -> Result<(), FolderError> {
+    let differences = there.differences(wanted);
     let samples = std::fs::read_dir(folder.join(paths::SAMPLES));
     let any = samples.is_ok_and(|mut entries| entries.next().is_some());
     if differences.is_empty() || !(any || folder.join(paths::DATASET).exists()) {

@@ -17,7 +17,7 @@ use super::planned;
 use super::rendered::{Maps, Sample};
 use super::stages::{Stages, timed};
 use crate::assemble::{self, Responses};
-use crate::describe::{Exposed, describe};
+use crate::describe::{RenderedLight, describe};
 use crate::field_error::FieldError;
 use crate::observer::{Event, Observer};
 use crate::recipe::{Recipe, RecipeError, SampleId};
@@ -247,7 +247,7 @@ impl Prepared {
         let expose = |settings| Noisy::expose(settings, &mosaic, camera, &white, gain);
         let noisy = readout.map(expose).transpose()?;
         let noise = noisy.as_ref().map(Noisy::description);
-        let exposed = Exposed {
+        let exposed = RenderedLight {
             gain,
             white_sr: white.middle_sr(),
             stats: &rendered.stats,

@@ -11,7 +11,7 @@ use super::noisy::Noisy;
 use super::stages::Stages;
 use crate::describe::Description;
 use crate::observer::{Event, Observer};
-use crate::writer::{RawEncoding, SampleFiles, Seen};
+use crate::writer::{RawEncoding, SampleFiles, WorldMaps};
 
 /// Headroom of the 16-bit mosaic: the linear value (of one sub-pixel) at its white level, as a multiple of an equal
 /// share of 1.
@@ -115,7 +115,7 @@ impl Sample {
             occlusion: &self.occlusion,
             noisy: self.noisy.as_ref().map(Noisy::files),
             valid: &maps.valid,
-            seen: (maps.seen.as_ref()).map(|(objects, normals)| Seen { objects, normals }),
+            seen: (maps.seen.as_ref()).map(|(objects, normals)| WorldMaps { objects, normals }),
             description: self.description.clone(),
         }
     }

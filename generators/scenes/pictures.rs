@@ -165,10 +165,10 @@ fn tiles(key: Key) -> Result<Texture, TextureError> {
         if edge(x).min(edge(y)) < 0.03 {
             return [0.3, 0.29, 0.27];
         }
-        let own = key.with(11).with(x as u64).uniform(y as u64);
+        let tint = key.with(11).with(x as u64).uniform(y as u64);
         let even = (x.floor() + y.floor()) % 2.0 == 0.0;
         let base = if even { a } else { b };
-        let marks = 0.8 + 0.3 * own + 0.2 * (clouds(key.with(6), u, v, 16) - 0.5);
+        let marks = 0.8 + 0.3 * tint + 0.2 * (clouds(key.with(6), u, v, 16) - 0.5);
         base.map(|c| c * marks as f32)
     })
     .and_then(clamped)

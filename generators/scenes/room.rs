@@ -75,12 +75,12 @@ fn place(
     turn_rad: f64,
     size: f64,
 ) {
-    let own = DAffine3::from_scale_rotation_translation(
+    let axes = DAffine3::from_scale_rotation_translation(
         DVec3::splat(size),
         glam::DQuat::from_rotation_y(turn_rad),
         at_m,
     );
-    builder.object(name, parts, frame.camera_from_room * own);
+    builder.object(name, parts, frame.camera_from_room * axes);
 }
 
 /// Floor, back and side walls with skirting, light panels under an open ceiling.

@@ -45,11 +45,11 @@ pub fn finish_dataset(root: &Path, dataset: &Dataset<'_>) -> Result<DatasetManif
     file::remove(&splits)?;
     file::own_folder(&splits)?;
     for split in Split::ALL {
-        let own = survey.entries.iter().filter(|entry| entry.split == split);
-        let list: String = own.map(|entry| format!("{}\n", entry.id)).collect();
+        let of_split = survey.entries.iter().filter(|entry| entry.split == split);
+        let list: String = of_split.map(|entry| format!("{}\n", entry.id)).collect();
         let path = paths::split_list(split);
         file::write_aside(&root.join(&path), list.as_bytes())?;
-        files.push(FileEntry::of(&path, list.as_bytes()));
+        files.push(FileEntry::new(&path, list.as_bytes()));
     }
     files.extend(survey.files);
     files.sort_by(|a, b| a.path.cmp(&b.path));
@@ -123,7 +123,7 @@ fn write_pages(root: &Path, survey: &Survey, licence: &str) -> Result<Vec<FileEn
     let mut files = Vec::new();
     for (path, text) in pages {
         file::write_aside(&root.join(&path), text.as_bytes())?;
-        files.push(FileEntry::of(&path, text.as_bytes()));
+        files.push(FileEntry::new(&path, text.as_bytes()));
     }
     Ok(files)
 }

@@ -83,7 +83,7 @@ pub(super) fn encode(
     ));
     contents.sort_by(|a, b| a.0.cmp(&b.0));
     meta.contents = (contents.par_iter())
-        .map(|(name, bytes)| FileEntry::of(name, bytes))
+        .map(|(name, bytes)| FileEntry::new(name, bytes))
         .collect();
     contents.push((
         paths::META.to_string(),

@@ -31,14 +31,14 @@ pub struct SampleFiles<'a> {
     /// Where the float maps apply. A pixel with NaN in any of them is invalid too, and NaN goes into all of them there.
     pub valid: &'a [bool],
     /// Objects and normals, of worlds of meshes; left out of the sample if `None`.
-    pub seen: Option<Seen<'a>>,
+    pub seen: Option<WorldMaps<'a>>,
     /// Everything else.
     pub description: Description,
 }
 
 /// What the chief rays see of a world of meshes.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<'a> {
+pub struct WorldMaps<'a> {
     /// Number of the object of each pixel; 65535 where none.
     pub objects: &'a [u16],
     /// Unit normal on the camera's side (X right, Y up, Z into the scene), three channels; 0 where nothing is met.

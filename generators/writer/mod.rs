@@ -1,7 +1,7 @@
 //! Writes one sample into the native layout (datasets_spec, SPEC.md), and finishes a dataset of them.
 //!
 //! A sample is written into `samples/.tmp-NNNNNN` and renamed to `samples/NNNNNN` when it is whole, so a folder under
-//! its final name is always complete and an interrupted run goes on where it stopped ([`found_sample`]).
+//! its final name is always complete and an interrupted run goes on where it stopped ([`earlier_sample`]).
 
 mod dataset;
 mod encode;
@@ -22,8 +22,8 @@ use quadpixel_datasets::paths;
 
 pub use dataset::{Dataset, finish_dataset, rebuild_pages};
 pub use error::WriteError;
-pub use files::{NoisyFiles, RawEncoding, SampleFiles, Seen};
-pub use resume::{Found, found_sample};
+pub use files::{NoisyFiles, RawEncoding, SampleFiles, WorldMaps};
+pub use resume::{EarlierSample, earlier_sample};
 
 /// Writes a sample below `root` (created if missing), and waits for the disk.
 ///

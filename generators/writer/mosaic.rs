@@ -10,13 +10,13 @@ pub(super) fn picked(description: &Description, all: &Image) -> Option<Image> {
     let pattern = description.mosaic?;
     let subpixels = description.sensor.subpixels;
     let (m, n) = (subpixels.m(), subpixels.n());
-    let mut own = Image::zeros(all.width(), all.height(), 1);
+    let mut picked = Image::zeros(all.width(), all.height(), 1);
     for y in 0..all.height() {
         for x in 0..all.width() {
-            own.pixel_mut(x, y)[0] = all.pixel(x, y)[pattern.channel(x / m, y / n)];
+            picked.pixel_mut(x, y)[0] = all.pixel(x, y)[pattern.channel(x / m, y / n)];
         }
     }
-    Some(own)
+    Some(picked)
 }
 
 /// What `meta.json` says of it; `None` without a pattern.

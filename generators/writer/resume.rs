@@ -12,7 +12,7 @@ use super::json::VERSION;
 
 /// What is under a sample's name.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Found {
+pub enum EarlierSample {
     /// Nothing.
     Nothing,
     /// The whole sample.
@@ -27,16 +27,16 @@ pub enum Found {
 ///
 /// # Errors
 /// It is of another configuration or version, or cannot be read or taken away.
-pub fn found_sample(
+pub fn earlier_sample(
     root: &Path,
     index: u32,
     configuration_blake3: &str,
-) -> Result<Found, WriteError> {
+) -> Result<EarlierSample, WriteError> {
     let name = paths::sample_name(index)?;
     let samples = root.join(paths::SAMPLES);
     let folder = samples.join(&name);
     let Ok(data) = folder.symlink_metadata() else {
-        return Ok(Found::Nothing);
+        return Ok(EarlierSample::Nothing);
     };
     if !data.is_dir() {
         return Err(WriteError::Occupied {
@@ -49,7 +49,7 @@ pub fn found_sample(
             if meta.configuration_blake3 == configuration_blake3
                 && meta.tool_version == VERSION =>
         {
-            return Ok(Found::Whole);
+            return Ok(EarlierSample::Whole);
         }
         Ok(_) => {
             return Err(WriteError::Occupied {
@@ -69,7 +69,7 @@ pub fn found_sample(
     file::remove(&aside)?;
     file::rename_synced(&folder, &aside)?;
     file::remove(&aside)?;
-    Ok(Found::Broken(broken))
+    Ok(EarlierSample::Broken(broken))
 }
 
 /// Why a folder is no whole sample.

@@ -27,7 +27,7 @@ pub(super) struct Survey {
 /// Reads the descriptions of the samples of these names (in order) below `root`.
 pub(super) fn survey(root: &Path, names: &[String]) -> Result<Survey, WriteError> {
     let every = names.len().div_ceil(SHOWN).max(1);
-    let mut found = Survey {
+    let mut survey = Survey {
         entries: Vec::with_capacity(names.len()),
         files: Vec::new(),
         shown: Vec::new(),
@@ -42,28 +42,28 @@ pub(super) fn survey(root: &Path, names: &[String]) -> Result<Survey, WriteError
                 path: path.clone(),
                 what: format!("is no description of a sample: {e}"),
             })?;
-        found
+        survey
             .files
-            .push(FileEntry::of(&format!("{folder}/{}", paths::META), &bytes));
-        found
+            .push(FileEntry::new(&format!("{folder}/{}", paths::META), &bytes));
+        survey
             .files
-            .extend(meta.contents.iter().map(|own| FileEntry {
-                path: format!("{folder}/{}", own.path),
-                ..own.clone()
+            .extend(meta.contents.iter().map(|entry| FileEntry {
+                path: format!("{folder}/{}", entry.path),
+                ..entry.clone()
             }));
-        found.entries.push(SampleEntry {
+        survey.entries.push(SampleEntry {
             id: name.clone(),
             scene: meta.scene.id.clone(),
             split: Split::Train,
         });
-        found.census.count(&meta);
+        survey.census.count(&meta);
         if place.is_multiple_of(every) {
-            found.shown.push((place, meta));
+            survey.shown.push((place, meta));
         }
     }
-    let splits = split_scenes(found.entries.iter().map(|entry| entry.scene.as_str()));
-    for entry in &mut found.entries {
+    let splits = split_scenes(survey.entries.iter().map(|entry| entry.scene.as_str()));
+    for entry in &mut survey.entries {
         entry.split = splits.get(&entry.scene).copied().unwrap_or(Split::Train);
     }
-    Ok(found)
+    Ok(survey)
 }

@@ -14,7 +14,7 @@ use common::files;
 use fixture::{HALF_DISK_RATIO, synthetic};
 use quadpixel_datasets::{DatasetManifest, Report, check_dataset};
 use quadpixel_generators::writer::{
-    Dataset, Found, RawEncoding, WriteError, finish_dataset, found_sample, write_sample,
+    Dataset, EarlierSample, RawEncoding, WriteError, earlier_sample, finish_dataset, write_sample,
 };
 
 const SIZE: [u32; 2] = [48, 32];
@@ -176,7 +176,7 @@ fn rewrite(root: &Path, manifest: &DatasetManifest, path: &str, bytes: &[u8]) {
         .iter_mut()
         .find(|entry| entry.path == path)
         .unwrap();
-    *entry = quadpixel_datasets::FileEntry::of(path, bytes);
+    *entry = quadpixel_datasets::FileEntry::new(path, bytes);
     fs::write(
         root.join("dataset.json"),
         serde_json::to_vec(&manifest).unwrap(),
@@ -221,7 +221,7 @@ fn a_manifest_that_leads_out_of_the_folder_is_refused() {
     fs::write(folder.path().join("secret"), b"x").unwrap();
     manifest
         .files
-        .push(quadpixel_datasets::FileEntry::of("../secret", b"x"));
+        .push(quadpixel_datasets::FileEntry::new("../secret", b"x"));
     manifest.samples[0].id = "../..".into();
     fs::write(
         root.join("dataset.json"),
@@ -275,9 +275,9 @@ fn an_interrupted_run_goes_on_and_another_configuration_is_kept_out() {
     fs::write(other.path().join("samples/.tmp-000001/raw.png"), b"half").unwrap();
     let hash = &first.configuration_blake3;
     for index in 0..3 {
-        let found = found_sample(other.path(), index, hash).unwrap();
-        assert_eq!(found == Found::Whole, index == 0, "{found:?}");
-        if found != Found::Whole {
+        let found = earlier_sample(other.path(), index, hash).unwrap();
+        assert_eq!(found == EarlierSample::Whole, index == 0, "{found:?}");
+        if found != EarlierSample::Whole {
             write_sample(other.path(), &synthetic(index, SIZE, [2, 2]).files()).unwrap();
         }
     }
@@ -292,7 +292,7 @@ fn an_interrupted_run_goes_on_and_another_configuration_is_kept_out() {
     assert_eq!(finish(other.path(), 3), whole);
     assert!(files(root) == files(other.path()));
     let changed = quadpixel::hash::json_hash(&serde_json::json!({"lens": "thick"}));
-    let error = found_sample(root, 0, &changed).unwrap_err();
+    let error = earlier_sample(root, 0, &changed).unwrap_err();
     assert!(matches!(error, WriteError::Occupied { .. }), "{error}");
     let again = write_sample(root, &synthetic(0, SIZE, [2, 2]).files()).unwrap_err();
     assert!(matches!(again, WriteError::Occupied { .. }), "{again}");
@@ -313,11 +313,11 @@ fn a_damaged_sample_is_taken_away_and_made_again() {
     ];
     for damage in damages {
         damage(&sample);
-        let found = found_sample(root, 0, hash).unwrap();
-        assert!(matches!(found, Found::Broken(_)), "{found:?}");
+        let found = earlier_sample(root, 0, hash).unwrap();
+        assert!(matches!(found, EarlierSample::Broken(_)), "{found:?}");
         assert_eq!(fs::read_dir(root.join("samples")).unwrap().count(), 0);
         write_sample(root, &synthetic(0, SIZE, [2, 2]).files()).unwrap();
-        assert_eq!(found_sample(root, 0, hash).unwrap(), Found::Whole);
+        assert_eq!(earlier_sample(root, 0, hash).unwrap(), EarlierSample::Whole);
     }
 }
 

@@ -36,14 +36,14 @@ fn replace(root: &Path, manifest: &mut DatasetManifest, name: &str, bytes: &[u8]
         let path = format!("{FOLDER}/{name}");
         fs::write(root.join(&path), bytes).unwrap();
         let entry = manifest.files.iter_mut().find(|entry| entry.path == path);
-        *entry.unwrap() = FileEntry::of(&path, bytes);
+        *entry.unwrap() = FileEntry::new(&path, bytes);
     };
     put(name, bytes);
     if name != "meta.json" {
         let meta = fs::read(root.join(FOLDER).join("meta.json")).unwrap();
         let mut meta: SampleMeta = serde_json::from_slice(&meta).unwrap();
         let own = meta.contents.iter_mut().find(|own| own.path == name);
-        *own.unwrap() = FileEntry::of(name, bytes);
+        *own.unwrap() = FileEntry::new(name, bytes);
         put("meta.json", &serde_json::to_vec(&meta).unwrap());
     }
     let text = serde_json::to_vec(&manifest).unwrap();

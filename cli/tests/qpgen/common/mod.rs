@@ -113,7 +113,7 @@ pub fn findings_with(root: &Path, name: &str, bytes: &[u8]) -> Vec<String> {
     let sound = [0, 1].map(|i| fs::read(&places[i]).unwrap());
     let mut manifest: DatasetManifest = serde_json::from_slice(&sound[1]).unwrap();
     let entry = manifest.files.iter_mut().find(|entry| entry.path == path);
-    *entry.unwrap() = FileEntry::of(&path, bytes);
+    *entry.unwrap() = FileEntry::new(&path, bytes);
     fs::write(&places[0], bytes).unwrap();
     fs::write(&places[1], serde_json::to_vec(&manifest).unwrap()).unwrap();
     let report = check_dataset(root, &mut |_| {});
