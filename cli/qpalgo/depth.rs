@@ -83,7 +83,7 @@ pub fn run(args: &DepthArgs, progress: Progress) -> Result<(), CommandError> {
         (Some(left), Some(right)) => {
             Capture::from_pair(left, right, args.srgb).map_err(CommandError::input)?
         }
-        _ => CaptureArgs::of_camera(args.camera.as_ref()).read(path)?,
+        _ => CaptureArgs::with_camera(args.camera.as_ref()).read(path)?,
     };
     let curve = match &args.curve {
         Some(path) => CameraCurve::Field(field_curve(path, &capture)?),

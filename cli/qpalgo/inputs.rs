@@ -31,7 +31,7 @@ pub struct CaptureArgs {
 
 impl CaptureArgs {
     /// With a description of the camera only.
-    pub fn of_camera(camera: Option<&PathBuf>) -> Self {
+    pub fn with_camera(camera: Option<&PathBuf>) -> Self {
         Self {
             camera: camera.cloned(),
             ..Self::default()

@@ -65,7 +65,10 @@ impl Mask {
         }
     }
 
-    /// The family of this name. Fails on an unknown one, naming those there are.
+    /// The family of this name.
+    ///
+    /// # Errors
+    /// An unknown name: the names that there are.
     pub fn from_name(name: &str) -> Result<Self, ChartError> {
         let found = Self::ALL.into_iter().find(|mask| mask.name() == name);
         found.ok_or_else(|| ChartError::UnknownMask {
@@ -75,6 +78,9 @@ impl Mask {
     }
 
     /// Draws the outline, `size_px` texels per side (1..=16384). The same seed gives the same bytes.
+    ///
+    /// # Errors
+    /// A side out of its range.
     pub fn generate(self, seed: u64, size_px: usize) -> Result<Coverage, ChartError> {
         side(size_px)?;
         let key = Key::new(seed, self.name());

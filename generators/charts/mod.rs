@@ -112,8 +112,10 @@ impl ChartSpec {
         Self::KINDS[index]
     }
 
-    /// Draws the chart, `size_px` texels per side (1..=16384). Fails on a parameter out of its range, or an unreadable
-    /// image.
+    /// Draws the chart, `size_px` texels per side (1..=16384).
+    ///
+    /// # Errors
+    /// A parameter out of its range, or an image that cannot be read.
     pub fn generate(&self, seed: u64, size_px: usize) -> Result<Texture, ChartError> {
         match self {
             Self::Resolution(chart) => chart.draw(size_px),
@@ -129,8 +131,10 @@ impl ChartSpec {
     }
 }
 
-/// Draws the parameters of the chart named `kind` from `seed`. Fails on an unknown name, and on `image`, which needs a
-/// file.
+/// Draws the parameters of the chart named `kind` from `seed`.
+///
+/// # Errors
+/// An unknown name, or `image`, which needs a file.
 pub fn random_spec(kind: &str, seed: u64) -> Result<ChartSpec, ChartError> {
     let key = Key::new(seed, kind).with(1);
     Ok(match kind {

@@ -33,6 +33,9 @@ pub struct Dataset<'a> {
 /// Writes split lists, gallery, data card and manifest below `root`, which holds all samples, and removes what an
 /// interrupted run left in `samples/`. Lengths and hashes are those that the samples were written with: a file that
 /// changed since is found by the check.
+///
+/// # Errors
+/// A description that cannot be read, something in `samples/` that is no sample of the dataset, or the disk.
 pub fn finish_dataset(root: &Path, dataset: &Dataset<'_>) -> Result<DatasetManifest, WriteError> {
     let names: Vec<String> = (0..dataset.count)
         .map(paths::sample_name)

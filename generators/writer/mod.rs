@@ -27,8 +27,9 @@ pub use resume::{EarlierSample, earlier_sample};
 
 /// Writes a sample below `root` (created if missing), and waits for the disk.
 ///
-/// Errors: an image of another size than the sensor's, light that is negative or not finite, a sample of that name, a
-/// link in the place of a folder, the disk. Nothing is left under the final name then.
+/// # Errors
+/// An image of another size than the sensor's, light that is negative or not finite, a sample of that name, a link in
+/// the place of a folder, the disk. Nothing is left under the final name then.
 pub fn write_sample(root: &Path, sample: &SampleFiles<'_>) -> Result<spec::SampleMeta, WriteError> {
     let name = paths::sample_name(sample.description.index)?;
     let samples = root.join(paths::SAMPLES);
@@ -40,6 +41,9 @@ pub fn write_sample(root: &Path, sample: &SampleFiles<'_>) -> Result<spec::Sampl
 }
 
 /// Writes a sample of no dataset as the new folder `folder`; as [`write_sample`] otherwise.
+///
+/// # Errors
+/// As there.
 pub fn write_alone(
     folder: &Path,
     sample: &SampleFiles<'_>,

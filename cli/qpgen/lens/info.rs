@@ -20,7 +20,7 @@ impl Info {
     ///
     /// # Errors
     /// [`LensError::Value`] for a field outside 0 to 90 degrees.
-    pub fn of(lens: &Lens, fields_deg: &[f64]) -> Result<Info, LensError> {
+    pub fn new(lens: &Lens, fields_deg: &[f64]) -> Result<Info, LensError> {
         let figures = |&angle: &f64| {
             let field = Field::up(angle);
             let light = lens.relative_illumination(field, D_LINE_NM)?;

@@ -134,7 +134,7 @@ pub fn run(args: LensArgs) -> Result<(), CommandError> {
         LensCommand::Info { lens, json } => {
             let lens = lens.lens()?;
             let fields = fields_deg(&lens, &TABLE_FIELDS)?;
-            let info = info::Info::of(&lens, &fields)?;
+            let info = info::Info::new(&lens, &fields)?;
             if json {
                 println!("{}", info.json());
             } else {
