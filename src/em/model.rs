@@ -382,9 +382,9 @@ impl PixelModel {
                 Ok(())
             }
             Self::Wave(settings) => Ok(settings.check()?),
-            Self::Fdtd(settings) => Ok(settings.check()?),
+            Self::Fdtd(settings) => settings.check(),
             Self::Corrected(settings) => settings.check(),
-            Self::Rcwa(settings) => Ok(settings.check()?),
+            Self::Rcwa(settings) => settings.check(),
         }
     }
 

@@ -32,11 +32,11 @@ impl RcwaSolver {
 
     fn under(&self, [u, v]: [f64; 2], shift_um: [f64; 2]) -> Result<Light, SolverError> {
         if shift_um == self.stack.lens.shift_um {
-            return Ok(self.model.solve(u, v)?);
+            return self.model.solve(u, v);
         }
         let stack = self.stack.with_lens_shift(shift_um);
         let model = RcwaModel::new(&stack, self.wavelength_nm[0], &self.settings)?;
-        Ok(model.solve(u, v)?)
+        model.solve(u, v)
     }
 }
 
@@ -58,7 +58,7 @@ impl PixelSolver for RcwaSolver {
         by_direction(waves, |[u, v], shifts_um| {
             // One shift alone may have mirrors to halve it by; the classes of a mosaic know no shift that they share.
             if shifts_um.len() > 1 && self.stack.mosaic.is_none() {
-                return Ok(self.model.solve_shifts(u, v, shifts_um)?);
+                return self.model.solve_shifts(u, v, shifts_um);
             }
             let one = |shift: &[f64; 2]| self.under([u, v], *shift);
             shifts_um.iter().map(one).collect()

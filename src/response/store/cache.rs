@@ -149,10 +149,7 @@ impl ResponseCache {
         progress: &dyn Progress,
     ) -> Result<CachedTable, ResponseError> {
         let CachedTables { tables, warnings } = self.tables(plan, progress)?;
-        let mut by_colour = plan.colours().into_iter().zip(tables);
-        let wanted = by_colour.find(|(colour, _)| *colour == plan.colour());
-        let none = || ResponseError::value("tables", 0, "one per colour");
-        let (table, report) = wanted.map(|(_, made)| made).ok_or_else(none)?;
+        let (table, report) = plan.of_colour(tables)?;
         Ok(CachedTable {
             table,
             report,

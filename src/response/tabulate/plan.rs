@@ -149,11 +149,15 @@ impl TablePlan {
         journal: Option<&Path>,
         progress: &dyn Progress,
     ) -> Result<BuiltTable, ResponseError> {
-        let built = self.build_colours(journal, progress)?;
-        let mut built = self.colours().into_iter().zip(built);
-        let wanted = built.find(|(colour, _)| *colour == self.colour());
+        self.of_colour(self.build_colours(journal, progress)?)
+    }
+
+    /// That of the pixel's colour, of what there is one per colour of.
+    pub(in crate::response) fn of_colour<T>(&self, all: Vec<T>) -> Result<T, ResponseError> {
+        let mut by_colour = self.colours().into_iter().zip(all);
+        let wanted = by_colour.find(|(colour, _)| *colour == self.colour());
         let none = || ResponseError::value("tables", 0, "one per colour");
-        wanted.map(|(_, built)| built).ok_or_else(none)
+        wanted.map(|(_, one)| one).ok_or_else(none)
     }
 
     /// What the runs depend on: all colours share them.
