@@ -1,5 +1,5 @@
-//! Progress on stderr: samples, rays per second, time left; or the stage that a command is at, and the seconds since its
-//! start. One line that goes away on a terminal; one line per sample or stage elsewhere, and for programs.
+//! Progress on stderr: samples, rays per second, time left; or the stage that a command is at, and the seconds since
+//! its start. One line that goes away on a terminal; one line per sample or stage elsewhere, and for programs.
 
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -48,8 +48,8 @@ pub fn make(
     make_part(config, out, Shard::WHOLE, observer)
 }
 
-/// Makes the dataset in `out`, or a part of it in a folder of its own there, which [`super::merge`] joins. A folder that
-/// holds samples of the same configuration goes on where it stopped.
+/// Makes the dataset in `out`, or a part of it in a folder of its own there, which [`super::merge`] joins. A folder
+/// that holds samples of the same configuration goes on where it stopped.
 ///
 /// # Errors
 /// A bad configuration or folder (2); a disk that fails or a signal that ended the run (1). What was written stays
