@@ -1,6 +1,7 @@
-//! The independent curves of `tests/response/reference`, and the pixels that they are of.
+//! The independent curves of `tests/response/reference`, the pixels that they are of, and errors against them.
 
 use quadpixel::em::PixelStack;
+use quadpixel::em::light::Powers;
 
 macro_rules! curve {
     ($name:literal) => {
@@ -46,4 +47,39 @@ pub fn reference(pixel: &str) -> (PixelStack, Vec<Vec<f64>>) {
 /// Numbers parted by commas.
 pub fn numbers(text: &str) -> Vec<f64> {
     text.split(',').map(|x| x.parse().unwrap()).collect()
+}
+
+/// The words of the command line.
+pub fn words() -> Vec<String> {
+    let words = std::env::args().skip(1);
+    words.filter(|word| word != "--bench").collect()
+}
+
+/// P of the left and the right half of a pixel of two columns.
+pub fn halves(powers: &Powers) -> [f64; 2] {
+    [0, 1].map(|side| powers.absorbed.iter().skip(side).step_by(2).sum())
+}
+
+/// Errors of halves in % of the strong one.
+#[derive(Default)]
+pub struct Errors {
+    pub worst: f64,
+    squares: f64,
+    count: f64,
+}
+
+impl Errors {
+    /// Of both halves against the `exact` ones.
+    pub fn add(&mut self, halves: [f64; 2], exact: [f64; 2]) -> [f64; 2] {
+        let strong = exact[0].max(exact[1]);
+        let errors = [0, 1].map(|i| 100.0 * (halves[i] - exact[i]) / strong);
+        self.worst = errors.iter().fold(self.worst, |w, e| w.max(e.abs()));
+        self.squares += errors[0] * errors[0] + errors[1] * errors[1];
+        self.count += 2.0;
+        errors
+    }
+
+    pub fn rms(&self) -> f64 {
+        (self.squares / self.count).sqrt()
+    }
 }

@@ -19,10 +19,9 @@ mod curves;
 
 use std::f64::consts::PI;
 
-use curves::{numbers, reference};
+use curves::{Errors, halves, numbers, reference, words};
 use quadpixel::em::PixelStack;
 use quadpixel::em::fdtd::{FdtdSettings, solve};
-use quadpixel::em::light::Powers;
 use quadpixel::em::multilayer::{FlatStack, Polarization};
 use quadpixel::em::rcwa::{RcwaModel, RcwaSettings};
 
@@ -100,18 +99,16 @@ fn curve(pixel: &str, name: &str, only: Option<&str>) {
     println!(
         "{pixel} {name}: theta pol left right (error in % of the strong half) R balance flux-volume"
     );
-    let (mut worst, mut squares, mut count, mut seconds) = (0.0f64, 0.0, 0.0, 0.0);
+    let (mut errors, mut seconds) = (Errors::default(), 0.0);
     for n in lines {
         if wanted.as_ref().is_some_and(|w| !w.contains(&n[0])) {
             continue;
         }
         let run = solve(&stack, &[550.0], bloch(n[0], 0.0), &settings(name), &|_| ()).unwrap();
-        let halves = |p: &Powers| [p.absorbed[0] + p.absorbed[2], p.absorbed[1] + p.absorbed[3]];
         let a = &run.answers[0];
         for (pol, powers, at) in [("s", a.s(), 1), ("p", a.p(), 3)] {
             let h = halves(powers);
-            let strong = n[at].max(n[at + 1]);
-            let e = [h[0] - n[at], h[1] - n[at + 1]].map(|e| 100.0 * e / strong);
+            let e = errors.add(h, [n[at], n[at + 1]]);
             let flux = powers
                 .absorbed
                 .iter()
@@ -128,9 +125,6 @@ fn curve(pixel: &str, name: &str, only: Option<&str>) {
                 powers.reflected,
                 powers.balance()
             );
-            worst = e.iter().fold(worst, |w, e| w.max(e.abs()));
-            squares += e[0] * e[0] + e[1] * e[1];
-            count += 2.0;
         }
         seconds += run.seconds;
         println!(
@@ -149,8 +143,9 @@ fn curve(pixel: &str, name: &str, only: Option<&str>) {
         );
     }
     println!(
-        "{pixel} {name}: worst {worst:.2} %, rms {:.2} %, {seconds:.0} s",
-        f64::sqrt(squares / count)
+        "{pixel} {name}: worst {:.2} %, rms {:.2} %, {seconds:.0} s",
+        errors.worst,
+        errors.rms()
     );
 }
 
@@ -223,10 +218,7 @@ fn modal(pixel: &str, name: &str, thetas: &str, phi_deg: f64) {
 }
 
 fn main() {
-    let words: Vec<String> = std::env::args()
-        .skip(1)
-        .filter(|a| a != "--bench")
-        .collect();
+    let words = words();
     let word = |i: usize| words.get(i).map(String::as_str);
     match word(0) {
         Some("curve") => curve(

@@ -14,9 +14,9 @@
 #[path = "../../benches/support/curves.rs"]
 mod curves;
 
-use curves::{numbers, reference};
+use curves::{Errors, halves, numbers, reference, words};
 use quadpixel::em::PixelStack;
-use quadpixel::em::light::{Light, Powers};
+use quadpixel::em::light::Light;
 use quadpixel::em::rcwa::{RcwaModel, RcwaSettings};
 
 fn settings(name: &str) -> RcwaSettings {
@@ -36,13 +36,7 @@ fn settings(name: &str) -> RcwaSettings {
     }
 }
 
-/// Of a pixel of two columns.
-fn halves(p: &Powers) -> [f64; 2] {
-    [0, 1].map(|side| p.absorbed.iter().skip(side).step_by(2).sum())
-}
-
-/// Light at θ, towards +x.
-/// What is answered, and seconds.
+/// Light from θ and φ: what is answered, and seconds.
 fn light(model: &RcwaModel, theta_deg: f64, phi_deg: f64) -> (Light, f64) {
     let began = std::time::Instant::now();
     let (s, phi) = (theta_deg.to_radians().sin(), phi_deg.to_radians());
@@ -83,7 +77,7 @@ fn curve(pixel: &str, name: &str, only: Option<&str>) {
     let wanted = only.map(numbers);
     let model = RcwaModel::new(&stack, 550.0, &settings(name)).unwrap();
     println!("{pixel} {name}: theta pol left right (error in % of the strong half) R balance-1");
-    let (mut worst, mut squares, mut count, mut seconds) = (0.0f64, 0.0, 0.0, 0.0);
+    let (mut errors, mut seconds) = (Errors::default(), 0.0);
     for n in lines {
         if wanted.as_ref().is_some_and(|w| !w.contains(&n[0])) {
             continue;
@@ -91,8 +85,7 @@ fn curve(pixel: &str, name: &str, only: Option<&str>) {
         let (a, took) = light(&model, n[0], 0.0);
         for (pol, powers, at) in [("s", a.s(), 1), ("p", a.p(), 3)] {
             let h = halves(powers);
-            let strong = n[at].max(n[at + 1]);
-            let e = [h[0] - n[at], h[1] - n[at + 1]].map(|e| 100.0 * e / strong);
+            let e = errors.add(h, [n[at], n[at + 1]]);
             println!(
                 "{:5.1} {pol} {:.5} {:.5} ({:+.2} {:+.2}) {:.4} {:+.1e} flux {:.5}",
                 n[0],
@@ -104,24 +97,19 @@ fn curve(pixel: &str, name: &str, only: Option<&str>) {
                 powers.balance() - 1.0,
                 powers.sum_by_flux(),
             );
-            worst = e.iter().fold(worst, |w, e| w.max(e.abs()));
-            squares += e[0] * e[0] + e[1] * e[1];
-            count += 2.0;
         }
         seconds += took;
         println!("      {} functions, {took:.2} s", a.functions.unwrap_or(0));
     }
     println!(
-        "{pixel} {name}: worst {worst:.2} %, rms {:.2} %, {seconds:.1} s",
-        f64::sqrt(squares / count)
+        "{pixel} {name}: worst {:.2} %, rms {:.2} %, {seconds:.1} s",
+        errors.worst,
+        errors.rms()
     );
 }
 
 fn main() {
-    let words: Vec<String> = std::env::args()
-        .skip(1)
-        .filter(|a| a != "--bench")
-        .collect();
+    let words = words();
     let word = |i: usize| words.get(i).map(String::as_str);
     match word(0) {
         Some("pixel") => pixel(

@@ -2,7 +2,7 @@
 
     scripts/peers
 
-installs Mitsuba, has our pictures made by `examples/peer_paths.rs` and runs this with their folder and the number of Mitsuba's passes.
+installs Mitsuba, has our pictures made by `tests/peers/paths.rs` and runs this with their folder and the number of Mitsuba's passes.
 
 For every pixel and channel z = (ours - theirs) / sqrt(var_ours + var_theirs), both variances estimated from independent
 samples. If both renderers compute the same light, z has mean 0 and mean square 1. Stated before any run:
@@ -40,7 +40,7 @@ OPEN = [diffuse([0.5, 0.4, 0.3]), metal(0.2), mirror, glass(1.6)]
 
 
 def panorama(width=512, height=256):
-    """The panorama of `examples/peer_paths.rs` where Mitsuba has its texels: columns from -z at (x + 1/2)/W, rows at y/(H - 1)."""
+    """The panorama of `tests/peers/paths.rs` where Mitsuba has its texels: columns from -z at (x + 1/2)/W, rows at y/(H - 1)."""
     u = (((np.arange(width) + 0.5) / width + 0.5) % 1.0)[None, :]
     v = (np.arange(height) / (height - 1))[:, None]
     lobe = np.exp(-((u - 0.7) ** 2 + (v - 0.3) ** 2) / 0.01)

@@ -255,18 +255,14 @@ fn names_in_configurations_and_pixels_write_nothing_elsewhere() {
     }
     assert!(!Path::new("/tmp/quadpixel-evil-geometric.npz").exists());
     // Charts, lenses and pixels that lead out are files to read, which are not there.
-    for (right, evil) in [
-        ("\"checkerboard\"", "\"../../evil.png\""),
-        ("\"lib_triplet_US2453260\"", "\"../../evil.json\""),
-        (
-            "model = \"geometric\"",
-            "model = \"wave\"\npixels = [\"../../evil.toml\"]",
-        ),
+    let wave = ("response.model", r#""wave""#);
+    for (place, evil, more) in [
+        ("scene.charts", r#"["noise", "../../evil.png"]"#, None),
+        ("lens.names", r#"["../../evil.json"]"#, None),
+        ("response.pixels", r#"["../../evil.toml"]"#, Some(wave)),
     ] {
-        let generator = Generator::changed(root, |text| {
-            assert!(text.contains(right));
-            text.replace(right, evil).replace("count = 1", "count = 2")
-        });
+        let values = [("count", "2"), (place, evil)].into_iter().chain(more);
+        let generator = Generator::with_values(root, &values.collect::<Vec<_>>());
         let done = generator.command("a/b/out", &[]).output().unwrap();
         assert_eq!(done.status.code(), Some(2), "{evil}: {done:?}");
         let after = files(root);

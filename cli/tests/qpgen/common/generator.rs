@@ -5,33 +5,19 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
 
 use super::said;
+use super::small::{SMALL, with_values};
 
-const CONFIGURATION: &str = r#"
-count = 1
-seed = 5
-rays_per_pixel = 4
-exposure_ev = 0
-[lens]
-names = ["lib_triplet_US2453260"]
-focus_mm = { min = 800, max = 1600 }
-[sensor]
-subpixels = "2x2"
-width = 32
-height = 24
-window = { at = "random", max_height_mm = 1.0 }
-microlens_shift = { rule = "chief-ray" }
-pitch_um = 2.0
-[response]
-model = "geometric"
-[scene]
-charts = ["noise", "checkerboard"]
-background_over_focus = 1.5
-tilt_deg = { min = -10, max = 10 }
-cards = 1
-card_over_focus = 0.7
-card_size = 0.4
-texture_px = 32
-"#;
+/// What the configuration has otherwise than [`SMALL`]: less of everything.
+const VALUES: [(&str, &str); 8] = [
+    ("rays_per_pixel", "4"),
+    ("lens.names", r#"["lib_triplet_US2453260"]"#),
+    ("lens.focus_mm", "{ min = 800, max = 1600 }"),
+    ("sensor.width", "32"),
+    ("sensor.height", "24"),
+    ("scene.cards", "1"),
+    ("scene.texture_px", "32"),
+    ("count", "1"),
+];
 
 /// Makes datasets of one configuration in one folder.
 pub struct Generator {
@@ -41,17 +27,13 @@ pub struct Generator {
 
 impl Generator {
     pub fn new(folder: &Path, count: usize) -> Self {
-        let text = CONFIGURATION.replace("count = 1", &format!("count = {count}"));
-        Self::of(folder, &text)
+        Self::with_values(folder, &[("count", &count.to_string())])
     }
 
-    /// Of the configuration above after `change`.
-    pub fn changed(folder: &Path, change: impl Fn(&str) -> String) -> Self {
-        Self::of(folder, &change(CONFIGURATION))
-    }
-
-    fn of(folder: &Path, text: &str) -> Self {
+    /// With other values at dotted places.
+    pub fn with_values(folder: &Path, values: &[(&str, &str)]) -> Self {
         let config = folder.join("config.toml");
+        let text = with_values(SMALL, &[&VALUES, values].concat());
         fs::write(&config, text).unwrap();
         Self {
             folder: folder.to_owned(),

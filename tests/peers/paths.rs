@@ -5,7 +5,7 @@
 //! cargo run --release --example peer_paths -- FOLDER [paths per pixel, default 256]
 //! ```
 
-#[path = "../benches/support/room.rs"]
+#[path = "../../benches/support/room.rs"]
 mod room;
 
 use std::io::Write;
