@@ -71,7 +71,6 @@ pub fn sample_files(
         all.sort();
         all
     };
-    let sorted = |names: &[&str]| layers_of_none(names);
     let mut with_sum = names.clone();
     with_sum.push(SUM_LAYER.to_string());
     let truth = ["dx", "dy", "paraxial_dx", "paraxial_dy"];
@@ -87,34 +86,39 @@ pub fn sample_files(
     let (half, float, byte) = (Storage::Half, Storage::Float, Storage::Uint8);
     let size = [width, height];
     let mut rows = vec![
-        (K::Raw, mosaic, sorted(&colours), raw_storage),
+        (K::Raw, mosaic, layers_of_none(&colours), raw_storage),
         (K::Views, size, layers(&with_sum, &colours), half),
-        (K::Target, size, sorted(&colours), half),
-        (K::Depth, size, sorted(&["Z"]), float),
+        (K::Target, size, layers_of_none(&colours), half),
+        (K::Depth, size, layers_of_none(&["Z"]), float),
         (K::Disparity, size, layers(&names, &truth), float),
-        (K::Coc, size, sorted(&["coc"]), float),
-        (K::Occlusion, size, sorted(&["Y"]), byte),
-        (K::Valid, size, sorted(&["Y"]), byte),
-        (K::Preview, preview, sorted(&sheet), byte),
+        (K::Coc, size, layers_of_none(&["coc"]), float),
+        (K::Occlusion, size, layers_of_none(&["Y"]), byte),
+        (K::Valid, size, layers_of_none(&["Y"]), byte),
+        (K::Preview, preview, layers_of_none(&sheet), byte),
     ];
     if optional.distance {
-        rows.push((K::Distance, size, sorted(&["distance"]), float));
+        rows.push((K::Distance, size, layers_of_none(&["distance"]), float));
     }
     if optional.world {
-        rows.push((K::Objects, size, sorted(&["Y"]), Storage::Uint16));
-        rows.push((K::Normal, size, sorted(&["X", "Y", "Z"]), float));
+        rows.push((K::Objects, size, layers_of_none(&["Y"]), Storage::Uint16));
+        rows.push((K::Normal, size, layers_of_none(&["X", "Y", "Z"]), float));
     }
     if optional.noisy {
         rows.extend([
-            (K::Noisy, mosaic, sorted(&colours), Storage::Uint16),
+            (K::Noisy, mosaic, layers_of_none(&colours), Storage::Uint16),
             (K::NoisyViews, size, layers(&with_sum, &colours), half),
             (K::Shading, size, layers(&names, &colours), half),
         ]);
     }
     if optional.mosaic {
-        rows.push((K::Mosaic, mosaic, sorted(&["Y"]), Storage::Uint16));
+        rows.push((K::Mosaic, mosaic, layers_of_none(&["Y"]), Storage::Uint16));
         if optional.noisy {
-            rows.push((K::NoisyMosaic, mosaic, sorted(&["Y"]), Storage::Uint16));
+            rows.push((
+                K::NoisyMosaic,
+                mosaic,
+                layers_of_none(&["Y"]),
+                Storage::Uint16,
+            ));
         }
     }
     let file = |(kind, [width, height], channels, storage): (K, [u32; 2], _, _)| SampleFile {

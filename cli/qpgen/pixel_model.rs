@@ -2,7 +2,7 @@
 
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use quadpixel::em::{CorrectedSettings, Level, ModelChoice, PixelModel, PixelStack, Preset};
+use quadpixel::em::{Level, ModelChoice, PixelModel, PixelStack, Preset};
 use quadpixel::response::TableSettings;
 
 /// Arguments that choose a pixel model.
@@ -55,11 +55,6 @@ impl PixelModelArgs {
     /// The model for single directions.
     pub fn model(&self) -> PixelModel {
         self.choice().model()
-    }
-
-    /// The corrected level, with the wave model of the preset.
-    pub fn corrected(&self) -> CorrectedSettings {
-        self.choice().corrected()
     }
 
     /// The model's table of a pixel.

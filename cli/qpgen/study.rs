@@ -109,7 +109,7 @@ fn studied(args: &StudyArgs, observer: &Progress) -> Result<StudyReport, Command
             let stack = args.one_pixel("1.6um")?;
             study::corrected(
                 &stack,
-                &args.model.corrected(),
+                &args.model.choice().corrected(),
                 args.all_shifts,
                 out,
                 observer,

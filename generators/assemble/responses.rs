@@ -11,7 +11,7 @@ use quadpixel::response::{AngularResponse, GeometricResponse, Response, Response
 use quadpixel::spectrum::ChannelWavelengths;
 
 use super::{lens, pixel_stack};
-use crate::recipe::response::one_colour;
+use crate::recipe::table_choice::one_colour;
 use crate::recipe::{Recipe, RecipeError, ResponseSource, TableRecipe};
 
 /// Seconds of one core that a dataset spends on a table unasked.

@@ -50,3 +50,11 @@ impl ConfigError {
         true
     }
 }
+
+/// Checks that no list is empty and no number 0.
+pub(super) fn check_filled(fields: &[(&'static str, usize)]) -> Result<(), ConfigError> {
+    match fields.iter().find(|(_, n)| *n == 0) {
+        Some((field, _)) => Err(ConfigError::Empty(field)),
+        None => Ok(()),
+    }
+}

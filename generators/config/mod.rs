@@ -12,6 +12,7 @@ mod tolerances;
 mod world;
 
 pub use error::ConfigError;
+use error::check_filled;
 pub use number::{Draw, Range, Scale};
 pub use readout::ReadoutConfig;
 pub use response::{ResponseConfig, StackConfig, TableConfig};
@@ -242,14 +243,6 @@ impl DatasetConfig {
             ("scene.card_size", Some(scene.card_size), [0.01, 4.0]),
         ];
         number::check(&rows)
-    }
-}
-
-/// Checks that no list is empty and no number 0.
-fn check_filled(fields: &[(&'static str, usize)]) -> Result<(), ConfigError> {
-    match fields.iter().find(|(_, n)| *n == 0) {
-        Some((field, _)) => Err(ConfigError::Empty(field)),
-        None => Ok(()),
     }
 }
 

@@ -4,9 +4,10 @@ use quadpixel::em::{Level, ShiftGrid};
 use quadpixel::range::OutOfRange;
 use serde::{Deserialize, Serialize};
 
-use super::{ConfigError, Draw, check_filled, number};
-use crate::recipe::response::TableChoice;
+use super::error::{ConfigError, check_filled};
+use super::number::{self, Draw};
 use crate::recipe::stored_response::{ResponseKind, StoredResponse};
+use crate::recipe::table_choice::TableChoice;
 
 /// Angular response; see [`crate::recipe::ResponseSource`], which is drawn from it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -5,6 +5,7 @@
 mod error;
 pub mod response;
 pub(crate) mod stored_response;
+pub mod table_choice;
 
 use std::path::Path;
 

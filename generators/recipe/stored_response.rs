@@ -2,9 +2,10 @@
 
 use quadpixel::em::{Level, Preset};
 use quadpixel::range::{OutOfRange, require};
+use quadpixel_datasets::TableColour;
 use serde::{Deserialize, Serialize};
 
-use super::response::{ExactModel, TableChoice, TableColour};
+use super::table_choice::{ExactModel, TableChoice};
 
 /// The name of a response from a file.
 const FILE: &str = "table";
