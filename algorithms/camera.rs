@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use quadpixel::file::{self, FileError};
 use quadpixel_datasets::{
-    CameraDescription, Channel, DisparityRatio, Focus, Intrinsics, ParseError, RawFormat,
-    RawLevels, Response, SCHEMA_VERSION, Sensor, check_version, paths,
+    CameraDescription, Channel, DisparityCurves, DisparityRatio, Focus, Intrinsics, MatchingCurves,
+    ParseError, RawFormat, RawLevels, Response, SCHEMA_VERSION, Sensor, check_version, paths,
 };
 use serde::Deserialize;
 
@@ -85,6 +85,8 @@ impl From<MetaCamera> for CameraDescription {
                 left_right: None,
                 top_bottom: None,
             },
+            disparity: DisparityCurves::default(),
+            matching: MatchingCurves::default(),
         }
     }
 }

@@ -194,9 +194,26 @@ pub struct Channel {
     pub wavelength_nm: f64,
     /// Wavelength of the response table that weighted them, nm; of a band, the one read in its middle.
     pub response_wavelength_nm: f64,
+    /// Its paraxial pinhole on this sensor.
+    pub optics: ChannelOptics,
     /// The band; absent for a channel of one wavelength.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub band: Option<ChannelBand>,
+}
+
+/// The paraxial pinhole of a channel: with d = Z + `pinhole_behind_vertex_m` and d_f that of the focus, its circle of confusion
+/// is fx · A · (1/d_f − 1/d) px (SPEC.md, "Circle of confusion").
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ChannelOptics {
+    /// Focal length, px.
+    pub fx_px: f64,
+    /// Diameter of the entrance pupil (A), m.
+    pub entrance_pupil_diameter_m: f64,
+    /// How far the pinhole lies behind the first lens vertex, m.
+    pub pinhole_behind_vertex_m: f64,
+    /// Depth Z_f in focus, m; `null` for infinity or beyond.
+    pub focus_distance_m: Option<f64>,
 }
 
 /// A band of a colour channel: a raised cosine of wavelength (SPEC.md, "Light").

@@ -7,6 +7,9 @@ use crate::sample::{FileKind, SampleFile, Storage};
 /// Name of the views' layer that holds the sum of all sub-pixels.
 pub const SUM_LAYER: &str = "sum";
 
+/// Channels per layer of `shifts.exr` where the colour channels differ: red and blue, each from green.
+pub const COLOUR_SHIFTS: [&str; 4] = ["R.dx", "R.dy", "B.dx", "B.dy"];
+
 impl FileKind {
     /// The file's name.
     pub fn file_name(self, raw: RawFormat) -> &'static str {
@@ -19,6 +22,7 @@ impl FileKind {
             (FileKind::Distance, _) => "distance.exr",
             (FileKind::Disparity, _) => "disparity.exr",
             (FileKind::Coc, _) => "coc.exr",
+            (FileKind::Shifts, _) => "shifts.exr",
             (FileKind::Occlusion, _) => "occlusion.png",
             (FileKind::Objects, _) => "objects.png",
             (FileKind::Normal, _) => "normal.exr",
@@ -38,6 +42,8 @@ impl FileKind {
 pub struct Optional {
     /// The map of ray distance.
     pub distance: bool,
+    /// Shifts of the colour channels.
+    pub channels_differ: bool,
     /// Objects and normals of a world of meshes.
     pub world: bool,
     /// A readout: the noisy capture, its views and the shading.
@@ -74,6 +80,7 @@ pub fn sample_files(
     let mut with_sum = names.clone();
     with_sum.push(SUM_LAYER.to_string());
     let truth = ["dx", "dy", "paraxial_dx", "paraxial_dy"];
+    let shifts = shift_channels(&names, optional.channels_differ);
     let sheet = ["R", "G", "B"];
     let raw_storage = match raw {
         RawFormat::Png => Storage::Uint16,
@@ -92,6 +99,7 @@ pub fn sample_files(
         (K::Depth, size, layers_of_none(&["Z"]), float),
         (K::Disparity, size, layers(&names, &truth), float),
         (K::Coc, size, layers_of_none(&["coc"]), float),
+        (K::Shifts, size, shifts, half),
         (K::Occlusion, size, layers_of_none(&["Y"]), byte),
         (K::Valid, size, layers_of_none(&["Y"]), byte),
         (K::Preview, preview, layers_of_none(&sheet), byte),
@@ -132,6 +140,19 @@ pub fn sample_files(
     let mut files: Vec<SampleFile> = rows.into_iter().map(file).collect();
     files.sort_by(|a, b| a.name.cmp(&b.name));
     files
+}
+
+/// Channels of `shifts.exr`, sorted: `sum.dx` and `sum.dy`, and where the colour channels differ `R.dx` to `B.dy` of the
+/// sum and of each sub-pixel.
+fn shift_channels(subpixels: &[String], channels_differ: bool) -> Vec<String> {
+    let mut all = vec![format!("{SUM_LAYER}.dx"), format!("{SUM_LAYER}.dy")];
+    if channels_differ {
+        for layer in subpixels.iter().map(String::as_str).chain([SUM_LAYER]) {
+            all.extend(COLOUR_SHIFTS.map(|channel| format!("{layer}.{channel}")));
+        }
+    }
+    all.sort();
+    all
 }
 
 fn layers_of_none(names: &[&str]) -> Vec<String> {

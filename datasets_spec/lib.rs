@@ -50,20 +50,24 @@ mod subpixels;
 mod version;
 
 pub use camera::{
-    Channel, ChannelBand, CraShift, Element, ExitPupil, Exposure, Focus, FocusBy, Intrinsics, Lens,
-    MicrolensRule, Misalignment, Part, Response, Sensor, TableColour, TablePreset,
+    Channel, ChannelBand, ChannelOptics, CraShift, Element, ExitPupil, Exposure, Focus, FocusBy,
+    Intrinsics, Lens, MicrolensRule, Misalignment, Part, Response, Sensor,
+    TableColour, TablePreset,
 };
-pub use camera_description::{CameraDescription, DisparityRatio, RatioField, RawFormat, RawLevels};
+pub use camera_description::{
+    CameraCurves, CameraDescription, DisparityCurve, DisparityCurves, DisparityRatio,
+    MatchingCurve, MatchingCurves, RatioField, RawFormat, RawLevels,
+};
 #[cfg(feature = "check")]
 pub use check::{Finding, Progress, Report, check_dataset, check_hashes};
 pub use effects::{Effect, Effects, EstimatedError, LeftOut, Reason};
-pub use layout::{Optional, SUM_LAYER, sample_files};
+pub use layout::{COLOUR_SHIFTS, Optional, SUM_LAYER, sample_files};
 pub use manifest::{DatasetManifest, FileEntry, SampleEntry, Tool, conventions, units};
 pub use mosaic::{CodeLevels, Mosaic, MosaicPattern};
 pub use readout::Readout;
 pub use sample::{
-    CocDisparity, FileKind, LostRays, Noise, Range, Ranges, Raw, RenderStatistics, SampleFile,
-    SampleMeta, Scene, Storage,
+    CocDisparity, FileKind, LostRays, Noise, Range, Ranges, Raw, Registration, RenderStatistics,
+    SampleFile, SampleMeta, Scene, Storage, Truth,
 };
 pub use split::{Split, split_of_scene, split_scenes};
 pub use subpixels::{Subpixels, SubpixelsError};

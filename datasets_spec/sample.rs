@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{Channel, Exposure, Focus, Intrinsics, Lens, Response, Sensor};
-use crate::camera_description::{CameraDescription, DisparityRatio, RawFormat, RawLevels};
+use crate::camera_description::{CameraCurves, CameraDescription, RawFormat, RawLevels};
 use crate::effects::Effects;
 use crate::manifest::FileEntry;
 use crate::mosaic::Mosaic;
@@ -55,6 +55,8 @@ pub struct SampleMeta {
     pub effects: Effects,
     /// How well the render converged.
     pub statistics: RenderStatistics,
+    /// What the truth maps are the truth of.
+    pub truth: Truth,
     /// Ranges of the truth maps over the valid pixels.
     pub ranges: Ranges,
     /// Truth, for scoring: the tie between left-right disparity and circle of confusion, fitted to the maps of this
@@ -70,7 +72,7 @@ pub struct SampleMeta {
 impl SampleMeta {
     /// The sample's `camera.json`: what of all this the camera knows itself, and its ratio of disparity to circle of
     /// confusion.
-    pub fn camera(&self, disparity_ratio: DisparityRatio) -> CameraDescription {
+    pub fn camera(&self, curves: CameraCurves) -> CameraDescription {
         CameraDescription {
             schema_version: SCHEMA_VERSION,
             pitch_um: self.sensor.pitch_um,
@@ -91,7 +93,9 @@ impl SampleMeta {
             focus: self.focus.clone(),
             intrinsics: self.intrinsics.clone(),
             response: self.response.clone(),
-            disparity_ratio,
+            disparity_ratio: curves.disparity_ratio,
+            disparity: curves.disparity,
+            matching: curves.matching,
         }
     }
 }
@@ -154,10 +158,38 @@ pub struct RenderStatistics {
     pub rays: u64,
     /// Rays that did not reach the scene.
     pub lost: LostRays,
-    /// Standard error of the sum's value, divided by the value, averaged over the lit pixels; `null` if not measured.
-    pub mean_relative_standard_error: Option<f64>,
+    /// Root mean square of the error that sampling leaves in a sub-pixel's value, over the mean value; `null` if not
+    /// measured, as in all of these.
+    pub rms_error_over_mean: Option<f64>,
+    /// Median over the values of error over value.
+    pub median_relative_error: Option<f64>,
+    /// Part of the values of which a second render differs by more than half.
+    pub speckle_share: Option<f64>,
     /// Pixels without truth (0 in `valid.png`).
     pub invalid_pixels: u64,
+}
+
+/// What the truth maps are the truth of.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Truth {
+    /// The surface that a pixel of the maps and of the target refers to.
+    pub registration: Registration,
+    /// Colour channel of disparity, circle of confusion and depth.
+    pub channel: String,
+    /// Whether the channels see different places: `shifts.exr` then holds what the others' disparity is.
+    pub channels_differ: bool,
+}
+
+/// The surface that a pixel of the maps and of the target refers to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Registration {
+    /// What the sum of the sub-pixels sees there on average: the maps stand where the picture stands.
+    #[default]
+    Centroid,
+    /// What the chief ray meets.
+    ChiefRay,
 }
 
 /// Lost rays by cause.
@@ -247,6 +279,8 @@ pub enum FileKind {
     Disparity,
     /// Signed circle of confusion, px.
     Coc,
+    /// Small shifts beside the disparity: of the registration and of the colour channels, px.
+    Shifts,
     /// Part of the pupil that sees another surface.
     Occlusion,
     /// Number of the object that is seen; of worlds of meshes.

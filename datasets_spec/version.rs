@@ -5,7 +5,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 /// Version of the layout and of both schemas. It changes when a reader of the old one would misread the new one.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// Why a `dataset.json`, `meta.json` or `camera.json` cannot be read.
 #[derive(Debug, thiserror::Error)]

@@ -4,12 +4,15 @@
 use quadpixel_datasets::{CameraDescription, RatioField};
 
 use super::curve::{Depth, DepthCurve};
+use super::described_curve::DescribedCurve;
 use super::field_curve::FieldCurve;
-use super::halves::Measured;
+use super::halves::{Measured, combine};
 
 /// Where depth comes from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraCurve {
+    /// By the camera's description, aberrations included.
+    Described(DescribedCurve),
     /// The paraxial camera with the pixel's κ.
     Paraxial(ParaxialCurve),
     /// A measured curve over the field.
@@ -135,22 +138,26 @@ impl ParaxialCurve {
 }
 
 impl CameraCurve {
-    /// Depth of a disparity measured at column x and row y; `None` where the camera tells none.
-    pub fn depth(&self, [x, y]: [usize; 2], measured: Measured) -> Option<Depth> {
+    /// Depth of the disparities measured at column x and row y: x_L − x_R, y_T − y_B; `None` where nothing is measured or
+    /// the camera tells none.
+    pub fn depth(
+        &self,
+        at: [usize; 2],
+        left_right: Option<Measured>,
+        top_bottom: Option<Measured>,
+    ) -> Option<Depth> {
         match self {
+            Self::Described(curve) => curve.depth(at, left_right, top_bottom),
             Self::Paraxial(curve) => {
-                let curve = curve.at([x, y])?;
+                let vertical = top_bottom.and_then(|v| curve.as_left_right(at, v));
+                let measured = combine(left_right, vertical)?;
+                let curve = curve.at(at)?;
                 Some(curve.depth(measured.disparity_px, measured.sigma_px))
             }
-            Self::Field(curve) => Some(curve.depth([x as f64, y as f64], measured)),
-        }
-    }
-
-    /// What a shift of top and bottom would be of left and right; `None` where the camera tells it not.
-    pub fn as_left_right(&self, at: [usize; 2], vertical: Measured) -> Option<Measured> {
-        match self {
-            Self::Paraxial(curve) => curve.as_left_right(at, vertical),
-            Self::Field(_) => Some(vertical),
+            Self::Field(curve) => {
+                let measured = combine(left_right, top_bottom)?;
+                Some(curve.depth(at.map(|v| v as f64), measured))
+            }
         }
     }
 }

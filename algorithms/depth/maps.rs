@@ -3,7 +3,7 @@
 use quadpixel::image::Image;
 
 use super::camera_curve::CameraCurve;
-use super::halves::{Measured, combine};
+use super::halves::combine;
 use super::shifts::Shifts;
 
 /// Depth and what it is worth at each pixel of the sum; NaN where there is no trusted match.
@@ -30,9 +30,12 @@ impl DepthMaps {
         let pixels = confidence.data_mut().chunks_exact_mut(3);
         for (i, (to, beside)) in depth_m.data_mut().iter_mut().zip(pixels).enumerate() {
             let at = [i % width, i / width];
-            let shift = shift_at(shifts, curve, at, i);
+            let [left_right, top_bottom] =
+                [&shifts.left_right, &shifts.top_bottom].map(|s| s.as_ref().and_then(|s| s[i]));
+            let shift = combine(left_right, top_bottom);
             measured += usize::from(shift.is_some());
-            let depth = shift.and_then(|shift| Some((shift, curve.depth(at, shift)?)));
+            let depth = curve.depth(at, left_right, top_bottom);
+            let depth = shift.and_then(|shift| Some((shift, depth?)));
             let Some((shift, depth)) = depth else {
                 *to = f32::NAN;
                 beside.copy_from_slice(&[0.0, f32::NAN, f32::NAN]);
@@ -51,22 +54,5 @@ impl DepthMaps {
             confidence,
             measured_share: measured as f64 / (width * height) as f64,
         }
-    }
-}
-
-/// What both directions say of pixel `index`, as a shift of left and right where the pixel is parted so.
-fn shift_at(
-    shifts: &Shifts,
-    curve: &CameraCurve,
-    at: [usize; 2],
-    index: usize,
-) -> Option<Measured> {
-    match (&shifts.left_right, &shifts.top_bottom) {
-        (Some(horizontal), Some(vertical)) => {
-            let vertical = vertical[index].and_then(|v| curve.as_left_right(at, v));
-            combine(horizontal[index], vertical)
-        }
-        (Some(one), None) | (None, Some(one)) => one[index],
-        (None, None) => None,
     }
 }

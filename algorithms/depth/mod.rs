@@ -13,10 +13,13 @@
 //!   fx: focal length, px; κ: disparity over circle of confusion, a property of lens and pixel. Source: "Metres from
 //!   disparity" in the dataset's specification.
 //!
-//! Where the camera's κ differs in the two directions, D_v is brought to that of left and right before the mean.
+//! Where the camera's κ differs in the two directions, D_v is brought to that of left and right before the mean. A camera
+//! whose description has its disparity against distance ([`DescribedCurve`]) needs no κ: the aberrations of its lens and
+//! what a matcher finds in the place of centroids are in it.
 
 mod camera_curve;
 mod curve;
+mod described_curve;
 mod field_curve;
 mod halves;
 mod maps;
@@ -25,6 +28,7 @@ mod shifts;
 
 pub use camera_curve::{CameraCurve, CurveError, ParaxialCurve};
 pub use curve::{Depth, DepthCurve};
+pub use described_curve::DescribedCurve;
 pub use field_curve::{FieldCurve, FieldCurveError};
 pub use halves::{MOST_NOISE, Measured, Pair, combine, measure};
 pub use maps::DepthMaps;

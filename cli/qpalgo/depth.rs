@@ -15,11 +15,13 @@ use crate::inputs::{
 use quadpixel_algorithms::calibration::Calibration;
 use quadpixel_algorithms::capture::Capture;
 use quadpixel_algorithms::depth::{
-    CameraCurve, CurveError, DepthMaps, DepthScore, FieldCurve, ParaxialCurve, Shifts,
+    CameraCurve, CurveError, DepthMaps, DepthScore, DescribedCurve, FieldCurve, ParaxialCurve,
+    Shifts,
 };
 use quadpixel_algorithms::disparity::{Axes, MatchSettings};
 use quadpixel_algorithms::maps::{MapFormat, Maps};
 use quadpixel_cli::progress::Progress;
+use quadpixel_datasets::CameraDescription;
 
 /// Arguments of `qpalgo depth`.
 #[derive(Clone, Debug, Args)]
@@ -51,10 +53,11 @@ pub struct DepthArgs {
     /// confusion; absent: the camera.json beside the capture.
     #[arg(long, conflicts_with = "left")]
     camera: Option<PathBuf>,
-    /// Ratio of disparity to circle of confusion; absent: that of the camera's description.
+    /// Ratio of disparity to circle of confusion, of a lens without aberrations; absent: the camera's own disparity against
+    /// distance, aberrations included, from its description.
     #[arg(long)]
     kappa: Option<f64>,
-    /// Calibration file: takes the aberration's own disparity out first.
+    /// Calibration file: takes the aberration's own disparity out first; the rest is converted by the ratio.
     #[arg(long)]
     calibration: Option<PathBuf>,
     /// Side of the matching window, px: odd, 5 to 31.
@@ -87,7 +90,7 @@ pub fn run(args: &DepthArgs, progress: Progress) -> Result<(), CommandError> {
     };
     let curve = match &args.curve {
         Some(path) => CameraCurve::Field(field_curve(path, &capture)?),
-        None => CameraCurve::Paraxial(paraxial_curve(args.kappa, path, &capture)?),
+        None => camera_curve(args, path, &capture)?,
     };
     let calibration = (args.calibration.as_ref())
         .map(|file| calibration(file, path, &capture))
@@ -113,9 +116,11 @@ pub fn run(args: &DepthArgs, progress: Progress) -> Result<(), CommandError> {
     let files = files(args.format.into(), &maps).map_err(CommandError::failed)?;
     // The truth is looked at last: nothing above depends on it.
     let score = match (sample_folder(path, &capture), &curve) {
-        (Some(sample), CameraCurve::Paraxial(curve)) if args.score => {
+        (_, CameraCurve::Field(_)) => None,
+        (Some(sample), _) if args.score => {
             let truth = sample.join("depth.exr");
-            Some(DepthScore::read(&truth, &maps.depth_m, curve).map_err(CommandError::input)?)
+            let curve = paraxial_curve(args.kappa, path, &capture)?;
+            Some(DepthScore::read(&truth, &maps.depth_m, &curve).map_err(CommandError::input)?)
         }
         _ => None,
     };
@@ -134,7 +139,7 @@ fn report(
 ) {
     let gain_px_m = match curve {
         CameraCurve::Paraxial(curve) => Some(curve.mean_gain_px_m()),
-        CameraCurve::Field(_) => None,
+        CameraCurve::Described(_) | CameraCurve::Field(_) => None,
     };
     if args.json {
         let names: Vec<&String> = files.iter().map(|(name, _)| name).collect();
@@ -174,14 +179,38 @@ fn field_curve(path: &Path, capture: &Capture) -> Result<FieldCurve, CommandErro
     Ok(curve)
 }
 
+/// The camera's own curve, or the paraxial one where κ is given or a calibration has taken the aberrations out.
+fn camera_curve(
+    args: &DepthArgs,
+    path: &Path,
+    capture: &Capture,
+) -> Result<CameraCurve, CommandError> {
+    if args.kappa.is_some() || args.calibration.is_some() {
+        return paraxial_curve(args.kappa, path, capture).map(CameraCurve::Paraxial);
+    }
+    let camera = camera_of(path, capture)?;
+    let channel = &capture.channels[capture.reference_channel()];
+    match DescribedCurve::new(camera, channel) {
+        Ok(curve) => Ok(CameraCurve::Described(curve)),
+        Err(CurveError::NoRatio) => Err(in_file(path)(
+            "camera.json does not say the camera's disparity against distance: without its lens's aberrations a depth would be \
+             off by more than it says; allowed: --calibration, or --kappa for a lens without aberrations",
+        )),
+        Err(error) => Err(in_file(path)(error)),
+    }
+}
+
+fn camera_of<'a>(path: &Path, capture: &'a Capture) -> Result<&'a CameraDescription, CommandError> {
+    (capture.camera.as_ref())
+        .ok_or_else(|| in_file(path)("depth needs a camera.json beside the capture, or --camera"))
+}
+
 fn paraxial_curve(
     kappa: Option<f64>,
     path: &Path,
     capture: &Capture,
 ) -> Result<ParaxialCurve, CommandError> {
-    let camera = (capture.camera.as_ref()).ok_or_else(|| {
-        in_file(path)("depth needs a camera.json beside the capture, or --camera")
-    })?;
+    let camera = camera_of(path, capture)?;
     ParaxialCurve::new(camera, kappa).map_err(|error| match error {
         CurveError::NoRatio => in_file(path)(
             "no camera.json says the ratio of disparity to circle of confusion: --camera or --kappa is needed",

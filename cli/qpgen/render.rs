@@ -166,17 +166,17 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
         let object = serde_json::json!({
             "rays": d.rays, "lost": { "vignetted": d.lost.vignetted, "missed": d.lost.missed,
             "total_internal_reflection": d.lost.total_internal_reflection },
-            "relative_spread": d.mean_relative_standard_error, "effects": sample.decisions, "stages": stages, "preview": preview
+            "rms_error_over_mean": d.errors.map(|e| e.rms_over_mean), "median_relative_error": d.errors.map(|e| e.median_relative), "effects": sample.decisions, "stages": stages, "preview": preview
         });
         println!("{object}");
         return Ok(());
     }
-    let spread = d
-        .mean_relative_standard_error
-        .map_or("none (black)".into(), |s| format!("{:.2} %", 100.0 * s));
+    let spread = d.errors.map_or("none (black)".into(), |e| {
+        format!("{:.2} % (median)", 100.0 * e.median_relative)
+    });
     let part = 100.0 * lost as f64 / d.rays.max(1) as f64;
     println!(
-        "{:.1} M rays, {part:.1} % lost, spread of a sub-pixel {spread}; {stages}",
+        "{:.1} M rays, {part:.1} % lost, error of a value {spread}; {stages}",
         d.rays as f64 * 1e-6
     );
     println!("preview: {}", preview.display());

@@ -6,6 +6,7 @@ use quadpixel::render::RenderSettings;
 use quadpixel::scene::world::PathSettings;
 use quadpixel::sensor::{ShiftRule, Subpixels};
 use quadpixel_cli::exit::CommandError;
+use quadpixel_datasets::Registration;
 
 use quadpixel::em::Level;
 use quadpixel_generators::recipe::{
@@ -157,6 +158,7 @@ impl SceneArgs {
             framing_focus_mm: None,
             environment: [0.0; 3],
             exposure_ev: self.exposure_ev.unwrap_or(0.0),
+            registration: Registration::default(),
             render: RenderSettings {
                 rays_per_pixel: self.rays_per_pixel,
                 seed: self.seed,

@@ -86,7 +86,14 @@ fn truth(
     findings: &mut Vec<(FileKind, String)>,
 ) {
     use FileKind as K;
-    for kind in [K::Depth, K::Distance, K::Disparity, K::Coc, K::Normal] {
+    for kind in [
+        K::Depth,
+        K::Distance,
+        K::Disparity,
+        K::Coc,
+        K::Shifts,
+        K::Normal,
+    ] {
         each_channel(
             pictures,
             kind,
@@ -106,7 +113,7 @@ fn truth(
         let what = "not above 0 (+inf is the sky)";
         each_channel(pictures, kind, findings, what, |_, v| v.is_nan() || v > 0.0);
     }
-    for kind in [K::Disparity, K::Coc] {
+    for kind in [K::Disparity, K::Coc, K::Shifts] {
         each_channel(pictures, kind, findings, "infinite", |_, v| {
             !v.is_infinite()
         });
@@ -211,10 +218,13 @@ fn mosaic(meta: &SampleMeta, views: &Planes, raw: &Planes, findings: &mut Vec<(F
     let black = f64::from(meta.raw.black_level.unwrap_or(0));
     let white = f64::from(meta.raw.white_level.unwrap_or(1));
     let step = meta.raw.linear_at_white.unwrap_or(1.0) / (white - black);
+    // Values at the largest code, and those of them whose view is above it for certain.
+    let (mut largest, mut above) = (0u64, 0u64);
     for colour in colours(meta) {
         let Some(codes) = raw.channels.get(colour) else {
             continue;
         };
+        largest += codes.iter().filter(|code| png && **code == 65535.0).count() as u64;
         let bad = (0..codes.len()).filter(|&i| {
             let (x, y) = (i % raw.width, i / raw.width);
             let name = &names[(y % rows) * columns + x % columns];
@@ -230,12 +240,20 @@ fn mosaic(meta: &SampleMeta, views: &Planes, raw: &Planes, findings: &mut Vec<(F
             let allowed = 0.5 * step + half + FLOAT_RELATIVE * view;
             let linear = (code - black) * step;
             let clipped_above = code == 65535.0 && view >= linear - allowed;
+            above += u64::from(clipped_above && view > linear + allowed);
             let clipped_below = code == 0.0 && view <= linear + allowed;
             !(clipped_above || clipped_below) && (linear - view).abs() > allowed
         });
         if let Some(text) = places(bad, raw.width, colour) {
             findings.push((FileKind::Raw, format!("{text} not the views' values")));
         }
+    }
+    let said = meta.raw.clipped;
+    if above > said || largest < said {
+        let what = format!(
+            "has {largest} values at the largest code, {above} of them below their views; meta.json says that {said} were clipped"
+        );
+        findings.push((FileKind::Raw, what));
     }
 }
 

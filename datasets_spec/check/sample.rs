@@ -124,11 +124,19 @@ fn check_camera(meta: &SampleMeta, folder: &str, contents: &Contents, report: &m
             Err(why) => return report.add(&path, why.to_string()),
         },
     };
-    if camera != meta.camera(camera.disparity_ratio.clone()) {
+    if camera != meta.camera(camera.curves()) {
         report.add(&path, "differs from meta.json in a field that both have");
     }
     let subpixels = meta.sensor.subpixels;
     let ratio = &camera.disparity_ratio;
+    let curves = &camera.disparity;
+    let unsound = (curves.left_right.iter().chain(&curves.top_bottom)).any(|c| !c.is_sound());
+    if unsound {
+        report.add(
+            &path,
+            "disparity: a curve has not finite coefficients at each of its nodes",
+        );
+    }
     let fields = [
         ("left_right", &ratio.left_right, subpixels.m()),
         ("top_bottom", &ratio.top_bottom, subpixels.n()),
@@ -272,6 +280,7 @@ fn check_list(meta: &SampleMeta, path: &str, report: &mut Report) -> bool {
     let distance = has(FileKind::Distance).is_some();
     let optional = Optional {
         distance,
+        channels_differ: meta.truth.channels_differ,
         world: has(FileKind::Objects).is_some() || has(FileKind::Normal).is_some(),
         noisy: meta.noise.readout().is_some(),
         mosaic: meta.mosaic.is_some(),

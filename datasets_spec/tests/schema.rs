@@ -58,7 +58,7 @@ fn the_examples_validate_and_come_back_unchanged() {
     assert_eq!(serde_json::to_value(&read).unwrap(), meta);
     // One example: what the camera says of itself is what the sample says of the camera.
     let described: CameraDescription = serde_json::from_value(camera.clone()).unwrap();
-    assert_eq!(described, read.camera(described.disparity_ratio.clone()));
+    assert_eq!(described, read.camera(described.curves()));
     assert_eq!(serde_json::to_value(described).unwrap(), camera);
 }
 

@@ -80,11 +80,11 @@ const QUANTITIES: [Quantity; 9] = [
         value: |m| Some(m.lens.f_number),
     },
     Quantity {
-        name: "standard error of a rendered value",
+        name: "median relative error of a rendered value",
         unit: "%",
         file: "error",
         log: false,
-        value: |m| m.statistics.mean_relative_standard_error.map(|e| 100.0 * e),
+        value: |m| m.statistics.median_relative_error.map(|e| 100.0 * e),
     },
 ];
 

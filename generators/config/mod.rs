@@ -23,7 +23,7 @@ pub use world::{WorldConfig, WorldFileConfig};
 use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::sensor::{ShiftRule, Subpixels, check_simulated};
 use quadpixel::spectrum::Bands;
-use quadpixel_datasets::MosaicPattern;
+use quadpixel_datasets::{MosaicPattern, Registration};
 use serde::{Deserialize, Serialize};
 
 use crate::charts::{ChartSpec, is_image};
@@ -53,6 +53,9 @@ pub struct DatasetConfig {
     pub scene: SceneConfig,
     /// Exposure in stops; see the recipe.
     pub exposure_ev: Draw,
+    /// The surface that a pixel of the maps and of the target refers to; see the recipe.
+    #[serde(default)]
+    pub registration: Registration,
     /// Rays a microlens and colour channel.
     pub rays_per_pixel: usize,
     /// Effects that are simulated: `"auto"`, `"all"`, `"none"` or a list of names.

@@ -6,7 +6,10 @@ use glam::DVec2;
 use quadpixel::em::{Level, Preset};
 use quadpixel::hash::settings_hash;
 use quadpixel::lens::{ElementRef, Misalignment};
-use quadpixel::render::{Camera, RenderStats, disparity_ratio};
+use quadpixel::render::truth::DisparityField;
+use quadpixel::render::{
+    Camera, RenderStats, SamplingErrors, disparity_curves, disparity_ratio, matching_curves,
+};
 use quadpixel::response::{Response, ResponseLookup};
 use quadpixel::sensor::ShiftRule;
 use quadpixel::units::M_PER_MM;
@@ -54,8 +57,10 @@ pub struct Description {
     pub mosaic: Option<spec::MosaicPattern>,
     /// Pinhole camera.
     pub intrinsics: spec::Intrinsics,
-    /// Ratio of disparity to circle of confusion, for `camera.json`.
-    pub disparity_ratio: spec::DisparityRatio,
+    /// Curves of the camera, for `camera.json`.
+    pub curves: spec::CameraCurves,
+    /// What the truth is the truth of.
+    pub truth: spec::Truth,
     /// Effects simulated and left out.
     pub effects: spec::Effects,
     /// Rays a pixel and channel.
@@ -64,8 +69,8 @@ pub struct Description {
     pub rays: u64,
     /// Lost rays.
     pub lost: spec::LostRays,
-    /// Mean relative standard error of the sum.
-    pub mean_relative_standard_error: Option<f64>,
+    /// Errors that sampling leaves.
+    pub errors: Option<SamplingErrors>,
 }
 
 /// What was exposed: how light became linear values, and what became of the light.
@@ -76,10 +81,21 @@ pub(crate) struct RenderedLight<'a> {
     pub white_sr: [f64; 3],
     /// Rays of the render.
     pub stats: &'a RenderStats,
+    /// Disparity of the channels, or of all.
+    pub fields: &'a [DisparityField],
     /// The ledger of effects.
     pub effects: spec::Effects,
     /// The readout, where there is one.
     pub noise: spec::Noise,
+}
+
+/// What `camera.json` says of disparity; `None` for bare pixels.
+fn curves(camera: &Camera, fields: &[DisparityField]) -> Option<spec::CameraCurves> {
+    Some(spec::CameraCurves {
+        disparity_ratio: disparity_ratio(camera)?,
+        disparity: disparity_curves(camera, fields)?,
+        matching: matching_curves(camera)?,
+    })
 }
 
 /// Everything about a sample that is not a pixel.
@@ -125,8 +141,13 @@ pub(crate) fn describe(
         noise: exposed.noise,
         mosaic: recipe.sensor.mosaic,
         intrinsics: intrinsics(camera),
-        disparity_ratio: disparity_ratio(camera)
+        curves: curves(camera, exposed.fields)
             .unwrap_or_else(|| unreachable!("a camera with a lens")),
+        truth: spec::Truth {
+            registration: recipe.registration,
+            channel: "G".to_owned(),
+            channels_differ: exposed.fields.len() > 1,
+        },
         effects: exposed.effects,
         rays_per_pixel: recipe.render.rays_per_pixel as u32,
         rays: stats.rays,
@@ -135,7 +156,7 @@ pub(crate) fn describe(
             vignetted: stats.lost.vignetted,
             total_internal_reflection: stats.lost.total_internal_reflection,
         },
-        mean_relative_standard_error: stats.relative_spread,
+        errors: stats.errors,
     })
 }
 
@@ -230,20 +251,14 @@ fn sensor(recipe: &Recipe, camera: &Camera) -> spec::Sensor {
     }
 }
 
-/// The pinhole that the lens paraxially is. With the entrance pupil at z_e and the exit pupil D in front of the sensor,
-/// a point at depth Z and height X images at X · f_px/(Z + z_e); f_px follows from the magnification at the focused
-/// depth.
+/// The pinhole that the lens paraxially is.
 fn intrinsics(camera: &Camera) -> spec::Intrinsics {
     let p = camera
         .paraxial()
         .copied()
         .unwrap_or_else(|| unreachable!("a camera with a lens"));
     let sensor = camera.sensor();
-    // A chief ray of slope m in object space leaves the exit pupil with slope m · (pupil magnification)⁻¹ (Lagrange),
-    // so the height on the sensor is m · D / magnification.
-    let magnification = p.exit_pupil_semi_mm / p.entrance_pupil_semi_mm;
-    let focal_mm = (camera.sensor_z_mm() - p.exit_pupil_z_mm) / magnification;
-    let focal_px = focal_mm / sensor.pitch_mm();
+    let focal_px = colours::focal_mm(camera, &p) / sensor.pitch_mm();
     let axis = DVec2::new((sensor.width() - 1) as f64, (sensor.height() - 1) as f64) * 0.5
         - sensor.centre_mm() / sensor.pitch_mm();
     spec::Intrinsics {

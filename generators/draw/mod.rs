@@ -72,6 +72,7 @@ pub fn recipe(
         framing_focus_mm: config.sweep.map(|_| focus_mm),
         environment: [0.0; 3],
         exposure_ev: dice.draw(&config.exposure_ev, Purpose::Exposure, 0),
+        registration: config.registration,
         render: RenderSettings {
             rays_per_pixel: config.rays_per_pixel,
             seed: shot.key(Purpose::Render, 0),

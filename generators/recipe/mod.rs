@@ -15,7 +15,7 @@ use quadpixel::render::RenderSettings;
 use quadpixel::sensor::readout::ReadoutSettings;
 use quadpixel::sensor::{ShiftRule, Subpixels};
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
-use quadpixel_datasets::MosaicPattern;
+use quadpixel_datasets::{MosaicPattern, Registration};
 use serde::{Deserialize, Serialize};
 
 use crate::charts::ChartSpec;
@@ -54,6 +54,10 @@ pub struct Recipe {
     /// Exposure in stops: at 0, a white wall (radiance 1) gives a sum of 1 in the middle of the window.
     #[serde(default)]
     pub exposure_ev: f64,
+    /// The surface that a pixel of the maps and of the target refers to: `"centroid"` (what the sum of its sub-pixels sees
+    /// on average) or `"chief-ray"`.
+    #[serde(default)]
+    pub registration: Registration,
     /// Rays and the seed of their samples.
     pub render: RenderSettings,
     /// Effects that are simulated: `"auto"`, `"all"`, `"none"` or a list of names.

@@ -32,7 +32,12 @@ impl Noisy {
         let sensor = camera.sensor();
         let quantum_efficiency = white.quantum_efficiency();
         let electrons_at_white = settings.electrons_at_white(sensor.pitch_um(), quantum_efficiency);
-        let readout = Readout::new(settings, sensor.subpixels(), electrons_at_white)?;
+        let readout = Readout::new(
+            settings,
+            sensor.subpixels(),
+            electrons_at_white,
+            white.largest_share(),
+        )?;
         let exposed = readout.expose(&mosaic.mosaic);
         let mut shading = white.of_subpixels_sr(sensor);
         for value in shading.iter_mut().flat_map(|image| image.data_mut()) {

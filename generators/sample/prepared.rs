@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
-use quadpixel::effects::{Choice, Decision, Effect, Estimate, Shot, plan};
+use quadpixel::effects::{Choice, Decision, Estimate, Shot, plan};
 use quadpixel::image::Image;
-use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField, GeometryTruth, WhiteField};
+use quadpixel::render::truth::{
+    Defocus, DisparityField, GeometryTruth, SightRays, WhiteField, channel_shifts,
+};
 use quadpixel::render::{Camera, RayRecord, RecordError, Render, Rendered};
 use quadpixel::response::Response;
 use quadpixel::scene::Scene;
@@ -14,7 +16,7 @@ use quadpixel_datasets as spec;
 use super::ledger::ledger;
 use super::noisy::Noisy;
 use super::planned;
-use super::rendered::{Maps, Sample};
+use super::rendered::{Maps, Sample, Shifts, raw_white, saturation};
 use super::stages::{Stages, timed};
 use crate::assemble::{self, Responses};
 use crate::describe::{RenderedLight, describe};
@@ -124,7 +126,8 @@ pub fn prepare(
 /// What was rendered of a scene, and its truth.
 struct Shown {
     rendered: Rendered,
-    chief: ChiefRays,
+    fields: Vec<DisparityField>,
+    sight: SightRays,
     geometry: GeometryTruth,
     choice: Choice,
     decisions: Vec<Decision>,
@@ -159,8 +162,8 @@ impl Prepared {
         rays: Rays,
         observer: &dyn Observer,
     ) -> Result<(Sample, Option<RayRecord>), SampleError> {
-        let mut chief = ChiefRays::new(&self.camera);
-        let mut geometry = timed(&mut self.stages.truth_s, || {
+        let chief = SightRays::chief_rays(&self.camera);
+        let geometry = timed(&mut self.stages.truth_s, || {
             chief.geometry(&self.camera, &self.scene)
         });
         // Kept rays are those of the whole camera, whatever pixel is put behind it later.
@@ -178,15 +181,17 @@ impl Prepared {
             plan(whole, depths_mm, settings, &choice, tolerance)
         });
         (self.camera, self.scene) = (planned.shot.camera, planned.shot.scene);
-        // Without aberrations, what a pixel sees has moved.
-        let lens_left_out =
-            |d: &Decision| d.effect == Effect::Aberrations && d.verdict.is_left_out();
-        if planned.decisions.iter().any(lens_left_out) {
-            chief = ChiefRays::new(&self.camera);
-            geometry = timed(&mut self.stages.truth_s, || {
-                chief.geometry(&self.camera, &self.scene)
-            });
-        }
+        // Of the camera that is left: without aberrations, what a pixel sees has moved.
+        let (fields, sight, geometry) = timed(&mut self.stages.truth_s, || {
+            let fields = DisparityField::of_channels(&self.camera)
+                .unwrap_or_else(|| unreachable!("a camera with a lens has a focus"));
+            let sight = match self.recipe.registration {
+                spec::Registration::Centroid => SightRays::centroids(&fields),
+                spec::Registration::ChiefRay => SightRays::chief_rays(&self.camera),
+            };
+            let geometry = sight.geometry(&self.camera, &self.scene);
+            (fields, sight, geometry)
+        });
         let several = self.scene.planes().len() > 1 || self.scene.world().is_some();
         let surfaces = several.then_some(geometry.surfaces.as_slice());
         let shot = Render::new(&self.camera, &self.scene, settings)
@@ -200,7 +205,8 @@ impl Prepared {
         let began = std::time::Instant::now();
         let shown = Shown {
             rendered,
-            chief,
+            fields,
+            sight,
             geometry,
             choice,
             decisions: planned.decisions,
@@ -216,23 +222,21 @@ impl Prepared {
         let (recipe, camera, scene) = (&self.recipe, &self.camera, &self.scene);
         let Shown {
             rendered,
-            chief,
+            fields,
+            sight,
             geometry,
             mut decisions,
             ..
         } = shown;
         let white = WhiteField::new(camera);
-        let (Some(field), Some(defocus)) = (
-            DisparityField::new(camera, ChannelWavelengths::REFERENCE),
-            Defocus::new(camera),
-        ) else {
-            unreachable!("a camera with a lens has a focus");
-        };
+        let field = &fields[ChannelWavelengths::REFERENCE.min(fields.len() - 1)];
+        let defocus = Defocus::new(camera)
+            .unwrap_or_else(|| unreachable!("a camera with a lens has a focus"));
         let gain = recipe.exposure_ev.exp2() / white.reference_sr();
         let mut mosaic = rendered.image;
         mosaic.scale(gain as f32);
-        let mut target = chief.target(camera, scene, &white, &recipe.render);
-        // Where there is no chief ray the target is black, and `valid` says so.
+        let mut target = sight.target(camera, scene, &white, &recipe.render);
+        // Where there is no ray of sight the target is black, and `valid` says so.
         for value in target.data_mut() {
             *value = if value.is_nan() {
                 0.0
@@ -251,6 +255,7 @@ impl Prepared {
             gain,
             white_sr: white.middle_sr(),
             stats: &rendered.stats,
+            fields: &fields,
             effects: ledger(
                 recipe,
                 camera,
@@ -263,13 +268,26 @@ impl Prepared {
         let description = describe(recipe, id, camera, &self.response, exposed)?;
         let occlusion = rendered.occlusion;
         let (width, height) = (camera.sensor().width(), camera.sensor().height());
+        let chief = SightRays::chief_rays(camera);
+        let raw_white = raw_white(&white, recipe.exposure_ev);
+        let values = mosaic.mosaic.data();
+        let clipped = values.iter().filter(|v| **v > raw_white).count() as u64;
+        let noisy_saturated = (noisy.as_ref()).map_or(0, |n| n.description().saturated);
+        let mut warnings = self.warnings;
+        warnings.extend(saturation("raw.png", clipped, values.len()));
+        warnings.extend(saturation("noisy.png", noisy_saturated, values.len()));
         Ok(Sample {
+            shifts: Shifts {
+                chief_to_sum: chief.chief_to_sum_px(camera, field, &geometry.depth_mm),
+                channels: channel_shifts(camera, &fields, &geometry.depth_mm),
+            },
+            raw_white,
             disparity: field.maps(camera, &geometry.depth_mm),
             maps: Maps::new(camera, scene.world().is_some(), geometry, &defocus),
             occlusion: occlusion.unwrap_or_else(|| Image::zeros(width, height, 1)),
             left_out_together: shown.left_out_together,
             stages: self.stages,
-            warnings: self.warnings,
+            warnings,
             target,
             noisy,
             description,

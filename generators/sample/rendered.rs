@@ -3,7 +3,7 @@
 use quadpixel::effects::{Decision, Estimate};
 use quadpixel::image::Image;
 use quadpixel::image::raster::Levels;
-use quadpixel::render::truth::{Defocus, DisparityMaps, GeometryTruth};
+use quadpixel::render::truth::{Defocus, DisparityMaps, GeometryTruth, WhiteField};
 use quadpixel::render::{Camera, SubPixelImage};
 use quadpixel::units::M_PER_MM;
 
@@ -13,9 +13,25 @@ use crate::describe::Description;
 use crate::observer::{Event, Observer};
 use crate::writer::{RawEncoding, SampleFiles, WorldMaps};
 
-/// Headroom of the 16-bit mosaic: the linear value (of one sub-pixel) at its white level, as a multiple of an equal
-/// share of 1.
-const RAW_HEADROOM: f32 = 2.0;
+/// Headroom of the 16-bit mosaic: the linear value at its white level, as a multiple of the largest that a white wall
+/// gives a sub-pixel.
+const RAW_HEADROOM: f64 = 2.0;
+
+/// The linear value at the white level of the mosaic, with the headroom of underexposed pictures as of others.
+pub(super) fn raw_white(white: &WhiteField, ev: f64) -> f32 {
+    (RAW_HEADROOM * white.largest_share() * ev.max(0.0).exp2()) as f32
+}
+
+/// Saturated part of a mosaic's values above which a warning says so.
+const SATURATED_SHARE: f64 = 1e-3;
+
+/// What to say of a mosaic of `values` values of which `saturated` are at its largest code; `None` where it is but few.
+pub(super) fn saturation(what: &str, saturated: u64, values: usize) -> Option<String> {
+    let share = saturated as f64 / values.max(1) as f64;
+    (share > SATURATED_SHARE).then(|| {
+        format!("{what}: {:.2} % of the values are saturated; a lower exposure_ev keeps them", 100.0 * share)
+    })
+}
 
 /// A rendered sample. Images are linear, scaled by the exposure.
 pub struct Sample {
@@ -23,6 +39,9 @@ pub struct Sample {
     pub(super) target: Image,
     pub(super) maps: Maps,
     pub(super) disparity: DisparityMaps,
+    pub(super) shifts: Shifts,
+    /// Linear value at the white level of the mosaic.
+    pub(super) raw_white: f32,
     pub(super) occlusion: Image,
     pub(super) noisy: Option<Noisy>,
     /// What was left out of its scene.
@@ -36,7 +55,15 @@ pub struct Sample {
     pub stages: Stages,
 }
 
-/// What the chief rays met, pixel by pixel.
+/// Small shifts beside the disparity, px.
+pub(super) struct Shifts {
+    /// Where the sum shows what the chief ray meets, from there.
+    pub chief_to_sum: Image,
+    /// As of [`quadpixel::render::truth::channel_shifts`].
+    pub channels: Option<Vec<Image>>,
+}
+
+/// What the rays of sight met, pixel by pixel.
 pub(super) struct Maps {
     depth_m: Image,
     distance_m: Image,
@@ -101,17 +128,18 @@ impl Sample {
 
     /// What the writer takes.
     pub fn files(&self) -> SampleFiles<'_> {
-        let share = 1.0 / self.mosaic.subpixels.count() as f32;
         let maps = &self.maps;
         SampleFiles {
             raw: &self.mosaic.mosaic,
-            raw_encoding: RawEncoding::Png(Levels::full_range(RAW_HEADROOM * share)),
+            raw_encoding: RawEncoding::Png(Levels::full_range(self.raw_white)),
             target: &self.target,
             depth_m: &maps.depth_m,
             distance_m: Some(&maps.distance_m),
             traced_px: &self.disparity.traced,
             paraxial_px: &self.disparity.paraxial,
             coc_px: &maps.coc_px,
+            chief_to_sum_px: &self.shifts.chief_to_sum,
+            channel_shifts_px: self.shifts.channels.as_deref(),
             occlusion: &self.occlusion,
             noisy: self.noisy.as_ref().map(Noisy::files),
             valid: &maps.valid,

@@ -9,10 +9,10 @@ use quadpixel::image::exr::{Compression, Layer, Sample, encode_layers};
 use quadpixel::image::raster::Levels;
 use quadpixel::image::views::{split_views, sum_of};
 use quadpixel::image::{Image, raster};
+use quadpixel_datasets::{COLOUR_SHIFTS, Optional, SCHEMA_VERSION, SUM_LAYER, paths, sample_files};
 use quadpixel_datasets::{
     FileEntry, FileKind, Raw, RawFormat, RenderStatistics, SampleFile, SampleMeta,
 };
-use quadpixel_datasets::{Optional, SCHEMA_VERSION, SUM_LAYER, paths, sample_files};
 use rayon::prelude::*;
 
 use super::error::WriteError;
@@ -51,6 +51,7 @@ pub(super) fn encode(
         format,
         Optional {
             distance: sample.distance_m.is_some(),
+            channels_differ: sample.channel_shifts_px.is_some(),
             world: sample.seen.is_some(),
             noisy: given.noise.readout().is_some(),
             mosaic: given.mosaic.is_some(),
@@ -73,7 +74,7 @@ pub(super) fn encode(
     let clipped = encoded.iter().map(|(_, clipped)| clipped).sum();
     let raw = raw_of(sample.raw_encoding, clipped);
     let mut meta = describe(sample, name, &truth, raw, files);
-    let camera = meta.camera(given.disparity_ratio.clone());
+    let camera = meta.camera(given.curves.clone());
     let mut contents: Contents = (meta.files.iter().zip(encoded))
         .map(|(file, (bytes, _))| (file.name.clone(), bytes))
         .collect();
@@ -197,6 +198,14 @@ impl Pictures<'_> {
                 let normals = normals.ok_or_else(|| absent("there is no map of normals"))?;
                 float(&[layer("", &NORMAL_CHANNELS, normals, Sample::Float)])
             }
+            (FileKind::Shifts, _) => {
+                let sum = &self.truth.chief_to_sum_px;
+                let mut layers = vec![layer(SUM_LAYER, &["dx", "dy"], sum, Sample::Half)];
+                let names = self.subpixels.iter().map(String::as_str).chain([SUM_LAYER]);
+                let channels = names.zip(&self.truth.channel_shifts_px);
+                layers.extend(channels.map(|(n, map)| layer(n, &COLOUR_SHIFTS, map, Sample::Half)));
+                float(&layers)
+            }
             (FileKind::Coc, _) => map(&"coc", &self.truth.coc_px),
             (FileKind::Occlusion, _) => {
                 let code = |v: &f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
@@ -276,9 +285,12 @@ fn describe(
             rays_per_pixel: given.rays_per_pixel,
             rays: given.rays,
             lost: given.lost,
-            mean_relative_standard_error: given.mean_relative_standard_error,
+            rms_error_over_mean: given.errors.map(|e| e.rms_over_mean),
+            median_relative_error: given.errors.map(|e| e.median_relative),
+            speckle_share: given.errors.map(|e| e.speckle_share),
             invalid_pixels: truth.valid.iter().filter(|valid| !**valid).count() as u64,
         },
+        truth: given.truth,
         ranges: truth::ranges(truth),
         coc_disparity: truth::coc_disparity(truth, subpixels),
         files,

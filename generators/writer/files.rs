@@ -24,7 +24,12 @@ pub struct SampleFiles<'a> {
     pub paraxial_px: &'a [Image],
     /// Signed circle of confusion, px, one channel.
     pub coc_px: &'a Image,
-    /// Fraction (0 to 1) of the pupil that sees another surface than the chief ray, one channel.
+    /// Where the sum shows what the chief ray meets, from there, px, two channels.
+    pub chief_to_sum_px: &'a Image,
+    /// Shifts of red and blue from green, px, four channels: one image per sub-pixel, and one of the sum; left out where
+    /// the channels see the same.
+    pub channel_shifts_px: Option<&'a [Image]>,
+    /// Fraction (0 to 1) of the pupil that sees another surface than the ray of sight, one channel.
     pub occlusion: &'a Image,
     /// The capture as a sensor reads it, where that is asked for.
     pub noisy: Option<NoisyFiles<'a>>,
@@ -36,7 +41,7 @@ pub struct SampleFiles<'a> {
     pub description: Description,
 }
 
-/// What the chief rays see of a world of meshes.
+/// What the rays of sight see of a world of meshes.
 #[derive(Clone, Copy, Debug)]
 pub struct WorldMaps<'a> {
     /// Number of the object of each pixel; 65535 where none.

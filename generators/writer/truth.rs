@@ -19,6 +19,9 @@ pub(super) struct Truth {
     /// (dx, dy, paraxial dx, paraxial dy) a sub-pixel.
     pub disparity_px: Vec<Image>,
     pub coc_px: Image,
+    pub chief_to_sum_px: Image,
+    /// One per sub-pixel and one of the sum, or none.
+    pub channel_shifts_px: Vec<Image>,
     /// Of worlds of meshes.
     pub normals: Option<Image>,
 }
@@ -26,10 +29,12 @@ pub(super) struct Truth {
 /// A pixel is valid where `sample.valid` says so and no map is NaN there.
 pub(super) fn masked(sample: &SampleFiles<'_>) -> Truth {
     let mut valid = sample.valid.to_vec();
-    let maps = [sample.depth_m, sample.coc_px];
+    let maps = [sample.depth_m, sample.coc_px, sample.chief_to_sum_px];
+    let channels = sample.channel_shifts_px.unwrap_or_default();
     let normals = sample.seen.map(|seen| seen.normals);
     let maps = maps.into_iter().chain(sample.distance_m).chain(normals);
-    for map in maps.chain(sample.traced_px).chain(sample.paraxial_px) {
+    let maps = maps.chain(sample.traced_px).chain(sample.paraxial_px);
+    for map in maps.chain(channels) {
         for (valid, values) in valid.iter_mut().zip(map.data().chunks(map.channels())) {
             *valid &= !values.iter().any(|value| value.is_nan());
         }
@@ -49,6 +54,8 @@ pub(super) fn masked(sample: &SampleFiles<'_>) -> Truth {
         distance_m: sample.distance_m.map(|map| mask(map.clone())),
         disparity_px: pairs.map(|(a, b)| mask(side_by_side(a, b))).collect(),
         coc_px: mask(sample.coc_px.clone()),
+        chief_to_sum_px: mask(sample.chief_to_sum_px.clone()),
+        channel_shifts_px: channels.iter().map(|map| mask(map.clone())).collect(),
         normals: sample.seen.map(|seen| mask(seen.normals.clone())),
         valid,
     }

@@ -66,7 +66,7 @@ def main(root, steps=60):
     sample = data[0]
     with torch.no_grad():
         shift = network(torch.from_numpy(prepare(sample)["pair"])[None])[0, 0].numpy()
-    depth = quadpixel.depth_from_left_right(shift, sample["camera"])
+    depth = quadpixel.depth_from_disparity(shift, sample["camera"])
     truth = sample["depth"]
     known = sample["valid"] & np.isfinite(depth) & np.isfinite(truth)
     error = np.median(np.abs(depth - truth)[known] / truth[known])

@@ -6,13 +6,27 @@ view, H x W pixels (1 px = 1 microlens); NaN means: no truth there, and ``valid`
 
 from .dataset import ITEMS, Dataset, decode
 from .files import read_exr, read_png
-from .geometry import depth_from_left_right, disparity_ratio, halves, left_right, mosaic_channels, side_members, subpixel_names
+from .geometry import (
+    LUMINANCE,
+    channel_disparity,
+    depth_from_disparity,
+    depth_from_left_right,
+    disparity_ratio,
+    halves,
+    left_right,
+    mosaic_channels,
+    side_members,
+    subpixel_names,
+)
 from .shards import iterate_shard, iterate_shards
 
 __all__ = [
     "ITEMS",
+    "LUMINANCE",
     "Dataset",
+    "channel_disparity",
     "decode",
+    "depth_from_disparity",
     "depth_from_left_right",
     "disparity_ratio",
     "halves",

@@ -8,7 +8,7 @@ import numpy as np
 from .files import read_exr, read_png, stack
 from .geometry import left_right, subpixel_counts, subpixel_names
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 
 #: What a sample can be asked for, and the file it comes from.
 ITEMS = {
@@ -19,6 +19,7 @@ ITEMS = {
     "distance": "distance.exr",
     "disparity": "disparity.exr",
     "coc": "coc.exr",
+    "shifts": "shifts.exr",
     "occlusion": "occlusion.png",
     "objects": "objects.png",
     "normal": "normal.exr",
@@ -64,10 +65,13 @@ def decode(files, items=None):
     target                    (H, W, 3) f32       all in focus, linear, on the scale of the sum
     depth                     (H, W) f32          z along the axis, m from the first lens vertex; sky is +inf
     distance                  (H, W) f32          ray distance, m: not the depth
-    disparity                 (mn, H, W, 2) f32   (dx, dy) of each view against the sum, px, dx right, dy down; traced
+    disparity                 (mn, H, W, 2) f32   (dx, dy) of each view against the sum, px, dx right, dy down; traced, of green
     paraxial                  (mn, H, W, 2) f32   the same of the ideal lens
     left_right                (H, W) f32          x_L - x_R, px, positive nearer than the focus (m > 1; with disparity)
     coc                       (H, W) f32          signed circle of confusion, px, positive behind the focus
+    shifts                    (H, W, 2) f32       (dx, dy) of the sum from where the chief ray meets the point, px
+    channel_shifts            dict or None        'R', 'B': (mn + 1, H, W, 2) f32, each view's disparity minus green's, px; last
+                                                  where the channel's sum shows the point, from green's (`channel_disparity`)
     occlusion                 (H, W) f32          part of the pupil that sees another surface, 0 to 1
     objects                   (H, W) u16          number of the object seen, 65535 where none (worlds of meshes only)
     normal                    (H, W, 3) f32       its unit normal, X right, Y up, Z into the scene (worlds of meshes only)
@@ -111,6 +115,13 @@ def decode(files, items=None):
             sample["paraxial"] = stack(channels, names, ["paraxial_dx", "paraxial_dy"])
             if columns > 1:
                 sample["left_right"] = left_right(sample[item], meta)
+        elif item == "shifts":
+            channels = read_exr(content)
+            sample[item] = stack(channels, ["sum"], ["dx", "dy"])[0]
+            layers = names + ["sum"]
+            differ = meta["truth"]["channels_differ"]
+            colour = {c: stack(channels, layers, [f"{c}.dx", f"{c}.dy"]) for c in "RB"} if differ else None
+            sample["channel_shifts"] = colour
         elif item in ("depth", "distance", "coc"):
             (sample[item],) = read_exr(content).values()
         elif item == "occlusion":

@@ -66,6 +66,76 @@ def left_right(disparity, meta):
     return (left.mean(axis=0) - right.mean(axis=0)).astype(np.float32)
 
 
+#: Weights of R, G and B in a grey picture: luminance of ITU-R BT.709.
+LUMINANCE = (0.2126, 0.7152, 0.0722)
+
+
+def channel_disparity(sample, channel):
+    """(dx, dy) of each view against the sum in one channel, px, (m*n, H, W, 2) float32 (SPEC.md, "Channel").
+
+    ``channel`` is 'R', 'G', 'B' or 'grey': a picture sum(LUMINANCE * view) of a scene without colour, for which ``sample`` needs
+    ``shading`` (or else each channel counts as if it were as bright in every view). ``sample`` holds ``disparity`` and ``shifts``.
+    """
+    green, differ = sample["disparity"], sample["channel_shifts"]
+    if channel not in ("R", "G", "B", "grey"):
+        raise ValueError(f"channel is {channel!r}; allowed: 'R', 'G', 'B', 'grey'")
+    if differ is None or channel == "G":
+        return green
+    if channel != "grey":
+        return green + differ[channel][:-1]
+    light = sample.get("shading")
+    if light is None:
+        light = np.ones(green.shape[:3] + (3,), np.float32)
+    view = np.zeros(green.shape, np.float64)
+    whole = np.zeros(green.shape[1:], np.float64)
+    for index, (name, weight) in enumerate(zip("RGB", LUMINANCE)):
+        own = green + (differ[name][:-1] if name in differ else 0.0)
+        lateral = differ[name][-1] if name in differ else 0.0
+        share = weight * light[..., index].astype(np.float64)
+        view += share[..., None] * (own + lateral)
+        whole += share.sum(axis=0)[..., None] * lateral
+    total = (np.asarray(LUMINANCE) * light).sum(axis=-1, dtype=np.float64)
+    return (view / total[..., None] - whole / total.sum(axis=0)[..., None]).astype(np.float32)
+
+
+def _at_pixels(nodes, camera):
+    """Values at every pixel of the window from those at the nodes (rows, columns, ...) that span it from edge to edge."""
+
+    def along(pixels, count):
+        # A place between two nodes is their linear mixture.
+        place = (np.arange(pixels) + 0.5) / pixels * (count - 1)
+        first = np.minimum(place.astype(int), count - 2)
+        return first, place - first
+
+    rest = (1,) * (nodes.ndim - 2)
+    (j, fy), (i, fx) = along(camera["height_px"], nodes.shape[0]), along(camera["width_px"], nodes.shape[1])
+    fx, fy = fx.reshape((1, -1) + rest), fy.reshape((-1, 1) + rest)
+    across = nodes[:, i] + fx * (nodes[:, i + 1] - nodes[:, i])
+    return across[j] + fy * (across[j + 1] - across[j])
+
+
+def depth_from_disparity(shift_px, camera, direction="left_right", channel="G"):
+    """Depth z, metres from the first lens vertex, of a map (H, W) of the disparity of two halves, px, aberrations included.
+
+    Undoes D = c0 + c1 t + c2 t^2, t = 1/(z + p), of ``camera.json`` (SPEC.md, "Metres from disparity") within 0.1 % of t.
+    ``direction``: 'left_right' (x_L - x_R) or 'top_bottom' (y_T - y_B); ``channel``: 'R', 'G', 'B' or 'grey'. The disparity is
+    that of centroids. inf at infinity and beyond, NaN where no distance has it.
+    """
+    curves = camera["disparity"][direction]
+    named = [curve for curve in curves if curve["channel"] == channel] or (curves if len(curves) == 1 else [])
+    if not named:
+        raise ValueError(f"the camera has no curve of {direction} for {channel!r}: {[curve['channel'] for curve in curves]}")
+    curve = named[0]
+    nodes = np.reshape(curve["coefficients"], (curve["rows"], curve["columns"], 3))
+    c0, c1, c2 = np.moveaxis(_at_pixels(nodes, camera), -1, 0)
+    shift_px = np.asarray(shift_px, np.float64)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        root = np.sqrt(c1**2 - 4.0 * c2 * (c0 - shift_px))
+        inverse = 2.0 * (shift_px - c0) / (c1 + np.sign(c1) * root)
+        z = 1.0 / inverse - camera["intrinsics"]["pinhole_behind_vertex_m"]
+    return np.where(np.isnan(inverse), np.nan, np.where((inverse <= 0.0) | (z <= 0.0), np.inf, z))
+
+
 def disparity_ratio(camera, direction="left_right"):
     """Ratio of disparity to circle of confusion at every pixel, (H, W) float64, of a camera (``camera.json``).
 
@@ -75,16 +145,7 @@ def disparity_ratio(camera, direction="left_right"):
     if field is None:
         raise ValueError(f"the camera has no ratio of disparity to coc for {direction}: the pixel is not parted that way")
     nodes = np.reshape(field["values"], (field["rows"], field["columns"]))
-
-    def along(pixels, count):
-        # The nodes span the window from edge to edge; a place between two of them is their linear mixture.
-        place = (np.arange(pixels) + 0.5) / pixels * (count - 1)
-        first = np.minimum(place.astype(int), count - 2)
-        return first, place - first
-
-    (j, fy), (i, fx) = along(camera["height_px"], field["rows"]), along(camera["width_px"], field["columns"])
-    across = nodes[:, i] + fx * (nodes[:, i + 1] - nodes[:, i])
-    return across[j] + fy[:, None] * (across[j + 1] - across[j])
+    return _at_pixels(nodes, camera)
 
 
 def depth_from_left_right(shift_px, camera, ratio=None):
@@ -92,7 +153,7 @@ def depth_from_left_right(shift_px, camera, ratio=None):
 
     ``camera`` is the sample's ``camera.json``. ``ratio`` is disparity over circle of confusion; None: the camera's own
     (`disparity_ratio`), for a map of the whole window, (H, W). inf where the disparity is that of infinity or beyond, NaN where
-    the ratio is not above 0. The disparity of the lens's aberrations is not taken off.
+    the ratio is not above 0. An approximation of one pinhole: `depth_from_disparity` knows the lens's aberrations.
     """
     shift_px = np.asarray(shift_px)
     if ratio is None:

@@ -102,6 +102,28 @@ class Native(unittest.TestCase):
             weight = sample["coc"][blurred] ** 2
             self.assertAlmostEqual(np.average(ratio, weights=weight), meta["coc_disparity"]["paraxial_ratio"], delta=0.01)
 
+    def test_depth_of_the_traced_disparity_is_exact_to_a_thousandth(self):
+        for sample in quadpixel.Dataset(ROOT, items=("disparity", "depth", "valid")):
+            shift, behind = sample["left_right"], sample["camera"]["intrinsics"]["pinhole_behind_vertex_m"]
+            depth = quadpixel.depth_from_disparity(shift, sample["camera"])
+            known = sample["valid"] & np.isfinite(sample["depth"])
+            nearness, truth = (1.0 / (z[known] + behind) for z in (depth, sample["depth"]))
+            np.testing.assert_allclose(nearness, truth, rtol=1e-3)
+
+    def test_channels_have_their_own_disparity_and_grey_lies_between(self):
+        for sample in quadpixel.Dataset(ROOT, items=("disparity", "shifts", "shading", "valid")):
+            valid = sample["valid"]
+            red, green, blue, grey = (quadpixel.channel_disparity(sample, c) for c in ("R", "G", "B", "grey"))
+            np.testing.assert_array_equal(green, sample["disparity"])
+            self.assertGreater(np.abs(red - green)[:, valid].max(), 0.01)
+            lateral = sample["channel_shifts"]
+            # Without lateral colour grey is a mean of the three.
+            flat = {c: np.concatenate([lateral[c][:-1], 0.0 * lateral[c][-1:]]) for c in "RB"}
+            mean = quadpixel.channel_disparity({**sample, "channel_shifts": flat}, "grey")
+            low, high = (f(np.stack([red, green, blue]), axis=0) for f in (np.min, np.max))
+            self.assertTrue(np.all((mean >= low - 2e-3) & (mean <= high + 2e-3) | ~valid[None, ..., None]))
+            self.assertEqual(grey.shape, green.shape)
+
     def test_depth_takes_its_ratio_from_the_camera_and_no_truth_is_needed(self):
         for index in range(6):
             sample = quadpixel.Dataset(ROOT, items=("disparity", "depth", "coc", "valid"))[index]

@@ -14,9 +14,11 @@
 
 mod camera;
 mod colours;
+mod disparity_curve;
 mod disparity_ratio;
 mod estimator;
 mod image;
+mod matching_curve;
 mod probe;
 mod record;
 mod run;
@@ -25,12 +27,14 @@ mod tracer;
 pub mod truth;
 
 pub use camera::{Camera, CameraError};
+pub use disparity_curve::{LUMINANCE, disparity_curves};
 pub use disparity_ratio::disparity_ratio;
 pub use image::SubPixelImage;
+pub use matching_curve::matching_curves;
 pub use probe::probe;
 pub use record::{RayRecord, RecordError};
 pub use run::{Render, Rendered, render};
-pub use stats::{LostRays, RenderStats};
+pub use stats::{LostRays, RenderStats, SamplingErrors};
 
 /// What changes the answer, recorded with it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]

@@ -103,7 +103,7 @@ impl<'a> Render<'a> {
 }
 
 impl RayRecord {
-    /// The image of another pixel (response, sub-pixels, shift rule) under the same rays. Its `relative_spread` is not
+    /// The image of another pixel (response, sub-pixels, shift rule) under the same rays. Its `errors` are not
     /// known; rays and losses are those of the record.
     ///
     /// # Errors
@@ -118,7 +118,7 @@ impl RayRecord {
         };
         Ok(Rendered {
             stats: RenderStats {
-                relative_spread: None,
+                errors: None,
                 ..*self.stats()
             },
             occlusion: self.occlusion().cloned(),
@@ -230,9 +230,9 @@ impl Job<'_> {
         };
         let mut again = vec![0.0; values.len()];
         (self.estimator).pixel(&mut PixelTask::image_only(&aim), work, &mut again);
-        let squares = values.iter().zip(&again).map(|(a, b)| (a - b) * (a - b));
-        work.tally.squared_difference += squares.sum::<f64>();
-        work.tally.pairs += values.len() as u64;
+        for (&a, &b) in values.iter().zip(&again) {
+            work.tally.count_pair(a, b);
+        }
     }
 
     /// Writes a pixel's values, [channel][sub-pixel], into the row's part of the mosaic.

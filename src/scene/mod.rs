@@ -124,7 +124,7 @@ impl Scene {
                 let met = rays.alive().map(|ray| (ray, elements[ray.0]));
                 let served = channels.clone();
                 let paths = (settings, key);
-                world.radiances_of_hits(met, channels, paths, workspace, |i, l| {
+                world.radiances_of_hits(met, paths, workspace, |i, l| {
                     served.clone().for_each(|c| out[c][i] = l[c]);
                 });
             }

@@ -10,7 +10,7 @@ mod scenes;
 mod shots;
 
 use quadpixel::effects::{Choice, Effect, Planned, Shot, Tolerance, Verdict, plan};
-use quadpixel::render::truth::{ChiefRays, WhiteField};
+use quadpixel::render::truth::{SightRays, WhiteField};
 use quadpixel::render::{RenderSettings, Rendered};
 use scenes::Case;
 
@@ -20,7 +20,7 @@ const RAYS: RenderSettings = RenderSettings {
 };
 
 fn planned(shot: &Shot, choice: &Choice) -> Planned {
-    let geometry = ChiefRays::new(&shot.camera).geometry(&shot.camera, &shot.scene);
+    let geometry = SightRays::chief_rays(&shot.camera).geometry(&shot.camera, &shot.scene);
     let depths = geometry.depth_mm.data().iter().filter(|d| **d > 0.0);
     let (near, far) = depths.fold((f32::INFINITY, 0f32), |(n, f), &d| (n.min(d), f.max(d)));
     let depths = [near, far].map(f64::from);

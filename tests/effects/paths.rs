@@ -6,7 +6,7 @@ use quadpixel::em::PixelModel;
 use quadpixel::em::PixelStack;
 use quadpixel::em::wave::WaveSettings;
 use quadpixel::render::Camera;
-use quadpixel::render::truth::{ChiefRays, Defocus, DisparityField};
+use quadpixel::render::truth::{Defocus, DisparityField, SightRays};
 use quadpixel::response::{Response, ResponseLookup, ShiftSettings, TableSettings, build_table};
 use quadpixel::spectrum::ChannelWavelengths;
 
@@ -110,6 +110,6 @@ fn without_aberrations_traced_disparity_is_paraxial() {
             );
         }
     }
-    let depth = ChiefRays::new(&ideal.camera).geometry(&ideal.camera, &ideal.scene);
+    let depth = SightRays::chief_rays(&ideal.camera).geometry(&ideal.camera, &ideal.scene);
     assert!(depth.depth_mm.data().iter().all(|d| *d == f32::INFINITY));
 }

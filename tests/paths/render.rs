@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use quadpixel::render::truth::{ChiefRays, WhiteField};
+use quadpixel::render::truth::{SightRays, WhiteField};
 use quadpixel::render::{Camera, RenderSettings};
 use quadpixel::scene::texture::Texture;
 use quadpixel::scene::world::{
@@ -62,7 +62,7 @@ fn a_shining_rectangle_is_the_same_picture_as_a_card() {
     for (x, y) in a.image.mosaic.data().iter().zip(b.image.mosaic.data()) {
         assert!((x - y).abs() < 1e-4 * x.abs().max(0.01), "{x} and {y}");
     }
-    let chief = ChiefRays::new(&camera);
+    let chief = SightRays::chief_rays(&camera);
     let (flat, deep) = (
         chief.geometry(&camera, &cards),
         chief.geometry(&camera, &world),

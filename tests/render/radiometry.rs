@@ -142,7 +142,7 @@ fn spread_is_the_standard_deviation_over_seeds() {
     let truth = (variance / n as f64).sqrt() / (mean / n as f64);
     let told = shots
         .iter()
-        .map(|s| s.stats.relative_spread.unwrap())
+        .map(|s| s.stats.errors.unwrap().rms_over_mean)
         .sum::<f64>()
         / shots.len() as f64;
     assert!(

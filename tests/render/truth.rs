@@ -1,5 +1,5 @@
 use glam::{DVec2, DVec3};
-use quadpixel::render::truth::{ChiefRays, WhiteField};
+use quadpixel::render::truth::{SightRays, WhiteField};
 use quadpixel::render::{Render, RenderSettings};
 use quadpixel::scene::coverage::Coverage;
 use quadpixel::scene::{NO_SURFACE, Scene};
@@ -15,7 +15,7 @@ fn depth_is_along_the_axis_and_distance_along_the_line_of_sight() {
         vec![card(DVec3::new(0.0, 0.0, -800.0), 3000.0, None)],
         [0.0; 3],
     );
-    let truth = ChiefRays::new(&camera).geometry(&camera, &scene);
+    let truth = SightRays::chief_rays(&camera).geometry(&camera, &scene);
     for (&z, &d) in truth.depth_mm.data().iter().zip(truth.distance_mm.data()) {
         assert!((z - 800.0).abs() < 1e-3 && d > 800.0 / 0.98, "{z} {d}");
     }
@@ -26,7 +26,7 @@ fn depth_is_along_the_axis_and_distance_along_the_line_of_sight() {
 fn nothing_met_is_the_sky_at_infinity() {
     let lens = focused(PHONE, 500.0);
     let camera = camera(&lens, &geometric(2, 2, 5.0), (9, 9), DVec2::ZERO);
-    let truth = ChiefRays::new(&camera).geometry(&camera, &Scene::new(Vec::new(), [0.5; 3]));
+    let truth = SightRays::chief_rays(&camera).geometry(&camera, &Scene::new(Vec::new(), [0.5; 3]));
     assert!(truth.depth_mm.data().iter().all(|d| *d == f32::INFINITY));
     assert!(truth.surfaces.iter().all(|&s| s == NO_SURFACE));
 }
@@ -44,7 +44,7 @@ fn in_focus_the_sum_is_the_target_and_an_even_wall_is_equal_everywhere() {
         rays_per_pixel: 16,
         seed: 2,
     };
-    let target = ChiefRays::new(&camera).target(&camera, &scene, &white, &settings);
+    let target = SightRays::chief_rays(&camera).target(&camera, &scene, &white, &settings);
     let sum = shoot(&camera, &scene, 1024, 2).image.sum();
     for (a, b) in sum.data().iter().zip(target.data()) {
         assert!((a / b - 1.0).abs() < 0.01, "{a} against {b}");
@@ -62,7 +62,7 @@ fn occlusion_at_a_straight_edge_is_half_and_falls_to_nothing_within_the_blur() {
     let near = card(DVec3::new(0.0, 0.0, -150.0), 400.0, Some(half));
     let far = card(DVec3::new(0.0, 0.0, -1000.0), 3000.0, None);
     let scene = Scene::new(vec![near, far], [0.0; 3]);
-    let geometry = ChiefRays::new(&camera).geometry(&camera, &scene);
+    let geometry = SightRays::chief_rays(&camera).geometry(&camera, &scene);
     let settings = RenderSettings {
         rays_per_pixel: 2048,
         seed: 2,

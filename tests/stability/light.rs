@@ -64,7 +64,7 @@ fn a_dark_scene_is_black_and_says_nothing_of_its_spread() {
     let camera = bare(Subpixels::QUAD, (16, 16), 0.5, 10.0);
     let dark = shoot(&camera, &Scene::default(), 16);
     assert!(dark.image.mosaic.data().iter().all(|&x| x == 0.0));
-    assert_eq!(dark.stats.relative_spread, None);
+    assert_eq!(dark.stats.errors, None);
     assert_eq!(dark.stats.lost.total(), 0);
 }
 

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use quadpixel::frames::camera_from_sensor_mm;
 use quadpixel::lens::{chief_ray, trace_backward};
 use quadpixel::rays::Ray;
-use quadpixel::render::truth::ChiefRays;
+use quadpixel::render::truth::SightRays;
 use quadpixel::render::{Camera, Render, RenderSettings};
 use quadpixel::sensor::ShiftRule;
 
@@ -87,7 +87,7 @@ fn by_pinholes(
 fn truth_at_depth_edges_is_that_of_an_array_of_pinholes() {
     let camera = camera((2, 2), 15.0, ShiftRule::ChiefRay);
     let (scene, sheets) = (scene(), sheets());
-    let truth = ChiefRays::new(&camera).geometry(&camera, &scene);
+    let truth = SightRays::chief_rays(&camera).geometry(&camera, &scene);
     let settings = RenderSettings {
         rays_per_pixel: 1024,
         seed: 3,

@@ -155,7 +155,7 @@ fn an_estimate_is_what_happens_then() {
     let out = folder.path().join("data");
     let bytes: usize = files(&out.join("samples")).values().map(Vec::len).sum();
     let spreads = (0..count).map(|i| {
-        let spread = &meta(&out, i)["statistics"]["mean_relative_standard_error"];
+        let spread = &meta(&out, i)["statistics"]["rms_error_over_mean"];
         spread.as_f64().unwrap()
     });
     let spread = spreads.sum::<f64>() / f64::from(count);

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use common::{assert_same_sample, done, qpgen, refused, render, said};
 use quadpixel::render::Camera;
-use quadpixel::render::truth::ChiefRays;
+use quadpixel::render::truth::SightRays;
 use quadpixel::scene::world::World;
 use quadpixel_generators::assemble::{Responses, camera, scene};
 use quadpixel_generators::config::{DEFAULT_TOML, DatasetConfig, WorldConfig};
@@ -71,7 +71,7 @@ fn every_kind_fills_the_view_over_the_depths_asked_for() {
             let recipe = recipe(kind, seed, window);
             let camera = camera_of(&recipe);
             let truth =
-                ChiefRays::new(&camera).geometry(&camera, &scene(&recipe, &camera).unwrap());
+                SightRays::chief_rays(&camera).geometry(&camera, &scene(&recipe, &camera).unwrap());
             let depths = truth.depth_mm.data();
             let name = kind.name();
             assert!(

@@ -182,7 +182,7 @@ fn trial(
     Ok(Trial {
         stages,
         bytes,
-        spread: sample.description.mean_relative_standard_error,
+        spread: sample.description.errors.map(|e| e.rms_over_mean),
         rays,
     })
 }

@@ -72,6 +72,8 @@ pub struct Camera {
     chief_rays_beyond: f64,
     microlens_offset_um: DVec2,
     paraxial: Option<Paraxial>,
+    /// As `systems`; none for bare pixels.
+    channel_paraxial: Vec<Paraxial>,
     focus_distance_mm: f64,
     wavelengths: ChannelWavelengths,
 }
@@ -139,6 +141,8 @@ impl Camera {
             reference_tracer: Tracer::surfaces(&reference),
             colours: Colours::for_lens(lens, response, &wavelengths)?,
             paraxial: Some(lens.paraxial(wavelengths.reference_nm())?),
+            channel_paraxial: (systems.iter().map(|s| lens.paraxial(s.wavelength_nm)))
+                .collect::<Result<_, _>>()?,
             focus_distance_mm: lens.focus_distance_mm(),
             sensor,
             systems,
@@ -178,6 +182,7 @@ impl Camera {
             chief_rays_beyond: 0.0,
             microlens_offset_um: DVec2::ZERO,
             paraxial: None,
+            channel_paraxial: Vec::new(),
             focus_distance_mm: f64::INFINITY,
             wavelengths,
         })
@@ -213,6 +218,11 @@ impl Camera {
     /// Paraxial data of the focused lens at the reference wavelength; `None` for bare pixels.
     pub fn paraxial(&self) -> Option<&Paraxial> {
         self.paraxial.as_ref()
+    }
+    /// The same in the middle of a channel's band.
+    pub fn channel_paraxial(&self, channel: usize) -> Option<&Paraxial> {
+        let last = self.channel_paraxial.len().checked_sub(1)?;
+        self.channel_paraxial.get(channel.min(last))
     }
     /// Depth in focus, mm from the first vertex; infinite for bare pixels.
     pub fn focus_distance_mm(&self) -> f64 {

@@ -16,6 +16,7 @@ impl Camera {
         let system = self.system(ChannelWavelengths::REFERENCE);
         self.is_dispersive().then(|| Self {
             systems: vec![system.clone()],
+            channel_paraxial: self.paraxial.iter().copied().collect(),
             colours: self.colours.traced_by(system, &self.reference_tracer),
             ..self.clone()
         })

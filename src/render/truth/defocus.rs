@@ -10,6 +10,7 @@
 //! the small shift with which the lens's designer balanced its aberrations; what that does to a point counts as
 //! aberration.
 
+use crate::lens::Paraxial;
 use crate::render::Camera;
 
 /// Paraxial defocus of a focused camera, reference wavelength.
@@ -26,17 +27,35 @@ pub struct Defocus {
 impl Defocus {
     /// From the camera's paraxial data; `None` for bare pixels, which have no focus.
     pub fn new(camera: &Camera) -> Option<Self> {
-        let p = camera.paraxial()?;
-        let mut defocus = Self {
+        let mut defocus = Self::of_lens(camera.paraxial()?);
+        defocus.sensor_z_mm = defocus.image_z_mm(camera.focus_distance_mm());
+        Some(defocus)
+    }
+
+    /// In the middle of a channel's band, on the sensor of the reference wavelength.
+    pub fn for_channel(camera: &Camera, channel: usize) -> Option<Self> {
+        Some(Self {
+            sensor_z_mm: Self::new(camera)?.sensor_z_mm,
+            ..Self::of_lens(camera.channel_paraxial(channel)?)
+        })
+    }
+
+    fn of_lens(p: &Paraxial) -> Self {
+        Self {
             focal_length_mm: p.efl_mm,
             front_focus_z_mm: p.front_focal_z_mm,
             rear_focus_z_mm: p.rear_principal_z_mm + p.efl_mm,
             pupil_z_mm: p.exit_pupil_z_mm,
             pupil_semi_mm: p.exit_pupil_semi_mm,
             sensor_z_mm: 0.0,
-        };
-        defocus.sensor_z_mm = defocus.image_z_mm(camera.focus_distance_mm());
-        Some(defocus)
+        }
+    }
+
+    /// Depth that is imaged on the sensor, mm; +∞ for infinity and beyond.
+    pub fn focused_depth_mm(&self) -> f64 {
+        let behind = self.sensor_z_mm - self.rear_focus_z_mm;
+        let depth = self.focal_length_mm * self.focal_length_mm / behind - self.front_focus_z_mm;
+        if behind > 0.0 { depth } else { f64::INFINITY }
     }
 
     /// z of the image of depth `depth_mm` (+∞ allowed), mm.
@@ -55,6 +74,17 @@ impl Defocus {
     /// Signed diameter of the circle of confusion, mm: positive for points behind the focus (farther than it).
     pub fn circle_of_confusion_mm(&self, depth_mm: f64) -> f64 {
         self.pupil_slope() * self.lever_mm(depth_mm)
+    }
+
+    /// Depth of a signed circle of confusion, mm, in front of the lens; `None` where no depth has it.
+    pub fn depth_of_coc_mm(&self, coc_mm: f64) -> Option<f64> {
+        // lever = −b/(1 + b/D), b how far the image lies behind the sensor and D the pupil's distance.
+        let lever = coc_mm / self.pupil_slope();
+        let behind = -lever / (1.0 + lever / (self.sensor_z_mm - self.pupil_z_mm));
+        let beyond_focus = self.sensor_z_mm + behind - self.rear_focus_z_mm;
+        let depth =
+            self.focal_length_mm * self.focal_length_mm / beyond_focus - self.front_focus_z_mm;
+        (beyond_focus > 0.0 && depth > 0.0).then_some(depth)
     }
 
     /// Slope that the exit pupil's diameter spans, seen from the sensor: diameter over distance.

@@ -1,19 +1,22 @@
 //! Ground truth of a render: depth, distance, disparity by traced centroids and paraxial, circle of confusion, the
 //! all-in-focus target, and what a white wall would give.
 //!
-//! Everything is held at the reference wavelength (green) and on the same microlens grid as the views.
+//! On the same microlens grid as the views, at the reference wavelength (green); what the other channels see beside it is in
+//! [`channel_shifts`].
 
 mod bundle;
-mod chief;
+mod channels;
 mod defocus;
 mod disparity;
 mod receptive;
+mod sight;
 mod white;
 
-pub use chief::{ChiefRays, GeometryTruth};
+pub use channels::channel_shifts;
 pub use defocus::Defocus;
-pub use disparity::{DisparityField, DisparityMaps};
+pub use disparity::{DisparityField, DisparityMaps, SightLine};
 pub use receptive::{ReceptiveField, TextureSpectrum};
+pub use sight::{GeometryTruth, SightRays};
 pub use white::WhiteField;
 
 pub(crate) use bundle::{Centroid, centroids};

@@ -16,7 +16,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DMat2, DVec2};
+use glam::{DMat2, DVec2, Vec2Swizzles};
 
 use super::bundle::Bundle;
 use super::disparity::jacobian_at;
@@ -62,6 +62,32 @@ impl ReceptiveField {
         let lit = bundle.weights.iter().sum::<f64>() > 0.0;
         let jacobian = jacobian_at(camera, channel, xy_mm)?;
         lit.then_some(Self { bundle, jacobian })
+    }
+
+    /// Two groups of sub-pixels as the two views of a pixel; `vertical`: with rows in the place of columns, so that shifts
+    /// along y are found as those along x are.
+    pub fn of_groups(&self, groups: [&[usize]; 2], vertical: bool) -> Self {
+        let turned = |v: DVec2| if vertical { v.yx() } else { v };
+        let weights = (0..self.bundle.q0.len()).flat_map(|k| {
+            groups.map(|group| group.iter().map(|&s| self.weights(k)[s]).sum::<f64>())
+        });
+        let all = |list: &[DVec2]| list.iter().map(|&v| turned(v)).collect();
+        let b = &self.bundle;
+        Self {
+            bundle: Bundle {
+                weights: weights.collect(),
+                q0: all(&b.q0),
+                q1_mm: all(&b.q1_mm),
+                slopes: all(&b.slopes),
+                measure: b.measure.clone(),
+                scale: b.scale,
+                subpixels: 2,
+            },
+            jacobian: (self.jacobian).map(|j| match vertical {
+                true => DMat2::from_cols(j.y_axis.yx(), j.x_axis.yx()),
+                false => j,
+            }),
+        }
     }
 
     /// δ of each ray at `depth_mm` (+∞ allowed), px: where it looks, from where all together look, x right, y down as

@@ -89,6 +89,13 @@ impl WhiteField {
         images
     }
 
+    /// The largest that a sub-pixel receives in any channel, over the sum in the middle of the window in the reference
+    /// channel.
+    pub fn largest_share(&self) -> f64 {
+        let largest = self.grid.data().iter().fold(0.0, |m: f64, &v| m.max(v));
+        largest / self.reference_sr()
+    }
+
     /// Per channel, the sum over sub-pixels at a sensor position, sr.
     pub fn sum_sr(&self, xy_mm: DVec2) -> [f64; 3] {
         let mut c = vec![0.0; 3 * self.subpixels];

@@ -9,7 +9,6 @@ use super::sampler::PathSamples;
 use super::trace::RayQuery;
 use super::walk::Walks;
 use crate::rays::Ray;
-use crate::sampling::hash;
 
 /// The first surface on a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,7 +115,6 @@ impl World {
                     ray: query.ray,
                     hit: query.nearest_element(),
                     spread: ray.key.spread,
-                    channels: Vec3::ONE,
                     samples: PathSamples::new(ray.key.key, ray.key.first),
                 });
             workspace.paths.start(starts);
@@ -147,26 +145,23 @@ impl World {
         }
     }
 
-    /// Radiance of the wanted channels along camera rays (each with its number) whose first hits are known. A ray's
-    /// number is added to the key's.
+    /// Radiance along camera rays (each with its number) whose first hits are known. A ray's number is added to the key's.
+    /// Rays of one number and different wavelengths meet nearly the same places and follow paths of the same random
+    /// numbers, whatever channel is wanted of them: what a path misses or finds by luck it does in all colours, so that
+    /// its error is one of brightness and not of colour.
     pub(in crate::scene) fn radiances_of_hits(
         &self,
         rays: impl Iterator<Item = ((usize, Ray), Option<Element>)>,
-        channels: std::ops::Range<usize>,
         (settings, key): (&PathSettings, &PathKey),
         workspace: &mut PathWorkspace,
         mut visit: impl FnMut(usize, Vec3),
     ) {
-        let wanted = [0, 1, 2].map(|c| f32::from(channels.contains(&c)));
-        // Channels with rays of their own have paths of their own.
-        let channel_key = hash(key.key, &[channels.start as u64]);
         let mut starts = rays.map(|((number, ray), hit)| Start {
             number,
             ray,
             hit,
             spread: key.spread,
-            channels: Vec3::from(wanted),
-            samples: PathSamples::new(channel_key, key.first.wrapping_add(number as u32)),
+            samples: PathSamples::new(key.key, key.first.wrapping_add(number as u32)),
         });
         while workspace.paths.start(starts.by_ref().take(TOGETHER)) {
             self.radiance(settings, workspace, &mut visit);

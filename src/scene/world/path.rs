@@ -75,8 +75,6 @@ pub(super) struct Start {
     pub hit: Option<Element>,
     /// Growth of the camera ray's share of the image, mm per mm.
     pub spread: f32,
-    /// 1 for channels that are wanted, else 0.
-    pub channels: Vec3,
     /// The random numbers of its path.
     pub samples: PathSamples,
 }
@@ -136,7 +134,7 @@ impl Path {
             number: start.number,
             ray: start.ray,
             hit: start.hit,
-            throughput: start.channels,
+            throughput: Vec3::ONE,
             direct: Vec3::ZERO,
             indirect: Vec3::ZERO,
             expected: Vec3::ZERO,

@@ -61,7 +61,8 @@ pub struct Exposed {
 }
 
 impl Readout {
-    /// `electrons_at_white`: N of the module, see [`ReadoutSettings::electrons_at_white`].
+    /// `electrons_at_white`: N of the module, see [`ReadoutSettings::electrons_at_white`]; `largest_share`: the part of it
+    /// that the brightest sub-pixel collects.
     ///
     /// # Errors
     /// A setting out of its range, or not one gain a sub-pixel.
@@ -69,6 +70,7 @@ impl Readout {
         settings: &ReadoutSettings,
         subpixels: Subpixels,
         electrons_at_white: f64,
+        largest_share: f64,
     ) -> Result<Self, OutOfRange> {
         settings.check(subpixels)?;
         let absorbs = electrons_at_white.is_finite() && electrons_at_white > 0.0;
@@ -77,7 +79,7 @@ impl Readout {
             OutOfRange::new("readout", "electrons_at_white", electrons_at_white, allowed)
         })?;
         Ok(Self {
-            gain_dn_per_e: settings.gain(subpixels, electrons_at_white),
+            gain_dn_per_e: settings.gain(electrons_at_white * largest_share),
             dark_e: settings.dark_current_e_s * settings.exposure_s,
             settings: settings.clone(),
             subpixels,

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use crate::range::{OutOfRange, require, within};
 use crate::sensor::Subpixels;
 
-/// Linear value of a sub-pixel, as a multiple of an equal share of 1, that has the largest code where no gain is given.
+/// Linear value of a sub-pixel, as a multiple of the largest share of white, that has the largest code where no gain is
+/// given.
 const HEADROOM: f64 = 1.5;
 
 /// See the equation of [`crate::sensor::readout`]. Electrons, well and noise are those of one sub-pixel.
@@ -24,8 +25,8 @@ pub struct ReadoutSettings {
     pub prnu: f64,
     /// Read noise: standard deviation, e⁻ (σ).
     pub read_noise_e: f64,
-    /// Gain, digital numbers an electron (K); absent: the one at which 1.5 times a sub-pixel's equal share of white, or
-    /// a full well if that is less, has the largest code, as a camera's choice of its ISO speed would have it.
+    /// Gain, digital numbers an electron (K); absent: the one at which 1.5 times the largest share of white that a sub-pixel
+    /// gets, or a full well if that is less, has the largest code, as a camera's choice of its ISO speed would have it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain_dn_per_e: Option<f64>,
     /// Digital number of no electrons (b).
@@ -60,12 +61,11 @@ impl ReadoutSettings {
         ((1u32 << self.bits.clamp(1, 16)) - 1) as u16
     }
 
-    /// K, given N.
-    pub(super) fn gain(&self, subpixels: Subpixels, electrons_at_white: f64) -> f64 {
+    /// K, given what the brightest sub-pixel collects at the linear value 1 of the sum.
+    pub(super) fn gain(&self, largest_e: f64) -> f64 {
         self.gain_dn_per_e.unwrap_or_else(|| {
-            let share = electrons_at_white / subpixels.count() as f64;
             let codes = f64::from(self.largest_code()) - f64::from(self.black_level);
-            codes / (HEADROOM * share).min(self.full_well_e)
+            codes / (HEADROOM * largest_e).min(self.full_well_e)
         })
     }
 

@@ -31,7 +31,7 @@ fn flat(settings: &ReadoutSettings, electrons: f64) -> Exposed {
 }
 
 fn readout(settings: &ReadoutSettings) -> Readout {
-    Readout::new(settings, Subpixels::QUAD, 1e5).unwrap()
+    Readout::new(settings, Subpixels::QUAD, 1e5, 0.25).unwrap()
 }
 
 fn mean_variance(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
@@ -246,10 +246,10 @@ fn settings_out_of_range_are_named() {
         ),
     ];
     for (field, settings) in bad {
-        let error = Readout::new(&settings, Subpixels::QUAD, 1e4).unwrap_err();
+        let error = Readout::new(&settings, Subpixels::QUAD, 1e4, 0.25).unwrap_err();
         assert_eq!(error.field, field, "{error}");
     }
-    assert!(Readout::new(&ideal(), Subpixels::QUAD, 0.0).is_err());
+    assert!(Readout::new(&ideal(), Subpixels::QUAD, 0.0, 0.25).is_err());
 }
 
 #[test]

@@ -1,0 +1,293 @@
+//! What each pixel of the maps refers to: depth, distance, the surface seen, and the all-in-focus target.
+//!
+//! One ray of sight per pixel, of one of two kinds. By the **chief ray**: through the centre of the stop at the reference
+//! wavelength, or, where the lens clips it (a strongly vignetted field), through the middle of the passing bundle. By the
+//! **centroid**: the line of the mean of what the sum of the sub-pixels sees at each depth ([`SightLine`]), so that the
+//! maps and the target stand where the sum stands, coma and clipped pupils included. The target is the mean radiance over
+//! the rays of sight of 4×4 places in the pixel: a picture without blur of the same geometry (distortion included). By
+//! the centroid each of its channels stands where that channel of the sum does.
+
+use std::ops::Range;
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::WhiteField;
+use super::disparity::{DisparityField, SightLine};
+use crate::field::FieldGrid;
+use crate::image::Image;
+use crate::rays::{RayBatch, RaySlices, RayStatus};
+use crate::render::Camera;
+use crate::render::RenderSettings;
+use crate::render::estimator::pixel_origin_mm;
+use crate::sampling::hash;
+use crate::scene::world::PathKey;
+use crate::scene::{Hits, NO_SURFACE, Scene};
+use crate::simd::SimdLevel;
+use crate::spectrum::ChannelWavelengths;
+
+/// Places along each side of the pixel at which the target is sampled.
+const TARGET_SIDE: usize = 4;
+/// Keeps the target's random numbers apart from the image's.
+const TARGET_KEY: u64 = 0x7A26_E700;
+
+/// Rays of sight over the window; see the module.
+#[derive(Clone, Debug)]
+pub struct SightRays {
+    by: By,
+}
+
+#[derive(Clone, Debug)]
+enum By {
+    /// Slopes (dx/dz, dy/dz) of the chief rays at the sensor.
+    ChiefRay(FieldGrid),
+    /// One for all channels, or one each.
+    Centroid(Vec<DisparityField>),
+}
+
+/// What the rays of sight meet: W × H maps.
+#[derive(Clone, Debug)]
+pub struct GeometryTruth {
+    /// Depth −z, mm, 1 channel; +∞ where the ray of sight meets nothing, NaN where there is none.
+    pub depth_mm: Image,
+    /// Distance of the point seen from the first lens vertex (the origin), mm, 1 channel; as depth.
+    pub distance_mm: Image,
+    /// Index of the surface that the ray of sight meets, row-major; [`NO_SURFACE`] where none.
+    pub surfaces: Vec<u16>,
+    /// Unit normal of a world's surface on the camera's side, camera frame, 3 channels; 0 where nothing (or a card) is
+    /// met, NaN where there is no ray of sight.
+    pub normals: Image,
+}
+
+impl SightRays {
+    /// The chief rays of the camera's window.
+    pub fn chief_rays(camera: &Camera) -> Self {
+        let sensor = camera.sensor();
+        let window = sensor.window_mm();
+        let size = (
+            FieldGrid::nodes_for(sensor.width()),
+            FieldGrid::nodes_for(sensor.height()),
+        );
+        let data = (0..size.0 * size.1)
+            .into_par_iter()
+            .flat_map_iter(|k| {
+                let p = FieldGrid::node_mm(window, size, (k % size.0, k / size.0));
+                let slope = match (camera.chief_slope(p), camera.pupil_at(p)) {
+                    (Some(slope), _) => slope,
+                    (None, Some(pupil)) => {
+                        let e = pupil.centre_mm
+                            - crate::frames::camera_from_sensor_mm(p, camera.sensor_z_mm());
+                        e.truncate() / e.z
+                    }
+                    (None, None) => DVec2::NAN,
+                };
+                [slope.x, slope.y]
+            })
+            .collect();
+        let slopes = FieldGrid::new(window, size, 2, data)
+            .unwrap_or_else(|| unreachable!("two values a node"));
+        Self {
+            by: By::ChiefRay(slopes),
+        }
+    }
+
+    /// The lines of the sum's centroids, of the fields of each channel ([`DisparityField::of_channels`]).
+    pub fn centroids(fields: &[DisparityField]) -> Self {
+        Self {
+            by: By::Centroid(fields.to_vec()),
+        }
+    }
+
+    /// Traces the ray of sight of each pixel centre, in the reference channel.
+    pub fn geometry(&self, camera: &Camera, scene: &Scene) -> GeometryTruth {
+        let (width, height) = (camera.sensor().width(), camera.sensor().height());
+        let mut depth = Image::zeros(width, height, 1);
+        let mut distance = Image::zeros(width, height, 1);
+        let mut normals = Image::zeros(width, height, 3);
+        let mut surfaces = vec![NO_SURFACE; width * height];
+        let rows = depth
+            .data_mut()
+            .par_chunks_mut(width)
+            .zip(distance.data_mut().par_chunks_mut(width));
+        let others = surfaces
+            .par_chunks_mut(width)
+            .zip(normals.data_mut().par_chunks_mut(3 * width));
+        rows.zip(others)
+            .enumerate()
+            .for_each(|(row, ((depth, distance), (surfaces, normals)))| {
+                let places = (0..width).map(|c| (c as f64, row as f64));
+                let batch = self.rays(camera, ChannelWavelengths::REFERENCE, places);
+                let hits = met(scene, &batch);
+                for i in 0..width {
+                    let (z, d) = match (batch.get(i), hits.surface[i]) {
+                        (Ok(_), NO_SURFACE) => (f64::INFINITY, f64::INFINITY),
+                        (Ok(ray), _) => {
+                            let point = ray.origin_mm + hits.distance_mm[i] * ray.direction;
+                            (-point.z, point.length())
+                        }
+                        _ => (f64::NAN, f64::NAN),
+                    };
+                    (depth[i], distance[i]) = (z as f32, d as f32);
+                    let lost = if batch.status[i] == 0 { 0.0 } else { f32::NAN };
+                    let normal = hits
+                        .world
+                        .normal
+                        .get(i)
+                        .copied()
+                        .unwrap_or_default()
+                        .as_vec3();
+                    normals[3 * i..][..3].copy_from_slice(&(normal + lost).to_array());
+                    surfaces[i] = if batch.status[i] == 0 {
+                        hits.surface[i]
+                    } else {
+                        NO_SURFACE
+                    };
+                }
+            });
+        GeometryTruth {
+            depth_mm: depth,
+            distance_mm: distance,
+            surfaces,
+            normals,
+        }
+    }
+
+    /// The all-in-focus target, W × H × 3, in the unit of the sum image: radiance × what a white wall would give there.
+    /// NaN where there is no ray of sight. A world of meshes is given as many paths per pixel as `settings` has rays, 16
+    /// at least.
+    pub fn target(
+        &self,
+        camera: &Camera,
+        scene: &Scene,
+        white: &WhiteField,
+        settings: &RenderSettings,
+    ) -> Image {
+        let (width, height) = (camera.sensor().width(), camera.sensor().height());
+        let mut target = Image::zeros(width, height, 3);
+        // Cards need no light to be followed.
+        let paths = match scene.world() {
+            Some(_) => settings.rays_per_pixel.div_ceil(TARGET_SIDE * TARGET_SIDE),
+            None => 1,
+        };
+        target
+            .data_mut()
+            .par_chunks_mut(width * 3)
+            .enumerate()
+            .for_each(|(row, out)| {
+                let offsets: Vec<f64> = (0..TARGET_SIDE)
+                    .map(|i| (i as f64 + 0.5) / TARGET_SIDE as f64 - 0.5)
+                    .collect();
+                let n = width * TARGET_SIDE;
+                let mut radiance = [0; 3].map(|_| vec![0.0; n]);
+                for (line, &dy) in offsets.iter().enumerate() {
+                    for channels in self.channels_of_a_ray() {
+                        let places = (0..width).flat_map(|c| {
+                            (offsets.iter()).map(move |dx| (c as f64 + dx, row as f64 + dy))
+                        });
+                        let batch = self.rays(camera, channels.start, places);
+                        let mut hits = met(scene, &batch);
+                        for path in 0..paths {
+                            let key = PathKey {
+                                key: hash(settings.seed, &[TARGET_KEY, row as u64, line as u64]),
+                                first: (path * n) as u32,
+                                spread: camera.ray_spread(paths * TARGET_SIDE * TARGET_SIDE),
+                            };
+                            let rays = RaySlices::from_batch(&batch);
+                            scene.radiance(rays, &mut hits, channels.clone(), &key, &mut radiance);
+                            for channel in channels.clone() {
+                                for (i, &l) in radiance[channel].iter().enumerate() {
+                                    let lost = if batch.status[i] == 0 { 0.0 } else { f32::NAN };
+                                    out[i / TARGET_SIDE * 3 + channel] +=
+                                        (l + lost) / (TARGET_SIDE * TARGET_SIDE * paths) as f32;
+                                }
+                            }
+                        }
+                    }
+                }
+                for (column, pixel) in out.chunks_exact_mut(3).enumerate() {
+                    let white =
+                        white.sum_sr(camera.sensor().position_mm(column as f64, row as f64));
+                    pixel
+                        .iter_mut()
+                        .zip(white)
+                        .for_each(|(p, w)| *p *= w as f32);
+                }
+            });
+        target
+    }
+
+    /// Channels that share a ray of sight.
+    fn channels_of_a_ray(&self) -> Vec<Range<usize>> {
+        match &self.by {
+            By::Centroid(fields) if fields.len() == 3 => (0..3).map(|c| c..c + 1).collect(),
+            _ => vec![0..3],
+        }
+    }
+
+    /// Rays of sight of stored-image places (column, row), in front of the lens.
+    fn rays(
+        &self,
+        camera: &Camera,
+        channel: usize,
+        places: impl Iterator<Item = (f64, f64)>,
+    ) -> RayBatch {
+        let mut batch = RayBatch::default();
+        match &self.by {
+            By::ChiefRay(slopes) => {
+                for (column, row) in places {
+                    let mut slope = [0.0; 2];
+                    slopes.sample(camera.sensor().position_mm(column, row), &mut slope);
+                    // Away from the sensor, towards negative z.
+                    let direction = -DVec2::from(slope).extend(1.0).normalize();
+                    batch.push(pixel_origin_mm(camera, column, row), direction);
+                }
+                let tracer = camera.reference_tracer();
+                tracer.trace_backward(&mut batch, SimdLevel::detect());
+            }
+            By::Centroid(fields) => {
+                let field = &fields[channel.min(fields.len() - 1)];
+                for (column, row) in places {
+                    let line = field.sight_line(camera.sensor().position_mm(column, row));
+                    batch.push(line.q1_mm.extend(0.0), line.q0.extend(-1.0).normalize());
+                }
+                for i in 0..batch.len() {
+                    if !batch.dx[i].is_finite() {
+                        batch.status[i] = RayStatus::Vignetted as u8;
+                    }
+                }
+            }
+        }
+        batch
+    }
+
+    /// Where the sum shows, at each pixel, the point that the chief ray meets there at the depths of a W × H × 1 map in
+    /// mm, from that pixel: W × H × 2 (ΔX right, ΔY down), px, NaN where not valid. `field` is the reference channel's.
+    pub fn chief_to_sum_px(
+        &self,
+        camera: &Camera,
+        field: &DisparityField,
+        depth_mm: &Image,
+    ) -> Image {
+        let (width, height) = (depth_mm.width(), depth_mm.height());
+        let mut shifts = Image::zeros(width, height, 2);
+        (shifts.data_mut().par_chunks_mut(2 * width).enumerate()).for_each(|(row, out)| {
+            let places = (0..width).map(|c| (c as f64, row as f64));
+            let batch = self.rays(camera, ChannelWavelengths::REFERENCE, places);
+            for (column, out) in out.chunks_exact_mut(2).enumerate() {
+                let place = camera.sensor().position_mm(column as f64, row as f64);
+                let depth = f64::from(depth_mm.pixel(column, row)[0]);
+                let shift = batch.get(column).map_or(DVec2::NAN, |ray| {
+                    field.shift_to_sum_px(place, depth, SightLine::from_ray(&ray))
+                });
+                out.copy_from_slice(&shift.as_vec2().to_array());
+            }
+        });
+        shifts
+    }
+}
+
+fn met(scene: &Scene, batch: &RayBatch) -> Hits {
+    let mut hits = Hits::default();
+    scene.intersect(RaySlices::from_batch(batch), &mut hits);
+    hits
+}
