@@ -51,8 +51,8 @@ mod version;
 
 pub use camera::{
     Channel, ChannelBand, ChannelOptics, CraShift, Element, ExitPupil, Exposure, Focus, FocusBy,
-    Intrinsics, Lens, MicrolensRule, Misalignment, Part, Response, Sensor,
-    TableColour, TablePreset,
+    Intrinsics, Lens, MicrolensRule, Misalignment, Part, Response, Sensor, TableColour,
+    TablePreset,
 };
 pub use camera_description::{
     CameraCurves, CameraDescription, DisparityCurve, DisparityCurves, DisparityRatio,

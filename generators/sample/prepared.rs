@@ -228,7 +228,7 @@ impl Prepared {
             mut decisions,
             ..
         } = shown;
-        let white = WhiteField::new(camera);
+        let white = WhiteField::from_fields(camera, &fields);
         let field = &fields[ChannelWavelengths::REFERENCE.min(fields.len() - 1)];
         let defocus = Defocus::new(camera)
             .unwrap_or_else(|| unreachable!("a camera with a lens has a focus"));

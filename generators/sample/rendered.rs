@@ -29,7 +29,10 @@ const SATURATED_SHARE: f64 = 1e-3;
 pub(super) fn saturation(what: &str, saturated: u64, values: usize) -> Option<String> {
     let share = saturated as f64 / values.max(1) as f64;
     (share > SATURATED_SHARE).then(|| {
-        format!("{what}: {:.2} % of the values are saturated; a lower exposure_ev keeps them", 100.0 * share)
+        format!(
+            "{what}: {:.2} % of the values are saturated; a lower exposure_ev keeps them",
+            100.0 * share
+        )
     })
 }
 

@@ -2,7 +2,7 @@ use glam::DVec2;
 use quadpixel::render::truth::DisparityField;
 
 use super::shots::{boxes, shoot, wave_pixel};
-use super::{CASES, bias_and_rms, centroid, depths_mm, small_card};
+use super::{CASES, bias_and_rms, centroid, depths_mm, spot};
 
 const LAYOUTS: [(usize, usize); 5] = [(1, 1), (2, 1), (2, 2), (3, 3), (4, 4)];
 const SIDE: usize = 40;
@@ -13,7 +13,7 @@ fn differences(camera: &quadpixel::render::Camera, coc_px: f64) -> Vec<f64> {
     let fields = DisparityField::of_channels(camera).unwrap();
     let mut all = Vec::new();
     for (sign, depth_mm) in depths_mm(camera, coc_px).into_iter().enumerate() {
-        let scene = small_card(camera, depth_mm, 4.0);
+        let scene = spot(camera, depth_mm, 12.0);
         let image = shoot(camera, &scene, RAYS, 3 + sign as u64).image;
         let (sum, count) = (image.sum(), image.subpixels.count());
         for channel in 0..3 {
@@ -36,7 +36,7 @@ fn views_of_every_channel_stand_where_their_own_disparity_says() {
     for case in &CASES {
         let lens = case.focused();
         for (m, n) in LAYOUTS {
-            let response = boxes(m, n, case.pitch_um, 2.5 * case.pitch_um);
+            let response = boxes(m, n, case.pitch_um, case.focal_um);
             let mut all = Vec::new();
             for field in 0..3 {
                 // The widest layouts in one field: their rays are the same.
@@ -48,7 +48,11 @@ fn views_of_every_channel_stand_where_their_own_disparity_says() {
             }
             let (bias, rms) = bias_and_rms(&all);
             println!("{} {m}x{n}: bias {bias:.4} px, RMS {rms:.4} px", case.lens);
-            assert!(bias.abs() <= 0.005 && rms <= 0.02, "{} {m}x{n}: {bias} {rms}", case.lens);
+            assert!(
+                bias.abs() <= 0.005 && rms <= 0.02,
+                "{} {m}x{n}: {bias} {rms}",
+                case.lens
+            );
         }
     }
 }
@@ -82,5 +86,8 @@ fn red_and_blue_do_not_stand_where_green_does() {
         shifts[0].x - shifts[1].x
     };
     let (red, green, blue) = (left_right(0), left_right(1), left_right(2));
-    assert!((red - green).abs() > 0.03 && (blue - green).abs() > 0.03, "{red} {green} {blue}");
+    assert!(
+        (red - green).abs() > 0.03 && (blue - green).abs() > 0.03,
+        "{red} {green} {blue}"
+    );
 }

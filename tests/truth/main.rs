@@ -1,4 +1,4 @@
-//! Every number that a sample tells is held to pictures of a small card: rendered, and measured by centroids here, which
+//! Every number that a sample tells is held to pictures of a small spot: rendered, and measured by centroids here, which
 //! share no code with the renderer's truths. Over layouts of sub-pixels, lenses, ideal and wave pixels, colours, places of
 //! the field and signs of defocus.
 
@@ -11,6 +11,7 @@ mod registration;
 mod shots;
 mod white;
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
@@ -26,6 +27,8 @@ use quadpixel::scene::{Scene, TexturedPlane};
 struct Case {
     lens: &'static str,
     pitch_um: f64,
+    /// Of the ideal microlens: its boxes end about where the lens's pupil does.
+    focal_um: f64,
     focus_mm: f64,
     heights_mm: [f64; 3],
 }
@@ -35,24 +38,28 @@ const CASES: [Case; 4] = [
     Case {
         lens: "wide_US20120327520A1_emb3",
         pitch_um: 2.0,
+        focal_um: 5.0,
         focus_mm: 500.0,
         heights_mm: [0.0, 1.2, 2.0],
     },
     Case {
         lens: "wide_US11940605B2_emb1",
         pitch_um: 2.0,
+        focal_um: 5.0,
         focus_mm: 500.0,
         heights_mm: [0.0, 1.0, 1.8],
     },
     Case {
         lens: "lib_double_gauss_100mm_glass",
         pitch_um: 8.0,
+        focal_um: 40.0,
         focus_mm: 3000.0,
         heights_mm: [0.0, 6.0, 12.0],
     },
     Case {
         lens: "lib_50mm_US20210263286_ex1",
         pitch_um: 6.0,
+        focal_um: 15.0,
         focus_mm: 2000.0,
         heights_mm: [0.0, 5.0, 9.0],
     },
@@ -70,9 +77,9 @@ impl Case {
     }
 }
 
-/// A wall-filling scene with a white card of `side_px` pixels where the window's middle looks at `depth_mm`; the card's
-/// size in the picture is reckoned from the paraxial lens.
-fn small_card(camera: &Camera, depth_mm: f64, side_px: f64) -> Scene {
+/// A scene with one white spot, of raised-cosine profile and `side_px` pixels wide, where the window's middle looks at
+/// `depth_mm`; its size in the picture is reckoned from the paraxial lens.
+fn spot(camera: &Camera, depth_mm: f64, side_px: f64) -> Scene {
     let place = camera.sensor().centre_mm();
     let system = camera.system(1);
     let pupil = camera.pupil_at(place).unwrap();
@@ -83,10 +90,13 @@ fn small_card(camera: &Camera, depth_mm: f64, side_px: f64) -> Scene {
     };
     let ray = trace_backward(system, ray).unwrap();
     let centre = ray.origin_mm + (-depth_mm - ray.origin_mm.z) / ray.direction.z * ray.direction;
-    let side_mm = side_px * camera.sensor().pitch_mm() * depth_mm / camera.paraxial().unwrap().efl_mm;
-    let white = Arc::new(Texture::from_fn(1, 1, |_, _| [1.0]).unwrap());
+    let per_px = camera.sensor().pitch_mm() * depth_mm / camera.paraxial().unwrap().efl_mm;
+    let n = 64;
+    let profile = |i: usize| 1.0 - (TAU * (i as f64 + 0.5) / n as f64).cos();
+    let spot = Texture::from_fn(n, n, |x, y| [(0.25 * profile(x) * profile(y)) as f32]);
     let centre = DVec3::new(centre.x, centre.y, -depth_mm);
-    let card = TexturedPlane::new(centre, (side_mm, side_mm), (0.0, 0.0, 0.0), white, None);
+    let size = (side_px * per_px, side_px * per_px);
+    let card = TexturedPlane::new(centre, size, (0.0, 0.0, 0.0), Arc::new(spot.unwrap()), None);
     Scene::new(vec![card.unwrap()], [0.0; 3])
 }
 
@@ -97,7 +107,10 @@ fn depths_mm(camera: &Camera, coc_px: f64) -> [f64; 2] {
     let efl = paraxial.efl_mm;
     // c = f A (1/d_f − 1/d), A = f/N.
     let per_mm = coc_px * camera.sensor().pitch_mm() * paraxial.f_number / (efl * efl);
-    [1.0 / (1.0 / focus + per_mm), 1.0 / (1.0 / focus - per_mm).max(1e-9)]
+    [
+        1.0 / (1.0 / focus + per_mm),
+        1.0 / (1.0 / focus - per_mm).max(1e-9),
+    ]
 }
 
 /// Column and row of a channel's centroid.

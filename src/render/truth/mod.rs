@@ -10,6 +10,7 @@ mod defocus;
 mod disparity;
 mod receptive;
 mod sight;
+mod sight_field;
 mod white;
 
 pub use channels::channel_shifts;

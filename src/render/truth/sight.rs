@@ -4,7 +4,7 @@
 //! wavelength, or, where the lens clips it (a strongly vignetted field), through the middle of the passing bundle. By the
 //! **centroid**: the line of the mean of what the sum of the sub-pixels sees at each depth ([`SightLine`]), so that the
 //! maps and the target stand where the sum stands, coma and clipped pupils included. The target is the mean radiance over
-//! the rays of sight of 4×4 places in the pixel: a picture without blur of the same geometry (distortion included). By
+//! the rays of sight of 16 places in the pixel: a picture without blur of the same geometry (distortion included). By
 //! the centroid each of its channels stands where that channel of the sum does.
 
 use std::ops::Range;
@@ -26,8 +26,8 @@ use crate::scene::{Hits, NO_SURFACE, Scene};
 use crate::simd::SimdLevel;
 use crate::spectrum::ChannelWavelengths;
 
-/// Places along each side of the pixel at which the target is sampled.
-const TARGET_SIDE: usize = 4;
+/// Places in the pixel at which the target is sampled.
+const TARGET_PLACES: usize = 16;
 /// Keeps the target's random numbers apart from the image's.
 const TARGET_KEY: u64 = 0x7A26_E700;
 
@@ -166,7 +166,7 @@ impl SightRays {
         let mut target = Image::zeros(width, height, 3);
         // Cards need no light to be followed.
         let paths = match scene.world() {
-            Some(_) => settings.rays_per_pixel.div_ceil(TARGET_SIDE * TARGET_SIDE),
+            Some(_) => settings.rays_per_pixel.div_ceil(TARGET_PLACES),
             None => 1,
         };
         target
@@ -174,32 +174,28 @@ impl SightRays {
             .par_chunks_mut(width * 3)
             .enumerate()
             .for_each(|(row, out)| {
-                let offsets: Vec<f64> = (0..TARGET_SIDE)
-                    .map(|i| (i as f64 + 0.5) / TARGET_SIDE as f64 - 0.5)
-                    .collect();
-                let n = width * TARGET_SIDE;
+                let n = width * TARGET_PLACES;
                 let mut radiance = [0; 3].map(|_| vec![0.0; n]);
-                for (line, &dy) in offsets.iter().enumerate() {
-                    for channels in self.channels_of_a_ray() {
-                        let places = (0..width).flat_map(|c| {
-                            (offsets.iter()).map(move |dx| (c as f64 + dx, row as f64 + dy))
-                        });
-                        let batch = self.rays(camera, channels.start, places);
-                        let mut hits = met(scene, &batch);
-                        for path in 0..paths {
-                            let key = PathKey {
-                                key: hash(settings.seed, &[TARGET_KEY, row as u64, line as u64]),
-                                first: (path * n) as u32,
-                                spread: camera.ray_spread(paths * TARGET_SIDE * TARGET_SIDE),
-                            };
-                            let rays = RaySlices::from_batch(&batch);
-                            scene.radiance(rays, &mut hits, channels.clone(), &key, &mut radiance);
-                            for channel in channels.clone() {
-                                for (i, &l) in radiance[channel].iter().enumerate() {
-                                    let lost = if batch.status[i] == 0 { 0.0 } else { f32::NAN };
-                                    out[i / TARGET_SIDE * 3 + channel] +=
-                                        (l + lost) / (TARGET_SIDE * TARGET_SIDE * paths) as f32;
-                                }
+                for channels in self.channels_of_a_ray() {
+                    let places = (0..width).flat_map(|c| {
+                        let column = c as f64;
+                        target_offsets().map(move |[dx, dy]| (column + dx, row as f64 + dy))
+                    });
+                    let batch = self.rays(camera, channels.start, places);
+                    let mut hits = met(scene, &batch);
+                    for path in 0..paths {
+                        let key = PathKey {
+                            key: hash(settings.seed, &[TARGET_KEY, row as u64]),
+                            first: (path * n) as u32,
+                            spread: camera.ray_spread(paths * TARGET_PLACES),
+                        };
+                        let rays = RaySlices::from_batch(&batch);
+                        scene.radiance(rays, &mut hits, channels.clone(), &key, &mut radiance);
+                        for channel in channels.clone() {
+                            for (i, &l) in radiance[channel].iter().enumerate() {
+                                let lost = if batch.status[i] == 0 { 0.0 } else { f32::NAN };
+                                out[i / TARGET_PLACES * 3 + channel] +=
+                                    (l + lost) / (TARGET_PLACES * paths) as f32;
                             }
                         }
                     }
@@ -284,6 +280,13 @@ impl SightRays {
         });
         shifts
     }
+}
+
+/// The places from the middle of the pixel, px: a lattice that parts columns, rows and diagonals evenly, so that an edge is
+/// found to a sixteenth of a pixel.
+fn target_offsets() -> impl Iterator<Item = [f64; 2]> {
+    let at = |k: usize| (k as f64 + 0.5) / TARGET_PLACES as f64 - 0.5;
+    (0..TARGET_PLACES).map(move |k| [at(k), at(7 * k % TARGET_PLACES)])
 }
 
 fn met(scene: &Scene, batch: &RayBatch) -> Hits {

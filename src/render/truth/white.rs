@@ -1,23 +1,24 @@
 //! What a white wall (unit radiance everywhere) gives on each sub-pixel and channel: exposure and shading.
 
 use glam::DVec2;
-use rayon::prelude::*;
 
 use super::bundle::centroids;
-use crate::field::FieldGrid;
+use super::disparity::DisparityField;
+use super::sight_field::{Sight, SightField};
 use crate::image::Image;
 use crate::render::Camera;
 use crate::sampling::SobolSet;
 use crate::sensor::Sensor;
 use crate::spectrum::ChannelWavelengths;
 
-const RAYS: usize = 1024;
+/// Rays of the bundle in the middle of the window.
+const RAYS: usize = 16384;
 
 /// ∫ P_id cos θ dω over the window, sr, per channel and sub-pixel.
 #[derive(Clone, Debug)]
 pub struct WhiteField {
-    grid: FieldGrid,
-    subpixels: usize,
+    /// Of R, G, B, or one for all.
+    channels: Vec<SightField>,
     centre_mm: DVec2,
     quantum_efficiency: f64,
 }
@@ -25,42 +26,27 @@ pub struct WhiteField {
 impl WhiteField {
     /// Tabulates the camera's window.
     pub fn new(camera: &Camera) -> Self {
-        let sensor = camera.sensor();
-        let size = (
-            FieldGrid::nodes_for(sensor.width()),
-            FieldGrid::nodes_for(sensor.height()),
-        );
-        let subpixels = sensor.subpixels().count();
+        let channels = match camera.colours().alike() {
+            true => vec![SightField::new(camera, ChannelWavelengths::REFERENCE)],
+            false => (0..3)
+                .map(|channel| SightField::new(camera, channel))
+                .collect(),
+        };
+        Self::from_sights(camera, channels)
+    }
+
+    /// Of the fields of a camera's channels ([`DisparityField::of_channels`]), which know it already.
+    pub fn from_fields(camera: &Camera, fields: &[DisparityField]) -> Self {
+        Self::from_sights(camera, fields.iter().map(|f| f.sight().clone()).collect())
+    }
+
+    fn from_sights(camera: &Camera, channels: Vec<SightField>) -> Self {
+        let centre_mm = camera.sensor().centre_mm();
         let samples = SobolSet::new(RAYS);
-        let data = (0..size.0 * size.1)
-            .into_par_iter()
-            .flat_map_iter(|k| {
-                let p = FieldGrid::node_mm(sensor.window_mm(), size, (k % size.0, k / size.0));
-                let white = |channel| {
-                    let c = centroids(camera, channel, p, &samples);
-                    c.map_or(vec![0.0; subpixels], |(s, _)| {
-                        s.iter().map(|s| s.weight).collect()
-                    })
-                };
-                if camera.colours().alike() {
-                    white(0).repeat(3)
-                } else {
-                    (0..3).flat_map(white).collect()
-                }
-            })
-            .collect();
-        let grid = FieldGrid::new(sensor.window_mm(), size, 3 * subpixels, data)
-            .unwrap_or_else(|| unreachable!("three channels of sub-pixels a node"));
-        let middle = centroids(
-            camera,
-            ChannelWavelengths::REFERENCE,
-            sensor.centre_mm(),
-            &samples,
-        );
+        let middle = centroids(camera, ChannelWavelengths::REFERENCE, centre_mm, &samples);
         Self {
-            grid,
-            subpixels,
-            centre_mm: sensor.centre_mm(),
+            channels,
+            centre_mm,
             quantum_efficiency: middle.map_or(0.0, |(_, all)| all.weight / all.incident),
         }
     }
@@ -74,15 +60,17 @@ impl WhiteField {
     /// What each sub-pixel receives over the window, sr: one image of three channels per sub-pixel, in stored order.
     pub fn of_subpixels_sr(&self, sensor: &Sensor) -> Vec<Image> {
         let (width, height) = (sensor.width(), sensor.height());
-        let mut images = vec![Image::zeros(width, height, 3); self.subpixels];
-        let mut values = vec![0.0; 3 * self.subpixels];
+        let first = &self.channels[0];
+        let mut images = vec![Image::zeros(width, height, 3); first.subpixels()];
         for y in 0..height {
             for x in 0..width {
                 let place = sensor.position_mm(x as f64, y as f64);
-                self.grid.sample(place, &mut values);
-                for (s, image) in images.iter_mut().enumerate() {
-                    let channels = image.pixel_mut(x, y).iter_mut().enumerate();
-                    channels.for_each(|(c, to)| *to = values[c * self.subpixels + s] as f32);
+                let sights: Vec<Sight> = self.channels.iter().map(|c| c.at(place)).collect();
+                for channel in 0..3 {
+                    let sight = &sights[channel.min(sights.len() - 1)];
+                    for (image, weight) in images.iter_mut().zip(sight.weights_sr()) {
+                        image.pixel_mut(x, y)[channel] = weight as f32;
+                    }
                 }
             }
         }
@@ -92,15 +80,17 @@ impl WhiteField {
     /// The largest that a sub-pixel receives in any channel, over the sum in the middle of the window in the reference
     /// channel.
     pub fn largest_share(&self) -> f64 {
-        let largest = self.grid.data().iter().fold(0.0, |m: f64, &v| m.max(v));
-        largest / self.reference_sr()
+        let largest = self.channels.iter().map(SightField::largest_weight_sr);
+        largest.fold(0.0, f64::max) / self.reference_sr()
     }
 
     /// Per channel, the sum over sub-pixels at a sensor position, sr.
     pub fn sum_sr(&self, xy_mm: DVec2) -> [f64; 3] {
-        let mut c = vec![0.0; 3 * self.subpixels];
-        self.grid.sample(xy_mm, &mut c);
-        std::array::from_fn(|channel| c[channel * self.subpixels..][..self.subpixels].iter().sum())
+        let last = self.channels.len() - 1;
+        std::array::from_fn(|channel| {
+            let sight = self.channels[channel.min(last)].at(xy_mm);
+            sight.weights_sr().sum()
+        })
     }
 
     /// The sum over sub-pixels in the middle of the window, per channel, sr.

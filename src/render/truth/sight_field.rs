@@ -1,0 +1,154 @@
+//! What the pixels of a window see and get, in one channel: centroids of the bundle of each sub-pixel, over the sensor.
+//!
+//! Bundles are traced at few nodes with many rays each, as their centroids change slowly and their errors do not: those of
+//! 16384 rays through a pupil with a hard edge are a thousandth. Between the nodes the centroids are cubic, and the
+//! Jacobian ∂q̄/∂p is the cubic's slope.
+
+use glam::{DMat2, DVec2};
+use rayon::prelude::*;
+
+use super::bundle::centroids;
+use super::disparity::SightLine;
+use crate::field::{CubicGrid, FieldGrid};
+use crate::render::Camera;
+use crate::sampling::SobolSet;
+
+/// Rays of a bundle.
+const RAYS: usize = 16384;
+
+/// Components of a node: the sum's q₀ (2) and q₁ (2), then per sub-pixel q₀, q₁, slope (each relative to the sum's) and
+/// weight: 7. After refinement J₀ (4) and J₁ (4) stand in front of them.
+const SUM: usize = 4;
+const PER_SUBPIXEL: usize = 7;
+const JACOBIAN: usize = 8;
+
+/// See the module.
+#[derive(Clone, Debug)]
+pub(super) struct SightField {
+    grid: FieldGrid,
+    subpixels: usize,
+}
+
+/// What one place of the window sees.
+#[derive(Clone, Debug)]
+pub(super) struct Sight(Vec<f64>);
+
+impl SightField {
+    /// Tabulates the camera's window in a channel.
+    pub fn new(camera: &Camera, channel: usize) -> Self {
+        let sensor = camera.sensor();
+        let window = sensor.window_mm();
+        let subpixels = sensor.subpixels().count();
+        let components = SUM + PER_SUBPIXEL * subpixels;
+        let few = [sensor.width(), sensor.height()].map(CubicGrid::nodes_for);
+        let few = (few[0], few[1]);
+        let samples = SobolSet::new(RAYS);
+        let data = (0..few.0 * few.1)
+            .into_par_iter()
+            .flat_map_iter(|k| {
+                let p = FieldGrid::node_mm(window, few, (k % few.0, k / few.0));
+                node(camera, channel, p, &samples).unwrap_or_else(|| dark(components))
+            })
+            .collect();
+        let cubic = CubicGrid::new(window, few, components, data)
+            .unwrap_or_else(|| unreachable!("four nodes a side, components a node"));
+        let many = [sensor.width(), sensor.height()].map(FieldGrid::nodes_for);
+        let many = (many[0], many[1]);
+        let pitch_mm = sensor.pitch_mm();
+        let refined = (0..many.0 * many.1).flat_map(|k| {
+            let p = FieldGrid::node_mm(window, many, (k % many.0, k / many.0));
+            let [values, dx, dy] = cubic.sample(p);
+            let column =
+                |slope: &[f64], first: usize| DVec2::new(slope[first], slope[first + 1]) * pitch_mm;
+            let jacobian = |first| DMat2::from_cols(column(&dx, first), column(&dy, first));
+            let jacobians = [jacobian(0), jacobian(2)].map(|j| j.to_cols_array());
+            jacobians.concat().into_iter().chain(values)
+        });
+        let grid = FieldGrid::new(window, many, JACOBIAN + components, refined.collect())
+            .unwrap_or_else(|| unreachable!("components a node"));
+        Self { grid, subpixels }
+    }
+
+    /// Sub-pixels of a pixel.
+    pub fn subpixels(&self) -> usize {
+        self.subpixels
+    }
+
+    /// What the pixel at `xy_mm` sees.
+    pub fn at(&self, xy_mm: DVec2) -> Sight {
+        let mut sight = Sight(vec![0.0; self.grid.components()]);
+        self.read(xy_mm, &mut sight);
+        sight
+    }
+
+    /// The same into a sight that was had before.
+    pub fn read(&self, xy_mm: DVec2, sight: &mut Sight) {
+        self.grid.sample(xy_mm, &mut sight.0);
+    }
+
+    /// The largest weight of a sub-pixel in the window, sr.
+    pub fn largest_weight_sr(&self) -> f64 {
+        let nodes = self.grid.data().chunks_exact(self.grid.components());
+        let weights = nodes.flat_map(|node| weights(node));
+        weights.fold(0.0, f64::max)
+    }
+}
+
+impl Sight {
+    /// The line of the places that all sub-pixels together see.
+    pub fn line(&self) -> SightLine {
+        let c = &self.0[JACOBIAN..];
+        SightLine {
+            q0: DVec2::new(c[0], c[1]),
+            q1_mm: DVec2::new(c[2], c[3]),
+        }
+    }
+
+    /// J = J₀ + J₁/D: change of the mean direction per px.
+    pub fn jacobian(&self, inverse_depth_per_mm: f64) -> DMat2 {
+        let c = &self.0;
+        DMat2::from_cols_array(&std::array::from_fn(|k| {
+            c[k] + inverse_depth_per_mm * c[4 + k]
+        }))
+    }
+
+    /// Per sub-pixel q₀ and q₁ (mm) from the sum's, and the slope from the sum's.
+    pub fn beside(&self) -> impl Iterator<Item = [DVec2; 3]> {
+        let subpixels = self.0[JACOBIAN + SUM..].chunks_exact(PER_SUBPIXEL);
+        subpixels.map(|s| [0, 2, 4].map(|k| DVec2::new(s[k], s[k + 1])))
+    }
+
+    /// ∫ P cos θ dω of each sub-pixel, sr.
+    pub fn weights_sr(&self) -> impl Iterator<Item = f64> {
+        weights(&self.0)
+    }
+}
+
+fn weights(node: &[f64]) -> impl Iterator<Item = f64> {
+    let subpixels = node[JACOBIAN + SUM..].chunks_exact(PER_SUBPIXEL);
+    subpixels.map(|s| s[PER_SUBPIXEL - 1])
+}
+
+/// A node without light.
+fn dark(components: usize) -> Vec<f64> {
+    let mut c = vec![f64::NAN; components];
+    c.iter_mut()
+        .skip(SUM + PER_SUBPIXEL - 1)
+        .step_by(PER_SUBPIXEL)
+        .for_each(|w| *w = 0.0);
+    c
+}
+
+/// All components of one node; `None` where no light passes.
+fn node(camera: &Camera, channel: usize, p: DVec2, samples: &SobolSet) -> Option<Vec<f64>> {
+    let (subpixels, all) = centroids(camera, channel, p, samples)?;
+    let mut c = vec![all.q0.x, all.q0.y, all.q1_mm.x, all.q1_mm.y];
+    for s in subpixels {
+        // A sub-pixel that gets no light at all has no centroid, and so no disparity.
+        let dark = if s.weight > 0.0 { 0.0 } else { f64::NAN };
+        let (d0, d1, slope) = (s.q0 - all.q0, s.q1_mm - all.q1_mm, s.slope - all.slope);
+        c.extend([d0.x, d0.y, d1.x, d1.y, slope.x, slope.y].map(|v| v + dark));
+        c.push(s.weight);
+    }
+    Some(c)
+}
