@@ -6,6 +6,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod disparity;
+mod gratings;
 mod registration;
 #[path = "../common/shots.rs"]
 mod shots;

@@ -17,4 +17,5 @@ mod noisy;
 mod production;
 mod randomised;
 mod response;
+mod truth;
 mod worlds;
