@@ -246,7 +246,8 @@ mod tests {
         let grid = CubicGrid::new(window, size, 1, data).unwrap();
         assert!(grid.sample(DVec2::new(0.55, -3.9))[0][0].is_nan());
         let beside = DVec2::new(0.8, -3.9);
-        assert!((grid.sample(beside)[0][0] - f(beside)).abs() < 0.1);
+        // A straight line along y, an eighth of a cell from its end: t (1 − t)/2 · h² f″ = 0.9.
+        assert!((grid.sample(beside)[0][0] - f(beside)).abs() < 1.0);
     }
 
     #[test]

@@ -193,8 +193,8 @@ fn camera_curve(
     match DescribedCurve::new(camera, channel) {
         Ok(curve) => Ok(CameraCurve::Described(curve)),
         Err(CurveError::NoRatio) => Err(in_file(path)(
-            "camera.json does not say the camera's disparity against distance: without its lens's aberrations a depth would be \
-             off by more than it says; allowed: --calibration, or --kappa for a lens without aberrations",
+            "no camera.json says the disparity of this camera against distance: --camera or --calibration is needed, or --kappa for a lens \
+             without aberrations",
         )),
         Err(error) => Err(in_file(path)(error)),
     }

@@ -23,7 +23,7 @@ use crate::spectrum::ChannelWavelengths;
 use crate::units::M_PER_MM;
 
 /// Nodes along each side of the window.
-const NODES: usize = 9;
+const NODES: usize = 7;
 /// Distances of a fit.
 const DISTANCES: usize = 17;
 /// Circle of confusion, px, up to which the fit is made on both sides of the focus.
@@ -153,11 +153,17 @@ impl Distances {
                 let (c, residual) = quadratic(&self.per_mm, self.focus, &samples)?;
                 worst = worst.max(residual);
                 // From per mm to per m.
-                Some([c[0], c[1] * M_PER_MM, c[2] * M_PER_MM * M_PER_MM])
+                let per_m = [c[0], c[1] * M_PER_MM, c[2] * M_PER_MM * M_PER_MM];
+                Some(per_m.map(rounded))
             })
             .collect();
         DisparityCurve::new(channel, [NODES as u32; 2], &nodes, worst)
     }
+}
+
+/// To eight digits, which are more than are known.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.7e}").parse().unwrap_or(value)
 }
 
 /// The parabola of least squares through (t, y), as coefficients of 1, t, t², and its largest residual; `None` where a

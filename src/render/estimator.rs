@@ -48,9 +48,9 @@ pub(super) struct PixelAim {
     pub key: u64,
 }
 
-/// How much of the pupil sees another surface than the chief ray.
+/// How much of the pupil sees another surface than the ray of sight.
 pub(super) struct Occlusion {
-    /// Surface that the chief ray meets.
+    /// Surface that the ray of sight meets.
     chief_surface: u16,
     /// Solid-angle-weighted sum over rays that meet another one, and over all that pass.
     other: f64,
@@ -58,7 +58,7 @@ pub(super) struct Occlusion {
 }
 
 impl Occlusion {
-    /// Beside this surface, which the chief ray meets.
+    /// Beside this surface, which the ray of sight meets.
     pub fn beside(chief_surface: u16) -> Self {
         Self {
             chief_surface,
@@ -344,7 +344,7 @@ impl Workspace {
         }
     }
 
-    /// How much of the pupil sees another surface than the chief ray.
+    /// How much of the pupil sees another surface than the ray of sight.
     fn count_others(&self, occlusion: &mut Occlusion) {
         for ((&surface, &measure), &status) in self
             .hits

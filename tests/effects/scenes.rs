@@ -333,8 +333,7 @@ pub fn all() -> Vec<Case> {
             "a white corner in the sun",
             &Make::simple(wide()),
             0.8,
-            // Channels of their own have paths of their own: what is left of their noise keeps dispersion.
-            &[CraVariation, Aberrations, Vignetting],
+            &[CraVariation, Dispersion, Aberrations, Vignetting],
         ),
         in_the_sun(
             "a white corner in the sun, phone",

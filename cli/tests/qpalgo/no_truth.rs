@@ -216,5 +216,5 @@ fn every_estimate_is_the_same_without_any_truth() {
     let described = estimates(here, "data", &["--camera", "mine.json"]);
     assert_same(&whole, &described, "description elsewhere");
     let refused = qpalgo(&["depth", &format!("data/{SAMPLE}"), "-o", "no"], here);
-    common::refused(&refused, "--camera or --kappa");
+    common::refused(&refused, "--camera or --calibration");
 }

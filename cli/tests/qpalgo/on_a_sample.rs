@@ -148,7 +148,7 @@ fn left_minus_right_is_positive_before_the_focus_and_agrees_with_truth() {
 }
 
 #[test]
-fn depth_of_a_sample_is_that_of_its_plane_after_a_calibration_in_focus() {
+fn depth_of_a_sample_is_that_of_its_plane_by_its_camera_and_by_a_calibration_in_focus() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let chart = sample(here, "chart", CHART, 1.0);
@@ -173,5 +173,7 @@ fn depth_of_a_sample_is_that_of_its_plane_after_a_calibration_in_focus() {
     // one of 0.255 · 0.22/1.52 = 3.7 % of the depth.
     assert!(rms(&with) < 0.22, "{with}");
     assert!(number(&with["median_relative"]) < 0.037, "{with}");
-    assert!(rms(&without) > 2.0 * rms(&with), "{without} {with}");
+    // The camera's own curve has the aberrations and the matcher's stretch in it.
+    assert!(number(&without["median_relative"]) < 0.01, "{without}");
+    assert!(rms(&without) < 0.05, "{without}");
 }

@@ -197,11 +197,15 @@ fn a_description_that_does_not_fit_its_pictures_is_found() {
     let mut manifest = dataset(folder.path());
     let sound = fs::read_to_string(folder.path().join(FOLDER).join("meta.json")).unwrap();
     let faults = [
-        ("\"columns\": 2", "\"columns\": 3", "not the files"),
         (
-            "\"columns\": 2",
-            "\"columns\": 4000000000",
-            "allowed are 1 to 16",
+            "\"subpixels\": \"2x2\"",
+            "\"subpixels\": \"3x2\"",
+            "not the files",
+        ),
+        (
+            "\"subpixels\": \"2x2\"",
+            "\"subpixels\": \"4000000000x2\"",
+            "two numbers from 1 to 64",
         ),
         ("\"id\": \"000000\"", "\"id\": \"000001\"", "is of sample"),
         (
@@ -210,12 +214,12 @@ fn a_description_that_does_not_fit_its_pictures_is_found() {
             "shows scene",
         ),
         (
-            "\"schema_version\": 2",
+            "\"schema_version\": 3",
             "\"schema_version\": 9",
             "later release",
         ),
         (
-            "\"schema_version\": 2",
+            "\"schema_version\": 3",
             "\"schema_version\": 1",
             "make it again with `qpgen render`",
         ),
@@ -264,7 +268,7 @@ fn a_camera_that_is_not_the_samples_or_breaks_its_schema_is_found() {
             "does not follow the schema",
         ),
         (
-            "\"schema_version\": 2",
+            "\"schema_version\": 3",
             "\"schema_version\": 1",
             "earlier release",
         ),

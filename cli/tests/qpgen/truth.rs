@@ -17,7 +17,13 @@ fn no_layout_of_sub_pixels_clips_the_mosaic() {
     let folder = tempfile::tempdir().unwrap();
     for layout in ["1x1", "2x1", "2x2", "3x3", "4x4"] {
         let quoted = format!("\"{layout}\"");
-        let text = with_values(SMALL, &[("sensor.subpixels", &quoted), ("readout.photons_um2", "300")]);
+        let text = with_values(
+            SMALL,
+            &[
+                ("sensor.subpixels", &quoted),
+                ("readout.photons_um2", "3000"),
+            ],
+        );
         let made = dataset(folder.path(), layout, &text, &[]);
         let said = String::from_utf8_lossy(&made.stderr).into_owned();
         assert!(!said.contains("saturated"), "{layout}: {said}");
@@ -38,14 +44,23 @@ fn a_mosaic_whose_saturation_is_told_wrong_is_found() {
     let mut described: serde_json::Value = serde_json::from_str(&text).unwrap();
     described["raw"]["clipped"] = 7.into();
     let findings = findings_with(&root, "meta.json", described.to_string().as_bytes());
-    let found = findings.iter().any(|f| f.contains("says that 7 were clipped"));
+    let found = findings
+        .iter()
+        .any(|f| f.contains("says that 7 were clipped"));
     assert!(found, "{findings:?}");
 }
 
 #[test]
 fn stated_errors_are_those_between_two_seeds() {
     let folder = tempfile::tempdir().unwrap();
-    let text = with_values(SMALL, &[("sensor.width", "96"), ("sensor.height", "96"), ("count", "1")]);
+    let text = with_values(
+        SMALL,
+        &[
+            ("sensor.width", "96"),
+            ("sensor.height", "96"),
+            ("count", "1"),
+        ],
+    );
     dataset(folder.path(), "one", &text, &[]);
     let sample = folder.path().join("one/samples/000000");
     let text = fs::read_to_string(sample.join("meta.json")).unwrap();
@@ -72,8 +87,14 @@ fn stated_errors_are_those_between_two_seeds() {
     let median = relative[relative.len() / 2] / 2f64.sqrt();
     let speckles = relative.iter().filter(|d| **d > 0.5).count() as f64 / relative.len() as f64;
     let told = meta(&folder.path().join("one"), 0).statistics;
-    let ratios = [told.rms_error_over_mean.unwrap() / rms, told.median_relative_error.unwrap() / median];
-    println!("told over two seeds: RMS {:.3}, median {:.3}; speckles {:?} {speckles}", ratios[0], ratios[1], told.speckle_share);
+    let ratios = [
+        told.rms_error_over_mean.unwrap() / rms,
+        told.median_relative_error.unwrap() / median,
+    ];
+    println!(
+        "told over two seeds: RMS {:.3}, median {:.3}; speckles {:?} {speckles}",
+        ratios[0], ratios[1], told.speckle_share
+    );
     // One pixel in 64 is rendered twice: some 1700 values, alike in neighbours.
     assert!(ratios.iter().all(|r| (0.8..1.25).contains(r)), "{ratios:?}");
     assert!((told.speckle_share.unwrap() - speckles).abs() < 0.02);
@@ -86,7 +107,8 @@ fn the_cameras_curve_gives_the_depth_of_the_traced_disparity_to_a_thousandth() {
     dataset(folder.path(), "data", &text, &[]);
     for sample in 0..2 {
         let place = folder.path().join(format!("data/samples/{sample:06}"));
-        let camera: CameraDescription = parse(&fs::read(place.join("camera.json")).unwrap()).unwrap();
+        let camera: CameraDescription =
+            parse(&fs::read(place.join("camera.json")).unwrap()).unwrap();
         let curve = DisparityCurves::of_channel(&camera.disparity.left_right, "G").unwrap();
         assert!(curve.fit_error_px < 0.01, "{}", curve.fit_error_px);
         let maps = read_layers(&place.join("disparity.exr")).unwrap();
@@ -107,7 +129,10 @@ fn the_cameras_curve_gives_the_depth_of_the_traced_disparity_to_a_thousandth() {
                 let told = c0 + c1 * t + c2 * t * t;
                 // As a part of t, by the curve's slope.
                 let error = (shift - told) / (c1 * t);
-                assert!(error.abs() < 1e-3, "{sample} ({x}, {y}): {shift} {told} {error}");
+                assert!(
+                    error.abs() < 1e-3,
+                    "{sample} ({x}, {y}): {shift} {told} {error}"
+                );
             }
         }
     }
