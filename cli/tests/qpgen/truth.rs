@@ -21,7 +21,8 @@ fn no_layout_of_sub_pixels_clips_the_mosaic() {
             SMALL,
             &[
                 ("sensor.subpixels", &quoted),
-                ("readout.photons_um2", "3000"),
+                ("readout.photons_um2", "1000"),
+                ("exposure_ev", "-1"),
             ],
         );
         let made = dataset(folder.path(), layout, &text, &[]);
