@@ -115,8 +115,8 @@ pub struct DisparityRatio {
 ///
 ///     disparity = c₀ + c₁ t + c₂ t²    px,
 ///
-/// the coefficients at the nodes of a regular grid that spans the window, bilinear between them. A half is the sum of its
-/// sub-pixels' pictures.
+/// the coefficients at the nodes of a regular grid that spans the window, bilinear between them. A half's is the mean over its
+/// sub-pixels.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DisparityCurves {

@@ -1,7 +1,7 @@
 //! Disparity of a camera against distance, over its window: lens, aberrations and response, without a scene.
 //!
-//! Of two opposite groups of sub-pixels A and B (left and right, top and bottom), as their pictures add, the traced
-//! disparity of a point at depth Z that the sum shows at a place p is a ratio of polynomials in 1/Z (see
+//! The disparity of two opposite groups of sub-pixels (left and right, top and bottom) is the difference of the means of
+//! their traced shifts. For a point at depth Z that the sum shows at a place p it is a ratio of polynomials in 1/Z (see
 //! [`super::truth::DisparityField`]). With t = 1/(Z + e), e the entrance pupil's distance behind the first vertex, it is
 //! nearly a straight line, bent a little by the aberrations of the pupils, so
 //!

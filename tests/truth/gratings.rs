@@ -102,6 +102,9 @@ fn a_coarse_grating_is_matched_where_the_centroids_are_and_a_fine_one_is_not() {
         assert!(coarsest.abs() < 0.02 * told, "{coc_px}: {differences:?}");
         assert!(coarse > 2.0 * coarsest.abs(), "{coc_px}: {differences:?}");
         // Beyond the blur's first zero a grating shows nothing that could be matched.
-        assert!(coc_px > 5.0 || finest > 0.1 * told, "{coc_px}: {differences:?}");
+        assert!(
+            coc_px > 5.0 || finest > 0.1 * told,
+            "{coc_px}: {differences:?}"
+        );
     }
 }

@@ -119,17 +119,16 @@ impl DisparityField {
         sight.jacobian(inverse).inverse() * beside
     }
 
-    /// What a group of sub-pixels shows together of a point at `depth_mm` (+∞ allowed) that the sum shows at `xy_mm`:
-    /// its light per solid angle there (sr) and its (ΔX, ΔY) from the sum, px; weighted as their pictures add. NaN where
-    /// one of them is dark.
+    /// Of a group of sub-pixels, for a point at `depth_mm` (+∞ allowed) that the sum shows at `xy_mm`: what they get of a
+    /// white wall together, sr, and the mean of their (ΔX, ΔY) from the sum, px. NaN where one of them is dark.
     pub fn group_px(&self, xy_mm: DVec2, depth_mm: f64, members: &[usize]) -> (f64, DVec2) {
         let sight = self.sight.at(xy_mm);
         let mut shifts = vec![DVec2::ZERO; self.subpixels()];
         traced(&sight, depth_mm, &mut shifts);
         let weights: Vec<f64> = sight.weights_sr().collect();
         let light: f64 = members.iter().map(|&s| weights[s]).sum();
-        let sum: DVec2 = members.iter().map(|&s| weights[s] * shifts[s]).sum();
-        (light, sum / light)
+        let sum: DVec2 = members.iter().map(|&s| shifts[s]).sum();
+        (light, sum / members.len() as f64)
     }
 
     /// Both for every pixel of the camera's window, at the depths of a W × H × 1 map in mm (NaN: not valid).

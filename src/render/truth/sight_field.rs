@@ -1,7 +1,7 @@
 //! What the pixels of a window see and get, in one channel: centroids of the bundle of each sub-pixel, over the sensor.
 //!
 //! Bundles are traced at few nodes with many rays each, as their centroids change slowly and their errors do not: those of
-//! 16384 rays through a pupil with a hard edge are a thousandth. Between the nodes the centroids are cubic, and the
+//! 8192 rays through a pupil with a hard edge are a thousandth; the edges of ideal boxes ask for more. Between the nodes the centroids are cubic, and the
 //! Jacobian ∂q̄/∂p is the cubic's slope.
 
 use glam::{DMat2, DVec2};
@@ -11,10 +11,12 @@ use super::bundle::centroids;
 use super::disparity::SightLine;
 use crate::field::{CubicGrid, FieldGrid};
 use crate::render::Camera;
+use crate::response::ResponseLookup;
 use crate::sampling::SobolSet;
 
-/// Rays of a bundle.
-const RAYS: usize = 16384;
+/// Rays of a bundle, for a response that is smooth and for one of boxes.
+const RAYS: usize = 8192;
+const RAYS_OF_BOXES: usize = 16384;
 
 /// Components of a node: the sum's q₀ (2) and q₁ (2), then per sub-pixel q₀, q₁, slope (each relative to the sum's) and
 /// weight: 7. After refinement J₀ (4) and J₁ (4) stand in front of them.
@@ -42,7 +44,8 @@ impl SightField {
         let components = SUM + PER_SUBPIXEL * subpixels;
         let few = [sensor.width(), sensor.height()].map(CubicGrid::nodes_for);
         let few = (few[0], few[1]);
-        let samples = SobolSet::new(RAYS);
+        let is_ideal = matches!(camera.response(), ResponseLookup::Geometric(_));
+        let samples = SobolSet::new(if is_ideal { RAYS_OF_BOXES } else { RAYS });
         let data = (0..few.0 * few.1)
             .into_par_iter()
             .flat_map_iter(|k| {
