@@ -201,7 +201,7 @@ pub struct Channel {
     pub band: Option<ChannelBand>,
 }
 
-/// The paraxial pinhole of a channel: with d = Z + `pinhole_behind_vertex_m` and d_f that of the focus, its circle of confusion
+/// The paraxial pinhole of a channel, on the plane where the depth in focus is imaged: with d = Z + `pinhole_behind_vertex_m` and d_f that of the focus, its circle of confusion
 /// is fx · A · (1/d_f − 1/d) px (SPEC.md, "Circle of confusion").
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -241,7 +241,8 @@ pub struct Exposure {
 }
 
 /// The pinhole camera that the lens paraxially is: a point at (X, Y, Z) m in the camera frame of SPEC.md, Z its depth,
-/// falls on column cx + fx X / d and row cy − fy Y / d with d = Z + `pinhole_behind_vertex_m`.
+/// falls on column cx + fx X / d and row cy − fy Y / d with d = Z + `pinhole_behind_vertex_m`. It is that of the sensor
+/// where it stands; the circle of confusion has a focal length of its own ([`ChannelOptics`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Intrinsics {

@@ -6,7 +6,8 @@ use clap::{Args, ValueEnum};
 
 use quadpixel_algorithms::load;
 use quadpixel_algorithms::metrics::sharpness::{
-    Eigenvalues, Energy, GradientKernel, Mean, Plane, Sharpness, SharpnessSettings, sharpness,
+    Eigenvalues, Energy, GradientKernel, Mean, Plane, Samples, Sharpness, SharpnessSettings,
+    sharpness,
 };
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::progress::Progress;
@@ -26,6 +27,9 @@ pub struct SharpnessArgs {
     /// Wee: mean that is taken away.
     #[arg(long, value_enum)]
     mean: Option<MeanArg>,
+    /// Wee: N of the covariance g gᵀ/(N − 1), which matters for pictures that are not square (the paper's are); absent: columns.
+    #[arg(long, value_enum)]
+    samples: Option<SamplesArg>,
     /// Wee: number of eigenvalues, from the largest down; 0: all.
     #[arg(long)]
     k: Option<usize>,
@@ -60,6 +64,14 @@ enum MeanArg {
     Image,
     /// Of each column.
     Column,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum SamplesArg {
+    /// The picture's width.
+    Columns,
+    /// The picture's height.
+    Rows,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -134,6 +146,11 @@ fn settings(args: &SharpnessArgs) -> Result<SharpnessSettings, CommandError> {
     match args.mean {
         Some(MeanArg::Image) => settings.wee_mean = Mean::Image,
         Some(MeanArg::Column) => settings.wee_mean = Mean::Column,
+        None => {}
+    }
+    match args.samples {
+        Some(SamplesArg::Columns) => settings.wee_samples = Samples::Columns,
+        Some(SamplesArg::Rows) => settings.wee_samples = Samples::Rows,
         None => {}
     }
     match args.k {

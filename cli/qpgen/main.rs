@@ -155,7 +155,7 @@ fn run(cli: Cli, log: Log) -> Result<(), CommandError> {
         Command::Study(args) => study::run(&args, log),
         Command::Validate(args) => validate::run(&args, log),
         Command::Accuracy(args) => accuracy::run(&args, log),
-        Command::Lens(args) => lens::run(args),
+        Command::Lens(args) => lens::run(args, log),
         Command::Check(args) => check::run(&args, log),
         Command::Export(args) => export::run(&args),
     }

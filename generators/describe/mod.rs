@@ -258,7 +258,8 @@ fn intrinsics(camera: &Camera) -> spec::Intrinsics {
         .copied()
         .unwrap_or_else(|| unreachable!("a camera with a lens"));
     let sensor = camera.sensor();
-    let focal_px = colours::focal_mm(camera, &p) / sensor.pitch_mm();
+    let pupil_distance_mm = camera.sensor_z_mm() - p.exit_pupil_z_mm;
+    let focal_px = colours::focal_mm(pupil_distance_mm, &p) / sensor.pitch_mm();
     let axis = DVec2::new((sensor.width() - 1) as f64, (sensor.height() - 1) as f64) * 0.5
         - sensor.centre_mm() / sensor.pitch_mm();
     spec::Intrinsics {
@@ -269,7 +270,7 @@ fn intrinsics(camera: &Camera) -> spec::Intrinsics {
         pinhole_behind_vertex_m: p.entrance_pupil_z_mm * M_PER_MM,
         entrance_pupil_diameter_m: 2.0 * p.entrance_pupil_semi_mm * M_PER_MM,
         exit_pupil: spec::ExitPupil {
-            distance_mm: camera.sensor_z_mm() - p.exit_pupil_z_mm,
+            distance_mm: pupil_distance_mm,
             diameter_mm: 2.0 * p.exit_pupil_semi_mm,
         },
     }

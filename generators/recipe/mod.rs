@@ -4,6 +4,7 @@
 
 mod error;
 pub mod response;
+mod short;
 pub(crate) mod stored_response;
 pub mod table_choice;
 
@@ -66,8 +67,13 @@ pub struct Recipe {
     /// Below which `"auto"` leaves an effect out.
     #[serde(default, skip_serializing_if = "Tolerance::is_default")]
     pub tolerance: Tolerance,
-    /// The sensor's electronics: a noisy capture beside the clean one; absent: none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// The sensor's electronics: a noisy capture beside the clean one; absent: none. Its fields that are absent have the
+    /// defaults of datasets.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "short::readout"
+    )]
     pub readout: Option<ReadoutSettings>,
 }
 
@@ -75,6 +81,14 @@ impl Recipe {
     /// Rays that it asks for, all channels.
     pub fn rays(&self) -> u64 {
         3 * self.sensor.width as u64 * self.sensor.height as u64 * self.render.rays_per_pixel as u64
+    }
+
+    /// With what a file may leave to the other fields.
+    fn completed(mut self) -> Self {
+        if let Some(readout) = &mut self.readout {
+            short::complete(readout, self.sensor.pitch_um, self.sensor.subpixels);
+        }
+        self
     }
 
     /// Wavelengths of the rays and of the response.
@@ -188,7 +202,8 @@ pub enum WindowRecipe {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlaneRecipe {
-    /// What is printed on it.
+    /// What is printed on it; in a file also the name of its kind, or the path of an image.
+    #[serde(deserialize_with = "short::chart")]
     pub chart: ChartSpec,
     /// Seed of the chart.
     #[serde(default)]
@@ -264,10 +279,12 @@ pub enum ExtentRecipe {
 /// # Errors
 /// No recipe: names the place.
 pub fn parse_recipe(text: &str, name: &str) -> Result<Recipe, RecipeError> {
-    toml::from_str(text).map_err(|cause| RecipeError::Toml {
-        name: name.to_owned(),
-        cause: Box::new(cause),
-    })
+    toml::from_str(text)
+        .map(Recipe::completed)
+        .map_err(|cause| RecipeError::Toml {
+            name: name.to_owned(),
+            cause: Box::new(cause),
+        })
 }
 
 /// Reads a recipe: TOML, or the `scene.parameters` of a sample's `meta.json`.
@@ -286,7 +303,9 @@ pub fn read_recipe(path: &Path) -> Result<Recipe, RecipeError> {
             let parameters = meta.pointer("/scene/parameters").unwrap_or(&meta).clone();
             serde_json::from_value(parameters)
         };
-        return read().map_err(|cause| RecipeError::Json { name, cause });
+        return read()
+            .map(Recipe::completed)
+            .map_err(|cause| RecipeError::Json { name, cause });
     }
     parse_recipe(&text, &name)
 }

@@ -106,6 +106,9 @@ pub fn prepare(
         let (scene, warnings) = assemble::scene_and_warnings(recipe, framing)?;
         Ok::<_, RecipeError>((camera, scene, warnings))
     })?;
+    for warning in &assemble::lens(&recipe.lens)?.prescription().warnings {
+        responses.warn(warning.clone());
+    }
     let beyond = camera.chief_rays_beyond();
     if beyond > 0.0 {
         responses.warn(format!(

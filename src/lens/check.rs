@@ -1,18 +1,34 @@
 //! What a prescription must meet so that the lens can exist.
 //!
 //! Between each surface i and the next one j, at every radius r within both clear apertures, there must be room:
-//! t + sag_j(r) − sag_i(r) ≥ 0. Stop and dummy planes are passed through by neighbours (a phone lens's stop stands
+//! t + sag_j(r) − sag_i(r) ≥ 0. Where there is none at the rims alone, a file's lens is trimmed to where there is. Stop and dummy planes are passed through by neighbours (a phone lens's stop stands
 //! behind the first vertex), so they are left out and the surfaces on both sides of them are compared.
 
 use super::error::LensError;
 use super::prescription::Prescription;
-use super::system::{OpticalSurface, SurfaceKind};
+use super::system::SurfaceKind;
 use crate::units::D_LINE_NM;
 
 /// Two surfaces count as crossing where they overlap by more than this, mm: rounding of printed radii and thicknesses.
 const OVERLAP_TOLERANCE_MM: f64 = 1e-6;
 /// Radii, in equal steps over the common clear aperture, at which the gap between two surfaces is looked at.
 const GAP_SAMPLES: usize = 64;
+/// Surfaces that overlap only beyond this part of their common clear aperture overlap at their rims.
+const RIM_FROM: f64 = 0.8;
+/// Halvings that find where a rim begins.
+const RIM_HALVINGS: usize = 40;
+
+/// Where a surface and the next one, or the image plane, overlap.
+struct Overlap {
+    surface: usize,
+    /// `None`: the image plane.
+    next: Option<usize>,
+    /// Of the gaps looked at, the last with room in front of the first without, as parts of `common_mm`.
+    radii: [f64; 2],
+    /// The smaller semi-aperture.
+    common_mm: f64,
+    depth_mm: f64,
+}
 
 impl Prescription {
     /// Checks that the lens can exist.
@@ -20,6 +36,28 @@ impl Prescription {
     /// # Errors
     /// [`LensError::Value`] naming the first field that holds what no lens can have.
     pub fn check(&self) -> Result<(), LensError> {
+        self.check_surfaces()?;
+        self.check_overlap()
+    }
+
+    /// As read from a file: rims that overlap are trimmed with a warning, and the rest is checked.
+    ///
+    /// # Errors
+    /// Those of [`Self::check`].
+    pub(super) fn checked(mut self) -> Result<Self, LensError> {
+        self.check_surfaces()?;
+        // A surface has two neighbours, and each may be found wanting again after the other's trimming.
+        for _ in 0..4 * self.surfaces.len() {
+            match self.overlap() {
+                Some(overlap) if self.trim(&overlap) => {}
+                _ => break,
+            }
+        }
+        self.check_overlap()?;
+        Ok(self)
+    }
+
+    fn check_surfaces(&self) -> Result<(), LensError> {
         if self.surfaces.is_empty() {
             return Err(self.refuse("surfaces", "[]", "a list of at least one surface"));
         }
@@ -42,8 +80,7 @@ impl Prescription {
         if self.elements().is_empty() {
             return Err(self.refuse("surfaces[..].nd", "null", "given for at least one surface"));
         }
-        self.check_fold()?;
-        self.check_overlap()
+        self.check_fold()
     }
 
     fn check_fold(&self) -> Result<(), LensError> {
@@ -106,37 +143,86 @@ impl Prescription {
         Ok(())
     }
 
-    /// Looks at the gap t + sag_j(r) − sag_i(r) between each surface i and the next one j, stop and dummy planes left
-    /// out, and between the last surface and the image plane.
     fn check_overlap(&self) -> Result<(), LensError> {
+        let Some(overlap) = self.overlap() else {
+            return Ok(());
+        };
+        let i = overlap.surface;
+        let neighbour = match overlap.next {
+            None => "the image plane".into(),
+            Some(j) => format!("surface {j}"),
+        };
+        let (depth_mm, r) = (overlap.depth_mm, overlap.radii[1] * overlap.common_mm);
+        Err(self.refuse(
+            format!("surfaces[{i}].thickness_mm"),
+            self.surfaces[i].thickness_mm,
+            format!("larger: surface {i} and {neighbour} overlap by {depth_mm:.6} mm at radius {r:.4} mm"),
+        ))
+    }
+
+    /// Room at a radius between surface `i` and the next one, or the image plane, mm.
+    fn gap_mm(&self, i: usize, next: Option<usize>, radius_mm: f64) -> f64 {
         let z = self.vertices_z_mm();
-        let optics: Vec<OpticalSurface> = (0..self.surfaces.len())
-            .map(|i| self.surface_at(i, z[i], D_LINE_NM))
-            .collect();
-        let solid: Vec<usize> = (0..optics.len())
-            .filter(|&i| optics[i].kind != SurfaceKind::Stop)
-            .collect();
-        for (k, &i) in solid.iter().enumerate() {
+        let surface = |i: usize| {
+            let optics = self.surface_at(i, z[i], D_LINE_NM);
+            z[i] + optics.sag_mm(radius_mm * radius_mm).unwrap_or(0.0)
+        };
+        next.map_or(z[self.surfaces.len()], surface) - surface(i)
+    }
+
+    /// The first place where there is no room, stop and dummy planes left out.
+    fn overlap(&self) -> Option<Overlap> {
+        let is_solid = |&i: &usize| self.surface_at(i, 0.0, D_LINE_NM).kind != SurfaceKind::Stop;
+        let solid: Vec<usize> = (0..self.surfaces.len()).filter(is_solid).collect();
+        for (k, &surface) in solid.iter().enumerate() {
             let next = solid.get(k + 1).copied();
-            let z_next = next.map_or(z[optics.len()], |j| z[j]);
-            let common = next.map_or(f64::INFINITY, |j| optics[j].aperture.semi_mm);
-            let radius = common.min(optics[i].aperture.semi_mm);
+            let semi_mm = |i: usize| self.surfaces[i].semi_aperture_mm;
+            let common_mm = next.map_or(f64::INFINITY, semi_mm).min(semi_mm(surface));
+            let part = |sample: usize| sample as f64 / GAP_SAMPLES as f64;
             for sample in 0..=GAP_SAMPLES {
-                let r = radius * sample as f64 / GAP_SAMPLES as f64;
-                let sag = |j: usize| optics[j].sag_mm(r * r).unwrap_or(0.0);
-                let gap = z_next + next.map_or(0.0, sag) - z[i] - sag(i);
-                if gap < -OVERLAP_TOLERANCE_MM {
-                    let neighbour =
-                        next.map_or("the image plane".into(), |j| format!("surface {j}"));
-                    let field = format!("surfaces[{i}].thickness_mm");
-                    return Err(self.refuse(
-                        field,
-                        self.surfaces[i].thickness_mm,
-                        format!("larger: surface {i} and {neighbour} overlap by {:.6} mm at radius {r:.4} mm", -gap),
-                    ));
+                let depth_mm = -self.gap_mm(surface, next, common_mm * part(sample));
+                if depth_mm > OVERLAP_TOLERANCE_MM {
+                    return Some(Overlap {
+                        surface,
+                        next,
+                        radii: [sample.saturating_sub(1), sample].map(part),
+                        common_mm,
+                        depth_mm,
+                    });
                 }
             }
         }
-        Ok(())
+        None
+    }
+
+    /// Trims two surfaces to where their rims touch, unless that is far inside or one of them is the stop.
+    fn trim(&mut self, overlap: &Overlap) -> bool {
+        let (i, Some(j)) = (overlap.surface, overlap.next) else {
+            return false;
+        };
+        let [mut clear, mut crossed] = overlap.radii;
+        if clear < RIM_FROM || self.surfaces[i].is_stop || self.surfaces[j].is_stop {
+            return false;
+        }
+        for _ in 0..RIM_HALVINGS {
+            let middle = 0.5 * (clear + crossed);
+            if self.gap_mm(i, Some(j), middle * overlap.common_mm) >= 0.0 {
+                clear = middle;
+            } else {
+                crossed = middle;
+            }
+        }
+        let trimmed_mm = clear * overlap.common_mm;
+        let [first_mm, second_mm] = [i, j].map(|k| self.surfaces[k].semi_aperture_mm);
+        self.warnings.push(format!(
+            "{}: surfaces[{i}] and surfaces[{j}] overlap beyond a radius of {trimmed_mm:.4} mm: their semi_aperture_mm \
+             ({first_mm} and {second_mm}) are trimmed to it",
+            self.file
+        ));
+        for k in [i, j] {
+            let semi_mm = &mut self.surfaces[k].semi_aperture_mm;
+            *semi_mm = semi_mm.min(trimmed_mm);
+        }
+        true
     }
 }

@@ -108,6 +108,7 @@ mod tests {
             fold: None,
             stated: Stated::default(),
             verification: Verification::default(),
+            warnings: Vec::new(),
         }
     }
 

@@ -117,7 +117,7 @@ impl Prescription {
                 stop.semi_aperture_mm = stop.semi_aperture_mm.min(semi);
             }
         }
-        let prescription = Prescription {
+        Prescription {
             file: file.into(),
             name: parsed.name,
             source: parsed.source,
@@ -127,9 +127,9 @@ impl Prescription {
             fold: parsed.fold,
             stated: parsed.stated,
             verification: parsed.verification,
-        };
-        prescription.check()?;
-        Ok(prescription)
+            warnings: Vec::new(),
+        }
+        .checked()
     }
 }
 

@@ -3,7 +3,7 @@
 //! A list of surfaces in the order in which light meets them, each with the distance to the next one and the medium
 //! behind it; the last distance is that to the image plane for an object at infinity. A stop may stand behind the
 //! vertex of the glass that follows it (phone lenses), so a thickness next to the stop or to a dummy plane may be
-//! negative; glass may not overlap.
+//! negative; glass may not overlap (rims that do are trimmed when a file is read).
 
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -131,6 +131,8 @@ pub struct Prescription {
     pub stated: Stated,
     /// The figures an independent tracer found.
     pub verification: Verification,
+    /// What was changed when it was read, one sentence each: rims that overlapped.
+    pub warnings: Vec<String>,
 }
 
 impl Prescription {

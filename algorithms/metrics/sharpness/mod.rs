@@ -15,6 +15,7 @@
 //! E = Σf² or √Σf²,   g = f/E − mean(f/E),   S = g gᵀ/(N − 1),   Wee = Σ of the k largest λ(S) or λ(S)²
 //! ```
 //!
+//! The paper's pictures are square; of others N may also be taken for the rows ([`Samples`]).
 //! λ = σ²/(N − 1) from the singular values σ of g; S is never formed, which would halve the digits. Over all k the
 //! plain sum is the trace, Σ(f − mean)²/(E² (N − 1)).
 //!
@@ -26,7 +27,7 @@ mod error;
 mod settings;
 
 pub use error::SharpnessError;
-pub use settings::{Eigenvalues, Energy, GradientKernel, Mean, SharpnessSettings};
+pub use settings::{Eigenvalues, Energy, GradientKernel, Mean, Samples, SharpnessSettings};
 
 use faer::Mat;
 use quadpixel::image::Image;
@@ -40,7 +41,7 @@ pub struct Sharpness {
     pub de: f64,
     /// The count behind it.
     pub de_count: usize,
-    /// Wee's sum; 0 for a constant image and for one column.
+    /// Wee's sum; 0 for a constant image, and where N is 1.
     pub wee: f64,
     /// Mean gradient magnitude, in units of the scaled image a pixel; 0 for a constant image, and for Sobel on fewer
     /// than 3 rows or columns.
@@ -139,7 +140,11 @@ fn wee(plane: &Plane, settings: &SharpnessSettings) -> Result<f64, SharpnessErro
     let (width, height) = (plane.width, plane.height);
     // The largest value is taken out, so that no square overflows or vanishes.
     let largest = plane.data.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-    if largest == 0.0 || width < 2 {
+    let samples = match settings.wee_samples {
+        Samples::Columns => width,
+        Samples::Rows => height,
+    };
+    if largest == 0.0 || samples < 2 {
         return Ok(0.0);
     }
     let unit: Vec<f64> = plane.data.iter().map(|v| v / largest).collect();
@@ -162,7 +167,7 @@ fn wee(plane: &Plane, settings: &SharpnessSettings) -> Result<f64, SharpnessErro
     let eigenvalues = values
         .iter()
         .take(settings.wee_k.unwrap_or(usize::MAX))
-        .map(|s| (s * factor) * (s * factor) / (width as f64 - 1.0));
+        .map(|s| (s * factor) * (s * factor) / (samples as f64 - 1.0));
     Ok(match settings.wee_eigenvalues {
         Eigenvalues::Plain => eigenvalues.sum(),
         Eigenvalues::Squared => eigenvalues.map(|l| l * l).sum(),

@@ -34,6 +34,16 @@ pub enum Mean {
     Column,
 }
 
+/// The N of Wee's N − 1 where a picture is not square; of square ones it is the side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Samples {
+    /// Its columns: S is a mean over columns.
+    Columns,
+    /// Its rows.
+    Rows,
+}
+
 /// Derivative of the gradient measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -53,6 +63,8 @@ pub struct SharpnessSettings {
     pub wee_energy: Energy,
     /// Mean of Wee's image.
     pub wee_mean: Mean,
+    /// By what the covariance is divided.
+    pub wee_samples: Samples,
     /// Eigenvalues added, from the largest down; `None`: all.
     pub wee_k: Option<usize>,
     /// Whether they are squared.
@@ -70,6 +82,7 @@ impl SharpnessSettings {
             wee_scale: 255.0,
             wee_energy: Energy::Root,
             wee_mean: Mean::Image,
+            wee_samples: Samples::Columns,
             wee_k: Some(6),
             wee_eigenvalues: Eigenvalues::Plain,
             gradient_scale: 1.0,

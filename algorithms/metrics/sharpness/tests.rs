@@ -243,3 +243,20 @@ fn nan_infinity_and_settings_without_meaning_are_refused() {
         assert!(sharpness(&plane, &settings).is_err());
     }
 }
+
+#[test]
+fn wees_n_is_of_columns_or_of_rows() {
+    let by = |wee_samples, plane: &Plane| {
+        let settings = SharpnessSettings {
+            wee_samples,
+            ..SharpnessSettings::wee_abstract()
+        };
+        sharpness(plane, &settings).unwrap().wee
+    };
+    let wide = textured(21, 13, 1.0);
+    let ratio = by(Samples::Columns, &wide) / by(Samples::Rows, &wide);
+    assert!((ratio - 12.0 / 20.0).abs() < 1e-12, "{ratio}");
+    let square = textured(13, 13, 1.0);
+    assert_eq!(by(Samples::Columns, &square), by(Samples::Rows, &square));
+    assert_eq!(by(Samples::Rows, &textured(21, 1, 1.0)), 0.0);
+}

@@ -5,27 +5,49 @@ use quadpixel::lens::{Prescription, builtin_names};
 use serde_json::{Value, json};
 
 use quadpixel_cli::exit::CommandError;
+use quadpixel_cli::log::{Level, Log};
 
 /// Compares the lenses (all built-in ones when none is named) and prints the table.
-pub(super) fn run(names: &[String], json: bool) -> Result<(), CommandError> {
+///
+/// # Errors
+/// [`CommandError::Input`] for lenses that cannot be read, when the others have been compared; [`CommandError::Failed`]
+/// for one that differs from its own figures.
+pub(super) fn run(names: &[String], json: bool, log: Log) -> Result<(), CommandError> {
     let names: Vec<String> = if names.is_empty() {
         builtin_names().into_iter().map(String::from).collect()
     } else {
         names.to_vec()
     };
-    let mut lenses = Vec::new();
+    let (mut lenses, mut unread) = (Vec::new(), Vec::new());
     for name in names {
-        let figures = Prescription::named(&name).and_then(|p| compare(&p))?;
-        lenses.push((name, figures));
+        let compared = Prescription::named(&name).and_then(|p| {
+            super::warn(&p, log);
+            compare(&p)
+        });
+        match compared {
+            Ok(figures) => lenses.push((name, figures)),
+            Err(error) => unread.push((name, error.to_string())),
+        }
     }
     if json {
-        let all: Vec<Value> = lenses
+        let compared = lenses
             .iter()
-            .map(|(name, figures)| lens_json(name, figures))
-            .collect();
+            .map(|(name, figures)| lens_json(name, figures));
+        let unread = unread
+            .iter()
+            .map(|(name, error)| json!({ "lens": name, "error": error }));
+        let all: Vec<Value> = compared.chain(unread).collect();
         println!("{}", json!({ "lenses": all }));
     } else {
         print!("{}", markdown(&lenses));
+    }
+    if let Some((_, first)) = unread.split_first() {
+        // The last error is the command's own.
+        let texts: Vec<&str> = unread.iter().map(|(_, error)| error.as_str()).collect();
+        for text in &texts[..first.len()] {
+            log.line(Level::Error, text, &[]);
+        }
+        return Err(CommandError::input(texts[first.len()]));
     }
     let unexplained: usize = lenses
         .iter()

@@ -13,6 +13,7 @@ use quadpixel::lens::{SPOT_LINES_NM, rms_radius};
 use quadpixel::units::D_LINE_NM;
 
 use quadpixel_cli::exit::CommandError;
+use quadpixel_cli::log::{Level, Log};
 use quadpixel_laboratory::lens_drawing::{layout_svg, spots_svg};
 
 /// The five-element phone lens that the default dataset looks through.
@@ -77,7 +78,7 @@ enum LensCommand {
         output: Option<PathBuf>,
     },
     /// Compares lenses with the figures that their files state; prints a Markdown table.
-    /// Exit code 1 if a figure differs and the file gives no reason.
+    /// Exit code 1 if a figure differs and the file gives no reason, 2 if a lens cannot be read; the others are compared.
     ///
     /// Example: qpgen lens check
     #[command(verbatim_doc_comment)]
@@ -105,8 +106,10 @@ struct Which {
 }
 
 impl Which {
-    fn lens(&self) -> Result<Lens, CommandError> {
-        let mut lens = Lens::new(&Prescription::named(&self.name)?)?;
+    fn lens(&self, log: Log) -> Result<Lens, CommandError> {
+        let prescription = Prescription::named(&self.name)?;
+        warn(&prescription, log);
+        let mut lens = Lens::new(&prescription)?;
         if let Some(f_number) = self.f_number {
             lens = lens.with_f_number(f_number)?;
         }
@@ -123,16 +126,23 @@ impl Which {
     }
 }
 
+/// Says what was changed when a lens was read.
+fn warn(prescription: &Prescription, log: Log) {
+    for warning in &prescription.warnings {
+        log.line(Level::Warn, warning, &[]);
+    }
+}
+
 /// Runs `qpgen lens`; tables and JSON go to stdout.
 ///
 /// # Errors
 /// [`CommandError::Input`] for a lens that does not exist or cannot be, [`CommandError::Failed`] for a picture that
 /// cannot be written or a lens that differs from its own figures.
-pub fn run(args: LensArgs) -> Result<(), CommandError> {
+pub fn run(args: LensArgs, log: Log) -> Result<(), CommandError> {
     match args.command {
         LensCommand::List { json } => list(json),
         LensCommand::Info { lens, json } => {
-            let lens = lens.lens()?;
+            let lens = lens.lens(log)?;
             let fields = fields_deg(&lens, &TABLE_FIELDS)?;
             let info = info::Info::new(&lens, &fields)?;
             if json {
@@ -142,9 +152,9 @@ pub fn run(args: LensArgs) -> Result<(), CommandError> {
             }
             Ok(())
         }
-        LensCommand::Spots { lens, output, json } => spots(&lens, output, json),
+        LensCommand::Spots { lens, output, json } => spots(&lens, (output, json), log),
         LensCommand::Layout { lens, output } => {
-            let placed = lens.lens()?;
+            let placed = lens.lens(log)?;
             let fields = fields_deg(&placed, &SECTION_FIELDS)?;
             let picture = layout_svg(&placed, &fields)?;
             write(
@@ -152,7 +162,7 @@ pub fn run(args: LensArgs) -> Result<(), CommandError> {
                 &picture,
             )
         }
-        LensCommand::Check { names, json } => comparison::run(&names, json),
+        LensCommand::Check { names, json } => comparison::run(&names, json, log),
     }
 }
 
@@ -184,8 +194,12 @@ fn list(json: bool) -> Result<(), CommandError> {
     Ok(())
 }
 
-fn spots(which: &Which, output: Option<PathBuf>, json: bool) -> Result<(), CommandError> {
-    let lens = which.lens()?;
+fn spots(
+    which: &Which,
+    (output, json): (Option<PathBuf>, bool),
+    log: Log,
+) -> Result<(), CommandError> {
+    let lens = which.lens(log)?;
     let fields = fields_deg(&lens, &SPOT_FIELDS)?;
     if json {
         let spot = |angle: f64, line: f64| {

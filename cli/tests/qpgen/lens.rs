@@ -86,3 +86,88 @@ fn bad_lenses_end_with_2_and_unwritable_pictures_with_1() {
         );
     }
 }
+
+/// The default lens's file, changed.
+fn lens_file(path: &Path, change: impl FnOnce(&mut serde_json::Value)) {
+    let text = include_str!("../../../src/lens/library/wide_US20120327520A1_emb3.json");
+    let mut file = serde_json::from_str(text).unwrap();
+    change(&mut file);
+    std::fs::write(path, file.to_string()).unwrap();
+}
+
+#[test]
+fn check_goes_on_after_a_bad_lens_and_ends_with_2() {
+    let folder = tempfile::tempdir().unwrap();
+    lens_file(&folder.path().join("bad.json"), |file| {
+        file["surfaces"] = serde_json::json!([])
+    });
+    lens_file(&folder.path().join("good.json"), |_| {});
+    let names = ["bad.json", "good.json", "missing.zmx"];
+    let table = qpgen_in(folder.path(), &[&["check"], &names[..]].concat());
+    let (out, errors) = (
+        String::from_utf8_lossy(&table.stdout),
+        String::from_utf8_lossy(&table.stderr),
+    );
+    assert_eq!(table.status.code(), Some(2), "{errors}");
+    assert!(out.contains("| good.json | "), "{out}");
+    assert!(
+        errors.lines().count() == 2
+            && errors.contains("bad.json: surfaces is []")
+            && errors.contains("missing.zmx")
+    );
+    let json = qpgen_in(folder.path(), &[&["check", "--json"], &names[..]].concat());
+    assert_eq!(json.status.code(), Some(2));
+    let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    let lenses = json["lenses"].as_array().unwrap();
+    let kinds: Vec<bool> = lenses
+        .iter()
+        .map(|lens| lens["error"].is_string())
+        .collect();
+    assert_eq!(kinds, [false, true, true]);
+}
+
+#[test]
+fn a_rounded_stop_explains_an_f_number_that_it_makes() {
+    let folder = tempfile::tempdir().unwrap();
+    lens_file(&folder.path().join("rounded.json"), |file| {
+        // Of 0.79386 mm, which gives F/2.6637; 0.7939 mm gives F/2.66353.
+        file["surfaces"][0]["semi_aperture_mm"] = serde_json::json!(0.7939);
+        let verification = &mut file["verification"];
+        verification["stop_semi_aperture_mm"] = serde_json::json!(0.7939);
+        verification["computed_f_number"] = serde_json::json!(2.6637);
+        verification["epd_mm"] = serde_json::json!(1.5877);
+        verification["rms_spot_um"] = serde_json::json!([]);
+        file["stated"]["f_number"] = serde_json::json!(null);
+    });
+    let output = qpgen_in(folder.path(), &["check", "rounded.json"]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        output.status.success() && !text.contains("UNEXPLAINED"),
+        "{text}"
+    );
+    assert!(text.contains("2.6637 / 2.6635"), "{text}");
+}
+
+#[test]
+fn rims_that_overlap_are_trimmed_with_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    // Thinner glass between surfaces 1 and 2, whose rims then cross near their edge.
+    lens_file(&folder.path().join("thin.json"), |file| {
+        file["surfaces"][1]["thickness_mm"] = serde_json::json!(0.215);
+    });
+    let output = qpgen_in(folder.path(), &["info", "thin.json", "--json"]);
+    let warning = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{warning}");
+    assert!(
+        warning.contains(
+            "warning: thin.json: surfaces[1] and surfaces[2] overlap beyond a radius of 0.7"
+        ),
+        "{warning}"
+    );
+    let info: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let semi = |i: usize| info["surfaces"][i]["semi_aperture_mm"].as_f64().unwrap();
+    assert!(
+        semi(1) == semi(2) && (0.65..0.824).contains(&semi(1)),
+        "{warning}"
+    );
+}

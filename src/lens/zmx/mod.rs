@@ -91,8 +91,9 @@ impl Prescription {
             fold: None,
             stated: Stated::default(),
             verification: Verification::default(),
-        };
-        prescription.check()?;
+            warnings: Vec::new(),
+        }
+        .checked()?;
         match header.aperture {
             Some(aperture) => with_stop_for(prescription, aperture),
             None => Ok(prescription),

@@ -87,8 +87,13 @@ impl Defocus {
         (beyond_focus > 0.0 && depth > 0.0).then_some(depth)
     }
 
+    /// From the exit pupil to z_s, mm.
+    pub fn pupil_distance_mm(&self) -> f64 {
+        self.sensor_z_mm - self.pupil_z_mm
+    }
+
     /// Slope that the exit pupil's diameter spans, seen from the sensor: diameter over distance.
     pub fn pupil_slope(&self) -> f64 {
-        2.0 * self.pupil_semi_mm / (self.sensor_z_mm - self.pupil_z_mm)
+        2.0 * self.pupil_semi_mm / self.pupil_distance_mm()
     }
 }
