@@ -5,7 +5,7 @@
 //! **centroid**: the line of the mean of what the sum of the sub-pixels sees at each depth ([`SightLine`]), so that the
 //! maps and the target stand where the sum stands, coma and clipped pupils included. The target is the mean radiance over
 //! the rays of sight of 16 places in the pixel: a picture without blur of the same geometry (distortion included). By
-//! the centroid each of its channels stands where that channel of the sum does.
+//! the centroid each of its channels stands where that channel of the sum does, in a world all where green does.
 
 use std::ops::Range;
 
@@ -176,12 +176,16 @@ impl SightRays {
             .for_each(|(row, out)| {
                 let n = width * TARGET_PLACES;
                 let mut radiance = [0; 3].map(|_| vec![0.0; n]);
-                for channels in self.channels_of_a_ray() {
+                for channels in self.channels_of_a_ray(scene) {
                     let places = (0..width).flat_map(|c| {
                         let column = c as f64;
                         target_offsets().map(move |[dx, dy]| (column + dx, row as f64 + dy))
                     });
-                    let batch = self.rays(camera, channels.start, places);
+                    let channel = match channels.len() {
+                        1 => channels.start,
+                        _ => ChannelWavelengths::REFERENCE,
+                    };
+                    let batch = self.rays(camera, channel, places);
                     let mut hits = met(scene, &batch);
                     for path in 0..paths {
                         let key = PathKey {
@@ -212,10 +216,13 @@ impl SightRays {
         target
     }
 
-    /// Channels that share a ray of sight.
-    fn channels_of_a_ray(&self) -> Vec<Range<usize>> {
+    /// Channels that share a ray of sight. In a world each ray begins paths, whose noise would be one of colour if the
+    /// channels had rays of their own, and which take long: there all channels have green's.
+    fn channels_of_a_ray(&self, scene: &Scene) -> Vec<Range<usize>> {
         match &self.by {
-            By::Centroid(fields) if fields.len() == 3 => (0..3).map(|c| c..c + 1).collect(),
+            By::Centroid(fields) if fields.len() == 3 && scene.world().is_none() => {
+                (0..3).map(|c| c..c + 1).collect()
+            }
             _ => vec![0..3],
         }
     }
