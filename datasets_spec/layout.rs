@@ -40,8 +40,6 @@ impl FileKind {
 /// Files that not every sample has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Optional {
-    /// The map of ray distance.
-    pub distance: bool,
     /// Shifts of the colour channels.
     pub channels_differ: bool,
     /// Objects and normals of a world of meshes.
@@ -97,6 +95,7 @@ pub fn sample_files(
         (K::Views, size, layers(&with_sum, &colours), half),
         (K::Target, size, layers_of_none(&colours), half),
         (K::Depth, size, layers_of_none(&["Z"]), float),
+        (K::Distance, size, layers_of_none(&["distance"]), float),
         (K::Disparity, size, layers(&names, &truth), float),
         (K::Coc, size, layers_of_none(&["coc"]), float),
         (K::Shifts, size, shifts, half),
@@ -104,9 +103,6 @@ pub fn sample_files(
         (K::Valid, size, layers_of_none(&["Y"]), byte),
         (K::Preview, preview, layers_of_none(&sheet), byte),
     ];
-    if optional.distance {
-        rows.push((K::Distance, size, layers_of_none(&["distance"]), float));
-    }
     if optional.world {
         rows.push((K::Objects, size, layers_of_none(&["Y"]), Storage::Uint16));
         rows.push((K::Normal, size, layers_of_none(&["X", "Y", "Z"]), float));

@@ -277,9 +277,7 @@ fn check_list(meta: &SampleMeta, path: &str, report: &mut Report) -> bool {
             .find(|file: &&SampleFile| file.kind == kind)
     };
     let sheet = has(FileKind::Preview).map_or([0, 0], |file| [file.width, file.height]);
-    let distance = has(FileKind::Distance).is_some();
     let optional = Optional {
-        distance,
         channels_differ: meta.truth.channels_differ,
         world: has(FileKind::Objects).is_some() || has(FileKind::Normal).is_some(),
         noisy: meta.noise.readout().is_some(),

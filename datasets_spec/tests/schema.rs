@@ -6,7 +6,8 @@
 use std::path::Path;
 
 use quadpixel_datasets::{
-    CameraDescription, DatasetManifest, SampleMeta, camera_schema, dataset_schema, sample_schema,
+    CameraDescription, DatasetManifest, FileKind, Optional, SampleMeta, camera_schema,
+    dataset_schema, sample_files, sample_schema,
 };
 use serde_json::{Value, json};
 
@@ -91,4 +92,14 @@ fn schema_and_reader_refuse_the_same_faults() {
     missing.as_object_mut().unwrap().remove("seed");
     assert!(!validator.is_valid(&missing));
     assert!(serde_json::from_value::<SampleMeta>(missing).is_err());
+}
+
+#[test]
+fn every_sample_has_the_map_of_distance() {
+    let meta: SampleMeta =
+        serde_json::from_str(include_str!("../schema/meta.example.json")).unwrap();
+    let (raw, optional) = (meta.raw.format, Optional::default());
+    let files = sample_files(&meta.sensor, &meta.channels, raw, optional, [1, 1]);
+    let has = |kind| files.iter().any(|file| file.kind == kind);
+    assert!(has(FileKind::Depth) && has(FileKind::Distance) && !has(FileKind::Noisy));
 }

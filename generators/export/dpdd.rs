@@ -12,8 +12,8 @@ use super::source::Sample;
 use super::written::{Exported, put_png};
 
 pub(super) const CONVENTIONS: &str = "NAME.png is 16-bit sRGB (code / 65535). c/source: the sum of all sub-pixels; l, r: the left and the right \
-half of the pupil as the photographer sees it, times 2, so that c = (l + r) / 2 in linear light; target: all in focus, the same in c, l and r. \
-Pairs by sorted order.";
+half of the pupil as the photographer sees it, times 2, so that c = (l + r) / 2 in linear light; target: all in focus, the same in c, l and r, \
+registered to c. Pairs by sorted order.";
 
 const FOLDERS: [(&str, Side); 3] = [("c", Side::All), ("l", Side::Left), ("r", Side::Right)];
 

@@ -22,6 +22,14 @@ pub use error::ExportError;
 use source::{Sample, Source};
 pub use written::Exported;
 
+/// What disparities are the distance of.
+const KIND: &str = "centroid";
+
+/// What `export.json` says of every layout's truth.
+const TRUTH: &str = "Truth: by `registration` in `truth`, maps and target stand where the sum of all sub-pixels shows a point (`centroid`; \
+each channel of the target where that channel of the sum does), or on the chief ray (`chief-ray`), up to 0.5 px beside it. Disparity is that \
+of `channel` (G: green) and the distance of centroids (`kind`); red and blue have their own, as shifts.exr of the dataset says.";
+
 /// What is written.
 #[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,6 +127,19 @@ fn write(
             webdataset::CONVENTIONS,
         ),
     };
+    let truth = match source.entries().first() {
+        None => serde_json::Value::Null,
+        Some(entry) => {
+            // All samples of a dataset are of one configuration.
+            let truth = source.sample(entry)?.meta.truth;
+            serde_json::json!({
+                "registration": truth.registration,
+                "channel": truth.channel,
+                "channels_differ": truth.channels_differ,
+                "kind": KIND,
+            })
+        }
+    };
     let index = serde_json::json!({
         "layout": settings.layout.name(),
         "dataset_blake3": source.hash(),
@@ -126,7 +147,8 @@ fn write(
         "samples": written.samples,
         "clipped": written.clipped,
         "licence": source.licence(),
-        "conventions": conventions,
+        "truth": truth,
+        "conventions": format!("{conventions} {TRUTH}"),
     });
     let text = format!("{index:#}\n");
     file::write_aside(&root.join("export.json"), text.as_bytes())?;

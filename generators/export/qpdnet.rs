@@ -17,7 +17,7 @@ use super::source::Sample;
 use super::written::{Exported, put, put_png};
 
 pub(super) const CONVENTIONS: &str = "NAME.png is 8-bit sRGB. c/source: the sum of all sub-pixels; l, r, t, b: the left, right, upper and lower half \
-of the pupil, times 2; c/target: all in focus; c/target_disp/NAME.npy: float32, rows x columns, x_L - x_R in px at the place in c, positive for \
+of the pupil, times 2; c/target: all in focus; c/target_disp/NAME.npy: float32, rows x columns, x_L - x_R of the green channel of l and r, in px at the place in c, positive for \
 points nearer than the focus, 1024 where there is no truth (the loader trains below 512). flow = -disp is the way from l to r. seq_NNN: one scene.";
 
 /// What the loader leaves out.

@@ -16,8 +16,8 @@ use super::written::Exported;
 use crate::observer::{Event, Observer};
 
 pub(super) const CONVENTIONS: &str = "SET-NNNNNN.tar: members KEY.EXT, KEY the sample's name, EXT the file's name in the dataset (views.exr, depth.exr, \
-meta.json ...), those of one sample side by side; SET.json: wids index, with the BLAKE3 hash of each shard. Units and signs as in the \
-dataset's SPEC.md.";
+meta.json ...), those of one sample side by side; SET.json: wids index, with the BLAKE3 hash of each shard. Units, signs and what each \
+map is the truth of as in the dataset's SPEC.md and each meta.json.";
 
 /// Bytes of a member's header, and what its content is filled up to.
 const BLOCK: u64 = 512;

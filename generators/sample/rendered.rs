@@ -137,7 +137,7 @@ impl Sample {
             raw_encoding: RawEncoding::Png(Levels::full_range(self.raw_white)),
             target: &self.target,
             depth_m: &maps.depth_m,
-            distance_m: Some(&maps.distance_m),
+            distance_m: &maps.distance_m,
             traced_px: &self.disparity.traced,
             paraxial_px: &self.disparity.paraxial,
             coc_px: &maps.coc_px,

@@ -50,7 +50,6 @@ pub(super) fn encode(
         &given.channels,
         format,
         Optional {
-            distance: sample.distance_m.is_some(),
             channels_differ: sample.channel_shifts_px.is_some(),
             world: sample.seen.is_some(),
             noisy: given.noise.readout().is_some(),
@@ -175,13 +174,7 @@ impl Pictures<'_> {
             (FileKind::Shading, _) => half(&self.layers(noisy()?.shading)),
             (FileKind::Target, _) => half(&[layer("", self.colours, sample.target, Sample::Half)]),
             (FileKind::Depth, _) => map(&"Z", &self.truth.depth_m),
-            (FileKind::Distance, _) => {
-                let distance = self.truth.distance_m.as_ref();
-                map(
-                    &"distance",
-                    distance.ok_or_else(|| absent("there is no distance map"))?,
-                )
-            }
+            (FileKind::Distance, _) => map(&"distance", &self.truth.distance_m),
             (FileKind::Disparity, _) => {
                 let maps = self.subpixels.iter().zip(&self.truth.disparity_px);
                 let layers: Vec<Layer<'_>> = maps

@@ -16,8 +16,8 @@ pub struct SampleFiles<'a> {
     pub target: &'a Image,
     /// z from the first lens vertex, m, one channel; +inf for the sky.
     pub depth_m: &'a Image,
-    /// Distance from the first lens vertex, m, one channel; left out of the sample if `None`.
-    pub distance_m: Option<&'a Image>,
+    /// Distance from the first lens vertex, m, one channel.
+    pub distance_m: &'a Image,
     /// Traced disparity (dx, dy), px, two channels: one image a sub-pixel in stored order.
     pub traced_px: &'a [Image],
     /// The paraxial disparity, alike.

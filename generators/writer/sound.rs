@@ -28,6 +28,7 @@ pub(super) fn check(sample: &SampleFiles<'_>, name: &str) -> Result<(), WriteErr
         ("raw", sample.raw, m * width, n * height, colours),
         ("target", sample.target, width, height, colours),
         ("depth", sample.depth_m, width, height, 1),
+        ("distance", sample.distance_m, width, height, 1),
         ("coc", sample.coc_px, width, height, 1),
         ("occlusion", sample.occlusion, width, height, 1),
     ];
@@ -36,11 +37,6 @@ pub(super) fn check(sample: &SampleFiles<'_>, name: &str) -> Result<(), WriteErr
         images.extend(mosaics.map(|(what, map)| (what, map, m * width, n * height, colours)));
         images.extend((noisy.shading.iter()).map(|map| ("shading", map, width, height, colours)));
     }
-    images.extend(
-        sample
-            .distance_m
-            .map(|map| ("distance", map, width, height, 1)),
-    );
     if let Some(seen) = sample.seen {
         images.push(("normal", seen.normals, width, height, 3));
         if seen.objects.len() != width * height {

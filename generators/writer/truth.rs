@@ -15,7 +15,7 @@ const LEAST_DEFOCUS_PX: f64 = 0.5;
 pub(super) struct Truth {
     pub valid: Vec<bool>,
     pub depth_m: Image,
-    pub distance_m: Option<Image>,
+    pub distance_m: Image,
     /// (dx, dy, paraxial dx, paraxial dy) a sub-pixel.
     pub disparity_px: Vec<Image>,
     pub coc_px: Image,
@@ -29,10 +29,15 @@ pub(super) struct Truth {
 /// A pixel is valid where `sample.valid` says so and no map is NaN there.
 pub(super) fn masked(sample: &SampleFiles<'_>) -> Truth {
     let mut valid = sample.valid.to_vec();
-    let maps = [sample.depth_m, sample.coc_px, sample.chief_to_sum_px];
+    let maps = [
+        sample.depth_m,
+        sample.distance_m,
+        sample.coc_px,
+        sample.chief_to_sum_px,
+    ];
     let channels = sample.channel_shifts_px.unwrap_or_default();
     let normals = sample.seen.map(|seen| seen.normals);
-    let maps = maps.into_iter().chain(sample.distance_m).chain(normals);
+    let maps = maps.into_iter().chain(normals);
     let maps = maps.chain(sample.traced_px).chain(sample.paraxial_px);
     for map in maps.chain(channels) {
         for (valid, values) in valid.iter_mut().zip(map.data().chunks(map.channels())) {
@@ -51,7 +56,7 @@ pub(super) fn masked(sample: &SampleFiles<'_>) -> Truth {
     let pairs = sample.traced_px.iter().zip(sample.paraxial_px);
     Truth {
         depth_m: mask(sample.depth_m.clone()),
-        distance_m: sample.distance_m.map(|map| mask(map.clone())),
+        distance_m: mask(sample.distance_m.clone()),
         disparity_px: pairs.map(|(a, b)| mask(side_by_side(a, b))).collect(),
         coc_px: mask(sample.coc_px.clone()),
         chief_to_sum_px: mask(sample.chief_to_sum_px.clone()),

@@ -1,8 +1,9 @@
 //! What a prescription must meet so that the lens can exist.
 //!
 //! Between each surface i and the next one j, at every radius r within both clear apertures, there must be room:
-//! t + sag_j(r) − sag_i(r) ≥ 0. Where there is none at the rims alone, a file's lens is trimmed to where there is. Stop and dummy planes are passed through by neighbours (a phone lens's stop stands
-//! behind the first vertex), so they are left out and the surfaces on both sides of them are compared.
+//! t + sag_j(r) − sag_i(r) ≥ 0. Where there is none at the rims alone, a file's lens is trimmed to where there is. Stop
+//! and dummy planes are passed through by neighbours (a phone lens's stop stands behind the first vertex), so they are
+//! left out and the surfaces on both sides of them are compared.
 
 use super::error::LensError;
 use super::prescription::Prescription;

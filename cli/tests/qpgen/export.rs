@@ -328,3 +328,30 @@ fn noisy_captures_are_exported_and_unfit_datasets_leave_nothing() {
     });
     assert_eq!(leftovers.count(), 0);
 }
+
+#[test]
+fn exports_say_which_truth_they_carry() {
+    let folder = tempfile::tempdir().unwrap();
+    for layout in ["dpdd", "qpdnet", "webdataset"] {
+        let (root, out) = exported(folder.path(), layout, &[]);
+        let read = |path: PathBuf| -> serde_json::Value {
+            serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+        };
+        let (meta, index) = (
+            read(root.join("samples/000000/meta.json")),
+            read(out.join("export.json")),
+        );
+        let truth = &index["truth"];
+        assert_eq!(truth["registration"], meta["truth"]["registration"]);
+        assert_eq!(truth["channels_differ"], meta["truth"]["channels_differ"]);
+        assert_eq!(
+            (&truth["registration"], &truth["channel"], &truth["kind"]),
+            (&"centroid".into(), &"G".into(), &"centroid".into())
+        );
+        let text = index["conventions"].as_str().unwrap();
+        assert!(
+            text.contains("green") && text.contains("registration"),
+            "{text}"
+        );
+    }
+}
