@@ -201,8 +201,9 @@ pub struct Channel {
     pub band: Option<ChannelBand>,
 }
 
-/// The paraxial pinhole of a channel, on the plane where the depth in focus is imaged: with d = Z + `pinhole_behind_vertex_m` and d_f that of the focus, its circle of confusion
-/// is fx · A · (1/d_f − 1/d) px (SPEC.md, "Circle of confusion").
+/// The paraxial pinhole of a channel, on the plane where the depth in focus is imaged: with d = Z +
+/// `pinhole_behind_vertex_m` and d_f that of the focus, its circle of confusion is fx · A · (1/d_f − 1/d) px (SPEC.md,
+/// "Circle of confusion").
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChannelOptics {

@@ -110,18 +110,18 @@ pub struct DisparityRatio {
     pub top_bottom: Option<RatioField>,
 }
 
-/// Disparity of opposite halves of the pixel against distance, over the window: of lens, aberrations and response, without
-/// a scene. With t = 1/(Z + `intrinsics.pinhole_behind_vertex_m`), per metre,
+/// Disparity of opposite halves of the pixel against distance, over the window: of lens, aberrations and response,
+/// without a scene. With t = 1/(Z + `intrinsics.pinhole_behind_vertex_m`), per metre,
 ///
 ///     disparity = c₀ + c₁ t + c₂ t²    px,
 ///
-/// the coefficients at the nodes of a regular grid that spans the window, bilinear between them. A half's is the mean over its
-/// sub-pixels.
+/// the coefficients at the nodes of a regular grid that spans the window, bilinear between them. A half's is the mean
+/// over its sub-pixels.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DisparityCurves {
-    /// x_L − x_R of each colour channel (where they differ) and of `grey`, the luminance of a scene without colour (ITU-R
-    /// BT.709); none for a pixel of one column.
+    /// x_L − x_R of each colour channel (where they differ) and of `grey`, the luminance of a scene without colour
+    /// (ITU-R BT.709); none for a pixel of one column.
     pub left_right: Vec<DisparityCurve>,
     /// y_T − y_B, as `left_right`; none for a pixel of one row.
     pub top_bottom: Vec<DisparityCurve>,
@@ -207,9 +207,9 @@ pub struct MatchingCurves {
     pub top_bottom: Option<MatchingCurve>,
 }
 
-/// Matched against true disparity: the halves' blurs are not copies of each other, so that least squares over a window of
-/// texture finds another shift than the distance of their centroids. Both grow together; linear between the samples, and
-/// beyond them in the ratio of the last.
+/// Matched against true disparity: the halves' blurs are not copies of each other, so that least squares over a window
+/// of texture finds another shift than the distance of their centroids. Both grow together; linear between the samples,
+/// and beyond them in the ratio of the last.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MatchingCurve {

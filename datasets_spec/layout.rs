@@ -138,8 +138,8 @@ pub fn sample_files(
     files
 }
 
-/// Channels of `shifts.exr`, sorted: `sum.dx` and `sum.dy`, and where the colour channels differ `R.dx` to `B.dy` of the
-/// sum and of each sub-pixel.
+/// Channels of `shifts.exr`, sorted: `sum.dx` and `sum.dy`, and where the colour channels differ `R.dx` to `B.dy` of
+/// the sum and of each sub-pixel.
 fn shift_channels(subpixels: &[String], channels_differ: bool) -> Vec<String> {
     let mut all = vec![format!("{SUM_LAYER}.dx"), format!("{SUM_LAYER}.dy")];
     if channels_differ {

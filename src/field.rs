@@ -116,9 +116,9 @@ fn cell(x: f64, half: f64, n: usize) -> (usize, f64) {
     (i, f - i as f64)
 }
 
-/// A field that is dear to compute, at few nodes: four a side at least, one every 48 px, cubic between them. Its error is
-/// at most 3/128 h⁴ times the fourth derivative, and its slopes come with it. Where a value beside a cell is not finite the
-/// cell is bilinear.
+/// A field that is dear to compute, at few nodes: four a side at least, one every 48 px, cubic between them. Its error
+/// is at most 3/128 h⁴ times the fourth derivative, and its slopes come with it. Where a value beside a cell is not
+/// finite the cell is bilinear.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CubicGrid(FieldGrid);
 
@@ -155,7 +155,9 @@ impl CubicGrid {
         let (wy, dy) = lagrange(fy + (j - j0) as f64);
         let (lx, ly) = (linear(i - i0, fx), linear(j - j0, fy));
         let mut out = [0; 3].map(|_| vec![0.0; grid.components]);
-        for k in 0..grid.components {
+        let [values, slopes_x, slopes_y] = &mut out;
+        let rows = values.iter_mut().zip(slopes_x).zip(slopes_y);
+        for (k, ((at, along_x), along_y)) in rows.enumerate() {
             let value =
                 |a: usize, b: usize| grid.data[((j0 + b) * grid.nx + i0 + a) * grid.components + k];
             let is_finite = (0..16).all(|n| value(n % 4, n / 4).is_finite());
@@ -174,9 +176,9 @@ impl CubicGrid {
                 }
                 sum
             };
-            out[0][k] = sum(&vx, &vy);
-            out[1][k] = sum(&vdx, &vy) * per_x;
-            out[2][k] = sum(&vx, &vdy) * per_y;
+            *at = sum(&vx, &vy);
+            *along_x = sum(&vdx, &vy) * per_x;
+            *along_y = sum(&vx, &vdy) * per_y;
         }
         out
     }

@@ -4,6 +4,7 @@
 use quadpixel_datasets::{CameraDescription, RatioField};
 
 use super::curve::{Depth, DepthCurve};
+use super::curve_error::CurveError;
 use super::described_curve::DescribedCurve;
 use super::field_curve::FieldCurve;
 use super::halves::{Measured, combine};
@@ -41,20 +42,6 @@ enum Kappa {
         top_bottom: Option<RatioField>,
         size_px: [u32; 2],
     },
-}
-
-/// A camera that tells no depth.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum CurveError {
-    /// Nothing tells κ.
-    #[error("the camera's description does not say the ratio of disparity to circle of confusion")]
-    NoRatio,
-    /// A gain without meaning.
-    #[error("kappa · fx · entrance pupil diameter must be above 0")]
-    Gain,
-    /// A field of κ whose nodes do not fit.
-    #[error("disparity_ratio: its values are not as many as columns × rows, at least 2 × 2")]
-    Nodes,
 }
 
 impl ParaxialCurve {
@@ -138,8 +125,8 @@ impl ParaxialCurve {
 }
 
 impl CameraCurve {
-    /// Depth of the disparities measured at column x and row y: x_L − x_R, y_T − y_B; `None` where nothing is measured or
-    /// the camera tells none.
+    /// Depth of the disparities measured at column x and row y: x_L − x_R, y_T − y_B; `None` where nothing is measured
+    /// or the camera tells none.
     pub fn depth(
         &self,
         at: [usize; 2],

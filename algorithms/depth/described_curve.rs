@@ -1,14 +1,15 @@
 //! Depth by a camera's own description: its disparity against distance with the lens's aberrations, at each place of
 //! the picture, and what a matcher finds in its place.
 //!
-//! A matched shift M is taken back to the distance of the centroids, D = g(M) ([`MatchingCurve`]); D = c₀ + c₁ t + c₂ t²
-//! gives t = 1/(Z + p) ([`DisparityCurve`]). g holds for natural textures in the middle of the window: finer textures
-//! give more and coarser ones less, down to M = D, so half of M − D counts as a standard deviation beside the matcher's.
+//! A matched shift M is taken back to the distance of the centroids, D = g(M) ([`MatchingCurve`]); D = c₀ + c₁ t + c₂
+//! t² gives t = 1/(Z + p) ([`DisparityCurve`]). g holds for natural textures in the middle of the window: finer
+//! textures give more and coarser ones less, down to M = D, so half of M − D counts as a standard deviation beside the
+//! matcher's.
 
 use quadpixel_datasets::{CameraDescription, DisparityCurve, DisparityCurves, MatchingCurve};
 
-use super::camera_curve::CurveError;
 use super::curve::Depth;
+use super::curve_error::CurveError;
 use super::halves::Measured;
 
 /// Part of M − D by which a texture may differ from that of the matching curve, one standard deviation.

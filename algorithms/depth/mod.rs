@@ -13,12 +13,13 @@
 //!   fx: focal length, px; κ: disparity over circle of confusion, a property of lens and pixel. Source: "Metres from
 //!   disparity" in the dataset's specification.
 //!
-//! Where the camera's κ differs in the two directions, D_v is brought to that of left and right before the mean. A camera
-//! whose description has its disparity against distance ([`DescribedCurve`]) needs no κ: the aberrations of its lens and
-//! what a matcher finds in the place of centroids are in it.
+//! Where the camera's κ differs in the two directions, D_v is brought to that of left and right before the mean. A
+//! camera whose description has its disparity against distance ([`DescribedCurve`]) needs no κ: the aberrations of its
+//! lens and what a matcher finds in the place of centroids are in it.
 
 mod camera_curve;
 mod curve;
+mod curve_error;
 mod described_curve;
 mod field_curve;
 mod halves;
@@ -26,8 +27,9 @@ mod maps;
 mod score;
 mod shifts;
 
-pub use camera_curve::{CameraCurve, CurveError, ParaxialCurve};
+pub use camera_curve::{CameraCurve, ParaxialCurve};
 pub use curve::{Depth, DepthCurve};
+pub use curve_error::CurveError;
 pub use described_curve::DescribedCurve;
 pub use field_curve::{FieldCurve, FieldCurveError};
 pub use halves::{MOST_NOISE, Measured, Pair, combine, measure};

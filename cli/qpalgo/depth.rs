@@ -53,8 +53,8 @@ pub struct DepthArgs {
     /// confusion; absent: the camera.json beside the capture.
     #[arg(long, conflicts_with = "left")]
     camera: Option<PathBuf>,
-    /// Ratio of disparity to circle of confusion, of a lens without aberrations; absent: the camera's own disparity against
-    /// distance, aberrations included, from its description.
+    /// Ratio of disparity to circle of confusion, of a lens without aberrations; absent: the camera's own disparity
+    /// against distance, aberrations included, from its description.
     #[arg(long)]
     kappa: Option<f64>,
     /// Calibration file: takes the aberration's own disparity out first; the rest is converted by the ratio.

@@ -27,7 +27,8 @@ pub struct SharpnessArgs {
     /// Wee: mean that is taken away.
     #[arg(long, value_enum)]
     mean: Option<MeanArg>,
-    /// Wee: N of the covariance g gᵀ/(N − 1), which matters for pictures that are not square (the paper's are); absent: columns.
+    /// Wee: N of the covariance g gᵀ/(N − 1), which matters for pictures that are not square (the paper's are); absent:
+    /// columns.
     #[arg(long, value_enum)]
     samples: Option<SamplesArg>,
     /// Wee: number of eigenvalues, from the largest down; 0: all.

@@ -15,7 +15,11 @@ pub struct PixelModelArgs {
     #[arg(long, value_parser = presets(|_| None), default_value_t = Preset::default())]
     preset: Preset,
     /// Exact model that corrects the wave model (--model corrected).
-    #[arg(long, value_parser = levels(Level::ALL.into_iter().filter(|l| l.is_exact())), default_value_t = ModelChoice::EXACT.0)]
+    #[arg(
+        long,
+        value_parser = levels(Level::ALL.into_iter().filter(|l| l.is_exact())),
+        default_value_t = ModelChoice::EXACT.0
+    )]
     exact: Level,
     /// How finely that exact model computes.
     #[arg(long, value_parser = presets(|_| None), default_value_t = ModelChoice::EXACT.1)]

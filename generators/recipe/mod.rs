@@ -55,8 +55,8 @@ pub struct Recipe {
     /// Exposure in stops: at 0, a white wall (radiance 1) gives a sum of 1 in the middle of the window.
     #[serde(default)]
     pub exposure_ev: f64,
-    /// The surface that a pixel of the maps and of the target refers to: `"centroid"` (what the sum of its sub-pixels sees
-    /// on average) or `"chief-ray"`.
+    /// The surface that a pixel of the maps and of the target refers to: `"centroid"` (what the sum of its sub-pixels
+    /// sees on average) or `"chief-ray"`.
     #[serde(default)]
     pub registration: Registration,
     /// Rays and the seed of their samples.
@@ -67,8 +67,8 @@ pub struct Recipe {
     /// Below which `"auto"` leaves an effect out.
     #[serde(default, skip_serializing_if = "Tolerance::is_default")]
     pub tolerance: Tolerance,
-    /// The sensor's electronics: a noisy capture beside the clean one; absent: none. Its fields that are absent have the
-    /// defaults of datasets.
+    /// The sensor's electronics: a noisy capture beside the clean one; absent: none. Its fields that are absent have
+    /// the defaults of datasets.
     #[serde(
         default,
         skip_serializing_if = "Option::is_none",

@@ -1,4 +1,5 @@
-//! `[response]` as it stands in configurations, recipes and `meta.json`: a model's name, and the fields that go with it.
+//! `[response]` as it stands in configurations, recipes and `meta.json`: a model's name, and the fields that go with
+//! it.
 
 use quadpixel::em::{Level, Preset};
 use quadpixel::range::{OutOfRange, require};
@@ -91,8 +92,8 @@ impl<Stack> StoredResponse<Stack> {
         }
     }
 
-    /// What the model's name says, once every field is one of its own: of a pixel's table `pixel`, its name and what its
-    /// layers are, of a file `file`. The first of each must be there.
+    /// What the model's name says, once every field is one of its own: of a pixel's table `pixel`, its name and what
+    /// its layers are, of a file `file`. The first of each must be there.
     pub fn kind(
         &self,
         pixel: [&'static str; 2],

@@ -26,8 +26,8 @@ pub struct SampleFiles<'a> {
     pub coc_px: &'a Image,
     /// Where the sum shows what the chief ray meets, from there, px, two channels.
     pub chief_to_sum_px: &'a Image,
-    /// Shifts of red and blue from green, px, four channels: one image per sub-pixel, and one of the sum; left out where
-    /// the channels see the same.
+    /// Shifts of red and blue from green, px, four channels: one image per sub-pixel, and one of the sum; left out
+    /// where the channels see the same.
     pub channel_shifts_px: Option<&'a [Image]>,
     /// Fraction (0 to 1) of the pupil that sees another surface than the ray of sight, one channel.
     pub occlusion: &'a Image,

@@ -104,7 +104,7 @@ pub fn measured(
         let all: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
         let joined = all.into_iter().map(|t| t.join());
         joined
-            .map(|end| end.unwrap_or_else(|_| Err(LaboratoryError::Thread)))
+            .map(|end| end.unwrap_or(Err(LaboratoryError::Thread)))
             .collect()
     });
     ends.into_iter().collect::<Result<(), _>>()?;

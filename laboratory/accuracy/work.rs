@@ -1,4 +1,5 @@
-//! How much is measured, and the rendering that several knobs measure: a phone lens, a small pixel, a chart of random cells.
+//! How much is measured, and the rendering that several knobs measure: a phone lens, a small pixel, a chart of random
+//! cells.
 
 use std::sync::Arc;
 

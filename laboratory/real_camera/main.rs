@@ -3,8 +3,8 @@
 //! ```text
 //! captures ─ data ─▶ views ─ measure ─▶ shifts                     camera: lens, stop, focus, pixel (exact, spread)
 //! F/20 view ─ simulate ─▶ F/4 views by all models ─ compare ─▶ PSNR, SSIM, shifts ┐
-//! aperture: shift over circle of confusion from F/1.8 to F/20                                        ├─ results ─ report ─▶ page
-//! curve ─▶ disparity against distance ─ depths ─▶ errors over planes and scenes                      ┘
+//! aperture: shift over circle of confusion from F/1.8 to F/20                     ├─ results ─ report ─▶ page
+//! curve ─▶ disparity against distance ─ depths ─▶ errors over planes and scenes   ┘
 //! ```
 
 mod aperture;

@@ -7,7 +7,7 @@
 //! | found by the independent tracer: lengths, focal length | one unit of the last digit kept (0.1 µm) |
 //! | — focal lengths of elements | one unit of the last digit kept (1 µm) |
 //! | — entrance pupil diameter | half a unit, and what half a unit of the stop's semi-aperture makes of it |
-//! | — F-number | one unit of the last digit kept (1e-4), and what half a unit of the stop's semi-aperture makes of it |
+//! | — F-number | one unit of the last digit kept (1e-4), and what half a unit of the stop makes of it |
 //! | — chief-ray angle, distortion | one unit of the last digit kept (0.01°, 0.001 %) |
 //! | — rays that pass, of 241 | those that pass within 0.5 µm of an edge: semi-apertures are kept to 1 µm |
 //! | — RMS spot | 2 % or 0.02 µm |

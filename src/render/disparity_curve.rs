@@ -1,16 +1,16 @@
 //! Disparity of a camera against distance, over its window: lens, aberrations and response, without a scene.
 //!
-//! The disparity of two opposite groups of sub-pixels (left and right, top and bottom) is the difference of the means of
-//! their traced shifts. For a point at depth Z that the sum shows at a place p it is a ratio of polynomials in 1/Z (see
-//! [`super::truth::DisparityField`]). With t = 1/(Z + e), e the entrance pupil's distance behind the first vertex, it is
-//! nearly a straight line, bent a little by the aberrations of the pupils, so
+//! The disparity of two opposite groups of sub-pixels (left and right, top and bottom) is the difference of the means
+//! of their traced shifts. For a point at depth Z that the sum shows at a place p it is a ratio of polynomials in 1/Z
+//! (see [`super::truth::DisparityField`]). With t = 1/(Z + e), e the entrance pupil's distance behind the first vertex,
+//! it is nearly a straight line, bent a little by the aberrations of the pupils, so
 //!
 //! ```text
 //! D(p, Z) = c₀(p) + c₁(p) t + c₂(p) t²
 //! ```
 //!
-//! holds for every distance; what the fit leaves is written beside it. c₁ is close to −κ fx A of the paraxial camera, and
-//! c₀ + c₁ t_f + c₂ t_f² is the aberration's disparity at the focus.
+//! holds for every distance; what the fit leaves is written beside it. c₁ is close to −κ fx A of the paraxial camera,
+//! and c₀ + c₁ t_f + c₂ t_f² is the aberration's disparity at the focus.
 
 use glam::{DVec2, DVec3};
 use quadpixel_datasets::{DisparityCurve, DisparityCurves};

@@ -1,8 +1,8 @@
 //! What a matcher finds on a texture against the centroids' disparity: of lens and response, without a scene.
 //!
-//! Two opposite halves of a pixel see a point under two different blurs, mirror images of each other more than copies, so
-//! a matcher that looks for a copy finds more than the distance of their centroids: the more, the wider the blur is for
-//! the texture (see [`ReceptiveField`]). In the middle of the window, for the texture of natural pictures.
+//! Two opposite halves of a pixel see a point under two different blurs, mirror images of each other more than copies,
+//! so a matcher that looks for a copy finds more than the distance of their centroids: the more, the wider the blur is
+//! for the texture (see [`ReceptiveField`]). In the middle of the window, for the texture of natural pictures.
 
 use quadpixel_datasets::{MatchingCurve, MatchingCurves};
 use rayon::prelude::*;

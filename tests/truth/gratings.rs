@@ -40,8 +40,8 @@ fn period_of(image: &Image, nominal_px: f64) -> f64 {
     1.0 / (1.0 / nominal_px - turns / half as f64)
 }
 
-/// SPEC.md, "Matched shift": what any matcher finds between two views of a grating is the difference of their phases. Made
-/// anew here as the table of docs/claims.md.
+/// SPEC.md, "Matched shift": what any matcher finds between two views of a grating is the difference of their phases.
+/// Made anew here as the table of docs/claims.md.
 #[test]
 fn a_coarse_grating_is_matched_where_the_centroids_are_and_a_fine_one_is_not() {
     let lens = focused(PHONE, 500.0);

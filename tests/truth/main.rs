@@ -1,6 +1,6 @@
-//! Every number that a sample tells is held to pictures of a small spot: rendered, and measured by centroids here, which
-//! share no code with the renderer's truths. Over layouts of sub-pixels, lenses, ideal and wave pixels, colours, places of
-//! the field and signs of defocus.
+//! Every number that a sample tells is held to pictures of a small spot: rendered, and measured by centroids here,
+//! which share no code with the renderer's truths. Over layouts of sub-pixels, lenses, ideal and wave pixels, colours,
+//! places of the field and signs of defocus.
 
 // because tests fail by panicking
 #![allow(clippy::unwrap_used)]

@@ -4,8 +4,8 @@ use quadpixel::render::truth::WhiteField;
 use super::CASES;
 use super::shots::{boxes, shoot, wave_pixel, white};
 
-/// Of the mean over a window, which the render's noise leaves within some 1e-4. Edges of the ideal pixel's boxes are found
-/// by rays less well than a wave-optical response is.
+/// Of the mean over a window, which the render's noise leaves within some 1e-4. Edges of the ideal pixel's boxes are
+/// found by rays less well than a wave-optical response is.
 #[test]
 fn shading_is_what_a_white_wall_gives_to_a_thousandth() {
     const SIDE: usize = 32;

@@ -77,8 +77,8 @@ enum LensCommand {
         #[arg(long, short)]
         output: Option<PathBuf>,
     },
-    /// Compares lenses with the figures that their files state; prints a Markdown table.
-    /// Exit code 1 if a figure differs and the file gives no reason, 2 if a lens cannot be read; the others are compared.
+    /// Compares lenses with the figures that their files state; prints a Markdown table. Exit code 1 if a figure
+    /// differs and the file gives no reason, 2 if a lens cannot be read; the others are compared.
     ///
     /// Example: qpgen lens check
     #[command(verbatim_doc_comment)]

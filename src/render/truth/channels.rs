@@ -1,8 +1,8 @@
 //! What the colour channels' disparity is beside the reference channel's.
 //!
-//! Each channel has its own centroids: lens and response bend and weigh its light in their own way. Of a point at depth D
-//! that the sum of the reference channel shows at p, channel c's sum stands at p + J_c⁻¹ (q̄ − q̄_c) (lateral colour), and
-//! its view i at Δ_i,c from there (see [`DisparityField`]).
+//! Each channel has its own centroids: lens and response bend and weigh its light in their own way. Of a point at depth
+//! D that the sum of the reference channel shows at p, channel c's sum stands at p + J_c⁻¹ (q̄ − q̄_c) (lateral
+//! colour), and its view i at Δ_i,c from there (see [`DisparityField`]).
 
 use glam::DVec2;
 use rayon::prelude::*;

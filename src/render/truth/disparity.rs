@@ -7,18 +7,18 @@
 //! Δ_i(p, D) = −J⁻¹ (q_i − q̄),    J = ∂q̄/∂p        (px, ΔX right, ΔY down in the stored image)
 //! ```
 //!
-//! q and J are linear in 1/D (see `bundle`), so a grid over the sensor serves every depth (see `sight_field`). The paraxial value is that
-//! of an ideal lens of the same focal length, focus and pupil filling: with m̄ the response-weighted mean slopes of the
-//! light at the sensor and z′ the paraxial image of depth D (see [`Defocus`]), Δx = (m̄_i − m̄) · D_xp (z_s − z′)/s′.
-//! The difference of the two is the disparity of the lens's aberrations.
+//! q and J are linear in 1/D (see `bundle`), so a grid over the sensor serves every depth (see `sight_field`). The
+//! paraxial value is that of an ideal lens of the same focal length, focus and pupil filling: with m̄ the
+//! response-weighted mean slopes of the light at the sensor and z′ the paraxial image of depth D (see [`Defocus`]), Δx
+//! = (m̄_i − m̄) · D_xp (z_s − z′)/s′. The difference of the two is the disparity of the lens's aberrations.
 
 use glam::{DMat2, DVec2};
 
 use super::Defocus;
 use super::bundle::{Centroid, centroids};
 use super::sight_field::{Sight, SightField};
+use super::sight_line::SightLine;
 use crate::image::Image;
-use crate::rays::Ray;
 use crate::render::Camera;
 use crate::sampling::SobolSet;
 use crate::spectrum::ChannelWavelengths;
@@ -26,28 +26,6 @@ use crate::spectrum::ChannelWavelengths;
 /// Rays of a bundle for the Jacobian of one place, and the step of its central difference, px.
 const RAYS: usize = 1024;
 const STEP_PX: f64 = 2.0;
-
-/// The line in front of the lens on which lies, at each depth, the mean of the places that a pixel sees: at depth D
-/// (x, y) = D q₀ + q₁, camera frame, mm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SightLine {
-    /// Slope: (x, y) per depth.
-    pub q0: DVec2,
-    /// Where it meets z = 0, mm.
-    pub q1_mm: DVec2,
-}
-
-impl SightLine {
-    /// The line of a ray in front of the lens.
-    pub fn from_ray(ray: &Ray) -> Self {
-        let (o, d) = (ray.origin_mm, ray.direction);
-        let m = d.truncate() / d.z;
-        Self {
-            q0: -m,
-            q1_mm: o.truncate() - o.z * m,
-        }
-    }
-}
 
 /// Disparity at every place of the window and every depth, in one channel.
 #[derive(Clone, Debug)]
@@ -119,8 +97,8 @@ impl DisparityField {
         sight.jacobian(inverse).inverse() * beside
     }
 
-    /// Of a group of sub-pixels, for a point at `depth_mm` (+∞ allowed) that the sum shows at `xy_mm`: what they get of a
-    /// white wall together, sr, and the mean of their (ΔX, ΔY) from the sum, px. NaN where one of them is dark.
+    /// Of a group of sub-pixels, for a point at `depth_mm` (+∞ allowed) that the sum shows at `xy_mm`: what they get of
+    /// a white wall together, sr, and the mean of their (ΔX, ΔY) from the sum, px. NaN where one of them is dark.
     pub fn group_px(&self, xy_mm: DVec2, depth_mm: f64, members: &[usize]) -> (f64, DVec2) {
         let sight = self.sight.at(xy_mm);
         let mut shifts = vec![DVec2::ZERO; self.subpixels()];

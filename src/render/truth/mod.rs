@@ -1,8 +1,8 @@
 //! Ground truth of a render: depth, distance, disparity by traced centroids and paraxial, circle of confusion, the
 //! all-in-focus target, and what a white wall would give.
 //!
-//! On the same microlens grid as the views, at the reference wavelength (green); what the other channels see beside it is in
-//! [`channel_shifts`].
+//! On the same microlens grid as the views, at the reference wavelength (green); what the other channels see beside it
+//! is in [`channel_shifts`].
 
 mod bundle;
 mod channels;
@@ -11,13 +11,15 @@ mod disparity;
 mod receptive;
 mod sight;
 mod sight_field;
+mod sight_line;
 mod white;
 
 pub use channels::channel_shifts;
 pub use defocus::Defocus;
-pub use disparity::{DisparityField, DisparityMaps, SightLine};
+pub use disparity::{DisparityField, DisparityMaps};
 pub use receptive::{ReceptiveField, TextureSpectrum};
 pub use sight::{GeometryTruth, SightRays};
+pub use sight_line::SightLine;
 pub use white::WhiteField;
 
 pub(crate) use bundle::{Centroid, centroids};

@@ -64,8 +64,8 @@ impl ReceptiveField {
         lit.then_some(Self { bundle, jacobian })
     }
 
-    /// Two groups of sub-pixels as the two views of a pixel; `vertical`: with rows in the place of columns, so that shifts
-    /// along y are found as those along x are.
+    /// Two groups of sub-pixels as the two views of a pixel; `vertical`: with rows in the place of columns, so that
+    /// shifts along y are found as those along x are.
     pub fn of_groups(&self, groups: [&[usize]; 2], vertical: bool) -> Self {
         let turned = |v: DVec2| if vertical { v.yx() } else { v };
         let weights = (0..self.bundle.q0.len()).flat_map(|k| {

@@ -1,11 +1,12 @@
 //! What each pixel of the maps refers to: depth, distance, the surface seen, and the all-in-focus target.
 //!
-//! One ray of sight per pixel, of one of two kinds. By the **chief ray**: through the centre of the stop at the reference
-//! wavelength, or, where the lens clips it (a strongly vignetted field), through the middle of the passing bundle. By the
-//! **centroid**: the line of the mean of what the sum of the sub-pixels sees at each depth ([`SightLine`]), so that the
-//! maps and the target stand where the sum stands, coma and clipped pupils included. The target is the mean radiance over
-//! the rays of sight of 16 places in the pixel: a picture without blur of the same geometry (distortion included). By
-//! the centroid each of its channels stands where that channel of the sum does, in a world all where green does.
+//! One ray of sight per pixel, of one of two kinds. By the **chief ray**: through the centre of the stop at the
+//! reference wavelength, or, where the lens clips it (a strongly vignetted field), through the middle of the passing
+//! bundle. By the **centroid**: the line of the mean of what the sum of the sub-pixels sees at each depth
+//! ([`SightLine`]), so that the maps and the target stand where the sum stands, coma and clipped pupils included. The
+//! target is the mean radiance over the rays of sight of 16 places in the pixel: a picture without blur of the same
+//! geometry (distortion included). By the centroid each of its channels stands where that channel of the sum does, in a
+//! world all where green does.
 
 use std::ops::Range;
 
@@ -13,7 +14,8 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::WhiteField;
-use super::disparity::{DisparityField, SightLine};
+use super::disparity::DisparityField;
+use super::sight_line::SightLine;
 use crate::field::FieldGrid;
 use crate::image::Image;
 use crate::rays::{RayBatch, RaySlices, RayStatus};
@@ -153,8 +155,8 @@ impl SightRays {
     }
 
     /// The all-in-focus target, W × H × 3, in the unit of the sum image: radiance × what a white wall would give there.
-    /// NaN where there is no ray of sight. A world of meshes is given as many paths per pixel as `settings` has rays, 16
-    /// at least.
+    /// NaN where there is no ray of sight. A world of meshes is given as many paths per pixel as `settings` has rays,
+    /// 16 at least.
     pub fn target(
         &self,
         camera: &Camera,
@@ -223,7 +225,7 @@ impl SightRays {
             By::Centroid(fields) if fields.len() == 3 && scene.world().is_none() => {
                 (0..3).map(|c| c..c + 1).collect()
             }
-            _ => vec![0..3],
+            _ => std::iter::once(0..3).collect(),
         }
     }
 
@@ -289,8 +291,8 @@ impl SightRays {
     }
 }
 
-/// The places from the middle of the pixel, px: a lattice that parts columns, rows and diagonals evenly, so that an edge is
-/// found to a sixteenth of a pixel.
+/// The places from the middle of the pixel, px: a lattice that parts columns, rows and diagonals evenly, so that an
+/// edge is found to a sixteenth of a pixel.
 fn target_offsets() -> impl Iterator<Item = [f64; 2]> {
     let at = |k: usize| (k as f64 + 0.5) / TARGET_PLACES as f64 - 0.5;
     (0..TARGET_PLACES).map(move |k| [at(k), at(7 * k % TARGET_PLACES)])

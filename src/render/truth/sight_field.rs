@@ -1,14 +1,14 @@
 //! What the pixels of a window see and get, in one channel: centroids of the bundle of each sub-pixel, over the sensor.
 //!
-//! Bundles are traced at few nodes with many rays each, as their centroids change slowly and their errors do not: those of
-//! 8192 rays through a pupil with a hard edge are a thousandth; the edges of ideal boxes ask for more. Between the nodes the centroids are cubic, and the
-//! Jacobian ∂q̄/∂p is the cubic's slope.
+//! Bundles are traced at few nodes with many rays each, as their centroids change slowly and their errors do not: those
+//! of 8192 rays through a pupil with a hard edge are a thousandth; the edges of ideal boxes ask for more. Between the
+//! nodes the centroids are cubic, and the Jacobian ∂q̄/∂p is the cubic's slope.
 
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;
 
 use super::bundle::centroids;
-use super::disparity::SightLine;
+use super::sight_line::SightLine;
 use crate::field::{CubicGrid, FieldGrid};
 use crate::render::Camera;
 use crate::response::ResponseLookup;
@@ -92,7 +92,7 @@ impl SightField {
     /// The largest weight of a sub-pixel in the window, sr.
     pub fn largest_weight_sr(&self) -> f64 {
         let nodes = self.grid.data().chunks_exact(self.grid.components());
-        let weights = nodes.flat_map(|node| weights(node));
+        let weights = nodes.flat_map(weights);
         weights.fold(0.0, f64::max)
     }
 }

@@ -145,10 +145,10 @@ impl World {
         }
     }
 
-    /// Radiance along camera rays (each with its number) whose first hits are known. A ray's number is added to the key's.
-    /// Rays of one number and different wavelengths meet nearly the same places and follow paths of the same random
-    /// numbers, whatever channel is wanted of them: what a path misses or finds by luck it does in all colours, so that
-    /// its error is one of brightness and not of colour.
+    /// Radiance along camera rays (each with its number) whose first hits are known. A ray's number is added to the
+    /// key's. Rays of one number and different wavelengths meet nearly the same places and follow paths of the same
+    /// random numbers, whatever channel is wanted of them: what a path misses or finds by luck it does in all colours,
+    /// so that its error is one of brightness and not of colour.
     pub(in crate::scene) fn radiances_of_hits(
         &self,
         rays: impl Iterator<Item = ((usize, Ray), Option<Element>)>,

@@ -61,8 +61,8 @@ pub struct Exposed {
 }
 
 impl Readout {
-    /// `electrons_at_white`: N of the module, see [`ReadoutSettings::electrons_at_white`]; `largest_share`: the part of it
-    /// that the brightest sub-pixel collects.
+    /// `electrons_at_white`: N of the module, see [`ReadoutSettings::electrons_at_white`]; `largest_share`: the part of
+    /// it that the brightest sub-pixel collects.
     ///
     /// # Errors
     /// A setting out of its range, or not one gain a sub-pixel.

@@ -25,8 +25,9 @@ pub struct ReadoutSettings {
     pub prnu: f64,
     /// Read noise: standard deviation, e⁻ (σ).
     pub read_noise_e: f64,
-    /// Gain, digital numbers an electron (K); absent: the one at which 1.5 times the largest share of white that a sub-pixel
-    /// gets, or a full well if that is less, has the largest code, as a camera's choice of its ISO speed would have it.
+    /// Gain, digital numbers an electron (K); absent: the one at which 1.5 times the largest share of white that a
+    /// sub-pixel gets, or a full well if that is less, has the largest code, as a camera's choice of its ISO speed
+    /// would have it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain_dn_per_e: Option<f64>,
     /// Digital number of no electrons (b).
