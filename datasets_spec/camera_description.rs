@@ -113,7 +113,9 @@ pub struct DisparityRatio {
 /// Disparity of opposite halves of the pixel against distance, over the window: of lens, aberrations and response,
 /// without a scene. With t = 1/(Z + `intrinsics.pinhole_behind_vertex_m`), per metre,
 ///
-///     disparity = c₀ + c₁ t + c₂ t²    px,
+/// ```text
+/// disparity = c₀ + c₁ t + c₂ t²    px,
+/// ```
 ///
 /// the coefficients at the nodes of a regular grid that spans the window, bilinear between them. A half's is the mean
 /// over its sub-pixels.
