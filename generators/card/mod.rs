@@ -205,7 +205,7 @@ fn text(
          `{}` holds the configuration, units, frames and signs, and the hash of every file; `{}` shows the samples.\n\n\
          Licence: {licence}. Made by qpgen {}. Check it with `qpgen check`.\n\n\
          | | |\n|---|---|\n| samples | {} |\n| train, val, test (by scene) | {}, {}, {} |\n| scenes | {} |\n| files of the samples | {} |\n\
-         | their size | {:.1} MB, {each:.2} MB a sample |\n\n",
+         | their size | {:.1} MB, {each:.2} MB per sample |\n\n",
         licence.to_lowercase(),
         paths::DATASET,
         paths::INDEX,

@@ -14,6 +14,7 @@
 
 use glam::{DVec2, DVec3};
 use quadpixel_datasets::{DisparityCurve, DisparityCurves};
+use rayon::prelude::*;
 
 use super::Camera;
 use super::truth::{Defocus, DisparityField};
@@ -22,10 +23,11 @@ use crate::image::views::Side;
 use crate::spectrum::ChannelWavelengths;
 use crate::units::M_PER_MM;
 
-/// Nodes along each side of the window.
-const NODES: usize = 7;
+/// Nodes along each side of the window: between them the coefficients are bilinear, which with half as many errs by
+/// 0.35 % of t in default samples.
+const NODES: usize = 13;
 /// Distances of a fit.
-const DISTANCES: usize = 17;
+const DISTANCES: usize = 9;
 /// Circle of confusion, px, up to which the fit is made on both sides of the focus.
 const LARGEST_COC_PX: f64 = 64.0;
 /// Nearest distance of a fit, mm.
@@ -139,24 +141,21 @@ impl Distances {
         &self,
         channel: &str,
         camera: &Camera,
-        shift: &dyn Fn(DVec2, f64) -> f64,
+        shift: &(dyn Fn(DVec2, f64) -> f64 + Sync),
     ) -> Option<DisparityCurve> {
         let window = camera.sensor().window_mm();
-        let mut worst: f64 = 0.0;
-        let nodes: Vec<Option<[f64; 3]>> = (0..NODES * NODES)
-            .map(|k| {
-                let place = FieldGrid::node_mm(window, (NODES, NODES), (k % NODES, k / NODES));
-                let depth = |t: f64| 1.0 / t - self.pupil_mm;
-                let samples: Vec<f64> = (self.per_mm.iter())
-                    .map(|&t| shift(place, depth(t)))
-                    .collect();
-                let (c, residual) = quadratic(&self.per_mm, self.focus, &samples)?;
-                worst = worst.max(residual);
-                // From per mm to per m.
-                let per_m = [c[0], c[1] * M_PER_MM, c[2] * M_PER_MM * M_PER_MM];
-                Some(per_m.map(rounded))
-            })
-            .collect();
+        let node = |k: usize| {
+            let place = FieldGrid::node_mm(window, (NODES, NODES), (k % NODES, k / NODES));
+            let depth = |t: f64| 1.0 / t - self.pupil_mm;
+            let samples = self.per_mm.iter().map(|&t| shift(place, depth(t)));
+            let (c, residual) = quadratic(&self.per_mm, self.focus, &samples.collect::<Vec<_>>())?;
+            // From per mm to per m.
+            let per_m = [c[0], c[1] * M_PER_MM, c[2] * M_PER_MM * M_PER_MM];
+            Some((per_m.map(rounded), residual))
+        };
+        let fits: Vec<_> = (0..NODES * NODES).into_par_iter().map(node).collect();
+        let worst = fits.iter().flatten().map(|fit| fit.1).fold(0.0, f64::max);
+        let nodes: Vec<Option<[f64; 3]>> = fits.iter().map(|fit| fit.map(|f| f.0)).collect();
         DisparityCurve::new(channel, [NODES as u32; 2], &nodes, worst)
     }
 }

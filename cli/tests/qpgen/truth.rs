@@ -104,7 +104,7 @@ fn stated_errors_are_those_between_two_seeds() {
 #[test]
 fn the_cameras_curve_gives_the_depth_of_the_traced_disparity_to_a_thousandth() {
     let folder = tempfile::tempdir().unwrap();
-    let text = with_values(SMALL, &[("sensor.width", "96"), ("sensor.height", "64")]);
+    let text = with_values(SMALL, &[("sensor.width", "256"), ("sensor.height", "192")]);
     dataset(folder.path(), "data", &text, &[]);
     for sample in 0..2 {
         let place = folder.path().join(format!("data/samples/{sample:06}"));
@@ -116,8 +116,8 @@ fn the_cameras_curve_gives_the_depth_of_the_traced_disparity_to_a_thousandth() {
         let depth = read_layers(&place.join("depth.exr")).unwrap();
         let depth = &depth[0].image;
         let behind = camera.intrinsics.pinhole_behind_vertex_m;
-        for y in (0..64).step_by(7) {
-            for x in (0..96).step_by(7) {
+        for y in (0..192).step_by(7) {
+            for x in (0..256).step_by(7) {
                 let z = f64::from(depth.pixel(x, y)[0]);
                 if !z.is_finite() {
                     continue;
@@ -125,7 +125,7 @@ fn the_cameras_curve_gives_the_depth_of_the_traced_disparity_to_a_thousandth() {
                 // Left: B and D; right: A and C. Channels are sorted: dx first.
                 let dx = |name: &str| f64::from(layer(&maps, name).pixel(x, y)[0]);
                 let shift = 0.5 * (dx("B") + dx("D") - dx("A") - dx("C"));
-                let [c0, c1, c2] = curve.at([x as f64, y as f64], [96, 64]).unwrap();
+                let [c0, c1, c2] = curve.at([x as f64, y as f64], [256, 192]).unwrap();
                 let t = 1.0 / (z + behind);
                 let told = c0 + c1 * t + c2 * t * t;
                 // As a part of t, by the curve's slope.
