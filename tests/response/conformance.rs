@@ -212,7 +212,7 @@ fn numpy_reads_the_file() {
         .unwrap();
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     let value = f64::from(t.node(1, 0, 3, 5)[1]);
-    let wanted = format!("(2, 1, 41, 41, 2) float32 [2, 1] (1, 2) {value:?}");
+    let wanted = format!("(2, 1, 41, 41, 2) float32 2x1 (1, 2) {value:?}");
     assert_eq!(said.trim(), wanted, "{output:?}");
 }
 
