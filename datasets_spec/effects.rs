@@ -32,7 +32,7 @@ pub enum Effect {
     Noise,
     /// Blur of what is out of focus.
     Defocus,
-    /// Diffraction at the main lens's aperture.
+    /// Diffraction at the main lens's aperture; without: light goes through the lens as rays.
     LensDiffraction,
     /// Reflections between the surfaces of the lens.
     LensReflections,
@@ -66,8 +66,9 @@ pub enum Effect {
 
 impl Effect {
     /// Those that a user can choose to simulate, in the order in which they are listed.
-    pub const SELECTABLE: [Self; 9] = [
+    pub const SELECTABLE: [Self; 10] = [
         Self::PixelDiffraction,
+        Self::LensDiffraction,
         Self::CraVariation,
         Self::Dispersion,
         Self::Aberrations,
@@ -155,8 +156,8 @@ pub enum Reason {
     },
     /// It is not among the effects that were chosen.
     NotChosen,
-    /// Light goes through the lens as rays.
-    Rays,
+    /// There is no lens whose aperture could diffract.
+    NoAperture,
     /// Transmission of the lens is 1.
     FullTransmission,
     /// No readout was configured: a clean signal.
@@ -195,6 +196,31 @@ pub enum Reason {
     AllChannels,
 }
 
+impl Reason {
+    /// Why what an effect left out for this reason costs was not estimated.
+    fn without_estimate(self) -> &'static str {
+        match self {
+            Self::BelowTolerance { .. } | Self::NotChosen => "its cheaper path was not compared",
+            Self::NoAperture | Self::CentredMicrolenses | Self::AllChannels | Self::NoReadout => {
+                "that is the camera asked for"
+            }
+            Self::FullTransmission => "the lens's coatings are not known",
+            Self::NoAbbeNumbers => "the glasses' dispersion is not known",
+            Self::PathLimit { .. } => "longer paths would have to be followed",
+            Self::Clamp { .. } => "the light that was cut is not counted",
+            Self::GeometricResponse => "there is no table of the pixel to compare with",
+            Self::MovingFrame => "it takes a table of microlens shifts (`[response] shifts`)",
+            Self::OneTabulatedWavelength | Self::OneResponseWavelength => {
+                "it takes tables at other wavelengths (`[spectrum]`)"
+            }
+            Self::OneTracedWavelength => "it takes bands of wavelengths (`[spectrum]`)",
+            Self::EvenRadiance => "the scene's spectra are not known",
+            Self::OwnBand => "the filters' leakage is not known",
+            Self::EqualNeighbours => "it takes a table of the mosaic (`[response] colour`)",
+        }
+    }
+}
+
 /// The reason in words.
 impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -221,7 +247,7 @@ impl fmt::Display for Reason {
                 );
             }
             Self::NotChosen => "not among the effects asked for",
-            Self::Rays => "rays only; the pixel's own diffraction is in its response",
+            Self::NoAperture => "no lens, no aperture",
             Self::FullTransmission => "transmission of the lens is 1",
             Self::NoReadout => "clean signal asked for",
             Self::NoAbbeNumbers => "the lens file has no Abbe numbers",
@@ -295,10 +321,14 @@ impl Effects {
         reason: Reason,
         estimated_errors: Vec<EstimatedError>,
     ) {
+        let mut text = format!("{effect}: {reason}");
+        if estimated_errors.is_empty() {
+            text += &format!(" (not estimated: {})", reason.without_estimate());
+        }
         self.left_out.push(LeftOut {
             effect,
             reason,
-            text: format!("{effect}: {reason}"),
+            text,
             estimated_errors,
         });
     }
@@ -326,7 +356,7 @@ mod tests {
             EstimatedError::ShiftPx(0.01),
         ];
         ledger.leave_out_at(Effect::Dispersion, limit, errors);
-        ledger.leave_out(Effect::LensDiffraction, Reason::Rays);
+        ledger.leave_out(Effect::LensReflections, Reason::FullTransmission);
         let json = serde_json::to_value(&ledger).unwrap();
         assert_eq!(json["simulated"][0], "defocus");
         assert_eq!(
@@ -334,12 +364,17 @@ mod tests {
             0.02
         );
         assert_eq!(json["left_out"][0]["estimated_errors"][1]["shift-px"], 0.01);
-        assert_eq!(json["left_out"][1]["reason"], "rays");
+        assert_eq!(json["left_out"][1]["reason"], "full-transmission");
         assert_eq!(serde_json::from_value::<Effects>(json).unwrap(), ledger);
         let text = &ledger.left_out[0].text;
         assert_eq!(
             text,
             "dispersion: below the tolerance of 0.5 % of the signal and 0.02 px"
+        );
+        let text = &ledger.left_out[1].text;
+        assert!(
+            text.ends_with("(not estimated: the lens's coatings are not known)"),
+            "{text}"
         );
     }
 }

@@ -52,6 +52,15 @@ impl FieldGrid {
             )
     }
 
+    /// Position of a node by its row-major number, sensor frame, mm.
+    pub fn place_mm(&self, node: usize) -> DVec2 {
+        Self::node_mm(
+            self.window,
+            (self.nx, self.ny),
+            (node % self.nx, node / self.nx),
+        )
+    }
+
     /// A grid from node values in row-major order (components innermost); `None` when the length does not fit.
     pub fn new(
         window: SensorWindowMm,
@@ -82,16 +91,7 @@ impl FieldGrid {
     /// Writes the field at `xy_mm` (clamped to the window) into `out`.
     #[inline]
     pub fn sample(&self, xy_mm: DVec2, out: &mut [f64]) {
-        let (i, fx) = cell(
-            xy_mm.x - self.window.centre.x,
-            self.window.half_width,
-            self.nx,
-        );
-        let (j, fy) = cell(
-            xy_mm.y - self.window.centre.y,
-            self.window.half_height,
-            self.ny,
-        );
+        let [(i, fx), (j, fy)] = self.cells(xy_mm);
         let (i1, j1) = ((i + 1).min(self.nx - 1), (j + 1).min(self.ny - 1));
         let node = |i: usize, j: usize| {
             &self.data[(j * self.nx + i) * self.components..][..self.components]
@@ -102,6 +102,29 @@ impl FieldGrid {
             let bottom = c[k] + fx * (d[k] - c[k]);
             *o = top + fy * (bottom - top);
         }
+    }
+
+    /// The four nodes (row-major numbers) around `xy_mm` (clamped to the window) and their bilinear weights.
+    pub fn around(&self, xy_mm: DVec2) -> [(usize, f64); 4] {
+        let [(i, fx), (j, fy)] = self.cells(xy_mm);
+        let (i1, j1) = ((i + 1).min(self.nx - 1), (j + 1).min(self.ny - 1));
+        let node = |i: usize, j: usize| j * self.nx + i;
+        [
+            (node(i, j), (1.0 - fx) * (1.0 - fy)),
+            (node(i1, j), fx * (1.0 - fy)),
+            (node(i, j1), (1.0 - fx) * fy),
+            (node(i1, j1), fx * fy),
+        ]
+    }
+
+    /// Column and row of the cell that holds `xy_mm`, and the part of each that lies before it.
+    #[inline]
+    fn cells(&self, xy_mm: DVec2) -> [(usize, f64); 2] {
+        let offset = xy_mm - self.window.centre;
+        [
+            cell(offset.x, self.window.half_width, self.nx),
+            cell(offset.y, self.window.half_height, self.ny),
+        ]
     }
 }
 

@@ -1,17 +1,21 @@
 //! Low-discrepancy samples and hashed random numbers, keyed so that nothing depends on threads, tiles or order.
 //!
 //! - [`hash`] / [`uniform`]: a counter-based generator: the value is a function of the key words alone.
-//! - [`SobolSet`]: the first N points of the 4-D Sobol sequence (direction numbers: Joe & Kuo, SIAM J. Sci. Comput. 30,
+//! - [`SobolSet`]: the first N points of the 5-D Sobol sequence (direction numbers: Joe & Kuo, SIAM J. Sci. Comput. 30,
 //!   2635 (2008)), Owen-scrambled afresh for each key by hashing (Laine & Karras 2011; the constants are those that
 //!   N. Vegdahl published in 2021). A scrambled set is an unbiased estimator, and each pixel has its own.
 
-/// Dimensions of a [`SobolSet`]: position in the pixel (2), position in the pupil (2).
-pub const DIMENSIONS: usize = 4;
+/// Dimensions of a [`SobolSet`]: position in the pixel (2), position in the pupil (2), diffraction (1).
+pub const DIMENSIONS: usize = 5;
 
-/// Primitive-polynomial data (degree, coefficients, initial m) of Sobol dimensions 2 to 4; dimension 1 is van der
+/// Primitive-polynomial data (degree, coefficients, initial m) of Sobol dimensions 2 to 5; dimension 1 is van der
 /// Corput.
-const JOE_KUO: [(usize, u32, &[u32]); DIMENSIONS - 1] =
-    [(1, 0, &[1]), (2, 1, &[1, 3]), (3, 1, &[1, 3, 1])];
+const JOE_KUO: [(usize, u32, &[u32]); DIMENSIONS - 1] = [
+    (1, 0, &[1]),
+    (2, 1, &[1, 3]),
+    (3, 1, &[1, 3, 1]),
+    (3, 2, &[1, 1, 1]),
+];
 
 /// Mixes 64 bits (the finaliser of SplitMix64, Steele et al. 2014).
 #[inline]
@@ -188,7 +192,7 @@ mod tests {
 
     #[test]
     fn error_of_a_smooth_integral_falls_faster_than_one_over_root_n() {
-        let f = |x: &[f64; 4]| x.iter().map(|&t| 1.0 + (t - 0.5)).product::<f64>();
+        let f = |x: &[f64; DIMENSIONS]| x.iter().map(|&t| 1.0 + (t - 0.5)).product::<f64>();
         let rms = |n: usize| {
             let e: f64 = (0..32)
                 .map(|k| (points(n, k).iter().map(f).sum::<f64>() / n as f64 - 1.0).powi(2))

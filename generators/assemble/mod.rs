@@ -55,7 +55,8 @@ pub fn lens(recipe: &LensRecipe) -> Result<Lens, RecipeError> {
 /// # Errors
 /// What a field of the recipe is and may be.
 pub fn camera(recipe: &Recipe, response: &Response) -> Result<Camera, RecipeError> {
-    focused_camera(recipe, &lens(&recipe.lens)?, response)
+    let camera = focused_camera(recipe, &lens(&recipe.lens)?, response)?;
+    Ok(camera.with_lens_diffraction())
 }
 
 /// The camera of a recipe with its lens focused as given.

@@ -30,7 +30,6 @@ pub(crate) fn ledger(
 
 fn lens(recipe: &Recipe, ledger: &mut Effects) {
     ledger.simulate(Effect::Defocus);
-    ledger.leave_out(Effect::LensDiffraction, Reason::Rays);
     ledger.leave_out(Effect::LensReflections, Reason::FullTransmission);
     let lens = &recipe.lens;
     if !(lens.misalignments.is_empty() && lens.deviations.is_empty()) {

@@ -68,6 +68,7 @@ impl Decision {
             Effect::Dispersion => Reason::NoAbbeNumbers,
             Effect::Wavelengths => Reason::OneTracedWavelength,
             Effect::Noise => Reason::NoReadout,
+            Effect::LensDiffraction => Reason::NoAperture,
             // A single surface hides nothing, but each ray finds its own.
             Effect::Occlusion => return ledger.simulate(self.effect),
             // Cards send each other no light, and a fixed chief ray is that of the whole window.
@@ -103,13 +104,14 @@ pub struct Planned {
 }
 
 /// Effects with a cheaper path of their own, in the order in which they are tried: first what saves most.
-const CANDIDATES: [Effect; 6] = [
+const CANDIDATES: [Effect; 7] = [
     Effect::GlobalIllumination,
     Effect::Dispersion,
     Effect::Wavelengths,
     Effect::Aberrations,
     Effect::CraVariation,
     Effect::PixelDiffraction,
+    Effect::LensDiffraction,
 ];
 
 /// Decides. `depths_mm`: nearest and farthest depth in the picture (+∞ allowed); `settings`: those of the render to

@@ -115,6 +115,11 @@ impl Colours {
         &self.tracers[self.uses[channel * self.count + m].0]
     }
 
+    /// The wavelength that serves wavelength `m` of a channel, nm.
+    pub fn traced_nm(&self, channel: usize, m: usize) -> f64 {
+        self.systems[self.uses[channel * self.count + m].0].wavelength_nm
+    }
+
     /// Number of the response that weighs wavelength `m` of a channel.
     pub fn response_number(&self, channel: usize, m: usize) -> usize {
         self.uses[channel * self.count + m].1

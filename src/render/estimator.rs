@@ -25,8 +25,12 @@ const BLOCK: usize = 256;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Workspace {
     samples: [Vec<f64>; 4],
+    /// Displacement of each origin by lens diffraction over wavelength, camera frame; without it empty.
+    displacements: [Vec<f64>; 2],
     /// Origins on the sensor and unit directions away from it, camera frame.
     aimed: [Vec<f64>; 6],
+    /// From the sensor to the plane of the pupil, mm.
+    pupil_z_mm: f64,
     /// cos θ dω of each ray per area on the pupil's plane, Δz²/ℓ⁴, sr/mm².
     measure: Vec<f64>,
     u: Vec<f32>,
@@ -191,6 +195,7 @@ impl<'a> Estimator<'a> {
             rays: n,
         } = block;
         work.aim(self.camera, &self.sobol, task.aim, first, n);
+        work.diffract(self.camera, &self.sobol, task.aim, first);
         work.radiance.iter_mut().for_each(|l| l.resize(n, 0.0));
         let mut responded = None;
         for channel in 0..3 {
@@ -203,7 +208,8 @@ impl<'a> Estimator<'a> {
             if let RadianceRecord::Read(radiance) = &task.record {
                 work.recall(channel, &radiance[start..][..n]);
             } else if let Some(tracer) = colours.own_tracer(channel, wavelength) {
-                work.trace(tracer, &self.execution);
+                let wavelength_mm = colours.traced_nm(channel, wavelength) * 1e-6;
+                work.trace(tracer, wavelength_mm, &self.execution);
                 let Some(scene) = self.scene else { continue };
                 let served = match self.camera.is_dispersive() {
                     true => channel..channel + 1,
@@ -247,6 +253,7 @@ impl Workspace {
             axis_b_mm: b,
         } = aim.pupil;
         let delta_z = c.z - z;
+        self.pupil_z_mm = delta_z;
         let [sx, sy, sp, sq] = &self.samples;
         let [ox, oy, oz, dx, dy, dz] = &mut self.aimed;
         let (sx, sy, sp, sq) = (&sx[..n], &sy[..n], &sp[..n], &sq[..n]);
@@ -264,6 +271,25 @@ impl Workspace {
             (ox[i], oy[i], oz[i]) = (x, y, z);
             (dx[i], dy[i], dz[i]) = (ex * inverse, ey * inverse, delta_z * inverse);
             measure[i] = delta_z * delta_z / (squared * squared);
+        }
+    }
+
+    /// Draws where the rays start that lens diffraction takes to the aimed places, if the camera has it.
+    fn diffract(&mut self, camera: &Camera, sobol: &SobolSet, aim: &PixelAim, first: usize) {
+        let Some(diffraction) = camera.lens_diffraction() else {
+            self.displacements.iter_mut().for_each(Vec::clear);
+            return;
+        };
+        let n = self.measure.len();
+        let [x, y] = &mut self.displacements;
+        x.resize(n, 0.0);
+        y.resize(n, 0.0);
+        sobol.fill(4, aim.key, first, x);
+        let here = diffraction.at(aim.position_mm, aim.key);
+        let [_, _, _, dx, dy, _] = &self.aimed;
+        for (i, (x, y)) in x.iter_mut().zip(y).enumerate() {
+            let d = here.displacement(first + i, DVec2::new(dx[i], dy[i]), *x);
+            (*x, *y) = (d.x, d.y);
         }
     }
 
@@ -287,14 +313,31 @@ impl Workspace {
         );
     }
 
-    /// Traces the aimed rays from the sensor into the scene, and counts them.
-    fn trace(&mut self, tracer: &Tracer, execution: &Execution) {
+    /// Traces the aimed rays from the sensor into the scene, each from where diffraction at the wavelength displaces
+    /// its origin to the point of the pupil that it was aimed at, and counts them.
+    fn trace(&mut self, tracer: &Tracer, wavelength_mm: f64, execution: &Execution) {
         let b = &mut self.batch;
         let targets = [
             &mut b.ox, &mut b.oy, &mut b.oz, &mut b.dx, &mut b.dy, &mut b.dz,
         ];
         for (target, source) in targets.into_iter().zip(&self.aimed) {
             target.clone_from(source);
+        }
+        let [x, y] = &self.displacements;
+        let (ox, oy) = (&mut b.ox[..x.len()], &mut b.oy[..x.len()]);
+        let (dx, dy, dz) = (
+            &mut b.dx[..x.len()],
+            &mut b.dy[..x.len()],
+            &mut b.dz[..x.len()],
+        );
+        let y = &y[..x.len()];
+        for i in 0..x.len() {
+            let (x, y) = (wavelength_mm * x[i], wavelength_mm * y[i]);
+            let length = self.pupil_z_mm / dz[i];
+            let (ex, ey) = (dx[i] * length - x, dy[i] * length - y);
+            let inverse = 1.0 / (ex * ex + ey * ey + self.pupil_z_mm * self.pupil_z_mm).sqrt();
+            (ox[i], oy[i]) = (ox[i] + x, oy[i] + y);
+            (dx[i], dy[i], dz[i]) = (ex * inverse, ey * inverse, self.pupil_z_mm * inverse);
         }
         tracer.trace_backward(b, execution.simd);
         self.tally.rays += b.len() as u64;

@@ -14,6 +14,7 @@
 
 mod camera;
 mod colours;
+mod diffraction;
 mod disparity_curve;
 mod disparity_ratio;
 mod estimator;

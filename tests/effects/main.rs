@@ -4,6 +4,7 @@
 // because tests fail by panicking
 #![allow(clippy::unwrap_used)]
 
+mod diffraction;
 mod paths;
 mod scenes;
 #[path = "../common/shots.rs"]

@@ -33,7 +33,7 @@ pub struct Case {
 }
 
 /// How a camera is put together.
-struct Make<'a> {
+pub struct Make<'a> {
     lens: &'a str,
     f_number: Option<f64>,
     focus_mm: f64,
@@ -47,7 +47,7 @@ struct Make<'a> {
 const SLOW: &str = "lib_double_gauss_100mm_glass";
 
 impl Make<'_> {
-    fn phone(response: Response) -> Make<'static> {
+    pub fn phone(response: Response) -> Make<'static> {
         Make {
             lens: PHONE,
             f_number: None,
@@ -62,7 +62,7 @@ impl Make<'_> {
 
     /// A telephoto of a phone at f/22 on large pixels, on the axis: its colours agree, and so do its rays with
     /// first-order optics.
-    fn simple(response: Response) -> Make<'static> {
+    pub fn simple(response: Response) -> Make<'static> {
         Make {
             lens: "tele_US10571665B2_220b",
             ..Make::slow(response)
@@ -71,7 +71,7 @@ impl Make<'_> {
 
     /// A long lens at f/22 on large pixels, on the axis. Its focal length, and with it the light, differs by 0.06 %
     /// from channel to channel's.
-    fn slow(response: Response) -> Make<'static> {
+    pub fn slow(response: Response) -> Make<'static> {
         Make {
             lens: SLOW,
             f_number: Some(22.0),
@@ -81,6 +81,13 @@ impl Make<'_> {
             rule: ShiftRule::ChiefRay,
             response,
             wavelengths: ChannelWavelengths::default(),
+        }
+    }
+
+    pub fn on_axis(self) -> Self {
+        Self {
+            centre: DVec2::ZERO,
+            ..self
         }
     }
 
@@ -100,13 +107,13 @@ impl Make<'_> {
         Camera::new(lens, sensor, self.rule, r, self.wavelengths).unwrap()
     }
 
-    fn camera(&self) -> Camera {
+    pub fn camera(&self) -> Camera {
         self.camera_of(&self.lens())
     }
 }
 
 /// A card of coloured noise that fills the picture, at a multiple of the focused depth.
-fn card(camera: &Camera, over_focus: f64, contrast: f32) -> Scene {
+pub fn card(camera: &Camera, over_focus: f64, contrast: f32) -> Scene {
     let texel = |x: usize, y: usize, c: u64| {
         0.6 + contrast * (uniform(3, &[x as u64 / 2, y as u64 / 2, c]) as f32 - 0.5)
     };
@@ -233,10 +240,6 @@ pub fn simple() -> Case {
 pub fn all() -> Vec<Case> {
     let quad = || boxes(2, 2, 2.8, 7.0);
     let wide = || boxes(1, 1, 40.0, 40.0);
-    let on_axis = |make: Make<'static>| Make {
-        centre: DVec2::ZERO,
-        ..make
-    };
     let mut defective = Make::phone(quad());
     defective.lens = "tele_US10571665B2_220b";
     defective.centre = DVec2::ZERO;
@@ -262,7 +265,7 @@ pub fn all() -> Vec<Case> {
         ),
         on_card(
             "phone, undivided wide pixels, on the axis",
-            &on_axis(Make::phone(boxes(1, 1, 2.8, 1.0))),
+            &Make::phone(boxes(1, 1, 2.8, 1.0)).on_axis(),
             1.0,
             &[CraVariation],
         ),
@@ -270,7 +273,7 @@ pub fn all() -> Vec<Case> {
             "phone, centred microlenses",
             &Make {
                 rule: ShiftRule::Centred,
-                ..on_axis(Make::phone(quad()))
+                ..Make::phone(quad()).on_axis()
             },
             1.0,
             &[],

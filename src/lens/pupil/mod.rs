@@ -63,6 +63,8 @@ pub struct ExitPupilMap {
     nodes: Vec<Option<Ellipse>>,
     /// Growth in each of [`PATCHES`]² patches.
     growth: Vec<f64>,
+    /// At every node its place (sensor frame, mm) and the bundle's edge (camera frame, mm).
+    outlines: Vec<(DVec2, Vec<DVec3>)>,
 }
 
 impl ExitPupilMap {
@@ -74,6 +76,7 @@ impl ExitPupilMap {
             plane_z_mm: 0.0,
             nodes: vec![None; NODES * NODES],
             growth: vec![1.0; PATCHES * PATCHES],
+            outlines: Vec::new(),
         };
         let Some(first) = systems.first().filter(|s| !s.surfaces.is_empty()) else {
             return map;
@@ -98,7 +101,27 @@ impl ExitPupilMap {
         map.growth = (0..PATCHES * PATCHES)
             .map(|i| map.growth_of_patch(2 * (i % PATCHES), 2 * (i / PATCHES), &edges))
             .collect();
+        map.outlines = (edges.into_iter().enumerate())
+            .map(|(i, edge)| {
+                let edge = edge.into_iter().map(|p| p.extend(plane_z_mm)).collect();
+                (map.position_mm(i % NODES, i / NODES), edge)
+            })
+            .collect();
         map
+    }
+
+    /// Nodes along each side of the window.
+    pub const NODES: usize = NODES;
+
+    /// The bundle's edge at [`Self::NODES`]² nodes of the window, row by row: each with its place (sensor frame, mm)
+    /// and points in order around the edge (camera frame, mm), none where nothing passes. Empty without a lens.
+    pub fn outlines(&self) -> &[(DVec2, Vec<DVec3>)] {
+        &self.outlines
+    }
+
+    /// The window.
+    pub fn window(&self) -> SensorWindowMm {
+        self.window
     }
 
     /// Bounds at a position of the window (sensor frame, mm; positions outside are taken to its edge); `None` where no

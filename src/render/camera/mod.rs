@@ -3,6 +3,8 @@
 
 mod reduced;
 
+use std::sync::Arc;
+
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -16,6 +18,7 @@ use crate::response::{ChiefRayShifts, Response, ResponseLookup};
 use crate::sensor::{MicrolensShifts, MovingFrame, Sensor, ShiftRule};
 use crate::spectrum::ChannelWavelengths;
 
+use super::diffraction::LensDiffraction;
 use super::tracer::Tracer;
 
 /// Why a camera cannot be put together.
@@ -76,6 +79,7 @@ pub struct Camera {
     channel_paraxial: Vec<Paraxial>,
     focus_distance_mm: f64,
     wavelengths: ChannelWavelengths,
+    lens_diffraction: Option<Arc<LensDiffraction>>,
 }
 
 impl Camera {
@@ -151,6 +155,7 @@ impl Camera {
             chief_rays_beyond: beyond,
             microlens_offset_um: DVec2::ZERO,
             wavelengths,
+            lens_diffraction: None,
         })
     }
 
@@ -185,6 +190,7 @@ impl Camera {
             channel_paraxial: Vec::new(),
             focus_distance_mm: f64::INFINITY,
             wavelengths,
+            lens_diffraction: None,
         })
     }
 
@@ -195,6 +201,24 @@ impl Camera {
             microlens_offset_um: offset_um,
             ..self
         }
+    }
+
+    /// The camera with diffraction at the lens's aperture, as each place of the window sees it; as it was for bare
+    /// pixels.
+    pub fn with_lens_diffraction(self) -> Self {
+        let lens_diffraction = match &self.pupils {
+            Pupils::ByField(map) => LensDiffraction::new(map, self.sensor_z_mm()).map(Arc::new),
+            Pupils::Fixed(_) => None,
+        };
+        Self {
+            lens_diffraction,
+            ..self
+        }
+    }
+
+    /// Diffraction at the lens's aperture, where it is simulated.
+    pub(super) fn lens_diffraction(&self) -> Option<&LensDiffraction> {
+        self.lens_diffraction.as_deref()
     }
 
     /// The sensor window.

@@ -99,6 +99,14 @@ impl Camera {
         })
     }
 
+    /// Light through the lens as rays. `None` where it is so already.
+    pub fn without_lens_diffraction(&self) -> Option<Self> {
+        self.lens_diffraction.is_some().then(|| Self {
+            lens_diffraction: None,
+            ..self.clone()
+        })
+    }
+
     /// A tracer of the kind that this camera has.
     fn tracer_like(&self, system: &OpticalSystem) -> Option<Tracer> {
         match self.reference_tracer {

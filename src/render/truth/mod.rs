@@ -12,6 +12,7 @@ mod receptive;
 mod sight;
 mod sight_field;
 mod sight_line;
+mod target;
 mod white;
 
 pub use channels::channel_shifts;

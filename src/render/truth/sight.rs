@@ -1,37 +1,23 @@
-//! What each pixel of the maps refers to: depth, distance, the surface seen, and the all-in-focus target.
+//! What each pixel of the maps refers to: depth, distance, the surface seen.
 //!
 //! One ray of sight per pixel, of one of two kinds. By the **chief ray**: through the centre of the stop at the
 //! reference wavelength, or, where the lens clips it (a strongly vignetted field), through the middle of the passing
 //! bundle. By the **centroid**: the line of the mean of what the sum of the sub-pixels sees at each depth
-//! ([`SightLine`]), so that the maps and the target stand where the sum stands, coma and clipped pupils included. The
-//! target is the mean radiance over the rays of sight of 16 places in the pixel: a picture without blur of the same
-//! geometry (distortion included). By the centroid each of its channels stands where that channel of the sum does, in a
-//! world all where green does.
-
-use std::ops::Range;
+//! ([`SightLine`]), so that the maps and the target stand where the sum stands, coma and clipped pupils included.
 
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::WhiteField;
 use super::disparity::DisparityField;
 use super::sight_line::SightLine;
 use crate::field::FieldGrid;
 use crate::image::Image;
 use crate::rays::{RayBatch, RaySlices, RayStatus};
 use crate::render::Camera;
-use crate::render::RenderSettings;
 use crate::render::estimator::pixel_origin_mm;
-use crate::sampling::hash;
-use crate::scene::world::PathKey;
 use crate::scene::{Hits, NO_SURFACE, Scene};
 use crate::simd::SimdLevel;
 use crate::spectrum::ChannelWavelengths;
-
-/// Places in the pixel at which the target is sampled.
-const TARGET_PLACES: usize = 16;
-/// Keeps the target's random numbers apart from the image's.
-const TARGET_KEY: u64 = 0x7A26_E700;
 
 /// Rays of sight over the window; see the module.
 #[derive(Clone, Debug)]
@@ -154,83 +140,13 @@ impl SightRays {
         }
     }
 
-    /// The all-in-focus target, W × H × 3, in the unit of the sum image: radiance × what a white wall would give there.
-    /// NaN where there is no ray of sight. A world of meshes is given as many paths per pixel as `settings` has rays,
-    /// 16 at least.
-    pub fn target(
-        &self,
-        camera: &Camera,
-        scene: &Scene,
-        white: &WhiteField,
-        settings: &RenderSettings,
-    ) -> Image {
-        let (width, height) = (camera.sensor().width(), camera.sensor().height());
-        let mut target = Image::zeros(width, height, 3);
-        // Cards need no light to be followed.
-        let paths = match scene.world() {
-            Some(_) => settings.rays_per_pixel.div_ceil(TARGET_PLACES),
-            None => 1,
-        };
-        target
-            .data_mut()
-            .par_chunks_mut(width * 3)
-            .enumerate()
-            .for_each(|(row, out)| {
-                let n = width * TARGET_PLACES;
-                let mut radiance = [0; 3].map(|_| vec![0.0; n]);
-                for channels in self.channels_of_a_ray(scene) {
-                    let places = (0..width).flat_map(|c| {
-                        let column = c as f64;
-                        target_offsets().map(move |[dx, dy]| (column + dx, row as f64 + dy))
-                    });
-                    let channel = match channels.len() {
-                        1 => channels.start,
-                        _ => ChannelWavelengths::REFERENCE,
-                    };
-                    let batch = self.rays(camera, channel, places);
-                    let mut hits = met(scene, &batch);
-                    for path in 0..paths {
-                        let key = PathKey {
-                            key: hash(settings.seed, &[TARGET_KEY, row as u64]),
-                            first: (path * n) as u32,
-                            spread: camera.ray_spread(paths * TARGET_PLACES),
-                        };
-                        let rays = RaySlices::from_batch(&batch);
-                        scene.radiance(rays, &mut hits, channels.clone(), &key, &mut radiance);
-                        for channel in channels.clone() {
-                            for (i, &l) in radiance[channel].iter().enumerate() {
-                                let lost = if batch.status[i] == 0 { 0.0 } else { f32::NAN };
-                                out[i / TARGET_PLACES * 3 + channel] +=
-                                    (l + lost) / (TARGET_PLACES * paths) as f32;
-                            }
-                        }
-                    }
-                }
-                for (column, pixel) in out.chunks_exact_mut(3).enumerate() {
-                    let white =
-                        white.sum_sr(camera.sensor().position_mm(column as f64, row as f64));
-                    pixel
-                        .iter_mut()
-                        .zip(white)
-                        .for_each(|(p, w)| *p *= w as f32);
-                }
-            });
-        target
-    }
-
-    /// Channels that share a ray of sight. In a world each ray begins paths, whose noise would be one of colour if the
-    /// channels had rays of their own, and which take long: there all channels have green's.
-    fn channels_of_a_ray(&self, scene: &Scene) -> Vec<Range<usize>> {
-        match &self.by {
-            By::Centroid(fields) if fields.len() == 3 && scene.world().is_none() => {
-                (0..3).map(|c| c..c + 1).collect()
-            }
-            _ => std::iter::once(0..3).collect(),
-        }
+    /// Whether each channel has rays of sight of its own.
+    pub(super) fn has_channels(&self) -> bool {
+        matches!(&self.by, By::Centroid(fields) if fields.len() == 3)
     }
 
     /// Rays of sight of stored-image places (column, row), in front of the lens.
-    fn rays(
+    pub(super) fn rays(
         &self,
         camera: &Camera,
         channel: usize,
@@ -291,14 +207,8 @@ impl SightRays {
     }
 }
 
-/// The places from the middle of the pixel, px: a lattice that parts columns, rows and diagonals evenly, so that an
-/// edge is found to a sixteenth of a pixel.
-fn target_offsets() -> impl Iterator<Item = [f64; 2]> {
-    let at = |k: usize| (k as f64 + 0.5) / TARGET_PLACES as f64 - 0.5;
-    (0..TARGET_PLACES).map(move |k| [at(k), at(7 * k % TARGET_PLACES)])
-}
-
-fn met(scene: &Scene, batch: &RayBatch) -> Hits {
+/// What a batch of rays meets.
+pub(super) fn met(scene: &Scene, batch: &RayBatch) -> Hits {
     let mut hits = Hits::default();
     scene.intersect(RaySlices::from_batch(batch), &mut hits);
     hits

@@ -1,0 +1,250 @@
+//! The all-in-focus target.
+//!
+//! The mean radiance over the rays of sight ([`SightRays`]) of 16 places in the pixel: a picture without the blur of
+//! defocus and aberrations, of the same geometry (distortion included). By the centroid each of its channels stands
+//! where that channel of the sum does, in a world all where green does. Where the camera has diffraction at the lens's
+//! aperture, the target has it too: no camera sees more.
+
+use std::ops::Range;
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::sight::met;
+use super::{SightRays, WhiteField};
+use crate::image::Image;
+use crate::rays::RaySlices;
+use crate::render::diffraction::{BlurField, PixelBlur};
+use crate::render::{Camera, RenderSettings};
+use crate::sampling::hash;
+use crate::scene::Scene;
+use crate::scene::world::PathKey;
+use crate::spectrum::ChannelWavelengths;
+
+/// Places in the pixel at which the target is sampled.
+const PLACES: usize = 16;
+/// Keeps the target's random numbers apart from the image's.
+const KEY: u64 = 0x7A26_E700;
+/// Rows that are sampled together before they are blurred, and columns that are blurred alike.
+const ROWS: usize = 64;
+const COLUMNS: usize = 16;
+
+impl SightRays {
+    /// The target, W × H × 3, in the unit of the sum image: radiance × what a white wall would give there. NaN where
+    /// there is no ray of sight. A world of meshes is given as many paths per pixel as `settings` has rays, 16 at least.
+    pub fn target(
+        &self,
+        camera: &Camera,
+        scene: &Scene,
+        white: &WhiteField,
+        settings: &RenderSettings,
+    ) -> Image {
+        let (width, height) = (camera.sensor().width(), camera.sensor().height());
+        let mut target = Image::zeros(width, height, 3);
+        let sampler = Sampler {
+            sight: self,
+            camera,
+            scene,
+            settings,
+        };
+        match sampler.blurs() {
+            None => {
+                (target.data_mut().par_chunks_mut(width * 3).enumerate()).for_each(|(row, out)| {
+                    for (samples, out) in sampler.row(row).chunks_exact(PLACES).zip(out) {
+                        *out = samples.iter().sum::<f32>() / PLACES as f32;
+                    }
+                })
+            }
+            Some(blurs) => sampler.blurred(&blurs, &mut target),
+        }
+        (target.data_mut().par_chunks_mut(width * 3).enumerate()).for_each(|(row, out)| {
+            for (column, pixel) in out.chunks_exact_mut(3).enumerate() {
+                let place = camera.sensor().position_mm(column as f64, row as f64);
+                let white = white.sum_sr(place);
+                pixel
+                    .iter_mut()
+                    .zip(white)
+                    .for_each(|(p, w)| *p *= w as f32);
+            }
+        });
+        target
+    }
+}
+
+/// What all rows share.
+struct Sampler<'a> {
+    sight: &'a SightRays,
+    camera: &'a Camera,
+    scene: &'a Scene,
+    settings: &'a RenderSettings,
+}
+
+impl Sampler<'_> {
+    /// Radiance of a row: `[column][channel][place]`, NaN where there is no ray of sight.
+    fn row(&self, row: usize) -> Vec<f32> {
+        let width = self.camera.sensor().width();
+        let n = width * PLACES;
+        // Cards need no light to be followed.
+        let paths = match self.scene.world() {
+            Some(_) => self.settings.rays_per_pixel.div_ceil(PLACES),
+            None => 1,
+        };
+        let mut out = vec![0.0; 3 * n];
+        let mut radiance = [0; 3].map(|_| vec![0.0; n]);
+        for channels in self.channels_of_a_ray() {
+            let places = (0..width).flat_map(|column| {
+                offsets().map(move |[dx, dy]| (column as f64 + dx, row as f64 + dy))
+            });
+            let channel = match channels.len() {
+                1 => channels.start,
+                _ => ChannelWavelengths::REFERENCE,
+            };
+            let batch = self.sight.rays(self.camera, channel, places);
+            let mut hits = met(self.scene, &batch);
+            for path in 0..paths {
+                let key = PathKey {
+                    key: hash(self.settings.seed, &[KEY, row as u64]),
+                    first: (path * n) as u32,
+                    spread: self.camera.ray_spread(paths * PLACES),
+                };
+                let rays = RaySlices::from_batch(&batch);
+                (self.scene).radiance(rays, &mut hits, channels.clone(), &key, &mut radiance);
+                for channel in channels.clone() {
+                    for (i, &l) in radiance[channel].iter().enumerate() {
+                        let lost = if batch.status[i] == 0 { 0.0 } else { f32::NAN };
+                        let (column, place) = (i / PLACES, i % PLACES);
+                        out[(column * 3 + channel) * PLACES + place] += (l + lost) / paths as f32;
+                    }
+                }
+            }
+        }
+        out
+    }
+
+    /// Channels that share a ray of sight. In a world each ray begins paths, whose noise would be one of colour if the
+    /// channels had rays of their own, and which take long: there all channels have green's.
+    fn channels_of_a_ray(&self) -> Vec<Range<usize>> {
+        match self.sight.has_channels() && self.scene.world().is_none() {
+            true => (0..3).map(|c| c..c + 1).collect(),
+            false => std::iter::once(0..3).collect(),
+        }
+    }
+
+    /// The diffraction of each channel, in the middle of its band, where the camera has any.
+    fn blurs(&self) -> Option<[BlurField<'_>; 3]> {
+        let field = self.camera.lens_diffraction()?;
+        let pitch_mm = self.camera.sensor().pitch_mm();
+        let offsets: Vec<[f64; 2]> = offsets().collect();
+        Some([0, 1, 2].map(|channel| {
+            let wavelength_mm = self.camera.system(channel).wavelength_nm * 1e-6;
+            BlurField::new(field, wavelength_mm, pitch_mm, &offsets)
+        }))
+    }
+
+    /// The target by rows that each blur into those around them.
+    fn blurred(&self, blurs: &[BlurField<'_>; 3], target: &mut Image) {
+        let (width, height) = (target.width(), target.height());
+        let mut weights = vec![0f32; width * height * 3];
+        let mut dark = vec![false; width * height * 3];
+        for first in (0..height).step_by(ROWS) {
+            let rows: Vec<Spread> = (first..(first + ROWS).min(height))
+                .into_par_iter()
+                .map(|row| self.spread(blurs, row))
+                .collect();
+            // In their order, so that the sums' rounding does not depend on the threads.
+            for (row, spread) in (first..).zip(&rows) {
+                spread.add_to(row, target.data_mut(), &mut weights);
+                dark[row * width * 3..][..width * 3].copy_from_slice(&spread.dark);
+            }
+        }
+        for ((value, weight), dark) in target.data_mut().iter_mut().zip(weights).zip(dark) {
+            *value = if dark { f32::NAN } else { *value / weight };
+        }
+    }
+
+    /// What a row gives to the rows that it reaches.
+    fn spread(&self, blurs: &[BlurField<'_>; 3], row: usize) -> Spread {
+        let width = self.camera.sensor().width();
+        let samples = self.row(row);
+        let mut spread = Spread::new(width);
+        for start in (0..width).step_by(COLUMNS) {
+            let end = (start + COLUMNS).min(width);
+            let middle = (0.5 * (start + end - 1) as f64, row as f64);
+            let place: DVec2 = self.camera.sensor().position_mm(middle.0, middle.1);
+            let blurs = blurs.each_ref().map(|b| b.at(place));
+            for column in start..end {
+                for (channel, blur) in blurs.iter().enumerate() {
+                    let at = column * 3 + channel;
+                    let samples = &samples[at * PLACES..][..PLACES];
+                    spread.dark[at] = samples.iter().any(|s| s.is_nan());
+                    spread.add(blur, samples, column, channel);
+                }
+            }
+        }
+        spread
+    }
+}
+
+/// Light and weights from one row, for the rows from [`PixelBlur::reach`] above it to as many below.
+struct Spread {
+    width: usize,
+    light: Vec<f32>,
+    weight: Vec<f32>,
+    /// Pixels and channels of the row itself without a ray of sight.
+    dark: Vec<bool>,
+}
+
+impl Spread {
+    fn new(width: usize) -> Self {
+        let len = (2 * PixelBlur::reach() + 1) * width * 3;
+        Self {
+            width,
+            light: vec![0.0; len],
+            weight: vec![0.0; len],
+            dark: vec![false; width * 3],
+        }
+    }
+
+    fn add(&mut self, blur: &PixelBlur, samples: &[f32], column: usize, channel: usize) {
+        let width = self.width;
+        blur.spread(samples, |dx, dy, light, weight| {
+            let x = column as i32 + dx;
+            let row = (dy + PixelBlur::reach() as i32) as usize;
+            if (0..width as i32).contains(&x) {
+                let at = (row * width + x as usize) * 3 + channel;
+                self.light[at] += light;
+                self.weight[at] += weight;
+            }
+        });
+    }
+
+    /// Adds what falls on rows of the picture; this is `row`'s.
+    fn add_to(&self, row: usize, light: &mut [f32], weight: &mut [f32]) {
+        let line = self.width * 3;
+        for k in 0..2 * PixelBlur::reach() + 1 {
+            let Some(to) = (row + k).checked_sub(PixelBlur::reach()) else {
+                continue;
+            };
+            let Some(light) = light.get_mut(to * line..(to + 1) * line) else {
+                continue;
+            };
+            let weight = &mut weight[to * line..][..line];
+            let from = k * line..(k + 1) * line;
+            light
+                .iter_mut()
+                .zip(&self.light[from.clone()])
+                .for_each(|(a, b)| *a += b);
+            weight
+                .iter_mut()
+                .zip(&self.weight[from])
+                .for_each(|(a, b)| *a += b);
+        }
+    }
+}
+
+/// The places from the middle of the pixel, px: a lattice that parts columns, rows and diagonals evenly, so that an
+/// edge is found to a sixteenth of a pixel.
+fn offsets() -> impl Iterator<Item = [f64; 2]> {
+    let at = |k: usize| (k as f64 + 0.5) / PLACES as f64 - 0.5;
+    (0..PLACES).map(move |k| [at(k), at(7 * k % PLACES)])
+}

@@ -1,0 +1,89 @@
+//! Scenes that call for diffraction at the lens's aperture, and scenes that do not.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use quadpixel::effects::{Choice, Effect, Shot, Tolerance};
+use quadpixel::render::Camera;
+use quadpixel::scene::texture::Texture;
+use quadpixel::scene::{Scene, TexturedPlane};
+
+use super::scenes::{Make, card};
+use super::shots::boxes;
+use super::{difference_percent, planned};
+
+/// A white square of a third of a pixel in the dark, in focus.
+fn point(camera: &Camera) -> Scene {
+    let depth = camera.focus_distance_mm();
+    let pixel = camera.sensor().pitch_mm() * depth / camera.paraxial().unwrap().efl_mm;
+    let texture = Arc::new(Texture::from_fn(2, 2, |_, _| [1.0; 3]).unwrap());
+    let centre = DVec3::new(0.0, 0.0, -depth);
+    let side = (0.34 * pixel, 0.34 * pixel);
+    let plane = TexturedPlane::new(centre, side, (0.0, 0.0, 0.0), texture, None);
+    Scene::new(vec![plane.unwrap()], [1e-3; 3])
+}
+
+#[test]
+fn diffraction_is_simulated_where_it_would_be_seen() {
+    let phone = || {
+        Make::phone(boxes(2, 2, 1.6, 4.0))
+            .camera()
+            .with_lens_diffraction()
+    };
+    let centred = Make::phone(boxes(1, 1, 1.6, 1.0))
+        .on_axis()
+        .camera()
+        .with_lens_diffraction();
+    let wide = Make::simple(boxes(1, 1, 40.0, 40.0))
+        .camera()
+        .with_lens_diffraction();
+    let small_stop = Make::slow(boxes(2, 2, 3.5, 9.0))
+        .camera()
+        .with_lens_diffraction();
+    let cases = [
+        (
+            "phone, a card in focus",
+            card(&phone(), 1.0, 1.0),
+            phone(),
+            true,
+        ),
+        (
+            "phone, a faint card far out of focus",
+            card(&phone(), 6.0, 0.05),
+            phone(),
+            false,
+        ),
+        (
+            "phone, an even wall",
+            Scene::new(Vec::new(), [0.5; 3]),
+            phone(),
+            false,
+        ),
+        ("phone, a point of light", point(&centred), centred, true),
+        (
+            "f/22, small pixels",
+            card(&small_stop, 1.0, 1.0),
+            small_stop,
+            true,
+        ),
+        (
+            "f/22, large pixels, faint texture",
+            card(&wide, 1.0, 0.01),
+            wide,
+            false,
+        ),
+    ];
+    for (name, scene, camera, seen) in cases {
+        let whole = Shot { camera, scene };
+        let auto = planned(&whole, &Choice::Auto);
+        let decision = auto
+            .decisions
+            .iter()
+            .find(|d| d.effect == Effect::LensDiffraction);
+        let decision = decision.unwrap();
+        let off = difference_percent(&whole, &auto.shot);
+        println!("{name}: {decision}; all that is left out: {off:.3} %");
+        assert!(off < Tolerance::default().signal_percent, "{name}: {off} %");
+        assert_eq!(!decision.verdict.is_left_out(), seen, "{name}: {decision}");
+    }
+}
