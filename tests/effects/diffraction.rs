@@ -49,7 +49,7 @@ fn diffraction_is_simulated_where_it_would_be_seen() {
         ),
         (
             "phone, a faint card far out of focus",
-            card(&phone(), 6.0, 0.05),
+            card(&phone(), 6.0, 0.02),
             phone(),
             false,
         ),
