@@ -234,6 +234,8 @@ struct EffectEstimates<'a> {
     settings: &'a RenderSettings,
     views: Option<SubpixelViews>,
     probes: Option<Probes>,
+    /// For effects that move the rays.
+    moved_probes: Option<Probes>,
 }
 
 impl<'a> EffectEstimates<'a> {
@@ -244,6 +246,7 @@ impl<'a> EffectEstimates<'a> {
             settings,
             views: None,
             probes: None,
+            moved_probes: None,
         }
     }
 
@@ -265,8 +268,13 @@ impl<'a> EffectEstimates<'a> {
         });
         let decided = stop_at_shift && shift_px.is_some_and(|s| s >= tolerance.shift_px);
         let signal_percent = (!decided).then(|| {
-            let probes = &mut self.probes;
-            let probes = probes.get_or_insert_with(|| Probes::new(self.whole, self.settings));
+            let moves_rays = effect == Effect::LensDiffraction;
+            let probes = match moves_rays {
+                true => &mut self.moved_probes,
+                false => &mut self.probes,
+            };
+            let new = || Probes::new(self.whole, self.settings, moves_rays);
+            let probes = probes.get_or_insert_with(new);
             100.0 * probes.difference(less)
         });
         Estimate {

@@ -18,9 +18,12 @@ use crate::sampling::{hash, uniform};
 
 /// Pixels along each side of the window that are probed, at most.
 const SIDE: usize = 16;
-/// Rays per pixel and channel in each of the two sets: cards, and worlds, whose paths scatter.
+/// Rays per pixel and channel in each of the two sets, at most: cards, and worlds, whose paths scatter.
 const RAYS: usize = 32;
 const PATHS: usize = 64;
+/// The same, whatever the image has, for an effect that moves the rays: some at the pupil's edge pass with it alone or
+/// without it alone, which is noise that the two sets do not share.
+const MOVED_RAYS: usize = 128;
 /// Keeps the probes' random numbers apart from the image's.
 const KEY: u64 = 0x0EFF_EC75;
 
@@ -35,8 +38,8 @@ pub(super) struct Probes {
 }
 
 impl Probes {
-    /// Of a shot that is to be rendered with `settings`.
-    pub fn new(shot: &Shot, settings: &RenderSettings) -> Self {
+    /// Of a shot that is to be rendered with `settings`, for an effect that moves the rays or does not.
+    pub fn new(shot: &Shot, settings: &RenderSettings, moves_rays: bool) -> Self {
         let sensor = shot.camera.sensor();
         let seed = hash(settings.seed, &[KEY]);
         // The middle pixel of each cell would fall in step with charts' patterns, so a random one is taken.
@@ -60,7 +63,10 @@ impl Probes {
             RAYS
         };
         let settings = [1, 2].map(|set| RenderSettings {
-            rays_per_pixel: settings.rays_per_pixel.min(most),
+            rays_per_pixel: match moves_rays {
+                true => MOVED_RAYS,
+                false => settings.rays_per_pixel.min(most),
+            },
             seed: hash(seed, &[set]),
         });
         let values = settings.map(|s| probed(shot, &s, &places));
