@@ -10,7 +10,36 @@ pub const SUM_LAYER: &str = "sum";
 /// Channels per layer of `shifts.exr` where the colour channels differ: red and blue, each from green.
 pub const COLOUR_SHIFTS: [&str; 4] = ["R.dx", "R.dy", "B.dx", "B.dy"];
 
+/// Whether a file of this name may be in a sample.
+pub fn is_sample_file(name: &str) -> bool {
+    let formats = [RawFormat::Png, RawFormat::Exr];
+    let is_picture = |kind: &FileKind| formats.iter().any(|raw| kind.file_name(*raw) == name);
+    [crate::paths::META, crate::paths::CAMERA].contains(&name) || FileKind::ALL.iter().any(is_picture)
+}
+
 impl FileKind {
+    /// All kinds.
+    pub const ALL: [Self; 18] = [
+        Self::Raw,
+        Self::Views,
+        Self::Target,
+        Self::Depth,
+        Self::Distance,
+        Self::Disparity,
+        Self::Coc,
+        Self::Shifts,
+        Self::Occlusion,
+        Self::Objects,
+        Self::Normal,
+        Self::Valid,
+        Self::Preview,
+        Self::Noisy,
+        Self::NoisyViews,
+        Self::Shading,
+        Self::Mosaic,
+        Self::NoisyMosaic,
+    ];
+
     /// The file's name.
     pub fn file_name(self, raw: RawFormat) -> &'static str {
         match (self, raw) {

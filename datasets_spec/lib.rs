@@ -37,6 +37,7 @@ mod camera_description;
 #[cfg(feature = "check")]
 mod check;
 mod effects;
+pub mod file;
 mod layout;
 #[cfg(feature = "check")]
 mod load;
@@ -61,7 +62,7 @@ pub use camera_description::{
 #[cfg(feature = "check")]
 pub use check::{Finding, Progress, Report, check_dataset, check_hashes};
 pub use effects::{Effect, Effects, EstimatedError, LeftOut, Reason};
-pub use layout::{COLOUR_SHIFTS, Optional, SUM_LAYER, sample_files};
+pub use layout::{COLOUR_SHIFTS, Optional, SUM_LAYER, is_sample_file, sample_files};
 pub use manifest::{DatasetManifest, FileEntry, SampleEntry, Tool, conventions, units};
 pub use mosaic::{CodeLevels, Mosaic, MosaicPattern};
 pub use readout::Readout;

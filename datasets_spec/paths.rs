@@ -26,6 +26,9 @@ pub const PLOTS: &str = "plots";
 /// What an unfinished run was asked for; gone when the dataset is whole.
 pub const RUN: &str = "run.json";
 
+/// Pages that no `dataset.json` lists yet, by path and hash; gone when one does.
+pub const PAGES: &str = "pages.json";
+
 /// Most samples that a dataset's six digits can name.
 pub const MAX_SAMPLES: u32 = 1_000_000;
 
@@ -52,6 +55,11 @@ pub fn sample_name(index: u32) -> Result<String, PathError> {
     } else {
         Err(PathError::SampleNumber(index))
     }
+}
+
+/// Whether that is how a sample is named: by six digits.
+pub fn is_sample_name(name: &str) -> bool {
+    name.len() == 6 && name.bytes().all(|b| b.is_ascii_digit())
 }
 
 /// The folder of part `number` (from 1) of `of` of a dataset that is made in parts.

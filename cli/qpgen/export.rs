@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 use quadpixel_cli::exit::CommandError;
+use quadpixel_cli::stop::Stop;
 use quadpixel_generators::export::{self, ExportSettings, Layout};
 use quadpixel_generators::observer::{Event, Observer};
 
@@ -53,8 +54,8 @@ impl LayoutName {
     }
 }
 
-/// A bar over samples, on a terminal.
-struct Bar(ProgressBar);
+/// A bar over samples, on a terminal; and whether a signal asked to stop.
+struct Bar(ProgressBar, Stop);
 
 impl Observer for Bar {
     fn event(&self, event: Event<'_>) {
@@ -64,6 +65,10 @@ impl Observer for Bar {
             Event::End => self.0.finish_and_clear(),
             _ => {}
         }
+    }
+
+    fn stop_asked(&self) -> bool {
+        self.1.is_asked()
     }
 }
 
@@ -84,7 +89,7 @@ pub fn run(args: &ExportArgs) -> Result<(), CommandError> {
         &args.dataset,
         &args.out,
         &settings,
-        &Bar(ProgressBar::new(0)),
+        &Bar(ProgressBar::new(0), Stop::on_signals()?),
     )?;
     if args.json {
         let object = serde_json::json!({

@@ -6,7 +6,6 @@
 //! per pixel of 128 rays. An image developed from a record is the image that a new render with that pixel would give,
 //! to the last bit. The lens, its focus, the wavelengths, and pitch, size and place of the window are the record's.
 
-use std::fs::File;
 use std::io::{BufReader, BufWriter, Write};
 use std::path::Path;
 
@@ -14,7 +13,7 @@ use ndarray::{Array1, ArrayView1, IxDyn};
 use ndarray_npy::NpzWriter;
 
 use super::{Camera, RenderSettings, RenderStats};
-use crate::file::{FileError, aside};
+use crate::file::{self, FileError};
 use crate::image::Image;
 use crate::npz::Npz;
 
@@ -167,23 +166,15 @@ impl RayRecord {
         let radiance = ndarray::ArrayView::from_shape(IxDyn(&shape), &self.radiance)
             .map_err(|e| format_error(path, e))?;
         let occlusion = self.occlusion.as_ref().map_or(&[][..], Image::data);
-        let temporary = aside(path);
-        let write = || -> Result<(), RecordError> {
-            let file = BufWriter::new(File::create(&temporary).map_err(failed)?);
-            let mut npz = NpzWriter::new(file);
+        file::write_with(path, |file| {
+            let mut npz = NpzWriter::new(BufWriter::new(file));
             npz.add_array("radiance", &radiance)
                 .and_then(|()| npz.add_array("occlusion", &ArrayView1::from(occlusion)))
                 .and_then(|()| npz.add_array("geometry", &ArrayView1::from(&self.geometry[..])))
                 .and_then(|()| npz.add_array("meta", &ArrayView1::from(&meta)))
                 .map_err(|e| format_error(path, e))?;
             let mut file = npz.finish().map_err(|e| format_error(path, e))?;
-            file.flush().map_err(failed)?;
-            std::fs::rename(&temporary, path).map_err(failed)?;
-            Ok(())
-        };
-        write().inspect_err(|_| {
-            // The first error is the one to tell; a left-over is only untidy.
-            let _ = std::fs::remove_file(&temporary);
+            Ok(file.flush().map_err(failed)?)
         })
     }
 
@@ -192,7 +183,7 @@ impl RayRecord {
     /// # Errors
     /// A file that cannot be read, or is no record.
     pub fn read_npz(path: &Path) -> Result<(Self, serde_json::Value), RecordError> {
-        let file = File::open(path).map_err(|cause| FileError::new(path, "read", cause))?;
+        let file = file::open(path)?;
         let wrong = |what: String| format_error(path, what);
         let mut npz = Npz::open(BufReader::new(file)).map_err(wrong)?;
         let radiance: ndarray::ArrayD<f32> = npz.array("radiance").map_err(wrong)?;

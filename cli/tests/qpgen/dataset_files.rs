@@ -14,7 +14,7 @@ use common::files;
 use fixture::{HALF_DISK_RATIO, synthetic};
 use quadpixel_datasets::{DatasetManifest, Report, check_dataset};
 use quadpixel_generators::writer::{
-    Dataset, EarlierSample, RawEncoding, WriteError, earlier_sample, finish_dataset, write_sample,
+    Dataset, EarlierSample, Foreign, RawEncoding, WriteError, earlier_sample, finish_dataset, write_sample,
 };
 
 const SIZE: [u32; 2] = [48, 32];
@@ -34,7 +34,7 @@ fn finish(root: &Path, count: u32) -> DatasetManifest {
         licence: "CC0-1.0",
         count,
     };
-    finish_dataset(root, &dataset).unwrap()
+    finish_dataset(root, &dataset, Foreign::Refuse).unwrap()
 }
 
 fn check(root: &Path) -> Report {

@@ -14,13 +14,13 @@
 //! for whole pitches: `P_i(u, v; s) = P_gi(g (u, v); g s)`, where g acts on sub-pixels as on their places.
 //! `chief_ray_shifts` there says which shift a chief ray needs.
 
-use std::fs::File;
-use std::io::{BufReader, BufWriter, Cursor, Read, Seek};
+use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2, IxDyn};
 use ndarray_npy::NpzWriter;
 
+use crate::file;
 use crate::npz::Npz;
 use crate::response::{AngularResponse, ResponseAxes, ResponseError, ResponseMeta};
 
@@ -30,20 +30,14 @@ impl AngularResponse {
     /// # Errors
     /// A disk that fails.
     pub fn write_npz(&self, path: &Path) -> Result<(), ResponseError> {
-        let aside = path.with_extension(format!("tmp-{}", std::process::id()));
-        let written = self
-            .write_to(&aside)
-            .and_then(|()| std::fs::rename(&aside, path).map_err(|source| io(path, source)));
-        if written.is_err() {
-            // The first error is the one to report; a left-over is only untidy.
-            let _ = std::fs::remove_file(&aside);
-        }
-        written
+        let bytes = self.to_npz(path)?;
+        file::write_aside(path, &bytes).map_err(|e| io(path, e.cause))
     }
 
-    fn write_to(&self, aside: &Path) -> Result<(), ResponseError> {
+    /// The bytes of the file; `path` names it in errors.
+    fn to_npz(&self, path: &Path) -> Result<Vec<u8>, ResponseError> {
         let format = |why: String| ResponseError::Format {
-            path: aside.to_owned(),
+            path: path.to_owned(),
             why,
         };
         let a = self.axes();
@@ -63,11 +57,7 @@ impl AngularResponse {
             .and_then(|()| npz.add_array("v", &ArrayView1::from(&a.v)))
             .and_then(|()| npz.add_array("meta", &ArrayView1::from(&meta)))
             .and_then(|()| npz.finish());
-        let bytes = wrote.map_err(|e| format(e.to_string()))?.into_inner();
-        let mut file = BufWriter::new(File::create(aside).map_err(|e| io(aside, e))?);
-        std::io::Write::write_all(&mut file, &bytes).map_err(|e| io(aside, e))?;
-        let file = file.into_inner().map_err(|e| io(aside, e.into_error()))?;
-        file.sync_all().map_err(|e| io(aside, e))
+        Ok(wrote.map_err(|e| format(e.to_string()))?.into_inner())
     }
 
     /// Reads a table and checks all of it: shapes, axes, ranges, sums.
@@ -75,7 +65,7 @@ impl AngularResponse {
     /// # Errors
     /// A file that cannot be read, or is no such table.
     pub fn read_npz(path: &Path) -> Result<Self, ResponseError> {
-        let file = File::open(path).map_err(|e| io(path, e))?;
+        let file = file::open(path).map_err(|e| io(path, e.cause))?;
         Self::from_npz(BufReader::new(file), path)
     }
 

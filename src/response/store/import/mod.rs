@@ -55,9 +55,9 @@ impl AngularResponse {
         settings: &ImportSettings,
     ) -> Result<Self, ResponseError> {
         stack.check()?;
-        let bytes = std::fs::read(path).map_err(|source| ResponseError::Io {
+        let bytes = crate::file::read(path).map_err(|e| ResponseError::Io {
             path: path.to_owned(),
-            source,
+            source: e.cause,
         })?;
         let format = |why: String| ResponseError::Format {
             path: path.to_owned(),
