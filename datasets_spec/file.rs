@@ -13,7 +13,10 @@ pub fn open(path: &Path) -> io::Result<File> {
     // Before it is opened: to open a pipe waits for who writes to it.
     let data = path.metadata()?;
     if data.is_dir() {
-        return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a folder; allowed: a plain file"));
+        return Err(io::Error::new(
+            io::ErrorKind::IsADirectory,
+            "is a folder; allowed: a plain file",
+        ));
     }
     if !data.is_file() {
         let what = "is a pipe, socket or device; allowed: a plain file";
@@ -42,7 +45,8 @@ pub fn read(path: &Path, largest_bytes: u64) -> io::Result<Vec<u8>> {
         io::Error::new(io::ErrorKind::OutOfMemory, what)
     })?;
     // One byte more than allowed: it may grow while it is read.
-    file.take(largest_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
+    file.take(largest_bytes.saturating_add(1))
+        .read_to_end(&mut bytes)?;
     match bytes.len() as u64 {
         length if length > largest_bytes => Err(too_large(length)),
         _ => Ok(bytes),
@@ -61,8 +65,16 @@ mod tests {
         std::fs::write(&path, [7; 100]).unwrap();
         assert_eq!(read(&path, 100).unwrap(), [7; 100]);
         let text = read(&path, 99).unwrap_err().to_string();
-        assert!(text.contains("100 bytes") && text.contains("at most 99"), "{text}");
-        assert!(read(folder.path(), 99).unwrap_err().to_string().contains("folder"));
+        assert!(
+            text.contains("100 bytes") && text.contains("at most 99"),
+            "{text}"
+        );
+        assert!(
+            read(folder.path(), 99)
+                .unwrap_err()
+                .to_string()
+                .contains("folder")
+        );
     }
 
     #[test]
@@ -72,9 +84,17 @@ mod tests {
         let pipe = folder.path().join("pipe");
         let made = std::process::Command::new("mkfifo").arg(&pipe).status();
         assert!(made.unwrap().success());
-        for path in [pipe.as_path(), Path::new("/dev/zero"), Path::new("/dev/null")] {
+        for path in [
+            pipe.as_path(),
+            Path::new("/dev/zero"),
+            Path::new("/dev/null"),
+        ] {
             let text = read(path, 1 << 20).unwrap_err().to_string();
-            assert!(text.contains("pipe, socket or device"), "{}: {text}", path.display());
+            assert!(
+                text.contains("pipe, socket or device"),
+                "{}: {text}",
+                path.display()
+            );
         }
     }
 }

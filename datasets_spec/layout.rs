@@ -14,7 +14,8 @@ pub const COLOUR_SHIFTS: [&str; 4] = ["R.dx", "R.dy", "B.dx", "B.dy"];
 pub fn is_sample_file(name: &str) -> bool {
     let formats = [RawFormat::Png, RawFormat::Exr];
     let is_picture = |kind: &FileKind| formats.iter().any(|raw| kind.file_name(*raw) == name);
-    [crate::paths::META, crate::paths::CAMERA].contains(&name) || FileKind::ALL.iter().any(is_picture)
+    [crate::paths::META, crate::paths::CAMERA].contains(&name)
+        || FileKind::ALL.iter().any(is_picture)
 }
 
 impl FileKind {

@@ -1,5 +1,6 @@
 //! `qpalgo`: parse, validate, call the library, return an exit code (0 done, 1 failed, 2 bad arguments or input).
 
+use quadpixel_cli::print::say;
 use std::process::ExitCode;
 
 mod autofocus;
@@ -16,7 +17,7 @@ mod table;
 use clap::{Parser, Subcommand};
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::{Level, Log};
-use quadpixel_cli::process::{exit_on_closed_pipe, use_threads};
+use quadpixel_cli::process::{exit_on_closed_pipe, fail_on_file_size_limit, parse, use_threads};
 use quadpixel_cli::progress::Progress;
 
 /// Works on pictures of pixels that see the pupil in parts (dual-pixel, quad-pixel, m×n).
@@ -122,10 +123,14 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    match run(Cli::parse()) {
+    let cli: Cli = match parse() {
+        Ok(cli) => cli,
+        Err(code) => return code,
+    };
+    match run(cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("qpalgo: {error}");
+            say(&format!("qpalgo: {error}"));
             ExitCode::from(error.exit_code())
         }
     }
@@ -133,6 +138,7 @@ fn main() -> ExitCode {
 
 fn run(cli: Cli) -> Result<(), CommandError> {
     exit_on_closed_pipe()?;
+    fail_on_file_size_limit()?;
     use_threads(cli.threads)?;
     let level = if cli.quiet { Level::Warn } else { Level::Info };
     let progress = Progress::stages(Log { level, json: false });

@@ -1,5 +1,6 @@
 //! `qpalgo table`: a list of captures in, Table 2 out.
 
+use quadpixel_cli::{out, outln};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -82,12 +83,12 @@ pub fn run(args: &TableArgs, progress: Progress) -> Result<(), CommandError> {
     file::write_folder(&args.out, &files)?;
     drop(progress);
     if args.json {
-        println!(
+        outln!(
             "{}",
             serde_json::json!({ "preset": sharpness, "rows": rows })
         );
     } else {
-        print!("{table}");
+        out!("{table}");
     }
     Ok(())
 }

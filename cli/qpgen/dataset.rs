@@ -1,5 +1,6 @@
 //! `qpgen dataset`: arguments, and what is printed.
 
+use quadpixel_cli::{out, outln};
 use std::path::PathBuf;
 
 use clap::Args;
@@ -70,7 +71,7 @@ pub(crate) fn foreign(force: bool) -> Foreign {
 /// (1).
 pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
     if args.print_config {
-        print!("{DEFAULT_TOML}");
+        out!("{DEFAULT_TOML}");
         return Ok(());
     }
     let mut config = match &args.config {
@@ -94,8 +95,8 @@ pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
         let shard = args.shard.shard(&progress)?;
         let expected = estimate::estimate(&config, &args.out, shard, &progress)?;
         match args.json {
-            true => println!("{}", serde_json::json!(expected)),
-            false => println!("{expected}"),
+            true => outln!("{}", serde_json::json!(expected)),
+            false => outln!("{expected}"),
         }
         return Ok(());
     }
@@ -110,7 +111,7 @@ pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
             "samples": done.samples, "reused": done.reused, "seconds": seconds, "gallery": gallery,
             "shard": shard.to_string(), "stages": done.stages
         });
-        println!("{object}");
+        outln!("{object}");
         return Ok(());
     }
     let reused = if done.reused > 0 {
@@ -118,13 +119,14 @@ pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
     } else {
         String::new()
     };
-    println!(
+    outln!(
         "{} samples{reused} in {seconds:.1} s: {}",
-        done.samples, done.stages
+        done.samples,
+        done.stages
     );
     match gallery {
-        Some(gallery) => println!("gallery: {gallery}"),
-        None => println!(
+        Some(gallery) => outln!("gallery: {gallery}"),
+        None => outln!(
             "shard {} is done; when all are: qpgen merge {}",
             shard,
             args.out.display()

@@ -21,7 +21,7 @@ mod validate;
 use clap::{Parser, Subcommand};
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::{Level, Log};
-use quadpixel_cli::process::{exit_on_closed_pipe, use_threads};
+use quadpixel_cli::process::{exit_on_closed_pipe, fail_on_file_size_limit, parse, use_threads};
 
 /// Simulates cameras whose pixels see the pupil in parts (dual-pixel, quad-pixel, m×n) and makes training data with
 /// them.
@@ -128,7 +128,10 @@ impl Command {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli: Cli = match parse() {
+        Ok(cli) => cli,
+        Err(code) => return code,
+    };
     let level = if cli.quiet { Level::Warn } else { cli.log };
     let log = Log { level, json: false };
     let json = cli.command.json();
@@ -145,6 +148,7 @@ fn main() -> ExitCode {
 
 fn run(cli: Cli, log: Log) -> Result<(), CommandError> {
     exit_on_closed_pipe()?;
+    fail_on_file_size_limit()?;
     use_threads(cli.threads)?;
     match cli.command {
         Command::Dataset(args) => dataset::run(&args, log),

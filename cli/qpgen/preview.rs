@@ -1,5 +1,6 @@
 //! `qpgen preview`: gallery and data card anew, also of a run that is not at its end.
 
+use quadpixel_cli::outln;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -39,12 +40,12 @@ pub fn run(args: &PreviewArgs) -> Result<(), CommandError> {
     let samples = rebuild_pages(&args.folder, LICENCE, foreign(args.force))?;
     let gallery = args.folder.join(paths::INDEX).display().to_string();
     if args.json {
-        println!(
+        outln!(
             "{}",
             serde_json::json!({ "samples": samples, "gallery": gallery })
         );
     } else {
-        println!("{samples} samples; gallery: {gallery}");
+        outln!("{samples} samples; gallery: {gallery}");
     }
     Ok(())
 }

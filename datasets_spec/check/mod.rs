@@ -61,7 +61,8 @@ fn check_to(depth: Depth, root: &Path, progress: &mut (dyn FnMut(Progress) + Sen
             let mut own = Report::default();
             let content = read_entry(root, entry, &mut own);
             let mut others = pages.iter().filter(|page| page.path == entry.path);
-            let mut is_other = || others.any(|page| read_entry(root, page, &mut Report::default()).is_some());
+            let mut is_other =
+                || others.any(|page| read_entry(root, page, &mut Report::default()).is_some());
             if content.is_some() || !is_other() {
                 report.merge(own);
             }
@@ -142,10 +143,15 @@ fn pages_being_written(root: &Path, report: &mut Report) -> Vec<FileEntry> {
         return Vec::new();
     }
     let bytes = file::read(&path, LARGEST_DESCRIPTION).map_err(|e| e.to_string());
-    let pages = bytes.and_then(|b| serde_json::from_slice::<Vec<FileEntry>>(&b).map_err(|e| e.to_string()));
+    let pages =
+        bytes.and_then(|b| serde_json::from_slice::<Vec<FileEntry>>(&b).map_err(|e| e.to_string()));
     let pages = pages.map_err(|why| report.add(paths::PAGES, format!("cannot be read: {why}")));
     let is_page = |page: &FileEntry| !page.path.starts_with(paths::SAMPLES);
-    pages.unwrap_or_default().into_iter().filter(is_page).collect()
+    pages
+        .unwrap_or_default()
+        .into_iter()
+        .filter(is_page)
+        .collect()
 }
 
 /// The tree holds the listed files and nothing else.
@@ -210,7 +216,10 @@ fn walk(folder: &Path, prefix: &str, paths: &mut Vec<String>, report: &mut Repor
 
 fn read_entry(root: &Path, entry: &FileEntry, report: &mut Report) -> Option<Vec<u8>> {
     let path = paths::inside(root, &entry.path).ok()?; // reported with the tree
-    let length = fs::symlink_metadata(&path).ok().filter(|data| data.is_file()).map(|data| data.len());
+    let length = fs::symlink_metadata(&path)
+        .ok()
+        .filter(|data| data.is_file())
+        .map(|data| data.len());
     if let Some(length) = length.filter(|length| *length != entry.bytes) {
         let what = format!("has {length} bytes, dataset.json says {}", entry.bytes);
         report.add(&entry.path, what);

@@ -18,8 +18,8 @@ use crate::recipe::{Recipe, SampleId};
 use crate::sample::render_sample;
 use crate::sample::stages::{Stages, timed};
 use crate::writer::{
-    Dataset, EarlierSample, Foreign, Pages, WriteError, earlier_sample, finish_dataset, is_whole_sample,
-    write_sample,
+    Dataset, EarlierSample, Foreign, Pages, WriteError, earlier_sample, finish_dataset,
+    is_whole_sample, write_sample,
 };
 
 /// Licence of what is made: charts and fonts allow it.
@@ -123,7 +123,11 @@ pub fn make_part(
 /// Whether the dataset of this identity is whole in `out`: nothing is to be done.
 fn is_finished(out: &Path, identity: &Identity) -> Result<bool, GenerateError> {
     let path = out.join(paths::DATASET);
-    if !path.is_file() || [paths::RUN, paths::PAGES].iter().any(|name| out.join(name).exists()) {
+    if !path.is_file()
+        || [paths::RUN, paths::PAGES]
+            .iter()
+            .any(|name| out.join(name).exists())
+    {
         return Ok(false);
     }
     let Ok(manifest) = quadpixel_datasets::parse::<DatasetManifest>(&file::read(&path)?) else {
@@ -132,14 +136,23 @@ fn is_finished(out: &Path, identity: &Identity) -> Result<bool, GenerateError> {
     let same = manifest.tool.version == identity.version
         && manifest.configuration == identity.configuration
         && manifest.inputs == identity.inputs;
+    let only_ours = Pages::open(out, Foreign::Refuse)?.check().is_ok();
     let hash = identity.hash();
     let mut samples = manifest.samples.iter();
-    let mut pages = manifest.files.iter().filter(|entry| !entry.path.starts_with(paths::SAMPLES));
+    let mut pages = manifest
+        .files
+        .iter()
+        .filter(|entry| !entry.path.starts_with(paths::SAMPLES));
     let unchanged = |entry: &FileEntry| {
-        let content = paths::inside(out, &entry.path).ok().and_then(|path| file::read(&path).ok());
+        let content = paths::inside(out, &entry.path)
+            .ok()
+            .and_then(|path| file::read(&path).ok());
         content.is_some_and(|bytes| FileEntry::new(&entry.path, &bytes) == *entry)
     };
-    Ok(same && samples.all(|sample| is_whole_sample(out, &sample.id, &hash)) && pages.all(unchanged))
+    Ok(same
+        && only_ours
+        && samples.all(|sample| is_whole_sample(out, &sample.id, &hash))
+        && pages.all(unchanged))
 }
 
 /// What a run in a folder did whose dataset is whole.

@@ -139,7 +139,9 @@ fn refuse_foreign(parts: &[Part], foreign: Foreign) -> Result<(), GenerateError>
                         folders.push(below.clone());
                         true
                     }
-                    (paths::SAMPLES, name, true) => paths::is_sample_name(name) || is_half_made_sample(name),
+                    (paths::SAMPLES, name, true) => {
+                        paths::is_sample_name(name) || is_half_made_sample(name)
+                    }
                     (_, name, false) => half_made(name).is_some() || pages.wrote(&below)?,
                     _ => false,
                 };
@@ -221,7 +223,10 @@ fn refuse_missing(
             "shard {shard}: {n} samples are missing, the first {first}; run it again"
         ))
     };
-    let lines: Vec<String> = missing.into_iter().map(line).collect::<Result<_, FolderError>>()?;
+    let lines: Vec<String> = missing
+        .into_iter()
+        .map(line)
+        .collect::<Result<_, FolderError>>()?;
     if lines.is_empty() {
         return Ok(());
     }

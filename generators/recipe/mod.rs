@@ -2,6 +2,7 @@
 //! many from its configuration and records each in the sample's metadata, so that any sample can be rendered again
 //! alone.
 
+mod check;
 mod error;
 pub mod response;
 mod short;

@@ -20,7 +20,6 @@ use super::rendered::{Maps, Sample, Shifts, raw_white, saturation};
 use super::stages::{Stages, timed};
 use crate::assemble::{self, Responses};
 use crate::describe::{RenderedLight, describe};
-use crate::field_error::FieldError;
 use crate::observer::{Event, Observer};
 use crate::recipe::{Recipe, RecipeError, SampleId};
 
@@ -90,10 +89,7 @@ pub fn prepare(
     observer: &dyn Observer,
 ) -> Result<Prepared, RecipeError> {
     (recipe.tolerance.check()).map_err(RecipeError::Tolerance)?;
-    if !(1..=1 << 24).contains(&recipe.render.rays_per_pixel) {
-        let n = recipe.render.rays_per_pixel;
-        return Err(FieldError::new("render.rays_per_pixel", n, "1 to 16777216").into());
-    }
+    recipe.check()?;
     let mut stages = Stages::default();
     let response = timed(&mut stages.response_s, || {
         let progress = |done, total| observer.event(Event::Table { done, total });

@@ -6,9 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use quadpixel::file::{self, FileError};
-use quadpixel_datasets::{
-    DatasetManifest, SCHEMA_VERSION, Split, Tool, conventions, paths, units,
-};
+use quadpixel_datasets::{DatasetManifest, SCHEMA_VERSION, Split, Tool, conventions, paths, units};
 
 use super::error::WriteError;
 use super::is_half_made_sample;
@@ -85,12 +83,12 @@ pub fn rebuild_pages(root: &Path, licence: &str, foreign: Foreign) -> Result<usi
     let path = root.join(paths::DATASET);
     let finished = path.is_file() && !root.join(paths::RUN).is_file();
     let manifest: Option<DatasetManifest> = match finished {
-        true => Some(
-            quadpixel_datasets::parse(&file::read(&path)?).map_err(|e| WriteError::Occupied {
+        true => Some(quadpixel_datasets::parse(&file::read(&path)?).map_err(|e| {
+            WriteError::Occupied {
                 path: path.clone(),
                 what: e.to_string(),
-            })?,
-        ),
+            }
+        })?),
         false => None,
     };
     let names = match &manifest {
@@ -125,7 +123,9 @@ fn pages(survey: &Survey, licence: &str) -> Vec<(String, Vec<u8>)> {
     let gallery = gallery::page(&survey.entries, &survey.shown);
     let card = card::pages(&survey.census, &survey.entries, &survey.files, licence);
     let pages = std::iter::once((paths::INDEX.to_string(), gallery)).chain(card);
-    pages.map(|(path, text)| (path, text.into_bytes())).collect()
+    pages
+        .map(|(path, text)| (path, text.into_bytes()))
+        .collect()
 }
 
 /// The names of the samples of each split: path and content.

@@ -47,7 +47,11 @@ impl Pages {
             let pages = manifest.files.into_iter();
             own.extend(pages.filter(|entry| !entry.path.starts_with(paths::SAMPLES)));
         }
-        own.extend(read::<Vec<FileEntry>>(&root.join(paths::PAGES))?.into_iter().flatten());
+        own.extend(
+            read::<Vec<FileEntry>>(&root.join(paths::PAGES))?
+                .into_iter()
+                .flatten(),
+        );
         Ok(Self {
             root: root.to_owned(),
             foreign,
@@ -78,7 +82,9 @@ impl Pages {
     /// # Errors
     /// A file of somebody else in the place of one, and the disk.
     pub fn write(&mut self, pages: &[(String, Vec<u8>)]) -> Result<Vec<FileEntry>, WriteError> {
-        let entries: Vec<FileEntry> = (pages.iter()).map(|(path, bytes)| FileEntry::new(path, bytes)).collect();
+        let entries: Vec<FileEntry> = (pages.iter())
+            .map(|(path, bytes)| FileEntry::new(path, bytes))
+            .collect();
         let mut changed = Vec::new();
         for ((path, bytes), entry) in pages.iter().zip(&entries) {
             if self.hash_of(path)?.as_deref() != Some(entry.blake3.as_str()) {
@@ -136,10 +142,17 @@ impl Pages {
     /// The disk.
     pub fn clear_half_made(&self) -> Result<(), WriteError> {
         let folders = ["", paths::PLOTS, paths::SPLITS];
-        let ours = [paths::DATASET, paths::INDEX, paths::CARD, paths::RUN, paths::PAGES];
+        let ours = [
+            paths::DATASET,
+            paths::INDEX,
+            paths::CARD,
+            paths::RUN,
+            paths::PAGES,
+        ];
         for folder in folders {
             for name in self.names(folder)? {
-                let half_made = half_made(&name).is_some_and(|stem| !folder.is_empty() || ours.contains(&stem));
+                let half_made =
+                    half_made(&name).is_some_and(|stem| !folder.is_empty() || ours.contains(&stem));
                 if half_made {
                     file::remove(&self.root.join(folder).join(&name))?;
                 }
@@ -179,7 +192,9 @@ impl Pages {
     }
 
     fn is_own(&self, path: &str, hash: &str) -> bool {
-        self.own.iter().any(|own| own.path == path && own.blake3 == hash)
+        self.own
+            .iter()
+            .any(|own| own.path == path && own.blake3 == hash)
     }
 
     /// Whether the plain file at a path below the folder is one that we wrote.
@@ -187,14 +202,18 @@ impl Pages {
     /// # Errors
     /// A file that cannot be read.
     pub fn wrote(&self, path: &str) -> Result<bool, WriteError> {
-        Ok(self.hash_of(path)?.is_some_and(|hash| self.is_own(path, &hash)))
+        Ok(self
+            .hash_of(path)?
+            .is_some_and(|hash| self.is_own(path, &hash)))
     }
 
     /// Hash of the plain file at a page's place.
     fn hash_of(&self, path: &str) -> Result<Option<String>, WriteError> {
         let place = self.root.join(path);
         match place.symlink_metadata() {
-            Ok(data) if data.is_file() => Ok(Some(blake3::hash(&file::read(&place)?).to_hex().to_string())),
+            Ok(data) if data.is_file() => Ok(Some(
+                blake3::hash(&file::read(&place)?).to_hex().to_string(),
+            )),
             _ => Ok(None),
         }
     }
@@ -219,7 +238,13 @@ impl Pages {
         }
         let failed = |cause| FileError::new(&path, "read", cause);
         let entries = fs::read_dir(&path).map_err(failed)?;
-        let name = |entry: std::io::Result<fs::DirEntry>| Ok(entry.map_err(failed)?.file_name().to_string_lossy().into_owned());
+        let name = |entry: std::io::Result<fs::DirEntry>| {
+            Ok(entry
+                .map_err(failed)?
+                .file_name()
+                .to_string_lossy()
+                .into_owned())
+        };
         entries.map(name).collect()
     }
 }
@@ -233,7 +258,8 @@ pub(crate) fn half_made(name: &str) -> Option<&str> {
 fn foreign(path: &Path) -> WriteError {
     WriteError::Occupied {
         path: path.to_owned(),
-        what: "is not what qpgen wrote there; move it away, or give --force, which replaces it".into(),
+        what: "is not what qpgen wrote there; move it away, or give --force, which replaces it"
+            .into(),
     }
 }
 
@@ -245,7 +271,9 @@ fn read<T: serde::de::DeserializeOwned>(path: &Path) -> Result<Option<T>, WriteE
     let bytes = file::read(path)?;
     let parsed = serde_json::from_slice(&bytes).map_err(|e| WriteError::Occupied {
         path: path.to_owned(),
-        what: format!("is not of this version of qpgen, or is damaged ({e}); allowed: another folder"),
+        what: format!(
+            "is not of this version of qpgen, or is damaged ({e}); allowed: another folder"
+        ),
     });
     parsed.map(Some)
 }

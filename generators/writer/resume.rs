@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use quadpixel::file::{self, FileError, FolderAside};
 use quadpixel_datasets::{ParseError, SampleMeta, paths};
 
-use super::half_made_prefix;
 use super::error::WriteError;
+use super::half_made_prefix;
 use super::json::VERSION;
 
 /// What is under a sample's name.

@@ -16,7 +16,7 @@ mod mosaic;
 mod report;
 mod size;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use quadpixel::em::PixelModel;
@@ -104,12 +104,12 @@ fn warn_of(count: usize, observer: &dyn Observer) {
 fn write<Name: AsRef<Path>>(
     out: &Path,
     files: &[(Name, String)],
-) -> Result<Vec<PathBuf>, LaboratoryError> {
+) -> Result<Vec<String>, LaboratoryError> {
     file::create_folder(out)?;
     let written = files.iter().map(|(name, text)| {
         let path = out.join(name);
         file::write_aside(&path, text.as_bytes())?;
-        Ok(path)
+        Ok(path.display().to_string())
     });
     written.collect()
 }

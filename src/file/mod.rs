@@ -7,7 +7,9 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-pub use write::{FolderAside, probe_file, probe_folder, rename_synced, write_aside, write_synced, write_with};
+pub use write::{
+    FolderAside, probe_file, probe_folder, rename_synced, write_aside, write_synced, write_with,
+};
 
 /// The largest file that is read whole: 8 GiB.
 pub const LARGEST_BYTES: u64 = 8 << 30;

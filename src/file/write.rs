@@ -146,14 +146,19 @@ fn target(path: &Path) -> io::Result<Target> {
     let refused = |what| Err(io::Error::new(io::ErrorKind::InvalidInput, what));
     let is_link = match path.symlink_metadata() {
         Ok(data) => data.is_symlink(),
-        Err(cause) if cause.kind() == io::ErrorKind::NotFound => return Ok(Target::File(path.to_owned())),
+        Err(cause) if cause.kind() == io::ErrorKind::NotFound => {
+            return Ok(Target::File(path.to_owned()));
+        }
         Err(cause) => return Err(cause),
     };
     let Ok(data) = path.metadata() else {
         return refused("is a link that leads nowhere; allowed: a file");
     };
     if data.is_dir() {
-        return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a folder; allowed: a file"));
+        return Err(io::Error::new(
+            io::ErrorKind::IsADirectory,
+            "is a folder; allowed: a file",
+        ));
     }
     // Names of the system, such as /dev/stdout, stay what they are, whatever is behind them.
     let of_system = ["/dev", "/proc"].iter().any(|root| path.starts_with(root));
@@ -226,7 +231,10 @@ mod tests {
             cause.map_err(|cause| FileError::new(&path, "write", cause))
         };
         let text = write_with(&path, full).unwrap_err().to_string();
-        assert!(text.contains("a.exr") && text.contains("No space left"), "{text}");
+        assert!(
+            text.contains("a.exr") && text.contains("No space left"),
+            "{text}"
+        );
         assert_eq!(read(&path).unwrap(), b"old");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
@@ -247,7 +255,8 @@ mod tests {
     fn a_device_and_a_pipe_stay_what_they_are_and_a_link_is_followed() {
         use std::os::unix::fs::symlink;
         let folder = tempfile::tempdir().unwrap();
-        let [null, pipe, link, file] = ["null", "pipe", "link", "file"].map(|n| folder.path().join(n));
+        let [null, pipe, link, file] =
+            ["null", "pipe", "link", "file"].map(|n| folder.path().join(n));
         symlink("/dev/null", &null).unwrap();
         write_aside(&null, b"x").unwrap();
         assert_eq!(fs::read_link(&null).unwrap(), Path::new("/dev/null"));

@@ -14,7 +14,8 @@ use common::files;
 use fixture::{HALF_DISK_RATIO, synthetic};
 use quadpixel_datasets::{DatasetManifest, Report, check_dataset};
 use quadpixel_generators::writer::{
-    Dataset, EarlierSample, Foreign, RawEncoding, WriteError, earlier_sample, finish_dataset, write_sample,
+    Dataset, EarlierSample, Foreign, RawEncoding, WriteError, earlier_sample, finish_dataset,
+    write_sample,
 };
 
 const SIZE: [u32; 2] = [48, 32];
