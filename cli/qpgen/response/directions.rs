@@ -44,6 +44,12 @@ pub(super) fn print(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result
             "--phi-deg is {phi}; allowed: a finite angle"
         )));
     }
+    let light = |nm: &f64| nm.is_finite() && *nm > 0.0;
+    if let Some(nm) = args.wavelength_nm.iter().find(|nm| !light(nm)) {
+        return Err(CommandError::input(format!(
+            "--wavelength-nm is {nm}; allowed: a positive number"
+        )));
+    }
     let progress = Progress::new(log);
     let all = solve(args, stack, &progress)?;
     progress.finish();
@@ -62,7 +68,7 @@ pub(super) fn print(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result
             })
         );
     } else {
-        print_table(&all, stack.subpixels);
+        print_table(&all, stack.subpixels)?;
     }
     Ok(())
 }
@@ -125,7 +131,7 @@ fn json(d: &Direction, subpixels: Subpixels) -> serde_json::Value {
     })
 }
 
-fn print_table(all: &[Direction], subpixels: Subpixels) {
+fn print_table(all: &[Direction], subpixels: Subpixels) -> Result<(), CommandError> {
     let names =
         (0..subpixels.count()).map(|i| format!("{:>8}", format!("P_{}", subpixels.name(i))));
     outln!(
@@ -162,4 +168,5 @@ fn print_table(all: &[Direction], subpixels: Subpixels) {
             );
         }
     }
+    Ok(())
 }
