@@ -78,6 +78,8 @@ pub struct Optional {
     pub noisy: bool,
     /// The colour-filter mosaic, and with a readout the noisy one.
     pub mosaic: bool,
+    /// Light above what half precision holds (65504): raw, views and target are stored as 32-bit floats.
+    pub bright: bool,
 }
 
 /// The files of a sample in the order of their names, each with size, channels and number format. `preview` is the
@@ -112,7 +114,12 @@ pub fn sample_files(
     let sheet = ["R", "G", "B"];
     let raw_storage = match raw {
         RawFormat::Png => Storage::Uint16,
+        RawFormat::Exr if optional.bright => Storage::Float,
         RawFormat::Exr => Storage::Half,
+    };
+    let light = match optional.bright {
+        true => Storage::Float,
+        false => Storage::Half,
     };
     let mosaic = [
         width.saturating_mul(sensor.subpixels.m() as u32),
@@ -122,8 +129,8 @@ pub fn sample_files(
     let size = [width, height];
     let mut rows = vec![
         (K::Raw, mosaic, layers_of_none(&colours), raw_storage),
-        (K::Views, size, layers(&with_sum, &colours), half),
-        (K::Target, size, layers_of_none(&colours), half),
+        (K::Views, size, layers(&with_sum, &colours), light),
+        (K::Target, size, layers_of_none(&colours), light),
         (K::Depth, size, layers_of_none(&["Z"]), float),
         (K::Distance, size, layers_of_none(&["distance"]), float),
         (K::Disparity, size, layers(&names, &truth), float),
@@ -140,7 +147,7 @@ pub fn sample_files(
     if optional.noisy {
         rows.extend([
             (K::Noisy, mosaic, layers_of_none(&colours), Storage::Uint16),
-            (K::NoisyViews, size, layers(&with_sum, &colours), half),
+            (K::NoisyViews, size, layers(&with_sum, &colours), light),
             (K::Shading, size, layers(&names, &colours), half),
         ]);
     }

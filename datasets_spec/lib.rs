@@ -72,7 +72,9 @@ pub use sample::{
 };
 pub use split::{Split, split_of_scene, split_scenes};
 pub use subpixels::{Subpixels, SubpixelsError};
-pub use version::{ParseError, SCHEMA_VERSION, check_version, parse};
+pub use version::{
+    Description, ParseError, SCHEMA_VERSION, check_version, parse, read_description,
+};
 
 /// The contract in words.
 pub const SPEC: &str = include_str!("SPEC.md");

@@ -52,6 +52,9 @@ pub fn run(args: &TableArgs, progress: Progress) -> Result<(), CommandError> {
     let text = String::from_utf8(bytes).map_err(|e| bad(e.to_string()))?;
     let list: TableList =
         toml::from_str(&text).map_err(|e| bad(e.to_string().trim_end().replace('\n', " ")))?;
+    if list.row.is_empty() {
+        return Err(bad("row is []; allowed: at least one row".into()));
+    }
     let sharpness: SharpnessSettings =
         (args.preset.parse()).map_err(|e| input(format!("--preset: {e}")))?;
     let settings = CalibrationSettings {

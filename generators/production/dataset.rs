@@ -130,7 +130,8 @@ fn is_finished(out: &Path, identity: &Identity) -> Result<bool, GenerateError> {
     {
         return Ok(false);
     }
-    let Ok(manifest) = quadpixel_datasets::parse::<DatasetManifest>(&file::read(&path)?) else {
+    let Ok(manifest) = quadpixel_datasets::read_description::<DatasetManifest>(&file::read(&path)?)
+    else {
         return Ok(false); // told where the folder is opened
     };
     let same = manifest.tool.version == identity.version

@@ -20,7 +20,7 @@ use super::rendered::{Maps, Sample, Shifts, raw_white, saturation};
 use super::stages::{Stages, timed};
 use crate::assemble::{self, Responses};
 use crate::describe::{RenderedLight, describe};
-use crate::observer::{Event, Observer};
+use crate::observer::Observer;
 use crate::recipe::{Recipe, RecipeError, SampleId};
 
 /// Why a sample could not be rendered.
@@ -91,10 +91,7 @@ pub fn prepare(
     (recipe.tolerance.check()).map_err(RecipeError::Tolerance)?;
     recipe.check()?;
     let mut stages = Stages::default();
-    let response = timed(&mut stages.response_s, || {
-        let progress = |done, total| observer.event(Event::Table { done, total });
-        responses.get(recipe, &progress)
-    })?;
+    let response = timed(&mut stages.response_s, || responses.get(recipe, &observer))?;
     let (camera, scene, warnings) = timed(&mut stages.scene_s, || {
         let camera = assemble::camera(recipe, &response)?;
         let framing = assemble::framing_camera(recipe, &response)?;

@@ -83,12 +83,14 @@ pub fn rebuild_pages(root: &Path, licence: &str, foreign: Foreign) -> Result<usi
     let path = root.join(paths::DATASET);
     let finished = path.is_file() && !root.join(paths::RUN).is_file();
     let manifest: Option<DatasetManifest> = match finished {
-        true => Some(quadpixel_datasets::parse(&file::read(&path)?).map_err(|e| {
-            WriteError::Occupied {
-                path: path.clone(),
-                what: e.to_string(),
-            }
-        })?),
+        true => Some(
+            quadpixel_datasets::read_description(&file::read(&path)?).map_err(|e| {
+                WriteError::Occupied {
+                    path: path.clone(),
+                    what: e.to_string(),
+                }
+            })?,
+        ),
         false => None,
     };
     let names = match &manifest {

@@ -115,10 +115,11 @@ fn whole(folder: &Path) -> Result<SampleMeta, NotWhole> {
     let damaged = |what: String| NotWhole::Damaged(what);
     let path = folder.join(paths::META);
     let bytes = file::read(&path).map_err(|e| damaged(e.to_string()))?;
-    let meta: SampleMeta = quadpixel_datasets::parse(&bytes).map_err(|error| match error {
-        ParseError::Earlier(_) | ParseError::Later(_) => NotWhole::OfAnotherRelease(error),
-        _ => damaged(format!("{}: {error}", paths::META)),
-    })?;
+    let meta: SampleMeta =
+        quadpixel_datasets::read_description(&bytes).map_err(|error| match error {
+            ParseError::Earlier(_) | ParseError::Later(_) => NotWhole::OfAnotherRelease(error),
+            _ => damaged(format!("{}: {error}", paths::META)),
+        })?;
     for own in &meta.contents {
         let name = paths::checked_name(&own.path).map_err(|e| damaged(e.to_string()))?;
         let length = folder.join(name).symlink_metadata().map(|data| data.len());

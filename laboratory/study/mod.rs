@@ -60,7 +60,12 @@ pub fn curves(
     let began = Instant::now();
     file::create_folder(out)?;
     let name = study.name();
-    let journal = curve::journal(&out.join(format!("{name}.partial")), &cases, model)?;
+    let journal = curve::journal(
+        &out.join(format!("{name}.partial")),
+        &cases,
+        model,
+        &observer,
+    )?;
     let progress = |done, total| observer.event(Event::Table { done, total });
     let curves = curve::all(&cases, model, angles, &journal, &progress)?;
     let points = curves.iter().flat_map(|c| &c.points);

@@ -56,7 +56,7 @@ pub(super) fn tables(
     }
     let began = std::time::Instant::now();
     let cache = ResponseCache::open(ResponseCache::default_dir());
-    let made = cache.tables(&plan, &angles).map_err(CommandError::input)?;
+    let made = cache.tables(&plan, &angles)?;
     let seconds = began.elapsed().as_secs_f64();
     for warning in &made.warnings {
         progress.warn(&warning.to_string());

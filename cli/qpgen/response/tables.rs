@@ -6,9 +6,7 @@ use std::path::{Path, PathBuf};
 
 use quadpixel::em::PixelStack;
 use quadpixel::file;
-use quadpixel::response::{
-    AngularResponse, CachedTable, ImportSettings, ResponseCache, ResponseError, TablePlan,
-};
+use quadpixel::response::{AngularResponse, CachedTable, ImportSettings, ResponseCache, TablePlan};
 use quadpixel::shard::Shard;
 use quadpixel_datasets::paths::sanitised;
 
@@ -28,8 +26,7 @@ fn made(
     angles: &dyn quadpixel::progress::Progress,
 ) -> Result<CachedTable, CommandError> {
     let cache = ResponseCache::open(ResponseCache::default_dir());
-    let made = cache.table(&plan(args, stack)?, angles);
-    made.map_err(CommandError::input)
+    Ok(cache.table(&plan(args, stack)?, angles)?)
 }
 
 pub(super) fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), CommandError> {
@@ -125,10 +122,7 @@ pub(super) fn part(
     let angles = |done: usize, total: usize| progress.table(done, total);
     let began = std::time::Instant::now();
     let cache = ResponseCache::open(ResponseCache::default_dir());
-    let part = cache.make_part(plan, shard, &angles).map_err(|e| match e {
-        ResponseError::Io { .. } => CommandError::failed(e),
-        other => CommandError::input(other),
-    })?;
+    let part = cache.make_part(plan, shard, &angles)?;
     progress.finish();
     let seconds = began.elapsed().as_secs_f64();
     if args.json {

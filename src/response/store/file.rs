@@ -7,6 +7,7 @@
 //! | `shift_um` | f64 | [shift, 2] |
 //! | `u`, `v` | f64 | direction cosines |
 //! | `meta` | u8 | UTF-8 JSON of [`ResponseMeta`]: `json.loads(bytes(f["meta"]))` |
+//! | `blake3` | u8 | hash of the others: 64 hexadecimal digits |
 //!
 //! A table of shifted lenses has `shift_grid` in its `meta` (pitch, and N shifts per pitch along x and y); its shifts
 //! are the octant `0 ≤ j ≤ i ≤ N/2` of `(i, j) pitch / N`, the quadrant where m ≠ n. For another shift s take the
@@ -21,7 +22,8 @@ use ndarray::{Array1, Array2, ArrayView1, ArrayView2, IxDyn};
 use ndarray_npy::NpzWriter;
 
 use crate::file;
-use crate::npz::Npz;
+use crate::hash::ContentHash;
+use crate::npz::{HASH, Npz};
 use crate::response::{AngularResponse, ResponseAxes, ResponseError, ResponseMeta};
 
 impl AngularResponse {
@@ -47,6 +49,7 @@ impl AngularResponse {
             .map_err(|e| format(e.to_string()))?;
         let shifts = ArrayView2::from(&a.shifts_um[..]);
         let meta = serde_json::to_vec(self.meta()).map_err(|e| format(e.to_string()))?;
+        let hash = content_hash(&meta, a, self.table());
         // In memory first: ndarray-npy hides the kind of an I/O error, and a table is a few MB at most.
         let mut npz = NpzWriter::new(Cursor::new(Vec::new()));
         let wrote = npz
@@ -56,6 +59,7 @@ impl AngularResponse {
             .and_then(|()| npz.add_array("u", &ArrayView1::from(&a.u)))
             .and_then(|()| npz.add_array("v", &ArrayView1::from(&a.v)))
             .and_then(|()| npz.add_array("meta", &ArrayView1::from(&meta)))
+            .and_then(|()| npz.add_array(HASH, &ArrayView1::from(hash.hex().as_bytes())))
             .and_then(|()| npz.finish());
         Ok(wrote.map_err(|e| format(e.to_string()))?.into_inner())
     }
@@ -66,19 +70,36 @@ impl AngularResponse {
     /// A file that cannot be read, or is no such table.
     pub fn read_npz(path: &Path) -> Result<Self, ResponseError> {
         let file = file::open(path).map_err(|e| io(path, e.cause))?;
-        Self::from_npz(BufReader::new(file), path)
+        Self::from_npz(BufReader::new(file), path).map(|(table, _)| table)
     }
 
-    /// [`Self::read_npz`] of any contents; `path` names them in errors.
-    pub(super) fn from_npz(contents: impl Read + Seek, path: &Path) -> Result<Self, ResponseError> {
+    /// [`Self::read_npz`] of a file that this program keeps: its content has to be that of its hash.
+    pub(super) fn read_kept(path: &Path) -> Result<Self, ResponseError> {
+        let file = file::open(path).map_err(|e| io(path, e.cause))?;
+        match Self::from_npz(BufReader::new(file), path)? {
+            (table, true) => Ok(table),
+            (_, false) => Err(ResponseError::Format {
+                path: path.to_owned(),
+                why: "it has no hash of its content".into(),
+            }),
+        }
+    }
+
+    /// [`Self::read_npz`] of any contents, and whether they have a hash, to which they are held then; `path` names them
+    /// in errors.
+    pub(super) fn from_npz(
+        contents: impl Read + Seek,
+        path: &Path,
+    ) -> Result<(Self, bool), ResponseError> {
         let format = |why: String| ResponseError::Format {
             path: path.to_owned(),
             why,
         };
         let mut npz = Npz::open(contents).map_err(format)?;
-        let meta: Array1<u8> = npz.array("meta").map_err(format)?;
+        let stated: Array1<u8> = npz.array("meta").map_err(format)?;
+        let stated = stated.to_vec();
         let meta: ResponseMeta =
-            serde_json::from_slice(&meta.to_vec()).map_err(|e| format(format!("meta: {e}")))?;
+            serde_json::from_slice(&stated).map_err(|e| format(format!("meta: {e}")))?;
         let shifts: Array2<f64> = npz.array("shift_um").map_err(format)?;
         if shifts.ncols() != 2 {
             return Err(format(format!(
@@ -109,8 +130,30 @@ impl AngularResponse {
                 p.shape()
             )));
         }
-        Self::new(axes, meta, p.iter().copied().collect()).map_err(|e| format(e.to_string()))
+        let p: Vec<f32> = p.iter().copied().collect();
+        let has_hash = npz.has(HASH);
+        if has_hash {
+            (npz.check_hash(&content_hash(&stated, &axes, &p))).map_err(format)?;
+        }
+        let table = Self::new(axes, meta, p).map_err(|e| format(e.to_string()))?;
+        Ok((table, has_hash))
     }
+}
+
+/// Of all that is in the file; `meta` holds the key of the table, so that a hash belongs to one table only.
+fn content_hash(meta: &[u8], axes: &ResponseAxes, table: &[f32]) -> ContentHash {
+    let ResponseAxes {
+        wavelengths_nm,
+        shifts_um,
+        u,
+        v,
+    } = axes;
+    ContentHash::new(meta)
+        .array(wavelengths_nm, f64::to_le_bytes)
+        .array(&shifts_um.concat(), f64::to_le_bytes)
+        .array(u, f64::to_le_bytes)
+        .array(v, f64::to_le_bytes)
+        .array(table, f32::to_le_bytes)
 }
 
 fn io(path: &Path, source: std::io::Error) -> ResponseError {
