@@ -42,6 +42,7 @@ mod layout;
 #[cfg(feature = "check")]
 mod load;
 mod manifest;
+pub mod memory;
 mod mosaic;
 pub mod paths;
 mod readout;

@@ -21,7 +21,11 @@ mod validate;
 use clap::{Parser, Subcommand};
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::{Level, Log};
+use quadpixel_cli::memory::{Guarded, limit, parse_bytes};
 use quadpixel_cli::process::{exit_on_closed_pipe, fail_on_file_size_limit, parse, use_threads};
+
+#[global_allocator]
+static MEMORY: Guarded = Guarded;
 
 /// Simulates cameras whose pixels see the pupil in parts (dual-pixel, quad-pixel, m×n) and makes training data with
 /// them.
@@ -31,6 +35,10 @@ struct Cli {
     /// Number of threads; 0: one per core. The result does not depend on it.
     #[arg(long, global = true, default_value_t = 0)]
     threads: usize,
+    /// Most memory that the process may hold, such as 512M or 4G: what an input asks for beyond is refused; absent: 4/5 of
+    /// what is free, and what a container or `ulimit -v` leaves.
+    #[arg(long, global = true, value_name = "SIZE", value_parser = parse_bytes)]
+    max_memory: Option<u64>,
     /// What is printed on stderr.
     #[arg(long, global = true, value_enum, default_value_t = Level::Info)]
     log: Level,
@@ -149,6 +157,7 @@ fn main() -> ExitCode {
 fn run(cli: Cli, log: Log) -> Result<(), CommandError> {
     exit_on_closed_pipe()?;
     fail_on_file_size_limit()?;
+    limit(cli.max_memory)?;
     use_threads(cli.threads)?;
     match cli.command {
         Command::Dataset(args) => dataset::run(&args, log),

@@ -48,7 +48,8 @@ pub fn finish_dataset(
     let survey = survey(root, &names)?;
     let mut own = Pages::open(root, foreign)?;
     own.clear_half_made()?;
-    let mut files = own.write(&[pages(&survey, dataset.licence), split_lists(&survey)].concat())?;
+    let mut files =
+        own.write(&[pages(&survey, dataset.licence)?, split_lists(&survey)].concat())?;
     files.extend(survey.files);
     files.sort_by(|a, b| a.path.cmp(&b.path));
     let manifest = DatasetManifest {
@@ -99,7 +100,7 @@ pub fn rebuild_pages(root: &Path, licence: &str, foreign: Foreign) -> Result<usi
     };
     let survey = survey(root, &names)?;
     let licence = manifest.as_ref().map_or(licence, |m| m.licence.as_str());
-    let written = own.write(&pages(&survey, licence))?;
+    let written = own.write(&pages(&survey, licence)?)?;
     if let Some(mut manifest) = manifest {
         let page =
             |path: &str| !path.starts_with(paths::SAMPLES) && !path.starts_with(paths::SPLITS);
@@ -121,13 +122,13 @@ fn write_manifest(root: &Path, manifest: &DatasetManifest) -> Result<(), WriteEr
 }
 
 /// Gallery, data card and plots: path and content.
-fn pages(survey: &Survey, licence: &str) -> Vec<(String, Vec<u8>)> {
-    let gallery = gallery::page(&survey.entries, &survey.shown);
+fn pages(survey: &Survey, licence: &str) -> Result<Vec<(String, Vec<u8>)>, WriteError> {
+    let gallery = gallery::page(&survey.entries, &survey.shown)?;
     let card = card::pages(&survey.census, &survey.entries, &survey.files, licence);
     let pages = std::iter::once((paths::INDEX.to_string(), gallery)).chain(card);
-    pages
+    Ok(pages
         .map(|(path, text)| (path, text.into_bytes()))
-        .collect()
+        .collect())
 }
 
 /// The names of the samples of each split: path and content.
