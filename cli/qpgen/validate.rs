@@ -15,6 +15,7 @@ use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::pixel_stack;
+use quadpixel_generators::observer::Observer;
 use quadpixel_generators::preview::canvas::Sheet;
 use quadpixel_laboratory::validate::{Experiment, Probe, masked_plane, moving_disk};
 
@@ -67,7 +68,7 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
     let stack = pixel_stack(&args.pixel, args.subpixels)?;
     file::probe_folder(&args.out)?;
     let progress = Progress::new(log.json(args.json));
-    let angles = |done: usize, total: usize| progress.table(done, total);
+    let angles: &dyn Observer = &progress;
     let settings = TableSettings::new(Level::default(), Preset::default(), &stack);
     let plan = TablePlan::new(&stack, &settings).map_err(CommandError::failed)?;
     let cached = ResponseCache::open(ResponseCache::default_dir())

@@ -154,6 +154,18 @@ fn pages_being_written(root: &Path, report: &mut Report) -> Vec<FileEntry> {
         .collect()
 }
 
+/// A page, or a list of pages, that a killed command was about to name: the dataset is whole without it, and the next
+/// command removes it.
+fn is_half_made_page(path: &str) -> bool {
+    let (folder, name) = path.rsplit_once('/').unwrap_or(("", path));
+    let stem = name.rsplit_once(".tmp-").map(|(stem, _)| stem);
+    let root = [paths::DATASET, paths::INDEX, paths::CARD, paths::PAGES];
+    stem.is_some_and(|stem| match folder {
+        "" => root.contains(&stem),
+        folder => [paths::PLOTS, paths::SPLITS].contains(&folder),
+    })
+}
+
 /// The tree holds the listed files and nothing else.
 fn check_tree(root: &Path, manifest: &DatasetManifest, pages: &[FileEntry], report: &mut Report) {
     let mut listed = BTreeSet::new();
@@ -175,6 +187,8 @@ fn check_tree(root: &Path, manifest: &DatasetManifest, pages: &[FileEntry], repo
         if path != paths::DATASET && !listed.contains(path.as_str()) && !being_written(&path) {
             let what = if path == paths::RUN {
                 "a run has not ended here: the same qpgen dataset goes on with it"
+            } else if is_half_made_page(&path) {
+                continue;
             } else if path.contains(".tmp-") {
                 "is the leftover of an interrupted run"
             } else {

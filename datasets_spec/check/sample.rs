@@ -197,18 +197,6 @@ fn check_meta(meta: &SampleMeta, entry: &SampleEntry, path: &str, report: &mut R
             );
         }
     }
-    // A pinhole of the image distance, which is the focal length and what focusing adds: at unit magnification twice it.
-    let infinity_px = meta.lens.efl_mm * 1e3 / meta.sensor.pitch_um;
-    for (field, value) in [
-        ("intrinsics.fx_px", meta.intrinsics.fx_px),
-        ("intrinsics.fy_px", meta.intrinsics.fy_px),
-    ] {
-        if !(0.1..=10.0).contains(&(value / infinity_px)) {
-            let what =
-                format!("{field} is {value}, but efl_mm over pitch_um is {infinity_px:.1} px");
-            report.add(path, what);
-        }
-    }
     let levels = (
         meta.raw.black_level,
         meta.raw.white_level,

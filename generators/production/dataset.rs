@@ -137,7 +137,9 @@ fn is_finished(out: &Path, identity: &Identity) -> Result<bool, GenerateError> {
     let same = manifest.tool.version == identity.version
         && manifest.configuration == identity.configuration
         && manifest.inputs == identity.inputs;
-    let only_ours = Pages::open(out, Foreign::Refuse)?.check().is_ok();
+    let pages = Pages::open(out, Foreign::Refuse)?;
+    let only_ours = pages.check().is_ok() && pages.half_made(&[paths::RUN])?.is_empty();
+    drop(pages);
     let hash = identity.hash();
     let mut samples = manifest.samples.iter();
     let mut pages = manifest

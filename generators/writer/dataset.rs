@@ -47,7 +47,7 @@ pub fn finish_dataset(
     clear_samples(&root.join(paths::SAMPLES), &names)?;
     let survey = survey(root, &names)?;
     let mut own = Pages::open(root, foreign)?;
-    own.clear_half_made()?;
+    own.clear_half_made(&[paths::RUN])?;
     let mut files =
         own.write(&[pages(&survey, dataset.licence)?, split_lists(&survey)].concat())?;
     files.extend(survey.files);
@@ -102,6 +102,7 @@ pub fn rebuild_pages(root: &Path, licence: &str, foreign: Foreign) -> Result<usi
     let licence = manifest.as_ref().map_or(licence, |m| m.licence.as_str());
     let written = own.write(&pages(&survey, licence)?)?;
     if let Some(mut manifest) = manifest {
+        own.clear_half_made(&[])?;
         let page =
             |path: &str| !path.starts_with(paths::SAMPLES) && !path.starts_with(paths::SPLITS);
         let before = manifest.files.clone();

@@ -136,29 +136,37 @@ impl Pages {
         Ok(())
     }
 
-    /// Removes what a killed process was about to name.
+    /// Removes what a killed process was about to name; `also` are names in the folder itself beside those of pages.
     ///
     /// # Errors
     /// The disk.
-    pub fn clear_half_made(&self) -> Result<(), WriteError> {
-        let folders = ["", paths::PLOTS, paths::SPLITS];
-        let ours = [
-            paths::DATASET,
-            paths::INDEX,
-            paths::CARD,
-            paths::RUN,
-            paths::PAGES,
-        ];
-        for folder in folders {
+    pub fn clear_half_made(&self, also: &[&str]) -> Result<(), WriteError> {
+        for path in self.half_made(also)? {
+            file::remove(&self.root.join(path))?;
+        }
+        Ok(())
+    }
+
+    /// What a killed process was about to name.
+    ///
+    /// # Errors
+    /// The disk.
+    pub fn half_made(&self, also: &[&str]) -> Result<Vec<String>, WriteError> {
+        let ours = [paths::DATASET, paths::INDEX, paths::CARD, paths::PAGES];
+        let mut found = Vec::new();
+        for folder in ["", paths::PLOTS, paths::SPLITS] {
             for name in self.names(folder)? {
-                let half_made =
-                    half_made(&name).is_some_and(|stem| !folder.is_empty() || ours.contains(&stem));
-                if half_made {
-                    file::remove(&self.root.join(folder).join(&name))?;
+                let stem = half_made(&name);
+                let own =
+                    |stem: &str| !folder.is_empty() || ours.contains(&stem) || also.contains(&stem);
+                match folder {
+                    _ if !stem.is_some_and(own) => {}
+                    "" => found.push(name),
+                    folder => found.push(format!("{folder}/{name}")),
                 }
             }
         }
-        Ok(())
+        Ok(found)
     }
 
     /// Lists in `pages.json` what is ours: by old and by new hash.

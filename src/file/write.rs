@@ -110,6 +110,7 @@ impl FolderAside {
         builder.prefix(&prefix);
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+        create_folder(parent(path))?;
         let aside = builder.tempdir_in(parent(path));
         let failed = |cause| FileError::new(path, "create the folder", cause);
         Ok(Self {

@@ -12,6 +12,7 @@ use super::args::{ColourArg, ResponseArgs};
 use super::tables::{default_output, nodes, part, written};
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
+use quadpixel_generators::observer::Observer;
 
 /// The default of --wavelength-nm.
 const DEFAULT_NM: f64 = 550.0;
@@ -49,7 +50,7 @@ pub(super) fn tables(
     let channels = channels(args)?;
     let plan = plan(args, stack, channels.as_ref())?;
     let progress = Progress::new(log.json(args.json));
-    let angles = |done: usize, total: usize| progress.table(done, total);
+    let angles: &dyn Observer = &progress;
     let shard = args.shard.shard(&progress)?;
     if !shard.is_whole() {
         return part(args, &plan, shard, &progress);

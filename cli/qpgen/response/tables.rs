@@ -14,6 +14,7 @@ use super::args::ResponseArgs;
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
+use quadpixel_generators::observer::Observer;
 
 fn plan(args: &ResponseArgs, stack: &PixelStack) -> Result<TablePlan, CommandError> {
     TablePlan::new(stack, &args.settings(stack)).map_err(CommandError::input)
@@ -31,7 +32,7 @@ fn made(
 
 pub(super) fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), CommandError> {
     let progress = Progress::new(log.json(args.json));
-    let angles = |done: usize, total: usize| progress.table(done, total);
+    let angles: &dyn Observer = &progress;
     let shard = args.shard.shard(&progress)?;
     if !shard.is_whole() {
         return part(args, &plan(args, stack)?, shard, &progress);
@@ -119,7 +120,7 @@ pub(super) fn part(
     shard: Shard,
     progress: &Progress,
 ) -> Result<(), CommandError> {
-    let angles = |done: usize, total: usize| progress.table(done, total);
+    let angles: &dyn Observer = progress;
     let began = std::time::Instant::now();
     let cache = ResponseCache::open(ResponseCache::default_dir());
     let part = cache.make_part(plan, shard, &angles)?;
