@@ -1,5 +1,5 @@
-//! Printing on stdout, the one way to do it: what cannot be printed (a full disk behind it) is a failure of the command,
-//! and no panic. Texts of files and names reach a terminal as text: what would command it is shown as U+FFFD.
+//! Printing on stdout, the one way to do it: what cannot be printed (a full disk behind it) is a failure of the
+//! command, and no panic. Texts of files and names reach a terminal as text: what would command it is shown as U+FFFD.
 
 use std::fmt;
 use std::io::Write;

@@ -31,8 +31,8 @@ struct Cli {
     /// Number of threads; 0: one per core. The result does not depend on it.
     #[arg(long, global = true, default_value_t = 0, display_order = 900)]
     threads: usize,
-    /// Most memory that the process may hold, such as 512M or 4G: what an input asks for beyond is refused; absent: 4/5 of
-    /// what is free, and what a container or `ulimit -v` leaves.
+    /// Most memory that the process may hold, such as 512M or 4G: what an input asks for beyond is refused; absent:
+    /// 4/5 of what is free, and what a container or `ulimit -v` leaves.
     #[arg(long, global = true, value_name = "SIZE", value_parser = parse_bytes, display_order = 902)]
     max_memory: Option<u64>,
     /// Warnings and errors only on stderr: no progress.

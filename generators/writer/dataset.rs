@@ -73,8 +73,8 @@ pub fn finish_dataset(
 }
 
 /// Writes the gallery and the data card again, from the descriptions on disk, and brings their entries in the manifest
-/// up to date; all other entries stay, so that damage to a sample is still found by the check. While a run is not at its
-/// end, the pages show the samples that there are, and `licence`.
+/// up to date; all other entries stay, so that damage to a sample is still found by the check. While a run is not at
+/// its end, the pages show the samples that there are, and `licence`.
 ///
 /// # Errors
 /// A description that cannot be read, a file of somebody else in the place of a page, or the disk.

@@ -1,7 +1,7 @@
 //! Writes one sample into the native layout (datasets_spec, SPEC.md), and finishes a dataset of them.
 //!
-//! A sample is written into `samples/.tmp-NNNNNN-XXXXXX` and renamed to `samples/NNNNNN` when it is whole, so a folder under
-//! its final name is always complete and an interrupted run goes on where it stopped ([`earlier_sample`]).
+//! A sample is written into `samples/.tmp-NNNNNN-XXXXXX` and renamed to `samples/NNNNNN` when it is whole: a folder
+//! under its final name is always complete, and an interrupted run goes on where it stopped ([`earlier_sample`]).
 
 mod dataset;
 mod encode;

@@ -2,8 +2,8 @@
 //! or removed, and a dataset that is whole stays so at every instant.
 //!
 //! What we wrote is what `dataset.json` lists, by path and hash. Pages that no manifest lists yet (of a run that is not
-//! at its end, or between their writing and that of the manifest) are listed in `pages.json` before the first of them is
-//! written; it goes when the manifest says it all. A reader takes a page by either hash.
+//! at its end, or between their writing and that of the manifest) are listed in `pages.json` before the first of them
+//! is written; it goes when the manifest says it all. A reader takes a page by either hash.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};

@@ -1,4 +1,5 @@
-//! Writing: a file or folder is made under a name that nobody can foresee, beside the one that it gets when it is whole.
+//! Writing: a file or folder is made under a name that nobody can foresee, beside the one that it gets when it is
+//! whole.
 //! What is no plain file (`/dev/stdout`, `/dev/null`, a named pipe) is written to where it is, and stays what it is.
 
 use std::ffi::OsString;

@@ -30,7 +30,8 @@ impl Lens {
     /// infinity focus. [`Lens::focus_distance_mm`] of the result counts from where it stands now.
     ///
     /// # Errors
-    /// [`LensError::Value`] beyond 10 km, but for infinity; and within the near limit: at or inside the front focal point, or, when the lens moves, so near
+    /// [`LensError::Value`] beyond 10 km, but for infinity; within the near limit: at or inside the front focal point,
+    /// or, when the lens moves, so near
     /// that no place of the lens between object and sensor gives an image.
     pub fn focused_at(
         &self,

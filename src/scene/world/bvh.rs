@@ -167,8 +167,8 @@ impl Bvh {
     }
 }
 
-/// Widens equal boxes beyond those of one leaf by a few steps of rounding, each differently: among equal ones the builder
-/// would find but one pair to join at a time, and take the square of their number.
+/// Widens equal boxes beyond those of one leaf by a few steps of rounding, each differently: among equal ones the
+/// builder would find but one pair to join at a time, and take the square of their number.
 fn told_apart(mut boxes: Vec<Aabb>, pad: Vec3) -> Vec<Aabb> {
     let key = |b: &Aabb| [b.min, b.max].map(|p| p.to_array().map(f32::to_bits));
     let mut order: Vec<usize> = (0..boxes.len()).collect();
