@@ -99,7 +99,9 @@ impl Progress {
         if let Ok(style) = ProgressStyle::with_template("{msg} · {elapsed}") {
             bar.set_style(style);
         }
-        bar.enable_steady_tick(Duration::from_millis(500));
+        if drawn {
+            bar.enable_steady_tick(Duration::from_millis(500));
+        }
         let early = progress.early.clone();
         // Without the thread (a limit on the memory, say) the first stage is not shown.
         let _ = std::thread::Builder::new().spawn(move || {

@@ -17,7 +17,7 @@ impl Recipe {
             return Err(FieldError::new("render.rays_per_pixel", rays, "1 to 16777216").into());
         }
         let ev = self.exposure_ev;
-        if !(ev.abs() <= LARGEST_EV) {
+        if !(-LARGEST_EV..=LARGEST_EV).contains(&ev) {
             return Err(FieldError::new("exposure_ev", ev, "-64 to 64 stops").into());
         }
         let positive = |field: &'static str, value: Option<f64>| match value {

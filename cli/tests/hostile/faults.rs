@@ -227,7 +227,7 @@ pub const FAULTS: [Fault; 21] = [
 ];
 
 /// The files that a case reads, one by the seed.
-pub fn input<'a>(case: &'a Case, seed: u64) -> Option<&'a str> {
+pub fn input(case: &Case, seed: u64) -> Option<&str> {
     let n = case.inputs.len();
     case.inputs
         .get(hash(seed, &[0]) as usize % n.max(1))
