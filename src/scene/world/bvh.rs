@@ -12,7 +12,6 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
 use super::fold::{WIDTH, leaf_counts, members_of};
-use crate::sampling::hash;
 use crate::simd::SimdLevel;
 
 /// Items in a leaf, at most: the lanes of a packet.
@@ -122,7 +121,6 @@ impl Bvh {
             .iter()
             .map(|b| Aabb::new(Vec3A::from(b.least - pad), Vec3A::from(b.greatest + pad)))
             .collect();
-        let boxes = told_apart(boxes, pad);
         let params = BvhBuildParams {
             max_prims_per_leaf: LEAF_ITEMS as u32,
             ..BvhBuildParams::medium_build()
@@ -167,26 +165,6 @@ impl Bvh {
     }
 }
 
-/// Widens equal boxes beyond those of one leaf by a few steps of rounding, each differently: among equal ones the
-/// builder would find but one pair to join at a time, and take the square of their number.
-fn told_apart(mut boxes: Vec<Aabb>, pad: Vec3) -> Vec<Aabb> {
-    let key = |b: &Aabb| [b.min, b.max].map(|p| p.to_array().map(f32::to_bits));
-    let mut order: Vec<usize> = (0..boxes.len()).collect();
-    order.sort_unstable_by_key(|&i| (key(&boxes[i]), i));
-    let mut first = 0;
-    for place in 1..order.len() {
-        let (i, equal) = (order[place], order[first]);
-        if key(&boxes[i]) != key(&boxes[equal]) {
-            first = place;
-        } else if place - first >= LEAF_ITEMS {
-            let steps = 1 + hash(0, &[i as u64]) % 64;
-            let wider = Vec3A::from(pad) * steps as f32;
-            boxes[i] = Aabb::new(boxes[i].min - wider, boxes[i].max + wider);
-        }
-    }
-    boxes
-}
-
 fn boxes_of(binary: &Bvh2, members: &[usize]) -> Node {
     let side = |pick: &dyn Fn(&Aabb) -> f32, absent: f32| {
         std::array::from_fn(|lane| {
@@ -206,28 +184,5 @@ fn boxes_of(binary: &Bvh2, members: &[usize]) -> Node {
             side(&|b| b.max.z, down),
         ],
         children: [Child(0); WIDTH],
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn equal_boxes_take_no_longer_than_others() {
-        // One merge at a time took 45 s for so many.
-        let one = Bounds {
-            least: Vec3::ZERO,
-            greatest: Vec3::ONE,
-        };
-        let began = std::time::Instant::now();
-        let mut items = 0;
-        let tree = Bvh::build(&vec![one; 32_000], |leaf| items += leaf.len());
-        assert!(
-            began.elapsed().as_secs_f64() < 10.0,
-            "{:?}",
-            began.elapsed()
-        );
-        assert!(items == 32_000 && tree.root.is_some());
     }
 }
