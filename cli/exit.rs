@@ -2,6 +2,7 @@
 
 use quadpixel::file::FileError;
 use quadpixel::lens::LensError;
+use quadpixel::response::ResponseError;
 use quadpixel_generators::config::ConfigError;
 use quadpixel_generators::export::ExportError;
 use quadpixel_generators::production::error::GenerateError;
@@ -75,6 +76,16 @@ from_library_errors!(
     SceneError,
     WriteError
 );
+
+/// A pixel or table that cannot be (2); a disk that fails, or a wait that ended (1).
+impl From<ResponseError> for CommandError {
+    fn from(error: ResponseError) -> Self {
+        match error {
+            ResponseError::Io { .. } | ResponseError::Stopped { .. } => Self::failed(error),
+            other => Self::input(other),
+        }
+    }
+}
 
 /// The disk failed.
 impl From<FileError> for CommandError {

@@ -2,6 +2,8 @@
 
 pub mod exit;
 pub mod log;
+pub mod memory;
+pub mod print;
 pub mod process;
 pub mod progress;
 pub mod shard_env;

@@ -4,6 +4,8 @@
 use clap::ValueEnum;
 use serde_json::{Map, Value};
 
+use crate::print::say;
+
 /// How much is said; each level includes those before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
 pub enum Level {
@@ -60,7 +62,7 @@ impl Log {
     /// Says a line. `fields` are for programs, which get them in place of what the text tells of them.
     pub fn line(self, level: Level, text: &str, fields: &[(&str, Value)]) {
         if self.says(level) {
-            eprintln!("{}", self.formatted(level, text, fields));
+            say(&self.formatted(level, text, fields));
         }
     }
 

@@ -1,12 +1,44 @@
-//! The process around a command: its threads, and its end when nobody reads what it prints.
+//! The process around a command: its arguments and threads, and its end when nobody reads what it prints.
+
+use std::io::Write;
+use std::process::ExitCode;
 
 use crate::exit::CommandError;
+use crate::print::say;
+
+/// Most threads per core, and most on few cores: more only take memory and time to begin.
+const THREADS_PER_CORE: usize = 16;
+const MOST_ON_FEW_CORES: usize = 256;
+
+/// The arguments; else the exit code of a process that has said its help, its version, or what is wrong with them.
+///
+/// # Errors
+/// The exit code: 0, 2 for bad arguments, 1 where nothing can be printed.
+pub fn parse<Arguments: clap::Parser>() -> Result<Arguments, ExitCode> {
+    Arguments::try_parse().map_err(|error| {
+        let printed = error.print().and_then(|()| std::io::stdout().flush());
+        match printed {
+            Err(cause) if !error.use_stderr() => {
+                say(&format!("stdout: cannot write: {cause}"));
+                ExitCode::from(1)
+            }
+            _ => ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2)),
+        }
+    })
+}
 
 /// Sets the number of threads of the whole process, once, before any work; 0: all cores.
 ///
 /// # Errors
-/// Called twice, or the system refuses the threads.
+/// More than 16 per core and 256 (2); called twice, or the system refuses the threads (1).
 pub fn use_threads(count: usize) -> Result<(), CommandError> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let most = (THREADS_PER_CORE * cores).max(MOST_ON_FEW_CORES);
+    if count > most {
+        return Err(CommandError::input(format!(
+            "--threads is {count}; allowed: 0 to {most} on this machine"
+        )));
+    }
     rayon::ThreadPoolBuilder::new()
         .num_threads(count)
         .build_global()
@@ -30,6 +62,22 @@ pub fn exit_on_closed_pipe() -> Result<(), CommandError> {
         let always = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
         flag::register_conditional_shutdown(SIGPIPE, CLOSED_PIPE, always)
             .map_err(|e| CommandError::failed(format!("signal {SIGPIPE}: {e}")))?;
+    }
+    Ok(())
+}
+
+/// From now on a limit on the size of files (`ulimit -f`) is an error of the write, with its reason, and not the end of
+/// the process without a word. Does nothing except on Unix.
+///
+/// # Errors
+/// The signal cannot be registered.
+pub fn fail_on_file_size_limit() -> Result<(), CommandError> {
+    #[cfg(unix)]
+    {
+        use signal_hook::consts::signal::SIGXFSZ;
+        // A handler that does nothing of note: the write then fails.
+        signal_hook::flag::register(SIGXFSZ, std::sync::Arc::default())
+            .map_err(|e| CommandError::failed(format!("signal {SIGXFSZ}: {e}")))?;
     }
     Ok(())
 }

@@ -99,9 +99,12 @@ impl Progress {
         if let Ok(style) = ProgressStyle::with_template("{msg} · {elapsed}") {
             bar.set_style(style);
         }
-        bar.enable_steady_tick(Duration::from_millis(500));
+        if drawn {
+            bar.enable_steady_tick(Duration::from_millis(500));
+        }
         let early = progress.early.clone();
-        std::thread::spawn(move || {
+        // Without the thread (a limit on the memory, say) the first stage is not shown.
+        let _ = std::thread::Builder::new().spawn(move || {
             std::thread::sleep(PATIENCE);
             if drawn {
                 bar.set_draw_target(ProgressDrawTarget::stderr());

@@ -10,7 +10,37 @@ pub const SUM_LAYER: &str = "sum";
 /// Channels per layer of `shifts.exr` where the colour channels differ: red and blue, each from green.
 pub const COLOUR_SHIFTS: [&str; 4] = ["R.dx", "R.dy", "B.dx", "B.dy"];
 
+/// Whether a file of this name may be in a sample.
+pub fn is_sample_file(name: &str) -> bool {
+    let formats = [RawFormat::Png, RawFormat::Exr];
+    let is_picture = |kind: &FileKind| formats.iter().any(|raw| kind.file_name(*raw) == name);
+    [crate::paths::META, crate::paths::CAMERA].contains(&name)
+        || FileKind::ALL.iter().any(is_picture)
+}
+
 impl FileKind {
+    /// All kinds.
+    pub const ALL: [Self; 18] = [
+        Self::Raw,
+        Self::Views,
+        Self::Target,
+        Self::Depth,
+        Self::Distance,
+        Self::Disparity,
+        Self::Coc,
+        Self::Shifts,
+        Self::Occlusion,
+        Self::Objects,
+        Self::Normal,
+        Self::Valid,
+        Self::Preview,
+        Self::Noisy,
+        Self::NoisyViews,
+        Self::Shading,
+        Self::Mosaic,
+        Self::NoisyMosaic,
+    ];
+
     /// The file's name.
     pub fn file_name(self, raw: RawFormat) -> &'static str {
         match (self, raw) {
@@ -48,6 +78,8 @@ pub struct Optional {
     pub noisy: bool,
     /// The colour-filter mosaic, and with a readout the noisy one.
     pub mosaic: bool,
+    /// Light above what half precision holds (65504): raw, views and target are stored as 32-bit floats.
+    pub bright: bool,
 }
 
 /// The files of a sample in the order of their names, each with size, channels and number format. `preview` is the
@@ -82,7 +114,12 @@ pub fn sample_files(
     let sheet = ["R", "G", "B"];
     let raw_storage = match raw {
         RawFormat::Png => Storage::Uint16,
+        RawFormat::Exr if optional.bright => Storage::Float,
         RawFormat::Exr => Storage::Half,
+    };
+    let light = match optional.bright {
+        true => Storage::Float,
+        false => Storage::Half,
     };
     let mosaic = [
         width.saturating_mul(sensor.subpixels.m() as u32),
@@ -92,8 +129,8 @@ pub fn sample_files(
     let size = [width, height];
     let mut rows = vec![
         (K::Raw, mosaic, layers_of_none(&colours), raw_storage),
-        (K::Views, size, layers(&with_sum, &colours), half),
-        (K::Target, size, layers_of_none(&colours), half),
+        (K::Views, size, layers(&with_sum, &colours), light),
+        (K::Target, size, layers_of_none(&colours), light),
         (K::Depth, size, layers_of_none(&["Z"]), float),
         (K::Distance, size, layers_of_none(&["distance"]), float),
         (K::Disparity, size, layers(&names, &truth), float),
@@ -110,7 +147,7 @@ pub fn sample_files(
     if optional.noisy {
         rows.extend([
             (K::Noisy, mosaic, layers_of_none(&colours), Storage::Uint16),
-            (K::NoisyViews, size, layers(&with_sum, &colours), half),
+            (K::NoisyViews, size, layers(&with_sum, &colours), light),
             (K::Shading, size, layers(&names, &colours), half),
         ]);
     }

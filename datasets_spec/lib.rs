@@ -37,10 +37,12 @@ mod camera_description;
 #[cfg(feature = "check")]
 mod check;
 mod effects;
+pub mod file;
 mod layout;
 #[cfg(feature = "check")]
 mod load;
 mod manifest;
+pub mod memory;
 mod mosaic;
 pub mod paths;
 mod readout;
@@ -61,7 +63,7 @@ pub use camera_description::{
 #[cfg(feature = "check")]
 pub use check::{Finding, Progress, Report, check_dataset, check_hashes};
 pub use effects::{Effect, Effects, EstimatedError, LeftOut, Reason};
-pub use layout::{COLOUR_SHIFTS, Optional, SUM_LAYER, sample_files};
+pub use layout::{COLOUR_SHIFTS, Optional, SUM_LAYER, is_sample_file, sample_files};
 pub use manifest::{DatasetManifest, FileEntry, SampleEntry, Tool, conventions, units};
 pub use mosaic::{CodeLevels, Mosaic, MosaicPattern};
 pub use readout::Readout;
@@ -71,7 +73,9 @@ pub use sample::{
 };
 pub use split::{Split, split_of_scene, split_scenes};
 pub use subpixels::{Subpixels, SubpixelsError};
-pub use version::{ParseError, SCHEMA_VERSION, check_version, parse};
+pub use version::{
+    Description, ParseError, SCHEMA_VERSION, check_version, parse, read_description,
+};
 
 /// The contract in words.
 pub const SPEC: &str = include_str!("SPEC.md");

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use exr::prelude::{FlatSamples, MetaData, ReadChannels, ReadLayers};
-use image::{ColorType, DynamicImage, ImageFormat, ImageReader};
+use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
+use crate::memory;
 use crate::sample::Storage;
 
 /// A picture: planes of equal size by channel name.
@@ -28,9 +29,19 @@ pub(crate) fn decode(name: &str, bytes: &[u8]) -> Result<Planes, String> {
 }
 
 fn decode_raster(bytes: &[u8], format: ImageFormat) -> Result<Planes, String> {
-    let picture = ImageReader::with_format(Cursor::new(bytes), format)
-        .decode()
-        .map_err(|cause| cause.to_string())?;
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    reader.no_limits(); // the budget is the limit
+    let decoder = reader.into_decoder().map_err(|cause| cause.to_string())?;
+    let (width, height) = decoder.dimensions();
+    // The codes, these as floats, and as planes.
+    let values =
+        u64::from(width) * u64::from(height) * u64::from(decoder.color_type().channel_count());
+    let needed = decoder
+        .total_bytes()
+        .saturating_add(values.saturating_mul(8));
+    memory::check(format!("a picture of {width} × {height} px"), needed)
+        .map_err(|e| e.to_string())?;
+    let picture = DynamicImage::from_decoder(decoder).map_err(|cause| cause.to_string())?;
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     let (storage, names): (_, &[&str]) = match picture.color() {
         ColorType::L8 => (Storage::Uint8, &["Y"]),
@@ -71,9 +82,13 @@ fn decode_exr(bytes: &[u8]) -> Result<Planes, String> {
             * (header.layer_size.height() as u128)
             * (header.channels.bytes_per_pixel as u128)
     });
-    if asked.sum::<u128>() > 1100 * bytes.len() as u128 {
+    let asked = asked.sum::<u128>();
+    if asked > 1100 * bytes.len() as u128 {
         return Err("its header asks for more pixels than it holds".into());
     }
+    // The samples, and these as floats.
+    let needed = u64::try_from(asked.saturating_mul(3)).unwrap_or(u64::MAX);
+    memory::check("an EXR picture", needed).map_err(|e| e.to_string())?;
     let file = exr::image::read::read()
         .no_deep_data()
         .largest_resolution_level()

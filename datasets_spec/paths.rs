@@ -26,6 +26,9 @@ pub const PLOTS: &str = "plots";
 /// What an unfinished run was asked for; gone when the dataset is whole.
 pub const RUN: &str = "run.json";
 
+/// Pages that no `dataset.json` lists yet, by path and hash; gone when one does.
+pub const PAGES: &str = "pages.json";
+
 /// Most samples that a dataset's six digits can name.
 pub const MAX_SAMPLES: u32 = 1_000_000;
 
@@ -37,6 +40,9 @@ pub enum PathError {
         "name {0:?}: allowed are 1 to 100 of the characters A-Z a-z 0-9 . _ - , not beginning with a dot"
     )]
     Name(String),
+    /// Not a sample's name.
+    #[error("sample {0:?}: a sample's name is of six digits")]
+    Sample(String),
     /// Leads out of the dataset, or is not relative.
     #[error("path {0:?} does not lie below the dataset's folder")]
     Outside(String),
@@ -52,6 +58,11 @@ pub fn sample_name(index: u32) -> Result<String, PathError> {
     } else {
         Err(PathError::SampleNumber(index))
     }
+}
+
+/// Whether that is how a sample is named: by six digits.
+pub fn is_sample_name(name: &str) -> bool {
+    name.len() == 6 && name.bytes().all(|b| b.is_ascii_digit())
 }
 
 /// The folder of part `number` (from 1) of `of` of a dataset that is made in parts.
@@ -79,6 +90,22 @@ pub fn checked_name(name: &str) -> Result<&str, PathError> {
         Ok(name)
     } else {
         Err(PathError::Name(name.to_string()))
+    }
+}
+
+/// `name` if it is a sample's.
+pub fn checked_sample_name(name: &str) -> Result<&str, PathError> {
+    match is_sample_name(name) {
+        true => Ok(name),
+        false => Err(PathError::Sample(name.to_string())),
+    }
+}
+
+/// `path` if it lies below the dataset's folder: plain names parted by `/`.
+pub fn checked_path(path: &str) -> Result<&str, PathError> {
+    match path.split('/').all(|part| checked_name(part).is_ok()) {
+        true => Ok(path),
+        false => Err(PathError::Outside(path.to_string())),
     }
 }
 

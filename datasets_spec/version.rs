@@ -2,6 +2,10 @@
 //! field.
 
 use serde::de::DeserializeOwned;
+
+use crate::manifest::DatasetManifest;
+use crate::paths::{PathError, checked_name, checked_path, checked_sample_name};
+use crate::sample::SampleMeta;
 use serde_json::Value;
 
 /// Version of the layout and of both schemas. It changes when a reader of the old one would misread the new one.
@@ -24,6 +28,9 @@ pub enum ParseError {
     /// It says no version.
     #[error("has no schema version")]
     NoVersion,
+    /// A name in it that leads elsewhere.
+    #[error(transparent)]
+    Name(#[from] PathError),
     /// It does not follow the schema.
     #[error("does not follow the schema: {0}")]
     Schema(#[from] serde_json::Error),
@@ -42,7 +49,49 @@ pub fn check_version(description: &Value) -> Result<(), ParseError> {
     }
 }
 
-/// Reads a `dataset.json`, `meta.json` or `camera.json`.
+/// A description whose names lead nowhere else. To have one means that its names were looked at.
+pub trait Description: DeserializeOwned {
+    /// Looks at every name that a path is made of.
+    ///
+    /// # Errors
+    /// The first that is not allowed.
+    fn check_names(&self) -> Result<(), PathError>;
+}
+
+impl Description for DatasetManifest {
+    fn check_names(&self) -> Result<(), PathError> {
+        for sample in &self.samples {
+            checked_sample_name(&sample.id)?;
+        }
+        for file in &self.files {
+            checked_path(&file.path)?;
+        }
+        Ok(())
+    }
+}
+
+impl Description for SampleMeta {
+    fn check_names(&self) -> Result<(), PathError> {
+        checked_sample_name(&self.id)?;
+        let names = self.files.iter().map(|file| &file.name);
+        for name in names.chain(self.contents.iter().map(|entry| &entry.path)) {
+            checked_name(name)?;
+        }
+        Ok(())
+    }
+}
+
+/// Reads a `dataset.json` or `meta.json` that a stranger may have written: [`parse`], and its names.
+///
+/// # Errors
+/// See [`ParseError`].
+pub fn read_description<T: Description>(bytes: &[u8]) -> Result<T, ParseError> {
+    let description: T = parse(bytes)?;
+    description.check_names()?;
+    Ok(description)
+}
+
+/// Reads a `dataset.json`, `meta.json` or `camera.json`; its names are anything: see [`read_description`].
 ///
 /// # Errors
 /// See [`ParseError`].
@@ -56,6 +105,31 @@ pub fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, ParseError> {
 mod tests {
     use super::*;
     use crate::{CameraDescription, DatasetManifest, SampleMeta};
+
+    #[test]
+    fn no_name_of_a_manifest_leads_elsewhere() {
+        let with = |id: &str, path: &str| {
+            let text = serde_json::json!({
+                "schema_version": SCHEMA_VERSION, "tool": { "name": "t", "version": "1" }, "seed": 1,
+                "configuration": null, "inputs": {}, "units": {}, "conventions": {}, "licence": "CC0-1.0",
+                "samples": [{ "id": id, "scene": "../<script>", "split": "train" }],
+                "files": [{ "path": path, "bytes": 0, "blake3": "" }],
+            });
+            read_description::<DatasetManifest>(text.to_string().as_bytes())
+        };
+        with("000001", "samples/000001/raw.png").unwrap();
+        for id in ["../../outside", "/etc", "1", "<script>", "00000a", ""] {
+            let text = with(id, "README.md").unwrap_err().to_string();
+            assert!(text.contains("six digits"), "{id}: {text}");
+        }
+        for path in ["../x", "/etc/passwd", "a//b", "samples/../../x", "a<b"] {
+            let text = with("000001", path).unwrap_err().to_string();
+            assert!(
+                text.contains("below the dataset's folder"),
+                "{path}: {text}"
+            );
+        }
+    }
 
     #[test]
     fn what_an_earlier_release_made_is_named_with_how_to_make_it_again() {

@@ -15,6 +15,9 @@
 //! Printed.event(Event::Warning("the cache cannot be written to"));
 //! ```
 
+use std::path::Path;
+use std::time::Duration;
+
 use quadpixel::effects::Decision;
 use quadpixel::progress::Progress;
 
@@ -83,6 +86,18 @@ impl Progress for &dyn Observer {
 
     fn incidences(&self, done: usize, total: usize) {
         self.event(Event::Table { done, total });
+    }
+
+    fn waiting(&self, path: &Path, waited: Duration) {
+        let seconds = waited.as_secs();
+        let file = path.display();
+        let text =
+            format!("waiting for another process that makes this table, for {seconds} s: {file}");
+        self.event(Event::Info(&text));
+    }
+
+    fn stop_asked(&self) -> bool {
+        Observer::stop_asked(*self)
     }
 }
 

@@ -31,6 +31,34 @@ pub fn json_hash(value: &Value) -> String {
     blake3::hash(text.as_bytes()).to_hex().to_string()
 }
 
+/// BLAKE3 hash of the content of a file of arrays, bound to what it says of itself.
+pub(crate) struct ContentHash(blake3::Hasher);
+
+impl ContentHash {
+    /// Begins with the text that says what the file is.
+    pub fn new(meta: &[u8]) -> Self {
+        let mut hash = blake3::Hasher::new();
+        hash.update(&(meta.len() as u64).to_le_bytes());
+        hash.update(meta);
+        Self(hash)
+    }
+
+    /// Adds an array: its length and its numbers.
+    pub fn array<T: Copy, const N: usize>(mut self, values: &[T], bytes: fn(T) -> [u8; N]) -> Self {
+        self.0.update(&(values.len() as u64).to_le_bytes());
+        for part in values.chunks(4096) {
+            let part: Vec<u8> = part.iter().flat_map(|&value| bytes(value)).collect();
+            self.0.update(&part);
+        }
+        self
+    }
+
+    /// 64 hexadecimal digits.
+    pub fn hex(&self) -> String {
+        self.0.finalize().to_hex().to_string()
+    }
+}
+
 // Sorted here and not by serde_json's map, whose order hangs on a feature that any crate may turn on.
 fn write(value: &Value, text: &mut String) {
     match value {

@@ -130,6 +130,7 @@ pub mod hash;
 pub mod image;
 pub mod journal;
 pub mod lens;
+pub use quadpixel_datasets::memory;
 mod npz;
 pub mod progress;
 pub mod range;

@@ -6,6 +6,11 @@ use ndarray::{Array, ArrayView, Dimension};
 use ndarray_npy::{ViewElement, ViewNpyExt};
 use zip::ZipArchive;
 
+use crate::hash::ContentHash;
+
+/// The array that holds the hash of all others, as hexadecimal digits.
+pub(crate) const HASH: &str = "blake3";
+
 /// An open file.
 pub(crate) struct Npz<R>(ZipArchive<R>);
 
@@ -18,6 +23,25 @@ impl<R: Read + Seek> Npz<R> {
         ZipArchive::new(contents)
             .map(Self)
             .map_err(|e| e.to_string())
+    }
+
+    /// Whether there is an array of this name.
+    pub fn has(&mut self, name: &str) -> bool {
+        self.0.index_for_name(&format!("{name}.npy")).is_some()
+    }
+
+    /// Holds the content to the hash that is in the file.
+    ///
+    /// # Errors
+    /// There is none, or another.
+    pub fn check_hash(&mut self, hash: &ContentHash) -> Result<(), String> {
+        let stated: Array<u8, ndarray::Ix1> = self.array(HASH)?;
+        match stated.as_slice() == Some(hash.hex().as_bytes()) {
+            true => Ok(()),
+            false => {
+                Err("its content differs from its hash: the file was damaged or changed".into())
+            }
+        }
     }
 
     /// An array by its name.

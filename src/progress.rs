@@ -1,11 +1,24 @@
 //! Who hears how far long work is. The library prints nothing: a program that wants a bar or a log implements
 //! [`Progress`].
 
+use std::path::Path;
+use std::time::Duration;
+
 /// Hears of finished work, from any thread. What is not of interest need not be implemented; `()` hears nothing.
 pub trait Progress: Sync {
     /// So many more rays of a render have been traced.
     fn rays(&self, rays: u64) {
         let _ = rays;
+    }
+
+    /// Another process makes what is wanted, and has this file open; it is waited for since `waited`.
+    fn waiting(&self, path: &Path, waited: Duration) {
+        let _ = (path, waited);
+    }
+
+    /// Whether to stop waiting.
+    fn stop_asked(&self) -> bool {
+        false
     }
 
     /// `done` of the `total` incidences of a table of responses have been solved.

@@ -74,8 +74,8 @@ pub(super) fn check(settings: &MatchSettings) -> Result<(), MatchError> {
     if window.is_multiple_of(2) || !(5..=31).contains(&window) {
         return setting("window", window as f64, "an odd number from 5 to 31 px");
     }
-    if settings.stride_px == 0 {
-        return setting("stride", 0.0, "at least 1 px");
+    if !(1..=1024).contains(&settings.stride_px) {
+        return setting("stride", settings.stride_px as f64, "1 to 1024 px");
     }
     if !(1..=1024).contains(&settings.search_px) {
         return setting("search", settings.search_px as f64, "1 to 1024 px");

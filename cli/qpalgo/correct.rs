@@ -1,5 +1,7 @@
 //! `qpalgo correct-aberrations`: a chart in, a calibration out; a calibration and a capture in, corrected pictures out.
 
+use quadpixel_cli::outln;
+use quadpixel_cli::print::say;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -99,16 +101,20 @@ fn calibrate(args: &CorrectArgs, progress: Progress, chart: &Path) -> Result<(),
     file::write_aside(&args.out, text.as_bytes())?;
     drop(progress);
     if !args.json {
-        println!("{}", args.out.display());
-        println!("sub-pixel channel residual_rms_px rejected valid");
+        outln!("{}", args.out.display());
+        outln!("sub-pixel channel residual_rms_px rejected valid");
         for f in &calibration.fields {
-            println!(
+            outln!(
                 "{:<9} {:<7} {:<15.4} {:<8.3} {:.3}",
-                f.subpixel, f.channel, f.residual_rms_px, f.rejected_share, f.valid_share
+                f.subpixel,
+                f.channel,
+                f.residual_rms_px,
+                f.rejected_share,
+                f.valid_share
             );
         }
     }
-    scores.print(args.json, &[args.out.display().to_string()], 0);
+    scores.print(args.json, &[args.out.display().to_string()], 0)?;
     Ok(())
 }
 
@@ -133,12 +139,12 @@ fn apply(
     drop(progress);
     let names: Vec<String> = pictures.names().into_iter().map(String::from).collect();
     if !args.json {
-        println!("{}: {}", args.out.display(), names.join(" "));
+        outln!("{}: {}", args.out.display(), names.join(" "));
         if let Some(text) = pictures.clipping() {
-            eprintln!("{text}");
+            say(&text);
         }
     }
-    scores.print(args.json, &names, pictures.clipped);
+    scores.print(args.json, &names, pictures.clipped)?;
     Ok(())
 }
 
@@ -213,30 +219,33 @@ impl Scores {
         })
     }
 
-    fn print(&self, json: bool, files: &[String], clipped: u64) {
+    fn print(&self, json: bool, files: &[String], clipped: u64) -> Result<(), CommandError> {
         let s = &self.sharpness;
         if json {
             let object = serde_json::json!({
                 "files": files, "clipped": clipped, "channel": self.channel,
                 "sharpness_preset": "table-2", "sharpness": s, "aberration": self.truth,
             });
-            println!("{object}");
-            return;
+            outln!("{object}");
+            return Ok(());
         }
         let gain = |a: f64, b: f64| 100.0 * (b / a - 1.0);
-        println!("channel {}, raw → corrected (preset table-2)", self.channel);
+        outln!("channel {}, raw → corrected (preset table-2)", self.channel);
         for (name, a, b) in [
             ("De", s.raw.de, s.corrected.de),
             ("Wee", s.raw.wee, s.corrected.wee),
             ("gradient", s.raw.gradient, s.corrected.gradient),
         ] {
-            println!("{name:<9} {a:.5e} → {b:.5e}  {:+.2} %", gain(a, b));
+            outln!("{name:<9} {a:.5e} → {b:.5e}  {:+.2} %", gain(a, b));
         }
         if let Some(t) = &self.truth {
-            println!(
+            outln!(
                 "aberration disparity: true RMS {:.4} px; estimated minus true RMS {:.4} px, 95 % below {:.4} px",
-                t.truth.rms_px, t.residual.rms_px, t.residual.p95_px
+                t.truth.rms_px,
+                t.residual.rms_px,
+                t.residual.p95_px
             );
         }
+        Ok(())
     }
 }

@@ -1,5 +1,6 @@
 //! `qpalgo depth`: a capture in, metric depth and its confidence out.
 
+use quadpixel_cli::outln;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -126,8 +127,7 @@ pub fn run(args: &DepthArgs, progress: Progress) -> Result<(), CommandError> {
     };
     file::write_folder(&args.out, &files)?;
     drop(progress);
-    report(args, &files, &maps, &curve, score);
-    Ok(())
+    report(args, &files, &maps, &curve, score)
 }
 
 fn report(
@@ -136,7 +136,7 @@ fn report(
     maps: &DepthMaps,
     curve: &CameraCurve,
     score: Option<DepthScore>,
-) {
+) -> Result<(), CommandError> {
     let gain_px_m = match curve {
         CameraCurve::Paraxial(curve) => Some(curve.mean_gain_px_m()),
         CameraCurve::Described(_) | CameraCurve::Field(_) => None,
@@ -146,22 +146,23 @@ fn report(
         let summary = serde_json::json!({
             "files": names, "measured_share": maps.measured_share, "kappa_fx_a_px_m": gain_px_m, "score": score,
         });
-        println!("{summary}");
-        return;
+        outln!("{summary}");
+        return Ok(());
     }
-    println!(
+    outln!(
         "{}: depth of {:.1} % of the pixels",
         args.out.display(),
         100.0 * maps.measured_share
     );
     if let Some(s) = score {
-        println!(
+        outln!(
             "against depth.exr: median error {:.2} %, 95 % below {:.2} %; disparity RMS {:.4} px",
             100.0 * s.median_relative,
             100.0 * s.p95_relative,
             s.disparity_rms_px
         );
     }
+    Ok(())
 }
 
 fn field_curve(path: &Path, capture: &Capture) -> Result<FieldCurve, CommandError> {

@@ -7,6 +7,7 @@
 //!
 //! As in the dataset's specification: `disparity L R` is x_L − x_R, positive for points nearer than the focus.
 
+use quadpixel_cli::outln;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
@@ -113,8 +114,7 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
     let files = files(args.format.into(), settings.axes, &maps).map_err(CommandError::failed)?;
     file::write_folder(&args.out, &files)?;
     drop(progress);
-    report(args, &maps, &files);
-    Ok(())
+    report(args, &maps, &files)
 }
 
 /// The channels of two pictures.
@@ -218,7 +218,7 @@ fn picture(axes: Axes, map: &DisparityMap) -> (Vec<u8>, usize, usize) {
     (codes, columns * side, map.grid.rows * side)
 }
 
-fn report(args: &DisparityArgs, maps: &[Named], files: &Files) {
+fn report(args: &DisparityArgs, maps: &[Named], files: &Files) -> Result<(), CommandError> {
     let file_names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
     let grid = maps.first().map(|(_, map)| map.grid);
     if args.json {
@@ -241,12 +241,12 @@ fn report(args: &DisparityArgs, maps: &[Named], files: &Files) {
             })
         });
         let object = serde_json::json!({ "files": file_names, "grid": grid, "channels": channels });
-        println!("{object}");
-        return;
+        outln!("{object}");
+        return Ok(());
     }
-    println!("{}: {}", args.out.display(), file_names.join(" "));
+    outln!("{}: {}", args.out.display(), file_names.join(" "));
     if let Some(g) = grid {
-        println!(
+        outln!(
             "{} × {} nodes, at pixel {}, {}, … of both axes",
             g.columns,
             g.rows,
@@ -257,12 +257,13 @@ fn report(args: &DisparityArgs, maps: &[Named], files: &Files) {
     for (name, map) in maps {
         let share = 100.0 * map.count(Verdict::Valid) as f64 / map.grid.len() as f64;
         match medians(map) {
-            [Some(dx), Some(dy), Some(sigma)] => println!(
+            [Some(dx), Some(dy), Some(sigma)] => outln!(
                 "{name}: {share:.1} % valid, median ({dx:.4}, {dy:.4}) px, sigma {sigma:.4} px"
             ),
-            _ => println!("{name}: no valid match"),
+            _ => outln!("{name}: no valid match"),
         }
     }
+    Ok(())
 }
 
 /// Medians of dx, dy and sigma over the valid nodes; `None` where there is none.

@@ -1,5 +1,7 @@
 //! `qpalgo`: parse, validate, call the library, return an exit code (0 done, 1 failed, 2 bad arguments or input).
 
+use quadpixel_cli::memory::{Guarded, limit, parse_bytes};
+use quadpixel_cli::print::say;
 use std::process::ExitCode;
 
 mod autofocus;
@@ -16,8 +18,11 @@ mod table;
 use clap::{Parser, Subcommand};
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::{Level, Log};
-use quadpixel_cli::process::{exit_on_closed_pipe, use_threads};
+use quadpixel_cli::process::{exit_on_closed_pipe, fail_on_file_size_limit, parse, use_threads};
 use quadpixel_cli::progress::Progress;
+
+#[global_allocator]
+static MEMORY: Guarded = Guarded;
 
 /// Works on pictures of pixels that see the pupil in parts (dual-pixel, quad-pixel, m×n).
 #[derive(Parser)]
@@ -26,6 +31,10 @@ struct Cli {
     /// Number of threads; 0: one per core. The result does not depend on it.
     #[arg(long, global = true, default_value_t = 0, display_order = 900)]
     threads: usize,
+    /// Most memory that the process may hold, such as 512M or 4G: what an input asks for beyond is refused; absent:
+    /// 4/5 of what is free, and what a container or `ulimit -v` leaves.
+    #[arg(long, global = true, value_name = "SIZE", value_parser = parse_bytes, display_order = 902)]
+    max_memory: Option<u64>,
     /// Warnings and errors only on stderr: no progress.
     #[arg(long, short, global = true, display_order = 901)]
     quiet: bool,
@@ -122,10 +131,14 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    match run(Cli::parse()) {
+    let cli: Cli = match parse() {
+        Ok(cli) => cli,
+        Err(code) => return code,
+    };
+    match run(cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("qpalgo: {error}");
+            say(&format!("qpalgo: {error}"));
             ExitCode::from(error.exit_code())
         }
     }
@@ -133,6 +146,8 @@ fn main() -> ExitCode {
 
 fn run(cli: Cli) -> Result<(), CommandError> {
     exit_on_closed_pipe()?;
+    fail_on_file_size_limit()?;
+    limit(cli.max_memory)?;
     use_threads(cli.threads)?;
     let level = if cli.quiet { Level::Warn } else { Level::Info };
     let progress = Progress::stages(Log { level, json: false });

@@ -1,5 +1,6 @@
 //! `qpalgo refocus`: a mosaic in, one image out that is focused at another disparity.
 
+use quadpixel_cli::outln;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -70,9 +71,9 @@ pub fn run(args: &RefocusArgs, progress: Progress) -> Result<(), CommandError> {
             "width": done.image.width(), "height": done.image.height(), "disparity_px": args.disparity,
             "valid_fraction": valid, "out": out
         });
-        println!("{object}");
+        outln!("{object}");
     } else {
-        println!("{out} ({:.1} % of it from all views)", 100.0 * valid);
+        outln!("{out} ({:.1} % of it from all views)", 100.0 * valid);
     }
     Ok(())
 }

@@ -1,5 +1,7 @@
 //! `qpalgo sai`: a mosaic in, one file per view and a sum out.
 
+use quadpixel_cli::outln;
+use quadpixel_cli::print::say;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -58,13 +60,13 @@ pub fn run(args: &SaiArgs, progress: Progress) -> Result<(), CommandError> {
             "width": width, "height": height, "subpixels": subpixels.to_string(), "files": names,
             "clipped": pictures.clipped
         });
-        println!("{object}");
+        outln!("{object}");
         return Ok(());
     }
-    println!("{}: {}", args.out.display(), names.join(" "));
-    println!("{subpixels} views of {width} × {height} pixels");
+    outln!("{}: {}", args.out.display(), names.join(" "));
+    outln!("{subpixels} views of {width} × {height} pixels");
     if let Some(text) = pictures.clipping() {
-        eprintln!("{text}");
+        say(&text);
     }
     Ok(())
 }

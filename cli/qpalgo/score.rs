@@ -2,6 +2,7 @@
 //!
 //! The formulae are in [`quadpixel_algorithms::metrics::disparity_error`] and in the command's help.
 
+use quadpixel_cli::outln;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -98,24 +99,24 @@ pub fn run(args: &ScoreArgs) -> Result<(), CommandError> {
         let object = serde_json::json!({
             "truths": score.truths, "estimated_share": share, "end_point": e, "affine_invariant": score.affine
         });
-        println!("{object}");
+        outln!("{object}");
         return Ok(());
     }
-    println!(
+    outln!(
         "{} of {} truths have an estimate ({:.1} %)",
         e.pixels,
         score.truths,
         100.0 * share
     );
-    println!("EPE       {:.4} px", e.epe_px);
-    println!("RMS       {:.4} px", e.rms_px);
+    outln!("EPE       {:.4} px", e.epe_px);
+    outln!("RMS       {:.4} px", e.rms_px);
     for (name, part) in [("0.1", e.bad_01), ("0.5", e.bad_05), ("1", e.bad_1)] {
-        println!("bad-{name:<5} {:.2} %", 100.0 * part);
+        outln!("bad-{name:<5} {:.2} %", 100.0 * part);
     }
     if let Some(a) = &score.affine {
-        println!("AIWE(1)   {:.4} px", a.aiwe_1);
-        println!("AIWE(2)   {:.4} px", a.aiwe_2);
-        println!("1-|rho|   {:.4} (Spearman)", a.one_minus_spearman);
+        outln!("AIWE(1)   {:.4} px", a.aiwe_1);
+        outln!("AIWE(2)   {:.4} px", a.aiwe_2);
+        outln!("1-|rho|   {:.4} (Spearman)", a.one_minus_spearman);
     }
     Ok(())
 }

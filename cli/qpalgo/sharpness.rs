@@ -1,5 +1,6 @@
 //! `qpalgo sharpness`: the three measures of pictures, with every choice printed.
 
+use quadpixel_cli::outln;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -118,16 +119,18 @@ pub fn run(args: &SharpnessArgs, progress: Progress) -> Result<(), CommandError>
                 })
             })
             .collect();
-        println!(
+        outln!(
             "{}",
             serde_json::json!({ "settings": settings, "images": rows })
         );
     } else {
-        println!("channel  De        Wee          gradient   image");
+        outln!("channel  De        Wee          gradient   image");
         for (image, channel, s) in &rows {
-            println!(
+            outln!(
                 "{channel:<8} {:<9.6} {:<12.5e} {:<10.6} {image}",
-                s.de, s.wee, s.gradient
+                s.de,
+                s.wee,
+                s.gradient
             );
         }
     }

@@ -1,5 +1,6 @@
 //! `qpalgo table`: a list of captures in, Table 2 out.
 
+use quadpixel_cli::{out, outln};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -51,6 +52,9 @@ pub fn run(args: &TableArgs, progress: Progress) -> Result<(), CommandError> {
     let text = String::from_utf8(bytes).map_err(|e| bad(e.to_string()))?;
     let list: TableList =
         toml::from_str(&text).map_err(|e| bad(e.to_string().trim_end().replace('\n', " ")))?;
+    if list.row.is_empty() {
+        return Err(bad("row is []; allowed: at least one row".into()));
+    }
     let sharpness: SharpnessSettings =
         (args.preset.parse()).map_err(|e| input(format!("--preset: {e}")))?;
     let settings = CalibrationSettings {
@@ -82,12 +86,12 @@ pub fn run(args: &TableArgs, progress: Progress) -> Result<(), CommandError> {
     file::write_folder(&args.out, &files)?;
     drop(progress);
     if args.json {
-        println!(
+        outln!(
             "{}",
             serde_json::json!({ "preset": sharpness, "rows": rows })
         );
     } else {
-        print!("{table}");
+        out!("{table}");
     }
     Ok(())
 }

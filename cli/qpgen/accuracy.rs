@@ -1,5 +1,6 @@
 //! `qpgen accuracy`: what accuracy costs in time, as tables, CSV files and plots.
 
+use quadpixel_cli::{out, outln};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -76,7 +77,7 @@ pub fn run(args: &AccuracyArgs, log: Log) -> Result<(), CommandError> {
         Size::Affordable
     };
     // What is measured is built in: no argument mends a failure.
-    file::create_folder(&args.out)?;
+    file::probe_folder(&args.out)?;
     let observer = Progress::new(log.json(args.json));
     let began = Instant::now();
     let tables = accuracy::measured(&knobs, size, &observer).map_err(CommandError::failed)?;
@@ -84,14 +85,14 @@ pub fn run(args: &AccuracyArgs, log: Log) -> Result<(), CommandError> {
     let seconds = began.elapsed().as_secs_f64();
     let files = accuracy::write(&args.out, &tables).map_err(CommandError::failed)?;
     if args.json {
-        println!(
+        outln!(
             "{}",
             serde_json::json!({ "accuracy": tables, "seconds": seconds, "full": args.full, "files": files })
         );
         return Ok(());
     }
-    print!("{}", report::markdown(&tables));
-    println!(
+    out!("{}", report::markdown(&tables));
+    outln!(
         "Processor seconds of one thread, best of several runs where they are short. {seconds:.0} s in all: {}",
         args.out.display()
     );

@@ -1,5 +1,6 @@
 //! `qpgen check`: is a dataset what its specification says?
 
+use quadpixel_cli::outln;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -84,11 +85,13 @@ pub(crate) fn check(folder: &Path, depth: Depth, log: Log, json: bool) -> Result
         let object = serde_json::json!({
             "samples": report.samples, "files": report.files, "bytes": report.bytes, "seconds": seconds, "findings": findings
         });
-        println!("{object}");
+        outln!("{object}");
     } else {
-        report.findings.iter().for_each(|f| println!("{f}"));
+        for finding in &report.findings {
+            outln!("{finding}");
+        }
         let megabytes = report.bytes as f64 * 1e-6;
-        println!(
+        outln!(
             "{} samples, {} files, {megabytes:.1} MB in {seconds:.1} s ({:.0} MB/s): {} findings",
             report.samples,
             report.files,

@@ -1,9 +1,11 @@
 //! `qpgen dataset`: arguments, and what is printed.
 
+use quadpixel_cli::{out, outln};
 use std::path::PathBuf;
 
 use clap::Args;
 use quadpixel::em::Preset;
+use quadpixel::file;
 use quadpixel_cli::exit::CommandError;
 
 use crate::effect_args::EffectArgs;
@@ -15,6 +17,7 @@ use quadpixel_cli::stop::Stop;
 use quadpixel_generators::config::{DEFAULT_TOML, DatasetConfig, preset};
 use quadpixel_generators::production::dataset;
 use quadpixel_generators::production::estimate;
+use quadpixel_generators::writer::Foreign;
 
 /// Arguments of `qpgen dataset`.
 #[derive(Args)]
@@ -31,6 +34,10 @@ pub struct DatasetArgs {
     /// Folder of the dataset. If an earlier run with the same configuration stopped there, it goes on.
     #[arg(long, default_value = "out")]
     out: PathBuf,
+    /// Replaces and removes files of others where the gallery (index.html), the data card (README.md, plots/) and the
+    /// lists (splits/) go; absent: such a file ends the command.
+    #[arg(long)]
+    force: bool,
     #[command(flatten)]
     effects: EffectArgs,
     #[command(flatten)]
@@ -49,6 +56,14 @@ pub struct DatasetArgs {
     pub json: bool,
 }
 
+/// What `--force` says.
+pub(crate) fn foreign(force: bool) -> Foreign {
+    match force {
+        true => Foreign::Replace,
+        false => Foreign::Refuse,
+    }
+}
+
 /// Makes a dataset or a part of one, and prints what was done.
 ///
 /// # Errors
@@ -56,15 +71,14 @@ pub struct DatasetArgs {
 /// (1).
 pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
     if args.print_config {
-        print!("{DEFAULT_TOML}");
+        out!("{DEFAULT_TOML}");
         return Ok(());
     }
     let mut config = match &args.config {
         None => DatasetConfig::from_toml(DEFAULT_TOML, "built-in configuration")?,
         Some(path) => {
             let name = path.display().to_string();
-            let text = std::fs::read_to_string(path)
-                .map_err(|e| CommandError::input(format!("{name}: {e}")))?;
+            let text = file::read_text(path).map_err(CommandError::input)?;
             DatasetConfig::from_toml(&text, &name)?
         }
     };
@@ -77,19 +91,19 @@ pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
     }
     let log = log.json(args.json);
     if args.estimate {
-        let progress = Progress::new(log);
+        let progress = Progress::stopped_by(log, Stop::on_signals()?);
         let shard = args.shard.shard(&progress)?;
         let expected = estimate::estimate(&config, &args.out, shard, &progress)?;
         match args.json {
-            true => println!("{}", serde_json::json!(expected)),
-            false => println!("{expected}"),
+            true => outln!("{}", serde_json::json!(expected)),
+            false => outln!("{expected}"),
         }
         return Ok(());
     }
     let progress = Progress::stopped_by(log, Stop::on_signals()?);
     let shard = args.shard.shard(&progress)?;
     let began = std::time::Instant::now();
-    let done = dataset::make_part(&config, &args.out, shard, &progress)?;
+    let done = dataset::make_part(&config, &args.out, shard, foreign(args.force), &progress)?;
     let seconds = began.elapsed().as_secs_f64();
     let gallery = done.gallery.as_ref().map(|path| path.display().to_string());
     if args.json {
@@ -97,7 +111,7 @@ pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
             "samples": done.samples, "reused": done.reused, "seconds": seconds, "gallery": gallery,
             "shard": shard.to_string(), "stages": done.stages
         });
-        println!("{object}");
+        outln!("{object}");
         return Ok(());
     }
     let reused = if done.reused > 0 {
@@ -105,13 +119,14 @@ pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
     } else {
         String::new()
     };
-    println!(
+    outln!(
         "{} samples{reused} in {seconds:.1} s: {}",
-        done.samples, done.stages
+        done.samples,
+        done.stages
     );
     match gallery {
-        Some(gallery) => println!("gallery: {gallery}"),
-        None => println!(
+        Some(gallery) => outln!("gallery: {gallery}"),
+        None => outln!(
             "shard {} is done; when all are: qpgen merge {}",
             shard,
             args.out.display()

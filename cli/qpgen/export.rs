@@ -1,12 +1,18 @@
 //! `qpgen export`: arguments, and what is printed.
 
+use quadpixel_cli::outln;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 use quadpixel_cli::exit::CommandError;
+use quadpixel_cli::stop::Stop;
 use quadpixel_generators::export::{self, ExportSettings, Layout};
 use quadpixel_generators::observer::{Event, Observer};
+
+/// Size of a tar shard where none is given, and the largest, MB.
+const SHARD_MB: u64 = 512;
+const LARGEST_SHARD_MB: u64 = 1_000_000;
 
 /// Arguments of `qpgen export`.
 #[derive(Args)]
@@ -22,16 +28,16 @@ pub struct ExportArgs {
     /// Writes the noisy captures instead of the clean ones (dpdd, qpdnet; a webdataset has both).
     #[arg(long)]
     noisy: bool,
-    /// Largest size of a tar shard, MB; a sample is never split (webdataset).
-    #[arg(long, default_value_t = 512)]
-    shard_mb: u64,
+    /// Largest size of a tar shard, MB; a sample is never split (webdataset) [default: 512].
+    #[arg(long)]
+    shard_mb: Option<u64>,
     /// Prints one JSON object on stdout at the end.
     #[arg(long)]
     pub json: bool,
 }
 
 /// What is written.
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum LayoutName {
     /// `{train,val,test}_{c,l,r}/{source,target}/NAME.png`, 16-bit sRGB: sum, left and right half; the all-in-focus
     /// target.
@@ -53,8 +59,8 @@ impl LayoutName {
     }
 }
 
-/// A bar over samples, on a terminal.
-struct Bar(ProgressBar);
+/// A bar over samples, on a terminal; and whether a signal asked to stop.
+struct Bar(ProgressBar, Stop);
 
 impl Observer for Bar {
     fn event(&self, event: Event<'_>) {
@@ -65,6 +71,10 @@ impl Observer for Bar {
             _ => {}
         }
     }
+
+    fn stop_asked(&self) -> bool {
+        self.1.is_asked()
+    }
 }
 
 /// Exports a dataset, and prints what was written.
@@ -72,28 +82,37 @@ impl Observer for Bar {
 /// # Errors
 /// A folder that is no dataset or a file that differs from its hash (2), or a disk that fails (1).
 pub fn run(args: &ExportArgs) -> Result<(), CommandError> {
-    if args.shard_mb == 0 {
-        return Err(CommandError::input("--shard-mb is 0; allowed: at least 1"));
+    let megabytes = args.shard_mb.unwrap_or(SHARD_MB);
+    if !(1..=LARGEST_SHARD_MB).contains(&megabytes) {
+        return Err(CommandError::input(format!(
+            "--shard-mb is {megabytes}; allowed: 1 to {LARGEST_SHARD_MB}"
+        )));
+    }
+    if args.shard_mb.is_some() && args.layout != LayoutName::Webdataset {
+        return Err(CommandError::input(
+            "--shard-mb: only webdataset has shards; allowed: --layout webdataset",
+        ));
     }
     let settings = ExportSettings {
         layout: args.layout.layout(),
         noisy: args.noisy,
-        shard_bytes: args.shard_mb.saturating_mul(1_000_000),
+        shard_bytes: megabytes * 1_000_000,
     };
     let done = export::export(
         &args.dataset,
         &args.out,
         &settings,
-        &Bar(ProgressBar::new(0)),
+        &Bar(ProgressBar::new(0), Stop::on_signals()?),
     )?;
     if args.json {
         let object = serde_json::json!({
-            "samples": done.samples, "files": done.files, "bytes": done.bytes, "clipped": done.clipped, "out": args.out
+            "samples": done.samples, "files": done.files, "bytes": done.bytes, "clipped": done.clipped,
+            "out": args.out.display().to_string()
         });
-        println!("{object}");
+        outln!("{object}");
     } else {
         let megabytes = done.bytes as f64 * 1e-6;
-        println!(
+        outln!(
             "{} samples, {} files, {megabytes:.1} MB, {} values above white: {}",
             done.samples,
             done.files,

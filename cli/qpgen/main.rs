@@ -21,7 +21,11 @@ mod validate;
 use clap::{Parser, Subcommand};
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::{Level, Log};
-use quadpixel_cli::process::{exit_on_closed_pipe, use_threads};
+use quadpixel_cli::memory::{Guarded, limit, parse_bytes};
+use quadpixel_cli::process::{exit_on_closed_pipe, fail_on_file_size_limit, parse, use_threads};
+
+#[global_allocator]
+static MEMORY: Guarded = Guarded;
 
 /// Simulates cameras whose pixels see the pupil in parts (dual-pixel, quad-pixel, m×n) and makes training data with
 /// them.
@@ -31,6 +35,10 @@ struct Cli {
     /// Number of threads; 0: one per core. The result does not depend on it.
     #[arg(long, global = true, default_value_t = 0)]
     threads: usize,
+    /// Most memory that the process may hold, such as 512M or 4G: what an input asks for beyond is refused; absent:
+    /// 4/5 of what is free, and what a container or `ulimit -v` leaves.
+    #[arg(long, global = true, value_name = "SIZE", value_parser = parse_bytes)]
+    max_memory: Option<u64>,
     /// What is printed on stderr.
     #[arg(long, global = true, value_enum, default_value_t = Level::Info)]
     log: Level,
@@ -128,7 +136,10 @@ impl Command {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli: Cli = match parse() {
+        Ok(cli) => cli,
+        Err(code) => return code,
+    };
     let level = if cli.quiet { Level::Warn } else { cli.log };
     let log = Log { level, json: false };
     let json = cli.command.json();
@@ -145,6 +156,8 @@ fn main() -> ExitCode {
 
 fn run(cli: Cli, log: Log) -> Result<(), CommandError> {
     exit_on_closed_pipe()?;
+    fail_on_file_size_limit()?;
+    limit(cli.max_memory)?;
     use_threads(cli.threads)?;
     match cli.command {
         Command::Dataset(args) => dataset::run(&args, log),

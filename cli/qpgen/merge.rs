@@ -9,6 +9,7 @@ use quadpixel_cli::progress::Progress;
 use quadpixel_generators::production::merge::merge;
 
 use crate::check;
+use crate::dataset::foreign;
 
 /// Arguments of `qpgen merge`.
 #[derive(Args)]
@@ -20,6 +21,10 @@ pub struct MergeArgs {
     /// moved.
     #[arg(long, num_args = 1.., value_name = "FOLDER")]
     from: Vec<PathBuf>,
+    /// Removes files of others with the folders of the shards, and replaces those where the gallery, the data card and
+    /// the lists go; absent: such a file ends the command.
+    #[arg(long)]
+    force: bool,
     /// Prints one JSON object on stdout at the end, and progress as one JSON object per line on stderr.
     #[arg(long)]
     pub json: bool,
@@ -30,6 +35,7 @@ pub struct MergeArgs {
 /// # Errors
 /// As of [`merge`], or findings of the check (1).
 pub fn run(args: &MergeArgs, log: Log) -> Result<(), CommandError> {
-    merge(&args.out, &args.from, &Progress::new(log.json(args.json)))?;
+    let progress = Progress::new(log.json(args.json));
+    merge(&args.out, &args.from, foreign(args.force), &progress)?;
     check::check(&args.out, quadpixel_datasets::check_dataset, log, args.json)
 }

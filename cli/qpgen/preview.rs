@@ -1,12 +1,13 @@
 //! `qpgen preview`: gallery and data card anew, also of a run that is not at its end.
 
+use quadpixel_cli::outln;
 use std::path::PathBuf;
 
 use clap::Args;
-use quadpixel::file;
 use quadpixel_cli::exit::CommandError;
-use quadpixel_datasets::{DatasetManifest, paths};
+use quadpixel_datasets::paths;
 
+use crate::dataset::foreign;
 use quadpixel_generators::production::dataset::LICENCE;
 use quadpixel_generators::writer::rebuild_pages;
 
@@ -16,6 +17,10 @@ pub struct PreviewArgs {
     /// Folder of a dataset, of a run in progress, or of a shard.
     #[arg(default_value = "out")]
     folder: PathBuf,
+    /// Replaces files of others where the gallery (index.html) and the data card (README.md, plots/) go; absent: such a
+    /// file ends the command.
+    #[arg(long)]
+    force: bool,
     /// Prints one JSON object on stdout.
     #[arg(long)]
     pub json: bool,
@@ -27,31 +32,20 @@ pub struct PreviewArgs {
 /// A folder without samples (2), or the disk (1).
 pub fn run(args: &PreviewArgs) -> Result<(), CommandError> {
     let name = args.folder.display();
-    if !args.folder.join(paths::SAMPLES).is_dir() {
+    if !args.folder.join(paths::SAMPLES).is_dir() && !args.folder.join(paths::RUN).is_file() {
         return Err(CommandError::input(format!(
             "{name}: holds no samples; allowed: the folder of a dataset"
         )));
     }
-    let path = args.folder.join(paths::DATASET);
-    let unfinished = args.folder.join(paths::RUN).is_file();
-    let manifest = (path.is_file() && !unfinished).then(|| {
-        let bytes = file::read(&path)?;
-        serde_json::from_slice::<DatasetManifest>(&bytes)
-            .map_err(|e| CommandError::input(format!("{}: {e}", path.display())))
-    });
-    let manifest = manifest.transpose()?;
-    let licence = manifest
-        .as_ref()
-        .map_or(LICENCE.to_string(), |m| m.licence.clone());
-    let samples = rebuild_pages(&args.folder, manifest, &licence)?;
+    let samples = rebuild_pages(&args.folder, LICENCE, foreign(args.force))?;
     let gallery = args.folder.join(paths::INDEX).display().to_string();
     if args.json {
-        println!(
+        outln!(
             "{}",
             serde_json::json!({ "samples": samples, "gallery": gallery })
         );
     } else {
-        println!("{samples} samples; gallery: {gallery}");
+        outln!("{samples} samples; gallery: {gallery}");
     }
     Ok(())
 }

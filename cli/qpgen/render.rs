@@ -1,5 +1,6 @@
 //! `qpgen render`: one image from a recipe or scene file.
 
+use quadpixel_cli::{out, outln};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -7,6 +8,7 @@ use clap::Args;
 use crate::coarse::Coarse;
 use crate::effect_args::EffectArgs;
 use crate::scene_args::SceneArgs;
+use quadpixel::file;
 use quadpixel::hash::json_hash;
 use quadpixel::render::RayRecord;
 use quadpixel_cli::exit::CommandError;
@@ -45,9 +47,43 @@ pub struct RenderArgs {
     /// response, sub-pixels, microlens shift, readout and exposure.
     #[arg(long, value_name = "FILE", conflicts_with = "keep_rays")]
     from_rays: Option<PathBuf>,
+    /// Replaces an OUT-first.jpg that is there; absent: such a file ends the command.
+    #[arg(long)]
+    force: bool,
     /// Prints one JSON object on stdout at the end.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `OUT-first.jpg`.
+fn first_look_path(out: &Path) -> PathBuf {
+    let mut name = out.file_name().unwrap_or_default().to_os_string();
+    name.push("-first.jpg");
+    out.with_file_name(name)
+}
+
+/// Everything that will be written can be, and replaces nothing of others.
+fn check_outputs(args: &RenderArgs, recipe: &Recipe) -> Result<(), CommandError> {
+    let refused =
+        |path: &Path, what: &str| Err(CommandError::input(format!("{}: {what}", path.display())));
+    let out = &args.out;
+    if out.symlink_metadata().is_ok() {
+        let place = PathBuf::from(format!("--out {}", out.display()));
+        return refused(&place, "is there already; allowed: a new folder");
+    }
+    let first = first_look_path(out);
+    if recipe.world.is_some() && !args.force && first.symlink_metadata().is_ok() {
+        return refused(
+            &first,
+            "is there already; move it away, or give --force, which replaces it",
+        );
+    }
+    let parent = out.parent().filter(|p| !p.as_os_str().is_empty());
+    file::probe_folder(parent.unwrap_or(Path::new(".")))?;
+    match &args.keep_rays {
+        Some(path) => Ok(file::probe_file(path)?),
+        None => Ok(()),
+    }
 }
 
 /// A coarse picture beside the output folder while the fine one is made; finds the exposure where none was given.
@@ -61,9 +97,7 @@ fn first_look(
     if finds_exposure {
         prepared.expose(coarse.exposure_ev());
     }
-    let mut name = args.out.file_name().unwrap_or_default().to_os_string();
-    name.push("-first.jpg");
-    let path = args.out.with_file_name(name);
+    let path = first_look_path(&args.out);
     coarse.write(&path, prepared.recipe().exposure_ev)?;
     progress.info(&format!("first look: {}", path.display()));
     Ok(())
@@ -111,17 +145,12 @@ fn recipe(args: &RenderArgs) -> Result<(Recipe, String), CommandError> {
 /// A bad recipe or a folder that is there already (2), or a disk that fails (1).
 pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
     if args.print_scene {
-        print!("{DEFAULT_TOML}");
+        out!("{DEFAULT_TOML}");
         return Ok(());
     }
     let (recipe, name) = recipe(args)?;
+    check_outputs(args, &recipe)?;
     let out = &args.out;
-    if out.exists() {
-        return Err(CommandError::input(format!(
-            "--out {}: is there already; allowed: a new folder",
-            out.display()
-        )));
-    }
     let rays = match (&args.keep_rays, &args.from_rays) {
         (_, Some(path)) => Rays::Develop(Box::new(kept_rays(path, &recipe)?)),
         (Some(_), None) => Rays::Keep,
@@ -166,19 +195,19 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
         let object = serde_json::json!({
             "rays": d.rays, "lost": { "vignetted": d.lost.vignetted, "missed": d.lost.missed,
             "total_internal_reflection": d.lost.total_internal_reflection },
-            "rms_error_over_mean": d.errors.map(|e| e.rms_over_mean), "median_relative_error": d.errors.map(|e| e.median_relative), "effects": sample.decisions, "stages": stages, "preview": preview
+            "rms_error_over_mean": d.errors.map(|e| e.rms_over_mean), "median_relative_error": d.errors.map(|e| e.median_relative), "effects": sample.decisions, "stages": stages, "preview": preview.display().to_string()
         });
-        println!("{object}");
+        outln!("{object}");
         return Ok(());
     }
     let spread = d.errors.map_or("none (black)".into(), |e| {
         format!("{:.2} % (median)", 100.0 * e.median_relative)
     });
     let part = 100.0 * lost as f64 / d.rays.max(1) as f64;
-    println!(
+    outln!(
         "{:.1} M rays, {part:.1} % lost, error of a value {spread}; {stages}",
         d.rays as f64 * 1e-6
     );
-    println!("preview: {}", preview.display());
+    outln!("preview: {}", preview.display());
     Ok(())
 }

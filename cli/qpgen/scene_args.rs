@@ -16,7 +16,6 @@ use quadpixel_generators::scenes::{FileWorld, WorldRecipe, WorldSource};
 
 /// A scene file before a lens. Everything else than the file has a default.
 #[derive(Args)]
-#[group(requires = "scene_file")]
 pub struct SceneArgs {
     /// Scene to render instead of a recipe: .gltf, .glb (metres) or .obj with its .mtl.
     #[arg(
@@ -27,63 +26,110 @@ pub struct SceneArgs {
     )]
     pub file: Option<String>,
     /// Main lens: a name of `qpgen lens list`, or a .json or .zmx file.
-    #[arg(long, default_value = "wide_US20120327520A1_emb3")]
+    #[arg(
+        long,
+        requires = "scene_file",
+        conflicts_with = "scene",
+        default_value = "wide_US20120327520A1_emb3"
+    )]
     lens: String,
     /// Depth in focus, mm from the first lens vertex.
-    #[arg(long, default_value_t = 750.0)]
+    #[arg(
+        long,
+        requires = "scene_file",
+        conflicts_with = "scene",
+        default_value_t = 750.0
+    )]
     focus_mm: f64,
     /// Stops the lens down to this F-number, such as 4; absent: wide open.
-    #[arg(long)]
+    #[arg(long, requires = "scene_file", conflicts_with = "scene")]
     f_number: Option<f64>,
     /// Number of microlenses, columns x rows, such as 640x480.
-    #[arg(long, default_value = "512x384")]
+    #[arg(
+        long,
+        requires = "scene_file",
+        conflicts_with = "scene",
+        default_value = "512x384"
+    )]
     size: String,
     /// Pitch of the microlenses, µm; absent: as --pixel has it, or 8 for the ideal box.
-    #[arg(long)]
+    #[arg(long, requires = "scene_file", conflicts_with = "scene")]
     pitch_um: Option<f64>,
     /// Sub-pixels below each microlens: 1x1, 2x1, 1x2, 2x2, 3x3, 4x4 (columns x rows).
-    #[arg(long, default_value = "2x2")]
+    #[arg(
+        long,
+        requires = "scene_file",
+        conflicts_with = "scene",
+        default_value = "2x2"
+    )]
     subpixels: Subpixels,
     /// Pixel of the wave-optics response, a built-in name or .toml file; absent: the ideal box.
-    #[arg(long)]
+    #[arg(long, requires = "scene_file", conflicts_with = "scene")]
     pixel: Option<String>,
     /// Rays per microlens and colour channel.
-    #[arg(long, default_value_t = 128)]
+    #[arg(
+        long,
+        requires = "scene_file",
+        conflicts_with = "scene",
+        default_value_t = 128
+    )]
     rays_per_pixel: usize,
     /// Seed of the rays.
-    #[arg(long, default_value_t = 1)]
+    #[arg(
+        long,
+        requires = "scene_file",
+        conflicts_with = "scene",
+        default_value_t = 1
+    )]
     seed: u64,
     /// Length of the file's unit, mm; absent: 1000 (glTF's metre).
-    #[arg(long)]
+    #[arg(long, requires = "scene_file", conflicts_with = "scene")]
     unit_mm: Option<f64>,
     /// Name of a camera of the file to look from; absent: the first one, or --distance-mm.
-    #[arg(long)]
+    #[arg(long, requires = "scene_file", conflicts_with = "scene")]
     camera: Option<String>,
     /// Puts the middle of everything at this depth on the axis, mm; absent (and no camera in the file): in focus.
-    #[arg(long)]
+    #[arg(long, requires = "scene_file", conflicts_with = "scene")]
     distance_mm: Option<f64>,
     /// Scales everything so that the longest side of its box has this length, mm; absent: as it is.
-    #[arg(long)]
+    #[arg(long, requires = "scene_file", conflicts_with = "scene")]
     size_mm: Option<f64>,
     /// Turns the scene about the upright axis, deg: positive shows more of its left side.
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        requires = "scene_file",
+        conflicts_with = "scene",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     yaw_deg: f64,
     /// Turns the scene about the horizontal axis, deg: positive shows it from above.
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        requires = "scene_file",
+        conflicts_with = "scene",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pitch_deg: f64,
     /// Equirectangular panorama (.exr, .hdr) that lights it.
-    #[arg(long)]
+    #[arg(long, requires = "scene_file", conflicts_with = "scene")]
     panorama: Option<String>,
     /// Even radiance of the surroundings, or factor on the panorama; absent: 1 where nothing in the file shines,
     /// else 0.
-    #[arg(long)]
+    #[arg(long, requires = "scene_file", conflicts_with = "scene")]
     sky: Option<f32>,
     /// Largest number of surfaces that a path of light may meet.
-    #[arg(long, default_value_t = PathSettings::default().max_bounces)]
+    #[arg(long, requires = "scene_file", conflicts_with = "scene", default_value_t = PathSettings::default().max_bounces)]
     max_bounces: u32,
     /// Exposure in stops (0: a white wall of radiance 1 gives a sum of 1); absent: so that 95 % of the picture is below
     /// 0.8.
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        requires = "scene_file",
+        conflicts_with = "scene",
+        allow_negative_numbers = true
+    )]
     pub exposure_ev: Option<f64>,
 }
 

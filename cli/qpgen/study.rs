@@ -1,10 +1,12 @@
 //! `qpgen study`: the paper's studies of the pixel with any pixel model, as tables, CSV files and plots.
 
+use quadpixel_cli::{out, outln};
 use std::path::PathBuf;
 
 use crate::pixel_model::PixelModelArgs;
 use clap::{Args, ValueEnum};
 use quadpixel::em::{Level, PixelModel, PixelStack};
+use quadpixel::file;
 use quadpixel::response::{ShiftSettings, TableSettings};
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
@@ -82,13 +84,15 @@ enum Kind {
 /// # Errors
 /// Bad arguments (2), or a disk that fails (1).
 pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
+    // Before the work, not after it.
+    file::probe_folder(&args.out)?;
     let observer = Progress::new(log.json(args.json));
     let report = studied(args, &observer)?;
     if args.json {
-        println!("{}", report.json);
+        outln!("{}", report.json);
     } else {
-        print!("{}", report.table);
-        println!("{}: {}", report.summary, args.out.display());
+        out!("{}", report.table);
+        outln!("{}: {}", report.summary, args.out.display());
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! `qpgen validate`: the paper's two experiments as numbers (`validation.json`) and polar plots (`validation.png`).
 
+use quadpixel_cli::outln;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -14,6 +15,7 @@ use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::pixel_stack;
+use quadpixel_generators::observer::Observer;
 use quadpixel_generators::preview::canvas::Sheet;
 use quadpixel_laboratory::validate::{Experiment, Probe, masked_plane, moving_disk};
 
@@ -64,8 +66,9 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
         )));
     }
     let stack = pixel_stack(&args.pixel, args.subpixels)?;
+    file::probe_folder(&args.out)?;
     let progress = Progress::new(log.json(args.json));
-    let angles = |done: usize, total: usize| progress.table(done, total);
+    let angles: &dyn Observer = &progress;
     let settings = TableSettings::new(Level::default(), Preset::default(), &stack);
     let plan = TablePlan::new(&stack, &settings).map_err(CommandError::failed)?;
     let cached = ResponseCache::open(ResponseCache::default_dir())
@@ -79,7 +82,6 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
     let plane = masked_plane(&response, args.theta_max_deg, stride, args.rays)?;
     progress.finish();
 
-    file::create_folder(&args.out).map_err(CommandError::failed)?;
     let report = serde_json::json!({
         "pixel": args.pixel, "subpixels": args.subpixels, "rays": args.rays, "theta_max_deg": args.theta_max_deg,
         "experiment_1_moving_disk": disk, "experiment_2_masked_plane": plane,
@@ -96,24 +98,25 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
     raster::write_png8(&picture, &sheet.rgb, sheet.width, sheet.height, 3)
         .map_err(CommandError::failed)?;
     if args.json {
-        println!("{report}");
+        outln!("{report}");
     } else {
-        println!(
+        outln!(
             "response that came back against the one put in, in parts of its peak ({}, {} rays per direction)",
-            args.pixel, args.rays
+            args.pixel,
+            args.rays
         );
         for (name, e) in [
             ("1 (moving 5 mm disk at 1 m)", &disk),
             ("2 (masked endless plane)", &plane),
         ] {
-            println!(
+            outln!(
                 "experiment {name}: {} directions, RMS {:.2e}, maximum {:.2e}",
                 e.probes.len(),
                 e.rms,
                 e.maximum
             );
         }
-        println!("polar plots: {}", picture.display());
+        outln!("polar plots: {}", picture.display());
     }
     Ok(())
 }

@@ -18,10 +18,13 @@ use rayon::prelude::*;
 use self::report::{Contents, Depth};
 use crate::manifest::{DatasetManifest, FileEntry, SampleEntry};
 use crate::split::Split;
-use crate::{parse, paths};
+use crate::{file, parse, paths};
 
 /// What `dataset.json` lists below one folder: names there, and entries.
 type Listed<'a> = Vec<(&'a str, &'a FileEntry)>;
+
+/// The largest `dataset.json`: of a million samples of 20 files each, with room to spare.
+const LARGEST_DESCRIPTION: u64 = 8 << 30;
 
 /// Reads the dataset at `root` on all threads, one sample per thread, and lists everything that breaks SPEC.md in the
 /// order of the samples; `progress` is called after each file.
@@ -41,7 +44,8 @@ fn check_to(depth: Depth, root: &Path, progress: &mut (dyn FnMut(Progress) + Sen
         return report;
     };
     report.samples = manifest.samples.len();
-    check_tree(root, &manifest, &mut report);
+    let pages = pages_being_written(root, &mut report);
+    check_tree(root, &manifest, &pages, &mut report);
 
     // Files by folder, so that one sample's content is in memory at a time.
     let mut folders: BTreeMap<&str, Listed<'_>> = BTreeMap::new();
@@ -54,7 +58,15 @@ fn check_to(depth: Depth, root: &Path, progress: &mut (dyn FnMut(Progress) + Sen
     let load = |folder: &str, report: &mut Report| -> Contents {
         let mut contents = Contents::new();
         for (name, entry) in folders.get(folder).into_iter().flatten() {
-            contents.insert((*name).to_string(), read_entry(root, entry, report));
+            let mut own = Report::default();
+            let content = read_entry(root, entry, &mut own);
+            let mut others = pages.iter().filter(|page| page.path == entry.path);
+            let mut is_other =
+                || others.any(|page| read_entry(root, page, &mut Report::default()).is_some());
+            if content.is_some() || !is_other() {
+                report.merge(own);
+            }
+            contents.insert((*name).to_string(), content);
             // A poisoned lock only means that another thread stopped.
             let mut counted = counted.lock().unwrap_or_else(PoisonError::into_inner);
             let (done, progress) = &mut *counted;
@@ -101,7 +113,7 @@ fn check_to(depth: Depth, root: &Path, progress: &mut (dyn FnMut(Progress) + Sen
 }
 
 fn read_manifest(root: &Path, report: &mut Report) -> Option<DatasetManifest> {
-    let bytes = match fs::read(root.join(paths::DATASET)) {
+    let bytes = match file::read(&root.join(paths::DATASET), LARGEST_DESCRIPTION) {
         Ok(bytes) => bytes,
         Err(cause) => {
             let unfinished = root.join(paths::RUN).is_file();
@@ -123,9 +135,43 @@ fn read_manifest(root: &Path, report: &mut Report) -> Option<DatasetManifest> {
     }
 }
 
+/// Pages that a command was writing when it was killed: each holds what the manifest lists, or what this list says, and
+/// the next command goes on with them. The dataset is whole meanwhile.
+fn pages_being_written(root: &Path, report: &mut Report) -> Vec<FileEntry> {
+    let path = root.join(paths::PAGES);
+    if !fs::symlink_metadata(&path).is_ok_and(|data| data.is_file()) {
+        return Vec::new();
+    }
+    let bytes = file::read(&path, LARGEST_DESCRIPTION).map_err(|e| e.to_string());
+    let pages =
+        bytes.and_then(|b| serde_json::from_slice::<Vec<FileEntry>>(&b).map_err(|e| e.to_string()));
+    let pages = pages.map_err(|why| report.add(paths::PAGES, format!("cannot be read: {why}")));
+    let is_page = |page: &FileEntry| !page.path.starts_with(paths::SAMPLES);
+    pages
+        .unwrap_or_default()
+        .into_iter()
+        .filter(is_page)
+        .collect()
+}
+
+/// A page, or a list of pages, that a killed command was about to name: the dataset is whole without it, and the next
+/// command removes it.
+fn is_half_made_page(path: &str) -> bool {
+    let (folder, name) = path.rsplit_once('/').unwrap_or(("", path));
+    let stem = name.rsplit_once(".tmp-").map(|(stem, _)| stem);
+    let root = [paths::DATASET, paths::INDEX, paths::CARD, paths::PAGES];
+    stem.is_some_and(|stem| match folder {
+        "" => root.contains(&stem),
+        folder => [paths::PLOTS, paths::SPLITS].contains(&folder),
+    })
+}
+
 /// The tree holds the listed files and nothing else.
-fn check_tree(root: &Path, manifest: &DatasetManifest, report: &mut Report) {
+fn check_tree(root: &Path, manifest: &DatasetManifest, pages: &[FileEntry], report: &mut Report) {
     let mut listed = BTreeSet::new();
+    let being_written = |path: &str| {
+        path == paths::PAGES && !pages.is_empty() || pages.iter().any(|page| page.path == path)
+    };
     for entry in &manifest.files {
         if let Err(cause) = paths::inside(root, &entry.path) {
             report.add(paths::DATASET, format!("lists a file it may not: {cause}"));
@@ -138,9 +184,11 @@ fn check_tree(root: &Path, manifest: &DatasetManifest, report: &mut Report) {
     walk(root, "", &mut paths, report);
     paths.sort();
     for path in paths {
-        if path != paths::DATASET && !listed.contains(path.as_str()) {
+        if path != paths::DATASET && !listed.contains(path.as_str()) && !being_written(&path) {
             let what = if path == paths::RUN {
                 "a run has not ended here: the same qpgen dataset goes on with it"
+            } else if is_half_made_page(&path) {
+                continue;
             } else if path.contains(".tmp-") {
                 "is the leftover of an interrupted run"
             } else {
@@ -182,9 +230,18 @@ fn walk(folder: &Path, prefix: &str, paths: &mut Vec<String>, report: &mut Repor
 
 fn read_entry(root: &Path, entry: &FileEntry, report: &mut Report) -> Option<Vec<u8>> {
     let path = paths::inside(root, &entry.path).ok()?; // reported with the tree
-    let plain = fs::symlink_metadata(&path).is_ok_and(|data| data.is_file());
-    let read = if plain {
-        fs::read(&path).map_err(|cause| cause.to_string())
+    let length = fs::symlink_metadata(&path)
+        .ok()
+        .filter(|data| data.is_file())
+        .map(|data| data.len());
+    if let Some(length) = length.filter(|length| *length != entry.bytes) {
+        let what = format!("has {length} bytes, dataset.json says {}", entry.bytes);
+        report.add(&entry.path, what);
+        return None;
+    }
+    let read = if length.is_some() {
+        // One of another length is not read at all.
+        file::read(&path, entry.bytes).map_err(|cause| cause.to_string())
     } else {
         Err("there is no such file".into())
     };
@@ -197,15 +254,6 @@ fn read_entry(root: &Path, entry: &FileEntry, report: &mut Report) -> Option<Vec
     };
     report.files += 1;
     report.bytes += bytes.len() as u64;
-    if bytes.len() as u64 != entry.bytes {
-        let what = format!(
-            "has {} bytes, dataset.json says {}",
-            bytes.len(),
-            entry.bytes
-        );
-        report.add(&entry.path, what);
-        return None;
-    }
     if blake3::hash(&bytes).to_hex().as_str() != entry.blake3 {
         report.add(&entry.path, "differs from its hash in dataset.json");
         return None;

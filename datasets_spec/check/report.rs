@@ -40,6 +40,13 @@ pub struct Report {
 }
 
 impl Report {
+    /// Takes over what another one found.
+    pub(super) fn merge(&mut self, other: Self) {
+        self.files += other.files;
+        self.bytes += other.bytes;
+        self.findings.extend(other.findings);
+    }
+
     pub(super) fn add(&mut self, path: &str, what: impl Into<String>) {
         self.findings.push(Finding {
             path: path.to_string(),

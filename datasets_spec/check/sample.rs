@@ -9,8 +9,11 @@ use crate::camera_description::{CameraDescription, RawFormat};
 use crate::layout::{Optional, sample_files};
 use crate::load::{Planes, decode};
 use crate::manifest::{FileEntry, SampleEntry};
-use crate::sample::{FileKind, SampleFile, SampleMeta};
+use crate::sample::{FileKind, SampleFile, SampleMeta, Storage};
 use crate::{parse, paths};
+
+/// Lengths, F-numbers and levels of cameras, whatever their unit.
+const PLAUSIBLE: std::ops::RangeInclusive<f64> = 1e-9..=1e12;
 
 /// Adds to `report` what is wrong with a sample, and gives the hash of its configuration. `listed` is what
 /// `dataset.json` says of its files, `contents` what was read of them.
@@ -186,6 +189,12 @@ fn check_meta(meta: &SampleMeta, entry: &SampleEntry, path: &str, report: &mut R
     for (field, value) in positive {
         if value <= 0.0 {
             report.add(path, format!("{field} is {value}, it must be above 0"));
+        } else if !PLAUSIBLE.contains(&value) {
+            let (least, most) = (PLAUSIBLE.start(), PLAUSIBLE.end());
+            report.add(
+                path,
+                format!("{field} is {value:e}, allowed are {least:e} to {most:e}"),
+            );
         }
     }
     let levels = (
@@ -282,6 +291,7 @@ fn check_list(meta: &SampleMeta, path: &str, report: &mut Report) -> bool {
         world: has(FileKind::Objects).is_some() || has(FileKind::Normal).is_some(),
         noisy: meta.noise.readout().is_some(),
         mosaic: meta.mosaic.is_some(),
+        bright: has(FileKind::Views).is_some_and(|file| file.storage == Storage::Float),
     };
     let raw = meta.raw.format;
     if meta.files == sample_files(sensor, &meta.channels, raw, optional, sheet) {

@@ -2,10 +2,12 @@
 
 mod responses;
 
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3};
 use quadpixel::em::PixelStack;
+use quadpixel::file;
 use quadpixel::lens::{FocusBy, Lens, Prescription, trace_backward};
 use quadpixel::render::Camera;
 use quadpixel::response::Response;
@@ -228,9 +230,9 @@ fn seen_at(camera: &Camera, column: f64, row: f64, distance_mm: f64) -> Result<D
 /// An unknown name, or what is wrong with the file.
 pub fn pixel(name: &str) -> Result<PixelStack, RecipeError> {
     let stack = if name.ends_with(".toml") {
-        let text = std::fs::read_to_string(name).map_err(|cause| RecipeError::File {
-            path: name.into(),
-            cause,
+        let text = file::read_text(Path::new(name)).map_err(|e| RecipeError::File {
+            path: e.path,
+            cause: e.cause,
         })?;
         PixelStack::from_toml(&text, name)?
     } else {

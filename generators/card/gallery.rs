@@ -1,78 +1,83 @@
 //! `index.html`: the contact sheets of a dataset on one page that opens from disk, with no script and no network.
 
-use std::fmt::Write;
-
+use minijinja::Environment;
+use minijinja::value::Serde;
 use quadpixel_datasets::{Range, SampleEntry, SampleMeta, Split, paths};
+
+use serde::Serialize;
 
 use crate::preview::number;
 
-const STYLE: &str = "\
-:root{color-scheme:dark}\
-body{margin:0;padding:2rem clamp(1rem,4vw,4rem);background:#161618;color:#ddd;font:16px/1.5 system-ui,sans-serif}\
-h1{font-size:1.6rem;margin:0}p.lead{color:#999;margin:.3rem 0 2rem}\
-main{display:grid;gap:1.5rem;grid-template-columns:repeat(auto-fill,minmax(min(100%,34rem),1fr))}\
-article{background:#202022;border:1px solid #333;border-radius:10px;overflow:hidden}\
-img{display:block;width:100%;height:auto}\
-.text{padding:.8rem 1rem 1rem}h2{font-size:1.05rem;margin:0 0 .5rem;display:flex;gap:.6rem;align-items:center}\
-.split{font-size:.75rem;font-weight:600;padding:.05rem .5rem;border-radius:1rem;background:#2f4a3a;color:#bfe5cd}\
-.val{background:#4a432f;color:#e8dcb4}.test{background:#4a2f3c;color:#eabfd2}\
-dl{display:grid;grid-template-columns:auto 1fr;gap:.1rem .9rem;margin:0;font-size:.9rem}\
-dt{color:#999}dd{margin:0}.files{margin:.7rem 0 0;font-size:.85rem}a{color:#8ab4f8}";
+/// The page, whose names and texts the template library escapes: they come from files that anybody may have written. A
+/// Content-Security-Policy in it lets it load its own pictures and nothing else.
+const TEMPLATE: &str = include_str!("gallery.html");
 
-/// The page. `shown` are the samples that it shows, by their places in `entries`.
-pub fn page(entries: &[SampleEntry], shown: &[(usize, SampleMeta)]) -> String {
-    let mut html = String::from(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>quadpixel dataset</title>\n",
-    );
-    let count = |split: Split| entries.iter().filter(|entry| entry.split == split).count();
-    // Writing to a String cannot fail.
-    let _ = write!(
-        html,
-        "<style>{STYLE}</style>\n</head>\n<body>\n<h1>quadpixel dataset</h1>\n<p class=\"lead\">{} samples: {} train, \
-         {} val, {} test{}. <a href=\"{}\">{}</a>, <a href=\"{}\">data card</a></p>\n<main>\n",
-        entries.len(),
-        count(Split::Train),
-        count(Split::Val),
-        count(Split::Test),
-        match shown.len() {
-            all if all == entries.len() => String::new(),
-            some => format!("; {some} of them, evenly spread, are shown"),
-        },
-        paths::DATASET,
-        paths::DATASET,
-        paths::CARD,
-    );
-    for (place, meta) in shown {
-        card(&mut html, &entries[*place], meta);
-    }
-    html.push_str("</main>\n</body>\n</html>\n");
-    html
+#[derive(Serialize)]
+struct Page<'a> {
+    total: usize,
+    train: usize,
+    val: usize,
+    test: usize,
+    manifest: &'static str,
+    card: &'static str,
+    samples: Vec<Shown<'a>>,
 }
 
-fn card(html: &mut String, entry: &SampleEntry, meta: &SampleMeta) {
-    let folder = format!("{}/{}", paths::SAMPLES, entry.id);
-    let (sheet, id, split) = (paths::PREVIEW, &entry.id, entry.split.name());
+/// A sample on the page.
+#[derive(Serialize)]
+struct Shown<'a> {
+    folder: String,
+    sheet: &'static str,
+    id: &'a str,
+    split: &'static str,
+    width: u32,
+    height: u32,
+    facts: Vec<(&'static str, String)>,
+    files: Vec<&'a str>,
+}
+
+/// The page. `shown` are the samples that it shows, by their places in `entries`.
+///
+/// # Errors
+/// A page that cannot be made of its template.
+pub fn page(
+    entries: &[SampleEntry],
+    shown: &[(usize, SampleMeta)],
+) -> Result<String, minijinja::Error> {
+    let count = |split: Split| entries.iter().filter(|entry| entry.split == split).count();
+    let [train, val, test] = Split::ALL.map(count);
+    let samples = shown
+        .iter()
+        .map(|(place, meta)| card(&entries[*place], meta));
+    let page = Page {
+        total: entries.len(),
+        train,
+        val,
+        test,
+        manifest: paths::DATASET,
+        card: paths::CARD,
+        samples: samples.collect(),
+    };
+    // By the ending of its name a template of HTML, which is escaped.
+    Environment::new().render_named_str(paths::INDEX, TEMPLATE, Serde(page))
+}
+
+fn card<'a>(entry: &'a SampleEntry, meta: &'a SampleMeta) -> Shown<'a> {
+    let sheet = paths::PREVIEW;
     let size = meta.files.iter().find(|file| file.name == sheet);
     let (width, height) = size.map_or((0, 0), |file| (file.width, file.height));
-    let _ = write!(
-        html,
-        "<article>\n<a href=\"{folder}/{sheet}\"><img src=\"{folder}/{sheet}\" width=\"{width}\" height=\"{height}\" \
-         loading=\"lazy\" alt=\"contact sheet of sample {id}\"></a>\n<div class=\"text\"><h2>{id} \
-         <span class=\"split {split}\">{split}</span></h2>\n<dl>\n",
-    );
-    for (term, text) in facts(meta) {
-        let _ = writeln!(html, "<dt>{term}</dt><dd>{}</dd>", escaped(&text));
-    }
-    html.push_str("</dl>\n<p class=\"files\">");
     let names = meta.files.iter().map(|file| file.name.as_str());
-    for name in names
-        .filter(|name| *name != sheet)
-        .chain([paths::CAMERA, paths::META])
-    {
-        let _ = write!(html, "<a href=\"{folder}/{name}\">{name}</a> ");
+    let names = names.filter(|name| *name != sheet);
+    Shown {
+        folder: format!("{}/{}", paths::SAMPLES, entry.id),
+        sheet,
+        id: &entry.id,
+        split: entry.split.name(),
+        width,
+        height,
+        facts: facts(meta),
+        files: names.chain([paths::CAMERA, paths::META]).collect(),
     }
-    html.push_str("</p></div>\n</article>\n");
 }
 
 fn facts(meta: &SampleMeta) -> Vec<(&'static str, String)> {
@@ -112,26 +117,43 @@ fn facts(meta: &SampleMeta) -> Vec<(&'static str, String)> {
     ]
 }
 
-fn escaped(text: &str) -> String {
-    let replace = |c: char| match c {
-        '&' => "&amp;".to_string(),
-        '<' => "&lt;".to_string(),
-        '>' => "&gt;".to_string(),
-        '"' => "&quot;".to_string(),
-        other => other.to_string(),
-    };
-    text.chars().map(replace).collect()
-}
-
 #[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests {
     use super::*;
 
     #[test]
-    fn names_from_a_configuration_cannot_write_markup() {
-        assert_eq!(
-            escaped("<img src=\"x\">&"),
-            "&lt;img src=&quot;x&quot;&gt;&amp;"
+    fn names_from_a_dataset_cannot_write_markup() {
+        let shown = Shown {
+            folder: "samples/000000".into(),
+            sheet: paths::PREVIEW,
+            id: "\" onload=\"x",
+            split: "train",
+            width: 1,
+            height: 1,
+            facts: vec![("lens", "<script>alert('x')</script>&".into())],
+            files: vec!["'><img src=x>"],
+        };
+        let page = Page {
+            total: 2,
+            train: 1,
+            val: 1,
+            test: 0,
+            manifest: paths::DATASET,
+            card: paths::CARD,
+            samples: vec![shown],
+        };
+        let html = Environment::new()
+            .render_named_str(paths::INDEX, TEMPLATE, Serde(page))
+            .unwrap();
+        assert!(
+            html.contains("2 samples: 1 train, 1 val, 0 test; 1 of them, evenly spread"),
+            "{html}"
         );
+        for markup in ["<script>", "<img src=x", "onload=\"x"] {
+            assert!(!html.contains(markup), "{markup}: {html}");
+        }
+        assert!(html.contains("&lt;script&gt;"), "{html}");
+        assert!(html.contains("Content-Security-Policy"));
     }
 }

@@ -197,16 +197,17 @@ fn text(
     let bytes: u64 = files.iter().map(|file| file.bytes).sum();
     let each = bytes as f64 * 1e-6 / entries.len().max(1) as f64;
     let mut card = String::new();
+    let licence_text = cell(licence);
     // Writing to a String cannot fail.
     let _ = write!(
         card,
         "---\nlicense: {}\ntags: [dual-pixel, quad-pixel, depth-estimation, synthetic]\n---\n\n# quadpixel dataset\n\n\
          Simulated images of a camera whose pixels see the pupil in parts, with true depth, disparity and circle of confusion. \
          `{}` holds the configuration, units, frames and signs, and the hash of every file; `{}` shows the samples.\n\n\
-         Licence: {licence}. Made by qpgen {}. Check it with `qpgen check`.\n\n\
+         Licence: {licence_text}. Made by qpgen {}. Check it with `qpgen check`.\n\n\
          | | |\n|---|---|\n| samples | {} |\n| train, val, test (by scene) | {}, {}, {} |\n| scenes | {} |\n| files of the samples | {} |\n\
          | their size | {:.1} MB, {each:.2} MB per sample |\n\n",
-        licence.to_lowercase(),
+        spdx(licence).to_lowercase(),
         paths::DATASET,
         paths::INDEX,
         env!("CARGO_PKG_VERSION"),
@@ -258,15 +259,29 @@ fn text(
     card
 }
 
-/// A text from a configuration, harmless within a table.
+/// A licence's name as the card's head holds it: the characters that SPDX names are made of.
+fn spdx(licence: &str) -> String {
+    let allowed = |c: &char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '+' | ' ');
+    licence.chars().filter(allowed).collect()
+}
+
+/// A text from a configuration, harmless within a table: no cell, link, picture or markup is made of it.
 fn cell(text: &str) -> String {
     let plain = |c: char| match c {
         c if c.is_control() => ' ',
         c => c,
     };
     let text: String = text.chars().map(plain).collect();
-    let text = text.replace('\\', "\\\\").replace('|', "\\|");
-    text.replace('&', "&amp;").replace('<', "&lt;")
+    let mut safe = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => safe.push_str("&amp;"),
+            '<' => safe.push_str("&lt;"),
+            '\\' | '|' | '[' | ']' | '`' | '!' => safe.extend(['\\', c]),
+            c => safe.push(c),
+        }
+    }
+    safe
 }
 
 #[cfg(test)]
@@ -276,5 +291,7 @@ mod tests {
     #[test]
     fn a_name_from_a_configuration_stays_in_its_cell() {
         assert_eq!(cell("a|b\n| <script>"), "a\\|b \\| &lt;script>");
+        assert_eq!(cell("![x](http://y)"), "\\!\\[x\\](http://y)");
+        assert_eq!(spdx("CC0-1.0\n---\n<x>"), "CC0-1.0---x");
     }
 }

@@ -1,5 +1,6 @@
 //! Why a chart was refused.
 
+use quadpixel::memory::{self, MemoryError};
 use quadpixel::scene::texture::{Texture, TextureError};
 use std::path::PathBuf;
 use thiserror::Error;
@@ -52,6 +53,9 @@ pub enum ChartError {
         /// What is wrong with it.
         reason: String,
     },
+    /// More memory than is allowed.
+    #[error("chart: {0}")]
+    Memory(#[from] MemoryError),
     /// A raster that the core refuses.
     #[error(transparent)]
     Texture(#[from] TextureError),
@@ -91,11 +95,17 @@ pub(super) fn tones(chart: &'static str, dark: f64, light: f64) -> Result<(), Ch
     })
 }
 
-/// Fails unless `size_px` is a raster side.
+/// What a texel of a chart takes while it is painted and made coarser: floats of three colours, twice and a third.
+const BYTES_PER_TEXEL: u64 = 28;
+
+/// Fails unless `size_px` is a raster side, and there is memory for it.
 pub(super) fn side(size_px: usize) -> Result<(), ChartError> {
-    if (1..=Texture::MAX_SIDE_PX).contains(&size_px) {
-        Ok(())
-    } else {
-        Err(ChartError::Size { size_px })
+    if !(1..=Texture::MAX_SIDE_PX).contains(&size_px) {
+        return Err(ChartError::Size { size_px });
     }
+    let what = format!("a chart of {size_px} × {size_px} texels");
+    Ok(memory::check(
+        what,
+        (size_px as u64).pow(2) * BYTES_PER_TEXEL,
+    )?)
 }

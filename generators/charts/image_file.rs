@@ -5,18 +5,20 @@
 //! the coarser grid.
 
 use super::error::{ChartError, side};
-use image::metadata::Orientation;
-use image::{ColorType, DynamicImage, ImageDecoder, ImageReader, Limits, Rgb32FImage, imageops};
+use image::{ColorType, DynamicImage, ImageReader, Rgb32FImage, imageops};
+use quadpixel::file;
+use quadpixel::image::raster::decoded;
 use quadpixel::image::srgb::to_linear;
 use quadpixel::scene::texture::Texture;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::io::Cursor;
 use std::path::PathBuf;
 
 /// Reflectance behind transparent parts.
 const BACKDROP: f32 = 0.2;
-/// Decoded bytes accepted: 16384² RGBA of 16 bits.
-const LARGEST_BYTES: u64 = 16384 * 16384 * 8;
+/// What is made of a pixel: RGBA and RGB as floats, and the picture turned and cut.
+const BYTES_PER_PIXEL: u64 = 4 * 4 + 4 * 3 + 2 * 8;
 
 /// Parameters of the `image` chart; it does not depend on the seed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -72,17 +74,15 @@ impl ImageFile {
             path: self.path.clone(),
             reason,
         };
-        let mut reader = ImageReader::open(&self.path)
-            .and_then(ImageReader::with_guessed_format)
+        let bytes =
+            file::read(&self.path).map_err(|e| fail(format!("cannot be read: {}", e.cause)))?;
+        let reader = ImageReader::new(Cursor::new(bytes))
+            .with_guessed_format()
             .map_err(|e| fail(format!("cannot be read: {e}")))?;
-        reader.limits({
-            let mut limits = Limits::no_limits();
-            limits.max_alloc = Some(LARGEST_BYTES);
-            limits
-        });
-        let not_an_image = |e| fail(format!("is not a readable PNG, JPEG or TIFF image: {e}"));
-        let mut decoder = reader.into_decoder().map_err(not_an_image)?;
-        let (width, height) = decoder.dimensions();
+        let not_an_image =
+            |e: String| fail(format!("is not a readable PNG, JPEG or TIFF image: {e}"));
+        let (mut image, orientation) = decoded(reader, BYTES_PER_PIXEL).map_err(not_an_image)?;
+        let (width, height) = (image.width(), image.height());
         if width.max(height) as usize > Texture::MAX_SIDE_PX {
             return Err(fail(format!(
                 "is {width}×{height}, too large: at most {} pixels a side",
@@ -92,8 +92,6 @@ impl ImageFile {
         if width == 0 || height == 0 {
             return Err(fail("is an empty image".into()));
         }
-        let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
-        let mut image = DynamicImage::from_decoder(decoder).map_err(not_an_image)?;
         image.apply_orientation(orientation);
         Ok(image)
     }

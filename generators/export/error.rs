@@ -32,6 +32,9 @@ pub enum ExportError {
     /// A map that cannot be written as an array.
     #[error(transparent)]
     Array(#[from] ndarray_npy::WriteNpyError),
+    /// The observer asked to stop.
+    #[error("stopped by a signal; nothing is left of the export")]
+    Stopped,
     /// The disk.
     #[error(transparent)]
     File(#[from] FileError),
@@ -66,7 +69,11 @@ impl ExportError {
     pub fn is_input(&self) -> bool {
         match self {
             Self::Refused { .. } | Self::NoDataset(_) | Self::Read(_) | Self::Picture(_) => true,
-            Self::Encode(_) | Self::Array(_) | Self::File(_) | Self::Disk { .. } => false,
+            Self::Encode(_)
+            | Self::Array(_)
+            | Self::Stopped
+            | Self::File(_)
+            | Self::Disk { .. } => false,
         }
     }
 }

@@ -11,10 +11,9 @@ mod source;
 mod webdataset;
 mod written;
 
-use std::fs;
 use std::path::Path;
 
-use quadpixel::file;
+use quadpixel::file::{self, FolderAside};
 use rayon::prelude::*;
 
 use crate::observer::{Event, Observer};
@@ -86,22 +85,17 @@ pub fn export(
         return Err(ExportError::refused(place, what));
     }
     let source = Source::open(dataset)?;
-    let aside = file::aside(out);
+    let name = out.file_name().unwrap_or_default().to_string_lossy();
+    let aside = FolderAside::new(out, format!("{name}.tmp-"))?;
     observer.event(Event::Start {
         samples: source.entries().len(),
         rays: 0,
     });
-    let written = write(&source, &aside, settings, observer);
+    let written = write(&source, aside.path(), settings, observer);
     observer.event(Event::End);
-    let done = written.and_then(|written| {
-        fs::rename(&aside, out).map_err(|e| ExportError::disk(out, e))?;
-        Ok(written)
-    });
-    if done.is_err() {
-        // The first error is the one to tell; a leftover that cannot be removed changes nothing about it.
-        let _ = fs::remove_dir_all(&aside);
-    }
-    done
+    let written = written?;
+    aside.persist(out)?;
+    Ok(written)
 }
 
 fn write(
@@ -111,7 +105,6 @@ fn write(
     observer: &dyn Observer,
 ) -> Result<Exported, ExportError> {
     let noisy = settings.noisy;
-    file::create_folder(root)?;
     let (written, conventions) = match settings.layout {
         Layout::Dpdd => {
             let each = |sample: &Sample<'_>| dpdd::write(sample, root, noisy);
@@ -162,6 +155,9 @@ fn each_sample(
     observer: &dyn Observer,
 ) -> Result<Exported, ExportError> {
     let one = |entry| {
+        if observer.stop_asked() {
+            return Err(ExportError::Stopped);
+        }
         let written = write(&source.sample(entry)?)?;
         observer.event(Event::SampleDone);
         Ok(Exported {

@@ -7,7 +7,8 @@ use quadpixel::file;
 use quadpixel::image::exr::{NamedLayer, decode_layers};
 use quadpixel::image::views::{Side, sum_of};
 use quadpixel::image::{Image, channel};
-use quadpixel_datasets::{DatasetManifest, FileEntry, SUM_LAYER, SampleEntry, SampleMeta, paths};
+use quadpixel_datasets::{DatasetManifest, FileEntry, SUM_LAYER, SampleEntry, SampleMeta};
+use quadpixel_datasets::{paths, read_description};
 
 use super::error::ExportError;
 
@@ -32,10 +33,7 @@ impl Source {
         let named = |what: String| ExportError::refused(path.display(), what);
         let bytes = file::read(&path).map_err(ExportError::NoDataset)?;
         let manifest: DatasetManifest =
-            quadpixel_datasets::parse(&bytes).map_err(|e| named(e.to_string()))?;
-        for entry in &manifest.samples {
-            paths::checked_name(&entry.id).map_err(|e| named(e.to_string()))?;
-        }
+            read_description(&bytes).map_err(|e| named(e.to_string()))?;
         let files = manifest.files.iter().map(|f| (f.path.clone(), f.clone()));
         Ok(Self {
             root: root.to_path_buf(),
@@ -76,8 +74,8 @@ impl Source {
 
     pub fn sample<'a>(&'a self, entry: &'a SampleEntry) -> Result<Sample<'a>, ExportError> {
         let path = format!("{}/{}/{}", paths::SAMPLES, entry.id, paths::META);
-        let meta = quadpixel_datasets::parse(&self.read(&path)?)
-            .map_err(|e| ExportError::refused(&path, e))?;
+        let meta =
+            read_description(&self.read(&path)?).map_err(|e| ExportError::refused(&path, e))?;
         Ok(Sample {
             source: self,
             entry,

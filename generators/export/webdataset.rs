@@ -33,6 +33,9 @@ pub(super) fn write(
         let mut shards = Vec::new();
         let mut open: Option<Shard> = None;
         for entry in source.entries().iter().filter(|e| e.split == split) {
+            if observer.stop_asked() {
+                return Err(ExportError::Stopped);
+            }
             let files = source.sample(entry)?.all_files()?;
             let size: u64 = files
                 .iter()
@@ -91,7 +94,7 @@ struct Shard {
 impl Shard {
     fn create(root: &Path, split: Split, number: usize) -> Result<Self, ExportError> {
         let name = format!("{}-{number:06}.tar", split.name());
-        let file = File::create(root.join(&name)).map_err(|e| ExportError::disk(&name, e))?;
+        let file = File::create_new(root.join(&name)).map_err(|e| ExportError::disk(&name, e))?;
         Ok(Self {
             name,
             tar: tar::Builder::new(Hashed {

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use quadpixel::file;
 use quadpixel::shard::Shard;
-use quadpixel_datasets::paths;
+use quadpixel_datasets::{DatasetManifest, FileEntry, paths};
 
 use crate::assemble::Responses;
 use crate::config::DatasetConfig;
@@ -17,7 +18,8 @@ use crate::recipe::{Recipe, SampleId};
 use crate::sample::render_sample;
 use crate::sample::stages::{Stages, timed};
 use crate::writer::{
-    Dataset, EarlierSample, WriteError, earlier_sample, finish_dataset, write_sample,
+    Dataset, EarlierSample, Foreign, Pages, WriteError, earlier_sample, finish_dataset,
+    is_whole_sample, write_sample,
 };
 
 /// Licence of what is made: charts and fonts allow it.
@@ -45,11 +47,12 @@ pub fn make(
     out: &Path,
     observer: &dyn Observer,
 ) -> Result<Summary, GenerateError> {
-    make_part(config, out, Shard::WHOLE, observer)
+    make_part(config, out, Shard::WHOLE, Foreign::Refuse, observer)
 }
 
 /// Makes the dataset in `out`, or a part of it in a folder of its own there, which [`super::merge`] joins. A folder
-/// that holds samples of the same configuration goes on where it stopped.
+/// that holds samples of the same configuration goes on where it stopped; a dataset that is whole is only read.
+/// `foreign`: what to do with files of others where gallery, data card and lists go.
 ///
 /// # Errors
 /// A bad configuration or folder (2); a disk that fails or a signal that ended the run (1). What was written stays
@@ -58,6 +61,7 @@ pub fn make_part(
     config: &DatasetConfig,
     out: &Path,
     shard: Shard,
+    foreign: Foreign,
     observer: &dyn Observer,
 ) -> Result<Summary, GenerateError> {
     config.check()?;
@@ -70,6 +74,12 @@ pub fn make_part(
         false => out.join(paths::shard_folder(shard.number(), shard.count())),
     };
     refuse_fewer(&place, config.count)?;
+    if shard.is_whole() && is_finished(out, &identity)? {
+        return reused(out, config, &recipes, observer);
+    }
+    if shard.is_whole() {
+        Pages::open(out, foreign)?.check()?;
+    }
     let mut part = Part {
         folder: RunFolder::open(&place, &identity, shard)?,
         hash: identity.hash(),
@@ -102,12 +112,75 @@ pub fn make_part(
     if shard.is_whole() {
         let text = format!("{} samples: lists, gallery and data card", done.samples);
         observer.event(Event::Info(&text));
-        finish(&place, &identity)?;
+        finish(&place, &identity, foreign)?;
         part.folder.end()?;
         done.gallery = Some(place.join(paths::INDEX));
     }
     observer.event(Event::End);
     Ok(done)
+}
+
+/// Whether the dataset of this identity is whole in `out`: nothing is to be done.
+fn is_finished(out: &Path, identity: &Identity) -> Result<bool, GenerateError> {
+    let path = out.join(paths::DATASET);
+    if !path.is_file()
+        || [paths::RUN, paths::PAGES]
+            .iter()
+            .any(|name| out.join(name).exists())
+    {
+        return Ok(false);
+    }
+    let Ok(manifest) = quadpixel_datasets::read_description::<DatasetManifest>(&file::read(&path)?)
+    else {
+        return Ok(false); // told where the folder is opened
+    };
+    let same = manifest.tool.version == identity.version
+        && manifest.configuration == identity.configuration
+        && manifest.inputs == identity.inputs;
+    let pages = Pages::open(out, Foreign::Refuse)?;
+    let only_ours = pages.check().is_ok() && pages.half_made(&[paths::RUN])?.is_empty();
+    drop(pages);
+    let hash = identity.hash();
+    let mut samples = manifest.samples.iter();
+    let mut pages = manifest
+        .files
+        .iter()
+        .filter(|entry| !entry.path.starts_with(paths::SAMPLES));
+    let unchanged = |entry: &FileEntry| {
+        let content = paths::inside(out, &entry.path)
+            .ok()
+            .and_then(|path| file::read(&path).ok());
+        content.is_some_and(|bytes| FileEntry::new(&entry.path, &bytes) == *entry)
+    };
+    Ok(same
+        && only_ours
+        && samples.all(|sample| is_whole_sample(out, &sample.id, &hash))
+        && pages.all(unchanged))
+}
+
+/// What a run in a folder did whose dataset is whole.
+fn reused(
+    out: &Path,
+    config: &DatasetConfig,
+    recipes: &Recipes,
+    observer: &dyn Observer,
+) -> Result<Summary, GenerateError> {
+    observer.event(Event::Start {
+        samples: recipes.indices.len(),
+        rays: recipes.rays,
+    });
+    for &index in &recipes.indices {
+        let rays = recipes.draw(config, index)?.rays();
+        observer.event(Event::SampleReused { rays });
+    }
+    observer.event(Event::End);
+    let samples = recipes.indices.len();
+    Ok(Summary {
+        samples,
+        reused: samples,
+        gallery: Some(out.join(paths::INDEX)),
+        stages: Stages::default(),
+    })
 }
 
 /// The part of a dataset that is made.
@@ -166,7 +239,11 @@ impl Part<'_> {
 ///
 /// # Errors
 /// A sample that cannot be read, or the disk.
-pub(crate) fn finish(out: &Path, identity: &Identity) -> Result<(), GenerateError> {
+pub(crate) fn finish(
+    out: &Path,
+    identity: &Identity,
+    foreign: Foreign,
+) -> Result<(), GenerateError> {
     let number = |name: &str| {
         identity
             .configuration
@@ -184,7 +261,7 @@ pub(crate) fn finish(out: &Path, identity: &Identity) -> Result<(), GenerateErro
         licence: LICENCE,
         count: u32::try_from(count).unwrap_or(u32::MAX),
     };
-    finish_dataset(out, &dataset)?;
+    finish_dataset(out, &dataset, foreign)?;
     Ok(())
 }
 

@@ -50,6 +50,9 @@ pub enum GenerateError {
         /// Samples of the run.
         samples: usize,
     },
+    /// The observer asked an estimate to stop.
+    #[error("stopped by a signal; nothing is left of the estimate")]
+    EstimateStopped,
     /// A file that the configuration names.
     #[error(transparent)]
     Identity(#[from] IdentityError),
@@ -66,7 +69,10 @@ impl GenerateError {
             Self::Write(e) => e.is_input(),
             Self::Sample { cause, .. } => cause.is_input(),
             Self::Trial(e) => e.is_input(),
-            Self::File(_) | Self::Identity(IdentityError::Json(_)) | Self::Stopped { .. } => false,
+            Self::File(_)
+            | Self::Identity(IdentityError::Json(_))
+            | Self::Stopped { .. }
+            | Self::EstimateStopped => false,
         }
     }
 }

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use quadpixel::file;
 use quadpixel::hash::json_hash;
 use serde_json::Value;
 
@@ -90,9 +91,9 @@ fn hash_files(value: &Value, inputs: &mut BTreeMap<String, String>) -> Result<()
                 .unwrap_or_default();
             let known = ENDINGS.contains(&ending.to_ascii_lowercase().as_str());
             if known && path.is_file() && !inputs.contains_key(name) {
-                let bytes = std::fs::read(path).map_err(|cause| IdentityError::Input {
+                let bytes = file::read(path).map_err(|e| IdentityError::Input {
                     name: name.clone(),
-                    cause,
+                    cause: e.cause,
                 })?;
                 inputs.insert(name.clone(), blake3::hash(&bytes).to_hex().to_string());
             }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use quadpixel::file;
+use quadpixel::file::{self, FolderAside};
 use quadpixel::shard::Shard;
 use quadpixel_datasets::paths;
 
@@ -14,6 +14,7 @@ use crate::production::error::GenerateError;
 use crate::production::folder_error::FolderError;
 use crate::production::identity::Identity;
 use crate::production::run_folder::RunFolder;
+use crate::writer::{Foreign, Pages, half_made, half_made_prefix, is_half_made_sample};
 
 /// A shard on disk, locked.
 struct Part {
@@ -27,7 +28,12 @@ struct Part {
 /// # Errors
 /// Shards that do not belong together (2); samples that are missing, or a disk that fails (1). A merge that
 /// stopped goes on when it is called again.
-pub fn merge(out: &Path, from: &[PathBuf], observer: &dyn Observer) -> Result<(), GenerateError> {
+pub fn merge(
+    out: &Path,
+    from: &[PathBuf],
+    foreign: Foreign,
+    observer: &dyn Observer,
+) -> Result<(), GenerateError> {
     let inside = from.is_empty();
     let folders = match inside {
         true => shard_folders(out)?,
@@ -43,6 +49,9 @@ pub fn merge(out: &Path, from: &[PathBuf], observer: &dyn Observer) -> Result<()
     });
     let parts: Vec<Part> = parts.collect::<Result<_, FolderError>>()?;
     let Some(first) = parts.first() else {
+        if inside && ended_merge(out, foreign)? {
+            return Ok(());
+        }
         let what = "holds no shards; allowed: the --out of qpgen dataset --shard, or --from";
         return Err(FolderError::refused(out.display(), what).into());
     };
@@ -50,6 +59,10 @@ pub fn merge(out: &Path, from: &[PathBuf], observer: &dyn Observer) -> Result<()
     let names = (0..count).map(paths::sample_name);
     let names: Vec<String> = names.collect::<Result<_, _>>().map_err(FolderError::Path)?;
     refuse_missing(out, first.shard, &parts, &names)?;
+    if inside {
+        refuse_foreign(&parts, foreign)?;
+    }
+    Pages::open(out, foreign)?.check()?;
     let whole = RunFolder::open(out, &first.identity, Shard::WHOLE)?;
     let samples = out.join(paths::SAMPLES);
     file::own_folder(&samples)?;
@@ -57,10 +70,11 @@ pub fn merge(out: &Path, from: &[PathBuf], observer: &dyn Observer) -> Result<()
         samples: names.len(),
         rays: 0,
     });
+    let owners: BTreeMap<usize, &Part> = parts.iter().map(|p| (p.shard.number(), p)).collect();
     for (place, name) in names.iter().enumerate() {
         whole.still_there()?;
         let to = samples.join(name);
-        let owner = parts.iter().find(|part| part.shard.owns(place));
+        let owner = owners.get(&(place % first.shard.count() + 1));
         if let Some(part) = owner.filter(|_| to.symlink_metadata().is_err()) {
             let from = part.folder.path().join(paths::SAMPLES).join(name);
             take(&from, &to, inside)?;
@@ -70,8 +84,9 @@ pub fn merge(out: &Path, from: &[PathBuf], observer: &dyn Observer) -> Result<()
         }
     }
     observer.event(Event::End);
-    finish(out, &first.identity)?;
+    finish(out, &first.identity, foreign)?;
     if inside {
+        // What is left of them are descriptions and leftovers: see refuse_foreign.
         for part in &parts {
             file::remove(part.folder.path())?;
         }
@@ -79,6 +94,63 @@ pub fn merge(out: &Path, from: &[PathBuf], observer: &dyn Observer) -> Result<()
     whole.end()?;
     let text = format!("{} shards joined, {count} samples", parts.len());
     observer.event(Event::Info(&text));
+    Ok(())
+}
+
+/// Ends a merge that was killed when it had no shard left: what is there is the dataset, but for its last step.
+fn ended_merge(out: &Path, foreign: Foreign) -> Result<bool, GenerateError> {
+    if out.join(paths::RUN).is_file() && out.join(paths::DATASET).is_file() {
+        let (whole, identity, shard) = RunFolder::existing(out)?;
+        if shard.is_whole() {
+            finish(out, &identity, foreign)?;
+            whole.end()?;
+            return Ok(true);
+        }
+    }
+    Ok(out.join(paths::DATASET).is_file())
+}
+
+/// Shard folders go with the merge: what is not ours in them is not lost with them.
+fn refuse_foreign(parts: &[Part], foreign: Foreign) -> Result<(), GenerateError> {
+    if foreign == Foreign::Replace {
+        return Ok(());
+    }
+    let refused = |path: &Path| {
+        let what = "is not what qpgen wrote, and would go with its shard; move it away, or give --force, which removes it";
+        Err(FolderError::refused(path.display(), what).into())
+    };
+    for part in parts {
+        let root = part.folder.path();
+        let pages = Pages::open(root, foreign)?;
+        let mut folders = vec![String::new()];
+        while let Some(folder) = folders.pop() {
+            let path = root.join(&folder);
+            for entry in fs::read_dir(&path).map_err(|e| FolderError::disk(&path, e))? {
+                let entry = entry.map_err(|e| FolderError::disk(&path, e))?;
+                let name = entry.file_name().to_string_lossy().into_owned();
+                let below = match folder.as_str() {
+                    "" => name.clone(),
+                    folder => format!("{folder}/{name}"),
+                };
+                let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+                let own = match (folder.as_str(), name.as_str(), is_folder) {
+                    ("", paths::RUN | paths::PAGES, false) => true,
+                    ("", paths::SAMPLES | paths::PLOTS | paths::SPLITS, true) => {
+                        folders.push(below.clone());
+                        true
+                    }
+                    (paths::SAMPLES, name, true) => {
+                        paths::is_sample_name(name) || is_half_made_sample(name)
+                    }
+                    (_, name, false) => half_made(name).is_some() || pages.wrote(&below)?,
+                    _ => false,
+                };
+                if !own {
+                    return refused(&entry.path());
+                }
+            }
+        }
+    }
     Ok(())
 }
 
@@ -134,28 +206,27 @@ fn refuse_missing(
             .join(paths::META)
             .is_file()
     };
-    let mut lines = Vec::new();
-    for number in 1..=any.count() {
-        let shard = Shard::new(number, any.count());
-        let shard = shard.map_err(|e| FolderError::refused(out.display(), e))?;
-        let part = parts.iter().find(|part| part.shard == shard);
-        let names_of_shard = names
-            .iter()
-            .enumerate()
-            .filter(|(place, _)| shard.owns(*place));
-        let missing: Vec<&String> = names_of_shard
-            .map(|(_, name)| name)
-            .filter(|name| {
-                !there(out, name) && !part.is_some_and(|part| there(part.folder.path(), name))
-            })
-            .collect();
-        if let Some(first) = missing.first() {
-            let n = missing.len();
-            lines.push(format!(
-                "shard {shard}: {n} samples are missing, the first {first}; run it again"
-            ));
+    let by_number: BTreeMap<usize, &Part> = parts.iter().map(|p| (p.shard.number(), p)).collect();
+    // By the number of the shard: how many are missing, and the first.
+    let mut missing: BTreeMap<usize, (usize, &String)> = BTreeMap::new();
+    for (place, name) in names.iter().enumerate() {
+        let number = place % any.count() + 1;
+        let part = by_number.get(&number);
+        if !there(out, name) && !part.is_some_and(|part| there(part.folder.path(), name)) {
+            missing.entry(number).or_insert((0, name)).0 += 1;
         }
     }
+    let line = |(number, (n, first)): (usize, (usize, &String))| {
+        let shard = Shard::new(number, any.count());
+        let shard = shard.map_err(|e| FolderError::refused(out.display(), e))?;
+        Ok(format!(
+            "shard {shard}: {n} samples are missing, the first {first}; run it again"
+        ))
+    };
+    let lines: Vec<String> = missing
+        .into_iter()
+        .map(line)
+        .collect::<Result<_, FolderError>>()?;
     if lines.is_empty() {
         return Ok(());
     }
@@ -177,14 +248,16 @@ fn take(from: &Path, to: &Path, may_move: bool) -> Result<(), FolderError> {
         return fs::rename(from, to).map_err(|e| FolderError::disk(to, e));
     }
     let name = to.file_name().unwrap_or_default().to_string_lossy();
-    let aside = to.with_file_name(format!(".tmp-{name}"));
-    file::remove(&aside)?;
-    file::own_folder(&aside)?;
+    let aside = FolderAside::new(to, half_made_prefix(&name))?;
     let entries = fs::read_dir(from).map_err(|e| FolderError::disk(from, e))?;
     for entry in entries {
         let entry = entry.map_err(|e| FolderError::disk(from, e))?;
+        if !entry.file_type().is_ok_and(|kind| kind.is_file()) {
+            let what = "is a link, folder or device in a sample; allowed: plain files";
+            return Err(FolderError::refused(entry.path().display(), what));
+        }
         let bytes = file::read(&entry.path())?;
-        file::write_synced(&aside.join(entry.file_name()), &bytes)?;
+        file::write_synced(&aside.path().join(entry.file_name()), &bytes)?;
     }
-    Ok(file::rename_synced(&aside, to)?)
+    Ok(aside.persist(to)?)
 }

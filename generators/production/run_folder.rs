@@ -96,6 +96,13 @@ impl RunFolder {
         let record = read(&path)?;
         let shard = record.shard.as_deref().map(str::parse).transpose();
         let shard = shard.map_err(|e: ShardError| FolderError::refused(path.display(), e))?;
+        if shard.is_some_and(|shard: Shard| shard.count() > paths::MAX_SAMPLES as usize) {
+            let what = format!(
+                "more shards than a dataset has samples; allowed: up to {}",
+                paths::MAX_SAMPLES
+            );
+            return Err(FolderError::refused(path.display(), what));
+        }
         let folder = folder.to_path_buf();
         Ok((
             Self { folder, lock },

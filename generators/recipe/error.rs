@@ -134,7 +134,9 @@ impl RecipeError {
     pub fn is_input(&self) -> bool {
         match self {
             Self::In { cause, .. } => cause.is_input(),
-            Self::Shipped(_) | Self::Written { .. } => false,
+            Self::Shipped(_)
+            | Self::Written { .. }
+            | Self::Response(ResponseError::Stopped { .. }) => false,
             _ => true,
         }
     }

@@ -2,6 +2,7 @@
 //! many from its configuration and records each in the sample's metadata, so that any sample can be rendered again
 //! alone.
 
+mod check;
 mod error;
 pub mod response;
 mod short;
@@ -11,6 +12,7 @@ pub mod table_choice;
 use std::path::Path;
 
 use quadpixel::effects::{Choice, Tolerance};
+use quadpixel::file;
 use quadpixel::lens::{Deviation, Misalignment};
 use quadpixel::render::RenderSettings;
 use quadpixel::sensor::readout::ReadoutSettings;
@@ -292,9 +294,9 @@ pub fn parse_recipe(text: &str, name: &str) -> Result<Recipe, RecipeError> {
 /// # Errors
 /// A file that cannot be read, or is no recipe: names the file and the place.
 pub fn read_recipe(path: &Path) -> Result<Recipe, RecipeError> {
-    let text = std::fs::read_to_string(path).map_err(|cause| RecipeError::File {
-        path: path.to_owned(),
-        cause,
+    let text = file::read_text(path).map_err(|e| RecipeError::File {
+        path: e.path,
+        cause: e.cause,
     })?;
     let name = path.display().to_string();
     if path.extension().is_some_and(|e| e == "json") {

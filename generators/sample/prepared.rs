@@ -20,8 +20,7 @@ use super::rendered::{Maps, Sample, Shifts, raw_white, saturation};
 use super::stages::{Stages, timed};
 use crate::assemble::{self, Responses};
 use crate::describe::{RenderedLight, describe};
-use crate::field_error::FieldError;
-use crate::observer::{Event, Observer};
+use crate::observer::Observer;
 use crate::recipe::{Recipe, RecipeError, SampleId};
 
 /// Why a sample could not be rendered.
@@ -90,15 +89,9 @@ pub fn prepare(
     observer: &dyn Observer,
 ) -> Result<Prepared, RecipeError> {
     (recipe.tolerance.check()).map_err(RecipeError::Tolerance)?;
-    if !(1..=1 << 24).contains(&recipe.render.rays_per_pixel) {
-        let n = recipe.render.rays_per_pixel;
-        return Err(FieldError::new("render.rays_per_pixel", n, "1 to 16777216").into());
-    }
+    recipe.check()?;
     let mut stages = Stages::default();
-    let response = timed(&mut stages.response_s, || {
-        let progress = |done, total| observer.event(Event::Table { done, total });
-        responses.get(recipe, &progress)
-    })?;
+    let response = timed(&mut stages.response_s, || responses.get(recipe, &observer))?;
     let (camera, scene, warnings) = timed(&mut stages.scene_s, || {
         let camera = assemble::camera(recipe, &response)?;
         let framing = assemble::framing_camera(recipe, &response)?;

@@ -9,6 +9,7 @@ use crate::field_error::FieldError;
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
+use quadpixel::file;
 use quadpixel::scene::import::{bounds_mm, import, placed, read_panorama};
 use quadpixel::scene::world::{Environment, Light, WorldDescription};
 use serde::{Deserialize, Serialize};
@@ -84,7 +85,7 @@ impl FileWorld {
             cause,
         };
         let mut hasher = blake3::Hasher::new();
-        let mut file = std::fs::File::open(&self.path).map_err(failed)?;
+        let mut file = file::open(Path::new(&self.path)).map_err(|e| failed(e.cause))?;
         std::io::copy(&mut file, &mut hasher).map_err(failed)?;
         Ok(hasher.finalize().to_hex().to_string())
     }

@@ -6,12 +6,12 @@ use std::fs;
 use std::path::Path;
 
 use quadpixel::file::{self, FileError};
-use quadpixel_datasets::{
-    DatasetManifest, FileEntry, SCHEMA_VERSION, Split, Tool, conventions, paths, units,
-};
+use quadpixel_datasets::{DatasetManifest, SCHEMA_VERSION, Split, Tool, conventions, paths, units};
 
 use super::error::WriteError;
+use super::is_half_made_sample;
 use super::json::{VERSION, json};
+use super::pages::{Foreign, Pages};
 use super::survey::{Survey, survey};
 use crate::card::{self, gallery};
 
@@ -36,24 +36,20 @@ pub struct Dataset<'a> {
 ///
 /// # Errors
 /// A description that cannot be read, something in `samples/` that is no sample of the dataset, or the disk.
-pub fn finish_dataset(root: &Path, dataset: &Dataset<'_>) -> Result<DatasetManifest, WriteError> {
+pub fn finish_dataset(
+    root: &Path,
+    dataset: &Dataset<'_>,
+    foreign: Foreign,
+) -> Result<DatasetManifest, WriteError> {
     let names: Vec<String> = (0..dataset.count)
         .map(paths::sample_name)
         .collect::<Result<_, _>>()?;
     clear_samples(&root.join(paths::SAMPLES), &names)?;
-    clear_half_made(root)?;
     let survey = survey(root, &names)?;
-    let mut files = write_pages(root, &survey, dataset.licence)?;
-    let splits = root.join(paths::SPLITS);
-    file::remove(&splits)?;
-    file::own_folder(&splits)?;
-    for split in Split::ALL {
-        let of_split = survey.entries.iter().filter(|entry| entry.split == split);
-        let list: String = of_split.map(|entry| format!("{}\n", entry.id)).collect();
-        let path = paths::split_list(split);
-        file::write_aside(&root.join(&path), list.as_bytes())?;
-        files.push(FileEntry::new(&path, list.as_bytes()));
-    }
+    let mut own = Pages::open(root, foreign)?;
+    own.clear_half_made(&[paths::RUN])?;
+    let mut files =
+        own.write(&[pages(&survey, dataset.licence)?, split_lists(&survey)].concat())?;
     files.extend(survey.files);
     files.sort_by(|a, b| a.path.cmp(&b.path));
     let manifest = DatasetManifest {
@@ -72,33 +68,51 @@ pub fn finish_dataset(root: &Path, dataset: &Dataset<'_>) -> Result<DatasetManif
         files,
     };
     write_manifest(root, &manifest)?;
+    own.end(&manifest)?;
     Ok(manifest)
 }
 
-/// Writes the gallery and the data card again, from the descriptions on disk, and brings their entries in `manifest` up
-/// to date; all other entries stay, so that damage to a sample is still found by the check. Without a manifest, the run
-/// is not at its end: the pages show the samples that there are.
+/// Writes the gallery and the data card again, from the descriptions on disk, and brings their entries in the manifest
+/// up to date; all other entries stay, so that damage to a sample is still found by the check. While a run is not at
+/// its end, the pages show the samples that there are, and `licence`.
 ///
 /// # Errors
-/// A description that cannot be read, or the disk.
-pub fn rebuild_pages(
-    root: &Path,
-    manifest: Option<DatasetManifest>,
-    licence: &str,
-) -> Result<usize, WriteError> {
+/// A description that cannot be read, a file of somebody else in the place of a page, or the disk.
+pub fn rebuild_pages(root: &Path, licence: &str, foreign: Foreign) -> Result<usize, WriteError> {
+    // Locked before it is looked at whether the run is at its end.
+    let mut own = Pages::open(root, foreign)?;
+    let path = root.join(paths::DATASET);
+    let finished = path.is_file() && !root.join(paths::RUN).is_file();
+    let manifest: Option<DatasetManifest> = match finished {
+        true => Some(
+            quadpixel_datasets::read_description(&file::read(&path)?).map_err(|e| {
+                WriteError::Occupied {
+                    path: path.clone(),
+                    what: e.to_string(),
+                }
+            })?,
+        ),
+        false => None,
+    };
     let names = match &manifest {
         Some(manifest) => manifest.samples.iter().map(|s| s.id.clone()).collect(),
-        None => finished(&root.join(paths::SAMPLES))?,
+        None => finished_samples(&root.join(paths::SAMPLES))?,
     };
     let survey = survey(root, &names)?;
-    let pages = write_pages(root, &survey, licence)?;
+    let licence = manifest.as_ref().map_or(licence, |m| m.licence.as_str());
+    let written = own.write(&pages(&survey, licence)?)?;
     if let Some(mut manifest) = manifest {
+        own.clear_half_made(&[])?;
         let page =
             |path: &str| !path.starts_with(paths::SAMPLES) && !path.starts_with(paths::SPLITS);
+        let before = manifest.files.clone();
         manifest.files.retain(|entry| !page(&entry.path));
-        manifest.files.extend(pages);
+        manifest.files.extend(written);
         manifest.files.sort_by(|a, b| a.path.cmp(&b.path));
-        write_manifest(root, &manifest)?;
+        if manifest.files != before {
+            write_manifest(root, &manifest)?;
+        }
+        own.end(&manifest)?;
     }
     Ok(names.len())
 }
@@ -108,58 +122,42 @@ fn write_manifest(root: &Path, manifest: &DatasetManifest) -> Result<(), WriteEr
     Ok(file::write_aside(&path, &json(&path, manifest)?)?)
 }
 
-/// Gallery and data card.
-fn write_pages(root: &Path, survey: &Survey, licence: &str) -> Result<Vec<FileEntry>, WriteError> {
-    let mut pages = vec![(
-        paths::INDEX.to_string(),
-        gallery::page(&survey.entries, &survey.shown),
-    )];
-    pages.extend(card::pages(
-        &survey.census,
-        &survey.entries,
-        &survey.files,
-        licence,
-    ));
-    // Plots of an earlier, smaller dataset that this one does not have.
-    file::remove(&root.join(paths::PLOTS))?;
-    file::own_folder(&root.join(paths::PLOTS))?;
-    let mut files = Vec::new();
-    for (path, text) in pages {
-        file::write_aside(&root.join(&path), text.as_bytes())?;
-        files.push(FileEntry::new(&path, text.as_bytes()));
-    }
-    Ok(files)
+/// Gallery, data card and plots: path and content.
+fn pages(survey: &Survey, licence: &str) -> Result<Vec<(String, Vec<u8>)>, WriteError> {
+    let gallery = gallery::page(&survey.entries, &survey.shown)?;
+    let card = card::pages(&survey.census, &survey.entries, &survey.files, licence);
+    let pages = std::iter::once((paths::INDEX.to_string(), gallery)).chain(card);
+    Ok(pages
+        .map(|(path, text)| (path, text.into_bytes()))
+        .collect())
+}
+
+/// The names of the samples of each split: path and content.
+fn split_lists(survey: &Survey) -> Vec<(String, Vec<u8>)> {
+    let list = |split: Split| {
+        let of_split = survey.entries.iter().filter(|entry| entry.split == split);
+        let list: String = of_split.map(|entry| format!("{}\n", entry.id)).collect();
+        (paths::split_list(split), list.into_bytes())
+    };
+    Split::ALL.map(list).to_vec()
 }
 
 /// Names of the samples that are whole.
-fn finished(samples: &Path) -> Result<Vec<String>, WriteError> {
+fn finished_samples(samples: &Path) -> Result<Vec<String>, WriteError> {
     let error = |cause| FileError::new(samples, "read", cause);
     let mut names = Vec::new();
+    if !samples.is_dir() {
+        return Ok(names); // a run that has just begun
+    }
     for entry in fs::read_dir(samples).map_err(error)? {
         let entry = entry.map_err(error)?;
         let name = entry.file_name().to_string_lossy().into_owned();
-        let numbered = name.len() == 6 && name.bytes().all(|b| b.is_ascii_digit());
-        if numbered && entry.path().join(paths::META).is_file() {
+        if paths::is_sample_name(&name) && entry.path().join(paths::META).is_file() {
             names.push(name);
         }
     }
     names.sort();
     Ok(names)
-}
-
-/// Removes files that a killed run was about to name.
-fn clear_half_made(root: &Path) -> Result<(), WriteError> {
-    let error = |cause| FileError::new(root, "read", cause);
-    for entry in fs::read_dir(root).map_err(error)? {
-        let entry = entry.map_err(error)?;
-        let name = entry.file_name().to_string_lossy().into_owned();
-        let stem = name.split_once(".tmp-").map(|(stem, _)| stem);
-        let ours = [paths::DATASET, paths::INDEX, paths::CARD, paths::RUN];
-        if stem.is_some_and(|stem| ours.contains(&stem)) {
-            file::remove(&entry.path())?;
-        }
-    }
-    Ok(())
 }
 
 /// Removes unfinished samples; a finished one that is not of this dataset is an error.
@@ -169,7 +167,7 @@ fn clear_samples(samples: &Path, names: &[String]) -> Result<(), WriteError> {
     for entry in fs::read_dir(samples).map_err(error)? {
         let entry = entry.map_err(error)?;
         let name = entry.file_name().to_string_lossy().into_owned();
-        if name.starts_with(".tmp-") {
+        if is_half_made_sample(&name) {
             file::remove(&entry.path())?;
         } else if names.binary_search(&name).is_err() {
             let (path, what) = (

@@ -11,7 +11,7 @@ use quadpixel::image::views::{split_views, sum_of};
 use quadpixel::image::{Image, raster};
 use quadpixel_datasets::{COLOUR_SHIFTS, Optional, SCHEMA_VERSION, SUM_LAYER, paths, sample_files};
 use quadpixel_datasets::{
-    FileEntry, FileKind, Raw, RawFormat, RenderStatistics, SampleFile, SampleMeta,
+    FileEntry, FileKind, Raw, RawFormat, RenderStatistics, SampleFile, SampleMeta, Storage,
 };
 use rayon::prelude::*;
 
@@ -29,6 +29,8 @@ pub(super) type Contents = Vec<(String, Vec<u8>)>;
 const DISPARITY_CHANNELS: [&str; 4] = ["dx", "dy", "paraxial_dx", "paraxial_dy"];
 const NORMAL_CHANNELS: [&str; 3] = ["X", "Y", "Z"];
 const PREVIEW_QUALITY: u8 = 90;
+/// The largest number of half precision.
+const LARGEST_HALF: f32 = 65504.0;
 
 /// The sample's description and the content of each of its files, in the order of their names.
 pub(super) fn encode(
@@ -41,6 +43,12 @@ pub(super) fn encode(
     let truth = truth::masked(sample);
     let views = split_views(sample.raw, subpixels);
     let sum = sum_of(&views).ok_or_else(|| input(name, "the pixel has no sub-pixel"))?;
+    let noisy = sample.noisy.as_ref().map(|noisy| noisy.linear);
+    let light = [sample.raw, sample.target, &sum].into_iter().chain(noisy);
+    // In this the views are: they add up to the sum.
+    let bright = light
+        .flat_map(|image| image.data())
+        .any(|v| v.abs() > LARGEST_HALF);
     let format = match sample.raw_encoding {
         RawEncoding::Png(_) => RawFormat::Png,
         RawEncoding::Exr => RawFormat::Exr,
@@ -54,6 +62,7 @@ pub(super) fn encode(
             world: sample.seen.is_some(),
             noisy: given.noise.readout().is_some(),
             mosaic: given.mosaic.is_some(),
+            bright,
         },
         [preview::SHEET_WIDTH as u32, preview::SHEET_HEIGHT as u32],
     );
@@ -104,17 +113,22 @@ struct Pictures<'a> {
 
 impl Pictures<'_> {
     /// A layer per sub-pixel.
-    fn layers<'b>(&'b self, images: &'b [Image]) -> Vec<Layer<'b>> {
+    fn layers<'b>(&'b self, images: &'b [Image], sample: Sample) -> Vec<Layer<'b>> {
         let named = self.subpixels.iter().zip(images);
         named
-            .map(|(name, image)| layer(name, self.colours, image, Sample::Half))
+            .map(|(name, image)| layer(name, self.colours, image, sample))
             .collect()
     }
 
     /// A layer per sub-pixel, and their sum.
-    fn layers_and_sum<'b>(&'b self, images: &'b [Image], sum: &'b Image) -> Vec<Layer<'b>> {
-        let mut layers = self.layers(images);
-        layers.push(layer(SUM_LAYER, self.colours, sum, Sample::Half));
+    fn layers_and_sum<'b>(
+        &'b self,
+        images: &'b [Image],
+        sum: &'b Image,
+        sample: Sample,
+    ) -> Vec<Layer<'b>> {
+        let mut layers = self.layers(images, sample);
+        layers.push(layer(SUM_LAYER, self.colours, sum, sample));
         layers
     }
 
@@ -149,6 +163,10 @@ impl Pictures<'_> {
         };
         let png8 = |codes: Vec<u8>| raster::encode_png8(path, &codes, width, height, 1);
         let half = |layers: &[Layer<'_>]| encode_layers(path, layers, Compression::Piz);
+        let precision = match file.storage {
+            Storage::Float => Sample::Float,
+            _ => Sample::Half,
+        };
         let float = |layers: &[Layer<'_>]| encode_layers(path, layers, Compression::Zip);
         let map = |channel, image| {
             let channels = std::slice::from_ref(channel);
@@ -159,9 +177,9 @@ impl Pictures<'_> {
                 return Ok(raster::encode_png16(path, sample.raw, levels)?);
             }
             (FileKind::Raw, RawEncoding::Exr) => {
-                half(&[layer("", self.colours, sample.raw, Sample::Half)])
+                half(&[layer("", self.colours, sample.raw, precision)])
             }
-            (FileKind::Views, _) => half(&self.layers_and_sum(self.views, self.sum)),
+            (FileKind::Views, _) => half(&self.layers_and_sum(self.views, self.sum, precision)),
             (FileKind::Noisy, _) => png16(noisy()?.codes, codes),
             (FileKind::Mosaic, RawEncoding::Png(levels)) => png16(&picked(sample.raw)?, levels),
             (FileKind::Mosaic, RawEncoding::Exr) => return Err(absent("is picked from a raw.png")),
@@ -169,10 +187,10 @@ impl Pictures<'_> {
             (FileKind::NoisyViews, _) => {
                 let views = split_views(noisy()?.linear, sample.description.sensor.subpixels);
                 let sum = sum_of(&views).ok_or_else(|| absent("the pixel has no sub-pixel"))?;
-                half(&self.layers_and_sum(&views, &sum))
+                half(&self.layers_and_sum(&views, &sum, precision))
             }
-            (FileKind::Shading, _) => half(&self.layers(noisy()?.shading)),
-            (FileKind::Target, _) => half(&[layer("", self.colours, sample.target, Sample::Half)]),
+            (FileKind::Shading, _) => half(&self.layers(noisy()?.shading, precision)),
+            (FileKind::Target, _) => half(&[layer("", self.colours, sample.target, precision)]),
             (FileKind::Depth, _) => map(&"Z", &self.truth.depth_m),
             (FileKind::Distance, _) => map(&"distance", &self.truth.distance_m),
             (FileKind::Disparity, _) => {

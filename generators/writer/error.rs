@@ -34,6 +34,9 @@ pub enum WriteError {
         /// Why it is in the way.
         what: String,
     },
+    /// The gallery cannot be made of its template.
+    #[error("gallery: {0}")]
+    Gallery(#[from] minijinja::Error),
     /// A description cannot be written as JSON.
     #[error("{}: cannot be written as JSON: {cause}", path.display())]
     Json {
@@ -49,7 +52,7 @@ impl WriteError {
     pub fn is_input(&self) -> bool {
         match self {
             Self::Occupied { .. } | Self::Input { .. } | Self::Path(_) => true,
-            Self::File(_) | Self::Image(_) | Self::Json { .. } => false,
+            Self::File(_) | Self::Image(_) | Self::Gallery(_) | Self::Json { .. } => false,
         }
     }
 }

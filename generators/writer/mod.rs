@@ -1,7 +1,7 @@
 //! Writes one sample into the native layout (datasets_spec, SPEC.md), and finishes a dataset of them.
 //!
-//! A sample is written into `samples/.tmp-NNNNNN` and renamed to `samples/NNNNNN` when it is whole, so a folder under
-//! its final name is always complete and an interrupted run goes on where it stopped ([`earlier_sample`]).
+//! A sample is written into `samples/.tmp-NNNNNN-XXXXXX` and renamed to `samples/NNNNNN` when it is whole: a folder
+//! under its final name is always complete, and an interrupted run goes on where it stopped ([`earlier_sample`]).
 
 mod dataset;
 mod encode;
@@ -9,21 +9,24 @@ mod error;
 mod files;
 mod json;
 mod mosaic;
+mod pages;
 mod resume;
 mod sound;
 mod survey;
 mod truth;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use quadpixel::file;
+use quadpixel::file::{self, FolderAside};
 use quadpixel_datasets as spec;
 use quadpixel_datasets::paths;
 
 pub use dataset::{Dataset, finish_dataset, rebuild_pages};
 pub use error::WriteError;
 pub use files::{NoisyFiles, RawEncoding, SampleFiles, WorldMaps};
-pub use resume::{EarlierSample, earlier_sample};
+pub(crate) use pages::half_made;
+pub use pages::{Foreign, Pages};
+pub use resume::{EarlierSample, earlier_sample, is_whole_sample};
 
 /// Writes a sample below `root` (created if missing), and waits for the disk.
 ///
@@ -36,7 +39,7 @@ pub fn write_sample(root: &Path, sample: &SampleFiles<'_>) -> Result<spec::Sampl
     let (meta, contents) = encode::encode(sample, &name)?;
     file::create_folder(root)?;
     file::own_folder(&samples)?;
-    write_folder(&aside_of(&samples, &name), &samples.join(&name), &contents)?;
+    write_folder(&half_made_prefix(&name), &samples.join(&name), &contents)?;
     Ok(meta)
 }
 
@@ -53,17 +56,25 @@ pub fn write_alone(
     if let Some(parent) = folder.parent() {
         file::create_folder(parent)?;
     }
-    write_folder(&file::aside(folder), folder, &contents)?;
+    let own_name = folder.file_name().unwrap_or_default().to_string_lossy();
+    write_folder(&format!("{own_name}.tmp-"), folder, &contents)?;
     Ok(meta)
 }
 
-/// Where a sample is made before it gets its name; one that is not named again is the leftover of a killed run.
-fn aside_of(samples: &Path, name: &str) -> PathBuf {
-    samples.join(format!(".tmp-{name}"))
+/// What the name begins with under which a sample is made; one that is not named again is the leftover of a killed run.
+pub(crate) fn half_made_prefix(name: &str) -> String {
+    format!(".tmp-{name}-")
+}
+
+/// Whether that is what a killed run left of a sample.
+pub(crate) fn is_half_made_sample(name: &str) -> bool {
+    let rest = name.strip_prefix(".tmp-").unwrap_or_default();
+    let (number, end) = rest.split_once('-').unwrap_or((rest, ""));
+    paths::is_sample_name(number) && end.bytes().all(|b| b.is_ascii_alphanumeric())
 }
 
 fn write_folder(
-    aside: &Path,
+    prefix: &str,
     folder: &Path,
     contents: &[(String, Vec<u8>)],
 ) -> Result<(), WriteError> {
@@ -73,17 +84,9 @@ fn write_folder(
             what: "is there already".into(),
         });
     }
-    let write = || {
-        file::remove(aside)?;
-        file::own_folder(aside)?;
-        for (name, bytes) in contents {
-            file::write_synced(&aside.join(name), bytes)?;
-        }
-        file::rename_synced(aside, folder)
-    };
-    write().map_err(|error| {
-        // The first error is the one to tell; a leftover that cannot be removed changes nothing about it.
-        let _ = file::remove(aside);
-        error.into()
-    })
+    let aside = FolderAside::new(folder, prefix)?;
+    for (name, bytes) in contents {
+        file::write_synced(&aside.path().join(name), bytes)?;
+    }
+    Ok(aside.persist(folder)?)
 }

@@ -1,13 +1,13 @@
 //! What an earlier run left of a sample.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use quadpixel::file;
+use quadpixel::file::{self, FileError, FolderAside};
 use quadpixel_datasets::{ParseError, SampleMeta, paths};
 
-use super::aside_of;
 use super::error::WriteError;
+use super::half_made_prefix;
 use super::json::VERSION;
 
 /// What is under a sample's name.
@@ -65,11 +65,41 @@ pub fn earlier_sample(
         }
         Err(NotWhole::Damaged(what)) => what,
     };
-    let aside = aside_of(&samples, &name);
-    file::remove(&aside)?;
-    file::rename_synced(&folder, &aside)?;
-    file::remove(&aside)?;
+    if let Some(path) = foreign_file(&folder)? {
+        let what = "is not what qpgen writes into a sample, which is damaged and would be made again: move it away";
+        return Err(WriteError::Occupied {
+            path,
+            what: what.into(),
+        });
+    }
+    let aside = FolderAside::new(&folder, half_made_prefix(&name))?;
+    // A folder without a file takes no other's place.
+    file::rename_synced(&folder, aside.path())?;
+    file::remove(aside.path())?;
     Ok(EarlierSample::Broken(broken))
+}
+
+/// Whether a sample of the same configuration is there, as [`earlier_sample`] says; nothing is taken away.
+pub fn is_whole_sample(root: &Path, name: &str, configuration_blake3: &str) -> bool {
+    let folder = root.join(paths::SAMPLES).join(name);
+    let plain = folder.symlink_metadata().is_ok_and(|data| data.is_dir());
+    let same = |meta: SampleMeta| {
+        meta.configuration_blake3 == configuration_blake3 && meta.tool_version == VERSION
+    };
+    plain && whole(&folder).is_ok_and(same)
+}
+
+/// Something in the folder of a sample that no sample has.
+fn foreign_file(folder: &Path) -> Result<Option<PathBuf>, WriteError> {
+    let failed = |cause| FileError::new(folder, "read", cause);
+    for entry in fs::read_dir(folder).map_err(failed)? {
+        let entry = entry.map_err(failed)?;
+        let ours = (entry.file_name().to_str()).is_some_and(quadpixel_datasets::is_sample_file);
+        if !ours || entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            return Ok(Some(entry.path()));
+        }
+    }
+    Ok(None)
 }
 
 /// Why a folder is no whole sample.
@@ -84,11 +114,12 @@ enum NotWhole {
 fn whole(folder: &Path) -> Result<SampleMeta, NotWhole> {
     let damaged = |what: String| NotWhole::Damaged(what);
     let path = folder.join(paths::META);
-    let bytes = fs::read(&path).map_err(|e| damaged(format!("{}: {e}", paths::META)))?;
-    let meta: SampleMeta = quadpixel_datasets::parse(&bytes).map_err(|error| match error {
-        ParseError::Earlier(_) | ParseError::Later(_) => NotWhole::OfAnotherRelease(error),
-        _ => damaged(format!("{}: {error}", paths::META)),
-    })?;
+    let bytes = file::read(&path).map_err(|e| damaged(e.to_string()))?;
+    let meta: SampleMeta =
+        quadpixel_datasets::read_description(&bytes).map_err(|error| match error {
+            ParseError::Earlier(_) | ParseError::Later(_) => NotWhole::OfAnotherRelease(error),
+            _ => damaged(format!("{}: {error}", paths::META)),
+        })?;
     for own in &meta.contents {
         let name = paths::checked_name(&own.path).map_err(|e| damaged(e.to_string()))?;
         let length = folder.join(name).symlink_metadata().map(|data| data.len());

@@ -36,9 +36,13 @@ pub(super) fn survey(root: &Path, names: &[String]) -> Result<Survey, WriteError
     for (place, name) in names.iter().enumerate() {
         let folder = format!("{}/{name}", paths::SAMPLES);
         let path = root.join(&folder).join(paths::META);
+        if !path.symlink_metadata().is_ok_and(|data| data.is_file()) {
+            let what = "is a link, or not there; allowed: a sample's description".into();
+            return Err(WriteError::Occupied { path, what });
+        }
         let bytes = file::read(&path)?;
         let meta: SampleMeta =
-            quadpixel_datasets::parse(&bytes).map_err(|e| WriteError::Occupied {
+            quadpixel_datasets::read_description(&bytes).map_err(|e| WriteError::Occupied {
                 path: path.clone(),
                 what: format!("is no description of a sample: {e}"),
             })?;

@@ -18,7 +18,7 @@ pub mod row;
 mod wavelengths;
 mod work;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -118,12 +118,12 @@ pub fn measured(
 ///
 /// # Errors
 /// A disk that fails.
-pub fn write(out: &Path, tables: &[Table]) -> Result<Vec<PathBuf>, LaboratoryError> {
+pub fn write(out: &Path, tables: &[Table]) -> Result<Vec<String>, LaboratoryError> {
     let mut files = Vec::new();
     let mut file = |name: String, text: String| -> Result<(), LaboratoryError> {
         let path = out.join(name);
         file::write_aside(&path, text.as_bytes())?;
-        files.push(path);
+        files.push(path.display().to_string());
         Ok(())
     };
     for table in tables {

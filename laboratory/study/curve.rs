@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use quadpixel::em::PixelModel;
 use quadpixel::em::light::{SolverError, direction_cosines};
 use quadpixel::journal::{Journal, JournalError};
+use quadpixel::progress::Progress;
 use quadpixel::response::RejectionRanges;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -119,6 +120,7 @@ pub(super) fn journal(
     path: &Path,
     cases: &[Case],
     model: &PixelModel,
+    progress: &dyn Progress,
 ) -> Result<PointJournal, JournalError> {
     let pixels: Vec<_> = cases
         .iter()
@@ -126,7 +128,7 @@ pub(super) fn journal(
         .collect();
     // Settings are plain data: they always have a text.
     let key = serde_json::json!([model.version(), model, pixels]).to_string();
-    Journal::open(path, &key)
+    Journal::open(path, &key, progress)
 }
 
 /// The curves of all cases, on all threads; angles in the journal are not computed again.
@@ -270,7 +272,7 @@ mod tests {
             warned: true,
         };
         let id = (0, point.theta_deg.to_bits());
-        let open = |name: &str| journal(&path, &case(name), &model).unwrap();
+        let open = |name: &str| journal(&path, &case(name), &model, &()).unwrap();
         open("a").keep(id, &point);
         assert_eq!(open("a").outcome(&id), Some(&point));
         assert_eq!(open("b").outcome(&id), None);

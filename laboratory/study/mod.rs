@@ -16,7 +16,7 @@ mod mosaic;
 mod report;
 mod size;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use quadpixel::em::PixelModel;
@@ -60,7 +60,12 @@ pub fn curves(
     let began = Instant::now();
     file::create_folder(out)?;
     let name = study.name();
-    let journal = curve::journal(&out.join(format!("{name}.partial")), &cases, model)?;
+    let journal = curve::journal(
+        &out.join(format!("{name}.partial")),
+        &cases,
+        model,
+        &observer,
+    )?;
     let progress = |done, total| observer.event(Event::Table { done, total });
     let curves = curve::all(&cases, model, angles, &journal, &progress)?;
     let points = curves.iter().flat_map(|c| &c.points);
@@ -104,12 +109,12 @@ fn warn_of(count: usize, observer: &dyn Observer) {
 fn write<Name: AsRef<Path>>(
     out: &Path,
     files: &[(Name, String)],
-) -> Result<Vec<PathBuf>, LaboratoryError> {
+) -> Result<Vec<String>, LaboratoryError> {
     file::create_folder(out)?;
     let written = files.iter().map(|(name, text)| {
         let path = out.join(name);
         file::write_aside(&path, text.as_bytes())?;
-        Ok(path)
+        Ok(path.display().to_string())
     });
     written.collect()
 }

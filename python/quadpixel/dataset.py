@@ -5,6 +5,7 @@ import os
 
 import numpy as np
 
+from . import paths
 from .files import read_exr, read_png, stack
 from .geometry import left_right, subpixel_counts, subpixel_names
 
@@ -33,7 +34,47 @@ ITEMS = {
 
 
 def _file_of(item, meta):
-    return ITEMS[item] or f"raw.{meta['raw']['format']}"
+    return ITEMS[item] or f"raw.{_one_of(meta['raw']['format'], ('png', 'exr'), 'raw.format')}"
+
+
+def _one_of(value, allowed, what):
+    if value not in allowed:
+        raise ValueError(f"{what} is {value!r}; allowed: {', '.join(map(str, allowed))}")
+    return value
+
+
+def _check_meta(meta):
+    """Raises ValueError if what sizes are taken from in a ``meta.json`` is no such thing."""
+    sensor, named = meta["sensor"], f"sample {meta['id']!r}: "
+    for field in ("width_px", "height_px"):
+        if not (isinstance(sensor[field], int) and 1 <= sensor[field] <= 1 << 16):
+            raise ValueError(f"{named}sensor.{field} is {sensor[field]!r}; allowed: 1 to {1 << 16}")
+    for count in subpixel_counts(meta):
+        _one_of(count, range(1, 17), f"{named}sub-pixels of a side")
+    _one_of([channel["name"] for channel in meta["channels"]], (["R", "G", "B"], ["Y"]), f"{named}channels")
+
+
+def _check_lengths(files, meta):
+    """Raises ValueError if a file has another length than ``meta.json`` says."""
+    for entry in meta["contents"]:
+        content = files.get(entry["path"])
+        if content is not None and len(content) != entry["bytes"]:
+            raise ValueError(f"sample {meta['id']!r}: {entry['path']} has {len(content)} bytes, meta.json says {entry['bytes']}")
+
+
+def _check_size(sample, meta):
+    """Raises ValueError if a picture has another size than the sensor."""
+    height, width = meta["sensor"]["height_px"], meta["sensor"]["width_px"]
+    columns, rows = subpixel_counts(meta)
+    for name, picture in sample.items():
+        if not isinstance(picture, np.ndarray):
+            continue
+        mosaic = name in ("raw", "noisy", "mosaic", "noisy_mosaic")
+        layered = name in ("views", "noisy_views", "shading", "disparity", "paraxial")
+        size = picture.shape[1:3] if layered else picture.shape[:2]
+        expected = (height * rows, width * columns) if mosaic else (height, width)
+        if size != expected:
+            raise ValueError(f"sample {meta['id']!r}: {name} is {size}, the sensor's is {expected} (rows, columns)")
 
 
 def check_version(description, named=""):
@@ -85,6 +126,8 @@ def decode(files, items=None):
     """
     meta = json.loads(files["meta.json"])
     check_version(meta)
+    _check_meta(meta)
+    _check_lengths(files, meta)
     if items is None:
         items = [item for item in ITEMS if _file_of(item, meta) in files]
     columns, rows = subpixel_counts(meta)
@@ -136,6 +179,7 @@ def decode(files, items=None):
             sample[item] = read_png(content)
         else:
             raise KeyError(f"{item!r} is none of {', '.join(ITEMS)}")
+    _check_size(sample, meta)
     return sample
 
 
@@ -164,9 +208,8 @@ class Dataset:
 
     def __init__(self, root, split=None, items=("views", "target", "depth", "disparity", "valid"), transform=None):
         self.root = os.fspath(root)
-        with open(os.path.join(self.root, "dataset.json"), "rb") as file:
-            #: ``dataset.json``: configuration, units, conventions, licence
-            self.manifest = json.load(file)
+        #: ``dataset.json``: configuration, units, conventions, licence
+        self.manifest = json.loads(paths.read(self.root, "dataset.json"))
         check_version(self.manifest, f"{self.root}: ")
         if split not in (None, "train", "val", "test"):
             raise ValueError(f"split is {split!r}; allowed: 'train', 'val', 'test', None")
@@ -174,7 +217,12 @@ class Dataset:
         if unknown:
             raise ValueError(f"items has {unknown[0]!r}; allowed: {', '.join(ITEMS)}")
         #: names of the samples, in order
-        self.ids = [entry["id"] for entry in self.manifest["samples"] if split in (None, entry["split"])]
+        self.ids = [
+            paths.plain_name(entry["id"], f"{self.root}: a sample's id")
+            for entry in self.manifest["samples"]
+            if split in (None, entry["split"])
+        ]
+        self._lengths = {entry["path"]: entry["bytes"] for entry in self.manifest["files"] if entry["path"].endswith("/meta.json")}
         self.items = tuple(items)
         self.transform = transform
 
@@ -182,8 +230,11 @@ class Dataset:
         return len(self.ids)
 
     def _read(self, index, name):
-        with open(os.path.join(self.root, "samples", self.ids[index], name), "rb") as file:
-            return file.read()
+        content = paths.read(self.root, "samples", self.ids[index], name)
+        listed = self._lengths.get(f"samples/{self.ids[index]}/{name}", len(content))
+        if listed != len(content):
+            raise ValueError(f"{self.root}: sample {self.ids[index]}: {name} has {len(content)} bytes, dataset.json says {listed}")
+        return content
 
     def meta(self, index):
         """``meta.json`` of a sample: lens, focus, intrinsics, exposure, noise, ranges."""

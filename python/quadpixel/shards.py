@@ -4,6 +4,7 @@ import json
 import os
 import tarfile
 
+from . import paths
 from .dataset import decode
 
 
@@ -20,6 +21,8 @@ def iterate_shard(path, items=None):
                 yield decode(files, items)
                 files = {}
             key = own
+            if not member.isreg() or member.size > paths.LARGEST_BYTES:
+                raise ValueError(f"{path}: {member.name} is no plain file of at most {paths.LARGEST_BYTES} bytes")
             files[name] = tar.extractfile(member).read()
     if files:
         yield decode(files, items)
@@ -31,4 +34,4 @@ def iterate_shards(index, items=None):
     with open(index, "rb") as file:
         shards = json.load(file)["shardlist"]
     for shard in shards:
-        yield from iterate_shard(os.path.join(folder, shard["url"]), items)
+        yield from iterate_shard(paths.inside(folder or ".", shard["url"]), items)

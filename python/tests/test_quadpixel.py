@@ -3,8 +3,10 @@
 import glob
 import json
 import os
+import shutil
 import subprocess
 import sys
+import tempfile
 import unittest
 
 import cv2
@@ -27,6 +29,90 @@ def srgb(v):
 
 # A chart has no objects and normals: those are maps of worlds of meshes.
 CHART_ITEMS = tuple(item for item in quadpixel.ITEMS if item not in ("objects", "normal"))
+
+
+class Hostile(unittest.TestCase):
+    """Datasets that somebody else made: nothing outside of them is read, and no wrong sample is given."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        self.root = os.path.join(self.folder, "set")
+        shutil.copytree(ROOT, self.root)
+        shutil.copytree(os.path.join(self.root, "samples", "000001"), os.path.join(self.folder, "outside"))
+
+    def change(self, name, change):
+        path = os.path.join(self.root, name)
+        with open(path, "rb") as file:
+            text = file.read()
+        with open(path, "wb") as file:
+            file.write(change(text))
+
+    def change_meta(self, change):
+        """Changes a sample's description as a faulty writer would have written it."""
+        def changed(text):
+            meta = json.loads(text)
+            change(meta)
+            self.length = len(json.dumps(meta))
+            return json.dumps(meta).encode()
+
+        self.change("samples/000001/meta.json", changed)
+
+        def listed(text):
+            manifest = json.loads(text)
+            for entry in manifest["files"]:
+                if entry["path"] == "samples/000001/meta.json":
+                    entry["bytes"] = self.length
+            return json.dumps(manifest).encode()
+
+        self.change("dataset.json", listed)
+
+    def refused(self, why, items=quadpixel.ITEMS):
+        items = tuple(item for item in items if item not in ("objects", "normal"))
+        with self.assertRaisesRegex(ValueError, why):
+            quadpixel.Dataset(self.root, items=items)[1]
+
+    def test_no_id_leads_out_of_the_dataset(self):
+        for bad in ("../../outside", os.path.join(self.folder, "outside"), "..", "a/b", ""):
+            shutil.copy(os.path.join(ROOT, "dataset.json"), self.root)
+            self.change("dataset.json", lambda text: text.replace(b'"000001"', json.dumps(bad).encode()))
+            self.refused("allowed")
+
+    def test_no_link_and_no_format_leads_out_of_the_dataset(self):
+        sample = os.path.join(self.root, "samples", "000001")
+        shutil.rmtree(sample)
+        os.symlink(os.path.join(self.folder, "outside"), sample)
+        self.refused("leads out")
+        os.remove(sample)
+        shutil.copytree(os.path.join(self.folder, "outside"), sample)
+        self.change_meta(lambda meta: meta["raw"].update(format="/../../../outside/raw.png"))
+        self.refused("raw.format")
+
+    def test_a_pipe_is_refused_and_not_waited_for(self):
+        os.remove(os.path.join(self.root, "samples/000001/meta.json"))
+        os.mkfifo(os.path.join(self.root, "samples/000001/meta.json"))
+        self.refused("no plain file")
+
+    def test_what_does_not_fit_together_is_refused(self):
+        self.change("samples/000001/meta.json", lambda text: text.replace(b'"efl_mm": ', b'"efl_mm":', 1))
+        self.refused("bytes")
+        shutil.copy(os.path.join(ROOT, "samples/000001/meta.json"), os.path.join(self.root, "samples/000001"))
+        self.change("samples/000001/depth.exr", lambda content: content[:-1])
+        self.refused("depth.exr has")
+        shutil.copy(os.path.join(ROOT, "samples/000001/depth.exr"), os.path.join(self.root, "samples/000001"))
+        self.change_meta(lambda meta: meta["sensor"].update(height_px=47))
+        self.refused("the sensor's is")
+        self.change_meta(lambda meta: meta["channels"].extend([meta["channels"][0]] * 1_000_000))
+        self.refused("channels")
+
+    def test_no_url_of_an_index_leads_out_of_its_folder(self):
+        index = os.path.join(self.folder, "train.json")
+        for url in ("../x.tar", "/etc/passwd", "http://example.org/x.tar"):
+            with open(index, "w") as file:
+                json.dump({"shardlist": [{"url": url}]}, file)
+            with self.assertRaisesRegex(ValueError, "allowed"):
+                list(quadpixel.iterate_shards(index))
 
 
 class Native(unittest.TestCase):

@@ -3,15 +3,16 @@
 //! A linear value v is stored in 16 bits as `code = black + v (white − black) / linear_at_white`, rounded; codes
 //! outside 0..=65535 are clipped and counted, never silently.
 
-use std::io::Cursor;
+use std::io::{BufRead, Cursor, Seek};
 use std::path::Path;
 
 use ::image::codecs::jpeg::JpegEncoder;
 use ::image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use ::image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageReader};
+use ::image::metadata::Orientation;
+use ::image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader};
 
 use super::{Image, ImageError, exr};
-use crate::file;
+use crate::{file, memory};
 
 /// The line that ties linear values to 16-bit codes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -242,11 +243,10 @@ pub fn read(path: &Path) -> Result<Image, ImageError> {
         path: path.to_path_buf(),
         cause,
     };
-    let picture = ImageReader::new(Cursor::new(bytes))
+    let reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
-        .map_err(|cause| decode(cause.to_string()))?
-        .decode()
         .map_err(|cause| decode(cause.to_string()))?;
+    let picture = decoded(reader, FLOAT_BYTES).map_err(decode)?.0;
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     let (channels, data) = if picture.color().has_color() {
         (3, rgb_of(picture))
@@ -255,6 +255,31 @@ pub fn read(path: &Path) -> Result<Image, ImageError> {
     };
     Image::from_vec(width, height, channels, data)
         .ok_or_else(|| decode("its size does not match its data".into()))
+}
+
+/// Bytes that a value of a picture takes as a float, in colour: three per pixel.
+pub const FLOAT_BYTES: u64 = 12;
+
+/// Decodes a picture, if there is memory for it and for `more_per_pixel` bytes that are made of each pixel; and how it
+/// is to be turned.
+///
+/// # Errors
+/// What is wrong with the picture, or more memory than is allowed.
+pub fn decoded<R: BufRead + Seek>(
+    mut reader: ImageReader<R>,
+    more_per_pixel: u64,
+) -> Result<(DynamicImage, Orientation), String> {
+    reader.no_limits(); // the budget is the limit
+    let mut decoder = reader.into_decoder().map_err(|e| e.to_string())?;
+    let (width, height) = decoder.dimensions();
+    let pixels = u64::from(width).saturating_mul(u64::from(height));
+    let more = pixels.saturating_mul(more_per_pixel);
+    let needed = decoder.total_bytes().saturating_add(more);
+    let what = format!("a picture of {width} × {height} px");
+    memory::check(what, needed).map_err(|e| e.to_string())?;
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    let picture = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?;
+    Ok((picture, orientation))
 }
 
 fn rgb_of(picture: DynamicImage) -> Vec<f32> {

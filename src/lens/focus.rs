@@ -22,12 +22,16 @@ pub enum FocusBy {
     Lens,
 }
 
+/// The farthest plane that is focused on but infinity, mm: 10 km. Rays that begin farther away lose their digits.
+const FARTHEST_MM: f64 = 1e7;
+
 impl Lens {
     /// The lens focused on the plane `distance_mm` (infinite allowed) in front of where the first vertex stands at
     /// infinity focus. [`Lens::focus_distance_mm`] of the result counts from where it stands now.
     ///
     /// # Errors
-    /// [`LensError::Value`] within the near limit: at or inside the front focal point, or, when the lens moves, so near
+    /// [`LensError::Value`] beyond 10 km, but for infinity; within the near limit: at or inside the front focal point,
+    /// or, when the lens moves, so near
     /// that no place of the lens between object and sensor gives an image.
     pub fn focused_at(
         &self,
@@ -46,6 +50,13 @@ impl Lens {
             FocusBy::Lens => advance(distance_mm, &p)
                 .and_then(|e| Some((distance_mm - e, sensor_z(distance_mm - e)?))),
         };
+        let too_far = distance_mm > FARTHEST_MM && distance_mm.is_finite();
+        if too_far {
+            let allowed = format!("up to {FARTHEST_MM:e} mm, or inf");
+            return Err(self
+                .prescription
+                .refuse("focus distance_mm", distance_mm, allowed));
+        }
         let Some((focus_distance_mm, sensor_z_mm)) = focused else {
             let near = match by {
                 FocusBy::Sensor => -p.front_focal_z_mm,

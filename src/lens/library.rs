@@ -69,7 +69,7 @@ impl Prescription {
         if !is_json && !extension.eq_ignore_ascii_case("zmx") {
             return Err(unreadable("a lens file must end in .json or .zmx".into()));
         }
-        let bytes = std::fs::read(path).map_err(|error| unreadable(error.to_string()))?;
+        let bytes = crate::file::read(path).map_err(|error| unreadable(error.cause.to_string()))?;
         if is_json {
             let text =
                 std::str::from_utf8(&bytes).map_err(|error| unreadable(error.to_string()))?;

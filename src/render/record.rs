@@ -6,7 +6,6 @@
 //! per pixel of 128 rays. An image developed from a record is the image that a new render with that pixel would give,
 //! to the last bit. The lens, its focus, the wavelengths, and pitch, size and place of the window are the record's.
 
-use std::fs::File;
 use std::io::{BufReader, BufWriter, Write};
 use std::path::Path;
 
@@ -14,9 +13,10 @@ use ndarray::{Array1, ArrayView1, IxDyn};
 use ndarray_npy::NpzWriter;
 
 use super::{Camera, RenderSettings, RenderStats};
-use crate::file::{FileError, aside};
+use crate::file::{self, FileError};
+use crate::hash::ContentHash;
 use crate::image::Image;
-use crate::npz::Npz;
+use crate::npz::{HASH, Npz};
 
 /// The radiance of every ray of a render.
 #[derive(Clone, Debug, PartialEq)]
@@ -154,7 +154,8 @@ impl RayRecord {
     }
 
     /// Writes an uncompressed `.npz`: `radiance` f32 [row, column, channel, ray], `occlusion` f32 [row, column] (empty
-    /// if not asked for), `geometry` f64, `meta` (UTF-8 JSON: rays, seed, losses, and `about`, the caller's own).
+    /// if not asked for), `geometry` f64, `meta` (UTF-8 JSON: rays, seed, losses, and `about`, the caller's own), and
+    /// `blake3`, the hash of all of it.
     ///
     /// # Errors
     /// The disk.
@@ -167,24 +168,27 @@ impl RayRecord {
         let radiance = ndarray::ArrayView::from_shape(IxDyn(&shape), &self.radiance)
             .map_err(|e| format_error(path, e))?;
         let occlusion = self.occlusion.as_ref().map_or(&[][..], Image::data);
-        let temporary = aside(path);
-        let write = || -> Result<(), RecordError> {
-            let file = BufWriter::new(File::create(&temporary).map_err(failed)?);
-            let mut npz = NpzWriter::new(file);
+        let hash = self.content_hash(&meta);
+        file::write_with(path, |file| {
+            let mut npz = NpzWriter::new(BufWriter::new(file));
             npz.add_array("radiance", &radiance)
                 .and_then(|()| npz.add_array("occlusion", &ArrayView1::from(occlusion)))
                 .and_then(|()| npz.add_array("geometry", &ArrayView1::from(&self.geometry[..])))
                 .and_then(|()| npz.add_array("meta", &ArrayView1::from(&meta)))
+                .and_then(|()| npz.add_array(HASH, &ArrayView1::from(hash.hex().as_bytes())))
                 .map_err(|e| format_error(path, e))?;
             let mut file = npz.finish().map_err(|e| format_error(path, e))?;
-            file.flush().map_err(failed)?;
-            std::fs::rename(&temporary, path).map_err(failed)?;
-            Ok(())
-        };
-        write().inspect_err(|_| {
-            // The first error is the one to tell; a left-over is only untidy.
-            let _ = std::fs::remove_file(&temporary);
+            Ok(file.flush().map_err(failed)?)
         })
+    }
+
+    /// Of all that is in the file.
+    fn content_hash(&self, meta: &[u8]) -> ContentHash {
+        let occlusion = self.occlusion.as_ref().map_or(&[][..], Image::data);
+        ContentHash::new(meta)
+            .array(&self.geometry, f64::to_le_bytes)
+            .array(occlusion, f32::to_le_bytes)
+            .array(&self.radiance, f32::to_le_bytes)
     }
 
     /// Reads [`RayRecord::write_npz`]'s file, and what the caller said there.
@@ -192,15 +196,15 @@ impl RayRecord {
     /// # Errors
     /// A file that cannot be read, or is no record.
     pub fn read_npz(path: &Path) -> Result<(Self, serde_json::Value), RecordError> {
-        let file = File::open(path).map_err(|cause| FileError::new(path, "read", cause))?;
+        let file = file::open(path)?;
         let wrong = |what: String| format_error(path, what);
         let mut npz = Npz::open(BufReader::new(file)).map_err(wrong)?;
         let radiance: ndarray::ArrayD<f32> = npz.array("radiance").map_err(wrong)?;
         let occlusion: Array1<f32> = npz.array("occlusion").map_err(wrong)?;
         let geometry: Array1<f64> = npz.array("geometry").map_err(wrong)?;
-        let meta: Array1<u8> = npz.array("meta").map_err(wrong)?;
-        let meta: Meta =
-            serde_json::from_slice(&meta.to_vec()).map_err(|e| format_error(path, e))?;
+        let stated: Array1<u8> = npz.array("meta").map_err(wrong)?;
+        let stated = stated.to_vec();
+        let meta: Meta = serde_json::from_slice(&stated).map_err(|e| format_error(path, e))?;
         let wrong = |what: &str| format_error(path, what);
         let &[height, width, 3, rays] = radiance.shape() else {
             return Err(wrong("radiance is not [row, column, 3, ray]"));
@@ -232,6 +236,9 @@ impl RayRecord {
         if [width as f64, height as f64] != record.geometry[..2] {
             return Err(wrong("its size is not that of its camera"));
         }
+        let hash = record.content_hash(&stated);
+        npz.check_hash(&hash)
+            .map_err(|why| format_error(path, why))?;
         Ok((record, meta.about))
     }
 }

@@ -22,6 +22,12 @@ pub enum ResponseError {
         /// Why.
         source: std::io::Error,
     },
+    /// The caller asked to stop while another process made the table.
+    #[error("{}: stopped while waiting for another process that makes this table", path.display())]
+    Stopped {
+        /// The journal that it has open.
+        path: PathBuf,
+    },
     /// A file that is no response.
     #[error("{}: {why}", path.display())]
     Format {
@@ -52,7 +58,10 @@ impl From<StackError> for ResponseError {
 }
 
 impl From<JournalError> for ResponseError {
-    fn from(JournalError { path, source }: JournalError) -> Self {
-        Self::Io { path, source }
+    fn from(error: JournalError) -> Self {
+        match error {
+            JournalError::Disk { path, source } => Self::Io { path, source },
+            JournalError::Stopped { path } => Self::Stopped { path },
+        }
     }
 }

@@ -54,9 +54,50 @@ fn second_time_is_read_and_a_corrupt_file_is_made_anew() {
     assert_eq!(first.table, third.table);
     let fourth = cache.table(&plan(&stack, &table), &count).unwrap();
     assert!(fourth.warnings.is_empty());
-    // Nothing but the table is left.
+    // Nothing but the table is left, and what was set aside.
     let left = std::fs::read_dir(folder.path().join("deep/cache")).unwrap();
-    assert_eq!(left.count(), 1);
+    let mut left: Vec<_> = left.map(|entry| entry.unwrap().path()).collect();
+    left.sort();
+    let path = cache.path(&table.key(&stack).unwrap());
+    assert_eq!(left, [path.clone(), path.with_extension("npz.damaged")]);
+    assert_eq!(std::fs::read(&left[1]).unwrap(), b"not a table");
+}
+
+/// The file with another last value of P, sound as a container: its checksums are those of what it holds.
+fn with_a_changed_value(file: &[u8]) -> Vec<u8> {
+    use std::io::{Cursor, Read, Write};
+    let mut old = zip::ZipArchive::new(Cursor::new(file)).unwrap();
+    let mut new = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let stored = zip::write::SimpleFileOptions::default();
+    let stored = stored.compression_method(zip::CompressionMethod::Stored);
+    for place in 0..old.len() {
+        let mut entry = old.by_index(place).unwrap();
+        let (name, mut bytes) = (entry.name().to_owned(), Vec::new());
+        entry.read_to_end(&mut bytes).unwrap();
+        if name == "P.npy" {
+            let end = bytes.len();
+            bytes[end - 4..].copy_from_slice(&0.123f32.to_le_bytes());
+        }
+        new.start_file(name, stored).unwrap();
+        new.write_all(&bytes).unwrap();
+    }
+    new.finish().unwrap().into_inner()
+}
+
+#[test]
+fn a_value_changed_in_a_sound_container_is_no_table_of_ours() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = ResponseCache::open(folder.path());
+    let (stack, table) = small();
+    let first = cache.table(&plan(&stack, &table), &()).unwrap().table;
+    let path = cache.path(&table.key(&stack).unwrap());
+    let changed = with_a_changed_value(&std::fs::read(&path).unwrap());
+    std::fs::write(&path, changed).unwrap();
+    let again = cache.table(&plan(&stack, &table), &()).unwrap();
+    let text = again.warnings.iter().map(ToString::to_string);
+    let text = text.collect::<Vec<_>>().join("\n");
+    assert!(text.contains("differs from its hash"), "{text}");
+    assert_eq!(again.table, first);
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod measured;
 mod plot;
 mod report;
 
+use quadpixel_cli::{out, outln};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -93,12 +94,12 @@ pub fn run(args: &AutofocusArgs, progress: Progress) -> Result<(), CommandError>
     file::write_folder(&args.out, &files)?;
     drop(progress);
     if args.json {
-        println!(
+        outln!(
             "{}",
             serde_json::json!({ "preset": kind, "scenes": curves })
         );
     } else {
-        print!("{}", report::words(&curves));
+        out!("{}", report::words(&curves));
     }
     Ok(())
 }

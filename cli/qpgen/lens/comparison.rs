@@ -2,6 +2,7 @@
 
 use quadpixel::lens::verification::{Comparison, Origin, compare};
 use quadpixel::lens::{Prescription, builtin_names};
+use quadpixel_cli::{out, outln};
 use serde_json::{Value, json};
 
 use quadpixel_cli::exit::CommandError;
@@ -37,9 +38,9 @@ pub(super) fn run(names: &[String], json: bool, log: Log) -> Result<(), CommandE
             .iter()
             .map(|(name, error)| json!({ "lens": name, "error": error }));
         let all: Vec<Value> = compared.chain(unread).collect();
-        println!("{}", json!({ "lenses": all }));
+        outln!("{}", json!({ "lenses": all }));
     } else {
-        print!("{}", markdown(&lenses));
+        out!("{}", markdown(&lenses));
     }
     if let Some((_, first)) = unread.split_first() {
         // The last error is the command's own.

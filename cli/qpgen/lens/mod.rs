@@ -3,6 +3,7 @@
 mod comparison;
 mod info;
 
+use quadpixel_cli::{out, outln};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
@@ -146,9 +147,9 @@ pub fn run(args: LensArgs, log: Log) -> Result<(), CommandError> {
             let fields = fields_deg(&lens, &TABLE_FIELDS)?;
             let info = info::Info::new(&lens, &fields)?;
             if json {
-                println!("{}", info.json());
+                outln!("{}", info.json());
             } else {
-                print!("{}", info.text());
+                out!("{}", info.text());
             }
             Ok(())
         }
@@ -185,10 +186,10 @@ fn list(json: bool) -> Result<(), CommandError> {
                 serde_json::json!({"name": name, "efl_mm": efl, "f_number": f, "title": title})
             })
             .collect();
-        println!("{}", serde_json::json!({ "lenses": lenses }));
+        outln!("{}", serde_json::json!({ "lenses": lenses }));
     } else {
         for (name, efl, f, title) in rows {
-            println!("{name:<30} {efl:>8.2} mm  F/{f:<5.2} {title}");
+            outln!("{name:<30} {efl:>8.2} mm  F/{f:<5.2} {title}");
         }
     }
     Ok(())
@@ -215,7 +216,7 @@ fn spots(
             .flat_map(|&angle| SPOT_LINES_NM.map(|line| spot(angle, line)))
             .collect();
         let name = &lens.prescription().file;
-        println!("{}", serde_json::json!({ "lens": name, "spots": all? }));
+        outln!("{}", serde_json::json!({ "lens": name, "spots": all? }));
     }
     match output {
         None if json => Ok(()),
@@ -239,7 +240,7 @@ fn fields_deg(lens: &Lens, parts: &[f64]) -> Result<Vec<f64>, CommandError> {
 /// Writes a picture and says where.
 fn write(path: &Path, picture: &str) -> Result<(), CommandError> {
     save(path, picture)?;
-    println!("{}", path.display());
+    outln!("{}", path.display());
     Ok(())
 }
 

@@ -5,12 +5,14 @@ use quadpixel::em::mosaic::FilterColour;
 use quadpixel::response::{AngularResponse, BuildReport, CachedTables, ResponseCache, TablePlan};
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
 use quadpixel_cli::exit::CommandError;
+use quadpixel_cli::outln;
 use std::path::Path;
 
 use super::args::{ColourArg, ResponseArgs};
 use super::tables::{default_output, nodes, part, written};
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
+use quadpixel_generators::observer::Observer;
 
 /// The default of --wavelength-nm.
 const DEFAULT_NM: f64 = 550.0;
@@ -48,14 +50,14 @@ pub(super) fn tables(
     let channels = channels(args)?;
     let plan = plan(args, stack, channels.as_ref())?;
     let progress = Progress::new(log.json(args.json));
-    let angles = |done: usize, total: usize| progress.table(done, total);
+    let angles: &dyn Observer = &progress;
     let shard = args.shard.shard(&progress)?;
     if !shard.is_whole() {
         return part(args, &plan, shard, &progress);
     }
     let began = std::time::Instant::now();
     let cache = ResponseCache::open(ResponseCache::default_dir());
-    let made = cache.tables(&plan, &angles).map_err(CommandError::input)?;
+    let made = cache.tables(&plan, &angles)?;
     let seconds = began.elapsed().as_secs_f64();
     for warning in &made.warnings {
         progress.warn(&warning.to_string());
@@ -133,11 +135,11 @@ fn colour_tables(
     if args.json {
         let tables = rows.iter().map(|(colour, path, table, report)| {
             serde_json::json!({
-                "colour": colour, "file": path, "nodes": nodes(table), "key": table.meta().key, "build": report
+                "colour": colour, "file": path.display().to_string(), "nodes": nodes(table), "key": table.meta().key, "build": report
             })
         });
         let tables: Vec<_> = tables.collect();
-        println!(
+        outln!(
             "{}",
             serde_json::json!({ "seconds": seconds, "tables": tables })
         );
@@ -148,13 +150,13 @@ fn colour_tables(
             Some(report) => format!("sums up to {:.4}", report.largest_sum),
             None => "computed earlier and kept".to_owned(),
         };
-        println!(
+        outln!(
             "{}: {colour}, {} directions, {sums}",
             path.display(),
             nodes(table)
         );
     }
-    println!("{seconds:.1} s");
+    outln!("{seconds:.1} s");
     Ok(())
 }
 
@@ -168,13 +170,13 @@ fn band_table(
     let nm = &table.axes().wavelengths_nm;
     if args.json {
         let key = &table.meta().key;
-        println!(
+        outln!(
             "{}",
-            serde_json::json!({ "seconds": seconds, "file": path, "nodes": nodes(table), "wavelengths_nm": nm, "key": key })
+            serde_json::json!({ "seconds": seconds, "file": path.display().to_string(), "nodes": nodes(table), "wavelengths_nm": nm, "key": key })
         );
         return Ok(());
     }
-    println!(
+    outln!(
         "{}: {} directions at {nm:?} nm, each by the microlens of its channel, {seconds:.1} s\n\
          in a dataset: [response] model = \"table\", files = [\"{}\"], and [spectrum] wavelengths = {}",
         path.display(),

@@ -4,6 +4,7 @@ use quadpixel::em::PixelStack;
 use quadpixel::em::light::SolverProgress;
 use quadpixel::em::light::{Light, Powers, direction_cosines};
 use quadpixel::sensor::Subpixels;
+use quadpixel_cli::outln;
 use rayon::prelude::*;
 
 use super::args::ResponseArgs;
@@ -43,6 +44,12 @@ pub(super) fn print(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result
             "--phi-deg is {phi}; allowed: a finite angle"
         )));
     }
+    let light = |nm: &f64| nm.is_finite() && *nm > 0.0;
+    if let Some(nm) = args.wavelength_nm.iter().find(|nm| !light(nm)) {
+        return Err(CommandError::input(format!(
+            "--wavelength-nm is {nm}; allowed: a positive number"
+        )));
+    }
     let progress = Progress::new(log);
     let all = solve(args, stack, &progress)?;
     progress.finish();
@@ -54,14 +61,14 @@ pub(super) fn print(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result
     }
     if args.json {
         let rows: Vec<_> = all.iter().map(|d| json(d, stack.subpixels)).collect();
-        println!(
+        outln!(
             "{}",
             serde_json::json!({
                 "pixel": stack.name, "pitch_um": stack.pitch_um, "model": args.model.model().version(), "directions": rows
             })
         );
     } else {
-        print_table(&all, stack.subpixels);
+        print_table(&all, stack.subpixels)?;
     }
     Ok(())
 }
@@ -124,10 +131,10 @@ fn json(d: &Direction, subpixels: Subpixels) -> serde_json::Value {
     })
 }
 
-fn print_table(all: &[Direction], subpixels: Subpixels) {
+fn print_table(all: &[Direction], subpixels: Subpixels) -> Result<(), CommandError> {
     let names =
         (0..subpixels.count()).map(|i| format!("{:>8}", format!("P_{}", subpixels.name(i))));
-    println!(
+    outln!(
         "{:>7} {:>7} {:>7} {:>4} {} {:>8} {:>8} {:>8} {:>9} {:>9} {:>7} {:>8}",
         "λ nm",
         "θ deg",
@@ -146,7 +153,7 @@ fn print_table(all: &[Direction], subpixels: Subpixels) {
         for (name, powers) in d.powers() {
             let p = powers.absorbed.iter().map(|p| format!("{p:8.4}"));
             let steps = d.answer.steps.map_or("-".into(), |s| s.to_string());
-            println!(
+            outln!(
                 "{:7.1} {:7.2} {:7.1} {name:>4} {} {:8.4} {:8.4} {:8.4} {:+9.4} {:9.1e} {steps:>7} {:8.2}",
                 d.wavelength_nm,
                 d.theta_deg,
@@ -161,4 +168,5 @@ fn print_table(all: &[Direction], subpixels: Subpixels) {
             );
         }
     }
+    Ok(())
 }

@@ -11,6 +11,7 @@ use quadpixel::em::PixelStack;
 use quadpixel::sensor::check_simulated;
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
+use quadpixel_cli::out;
 use quadpixel_generators::assemble::pixel;
 
 /// Computes, prints, writes.
@@ -46,11 +47,11 @@ fn print_pixel(args: &ResponseArgs, stack: &PixelStack) -> Result<(), CommandErr
     let commented = PixelStack::builtin_toml(&args.pixel)
         .filter(|_| args.subpixels.is_none() && args.colour.is_none());
     match commented {
-        Some(text) => print!("{text}"),
+        Some(text) => out!("{text}"),
         None => {
             let text =
                 toml::to_string(stack).map_err(|e| CommandError::failed(format!("pixel: {e}")))?;
-            print!(
+            out!(
                 "# `qpgen response --pixel 2.8um-tungsten --print-pixel` explains every field.\n{text}"
             );
         }

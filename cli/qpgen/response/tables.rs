@@ -1,11 +1,12 @@
 //! Tables: made, in parts, or of another tool's file; and where they are written.
 
+use quadpixel_cli::outln;
+use quadpixel_cli::print::say;
 use std::path::{Path, PathBuf};
 
 use quadpixel::em::PixelStack;
-use quadpixel::response::{
-    AngularResponse, CachedTable, ImportSettings, ResponseCache, ResponseError, TablePlan,
-};
+use quadpixel::file;
+use quadpixel::response::{AngularResponse, CachedTable, ImportSettings, ResponseCache, TablePlan};
 use quadpixel::shard::Shard;
 use quadpixel_datasets::paths::sanitised;
 
@@ -13,6 +14,7 @@ use super::args::ResponseArgs;
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
+use quadpixel_generators::observer::Observer;
 
 fn plan(args: &ResponseArgs, stack: &PixelStack) -> Result<TablePlan, CommandError> {
     TablePlan::new(stack, &args.settings(stack)).map_err(CommandError::input)
@@ -25,17 +27,21 @@ fn made(
     angles: &dyn quadpixel::progress::Progress,
 ) -> Result<CachedTable, CommandError> {
     let cache = ResponseCache::open(ResponseCache::default_dir());
-    let made = cache.table(&plan(args, stack)?, angles);
-    made.map_err(CommandError::input)
+    Ok(cache.table(&plan(args, stack)?, angles)?)
 }
 
 pub(super) fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result<(), CommandError> {
     let progress = Progress::new(log.json(args.json));
-    let angles = |done: usize, total: usize| progress.table(done, total);
+    let angles: &dyn Observer = &progress;
     let shard = args.shard.shard(&progress)?;
     if !shard.is_whole() {
         return part(args, &plan(args, stack)?, shard, &progress);
     }
+    let path = args
+        .output
+        .clone()
+        .unwrap_or_else(|| default_output(stack, args.model.name()));
+    file::probe_file(&path)?;
     let began = std::time::Instant::now();
     let made = made(args, stack, &angles)?;
     let seconds = began.elapsed().as_secs_f64();
@@ -59,35 +65,31 @@ pub(super) fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result
     }
     progress.finish();
     for error in &made.table.meta().corrections {
-        eprintln!(
+        say(&format!(
             "corrected by {} exact runs: off by {:.4} rms, {:.4} at most (wave alone: {:.4}, {:.4}), each run left out in turn",
             error.runs, error.left_rms, error.left_max, error.before_rms, error.before_max
-        );
+        ));
     }
-    let path = args
-        .output
-        .clone()
-        .unwrap_or_else(|| default_output(stack, args.model.name()));
     written(&made.table, &path)?;
     if args.json {
         let report = made.report.as_ref();
-        println!(
+        outln!(
             "{}",
             serde_json::json!({
-                "file": path, "nodes": nodes(&made.table), "seconds": seconds, "key": made.table.meta().key,
+                "file": path.display().to_string(), "nodes": nodes(&made.table), "seconds": seconds, "key": made.table.meta().key,
                 "from_cache": report.is_none(), "build": report, "shifts": made.table.axes().shifts_um.len(),
                 "chief_ray_shifts": made.table.meta().chief_ray_shifts, "corrections": made.table.meta().corrections
             })
         );
         return Ok(());
     }
-    println!(
+    outln!(
         "{}: {} directions in {seconds:.1} s",
         path.display(),
         nodes(&made.table)
     );
     if let Some(lookup) = made.table.shifted_interpolator(args.wavelength_nm[0]) {
-        println!(
+        outln!(
             "{} lens shifts, the others by symmetry; {:.0} MB here, {:.0} MB when read by a renderer",
             made.table.axes().shifts_um.len(),
             std::mem::size_of_val(made.table.table()) as f64 * 1e-6,
@@ -95,11 +97,17 @@ pub(super) fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result
         );
     }
     match made.report {
-        None => println!("computed earlier and kept"),
-        Some(r) => println!(
+        None => outln!("computed earlier and kept"),
+        Some(r) => outln!(
             "{} runs, {} of them kept from an earlier build; before cutting, P from {:.4} and sums up to {:.4}; interpolation cut by at most \
              {:.4}; worst residual {:.1e}, worst imbalance of power {:+.4}",
-            r.runs, r.reused, r.least, r.largest_sum, r.most_cut, r.residual, r.imbalance
+            r.runs,
+            r.reused,
+            r.least,
+            r.largest_sum,
+            r.most_cut,
+            r.residual,
+            r.imbalance
         ),
     }
     Ok(())
@@ -112,22 +120,19 @@ pub(super) fn part(
     shard: Shard,
     progress: &Progress,
 ) -> Result<(), CommandError> {
-    let angles = |done: usize, total: usize| progress.table(done, total);
+    let angles: &dyn Observer = progress;
     let began = std::time::Instant::now();
     let cache = ResponseCache::open(ResponseCache::default_dir());
-    let part = cache.make_part(plan, shard, &angles).map_err(|e| match e {
-        ResponseError::Io { .. } => CommandError::failed(e),
-        other => CommandError::input(other),
-    })?;
+    let part = cache.make_part(plan, shard, &angles)?;
     progress.finish();
     let seconds = began.elapsed().as_secs_f64();
     if args.json {
         let object = serde_json::json!({
-            "shard": shard.to_string(), "file": part.path, "runs": part.runs, "reused": part.reused, "seconds": seconds
+            "shard": shard.to_string(), "file": part.path.display().to_string(), "runs": part.runs, "reused": part.reused, "seconds": seconds
         });
-        println!("{object}");
+        outln!("{object}");
     } else {
-        println!(
+        outln!(
             "shard {shard}: {} runs ({} of an earlier call) in {seconds:.1} s, kept in {}\n\
              when all shards are done, the same command with --shard 1/1 makes the table",
             part.runs,
@@ -166,12 +171,12 @@ pub(super) fn import(
     let wavelengths = &response.axes().wavelengths_nm;
     if args.json {
         let key = &response.meta().key;
-        println!(
+        outln!(
             "{}",
-            serde_json::json!({ "file": path, "nodes": nodes(&response), "wavelengths_nm": wavelengths, "key": key })
+            serde_json::json!({ "file": path.display().to_string(), "nodes": nodes(&response), "wavelengths_nm": wavelengths, "key": key })
         );
     } else {
-        println!(
+        outln!(
             "{}: {} directions at {wavelengths:?} nm from {}",
             path.display(),
             nodes(&response),

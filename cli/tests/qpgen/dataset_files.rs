@@ -14,7 +14,8 @@ use common::files;
 use fixture::{HALF_DISK_RATIO, synthetic};
 use quadpixel_datasets::{DatasetManifest, Report, check_dataset};
 use quadpixel_generators::writer::{
-    Dataset, EarlierSample, RawEncoding, WriteError, earlier_sample, finish_dataset, write_sample,
+    Dataset, EarlierSample, Foreign, RawEncoding, WriteError, earlier_sample, finish_dataset,
+    write_sample,
 };
 
 const SIZE: [u32; 2] = [48, 32];
@@ -34,7 +35,7 @@ fn finish(root: &Path, count: u32) -> DatasetManifest {
         licence: "CC0-1.0",
         count,
     };
-    finish_dataset(root, &dataset).unwrap()
+    finish_dataset(root, &dataset, Foreign::Refuse).unwrap()
 }
 
 fn check(root: &Path) -> Report {
@@ -322,6 +323,25 @@ fn a_damaged_sample_is_taken_away_and_made_again() {
 }
 
 #[test]
+fn light_above_half_precision_is_kept_to_the_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    for raw in [None, Some(RawEncoding::Exr)] {
+        let root = folder.path().join(format!("{}", raw.is_some()));
+        let mut bright = synthetic(0, SIZE, [2, 2]);
+        bright.raw_encoding = raw.unwrap_or(bright.raw_encoding);
+        // The sun of an ordinary panorama.
+        bright.target.data_mut()[0] = 5.4321e5;
+        bright.raw.data_mut()[10] = 5e5;
+        write_sample(&root, &bright.files()).unwrap();
+        finish(&root, 1);
+        assert_eq!(check(&root).findings, []);
+        let target = root.join("samples/000000/target.exr");
+        let target = quadpixel::image::exr::read_layers(&target).unwrap();
+        assert_eq!(target[0].image.data()[0], 5.4321e5);
+    }
+}
+
+#[test]
 fn light_that_is_no_light_and_wrong_sizes_write_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let mut dark = synthetic(0, SIZE, [2, 2]);
@@ -330,9 +350,9 @@ fn light_that_is_no_light_and_wrong_sizes_write_nothing() {
         .unwrap_err()
         .to_string();
     assert!(text.contains("raw is -0.5 at column 3, row 0"), "{text}");
-    let mut bright = synthetic(0, SIZE, [2, 2]);
-    bright.target.data_mut()[0] = 1e6;
-    assert!(write_sample(folder.path(), &bright.files()).is_err());
+    let mut endless = synthetic(0, SIZE, [2, 2]);
+    endless.target.data_mut()[0] = f32::INFINITY;
+    assert!(write_sample(folder.path(), &endless.files()).is_err());
     let mut short = synthetic(0, SIZE, [2, 2]);
     short.valid.pop();
     assert!(write_sample(folder.path(), &short.files()).is_err());

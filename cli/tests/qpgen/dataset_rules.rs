@@ -13,7 +13,7 @@ use fixture::synthetic;
 use quadpixel::image::exr::{Compression, Layer, NamedLayer, Sample, encode_layers, read_layers};
 use quadpixel::image::{Image, raster};
 use quadpixel_datasets::{DatasetManifest, FileEntry, SampleMeta, check_dataset};
-use quadpixel_generators::writer::{Dataset, finish_dataset, write_sample};
+use quadpixel_generators::writer::{Dataset, Foreign, finish_dataset, write_sample};
 
 const SIZE: [u32; 2] = [40, 30];
 const FOLDER: &str = "samples/000000";
@@ -27,7 +27,7 @@ fn dataset(root: &Path) -> DatasetManifest {
         licence: "CC0-1.0",
         count: 1,
     };
-    finish_dataset(root, &dataset).unwrap()
+    finish_dataset(root, &dataset, Foreign::Refuse).unwrap()
 }
 
 /// Puts `bytes` in the place of a file as a faulty writer would have: with its hash.

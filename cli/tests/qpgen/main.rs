@@ -18,4 +18,5 @@ mod production;
 mod randomised;
 mod response;
 mod truth;
+mod user_data;
 mod worlds;

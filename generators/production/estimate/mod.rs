@@ -8,10 +8,10 @@
 
 mod tables;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use quadpixel::em::{Level, Preset};
-use quadpixel::file;
+use quadpixel::file::{self, FolderAside};
 use quadpixel::shard::Shard;
 use serde::Serialize;
 
@@ -85,15 +85,19 @@ pub fn estimate(
     for &k in &chosen {
         drawn.push(recipes.draw(config, recipes.indices[k])?);
     }
-    let folder = Folder::beside(out)?;
+    let name = out.file_name().unwrap_or_default().to_string_lossy();
+    let folder = FolderAside::new(out, format!("{name}-estimate-"))?;
     let mut responses = Responses::new();
     let response_seconds = tables::seconds_of_missing(config, &recipes, &mut responses)?;
     let mut trials = Vec::new();
     for (k, recipe) in drawn.iter().enumerate() {
-        if k == 0 {
-            trials.push(trial(recipe, PART * PART, &folder, &mut responses)?);
+        if observer.stop_asked() {
+            return Err(GenerateError::EstimateStopped);
         }
-        trials.push(trial(recipe, PART, &folder, &mut responses)?);
+        if k == 0 {
+            trials.push(trial(recipe, PART * PART, folder.path(), &mut responses)?);
+        }
+        trials.push(trial(recipe, PART, folder.path(), &mut responses)?);
     }
     Ok(expected(config, count, &trials, response_seconds))
 }
@@ -160,7 +164,7 @@ fn expected(
 fn trial(
     recipe: &Recipe,
     part: usize,
-    folder: &Folder,
+    folder: &Path,
     responses: &mut Responses,
 ) -> Result<Trial, GenerateError> {
     let mut recipe = recipe.clone();
@@ -173,7 +177,7 @@ fn trial(
     };
     let sample: Sample = render_sample(&recipe, id, responses, &())?;
     let mut stages = sample.stages;
-    let place = folder.0.join("sample");
+    let place = folder.join("sample");
     timed(&mut stages.writing_s, || {
         write_alone(&place, &sample.files())
     })?;
@@ -210,26 +214,6 @@ fn size_of(folder: &Path) -> Result<u64, GenerateError> {
         bytes += entry.and_then(|e| e.metadata()).map_err(failed)?.len();
     }
     Ok(bytes)
-}
-
-/// A folder beside the one of the dataset, on the same disk, gone when it is dropped.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn beside(out: &Path) -> Result<Self, GenerateError> {
-        let mut name = out.file_name().unwrap_or_default().to_os_string();
-        name.push(format!("-estimate-{}", std::process::id()));
-        let folder = out.with_file_name(name);
-        file::create_folder(&folder)?;
-        Ok(Self(folder))
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        // What is left of a folder of our own does no harm.
-        let _ = file::remove(&self.0);
-    }
 }
 
 impl std::fmt::Display for Expected {

@@ -84,7 +84,7 @@ pub fn flat_field(
     // Half the nodes are drawn, against the finest table.
     let picture = out.join("flat-field.png");
     report::picture(&picture, &sensor, &nodes(&table, 2)?, &nodes(&table, 1)?)?;
-    files.push(picture);
+    files.push(picture.display().to_string());
     let seconds = began.elapsed().as_secs_f64();
     let beyond = sensor.chief_rays_beyond();
     let held_out = held_out.len();

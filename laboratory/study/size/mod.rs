@@ -48,7 +48,7 @@ pub fn size(
     let mut files = write(out, &[("size.csv", report::csv(&shots))])?;
     let picture = out.join("size.jpg");
     report::picture(&picture, &shots)?;
-    files.push(picture);
+    files.push(picture.display().to_string());
     let model = pixels.first().map_or("", |p| p.1.model.version());
     let (lens, focus_mm, chart_mm) = (shot::LENS, shot::FOCUS_MM, shot::CHART_MM);
     Ok(StudyReport {

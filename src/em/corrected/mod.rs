@@ -133,7 +133,8 @@ impl CorrectedSolver {
         file: Option<RunsFile>,
     ) -> Result<Self, SolverError> {
         // A journal that cannot be kept only costs a later build its start.
-        let journal = file.and_then(|f| Journal::<usize, Vec<f64>>::open(&f.path, &f.key).ok());
+        let journal =
+            file.and_then(|f| Journal::<usize, Vec<f64>>::open(&f.path, &f.key, &()).ok());
         let absorbed = |solver: &dyn PixelSolver, wave: &Incidence| {
             let [u, v] = wave.direction;
             let light = solver.under_shifts(u, v, &[wave.shift_um])?;

@@ -15,6 +15,7 @@ use super::phasors::Phasors;
 use super::{FdtdSettings, Member, Simulation, SolverError};
 use crate::em::light::{Light, Powers, SolverProgress, largest};
 use crate::em::{Indices, PixelStack};
+use crate::memory;
 
 /// Name and version of the model: part of every table's key, so a change of the physics changes the key.
 pub const MODEL: &str = "fdtd-2";
@@ -197,24 +198,14 @@ fn memory_bytes(mesh: &Mesh, wavelengths: usize, bloch: [f64; 2]) -> Result<usiz
 
 /// Fails if the machine has less memory free. Where it does not say how much it has, nothing is checked.
 fn check_memory(needed: usize) -> Result<(), SolverError> {
-    let Ok(text) = std::fs::read_to_string("/proc/meminfo") else {
-        return Ok(());
-    };
-    let free_kb: Option<usize> = text
-        .lines()
-        .find_map(|l| l.strip_prefix("MemAvailable:"))
-        .and_then(|l| l.split_whitespace().next()?.parse().ok());
-    match free_kb {
-        Some(kb) if needed > kb * 1024 => Err(refused(
+    memory::check("a simulation", needed as u64).map_err(|e| {
+        let gigabytes = |bytes: u64| bytes as f64 / 1024f64.powi(3);
+        refused(
             "memory",
-            format!("{:.1} GiB needed", needed as f64 / 1024f64.powi(3)),
-            format!(
-                "{:.1} GiB free: use a coarser mesh",
-                kb as f64 / 1024f64.powi(2)
-            ),
-        )),
-        _ => Ok(()),
-    }
+            format!("{:.1} GiB needed", gigabytes(e.needed)),
+            format!("{:.1} GiB free: use a coarser mesh", gigabytes(e.allowed)),
+        )
+    })
 }
 
 fn optical_height_um(stack: &PixelStack, indices: &[Indices]) -> f64 {

@@ -11,7 +11,7 @@ use ::exr::prelude as ex;
 use ::exr::prelude::{ReadChannels, ReadLayers, WritableImage};
 
 use super::{Image, ImageError};
-use crate::file;
+use crate::{file, memory};
 
 /// How a layer's numbers are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -219,11 +219,15 @@ pub fn decode_layers(path: &Path, bytes: &[u8]) -> Result<Vec<NamedLayer>, Image
             * (header.layer_size.height() as u128)
             * (header.channels.bytes_per_pixel as u128)
     });
-    if asked.sum::<u128>() > 1100 * bytes.len() as u128 {
+    let asked = asked.sum::<u128>();
+    if asked > 1100 * bytes.len() as u128 {
         return Err(decode(
             "its header asks for more pixels than it holds".into(),
         ));
     }
+    // The samples, these as floats, and these in the order of an image.
+    let needed = u64::try_from(asked.saturating_mul(5)).unwrap_or(u64::MAX);
+    memory::check("an EXR picture", needed).map_err(|e| decode(e.to_string()))?;
     let file = ::exr::image::read::read()
         .no_deep_data()
         .largest_resolution_level()

@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::journal::JournalError;
 use crate::progress::Progress;
 use crate::response::tabulate::RunJournal;
 use crate::response::{AngularResponse, BuildReport, BuiltTable, ResponseError, TablePlan};
@@ -23,6 +24,13 @@ pub enum CacheWarning {
         path: PathBuf,
         /// What was wrong with it.
         why: String,
+    },
+    /// Results in a journal were damaged; they are made anew.
+    DamagedResults {
+        /// The journal.
+        path: PathBuf,
+        /// How many.
+        count: usize,
     },
     /// Runs could not be kept while it was made.
     NoJournal(String),
@@ -61,7 +69,14 @@ impl std::fmt::Display for CacheWarning {
             Self::Rebuilt { path, why } => {
                 write!(
                     f,
-                    "{}: not the table it should be ({why}); made anew",
+                    "{}: not the table it should be ({why}); set aside as .npz.damaged and made anew",
+                    path.display()
+                )
+            }
+            Self::DamagedResults { path, count } => {
+                write!(
+                    f,
+                    "{}: {count} results are damaged; made anew",
                     path.display()
                 )
             }
@@ -203,9 +218,10 @@ impl ResponseCache {
         let key = plan.simulation_key()?;
         let folder = std::fs::create_dir_all(&self.dir);
         let path = self.dir.join(format!("{key}.journal"));
-        let opened = (folder.is_ok()).then(|| RunJournal::open(&path, &key));
+        let opened = (folder.is_ok()).then(|| RunJournal::open(&path, &key, progress));
         let (mut journal, no_journal) = match opened.transpose() {
             Ok(journal) => (journal, None),
+            Err(JournalError::Stopped { path }) => return Err(ResponseError::Stopped { path }),
             Err(e) => (None, Some(e.to_string())),
         };
         if let Some(open) = &mut journal {
@@ -218,6 +234,13 @@ impl ResponseCache {
             for part in self.parts(&key) {
                 open.join(&part, &key);
             }
+            let damaged = open
+                .damaged()
+                .map(|(path, count)| CacheWarning::DamagedResults {
+                    path: path.to_owned(),
+                    count,
+                });
+            warnings.extend(damaged);
         }
         let mut built = plan.build_with(journal.as_ref(), progress)?;
         for BuiltTable { table, .. } in &built {
@@ -251,7 +274,13 @@ impl ResponseCache {
         for colour in plan.colours() {
             match self.get(&plan.with_colour(colour).key()?) {
                 Ok(table) => tables.extend(table.map(|table| (table, None))),
-                Err(warning) => warnings.push(warning),
+                Err(warning) => {
+                    if let CacheWarning::Rebuilt { path, .. } = &warning {
+                        // Set aside, for who wants to know; one that stays is replaced.
+                        let _ = std::fs::rename(path, path.with_extension("npz.damaged"));
+                    }
+                    warnings.push(warning);
+                }
             }
         }
         Ok((tables.len() == plan.colours().len()).then_some(tables))
@@ -271,7 +300,7 @@ impl ResponseCache {
     ) -> Result<PartOfTable, ResponseError> {
         let key = plan.simulation_key()?;
         let name = format!("{key}.{}-of-{}.journal", shard.number(), shard.count());
-        let journal = RunJournal::open(&self.dir.join(name), &key)?;
+        let journal = RunJournal::open(&self.dir.join(name), &key, progress)?;
         let (runs, reused) = plan.build_part(shard, &journal, progress)?;
         let path = journal.path().to_owned();
         match journal.trouble() {
@@ -325,7 +354,7 @@ fn joined(
 }
 
 fn read(path: &Path, key: &str) -> Result<AngularResponse, String> {
-    let table = AngularResponse::read_npz(path).map_err(|e| e.to_string())?;
+    let table = AngularResponse::read_kept(path).map_err(|e| e.to_string())?;
     if table.meta().key == key {
         Ok(table)
     } else {

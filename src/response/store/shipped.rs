@@ -22,7 +22,7 @@ impl AngularResponse {
     /// A file of the program that is no table.
     pub fn shipped(level: Level, stack: &PixelStack) -> Result<Option<Self>, ResponseError> {
         for (name, bytes) in FILES {
-            let table = Self::from_npz(Cursor::new(bytes), Path::new(name))?;
+            let (table, _) = Self::from_npz(Cursor::new(bytes), Path::new(name))?;
             let meta = table.meta();
             if meta.pixel == *stack && meta.model.starts_with(level.name()) {
                 return Ok(Some(table));
@@ -40,7 +40,8 @@ mod tests {
     #[test]
     fn shipped_tables_are_of_built_in_pixels_by_fdtd() {
         for (name, bytes) in FILES {
-            let table = AngularResponse::from_npz(Cursor::new(bytes), Path::new(name)).unwrap();
+            let (table, _) =
+                AngularResponse::from_npz(Cursor::new(bytes), Path::new(name)).unwrap();
             assert!(table.meta().model.starts_with("fdtd-"), "{name}");
             let stack = PixelStack::builtin(&table.meta().pixel.name).unwrap();
             assert_eq!(

@@ -14,6 +14,7 @@ use super::table_of_runs::AboutPixel;
 use crate::em::PixelStack;
 use crate::em::light::{Incidence, Light, PixelSolver, SolverTask, colours};
 use crate::em::mosaic::FilterColour;
+use crate::journal::JournalError;
 use crate::progress::Progress;
 use crate::response::{ResponseError, TableSettings};
 use crate::shard::Shard;
@@ -127,9 +128,10 @@ impl TablePlan {
         progress: &dyn Progress,
     ) -> Result<Vec<BuiltTable>, ResponseError> {
         let key = self.simulation_key()?;
-        let journal = journal.map(|path| RunJournal::open(path, &key)).transpose();
-        let (journal, no_journal) = match journal {
+        let journal = journal.map(|path| RunJournal::open(path, &key, progress));
+        let (journal, no_journal) = match journal.transpose() {
             Ok(journal) => (journal, None),
+            Err(JournalError::Stopped { path }) => return Err(ResponseError::Stopped { path }),
             Err(e) => (None, Some(e.to_string())),
         };
         let mut built = self.build_with(journal.as_ref(), progress)?;

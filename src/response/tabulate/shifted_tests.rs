@@ -129,7 +129,7 @@ fn a_build_stopped_in_the_middle_goes_on_and_ends_with_the_same_bits() {
     let path = folder.path().join("t.journal");
     let runs = Mutex::new(Vec::new());
     let go = |most: usize| {
-        let journal = RunJournal::open(&path, "key").unwrap();
+        let journal = RunJournal::open(&path, "key", &()).unwrap();
         plan.simulate(Some(&journal), &|_, _| (), &asked(&plan, &runs, most))
     };
     assert!(go(200).is_err());

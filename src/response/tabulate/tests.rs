@@ -122,7 +122,7 @@ fn a_build_stopped_in_the_middle_repeats_no_run_and_ends_with_the_same_bits() {
     let path = folder.path().join("t.journal");
     let asked = Mutex::new(Vec::new());
     let counted = |most: usize| {
-        let journal = RunJournal::open(&path, "key").unwrap();
+        let journal = RunJournal::open(&path, "key", &()).unwrap();
         plan.simulate(Some(&journal), &|_, _| {}, &|run, _| {
             let mut asked = asked.lock().unwrap();
             if asked.len() >= most {

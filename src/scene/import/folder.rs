@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
 use super::{ImportError, MAX_FILE_BYTES};
-use crate::file::FileError;
+use crate::file::{self, FileError};
 
 /// The folder of an imported file, or none (a file in memory may refer to no other).
 #[derive(Clone, Debug, Default)]
@@ -14,7 +14,7 @@ pub(super) struct Folder(Option<PathBuf>);
 /// Reads a whole file of at most [`MAX_FILE_BYTES`]; its size is asked before the first byte is read.
 pub(super) fn read_limited(path: &Path) -> Result<Vec<u8>, ImportError> {
     let failed = |cause| FileError::new(path, "read", cause);
-    let file = fs::File::open(path).map_err(failed)?;
+    let file = file::open(path)?;
     let bytes = file.metadata().map_err(failed)?.len();
     let too_large = |bytes| ImportError::TooLarge {
         file: path.display().to_string(),
@@ -25,7 +25,7 @@ pub(super) fn read_limited(path: &Path) -> Result<Vec<u8>, ImportError> {
         return Err(too_large(bytes));
     }
     let mut data = Vec::new();
-    // A device or pipe has no size of its own to ask for.
+    // It may grow while it is read.
     file.take(MAX_FILE_BYTES + 1)
         .read_to_end(&mut data)
         .map_err(failed)?;

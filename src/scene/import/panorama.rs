@@ -7,6 +7,7 @@ use super::ImportError;
 use super::folder::read_limited;
 use crate::image::Image;
 use crate::image::exr::NamedLayer;
+use crate::image::raster::{self, FLOAT_BYTES};
 
 /// Reads an equirectangular panorama (`.exr` with channels R, G, B, or `.hdr`), linear, 3 channels.
 ///
@@ -29,10 +30,8 @@ pub fn read_panorama(path: &Path) -> Result<Image, ImportError> {
             let bytes = read_limited(path)?;
             let reader =
                 image::ImageReader::with_format(Cursor::new(bytes), image::ImageFormat::Hdr);
-            let picture = reader
-                .decode()
-                .map_err(|e| broken("picture", e.to_string()))?
-                .into_rgb32f();
+            let picture = raster::decoded(reader, FLOAT_BYTES).map_err(|e| broken("picture", e))?;
+            let picture = picture.0.into_rgb32f();
             let (width, height) = (picture.width() as usize, picture.height() as usize);
             Image::from_vec(width, height, 3, picture.into_raw())
                 .ok_or_else(|| broken("picture", "is not whole".into()))?

@@ -2,12 +2,13 @@
 
 use std::io::Cursor;
 
-use image::{ImageReader, Limits};
+use image::ImageReader;
 
+use crate::image::raster::decoded;
 use crate::scene::texture::Texture;
 
-/// Bytes that decoding one picture may take: 16384² RGBA.
-const LARGEST_BYTES: u64 = 16384 * 16384 * 4;
+/// What is made of a pixel: RGBA twice, and the coarser levels of the texture.
+const BYTES_PER_PIXEL: u64 = 14;
 
 /// An 8-bit picture, row-major from the top.
 #[derive(Clone, Debug)]
@@ -26,16 +27,19 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> Result<Picture, String> {
     {
         reader.set_format(format);
     }
-    let mut limits = Limits::no_limits();
-    limits.max_image_width = Some(Texture::MAX_SIDE_PX as u32);
-    limits.max_image_height = Some(Texture::MAX_SIDE_PX as u32);
-    limits.max_alloc = Some(LARGEST_BYTES);
-    reader.limits(limits);
-    let picture = reader.decode().map_err(|e| e.to_string())?.into_rgba8();
+    let (picture, _) = decoded(reader, BYTES_PER_PIXEL)?;
     let size = (picture.width() as usize, picture.height() as usize);
     if size.0 == 0 || size.1 == 0 {
         return Err("is an empty picture".into());
     }
+    if size.0.max(size.1) > Texture::MAX_SIDE_PX {
+        let (width, height) = size;
+        let most = Texture::MAX_SIDE_PX;
+        return Err(format!(
+            "is {width} × {height} px; allowed: at most {most} a side"
+        ));
+    }
+    let picture = picture.into_rgba8();
     Ok(Picture {
         size,
         texels: picture.pixels().map(|p| p.0).collect(),

@@ -42,6 +42,8 @@ pub(super) fn read(text: &str, subpixels: Subpixels) -> Result<Vec<Row>, String>
 /// Where the columns stand.
 struct Columns {
     separator: char,
+    /// How many there are.
+    count: usize,
     /// By [`COLUMNS`].
     places: [Option<usize>; COLUMNS.len()],
 }
@@ -71,12 +73,27 @@ impl Columns {
                 COLUMNS[missing],
                 names.join(", ")
             )),
-            None => Ok(Self { separator, places }),
+            None => Ok(Self {
+                separator,
+                count: names.len(),
+                places,
+            }),
         }
     }
 
     fn row(&self, line: usize, text: &str, subpixels: Subpixels) -> Result<Row, String> {
         let cells: Vec<&str> = text.split(self.separator).map(unquoted).collect();
+        if let Some(more) = cells
+            .get(self.count..)
+            .and_then(|c| c.iter().find(|c| !c.is_empty()))
+        {
+            // A decimal comma between commas would be read as two cells, the first of them a 0.
+            return Err(format!(
+                "line {line}: {} cells, but {} names of columns; `{more}` is one too many (a decimal comma? allowed: a point)",
+                cells.len(),
+                self.count
+            ));
+        }
         let number = |column: usize, (low, high): (f64, f64), allowed: &str| {
             let Some(cell) = self.cell(line, &cells, column)? else {
                 return Ok(None);

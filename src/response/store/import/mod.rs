@@ -55,9 +55,9 @@ impl AngularResponse {
         settings: &ImportSettings,
     ) -> Result<Self, ResponseError> {
         stack.check()?;
-        let bytes = std::fs::read(path).map_err(|source| ResponseError::Io {
+        let bytes = crate::file::read(path).map_err(|e| ResponseError::Io {
             path: path.to_owned(),
-            source,
+            source: e.cause,
         })?;
         let format = |why: String| ResponseError::Format {
             path: path.to_owned(),
@@ -127,20 +127,25 @@ impl AngularResponse {
 fn samples(rows: Vec<Row>, stack: &PixelStack, symmetric: bool) -> Result<Vec<Sample>, String> {
     let s = stack.subpixels;
     let whole = |x: f64| (x / SAME).round() as i64;
-    // Sums and counts of each sub-pixel: θ = 0 may stand there once for every φ.
-    type Sums = Vec<(f64, f64)>;
-    let mut places: BTreeMap<[i64; 2], (Row, Sums)> = BTreeMap::new();
+    // By direction, the rows of each sub-pixel: θ = 0 may stand there once for every φ.
+    let mut places: BTreeMap<[i64; 2], Vec<Vec<Row>>> = BTreeMap::new();
     for row in rows {
-        let at = direction_cosines(row.theta_deg, row.phi_deg);
-        let sub_pixel = row.sub_pixel;
-        let (_, sums) = places
-            .entry(at.map(whole))
-            .or_insert_with(|| (row.clone(), vec![(0.0, 0.0); s.count()]));
-        sums[sub_pixel].0 += row.p;
-        sums[sub_pixel].1 += 1.0;
+        let at = direction_cosines(row.theta_deg, row.phi_deg).map(whole);
+        let own = places
+            .entry(at)
+            .or_insert_with(|| vec![Vec::new(); s.count()]);
+        own[row.sub_pixel].push(row);
     }
     let mut all = Vec::new();
-    for (row, sums) in places.into_values() {
+    for own in places.into_values() {
+        let mut sums = Vec::with_capacity(own.len());
+        for rows in &own {
+            agree(rows)?;
+            sums.push((rows.iter().map(|row| row.p).sum::<f64>(), rows.len() as f64));
+        }
+        let Some(row) = own.iter().flatten().min_by_key(|row| row.line).cloned() else {
+            continue;
+        };
         let Row {
             line,
             theta_deg,
@@ -170,6 +175,27 @@ fn samples(rows: Vec<Row>, stack: &PixelStack, symmetric: bool) -> Result<Vec<Sa
     } else {
         all
     })
+}
+
+/// Rows of one direction and sub-pixel: none stands there twice, and all say the same within what monitors are off by.
+fn agree(rows: &[Row]) -> Result<(), String> {
+    for (i, row) in rows.iter().enumerate() {
+        for earlier in &rows[..i] {
+            let (line, other) = (row.line, earlier.line);
+            if (row.theta_deg, row.phi_deg) == (earlier.theta_deg, earlier.phi_deg) {
+                return Err(format!(
+                    "line {line}: the direction and sub-pixel of line {other} again"
+                ));
+            }
+            if (row.p - earlier.p).abs() > csv::SHARE_TOLERANCE {
+                return Err(format!(
+                    "line {line}: P is {}, but {} on line {other}, of the same direction and sub-pixel",
+                    row.p, earlier.p
+                ));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The samples and their images under the pixel's symmetries; the mean where they meet.

@@ -50,6 +50,33 @@ fn grid(theta_step: f64, phis: impl Fn() -> Vec<f64>) -> Vec<(f64, f64)> {
         .collect()
 }
 
+#[test]
+fn lines_that_repeat_or_contradict_each_other_and_decimal_commas_are_refused() {
+    let phis = || (0..8).map(|k| 45.0 * f64::from(k)).collect();
+    let sound = lines(&grid(15.0, phis));
+    import(&sound, false).unwrap();
+    let last = sound.lines().last().unwrap();
+    let text = import(&format!("{sound}{last}\n"), false).unwrap_err();
+    assert!(text.contains("again"), "{text}");
+    // 360° is 0°: another line, which has to say the same.
+    let first = sound.lines().find(|l| l.contains(";30;0;")).unwrap();
+    let cells: Vec<&str> = first.split(';').collect();
+    let turned = |p: &str| format!("{sound}{};30;360;{p};0.1\n", cells[0]);
+    import(&turned(cells[3]), false).unwrap();
+    let text = import(&turned("0.99"), false).unwrap_err();
+    assert!(text.contains("on line"), "{text}");
+    let commas = "theta_deg,phi_deg,subpixel,P\n0,0,A,0,25\n";
+    let text = import(commas, false).unwrap_err();
+    assert!(text.contains("decimal comma"), "{text}");
+    let text = import(
+        &sound
+            .replace(";0.1\n", ";0,1\n")
+            .replacen(cells[3], "0,25", 1),
+        false,
+    );
+    assert!(text.unwrap_err().contains("0,25"));
+}
+
 /// The largest difference to the made-up pixel over a cone of 45°.
 fn worst(table: &AngularResponse) -> f64 {
     let lookup = table.interpolator(550.0);

@@ -1,0 +1,181 @@
+//! One command under one fault, and whether it kept the promises.
+
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::commands::{Case, Out, program};
+use crate::faults::{Fault, copy, input};
+
+/// Longer than any command needs on its small inputs, on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+pub struct Trial<'a> {
+    pub case: &'a Case,
+    folder: tempfile::TempDir,
+    seed: u64,
+    words: Vec<OsString>,
+    stdout: PathBuf,
+    stderr: PathBuf,
+    /// What a shell does before the command.
+    before: String,
+}
+
+impl<'a> Trial<'a> {
+    pub fn new(case: &'a Case, base: &Path, seed: u64) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        copy(base, &folder.path().join("in"));
+        // Somebody's, beside everything: no command touches it.
+        fs::write(folder.path().join("in/mine.txt"), b"mine").unwrap();
+        Self {
+            case,
+            stdout: folder.path().join("stdout"),
+            stderr: folder.path().join("stderr"),
+            folder,
+            seed,
+            words: case.words.iter().map(OsString::from).collect(),
+            before: String::new(),
+        }
+    }
+
+    pub fn folder(&self) -> PathBuf {
+        self.folder.path().join("in")
+    }
+
+    pub fn replace_input(&mut self, replace: impl Fn(&Path)) -> bool {
+        let Some(name) = input(self.case, self.seed) else {
+            return false;
+        };
+        replace(&self.folder().join(name));
+        true
+    }
+
+    pub fn damage(&mut self, damage: impl Fn(&mut Vec<u8>, u64)) -> bool {
+        let seed = self.seed;
+        self.replace_input(|path| {
+            let mut bytes = fs::read(path).unwrap();
+            damage(&mut bytes, seed);
+            fs::write(path, bytes).unwrap();
+        })
+    }
+
+    /// Another name in the place of the output's.
+    pub fn move_output(&mut self, name: impl Fn(&Path) -> OsString) -> bool {
+        let (Out::File(out) | Out::Folder(out)) = self.case.out else {
+            return false;
+        };
+        let new = name(&self.folder());
+        let Some(word) = self.words.iter_mut().find(|word| *word == out) else {
+            return false;
+        };
+        *word = new;
+        true
+    }
+
+    pub fn with_stdout(&mut self, path: &str) -> bool {
+        self.stdout = path.into();
+        true
+    }
+
+    pub fn with_stderr(&mut self, path: &str) -> bool {
+        self.stderr = path.into();
+        true
+    }
+
+    pub fn with_words(&mut self, words: &[&str]) -> bool {
+        self.words.extend(words.iter().map(OsString::from));
+        true
+    }
+
+    pub fn within(&mut self, before: &str) -> bool {
+        self.before = before.into();
+        true
+    }
+
+    /// Runs it; what promise was broken, if any.
+    pub fn run(self, fault: &Fault) -> Result<(), String> {
+        let open = |path: &Path| {
+            File::options()
+                .write(true)
+                .create(true)
+                .truncate(false)
+                .open(path)
+                .unwrap()
+        };
+        let mut command = Command::new("sh");
+        command.args(["-c", &format!("{}exec \"$0\" \"$@\"", self.before)]);
+        command
+            .arg(program(self.case.words[0]))
+            .args(&self.words[1..])
+            .current_dir(self.folder());
+        command.env("QUADPIXEL_CACHE", self.folder.path().join("cache"));
+        command
+            .stdin(Stdio::null())
+            .stdout(open(&self.stdout))
+            .stderr(open(&self.stderr));
+        let began = Instant::now();
+        let mut child = command.spawn().unwrap();
+        let status = loop {
+            match child.try_wait().unwrap() {
+                Some(status) => break status,
+                None if began.elapsed() > PATIENCE => {
+                    child.kill().unwrap();
+                    child.wait().unwrap();
+                    return Err(format!("hangs: not at its end after {PATIENCE:?}"));
+                }
+                None => std::thread::sleep(Duration::from_millis(2)),
+            }
+        };
+        let said = match self.stderr.starts_with("/dev") {
+            true => String::new(),
+            false => String::from_utf8_lossy(&fs::read(&self.stderr).unwrap()).into_owned(),
+        };
+        let broken = |what: String| Err(format!("{what}; it said: {}", said.trim()));
+        if said.contains("panicked") {
+            return broken("panics".into());
+        }
+        match status.code() {
+            Some(code) if fault.codes.contains(&code) => {}
+            Some(code) => return broken(format!("exit code {code}, not of {:?}", fault.codes)),
+            None => return broken(format!("ends by signal {:?}", status.signal())),
+        }
+        let silent = said.trim().is_empty() && !self.stderr.starts_with("/dev");
+        if status.code() != Some(0) && silent {
+            return broken("fails without a word".into());
+        }
+        if fs::read(self.folder().join("mine.txt")).ok().as_deref() != Some(b"mine") {
+            return broken("a file of others is gone".into());
+        }
+        if let Out::Folder(name) = self.case.out {
+            let theirs = self.folder().join(name).join("mine.txt");
+            let given = fault.name.contains("of others");
+            if given && fs::read(theirs).ok().as_deref() != Some(b"mine") {
+                return broken("a file of others in the output folder is gone".into());
+            }
+        }
+        match leftover(&self.folder()).filter(|_| !fault.may_leave) {
+            Some(path) => broken(format!("leaves {}", path.display())),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Something half made.
+fn leftover(folder: &Path) -> Option<PathBuf> {
+    for entry in fs::read_dir(folder).ok()?.flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let path = entry.path();
+        if name.contains(".tmp-") || name.contains("-estimate-") {
+            return Some(path);
+        }
+        if entry.file_type().is_ok_and(|kind| kind.is_dir())
+            && let Some(found) = leftover(&path)
+        {
+            return Some(found);
+        }
+    }
+    None
+}
