@@ -21,6 +21,7 @@ use super::stages::{Stages, timed};
 use crate::assemble::{self, Responses};
 use crate::describe::{RenderedLight, describe};
 use crate::field_error::FieldError;
+use crate::lens_tracing;
 use crate::observer::{Event, Observer};
 use crate::recipe::{Recipe, RecipeError, SampleId};
 
@@ -94,6 +95,7 @@ pub fn prepare(
         let n = recipe.render.rays_per_pixel;
         return Err(FieldError::new("render.rays_per_pixel", n, "1 to 16777216").into());
     }
+    lens_tracing::check(&recipe.lens_tracing)?;
     let mut stages = Stages::default();
     let response = timed(&mut stages.response_s, || {
         let progress = |done, total| observer.event(Event::Table { done, total });
@@ -195,6 +197,11 @@ impl Prepared {
             let geometry = sight.geometry(&self.camera, &self.scene);
             (fields, sight, geometry)
         });
+        let tracing = self.recipe.lens_tracing;
+        self.camera = timed(&mut self.stages.scene_s, || {
+            (self.camera).with_lens_maps(&tracing, settings.rays_per_pixel)
+        });
+        self.warnings.extend(lens_tracing::warning(&self.camera));
         let several = self.scene.planes().len() > 1 || self.scene.world().is_some();
         let surfaces = several.then_some(geometry.surfaces.as_slice());
         let shot = Render::new(&self.camera, &self.scene, settings)

@@ -9,7 +9,7 @@ use super::stats::Tally;
 use super::tracer::Tracer;
 use super::{Execution, RenderSettings};
 use crate::frames::{camera_from_sensor_mm, uv_from_traced_direction};
-use crate::lens::PupilEllipse;
+use crate::lens::{LensMap, PlaceBuffers, PupilEllipse};
 use crate::rays::RayBatch;
 use crate::rays::RaySlices;
 use crate::response::ResponseLookup;
@@ -33,6 +33,8 @@ pub(super) struct Workspace {
     v: Vec<f32>,
     weights: Vec<f32>,
     batch: RayBatch,
+    /// One per wavelength that has a map.
+    maps: Vec<PlaceBuffers>,
     hits: Hits,
     /// One list per channel.
     radiance: [Vec<f32>; 3],
@@ -203,7 +205,8 @@ impl<'a> Estimator<'a> {
             if let RadianceRecord::Read(radiance) = &task.record {
                 work.recall(channel, &radiance[start..][..n]);
             } else if let Some(tracer) = colours.own_tracer(channel, wavelength) {
-                work.trace(tracer, &self.execution);
+                let map = colours.map(channel, wavelength);
+                work.trace((tracer, map), task.aim, &self.execution);
                 let Some(scene) = self.scene else { continue };
                 let served = match self.camera.is_dispersive() {
                     true => channel..channel + 1,
@@ -287,8 +290,13 @@ impl Workspace {
         );
     }
 
-    /// Traces the aimed rays from the sensor into the scene, and counts them.
-    fn trace(&mut self, tracer: &Tracer, execution: &Execution) {
+    /// Traces the aimed rays from the sensor into the scene, by a map where there is one, and counts them.
+    fn trace(
+        &mut self,
+        (tracer, map): (&Tracer, Option<(usize, &LensMap)>),
+        aim: &PixelAim,
+        execution: &Execution,
+    ) {
         let b = &mut self.batch;
         let targets = [
             &mut b.ox, &mut b.oy, &mut b.oz, &mut b.dx, &mut b.dy, &mut b.dz,
@@ -296,7 +304,18 @@ impl Workspace {
         for (target, source) in targets.into_iter().zip(&self.aimed) {
             target.clone_from(source);
         }
-        tracer.trace_backward(b, execution.simd);
+        self.tally.exact_rays += match map {
+            None => {
+                tracer.trace_backward(b, execution.simd);
+                b.len()
+            }
+            Some((number, map)) => {
+                if self.maps.len() <= number {
+                    self.maps.resize_with(number + 1, PlaceBuffers::default);
+                }
+                map.trace_backward(b, aim.position_mm, &mut self.maps[number], execution.simd)
+            }
+        } as u64;
         self.tally.rays += b.len() as u64;
         let lost = (0..b.len()).filter_map(|i| b.failure(i));
         lost.for_each(|f| self.tally.lost.count(f));

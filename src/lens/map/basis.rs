@@ -115,10 +115,8 @@ fn legendre(k: usize) -> [f64; 2] {
 #[cfg(test)]
 pub(super) fn sum_of_powers(degree: usize, coefficients: &[f64], p: f64, q: f64) -> f64 {
     let each = (0..=degree).flat_map(|j| (0..=degree - j).map(move |i| (i, j)));
-    each.map(|(i, j)| {
-        coefficients[place(degree, i, j)] * p.powi(i as i32) * q.powi(j as i32)
-    })
-    .sum()
+    each.map(|(i, j)| coefficients[place(degree, i, j)] * p.powi(i as i32) * q.powi(j as i32))
+        .sum()
 }
 
 #[cfg(test)]
@@ -156,7 +154,11 @@ mod tests {
         for i in 0..count {
             for j in 0..count {
                 let exact = f64::from(i == j);
-                assert!((gram[i * count + j] - exact).abs() < 2e-4, "{i} {j} {}", gram[i * count + j]);
+                assert!(
+                    (gram[i * count + j] - exact).abs() < 2e-4,
+                    "{i} {j} {}",
+                    gram[i * count + j]
+                );
             }
         }
     }

@@ -33,17 +33,21 @@ pub(super) fn outline(pass: impl FnMut(&[DVec2]) -> Vec<bool>) -> Vec<f64> {
     let step = DIRECTIONS / TRACED;
     let directions: Vec<DVec2> = (0..TRACED).map(|k| on_square((k * step) as f64)).collect();
     // Radii: the square's corners are no bends of theirs.
-    let radii: Vec<f64> = (reach(&directions, pass).iter().zip(&directions)).map(|(r, d)| r * d.length()).collect();
-    (0..DIRECTIONS).map(|k| {
-        let (node, t) = (k / step, (k % step) as f64 / step as f64);
-        let radius = |back: usize| radii[(node + TRACED + back - 1) % TRACED];
-        let (a, b, c, d) = (radius(0), radius(1), radius(2), radius(3));
-        let cubic = -t * (t - 1.0) * (t - 2.0) / 6.0 * a
-            + (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0 * b
-            - (t + 1.0) * t * (t - 2.0) / 2.0 * c
-            + (t + 1.0) * t * (t - 1.0) / 6.0 * d;
-        cubic / on_square(k as f64).length()
-    }).collect()
+    let radii: Vec<f64> = (reach(&directions, pass).iter().zip(&directions))
+        .map(|(r, d)| r * d.length())
+        .collect();
+    (0..DIRECTIONS)
+        .map(|k| {
+            let (node, t) = (k / step, (k % step) as f64 / step as f64);
+            let radius = |back: usize| radii[(node + TRACED + back - 1) % TRACED];
+            let (a, b, c, d) = (radius(0), radius(1), radius(2), radius(3));
+            let cubic = -t * (t - 1.0) * (t - 2.0) / 6.0 * a
+                + (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0 * b
+                - (t + 1.0) * t * (t - 2.0) / 2.0 * c
+                + (t + 1.0) * t * (t - 1.0) / 6.0 * d;
+            cubic / on_square(k as f64).length()
+        })
+        .collect()
 }
 
 /// How far out, in units of the square's points, rays pass along each of the `directions`. `pass` tells which of many
@@ -56,7 +60,13 @@ pub(super) fn reach(directions: &[DVec2], mut pass: impl FnMut(&[DVec2]) -> Vec<
     for bisection in 0..=BISECTIONS {
         points.clear();
         // At first the far end: where it passes, nothing limits.
-        let at = |b: &(f64, f64)| if bisection == 0 { b.1 } else { 0.5 * (b.0 + b.1) };
+        let at = |b: &(f64, f64)| {
+            if bisection == 0 {
+                b.1
+            } else {
+                0.5 * (b.0 + b.1)
+            }
+        };
         points.extend(directions.iter().zip(&bracket).map(|(d, b)| *d * at(b)));
         for (bracket, passes) in bracket.iter_mut().zip(pass(&points)) {
             let middle = at(bracket);
@@ -108,7 +118,9 @@ mod tests {
     #[test]
     fn the_reach_of_a_circle_is_found() {
         let directions: Vec<DVec2> = (0..DIRECTIONS).map(|k| on_square(k as f64)).collect();
-        let found = reach(&directions, |points| points.iter().map(|p| p.length() < 0.8).collect());
+        let found = reach(&directions, |points| {
+            points.iter().map(|p| p.length() < 0.8).collect()
+        });
         for (d, r) in directions.iter().zip(found) {
             assert!((r * d.length() - 0.8).abs() < 3e-5);
         }

@@ -30,6 +30,15 @@ pub(super) struct PupilFrame {
 pub(super) struct PupilDisk {
     pub centre: DVec2,
     pub shape: DMat2,
+    /// How the centre moves with the place, both in the camera frame.
+    pub drift: DMat2,
+}
+
+impl PupilDisk {
+    /// The target of (p, q) for a ray that starts `off` beside the place, camera frame, mm.
+    pub fn target(&self, pq: DVec2, off: DVec2) -> DVec2 {
+        self.centre + self.drift * off + self.shape * pq
+    }
 }
 
 impl PupilFrame {
@@ -53,12 +62,18 @@ impl PupilFrame {
         for component in 0..5 {
             let mut x = [0.0; 6];
             for (row, (_, _, ellipse)) in rows.chunks_exact(6).zip(&ellipses) {
-                x.iter_mut().zip(row).for_each(|(x, r)| *x += r * ellipse[component]);
+                x.iter_mut()
+                    .zip(row)
+                    .for_each(|(x, r)| *x += r * ellipse[component]);
             }
             factor.solve(&mut x);
             terms.iter_mut().zip(x).for_each(|(t, x)| t[component] = x);
         }
-        let mut frame = Self { window, z_mm, terms };
+        let mut frame = Self {
+            window,
+            z_mm,
+            terms,
+        };
         let mut reach = 0.0_f64;
         for (_, place, [x, y, xx, xy, yy]) in &ellipses {
             let disk = frame.at(*place);
@@ -78,12 +93,22 @@ impl PupilFrame {
     /// The disk of a place, sensor frame, mm.
     pub fn at(&self, place_mm: DVec2) -> PupilDisk {
         let half = DVec2::new(self.window.half_width, self.window.half_height);
-        let powers = squares((place_mm - self.window.centre) / half);
+        let part = (place_mm - self.window.centre) / half;
+        let powers = squares(part);
         let mut sum = [0.0; 5];
         for (power, terms) in powers.iter().zip(&self.terms) {
             sum.iter_mut().zip(terms).for_each(|(s, t)| *s += power * t);
         }
+        let t = &self.terms;
+        let along = |k: usize| {
+            let slope_x = t[1][k] + 2.0 * part.x * t[3][k] + part.y * t[4][k];
+            let slope_y = t[2][k] + part.x * t[4][k] + 2.0 * part.y * t[5][k];
+            // x points the other way in the camera frame.
+            (-slope_x / half.x, slope_y / half.y)
+        };
+        let ((xx, xy), (yx, yy)) = (along(0), along(1));
         PupilDisk {
+            drift: DMat2::from_cols_array(&[xx, yx, xy, yy]),
             centre: DVec2::new(sum[0], sum[1]),
             shape: DMat2::from_cols_array(&[sum[2], sum[3], sum[3], sum[4]]),
         }
@@ -106,7 +131,9 @@ impl SceneFrame {
     /// Around a ray in the scene.
     pub fn around(ray: Ray) -> Self {
         let along = ray.direction;
-        let x = (DVec3::X - along * along.x).try_normalize().unwrap_or(DVec3::Y);
+        let x = (DVec3::X - along * along.x)
+            .try_normalize()
+            .unwrap_or(DVec3::Y);
         Self {
             origin_mm: ray.origin_mm,
             axes: DMat3::from_cols(x, along.cross(x), along),
@@ -116,7 +143,10 @@ impl SceneFrame {
     /// Place (x, y) in the plane, mm, and slopes; `None` for a ray almost along the plane.
     pub fn coordinates(&self, ray: Ray) -> Option<[f64; 4]> {
         let inverse = self.axes.transpose();
-        let (o, d) = (inverse * (ray.origin_mm - self.origin_mm), inverse * ray.direction);
+        let (o, d) = (
+            inverse * (ray.origin_mm - self.origin_mm),
+            inverse * ray.direction,
+        );
         let slope = DVec2::new(d.x, d.y) / d.z;
         (d.z > LEAST_COSINE).then(|| [o.x - o.z * slope.x, o.y - o.z * slope.y, slope.x, slope.y])
     }

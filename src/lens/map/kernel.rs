@@ -8,14 +8,14 @@ use glam::{DVec2, DVec3};
 
 use super::LensMap;
 use super::edge::{DIRECTIONS, direction};
-use super::place::{Place, PlaceBuffers};
+use super::place::{Edge, Place, PlaceBuffers};
 use crate::rays::{RayBatch, RayStatus};
 use crate::simd::SimdLevel;
 
 /// Place (x, y) and slopes.
 pub(super) const OUTPUTS: usize = 4;
 /// Their changes with the place's x, then with its y.
-pub(super) const GRADIENTS: usize = 8;
+pub(super) const CHANGES: usize = 8;
 const BLOCK: usize = 64;
 const SMALL_BLOCK: usize = 32;
 
@@ -39,6 +39,28 @@ impl LensMap {
         buffers: &mut PlaceBuffers,
         level: SimdLevel,
     ) -> usize {
+        buffers.go(self, place_mm);
+        self.trace_at(batch, buffers, level)
+    }
+
+    /// The polynomials alone, also beyond the edge.
+    pub(super) fn trace_unbounded(
+        &self,
+        batch: &mut RayBatch,
+        place_mm: DVec2,
+        buffers: &mut PlaceBuffers,
+    ) {
+        buffers.go(self, place_mm);
+        buffers.place.edge = Edge::default();
+        self.trace_at(batch, buffers, SimdLevel::detect());
+    }
+
+    fn trace_at(
+        &self,
+        batch: &mut RayBatch,
+        buffers: &mut PlaceBuffers,
+        level: SimdLevel,
+    ) -> usize {
         let level = level.min(SimdLevel::detect());
         let rays = batch.len();
         batch.status.resize(rays, 0);
@@ -47,13 +69,16 @@ impl LensMap {
         match level {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `detect` found AVX-512 F, DQ and VL on this CPU.
-            SimdLevel::Avx512 => unsafe { run_avx512(self, batch, place_mm, buffers) },
+            SimdLevel::Avx512 => unsafe { run_avx512(self, batch, buffers) },
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `detect` found AVX2 (or more) on this CPU.
-            SimdLevel::Avx2 => unsafe { run_avx2(self, batch, place_mm, buffers) },
-            _ => run(self, batch, place_mm, buffers),
+            SimdLevel::Avx2 => unsafe { run_avx2(self, batch, buffers) },
+            _ => run(self, batch, buffers),
         }
-        let Doubtful { numbers, batch: doubtful } = &mut buffers.rays;
+        let Doubtful {
+            numbers,
+            batch: doubtful,
+        } = &mut buffers.rays;
         if !numbers.is_empty() {
             doubtful.clear();
             for &i in numbers.iter() {
@@ -62,8 +87,10 @@ impl LensMap {
             }
             self.tracer.trace_backward(doubtful, level);
             for (k, &i) in numbers.iter().enumerate() {
-                (batch.ox[i], batch.oy[i], batch.oz[i]) = (doubtful.ox[k], doubtful.oy[k], doubtful.oz[k]);
-                (batch.dx[i], batch.dy[i], batch.dz[i]) = (doubtful.dx[k], doubtful.dy[k], doubtful.dz[k]);
+                (batch.ox[i], batch.oy[i], batch.oz[i]) =
+                    (doubtful.ox[k], doubtful.oy[k], doubtful.oz[k]);
+                (batch.dx[i], batch.dy[i], batch.dz[i]) =
+                    (doubtful.dx[k], doubtful.dy[k], doubtful.dz[k]);
                 (batch.status[i], batch.surface[i]) = (doubtful.status[k], doubtful.surface[k]);
             }
         }
@@ -73,26 +100,37 @@ impl LensMap {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn run_avx2(map: &LensMap, batch: &mut RayBatch, place_mm: DVec2, buffers: &mut PlaceBuffers) {
-    run(map, batch, place_mm, buffers);
+fn run_avx2(map: &LensMap, batch: &mut RayBatch, buffers: &mut PlaceBuffers) {
+    run(map, batch, buffers);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,fma")]
-fn run_avx512(map: &LensMap, batch: &mut RayBatch, place_mm: DVec2, buffers: &mut PlaceBuffers) {
-    run(map, batch, place_mm, buffers);
+fn run_avx512(map: &LensMap, batch: &mut RayBatch, buffers: &mut PlaceBuffers) {
+    run(map, batch, buffers);
 }
 
 #[inline(always)]
-fn run(map: &LensMap, batch: &mut RayBatch, place_mm: DVec2, buffers: &mut PlaceBuffers) {
-    buffers.go(map, place_mm);
+fn run(map: &LensMap, batch: &mut RayBatch, buffers: &mut PlaceBuffers) {
     let rays = batch.len();
     for start in (0..rays).step_by(BLOCK) {
         let count = BLOCK.min(rays - start);
         if count > SMALL_BLOCK {
-            block::<BLOCK>(map, &buffers.place, batch, (start, count), &mut buffers.rays.numbers);
+            block::<BLOCK>(
+                map,
+                &buffers.place,
+                batch,
+                (start, count),
+                &mut buffers.rays.numbers,
+            );
         } else {
-            block::<SMALL_BLOCK>(map, &buffers.place, batch, (start, count), &mut buffers.rays.numbers);
+            block::<SMALL_BLOCK>(
+                map,
+                &buffers.place,
+                batch,
+                (start, count),
+                &mut buffers.rays.numbers,
+            );
         }
     }
 }
@@ -114,31 +152,47 @@ fn block<const N: usize>(
     doubtful: &mut Vec<usize>,
 ) {
     let load = |column, fill| load::<N>(column, (start, count), fill);
-    let (ox, oy, oz) = (load(&batch.ox, 0.0), load(&batch.oy, 0.0), load(&batch.oz, 0.0));
-    let (dx, dy, dz) = (load(&batch.dx, 0.0), load(&batch.dy, 0.0), load(&batch.dz, -1.0));
+    let (ox, oy, oz) = (
+        load(&batch.ox, 0.0),
+        load(&batch.oy, 0.0),
+        load(&batch.oz, 0.0),
+    );
+    let (dx, dy, dz) = (
+        load(&batch.dx, 0.0),
+        load(&batch.dy, 0.0),
+        load(&batch.dz, -1.0),
+    );
     let mut p = Aligned([0f32; N]);
     let mut q = Aligned([0f32; N]);
     let mut off = Aligned([[0f64; N]; 2]);
     let (o, c, z) = (place.origin, place.centre, map.pupil.z_mm);
     let (x_axis, y_axis) = (place.inverse.x_axis, place.inverse.y_axis);
+    let (drift_x, drift_y) = (place.drift.x_axis, place.drift.y_axis);
     for i in 0..N {
         let t = (z - oz.0[i]) / dz.0[i];
-        let (x, y) = (ox.0[i] + t * dx.0[i] - c.x, oy.0[i] + t * dy.0[i] - c.y);
+        let (off_x, off_y) = (ox.0[i] - o.x, oy.0[i] - o.y);
+        let x = ox.0[i] + t * dx.0[i] - (c.x + (drift_x.x * off_x + drift_y.x * off_y));
+        let y = oy.0[i] + t * dy.0[i] - (c.y + (drift_x.y * off_x + drift_y.y * off_y));
         p.0[i] = (x_axis.x * x + y_axis.x * y) as f32;
         q.0[i] = (x_axis.y * x + y_axis.y * y) as f32;
-        off.0[0][i] = ox.0[i] - o.x;
-        off.0[1][i] = oy.0[i] - o.y;
+        (off.0[0][i], off.0[1][i]) = (off_x, off_y);
     }
     let code = classes(map, place, (&p.0, &q.0), &off.0);
-    let (coefficients, gradients) = place.values.split_at(super::basis::terms(map.degree) * OUTPUTS);
+    let (coefficients, changes) = place
+        .values
+        .split_at(super::basis::terms(map.degree) * OUTPUTS);
     let mut main = Aligned([[0f32; N]; OUTPUTS]);
     polynomial::<N, OUTPUTS>(coefficients, map.degree, (&p.0, &q.0), &mut main.0);
-    let mut change = Aligned([[0f32; N]; GRADIENTS]);
-    polynomial::<N, GRADIENTS>(gradients, map.gradient_degree, (&p.0, &q.0), &mut change.0);
+    let mut change = Aligned([[0f32; N]; CHANGES]);
+    polynomial::<N, CHANGES>(changes, map.change_degree, (&p.0, &q.0), &mut change.0);
     let constants = &place.constants;
     let mut out = [[0f64; N]; OUTPUTS];
     for k in 0..OUTPUTS {
-        let (constant, gx, gy) = (constants[k], constants[OUTPUTS + k], constants[2 * OUTPUTS + k]);
+        let (constant, gx, gy) = (
+            constants[k],
+            constants[OUTPUTS + k],
+            constants[2 * OUTPUTS + k],
+        );
         for i in 0..N {
             let (x, y) = (off.0[0][i], off.0[1][i]);
             out[k][i] = constant
@@ -170,7 +224,14 @@ fn block<const N: usize>(
             ray[i] = f64::from_bits(bits);
         }
     }
-    let columns = [&mut batch.ox, &mut batch.oy, &mut batch.oz, &mut batch.dx, &mut batch.dy, &mut batch.dz];
+    let columns = [
+        &mut batch.ox,
+        &mut batch.oy,
+        &mut batch.oz,
+        &mut batch.dx,
+        &mut batch.dy,
+        &mut batch.dz,
+    ];
     for (column, ray) in columns.into_iter().zip(&ray.0) {
         column[start..start + count].copy_from_slice(&ray[..count]);
     }
@@ -185,7 +246,10 @@ fn block<const N: usize>(
     batch.surface[start..start + count].copy_from_slice(&surface[..count]);
     if any != 0 {
         let each = code.0[..count].iter().enumerate();
-        doubtful.extend(each.filter(|(_, c)| **c == IS_DOUBTFUL).map(|(i, _)| start + i));
+        doubtful.extend(
+            each.filter(|(_, c)| **c == IS_DOUBTFUL)
+                .map(|(i, _)| start + i),
+        );
     }
 }
 
@@ -213,16 +277,21 @@ fn classes<const N: usize>(
         let (t, distance) = direction(p[i], q[i]);
         let last = (DIRECTIONS - 1) as f32;
         // A NaN goes to 0.
-        let floor = if t >= 0.0 { if t <= last { t } else { last } } else { 0.0 };
+        let floor = if t >= 0.0 {
+            if t <= last { t } else { last }
+        } else {
+            0.0
+        };
         // SAFETY: within 0 and 255.
         whole[i] = unsafe { floor.to_int_unchecked::<i32>() };
         part[i] = t - whole[i] as f32;
         far[i] = distance;
     }
-    let (mut low, mut high) = ([0f32; N], [0f32; N]);
+    let (mut low, mut high, mut corner) = ([0f32; N], [0f32; N], [0f32; N]);
     for i in 0..N {
         let k = whole[i] as usize % DIRECTIONS;
-        (low[i], high[i]) = (place.edge.0[k], place.edge.0[k + 1]);
+        (low[i], high[i]) = (place.edge.reach[k], place.edge.reach[k + 1]);
+        corner[i] = place.edge.corner[k];
     }
     let mut code = Aligned([0u32; N]);
     let (reach, band) = (map.reach_mm, map.band);
@@ -231,7 +300,7 @@ fn classes<const N: usize>(
         let near = (off[0][i].abs() <= reach) & (off[1][i].abs() <= reach);
         // Written so that a NaN is doubtful.
         let inside = far[i] <= edge - band;
-        let outside = far[i] >= edge + band;
+        let outside = far[i] >= edge + band + corner[i];
         code.0[i] = if near & inside {
             PASSES
         } else if near & outside {
@@ -256,7 +325,9 @@ fn polynomial<const N: usize, const K: usize>(
         let mut row = Aligned([[0f32; N]; K]);
         // Four terms at a time: what they sum to stays in registers.
         for _ in 0..count / 4 {
-            let Some((c, rest)) = at.split_at_checked(4 * K) else { return };
+            let Some((c, rest)) = at.split_at_checked(4 * K) else {
+                return;
+            };
             at = rest;
             for k in 0..K {
                 let (c0, c1, c2, c3) = (c[k], c[K + k], c[2 * K + k], c[3 * K + k]);
@@ -267,7 +338,9 @@ fn polynomial<const N: usize, const K: usize>(
             }
         }
         for _ in 0..count % 4 {
-            let Some((c, rest)) = at.split_at_checked(K) else { return };
+            let Some((c, rest)) = at.split_at_checked(K) else {
+                return;
+            };
             at = rest;
             for k in 0..K {
                 for i in 0..N {

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use super::basis;
 use super::edge;
 use super::frame::{PupilFrame, SceneFrame};
-use super::kernel::{GRADIENTS, OUTPUTS};
+use super::kernel::{CHANGES, OUTPUTS};
 use super::least_squares::Factor;
 use super::place::CONSTANTS;
 use crate::frames::camera_from_sensor_mm;
@@ -17,10 +17,10 @@ use crate::simd::SimdLevel;
 
 /// The lens that is fitted has apertures larger by this factor: so a bundle has neighbours' rays beyond its edge.
 pub(super) const ENLARGED: f64 = 1.04;
-/// Points per term where all pass, and where the bundle fills a part of the disk only.
-const POINTS: [usize; 2] = [3, 24];
-/// Least number of passing points per term.
-const LEAST_POINTS: usize = 2;
+/// Points per term: where all pass, and where the bundle fills a part of the disk only.
+const POINTS: [usize; 3] = [3, 8, 24];
+/// Least number per term of those that pass.
+const LEAST_POINTS: [f64; 3] = [2.4, 3.0, 3.0];
 
 /// What all nodes share.
 pub(super) struct Fitter<'a> {
@@ -51,7 +51,7 @@ pub(super) struct Design {
     pub degree: usize,
     count: usize,
     /// Few points, which do where all pass; many.
-    sets: [LazyLock<Points, Box<dyn FnOnce() -> Points + Send>>; 2],
+    sets: [LazyLock<Points, Box<dyn FnOnce() -> Points + Send>>; 3],
     /// Of the orthogonal polynomials: coefficients of the powers.
     powers: Vec<f64>,
 }
@@ -73,7 +73,9 @@ impl Points {
             basis::values(degree, at.x, at.y, row);
         }
         let all: Vec<u32> = (0..at.len() as u32).collect();
-        let whole = (points == POINTS[0] * count).then(|| Factor::new(&rows, count, &all)).flatten();
+        let whole = (points == POINTS[0] * count)
+            .then(|| Factor::new(&rows, count, &all))
+            .flatten();
         Self { at, rows, whole }
     }
 }
@@ -81,21 +83,33 @@ impl Points {
 impl Design {
     pub fn new(degree: usize) -> Self {
         let count = basis::terms(degree);
-        let sets = POINTS.map(|per_term| -> LazyLock<Points, Box<dyn FnOnce() -> Points + Send>> {
-            LazyLock::new(Box::new(move || Points::new(degree, per_term * count)))
-        });
-        Self { degree, count, sets, powers: basis::in_powers(degree) }
+        let sets = POINTS.map(
+            |per_term| -> LazyLock<Points, Box<dyn FnOnce() -> Points + Send>> {
+                LazyLock::new(Box::new(move || Points::new(degree, per_term * count)))
+            },
+        );
+        Self {
+            degree,
+            count,
+            sets,
+            powers: basis::in_powers(degree),
+        }
     }
 
     /// Coefficients of the powers, term after term, of the `K` values that `trace` gives at the points; `None` where too
     /// few pass.
-    fn fit<const K: usize>(&self, trace: impl Fn(&[DVec2]) -> Vec<Option<[f64; K]>>) -> Option<Vec<[f64; K]>> {
+    fn fit<const K: usize>(
+        &self,
+        trace: impl Fn(&[DVec2]) -> Vec<Option<[f64; K]>>,
+    ) -> Option<Vec<[f64; K]>> {
         let count = self.count;
-        for (attempt, points) in self.sets.iter().enumerate() {
+        for (points, least) in self.sets.iter().zip(LEAST_POINTS) {
             let traced = trace(&points.at);
-            let taken: Vec<u32> = (0..traced.len() as u32).filter(|&i| traced[i as usize].is_some()).collect();
+            let taken: Vec<u32> = (0..traced.len() as u32)
+                .filter(|&i| traced[i as usize].is_some())
+                .collect();
             let is_whole = taken.len() == traced.len();
-            let is_enough = taken.len() >= if attempt == 0 { 5 * count / 2 } else { LEAST_POINTS * count };
+            let is_enough = is_whole || taken.len() as f64 >= least * count as f64;
             if !is_enough {
                 continue;
             }
@@ -110,7 +124,10 @@ impl Design {
             let mut sums = vec![0.0; K * count];
             for &i in &taken {
                 let row = &points.rows[i as usize * count..][..count];
-                for (sums, value) in sums.chunks_exact_mut(count).zip(traced[i as usize].unwrap_or([0.0; K])) {
+                for (sums, value) in sums
+                    .chunks_exact_mut(count)
+                    .zip(traced[i as usize].unwrap_or([0.0; K]))
+                {
                     sums.iter_mut().zip(row).for_each(|(s, r)| *s += value * r);
                 }
             }
@@ -118,7 +135,9 @@ impl Design {
             for (k, sums) in sums.chunks_exact_mut(count).enumerate() {
                 factor.solve(sums);
                 for (weight, powers) in sums.iter().zip(self.powers.chunks_exact(count)) {
-                    out.iter_mut().zip(powers).for_each(|(o, p)| o[k] += weight * p);
+                    out.iter_mut()
+                        .zip(powers)
+                        .for_each(|(o, p)| o[k] += weight * p);
                 }
             }
             return Some(out);
@@ -145,27 +164,31 @@ pub(super) struct Node {
 
 impl Fitter<'_> {
     /// The node of a place, of polynomials of two degrees; `None` where the lens lets too little pass.
-    pub fn node(&self, place_mm: DVec2, main: &Design, gradient: &Design) -> Option<Node> {
+    pub fn node(&self, place_mm: DVec2, main: &Design, change: &Design) -> Option<Node> {
         let disk = self.pupil.at(place_mm);
         let origin = camera_from_sensor_mm(place_mm, self.sensor_z_mm);
-        let targets = |points: &[DVec2]| -> Vec<DVec2> {
-            points.iter().map(|p| disk.centre + disk.shape * *p).collect()
+        let targets = |points: &[DVec2], off: DVec2| -> Vec<DVec2> {
+            points.iter().map(|p| disk.target(*p, off)).collect()
         };
-        let mut coefficients = main.fit(|points| self.traced(origin, &targets(points)))?;
+        let traced = |points: &[DVec2], off: DVec2| {
+            self.traced(origin + off.extend(0.0), &targets(points, off))
+        };
+        let mut coefficients = main.fit(|points| traced(points, DVec2::ZERO))?;
         let h = self.step_mm;
-        let mut changes = gradient.fit(|points| {
-            let targets = targets(points);
-            let at = |x: f64, y: f64| self.traced(origin + DVec3::new(x, y, 0.0), &targets);
-            let sides = [at(-h, 0.0), at(h, 0.0), at(0.0, -h), at(0.0, h)];
-            (0..targets.len()).map(|i| {
-                let [x0, x1, y0, y1] = [0, 1, 2, 3].map(|s| sides[s][i]);
-                let (x0, x1, y0, y1) = (x0?, x1?, y0?, y1?);
-                let change = |k: usize| match k < OUTPUTS {
-                    true => (x1[k] - x0[k]) / (2.0 * h),
-                    false => (y1[k - OUTPUTS] - y0[k - OUTPUTS]) / (2.0 * h),
-                };
-                Some(std::array::from_fn::<f64, GRADIENTS, _>(change))
-            }).collect()
+        let mut changes = change.fit(|points| {
+            let sides =
+                [-DVec2::X, DVec2::X, -DVec2::Y, DVec2::Y].map(|side| traced(points, h * side));
+            (0..points.len())
+                .map(|i| {
+                    let [x0, x1, y0, y1] = [0, 1, 2, 3].map(|s| sides[s][i]);
+                    let (x0, x1, y0, y1) = (x0?, x1?, y0?, y1?);
+                    let change = |k: usize| match k < OUTPUTS {
+                        true => (x1[k] - x0[k]) / (2.0 * h),
+                        false => (y1[k - OUTPUTS] - y0[k - OUTPUTS]) / (2.0 * h),
+                    };
+                    Some(std::array::from_fn::<f64, CHANGES, _>(change))
+                })
+                .collect()
         })?;
         let mut constants = [0.0; CONSTANTS];
         constants[..OUTPUTS].copy_from_slice(&std::mem::take(coefficients.last_mut()?));
@@ -173,7 +196,14 @@ impl Fitter<'_> {
         let mut values: Vec<f32> = coefficients.iter().flatten().map(|&x| x as f32).collect();
         values.extend(changes.iter().flatten().map(|&x| x as f32));
         for tracer in &self.limiting {
-            let pass = |points: &[DVec2]| passing(tracer, origin, self.pupil.z_mm, &targets(points));
+            let pass = |points: &[DVec2]| {
+                passing(
+                    tracer,
+                    origin,
+                    self.pupil.z_mm,
+                    &targets(points, DVec2::ZERO),
+                )
+            };
             values.extend(edge::outline(pass).iter().map(|&x| x as f32));
         }
         Some(Node { constants, values })
@@ -183,20 +213,33 @@ impl Fitter<'_> {
     pub fn traced(&self, origin: DVec3, targets: &[DVec2]) -> Vec<Option<[f64; OUTPUTS]>> {
         let mut batch = rays(origin, self.pupil.z_mm, targets);
         self.larger.trace_backward(&mut batch, SimdLevel::detect());
-        (0..targets.len()).map(|i| self.scene.coordinates(batch.get(i).ok()?)).collect()
+        (0..targets.len())
+            .map(|i| self.scene.coordinates(batch.get(i).ok()?))
+            .collect()
     }
 }
 
 /// Rays from a place to targets on a plane.
 pub(super) fn rays(origin: DVec3, plane_z_mm: f64, targets: &[DVec2]) -> RayBatch {
     let mut batch = RayBatch::with_capacity(targets.len());
-    targets.iter().for_each(|t| batch.push(origin, (t.extend(plane_z_mm) - origin).normalize()));
+    targets
+        .iter()
+        .for_each(|t| batch.push(origin, (t.extend(plane_z_mm) - origin).normalize()));
     batch
 }
 
 /// Which of the rays from a place to targets on a plane pass.
-pub(super) fn passing(tracer: &PacketTracer, origin: DVec3, plane_z_mm: f64, targets: &[DVec2]) -> Vec<bool> {
+pub(super) fn passing(
+    tracer: &PacketTracer,
+    origin: DVec3,
+    plane_z_mm: f64,
+    targets: &[DVec2],
+) -> Vec<bool> {
     let mut batch = rays(origin, plane_z_mm, targets);
     tracer.trace_backward(&mut batch, SimdLevel::detect());
-    batch.status.iter().map(|&s| s == RayStatus::Ok as u8).collect()
+    batch
+        .status
+        .iter()
+        .map(|&s| s == RayStatus::Ok as u8)
+        .collect()
 }
