@@ -177,7 +177,7 @@ fn block<const N: usize>(
         q.0[i] = (x_axis.y * x + y_axis.y * y) as f32;
         (off.0[0][i], off.0[1][i]) = (off_x, off_y);
     }
-    let code = classes(map, place, (&p.0, &q.0), &off.0);
+    let code = classes(map, place, (&p.0, &q.0), (&off.0, &dz.0));
     let (coefficients, changes) = place
         .values
         .split_at(super::basis::terms(map.degree) * OUTPUTS);
@@ -270,7 +270,7 @@ fn classes<const N: usize>(
     map: &LensMap,
     place: &Place,
     (p, q): (&[f32; N], &[f32; N]),
-    off: &[[f64; N]; 2],
+    (off, dz): (&[[f64; N]; 2], &[f64; N]),
 ) -> Aligned<u32, N> {
     let (mut whole, mut part, mut far) = ([0i32; N], [0f32; N], [0f32; N]);
     for i in 0..N {
@@ -297,7 +297,8 @@ fn classes<const N: usize>(
     let (reach, band) = (map.reach_mm, map.band);
     for i in 0..N {
         let edge = low[i] + part[i] * (high[i] - low[i]);
-        let near = (off[0][i].abs() <= reach) & (off[1][i].abs() <= reach);
+        let starts_near = (off[0][i].abs() <= reach) & (off[1][i].abs() <= reach);
+        let near = starts_near & (dz[i] < 0.0);
         // Written so that a NaN is doubtful.
         let inside = far[i] <= edge - band;
         let outside = far[i] >= edge + band + corner[i];
