@@ -51,6 +51,8 @@ pub struct LensMap {
     pub degree: u32,
     /// Places along the window's width and height between which they are interpolated.
     pub nodes: [u32; 2],
-    /// Measured with rays that took no part in the fit.
+    /// Part of the window, the worst wavelength's, where the bound is not met and all rays are traced surface by surface.
+    pub unmapped_share: f64,
+    /// Elsewhere, measured with rays that took no part in the fit.
     pub error: MapError,
 }

@@ -62,6 +62,7 @@ pub(crate) fn described(camera: &Camera, stats: &RenderStats) -> spec::LensTraci
             map: Some(spec::LensMap {
                 degree: report.degree as u32,
                 nodes: [report.nodes.0 as u32, report.nodes.1 as u32],
+                unmapped_share: report.unmapped_share,
                 error: spec::MapError {
                     rms_px: report.rms_px,
                     worst_px: report.worst_px,

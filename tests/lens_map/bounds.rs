@@ -4,35 +4,19 @@ use quadpixel::lens::{
     ElementRef, MapBound, MapFailure, Misalignment, builtin_names, table1_defects,
 };
 
-use crate::support::{Case, Errors, errors, lens};
+use crate::support::{Case, errors, lens};
 
 /// Misjudged rays that are let pass: of the flux.
 const MISJUDGED: f64 = 2e-4;
 
 fn meets_its_bound(case: &Case) {
-    for depth_mm in [
-        0.5 * case.focus_mm.min(1e6),
-        case.focus_mm.min(1e6),
-        f64::INFINITY,
-    ] {
-        let Errors {
-            rms_px,
-            worst_px,
-            misjudged,
-            exact,
-            lost,
-        } = errors(case, depth_mm).unwrap();
-        println!(
-            "{depth_mm} mm: {rms_px:.5} {worst_px:.4} px, {misjudged:.6} {exact:.4} {lost:.3}"
-        );
-        assert!(rms_px <= case.bound.rms_px, "{depth_mm} mm: {rms_px} px");
-        assert!(
-            worst_px <= case.bound.worst_px,
-            "{depth_mm} mm: {worst_px} px"
-        );
-        assert!(misjudged <= MISJUDGED, "{misjudged}");
-        assert!(exact < 0.05, "{exact}");
+    let errors = errors(case);
+    for (rms_px, worst_px) in errors.rms_px.iter().zip(&errors.worst_px) {
+        assert!(*rms_px <= case.bound.rms_px, "{errors:?}");
+        assert!(*worst_px <= case.bound.worst_px, "{errors:?}");
     }
+    assert!(errors.misjudged <= MISJUDGED, "{errors:?}");
+    assert!(errors.exact < 0.02, "{errors:?}");
 }
 
 #[test]
@@ -57,7 +41,7 @@ fn chief_rays_of_a_fish_eye() {
 #[test]
 fn a_bundle_that_is_cut_from_both_sides_and_slivers_of_one() {
     meets_its_bound(&Case::large("lib_dgauss_50mm", [12.0, 8.0], 1.0));
-    meets_its_bound(&Case::large("lib_dgauss_50mm", [17.0, 12.0], 0.6));
+    meets_its_bound(&Case::large("lib_dgauss_50mm", [18.0, 13.0], 0.6));
     meets_its_bound(&Case::large(
         "lib_50mm_US20210263286_ex1",
         [16.0, -10.0],

@@ -6,6 +6,12 @@ use crate::field::SensorWindowMm;
 use crate::lens::ExitPupilMap;
 use crate::rays::Ray;
 
+/// What a map gives of a ray in the scene: place (x, y) and slopes.
+pub(super) const OUTPUTS: usize = 4;
+/// Their changes with the place's x, then with its y.
+pub(super) const CHANGES: usize = 2 * OUTPUTS;
+/// Values of a node in f64: the outputs in the middle of the pupil, and their changes.
+pub(super) const CONSTANTS: usize = OUTPUTS + CHANGES;
 /// Places a side at which the pupils are looked at.
 const PLACES: usize = 9;
 /// Directions in which each is.
@@ -141,7 +147,7 @@ impl SceneFrame {
     }
 
     /// Place (x, y) in the plane, mm, and slopes; `None` for a ray almost along the plane.
-    pub fn coordinates(&self, ray: Ray) -> Option<[f64; 4]> {
+    pub fn coordinates(&self, ray: Ray) -> Option<[f64; OUTPUTS]> {
         let inverse = self.axes.transpose();
         let (o, d) = (
             inverse * (ray.origin_mm - self.origin_mm),

@@ -7,10 +7,9 @@
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;
 
-use super::LensMap;
 use super::edge::{self, DIRECTIONS};
-use super::frame::{PupilFrame, SceneFrame};
-use super::kernel::OUTPUTS;
+use super::frame::{OUTPUTS, PupilFrame, SceneFrame};
+use super::lens_map::LensMap;
 use super::node::passing;
 use super::place::PlaceBuffers;
 use super::task::{MapBound, MapTask};
@@ -20,8 +19,6 @@ use crate::rays::RayBatch;
 use crate::sampling::{concentric_disk, uniform};
 use crate::simd::SimdLevel;
 
-/// Places along each side: in the middle of cells of four nodes, where a map is at its worst.
-const PLACES: usize = 5;
 /// Rays of each place, and directions in which its edge is found.
 const RAYS: u64 = 256;
 const EDGES: usize = 64;
@@ -49,10 +46,18 @@ impl RayErrors {
         self.worst = self.worst.max(px);
     }
 
-    pub fn add(&mut self, other: Self) {
-        self.rays += other.rays;
-        self.squares += other.squares;
-        self.worst = self.worst.max(other.worst);
+    /// Of all rays.
+    pub fn sum(each: impl Iterator<Item = Self>) -> Self {
+        each.fold(Self::default(), |a, b| Self {
+            rays: a.rays + b.rays,
+            squares: a.squares + b.squares,
+            worst: a.worst.max(b.worst),
+        })
+    }
+
+    /// Above 1 where they are beyond the bound.
+    pub fn badness(&self, bound: &MapBound) -> f64 {
+        (self.rms_px() / bound.rms_px).max(self.worst / bound.worst_px)
     }
 
     pub fn rms_px(&self) -> f64 {
@@ -70,13 +75,29 @@ impl RayErrors {
     }
 }
 
-/// What the edge needs.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Band {
-    /// Half width, in units of [`edge`].
-    pub half_width: f64,
-    /// Its part of the bundle.
-    pub share: f64,
+/// What was found in a cell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cell {
+    pub errors: RayErrors,
+    /// Largest error of the outline, in units of [`edge`].
+    pub edge: f64,
+    perimeter_over_area: f64,
+}
+
+/// Half width of the band at the edge that is traced exactly, for each of the cells in rows of so many, and its part of
+/// the bundle: by the largest error of the cell and of those around it.
+pub(super) fn edge_bands(cells: &[Cell], columns: usize) -> Vec<(f64, f64)> {
+    let rows = cells.len() / columns;
+    let around = |k: usize, n: usize| k.saturating_sub(1)..(k + 2).min(n);
+    let each = (0..cells.len()).map(|k| {
+        let (column, row) = (k % columns, k / columns);
+        let beside =
+            around(row, rows).flat_map(|r| around(column, columns).map(move |c| r * columns + c));
+        let largest = beside.fold(0.0_f64, |m, k| m.max(cells[k].edge));
+        let half_width = EDGE_ROOM * largest + LEAST_BAND;
+        (half_width, 2.0 * half_width * cells[k].perimeter_over_area)
+    });
+    each.collect()
 }
 
 /// Traces held-out rays of a lens.
@@ -88,31 +109,22 @@ pub(super) struct HeldOut<'a> {
 }
 
 impl HeldOut<'_> {
-    /// Errors and edge in the middle of cells all over the window.
-    pub fn over_window(&self, map: &LensMap) -> (RayErrors, Band) {
-        let (nx, ny) = map.nodes;
-        let (px, py) = (PLACES.min(nx - 1), PLACES.min(ny - 1));
-        let middle = |k: usize, places: usize, nodes: usize| {
-            let cell = k * (nodes - 2) / (places - 1).max(1);
-            (2 * cell + 1) as f64 / (nodes - 1) as f64 - 1.0
-        };
-        let each: Vec<_> = (0..px * py)
-            .into_par_iter()
-            .map(|k| {
-                let part = DVec2::new(middle(k % px, px, nx), middle(k / px, py, ny));
-                let place = self.task.place_mm(part);
-                (self.at(map, place, true), self.edge_at(map, place))
-            })
-            .collect();
-        let (mut errors, mut off, mut length) = (RayErrors::default(), 0.0_f64, 0.0);
-        for (e, (largest, per_area)) in &each {
-            errors.add(*e);
-            off = off.max(*largest);
-            length += per_area / each.len() as f64;
-        }
-        let half_width = EDGE_ROOM * off + LEAST_BAND;
-        let share = 2.0 * half_width * length;
-        (errors, Band { half_width, share })
+    /// Errors and edge in the middle of every cell of four nodes, where a map is at its worst.
+    pub fn cells(&self, map: &LensMap) -> Vec<Cell> {
+        let (nx, ny) = (map.nodes.0 - 1, map.nodes.1 - 1);
+        let middle = |k: usize, cells: usize| (2 * k + 1) as f64 / cells as f64 - 1.0;
+        let cells = (0..nx * ny).into_par_iter().map(|k| {
+            let part = DVec2::new(middle(k % nx, nx), middle(k / nx, ny));
+            let place = self.task.place_mm(part);
+            let errors = self.at(map, place, true);
+            let (edge, perimeter_over_area) = self.edge_at(map, place);
+            Cell {
+                errors,
+                edge,
+                perimeter_over_area,
+            }
+        });
+        cells.collect()
     }
 
     /// Errors of rays that pass, of one place; `beside`: from where the map still holds around it.

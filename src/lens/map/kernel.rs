@@ -4,114 +4,20 @@
 //! The polynomials are summed in f32, to which all that is large has been added in f64: what they hold is the pupil's
 //! part of a ray's place and slope.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
-use super::LensMap;
 use super::edge::{DIRECTIONS, direction};
-use super::place::{Edge, Place, PlaceBuffers};
+use super::frame::{CHANGES, OUTPUTS};
+use super::lens_map::LensMap;
+use super::place::{Place, PlaceBuffers};
 use crate::rays::{RayBatch, RayStatus};
-use crate::simd::SimdLevel;
 
-/// Place (x, y) and slopes.
-pub(super) const OUTPUTS: usize = 4;
-/// Their changes with the place's x, then with its y.
-pub(super) const CHANGES: usize = 8;
 const BLOCK: usize = 64;
 const SMALL_BLOCK: usize = 32;
 
-/// Rays that are traced exactly.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Doubtful {
-    numbers: Vec<usize>,
-    batch: RayBatch,
-}
-
-impl LensMap {
-    /// Takes every ray of `batch` in place from the sensor into the scene, as [`crate::lens::PacketTracer::trace_backward`] does.
-    /// The rays start near the sensor position `place_mm` (sensor frame); one that starts farther off than the map
-    /// holds, or comes near the edge of the pupil, is traced exactly. Returns how many were. A living ray's origin
-    /// lies in a plane through the first surface. A ray that the map tells to be lost is said to be vignetted at the
-    /// stop.
-    pub fn trace_backward(
-        &self,
-        batch: &mut RayBatch,
-        place_mm: DVec2,
-        buffers: &mut PlaceBuffers,
-        level: SimdLevel,
-    ) -> usize {
-        buffers.go(self, place_mm);
-        self.trace_at(batch, buffers, level)
-    }
-
-    /// The polynomials alone, also beyond the edge.
-    pub(super) fn trace_unbounded(
-        &self,
-        batch: &mut RayBatch,
-        place_mm: DVec2,
-        buffers: &mut PlaceBuffers,
-    ) {
-        buffers.go(self, place_mm);
-        buffers.place.edge = Edge::default();
-        self.trace_at(batch, buffers, SimdLevel::detect());
-    }
-
-    fn trace_at(
-        &self,
-        batch: &mut RayBatch,
-        buffers: &mut PlaceBuffers,
-        level: SimdLevel,
-    ) -> usize {
-        let level = level.min(SimdLevel::detect());
-        let rays = batch.len();
-        batch.status.resize(rays, 0);
-        batch.surface.resize(rays, 0);
-        buffers.rays.numbers.clear();
-        match level {
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: `detect` found AVX-512 F, DQ and VL on this CPU.
-            SimdLevel::Avx512 => unsafe { run_avx512(self, batch, buffers) },
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: `detect` found AVX2 (or more) on this CPU.
-            SimdLevel::Avx2 => unsafe { run_avx2(self, batch, buffers) },
-            _ => run(self, batch, buffers),
-        }
-        let Doubtful {
-            numbers,
-            batch: doubtful,
-        } = &mut buffers.rays;
-        if !numbers.is_empty() {
-            doubtful.clear();
-            for &i in numbers.iter() {
-                let ray = batch.ray(i);
-                doubtful.push(ray.origin_mm, ray.direction);
-            }
-            self.tracer.trace_backward(doubtful, level);
-            for (k, &i) in numbers.iter().enumerate() {
-                (batch.ox[i], batch.oy[i], batch.oz[i]) =
-                    (doubtful.ox[k], doubtful.oy[k], doubtful.oz[k]);
-                (batch.dx[i], batch.dy[i], batch.dz[i]) =
-                    (doubtful.dx[k], doubtful.dy[k], doubtful.dz[k]);
-                (batch.status[i], batch.surface[i]) = (doubtful.status[k], doubtful.surface[k]);
-            }
-        }
-        numbers.len()
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn run_avx2(map: &LensMap, batch: &mut RayBatch, buffers: &mut PlaceBuffers) {
-    run(map, batch, buffers);
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq,avx512vl,fma")]
-fn run_avx512(map: &LensMap, batch: &mut RayBatch, buffers: &mut PlaceBuffers) {
-    run(map, batch, buffers);
-}
-
+/// All rays, block by block; the numbers of those in doubt go into the buffers.
 #[inline(always)]
-fn run(map: &LensMap, batch: &mut RayBatch, buffers: &mut PlaceBuffers) {
+pub(super) fn run(map: &LensMap, batch: &mut RayBatch, buffers: &mut PlaceBuffers) {
     let rays = batch.len();
     for start in (0..rays).step_by(BLOCK) {
         let count = BLOCK.min(rays - start);
@@ -294,7 +200,7 @@ fn classes<const N: usize>(
         corner[i] = place.edge.corner[k];
     }
     let mut code = Aligned([0u32; N]);
-    let (reach, band) = (map.reach_mm, map.band);
+    let (reach, band) = (map.reach_mm, place.band);
     for i in 0..N {
         let edge = low[i] + part[i] * (high[i] - low[i]);
         let starts_near = (off[0][i].abs() <= reach) & (off[1][i].abs() <= reach);

@@ -33,52 +33,12 @@ mod frame;
 mod held_out;
 mod kernel;
 mod least_squares;
+mod lens_map;
 mod node;
 mod place;
 mod task;
+mod trace;
 
+pub use lens_map::LensMap;
 pub use place::PlaceBuffers;
 pub use task::{MapBound, MapFailure, MapReport, MapTask};
-
-use crate::field::SensorWindowMm;
-use crate::lens::PacketTracer;
-use edge::DIRECTIONS;
-use frame::{PupilFrame, SceneFrame};
-use kernel::{CHANGES, OUTPUTS};
-
-/// See the module.
-#[derive(Clone, Debug)]
-pub struct LensMap {
-    window: SensorWindowMm,
-    pupil: PupilFrame,
-    scene: SceneFrame,
-    /// The lens itself.
-    tracer: PacketTracer,
-    stop: u16,
-    degree: usize,
-    change_degree: usize,
-    /// Surfaces that limit the bundle.
-    limits: usize,
-    /// How far a ray may start from the place that it is said to start at, along x and y, mm.
-    reach_mm: f64,
-    /// Rays nearer to the edge than this are doubtful.
-    band: f32,
-    nodes: (usize, usize),
-    constants: Vec<f64>,
-    values: Vec<f32>,
-    report: MapReport,
-}
-
-impl LensMap {
-    /// f32 values of a node.
-    fn stride(&self) -> usize {
-        OUTPUTS * basis::terms(self.degree)
-            + CHANGES * basis::terms(self.change_degree)
-            + self.limits * DIRECTIONS
-    }
-
-    /// What was measured.
-    pub fn report(&self) -> &MapReport {
-        &self.report
-    }
-}

@@ -6,10 +6,8 @@ use glam::{DVec2, DVec3};
 
 use super::basis;
 use super::edge;
-use super::frame::{PupilFrame, SceneFrame};
-use super::kernel::{CHANGES, OUTPUTS};
+use super::frame::{CHANGES, CONSTANTS, OUTPUTS, PupilFrame, SceneFrame};
 use super::least_squares::Factor;
-use super::place::CONSTANTS;
 use crate::frames::camera_from_sensor_mm;
 use crate::lens::{OpticalSystem, PacketTracer};
 use crate::rays::{RayBatch, RayStatus};
@@ -18,9 +16,11 @@ use crate::simd::SimdLevel;
 /// The lens that is fitted has apertures larger by this factor: so a bundle has neighbours' rays beyond its edge.
 pub(super) const ENLARGED: f64 = 1.04;
 /// Points per term: where all pass, and where the bundle fills a part of the disk only.
-const POINTS: [usize; 3] = [3, 8, 24];
-/// Least number per term of those that pass.
-const LEAST_POINTS: [f64; 3] = [2.4, 3.0, 3.0];
+const POINTS: [usize; 7] = [3, 4, 5, 6, 8, 12, 24];
+/// Least number per term of those that pass: of the first set, and of the others.
+const LEAST_POINTS: [f64; 2] = [2.4, 2.8];
+/// Of which the next set is expected to have this many.
+const WANTED_POINTS: f64 = 3.2;
 
 /// What all nodes share.
 pub(super) struct Fitter<'a> {
@@ -51,7 +51,7 @@ pub(super) struct Design {
     pub degree: usize,
     count: usize,
     /// Few points, which do where all pass; many.
-    sets: [LazyLock<Points, Box<dyn FnOnce() -> Points + Send>>; 3],
+    sets: [LazyLock<Points, Box<dyn FnOnce() -> Points + Send>>; POINTS.len()],
     /// Of the orthogonal polynomials: coefficients of the powers.
     powers: Vec<f64>,
 }
@@ -103,7 +103,9 @@ impl Design {
         trace: impl Fn(&[DVec2]) -> Vec<Option<[f64; K]>>,
     ) -> Option<Vec<[f64; K]>> {
         let count = self.count;
-        for (points, least) in self.sets.iter().zip(LEAST_POINTS) {
+        let mut set = 0;
+        while let Some(points) = self.sets.get(set) {
+            let least = LEAST_POINTS[set.min(1)];
             let traced = trace(&points.at);
             let taken: Vec<u32> = (0..traced.len() as u32)
                 .filter(|&i| traced[i as usize].is_some())
@@ -111,6 +113,10 @@ impl Design {
             let is_whole = taken.len() == traced.len();
             let is_enough = is_whole || taken.len() as f64 >= least * count as f64;
             if !is_enough {
+                let share = taken.len() as f64 / traced.len() as f64;
+                let enough = |n: &usize| *n as f64 * share >= WANTED_POINTS;
+                let next = POINTS.iter().position(enough)?;
+                set = next.max(set + 1);
                 continue;
             }
             let own;

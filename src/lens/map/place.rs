@@ -2,16 +2,21 @@
 
 use glam::{DMat2, DVec2};
 
-use super::LensMap;
 use super::edge::DIRECTIONS;
-use super::kernel::{CHANGES, OUTPUTS};
+use super::frame::CONSTANTS;
+use super::lens_map::LensMap;
 use crate::frames::camera_from_sensor_mm;
+use crate::rays::RayBatch;
 
 /// Reach where no surface limits the bundle.
 const UNLIMITED: f32 = 1e9;
 
-/// Values of a node in f64: what the outputs are in the middle of the pupil, and how they change with the place.
-pub(super) const CONSTANTS: usize = OUTPUTS + CHANGES;
+/// Rays that are traced exactly.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Doubtful {
+    pub numbers: Vec<usize>,
+    pub batch: RayBatch,
+}
 
 /// Buffers for one map, which a thread takes from place to place; places of one row share work.
 #[derive(Clone, Debug, Default)]
@@ -21,7 +26,7 @@ pub struct PlaceBuffers {
     row_constants: Vec<f64>,
     row_values: Vec<f32>,
     pub(super) place: Place,
-    pub(super) rays: super::kernel::Doubtful,
+    pub(super) rays: Doubtful,
 }
 
 /// The least of the outlines of all limiting surfaces.
@@ -73,7 +78,9 @@ pub(super) struct Place {
     pub centre: DVec2,
     pub inverse: DMat2,
     pub drift: DMat2,
-    pub constants: [f64; CONSTANTS],
+    /// Rays nearer to the edge than this are doubtful; infinite where the map does not hold.
+    pub band: f32,
+    pub constants: Vec<f64>,
     /// Coefficients, changes' coefficients, outlines.
     pub values: Vec<f32>,
     /// The least of the outlines, and its first value again.
@@ -86,39 +93,28 @@ impl PlaceBuffers {
         let (nx, ny) = map.nodes;
         let stride = map.stride();
         let w = &map.window;
-        let (first, weights) = stencil(place_mm.y - w.centre.y, w.half_height, ny);
+        let rows = Stencil::new(place_mm.y - w.centre.y, w.half_height, ny);
         if self.row != Some(place_mm.y) {
             self.row = Some(place_mm.y);
-            let rows = |len: usize| {
-                (0..4).map(move |k| (first + k) * nx * len..(first + k + 1) * nx * len)
-            };
-            blend64(
+            blend(
                 &mut self.row_constants,
-                rows(CONSTANTS).map(|r| &map.constants[r]),
-                weights,
+                &map.constants,
+                nx * CONSTANTS,
+                &rows,
             );
-            blend32(
-                &mut self.row_values,
-                rows(stride).map(|r| &map.values[r]),
-                weights,
-            );
+            blend(&mut self.row_values, &map.values, nx * stride, &rows);
         }
-        let (first, weights) = stencil(place_mm.x - w.centre.x, w.half_width, nx);
+        let columns = Stencil::new(place_mm.x - w.centre.x, w.half_width, nx);
         let place = &mut self.place;
-        place.constants = [0.0; CONSTANTS];
-        for (k, weight) in weights.iter().enumerate() {
-            let node = &self.row_constants[(first + k) * CONSTANTS..][..CONSTANTS];
-            place
-                .constants
-                .iter_mut()
-                .zip(node)
-                .for_each(|(c, n)| *c += weight * n);
-        }
-        let nodes = (0..4).map(|k| &self.row_values[(first + k) * stride..][..stride]);
-        blend32(&mut place.values, nodes, weights);
-        place
-            .edge
-            .set(&place.values[stride - map.limits * DIRECTIONS..]);
+        blend(
+            &mut place.constants,
+            &self.row_constants,
+            CONSTANTS,
+            &columns,
+        );
+        blend(&mut place.values, &self.row_values, stride, &columns);
+        place.band = map.bands[rows.cell * (nx - 1) + columns.cell];
+        (place.edge).set(&place.values[stride - map.limits * DIRECTIONS..]);
         let disk = map.pupil.at(place_mm);
         place.origin = camera_from_sensor_mm(place_mm, 0.0).truncate();
         place.centre = disk.centre;
@@ -127,40 +123,73 @@ impl PlaceBuffers {
     }
 }
 
-/// The first of four nodes of n over ±half, and the weights of the cubic through them at offset x from the middle.
-fn stencil(x: f64, half: f64, n: usize) -> (usize, [f64; 4]) {
-    let f = ((x / half + 1.0) * 0.5 * (n - 1) as f64).clamp(0.0, (n - 1) as f64);
-    let f = if f.is_finite() {
-        f
-    } else {
-        0.5 * (n - 1) as f64
-    };
-    let first = (f as usize).saturating_sub(1).min(n - 4);
-    let t = f - first as f64;
-    let (a, b, c, d) = (t, t - 1.0, t - 2.0, t - 3.0);
-    let weights = [
-        -b * c * d / 6.0,
-        a * c * d / 2.0,
-        -a * b * d / 2.0,
-        a * b * c / 6.0,
-    ];
-    (first, weights)
+/// The polynomial through some nodes next to a place, all of them or this many: its degree is one less.
+const STENCIL: usize = 6;
+
+/// Nodes next to a place, and their weights.
+struct Stencil {
+    /// The cell that the place is in.
+    cell: usize,
+    first: usize,
+    count: usize,
+    weights: [f64; STENCIL],
 }
 
-fn blend64<'a>(out: &mut Vec<f64>, parts: impl Iterator<Item = &'a [f64]>, weights: [f64; 4]) {
-    out.clear();
-    for (part, weight) in parts.zip(weights) {
-        out.resize(part.len(), 0.0);
-        out.iter_mut().zip(part).for_each(|(o, p)| *o += weight * p);
+impl Stencil {
+    /// At offset x from the middle of n nodes over ±half.
+    fn new(x: f64, half: f64, n: usize) -> Self {
+        let last = (n - 1) as f64;
+        let f = ((x / half + 1.0) * 0.5 * last).clamp(0.0, last);
+        let f = if f.is_finite() { f } else { 0.5 * last };
+        let cell = (f as usize).min(n - 2);
+        let count = n.min(STENCIL);
+        let first = (cell + 1).saturating_sub(count / 2).min(n - count);
+        let t = f - first as f64;
+        let mut weights = [0.0; STENCIL];
+        for (k, weight) in weights.iter_mut().enumerate().take(count) {
+            // Lagrange's.
+            let others = (0..count).filter(|j| *j != k);
+            *weight = others.fold(1.0, |w, j| w * (t - j as f64) / (k as f64 - j as f64));
+        }
+        Self {
+            cell,
+            first,
+            count,
+            weights,
+        }
     }
 }
 
-fn blend32<'a>(out: &mut Vec<f32>, parts: impl Iterator<Item = &'a [f32]>, weights: [f64; 4]) {
-    let parts: Vec<&[f32]> = parts.collect();
-    let [w0, w1, w2, w3] = weights.map(|w| w as f32);
-    out.resize(parts[0].len(), 0.0);
-    let [a, b, c, d] = [0, 1, 2, 3].map(|k| &parts[k][..out.len()]);
-    for (i, out) in out.iter_mut().enumerate() {
-        *out = (w0 * a[i] + w1 * b[i]) + (w2 * c[i] + w3 * d[i]);
+/// Numbers that are blended.
+trait Number: Copy + std::ops::AddAssign + std::ops::Mul<Output = Self> {
+    const ZERO: Self;
+    fn rounded(x: f64) -> Self;
+}
+
+impl Number for f64 {
+    const ZERO: Self = 0.0;
+    fn rounded(x: f64) -> Self {
+        x
+    }
+}
+
+impl Number for f32 {
+    const ZERO: Self = 0.0;
+    fn rounded(x: f64) -> Self {
+        x as f32
+    }
+}
+
+/// The weighted sum of the stencil's parts of `len` numbers each.
+#[inline(always)]
+fn blend<T: Number>(out: &mut Vec<T>, parts: &[T], len: usize, stencil: &Stencil) {
+    out.clear();
+    out.resize(len, T::ZERO);
+    for (k, weight) in stencil.weights.iter().enumerate().take(stencil.count) {
+        let weight = T::rounded(*weight);
+        let part = &parts[(stencil.first + k) * len..][..len];
+        out.iter_mut()
+            .zip(part)
+            .for_each(|(o, p)| *o += weight * *p);
     }
 }

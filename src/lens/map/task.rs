@@ -33,10 +33,14 @@ pub enum MapFailure {
     #[error("no chief ray passes in the middle of the window, or a part of the window is dark")]
     Dark,
     /// Polynomials over the pupil do not converge.
-    #[error("polynomials of the highest degree over the pupil err by more than the bound")]
+    #[error(
+        "over most of the window, polynomials of the highest degree err by more than the bound"
+    )]
     Degree,
     /// The lens changes too quickly over the window.
-    #[error("with as many nodes over the window as may be, the map errs by more than the bound")]
+    #[error(
+        "with as many nodes as pay, its map errs by more than the bound over most of the window"
+    )]
     Nodes,
 }
 
@@ -83,12 +87,14 @@ pub struct MapReport {
     pub nodes: (usize, usize),
     /// Surfaces that limit the bundle.
     pub limiting_surfaces: usize,
-    /// Error of held-out rays, px.
+    /// Error of held-out rays where it is mapped, px.
     pub rms_px: f64,
     /// Largest error of a held-out ray, px.
     pub worst_px: f64,
     /// Part of the bundle so near to its edge that rays are traced exactly.
-    pub exact_share: f64,
+    pub edge_share: f64,
+    /// Part of the window where the bound is not met: all rays are traced exactly there.
+    pub unmapped_share: f64,
 }
 
 impl MapReport {
@@ -102,7 +108,8 @@ impl MapReport {
             limiting_surfaces: self.limiting_surfaces.max(other.limiting_surfaces),
             rms_px: self.rms_px.max(other.rms_px),
             worst_px: self.worst_px.max(other.worst_px),
-            exact_share: self.exact_share.max(other.exact_share),
+            edge_share: self.edge_share.max(other.edge_share),
+            unmapped_share: self.unmapped_share.max(other.unmapped_share),
         }
     }
 }
