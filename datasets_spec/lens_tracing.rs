@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How the rays of the image went through the main lens. Those of truth and target are always traced surface by surface.
+/// How the rays of the image went through the main lens. Those of truth and target are always traced surface by
+/// surface.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LensTracing {
@@ -51,7 +52,8 @@ pub struct LensMap {
     pub degree: u32,
     /// Places along the window's width and height between which they are interpolated.
     pub nodes: [u32; 2],
-    /// Part of the window, the worst wavelength's, where the bound is not met and all rays are traced surface by surface.
+    /// Part of the window, the worst wavelength's, where the bound is not met and all rays are traced surface by
+    /// surface.
     pub unmapped_share: f64,
     /// Elsewhere, measured with rays that took no part in the fit.
     pub error: MapError,

@@ -4,7 +4,6 @@
 //! that of [`quadpixel::response::TableSettings`]. Where channels have bands, 2, 4 or 8 wavelengths stand for each.
 
 use quadpixel::em::Preset;
-use quadpixel::render::LensTracing;
 
 use crate::config::{DatasetConfig, ResponseConfig};
 
@@ -16,7 +15,7 @@ pub fn about(preset: Preset) -> &'static str {
         }
         Preset::Standard => "128 rays per microlens and channel: the default",
         Preset::Reference => {
-            "512 rays per microlens and channel, converged response tables, every ray traced surface by surface: half the noise"
+            "512 rays per microlens and channel, converged response tables: four times the time, half the noise"
         }
     }
 }
@@ -29,10 +28,6 @@ pub fn apply(preset: Preset, config: &mut DatasetConfig) {
         Preset::Reference => (512, 8),
     };
     config.rays_per_pixel = rays;
-    config.lens_tracing = match preset {
-        Preset::Draft | Preset::Standard => LensTracing::default(),
-        Preset::Reference => LensTracing::EXACT,
-    };
     if let Some(bands) = &mut config.spectrum {
         bands.wavelengths = wavelengths;
     }

@@ -25,7 +25,7 @@ pub(super) struct Colours {
     /// What each tracer traces.
     systems: Vec<OpticalSystem>,
     responses: Vec<Arc<ResponseLookup>>,
-    /// In the place of the tracers, where there are some; see [`Camera::with_lens_maps`](super::Camera::with_lens_maps).
+    /// In the place of the tracers, where there are some.
     maps: Vec<Option<Arc<LensMap>>>,
     /// `[channel][wavelength]`: place in `tracers`, and in `responses`.
     uses: Vec<(usize, usize)>,

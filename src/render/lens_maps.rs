@@ -27,7 +27,7 @@ pub enum Named {
 
 impl Default for LensTracing {
     fn default() -> Self {
-        Self::Named(Named::Map)
+        Self::EXACT
     }
 }
 

@@ -83,9 +83,8 @@ fn number(n: usize, k: usize) -> usize {
     n * (n + 1) / 2 + k
 }
 
-/// 1 over the largest value on the disk, |C_{n−k}^{(k+1)}(1)| or less: so that a ridge treats all alike.
+/// 1 over the root mean square over the disk.
 fn norm(n: usize, k: usize) -> f64 {
-    // The norm's square over the disk is π (n + k + 1)! … ; √((2n + 2)(…)) enters slowly, binomials do not.
     let m = n - k;
     let binomial = (1..=m).fold(1.0, |b, i| b * (2 * k + 1 + i) as f64 / i as f64);
     // ∫ (1−p²)^{k+1/2} C² dp · ∫ P_k² = 2^{−2k−1} π (m + 2k + 1)! / (m! (m+k+1) k!²) · 2/(2k+1), over π.

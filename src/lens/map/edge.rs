@@ -1,7 +1,7 @@
 //! The edge of the pupil: how far out rays pass each surface that limits the bundle.
 //!
-//! A direction from the middle of the pupil's disk is told by where it leaves a square: one of four sides, and the place
-//! along it. No angle, no root. Along each direction the largest of |p|, |q| that passes is kept.
+//! A direction from the middle of the pupil's disk is told by where it leaves a square: one of four sides, and the
+//! place along it. No angle, no root. Along each direction the largest of |p|, |q| that passes is kept.
 
 use glam::DVec2;
 

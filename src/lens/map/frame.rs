@@ -154,6 +154,6 @@ impl SceneFrame {
             inverse * ray.direction,
         );
         let slope = DVec2::new(d.x, d.y) / d.z;
-        (d.z > LEAST_COSINE).then(|| [o.x - o.z * slope.x, o.y - o.z * slope.y, slope.x, slope.y])
+        (d.z > LEAST_COSINE).then_some([o.x - o.z * slope.x, o.y - o.z * slope.y, slope.x, slope.y])
     }
 }

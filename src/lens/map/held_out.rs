@@ -1,8 +1,8 @@
 //! The error of a map, by rays that took no part in its fit.
 //!
-//! A ray's error is referred to the sensor: with e and e' the errors of its place and slopes in the scene, and J, J' how
-//! both change with the place on the sensor, it is |(J + z J')⁻¹ (e + z e')| at the depth z along the middle chief ray.
-//! It is taken at half the depth in focus and at infinity, and the larger counts; between them it is smaller.
+//! A ray's error is referred to the sensor: with e and e' the errors of its place and slopes in the scene, and J, J'
+//! how both change with the place on the sensor, it is |(J + z J')⁻¹ (e + z e')| at the depth z along the middle chief
+//! ray. It is taken at half the depth in focus and at infinity, and the larger counts; between them it is smaller.
 
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;

@@ -4,6 +4,8 @@
 //! The polynomials are summed in f32, to which all that is large has been added in f64: what they hold is the pupil's
 //! part of a ray's place and slope.
 
+#![allow(clippy::needless_range_loop)] // because the lanes of several columns are taken together
+
 use glam::DVec3;
 
 use super::edge::{DIRECTIONS, direction};

@@ -1,5 +1,5 @@
-//! Least squares by normal equations: the basis is orthogonal, so they are well-conditioned wherever the points fill the
-//! disk, and a small ridge holds what a part of the disk leaves open. Written out, as a library's sums would differ
+//! Least squares by normal equations: the basis is orthogonal, so they are well-conditioned wherever the points fill
+//! the disk, and a small ridge holds what a part of the disk leaves open. Written out, as a library's sums would differ
 //! with the processor's instructions, and with them the bytes of a sample.
 
 use crate::simd::SimdLevel;
@@ -40,7 +40,7 @@ impl Factor {
                 row[j] = (row[j] - dot(&row[..j], &other[..j])) / other[j];
             }
             let left = row[i] - dot(&row[..i], &row[..i]);
-            if !(left > 0.0) {
+            if left.is_nan() || left <= 0.0 {
                 return None;
             }
             row[i] = left.sqrt();

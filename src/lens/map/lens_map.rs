@@ -22,8 +22,8 @@ pub struct LensMap {
     pub(super) limits: usize,
     /// How far a ray may start from the place that it is said to start at, along x and y, mm.
     pub(super) reach_mm: f64,
-    /// Rays nearer to the edge than this are doubtful: for each cell of four nodes, row after row. Infinite where the map
-    /// does not hold.
+    /// Rays nearer to the edge than this are doubtful: for each cell of four nodes, row after row. Infinite where the
+    /// map does not hold.
     pub(super) bands: Vec<f32>,
     pub(super) nodes: (usize, usize),
     pub(super) constants: Vec<f64>,

@@ -9,14 +9,14 @@
 //! F(p, q; x + δ) = Σ c_ij(x) pⁱ qʲ + δ · Σ d_ij(x) pⁱ qʲ          F: place and slopes in the scene
 //! ```
 //!
-//! The coefficients are fitted at nodes over the window and cubic between them. The bundle's edge is kept as the outline
-//! that each limiting surface gives it, along many directions; the least of them counts. Rays that come nearer to it
-//! than it is known, and rays that start farther off than the next pixel, are traced exactly: so no light is lost at
-//! the edge.
+//! The coefficients are fitted at nodes over the window; between them, polynomials through six nodes a side are taken.
+//! The bundle's edge is kept as the outline that each limiting surface gives it, along many directions; the least of
+//! them counts. Rays that come nearer to it than it is known, and rays that start farther off than the next pixel, are
+//! traced exactly: so no light is lost at the edge.
 //!
-//! Nothing supposes symmetry: misaligned lenses are mapped as others are. The degree, the nodes and the width of the edge
-//! are chosen by the errors of held-out rays against a bound, and the errors reported ([`MapReport`]); a lens that
-//! does not meet it has no map ([`MapFailure`]).
+//! Nothing supposes symmetry: misaligned lenses are mapped as others are. The degree, the nodes and the width of the
+//! edge are chosen by the errors of held-out rays against a bound, and the errors reported ([`MapReport`]). Parts of a
+//! window that do not meet it are traced exactly; a lens that does not over most of it has no map ([`MapFailure`]).
 //!
 //! Polynomials over a lens's pupil and field have long stood for it (Buchdahl, Optical Aberration Coefficients (1954);
 //! Hullin et al., Polynomial Optics, EGSR 2012; Schrade et al., Sparse high-degree polynomials for wide-angle lenses,
@@ -34,6 +34,7 @@ mod held_out;
 mod kernel;
 mod least_squares;
 mod lens_map;
+mod maker;
 mod node;
 mod place;
 mod task;

@@ -96,8 +96,8 @@ impl Design {
         }
     }
 
-    /// Coefficients of the powers, term after term, of the `K` values that `trace` gives at the points; `None` where too
-    /// few pass.
+    /// Coefficients of the powers, term after term, of the `K` values that `trace` gives at the points; `None` where
+    /// too few pass.
     fn fit<const K: usize>(
         &self,
         trace: impl Fn(&[DVec2]) -> Vec<Option<[f64; K]>>,

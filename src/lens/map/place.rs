@@ -74,7 +74,8 @@ impl Edge {
 pub(super) struct Place {
     /// The place, camera frame, mm.
     pub origin: DVec2,
-    /// Pupil coordinates: (p, q) = inverse · (target − centre − drift · off), `off` being from the place to the ray's start.
+    /// Pupil coordinates: (p, q) = inverse · (target − centre − drift · off), `off` being from the place to the ray's
+    /// start.
     pub centre: DVec2,
     pub inverse: DMat2,
     pub drift: DMat2,

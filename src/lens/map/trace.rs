@@ -9,11 +9,11 @@ use crate::rays::RayBatch;
 use crate::simd::SimdLevel;
 
 impl LensMap {
-    /// Takes every ray of `batch` in place from the sensor into the scene, as [`crate::lens::PacketTracer::trace_backward`] does.
-    /// The rays start near the sensor position `place_mm` (sensor frame); one that starts farther off than the map
-    /// holds, or comes near the edge of the pupil, is traced exactly. Returns how many were. A living ray's origin
-    /// lies in a plane through the first surface. A ray that the map tells to be lost is said to be vignetted at the
-    /// stop.
+    /// Takes every ray of `batch` in place from the sensor into the scene, as
+    /// [`PacketTracer::trace_backward`](crate::lens::PacketTracer::trace_backward) does. The rays start near the sensor
+    /// position `place_mm` (sensor frame); one that starts farther off than the map holds, or comes near the edge of
+    /// the pupil, is traced exactly. Returns how many were. A living ray's origin lies in a plane through the first
+    /// surface. A ray that the map tells to be lost is said to be vignetted at the stop.
     pub fn trace_backward(
         &self,
         batch: &mut RayBatch,

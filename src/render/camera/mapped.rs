@@ -10,9 +10,10 @@ use crate::lens::{LensMap, MapReport, MapTask};
 const LEAST_RAYS: usize = 1 << 20;
 
 impl Camera {
-    /// The camera with maps of its lens in the place of its surfaces, for renders of so many rays per pixel and channel:
-    /// they pay where each wavelength has more than a million. The lens is traced exactly where it cannot be mapped
-    /// within the bound ([`Camera::lens_maps`] tells why), and so is everything but a [`super::Render`].
+    /// The camera with maps of its lens in the place of its surfaces, for renders of so many rays per pixel and
+    /// channel: they pay where each wavelength has more than a million. The lens is traced exactly where it cannot be
+    /// mapped within the bound ([`Camera::lens_maps`] tells why), and so is everything but a
+    /// [`Render`](crate::render::Render).
     pub fn with_lens_maps(self, tracing: &LensTracing, rays_per_pixel: usize) -> Self {
         let Some((bound, pupils)) = tracing.bound().zip(self.lens_pupils()) else {
             return self;
