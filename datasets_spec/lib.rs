@@ -39,6 +39,7 @@ mod check;
 mod effects;
 pub mod file;
 mod layout;
+mod lens_tracing;
 #[cfg(feature = "check")]
 mod load;
 mod manifest;
@@ -64,6 +65,7 @@ pub use camera_description::{
 pub use check::{Finding, Progress, Report, check_dataset, check_hashes};
 pub use effects::{Effect, Effects, EstimatedError, LeftOut, Reason};
 pub use layout::{COLOUR_SHIFTS, Optional, SUM_LAYER, is_sample_file, sample_files};
+pub use lens_tracing::{LensMap, LensMethod, LensTracing, MapError};
 pub use manifest::{DatasetManifest, FileEntry, SampleEntry, Tool, conventions, units};
 pub use mosaic::{CodeLevels, Mosaic, MosaicPattern};
 pub use readout::Readout;

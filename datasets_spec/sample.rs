@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::camera::{Channel, Exposure, Focus, Intrinsics, Lens, Response, Sensor};
 use crate::camera_description::{CameraCurves, CameraDescription, RawFormat, RawLevels};
 use crate::effects::Effects;
+use crate::lens_tracing::LensTracing;
 use crate::manifest::FileEntry;
 use crate::mosaic::Mosaic;
 use crate::readout::Readout;
@@ -167,6 +168,9 @@ pub struct RenderStatistics {
     pub speckle_share: Option<f64>,
     /// Pixels without truth (0 in `valid.png`).
     pub invalid_pixels: u64,
+    /// How the rays went through the lens; absent in samples of earlier builds, which traced each surface by surface.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lens_tracing: Option<LensTracing>,
 }
 
 /// What the truth maps are the truth of.

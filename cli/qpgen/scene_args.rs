@@ -2,7 +2,7 @@
 
 use clap::Args;
 use quadpixel::effects::{Choice, Tolerance};
-use quadpixel::render::RenderSettings;
+use quadpixel::render::{LensTracing, RenderSettings};
 use quadpixel::scene::world::PathSettings;
 use quadpixel::sensor::{ShiftRule, Subpixels};
 use quadpixel_cli::exit::CommandError;
@@ -204,6 +204,7 @@ impl SceneArgs {
             framing_focus_mm: None,
             environment: [0.0; 3],
             exposure_ev: self.exposure_ev.unwrap_or(0.0),
+            lens_tracing: LensTracing::default(),
             registration: Registration::default(),
             render: RenderSettings {
                 rays_per_pixel: self.rays_per_pixel,

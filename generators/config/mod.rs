@@ -21,6 +21,7 @@ pub use tolerances::ToleranceConfig;
 pub use world::{WorldConfig, WorldFileConfig};
 
 use quadpixel::effects::{Choice, Tolerance};
+use quadpixel::render::LensTracing;
 use quadpixel::sensor::{ShiftRule, Subpixels, check_simulated};
 use quadpixel::spectrum::Bands;
 use quadpixel_datasets::{MosaicPattern, Registration};
@@ -28,6 +29,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::charts::{ChartSpec, is_image};
 use crate::field_error::FieldError;
+use crate::lens_tracing;
 
 /// The default configuration, with comments.
 pub const DEFAULT_TOML: &str = include_str!("default.toml");
@@ -58,6 +60,9 @@ pub struct DatasetConfig {
     pub registration: Registration,
     /// Rays a microlens and colour channel.
     pub rays_per_pixel: usize,
+    /// How rays go through the lens: `"map"`, `"exact"` or the bound of its maps.
+    #[serde(default, skip_serializing_if = "LensTracing::is_default")]
+    pub lens_tracing: LensTracing,
     /// Effects that are simulated: `"auto"`, `"all"`, `"none"` or a list of names.
     #[serde(default, skip_serializing_if = "Choice::is_auto")]
     pub effects: Choice,
@@ -203,6 +208,7 @@ impl DatasetConfig {
             bands.check()?;
         }
         self.tolerance.check().map_err(ConfigError::Tolerance)?;
+        lens_tracing::check(&self.lens_tracing)?;
         if let Some(readout) = &self.readout {
             readout.check()?;
         }

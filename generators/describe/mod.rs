@@ -16,6 +16,7 @@ use quadpixel::units::M_PER_MM;
 use quadpixel_datasets as spec;
 
 use crate::assemble;
+use crate::lens_tracing;
 use crate::recipe::{Recipe, RecipeError, ResponseSource, SampleId};
 
 /// Name of the scene by its content, so that the same cards in front of two cameras are one scene (and in one split).
@@ -71,6 +72,8 @@ pub struct Description {
     pub lost: spec::LostRays,
     /// Errors that sampling leaves.
     pub errors: Option<SamplingErrors>,
+    /// How rays went through the lens.
+    pub lens_tracing: spec::LensTracing,
 }
 
 /// What was exposed: how light became linear values, and what became of the light.
@@ -157,6 +160,7 @@ pub(crate) fn describe(
             total_internal_reflection: stats.lost.total_internal_reflection,
         },
         errors: stats.errors,
+        lens_tracing: lens_tracing::described(camera, stats),
     })
 }
 

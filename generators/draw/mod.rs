@@ -77,6 +77,7 @@ pub fn recipe(
             rays_per_pixel: config.rays_per_pixel,
             seed: shot.key(Purpose::Render, 0),
         },
+        lens_tracing: config.lens_tracing,
         effects: config.effects.clone(),
         tolerance: config.tolerance,
         readout: config.readout.as_ref().map(readout),

@@ -14,7 +14,7 @@ use std::path::Path;
 use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::file;
 use quadpixel::lens::{Deviation, Misalignment};
-use quadpixel::render::RenderSettings;
+use quadpixel::render::{LensTracing, RenderSettings};
 use quadpixel::sensor::readout::ReadoutSettings;
 use quadpixel::sensor::{ShiftRule, Subpixels};
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
@@ -63,6 +63,10 @@ pub struct Recipe {
     pub registration: Registration,
     /// Rays and the seed of their samples.
     pub render: RenderSettings,
+    /// How rays go through the lens: `"map"` (polynomials over the pupil, fitted to the lens), `"exact"` (surface by
+    /// surface) or the bound of its maps, `{ rms_px = 0.01, worst_px = 0.1 }`.
+    #[serde(default, skip_serializing_if = "LensTracing::is_default")]
+    pub lens_tracing: LensTracing,
     /// Effects that are simulated: `"auto"`, `"all"`, `"none"` or a list of names.
     #[serde(default, skip_serializing_if = "Choice::is_auto")]
     pub effects: Choice,

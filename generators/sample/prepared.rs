@@ -20,6 +20,7 @@ use super::rendered::{Maps, Sample, Shifts, raw_white, saturation};
 use super::stages::{Stages, timed};
 use crate::assemble::{self, Responses};
 use crate::describe::{RenderedLight, describe};
+use crate::lens_tracing;
 use crate::observer::Observer;
 use crate::recipe::{Recipe, RecipeError, SampleId};
 
@@ -90,6 +91,7 @@ pub fn prepare(
 ) -> Result<Prepared, RecipeError> {
     (recipe.tolerance.check()).map_err(RecipeError::Tolerance)?;
     recipe.check()?;
+    lens_tracing::check(&recipe.lens_tracing)?;
     let mut stages = Stages::default();
     let response = timed(&mut stages.response_s, || responses.get(recipe, &observer))?;
     let (camera, scene, warnings) = timed(&mut stages.scene_s, || {
@@ -188,6 +190,11 @@ impl Prepared {
             let geometry = sight.geometry(&self.camera, &self.scene);
             (fields, sight, geometry)
         });
+        let tracing = self.recipe.lens_tracing;
+        self.camera = timed(&mut self.stages.scene_s, || {
+            (self.camera).with_lens_maps(&tracing, settings.rays_per_pixel)
+        });
+        self.warnings.extend(lens_tracing::warning(&self.camera));
         let several = self.scene.planes().len() > 1 || self.scene.world().is_some();
         let surfaces = several.then_some(geometry.surfaces.as_slice());
         let shot = Render::new(&self.camera, &self.scene, settings)

@@ -300,6 +300,7 @@ fn describe(
             median_relative_error: given.errors.map(|e| e.median_relative),
             speckle_share: given.errors.map(|e| e.speckle_share),
             invalid_pixels: truth.valid.iter().filter(|valid| !**valid).count() as u64,
+            lens_tracing: Some(given.lens_tracing),
         },
         truth: given.truth,
         ranges: truth::ranges(truth),

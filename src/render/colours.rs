@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use super::tracer::Tracer;
-use crate::lens::{Lens, LensError, OpticalSystem};
+use crate::lens::{Lens, LensError, LensMap, OpticalSystem};
 use crate::response::{Response, ResponseLookup};
 use crate::sampling::uniform;
 use crate::spectrum::ChannelWavelengths;
@@ -25,6 +25,8 @@ pub(super) struct Colours {
     /// What each tracer traces.
     systems: Vec<OpticalSystem>,
     responses: Vec<Arc<ResponseLookup>>,
+    /// In the place of the tracers, where there are some.
+    maps: Vec<Option<Arc<LensMap>>>,
     /// `[channel][wavelength]`: place in `tracers`, and in `responses`.
     uses: Vec<(usize, usize)>,
 }
@@ -86,6 +88,7 @@ impl Colours {
             count: wavelengths.per_channel(),
             tracers: Vec::new(),
             systems: Vec::new(),
+            maps: Vec::new(),
             uses: uses.collect(),
             responses,
         }
@@ -120,6 +123,22 @@ impl Colours {
         self.systems[self.uses[channel * self.count + m].0].wavelength_nm
     }
 
+    /// The map that stands for it, and its number.
+    pub fn map(&self, channel: usize, m: usize) -> Option<(usize, &LensMap)> {
+        let number = self.uses[channel * self.count + m].0;
+        Some((number, self.maps.get(number)?.as_deref()?))
+    }
+
+    /// The lens at each wavelength that is traced.
+    pub fn systems(&self) -> &[OpticalSystem] {
+        &self.systems
+    }
+
+    /// With maps in the place of the tracers, in the order of the systems.
+    pub fn with_maps(self, maps: Vec<Option<Arc<LensMap>>>) -> Self {
+        Self { maps, ..self }
+    }
+
     /// Number of the response that weighs wavelength `m` of a channel.
     pub fn response_number(&self, channel: usize, m: usize) -> usize {
         self.uses[channel * self.count + m].1
@@ -135,6 +154,7 @@ impl Colours {
         Self {
             tracers: vec![tracer.clone()],
             systems: vec![system.clone()],
+            maps: Vec::new(),
             uses: self.uses.iter().map(|&(_, r)| (0, r)).collect(),
             ..self.clone()
         }
@@ -149,6 +169,7 @@ impl Colours {
             count: 1,
             tracers,
             systems: systems.to_vec(),
+            maps: Vec::new(),
             responses: self.responses.clone(),
             uses: (0..3)
                 .map(|c| (c.min(last), self.response_number(c, middle)))
@@ -160,6 +181,7 @@ impl Colours {
     pub fn retraced(&self, tracer: impl Fn(&OpticalSystem) -> Option<Tracer>) -> Option<Self> {
         Some(Self {
             tracers: self.systems.iter().map(tracer).collect::<Option<_>>()?,
+            maps: Vec::new(),
             ..self.clone()
         })
     }

@@ -9,7 +9,7 @@ use super::stats::Tally;
 use super::tracer::Tracer;
 use super::{Execution, RenderSettings};
 use crate::frames::{camera_from_sensor_mm, uv_from_traced_direction};
-use crate::lens::PupilEllipse;
+use crate::lens::{LensMap, PlaceBuffers, PupilEllipse};
 use crate::rays::RayBatch;
 use crate::rays::RaySlices;
 use crate::response::ResponseLookup;
@@ -37,6 +37,8 @@ pub(super) struct Workspace {
     v: Vec<f32>,
     weights: Vec<f32>,
     batch: RayBatch,
+    /// One per wavelength that has a map.
+    maps: Vec<PlaceBuffers>,
     hits: Hits,
     /// One list per channel.
     radiance: [Vec<f32>; 3],
@@ -120,6 +122,14 @@ struct Block {
     /// Number of the first ray.
     first: usize,
     rays: usize,
+}
+
+/// With what a block is traced.
+struct TracedColour<'a> {
+    tracer: &'a Tracer,
+    /// In its place, with its number.
+    map: Option<(usize, &'a LensMap)>,
+    wavelength_mm: f64,
 }
 
 /// What every pixel of a render shares.
@@ -208,8 +218,12 @@ impl<'a> Estimator<'a> {
             if let RadianceRecord::Read(radiance) = &task.record {
                 work.recall(channel, &radiance[start..][..n]);
             } else if let Some(tracer) = colours.own_tracer(channel, wavelength) {
-                let wavelength_mm = colours.traced_nm(channel, wavelength) * 1e-6;
-                work.trace(tracer, wavelength_mm, &self.execution);
+                let colour = TracedColour {
+                    tracer,
+                    map: colours.map(channel, wavelength),
+                    wavelength_mm: colours.traced_nm(channel, wavelength) * 1e-6,
+                };
+                work.trace(&colour, task.aim, &self.execution);
                 let Some(scene) = self.scene else { continue };
                 let served = match self.camera.is_dispersive() {
                     true => channel..channel + 1,
@@ -313,9 +327,8 @@ impl Workspace {
         );
     }
 
-    /// Traces the aimed rays from the sensor into the scene, each from where diffraction at the wavelength displaces
-    /// its origin to the point of the pupil that it was aimed at, and counts them.
-    fn trace(&mut self, tracer: &Tracer, wavelength_mm: f64, execution: &Execution) {
+    /// Traces the aimed rays from the sensor into the scene, by a map where there is one, and counts them.
+    fn trace(&mut self, colour: &TracedColour<'_>, aim: &PixelAim, execution: &Execution) {
         let b = &mut self.batch;
         let targets = [
             &mut b.ox, &mut b.oy, &mut b.oz, &mut b.dx, &mut b.dy, &mut b.dz,
@@ -323,6 +336,29 @@ impl Workspace {
         for (target, source) in targets.into_iter().zip(&self.aimed) {
             target.clone_from(source);
         }
+        self.displace(colour.wavelength_mm);
+        let b = &mut self.batch;
+        self.tally.exact_rays += match colour.map {
+            None => {
+                colour.tracer.trace_backward(b, execution.simd);
+                b.len()
+            }
+            Some((number, map)) => {
+                if self.maps.len() <= number {
+                    self.maps.resize_with(number + 1, PlaceBuffers::default);
+                }
+                map.trace_backward(b, aim.position_mm, &mut self.maps[number], execution.simd)
+            }
+        } as u64;
+        self.tally.rays += b.len() as u64;
+        let lost = (0..b.len()).filter_map(|i| b.failure(i));
+        lost.for_each(|f| self.tally.lost.count(f));
+    }
+
+    /// Moves the rays of the batch to where diffraction at a wavelength displaces them from, each towards the point of the
+    /// pupil that it was aimed at.
+    fn displace(&mut self, wavelength_mm: f64) {
+        let b = &mut self.batch;
         let [x, y] = &self.displacements;
         let (ox, oy) = (&mut b.ox[..x.len()], &mut b.oy[..x.len()]);
         let (dx, dy, dz) = (
@@ -339,10 +375,6 @@ impl Workspace {
             (ox[i], oy[i]) = (ox[i] + x, oy[i] + y);
             (dx[i], dy[i], dz[i]) = (ex * inverse, ey * inverse, self.pupil_z_mm * inverse);
         }
-        tracer.trace_backward(b, execution.simd);
-        self.tally.rays += b.len() as u64;
-        let lost = (0..b.len()).filter_map(|i| b.failure(i));
-        lost.for_each(|f| self.tally.lost.count(f));
     }
 
     /// The radiance of the channels along the traced rays.

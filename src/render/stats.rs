@@ -37,6 +37,9 @@ impl LostRays {
 pub struct RenderStats {
     /// Rays traced through the lens (every channel's counts).
     pub rays: u64,
+    /// Those of them that went through the lens surface by surface; the others were mapped.
+    #[serde(default)]
+    pub exact_rays: u64,
     /// Those of them that were lost.
     pub lost: LostRays,
     /// What sampling leaves, from pixels rendered twice with independent samples. `None` when the image is black.
@@ -61,6 +64,7 @@ const SPECKLE: f32 = 0.5;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tally {
     pub rays: u64,
+    pub exact_rays: u64,
     pub lost: LostRays,
     /// Sum of squared differences of pairs, and their number.
     pub squared_difference: f64,
@@ -85,6 +89,7 @@ impl Tally {
         });
         RenderStats {
             rays: self.rays,
+            exact_rays: self.exact_rays,
             lost: self.lost,
             errors,
         }
@@ -105,6 +110,7 @@ impl Tally {
         self.relative_differences.extend(other.relative_differences);
         Self {
             rays: self.rays + other.rays,
+            exact_rays: self.exact_rays + other.exact_rays,
             lost: LostRays {
                 vignetted: self.lost.vignetted + other.lost.vignetted,
                 missed: self.lost.missed + other.lost.missed,

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use glam::{DMat3, DVec3};
 
-use super::block::{BLOCK, Block, SMALL_BLOCK, load, store};
+use super::block::{BLOCK, Block, LEAST_BLOCK, SMALL_BLOCK, load, store};
 use super::newton::{meet_asphere, settle};
 use super::prepared::Prepared;
 use crate::lens::surface::Travel;
@@ -25,6 +25,8 @@ pub(super) fn trace(surfaces: &[Prepared], sensor_z_mm: f64, batch: &mut RayBatc
         let range = start..rays.min(start + BLOCK);
         if range.len() > SMALL_BLOCK {
             trace_block::<BLOCK>(surfaces, sensor_z_mm, batch, range, travel);
+        } else if range.len() <= LEAST_BLOCK {
+            trace_block::<LEAST_BLOCK>(surfaces, sensor_z_mm, batch, range, travel);
         } else {
             trace_block::<SMALL_BLOCK>(surfaces, sensor_z_mm, batch, range, travel);
         }

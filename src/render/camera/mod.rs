@@ -1,6 +1,7 @@
 //! A camera ready to render: the lens at each channel's wavelengths, its pupils over the window, the sensor, the
 //! response.
 
+mod mapped;
 mod reduced;
 
 use std::sync::Arc;
@@ -12,13 +13,14 @@ use super::colours::Colours;
 use crate::field::FieldGrid;
 use crate::frames::uv_from_camera_direction;
 use crate::lens::{
-    ExitPupilMap, Lens, LensError, OpticalSystem, Paraxial, PupilEllipse, chief_ray,
+    ExitPupilMap, Lens, LensError, LensMap, OpticalSystem, Paraxial, PupilEllipse, chief_ray,
 };
 use crate::response::{ChiefRayShifts, Response, ResponseLookup};
 use crate::sensor::{MicrolensShifts, MovingFrame, Sensor, ShiftRule};
 use crate::spectrum::ChannelWavelengths;
 
 use super::diffraction::LensDiffraction;
+use super::lens_maps::LensMaps;
 use super::tracer::Tracer;
 
 /// Why a camera cannot be put together.
@@ -80,6 +82,7 @@ pub struct Camera {
     focus_distance_mm: f64,
     wavelengths: ChannelWavelengths,
     lens_diffraction: Option<Arc<LensDiffraction>>,
+    lens_maps: LensMaps,
 }
 
 impl Camera {
@@ -156,6 +159,7 @@ impl Camera {
             microlens_offset_um: DVec2::ZERO,
             wavelengths,
             lens_diffraction: None,
+            lens_maps: LensMaps::NotAsked,
         })
     }
 
@@ -191,6 +195,7 @@ impl Camera {
             focus_distance_mm: f64::INFINITY,
             wavelengths,
             lens_diffraction: None,
+            lens_maps: LensMaps::NotAsked,
         })
     }
 
@@ -221,6 +226,24 @@ impl Camera {
         self.lens_diffraction.as_deref()
     }
 
+    /// What became of the maps that were asked for; see [`Camera::with_lens_maps`].
+    pub fn lens_maps(&self) -> &LensMaps {
+        &self.lens_maps
+    }
+    fn mapped(self, maps: Vec<Option<Arc<LensMap>>>, lens_maps: LensMaps) -> Self {
+        Self {
+            colours: self.colours.with_maps(maps),
+            lens_maps,
+            ..self
+        }
+    }
+    /// The bundles of a lens whose surfaces are traced; `None` for bare pixels and first-order optics.
+    fn lens_pupils(&self) -> Option<&ExitPupilMap> {
+        match &self.pupils {
+            Pupils::ByField(map) if self.is_real_lens() => Some(map),
+            _ => None,
+        }
+    }
     /// The sensor window.
     pub fn sensor(&self) -> &Sensor {
         &self.sensor

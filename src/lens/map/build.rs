@@ -1,0 +1,145 @@
+//! How a map is made: its degrees and nodes are the least whose error, measured with rays that took no part in the fit,
+//! meets the bound.
+
+use glam::DVec2;
+
+use super::held_out::RayErrors;
+use super::lens_map::LensMap;
+use super::maker::{Choice, Maker};
+use super::node::{Design, Fitter};
+use super::task::{MapFailure, MapTask};
+
+/// Degrees that are tried, of a ray's place and slopes and of their change within a pixel.
+const DEGREES: [usize; 11] = [4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24];
+const CHANGE_DEGREES: [usize; 4] = [1, 2, 4, 6];
+/// How far from a place its map holds, pitches: as far as the next pixel's middle, or little beyond its own edge.
+const REACHES: [f64; 2] = [1.0, 0.55];
+/// Numbers of nodes along the longer side that are tried.
+const NODES: [usize; 7] = [4, 6, 9, 13, 19, 28, 41];
+/// Least spacing of nodes, pitches: where they are closer, tracing all rays takes no longer.
+const LEAST_SPACING: f64 = 48.0;
+/// Places a side at which degrees are tried.
+const PLACES: usize = 3;
+/// Parts of the bound that may be taken by the polynomials of all places, and by those together with the change within
+/// a pixel: the rest is for the way between the nodes.
+const SHARES: [f64; 2] = [0.8, 0.9];
+/// Part of the window that may stay unmapped before more nodes are tried, and at all.
+const UNMAPPED: [f64; 2] = [0.05, 0.5];
+
+impl LensMap {
+    /// Makes the smallest map that meets the bound. `like` is that of another wavelength of the same lens and window:
+    /// its numbers are tried first.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn new(task: &MapTask<'_>, like: Option<&LensMap>) -> Result<Self, MapFailure> {
+        let maker = Maker::new(*task)?;
+        let mut fitter = maker.fitter();
+        if let Some(like) = like {
+            let choice = Choice {
+                main: Design::new(like.degree),
+                change: Design::new(like.change_degree),
+                reach_mm: like.reach_mm,
+            };
+            fitter.step_mm = choice.reach_mm;
+            let map = maker.checked(&fitter, like.nodes, &choice);
+            let most = like.report.unmapped_share + UNMAPPED[0];
+            if let Some(map) = map.filter(|m| m.report.unmapped_share <= most) {
+                return Ok(map);
+            }
+        }
+        let choice = maker.choice(&mut fitter)?;
+        let mut best: Option<Self> = None;
+        for size in maker.sizes() {
+            let Some(map) = maker.checked(&fitter, size, &choice) else {
+                continue;
+            };
+            let share = map.report.unmapped_share;
+            let before = best
+                .as_ref()
+                .map_or(f64::INFINITY, |b| b.report.unmapped_share);
+            if share < before {
+                best = Some(map);
+            }
+            // More nodes help where these do.
+            if share <= UNMAPPED[0] || (before < 1.0 && share > 0.7 * before) {
+                break;
+            }
+        }
+        let found = best.filter(|map| map.report.unmapped_share <= UNMAPPED[1]);
+        found.ok_or(MapFailure::Nodes)
+    }
+}
+
+impl Maker<'_> {
+    /// The least degrees that do at places all over the window, each with a node of its own; or at most of them.
+    fn choice(&self, fitter: &mut Fitter<'_>) -> Result<Choice, MapFailure> {
+        let places = self.task.places_mm(PLACES);
+        let limiting = std::mem::take(&mut fitter.limiting);
+        let mut best: Option<(usize, Choice)> = None;
+        for main in DEGREES.map(Design::new) {
+            let least = best.as_ref().map_or(places.len() / 2, |(count, _)| *count);
+            let lowest = Design::new(CHANGE_DEGREES[0]);
+            let found = self.errors_alone(fitter, &places, (&main, &lowest), false);
+            let meets = |e: &RayErrors| e.meet(&self.task.bound, 1.0);
+            let good: Vec<DVec2> = (places.iter().zip(&found))
+                .filter_map(|(place, e)| e.filter(meets).map(|_| *place))
+                .collect();
+            let sum = RayErrors::sum(found.into_iter().flatten().filter(meets));
+            if good.len() <= least || !sum.meet(&self.task.bound, SHARES[0]) {
+                continue;
+            }
+            if let Some((change, reach_mm)) = self.change(fitter, &good, &main) {
+                let choice = Choice {
+                    main,
+                    change,
+                    reach_mm,
+                };
+                best = Some((good.len(), choice));
+                if good.len() == places.len() {
+                    break;
+                }
+            }
+        }
+        fitter.limiting = limiting;
+        let (_, choice) = best.ok_or(MapFailure::Degree)?;
+        fitter.step_mm = choice.reach_mm;
+        Ok(choice)
+    }
+
+    /// The least degree of the change within a pixel, and how far from a place it holds, mm.
+    fn change(
+        &self,
+        fitter: &mut Fitter<'_>,
+        places: &[DVec2],
+        main: &Design,
+    ) -> Option<(Design, f64)> {
+        for reach in REACHES {
+            fitter.step_mm = reach * self.task.pitch_mm;
+            for change in CHANGE_DEGREES.map(Design::new) {
+                let errors = self.errors_alone(fitter, places, (main, &change), true);
+                let all: Option<Vec<RayErrors>> = errors.into_iter().collect();
+                if RayErrors::sum(all?.into_iter()).meet(&self.task.bound, SHARES[1]) {
+                    return Some((change, fitter.step_mm));
+                }
+            }
+        }
+        None
+    }
+
+    /// Numbers of nodes along both sides, the fewest first.
+    fn sizes(&self) -> Vec<(usize, usize)> {
+        let w = self.task.window;
+        let long = w.half_width.max(w.half_height);
+        let most = 2.0 * long / (LEAST_SPACING * self.task.pitch_mm) + 1.0;
+        let sizes = NODES
+            .iter()
+            .filter(|nodes| **nodes <= NODES[1] || **nodes as f64 <= most);
+        sizes
+            .map(|&nodes| {
+                let along = |half: f64| (half / long * (nodes - 1) as f64).ceil() as usize + 1;
+                (along(w.half_width).max(4), along(w.half_height).max(4))
+            })
+            .collect()
+    }
+}

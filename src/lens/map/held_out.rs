@@ -1,0 +1,212 @@
+//! The error of a map, by rays that took no part in its fit.
+//!
+//! A ray's error is referred to the sensor: with e and e' the errors of its place and slopes in the scene, and J, J'
+//! how both change with the place on the sensor, it is |(J + z J')⁻¹ (e + z e')| at the depth z along the middle chief
+//! ray. It is taken at half the depth in focus and at infinity, and the larger counts; between them it is smaller.
+
+use glam::{DMat2, DVec2};
+use rayon::prelude::*;
+
+use super::edge::{self, DIRECTIONS};
+use super::frame::{OUTPUTS, PupilFrame, SceneFrame};
+use super::lens_map::LensMap;
+use super::node::passing;
+use super::place::PlaceBuffers;
+use super::task::{MapBound, MapTask};
+use crate::frames::camera_from_sensor_mm;
+use crate::lens::PacketTracer;
+use crate::rays::RayBatch;
+use crate::sampling::{concentric_disk, uniform};
+use crate::simd::SimdLevel;
+
+/// Rays of each place, and directions in which its edge is found.
+const RAYS: u64 = 256;
+const EDGES: usize = 64;
+/// Factor of the largest error of the edge that was found.
+const EDGE_ROOM: f64 = 1.5;
+/// Least half width of the band: what bisection leaves.
+const LEAST_BAND: f64 = 5e-5;
+/// A lens that is focused farther away is checked from half of this on, mm.
+const FAR_MM: f64 = 1e6;
+
+/// Errors of rays, px.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RayErrors {
+    rays: f64,
+    squares: f64,
+    worst: f64,
+}
+
+impl RayErrors {
+    fn count(&mut self, px: f64) {
+        // What is no number is no map.
+        let px = if px.is_finite() { px } else { f64::MAX.sqrt() };
+        self.rays += 1.0;
+        self.squares += px * px;
+        self.worst = self.worst.max(px);
+    }
+
+    /// Of all rays.
+    pub fn sum(each: impl Iterator<Item = Self>) -> Self {
+        each.fold(Self::default(), |a, b| Self {
+            rays: a.rays + b.rays,
+            squares: a.squares + b.squares,
+            worst: a.worst.max(b.worst),
+        })
+    }
+
+    /// Above 1 where they are beyond the bound.
+    pub fn badness(&self, bound: &MapBound) -> f64 {
+        (self.rms_px() / bound.rms_px).max(self.worst / bound.worst_px)
+    }
+
+    pub fn rms_px(&self) -> f64 {
+        (self.squares / self.rays.max(1.0)).sqrt()
+    }
+
+    pub fn worst_px(&self) -> f64 {
+        self.worst
+    }
+
+    /// Whether they are within this part of the bound.
+    pub fn meet(&self, bound: &MapBound, share: f64) -> bool {
+        let (rms, worst) = (share * bound.rms_px, share * bound.worst_px);
+        self.rays > 0.0 && self.rms_px() <= rms && self.worst <= worst
+    }
+}
+
+/// What was found in a cell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cell {
+    pub errors: RayErrors,
+    /// Largest error of the outline, in units of [`edge`].
+    pub edge: f64,
+    perimeter_over_area: f64,
+}
+
+/// Half width of the band at the edge that is traced exactly, for each of the cells in rows of so many, and its part of
+/// the bundle: by the largest error of the cell and of those around it.
+pub(super) fn edge_bands(cells: &[Cell], columns: usize) -> Vec<(f64, f64)> {
+    let rows = cells.len() / columns;
+    let around = |k: usize, n: usize| k.saturating_sub(1)..(k + 2).min(n);
+    let each = (0..cells.len()).map(|k| {
+        let (column, row) = (k % columns, k / columns);
+        let beside =
+            around(row, rows).flat_map(|r| around(column, columns).map(move |c| r * columns + c));
+        let largest = beside.fold(0.0_f64, |m, k| m.max(cells[k].edge));
+        let half_width = EDGE_ROOM * largest + LEAST_BAND;
+        (half_width, 2.0 * half_width * cells[k].perimeter_over_area)
+    });
+    each.collect()
+}
+
+/// Traces held-out rays of a lens.
+pub(super) struct HeldOut<'a> {
+    pub task: &'a MapTask<'a>,
+    pub exact: &'a PacketTracer,
+    pub pupil: &'a PupilFrame,
+    pub scene: &'a SceneFrame,
+}
+
+impl HeldOut<'_> {
+    /// Errors and edge in the middle of every cell of four nodes, where a map is at its worst.
+    pub fn cells(&self, map: &LensMap) -> Vec<Cell> {
+        let (nx, ny) = (map.nodes.0 - 1, map.nodes.1 - 1);
+        let middle = |k: usize, cells: usize| (2 * k + 1) as f64 / cells as f64 - 1.0;
+        let cells = (0..nx * ny).into_par_iter().map(|k| {
+            let part = DVec2::new(middle(k % nx, nx), middle(k / nx, ny));
+            let place = self.task.place_mm(part);
+            let errors = self.at(map, place, true);
+            let (edge, perimeter_over_area) = self.edge_at(map, place);
+            Cell {
+                errors,
+                edge,
+                perimeter_over_area,
+            }
+        });
+        cells.collect()
+    }
+
+    /// Errors of rays that pass, of one place; `beside`: from where the map still holds around it.
+    pub fn at(&self, map: &LensMap, place: DVec2, beside: bool) -> RayErrors {
+        let disk = self.pupil.at(place);
+        let reach = if beside { 0.999 * map.reach_mm } else { 0.0 };
+        let key = place.x.to_bits() ^ place.y.to_bits().rotate_left(17);
+        let middle = camera_from_sensor_mm(place, self.task.system.sensor_z_mm);
+        let mut batch = RayBatch::with_capacity(RAYS as usize);
+        for i in 0..RAYS {
+            let u = |k: u64| uniform(key, &[i, k]);
+            let (p, q) = concentric_disk(u(0), u(1));
+            let off = DVec2::new(2.0 * u(2) - 1.0, 2.0 * u(3) - 1.0) * reach;
+            let target = disk.target(DVec2::new(p, q), off).extend(self.pupil.z_mm);
+            let start = middle + off.extend(0.0);
+            batch.push(start, (target - start).normalize());
+        }
+        let mut exact = batch.clone();
+        self.exact.trace_backward(&mut exact, SimdLevel::detect());
+        let mut buffers = PlaceBuffers::default();
+        map.trace_unbounded(&mut batch, place, &mut buffers);
+        let near_mm =
+            0.5 * self.task.focus_mm.min(FAR_MM) / self.scene.axes.z_axis.z.abs().max(0.1);
+        let changes = &buffers.place.constants[OUTPUTS..];
+        let mut errors = RayErrors::default();
+        for i in 0..RAYS as usize {
+            let Ok(exact) = exact.get(i) else { continue };
+            let exact = self.scene.coordinates(exact).unwrap_or([f64::NAN; OUTPUTS]);
+            let ray = self
+                .scene
+                .coordinates(batch.ray(i))
+                .unwrap_or([f64::NAN; OUTPUTS]);
+            let e: [f64; OUTPUTS] = std::array::from_fn(|k| ray[k] - exact[k]);
+            let at = |place: f64, slope: f64| {
+                let shift =
+                    |e: &[f64]| DVec2::new(e[0], e[1]) * place + DVec2::new(e[2], e[3]) * slope;
+                let jacobian =
+                    DMat2::from_cols(shift(&changes[..OUTPUTS]), shift(&changes[OUTPUTS..]));
+                (jacobian.inverse() * shift(&e)).length() / self.task.pitch_mm
+            };
+            errors.count(at(1.0, near_mm).max(at(0.0, 1.0)));
+        }
+        errors
+    }
+
+    /// The largest error of the outline in directions between those that were traced, and its length over the area
+    /// that it holds.
+    fn edge_at(&self, map: &LensMap, place: DVec2) -> (f64, f64) {
+        let mut buffers = PlaceBuffers::default();
+        buffers.go(map, place);
+        let outline = &buffers.place.edge;
+        let disk = self.pupil.at(place);
+        let origin = camera_from_sensor_mm(place, self.task.system.sensor_z_mm);
+        let key = place.y.to_bits() ^ place.x.to_bits().rotate_left(17);
+        let u = |k: u64| uniform(key, &[k]);
+        // All from one side of the place, another for each.
+        let off = DVec2::new(2.0 * u(0) - 1.0, 2.0 * u(1) - 1.0) * (0.999 * map.reach_mm);
+        let step = DIRECTIONS as f64 / EDGES as f64;
+        let t: Vec<f64> = (0..EDGES)
+            .map(|k| (k as f64 + u(k as u64 + 2)) * step)
+            .collect();
+        let directions: Vec<DVec2> = t.iter().map(|&t| edge::on_square(t)).collect();
+        let true_reach = edge::reach(&directions, |points| {
+            let targets: Vec<DVec2> = points.iter().map(|p| disk.target(*p, off)).collect();
+            passing(
+                self.exact,
+                origin + off.extend(0.0),
+                self.pupil.z_mm,
+                &targets,
+            )
+        });
+        let (mut largest, mut perimeter, mut area) = (0.0_f64, 0.0, 0.0);
+        for (&t, reach) in t.iter().zip(true_reach) {
+            let k = (t as usize).min(DIRECTIONS - 1);
+            let value = |k: usize| f64::from(outline.reach[k]);
+            let found = value(k) + (t - k as f64) * (value(k + 1) - value(k));
+            let beyond = reach - found - f64::from(outline.corner[k]);
+            largest = largest.max(beyond).max(found - reach);
+            // Per direction: a strip of the width 1 in its units, and a triangle.
+            perimeter += reach;
+            area += 0.5 * reach * reach;
+        }
+        (largest, perimeter / area)
+    }
+}

@@ -1,0 +1,119 @@
+//! Least squares by normal equations: the basis is orthogonal, so they are well-conditioned wherever the points fill
+//! the disk, and a small ridge holds what a part of the disk leaves open. Written out, as a library's sums would differ
+//! with the processor's instructions, and with them the bytes of a sample.
+
+use crate::simd::SimdLevel;
+
+/// Of the mean of a basis function's square.
+const RIDGE: f64 = 1e-11;
+
+/// BᵀB of the rows that were taken, factored.
+#[derive(Clone, Debug)]
+pub(super) struct Factor {
+    count: usize,
+    /// Lower triangle L of L Lᵀ, row by row of `count` each.
+    lower: Vec<f64>,
+}
+
+impl Factor {
+    /// Of those of the `rows` (of `count` values each) whose number is in `taken`; `None` where they leave a direction
+    /// open.
+    pub fn new(rows: &[f64], count: usize, taken: &[u32]) -> Option<Self> {
+        let mut lower = vec![0.0; count * count];
+        match SimdLevel::detect() {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `detect` found AVX-512 F, DQ and VL on this CPU.
+            SimdLevel::Avx512 => unsafe { squares_avx512(rows, count, taken, &mut lower) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `detect` found AVX2 (or more) on this CPU.
+            SimdLevel::Avx2 => unsafe { squares_avx2(rows, count, taken, &mut lower) },
+            _ => squares(rows, count, taken, &mut lower),
+        }
+        for i in 0..count {
+            lower[i * count + i] += RIDGE * taken.len() as f64;
+        }
+        for i in 0..count {
+            let (above, below) = lower.split_at_mut(i * count);
+            let row = &mut below[..count];
+            for j in 0..i {
+                let other = &above[j * count..][..j + 1];
+                row[j] = (row[j] - dot(&row[..j], &other[..j])) / other[j];
+            }
+            let left = row[i] - dot(&row[..i], &row[..i]);
+            if left.is_nan() || left <= 0.0 {
+                return None;
+            }
+            row[i] = left.sqrt();
+        }
+        Some(Self { count, lower })
+    }
+
+    /// (BᵀB)⁻¹ x, in the place of x.
+    pub fn solve(&self, x: &mut [f64]) {
+        let n = self.count;
+        for i in 0..n {
+            let row = &self.lower[i * n..][..i + 1];
+            x[i] = (x[i] - dot(&row[..i], &x[..i])) / row[i];
+        }
+        for i in (0..n).rev() {
+            let row = &self.lower[i * n..][..i + 1];
+            x[i] /= row[i];
+            let value = x[i];
+            for (x, l) in x[..i].iter_mut().zip(row) {
+                *x -= value * l;
+            }
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn squares_avx2(rows: &[f64], count: usize, taken: &[u32], lower: &mut [f64]) {
+    squares(rows, count, taken, lower);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx512vl")]
+fn squares_avx512(rows: &[f64], count: usize, taken: &[u32], lower: &mut [f64]) {
+    squares(rows, count, taken, lower);
+}
+
+/// Lower triangle of BᵀB, four rows of B at a time; every sum in one order, whatever the instructions.
+#[inline(always)]
+fn squares(rows: &[f64], count: usize, taken: &[u32], lower: &mut [f64]) {
+    let row = |k: u32| &rows[k as usize * count..][..count];
+    let fours = taken.chunks_exact(4);
+    for &k in fours.remainder() {
+        for (i, &factor) in row(k).iter().enumerate() {
+            let sums = lower[i * count..][..i + 1].iter_mut();
+            sums.zip(row(k))
+                .for_each(|(sum, value)| *sum += factor * value);
+        }
+    }
+    for four in fours {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| row(four[k]));
+        for i in 0..count {
+            let sums = &mut lower[i * count..][..i + 1];
+            let (ai, bi, ci, di) = (a[i], b[i], c[i], d[i]);
+            let (a, b, c, d) = (&a[..i + 1], &b[..i + 1], &c[..i + 1], &d[..i + 1]);
+            for j in 0..i + 1 {
+                sums[j] += (ai * a[j] + bi * b[j]) + (ci * c[j] + di * d[j]);
+            }
+        }
+    }
+}
+
+/// Eight sums side by side, which the compiler may keep in one vector.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (a8, b8) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f64 = (a8.remainder().iter().zip(b8.remainder()))
+        .map(|(a, b)| a * b)
+        .sum();
+    for (a, b) in a8.zip(b8) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}

@@ -1,0 +1,46 @@
+//! A map as it is kept.
+
+use super::basis::terms;
+use super::edge::DIRECTIONS;
+use super::frame::{CHANGES, OUTPUTS, PupilFrame, SceneFrame};
+use super::task::MapReport;
+use crate::field::SensorWindowMm;
+use crate::lens::PacketTracer;
+
+/// See [`super`].
+#[derive(Clone, Debug)]
+pub struct LensMap {
+    pub(super) window: SensorWindowMm,
+    pub(super) pupil: PupilFrame,
+    pub(super) scene: SceneFrame,
+    /// The lens itself.
+    pub(super) tracer: PacketTracer,
+    pub(super) stop: u16,
+    pub(super) degree: usize,
+    pub(super) change_degree: usize,
+    /// Surfaces that limit the bundle.
+    pub(super) limits: usize,
+    /// How far a ray may start from the place that it is said to start at, along x and y, mm.
+    pub(super) reach_mm: f64,
+    /// Rays nearer to the edge than this are doubtful: for each cell of four nodes, row after row. Infinite where the
+    /// map does not hold.
+    pub(super) bands: Vec<f32>,
+    pub(super) nodes: (usize, usize),
+    pub(super) constants: Vec<f64>,
+    pub(super) values: Vec<f32>,
+    pub(super) report: MapReport,
+}
+
+impl LensMap {
+    /// f32 values of a node.
+    pub(super) fn stride(&self) -> usize {
+        OUTPUTS * terms(self.degree)
+            + CHANGES * terms(self.change_degree)
+            + self.limits * DIRECTIONS
+    }
+
+    /// What was measured.
+    pub fn report(&self) -> &MapReport {
+        &self.report
+    }
+}
