@@ -94,7 +94,7 @@ pub const CASES: [Case; 28] = [
     case(
         "preview",
         &["qpgen", "preview", "data"],
-        &[MANIFEST, META],
+        &[META],
         Out::Nothing,
     ),
     case(
@@ -240,7 +240,7 @@ pub const CASES: [Case; 28] = [
     case(
         "sai",
         &["qpalgo", "sai", SAMPLE, "-o", "out"],
-        &[CAMERA, RAW],
+        &[RAW],
         Out::Folder("out"),
     ),
     case(
@@ -261,7 +261,7 @@ pub const CASES: [Case; 28] = [
             "near.exr",
             "--json",
         ],
-        &[CAMERA, RAW],
+        &[RAW],
         Out::File("near.exr"),
     ),
     case(
