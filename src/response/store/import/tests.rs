@@ -52,7 +52,7 @@ fn grid(theta_step: f64, phis: impl Fn() -> Vec<f64>) -> Vec<(f64, f64)> {
 
 #[test]
 fn lines_that_repeat_or_contradict_each_other_and_decimal_commas_are_refused() {
-    let phis = || (0..8).map(|k| 45.0 * f64::from(k)).collect();
+    let phis = || (0..36).map(|k| 10.0 * f64::from(k)).collect();
     let sound = lines(&grid(15.0, phis));
     import(&sound, false).unwrap();
     let last = sound.lines().last().unwrap();
