@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! mosaic ─ sai ─▶ views ─ disparity ─▶ shifts ─ field, centroid ─▶ smooth field ─ warp ─▶ corrected views ─▶ metrics
+//!                   ├─ dense: two different blurs ─▶ disparity and its deviation at every pixel
 //!                   └─ depth: shifts of opposite halves, and what the camera says of itself ─▶ metres
 //! ```
 //!

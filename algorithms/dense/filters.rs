@@ -104,9 +104,9 @@ pub(super) fn enlarged(coarse: &Image, levels: usize, width: usize, height: usiz
     })
 }
 
-/// As [`enlarged`], but each pixel takes from the coarse pixels nearby what is about as bright as itself (joint bilateral
-/// upsampling, Kopf et al., TOG 26(3), 96 (2007)): `coarse` beside its `coarse_guide`, to the grid of `guide`; `edge` is
-/// the contrast that counts.
+/// As [`enlarged`], but each pixel takes from the coarse pixels nearby what is about as bright as itself (joint
+/// bilateral upsampling, Kopf et al., TOG 26(3), 96 (2007)): `coarse` beside its `coarse_guide`, to the grid of
+/// `guide`; `edge` is the contrast that counts.
 pub(super) fn enlarged_by_guide(
     coarse: &Image,
     coarse_guide: &Image,

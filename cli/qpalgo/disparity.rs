@@ -51,9 +51,9 @@ pub struct DisparityArgs {
     pub source: CaptureArgs,
     #[command(flatten)]
     pub pair: PairArgs,
-    /// A number at every pixel: opposite views of a pixel that sees the pupil in parts, VIEW the left one. Expects their
-    /// two different blurs; search, window and scale are found. Of a capture: of its left and right half (else top and
-    /// bottom).
+    /// A number at every pixel: opposite views of a pixel that sees the pupil in parts, VIEW the left one. Expects
+    /// their two different blurs; search, window and scale are found. Of a capture: of its left and right half (else
+    /// top and bottom).
     #[arg(long, conflicts_with_all = ["search", "window", "stride", "one_dimensional"])]
     dense: bool,
     /// Folder to write: disparity.FORMAT with dx, dy, sigma (px) and verdict (0: valid) per node, and
