@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! mosaic ─ sai ─▶ views ─ disparity ─▶ shifts ─ field, centroid ─▶ smooth field ─ warp ─▶ corrected views ─▶ metrics
+//!                   ├─ dense: two different blurs ─▶ disparity and its deviation at every pixel
 //!                   └─ depth: shifts of opposite halves, and what the camera says of itself ─▶ metres
 //! ```
 //!
@@ -59,6 +60,7 @@ pub mod camera;
 pub mod capture;
 pub mod centroid;
 pub mod correct;
+pub mod dense;
 pub mod depth;
 pub mod disparity;
 pub mod field;
@@ -74,4 +76,5 @@ pub mod refocus;
 pub mod sai;
 pub mod table;
 pub mod trust;
+pub mod view_pair;
 pub mod warp;

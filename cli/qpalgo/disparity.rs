@@ -17,7 +17,8 @@ use quadpixel::image::raster::encode_png8;
 use quadpixel::image::{Image, ImageError, channel};
 use quadpixel_cli::exit::CommandError;
 
-use crate::inputs::{CaptureArgs, MapFormatArg, in_file};
+use crate::dense;
+use crate::inputs::{CaptureArgs, MapFormatArg, PairArgs, in_file};
 use quadpixel_algorithms::capture::ViewPair;
 use quadpixel_algorithms::disparity::{
     Axes, DisparityMap, Match, MatchSettings, Verdict, match_images,
@@ -43,16 +44,23 @@ pub enum Direction {
 pub struct DisparityArgs {
     /// The view (EXR, PNG, TIFF). Without REFERENCE a capture (a sample's folder, a mosaic, an EXR with one layer per
     /// view): each of its views is matched against their sum.
-    view: PathBuf,
+    pub view: PathBuf,
     /// What the view is compared with, of the same size. The disparity is where a point appears in VIEW minus where it
     /// appears in REFERENCE, px, dx to the right, dy down; it stands at the point's place in REFERENCE.
-    reference: Option<PathBuf>,
+    pub reference: Option<PathBuf>,
     #[command(flatten)]
-    source: CaptureArgs,
+    pub source: CaptureArgs,
+    #[command(flatten)]
+    pub pair: PairArgs,
+    /// A number at every pixel: opposite views of a pixel that sees the pupil in parts, VIEW the left one. Expects
+    /// their two different blurs; search, window and scale are found. Of a capture: of its left and right half (else
+    /// top and bottom).
+    #[arg(long, conflicts_with_all = ["search", "window", "stride", "one_dimensional"])]
+    dense: bool,
     /// Folder to write: disparity.FORMAT with dx, dy, sigma (px) and verdict (0: valid) per node, and
     /// disparity_CHANNEL.png.
     #[arg(long, short)]
-    out: PathBuf,
+    pub out: PathBuf,
     /// Largest shift looked for on each axis, px; beyond 4 from coarse to fine.
     #[arg(long, default_value_t = 4)]
     search: usize,
@@ -67,14 +75,27 @@ pub struct DisparityArgs {
     one_dimensional: Option<Direction>,
     /// Kind of file for the numbers; NaN where not valid.
     #[arg(long, value_enum, default_value_t = MapFormatArg::Exr)]
-    format: MapFormatArg,
+    pub format: MapFormatArg,
     /// Prints one JSON object on stdout.
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 /// Matches each channel and writes the maps; no file is written before all are made.
 pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError> {
+    if args.reference.is_none() && !args.pair.is_empty() {
+        return Err(CommandError::input(
+            "--srgb, --black-level, --white-sheet and --crop are for two views, with REFERENCE",
+        ));
+    }
+    if args.reference.is_some() && !args.source.is_empty() && !args.dense {
+        return Err(CommandError::input(
+            "--subpixels, --camera and --meta are for a capture, without REFERENCE",
+        ));
+    }
+    if args.dense {
+        return dense::run(args, progress);
+    }
     let settings = MatchSettings {
         window_px: args.window,
         stride_px: args.stride,
@@ -88,12 +109,8 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
     };
     progress.stage(format!("reading {}", args.view.display()));
     let pairs = match &args.reference {
-        Some(_) if !args.source.is_empty() => {
-            return Err(CommandError::input(
-                "--subpixels, --camera and --meta are for a capture, without REFERENCE",
-            ));
-        }
-        Some(reference) => channel_pairs(&args.view, reference)?,
+        Some(reference) if args.pair.is_empty() => channel_pairs(&args.view, reference)?,
+        Some(reference) => prepared_pairs(args, reference)?,
         None => args.source.read(&args.view)?.views_and_sum(),
     };
     let mut maps = Vec::with_capacity(pairs.len());
@@ -133,6 +150,22 @@ fn channel_pairs(view: &Path, reference: &Path) -> Result<Vec<ViewPair>, Command
     Ok((names.into_iter().enumerate())
         .map(|(c, name)| ViewPair {
             name,
+            view: channel(&a, c),
+            reference: channel(&b, c),
+        })
+        .collect())
+}
+
+/// The channels of two pictures, black, sRGB and a white sheet taken out.
+fn prepared_pairs(args: &DisparityArgs, reference: &Path) -> Result<Vec<ViewPair>, CommandError> {
+    let [a, b] = args.pair.read(&args.view, reference)?;
+    let names: &[&str] = match a.channels() {
+        3 => &["R", "G", "B"],
+        _ => &["Y"],
+    };
+    Ok((names.iter().enumerate())
+        .map(|(c, name)| ViewPair {
+            name: (*name).to_owned(),
             view: channel(&a, c),
             reference: channel(&b, c),
         })

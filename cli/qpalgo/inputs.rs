@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use quadpixel::file;
+use quadpixel::image::Image;
 use quadpixel_algorithms::calibrated_camera::CalibratedCamera;
 use quadpixel_algorithms::calibration::{Align, Calibration};
 use quadpixel_algorithms::capture::{Capture, CaptureError, CaptureOptions};
 use quadpixel_algorithms::maps::MapFormat;
 use quadpixel_algorithms::pictures::PictureFormat;
+use quadpixel_algorithms::view_pair::{PairOptions, read_pair};
 use quadpixel_cli::exit::CommandError;
 
 /// What the user says; what is absent is taken from the files beside the capture.
@@ -63,6 +65,62 @@ impl CaptureArgs {
             error => CommandError::input(error),
         })
     }
+}
+
+/// What the user says of two views of a camera without description.
+#[derive(Clone, Debug, Default, Args)]
+pub struct PairArgs {
+    /// The views are pictures in sRGB: its transfer function is undone.
+    #[arg(long)]
+    srgb: bool,
+    /// Code of black in the two views, of 65535 (8-bit files: times 257); it is taken off.
+    #[arg(long, value_name = "CODE", default_value_t = 0.0)]
+    black_level: f64,
+    /// The two views of a uniform white sheet, of the same camera, size and kind of file: LEFT,RIGHT.
+    #[arg(long, value_name = "LEFT,RIGHT", value_delimiter = ',')]
+    white_sheet: Vec<PathBuf>,
+    /// Uses the middle of the views only: COLUMNSxROWS, px.
+    #[arg(long, value_name = "SIZE")]
+    crop: Option<String>,
+}
+
+impl PairArgs {
+    /// Nothing was said.
+    pub fn is_empty(&self) -> bool {
+        !self.srgb && self.black_level == 0.0 && self.white_sheet.is_empty() && self.crop.is_none()
+    }
+
+    /// Reads both views.
+    pub fn read(&self, left: &Path, right: &Path) -> Result<[Image; 2], CommandError> {
+        let white_sheet = match self.white_sheet.as_slice() {
+            [] => None,
+            [left, right] => Some([left.clone(), right.clone()]),
+            files => {
+                return Err(CommandError::input(format!(
+                    "--white-sheet: {} file(s); allowed are two, LEFT,RIGHT",
+                    files.len()
+                )));
+            }
+        };
+        let crop_px = self.crop.as_ref().map(|text| crop(text)).transpose()?;
+        let options = PairOptions {
+            black: self.black_level / 65535.0,
+            is_srgb: self.srgb,
+            white_sheet,
+            crop_px,
+        };
+        read_pair(left, right, &options).map_err(CommandError::input)
+    }
+}
+
+fn crop(text: &str) -> Result<[usize; 2], CommandError> {
+    let sides = text.split_once('x');
+    let parsed = sides.and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    parsed.ok_or_else(|| {
+        CommandError::input(format!(
+            "--crop {text}: allowed is COLUMNSxROWS, such as 1344x1008"
+        ))
+    })
 }
 
 /// The camera of the capture at `path`, as calibrations name it.

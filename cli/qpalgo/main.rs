@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 mod autofocus;
 mod correct;
+mod dense;
 mod depth;
 mod disparity;
 mod inputs;
@@ -74,8 +75,12 @@ enum Command {
     /// 1 textureless, 2 low correlation, 3 ambiguous, 4 at the edge of the search, 5 outside, 6 uncertain,
     /// 7 inconsistent, 8 not converged.
     ///
+    /// With --dense every pixel has a disparity and its sigma: dx and sigma of the left view (VIEW) against the right
+    /// one. Of a pair without a description the blur is that of shares which fall linearly over the pupil; px are px.
+    ///
     /// Example: qpalgo disparity views/sum_L.exr views/sum_R.exr --one-dimensional horizontal -o shift
     ///          qpalgo disparity out/samples/000001 -o shifts     (each view against the sum of all)
+    ///          qpalgo disparity --dense left.png right.png --black-level 1024 --crop 1344x1008 -o dense
     #[command(verbatim_doc_comment)]
     Disparity(disparity::DisparityArgs),
     /// Errors of a disparity map against the truth, as the field quotes them.

@@ -6,6 +6,7 @@ mod bad_input;
 mod commands;
 mod common;
 mod correction;
+mod dense;
 mod depth;
 mod disparity_cli;
 mod formats;

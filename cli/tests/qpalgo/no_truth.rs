@@ -98,6 +98,7 @@ fn estimates(here: &Path, dataset: &str, more: &[&str]) -> BTreeMap<String, Vec<
     for (command, to) in [
         (vec!["sai", &sample], "out/sai"),
         (vec!["disparity", &sample], "out/disparity"),
+        (vec!["disparity", "--dense", &sample], "out/dense"),
         (
             vec!["refocus", &sample, "--disparity", "0.4"],
             "out/near.exr",

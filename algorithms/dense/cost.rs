@@ -1,0 +1,204 @@
+//! What each disparity costs at each pixel: how much the views, each blurred by the other's kernel, still differ.
+//!
+//! ```text
+//! cost_d(x) = Gaussian window of (L ⊗ k_R,d − R ⊗ k_L,d)² / (noise_d + ε energy_d)
+//! ```
+//!
+//! The right d leaves noise. energy_d is the mean of the blurred views over the picture, so that a wide blur, which
+//! leaves little of any texture, is no cheaper than a narrow one; a window counts by its texture. ε is the part of the
+//! energy that differs in spite of the right d (other depths in the window, a pupil that is not quite the family's).
+
+use quadpixel::image::Image;
+use rayon::prelude::*;
+
+use super::filters::{by_rows, enlarged, gaussian, mirrored, row_of};
+use super::kernels::Kernels;
+use super::prepare::{Level, Pyramid};
+
+/// Deviation of the window, px of the level.
+const WINDOW_PX: f64 = 1.0;
+/// ε.
+const MODEL_ERROR: f64 = 0.05;
+/// Every so many rows enter the mean energy.
+const ENERGY_STRIDE: usize = 8;
+
+/// Candidates first, first + step, …, px of full resolution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Candidates {
+    pub first_px: f64,
+    pub step_px: f64,
+    pub count: usize,
+}
+
+impl Candidates {
+    /// From `range_px[0]` to `range_px[1]`, at least three.
+    pub fn new(range_px: [f64; 2], step_px: f64) -> Self {
+        let count = ((range_px[1] - range_px[0]) / step_px).ceil() as usize + 1;
+        Self {
+            first_px: range_px[0],
+            step_px,
+            count: count.max(3),
+        }
+    }
+
+    /// The disparity of candidate `i`, which may lie between two.
+    pub fn disparity_px(&self, i: f64) -> f64 {
+        self.first_px + i * self.step_px
+    }
+}
+
+/// Costs of all candidates of a pixel side by side, pixels row-major.
+#[derive(Clone, Debug)]
+pub(super) struct Volume {
+    pub width: usize,
+    pub height: usize,
+    pub candidates: Candidates,
+    pub costs: Vec<f32>,
+}
+
+/// How the pupil is parted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Pupil {
+    pub ratio: f64,
+    pub steepness: f64,
+}
+
+/// The costs on the grid of `levels[0]`, summed over `levels` of the pyramid (ascending).
+pub(super) fn volume(
+    pyramid: &Pyramid,
+    levels: &[usize],
+    candidates: Candidates,
+    pupil: Pupil,
+) -> Volume {
+    let fine = levels[0];
+    let guide = &pyramid.guides[fine];
+    let (width, height) = (guide.width(), guide.height());
+    let most = candidates.disparity_px(candidates.count as f64 - 1.0).abs();
+    let most = most.max(candidates.first_px.abs());
+    let padded: Vec<Padded> = (levels.iter())
+        .map(|&k| {
+            let widest = Kernels::new(most / (1u32 << k) as f64, pupil.steepness, pupil.ratio);
+            Padded::new(&pyramid.level(k), widest.radius)
+        })
+        .collect();
+    let layers: Vec<Image> = (0..candidates.count)
+        .into_par_iter()
+        .map(|i| {
+            let disparity = candidates.disparity_px(i as f64);
+            let mut sum = Image::zeros(width, height, 1);
+            for (&k, pair) in levels.iter().zip(&padded) {
+                let kernels =
+                    Kernels::new(disparity / (1u32 << k) as f64, pupil.steepness, pupil.ratio);
+                let cost = enlarged(&pair.cost(&kernels), k - fine, width, height);
+                (sum.data_mut().iter_mut().zip(cost.data())).for_each(|(s, c)| *s += c);
+            }
+            sum
+        })
+        .collect();
+    let mut costs = vec![0.0f32; width * height * candidates.count];
+    (costs.par_chunks_mut(width * candidates.count).enumerate()).for_each(|(y, to)| {
+        for (i, layer) in layers.iter().enumerate() {
+            let places = to[i..].iter_mut().step_by(candidates.count);
+            places.zip(row_of(layer, y)).for_each(|(to, v)| *to = *v);
+        }
+    });
+    Volume {
+        width,
+        height,
+        candidates,
+        costs,
+    }
+}
+
+/// A level with mirrored margins.
+struct Padded {
+    width: usize,
+    height: usize,
+    margin: usize,
+    /// L − R and L + R.
+    rows: [Vec<f32>; 2],
+    noise: f64,
+}
+
+impl Padded {
+    fn new(level: &Level, margin: usize) -> Self {
+        let (width, height) = (level.sum.width(), level.sum.height());
+        let padded = |image: &Image| {
+            let mut data = Vec::with_capacity((width + 2 * margin) * (height + 2 * margin));
+            for y in 0..height + 2 * margin {
+                let row = row_of(image, mirrored(y as isize - margin as isize, height));
+                let columns = 0..width + 2 * margin;
+                data.extend(columns.map(|x| row[mirrored(x as isize - margin as isize, width)]));
+            }
+            data
+        };
+        Self {
+            width,
+            height,
+            margin,
+            rows: [padded(&level.difference), padded(&level.sum)],
+            noise: level.noise,
+        }
+    }
+
+    /// The window's cost at each pixel of the level.
+    fn cost(&self, kernels: &Kernels) -> Image {
+        let mut energy = 0.0f64;
+        let mut line = vec![0.0f32; self.width];
+        let mut squares = |swapped: bool, y: usize| {
+            self.convolve(kernels, y, swapped, &mut line);
+            line.iter().map(|&v| f64::from(v).powi(2)).sum::<f64>()
+        };
+        for y in (0..self.height).step_by(ENERGY_STRIDE) {
+            energy += 0.5 * (squares(false, y) + squares(true, y));
+        }
+        energy /= (self.width * self.height.div_ceil(ENERGY_STRIDE)) as f64;
+        let expected = self.noise * kernels.energy() + MODEL_ERROR * energy;
+        let scale = if expected > 0.0 {
+            (1.0 / expected) as f32
+        } else {
+            0.0
+        };
+        let residual = by_rows(self.width, self.height, |y, to| {
+            self.convolve(kernels, y, false, to);
+            to.iter_mut().for_each(|v| *v *= *v * scale);
+        });
+        gaussian(&residual, WINDOW_PX)
+    }
+
+    /// Row `y` of (L − R) ⊗ A + (L + R) ⊗ B; `swapped`: of (L + R) ⊗ A + (L − R) ⊗ B.
+    fn convolve(&self, kernels: &Kernels, y: usize, swapped: bool, to: &mut [f32]) {
+        let (radius, side) = (kernels.radius, 2 * kernels.radius + 1);
+        let stride = self.width + 2 * self.margin;
+        let [even, odd] = if swapped { [1, 0] } else { [0, 1] };
+        to.fill(0.0);
+        let begin = self.margin - radius;
+        let length = self.width + 2 * radius;
+        let row = |which: usize, y: usize| &self.rows[which][y * stride + begin..][..length];
+        let mut folded = [vec![0.0f32; length], vec![0.0f32; length]];
+        // Both kernels are symmetric in y.
+        for j in 0..=radius {
+            let (up, down) = (y + self.margin - j, y + self.margin + j);
+            for (to, which) in folded.iter_mut().zip([even, odd]) {
+                let half = if j == 0 { 0.5 } else { 1.0 };
+                let pair = row(which, up).iter().zip(row(which, down));
+                to.iter_mut()
+                    .zip(pair)
+                    .for_each(|(to, (u, d))| *to = half * (u + d));
+            }
+            let line = (radius + j) * side;
+            for i in 0..side {
+                // A convolution: the kernel's column i reaches what lies on the other side.
+                let (a, b) = (kernels.even[line + i], kernels.odd[line + i]);
+                if a == 0.0 && b == 0.0 {
+                    continue;
+                }
+                let (of_even, of_odd) = (&folded[0][side - 1 - i..], &folded[1][side - 1 - i..]);
+                let pair = of_even.iter().zip(of_odd);
+                to.iter_mut()
+                    .zip(pair)
+                    .for_each(|(to, (e, o))| *to += a * e + b * o);
+            }
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! Why a pair has no dense map.
+
+/// Pictures or settings without a dense map.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DenseError {
+    /// Not a single channel.
+    #[error("{0} channels: dense matching takes one channel at a time")]
+    Channels(usize),
+    /// NaN or infinity.
+    #[error("pixel (x {x}, y {y}) holds {value}: only finite numbers are allowed")]
+    NotFinite {
+        /// Column.
+        x: usize,
+        /// Row.
+        y: usize,
+        /// NaN or ±∞.
+        value: f32,
+    },
+    /// The views differ in size.
+    #[error("left has {} × {} pixels and right {} × {}: both must be of one size", .left.0, .left.1, .right.0, .right.1)]
+    Size {
+        /// Columns and rows of the left view.
+        left: (usize, usize),
+        /// Columns and rows of the right view.
+        right: (usize, usize),
+    },
+    /// Too small for windows.
+    #[error("{width} × {height} pixels: dense matching needs at least {least} × {least}")]
+    TooSmall {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// Smallest side.
+        least: usize,
+    },
+    /// A ratio of disparity to blur that no pupil has.
+    #[error("ratio of disparity to blur {0}: allowed is above 0 to 4/(3π) = 0.424")]
+    Ratio(f64),
+}

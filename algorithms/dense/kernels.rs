@@ -1,0 +1,165 @@
+//! The blur of a point out of focus in the left and the right view: a family of one parameter.
+//!
+//! The pupil's image is a disk of radius r. The left view takes the share ½(1 − p x/r), within 0 and 1, of its light,
+//! and the right view the rest: mirror images, not copies. With p = 1 the shares fall linearly over the whole pupil,
+//! and the centroids lie r/2 apart, a quarter of the blur's diameter; with p → ∞ the pupil is parted sharply, 4/(3π).
+//! A measured phone has 0.244. Split into an even and an odd part, k_R = A + B and k_L = A − B (times ½),
+//!
+//! ```text
+//! L ⊗ k_R − R ⊗ k_L = (L − R) ⊗ A + (L + R) ⊗ B.
+//! ```
+
+/// Lobes of the Lanczos kernel by which the disk's points reach the pixels: it keeps their phase.
+const LOBES: f64 = 2.0;
+/// κ of shares that fall linearly over the pupil.
+pub(super) const LINEAR_RATIO: f64 = 0.25;
+/// κ of a pupil parted sharply, 4/(3π).
+pub(super) const SHARP_RATIO: f64 = 4.0 / (3.0 * std::f64::consts::PI);
+
+/// Even and odd part of a pair of kernels, (2 R + 1)² numbers each, row-major; symmetric in y.
+#[derive(Clone, Debug)]
+pub(super) struct Kernels {
+    /// R, px.
+    pub radius: usize,
+    /// A.
+    pub even: Vec<f32>,
+    /// B.
+    pub odd: Vec<f32>,
+}
+
+impl Kernels {
+    /// The kernels of the centroids' distance `disparity_px` = x_L − x_R, for the steepness `p` of the shares and the
+    /// ratio κ of distance and diameter.
+    pub fn new(disparity_px: f64, p: f64, ratio: f64) -> Self {
+        let disk = 0.5 * disparity_px.abs() / ratio;
+        let radius = (disk + LOBES).floor() as usize;
+        let side = 2 * radius + 1;
+        let (mut even, mut odd) = (vec![0.0f64; side * side], vec![0.0f64; side * side]);
+        let step = (disk / 8.0).min(0.25);
+        let count = if step > 0.0 {
+            (disk / step).ceil() as i64
+        } else {
+            0
+        };
+        let mut sum = 0.0;
+        for (j, i) in (-count..=count).flat_map(|j| (-count..=count).map(move |i| (j, i))) {
+            let (x, y) = (i as f64 * step, j as f64 * step);
+            if x * x + y * y > disk * disk {
+                continue;
+            }
+            let along = if disk > 0.0 {
+                (p * x / disk).clamp(-1.0, 1.0)
+            } else {
+                0.0
+            };
+            // A point nearer than the focus is imaged behind the sensor: its left view lies on the right.
+            let odd_share = -along * disparity_px.signum();
+            sum += 1.0;
+            splat(&mut even, &mut odd, radius, [x, y], odd_share);
+        }
+        let scaled = |v: Vec<f64>| v.into_iter().map(|v| (v / sum) as f32).collect();
+        Self {
+            radius,
+            even: scaled(even),
+            odd: scaled(odd),
+        }
+    }
+
+    /// Σ(A² + B²): what white noise of variance 1 in L − R and L + R leaves.
+    pub fn energy(&self) -> f64 {
+        let squares = self
+            .even
+            .iter()
+            .chain(&self.odd)
+            .map(|&v| f64::from(v).powi(2));
+        squares.sum()
+    }
+}
+
+/// Adds a point at `[x, y]` to the even kernel, and `odd_share` of it to the odd one.
+fn splat(even: &mut [f64], odd: &mut [f64], radius: usize, [x, y]: [f64; 2], odd_share: f64) {
+    let reach = radius as i64;
+    let from = |v: f64| ((v - LOBES).ceil() as i64).max(-reach);
+    let to = |v: f64| ((v + LOBES).floor() as i64).min(reach);
+    for j in from(y)..=to(y) {
+        for i in from(x)..=to(x) {
+            let weight = lanczos(i as f64 - x) * lanczos(j as f64 - y);
+            let at = ((j + reach) * (2 * reach + 1) + i + reach) as usize;
+            even[at] += weight;
+            odd[at] += weight * odd_share;
+        }
+    }
+}
+
+fn lanczos(t: f64) -> f64 {
+    let sinc = |t: f64| {
+        let t = std::f64::consts::PI * t;
+        if t.abs() < 1e-9 { 1.0 } else { t.sin() / t }
+    };
+    if t.abs() < LOBES {
+        sinc(t) * sinc(t / LOBES)
+    } else {
+        0.0
+    }
+}
+
+/// The steepness p whose ratio of the centroids' distance to the disk's diameter is `ratio`, 0.25 to 0.424; 1 below.
+pub(super) fn steepness(ratio: f64) -> f64 {
+    let (mut low, mut high) = (1.0f64, 1e3f64);
+    for _ in 0..60 {
+        let middle = (low * high).sqrt();
+        if ratio_of(middle) < ratio {
+            low = middle
+        } else {
+            high = middle
+        }
+    }
+    low
+}
+
+/// κ of the steepness p: the mean of x·clamp(p x) over the unit disk, of which each view has half the light.
+fn ratio_of(p: f64) -> f64 {
+    const STEPS: usize = 2000;
+    let terms = (0..STEPS).map(|i| {
+        let x = (i as f64 + 0.5) / STEPS as f64;
+        (
+            x * (p * x).min(1.0) * (1.0 - x * x).sqrt(),
+            (1.0 - x * x).sqrt(),
+        )
+    });
+    let (moment, area) = terms.fold((0.0, 0.0), |(m, a), (tm, ta)| (m + tm, a + ta));
+    moment / area
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_centroids_lie_the_disparity_apart() {
+        for (ratio, disparity) in [(0.25, 0.3), (0.25, -2.0), (0.35, 1.7), (0.42, 5.0)] {
+            let k = Kernels::new(disparity, steepness(ratio), ratio);
+            let side = 2 * k.radius + 1;
+            let x = |i: usize| (i % side) as f64 - k.radius as f64;
+            let sum: f64 = k.even.iter().map(|&v| f64::from(v)).sum();
+            let odd: f64 = k
+                .odd
+                .iter()
+                .enumerate()
+                .map(|(i, &v)| x(i) * f64::from(v))
+                .sum();
+            // k_L = A − B at the left centroid, k_R = A + B at the right one.
+            assert!(
+                (-2.0 * odd / sum - disparity).abs() < 0.03 * disparity.abs(),
+                "{ratio} {disparity} {odd}"
+            );
+        }
+    }
+
+    #[test]
+    fn linear_shares_give_a_quarter_and_sharp_ones_the_half_disk() {
+        assert!((ratio_of(1.0) - LINEAR_RATIO).abs() < 1e-4);
+        assert!((ratio_of(1e3) - SHARP_RATIO).abs() < 1e-3);
+        assert!((ratio_of(steepness(0.33)) - 0.33).abs() < 1e-6);
+    }
+}

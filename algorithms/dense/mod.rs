@@ -1,0 +1,117 @@
+//! A complete disparity map of two views that see different halves of the pupil, with a standard deviation everywhere.
+//!
+//! Views of a pixel that sees the pupil in parts are not shifted copies of each other: a point out of focus is blurred
+//! by two different kernels, mirror images. So each candidate disparity says both kernels, and the views are compared
+//! after each is blurred by the kernel of the other:
+//!
+//! ```text
+//! pair ─ evened, √ ─▶ pyramid ─ range: which disparities, at which resolution ─▶ cost: L ⊗ k_R against R ⊗ k_L
+//!      ─ semi-global: eight paths ─▶ minima ─ smoother: bent at edges ─▶ surface, σ ─ joint bilateral ─▶ every pixel
+//! ```
+//!
+//! The kernels are a family of one parameter, the ratio κ of disparity to blur ([`DenseSettings::ratio`]). It does not
+//! scale the disparity: that is the distance of the kernels' centroids, in px. Without a camera's description κ = ¼.
+//!
+//! The same bytes come out whatever the number of threads.
+
+mod cost;
+mod error;
+mod filters;
+mod kernels;
+mod minimum;
+mod prepare;
+mod range;
+mod semi_global;
+mod sigma;
+mod smoother;
+
+use quadpixel::image::Image;
+
+pub use error::DenseError;
+
+use cost::{Candidates, Pupil, volume};
+use filters::enlarged_by_guide;
+use kernels::{LINEAR_RATIO, SHARP_RATIO, steepness};
+use minimum::{median, minima};
+use prepare::Pyramid;
+use sigma::{Evidence, deviations};
+
+/// Contrast across which a pixel takes little from a coarse one, parts of white.
+const EDGE: f32 = 0.05;
+
+/// What is known of the camera.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DenseSettings {
+    /// Ratio κ of disparity to the blur's diameter, above 0 to 4/(3π); absent: ¼, what shares that fall linearly over
+    /// the pupil give.
+    pub ratio: Option<f64>,
+}
+
+/// A number at every pixel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DenseMap {
+    /// x_L − x_R, px, at each pixel of the views' sum.
+    pub disparity_px: Image,
+    /// Its standard deviation, px.
+    pub sigma_px: Image,
+    /// Least and largest disparity that was looked for, px.
+    pub range_px: [f64; 2],
+    /// How often the resolution was halved for matching.
+    pub halvings: usize,
+}
+
+/// The disparity of the left view against the right one (linear, black at 0, one channel each).
+///
+/// # Errors
+/// More than one channel, numbers that are not finite, unequal sizes, less than 16 pixels a side, a ratio that no pupil
+/// has.
+pub fn dense_disparity(
+    left: &Image,
+    right: &Image,
+    settings: &DenseSettings,
+) -> Result<DenseMap, DenseError> {
+    let ratio = settings.ratio.unwrap_or(LINEAR_RATIO);
+    if !(ratio > 0.0 && ratio <= SHARP_RATIO) {
+        return Err(DenseError::Ratio(ratio));
+    }
+    let pupil = Pupil {
+        ratio,
+        steepness: steepness(ratio),
+    };
+    let pyramid = Pyramid::new(left, right)?;
+    let range_px = range::range(&pyramid, pupil);
+    let levels = range::levels(range_px, &pyramid);
+    let k = levels[0];
+    let unit = f64::from(1u32 << k);
+    let candidates = Candidates::new(range_px, unit / range::STEPS_PER_PX);
+    let costs = volume(&pyramid, &levels, candidates, pupil);
+    let guide = &pyramid.guides[k];
+    let found = minima(&semi_global::aggregated(&costs, guide));
+    let typical = median(&found.curvature);
+    let weights: Vec<f64> = found.curvature.iter().map(|c| c / typical).collect();
+    let numbers: Vec<f64> = found.disparity_px.iter().map(|d| d / unit).collect();
+    let surface = smoother::surface(&numbers, &weights, guide);
+    let sigma = deviations(&Evidence {
+        size: [costs.width, costs.height],
+        surface: &surface,
+        numbers: &numbers,
+        weights: &weights,
+        // Eight paths meet at a pixel.
+        curvature: typical / 8.0 * range::STEPS_PER_PX * range::STEPS_PER_PX,
+        range: (range_px[1] - range_px[0]) / unit,
+    });
+    let mut disparity = Image::zeros(costs.width, costs.height, 1);
+    (disparity.data_mut().iter_mut().zip(&surface)).for_each(|(to, v)| *to = (v * unit) as f32);
+    let full = |coarse: &Image| enlarged_by_guide(coarse, guide, k, &pyramid.guides[0], EDGE);
+    let mut sigma_px = full(&sigma);
+    sigma_px
+        .data_mut()
+        .iter_mut()
+        .for_each(|s| *s *= unit as f32);
+    Ok(DenseMap {
+        disparity_px: full(&disparity),
+        sigma_px,
+        range_px,
+        halvings: k,
+    })
+}

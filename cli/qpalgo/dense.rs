@@ -1,0 +1,178 @@
+//! `qpalgo disparity --dense`: opposite views in; their disparity and its standard deviation at every pixel out.
+
+use std::path::Path;
+
+use quadpixel::file;
+use quadpixel::image::colour::{blue_white_red, viridis};
+use quadpixel::image::raster::encode_png8;
+use quadpixel::image::{Image, ImageError, channel};
+use quadpixel_algorithms::capture::Capture;
+use quadpixel_algorithms::dense::{DenseMap, DenseSettings, dense_disparity};
+use quadpixel_algorithms::maps::{MapFormat, Maps};
+use quadpixel_algorithms::sai::Side;
+use quadpixel_cli::exit::CommandError;
+use quadpixel_cli::progress::Progress;
+
+use crate::disparity::DisparityArgs;
+use crate::inputs::in_file;
+
+/// What is matched.
+struct Views {
+    /// Left and right, or bottom and top turned so that rows are columns.
+    pair: [Image; 2],
+    /// The pupil is parted along y.
+    vertical: bool,
+    /// Ratio of disparity to blur by the camera's description.
+    ratio: Option<f64>,
+}
+
+/// Matches and writes; no file is written before all are made.
+pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError> {
+    progress.stage(format!("reading {}", args.view.display()));
+    let views = match &args.reference {
+        Some(_) if !args.source.is_empty() => {
+            return Err(CommandError::input(
+                "--subpixels, --camera and --meta are for a capture, without REFERENCE",
+            ));
+        }
+        Some(reference) => of_pair(args, reference)?,
+        None => of_capture(&args.source.read(&args.view)?, &args.view)?,
+    };
+    progress.stage("matching");
+    let settings = DenseSettings { ratio: views.ratio };
+    let [left, right] = &views.pair;
+    let mut map = dense_disparity(left, right, &settings).map_err(in_file(&args.view))?;
+    if views.vertical {
+        map.disparity_px = turned(&map.disparity_px);
+        map.sigma_px = turned(&map.sigma_px);
+    }
+    progress.stage("encoding the maps");
+    let files = files(args.format.into(), &map, views.vertical).map_err(CommandError::failed)?;
+    file::write_folder(&args.out, &files)?;
+    drop(progress);
+    report(args, &map, &files, views.ratio);
+    Ok(())
+}
+
+/// Green of two pictures in colour, else their first channel.
+fn of_pair(args: &DisparityArgs, reference: &Path) -> Result<Views, CommandError> {
+    let pair = args.pair.read(&args.view, reference)?;
+    Ok(Views {
+        pair: pair.map(|image| channel(&image, if image.channels() >= 3 { 1 } else { 0 })),
+        vertical: false,
+        ratio: None,
+    })
+}
+
+/// The halves of a capture.
+fn of_capture(capture: &Capture, path: &Path) -> Result<Views, CommandError> {
+    let c = capture.reference_channel();
+    let half = |side| capture.views.sum(side).map(|sum| channel(&sum, c));
+    let ratio = capture
+        .camera
+        .as_ref()
+        .map(|camera| &camera.disparity_ratio);
+    if let (Some(left), Some(right)) = (half(Side::Left), half(Side::Right)) {
+        let ratio = ratio.and_then(|r| r.left_right.as_ref()).map(|r| r.mean);
+        return Ok(Views {
+            pair: [left, right],
+            vertical: false,
+            ratio,
+        });
+    }
+    let (Some(top), Some(bottom)) = (half(Side::Top), half(Side::Bottom)) else {
+        return Err(in_file(path)(
+            "one sub-pixel: dense matching needs two columns or two rows",
+        ));
+    };
+    let ratio = ratio.and_then(|r| r.top_bottom.as_ref()).map(|r| r.mean);
+    Ok(Views {
+        pair: [turned(&top), turned(&bottom)],
+        vertical: true,
+        ratio,
+    })
+}
+
+/// Rows as columns.
+fn turned(image: &Image) -> Image {
+    let mut turned = Image::zeros(image.height(), image.width(), 1);
+    for y in 0..image.height() {
+        for x in 0..image.width() {
+            turned.pixel_mut(y, x)[0] = image.pixel(x, y)[0];
+        }
+    }
+    turned
+}
+
+type Files = Vec<(String, Vec<u8>)>;
+
+fn files(format: MapFormat, map: &DenseMap, vertical: bool) -> Result<Files, ImageError> {
+    let (width, height) = (map.disparity_px.width(), map.disparity_px.height());
+    let mut numbers = Image::zeros(width, height, 2);
+    let values = map.disparity_px.data().iter().zip(map.sigma_px.data());
+    for (to, (d, s)) in numbers.data_mut().chunks_exact_mut(2).zip(values) {
+        to.copy_from_slice(&[*d, *s]);
+    }
+    let channels = if vertical {
+        ["dy", "sigma"]
+    } else {
+        ["dx", "sigma"]
+    };
+    let maps = Maps {
+        stem: "disparity",
+        channels: &channels,
+        maps: &[(String::new(), numbers)],
+    };
+    let mut files = maps.encode(format)?;
+    let most = largest(&map.disparity_px).max(f32::MIN_POSITIVE);
+    let signed = |v: f32| blue_white_red(0.5 + 0.5 * v / most);
+    let widest = largest(&map.sigma_px).max(f32::MIN_POSITIVE);
+    let sure = |v: f32| viridis(v / widest);
+    let picture = |image: &Image, colour: &dyn Fn(f32) -> [u8; 3]| -> Vec<u8> {
+        image.data().iter().flat_map(|v| colour(*v)).collect()
+    };
+    for (name, codes) in [
+        ("disparity.png", picture(&map.disparity_px, &signed)),
+        ("sigma.png", picture(&map.sigma_px, &sure)),
+    ] {
+        let bytes = encode_png8(Path::new(name), &codes, width, height, 3)?;
+        files.push((name.to_owned(), bytes));
+    }
+    Ok(files)
+}
+
+/// Largest size of a number.
+fn largest(image: &Image) -> f32 {
+    image.data().iter().fold(0.0, |most, v| most.max(v.abs()))
+}
+
+fn median(image: &Image) -> f32 {
+    let mut values = image.data().to_vec();
+    values.sort_by(f32::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+fn report(args: &DisparityArgs, map: &DenseMap, files: &Files, ratio: Option<f64>) {
+    let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+    let (disparity, sigma) = (median(&map.disparity_px), median(&map.sigma_px));
+    if args.json {
+        let object = serde_json::json!({
+            "files": names, "median_px": disparity, "median_sigma_px": sigma, "range_px": map.range_px,
+            "halvings": map.halvings, "blur_known": ratio.is_some(),
+        });
+        println!("{object}");
+        return;
+    }
+    println!("{}: {}", args.out.display(), names.join(" "));
+    println!(
+        "every pixel: median {disparity:.3} px, sigma {sigma:.3} px; looked from {:.2} to {:.2} px at 1/{} of the resolution",
+        map.range_px[0],
+        map.range_px[1],
+        1u32 << map.halvings
+    );
+    if ratio.is_none() {
+        println!(
+            "no description of the camera: the blur is assumed, its ratio to the disparity is free"
+        );
+    }
+}
