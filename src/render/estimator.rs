@@ -355,8 +355,8 @@ impl Workspace {
         lost.for_each(|f| self.tally.lost.count(f));
     }
 
-    /// Moves the rays of the batch to where diffraction at a wavelength displaces them from, each towards the point of the
-    /// pupil that it was aimed at.
+    /// Moves the rays of the batch to where diffraction at a wavelength displaces them from, each towards the point of
+    /// the pupil that it was aimed at.
     fn displace(&mut self, wavelength_mm: f64) {
         let b = &mut self.batch;
         let [x, y] = &self.displacements;

@@ -20,8 +20,8 @@ const RINGS: usize = 512;
 const SECTORS: usize = 64;
 /// The energy beyond the farthest displacement, which is put there: 0.6 λ/(this share · numerical aperture) away.
 const BEYOND: f64 = 1e-4;
-/// Shares of the pupil whose rays are displaced alike, each by a random part of its share of the energy: rays by an edge
-/// that is known to 0.2 % cannot tell how far in the last of them they are.
+/// Shares of the pupil whose rays are displaced alike, each by a random part of its share of the energy: rays by an
+/// edge that is known to 0.2 % cannot tell how far in the last of them they are.
 const SHARES: f64 = 16.0;
 
 /// See the module. Displacements are in units of λ/2π over the scale of the outline.
@@ -227,8 +227,8 @@ impl Radial {
         (Some(radius), density)
     }
 
-    /// The part of the step before radius `j` at which a share of the energy lies within: on the cubic through values and
-    /// slopes at its ends, by bisection.
+    /// The part of the step before radius `j` at which a share of the energy lies within: on the cubic through values
+    /// and slopes at its ends, by bisection.
     fn part_of_step(&self, j: usize, share: f64) -> f64 {
         let (e0, e1) = (self.within[j - 1], self.within[j]);
         let (d0, d1) = (self.slope[j - 1], self.slope[j]);

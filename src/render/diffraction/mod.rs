@@ -34,7 +34,7 @@ use crate::sampling::uniform;
 pub(super) use blur::{BlurField, PixelBlur};
 use kernel::Kernel;
 
-/// Radii of an outline, in units of its own ellipse, that differ from 1 by no more than this: diffracts as that ellipse.
+/// Radii of an outline, in units of its own ellipse, that differ from 1 by no more than this: diffracts as that one.
 const ELLIPTIC: f64 = 0.01;
 /// Every so many nodes of the pupil's map has a kernel of its own.
 const EVERY: usize = 4;

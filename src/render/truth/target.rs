@@ -31,7 +31,8 @@ const COLUMNS: usize = 16;
 
 impl SightRays {
     /// The target, W × H × 3, in the unit of the sum image: radiance × what a white wall would give there. NaN where
-    /// there is no ray of sight. A world of meshes is given as many paths per pixel as `settings` has rays, 16 at least.
+    /// there is no ray of sight. A world of meshes is given as many paths per pixel as `settings` has rays, 16 at
+    /// least.
     pub fn target(
         &self,
         camera: &Camera,
