@@ -15,7 +15,9 @@ use quadpixel_generators::recipe::{Recipe, SampleId};
 use quadpixel_generators::sample::render_sample;
 use quadpixel_generators::writer::write_alone;
 
+// Rays alone: the goal is for the lens's aberrations.
 const RECIPE: &str = r#"
+effects = ["pixel-diffraction", "cra-variation", "dispersion", "aberrations", "vignetting", "occlusion"]
 [lens]
 name = "wide_US20120327520A1_emb3"
 focus_mm = 750

@@ -13,6 +13,8 @@ fn sample(lens: &str, f_number: f64, window: &str, (x, y, z): (f64, f64, f64)) -
     let side = 0.004 * z;
     let text = format!(
         r#"
+        # By rays alone: the mean place of a dot is then known from few of them.
+        effects = ["pixel-diffraction", "cra-variation", "dispersion", "aberrations", "vignetting", "occlusion"]
         planes = [{{ chart = {{ kind = "constant", color = [1, 1, 1] }}, texture_px = 4, distance_mm = {z},
                      extent = {{ of = "mm", x_mm = {x}, y_mm = {y}, width_mm = {side}, height_mm = {side} }} }}]
         [lens]

@@ -69,7 +69,7 @@ pub enum RecordError {
 }
 
 /// What the entries of `geometry` are.
-const GEOMETRY: [&str; 8] = [
+const GEOMETRY: [&str; 9] = [
     "width_px",
     "height_px",
     "pitch_um",
@@ -78,6 +78,7 @@ const GEOMETRY: [&str; 8] = [
     "sensor z_mm",
     "focus_mm",
     "wavelengths (hash)",
+    "lens diffraction (0 or 1)",
 ];
 
 impl RayRecord {
@@ -261,6 +262,7 @@ fn geometry(camera: &Camera) -> Vec<f64> {
         camera.sensor_z_mm(),
         camera.focus_distance_mm(),
         camera.wavelengths().fingerprint(),
+        f64::from(u8::from(camera.lens_diffraction().is_some())),
     ]
 }
 

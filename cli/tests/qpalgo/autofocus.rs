@@ -15,6 +15,7 @@ fn stack(folder: &Path, sweep: &str, count: usize) {
 count = {count}
 seed = 5
 rays_per_pixel = 48
+effects = ["pixel-diffraction", "cra-variation", "dispersion", "aberrations", "vignetting", "occlusion"]
 exposure_ev = -1
 [lens]
 names = ["wide_US20120327520A1_emb3"]

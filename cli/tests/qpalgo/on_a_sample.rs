@@ -18,12 +18,14 @@ const SMALL: Size = [64, 60];
 const CHART: Size = [128, 120];
 
 /// A textured plane at `background_over_focus` times the focused depth, seen by an ideal quad pixel.
+/// By rays alone: its texture is finer than the lens's diffraction pattern.
 fn sample(folder: &Path, name: &str, [width, height]: Size, background_over_focus: f64) -> String {
     let text = format!(
         r#"
 count = 1
 seed = 5
 rays_per_pixel = 48
+effects = ["pixel-diffraction", "cra-variation", "dispersion", "aberrations", "vignetting", "occlusion"]
 exposure_ev = -1
 [lens]
 names = ["wide_US20120327520A1_emb3"]

@@ -300,6 +300,9 @@ fn a_scene_file_has_a_first_look_and_its_rays_serve_other_pixels() {
         "200",
         "--focus-mm",
         "700",
+        // What each pixel calls for may differ.
+        "--effects",
+        "aberrations,vignetting,global-illumination,occlusion,dispersion,cra-variation",
     ];
     let run = |more: &[&str]| qpgen(&[&common[..], &small[..], more].concat());
     let whole = |more: &[&str]| done(&[&common[..], &small[..], more].concat());
