@@ -52,6 +52,8 @@ pub enum PairError {
     },
 }
 
+/// The least light of a white sheet, of full scale: a code of 16 bits.
+const LEAST_LIGHT: f32 = 1.0 / 65535.0;
 /// Half the side of the square over which the sheet is averaged, px.
 const SHEET_HALF_PX: usize = 50;
 
@@ -81,7 +83,7 @@ pub fn read_pair(
     if let [_, right, white_left, white_right] = images.as_mut_slice() {
         let sheets = [&*white_left, &*white_right].map(|sheet| box_mean(sheet, SHEET_HALF_PX));
         for (sheet, path) in sheets.iter().zip(&paths[2..]) {
-            if let Some(i) = sheet.data().iter().position(|&v| v <= 0.0) {
+            if let Some(i) = sheet.data().iter().position(|&v| v < LEAST_LIGHT) {
                 let pixel = i / sheet.channels();
                 let (x, y) = (pixel % sheet.width(), pixel / sheet.width());
                 return Err(PairError::DarkSheet {

@@ -41,7 +41,6 @@ impl Kernels {
         } else {
             0
         };
-        let mut sum = 0.0;
         for (j, i) in (-count..=count).flat_map(|j| (-count..=count).map(move |i| (j, i))) {
             let (x, y) = (i as f64 * step, j as f64 * step);
             if x * x + y * y > disk * disk {
@@ -54,14 +53,21 @@ impl Kernels {
             };
             // A point nearer than the focus is imaged behind the sensor: its left view lies on the right.
             let odd_share = -along * disparity_px.signum();
-            sum += 1.0;
             splat(&mut even, &mut odd, radius, [x, y], odd_share);
         }
-        let scaled = |v: Vec<f64>| v.into_iter().map(|v| (v / sum) as f32).collect();
+        // The Lanczos kernel keeps neither light nor centroids by itself: the pair has light 1 and the centroids' distance.
+        let light: f64 = even.iter().sum();
+        let along = |i: usize| (i % side) as f64 - radius as f64;
+        let moment: f64 = odd.iter().enumerate().map(|(i, v)| along(i) * v).sum();
+        let odd_scale = match moment {
+            0.0 => 0.0,
+            _ => -0.5 * disparity_px / moment,
+        };
+        let scaled = |v: Vec<f64>, scale: f64| v.into_iter().map(|v| (v * scale) as f32).collect();
         Self {
             radius,
-            even: scaled(even),
-            odd: scaled(odd),
+            even: scaled(even, 1.0 / light),
+            odd: scaled(odd, odd_scale),
         }
     }
 

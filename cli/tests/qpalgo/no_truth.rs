@@ -83,7 +83,7 @@ fn change_meta(sample: &Path, change: impl Fn(&mut serde_json::Map<String, serde
     std::fs::write(path, serde_json::to_vec(&meta).unwrap()).unwrap();
 }
 
-/// What the estimators write of a dataset, by file; of autofocus the columns without the truth. `more` goes to depth.
+/// What the estimators write of a dataset, by file; of autofocus the columns without the truth. `more` goes to depth and the dense map.
 fn estimates(here: &Path, dataset: &str, more: &[&str]) -> BTreeMap<String, Vec<u8>> {
     let sample = format!("{dataset}/{SAMPLE}");
     let out = here.join("out");
@@ -98,7 +98,10 @@ fn estimates(here: &Path, dataset: &str, more: &[&str]) -> BTreeMap<String, Vec<
     for (command, to) in [
         (vec!["sai", &sample], "out/sai"),
         (vec!["disparity", &sample], "out/disparity"),
-        (vec!["disparity", "--dense", &sample], "out/dense"),
+        (
+            [&["disparity", "--dense", &sample], more].concat(),
+            "out/dense",
+        ),
         (
             vec!["refocus", &sample, "--disparity", "0.4"],
             "out/near.exr",
