@@ -55,7 +55,8 @@ impl Kernels {
             let odd_share = -along * disparity_px.signum();
             splat(&mut even, &mut odd, radius, [x, y], odd_share);
         }
-        // The Lanczos kernel keeps neither light nor centroids by itself: the pair has light 1 and the centroids' distance.
+        // The Lanczos kernel keeps neither light nor centroids by itself: the pair has light 1, and the centroids'
+        // distance.
         let light: f64 = even.iter().sum();
         let along = |i: usize| (i % side) as f64 - radius as f64;
         let moment: f64 = odd.iter().enumerate().map(|(i, v)| along(i) * v).sum();

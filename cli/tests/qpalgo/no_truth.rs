@@ -83,7 +83,8 @@ fn change_meta(sample: &Path, change: impl Fn(&mut serde_json::Map<String, serde
     std::fs::write(path, serde_json::to_vec(&meta).unwrap()).unwrap();
 }
 
-/// What the estimators write of a dataset, by file; of autofocus the columns without the truth. `more` goes to depth and the dense map.
+/// What the estimators write of a dataset, by file; of autofocus the columns without the truth. `more` goes to depth
+/// and the dense map.
 fn estimates(here: &Path, dataset: &str, more: &[&str]) -> BTreeMap<String, Vec<u8>> {
     let sample = format!("{dataset}/{SAMPLE}");
     let out = here.join("out");
