@@ -161,7 +161,7 @@ impl Padded {
         };
         let residual = by_rows(self.width, self.height, |y, to| {
             self.convolve(kernels, y, false, to);
-            to.iter_mut().for_each(|v| *v *= *v * scale);
+            to.iter_mut().for_each(|v| *v = v.powi(2) * scale);
         });
         gaussian(&residual, WINDOW_PX)
     }
