@@ -7,7 +7,7 @@ use super::task::MapReport;
 use crate::field::SensorWindowMm;
 use crate::lens::PacketTracer;
 
-/// What tracing through a lens gives, as polynomials over the pupil of each place of a window; see the module `lens::map`.
+/// What tracing through a lens gives, as polynomials over the pupil of each place of a window.
 #[derive(Clone, Debug)]
 pub struct LensMap {
     pub(super) window: SensorWindowMm,
