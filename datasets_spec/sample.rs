@@ -12,8 +12,9 @@ use crate::effects::Effects;
 use crate::lens_tracing::LensTracing;
 use crate::manifest::FileEntry;
 use crate::mosaic::Mosaic;
+use crate::paths::{PathError, checked_name, checked_sample_name};
 use crate::readout::Readout;
-use crate::version::SCHEMA_VERSION;
+use crate::version::{Description, SCHEMA_VERSION};
 
 /// The whole of `meta.json`. No date, host name, run time or thread count: the same seed gives the same bytes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -319,4 +320,15 @@ pub enum Storage {
     Half,
     /// 32-bit float.
     Float,
+}
+
+impl Description for SampleMeta {
+    fn check_names(&self) -> Result<(), PathError> {
+        checked_sample_name(&self.id)?;
+        let names = self.files.iter().map(|file| &file.name);
+        for name in names.chain(self.contents.iter().map(|entry| &entry.path)) {
+            checked_name(name)?;
+        }
+        Ok(())
+    }
 }

@@ -4,8 +4,7 @@
 use serde::de::DeserializeOwned;
 
 use crate::manifest::DatasetManifest;
-use crate::paths::{PathError, checked_name, checked_path, checked_sample_name};
-use crate::sample::SampleMeta;
+use crate::paths::{PathError, checked_path, checked_sample_name};
 use serde_json::Value;
 
 /// Version of the layout and of both schemas. It changes when a reader of the old one would misread the new one.
@@ -65,17 +64,6 @@ impl Description for DatasetManifest {
         }
         for file in &self.files {
             checked_path(&file.path)?;
-        }
-        Ok(())
-    }
-}
-
-impl Description for SampleMeta {
-    fn check_names(&self) -> Result<(), PathError> {
-        checked_sample_name(&self.id)?;
-        let names = self.files.iter().map(|file| &file.name);
-        for name in names.chain(self.contents.iter().map(|entry| &entry.path)) {
-            checked_name(name)?;
         }
         Ok(())
     }

@@ -1,42 +1,21 @@
 //! The one door to the disk. Files are written aside and renamed, so that a name never stands for half a file; only
 //! plain files are read, and no more of them than a stated size.
 
+mod error;
 mod write;
 
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::{fs, io};
 
+pub use error::FileError;
 pub use write::{
-    FolderAside, probe_file, probe_folder, rename_synced, write_aside, write_synced, write_with,
+    FolderAside, create_folder, probe_file, probe_folder, rename_synced, write_aside, write_synced,
+    write_with,
 };
 
 /// The largest file that is read whole: 8 GiB.
 pub const LARGEST_BYTES: u64 = 8 << 30;
-
-/// A file that could not be read or written: which one, what was tried, and the system's reason.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: cannot {action}: {cause}", path.display())]
-pub struct FileError {
-    /// The file's final name.
-    pub path: PathBuf,
-    /// What was tried: "read", "write", "create the folder".
-    pub action: &'static str,
-    /// The system's reason.
-    #[source]
-    pub cause: io::Error,
-}
-
-impl FileError {
-    /// Ties `cause` to a path and an action.
-    pub fn new(path: &Path, action: &'static str, cause: io::Error) -> Self {
-        Self {
-            path: path.to_path_buf(),
-            action,
-            cause,
-        }
-    }
-}
 
 /// Reads a whole file of at most [`LARGEST_BYTES`].
 ///
@@ -63,14 +42,6 @@ pub fn open(path: &Path) -> Result<File, FileError> {
 pub fn read_text(path: &Path) -> Result<String, FileError> {
     let no_text = |e| FileError::new(path, "read", io::Error::new(io::ErrorKind::InvalidData, e));
     String::from_utf8(read(path)?).map_err(no_text)
-}
-
-/// Creates a folder and its parents; one that exists already is fine.
-///
-/// # Errors
-/// The folder cannot be made.
-pub fn create_folder(path: &Path) -> Result<(), FileError> {
-    fs::create_dir_all(path).map_err(|cause| FileError::new(path, "create the folder", cause))
 }
 
 /// A folder of the program's own below one that exists: created, or there already as a plain folder. A link is refused,

@@ -9,7 +9,15 @@ use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile, TempDir};
 
-use super::{FileError, create_folder};
+use super::error::FileError;
+
+/// Creates a folder and its parents; one that exists already is fine.
+///
+/// # Errors
+/// The folder cannot be made.
+pub fn create_folder(path: &Path) -> Result<(), FileError> {
+    fs::create_dir_all(path).map_err(|cause| FileError::new(path, "create the folder", cause))
+}
 
 /// Writes `bytes` beside `path` and renames them to it; on failure (also a full disk) whatever stood at `path` is
 /// untouched, and nothing else is left. A link is followed; a device or pipe is written to in place.
