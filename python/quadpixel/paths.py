@@ -1,4 +1,7 @@
-"""Names that come from a dataset's files, and the files that they lead to: plain ones inside the dataset, of the stated size."""
+"""Names that come from a dataset's files, and the files that they lead to: plain ones inside the dataset.
+
+Their sizes are held to the descriptions.
+"""
 
 import os
 import re
@@ -17,7 +20,10 @@ def plain_name(name, what):
 
 
 def inside(root, *names):
-    """The path of a plain file below ``root``; ValueError for a name or link that leads out of it, and for a pipe or device."""
+    """The path of a plain file below ``root``.
+
+    ValueError for a name or link that leads out of it, and for a pipe or device.
+    """
     path = os.path.join(root, *(plain_name(name, f"a name in {root}") for name in names))
     home = os.path.realpath(root)
     if os.path.commonpath([home, os.path.realpath(path)]) != home:
