@@ -69,6 +69,7 @@ pub mod map_channels;
 pub mod maps;
 pub mod metrics;
 pub mod pictures;
+pub mod plane_error;
 #[cfg(test)]
 #[path = "../tests/common/random.rs"]
 mod random;

@@ -1,21 +1,13 @@
 //! Why a pair has no dense map.
 
+use crate::plane_error::PlaneError;
+
 /// Pictures or settings without a dense map.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DenseError {
-    /// Not a single channel.
-    #[error("{0} channels: dense matching takes one channel at a time")]
-    Channels(usize),
-    /// NaN or infinity.
-    #[error("pixel (x {x}, y {y}) holds {value}: only finite numbers are allowed")]
-    NotFinite {
-        /// Column.
-        x: usize,
-        /// Row.
-        y: usize,
-        /// NaN or ±∞.
-        value: f32,
-    },
+    /// Not one channel of finite numbers.
+    #[error(transparent)]
+    Plane(#[from] PlaneError),
     /// The views differ in size.
     #[error("left has {} × {} pixels and right {} × {}: both must be of one size", .left.0, .left.1, .right.0, .right.1)]
     Size {

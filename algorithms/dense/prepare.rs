@@ -4,6 +4,7 @@ use quadpixel::image::Image;
 
 use super::error::DenseError;
 use super::filters::{by_rows, enlarged, gaussian, halved, mean, quantile, row_of};
+use crate::plane_error::PlaneError;
 
 /// Smallest side of a picture, px.
 const LEAST_PX: usize = 16;
@@ -134,19 +135,8 @@ fn evened(left: &Image, right: &Image) -> Image {
 }
 
 fn check(left: &Image, right: &Image) -> Result<(), DenseError> {
-    for image in [left, right] {
-        if image.channels() != 1 {
-            return Err(DenseError::Channels(image.channels()));
-        }
-        if let Some(i) = image.data().iter().position(|v| !v.is_finite()) {
-            let (x, y) = (i % image.width(), i / image.width());
-            return Err(DenseError::NotFinite {
-                x,
-                y,
-                value: image.data()[i],
-            });
-        }
-    }
+    PlaneError::check(left)?;
+    PlaneError::check(right)?;
     let size = |image: &Image| (image.width(), image.height());
     if size(left) != size(right) {
         return Err(DenseError::Size {

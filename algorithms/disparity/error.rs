@@ -1,21 +1,13 @@
 //! Why two pictures cannot be matched.
 
+use crate::plane_error::PlaneError;
+
 /// Pictures or settings that cannot be matched.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MatchError {
-    /// Not a single channel.
-    #[error("{0} channels: matching takes one channel at a time")]
-    Channels(usize),
-    /// NaN or infinity.
-    #[error("pixel (x {x}, y {y}) holds {value}: only finite numbers are allowed")]
-    NotFinite {
-        /// Column.
-        x: usize,
-        /// Row.
-        y: usize,
-        /// NaN or ±∞.
-        value: f32,
-    },
+    /// Not one channel of finite numbers.
+    #[error(transparent)]
+    Plane(#[from] PlaneError),
     /// A and B differ in size.
     #[error("A has {} × {} pixels and B {} × {}: both must be of one size", .a.0, .a.1, .b.0, .b.1)]
     Size {

@@ -2,7 +2,7 @@
 
 use quadpixel::image::Image;
 
-use super::error::MatchError;
+use crate::plane_error::PlaneError;
 
 /// Samples behind the last one.
 pub(super) const PADDING: usize = 40;
@@ -19,17 +19,8 @@ pub(super) struct Plane {
 
 impl Plane {
     /// Takes a single-channel picture over; NaN and infinity are refused.
-    pub fn new(image: &Image) -> Result<Self, MatchError> {
-        if image.channels() != 1 {
-            return Err(MatchError::Channels(image.channels()));
-        }
-        if let Some(i) = image.data().iter().position(|v| !v.is_finite()) {
-            return Err(MatchError::NotFinite {
-                x: i % image.width(),
-                y: i / image.width(),
-                value: image.data()[i],
-            });
-        }
+    pub fn new(image: &Image) -> Result<Self, PlaneError> {
+        PlaneError::check(image)?;
         let values = image.data();
         let n = values.len().max(1) as f64;
         let mean = sum(values, |v| v) / n;

@@ -3,6 +3,7 @@
 
 use quadpixel::image::Image;
 use quadpixel_algorithms::dense::{DenseError, DenseMap, DenseSettings, dense_disparity};
+use quadpixel_algorithms::plane_error::PlaneError;
 
 const SIDE: usize = 128;
 
@@ -140,7 +141,7 @@ fn bad_pairs_are_named() {
     };
     assert_eq!(
         refused(&image, &Image::zeros(32, 32, 3), None),
-        DenseError::Channels(3)
+        DenseError::Plane(PlaneError::Channels(3))
     );
     let size = refused(&image, &Image::zeros(31, 32, 1), None).to_string();
     assert!(size.contains("one size"), "{size}");
@@ -158,6 +159,6 @@ fn bad_pairs_are_named() {
     bad.pixel_mut(3, 7)[0] = f32::NAN;
     assert!(matches!(
         refused(&bad, &image, None),
-        DenseError::NotFinite { x: 3, y: 7, .. }
+        DenseError::Plane(PlaneError::NotFinite { x: 3, y: 7, .. })
     ));
 }

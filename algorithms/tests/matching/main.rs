@@ -9,6 +9,7 @@ use quadpixel_algorithms::disparity::{
     Axes, DisparityMap, MatchError, MatchSettings, Verdict, match_images,
 };
 use quadpixel_algorithms::field::{Loss, SmoothField};
+use quadpixel_algorithms::plane_error::PlaneError;
 use score::{Case, score};
 use texture::{Texture, picture};
 
@@ -341,7 +342,7 @@ fn nan_and_infinity_are_refused_with_the_pixel_named() {
     let colour = Image::zeros(61, 51, 3);
     assert_eq!(
         match_images(&colour, &colour, &MatchSettings::default()),
-        Err(MatchError::Channels(3))
+        Err(MatchError::Plane(PlaneError::Channels(3)))
     );
     let other = Image::zeros(60, 51, 1);
     assert!(matches!(
