@@ -8,6 +8,9 @@
 //! ℓ and the noise ν are those of the smallest such error. All sub-pixels share K. Distances r are those of
 //! [`super::design`].
 
+use faer::linalg::solvers::DenseSolveCore;
+use faer::{Mat, MatRef, Side};
+
 use super::design::{Point, Space, distance};
 use crate::em::light::Incidence;
 
@@ -15,6 +18,8 @@ const LENGTHS: [f64; 8] = [0.05, 0.08, 0.12, 0.18, 0.27, 0.4, 0.6, 1.0];
 const NOISES: [f64; 4] = [1e-4, 1e-2, 1e-1, 1.0];
 /// Images nearer than this are one point; places are f32.
 const SAME: f64 = 1e-6;
+/// Below it rounding leaves a matrix not positive.
+const SMALLEST_PIVOT: f64 = 1e-14;
 
 /// The fitted function.
 #[derive(Clone, Debug)]
@@ -44,7 +49,7 @@ impl Process {
                 let Some(inverse) = data.inverse(length, noise) else {
                     continue;
                 };
-                let coefficients = product(&inverse, &data.values);
+                let coefficients = product(inverse.as_ref(), &data.values);
                 let out = data.left_out(&inverse, &coefficients);
                 let sum: f64 = out.iter().flatten().map(|x| x * x).sum();
                 if best.as_ref().is_none_or(|b| sum < b.0) {
@@ -123,17 +128,17 @@ impl Data {
     }
 
     /// K⁻¹, `None` where rounding leaves K not positive.
-    fn inverse(&self, length: f64, noise: f64) -> Option<Vec<Vec<f64>>> {
-        let row = |(i, a)| {
-            let entry =
-                |(j, b)| covariance(distance(a, b), length) + if i == j { noise } else { 0.0 };
-            self.points.iter().enumerate().map(entry).collect()
+    fn inverse(&self, length: f64, noise: f64) -> Option<Mat<f64>> {
+        let n = self.points.len();
+        let entry = |i: usize, j: usize| {
+            let at = distance(&self.points[i], &self.points[j]);
+            covariance(at, length) + if i == j { noise } else { 0.0 }
         };
-        inverse(self.points.iter().enumerate().map(row).collect())
+        inverse(&Mat::from_fn(n, n, entry))
     }
 
     /// The error of each run, left out with its images, averaged over these back to the run's own sub-pixels' sizes.
-    fn left_out(&self, inverse_k: &[Vec<f64>], coefficients: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    fn left_out(&self, inverse_k: &Mat<f64>, coefficients: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut all = Vec::with_capacity(self.runs);
         let mut first = 0;
         while first < self.run.len() {
@@ -141,9 +146,9 @@ impl Data {
                 .iter()
                 .take_while(|r| **r == self.run[first]);
             let block = first..first + images.count();
-            let part = block.clone().map(|i| inverse_k[i][block.clone()].to_vec());
-            let errors = match inverse(part.collect()) {
-                Some(back) => product(&back, &coefficients[block.clone()]),
+            let part = inverse_k.submatrix(first, first, block.len(), block.len());
+            let errors = match inverse(&part.to_owned()) {
+                Some(back) => product(back.as_ref(), &coefficients[block.clone()]),
                 None => self.values[block.clone()].to_vec(),
             };
             // Every image shows the same errors on other sub-pixels.
@@ -159,62 +164,20 @@ fn covariance(distance: f64, length: f64) -> f64 {
     (1.0 + rho + rho * rho / 3.0) * (-rho).exp()
 }
 
-fn product(matrix: &[Vec<f64>], columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let row = |row: &Vec<f64>| {
-        let mut sum = vec![0.0; columns.first().map_or(0, Vec::len)];
-        for (m, values) in row.iter().zip(columns) {
-            for (s, v) in sum.iter_mut().zip(values) {
-                *s += m * v;
-            }
-        }
-        sum
-    };
-    matrix.iter().map(row).collect()
+fn product(matrix: MatRef<'_, f64>, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let count = columns.first().map_or(0, Vec::len);
+    let columns = Mat::from_fn(columns.len(), count, |i, j| columns[i][j]);
+    let product = matrix * &columns;
+    let row = |i| product.row(i).iter().copied().collect();
+    (0..product.nrows()).map(row).collect()
 }
 
 /// Inverse of a symmetric positive matrix by its Cholesky factor, `None` of one that is not.
-fn inverse(mut a: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
-    let n = a.len();
-    for i in 0..n {
-        for j in 0..=i {
-            let (upper, lower) = a.split_at(i);
-            let row = &lower[0];
-            let other = if j < i { &upper[j] } else { row };
-            let sum: f64 = row[..j].iter().zip(&other[..j]).map(|(x, y)| x * y).sum();
-            let left = row[j] - sum;
-            a[i][j] = if i == j {
-                if left.is_nan() || left <= 1e-14 {
-                    return None;
-                }
-                left.sqrt()
-            } else {
-                left / other[j]
-            };
-        }
-    }
-    // Rows of L⁻¹ transposed: column k of L⁻¹ by forward substitution.
-    let mut columns = vec![vec![0.0; n]; n];
-    for (k, column) in columns.iter_mut().enumerate() {
-        column[k] = 1.0 / a[k][k];
-        for i in k + 1..n {
-            let sum: f64 = a[i][k..i]
-                .iter()
-                .zip(&column[k..i])
-                .map(|(l, x)| l * x)
-                .sum();
-            column[i] = -sum / a[i][i];
-        }
-    }
-    let entry = |i: usize, j: usize| -> f64 {
-        let from = i.max(j);
-        let (x, y) = (&columns[i][from..], &columns[j][from..]);
-        x.iter().zip(y).map(|(x, y)| x * y).sum()
-    };
-    Some(
-        (0..n)
-            .map(|i| (0..n).map(|j| entry(i, j)).collect())
-            .collect(),
-    )
+fn inverse(matrix: &Mat<f64>) -> Option<Mat<f64>> {
+    let factor = matrix.llt(Side::Lower).ok()?;
+    let pivots = factor.L().diagonal();
+    let positive = (0..matrix.nrows()).all(|i| pivots[i].powi(2) > SMALLEST_PIVOT);
+    positive.then(|| factor.inverse())
 }
 
 #[cfg(test)]
@@ -224,16 +187,15 @@ mod tests {
 
     #[test]
     fn the_inverse_of_a_positive_matrix_is_one() {
-        let a = vec![
-            vec![4.0, 1.0, 0.5],
-            vec![1.0, 3.0, -0.2],
-            vec![0.5, -0.2, 2.0],
-        ];
-        let back = inverse(a.clone()).unwrap();
-        for (i, row) in product(&a, &back).iter().enumerate() {
-            for (j, entry) in row.iter().enumerate() {
+        let rows = [[4.0, 1.0, 0.5], [1.0, 3.0, -0.2], [0.5, -0.2, 2.0]];
+        let back = inverse(&Mat::from_fn(3, 3, |i, j| rows[i][j])).unwrap();
+        for (i, row) in rows.iter().enumerate() {
+            for j in 0..3 {
+                let entry: f64 = (0..3).map(|k| row[k] * back[(k, j)]).sum();
                 assert!((entry - f64::from(u8::from(i == j))).abs() < 1e-12);
             }
         }
+        let not_positive = [[1.0, 2.0], [2.0, 1.0]];
+        assert!(inverse(&Mat::from_fn(2, 2, |i, j| not_positive[i][j])).is_none());
     }
 }
