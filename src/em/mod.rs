@@ -4,11 +4,13 @@
 
 mod builtin;
 mod check;
+mod choice;
 pub mod corrected;
 mod error;
 pub mod fdtd;
 pub mod geometric;
 mod indices;
+mod level;
 pub mod light;
 mod material;
 mod model;
@@ -21,9 +23,11 @@ mod supercell;
 pub(crate) mod symmetry;
 pub mod wave;
 
+pub use choice::ModelChoice;
 pub use error::{SolverError, StackError};
 pub(crate) use indices::Indices;
+pub use level::{DirectionSteps, Level, Preset};
 pub use material::Material;
-pub use model::{CorrectedSettings, DirectionSteps, Level, ModelChoice, PixelModel, Preset};
+pub use model::{CorrectedSettings, PixelModel};
 pub use shift_grid::ShiftGrid;
 pub use stack::{Layer, MetalWalls, Microlens, PixelStack};

@@ -1,4 +1,4 @@
-//! A chart and a room through a lens, each held to a golden that carries its variance: whatever changes the light that the renderer
+//! A chart and a room through a lens, each held to a golden that carries its variance: whatever changes the light that
 //! computes, and no closed form sees, is found here. Another order of the rays is not: a golden is no set of bytes.
 //!
 //! A golden holds, for each value of a picture, mean and variance over [`SEEDS`] renders of other seeds. A render of a
