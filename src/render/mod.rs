@@ -19,14 +19,18 @@ mod disparity_curve;
 mod disparity_ratio;
 mod estimator;
 mod image;
+mod lamp_rays;
 mod lens_maps;
 mod matching_curve;
+mod occlusion;
+mod pixel_aim;
 mod probe;
 mod record;
 mod run;
 mod stats;
 mod tracer;
 pub mod truth;
+mod workspace;
 
 pub use camera::{Camera, CameraError};
 pub use disparity_curve::{LUMINANCE, disparity_curves};

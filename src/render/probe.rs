@@ -2,7 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::estimator::{Estimator, PixelAim, PixelTask, Workspace};
+use super::estimator::{Estimator, PixelTask};
+use super::pixel_aim::PixelAim;
+use super::workspace::Workspace;
 use super::{Camera, Execution, RenderSettings};
 use crate::scene::Scene;
 

@@ -3,9 +3,12 @@
 use rayon::prelude::*;
 
 use super::camera::Camera;
-use super::estimator::{Estimator, Occlusion, PixelAim, PixelTask, RadianceRecord, Workspace};
+use super::estimator::{Estimator, PixelTask, RadianceRecord};
+use super::occlusion::Occlusion;
+use super::pixel_aim::PixelAim;
 use super::record::{RayRecord, RecordError};
 use super::stats::Tally;
+use super::workspace::Workspace;
 use super::{Execution, RenderSettings, RenderStats, SubPixelImage};
 use crate::image::Image;
 use crate::progress::Progress;
@@ -80,7 +83,8 @@ impl<'a> Render<'a> {
         self.run_into(RadianceRecord::None)
     }
 
-    /// Renders, and keeps the radiance of every ray.
+    /// Renders, and keeps the radiance of every ray. Without the additional rays towards small lamps, which would differ
+    /// from pixel to pixel: their pictures have more noise.
     ///
     /// # Errors
     /// [`RecordError::TooLarge`] for a window and ray count beyond [`RayRecord::MAX_BYTES`].

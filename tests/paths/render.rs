@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
 use quadpixel::render::truth::{SightRays, WhiteField};
-use quadpixel::render::{Camera, RenderSettings};
+use quadpixel::render::{Camera, Render, RenderSettings};
 use quadpixel::scene::texture::Texture;
 use quadpixel::scene::world::{
     Encoding, Light, Material, PathSettings, TextureMap, TextureRef, TriangleMesh, World,
@@ -208,4 +208,99 @@ fn a_slanted_texture_is_blurred_along_the_view_and_not_across_it() {
     };
     assert!(contrast(false) > 0.6, "{}", contrast(false));
     assert!(contrast(true) < 0.25, "{}", contrast(true));
+}
+
+/// A ball that shines in front of a grey wall.
+fn lamp(radius_mm: f64, z_mm: f64) -> Scene {
+    let strength = 9.0 / (radius_mm * radius_mm) as f32;
+    let mut world = WorldDescription {
+        materials: vec![
+            Material::diffuse([0.5; 3]),
+            Material::emitter([1.0, 0.75, 0.5].map(|c| strength * c)),
+        ],
+        ..WorldDescription::default()
+    };
+    let corner = DVec3::new(-600.0, 600.0, -900.0);
+    world.add(
+        TriangleMesh::rectangle(corner, DVec3::X * 1200.0, DVec3::Y * -1200.0, 0),
+        1,
+    );
+    world.add(TriangleMesh::sphere(radius_mm, 8, 1), 2);
+    if let Some(instance) = world.instances.last_mut() {
+        let place = DVec3::new(1.0, -2.0, z_mm);
+        instance.camera_from_mesh = DAffine3::from_translation(place);
+    }
+    Scene::from_world(
+        Arc::new(World::new(world).unwrap()),
+        PathSettings::default(),
+    )
+}
+
+/// Mean and standard error of a picture's sum over seeds, and the variance of its values.
+struct Spread {
+    sum: f64,
+    error: f64,
+    variance: f64,
+}
+
+fn spread(pictures: &[Vec<f32>]) -> Spread {
+    let count = pictures.len() as f64;
+    let variance = |values: &dyn Fn(&Vec<f32>) -> f64| {
+        let mean = pictures.iter().map(values).sum::<f64>() / count;
+        let square: f64 = pictures.iter().map(|p| (values(p) - mean).powi(2)).sum();
+        (mean, square / (count - 1.0))
+    };
+    let (sum, of_sum) = variance(&|p| p.iter().map(|v| f64::from(*v)).sum());
+    Spread {
+        sum,
+        error: (of_sum / count).sqrt(),
+        variance: (0..pictures[0].len())
+            .map(|i| variance(&|p| f64::from(p[i])).1)
+            .sum(),
+    }
+}
+
+#[test]
+fn rays_towards_small_lamps_take_their_speckles_and_no_light() {
+    // Kept rays are drawn without those towards lamps: the plain estimator.
+    const SEEDS: u64 = 16;
+    let lens = focused(PHONE, 750.0);
+    let camera = shots::camera(&lens, &boxes(2, 2, 2.8, 6.0), (32, 32), DVec2::ZERO);
+    let blurred = Camera::clone(&camera).with_lens_diffraction();
+    // Radius, depth, whether by waves, error of the plain sum and ratio of variances at most.
+    for (radius_mm, z_mm, camera, plain_error, most) in [
+        (0.15, -300.0, &camera, 0.015, 0.3),
+        (0.15, -300.0, &blurred, 0.015, 0.6),
+        (0.03, -300.0, &camera, 0.15, 0.05),
+        (0.1, -750.0, &camera, 0.05, 0.8),
+        (0.1, -750.0, &blurred, 0.05, 0.9),
+    ] {
+        let scene = lamp(radius_mm, z_mm);
+        let render = |seed, keeps_rays| {
+            let settings = RenderSettings {
+                rays_per_pixel: 64,
+                seed,
+            };
+            let render = Render::new(camera, &scene, &settings);
+            let rendered = match keeps_rays {
+                true => render.run_recorded().unwrap().0,
+                false => render.run(),
+            };
+            rendered.image.mosaic.data().to_vec()
+        };
+        let [plain, aimed] = [true, false].map(|keeps_rays| {
+            let pictures: Vec<_> = (1..=SEEDS).map(|seed| render(seed, keeps_rays)).collect();
+            spread(&pictures)
+        });
+        let ratio = aimed.variance / plain.variance;
+        let text = format!(
+            "{radius_mm} at {z_mm}: {} ± {} and {} ± {}, variance {ratio}",
+            plain.sum, plain.error, aimed.sum, aimed.error
+        );
+        println!("{text}");
+        let off = (plain.sum - aimed.sum).abs();
+        assert!(off < 4.0 * plain.error.hypot(aimed.error), "{text}");
+        assert!(plain.error < plain_error * plain.sum, "{text}");
+        assert!(ratio < most, "{text}");
+    }
 }

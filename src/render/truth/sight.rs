@@ -14,7 +14,7 @@ use crate::field::FieldGrid;
 use crate::image::Image;
 use crate::rays::{RayBatch, RaySlices, RayStatus};
 use crate::render::Camera;
-use crate::render::estimator::pixel_origin_mm;
+use crate::render::pixel_aim::pixel_origin_mm;
 use crate::scene::{Hits, NO_SURFACE, Scene};
 use crate::simd::SimdLevel;
 use crate::spectrum::ChannelWavelengths;

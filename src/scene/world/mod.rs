@@ -16,6 +16,7 @@ mod description;
 mod environment;
 mod fold;
 mod geometry;
+mod lamps;
 mod lanes;
 mod light_sampling;
 mod lights;
@@ -39,6 +40,7 @@ pub use description::{
     Alpha, Environment, Instance, Light, Material, MaterialIndices, NormalMap, TextureRef,
     TriangleMesh, WorldDescription,
 };
+pub use lamps::Lamp;
 pub use path::PathSettings;
 pub use texture_map::{Encoding, TextureMap, Wrap};
 

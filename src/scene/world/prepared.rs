@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::check::{self, WorldWarnings};
 use super::description::{Alpha, Material, WorldDescription};
 use super::geometry::Element;
+use super::lamps::{Lamp, lamps};
 use super::texture_map::TextureMap;
 use super::{environment, geometry, lights, microfacet};
 use crate::range::OutOfRange;
@@ -16,6 +17,7 @@ pub struct World {
     pub(super) materials: Vec<Material>,
     pub(super) textures: Vec<TextureMap>,
     pub(super) lights: lights::Lights,
+    lamps: Vec<Lamp>,
     pub(super) sky: environment::Sky,
     pub(super) albedos: microfacet::AlbedoTable,
     /// Whether any material is a cut-out.
@@ -42,8 +44,10 @@ impl World {
         let stage = geometry::Stage::new(&description, &mut warnings);
         let sky = environment::Sky::new(&description.environment);
         let materials = &description.materials;
+        let lights = lights::Lights::new(&description, &stage, &sky);
         Ok(Self {
-            lights: lights::Lights::new(&description, &stage, &sky),
+            lamps: lamps(&stage, &lights),
+            lights,
             has_masks: materials
                 .iter()
                 .any(|m| matches!(m.alpha, Alpha::Mask { .. })),
@@ -76,6 +80,11 @@ impl World {
     pub fn bounds_mm(&self) -> Option<[DVec3; 2]> {
         let b = self.stage.bounds;
         (b.least.x <= b.greatest.x).then(|| [b.least.as_dvec3(), b.greatest.as_dvec3()])
+    }
+
+    /// What shines, instance by instance, in falling order of power: 256 at most.
+    pub fn lamps(&self) -> &[Lamp] {
+        &self.lamps
     }
 
     /// A triangle's material.
