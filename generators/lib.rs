@@ -51,6 +51,7 @@ pub mod describe;
 pub mod draw;
 pub mod export;
 pub mod field_error;
+pub mod ledger;
 mod lens_tracing;
 pub mod observer;
 pub mod plot;

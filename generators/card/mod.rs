@@ -9,6 +9,7 @@ use std::fmt::Write;
 
 use quadpixel_datasets::{FileEntry, Range, SampleEntry, SampleMeta, Split, paths};
 
+use crate::ledger::Ledger;
 use crate::preview::number;
 
 /// A number that every sample has, or may have.
@@ -99,8 +100,7 @@ pub struct Census {
     responses: BTreeMap<String, u64>,
     charts: BTreeMap<String, u64>,
     windows: BTreeMap<String, u64>,
-    simulated: BTreeMap<String, u64>,
-    left_out: BTreeMap<String, String>,
+    effects: Ledger,
     values: [Vec<f64>; QUANTITIES.len()],
 }
 
@@ -128,13 +128,7 @@ impl Census {
         for chart in &meta.scene.charts {
             add(&mut self.charts, chart.clone());
         }
-        for effect in &meta.effects.simulated {
-            add(&mut self.simulated, effect.to_string());
-        }
-        for effect in &meta.effects.left_out {
-            self.left_out
-                .insert(effect.effect.to_string(), effect.reason.to_string());
-        }
+        self.effects.count(&meta.effects);
         for (values, quantity) in self.values.iter_mut().zip(&QUANTITIES) {
             values.extend((quantity.value)(meta).filter(|v| v.is_finite()));
         }
@@ -224,7 +218,6 @@ fn text(
         ("Angular responses", &census.responses),
         ("Sensor windows", &census.windows),
         ("Charts, by card", &census.charts),
-        ("Effects simulated", &census.simulated),
     ];
     for (title, table) in counted {
         let _ = write!(card, "## {title}\n\n| what | samples |\n|---|---|\n");
@@ -233,11 +226,23 @@ fn text(
         }
         card.push('\n');
     }
-    card.push_str("## Effects left out\n\n");
-    for (name, reason) in &census.left_out {
-        let _ = writeln!(card, "- {}: {}", cell(name), cell(reason));
+    card.push_str(
+        "## Effects\n\n| effect | simulated, samples | left out, samples | why | estimated error, at most |\n\
+         |---|---|---|---|---|\n",
+    );
+    for (effect, row) in census.effects.rows() {
+        let reasons: Vec<String> = row.reasons.iter().map(|reason| cell(reason)).collect();
+        let _ = writeln!(
+            card,
+            "| {} | {} | {} | {} | {} |",
+            cell(&effect.to_string()),
+            row.simulated,
+            row.left_out,
+            reasons.join("; "),
+            row.estimate()
+        );
     }
-    card.push_str("\n## Distributions\n\nOne value a sample.\n\n| quantity | samples | min | 5 % | median | 95 % | max |\n|---|---|---|---|---|---|---|\n");
+    card.push_str("\n## Distributions\n\nOne value per sample.\n\n| quantity | samples | min | 5 % | median | 95 % | max |\n|---|---|---|---|---|---|---|\n");
     for (quantity, values) in distributions {
         let at = |part: f64| number(values[((values.len() - 1) as f64 * part).round() as usize]);
         let _ = writeln!(

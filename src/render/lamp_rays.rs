@@ -8,16 +8,15 @@
 //! ```text
 //! Δ = a + X x + M q      from the middle of the lamp; a and M of the tile of the disk that q is in, of 17 × 17
 //! ```
-//! from traced rays. Of a lamp out of focus, a place x in the pixel and a place d in the unit disk give the point q with
+//! from traced rays. Of a lamp out of focus, a place x in the pixel and a place d in the unit disk give the q with
 //! Δ = r d, which is searched for tile by tile; of one in focus, d and q give x. All rays of the pixel then have the
 //! weight
 //!
 //! ```text
 //! w = 1/(1 + Σ m/(n s)),      s = r²/|det M| or π r²/|det X|
 //! ```
-//! with a sum over the lamps with |Δ| ≤ r whose search ends in q's tile,
-//! which is the balance heuristic (Veach & Guibas, SIGGRAPH 1995): unbiased for any sketch, as all other rays see the
-//! lamp, too, and count in full.
+//! with a sum over the lamps with |Δ| ≤ r whose search ends in the tile of q. That is the balance heuristic (Veach &
+//! Guibas, SIGGRAPH 1995): unbiased for any sketch, as all other rays see the lamp, too, and count in full.
 
 use std::f64::consts::PI;
 

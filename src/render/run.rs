@@ -83,8 +83,8 @@ impl<'a> Render<'a> {
         self.run_into(RadianceRecord::None)
     }
 
-    /// Renders, and keeps the radiance of every ray. Without the additional rays towards small lamps, which would differ
-    /// from pixel to pixel: their pictures have more noise.
+    /// Renders, and keeps the radiance of every ray. Without the additional rays towards small lamps, whose number
+    /// differs from pixel to pixel: pictures of lamps have more noise.
     ///
     /// # Errors
     /// [`RecordError::TooLarge`] for a window and ray count beyond [`RayRecord::MAX_BYTES`].

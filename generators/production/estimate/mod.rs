@@ -13,10 +13,12 @@ use std::path::Path;
 use quadpixel::em::{Level, Preset};
 use quadpixel::file::{self, FolderAside};
 use quadpixel::shard::Shard;
+use quadpixel_datasets::Effects;
 use serde::Serialize;
 
 use crate::assemble::Responses;
 use crate::config::{DatasetConfig, ResponseConfig};
+use crate::ledger::Ledger;
 use crate::observer::{Event, Observer};
 use crate::production::error::GenerateError;
 use crate::production::folder_error::FolderError;
@@ -55,6 +57,8 @@ pub struct Expected {
     pub relative_spread: Option<f64>,
     /// What the response is off by.
     pub response_error: String,
+    /// What the samples that were tried contain of the light's way, and what they leave out.
+    pub effects: Ledger,
 }
 
 /// One sample that was tried.
@@ -63,6 +67,7 @@ struct Trial {
     bytes: u64,
     spread: Option<f64>,
     rays: usize,
+    effects: Effects,
 }
 
 /// What the part `shard` of a dataset that is to be made in `out` will take on this machine.
@@ -148,6 +153,8 @@ fn expected(
         ResponseConfig::Files { .. } => "that of the tables, told where they were made",
     };
     let response_error = response_error.to_owned();
+    let mut effects = Ledger::default();
+    more.iter().for_each(|trial| effects.count(&trial.effects));
     Expected {
         samples: count,
         seconds: response_seconds + count as f64 * seconds_a_sample,
@@ -157,6 +164,7 @@ fn expected(
         disk_bytes: (count as f64 * bytes) as u64,
         relative_spread,
         response_error,
+        effects,
     }
 }
 
@@ -188,6 +196,7 @@ fn trial(
         bytes,
         spread: sample.description.errors.map(|e| e.rms_over_mean),
         rays,
+        effects: sample.description.effects,
     })
 }
 
@@ -234,6 +243,12 @@ impl std::fmt::Display for Expected {
         if let Some(spread) = self.relative_spread {
             write!(f, "\nspread of a sub-pixel: {:.1} %", 100.0 * spread)?;
         }
-        write!(f, "\nresponse: {}", self.response_error)
+        write!(f, "\nresponse: {}", self.response_error)?;
+        let ledger = self.effects.to_string();
+        write!(
+            f,
+            "\neffects of the samples that were tried:\n{}",
+            ledger.trim_end()
+        )
     }
 }
