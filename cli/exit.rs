@@ -3,6 +3,7 @@
 use quadpixel::file::FileError;
 use quadpixel::lens::LensError;
 use quadpixel::response::ResponseError;
+use quadpixel_generators::bank::BankError;
 use quadpixel_generators::config::ConfigError;
 use quadpixel_generators::export::ExportError;
 use quadpixel_generators::production::error::GenerateError;
@@ -66,6 +67,7 @@ macro_rules! from_library_errors {
     )*};
 }
 from_library_errors!(
+    BankError,
     ConfigError,
     ExportError,
     FolderError,

@@ -44,6 +44,7 @@
 //! ```
 
 pub mod assemble;
+pub mod bank;
 pub mod card;
 pub mod charts;
 pub mod config;

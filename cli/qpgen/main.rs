@@ -12,6 +12,7 @@ mod lens;
 mod merge;
 mod pixel_model;
 mod preview;
+mod psf;
 mod render;
 mod response;
 mod scene_args;
@@ -75,6 +76,12 @@ enum Command {
     /// Example: qpgen render --scene shop.glb --focus-mm 1200 --size 640x480 --out shop
     #[command(verbatim_doc_comment)]
     Render(render::RenderArgs),
+    /// Kernels (point-spread functions) of every sub-pixel as numbers: over field, depth and colour, with energy and
+    /// centroid.
+    ///
+    /// Example: qpgen psf --depths-m 0.4,0.75,inf --fields 5x5 -o bank.npz
+    #[command(verbatim_doc_comment)]
+    Psf(psf::PsfArgs),
     /// A pixel's angular response: the table that the renderer uses, or P at a few angles.
     ///
     /// Example: qpgen response --pixel 1.6um --theta-deg 0,5,10 --phi-deg 0
@@ -125,6 +132,7 @@ impl Command {
             Self::Check(args) => args.json,
             Self::Preview(args) => args.json,
             Self::Render(args) => args.json,
+            Self::Psf(args) => args.json,
             Self::Response(args) => args.json,
             Self::Study(args) => args.json,
             Self::Validate(args) => args.json,
@@ -164,6 +172,7 @@ fn run(cli: Cli, log: Log) -> Result<(), CommandError> {
         Command::Merge(args) => merge::run(&args, log),
         Command::Preview(args) => preview::run(&args),
         Command::Render(args) => render::run(&args, log),
+        Command::Psf(args) => psf::run(&args, log),
         Command::Response(args) => response::run(&args, log),
         Command::Study(args) => study::run(&args, log),
         Command::Validate(args) => validate::run(&args, log),

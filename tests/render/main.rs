@@ -6,6 +6,7 @@
 
 mod disparity;
 mod execution;
+mod kernels;
 mod radiometry;
 #[path = "../common/shots.rs"]
 mod shots;

@@ -15,6 +15,7 @@ mod lens;
 mod mosaic;
 mod noisy;
 mod production;
+mod psf;
 mod randomised;
 mod response;
 mod truth;

@@ -140,6 +140,17 @@ impl SightRays {
         }
     }
 
+    /// The line of sight of a sensor position in the reference channel; `None` where there is none.
+    pub fn line(&self, camera: &Camera, xy_mm: DVec2) -> Option<SightLine> {
+        let sensor = camera.sensor();
+        let window = sensor.window_mm();
+        let corner = window.centre - DVec2::new(window.half_width, window.half_height);
+        let place = (xy_mm - corner) / sensor.pitch_mm() - 0.5;
+        let places = std::iter::once((place.x, place.y));
+        let batch = self.rays(camera, ChannelWavelengths::REFERENCE, places);
+        Some(SightLine::from_ray(&batch.get(0).ok()?))
+    }
+
     /// Whether each channel has rays of sight of its own.
     pub(super) fn has_channels(&self) -> bool {
         matches!(&self.by, By::Centroid(fields) if fields.len() == 3)
