@@ -9,6 +9,7 @@ use quadpixel_generators::export::ExportError;
 use quadpixel_generators::production::error::GenerateError;
 use quadpixel_generators::production::folder_error::FolderError;
 use quadpixel_generators::recipe::RecipeError;
+use quadpixel_generators::rgbd::PictureError;
 use quadpixel_generators::sample::SampleError;
 use quadpixel_generators::scenes::SceneError;
 use quadpixel_generators::writer::WriteError;
@@ -73,6 +74,7 @@ from_library_errors!(
     FolderError,
     GenerateError,
     LaboratoryError,
+    PictureError,
     RecipeError,
     SampleError,
     SceneError,

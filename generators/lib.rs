@@ -58,6 +58,7 @@ pub mod plot;
 pub mod preview;
 pub mod production;
 pub mod recipe;
+pub mod rgbd;
 pub mod sample;
 pub mod scenes;
 pub mod writer;

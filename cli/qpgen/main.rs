@@ -5,6 +5,7 @@ use std::process::ExitCode;
 mod accuracy;
 mod check;
 mod coarse;
+mod convert;
 mod dataset;
 mod effect_args;
 mod export;
@@ -58,6 +59,11 @@ enum Command {
     /// Example: qpgen dataset --count 100 --seed 7 --out data
     #[command(verbatim_doc_comment)]
     Dataset(dataset::DatasetArgs),
+    /// Makes a dataset of pictures with depth: what a real lens and a pixel with several sub-pixels make of them.
+    ///
+    /// Example: qpgen convert --image rgb --depth depth --depth-unit mm -o data
+    #[command(verbatim_doc_comment)]
+    Convert(convert::ConvertArgs),
     /// Joins the shards of a dataset, and checks it.
     ///
     /// Example: qpgen dataset --shard 1/2; qpgen dataset --shard 2/2; qpgen merge out
@@ -127,6 +133,7 @@ impl Command {
     /// Whether stderr is for programs too.
     fn json(&self) -> bool {
         match self {
+            Self::Convert(args) => args.json,
             Self::Dataset(args) => args.json,
             Self::Merge(args) => args.json,
             Self::Check(args) => args.json,
@@ -168,6 +175,7 @@ fn run(cli: Cli, log: Log) -> Result<(), CommandError> {
     limit(cli.max_memory)?;
     use_threads(cli.threads)?;
     match cli.command {
+        Command::Convert(args) => convert::run(&args, log),
         Command::Dataset(args) => dataset::run(&args, log),
         Command::Merge(args) => merge::run(&args, log),
         Command::Preview(args) => preview::run(&args),

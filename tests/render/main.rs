@@ -8,6 +8,7 @@ mod disparity;
 mod execution;
 mod kernels;
 mod radiometry;
+mod rgbd;
 #[path = "../common/shots.rs"]
 mod shots;
 mod spectral;

@@ -5,6 +5,7 @@ mod closed_pipe;
 mod colour;
 mod commands;
 mod common;
+mod convert;
 mod dataset_files;
 mod dataset_rules;
 mod disks;
