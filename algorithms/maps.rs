@@ -8,9 +8,10 @@ use std::path::Path;
 
 use ndarray::{ArrayD, IxDyn};
 use ndarray_npy::WriteNpyExt;
-use quadpixel::file;
-use quadpixel::image::exr::{Compression, Layer, NamedLayer, Sample, encode_layers, read_layers};
-use quadpixel::image::{Image, ImageError, raster};
+use quadpixel::image::exr::{Compression, Layer, Sample, encode_layers};
+use quadpixel::image::{Image, ImageError};
+
+pub use quadpixel::image::maps::read;
 
 /// Kind of file for numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,8 +115,6 @@ fn pfm(image: &Image) -> Vec<u8> {
     }
     bytes
 }
-
-pub use quadpixel::image::maps::read;
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // because tests fail by panicking

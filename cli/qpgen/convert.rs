@@ -31,9 +31,9 @@ pub struct ConvertArgs {
     image: PathBuf,
     /// Its depth, or a folder of depths: files of the same stems and sizes (PNG, TIFF, EXR, PFM, NPY).
     ///
-    /// Holes are: NaN, 0 and below of z and ray; NaN, infinity and below 0 of inverse depth; NaN, infinity, 0 and below
-    /// of disparity; the number of --hole; what is nearer than --nearest-m. Sky (no parallax) is: infinity of z and ray,
-    /// 0 of inverse depth. A hole takes the farthest depth beside it. Behind depth edges the background goes on, its
+    /// Holes are: NaN, 0 and below of z and ray; NaN, infinity and below 0 of inverse depth; NaN, infinity, 0 and
+    /// below of disparity; the number of --hole; what is nearer than --nearest-m. Sky (no parallax) is: infinity of z
+    /// and ray, 0 of inverse depth. A hole takes the farthest depth beside it. Behind depth edges the background goes on, its
     /// picture mirrored; so it is beyond the picture's sides. Where more than a twentieth of a pixel's light, or its
     /// depth, is made up like this, `valid` says no. Transparency and the orientation of a JPEG are left aside; light
     /// below 0 is 0, NaN is refused.
@@ -74,8 +74,8 @@ pub struct ConvertArgs {
     pub json: bool,
 }
 
-/// What the numbers of the files mean. What is absent is taken from a sidecar STEM.json beside the depth (or else beside
-/// the picture) with `kind`, `unit`, `hole`, `nearest_m`, `encoding`, `hfov_deg`, `intrinsics` ({fx_px, fy_px, cx_px,
+/// What the numbers of the files mean. What is absent is taken from a sidecar STEM.json beside the depth (or else
+/// beside the picture) with `kind`, `unit`, `hole`, `nearest_m`, `encoding`, `hfov_deg`, `intrinsics` ({fx_px, fy_px, cx_px,
 /// cy_px}), `baseline_m`, `disparity_offset_px`.
 #[derive(Args)]
 struct MeaningArgs {

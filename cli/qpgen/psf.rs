@@ -27,12 +27,12 @@ pub struct PsfArgs {
     recipe: Option<PathBuf>,
     /// File of the numbers (.npz); pictures of the kernels (.exr) and a contact sheet (.png) are written beside it.
     ///
-    /// `kernel` f32 [depth, field row, field column, channel, sub-pixel, y, x]: parts of its light, sum 1 - `beyond`, whole
-    /// support, in pixels of the sensor (x right, y down as stored). `energy_sr` [field row, field column, channel,
-    /// sub-pixel]: what a white wall of radiance 1 gives the sub-pixel, sr; times `kernel` it is what a pixel of radiance
-    /// 1 gives. `centroid_px` [.., 2]: (x, y) from the point, which is the sub-pixel's disparity. `beyond`: part of the
-    /// light that diffraction takes beyond the support. `origin`: row and column of the point's own
-    /// pixel. `depth_m`, `field_mm`: the axes. `meta`: JSON.
+    /// `kernel` f32 [depth, field row, field column, channel, sub-pixel, y, x]: parts of its light, sum 1 - `beyond`,
+    /// whole support, in pixels of the sensor (x right, y down as stored). `energy_sr` [field row, field column,
+    /// channel, sub-pixel]: what a white wall of radiance 1 gives the sub-pixel, sr; times `kernel` it is what a pixel
+    /// of radiance 1 gives. `centroid_px` [.., 2]: (x, y) from the point, which is the sub-pixel's disparity. `beyond`:
+    /// part of the light that diffraction takes beyond the support. `origin`: row and column of the point's own pixel.
+    /// `depth_m`, `field_mm`: the axes. `meta`: JSON.
     #[arg(long, short, default_value = "bank.npz")]
     out: PathBuf,
     /// Depths, m from the first lens vertex, such as 0.5,1,inf; absent: nine even in inverse depth, from half the focus

@@ -2,10 +2,10 @@
 //!
 //! | array | type | shape |
 //! |---|---|---|
-//! | `kernel` | f32 | [depth, field row, field column, channel, sub-pixel, y, x]: parts of its light; sum 1 − `beyond` |
+//! | `kernel` | f32 | [depth, field row, field column, channel, sub-pixel, y, x]: its light; sum 1 − `beyond` |
 //! | `energy_sr` | f64 | [field row, field column, channel, sub-pixel]: what a white wall of radiance 1 gives, sr |
 //! | `centroid_px` | f64 | [depth, field row, field column, channel, sub-pixel, 2]: (x right, y down) from the point |
-//! | `beyond` | f64 | [depth, field row, field column, channel, sub-pixel]: light that diffraction takes farther |
+//! | `beyond` | f64 | as `centroid_px`, without its last axis: part of the light that diffraction takes farther |
 //! | `origin` | i64 | [2]: row and column of the point's own pixel in a kernel |
 //! | `depth_m` | f64 | [depth]: z from the first lens vertex |
 //! | `field_mm` | f64 | [field row, field column, 2]: place on the sensor |

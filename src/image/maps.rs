@@ -12,8 +12,8 @@ use super::exr::{NamedLayer, read_layers};
 use super::{Image, ImageError, raster};
 use crate::file;
 
-/// Reads maps: the layers of an EXR, a NPY of f32, f64 or whole numbers (rows, columns), with channels behind or maps before them too,
-/// a PFM, or any picture.
+/// Reads maps: the layers of an EXR, a NPY of f32, f64 or whole numbers (rows, columns), with channels behind or maps
+/// before them too, a PFM, or any picture.
 ///
 /// What has no name in the file is called by its number: channels `0`, `1`, …, and so the maps of an NPY. NaN is
 /// allowed.

@@ -4,8 +4,9 @@ use glam::DVec2;
 
 use super::add::{Point, Sum, Taps, add};
 use super::relief::Relief;
-use crate::render::kernels::KernelBank;
+use crate::render::kernels::{KernelBank, Support};
 use crate::sensor::Sensor;
+use crate::simd::SimdLevel;
 
 /// Side of the cells that have one kernel per layer, px: kernels change slowly over the field.
 const CELL: usize = 16;
@@ -107,8 +108,18 @@ impl<'a, const L: usize> Scatter<'a, L> {
         }
     }
 
-    /// One tile.
+    /// One tile, by the best instructions of this processor, which change no bit.
     pub fn tile(&self, tile: Tile) -> TileSums<L> {
+        match SimdLevel::detect() {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `detect` found AVX2 (or more) on this CPU.
+            SimdLevel::Avx2 | SimdLevel::Avx512 => unsafe { tile_avx2(self, tile) },
+            _ => self.tile_all(tile),
+        }
+    }
+
+    #[inline(always)]
+    fn tile_all(&self, tile: Tile) -> TileSums<L> {
         let layers = self.layers(tile);
         let mut pixels = self.pixels(tile);
         let mut sums: Vec<Sum<L>> = vec![[[0.0; L]; 2]; tile.width * tile.height];
@@ -117,7 +128,11 @@ impl<'a, const L: usize> Scatter<'a, L> {
                 continue;
             }
             let (level, is_made_up) = level_of(key);
-            sums.fill([[0.0; L]; 2]);
+            let support = self.bank.depths()[level].support();
+            let [columns, rows] = reached(sources, support, tile);
+            for row in rows.clone() {
+                sums[row * tile.width..][columns.clone()].fill([[0.0; L]; 2]);
+            }
             let mut points = Vec::new();
             for cell in sources.chunk_by(|a, b| a.cell == b.cell) {
                 let (taps, drift) = self.taps(cell[0].cell, level);
@@ -125,8 +140,12 @@ impl<'a, const L: usize> Scatter<'a, L> {
                 points.extend(cell.iter().map(|s| self.point(s, &drift)));
                 add(&taps, &points, tile.width, &mut sums);
             }
-            for (pixel, sum) in pixels.iter_mut().zip(&sums) {
-                self.lay_under(pixel, sum, level as f32, is_made_up);
+            for row in rows {
+                let sums = &sums[row * tile.width..][columns.clone()];
+                let pixels = &mut pixels[row * tile.width..][columns.clone()];
+                for (pixel, sum) in pixels.iter_mut().zip(sums) {
+                    self.lay_under(pixel, sum, level as f32, is_made_up);
+                }
             }
         }
         self.finished(&pixels)
@@ -194,6 +213,7 @@ impl<'a, const L: usize> Scatter<'a, L> {
     }
 
     /// The kernel of a cell in a layer, and how each sub-pixel's centroid drifts there.
+    #[inline(always)]
     fn taps(&self, cell: (usize, usize), level: usize) -> (Taps<L>, Vec<DVec2>) {
         let middle =
             |cell: usize| (cell * CELL + CELL / 2) as f64 - 0.5 - self.relief.margin as f64;
@@ -267,7 +287,7 @@ impl<'a, const L: usize> Scatter<'a, L> {
     }
 
     /// Lays a layer under what is there.
-    #[inline]
+    #[inline(always)]
     fn lay_under(&self, pixel: &mut Pixel<L>, sum: &Sum<L>, level: f32, is_made_up: bool) {
         let [light, cover] = sum;
         let mut taken = [0f32; L];
@@ -318,6 +338,38 @@ impl<'a, const L: usize> Scatter<'a, L> {
                 .collect(),
         }
     }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn tile_avx2<const L: usize>(scatter: &Scatter<'_, L>, tile: Tile) -> TileSums<L> {
+    scatter.tile_all(tile)
+}
+
+/// Columns and rows of the tile that sources of one support reach.
+fn reached(sources: &[Source], support: Support, tile: Tile) -> [std::ops::Range<usize>; 2] {
+    let start = [i32::MAX, i32::MIN, i32::MAX, i32::MIN];
+    let [left, right, top, bottom] = sources.iter().fold(start, |[l, r, t, b], s| {
+        [l.min(s.x), r.max(s.x), t.min(s.y), b.max(s.y)]
+    });
+    let range = |first: i32, last: i32, length: usize, size: usize| {
+        let end = (last + length as i32).clamp(0, size as i32) as usize;
+        (first.clamp(0, size as i32) as usize).min(end)..end
+    };
+    [
+        range(
+            left + support.left,
+            right + support.left,
+            support.width,
+            tile.width,
+        ),
+        range(
+            top + support.top,
+            bottom + support.top,
+            support.height,
+            tile.height,
+        ),
+    ]
 }
 
 /// Order in which layers are laid: made-up sources of a layer come after those that are seen a layer farther, which

@@ -135,8 +135,7 @@ fn folders_of_pairs_become_a_dataset_and_what_is_bad_is_left_out() {
     // The square is nearer than the focus: left of it in the left view.
     let maps = exr::read_layers(&out.join("samples/000000/disparity.exr")).unwrap();
     let shift = |name: &str| layer(&maps, name).pixel(26, 20)[0];
-    let names: Vec<&str> = maps.iter().map(|m| m.name.as_str()).collect();
-    assert!(shift(names[0]) > shift(names[1]) + 0.5, "{names:?}");
+    assert!(shift("B") > shift("A") + 0.5);
     // One more time it is all there; other threads give the same bytes.
     assert_eq!(
         json(&convert(root, "rgb", "depth", &arguments))["reused"],

@@ -103,7 +103,8 @@ impl LensDiffraction {
         }
     }
 
-    /// Displacements that the pattern at a place gives a picture, px (x right, y down as stored), by samples in [0, 1)².
+    /// Displacements that the pattern at a place gives a picture, px (x right, y down as stored), by pairs of samples
+    /// in [0, 1).
     pub fn displacements_px(
         &self,
         place_mm: DVec2,

@@ -78,7 +78,7 @@ impl WhiteField {
         images
     }
 
-    /// What each sub-pixel receives, sr, as a field over the window: R, G, B outermost, then sub-pixels in stored order.
+    /// What each sub-pixel receives, sr, as a field over the window: R, G, B outermost, then sub-pixels as stored.
     pub(crate) fn grid(&self, sensor: &Sensor) -> FieldGrid {
         let window = sensor.window_mm();
         let size = [sensor.width(), sensor.height()].map(FieldGrid::nodes_for);
