@@ -10,6 +10,7 @@ mod dataset;
 mod effect_args;
 mod export;
 mod lens;
+mod meaning_args;
 mod merge;
 mod pixel_model;
 mod preview;

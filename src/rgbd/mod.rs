@@ -23,6 +23,7 @@ mod error;
 mod levels;
 mod picture;
 mod relief;
+mod sources;
 mod tile;
 
 pub use convert::{Conversion, Converted};

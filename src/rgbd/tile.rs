@@ -4,12 +4,11 @@ use glam::DVec2;
 
 use super::add::{Point, Sum, Taps, add};
 use super::relief::Relief;
-use crate::render::kernels::{KernelBank, Support};
+use super::sources::{CELL, Source, Sources, Tile, level_of, reached};
+use crate::render::kernels::KernelBank;
 use crate::sensor::Sensor;
 use crate::simd::SimdLevel;
 
-/// Side of the cells that have one kernel per layer, px: kernels change slowly over the field.
-const CELL: usize = 16;
 /// By how much a slant may stretch what a sub-pixel sees.
 const STRETCH: [f32; 2] = [0.25, 4.0];
 /// Layers beside a pixel's own that are its own surface: half a layer of interpolation, and the tear.
@@ -20,22 +19,11 @@ pub(super) struct Scatter<'a, const L: usize> {
     bank: &'a KernelBank,
     relief: &'a Relief,
     sensor: &'a Sensor,
-    /// Everything in one layer, with neither slant nor background.
-    is_flat: bool,
-    reach: usize,
+    sources: Sources<'a>,
     /// `[node][sub-pixel]`: change of the centroid per layer, px.
     drift: Vec<DVec2>,
     /// Part of the light of each sub-pixel in the middle of the window.
     shares: Vec<f32>,
-}
-
-/// A rectangle of the picture.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Tile {
-    pub x: usize,
-    pub y: usize,
-    pub width: usize,
-    pub height: usize,
 }
 
 /// What a tile's pixels get, row by row.
@@ -46,17 +34,6 @@ pub(super) struct TileSums<const L: usize> {
     pub other: Vec<f32>,
     /// Part of the light from places that are made up.
     pub made_up: Vec<f32>,
-}
-
-/// A source in a layer.
-#[derive(Clone, Copy)]
-struct Source {
-    cell: (usize, usize),
-    x: i32,
-    y: i32,
-    weight: f32,
-    light: [f32; 3],
-    slope: [f32; 2],
 }
 
 /// A pixel while the layers are laid over it.
@@ -99,8 +76,12 @@ impl<'a, const L: usize> Scatter<'a, L> {
             bank,
             relief,
             sensor,
-            is_flat,
-            reach: bank.support().map_or(0, |s| s.reach()),
+            sources: Sources {
+                relief,
+                is_flat,
+                layers: bank.depths().len(),
+                reach: bank.support().map_or(0, |s| s.reach()),
+            },
             drift: (0..nx * ny * subpixels).map(drift).collect(),
             shares: (0..subpixels)
                 .map(|s| light(s) / all.max(f32::MIN_POSITIVE))
@@ -120,7 +101,7 @@ impl<'a, const L: usize> Scatter<'a, L> {
 
     #[inline(always)]
     fn tile_all(&self, tile: Tile) -> TileSums<L> {
-        let layers = self.layers(tile);
+        let layers = self.sources.of(tile);
         let mut pixels = self.pixels(tile);
         let mut sums: Vec<Sum<L>> = vec![[[0.0; L]; 2]; tile.width * tile.height];
         for (key, sources) in layers.iter().enumerate() {
@@ -149,67 +130,6 @@ impl<'a, const L: usize> Scatter<'a, L> {
             }
         }
         self.finished(&pixels)
-    }
-
-    /// Sources that reach the tile by their keys, cell by cell.
-    fn layers(&self, tile: Tile) -> Vec<Vec<Source>> {
-        let relief = self.relief;
-        let mut layers: Vec<Vec<Source>> = vec![Vec::new(); key_of(self.bank.depths().len(), true)];
-        let first = |at: usize| at + relief.margin - self.reach;
-        let columns = first(tile.x)..first(tile.x) + tile.width + 2 * self.reach;
-        let rows = first(tile.y)..first(tile.y) + tile.height + 2 * self.reach;
-        for cell_row in rows.start / CELL..=(rows.end - 1) / CELL {
-            for cell_column in columns.start / CELL..=(columns.end - 1) / CELL {
-                let cell = (cell_column, cell_row);
-                for row in within(cell_row, &rows) {
-                    for column in within(cell_column, &columns) {
-                        let place = [(column, tile.x), (row, tile.y)];
-                        let [x, y] =
-                            place.map(|(at, tile)| at as i32 - (relief.margin + tile) as i32);
-                        self.place(row * relief.width + column, (cell, x, y), &mut layers);
-                    }
-                }
-            }
-        }
-        layers
-    }
-
-    /// Puts a source, and what goes on behind it, into their layers.
-    fn place(
-        &self,
-        at: usize,
-        (cell, x, y): ((usize, usize), i32, i32),
-        layers: &mut [Vec<Source>],
-    ) {
-        let relief = self.relief;
-        let mut put = |level: f32, is_made_up: bool, light: [f32; 3], slope: [f32; 2]| {
-            let near = level.floor();
-            let behind = level - near;
-            for (layer, weight) in [(near as usize, 1.0 - behind), (near as usize + 1, behind)] {
-                if weight > 0.0 {
-                    layers[key_of(layer, is_made_up)].push(Source {
-                        cell,
-                        x,
-                        y,
-                        weight,
-                        light,
-                        slope,
-                    });
-                }
-            }
-        };
-        if self.is_flat {
-            return put(0.0, false, relief.light[at], [0.0; 2]);
-        }
-        put(
-            relief.level[at],
-            relief.made_up[at],
-            relief.light[at],
-            relief.slope[at],
-        );
-        if let Some(behind) = &relief.behind[at] {
-            put(behind.level, true, behind.light, [0.0; 2]);
-        }
     }
 
     /// The kernel of a cell in a layer, and how each sub-pixel's centroid drifts there.
@@ -270,7 +190,11 @@ impl<'a, const L: usize> Scatter<'a, L> {
         for row in tile.y..tile.y + tile.height {
             for column in tile.x..tile.x + tile.width {
                 let at = (row + relief.margin) * relief.width + column + relief.margin;
-                let own = if self.is_flat { 0.0 } else { relief.level[at] };
+                let own = if self.sources.is_flat {
+                    0.0
+                } else {
+                    relief.level[at]
+                };
                 let [x, y] = relief.slope[at];
                 let reach = depths[own as usize].support().reach() as f32;
                 let more = OWN_LAYERS + x.hypot(y) * reach;
@@ -344,52 +268,4 @@ impl<'a, const L: usize> Scatter<'a, L> {
 #[target_feature(enable = "avx2")]
 fn tile_avx2<const L: usize>(scatter: &Scatter<'_, L>, tile: Tile) -> TileSums<L> {
     scatter.tile_all(tile)
-}
-
-/// Columns and rows of the tile that sources of one support reach.
-fn reached(sources: &[Source], support: Support, tile: Tile) -> [std::ops::Range<usize>; 2] {
-    let start = [i32::MAX, i32::MIN, i32::MAX, i32::MIN];
-    let [left, right, top, bottom] = sources.iter().fold(start, |[l, r, t, b], s| {
-        [l.min(s.x), r.max(s.x), t.min(s.y), b.max(s.y)]
-    });
-    let range = |first: i32, last: i32, length: usize, size: usize| {
-        let end = (last + length as i32).clamp(0, size as i32) as usize;
-        (first.clamp(0, size as i32) as usize).min(end)..end
-    };
-    [
-        range(
-            left + support.left,
-            right + support.left,
-            support.width,
-            tile.width,
-        ),
-        range(
-            top + support.top,
-            bottom + support.top,
-            support.height,
-            tile.height,
-        ),
-    ]
-}
-
-/// Order in which layers are laid: made-up sources of a layer come after those that are seen a layer farther, which
-/// they may be in the way of otherwise.
-fn key_of(layer: usize, is_made_up: bool) -> usize {
-    match is_made_up {
-        false => 2 * layer,
-        true => 2 * layer + 3,
-    }
-}
-
-/// Layer of a key, and whether its sources are made up.
-fn level_of(key: usize) -> (usize, bool) {
-    match key % 2 {
-        0 => (key / 2, false),
-        _ => ((key - 3) / 2, true),
-    }
-}
-
-/// The part of a cell that lies in a range.
-fn within(cell: usize, range: &std::ops::Range<usize>) -> std::ops::Range<usize> {
-    (cell * CELL).max(range.start)..((cell + 1) * CELL).min(range.end)
 }
