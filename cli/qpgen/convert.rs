@@ -33,8 +33,8 @@ pub struct ConvertArgs {
     /// Holes are: NaN, 0 and below of z and ray; NaN, infinity and below 0 of inverse depth; NaN, infinity, 0 and
     /// below of disparity; the number of --hole; what is nearer than --nearest-m. Sky (no parallax) is: infinity of z
     /// and ray, 0 of inverse depth. A hole takes the farthest depth beside it. Behind depth edges the background goes
-    /// on, its picture mirrored; so it is beyond the picture's sides. Where more than a twentieth of a pixel's light, or
-    /// its depth, is made up like this, `valid` says no. Transparency and the orientation of a JPEG are left aside;
+    /// on, its picture mirrored; so it is beyond the picture's sides. Where more than a twentieth of a pixel's light,
+    /// or its depth, is made up like this, `valid` says no. Transparency and the orientation of a JPEG are left aside;
     /// light below 0 is 0, NaN is refused.
     #[arg(long)]
     depth: PathBuf,

@@ -143,7 +143,7 @@ fn recipe(args: &PsfArgs) -> Result<Recipe, CommandError> {
 }
 
 fn plan(args: &PsfArgs, recipe: &Recipe) -> Result<BankPlan, CommandError> {
-    let bad = args.depths_m.iter().find(|d| !(**d > 0.0));
+    let bad = args.depths_m.iter().find(|d| d.is_nan() || **d <= 0.0);
     if let Some(depth) = bad {
         let text = format!("--depths-m has {depth}; allowed: depths above 0, inf");
         return Err(CommandError::input(text));

@@ -23,7 +23,6 @@ mod error;
 mod levels;
 mod picture;
 mod relief;
-mod sources;
 mod tile;
 
 pub use convert::{Conversion, Converted};

@@ -4,11 +4,11 @@ use glam::DVec2;
 
 use super::add::{Point, Sum, Taps, add};
 use super::relief::Relief;
-use super::sources::{CELL, Source, Sources, Tile, level_of, reached};
 use crate::render::kernels::KernelBank;
 use crate::sensor::Sensor;
-use crate::simd::SimdLevel;
 
+/// Side of the cells that have one kernel per layer, px: kernels change slowly over the field.
+const CELL: usize = 16;
 /// By how much a slant may stretch what a sub-pixel sees.
 const STRETCH: [f32; 2] = [0.25, 4.0];
 /// Layers beside a pixel's own that are its own surface: half a layer of interpolation, and the tear.
@@ -19,11 +19,22 @@ pub(super) struct Scatter<'a, const L: usize> {
     bank: &'a KernelBank,
     relief: &'a Relief,
     sensor: &'a Sensor,
-    sources: Sources<'a>,
+    /// Everything in one layer, with neither slant nor background.
+    is_flat: bool,
+    reach: usize,
     /// `[node][sub-pixel]`: change of the centroid per layer, px.
     drift: Vec<DVec2>,
     /// Part of the light of each sub-pixel in the middle of the window.
     shares: Vec<f32>,
+}
+
+/// A rectangle of the picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tile {
+    pub x: usize,
+    pub y: usize,
+    pub width: usize,
+    pub height: usize,
 }
 
 /// What a tile's pixels get, row by row.
@@ -34,6 +45,17 @@ pub(super) struct TileSums<const L: usize> {
     pub other: Vec<f32>,
     /// Part of the light from places that are made up.
     pub made_up: Vec<f32>,
+}
+
+/// A source in a layer.
+#[derive(Clone, Copy)]
+struct Source {
+    cell: (usize, usize),
+    x: i32,
+    y: i32,
+    weight: f32,
+    light: [f32; 3],
+    slope: [f32; 2],
 }
 
 /// A pixel while the layers are laid over it.
@@ -76,12 +98,8 @@ impl<'a, const L: usize> Scatter<'a, L> {
             bank,
             relief,
             sensor,
-            sources: Sources {
-                relief,
-                is_flat,
-                layers: bank.depths().len(),
-                reach: bank.support().map_or(0, |s| s.reach()),
-            },
+            is_flat,
+            reach: bank.support().map_or(0, |s| s.reach()),
             drift: (0..nx * ny * subpixels).map(drift).collect(),
             shares: (0..subpixels)
                 .map(|s| light(s) / all.max(f32::MIN_POSITIVE))
@@ -89,19 +107,9 @@ impl<'a, const L: usize> Scatter<'a, L> {
         }
     }
 
-    /// One tile, by the best instructions of this processor, which change no bit.
+    /// One tile.
     pub fn tile(&self, tile: Tile) -> TileSums<L> {
-        match SimdLevel::detect() {
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: `detect` found AVX2 (or more) on this CPU.
-            SimdLevel::Avx2 | SimdLevel::Avx512 => unsafe { tile_avx2(self, tile) },
-            _ => self.tile_all(tile),
-        }
-    }
-
-    #[inline(always)]
-    fn tile_all(&self, tile: Tile) -> TileSums<L> {
-        let layers = self.sources.of(tile);
+        let layers = self.layers(tile);
         let mut pixels = self.pixels(tile);
         let mut sums: Vec<Sum<L>> = vec![[[0.0; L]; 2]; tile.width * tile.height];
         for (key, sources) in layers.iter().enumerate() {
@@ -109,11 +117,7 @@ impl<'a, const L: usize> Scatter<'a, L> {
                 continue;
             }
             let (level, is_made_up) = level_of(key);
-            let support = self.bank.depths()[level].support();
-            let [columns, rows] = reached(sources, support, tile);
-            for row in rows.clone() {
-                sums[row * tile.width..][columns.clone()].fill([[0.0; L]; 2]);
-            }
+            sums.fill([[0.0; L]; 2]);
             let mut points = Vec::new();
             for cell in sources.chunk_by(|a, b| a.cell == b.cell) {
                 let (taps, drift) = self.taps(cell[0].cell, level);
@@ -121,19 +125,75 @@ impl<'a, const L: usize> Scatter<'a, L> {
                 points.extend(cell.iter().map(|s| self.point(s, &drift)));
                 add(&taps, &points, tile.width, &mut sums);
             }
-            for row in rows {
-                let sums = &sums[row * tile.width..][columns.clone()];
-                let pixels = &mut pixels[row * tile.width..][columns.clone()];
-                for (pixel, sum) in pixels.iter_mut().zip(sums) {
-                    self.lay_under(pixel, sum, level as f32, is_made_up);
-                }
+            for (pixel, sum) in pixels.iter_mut().zip(&sums) {
+                self.lay_under(pixel, sum, level as f32, is_made_up);
             }
         }
         self.finished(&pixels)
     }
 
+    /// Sources that reach the tile by their keys, cell by cell.
+    fn layers(&self, tile: Tile) -> Vec<Vec<Source>> {
+        let relief = self.relief;
+        let mut layers: Vec<Vec<Source>> = vec![Vec::new(); key_of(self.bank.depths().len(), true)];
+        let first = |at: usize| at + relief.margin - self.reach;
+        let columns = first(tile.x)..first(tile.x) + tile.width + 2 * self.reach;
+        let rows = first(tile.y)..first(tile.y) + tile.height + 2 * self.reach;
+        for cell_row in rows.start / CELL..=(rows.end - 1) / CELL {
+            for cell_column in columns.start / CELL..=(columns.end - 1) / CELL {
+                let cell = (cell_column, cell_row);
+                for row in within(cell_row, &rows) {
+                    for column in within(cell_column, &columns) {
+                        let place = [(column, tile.x), (row, tile.y)];
+                        let [x, y] =
+                            place.map(|(at, tile)| at as i32 - (relief.margin + tile) as i32);
+                        self.place(row * relief.width + column, (cell, x, y), &mut layers);
+                    }
+                }
+            }
+        }
+        layers
+    }
+
+    /// Puts a source, and what goes on behind it, into their layers.
+    fn place(
+        &self,
+        at: usize,
+        (cell, x, y): ((usize, usize), i32, i32),
+        layers: &mut [Vec<Source>],
+    ) {
+        let relief = self.relief;
+        let mut put = |level: f32, is_made_up: bool, light: [f32; 3], slope: [f32; 2]| {
+            let near = level.floor();
+            let behind = level - near;
+            for (layer, weight) in [(near as usize, 1.0 - behind), (near as usize + 1, behind)] {
+                if weight > 0.0 {
+                    layers[key_of(layer, is_made_up)].push(Source {
+                        cell,
+                        x,
+                        y,
+                        weight,
+                        light,
+                        slope,
+                    });
+                }
+            }
+        };
+        if self.is_flat {
+            return put(0.0, false, relief.light[at], [0.0; 2]);
+        }
+        put(
+            relief.level[at],
+            relief.made_up[at],
+            relief.light[at],
+            relief.slope[at],
+        );
+        if let Some(behind) = &relief.behind[at] {
+            put(behind.level, true, behind.light, [0.0; 2]);
+        }
+    }
+
     /// The kernel of a cell in a layer, and how each sub-pixel's centroid drifts there.
-    #[inline(always)]
     fn taps(&self, cell: (usize, usize), level: usize) -> (Taps<L>, Vec<DVec2>) {
         let middle =
             |cell: usize| (cell * CELL + CELL / 2) as f64 - 0.5 - self.relief.margin as f64;
@@ -190,11 +250,7 @@ impl<'a, const L: usize> Scatter<'a, L> {
         for row in tile.y..tile.y + tile.height {
             for column in tile.x..tile.x + tile.width {
                 let at = (row + relief.margin) * relief.width + column + relief.margin;
-                let own = if self.sources.is_flat {
-                    0.0
-                } else {
-                    relief.level[at]
-                };
+                let own = if self.is_flat { 0.0 } else { relief.level[at] };
                 let [x, y] = relief.slope[at];
                 let reach = depths[own as usize].support().reach() as f32;
                 let more = OWN_LAYERS + x.hypot(y) * reach;
@@ -211,7 +267,7 @@ impl<'a, const L: usize> Scatter<'a, L> {
     }
 
     /// Lays a layer under what is there.
-    #[inline(always)]
+    #[inline]
     fn lay_under(&self, pixel: &mut Pixel<L>, sum: &Sum<L>, level: f32, is_made_up: bool) {
         let [light, cover] = sum;
         let mut taken = [0f32; L];
@@ -264,8 +320,24 @@ impl<'a, const L: usize> Scatter<'a, L> {
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn tile_avx2<const L: usize>(scatter: &Scatter<'_, L>, tile: Tile) -> TileSums<L> {
-    scatter.tile_all(tile)
+/// Order in which layers are laid: made-up sources of a layer come after those that are seen a layer farther, which
+/// they may be in the way of otherwise.
+fn key_of(layer: usize, is_made_up: bool) -> usize {
+    match is_made_up {
+        false => 2 * layer,
+        true => 2 * layer + 3,
+    }
+}
+
+/// Layer of a key, and whether its sources are made up.
+fn level_of(key: usize) -> (usize, bool) {
+    match key % 2 {
+        0 => (key / 2, false),
+        _ => ((key - 3) / 2, true),
+    }
+}
+
+/// The part of a cell that lies in a range.
+fn within(cell: usize, range: &std::ops::Range<usize>) -> std::ops::Range<usize> {
+    (cell * CELL).max(range.start)..((cell + 1) * CELL).min(range.end)
 }

@@ -93,7 +93,8 @@ fn folders_of_pairs_become_a_dataset_and_what_is_bad_is_left_out() {
     let folder = tempfile::tempdir().unwrap();
     let root = folder.path();
     let (rgb, depth) = (root.join("rgb"), root.join("depth"));
-    [&rgb, &depth].map(|path| fs::create_dir(path).unwrap());
+    fs::create_dir(&rgb).unwrap();
+    fs::create_dir(&depth).unwrap();
     write_png8(&rgb.join("a.png"), &codes(), WIDTH, HEIGHT, 3).unwrap();
     write_depth_exr(&depth.join("a.exr"), &map(depth_m));
     write_jpeg(&rgb.join("b.jpg"), &codes(), WIDTH, HEIGHT, 95).unwrap();
