@@ -3,11 +3,13 @@
 use quadpixel::file::FileError;
 use quadpixel::lens::LensError;
 use quadpixel::response::ResponseError;
+use quadpixel_generators::bank::BankError;
 use quadpixel_generators::config::ConfigError;
 use quadpixel_generators::export::ExportError;
 use quadpixel_generators::production::error::GenerateError;
 use quadpixel_generators::production::folder_error::FolderError;
 use quadpixel_generators::recipe::RecipeError;
+use quadpixel_generators::rgbd::PictureError;
 use quadpixel_generators::sample::SampleError;
 use quadpixel_generators::scenes::SceneError;
 use quadpixel_generators::writer::WriteError;
@@ -66,11 +68,13 @@ macro_rules! from_library_errors {
     )*};
 }
 from_library_errors!(
+    BankError,
     ConfigError,
     ExportError,
     FolderError,
     GenerateError,
     LaboratoryError,
+    PictureError,
     RecipeError,
     SampleError,
     SceneError,

@@ -44,6 +44,7 @@
 //! ```
 
 pub mod assemble;
+pub mod bank;
 pub mod card;
 pub mod charts;
 pub mod config;
@@ -58,6 +59,7 @@ pub mod plot;
 pub mod preview;
 pub mod production;
 pub mod recipe;
+pub mod rgbd;
 pub mod sample;
 pub mod scenes;
 pub mod writer;

@@ -137,6 +137,7 @@ pub mod range;
 pub mod rays;
 pub mod render;
 pub mod response;
+pub mod rgbd;
 pub mod sampling;
 pub mod scene;
 pub mod sensor;

@@ -10,7 +10,7 @@ use quadpixel_cli::exit::CommandError;
 
 use crate::effect_args::EffectArgs;
 use crate::pixel_model::presets;
-use quadpixel_cli::log::Log;
+use quadpixel_cli::log::{Level, Log};
 use quadpixel_cli::progress::Progress;
 use quadpixel_cli::shard_env::ShardArgs;
 use quadpixel_cli::stop::Stop;
@@ -82,6 +82,11 @@ pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
             DatasetConfig::from_toml(&text, &name)?
         }
     };
+    if let Some(rgbd) = &mut config.scene.rgbd {
+        for alone in rgbd.listed()? {
+            log.line(Level::Warn, &format!("skipped: {alone}"), &[]);
+        }
+    }
     config.count = args.count.unwrap_or(config.count);
     config.seed = args.seed.unwrap_or(config.seed);
     args.effects

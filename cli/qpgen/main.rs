@@ -5,13 +5,16 @@ use std::process::ExitCode;
 mod accuracy;
 mod check;
 mod coarse;
+mod convert;
 mod dataset;
 mod effect_args;
 mod export;
 mod lens;
+mod meaning_args;
 mod merge;
 mod pixel_model;
 mod preview;
+mod psf;
 mod render;
 mod response;
 mod scene_args;
@@ -57,6 +60,11 @@ enum Command {
     /// Example: qpgen dataset --count 100 --seed 7 --out data
     #[command(verbatim_doc_comment)]
     Dataset(dataset::DatasetArgs),
+    /// Makes a dataset of pictures with depth: what a real lens and a pixel with several sub-pixels make of them.
+    ///
+    /// Example: qpgen convert --image rgb --depth depth --depth-unit mm -o data
+    #[command(verbatim_doc_comment)]
+    Convert(convert::ConvertArgs),
     /// Joins the shards of a dataset, and checks it.
     ///
     /// Example: qpgen dataset --shard 1/2; qpgen dataset --shard 2/2; qpgen merge out
@@ -75,6 +83,12 @@ enum Command {
     /// Example: qpgen render --scene shop.glb --focus-mm 1200 --size 640x480 --out shop
     #[command(verbatim_doc_comment)]
     Render(render::RenderArgs),
+    /// Kernels (point-spread functions) of every sub-pixel as numbers: over field, depth and colour, with energy and
+    /// centroid.
+    ///
+    /// Example: qpgen psf --depths-m 0.4,0.75,inf --fields 5x5 -o bank.npz
+    #[command(verbatim_doc_comment)]
+    Psf(psf::PsfArgs),
     /// A pixel's angular response: the table that the renderer uses, or P at a few angles.
     ///
     /// Example: qpgen response --pixel 1.6um --theta-deg 0,5,10 --phi-deg 0
@@ -120,11 +134,13 @@ impl Command {
     /// Whether stderr is for programs too.
     fn json(&self) -> bool {
         match self {
+            Self::Convert(args) => args.json,
             Self::Dataset(args) => args.json,
             Self::Merge(args) => args.json,
             Self::Check(args) => args.json,
             Self::Preview(args) => args.json,
             Self::Render(args) => args.json,
+            Self::Psf(args) => args.json,
             Self::Response(args) => args.json,
             Self::Study(args) => args.json,
             Self::Validate(args) => args.json,
@@ -160,10 +176,12 @@ fn run(cli: Cli, log: Log) -> Result<(), CommandError> {
     limit(cli.max_memory)?;
     use_threads(cli.threads)?;
     match cli.command {
+        Command::Convert(args) => convert::run(&args, log),
         Command::Dataset(args) => dataset::run(&args, log),
         Command::Merge(args) => merge::run(&args, log),
         Command::Preview(args) => preview::run(&args),
         Command::Render(args) => render::run(&args, log),
+        Command::Psf(args) => psf::run(&args, log),
         Command::Response(args) => response::run(&args, log),
         Command::Study(args) => study::run(&args, log),
         Command::Validate(args) => validate::run(&args, log),

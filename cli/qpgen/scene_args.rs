@@ -201,6 +201,7 @@ impl SceneArgs {
                     ..PathSettings::default()
                 },
             }),
+            rgbd: None,
             framing_focus_mm: None,
             environment: [0.0; 3],
             exposure_ev: self.exposure_ev.unwrap_or(0.0),

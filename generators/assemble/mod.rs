@@ -129,6 +129,15 @@ pub(crate) fn scene_and_warnings(
     recipe: &Recipe,
     camera: &Camera,
 ) -> Result<(Scene, Vec<String>), RecipeError> {
+    if recipe.rgbd.is_some() {
+        if !recipe.planes.is_empty() || recipe.world.is_some() {
+            return Err(RecipeError::Incomplete(
+                "rgbd: there are planes or a world too; allowed: cards, a world or a picture with depth",
+            ));
+        }
+        // What it shows is not traced. An even wall stands for it where effects are estimated.
+        return Ok((Scene::new(Vec::new(), [1.0; 3]), Vec::new()));
+    }
     if let Some(world) = &recipe.world {
         return world_scene(recipe, world, camera);
     }

@@ -7,6 +7,7 @@ mod number;
 pub mod preset;
 mod readout;
 mod response;
+mod rgbd;
 mod sweep;
 mod tolerances;
 mod world;
@@ -16,6 +17,7 @@ use error::check_filled;
 pub use number::{Draw, Range, Scale};
 pub use readout::ReadoutConfig;
 pub use response::{ResponseConfig, StackConfig, TableConfig};
+pub use rgbd::RgbdConfig;
 pub use sweep::SweepConfig;
 pub use tolerances::ToleranceConfig;
 pub use world::{WorldConfig, WorldFileConfig};
@@ -162,6 +164,9 @@ pub struct SceneConfig {
     /// Worlds of meshes in the place of cards.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub world: Option<WorldConfig>,
+    /// Pictures with depth in the place of cards.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rgbd: Option<RgbdConfig>,
 }
 
 impl DatasetConfig {
@@ -217,6 +222,14 @@ impl DatasetConfig {
             if !self.lens.focus_mm.bounds().1.is_finite() {
                 return Err(ConfigError::Together(
                     "lens.focus_mm is infinite; scene.world needs a finite one, its depths are multiples of it".into(),
+                ));
+            }
+        }
+        if let Some(rgbd) = &self.scene.rgbd {
+            rgbd.check()?;
+            if self.scene.world.is_some() || self.sweep.is_some() && rgbd.focus_share.is_some() {
+                return Err(ConfigError::Together(
+                    "scene.rgbd beside scene.world, or its focus_share beside [sweep]; allowed: one of them".into(),
                 ));
             }
         }

@@ -18,12 +18,14 @@ use quadpixel_datasets as spec;
 use crate::assemble;
 use crate::lens_tracing;
 use crate::recipe::{Recipe, RecipeError, ResponseSource, SampleId};
+use crate::rgbd::RgbdRecipe;
 
 /// Name of the scene by its content, so that the same cards in front of two cameras are one scene (and in one split).
 fn scene_id(recipe: &Recipe) -> Result<String, RecipeError> {
-    let hash = match &recipe.world {
-        None => settings_hash(&(&recipe.planes, recipe.environment)),
-        Some(world) => settings_hash(world),
+    let hash = match (&recipe.world, &recipe.rgbd) {
+        (Some(world), _) => settings_hash(world),
+        (None, Some(rgbd)) => settings_hash(&(&rgbd.image, &rgbd.depth, &rgbd.meaning)),
+        (None, None) => settings_hash(&(&recipe.planes, recipe.environment)),
     }
     .map_err(RecipeError::unwritten("recipe"))?;
     Ok(format!("scene-{}", &hash[..16]))
@@ -115,13 +117,18 @@ pub(crate) fn describe(
     let stats = exposed.stats;
     let charts = recipe.planes.iter().map(|p| p.chart.name());
     let worlds = recipe.world.iter().map(|w| w.name());
+    let pictures = recipe.rgbd.iter().map(RgbdRecipe::name);
     Ok(Description {
         index: id.index,
         configuration_blake3: id.configuration_blake3,
         seed: recipe.render.seed,
         scene: spec::Scene {
             id: scene_id(recipe)?,
-            charts: charts.chain(worlds).map(str::to_string).collect(),
+            charts: charts
+                .chain(worlds)
+                .chain(pictures)
+                .map(str::to_string)
+                .collect(),
             parameters: serde_json::to_value(recipe).map_err(RecipeError::unwritten("recipe"))?,
         },
         lens: lens(recipe, camera)?,

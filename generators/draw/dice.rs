@@ -67,6 +67,7 @@ pub(super) enum Purpose {
     Elevation,
     Panorama,
     Sky,
+    PictureFocus,
 }
 
 /// Numbers of one sample.

@@ -5,16 +5,20 @@ mod dice;
 mod optics;
 mod readout;
 
+use std::path::Path;
+
 use quadpixel::render::RenderSettings;
 
 use crate::charts::{ChartSpec, ImageFile, Mask, is_image, random_spec};
 use crate::config::{
-    DatasetConfig, LensConfig, ResponseConfig, WindowConfig, WorldConfig, WorldFileConfig,
+    DatasetConfig, LensConfig, ResponseConfig, RgbdConfig, WindowConfig, WorldConfig,
+    WorldFileConfig,
 };
 use crate::recipe::{
     Cutout, ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, RecipeError, ResponseSource,
     SensorRecipe, TableRecipe, WindowRecipe,
 };
+use crate::rgbd::RgbdRecipe;
 use crate::scenes::{Drawn, FileWorld, WorldRecipe, WorldSource};
 use dice::{Dice, Purpose};
 
@@ -60,15 +64,18 @@ pub fn recipe(
         sensor: sensor(config, &dice, pitch_um),
         response,
         spectrum: config.spectrum,
-        planes: match config.scene.world {
-            None => planes(config, &dice, focus_mm)?,
-            Some(_) => Vec::new(),
+        planes: match (&config.scene.world, &config.scene.rgbd) {
+            (None, None) => planes(config, &dice, focus_mm)?,
+            _ => Vec::new(),
         },
         world: config
             .scene
             .world
             .as_ref()
             .map(|w| world(w, &dice, focus_mm)),
+        rgbd: (config.scene.rgbd.as_ref())
+            .map(|rgbd| picture(rgbd, &dice))
+            .transpose()?,
         framing_focus_mm: config.sweep.map(|_| focus_mm),
         environment: [0.0; 3],
         exposure_ev: dice.draw(&config.exposure_ev, Purpose::Exposure, 0),
@@ -168,6 +175,21 @@ fn window(config: &DatasetConfig, dice: &Dice) -> WindowRecipe {
             phi_deg: dice.draw(phi_deg, Purpose::WindowAzimuth, 0),
         },
     }
+}
+
+/// The picture whose turn it is. The sensor window takes its size by [`crate::production::recipes::Recipes`].
+fn picture(config: &RgbdConfig, dice: &Dice) -> Result<RgbdRecipe, RecipeError> {
+    let turn = dice.index as usize % config.pairs.len().max(1);
+    let Some([image, depth]) = config.pairs.get(turn) else {
+        return Err(RecipeError::Incomplete(
+            "scene.rgbd.pairs is empty; allowed: at least one pair",
+        ));
+    };
+    let focus_share = config.focus_share;
+    Ok(RgbdRecipe {
+        focus_share: focus_share.map(|share| dice.draw(&share, Purpose::PictureFocus, 0)),
+        ..RgbdRecipe::new(Path::new(image), Path::new(depth), &config.meaning)?
+    })
 }
 
 /// A world of the kind whose turn it is, or a file.

@@ -11,9 +11,9 @@ use serde_json::Value;
 use crate::config::DatasetConfig;
 
 /// Endings of files that a configuration may name.
-const ENDINGS: [&str; 16] = [
+const ENDINGS: [&str; 18] = [
     "toml", "json", "zmx", "npz", "csv", "png", "jpg", "jpeg", "tif", "tiff", "exr", "hdr", "obj",
-    "mtl", "gltf", "glb",
+    "mtl", "gltf", "glb", "npy", "pfm",
 ];
 
 /// Why a configuration has no identity.

@@ -13,6 +13,7 @@ use crate::config::DatasetConfig;
 use crate::draw;
 use crate::field_error::FieldError;
 use crate::recipe::{Recipe, RecipeError};
+use crate::rgbd::RgbdRecipe;
 use crate::scenes::{FileWorld, WorldSource};
 
 /// The recipes of a part, drawn one by one.
@@ -24,6 +25,8 @@ pub(crate) struct Recipes {
     pitches: RefCell<BTreeMap<String, f64>>,
     /// Hashes of scene files.
     hashes: RefCell<BTreeMap<String, String>>,
+    /// Columns and rows of pictures with depth.
+    sizes: RefCell<BTreeMap<String, (usize, usize)>>,
 }
 
 impl Recipes {
@@ -41,6 +44,7 @@ impl Recipes {
             rays: 0,
             pitches: RefCell::default(),
             hashes: RefCell::default(),
+            sizes: RefCell::default(),
         };
         for &index in &recipes.indices {
             recipes.rays += recipes.draw(config, index)?.rays();
@@ -64,7 +68,19 @@ impl Recipes {
         {
             file.blake3 = Some(self.hash_of(file)?);
         }
+        if let Some(rgbd) = &recipe.rgbd {
+            (recipe.sensor.width, recipe.sensor.height) = self.size_of(rgbd)?;
+        }
         Ok(recipe)
+    }
+
+    fn size_of(&self, rgbd: &RgbdRecipe) -> Result<(usize, usize), RecipeError> {
+        if let Some(&size) = self.sizes.borrow().get(&rgbd.image) {
+            return Ok(size);
+        }
+        let size = rgbd.size()?;
+        self.sizes.borrow_mut().insert(rgbd.image.clone(), size);
+        Ok(size)
     }
 
     fn hash_of(&self, file: &FileWorld) -> Result<String, RecipeError> {

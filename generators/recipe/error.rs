@@ -10,6 +10,7 @@ use quadpixel::response::ResponseError;
 
 use crate::charts::ChartError;
 use crate::field_error::FieldError;
+use crate::rgbd::PictureError;
 use crate::scenes::SceneError;
 use crate::scenes::field_of_view::ViewError;
 
@@ -100,6 +101,9 @@ pub enum RecipeError {
     /// A chart of a configuration's list.
     #[error("scene.charts: {0}")]
     ListedChart(ChartError),
+    /// A picture with depth.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
     /// A generated world, or a scene file.
     #[error(transparent)]
     Scene(#[from] SceneError),

@@ -23,6 +23,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::charts::ChartSpec;
 use crate::charts::Mask;
+use crate::rgbd::RgbdRecipe;
 use crate::scenes::WorldRecipe;
 
 pub use error::RecipeError;
@@ -47,6 +48,9 @@ pub struct Recipe {
     /// A world of meshes in the place of cards.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub world: Option<WorldRecipe>,
+    /// A picture with depth in the place of cards.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rgbd: Option<RgbdRecipe>,
     /// Depth in focus at which the cards that fill the window, or lie in parts of it, are laid out, mm; absent: the
     /// lens's own. All of a focus stack share one, so that they see one scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -84,9 +88,13 @@ pub struct Recipe {
 }
 
 impl Recipe {
-    /// Rays that it asks for, all channels.
+    /// Rays that it asks for, all channels; of a picture with depth, whose rays are its camera's alone, its values.
     pub fn rays(&self) -> u64 {
-        3 * self.sensor.width as u64 * self.sensor.height as u64 * self.render.rays_per_pixel as u64
+        let values = 3 * self.sensor.width as u64 * self.sensor.height as u64;
+        match self.rgbd {
+            Some(_) => values,
+            None => values * self.render.rays_per_pixel as u64,
+        }
     }
 
     /// With what a file may leave to the other fields.

@@ -2,6 +2,7 @@
 
 mod ledger;
 mod noisy;
+mod picture;
 mod planned;
 mod prepared;
 mod rendered;

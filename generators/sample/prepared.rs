@@ -9,6 +9,7 @@ use quadpixel::render::truth::{
 };
 use quadpixel::render::{Camera, RayRecord, RecordError, Render, Rendered};
 use quadpixel::response::Response;
+use quadpixel::rgbd::DepthPicture;
 use quadpixel::scene::Scene;
 use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel_datasets as spec;
@@ -62,12 +63,14 @@ pub fn render_sample(
 
 /// A recipe put together, before its first ray.
 pub struct Prepared {
-    recipe: Recipe,
+    pub(super) recipe: Recipe,
     response: Arc<Response>,
-    camera: Camera,
+    pub(super) camera: Camera,
     scene: Scene,
+    /// In the place of the scene.
+    pub(super) picture: Option<DepthPicture>,
     warnings: Vec<String>,
-    stages: Stages,
+    pub(super) stages: Stages,
 }
 
 /// Where the radiance of the rays comes from.
@@ -91,6 +94,8 @@ pub fn prepare(
 ) -> Result<Prepared, RecipeError> {
     (recipe.tolerance.check()).map_err(RecipeError::Tolerance)?;
     recipe.check()?;
+    let (picture, resolved) = super::picture::read(recipe)?;
+    let recipe = &resolved;
     lens_tracing::check(&recipe.lens_tracing)?;
     let mut stages = Stages::default();
     let response = timed(&mut stages.response_s, || responses.get(recipe, &observer))?;
@@ -116,20 +121,23 @@ pub fn prepare(
         response,
         camera,
         scene,
+        picture,
         warnings,
         stages,
     })
 }
 
 /// What was rendered of a scene, and its truth.
-struct Shown {
-    rendered: Rendered,
-    fields: Vec<DisparityField>,
-    sight: SightRays,
-    geometry: GeometryTruth,
-    choice: Choice,
-    decisions: Vec<Decision>,
-    left_out_together: Option<Estimate>,
+pub(super) struct Shown {
+    pub rendered: Rendered,
+    pub fields: Vec<DisparityField>,
+    pub sight: SightRays,
+    pub geometry: GeometryTruth,
+    /// sr times the unit of radiance; absent: it is to be rendered.
+    pub target: Option<Image>,
+    pub choice: Choice,
+    pub decisions: Vec<Decision>,
+    pub left_out_together: Option<Estimate>,
 }
 
 impl Prepared {
@@ -160,6 +168,9 @@ impl Prepared {
         rays: Rays,
         observer: &dyn Observer,
     ) -> Result<(Sample, Option<RayRecord>), SampleError> {
+        if self.picture.is_some() {
+            return Ok((self.convert(id, &rays, observer)?, None));
+        }
         let chief = SightRays::chief_rays(&self.camera);
         let geometry = timed(&mut self.stages.truth_s, || {
             chief.geometry(&self.camera, &self.scene)
@@ -211,6 +222,7 @@ impl Prepared {
             fields,
             sight,
             geometry,
+            target: None,
             choice,
             decisions: planned.decisions,
             left_out_together: planned.together,
@@ -221,7 +233,7 @@ impl Prepared {
     }
 
     /// The sample, on the scale of its exposure.
-    fn exposed(self, id: SampleId, shown: Shown) -> Result<Sample, RecipeError> {
+    pub(super) fn exposed(self, id: SampleId, shown: Shown) -> Result<Sample, RecipeError> {
         let (recipe, camera, scene) = (&self.recipe, &self.camera, &self.scene);
         let Shown {
             rendered,
@@ -229,7 +241,9 @@ impl Prepared {
             sight,
             geometry,
             mut decisions,
-            ..
+            target: shown_target,
+            choice,
+            left_out_together,
         } = shown;
         let white = WhiteField::from_fields(camera, &fields);
         let field = &fields[ChannelWavelengths::REFERENCE.min(fields.len() - 1)];
@@ -238,7 +252,8 @@ impl Prepared {
         let gain = recipe.exposure_ev.exp2() / white.reference_sr();
         let mut mosaic = rendered.image;
         mosaic.scale(gain as f32);
-        let mut target = sight.target(camera, scene, &white, &recipe.render);
+        let rendered_target = || sight.target(camera, scene, &white, &recipe.render);
+        let mut target = shown_target.unwrap_or_else(rendered_target);
         // Where there is no ray of sight the target is black, and `valid` says so.
         for value in target.data_mut() {
             *value = if value.is_nan() {
@@ -248,7 +263,7 @@ impl Prepared {
             };
         }
         let readout = recipe.readout.as_ref();
-        let noise = planned::noise(readout, &shown.choice, camera.sensor(), &white);
+        let noise = planned::noise(readout, &choice, camera.sensor(), &white);
         let readout = readout.filter(|_| !noise.verdict.is_left_out());
         decisions.push(noise);
         let expose = |settings| Noisy::expose(settings, &mosaic, camera, &white, gain);
@@ -288,7 +303,7 @@ impl Prepared {
             disparity: field.maps(camera, &geometry.depth_mm),
             maps: Maps::new(camera, scene.world().is_some(), geometry, &defocus),
             occlusion: occlusion.unwrap_or_else(|| Image::zeros(width, height, 1)),
-            left_out_together: shown.left_out_together,
+            left_out_together,
             stages: self.stages,
             warnings,
             target,

@@ -1,9 +1,10 @@
 //! Float images: row-major, channels interleaved, row 0 at the top as stored (see [`crate::frames`]), and their files:
-//! [`exr`] for linear floats, [`raster`] for PNG, JPEG and TIFF, [`srgb`] for the transfer function between them,
-//! [`colour`] for numbers as colours, [`views`] for a sub-pixel mosaic taken apart.
+//! [`exr`] for linear floats, [`maps`] for numbers, [`raster`] for PNG, JPEG and TIFF, [`srgb`] for the transfer
+//! function between them, [`colour`] for numbers as colours, [`views`] for a sub-pixel mosaic taken apart.
 
 pub mod colour;
 pub mod exr;
+pub mod maps;
 pub mod raster;
 pub mod srgb;
 pub mod views;

@@ -19,6 +19,7 @@ mod disparity_curve;
 mod disparity_ratio;
 mod estimator;
 mod image;
+pub mod kernels;
 mod lamp_rays;
 mod lens_maps;
 mod matching_curve;

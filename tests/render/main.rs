@@ -6,7 +6,9 @@
 
 mod disparity;
 mod execution;
+mod kernels;
 mod radiometry;
+mod rgbd;
 #[path = "../common/shots.rs"]
 mod shots;
 mod spectral;

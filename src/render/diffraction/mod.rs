@@ -103,6 +103,22 @@ impl LensDiffraction {
         }
     }
 
+    /// Displacements that the pattern at a place gives a picture, px (x right, y down as stored), by pairs of samples
+    /// in [0, 1).
+    pub fn displacements_px(
+        &self,
+        place_mm: DVec2,
+        [wavelength_mm, pitch_mm]: [f64; 2],
+        samples: impl Iterator<Item = (f64, f64)>,
+    ) -> Vec<DVec2> {
+        let here = self.at(place_mm, 0);
+        let scale = here.to_disk.transpose();
+        // Columns grow with x of the sensor frame, against that of the camera frame.
+        let to_px = wavelength_mm / pitch_mm / std::f64::consts::TAU * DVec2::new(-1.0, 1.0);
+        let displacement = |(i, (s, t))| to_px * (scale * here.pick(i).displacement_at(s, t));
+        samples.enumerate().map(displacement).collect()
+    }
+
     fn ellipse(&self, place_mm: DVec2) -> (DVec2, DMat2) {
         let mut e = [0.0; 6];
         self.ellipses.sample(place_mm, &mut e);
@@ -122,7 +138,7 @@ impl LensDiffraction {
 }
 
 /// The pattern at one place: a mixture of those of the four nodes around it.
-pub(super) struct PlaceDiffraction<'a> {
+pub(in crate::render) struct PlaceDiffraction<'a> {
     middle: DVec2,
     to_disk: DMat2,
     scale: DMat2,

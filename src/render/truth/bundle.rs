@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 use crate::frames::{camera_from_sensor_mm, uv_from_camera_direction};
 use crate::rays::RayBatch;
 use crate::render::Camera;
+use crate::render::diffraction::PlaceDiffraction;
 use crate::sampling::{SobolSet, concentric_disk};
 use crate::simd::SimdLevel;
 
@@ -56,7 +57,7 @@ impl Centroid {
 
 /// Rays of one pixel that pass the lens: what they see, and what each is worth to each sub-pixel.
 #[derive(Clone, Debug)]
-pub(super) struct Bundle {
+pub(in crate::render) struct Bundle {
     pub q0: Vec<DVec2>,
     pub q1_mm: Vec<DVec2>,
     pub slopes: Vec<DVec2>,
@@ -72,11 +73,39 @@ pub(super) struct Bundle {
 impl Bundle {
     /// From the sensor position `xy_mm`, at a channel's wavelengths. `None` where no light passes.
     pub fn new(camera: &Camera, channel: usize, xy_mm: DVec2, samples: &SobolSet) -> Option<Self> {
+        Self::from_starts(camera, channel, xy_mm, samples, None)
+    }
+
+    /// The same with each ray starting where diffraction at the lens's aperture displaces it from, as in a render; as
+    /// it was where the camera has none.
+    pub fn diffracted(
+        camera: &Camera,
+        channel: usize,
+        xy_mm: DVec2,
+        samples: &SobolSet,
+    ) -> Option<Self> {
+        let diffraction = camera.lens_diffraction();
+        let here = diffraction.map(|d| d.at(xy_mm, PUPIL_KEY));
+        Self::from_starts(camera, channel, xy_mm, samples, here.as_ref())
+    }
+
+    fn from_starts(
+        camera: &Camera,
+        channel: usize,
+        xy_mm: DVec2,
+        samples: &SobolSet,
+        diffraction: Option<&PlaceDiffraction<'_>>,
+    ) -> Option<Self> {
         let pupil = camera.pupil_at(xy_mm)?;
         let n = samples.len();
         let (mut p, mut q) = (vec![0.0; n], vec![0.0; n]);
         samples.fill(2, PUPIL_KEY, 0, &mut p);
         samples.fill(3, PUPIL_KEY, 0, &mut q);
+        let mut aside = Vec::new();
+        if diffraction.is_some() {
+            aside.resize(n, 0.0);
+            samples.fill(4, PUPIL_KEY, 0, &mut aside);
+        }
         let origin = camera_from_sensor_mm(xy_mm, camera.sensor_z_mm());
         let shift = camera.shift_at_um(xy_mm);
         let n_sub = camera.sensor().subpixels().count();
@@ -104,7 +133,12 @@ impl Bundle {
                     pupil.centre_mm + (a * pupil.axis_a_mm + b * pupil.axis_b_mm).extend(0.0);
                 let e = target - origin;
                 let d = e.normalize();
-                batch.push(origin, d);
+                let start = diffraction.map_or(origin, |here| {
+                    let wavelength_mm = colours.traced_nm(channel, wavelength) * 1e-6;
+                    let moved = here.displacement(i, d.truncate(), aside[i]);
+                    origin + (wavelength_mm * moved).extend(0.0)
+                });
+                batch.push(start, (target - start).normalize());
                 measure.push(even * (e.z * e.z / e.length_squared().powi(2)));
                 slopes.push(DVec2::new(d.x, d.y) / d.z);
                 let uv = uv_from_camera_direction(-d);

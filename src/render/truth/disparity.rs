@@ -97,6 +97,14 @@ impl DisparityField {
         sight.jacobian(inverse).inverse() * beside
     }
 
+    /// Change of the sum's direction per px at a sensor position, J₀ and J₁ (mm) of J = J₀ + J₁/D; columns: x right, y
+    /// down as stored. Not finite where it is dark.
+    pub(crate) fn jacobian(&self, xy_mm: DVec2) -> [DMat2; 2] {
+        let sight = self.sight.at(xy_mm);
+        let infinity = sight.jacobian(0.0);
+        [infinity, sight.jacobian(1.0) - infinity]
+    }
+
     /// Of a group of sub-pixels, for a point at `depth_mm` (+∞ allowed) that the sum shows at `xy_mm`: what they get of
     /// a white wall together, sr, and the mean of their (ΔX, ΔY) from the sum, px. NaN where one of them is dark.
     pub fn group_px(&self, xy_mm: DVec2, depth_mm: f64, members: &[usize]) -> (f64, DVec2) {

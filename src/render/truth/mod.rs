@@ -23,6 +23,7 @@ pub use sight::{GeometryTruth, SightRays};
 pub use sight_line::SightLine;
 pub use white::WhiteField;
 
+pub(super) use bundle::Bundle;
 pub(crate) use bundle::{Centroid, centroids};
 pub(crate) use disparity::jacobian_at;
 pub(crate) use white::white_sum_sr;

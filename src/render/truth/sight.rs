@@ -140,6 +140,44 @@ impl SightRays {
         }
     }
 
+    /// The line of sight of a sensor position in the reference channel; `None` where there is none.
+    pub fn line(&self, camera: &Camera, xy_mm: DVec2) -> Option<SightLine> {
+        let sensor = camera.sensor();
+        let window = sensor.window_mm();
+        let corner = window.centre - DVec2::new(window.half_width, window.half_height);
+        let place = (xy_mm - corner) / sensor.pitch_mm() - 0.5;
+        let places = std::iter::once((place.x, place.y));
+        let batch = self.rays(camera, ChannelWavelengths::REFERENCE, places);
+        Some(SightLine::from_ray(&batch.get(0).ok()?))
+    }
+
+    /// What the rays of sight of each pixel centre see of known depths, a W × H × 1 map in mm (NaN: not valid).
+    pub fn geometry_at(&self, camera: &Camera, depth_mm: Image) -> GeometryTruth {
+        let (width, height) = (depth_mm.width(), depth_mm.height());
+        let mut distance = Image::zeros(width, height, 1);
+        let rows = distance.data_mut().par_chunks_mut(width).enumerate();
+        rows.for_each(|(row, out)| {
+            let places = (0..width).map(|c| (c as f64, row as f64));
+            let batch = self.rays(camera, ChannelWavelengths::REFERENCE, places);
+            for (column, out) in out.iter_mut().enumerate() {
+                let depth = f64::from(depth_mm.pixel(column, row)[0]);
+                *out = batch.get(column).map_or(f32::NAN, |ray| {
+                    let line = SightLine::from_ray(&ray);
+                    match depth.is_infinite() {
+                        true => f32::INFINITY,
+                        false => (line.q0 * depth + line.q1_mm).extend(depth).length() as f32,
+                    }
+                });
+            }
+        });
+        GeometryTruth {
+            surfaces: vec![NO_SURFACE; width * height],
+            normals: Image::zeros(width, height, 3),
+            distance_mm: distance,
+            depth_mm,
+        }
+    }
+
     /// Whether each channel has rays of sight of its own.
     pub(super) fn has_channels(&self) -> bool {
         matches!(&self.by, By::Centroid(fields) if fields.len() == 3)

@@ -5,6 +5,7 @@ use glam::DVec2;
 use super::bundle::centroids;
 use super::disparity::DisparityField;
 use super::sight_field::{Sight, SightField};
+use crate::field::FieldGrid;
 use crate::image::Image;
 use crate::render::Camera;
 use crate::sampling::SobolSet;
@@ -75,6 +76,26 @@ impl WhiteField {
             }
         }
         images
+    }
+
+    /// What each sub-pixel receives, sr, as a field over the window: R, G, B outermost, then sub-pixels as stored.
+    pub(crate) fn grid(&self, sensor: &Sensor) -> FieldGrid {
+        let window = sensor.window_mm();
+        let size = [sensor.width(), sensor.height()].map(FieldGrid::nodes_for);
+        let size = (size[0], size[1]);
+        let components = 3 * self.channels[0].subpixels();
+        let last = self.channels.len() - 1;
+        let node = |k: usize| {
+            let place = FieldGrid::node_mm(window, size, (k % size.0, k / size.0));
+            let of = |channel: usize| -> Vec<f64> {
+                let sight = self.channels[channel.min(last)].at(place);
+                sight.weights_sr().collect()
+            };
+            [0, 1, 2].map(of).concat()
+        };
+        let data = (0..size.0 * size.1).flat_map(node).collect();
+        FieldGrid::new(window, size, components, data)
+            .unwrap_or_else(|| unreachable!("components a node"))
     }
 
     /// The largest that a sub-pixel receives in any channel, over the sum in the middle of the window in the reference

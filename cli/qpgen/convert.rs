@@ -1,0 +1,205 @@
+//! `qpgen convert`: pictures with depth into a dataset.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use quadpixel::file;
+use quadpixel::shard::Shard;
+use quadpixel_cli::exit::CommandError;
+use quadpixel_cli::log::Log;
+use quadpixel_cli::outln;
+use quadpixel_cli::progress::Progress;
+use quadpixel_cli::stop::Stop;
+use quadpixel_generators::config::{
+    DEFAULT_TOML, DatasetConfig, Draw, Range, RgbdConfig, Scale, WindowConfig,
+};
+use quadpixel_generators::observer::{Event, Observer};
+use quadpixel_generators::production::dataset;
+use quadpixel_generators::rgbd::{Meaning, Pair, RgbdRecipe, pairs};
+
+use crate::dataset::foreign;
+use crate::effect_args::EffectArgs;
+use crate::meaning_args::MeaningArgs;
+
+/// Arguments of `qpgen convert`.
+#[derive(Args)]
+pub struct ConvertArgs {
+    /// Picture, or folder of pictures: PNG (8, 16 bit), JPEG, TIFF, EXR, PFM, NPY. Each pixel is one microlens: the
+    /// sensor window has the picture's size.
+    #[arg(long)]
+    image: PathBuf,
+    /// Its depth, or a folder of depths: files of the same stems and sizes (PNG, TIFF, EXR, PFM, NPY).
+    ///
+    /// Holes are: NaN, 0 and below of z and ray; NaN, infinity and below 0 of inverse depth; NaN, infinity, 0 and
+    /// below of disparity; the number of --hole; what is nearer than --nearest-m. Sky (no parallax) is: infinity of z
+    /// and ray, 0 of inverse depth. A hole takes the farthest depth beside it. Behind depth edges the background goes
+    /// on, its picture mirrored; so it is beyond the picture's sides. Where more than a twentieth of a pixel's light,
+    /// or its depth, is made up like this, `valid` says no. Transparency and the orientation of a JPEG are left aside;
+    /// light below 0 is 0, NaN is refused.
+    #[arg(long)]
+    depth: PathBuf,
+    /// Folder of the dataset. If an earlier run with the same input stopped there, it goes on.
+    #[arg(long, short)]
+    out: PathBuf,
+    /// Configuration of lens, sensor, response, noise and the rest (TOML, see `qpgen dataset --print-config`); absent:
+    /// the built-in one, its window around the axis.
+    #[arg(long)]
+    config: Option<PathBuf>,
+    #[command(flatten)]
+    meaning: MeaningArgs,
+    /// Lens: a name of `qpgen lens list`, or a .json or .zmx file; absent: as the configuration says.
+    #[arg(long)]
+    lens: Option<String>,
+    /// F-number to stop down to; absent: as the configuration says.
+    #[arg(long)]
+    f_number: Option<f64>,
+    /// Depth in focus, m; absent: drawn for each sample among the depths of its picture, from the 10 % nearest to the
+    /// 90 % nearest, or as the configuration says.
+    #[arg(long)]
+    focus_m: Option<f64>,
+    /// Samples; absent: one per picture. The pictures are taken in turn.
+    #[arg(long)]
+    count: Option<usize>,
+    /// Seed of all random numbers; absent: as the configuration says.
+    #[arg(long)]
+    seed: Option<u64>,
+    #[command(flatten)]
+    effects: EffectArgs,
+    /// Replaces and removes files of others where the gallery, the data card and the lists go.
+    #[arg(long)]
+    force: bool,
+    /// Prints one JSON object on stdout at the end, and progress as one JSON object per line on stderr.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// The pairs that can be read, and a line for each that cannot.
+struct Found {
+    good: Vec<Pair>,
+    skipped: Vec<String>,
+}
+
+/// Reads every pair once: what cannot be converted is told before the first sample.
+fn sound(
+    args: &ConvertArgs,
+    meaning: &Meaning,
+    progress: &Progress,
+) -> Result<Found, CommandError> {
+    let (all, mut skipped) = pairs(&args.image, &args.depth)?;
+    let alone = all.len() == 1;
+    let mut good = Vec::new();
+    for pair in all {
+        let recipe = RgbdRecipe::new(&pair.image, &pair.depth, meaning);
+        match recipe.and_then(|recipe| recipe.read()) {
+            Ok(_) => good.push(pair),
+            Err(error) if alone => return Err(error.into()),
+            Err(error) => skipped.push(error.to_string()),
+        }
+    }
+    for line in &skipped {
+        progress.event(Event::Warning(&format!("skipped: {line}")));
+    }
+    match good.is_empty() {
+        true => Err(CommandError::input(format!(
+            "{} with {}: none of the pairs can be converted; the first: {}",
+            args.image.display(),
+            args.depth.display(),
+            skipped.first().map_or("", String::as_str)
+        ))),
+        false => Ok(Found { good, skipped }),
+    }
+}
+
+/// Converts, and prints what was done.
+///
+/// # Errors
+/// No pair that can be converted, bad arguments, a folder of another dataset (2); a disk that fails, or a signal (1).
+pub fn run(args: &ConvertArgs, log: Log) -> Result<(), CommandError> {
+    let log = log.json(args.json);
+    let mut config = configuration(args)?;
+    let meaning = args.meaning.meaning();
+    meaning.check().map_err(CommandError::input)?;
+    let progress = Progress::stopped_by(log, Stop::on_signals()?);
+    let found = sound(args, &meaning, &progress)?;
+    let text = |path: &Path| path.display().to_string();
+    config.count = args.count.unwrap_or(found.good.len());
+    config.scene.rgbd = Some(RgbdConfig {
+        image: None,
+        depth: None,
+        pairs: (found.good.iter())
+            .map(|p| [text(&p.image), text(&p.depth)])
+            .collect(),
+        meaning,
+        focus_share: focus_share(args, &config),
+    });
+    let began = std::time::Instant::now();
+    let done = dataset::make_part(
+        &config,
+        &args.out,
+        Shard::WHOLE,
+        foreign(args.force),
+        &progress,
+    )?;
+    let seconds = began.elapsed().as_secs_f64();
+    let gallery = done.gallery.as_ref().map(|path| text(path));
+    if args.json {
+        let object = serde_json::json!({
+            "samples": done.samples, "reused": done.reused, "skipped": found.skipped, "seconds": seconds,
+            "gallery": gallery, "stages": done.stages
+        });
+        outln!("{object}");
+        return Ok(());
+    }
+    outln!(
+        "{} samples in {seconds:.1} s: {}",
+        done.samples,
+        done.stages
+    );
+    if !found.skipped.is_empty() {
+        outln!("{} skipped, listed above", found.skipped.len());
+    }
+    outln!("gallery: {}", gallery.unwrap_or_default());
+    Ok(())
+}
+
+/// Where the focus is drawn among a picture's depths: nowhere where an argument or the configuration says it.
+fn focus_share(args: &ConvertArgs, config: &DatasetConfig) -> Option<Draw> {
+    if let Some(rgbd) = &config.scene.rgbd {
+        return rgbd.focus_share.filter(|_| args.focus_m.is_none());
+    }
+    let whole = Range {
+        min: 0.1,
+        max: 0.9,
+        scale: Scale::Linear,
+    };
+    (args.focus_m.is_none() && args.config.is_none()).then_some(Draw::Range(whole))
+}
+
+fn configuration(args: &ConvertArgs) -> Result<DatasetConfig, CommandError> {
+    let mut config = match &args.config {
+        Some(path) => {
+            let text = file::read_text(path).map_err(CommandError::input)?;
+            DatasetConfig::from_toml(&text, &path.display().to_string())?
+        }
+        None => {
+            let mut config = DatasetConfig::from_toml(DEFAULT_TOML, "built-in configuration")?;
+            config.sensor.window = WindowConfig::Centre;
+            config.exposure_ev = Draw::Fixed(0.0);
+            config
+        }
+    };
+    config.scene.world = None;
+    config.seed = args.seed.unwrap_or(config.seed);
+    if let Some(lens) = &args.lens {
+        config.lens.names = vec![lens.clone()];
+    }
+    if let Some(f_number) = args.f_number {
+        config.lens.f_number = Some(Draw::Fixed(f_number));
+    }
+    if let Some(focus_m) = args.focus_m {
+        config.lens.focus_mm = Draw::Fixed(1e3 * focus_m);
+    }
+    args.effects
+        .apply(&mut config.effects, &mut config.tolerance);
+    Ok(config)
+}

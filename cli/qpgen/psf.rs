@@ -1,0 +1,195 @@
+//! `qpgen psf`: a bank of kernels as numbers and pictures.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use quadpixel::file;
+use quadpixel::render::kernels::{BankPlan, Footprint};
+use quadpixel_cli::exit::CommandError;
+use quadpixel_cli::log::Log;
+use quadpixel_cli::outln;
+use quadpixel_cli::progress::Progress;
+use quadpixel_generators::assemble::{self, Responses};
+use quadpixel_generators::bank::{self, Bank};
+use quadpixel_generators::observer::Observer;
+use quadpixel_generators::recipe::{Recipe, parse_recipe, read_recipe};
+
+use crate::render::DEFAULT_TOML;
+
+/// Microlenses of the window where no recipe says.
+const DEFAULT_SIZE: (usize, usize) = (1024, 768);
+
+/// Arguments of `qpgen psf`.
+#[derive(Args)]
+pub struct PsfArgs {
+    /// Recipe of lens, focus, sensor and response (TOML, see `qpgen render --print-scene`; what it shows is left
+    /// aside), or the meta.json of a sample; absent: the built-in one on a window of 1024x768 pixels.
+    recipe: Option<PathBuf>,
+    /// File of the numbers (.npz); pictures of the kernels (.exr) and a contact sheet (.png) are written beside it.
+    ///
+    /// `kernel` f32 [depth, field row, field column, channel, sub-pixel, y, x]: parts of its light, sum 1 - `beyond`,
+    /// whole support, in pixels of the sensor (x right, y down as stored). `energy_sr` [field row, field column,
+    /// channel, sub-pixel]: what a white wall of radiance 1 gives the sub-pixel, sr; times `kernel` it is what a pixel
+    /// of radiance 1 gives. `centroid_px` [.., 2]: (x, y) from the point, which is the sub-pixel's disparity. `beyond`:
+    /// part of the light that diffraction takes beyond the support. `origin`: row and column of the point's own pixel.
+    /// `depth_m`, `field_mm`: the axes. `meta`: JSON.
+    #[arg(long, short, default_value = "bank.npz")]
+    out: PathBuf,
+    /// Depths, m from the first lens vertex, such as 0.5,1,inf; absent: nine even in inverse depth, from half the focus
+    /// to infinity, and the focus.
+    #[arg(long, value_delimiter = ',', value_name = "M,M,...")]
+    depths_m: Vec<f64>,
+    /// Field nodes, columns x rows over the window, its corners included.
+    #[arg(long, default_value = "5x5", value_name = "NxN")]
+    fields: String,
+    /// Rays per field node and colour channel.
+    #[arg(long, default_value_t = 16384)]
+    rays: usize,
+    /// What shines.
+    #[arg(long, value_enum, default_value_t = Source::Point)]
+    source: Source,
+    /// Replaces files that are there; absent: such a file ends the command.
+    #[arg(long)]
+    force: bool,
+    /// Prints one JSON object on stdout at the end.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Source {
+    /// A point that the sum of the sub-pixels shows in the middle of a pixel.
+    Point,
+    /// A square of one pixel.
+    Pixel,
+    /// A sample of a picture that is bilinear between its pixels.
+    Sample,
+}
+
+impl Source {
+    fn footprint(self) -> Footprint {
+        match self {
+            Self::Point => Footprint::Point,
+            Self::Pixel => Footprint::Pixel,
+            Self::Sample => Footprint::Sample,
+        }
+    }
+}
+
+/// Traces the bank and writes it.
+///
+/// # Errors
+/// A bad recipe, depth or field, or a file that is there already (2); a disk that fails (1).
+pub fn run(args: &PsfArgs, log: Log) -> Result<(), CommandError> {
+    let recipe = recipe(args)?;
+    let plan = plan(args, &recipe)?;
+    check_outputs(args)?;
+    let progress = Progress::new(log.json(args.json));
+    let mut responses = Responses::new();
+    let observer: &dyn Observer = &progress;
+    let response = responses.get(&recipe, &observer)?;
+    let camera = assemble::camera(&recipe, &response)?;
+    for warning in responses.take_warnings() {
+        progress.warn(&warning);
+    }
+    let kernels = bank::trace(&camera, &plan)?;
+    let depths_m: Vec<f64> = (plan.inverse_depths_per_mm.iter())
+        .map(|t| 1e-3 / t)
+        .collect();
+    let channels: &[&str] = if kernels.channels() == 3 {
+        &["R", "G", "B"]
+    } else {
+        &["RGB"]
+    };
+    let about = serde_json::json!({
+        "lens": recipe.lens, "sensor": recipe.sensor, "response": recipe.response, "spectrum": recipe.spectrum,
+        "channels": channels, "subpixels": kernels.subpixels().names(), "rays": plan.rays,
+        "source": format!("{:?}", plan.footprint).to_lowercase(), "pitch_um": camera.sensor().pitch_um(),
+        "lens_diffraction": true,
+        "units": {
+            "kernel": "part of the light, per pixel", "energy_sr": "sr", "centroid_px": "px, x right, y down",
+            "depth_m": "m from the first lens vertex", "field_mm": "mm on the sensor"
+        },
+    });
+    let bank = Bank {
+        kernels: &kernels,
+        depths_m: &depths_m,
+        about,
+    };
+    let written = bank::write(&args.out, &bank)?.map(|path| path.display().to_string());
+    let support = kernels.support().map_or((0, 0), |s| (s.width, s.height));
+    if args.json {
+        let object =
+            serde_json::json!({ "files": written, "depths_m": depths_m, "support_px": support });
+        outln!("{object}");
+        return Ok(());
+    }
+    let [npz, exr, png] = written;
+    outln!(
+        "{npz}: kernels of {} x {} px; pictures: {exr}, {png}",
+        support.0,
+        support.1
+    );
+    Ok(())
+}
+
+fn recipe(args: &PsfArgs) -> Result<Recipe, CommandError> {
+    if let Some(path) = &args.recipe {
+        return Ok(read_recipe(path)?);
+    }
+    let mut recipe = parse_recipe(DEFAULT_TOML, "built-in recipe")?;
+    (recipe.sensor.width, recipe.sensor.height) = DEFAULT_SIZE;
+    Ok(recipe)
+}
+
+fn plan(args: &PsfArgs, recipe: &Recipe) -> Result<BankPlan, CommandError> {
+    let bad = args.depths_m.iter().find(|d| d.is_nan() || **d <= 0.0);
+    if let Some(depth) = bad {
+        let text = format!("--depths-m has {depth}; allowed: depths above 0, inf");
+        return Err(CommandError::input(text));
+    }
+    let nodes = args.fields.split_once('x');
+    let nodes = nodes.and_then(|(x, y)| Some((x.parse().ok()?, y.parse().ok()?)));
+    let Some(nodes) = nodes else {
+        let text = format!("--fields is {}; allowed: such as 5x5", args.fields);
+        return Err(CommandError::input(text));
+    };
+    let inverse = match args.depths_m.is_empty() {
+        false => args.depths_m.iter().map(|m| 1e-3 / m).collect(),
+        true => {
+            let focus = 1.0 / recipe.lens.focus_mm.unwrap_or(1000.0);
+            (0..9).map(|k| focus * (2.0 - f64::from(k) / 4.0)).collect()
+        }
+    };
+    Ok(BankPlan {
+        nodes,
+        inverse_depths_per_mm: inverse,
+        rays: args.rays,
+        footprint: args.source.footprint(),
+        cut_share: 0.0,
+    })
+}
+
+/// The files can be written, and replace nothing of others.
+fn check_outputs(args: &PsfArgs) -> Result<(), CommandError> {
+    let refused = |path: &PathBuf, what: &str| {
+        Err(CommandError::input(format!("{}: {what}", path.display())))
+    };
+    if args.out.extension().is_none_or(|e| e != "npz") {
+        return refused(
+            &args.out,
+            "is no name of the numbers; allowed: one that ends in .npz",
+        );
+    }
+    for ending in ["npz", "exr", "png"] {
+        let path = args.out.with_extension(ending);
+        if !args.force && path.symlink_metadata().is_ok() {
+            return refused(
+                &path,
+                "is there already; move it away, or give --force, which replaces it",
+            );
+        }
+        file::probe_file(&path)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,50 @@
+//! Linear light of a picture's file.
+
+use std::path::Path;
+
+use quadpixel::image::{Image, srgb};
+
+use super::error::PictureError;
+use super::files;
+use super::meaning::{Encoding, Meaning};
+
+/// W × H × 3 linear light; whole numbers have 1 at their full scale. Negative light, which filters leave in floats, is
+/// 0; gray has three equal channels.
+pub(super) fn read(path: &Path, meaning: &Meaning) -> Result<Image, PictureError> {
+    let stored = files::read(path)?;
+    let is_srgb = match (meaning.encoding.unwrap_or_default(), stored.full_scale) {
+        (Encoding::Srgb, _) | (Encoding::Auto, Some(_)) => true,
+        (Encoding::Linear, _) | (Encoding::Auto, None) => false,
+    };
+    let scale = 1.0 / stored.full_scale.unwrap_or(1.0);
+    let light = |code: f32| match is_srgb {
+        true => srgb::to_linear((code * scale).max(0.0)),
+        // NaN stays, and is refused with its place.
+        false if code < 0.0 => 0.0,
+        false => code * scale,
+    };
+    let image = &stored.image;
+    let channels = match image.channels() {
+        1 | 2 => [0; 3],
+        3 | 4 => [0, 1, 2],
+        n => {
+            return Err(PictureError::File {
+                path: path.to_owned(),
+                what: format!(
+                    "a picture of {n} channels; allowed: 1 to 4 (gray or colour, alpha is dropped)"
+                ),
+            });
+        }
+    };
+    // Codes have few values: a table is quicker than as many powers.
+    let table: Option<Vec<f32>> = (stored.full_scale.filter(|full| *full <= 65535.0))
+        .map(|full| (0..=full as usize).map(|code| light(code as f32)).collect());
+    let value = |v: f32| table.as_ref().map_or_else(|| light(v), |t| t[v as usize]);
+    let pixels = image.data().chunks_exact(image.channels());
+    let data = pixels.flat_map(|p| channels.map(|c| value(p[c])));
+    let data = data.collect();
+    Image::from_vec(image.width(), image.height(), 3, data).ok_or_else(|| PictureError::File {
+        path: path.to_owned(),
+        what: "its size does not match its data".into(),
+    })
+}

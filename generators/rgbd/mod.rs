@@ -1,0 +1,14 @@
+//! Pictures with depth from files: what the numbers of a file mean, and the pairs of two folders.
+
+mod depth;
+mod error;
+mod files;
+mod light;
+mod meaning;
+mod pairs;
+mod recipe;
+
+pub use error::PictureError;
+pub use meaning::{DepthKind, Encoding, Intrinsics, Meaning};
+pub use pairs::{Pair, pairs};
+pub use recipe::RgbdRecipe;

@@ -1,0 +1,104 @@
+//! A picture with depth in a recipe.
+
+use std::path::{Path, PathBuf};
+
+use quadpixel::file;
+use quadpixel::rgbd::{DepthPicture, RgbdError};
+use serde::{Deserialize, Serialize};
+
+use super::meaning::Meaning;
+use super::{PictureError, depth, files, light};
+
+/// Largest share of a pixel's light that may come from places that are made up, for the pixel to be valid.
+const MADE_UP_SHARE: f32 = 0.05;
+
+/// A picture and its depth, and what their numbers mean.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RgbdRecipe {
+    /// Linear or sRGB picture: PNG, JPEG, TIFF, EXR, PFM or NPY.
+    pub image: String,
+    /// Its depth, of the same size: PNG, TIFF, EXR, PFM or NPY.
+    pub depth: String,
+    /// What their numbers mean.
+    #[serde(default)]
+    pub meaning: Meaning,
+    /// Focuses at the depth that this share (0 to 1) of the picture's pixels are nearer than; absent: as the lens says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub focus_share: Option<f64>,
+}
+
+impl RgbdRecipe {
+    /// Of two files: what `meaning` leaves open is taken from `STEM.json` beside the depth, or else beside the picture,
+    /// where there is one.
+    ///
+    /// # Errors
+    /// A sidecar that cannot be read, or numbers that are none.
+    pub fn new(image: &Path, depth: &Path, meaning: &Meaning) -> Result<Self, PictureError> {
+        let mut meaning = meaning.clone();
+        for path in [depth, image].map(|p| p.with_extension("json")) {
+            if path.is_file() {
+                meaning = meaning.or(sidecar(&path)?);
+                break;
+            }
+        }
+        meaning.check().map_err(|what| PictureError::File {
+            path: depth.to_owned(),
+            what,
+        })?;
+        Ok(Self {
+            image: image.display().to_string(),
+            depth: depth.display().to_string(),
+            meaning,
+            focus_share: None,
+        })
+    }
+
+    /// Reads both.
+    ///
+    /// # Errors
+    /// A file that cannot be read or whose numbers do not serve; sizes that differ; light that is none.
+    pub fn read(&self) -> Result<DepthPicture, PictureError> {
+        let (image, depth) = (Path::new(&self.image), Path::new(&self.depth));
+        let light = light::read(image, &self.meaning)?;
+        let depth_mm = depth::read(depth, &self.meaning)?;
+        DepthPicture::new(light, depth_mm).map_err(|cause| self.pair(cause))
+    }
+
+    /// Columns and rows of the picture, by its header where that says so.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn size(&self) -> Result<(usize, usize), PictureError> {
+        files::size(Path::new(&self.image)).map_err(PictureError::from)
+    }
+
+    /// An error of the two together.
+    pub fn pair(&self, cause: RgbdError) -> PictureError {
+        PictureError::Pair {
+            image: PathBuf::from(&self.image),
+            depth: PathBuf::from(&self.depth),
+            cause,
+        }
+    }
+
+    /// A short name: the picture's stem.
+    pub fn name(&self) -> &str {
+        let stem = Path::new(&self.image).file_stem();
+        stem.and_then(|s| s.to_str()).unwrap_or("picture")
+    }
+
+    /// Whether a pixel is valid of whose light this share comes from places that are made up.
+    pub(crate) fn is_known(made_up: f32) -> bool {
+        made_up <= MADE_UP_SHARE
+    }
+}
+
+fn sidecar(path: &Path) -> Result<Meaning, PictureError> {
+    let refused = |what: String| PictureError::File {
+        path: path.to_owned(),
+        what,
+    };
+    let text = file::read_text(path).map_err(|e| refused(e.cause.to_string()))?;
+    serde_json::from_str(&text).map_err(|e| refused(e.to_string()))
+}

@@ -1,0 +1,127 @@
+//! A sample of a picture with depth: converted by kernels, with the truths of every sample.
+
+use std::time::Instant;
+
+use quadpixel::effects::{Choice, Shot, plan};
+use quadpixel::image::Image;
+use quadpixel::render::truth::{DisparityField, SightRays};
+use quadpixel::render::{RenderStats, Rendered};
+use quadpixel::rgbd::{Conversion, Converted, DepthPicture};
+use quadpixel_datasets as spec;
+
+use super::planned::depth_range_mm;
+use super::prepared::{Prepared, Rays, SampleError, Shown};
+use super::rendered::Sample;
+use super::stages::timed;
+use crate::field_error::FieldError;
+use crate::observer::{Event, Observer};
+use crate::recipe::{Recipe, RecipeError, SampleId};
+use crate::rgbd::RgbdRecipe;
+
+/// The picture of a recipe, if it has one; and the recipe with its focus at a depth of the picture, where it asks so.
+///
+/// # Errors
+/// Files that cannot be read, or are not of the sensor window's size.
+pub(super) fn read(recipe: &Recipe) -> Result<(Option<DepthPicture>, Recipe), RecipeError> {
+    let mut resolved = recipe.clone();
+    let Some(rgbd) = &recipe.rgbd else {
+        return Ok((None, resolved));
+    };
+    let picture = rgbd.read()?;
+    let (width, height) = (picture.light().width(), picture.light().height());
+    if (width, height) != (recipe.sensor.width, recipe.sensor.height) {
+        let window = format!("{} x {}", recipe.sensor.width, recipe.sensor.height);
+        let allowed = format!("{width} x {height}, the size of {}", rgbd.image);
+        return Err(FieldError::new("sensor.width x height", window, allowed).into());
+    }
+    if let Some(share) = rgbd.focus_share {
+        let focus_mm = picture.depth_quantile_mm(share);
+        resolved.lens.focus_mm = focus_mm.is_finite().then_some(focus_mm);
+    }
+    Ok((Some(picture), resolved))
+}
+
+impl Prepared {
+    /// The sample of its picture.
+    pub(super) fn convert(
+        mut self,
+        id: SampleId,
+        rays: &Rays,
+        observer: &dyn Observer,
+    ) -> Result<Sample, SampleError> {
+        let refused = RecipeError::Incomplete(
+            "rgbd: its rays are not kept; allowed: without --keep-rays and --from-rays",
+        );
+        let (Rays::Trace, Some(picture), Some(rgbd)) =
+            (rays, self.picture.take(), self.recipe.rgbd.clone())
+        else {
+            return Err(refused.into());
+        };
+        let choice = match self.recipe.effects.is_auto() {
+            true => Choice::All,
+            false => self.recipe.effects.clone(),
+        };
+        let whole = Shot {
+            camera: self.camera.clone(),
+            scene: self.scene().clone(),
+        };
+        let depths_mm = depth_range_mm(picture.depth_mm());
+        let (settings, tolerance) = (self.recipe.render, self.recipe.tolerance);
+        let planned = timed(&mut self.stages.effects_s, || {
+            plan(whole, depths_mm, &settings, &choice, &tolerance)
+        });
+        self.camera = planned.shot.camera;
+        let camera = &self.camera;
+        let began = Instant::now();
+        let fields = DisparityField::of_channels(camera)
+            .unwrap_or_else(|| unreachable!("a camera with a lens has a focus"));
+        let sight = match self.recipe.registration {
+            spec::Registration::Centroid => SightRays::centroids(&fields),
+            spec::Registration::ChiefRay => SightRays::chief_rays(camera),
+        };
+        self.stages.truth_s += began.elapsed().as_secs_f64();
+        let began = Instant::now();
+        let converted = Conversion::new(camera, &sight, &fields, &picture).run();
+        let converted = converted.map_err(|cause| RecipeError::from(rgbd.pair(cause)))?;
+        observer.event(Event::Rays(self.recipe.rays()));
+        self.stages.rays_s += began.elapsed().as_secs_f64();
+        let began = Instant::now();
+        let geometry = sight.geometry_at(camera, known_depths(&picture, &converted.made_up));
+        let shown = Shown {
+            rendered: rendered(&converted),
+            target: Some(converted.target),
+            fields,
+            sight,
+            geometry,
+            choice,
+            decisions: planned.decisions,
+            left_out_together: planned.together,
+        };
+        let mut sample = self.exposed(id, shown)?;
+        sample.stages.truth_s += began.elapsed().as_secs_f64();
+        Ok(sample)
+    }
+}
+
+/// Depths where they are known and most of the light is of places that are.
+fn known_depths(picture: &DepthPicture, made_up: &Image) -> Image {
+    let mut depth = picture.depth_mm().clone();
+    for (depth, share) in depth.data_mut().iter_mut().zip(made_up.data()) {
+        if !RgbdRecipe::is_known(*share) {
+            *depth = f32::NAN;
+        }
+    }
+    depth
+}
+
+fn rendered(converted: &Converted) -> Rendered {
+    Rendered {
+        image: converted.image.clone(),
+        occlusion: Some(converted.occlusion.clone()),
+        stats: RenderStats {
+            rays: converted.rays,
+            exact_rays: converted.rays,
+            ..RenderStats::default()
+        },
+    }
+}

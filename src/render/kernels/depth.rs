@@ -1,0 +1,307 @@
+//! The kernels of one depth: those of all field nodes on one support.
+
+use glam::DVec2;
+
+use super::footprint::Footprint;
+use super::node::Node;
+
+/// Pixels around the rays that diffraction reaches: beyond is the asymptote, a thousandth of the light or two.
+const DIFFRACTION_REACH: i32 = 8;
+
+/// Pixels of a kernel, from the point's own pixel (0, 0): x right, y down as stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Support {
+    /// First column.
+    pub left: i32,
+    /// First row.
+    pub top: i32,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+impl Support {
+    /// What holds both.
+    pub fn union(self, other: Self) -> Self {
+        let (left, top) = (self.left.min(other.left), self.top.min(other.top));
+        let right = (self.left + self.width as i32).max(other.left + other.width as i32);
+        let bottom = (self.top + self.height as i32).max(other.top + other.height as i32);
+        Self {
+            left,
+            top,
+            width: (right - left) as usize,
+            height: (bottom - top) as usize,
+        }
+    }
+
+    /// The farthest column or row from the point.
+    pub fn reach(self) -> usize {
+        let right = self.left + self.width as i32 - 1;
+        let bottom = self.top + self.height as i32 - 1;
+        let far = [self.left, self.top, right, bottom].map(i32::unsigned_abs);
+        far.into_iter().fold(0, u32::max) as usize
+    }
+
+    /// Of rays that land within these bounds, px, spread to the pixels beside.
+    fn around((low, high): (DVec2, DVec2), more: i32) -> Self {
+        let (left, top) = (low.x.round() as i32 - more, low.y.round() as i32 - more);
+        let (right, bottom) = (high.x.round() as i32 + more, high.y.round() as i32 + more);
+        Self {
+            left,
+            top,
+            width: (right - left + 1) as usize,
+            height: (bottom - top + 1) as usize,
+        }
+    }
+}
+
+/// See the module.
+#[derive(Clone, Debug)]
+pub struct DepthKernels {
+    inverse_depth_per_mm: f64,
+    support: Support,
+    lanes: usize,
+    /// `[node][row][column][lane]`; the kernel of a lane sums to 1, or to 0 where it is dark.
+    values: Vec<f32>,
+    /// `[node][lane]`: part of the light that diffraction takes beyond the support.
+    beyond: Vec<f64>,
+}
+
+impl DepthKernels {
+    /// From the rays of the nodes, `lanes` values per pixel: channels outermost, sub-pixels, padding.
+    pub(super) fn new(
+        nodes: &[Node],
+        lanes: usize,
+        footprint: Footprint,
+        inverse_depth_per_mm: f64,
+        is_diffracted: bool,
+    ) -> Self {
+        let bounds = nodes.iter().map(|n| n.bounds_px(inverse_depth_per_mm));
+        let start = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let bounds = bounds.fold(start, |a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let more = if is_diffracted { DIFFRACTION_REACH } else { 1 };
+        let mut kernels = Self {
+            inverse_depth_per_mm,
+            support: Support::around(bounds, more),
+            lanes,
+            values: Vec::new(),
+            beyond: Vec::new(),
+        };
+        for node in nodes {
+            kernels.add(node, footprint);
+        }
+        kernels
+    }
+
+    /// Of displacements in the picture, px: `[node][channel]`, one lane per channel.
+    pub(super) fn from_displacements(
+        nodes: &[Vec<Vec<DVec2>>],
+        lanes: usize,
+        footprint: Footprint,
+    ) -> Self {
+        let reach = DVec2::splat(f64::from(DIFFRACTION_REACH));
+        let mut kernels = Self {
+            inverse_depth_per_mm: 0.0,
+            support: Support::around((-reach, reach), 1),
+            lanes,
+            values: Vec::new(),
+            beyond: Vec::new(),
+        };
+        for channels in nodes {
+            let mut sums = kernels.empty();
+            let mut lit = vec![false; lanes];
+            for (first, displacements) in channels.iter().enumerate() {
+                lit[first] = true;
+                let share = [1.0 / displacements.len() as f64];
+                let landings = displacements.iter().map(|d| (*d, &share[..]));
+                kernels.spread(landings, first, footprint, &mut sums);
+            }
+            kernels.store(&sums, &lit);
+        }
+        kernels
+    }
+
+    fn add(&mut self, node: &Node, footprint: Footprint) {
+        let mut sums = self.empty();
+        let to_px = node.to_px(self.inverse_depth_per_mm);
+        let mut first = 0;
+        let mut lit = vec![false; self.lanes];
+        for rays in &node.channels {
+            for (lit, sr) in lit[first..].iter_mut().zip(&rays.weights_sr) {
+                *lit = *sr > 0.0;
+            }
+            let landings = rays.landings(to_px, self.inverse_depth_per_mm);
+            self.spread(landings, first, footprint, &mut sums);
+            first += rays.weights_sr.len();
+        }
+        self.store(&sums, &lit);
+    }
+
+    fn empty(&self) -> Vec<f64> {
+        vec![0.0; self.support.width * self.support.height * self.lanes]
+    }
+
+    /// Adds light that lands at places, px, with its shares of the lanes from `first` on.
+    fn spread<'a>(
+        &self,
+        landings: impl Iterator<Item = (DVec2, &'a [f64])>,
+        first: usize,
+        footprint: Footprint,
+        sums: &mut [f64],
+    ) {
+        let Support {
+            left,
+            top,
+            width,
+            height,
+        } = self.support;
+        let lanes = self.lanes;
+        for (at, shares) in landings {
+            let nearest = at.round();
+            let (column, row) = (nearest.x as i32 - left, nearest.y as i32 - top);
+            // Also false where it is not finite.
+            let inside =
+                (1..width as i32 - 1).contains(&column) && (1..height as i32 - 1).contains(&row);
+            if !inside {
+                continue;
+            }
+            let beside = at - nearest;
+            let (along, down) = (footprint.shares(beside.x), footprint.shares(beside.y));
+            for (j, down) in down.into_iter().enumerate() {
+                for (i, along) in along.into_iter().enumerate() {
+                    let pixel = (row as usize + j - 1) * width + column as usize + i - 1;
+                    let to = &mut sums[pixel * lanes + first..][..shares.len()];
+                    let part = along * down;
+                    to.iter_mut().zip(shares).for_each(|(t, s)| *t += part * s);
+                }
+            }
+        }
+    }
+
+    /// Keeps the sums of a node.
+    fn store(&mut self, sums: &[f64], lit: &[bool]) {
+        let lanes = self.lanes;
+        let inside = totals(sums, lanes);
+        let beyond = lit.iter().zip(&inside);
+        (self.beyond).extend(beyond.map(|(lit, sum)| if *lit { 1.0 - sum } else { 0.0 }));
+        let whole = sums
+            .iter()
+            .enumerate()
+            .map(|(i, v)| match inside[i % lanes] {
+                sum if sum > 0.0 => (v / sum) as f32,
+                _ => 0.0,
+            });
+        self.values.extend(whole);
+    }
+
+    /// Depth that they belong to, inverse, per mm.
+    pub fn inverse_depth_per_mm(&self) -> f64 {
+        self.inverse_depth_per_mm
+    }
+
+    /// Their pixels.
+    pub fn support(&self) -> Support {
+        self.support
+    }
+
+    /// Kernels of a node: `[row][column][lane]`, each lane's sum 1, or 0 where it is dark.
+    pub fn of_node(&self, node: usize) -> &[f32] {
+        let len = self.support.width * self.support.height * self.lanes;
+        &self.values[node * len..][..len]
+    }
+
+    /// Part of the light of each lane of a node that diffraction takes beyond the support.
+    pub fn beyond(&self, node: usize) -> &[f64] {
+        &self.beyond[node * self.lanes..][..self.lanes]
+    }
+
+    /// On the smallest support beside which no kernel has more than `share` of its light on any side; what is cut is
+    /// made up for in the rest.
+    pub(super) fn trimmed(self, share: f64) -> Self {
+        let Support { width, height, .. } = self.support;
+        let (mut columns, mut rows) = (vec![0f64; width], vec![0f64; height]);
+        let kernel = width * height * self.lanes;
+        for values in self.values.chunks_exact(kernel) {
+            let [along, down] = marginals(values, width, self.lanes);
+            let most = |to: &mut [f64], from: &[f64]| {
+                for (to, lanes) in to.iter_mut().zip(from.chunks_exact(self.lanes)) {
+                    *to = lanes.iter().fold(*to, |m, v| m.max(*v));
+                }
+            };
+            most(&mut columns, &along);
+            most(&mut rows, &down);
+        }
+        let (left, right) = kept(&columns, share);
+        let (top, bottom) = kept(&rows, share);
+        let support = Support {
+            left: self.support.left + left as i32,
+            top: self.support.top + top as i32,
+            width: right - left,
+            height: bottom - top,
+        };
+        let mut values = Vec::with_capacity(self.beyond.len() * support.width * support.height);
+        for from in self.values.chunks_exact(kernel) {
+            let first = values.len();
+            for row in from.chunks_exact(width * self.lanes).take(bottom).skip(top) {
+                values.extend_from_slice(&row[left * self.lanes..right * self.lanes]);
+            }
+            let kept = &mut values[first..];
+            let sums = totals(kept, self.lanes);
+            for (i, v) in kept.iter_mut().enumerate() {
+                let sum = sums[i % self.lanes];
+                *v = if sum > 0.0 {
+                    (f64::from(*v) / sum) as f32
+                } else {
+                    0.0
+                };
+            }
+        }
+        Self {
+            support,
+            values,
+            ..self
+        }
+    }
+}
+
+/// Sum of each lane.
+fn totals<T: Copy + Into<f64>>(values: &[T], lanes: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; lanes];
+    for pixel in values.chunks_exact(lanes) {
+        sums.iter_mut()
+            .zip(pixel)
+            .for_each(|(s, v)| *s += (*v).into());
+    }
+    sums
+}
+
+/// Sums over the rows, `[column][lane]`, and over the columns, `[row][lane]`.
+fn marginals(values: &[f32], width: usize, lanes: usize) -> [Vec<f64>; 2] {
+    let mut along = vec![0.0; width * lanes];
+    let mut down = Vec::new();
+    for row in values.chunks_exact(width * lanes) {
+        along
+            .iter_mut()
+            .zip(row)
+            .for_each(|(a, v)| *a += f64::from(*v));
+        down.extend(totals(row, lanes));
+    }
+    [along, down]
+}
+
+/// What is left of a row of shares when as many as make up `share` are cut from each end.
+fn kept(most: &[f64], share: f64) -> (usize, usize) {
+    let cut = |mut values: Box<dyn Iterator<Item = &f64> + '_>| {
+        let mut sum = 0.0;
+        values
+            .position(|v| {
+                sum += v;
+                sum > share
+            })
+            .unwrap_or(0)
+    };
+    let first = cut(Box::new(most.iter()));
+    let last = most.len() - cut(Box::new(most.iter().rev()));
+    (first, last.max(first + 1))
+}

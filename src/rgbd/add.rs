@@ -1,0 +1,123 @@
+//! The inner loop: points spread by one kernel into the sums of a tile.
+
+use crate::render::kernels::Support;
+use crate::simd::SimdLevel;
+
+/// A point to be spread: its pixel from the tile's first one, its light and its coverage per lane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point<const L: usize> {
+    pub x: i32,
+    pub y: i32,
+    pub light: [f32; L],
+    pub cover: [f32; L],
+}
+
+/// Light and coverage of a pixel, per lane.
+pub(super) type Sum<const L: usize> = [[f32; L]; 2];
+
+/// A kernel of all lanes at one place of the field and depth: `[row][column]` of its support.
+pub(super) struct Taps<const L: usize> {
+    pub support: Support,
+    pub values: Vec<[f32; L]>,
+}
+
+/// Adds the points to sums of `width` columns.
+pub(super) fn add<const L: usize>(
+    taps: &Taps<L>,
+    points: &[Point<L>],
+    width: usize,
+    sums: &mut [Sum<L>],
+) {
+    match SimdLevel::detect() {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: `detect` found AVX2 (or more) on this CPU.
+        SimdLevel::Avx2 | SimdLevel::Avx512 => unsafe { add_avx2(taps, points, width, sums) },
+        _ => add_all(taps, points, width, sums),
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn add_avx2<const L: usize>(
+    taps: &Taps<L>,
+    points: &[Point<L>],
+    width: usize,
+    sums: &mut [Sum<L>],
+) {
+    add_all(taps, points, width, sums);
+}
+
+#[inline(always)]
+fn add_all<const L: usize>(taps: &Taps<L>, points: &[Point<L>], width: usize, sums: &mut [Sum<L>]) {
+    let Support {
+        left,
+        top,
+        width: columns,
+        height: rows,
+    } = taps.support;
+    let height = (sums.len() / width) as i32;
+    for point in points {
+        let (x, y) = (point.x + left, point.y + top);
+        let first = (-x).max(0);
+        let last = (width as i32 - x).min(columns as i32);
+        if first >= last {
+            continue;
+        }
+        let (skipped, taken) = (first as usize, (last - first) as usize);
+        let to = (x + first) as usize;
+        for row in (-y).max(0)..(height - y).min(rows as i32) {
+            let values = &taps.values[row as usize * columns + skipped..][..taken];
+            let sums = &mut sums[(y + row) as usize * width + to..][..taken];
+            for (sum, tap) in sums.iter_mut().zip(values) {
+                for l in 0..L {
+                    sum[0][l] += tap[l] * point.light[l];
+                    sum[1][l] += tap[l] * point.cover[l];
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_way_gives_the_same_bits_and_what_falls_beside_is_left() {
+        let support = Support {
+            left: -2,
+            top: -1,
+            width: 5,
+            height: 3,
+        };
+        let tap = |i: usize| std::array::from_fn(|l| (i * 12 + l) as f32 * 0.37);
+        let taps = Taps {
+            support,
+            values: (0..15).map(tap).collect(),
+        };
+        let point = |k: i32| Point {
+            x: k % 9 - 2,
+            y: k / 9 - 2,
+            light: std::array::from_fn(|l| k as f32 * 0.11 + l as f32),
+            cover: std::array::from_fn(|l| 0.1 + l as f32 * 0.01),
+        };
+        let points: Vec<Point<12>> = (0..63).map(point).collect();
+        let mut plain = vec![[[0.0; 12]; 2]; 20];
+        add_all(&taps, &points, 5, &mut plain);
+        let mut best = vec![[[0.0; 12]; 2]; 20];
+        add(&taps, &points, 5, &mut best);
+        assert_eq!(plain, best);
+        // The plain oracle: tap by tap.
+        let mut oracle = vec![0f32; 20];
+        for p in &points {
+            for (i, tap) in taps.values.iter().enumerate() {
+                let (x, y) = (p.x - 2 + (i % 5) as i32, p.y - 1 + (i / 5) as i32);
+                if (0..5).contains(&x) && (0..4).contains(&y) {
+                    oracle[(y * 5 + x) as usize] += tap[3] * p.light[3];
+                }
+            }
+        }
+        let lanes: Vec<f32> = plain.iter().map(|s| s[0][3]).collect();
+        assert_eq!(lanes, oracle);
+    }
+}
