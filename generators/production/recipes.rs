@@ -15,6 +15,20 @@ use crate::field_error::FieldError;
 use crate::recipe::{Recipe, RecipeError};
 use crate::scenes::{FileWorld, WorldSource};
 
+/// The recipe of one sample of a configuration, as a run draws it.
+///
+/// # Errors
+/// A field that is out of its range, a pixel or file that the configuration names.
+pub fn recipe(config: &DatasetConfig, index: u32) -> Result<Recipe, RecipeError> {
+    let recipes = Recipes {
+        indices: Vec::new(),
+        rays: 0,
+        pitches: RefCell::default(),
+        hashes: RefCell::default(),
+    };
+    recipes.draw(config, index)
+}
+
 /// The recipes of a part, drawn one by one.
 pub(crate) struct Recipes {
     /// Numbers of the samples.

@@ -1,0 +1,48 @@
+"""How `pip` makes the wheel: maturin's, with qpgen and qpalgo in it, which maturin does not compile beside a module.
+
+The clone's root and python/ are both described by python/pyproject.toml.
+"""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sysconfig
+
+import maturin
+
+HERE = pathlib.Path(__file__).resolve().parent
+PROGRAMS = ("qpgen", "qpalgo")
+
+
+def _add_programs():
+    """Puts the programs, stripped, where pyproject.toml has maturin look for them."""
+    root, scripts = HERE.parent, HERE / "programs.data" / "scripts"
+    target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", root / "target"))
+    suffix = sysconfig.get_config_var("EXE") or ""
+    shutil.rmtree(scripts, ignore_errors=True)
+    scripts.mkdir(parents=True)
+    for name in PROGRAMS:
+        compiled = ["cargo", "rustc", "--release", "--locked", "--manifest-path", str(root / "cli" / "Cargo.toml"), "--bin", name]
+        # Stripped at the end only, so that the libraries are those of the module.
+        subprocess.run([*compiled, "--", "-C", "strip=symbols"], check=True)
+        shutil.copy2(target / "release" / (name + suffix), scripts)
+
+
+def get_requires_for_build_wheel(config_settings=None):
+    os.chdir(HERE)
+    return maturin.get_requires_for_build_wheel(config_settings)
+
+
+def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
+    folder = os.path.abspath(metadata_directory)
+    os.chdir(HERE)
+    return maturin.prepare_metadata_for_build_wheel(folder, config_settings)
+
+
+def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
+    folder = os.path.abspath(wheel_directory)
+    metadata = metadata_directory and os.path.abspath(metadata_directory)
+    _add_programs()
+    os.chdir(HERE)
+    return maturin.build_wheel(folder, config_settings, metadata)
