@@ -126,7 +126,10 @@ impl Responses {
             let prepared = {
                 let mut loaded = loaded.lock().unwrap_or_else(PoisonError::into_inner);
                 let prepared = prepare(&recipe, &mut loaded, watch)?;
-                loaded.take_warnings().iter().for_each(|text| watch.warn(text));
+                loaded
+                    .take_warnings()
+                    .iter()
+                    .for_each(|text| watch.warn(text));
                 prepared
             };
             let (sample, _) = prepared.render(id, Rays::Trace, watch)?;
