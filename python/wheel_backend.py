@@ -12,21 +12,24 @@ import sysconfig
 import maturin
 
 HERE = pathlib.Path(__file__).resolve().parent
+SCRIPTS = HERE / "programs.data" / "scripts"
 PROGRAMS = ("qpgen", "qpalgo")
 
 
 def _add_programs():
     """Puts the programs, stripped, where pyproject.toml has maturin look for them."""
-    root, scripts = HERE.parent, HERE / "programs.data" / "scripts"
+    root = HERE.parent
     target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", root / "target"))
     suffix = sysconfig.get_config_var("EXE") or ""
-    shutil.rmtree(scripts, ignore_errors=True)
-    scripts.mkdir(parents=True)
+    shutil.rmtree(SCRIPTS, ignore_errors=True)
+    SCRIPTS.mkdir(parents=True)
+    # With the module, so that the features of the libraries are the same and they are compiled once.
+    compiled = ["cargo", "build", "--release", "--locked", "-p", "quadpixel-python", "-p", "quadpixel-cli", "--bins"]
+    subprocess.run(compiled, cwd=root, check=True)
     for name in PROGRAMS:
-        compiled = ["cargo", "rustc", "--release", "--locked", "--manifest-path", str(root / "cli" / "Cargo.toml"), "--bin", name]
-        # Stripped at the end only, so that the libraries are those of the module.
-        subprocess.run([*compiled, "--", "-C", "strip=symbols"], check=True)
-        shutil.copy2(target / "release" / (name + suffix), scripts)
+        shutil.copy2(target / "release" / (name + suffix), SCRIPTS)
+        if shutil.which("strip"):
+            subprocess.run(["strip", str(SCRIPTS / (name + suffix))], check=True)
 
 
 def get_requires_for_build_wheel(config_settings=None):
@@ -36,6 +39,7 @@ def get_requires_for_build_wheel(config_settings=None):
 
 def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
     folder = os.path.abspath(metadata_directory)
+    SCRIPTS.mkdir(parents=True, exist_ok=True)  # maturin asks for it
     os.chdir(HERE)
     return maturin.prepare_metadata_for_build_wheel(folder, config_settings)
 

@@ -1,8 +1,8 @@
 //! How a call from Python runs: on threads of its own, without Python's lock, stopped by Ctrl-C, heard by a callback.
 //!
 //! The calling thread waits, and every [`WAIT`] asks Python for signals and tells the callback how far the work is. A
-//! call that is stopped leaves at its next event; what cannot hear (an algorithm) ends in the background, and its result
-//! is dropped.
+//! call that is stopped leaves at its next event; what cannot hear (an algorithm) ends in the background, and its
+//! result is dropped.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};

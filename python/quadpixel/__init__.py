@@ -2,7 +2,7 @@
 
 `Camera` (of a `Lens` and a `Pixel`) renders a `Scene`, `Charts` or `Worlds`; `Configuration` draws whole datasets; `Dataset` reads those of `qpgen`;
 `views`, `disparity`, `dense_disparity`, `depth`, `calibrate`, `correct_aberrations`, `sharpness` and `refocus` are the algorithms of `qpalgo`.
-`quadpixel.torch` renders inside a training loop.
+`show` and `to_rerun` draw samples; `quadpixel.torch` renders inside a training loop.
 
 All pictures have row 0 on top and are linear, 1 = the sensor's white in the sum of the sub-pixels. All maps have the size of a
 view, H x W pixels (1 px = 1 microlens); NaN means: no truth there, and ``valid`` is False at the same pixels.
@@ -38,6 +38,7 @@ from .geometry import (
     subpixel_names,
 )
 from .lens import Lens, Svg
+from .pictures import show, to_rerun
 from .pixel import Pixel, Response
 from .scene import Charts, DrawnScene, Scene, Worlds, card
 from .shards import iterate_shard, iterate_shards
@@ -80,8 +81,10 @@ __all__ = [
     "refocus",
     "set_threads",
     "sharpness",
+    "show",
     "side_members",
     "subpixel_names",
+    "to_rerun",
     "views",
 ]
 __version__ = "0.1.0"

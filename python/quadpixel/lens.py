@@ -36,7 +36,7 @@ class Lens:
 
     >>> lens = Lens.builtin("wide_US20120327520A1_emb3")
     >>> print(f"{lens.info()['efl_mm']:.2f} mm, f/{lens.info()['f_number']:.1f}")
-    4.10 mm, f/2.6
+    4.23 mm, f/2.5
     """
 
     #: name in the library, or path
@@ -74,8 +74,8 @@ class Lens:
         focus_mm  depth in focus, mm from the first vertex; None: infinity
         f_number  stops the lens down; None: wide open
 
-        >>> Lens.builtin("lib_dgauss_50mm").info(f_number=4.0)["f_number"]
-        4.0
+        >>> print(f"{Lens.builtin('lib_dgauss_50mm').info(f_number=4.0)['f_number']:.3f}")
+        4.000
         """
         info: Dict[str, Any] = json.loads(_native.lens_info(self.name, focus_mm, f_number))
         return info
