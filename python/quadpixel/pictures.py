@@ -23,8 +23,8 @@ _MAPS = (
 def picture(linear: Floats, white: Optional[float] = None) -> Floats:
     """A linear picture as sRGB from 0 to 1; ``white``: the value that becomes 1 (None: the brightest but one in a hundred).
 
-    >>> float(picture(np.array([0.0, 0.5, 1.0], dtype=np.float32), white=1.0)[2])
-    1.0
+    >>> picture(np.array([0.0, 0.5, 1.0], dtype=np.float32), white=1.0).round(3)
+    array([0.   , 0.735, 1.   ], dtype=float32)
     """
     light = np.clip(linear / (white or max(float(np.quantile(linear, 0.99)), 1e-12)), 0.0, 1.0)
     srgb: Floats = np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 1e-12) ** (1 / 2.4) - 0.055).astype(np.float32)
@@ -66,7 +66,10 @@ def _panels(sample: Mapping[str, Any]) -> List[Tuple[str, Floats, Dict[str, Any]
             continue
         values = np.where(np.isfinite(sample[key]), sample[key], np.nan).astype(np.float32)
         most = float(np.nanmax(np.abs(values))) if np.isfinite(values).any() else 1.0
-        options: Dict[str, Any] = {"cmap": "RdBu", "vmin": -most, "vmax": most} if signed else {"cmap": "viridis"}
+        # From blue over white to red, as in the contact sheets of datasets.
+        options: Dict[str, Any] = {"cmap": "RdBu_r", "vmin": -most, "vmax": most} if signed else {"cmap": "viridis"}
+        if key == "occlusion":
+            options.update(vmin=0.0, vmax=1.0)
         panels.append((title, values, options))
     return panels
 

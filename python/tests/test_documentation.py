@@ -10,7 +10,7 @@ import numpy as np
 import quadpixel
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-MODULES = ("lens", "pixel", "scene", "camera", "configuration", "algorithms")
+MODULES = ("lens", "pixel", "scene", "camera", "configuration", "algorithms", "pictures")
 
 
 def load_tests(loader, tests, pattern):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a call from Python costs over the command line: QPGEN=target/release/qpgen python/benchmark [PAIRS]. Prints Markdown.
+"""What a call from Python costs over the command line: python python/examples/overhead.py [PAIRS]. Prints Markdown.
 
 The default dataset's first sample is rendered and written by `qpgen render` and by `Configuration.render` and `Sample.write`, in turn. The CPU
 seconds of each are compared, of the process for the program and of the call for Python, so that what else the machine does counts little.
