@@ -16,7 +16,16 @@ use crate::recipe::{Recipe, RecipeError};
 use crate::rgbd::RgbdRecipe;
 use crate::scenes::{FileWorld, WorldSource};
 
+/// The recipe of one sample of a configuration, as a run draws it.
+///
+/// # Errors
+/// A field that is out of its range, a pixel or file that the configuration names.
+pub fn recipe(config: &DatasetConfig, index: u32) -> Result<Recipe, RecipeError> {
+    Recipes::default().draw(config, index)
+}
+
 /// The recipes of a part, drawn one by one.
+#[derive(Default)]
 pub(crate) struct Recipes {
     /// Numbers of the samples.
     pub indices: Vec<u32>,
@@ -41,10 +50,7 @@ impl Recipes {
         };
         let mut recipes = Self {
             indices: (0..count).filter(|i| shard.owns(*i as usize)).collect(),
-            rays: 0,
-            pitches: RefCell::default(),
-            hashes: RefCell::default(),
-            sizes: RefCell::default(),
+            ..Self::default()
         };
         for &index in &recipes.indices {
             recipes.rays += recipes.draw(config, index)?.rays();

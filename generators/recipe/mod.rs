@@ -312,14 +312,23 @@ pub fn read_recipe(path: &Path) -> Result<Recipe, RecipeError> {
     })?;
     let name = path.display().to_string();
     if path.extension().is_some_and(|e| e == "json") {
-        let read = || {
-            let meta: serde_json::Value = serde_json::from_str(&text)?;
-            let parameters = meta.pointer("/scene/parameters").unwrap_or(&meta).clone();
-            serde_json::from_value(parameters)
-        };
-        return read()
-            .map(Recipe::completed)
-            .map_err(|cause| RecipeError::Json { name, cause });
+        return parse_json(&text, &name);
     }
     parse_recipe(&text, &name)
+}
+
+/// A recipe in JSON, or the `scene.parameters` of a sample's `meta.json`; `name` names the text in errors.
+///
+/// # Errors
+/// No recipe: names the place.
+pub fn parse_json(text: &str, name: &str) -> Result<Recipe, RecipeError> {
+    let read = || {
+        let meta: serde_json::Value = serde_json::from_str(text)?;
+        let parameters = meta.pointer("/scene/parameters").unwrap_or(&meta).clone();
+        serde_json::from_value(parameters)
+    };
+    let name = name.to_owned();
+    read()
+        .map(Recipe::completed)
+        .map_err(|cause| RecipeError::Json { name, cause })
 }

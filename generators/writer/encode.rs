@@ -11,7 +11,8 @@ use quadpixel::image::views::{split_views, sum_of};
 use quadpixel::image::{Image, raster};
 use quadpixel_datasets::{COLOUR_SHIFTS, Optional, SCHEMA_VERSION, SUM_LAYER, paths, sample_files};
 use quadpixel_datasets::{
-    FileEntry, FileKind, Raw, RawFormat, RenderStatistics, SampleFile, SampleMeta, Storage,
+    CameraDescription, FileEntry, FileKind, Raw, RawFormat, RenderStatistics, SampleFile,
+    SampleMeta, Storage,
 };
 use rayon::prelude::*;
 
@@ -43,29 +44,7 @@ pub(super) fn encode(
     let truth = truth::masked(sample);
     let views = split_views(sample.raw, subpixels);
     let sum = sum_of(&views).ok_or_else(|| input(name, "the pixel has no sub-pixel"))?;
-    let noisy = sample.noisy.as_ref().map(|noisy| noisy.linear);
-    let light = [sample.raw, sample.target, &sum].into_iter().chain(noisy);
-    // In this the views are: they add up to the sum.
-    let bright = light
-        .flat_map(|image| image.data())
-        .any(|v| v.abs() > LARGEST_HALF);
-    let format = match sample.raw_encoding {
-        RawEncoding::Png(_) => RawFormat::Png,
-        RawEncoding::Exr => RawFormat::Exr,
-    };
-    let files = sample_files(
-        &given.sensor,
-        &given.channels,
-        format,
-        Optional {
-            channels_differ: sample.channel_shifts_px.is_some(),
-            world: sample.seen.is_some(),
-            noisy: given.noise.readout().is_some(),
-            mosaic: given.mosaic.is_some(),
-            bright,
-        },
-        [preview::SHEET_WIDTH as u32, preview::SHEET_HEIGHT as u32],
-    );
+    let files = files_of(sample, &sum);
     let colours: Vec<&str> = given.channels.iter().map(|c| c.name.as_str()).collect();
     let pictures = Pictures {
         sample,
@@ -100,6 +79,62 @@ pub(super) fn encode(
     ));
     contents.sort_by(|a, b| a.0.cmp(&b.0));
     Ok((meta, contents))
+}
+
+/// A sample that is not written: what `meta.json` (without the list of its `contents`) and `camera.json` would say, and
+/// the maps as they would be stored.
+///
+/// # Errors
+/// As of a sample that is written.
+pub fn described(
+    sample: &SampleFiles<'_>,
+) -> Result<(SampleMeta, CameraDescription, Truth), WriteError> {
+    let name = paths::sample_name(sample.description.index)?;
+    check(sample, &name)?;
+    let truth = truth::masked(sample);
+    let views = split_views(sample.raw, sample.description.sensor.subpixels);
+    let sum = sum_of(&views).ok_or_else(|| input(&name, "the pixel has no sub-pixel"))?;
+    let clipped = match sample.raw_encoding {
+        RawEncoding::Png(levels) => sample
+            .raw
+            .data()
+            .iter()
+            .filter(|v| levels.clips(**v))
+            .count(),
+        RawEncoding::Exr => 0,
+    };
+    let raw = raw_of(sample.raw_encoding, clipped as u64);
+    let meta = describe(sample, &name, &truth, raw, files_of(sample, &sum));
+    let camera = meta.camera(sample.description.curves.clone());
+    Ok((meta, camera, truth))
+}
+
+/// The sample's files; `sum`: of its views.
+fn files_of(sample: &SampleFiles<'_>, sum: &Image) -> Vec<SampleFile> {
+    let given = &sample.description;
+    let noisy = sample.noisy.as_ref().map(|noisy| noisy.linear);
+    let light = [sample.raw, sample.target, sum].into_iter().chain(noisy);
+    // In this the views are: they add up to the sum.
+    let bright = light
+        .flat_map(|image| image.data())
+        .any(|v| v.abs() > LARGEST_HALF);
+    let format = match sample.raw_encoding {
+        RawEncoding::Png(_) => RawFormat::Png,
+        RawEncoding::Exr => RawFormat::Exr,
+    };
+    sample_files(
+        &given.sensor,
+        &given.channels,
+        format,
+        Optional {
+            channels_differ: sample.channel_shifts_px.is_some(),
+            world: sample.seen.is_some(),
+            noisy: given.noise.readout().is_some(),
+            mosaic: given.mosaic.is_some(),
+            bright,
+        },
+        [preview::SHEET_WIDTH as u32, preview::SHEET_HEIGHT as u32],
+    )
 }
 
 struct Pictures<'a> {

@@ -22,11 +22,14 @@ use quadpixel_datasets as spec;
 use quadpixel_datasets::paths;
 
 pub use dataset::{Dataset, finish_dataset, rebuild_pages};
+pub use encode::described;
 pub use error::WriteError;
 pub use files::{NoisyFiles, RawEncoding, SampleFiles, WorldMaps};
+pub use mosaic::picked;
 pub(crate) use pages::half_made;
 pub use pages::{Foreign, Pages};
 pub use resume::{EarlierSample, earlier_sample, is_whole_sample};
+pub use truth::Truth;
 
 /// Writes a sample below `root` (created if missing), and waits for the disk.
 ///

@@ -6,7 +6,7 @@ use quadpixel_datasets::{CodeLevels, Mosaic, Raw};
 use crate::describe::Description;
 
 /// The channel of each microlens's colour, of m·W × n·H values of R, G, B; `None` without a pattern.
-pub(super) fn picked(description: &Description, all: &Image) -> Option<Image> {
+pub fn picked(description: &Description, all: &Image) -> Option<Image> {
     let pattern = description.mosaic?;
     let subpixels = description.sensor.subpixels;
     let (m, n) = (subpixels.m(), subpixels.n());

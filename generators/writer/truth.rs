@@ -11,14 +11,20 @@ use super::files::SampleFiles;
 /// Root-mean-square circle of confusion, px, below which its ratio to the disparity means nothing.
 const LEAST_DEFOCUS_PX: f64 = 0.5;
 
-/// The float maps with NaN exactly where `valid` is false.
-pub(super) struct Truth {
+/// The float maps with NaN exactly where `valid` is false, as they are stored.
+#[derive(Clone, Debug)]
+pub struct Truth {
+    /// Where the maps apply, row by row.
     pub valid: Vec<bool>,
+    /// z from the first lens vertex, m.
     pub depth_m: Image,
+    /// Distance from the first lens vertex, m.
     pub distance_m: Image,
     /// (dx, dy, paraxial dx, paraxial dy) a sub-pixel.
     pub disparity_px: Vec<Image>,
+    /// Signed circle of confusion, px.
     pub coc_px: Image,
+    /// Where the sum shows what the chief ray meets, from there, px.
     pub chief_to_sum_px: Image,
     /// One per sub-pixel and one of the sum, or none.
     pub channel_shifts_px: Vec<Image>,

@@ -1,18 +1,17 @@
 """EXR and PNG files as NumPy arrays."""
 
-import io
 import os
 
-import cv2
 import numpy as np
-import OpenEXR
+
+from . import _native
 
 
-def _bytes(source):
+def _content(source):
     if isinstance(source, (bytes, bytearray, memoryview)):
-        return bytes(source)
+        return bytes(source), "bytes"
     with open(os.fspath(source), "rb") as file:
-        return file.read()
+        return file.read(), os.fspath(source)
 
 
 def read_exr(source):
@@ -20,9 +19,7 @@ def read_exr(source):
 
     ``source`` is a path or the file's bytes. Each channel is an (H, W) float32 array: half floats are widened, exactly.
     """
-    with OpenEXR.File(io.BytesIO(_bytes(source)), separate_channels=True) as file:
-        channels = file.channels()
-        return {name: np.array(channel.pixels, dtype=np.float32) for name, channel in channels.items()}
+    return _native.read_exr(*_content(source))
 
 
 def read_png(source):
@@ -30,10 +27,7 @@ def read_png(source):
 
     ``source`` is a path or the file's bytes.
     """
-    codes = cv2.imdecode(np.frombuffer(_bytes(source), dtype=np.uint8), cv2.IMREAD_UNCHANGED)
-    if codes is None:
-        raise ValueError(f"not a readable PNG: {source if isinstance(source, (str, os.PathLike)) else 'bytes'}")
-    return codes if codes.ndim == 2 else np.ascontiguousarray(codes[..., ::-1])
+    return _native.read_png(*_content(source))
 
 
 def stack(channels, names, colours):

@@ -11,6 +11,7 @@ import unittest
 
 import cv2
 import numpy as np
+import OpenEXR
 
 import quadpixel
 
@@ -237,6 +238,28 @@ class Native(unittest.TestCase):
         self.assertEqual(quadpixel.depth_from_left_right(-0.5, camera, 0.4), np.inf)
         with self.assertRaisesRegex(ValueError, "top_bottom"):
             quadpixel.disparity_ratio(camera, "top_bottom")
+
+
+class Files(unittest.TestCase):
+    def test_other_readers_find_the_same_numbers(self):
+        compared = 0
+        for path in sorted(glob.glob(os.path.join(ROOT, "samples", "000000", "*"))):
+            if path.endswith(".exr"):
+                with OpenEXR.File(path, separate_channels=True) as file:
+                    theirs = {name: np.array(c.pixels, dtype=np.float32) for name, c in file.channels().items()}
+                ours = quadpixel.read_exr(path)
+                self.assertEqual(sorted(ours), sorted(theirs))
+                for name in ours:
+                    np.testing.assert_array_equal(ours[name], theirs[name], path)
+            elif path.endswith(".png"):
+                theirs, ours = cv2.imread(path, cv2.IMREAD_UNCHANGED), quadpixel.read_png(path)
+                theirs = theirs if theirs.ndim == 2 else theirs[..., ::-1]
+                np.testing.assert_array_equal(ours, theirs, path)
+                self.assertEqual(ours.dtype, theirs.dtype)
+            else:
+                continue
+            compared += 1
+        self.assertGreater(compared, 10)
 
 
 class Layouts(unittest.TestCase):

@@ -41,6 +41,16 @@ impl Levels {
         ((f64::from(code) - f64::from(self.black)) * f64::from(self.linear_at_white) / span) as f32
     }
 
+    /// Whether a value is beyond the codes that there are, so that it is stored as the nearest of them.
+    pub fn clips(&self, value: f32) -> bool {
+        !(0.0..=65535.0).contains(&self.code(value))
+    }
+
+    /// The code of a linear value, rounded but not clipped; NaN for NaN.
+    fn code(&self, value: f32) -> f64 {
+        (f64::from(self.black) + f64::from(value) * self.gain()).round()
+    }
+
     fn gain(&self) -> f64 {
         (f64::from(self.white) - f64::from(self.black)) / f64::from(self.linear_at_white)
     }
@@ -72,7 +82,7 @@ pub fn encode_png16(
         path: path.to_path_buf(),
         what: what.to_string(),
     };
-    let (gain, black) = (levels.gain(), f64::from(levels.black));
+    let gain = levels.gain();
     if !(gain > 0.0 && gain.is_finite()) {
         return Err(shape("the white level must be above the black level"));
     }
@@ -84,7 +94,7 @@ pub fn encode_png16(
     let mut clipped = 0;
     let mut codes = Vec::with_capacity(image.data().len() * 2);
     for &value in image.data() {
-        let code = (black + f64::from(value) * gain).round();
+        let code = levels.code(value);
         if code.is_nan() {
             return Err(shape("NaN cannot be stored as an integer"));
         }
