@@ -116,7 +116,7 @@ mod tests {
                 EstimatedError::SignalPercent(signal),
                 EstimatedError::ShiftPx(shift),
             ];
-            effects.leave_out_at(Effect::Dispersion, limit.clone(), errors);
+            effects.leave_out_at(Effect::Dispersion, limit, errors);
             effects.leave_out(Effect::LensReflections, Reason::FullTransmission);
             effects
         };

@@ -178,7 +178,13 @@ class Calls(unittest.TestCase):
             "try: camera.render(q.Charts(texture_px=64)[0], rays_per_pixel=1 << 16)\n"
             "except KeyboardInterrupt: print('stopped')\n"
         )
-        job = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+        # A shell's background jobs ignore Ctrl-C, and so would the program started from one.
+        job = subprocess.Popen(
+            [sys.executable, "-c", program],
+            stdout=subprocess.PIPE,
+            text=True,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        )
         self.addCleanup(job.kill)
         self.assertEqual(job.stdout.readline().strip(), "begins")
         time.sleep(2.0)
