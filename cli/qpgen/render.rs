@@ -40,7 +40,8 @@ pub struct RenderArgs {
     scene_args: SceneArgs,
     #[command(flatten)]
     effects: EffectArgs,
-    /// Writes the radiance of every ray to this file (.npz), for --from-rays.
+    /// Writes the radiance of every ray to this file (.npz), for --from-rays. Small lamps get no rays of their own
+    /// then: a world with lamps in sight has more speckles.
     #[arg(long, value_name = "FILE")]
     keep_rays: Option<PathBuf>,
     /// Traces nothing and takes the rays of a --keep-rays file. The recipe may differ from that of the file in its

@@ -11,7 +11,7 @@ const MOST: usize = 256;
 /// Jump of the circle of confusion between neighbours, px, that tears the surface: less uncovers nothing to be seen.
 const TEAR_PX: f64 = 1.0;
 
-/// See the module. Layer 0 is the nearest.
+/// The layers of inverse depth that a picture's depths are sorted into; layer 0 is the nearest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Levels {
     nearest_per_mm: f64,

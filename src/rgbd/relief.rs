@@ -14,7 +14,8 @@ use super::picture::DepthPicture;
 /// Pixels beyond what parallax uncovers.
 const BEYOND_PX: f64 = 2.0;
 
-/// See the module. Arrays hold the padded picture, row-major.
+/// A picture with depth, ready to be spread: layers, slants, and what goes on behind its edges. Arrays hold the padded
+/// picture, row-major.
 #[derive(Clone, Debug)]
 pub struct Relief {
     /// Columns with the margin.

@@ -30,8 +30,9 @@ pub struct BankPlan {
     pub cut_share: f64,
 }
 
-/// See the module. Lanes are the values of a pixel: R, G, B (or one for all) times sub-pixels in stored order, then
-/// padding.
+/// The kernels of a camera's window: over field nodes, inverse depths, channels and sub-pixels; the equations are in
+/// [`crate::render::kernels`]. Lanes are the values of a pixel: R, G, B (or one for all) times sub-pixels in stored
+/// order, then padding.
 #[derive(Clone, Debug)]
 pub struct KernelBank {
     subpixels: Subpixels,

@@ -5,7 +5,7 @@ use glam::DVec2;
 use super::footprint::Footprint;
 use super::node::Node;
 
-/// Pixels around the rays that diffraction reaches: beyond is the asymptote, a thousandth of the light or two.
+/// Pixels around the rays that diffraction reaches: beyond is the asymptote, one or two thousandths of the light.
 const DIFFRACTION_REACH: i32 = 8;
 
 /// Pixels of a kernel, from the point's own pixel (0, 0): x right, y down as stored.
@@ -56,7 +56,8 @@ impl Support {
     }
 }
 
-/// See the module.
+/// The kernels of every field node, channel and sub-pixel at one depth, on one support: the picture of a point, px (x
+/// right, y down as stored).
 #[derive(Clone, Debug)]
 pub struct DepthKernels {
     inverse_depth_per_mm: f64,
