@@ -95,6 +95,28 @@ impl GeometricResponse {
         by_count!(self.subpixels.count(), self.batch(u, v, out));
     }
 
+    /// The weights averaged over a bundle of directions: a square cell of `spread` in slope (tan θ) around each. What
+    /// sums few directions over a smooth measure errs by the square of the cell, not by which side of an edge each
+    /// direction lies on.
+    pub fn weights_spread(&self, u: &[f32], v: &[f32], spread: f64, out: &mut [f32]) {
+        let (m, n) = (self.subpixels.m(), self.subpixels.n());
+        let f = self.focal_length_um / self.pitch_um;
+        let (width, height) = (f * spread * m as f64, f * spread * n as f64);
+        // The part of a cell around x of a width that lies in sub-pixel k of a row.
+        let part = |x: f64, width: f64, k: usize| {
+            let (low, high) = (x - 0.5 * width, x + 0.5 * width);
+            ((high.min(k as f64 + 1.0) - low.max(k as f64)) / width).max(0.0)
+        };
+        for ((&u, &v), out) in u.iter().zip(v).zip(out.chunks_exact_mut(m * n)) {
+            let (u, v) = (f64::from(u), f64::from(v));
+            let c = f / (1.0 - u * u - v * v).max(1e-12).sqrt();
+            let (x, y) = ((u * c + 0.5) * m as f64, (v * c + 0.5) * n as f64);
+            for (k, p) in out.iter_mut().enumerate() {
+                *p = (part(x, width, k % m) * part(y, height, k / m)) as f32;
+            }
+        }
+    }
+
     #[inline]
     fn batch<const N: usize>(&self, u: &[f32], v: &[f32], out: &mut [f32]) {
         let (out, _) = out.as_chunks_mut::<N>();
@@ -204,6 +226,33 @@ mod tests {
             let w = (1.0 + t * t + 1e-4).sqrt();
             g.weights((t / w) as f32, (-1e-2 / w) as f32, &mut p);
             assert_eq!(p, [0.0, wanted, 0.0, 0.0], "at {angle} rad");
+        }
+    }
+
+    #[test]
+    fn a_cell_of_directions_has_the_mean_of_their_weights() {
+        let g = GeometricResponse::new(Subpixels::QUAD, 3.5, 6.0).unwrap();
+        let spread = 0.2;
+        let uv = |x: f64, y: f64| {
+            let w = (1.0 + x * x + y * y).sqrt();
+            ((x / w) as f32, (y / w) as f32)
+        };
+        // On a corner of four, on an outer edge, within one, outside.
+        for (x, y) in [(0.03, -0.05), (0.25, 0.1), (0.15, 0.15), (0.45, 0.0)] {
+            const SIDE: usize = 400;
+            let (mut sum, mut p) = ([0f64; 4], [0f32; 4]);
+            let at = |k: usize| spread * ((k as f64 + 0.5) / SIDE as f64 - 0.5);
+            for k in 0..SIDE * SIDE {
+                let (u, v) = uv(x + at(k % SIDE), y + at(k / SIDE));
+                g.weights(u, v, &mut p);
+                (sum.iter_mut().zip(&p)).for_each(|(s, &p)| *s += f64::from(p));
+            }
+            let (u, v) = uv(x, y);
+            g.weights_spread(&[u], &[v], spread, &mut p);
+            for (s, p) in sum.iter().zip(&p) {
+                let mean = s / (SIDE * SIDE) as f64;
+                assert!((mean - f64::from(*p)).abs() < 0.006, "{x} {y}: {mean} {p}");
+            }
         }
     }
 }

@@ -23,9 +23,6 @@ use crate::image::views::Side;
 use crate::spectrum::ChannelWavelengths;
 use crate::units::M_PER_MM;
 
-/// Nodes along each side of the window: between them the coefficients are bilinear, which with half as many errs by
-/// 0.35 % of t in default samples.
-const NODES: usize = 13;
 /// Distances of a fit.
 const DISTANCES: usize = 9;
 /// Circle of confusion, px, up to which the fit is made on both sides of the focus.
@@ -143,9 +140,12 @@ impl Distances {
         camera: &Camera,
         shift: &(dyn Fn(DVec2, f64) -> f64 + Sync),
     ) -> Option<DisparityCurve> {
-        let window = camera.sensor().window_mm();
+        let sensor = camera.sensor();
+        let window = sensor.window_mm();
+        // Those of the truth, so that between them both are bilinear.
+        let [columns, rows] = [sensor.width(), sensor.height()].map(FieldGrid::nodes_for);
         let node = |k: usize| {
-            let place = FieldGrid::node_mm(window, (NODES, NODES), (k % NODES, k / NODES));
+            let place = FieldGrid::node_mm(window, (columns, rows), (k % columns, k / columns));
             let depth = |t: f64| 1.0 / t - self.pupil_mm;
             let samples = self.per_mm.iter().map(|&t| shift(place, depth(t)));
             let (c, residual) = quadratic(&self.per_mm, self.focus, &samples.collect::<Vec<_>>())?;
@@ -153,10 +153,10 @@ impl Distances {
             let per_m = [c[0], c[1] * M_PER_MM, c[2] * M_PER_MM * M_PER_MM];
             Some((per_m.map(rounded), residual))
         };
-        let fits: Vec<_> = (0..NODES * NODES).into_par_iter().map(node).collect();
+        let fits: Vec<_> = (0..columns * rows).into_par_iter().map(node).collect();
         let worst = fits.iter().flatten().map(|fit| fit.1).fold(0.0, f64::max);
         let nodes: Vec<Option<[f64; 3]>> = fits.iter().map(|fit| fit.map(|f| f.0)).collect();
-        DisparityCurve::new(channel, [NODES as u32; 2], &nodes, worst)
+        DisparityCurve::new(channel, [columns as u32, rows as u32], &nodes, worst)
     }
 }
 

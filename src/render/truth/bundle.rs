@@ -98,9 +98,6 @@ impl Bundle {
     ) -> Option<Self> {
         let pupil = camera.pupil_at(xy_mm)?;
         let n = samples.len();
-        let (mut p, mut q) = (vec![0.0; n], vec![0.0; n]);
-        samples.fill(2, PUPIL_KEY, 0, &mut p);
-        samples.fill(3, PUPIL_KEY, 0, &mut q);
         let mut aside = Vec::new();
         if diffraction.is_some() {
             aside.resize(n, 0.0);
@@ -120,6 +117,9 @@ impl Bundle {
         };
         let colours = camera.colours();
         let shares = colours.count();
+        // What one ray of a wavelength stands for, in slope.
+        let distance = (pupil.centre_mm.z - origin.z).abs();
+        let spread = (pupil.area_mm2() * shares as f64 / n as f64).sqrt() / distance;
         for wavelength in 0..shares {
             let share = wavelength * n / shares..(wavelength + 1) * n / shares;
             // Shares of other lengths count the same.
@@ -127,8 +127,9 @@ impl Bundle {
             let mut batch = RayBatch::with_capacity(share.len());
             let (mut u, mut v, mut measure, mut slopes) =
                 (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+            let (first, of_share) = (share.start, share.len());
             for i in share {
-                let (a, b) = concentric_disk(p[i], q[i]);
+                let (a, b) = golden_disk(i - first, of_share);
                 let target =
                     pupil.centre_mm + (a * pupil.axis_a_mm + b * pupil.axis_b_mm).extend(0.0);
                 let e = target - origin;
@@ -147,7 +148,8 @@ impl Bundle {
             }
             let mut response = vec![0f32; batch.len() * n_sub];
             let lookup = colours.response(colours.response_number(channel, wavelength));
-            lookup.weights_under(shift.to_array(), &mut u, &mut v, &mut response);
+            let shift = shift.to_array();
+            lookup.weights_of_cells(shift, spread, [&mut u, &mut v], &mut response);
             let tracer = colours.tracer(channel, wavelength);
             tracer.trace_backward(&mut batch, SimdLevel::detect());
             for i in (0..batch.len()).filter(|&i| batch.status[i] == 0) {
@@ -164,6 +166,15 @@ impl Bundle {
         }
         Some(bundle)
     }
+}
+
+/// Point `k` of `n` in the unit disk: steps of the golden ratio, which no line or circle cuts unevenly.
+fn golden_disk(k: usize, n: usize) -> (f64, f64) {
+    const INVERSE_GOLDEN: f64 = 0.618_033_988_749_894_9;
+    concentric_disk(
+        (k as f64 + 0.5) / n as f64,
+        (k as f64 * INVERSE_GOLDEN).fract(),
+    )
 }
 
 /// Centroids of each sub-pixel's rays, and of all together, from the sensor position `xy_mm`, at a channel's

@@ -1,8 +1,8 @@
 //! What the pixels of a window see and get, in one channel: centroids of the bundle of each sub-pixel, over the sensor.
 //!
 //! Bundles are traced at few nodes with many rays each, as their centroids change slowly and their errors do not: those
-//! of 8192 rays through a pupil with a hard edge are a thousandth; the edges of ideal boxes ask for more. Between the
-//! nodes the centroids are cubic, and the Jacobian ∂q̄/∂p is the cubic's slope.
+//! of 8192 rays through a pupil with a hard edge are a third of a thousandth; the edges of ideal boxes ask for more.
+//! Between the nodes the centroids are cubic, and the Jacobian ∂q̄/∂p is the cubic's slope.
 
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;

@@ -125,4 +125,21 @@ impl ResponseLookup {
             }
         }
     }
+    /// [`Self::weights_under`] for directions that each stand for a cell of `spread` in slope: the edges of boxes are
+    /// averaged over it ([`GeometricResponse::weights_spread`]); tables are smooth as they are.
+    pub(crate) fn weights_of_cells(
+        &self,
+        shift_um: [f64; 2],
+        spread: f64,
+        [u, v]: [&mut [f32]; 2],
+        out: &mut [f32],
+    ) {
+        match self {
+            Self::Geometric(g) => {
+                self.frame().centred_batch(shift_um, u, v);
+                g.weights_spread(u, v, spread, out);
+            }
+            _ => self.weights_under(shift_um, u, v, out),
+        }
+    }
 }
