@@ -1,10 +1,12 @@
 //! The paper's images: Fig. 10, Fig. 15 and Table 2.
 //!
-//! "ML-1" and "ML-2" are the stand-ins of the lens library; the paper's own tables are not public to us.
+//! Each by rays alone, as in the paper, and with diffraction at the lens's aperture. "ML-1" and "ML-2" are stand-ins
+//! ([`crate::stand_ins`]); the paper's own tables are not public to us.
 
 use serde_json::Value;
 use std::error::Error;
 
+use crate::stand_ins;
 use crate::tools::Tools;
 
 /// Setups of Table 2: name for people, name for files.
@@ -23,25 +25,37 @@ pub const POSITIONS: [(&str, &str, &str); 2] = [
     ),
 ];
 
-const ML1: &str = "name = \"wide_US20120327520A1_emb3\"\nfocus_mm = 750";
-const ML2: &str = "name = \"tele_US10571665B2_220b\"\nfocus_mm = 750
-misalignments = [{ element = 1, dz_um = 1.5 }, { element = 2, dx_um = 6, dy_um = 6 },
-  { element = \"mirror\", tip_deg = 0.625, tilt_deg = 0.25 }, { element = 3, dx_um = 9, dy_um = 5, tip_deg = 0.2, tilt_deg = 0.2 },
-  { element = 4, dx_um = 4, dy_um = 2.5 }]";
-const ALPHABET: &str = "chart = { kind = \"alphabet\" }\nchart_seed = 1";
+/// Light at the lens: name for people, for files, the effects that are simulated.
+pub const LIGHT: [(&str, &str, &str); 2] = [
+    (
+        "rays",
+        "rays",
+        "pixel-diffraction,cra-variation,dispersion,aberrations,vignetting",
+    ),
+    (
+        "waves",
+        "waves",
+        "pixel-diffraction,lens-diffraction,cra-variation,dispersion,aberrations,vignetting",
+    ),
+];
+
+pub const ALPHABET: &str = "chart = { kind = \"alphabet\" }\nchart_seed = 1";
 const NOISE: &str = "chart = { kind = \"noise\", exponent = 1.0, contrast = 0.2, cutoff_texels = 40 }\nchart_seed = 7";
 
 /// One capture of a flat chart at 750 mm.
-struct Recipe<'a> {
-    lens: &'a str,
-    pixel: &'a str,
-    pitch_um: f64,
-    classic: bool,
-    side: usize,
-    window: &'a str,
-    chart: &'a str,
-    texture_px: usize,
-    rays: usize,
+pub struct Recipe<'a> {
+    /// Lines of `[lens]`.
+    pub lens: &'a str,
+    pub pixel: &'a str,
+    pub pitch_um: f64,
+    pub classic: bool,
+    pub side: usize,
+    pub window: &'a str,
+    pub chart: &'a str,
+    pub texture_px: usize,
+    pub rays: usize,
+    /// Effects that are simulated.
+    pub effects: &'a str,
 }
 
 impl Recipe<'_> {
@@ -77,28 +91,31 @@ pub fn all(tools: &Tools) -> Result<Captures, Box<dyn Error>> {
     charts(tools)?;
     let (side, rays) = if tools.quick { (64, 32) } else { (150, 512) };
     let mut list = String::new();
-    for (setup, file) in SETUPS {
-        for (position, place, window) in POSITIONS {
-            let name = |chart: &str| format!("{file}-{place}-{chart}");
-            for (chart, text) in [("noise", NOISE), ("alphabet", ALPHABET)] {
-                let recipe = Recipe {
-                    lens: if file.starts_with("ml1") { ML1 } else { ML2 },
-                    pixel: "1.6um",
-                    pitch_um: 1.6,
-                    classic: file.ends_with("classic"),
-                    side,
-                    window,
-                    chart: text,
-                    texture_px: 1024,
-                    rays,
-                };
-                render(tools, &name(chart), &recipe)?;
+    for (light, of_light, effects) in LIGHT {
+        for (setup, file) in SETUPS {
+            for (position, place, window) in POSITIONS {
+                let name = |chart: &str| format!("{file}-{of_light}-{place}-{chart}");
+                for (chart, text) in [("noise", NOISE), ("alphabet", ALPHABET)] {
+                    let recipe = Recipe {
+                        lens: &stand_ins::lens(file.starts_with("ml1")),
+                        pixel: "1.6um",
+                        pitch_um: 1.6,
+                        classic: file.ends_with("classic"),
+                        side,
+                        window,
+                        chart: text,
+                        texture_px: 1024,
+                        rays,
+                        effects,
+                    };
+                    render(tools, &name(chart), &recipe)?;
+                }
+                let (noise, text) = (name("noise"), name("alphabet"));
+                list += &format!(
+                    "[[row]]\nsetup = \"{setup}, {light}\"\nposition = \"{position}\"\ncalibration = \"{noise}\"\ncapture = \"{text}\"\n"
+                );
+                correct(tools, &noise, &text)?;
             }
-            let (noise, text) = (name("noise"), name("alphabet"));
-            list += &format!(
-                "[[row]]\nsetup = \"{setup}\"\nposition = \"{position}\"\ncalibration = \"{noise}\"\ncapture = \"{text}\"\n"
-            );
-            correct(tools, &noise, &text)?;
         }
     }
     tools.write("table2.toml", &list)?;
@@ -110,39 +127,53 @@ pub fn all(tools: &Tools) -> Result<Captures, Box<dyn Error>> {
 
 /// Fig. 10: the charts on a sensor of 1.75 µm sub-pixels.
 fn charts(tools: &Tools) -> Result<(), Box<dyn Error>> {
-    for (name, chart) in [
-        (
-            "fig10-resolution",
-            "chart = { kind = \"resolution\" }\nchart_seed = 1",
-        ),
-        ("fig10-alphabet", ALPHABET),
-    ] {
-        let recipe = Recipe {
-            lens: ML1,
-            pixel: "3.5um",
-            pitch_um: 3.5,
-            classic: false,
-            side: if tools.quick { 96 } else { 480 },
-            window: r#"{ at = "centre" }"#,
-            chart,
-            texture_px: 2048,
-            rays: if tools.quick { 16 } else { 128 },
-        };
-        render(tools, name, &recipe)?;
-        views(tools, name)?;
+    for (_, light, effects) in LIGHT {
+        for (name, chart) in [
+            (
+                "fig10-resolution",
+                "chart = { kind = \"resolution\" }\nchart_seed = 1",
+            ),
+            ("fig10-alphabet", ALPHABET),
+        ] {
+            let recipe = Recipe {
+                lens: &stand_ins::lens(true),
+                pixel: "3.5um",
+                pitch_um: 3.5,
+                classic: false,
+                side: if tools.quick { 96 } else { 480 },
+                window: r#"{ at = "centre" }"#,
+                chart,
+                texture_px: 2048,
+                rays: if tools.quick { 16 } else { 128 },
+                effects,
+            };
+            let name = format!("{name}-{light}");
+            render(tools, &name, &recipe)?;
+            views(tools, &name)?;
+        }
     }
     Ok(())
 }
 
-fn render(tools: &Tools, name: &str, recipe: &Recipe) -> Result<(), Box<dyn Error>> {
+/// Renders a recipe into the folder `name`.
+pub fn render(tools: &Tools, name: &str, recipe: &Recipe) -> Result<(), Box<dyn Error>> {
     let file = format!("{name}.toml");
     tools.write(&file, &recipe.toml())?;
-    tools.step(name, "qpgen", &["render", &file, "--out", name, "-q"])?;
+    let arguments = [
+        "render",
+        &file,
+        "--out",
+        name,
+        "--effects",
+        recipe.effects,
+        "-q",
+    ];
+    tools.step(name, "qpgen", &arguments)?;
     Ok(())
 }
 
 /// Views and their sums of a capture, as pictures.
-fn views(tools: &Tools, name: &str) -> Result<(), Box<dyn Error>> {
+pub fn views(tools: &Tools, name: &str) -> Result<(), Box<dyn Error>> {
     let out = format!("{name}-views");
     tools.step(&out, "qpalgo", &["sai", name, "-o", &out])?;
     Ok(())

@@ -1,4 +1,5 @@
 //! Rebuilds what the paper shows and this project can, as a page with pictures: `scripts/figures [--quick] [OUT]`.
+//! `cargo run --release -p quadpixel-laboratory --example paper -- --stand-ins` shows how its lenses were chosen.
 //!
 //! ```text
 //! tools (qpgen, qpalgo) ─ steps ─▶ work folder: CSV, SVG, captures, JSON ─ page ─▶ OUT/README.md and its pictures
@@ -9,6 +10,7 @@
 mod captures;
 mod page;
 mod pictures;
+mod stand_ins;
 mod studies;
 mod tools;
 
@@ -34,6 +36,9 @@ struct Arguments {
     /// Small and coarse, for a look at the machinery: wave level, few rays.
     #[arg(long)]
     quick: bool,
+    /// Prints how the lenses were chosen that stand in for the paper's (six minutes), and no page.
+    #[arg(long)]
+    stand_ins: bool,
 }
 
 fn main() -> std::process::ExitCode {
@@ -48,6 +53,9 @@ fn main() -> std::process::ExitCode {
 
 fn run(args: &Arguments) -> Result<(), Box<dyn Error>> {
     let tools = Tools::new(&args.programs, &args.work, args.quick)?;
+    if args.stand_ins {
+        return stand_ins::choose(&tools);
+    }
     let studies = studies::all(&tools)?;
     let captures = captures::all(&tools)?;
     page::write(&args.out, &tools, &studies, &captures)?;

@@ -10,7 +10,7 @@ use quadpixel_laboratory::template::filled;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::captures::{Captures, POSITIONS, SETUPS};
+use crate::captures::{Captures, LIGHT, POSITIONS, SETUPS};
 use crate::pictures;
 use crate::studies::Studies;
 use crate::tools::Tools;
@@ -82,7 +82,7 @@ pub fn write(
         let bytes = file::read(&tools.work.join(&picture.from))?;
         file::write_aside(&out.join(&picture.to), &bytes)?;
     }
-    pictures::write(&out.join("fig10.jpg"), &[figure_10(tools)?], 1)?;
+    pictures::write(&out.join("fig10.jpg"), &figure_10(tools)?, 1)?;
     pictures::write(&out.join("fig15.jpg"), &figure_15(tools)?, 3)?;
     let text = text(tools.quick, studies, &table_2(&paper, &captures.table))?;
     file::write_aside(&out.join("README.md"), text.as_bytes()).map_err(Into::into)
@@ -196,28 +196,31 @@ fn table_2(paper: &Paper, table: &Value) -> String {
     let mut text = String::new();
     for row in &paper.table2 {
         let printed = |p: &Printed| format!("{} → {} ({} %)", p.raw, p.corrected, p.gain);
-        let ours = |position: &str| sharpness(table, row, position).unwrap_or("–".to_owned());
-        let _ = writeln!(
+        let _ = write!(
             text,
-            "| {} | {}{} | {} | {} | {} | {} |",
+            "| {} | {}{}",
             row.setup,
             row.metric,
-            if row.metric == "Wee" { " (1e-12)" } else { "" },
-            ours(POSITIONS[0].0),
-            printed(&row.centre),
-            ours(POSITIONS[1].0),
-            printed(&row.corner)
+            if row.metric == "Wee" { " (1e-12)" } else { "" }
         );
+        for (position, paper) in [(POSITIONS[0].0, &row.centre), (POSITIONS[1].0, &row.corner)] {
+            for (light, ..) in LIGHT {
+                let ours = sharpness(table, row, light, position);
+                let _ = write!(text, " | {}", ours.as_deref().unwrap_or("–"));
+            }
+            let _ = write!(text, " | {}", printed(paper));
+        }
+        text += " |\n";
     }
     text
 }
 
 /// What was measured of a row at a position, if it was.
-fn sharpness(table: &Value, row: &Table2Row, position: &str) -> Option<String> {
+fn sharpness(table: &Value, row: &Table2Row, light: &str, position: &str) -> Option<String> {
     let rows = table["rows"].as_array().into_iter().flatten();
     let measured = rows
         .into_iter()
-        .find(|r| r["setup"] == row.setup && r["position"] == position)?;
+        .find(|r| r["setup"] == format!("{}, {light}", row.setup) && r["position"] == position)?;
     let key = row.metric.to_lowercase();
     let raw = measured["sharpness"]["raw"][&key].as_f64()?;
     let corrected = measured["sharpness"]["corrected"][&key].as_f64()?;
@@ -230,22 +233,31 @@ fn sharpness(table: &Value, row: &Table2Row, position: &str) -> Option<String> {
     ))
 }
 
-/// View A of both charts, and the alphabet's sum.
-fn figure_10(tools: &Tools) -> Result<Vec<quadpixel::image::Image>, Box<dyn Error>> {
-    let panel = |name: &str, view: &str| {
-        pictures::panel(&tools.work.join(format!("{name}-views/{view}.exr")), 480)
+/// View A of both charts, and the alphabet's sum; a row by rays, a row by waves.
+fn figure_10(tools: &Tools) -> Result<Vec<Vec<quadpixel::image::Image>>, Box<dyn Error>> {
+    let row = |(_, light, _): (&str, &str, &str)| {
+        let panel = |name: &str, view: &str| {
+            let file = format!("{name}-{light}-views/{view}.exr");
+            pictures::panel(&tools.work.join(file), 480)
+        };
+        Ok(vec![
+            panel("fig10-resolution", "view_A")?,
+            panel("fig10-alphabet", "view_A")?,
+            panel("fig10-alphabet", "sum_all")?,
+        ])
     };
-    Ok(vec![
-        panel("fig10-resolution", "view_A")?,
-        panel("fig10-alphabet", "view_A")?,
-        panel("fig10-alphabet", "sum_all")?,
-    ])
+    LIGHT.into_iter().map(row).collect()
 }
 
-/// Per setup the middle of the sums, raw and corrected, at the centre and in the corner.
+/// Per setup and light the middle of the sums, raw and corrected, at the centre and in the corner.
 fn figure_15(tools: &Tools) -> Result<Vec<Vec<quadpixel::image::Image>>, Box<dyn Error>> {
     const SIDE_PX: usize = 75;
-    let row = |(_, setup): (&str, &str)| {
+    let rows = SETUPS.iter().flat_map(|(_, setup)| {
+        LIGHT
+            .iter()
+            .map(move |(_, light, _)| format!("{setup}-{light}"))
+    });
+    let row = |setup: String| {
         let files = POSITIONS.iter().flat_map(|(_, place, _)| {
             ["views/sum_all.exr", "corrected/corrected.exr"]
                 .map(|file| format!("{setup}-{place}-alphabet-{file}"))
@@ -254,5 +266,5 @@ fn figure_15(tools: &Tools) -> Result<Vec<Vec<quadpixel::image::Image>>, Box<dyn
             .map(|file| pictures::panel(&tools.work.join(file), SIDE_PX))
             .collect()
     };
-    SETUPS.into_iter().map(row).collect()
+    rows.map(row).collect()
 }

@@ -1,5 +1,6 @@
 //! What is left of the phase signal as pixels shrink (section 3.2.1 of the paper, Fig. 12): one chart out of focus,
-//! seen by pixels of several sizes, each by the ideal box (classic) and by its wave optics (diffractive).
+//! seen by pixels of several sizes, each by the ideal box (classic), by its wave optics (diffractive), and with
+//! diffraction at the lens's aperture beside it.
 //!
 //! ```text
 //! pixel × mode ─ camera ─▶ the same chart ─ render ─▶ views ─ shift ─▶ disparity per pixel of defocus, differences
@@ -69,7 +70,7 @@ fn responses(
     settings: &TableSettings,
     f_number: f64,
     observer: &dyn Observer,
-) -> Result<[(Mode, Response); 2], LaboratoryError> {
+) -> Result<[(Mode, Response); 3], LaboratoryError> {
     let subpixels = stack.subpixels;
     if subpixels.m() < 2 {
         return Err(LaboratoryError::OneColumn {
@@ -87,6 +88,7 @@ fn responses(
     }
     Ok([
         (Mode::Classic, Response::Geometric(classic)),
-        (Mode::Diffractive, Response::Table(made.table)),
+        (Mode::Diffractive, Response::Table(made.table.clone())),
+        (Mode::Waves, Response::Table(made.table)),
     ])
 }

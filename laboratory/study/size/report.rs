@@ -67,7 +67,7 @@ pub(super) fn json(shots: &[Shot]) -> Vec<serde_json::Value> {
 
 pub(super) fn table(shots: &[Shot]) -> String {
     let mut text = format!(
-        "{:<18} {:<12} {:>10} {:>33} {:>16} {:>11} {:>11} {:>7}\n{:<18} {:<12} {:>10} {:>8} {:>8} {:>7} {:>7} {:>16} {:>11} {:>11} {:>7}\n",
+        "{:<18} {:<22} {:>10} {:>33} {:>16} {:>11} {:>11} {:>7}\n{:<18} {:<22} {:>10} {:>8} {:>8} {:>7} {:>7} {:>16} {:>11} {:>11} {:>7}\n",
         "pixel",
         "mode",
         "defocus",
@@ -91,7 +91,7 @@ pub(super) fn table(shots: &[Shot]) -> String {
     for s in shots {
         let _ = writeln!(
             text,
-            "{:<18} {:<12} {:>10.2} {:>8.3} {:>8.3} {:>7.3} {:>7.3} {:>16.3} {:>10.0}% {:>10.1}% {:>6.0}%",
+            "{:<18} {:<22} {:>10.2} {:>8.3} {:>8.3} {:>7.3} {:>7.3} {:>16.3} {:>10.0}% {:>10.1}% {:>6.0}%",
             s.pixel,
             s.mode.name(),
             s.defocus_px,
@@ -140,7 +140,7 @@ pub(super) fn picture(path: &Path, shots: &[Shot]) -> Result<(), LaboratoryError
         let classic = shots
             .iter()
             .find(|s| s.pixel == shot.pixel && s.mode == Mode::Classic);
-        if let Some(classic) = classic.filter(|_| shot.mode == Mode::Diffractive) {
+        if let Some(classic) = classic.filter(|_| shot.mode != Mode::Classic) {
             let changed = less(&classic.views[0], a);
             draw(3, ["A: CLASSIC - DIFFRACTIVE", &scale], &changed, true);
         }

@@ -36,6 +36,8 @@ pub(super) enum Mode {
     Classic,
     /// The pixel model's table.
     Diffractive,
+    /// The same, with diffraction at the lens's aperture.
+    Waves,
 }
 
 impl Mode {
@@ -43,6 +45,7 @@ impl Mode {
         match self {
             Self::Classic => "classic",
             Self::Diffractive => "diffractive",
+            Self::Waves => "diffractive, lens too",
         }
     }
 }
@@ -129,6 +132,10 @@ impl Bench {
             response,
             wavelengths,
         )?;
+        let camera = match mode {
+            Mode::Classic | Mode::Diffractive => camera,
+            Mode::Waves => camera.with_lens_diffraction(),
+        };
         let (centre, side) = covering(&camera, CHART_MM, DMat3::IDENTITY)?;
         let flat = (0.0, 0.0, 0.0);
         let plane = TexturedPlane::new(centre, (side, side), flat, self.chart.clone(), None)?;

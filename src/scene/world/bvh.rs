@@ -11,6 +11,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
+use super::crowd::{GROUP, crowded};
 use super::fold::{WIDTH, leaf_counts, members_of};
 use crate::simd::SimdLevel;
 
@@ -121,33 +122,79 @@ impl Bvh {
             .iter()
             .map(|b| Aabb::new(Vec3A::from(b.least - pad), Vec3A::from(b.greatest + pad)))
             .collect();
-        let params = BvhBuildParams {
-            max_prims_per_leaf: LEAF_ITEMS as u32,
-            ..BvhBuildParams::medium_build()
+        let mut leaves = 0;
+        let mut close = |items: &[u32]| {
+            leaf(items);
+            leaves += 1;
+            Child::leaf(leaves - 1, items.len() as u32)
         };
-        let binary = build_bvh2(&boxes, params, &mut std::time::Duration::default());
-        let mut folded = Self {
-            nodes: Vec::with_capacity(binary.nodes.len() / 7 + 1),
+        let mut tree = Self {
+            nodes: Vec::with_capacity(boxes.len() / 7 + 1),
             root: None,
             simd: SimdLevel::detect(),
         };
-        folded.root = Some(folded.fold(&binary, &mut leaf));
-        folded
+        tree.root = Some(match crowded(&boxes) {
+            None => tree.grow(&boxes, LEAF_ITEMS, &mut close),
+            Some(order) => tree.grow_groups(&boxes, &order, &mut close),
+        });
+        tree
+    }
+
+    /// Adds a tree over boxes and returns its root's entry; `close` makes the entry of a leaf of at most `leaf_items`.
+    fn grow(
+        &mut self,
+        boxes: &[Aabb],
+        leaf_items: usize,
+        close: &mut dyn FnMut(&[u32]) -> Child,
+    ) -> Child {
+        let params = BvhBuildParams {
+            max_prims_per_leaf: leaf_items as u32,
+            ..BvhBuildParams::medium_build()
+        };
+        let binary = build_bvh2(boxes, params, &mut std::time::Duration::default());
+        self.fold(&binary, close)
+    }
+
+    /// The same of a crowd, in groups along `order`, then groups of groups.
+    fn grow_groups(
+        &mut self,
+        boxes: &[Aabb],
+        order: &[u32],
+        close: &mut dyn FnMut(&[u32]) -> Child,
+    ) -> Child {
+        let union = |boxes: &[Aabb]| boxes.iter().fold(Aabb::empty(), |all, b| all.union(b));
+        let mut group = |numbers: &[u32]| {
+            let boxes: Vec<Aabb> = numbers.iter().map(|&k| boxes[k as usize]).collect();
+            let mut close = |items: &[u32]| {
+                let numbers: Vec<u32> = items.iter().map(|&k| numbers[k as usize]).collect();
+                close(&numbers)
+            };
+            let child = self.grow(&boxes, LEAF_ITEMS, &mut close);
+            (union(&boxes), child)
+        };
+        let mut groups: Vec<(Aabb, Child)> = order.chunks(GROUP).map(&mut group).collect();
+        while groups.len() > 1 {
+            let above = |groups: &[(Aabb, Child)]| {
+                let boxes: Vec<Aabb> = groups.iter().map(|g| g.0).collect();
+                let child = self.grow(&boxes, 1, &mut |items| groups[items[0] as usize].1);
+                (union(&boxes), child)
+            };
+            groups = groups.chunks(GROUP).map(above).collect();
+        }
+        groups[0].1
     }
 
     /// Folds the binary tree, without recursion, and returns its root's entry.
-    fn fold(&mut self, binary: &Bvh2, leaf: &mut impl FnMut(&[u32])) -> Child {
+    fn fold(&mut self, binary: &Bvh2, close: &mut dyn FnMut(&[u32]) -> Child) -> Child {
         let counts = leaf_counts(binary);
         // (binary node, the entry to fill in: node and lane)
         let mut open = vec![(0, None::<(usize, usize)>)];
-        let (mut root, mut leaves) = (Child(0), 0);
+        let mut root = Child(0);
         while let Some((index, place)) = open.pop() {
             let node = &binary.nodes[index];
             let child = if node.is_leaf() {
                 let first = node.first_index as usize;
-                leaf(&binary.primitive_indices[first..first + node.prim_count as usize]);
-                leaves += 1;
-                Child::leaf(leaves - 1, node.prim_count)
+                close(&binary.primitive_indices[first..first + node.prim_count as usize])
             } else {
                 let members = members_of(binary, &counts, node.first_index as usize);
                 let number = self.nodes.len();

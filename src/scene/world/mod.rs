@@ -12,6 +12,7 @@
 mod bvh;
 mod camera_rays;
 mod check;
+mod crowd;
 mod description;
 mod environment;
 mod fold;

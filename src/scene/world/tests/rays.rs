@@ -172,6 +172,65 @@ fn the_nearest_hit_is_that_of_a_plain_search() {
     assert!(hits > 50);
 }
 
+/// Growing triangles that share a corner: one tree over them takes minutes to build.
+#[test]
+fn a_fan_of_triangles_is_built_at_once_and_searched_right() {
+    const N: usize = 30_000;
+    let triangles: Vec<[DVec3; 3]> = (1..=N)
+        .map(|k| {
+            let size = 50.0 * k as f64 / N as f64;
+            let (near, far) = (
+                DVec3::new(size, 0.0, -size),
+                DVec3::new(0.0, size, -2.0 * size),
+            );
+            [DVec3::ZERO, near, far].map(|v| v.as_vec3().as_dvec3())
+        })
+        .collect();
+    let mesh = TriangleMesh {
+        positions_mm: triangles
+            .iter()
+            .flatten()
+            .map(|v| v.as_vec3().to_array())
+            .collect(),
+        triangles: (0..N as u32)
+            .map(|k| [3 * k, 3 * k + 1, 3 * k + 2])
+            .collect(),
+        ..TriangleMesh::default()
+    };
+    let mut world = WorldDescription {
+        materials: vec![Material::default()],
+        ..WorldDescription::default()
+    };
+    world.add(mesh, 0);
+    let world = World::new(world).unwrap();
+    let mut hits = 0;
+    for k in 0..60 {
+        let origin_mm = DVec3::new(60.0, 40.0, 30.0) * uniform(11, &[k, 3]);
+        let aim = 50.0
+            * DVec3::new(
+                uniform(11, &[k, 0]),
+                uniform(11, &[k, 1]),
+                -1.5 * uniform(11, &[k, 2]),
+            );
+        let ray = Ray {
+            origin_mm,
+            direction: (aim - origin_mm).normalize(),
+        };
+        let ours = world.first_hit(ray.origin_mm, ray.direction);
+        let wanted = plain(&triangles, &ray);
+        assert_eq!(ours.is_some(), wanted.is_some(), "ray {k}");
+        if let (Some(hit), Some(t)) = (ours, wanted) {
+            hits += 1;
+            assert!(
+                (hit.distance_mm - t).abs() < 1e-2,
+                "{} and {t}",
+                hit.distance_mm
+            );
+        }
+    }
+    assert!(hits > 10, "{hits}");
+}
+
 #[test]
 fn every_level_of_instructions_finds_the_same_triangle() {
     let best = World::new(ball(
