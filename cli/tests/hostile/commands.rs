@@ -27,11 +27,12 @@ const CAMERA: &str = "data/samples/000000/camera.json";
 const RAW: &str = "data/samples/000000/raw.png";
 const VIEWS: &str = "data/samples/000000/views.exr";
 const DEPTH: &str = "data/samples/000000/depth.exr";
+const DISPARITY: &str = "data/samples/000000/disparity.exr";
 const TARGET: &str = "data/samples/000000/target.exr";
 const MANIFEST: &str = "data/dataset.json";
 
-/// One line per command; `study`, `validate` and `accuracy` compute for minutes and read nothing but a pixel.
-pub const CASES: [Case; 28] = [
+/// One line per command; `accuracy` computes for minutes and reads nothing.
+pub const CASES: [Case; 38] = [
     case(
         "dataset",
         &["qpgen", "dataset", "--config", "c.toml", "--out", "out"],
@@ -208,6 +209,80 @@ pub const CASES: [Case; 28] = [
         Out::File("t.npz"),
     ),
     case(
+        "psf",
+        &[
+            "qpgen",
+            "psf",
+            "scene.toml",
+            "--depths-m",
+            "1",
+            "--fields",
+            "2x2",
+            "--rays",
+            "256",
+            "-o",
+            "bank.npz",
+        ],
+        &["scene.toml"],
+        Out::File("bank.npz"),
+    ),
+    case(
+        "convert",
+        &[
+            "qpgen", "convert", "--image", "rgb.pfm", "--depth", "z.pfm", "--config", "c.toml",
+            "--out", "out",
+        ],
+        &["rgb.pfm", "z.pfm", "c.toml"],
+        Out::Folder("out"),
+    ),
+    case(
+        "study rejection",
+        &[
+            "qpgen",
+            "study",
+            "rejection",
+            "--pixel",
+            "p.toml",
+            "--theta-step-deg",
+            "30",
+            "--out",
+            "out",
+        ],
+        &["p.toml"],
+        Out::Folder("out"),
+    ),
+    case(
+        "study microlens",
+        &[
+            "qpgen",
+            "study",
+            "microlens",
+            "--theta-step-deg",
+            "45",
+            "--out",
+            "out",
+        ],
+        &[],
+        Out::Folder("out"),
+    ),
+    case(
+        "validate",
+        &[
+            "qpgen",
+            "validate",
+            "--pixel",
+            "p.toml",
+            "--rays",
+            "16",
+            "--theta-max-deg",
+            "10",
+            "--out",
+            "out",
+        ],
+        &["p.toml"],
+        Out::Folder("out"),
+    ),
+    case(
         "lens list",
         &["qpgen", "lens", "list", "--json"],
         &[],
@@ -271,6 +346,61 @@ pub const CASES: [Case; 28] = [
         Out::Folder("out"),
     ),
     case(
+        "score",
+        &[
+            "qpalgo",
+            "score",
+            DISPARITY,
+            DISPARITY,
+            "--estimate-channels",
+            "A.dx",
+            "--truth-channels",
+            "A.dx",
+            "--json",
+        ],
+        &[DISPARITY],
+        Out::Nothing,
+    ),
+    case(
+        "correct-aberrations --calibration",
+        &[
+            "qpalgo",
+            "correct-aberrations",
+            "--calibration",
+            "noise",
+            "-o",
+            "new.json",
+        ],
+        &["noise/raw.png", "noise/meta.json"],
+        Out::File("new.json"),
+    ),
+    case(
+        "correct-aberrations --apply",
+        &[
+            "qpalgo",
+            "correct-aberrations",
+            "--apply",
+            "k.json",
+            "noise",
+            "-o",
+            "out",
+        ],
+        &["k.json", "noise/raw.png"],
+        Out::Folder("out"),
+    ),
+    case(
+        "table",
+        &["qpalgo", "table", "t.toml", "-o", "out", "--json"],
+        &["t.toml", "noise/raw.png"],
+        Out::Folder("out"),
+    ),
+    case(
+        "autofocus",
+        &["qpalgo", "autofocus", "stack", "-o", "out"],
+        &["stack/dataset.json", "stack/samples/000001/raw.png"],
+        Out::Folder("out"),
+    ),
+    case(
         "disparity",
         &["qpalgo", "disparity", RAW, "a.png", "-o", "out"],
         &[RAW, "a.png"],
@@ -311,7 +441,11 @@ pub fn make_inputs(base: &Path) {
     );
     fs::rename(base.join("config.toml"), base.join("c.toml")).unwrap();
     let run = |words: &[&str]| {
-        let done = Command::new(program("qpgen"))
+        let (name, words) = match words {
+            ["qpalgo", words @ ..] => ("qpalgo", words),
+            words => ("qpgen", words),
+        };
+        let done = Command::new(program(name))
             .args(words)
             .current_dir(base)
             .output()
@@ -340,11 +474,50 @@ pub fn make_inputs(base: &Path) {
     scene["sensor"]["height"] = 12.into();
     scene["render"]["rays_per_pixel"] = 4.into();
     fs::write(base.join("scene.toml"), toml::to_string(&scene).unwrap()).unwrap();
+    let chart = "kind = \"noise\"\nexponent = 1.0\ncontrast = 0.2\ncutoff_texels = 40";
+    scene["planes"][0]["chart"] = toml::Value::Table(chart.parse().unwrap());
+    scene["planes"][0]["distance_mm"] = scene["lens"]["focus_mm"].clone();
+    scene["sensor"]["width"] = 112.into();
+    scene["sensor"]["height"] = 112.into();
+    scene["render"]["rays_per_pixel"] = 64.into();
+    fs::write(base.join("noise.toml"), toml::to_string(&scene).unwrap()).unwrap();
+    run(&["render", "noise.toml", "--out", "noise"]);
     fs::write(base.join("s.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let lens = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
         .join("../src/lens/library/lib_triplet_US2453260.json");
     fs::copy(lens, base.join("l.json")).unwrap();
     fs::copy(base.join(RAW), base.join("a.png")).unwrap();
+    // A step of depth in a grey picture.
+    let plane = |kind: &str, value: &dyn Fn(usize) -> f32, channels: usize| {
+        let mut bytes = format!("{kind}\n48 32\n-1.0\n").into_bytes();
+        let values = (0..48 * 32).flat_map(|k| vec![value(k); channels]);
+        bytes.extend(values.flat_map(f32::to_le_bytes));
+        bytes
+    };
+    let grey = |k: usize| 0.2 + 0.01 * (k % 7) as f32;
+    let metres = |k: usize| if k % 48 < 24 { 0.7 } else { 0.75 };
+    fs::write(base.join("rgb.pfm"), plane("PF", &grey, 3)).unwrap();
+    fs::write(base.join("z.pfm"), plane("Pf", &metres, 1)).unwrap();
+    run(&[
+        "qpalgo",
+        "correct-aberrations",
+        "--calibration",
+        "noise",
+        "-o",
+        "k.json",
+    ]);
+    let row =
+        "[[row]]\nsetup = \"a\"\nposition = \"c\"\ncalibration = \"noise\"\ncapture = \"noise\"\n";
+    fs::write(base.join("t.toml"), row).unwrap();
+    let mut stack: toml::Table = fs::read_to_string(base.join("c.toml"))
+        .unwrap()
+        .parse()
+        .unwrap();
+    let sweep = "steps = 3\nfocus_over_drawn = { min = 0.8, max = 1.5, scale = \"inverse\" }";
+    stack.insert("sweep".into(), toml::Value::Table(sweep.parse().unwrap()));
+    stack["count"] = 3.into();
+    fs::write(base.join("stack.toml"), toml::to_string(&stack).unwrap()).unwrap();
+    run(&["dataset", "--config", "stack.toml", "--out", "stack"]);
     let mut rows = String::from("theta_deg,phi_deg,subpixel,P\n");
     for theta in [0, 15, 30, 45, 60] {
         for phi in (0..360).step_by(if theta == 0 { 360 } else { 30 }) {
