@@ -93,6 +93,9 @@ fn size(range: Range) -> f64 {
     range.min.abs().max(range.max.abs())
 }
 
+/// Rows of a table of the card, at most: a dataset of pictures with depth has a name per picture.
+const LONGEST_TABLE: usize = 40;
+
 /// What the samples are, counted.
 #[derive(Clone, Debug, Default)]
 pub struct Census {
@@ -221,8 +224,13 @@ fn text(
     ];
     for (title, table) in counted {
         let _ = write!(card, "## {title}\n\n| what | samples |\n|---|---|\n");
-        for (what, number) in table {
+        for (what, number) in table.iter().take(LONGEST_TABLE) {
             let _ = writeln!(card, "| {} | {number} |", cell(what));
+        }
+        if table.len() > LONGEST_TABLE {
+            let rest = table.len() - LONGEST_TABLE;
+            let samples: u64 = table.values().skip(LONGEST_TABLE).sum();
+            let _ = writeln!(card, "| {rest} others | {samples} |");
         }
         card.push('\n');
     }

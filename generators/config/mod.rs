@@ -8,6 +8,7 @@ pub mod preset;
 mod readout;
 mod response;
 mod rgbd;
+mod scene;
 mod sweep;
 mod tolerances;
 mod world;
@@ -18,6 +19,7 @@ pub use number::{Draw, Range, Scale};
 pub use readout::ReadoutConfig;
 pub use response::{ResponseConfig, StackConfig, TableConfig};
 pub use rgbd::RgbdConfig;
+pub use scene::SceneConfig;
 pub use sweep::SweepConfig;
 pub use tolerances::ToleranceConfig;
 pub use world::{WorldConfig, WorldFileConfig};
@@ -29,7 +31,6 @@ use quadpixel::spectrum::Bands;
 use quadpixel_datasets::{MosaicPattern, Registration};
 use serde::{Deserialize, Serialize};
 
-use crate::charts::{ChartSpec, is_image};
 use crate::field_error::FieldError;
 use crate::lens_tracing;
 
@@ -54,6 +55,7 @@ pub struct DatasetConfig {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spectrum: Option<Bands>,
     /// Scenes.
+    #[serde(default)]
     pub scene: SceneConfig,
     /// Exposure in stops; see the recipe.
     pub exposure_ev: Draw,
@@ -141,32 +143,6 @@ pub enum WindowConfig {
         /// Azimuth in the sensor frame, deg.
         phi_deg: Draw,
     },
-}
-
-/// Scenes of flat cards.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SceneConfig {
-    /// Kinds of chart, or image files; one is drawn for each card, the background's in turn.
-    pub charts: Vec<String>,
-    /// Depth of the background as a multiple of the focused depth.
-    pub background_over_focus: Draw,
-    /// Tilt of the background about each axis, deg.
-    pub tilt_deg: Draw,
-    /// Number of cards in front of the background (rounded down).
-    pub cards: Draw,
-    /// Depth of a card as a multiple of the focused depth (at most 0.95 of the background's).
-    pub card_over_focus: Draw,
-    /// Side of a card as a fraction of the window's width.
-    pub card_size: Draw,
-    /// Side of every chart's texture, texels.
-    pub texture_px: usize,
-    /// Worlds of meshes in the place of cards.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub world: Option<WorldConfig>,
-    /// Pictures with depth in the place of cards.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rgbd: Option<RgbdConfig>,
 }
 
 impl DatasetConfig {
@@ -268,21 +244,19 @@ impl DatasetConfig {
     }
 }
 
-impl SceneConfig {
-    fn check_charts(&self) -> Result<(), ConfigError> {
-        let known = |name: &str| ChartSpec::KINDS.contains(&name) && name != "image";
-        let mut unknown = self
-            .charts
-            .iter()
-            .filter(|name| !known(name) && !is_image(name));
-        match unknown.next() {
-            None => Ok(()),
-            Some(name) => {
-                let kinds = ChartSpec::KINDS.join(", ");
-                Err(ConfigError::Together(format!(
-                    "scene.charts has `{name}`; allowed: {kinds} (image by the path of a PNG, JPEG or TIFF file)"
-                )))
-            }
-        }
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scene_that_is_left_out_is_that_of_the_default_file() {
+        let whole = DatasetConfig::from_toml(DEFAULT_TOML, "default.toml").unwrap();
+        assert_eq!(whole.scene, SceneConfig::default());
+        let mut table: toml::Table = DEFAULT_TOML.parse().unwrap();
+        table.remove("scene");
+        let without =
+            DatasetConfig::from_toml(&toml::to_string(&table).unwrap(), "c.toml").unwrap();
+        assert_eq!(without, whole);
     }
 }
