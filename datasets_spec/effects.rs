@@ -66,7 +66,7 @@ pub enum Effect {
 
 impl Effect {
     /// Those that a user can choose to simulate, in the order in which they are listed.
-    pub const SELECTABLE: [Self; 10] = [
+    pub const SELECTABLE: [Self; 11] = [
         Self::PixelDiffraction,
         Self::LensDiffraction,
         Self::CraVariation,
@@ -74,6 +74,7 @@ impl Effect {
         Self::Aberrations,
         Self::Vignetting,
         Self::Wavelengths,
+        Self::ResponseSpectrum,
         Self::GlobalIllumination,
         Self::Occlusion,
         Self::Noise,
@@ -184,6 +185,13 @@ pub enum Reason {
     OneTabulatedWavelength,
     /// All channels use the table at one wavelength, as in the paper.
     OneResponseWavelength,
+    /// Its tables would take long, and nobody asked for them.
+    TableTime {
+        /// About how long, s of one core.
+        seconds: f64,
+        /// What a dataset spends on them unasked, s of one core.
+        most_seconds: f64,
+    },
     /// Each channel is traced at one wavelength.
     OneTracedWavelength,
     /// The scene's radiance in a channel is even over the channel's band.
@@ -210,7 +218,9 @@ impl Reason {
             Self::Clamp { .. } => "the light that was cut is not counted",
             Self::GeometricResponse => "there is no table of the pixel to compare with",
             Self::MovingFrame => "it takes a table of microlens shifts (`[response] shifts`)",
-            Self::OneTabulatedWavelength | Self::OneResponseWavelength => {
+            Self::OneTabulatedWavelength
+            | Self::OneResponseWavelength
+            | Self::TableTime { .. } => {
                 "it takes tables at other wavelengths (`[spectrum]`)"
             }
             Self::OneTracedWavelength => "it takes bands of wavelengths (`[spectrum]`)",
@@ -244,6 +254,15 @@ impl fmt::Display for Reason {
                 return write!(
                     f,
                     "cut at the radiance {radiance} by `scene.parameters.world.paths.clamp`, as asked for"
+                );
+            }
+            Self::TableTime {
+                seconds,
+                most_seconds,
+            } => {
+                return write!(
+                    f,
+                    "its tables would take about {seconds} s of one core, more than the {most_seconds} s spent unasked (`[spectrum]` asks for them)"
                 );
             }
             Self::NotChosen => "not among the effects asked for",

@@ -7,6 +7,7 @@ use quadpixel::response::{Response, ResponseLookup};
 use quadpixel::sensor::ShiftRule;
 use quadpixel_datasets::{Effect, Effects, Reason};
 
+use crate::assemble::ColourCall;
 use crate::recipe::Recipe;
 
 /// Every effect that the pictures have or lack. `camera` is the one that they were made with.
@@ -14,7 +15,7 @@ pub(crate) fn ledger(
     recipe: &Recipe,
     camera: &Camera,
     response: &Response,
-    decisions: &[Decision],
+    (decisions, call): (&[Decision], &ColourCall),
     tolerance: &Tolerance,
 ) -> Effects {
     let mut ledger = Effects::default();
@@ -23,7 +24,7 @@ pub(crate) fn ledger(
     }
     lens(recipe, &mut ledger);
     pixel(recipe, camera, &mut ledger);
-    colours(recipe, camera, response, &mut ledger);
+    colours(recipe, camera, (response, call), &mut ledger);
     world(recipe, &mut ledger);
     ledger
 }
@@ -64,13 +65,21 @@ fn pixel(recipe: &Recipe, camera: &Camera, ledger: &mut Effects) {
     }
 }
 
-fn colours(recipe: &Recipe, camera: &Camera, response: &Response, ledger: &mut Effects) {
+fn colours(
+    recipe: &Recipe,
+    camera: &Camera,
+    (response, call): (&Response, &ColourCall),
+    ledger: &mut Effects,
+) {
     let banded = camera.wavelengths().bands().is_some();
     if let Response::Table(table) = response {
         match (banded, table.axes().wavelengths_nm.len()) {
             (true, 2..) => ledger.simulate(Effect::ResponseSpectrum),
             (true, _) => ledger.leave_out(Effect::ResponseSpectrum, Reason::OneTabulatedWavelength),
-            (false, _) => ledger.leave_out(Effect::ResponseSpectrum, Reason::OneResponseWavelength),
+            (false, _) => {
+                let errors = call.response_errors();
+                ledger.leave_out_at(Effect::ResponseSpectrum, call.reason, errors);
+            }
         }
     }
     if banded {

@@ -19,7 +19,7 @@ use super::noisy::Noisy;
 use super::planned;
 use super::rendered::{Maps, Sample, Shifts, raw_white, saturation};
 use super::stages::{Stages, timed};
-use crate::assemble::{self, Responses};
+use crate::assemble::{self, ColourCall, Responses};
 use crate::describe::{RenderedLight, describe};
 use crate::lens_tracing;
 use crate::observer::Observer;
@@ -64,6 +64,7 @@ pub fn render_sample(
 /// A recipe put together, before its first ray.
 pub struct Prepared {
     pub(super) recipe: Recipe,
+    colours: ColourCall,
     response: Arc<Response>,
     pub(super) camera: Camera,
     scene: Scene,
@@ -95,9 +96,12 @@ pub fn prepare(
     (recipe.tolerance.check()).map_err(RecipeError::Tolerance)?;
     recipe.check()?;
     let (picture, resolved) = super::picture::read(recipe)?;
-    let recipe = &resolved;
-    lens_tracing::check(&recipe.lens_tracing)?;
+    lens_tracing::check(&resolved.lens_tracing)?;
     let mut stages = Stages::default();
+    let called = timed(&mut stages.effects_s, || {
+        assemble::with_colour(&resolved, responses)
+    })?;
+    let (recipe, colours) = (&called.0, called.1);
     let response = timed(&mut stages.response_s, || responses.get(recipe, &observer))?;
     let (camera, scene, warnings) = timed(&mut stages.scene_s, || {
         let camera = assemble::camera(recipe, &response)?;
@@ -118,6 +122,7 @@ pub fn prepare(
     }
     Ok(Prepared {
         recipe: recipe.clone(),
+        colours,
         response,
         camera,
         scene,
@@ -266,6 +271,8 @@ impl Prepared {
         let noise = planned::noise(readout, &choice, camera.sensor(), &white);
         let readout = readout.filter(|_| !noise.verdict.is_left_out());
         decisions.push(noise);
+        let lens = assemble::lens(&recipe.lens)?;
+        planned::estimate_band_width(&mut decisions, self.colours.errors, &lens, camera);
         let expose = |settings| Noisy::expose(settings, &mosaic, camera, &white, gain);
         let noisy = readout.map(expose).transpose()?;
         let noise = noisy.as_ref().map(Noisy::description);
@@ -278,7 +285,7 @@ impl Prepared {
                 recipe,
                 camera,
                 &self.response,
-                &decisions,
+                (&decisions, &self.colours),
                 &recipe.tolerance,
             ),
             noise: noise.map_or(spec::Noise::None, spec::Noise::Readout),
