@@ -218,9 +218,7 @@ impl Reason {
             Self::Clamp { .. } => "the light that was cut is not counted",
             Self::GeometricResponse => "there is no table of the pixel to compare with",
             Self::MovingFrame => "it takes a table of microlens shifts (`[response] shifts`)",
-            Self::OneTabulatedWavelength
-            | Self::OneResponseWavelength
-            | Self::TableTime { .. } => {
+            Self::OneTabulatedWavelength | Self::OneResponseWavelength | Self::TableTime { .. } => {
                 "it takes tables at other wavelengths (`[spectrum]`)"
             }
             Self::OneTracedWavelength => "it takes bands of wavelengths (`[spectrum]`)",

@@ -48,7 +48,10 @@ impl ColourCall {
     /// As descriptions of samples have it.
     pub fn response_errors(&self) -> Vec<EstimatedError> {
         let percent = self.errors.map(|e| e.response_percent);
-        percent.map(EstimatedError::SignalPercent).into_iter().collect()
+        percent
+            .map(EstimatedError::SignalPercent)
+            .into_iter()
+            .collect()
     }
 }
 
@@ -95,7 +98,13 @@ pub(crate) fn with_colour(
     // What is asked for by its name is made, or told how to be.
     if seconds > MOST_SECONDS && !matches!(recipe.effects, Choice::Only(_)) {
         let most_seconds = MOST_SECONDS;
-        return plain(errors, Reason::TableTime { seconds, most_seconds });
+        return plain(
+            errors,
+            Reason::TableTime {
+                seconds,
+                most_seconds,
+            },
+        );
     }
     let resolved = Recipe {
         spectrum: Some(bands),
@@ -191,10 +200,17 @@ mod tests {
         let total = |nm: f64| -> f64 {
             let model = PixelModel::Wave(WaveSettings::standard());
             let solver = model.solver(&stack, nm).unwrap();
-            solver.on_microlens(0.0, 0.0).unwrap().mean.absorbed.iter().sum()
+            solver
+                .on_microlens(0.0, 0.0)
+                .unwrap()
+                .mean
+                .absorbed
+                .iter()
+                .sum()
         };
         let [red, green, blue] = [610.0, 550.0, 465.0].map(total);
-        let normal = 100.0 * (((red / green - 1.0).powi(2) + (blue / green - 1.0).powi(2)) / 3.0).sqrt();
+        let normal =
+            100.0 * (((red / green - 1.0).powi(2) + (blue / green - 1.0).powi(2)) / 3.0).sqrt();
         // The cone's directions differ from the normal, and part the sub-pixels.
         assert!(found.response_percent > 0.5 * normal, "{found:?} {normal}");
         assert!(found.response_percent < 100.0 && found.width_percent < found.response_percent);

@@ -1,7 +1,7 @@
 //! What the plan of effects needs to know of a sample.
 
-use quadpixel::effects::{Choice, Decision, Effect, Estimate, Verdict};
 use glam::DVec2;
+use quadpixel::effects::{Choice, Decision, Effect, Estimate, Verdict};
 use quadpixel::image::Image;
 use quadpixel::lens::{Lens, OpticalSystem, chief_ray, trace_backward};
 use quadpixel::render::Camera;

@@ -15,7 +15,10 @@ fn squares_of_the_fields_are_what_the_photodiodes_absorb() {
         for (i, absorbed) in light.mean.absorbed.iter().enumerate() {
             // The mean over two polarizations is that over any other two.
             let by_fields = 0.5 * (x[i].re + y[i].re);
-            assert!((by_fields - absorbed).abs() < 2e-6, "{u} {v}: {by_fields} {absorbed}");
+            assert!(
+                (by_fields - absorbed).abs() < 2e-6,
+                "{u} {v}: {by_fields} {absorbed}"
+            );
         }
     }
 }
@@ -28,7 +31,10 @@ fn light_from_the_other_side_is_the_mirror_image() {
     let mirrored = here.mirrored_x();
     for polarization in [0, 1] {
         // Products with a third wave hold the phase and its sign.
-        let (a, b) = (zero.product(&other, polarization), zero.product(&mirrored, polarization));
+        let (a, b) = (
+            zero.product(&other, polarization),
+            zero.product(&mirrored, polarization),
+        );
         for (a, b) in a.iter().zip(b) {
             assert!((a - b).norm() < 1e-5, "{a} {b}");
         }

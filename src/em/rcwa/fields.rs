@@ -78,7 +78,10 @@ impl PhotodiodeFields {
                 // E_x turns, and so does the light that is polarized along x before it is focused.
                 let turns = (component == 0) != (polarization == 0);
                 let sign = if turns { -1.0 } else { 1.0 };
-                for row in part.chunks_exact(plane).flat_map(|p| p.chunks_exact(self.columns)) {
+                for row in part
+                    .chunks_exact(plane)
+                    .flat_map(|p| p.chunks_exact(self.columns))
+                {
                     out.extend(row.iter().rev().map(|e| e * sign));
                 }
             }
