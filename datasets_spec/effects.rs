@@ -34,6 +34,8 @@ pub enum Effect {
     Defocus,
     /// Diffraction at the main lens's aperture; without: light goes through the lens as rays.
     LensDiffraction,
+    /// Phases between the plane waves of the lens's cone, within a pixel.
+    LensPixelCoherence,
     /// Reflections between the surfaces of the lens.
     LensReflections,
     /// Tolerances of the lens's making.
@@ -111,6 +113,10 @@ impl Effect {
                 "lens-diffraction",
                 "diffraction at the main lens's aperture",
             ),
+            Self::LensPixelCoherence => (
+                "lens-pixel-coherence",
+                "phases of the lens's cone within a pixel",
+            ),
             Self::LensReflections => ("lens-reflections", "reflections between surfaces"),
             Self::LensTolerances => ("lens-tolerances", "tolerances of the lens"),
             Self::FocusError => ("focus-error", "focus error"),
@@ -159,6 +165,8 @@ pub enum Reason {
     NotChosen,
     /// There is no lens whose aperture could diffract.
     NoAperture,
+    /// The model adds the plane waves of the lens's cone without their phases.
+    SumWithoutPhases,
     /// Transmission of the lens is 1.
     FullTransmission,
     /// No readout was configured: a clean signal.
@@ -212,6 +220,7 @@ impl Reason {
             Self::NoAperture | Self::CentredMicrolenses | Self::AllChannels | Self::NoReadout => {
                 "that is the camera asked for"
             }
+            Self::SumWithoutPhases => "the picture is black",
             Self::FullTransmission => "the lens's coatings are not known",
             Self::NoAbbeNumbers => "the glasses' dispersion is not known",
             Self::PathLimit { .. } => "longer paths would have to be followed",
@@ -265,6 +274,9 @@ impl fmt::Display for Reason {
             }
             Self::NotChosen => "not among the effects asked for",
             Self::NoAperture => "no lens, no aperture",
+            Self::SumWithoutPhases => {
+                "not simulated: the model adds the plane waves of the lens's cone without their phases"
+            }
             Self::FullTransmission => "transmission of the lens is 1",
             Self::NoReadout => "clean signal asked for",
             Self::NoAbbeNumbers => "the lens file has no Abbe numbers",

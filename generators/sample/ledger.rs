@@ -5,7 +5,7 @@ use quadpixel::effects::{Decision, Tolerance};
 use quadpixel::render::Camera;
 use quadpixel::response::{Response, ResponseLookup};
 use quadpixel::sensor::ShiftRule;
-use quadpixel_datasets::{Effect, Effects, Reason};
+use quadpixel_datasets::{Effect, Effects, EstimatedError, Reason};
 
 use crate::assemble::ColourCall;
 use crate::recipe::Recipe;
@@ -94,8 +94,27 @@ fn colours(
         ledger.simulate(Effect::ColourCrosstalk);
         ledger.leave_out(Effect::FilterLeakage, Reason::OwnBand);
     } else {
-        ledger.leave_out(Effect::ColourCrosstalk, Reason::EqualNeighbours);
+        let errors = crosstalk_errors(camera);
+        ledger.leave_out_at(Effect::ColourCrosstalk, Reason::EqualNeighbours, errors);
     }
+}
+
+/// What unlike neighbours would change, RMS over the cone and the halves of all colours, by the one pixel that both
+/// periods were solved of (`benches/runs/2026-11-21/mosaic.md`); empty of others.
+fn crosstalk_errors(camera: &Camera) -> Vec<EstimatedError> {
+    /// Pitches that the pixel of 1.6 µm stands for, µm.
+    const PITCHES_UM: std::ops::RangeInclusive<f64> = 1.4..=1.8;
+    /// F-number, %: what the halves of light from 0° to the cone's edge differ by.
+    const ERRORS: [(f64, f64); 3] = [(1.7, 24.4), (2.0, 20.0), (2.8, 14.6)];
+    let Some(lens) = camera.paraxial() else {
+        return Vec::new();
+    };
+    let known = ERRORS.iter().rev().find(|(f, _)| lens.f_number >= *f);
+    let percent = known.filter(|_| PITCHES_UM.contains(&camera.sensor().pitch_um()));
+    percent
+        .map(|(_, percent)| EstimatedError::SignalPercent(*percent))
+        .into_iter()
+        .collect()
 }
 
 /// Whether the table's pixel was simulated in a mosaic of colour filters.

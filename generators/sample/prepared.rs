@@ -14,6 +14,7 @@ use quadpixel::scene::Scene;
 use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel_datasets as spec;
 
+use super::coherence;
 use super::ledger::ledger;
 use super::noisy::Noisy;
 use super::planned;
@@ -276,18 +277,16 @@ impl Prepared {
         let expose = |settings| Noisy::expose(settings, &mosaic, camera, &white, gain);
         let noisy = readout.map(expose).transpose()?;
         let noise = noisy.as_ref().map(Noisy::description);
+        let (tolerance, response) = (&recipe.tolerance, &self.response);
+        let called = (decisions.as_slice(), &self.colours);
+        let mut effects = ledger(recipe, camera, response, called, tolerance);
+        coherence::enter(camera, &mosaic, tolerance, &mut effects);
         let exposed = RenderedLight {
             gain,
             white_sr: white.middle_sr(),
             stats: &rendered.stats,
             fields: &fields,
-            effects: ledger(
-                recipe,
-                camera,
-                &self.response,
-                (&decisions, &self.colours),
-                &recipe.tolerance,
-            ),
+            effects,
             noise: noise.map_or(spec::Noise::None, spec::Noise::Readout),
         };
         let description = describe(recipe, id, camera, &self.response, exposed)?;
