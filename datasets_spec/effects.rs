@@ -220,7 +220,9 @@ impl Reason {
             Self::NoAperture | Self::CentredMicrolenses | Self::AllChannels | Self::NoReadout => {
                 "that is the camera asked for"
             }
-            Self::SumWithoutPhases => "the picture is black",
+            Self::SumWithoutPhases => {
+                "the study of it knows pixels of 1.6 and 2.8 µm behind F/1.7 to F/8"
+            }
             Self::FullTransmission => "the lens's coatings are not known",
             Self::NoAbbeNumbers => "the glasses' dispersion is not known",
             Self::PathLimit { .. } => "longer paths would have to be followed",
@@ -269,7 +271,7 @@ impl fmt::Display for Reason {
             } => {
                 return write!(
                     f,
-                    "its tables would take about {seconds} s of one core, more than the {most_seconds} s spent unasked (`[spectrum]` asks for them)"
+                    "its tables would take {seconds} s of one core or more, beyond the {most_seconds} s spent unasked (`[spectrum]` asks for them)"
                 );
             }
             Self::NotChosen => "not among the effects asked for",

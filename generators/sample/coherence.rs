@@ -1,65 +1,46 @@
 //! What the phases of the lens's cone would change within a pixel, by `qpgen study coherent`.
 //!
 //! The model adds the plane waves of a cone without their phases: right on the mean over places in the pixel, and so of
-//! an even wall or a blur of many pixels, wrong of what is finer. The study gives the RMS error of a half's signal in
-//! parts of the RMS of the signal about its mean, for a texture of points in focus; here it is taken of the part of the
-//! picture that changes from pixel to pixel.
+//! an even wall, wrong of what is finer. The study gives the RMS error of a half's signal in parts of the RMS of the
+//! signal about its mean, for a texture of points; here it is taken of the part of the picture that changes from pixel
+//! to pixel. It also tells how far the view of a half is from where the model has it.
 
-use quadpixel::effects::Tolerance;
 use quadpixel::render::{Camera, SubPixelImage};
 use quadpixel::response::ResponseLookup;
-use quadpixel::units::um_from_nm;
 use quadpixel_datasets::{Effect, Effects, EstimatedError, Reason};
 
-/// λF/pitch, and the error of a texture in focus: the largest of the study's pixels of about this spot
-/// (`benches/runs/2026-11-22/coherent.md`).
-const ERRORS: [(f64, f64); 4] = [(0.26, 1.0), (0.6, 1.0), (1.2, 1.0), (2.8, 1.0)];
+/// Pitch, µm; the largest error of a texture, in focus and with blurs of up to 4 px; the largest shift of a half's view,
+/// px: F/1.7 to F/8 (`benches/runs/2026-11-22/coherent.md`).
+const ERRORS: [(f64, f64, f64); 2] = [(1.6, 0.18, 0.11), (2.8, 0.40, 0.15)];
+/// What these stand for.
+const PITCHES_UM: std::ops::RangeInclusive<f64> = 1.4..=3.0;
+const F_NUMBERS: std::ops::RangeInclusive<f64> = 1.7..=8.0;
 
 /// Enters the effect, which is never simulated. `image`: on any scale.
-pub(super) fn enter(
-    camera: &Camera,
-    image: &SubPixelImage,
-    tolerance: &Tolerance,
-    ledger: &mut Effects,
-) {
+pub(super) fn enter(camera: &Camera, image: &SubPixelImage, ledger: &mut Effects) {
     let effect = Effect::LensPixelCoherence;
     if matches!(camera.response(), ResponseLookup::Geometric(_)) {
         return ledger.leave_out(effect, Reason::GeometricResponse);
     }
-    let reason = Reason::SumWithoutPhases;
-    let Some(lens) = camera.paraxial() else {
-        return ledger.leave_out(effect, Reason::NoAperture);
-    };
-    let wavelength_um = um_from_nm(camera.wavelengths().reference_nm());
-    let spot_px = wavelength_um * lens.f_number / camera.sensor().pitch_um();
-    let percent = 100.0 * error_of_texture(spot_px) * fine_contrast(image);
-    if !percent.is_finite() {
-        return ledger.leave_out(effect, reason);
+    let pitch_um = camera.sensor().pitch_um();
+    let f_number = camera.paraxial().map_or(0.0, |lens| lens.f_number);
+    let mut errors = Vec::new();
+    if PITCHES_UM.contains(&pitch_um) && F_NUMBERS.contains(&f_number) {
+        let (texture, shift_px) = of_pitch(pitch_um);
+        errors = vec![
+            EstimatedError::SignalPercent(100.0 * texture * fine_contrast(image)),
+            EstimatedError::ShiftPx(shift_px),
+        ];
     }
-    let reason = match percent < tolerance.signal_percent {
-        true => Reason::BelowTolerance {
-            signal_percent: tolerance.signal_percent,
-            shift_px: tolerance.shift_px,
-        },
-        false => reason,
-    };
-    ledger.leave_out_at(effect, reason, vec![EstimatedError::SignalPercent(percent)]);
+    ledger.leave_out_at(effect, Reason::SumWithoutPhases, errors);
 }
 
-/// Between the study's spots linear in the logarithm; beyond them as of the nearest.
-fn error_of_texture(spot_px: f64) -> f64 {
-    let (first, last) = (ERRORS[0], ERRORS[ERRORS.len() - 1]);
-    let between = ERRORS
-        .windows(2)
-        .find(|w| (w[0].0..w[1].0).contains(&spot_px));
-    match between {
-        Some([(a, at_a), (b, at_b)]) => {
-            let t = (spot_px / a).ln() / (b / a).ln();
-            at_a + t * (at_b - at_a)
-        }
-        _ if spot_px < first.0 => first.1,
-        _ => last.1,
-    }
+/// Error of a texture and shift, between the study's pitches linear, beyond them as of the nearest.
+fn of_pitch(pitch_um: f64) -> (f64, f64) {
+    let [(first, texture, shift), (last, more_texture, more_shift)] = ERRORS;
+    let t = ((pitch_um - first) / (last - first)).clamp(0.0, 1.0);
+    let between = |a: f64, b: f64| a + t * (b - a);
+    (between(texture, more_texture), between(shift, more_shift))
 }
 
 /// RMS of what changes from pixel to pixel, over the mean: of differences of neighbours in a row and in a column of each
@@ -117,14 +98,12 @@ mod tests {
     }
 
     #[test]
-    fn errors_between_the_study_s_spots_lie_between_theirs() {
-        for (spot, error) in ERRORS {
-            assert!((error_of_texture(spot) - error).abs() < 1e-12);
+    fn errors_are_those_of_the_study_at_its_pitches() {
+        for (pitch_um, texture, shift) in ERRORS {
+            assert_eq!(of_pitch(pitch_um), (texture, shift));
         }
-        for w in ERRORS.windows(2) {
-            let middle = error_of_texture((w[0].0 * w[1].0).sqrt());
-            assert!((middle - 0.5 * (w[0].1 + w[1].1)).abs() < 1e-12);
-        }
-        assert_eq!(error_of_texture(0.01), ERRORS[0].1);
+        assert_eq!(of_pitch(1.5), of_pitch(1.6));
+        let (texture, shift) = of_pitch(2.2);
+        assert!((texture - 0.29).abs() < 1e-12 && (shift - 0.13).abs() < 1e-12);
     }
 }

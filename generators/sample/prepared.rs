@@ -280,7 +280,7 @@ impl Prepared {
         let (tolerance, response) = (&recipe.tolerance, &self.response);
         let called = (decisions.as_slice(), &self.colours);
         let mut effects = ledger(recipe, camera, response, called, tolerance);
-        coherence::enter(camera, &mosaic, tolerance, &mut effects);
+        coherence::enter(camera, &mosaic, &mut effects);
         let exposed = RenderedLight {
             gain,
             white_sr: white.middle_sr(),

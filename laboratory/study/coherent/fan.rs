@@ -135,3 +135,24 @@ fn products(waves: &[PhotodiodeFields], polarization: usize) -> [Vec<Complex64>;
         (0..n * n).map(at).collect()
     })
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_beyond_memory_are_refused_before_the_first() {
+        let stack = PixelStack::builtin("3.5um").unwrap();
+        let check = |f_number| Fan::check(&stack, 550.0, f_number, &RcwaSettings::draft());
+        assert_eq!(check(1.7).unwrap(), (8, 15));
+        // Cones of 510 waves to a side, as of a period of many more pixels.
+        let error = check(0.05).unwrap_err();
+        assert!(error.is_input());
+        let said = error.to_string();
+        assert!(
+            said.contains("1021 plane waves") && said.contains("allowed: 8 GB"),
+            "{said}"
+        );
+    }
+}
