@@ -9,8 +9,8 @@ use quadpixel::render::{Camera, SubPixelImage};
 use quadpixel::response::ResponseLookup;
 use quadpixel_datasets::{Effect, Effects, EstimatedError, Reason};
 
-/// Pitch, µm; the largest error of a texture, in focus and with blurs of up to 4 px; the largest shift of a half's view,
-/// px: F/1.7 to F/8 (`benches/runs/2026-11-22/coherent.md`).
+/// Pitch, µm; the largest error of a texture, in focus and with blurs of up to 4 px; the largest shift of a half's
+/// view, px: F/1.7 to F/8 (`benches/runs/2026-11-22/coherent.md`).
 const ERRORS: [(f64, f64, f64); 2] = [(1.6, 0.18, 0.11), (2.8, 0.40, 0.15)];
 /// What these stand for.
 const PITCHES_UM: std::ops::RangeInclusive<f64> = 1.4..=3.0;
@@ -43,8 +43,8 @@ fn of_pitch(pitch_um: f64) -> (f64, f64) {
     (between(texture, more_texture), between(shift, more_shift))
 }
 
-/// RMS of what changes from pixel to pixel, over the mean: of differences of neighbours in a row and in a column of each
-/// view, a half of whose square is theirs.
+/// RMS of what changes from pixel to pixel, over the mean: of differences of neighbours in a row and in a column of
+/// each view, a half of whose square is theirs.
 fn fine_contrast(image: &SubPixelImage) -> f64 {
     let (mosaic, [m, n]) = (&image.mosaic, [image.subpixels.m(), image.subpixels.n()]);
     let (mut squares, mut count, mut light) = (0.0, 0u64, 0.0);

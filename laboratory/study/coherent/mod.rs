@@ -5,8 +5,8 @@
 //! pixel ─ fields of a fan of plane waves ─ fan ─▶ G_i(k, k') ─ spot ─▶ P_i over the spot's place, coherent and
 //!                                                                        incoherent ─ report, figure ─▶ CSV, SVG
 //! ```
-//! The fan lies in the plane y = 0: the section of a lens's cone, whose light a lens in focus gathers in a line along y.
-//! The pixel is the whole pixel, in three dimensions, in its array. The full cone would take the square of the fan's
+//! The fan lies in the plane y = 0: the section of a lens's cone, whose light a lens in focus gathers in a line along
+//! y. The pixel is the whole pixel, in three dimensions, in its array. The full cone would take the square of the fan's
 //! directions.
 
 mod fan;

@@ -111,8 +111,8 @@ impl Silicon {
         self.blocks.iter().map(of_block).collect()
     }
 
-    /// E of waves `down` (a column each) at the nodes of the photodiodes down to `depth` (1/k0), component by component,
-    /// depth by depth, node by node, times the square roots of Im ε and of the nodes' weights: the squares over a
+    /// E of waves `down` (a column each) at the nodes of the photodiodes down to `depth` (1/k0), component by
+    /// component, depth by depth, node by node, times the square roots of Im ε and of the nodes' weights: the squares over a
     /// photodiode add up to what it absorbs.
     pub fn fields(&self, down: &Matrix, depth: f64) -> Vec<Vec<Complex32>> {
         let z = depths(&self.grid, depth);
