@@ -112,8 +112,8 @@ impl Silicon {
     }
 
     /// E of waves `down` (a column each) at the nodes of the photodiodes down to `depth` (1/k0), component by
-    /// component, depth by depth, node by node, times the square roots of Im ε and of the nodes' weights: the squares over a
-    /// photodiode add up to what it absorbs.
+    /// component, depth by depth, node by node, times the square roots of Im ε and of the nodes' weights: the squares
+    /// over a photodiode add up to what it absorbs.
     pub fn fields(&self, down: &Matrix, depth: f64) -> Vec<Vec<Complex32>> {
         let z = depths(&self.grid, depth);
         let amplitudes = self.amplitudes(down);
