@@ -34,6 +34,8 @@ pub enum Effect {
     Defocus,
     /// Diffraction at the main lens's aperture; without: light goes through the lens as rays.
     LensDiffraction,
+    /// Phases between the plane waves of the lens's cone, within a pixel.
+    LensPixelCoherence,
     /// Reflections between the surfaces of the lens.
     LensReflections,
     /// Tolerances of the lens's making.
@@ -66,7 +68,7 @@ pub enum Effect {
 
 impl Effect {
     /// Those that a user can choose to simulate, in the order in which they are listed.
-    pub const SELECTABLE: [Self; 10] = [
+    pub const SELECTABLE: [Self; 11] = [
         Self::PixelDiffraction,
         Self::LensDiffraction,
         Self::CraVariation,
@@ -74,6 +76,7 @@ impl Effect {
         Self::Aberrations,
         Self::Vignetting,
         Self::Wavelengths,
+        Self::ResponseSpectrum,
         Self::GlobalIllumination,
         Self::Occlusion,
         Self::Noise,
@@ -109,6 +112,10 @@ impl Effect {
             Self::LensDiffraction => (
                 "lens-diffraction",
                 "diffraction at the main lens's aperture",
+            ),
+            Self::LensPixelCoherence => (
+                "lens-pixel-coherence",
+                "phases of the lens's cone within a pixel",
             ),
             Self::LensReflections => ("lens-reflections", "reflections between surfaces"),
             Self::LensTolerances => ("lens-tolerances", "tolerances of the lens"),
@@ -158,6 +165,8 @@ pub enum Reason {
     NotChosen,
     /// There is no lens whose aperture could diffract.
     NoAperture,
+    /// The model adds the plane waves of the lens's cone without their phases.
+    SumWithoutPhases,
     /// Transmission of the lens is 1.
     FullTransmission,
     /// No readout was configured: a clean signal.
@@ -184,6 +193,13 @@ pub enum Reason {
     OneTabulatedWavelength,
     /// All channels use the table at one wavelength, as in the paper.
     OneResponseWavelength,
+    /// Its tables would take long, and nobody asked for them.
+    TableTime {
+        /// About how long, s of one core.
+        seconds: f64,
+        /// What a dataset spends on them unasked, s of one core.
+        most_seconds: f64,
+    },
     /// Each channel is traced at one wavelength.
     OneTracedWavelength,
     /// The scene's radiance in a channel is even over the channel's band.
@@ -204,13 +220,16 @@ impl Reason {
             Self::NoAperture | Self::CentredMicrolenses | Self::AllChannels | Self::NoReadout => {
                 "that is the camera asked for"
             }
+            Self::SumWithoutPhases => {
+                "the study of it knows pixels of 1.6 and 2.8 µm behind F/1.7 to F/8"
+            }
             Self::FullTransmission => "the lens's coatings are not known",
             Self::NoAbbeNumbers => "the glasses' dispersion is not known",
             Self::PathLimit { .. } => "longer paths would have to be followed",
             Self::Clamp { .. } => "the light that was cut is not counted",
             Self::GeometricResponse => "there is no table of the pixel to compare with",
             Self::MovingFrame => "it takes a table of microlens shifts (`[response] shifts`)",
-            Self::OneTabulatedWavelength | Self::OneResponseWavelength => {
+            Self::OneTabulatedWavelength | Self::OneResponseWavelength | Self::TableTime { .. } => {
                 "it takes tables at other wavelengths (`[spectrum]`)"
             }
             Self::OneTracedWavelength => "it takes bands of wavelengths (`[spectrum]`)",
@@ -246,8 +265,20 @@ impl fmt::Display for Reason {
                     "cut at the radiance {radiance} by `scene.parameters.world.paths.clamp`, as asked for"
                 );
             }
+            Self::TableTime {
+                seconds,
+                most_seconds,
+            } => {
+                return write!(
+                    f,
+                    "its tables would take {seconds} s of one core or more, beyond the {most_seconds} s spent unasked (`[spectrum]` asks for them)"
+                );
+            }
             Self::NotChosen => "not among the effects asked for",
             Self::NoAperture => "no lens, no aperture",
+            Self::SumWithoutPhases => {
+                "not simulated: the model adds the plane waves of the lens's cone without their phases"
+            }
             Self::FullTransmission => "transmission of the lens is 1",
             Self::NoReadout => "clean signal asked for",
             Self::NoAbbeNumbers => "the lens file has no Abbe numbers",

@@ -1,7 +1,7 @@
 //! Why an experiment could not be made.
 
-use quadpixel::em::StackError;
 use quadpixel::em::light::SolverError;
+use quadpixel::em::{Level, StackError};
 use quadpixel::file::FileError;
 use quadpixel::image::ImageError;
 use quadpixel::journal::JournalError;
@@ -40,6 +40,24 @@ pub enum LaboratoryError {
     NoMosaic {
         /// Its name.
         pixel: String,
+    },
+    /// A pixel model that gives no fields.
+    #[error("model is {model}; allowed: rcwa in the coherent study, whose sums need fields")]
+    NoFields {
+        /// The model.
+        model: Level,
+    },
+    /// What would take more memory than there should be.
+    #[error(
+        "{what} take {gb:.1} GB; allowed: {most_gb} GB (a smaller pixel, or a coarser --preset)"
+    )]
+    Memory {
+        /// What.
+        what: String,
+        /// How much, GB.
+        gb: f64,
+        /// The limit, GB.
+        most_gb: f64,
     },
     /// A pixel model that cannot answer for one pixel of several.
     #[error("{pixel}: {cause}")]
@@ -112,6 +130,8 @@ impl LaboratoryError {
             Self::Range(_)
             | Self::OneColumn { .. }
             | Self::NoMosaic { .. }
+            | Self::NoFields { .. }
+            | Self::Memory { .. }
             | Self::Pixel { .. }
             | Self::Response(_)
             | Self::Stack(_)

@@ -50,6 +50,8 @@ impl Default for Bands {
 }
 
 impl Bands {
+    /// Standard deviation of a band in full widths at half maximum, √(1/3 − 2/π²).
+    pub const DEVIATION: f64 = 0.361_512_055_19;
     /// Most wavelengths per band.
     pub const MOST: usize = 32;
 
@@ -215,6 +217,7 @@ mod tests {
     fn their_variance_converges_to_that_of_the_raised_cosine() {
         // ∫ x² (1 + cos π x)/2 dx = 1/3 − 2/π².
         let exact = 90.0 * 90.0 * (1.0 / 3.0 - 2.0 / (PI * PI));
+        assert!((Bands::DEVIATION * 90.0 / exact.sqrt() - 1.0).abs() < 1e-9);
         let missing = |count: usize| {
             let square = of(count).iter().map(|nm| (nm - 550.0).powi(2)).sum::<f64>();
             1.0 - square / count as f64 / exact

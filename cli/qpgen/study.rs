@@ -20,9 +20,9 @@ pub struct StudyArgs {
     /// What to study.
     #[arg(value_enum)]
     kind: Kind,
-    /// Pixels of the rejection and size studies, separated by commas, or the one of the cra, flat-field, corrected and
-    /// mosaic studies: built-in names or TOML files; absent: 3.5um-roc3.5,3.5um, or 3.5um,1.6um (size),
-    /// 3.5um-thin-filter (cra), 1.6um (flat-field, corrected), 1.6um-bayer (mosaic).
+    /// Pixels of the rejection, size and coherent studies, separated by commas, or the one of the cra, flat-field,
+    /// corrected and mosaic studies: built-in names or TOML files; absent: 3.5um-roc3.5,3.5um, or 3.5um,1.6um (size),
+    /// 1.6um,2.8um,3.5um (coherent), 3.5um-thin-filter (cra), 1.6um (flat-field, corrected), 1.6um-bayer (mosaic).
     #[arg(long, value_delimiter = ',')]
     pixel: Vec<String>,
     /// Of the flat-field study: lens shifts per pitch, a multiple of 8.
@@ -74,6 +74,9 @@ enum Kind {
     Size,
     /// Tungsten walls on the 2.8 µm pixel (Fig. 3(b)); needs a vector model.
     Tungsten,
+    /// A spot in focus against its place in the pixel: the sum of fields over the lens's cone with their phases, beside
+    /// the model, which has none; F/1.7, 2.8 and 8, 550 nm: qpgen study coherent --model rcwa --preset draft.
+    Coherent,
     /// Crosstalk under a mosaic of colour filters against the period of one colour, the paper's worst case; needs a
     /// vector model: qpgen study mosaic --model rcwa --preset draft --theta-step-deg 5.
     Mosaic,
@@ -132,6 +135,12 @@ fn studied(args: &StudyArgs, observer: &Progress) -> Result<StudyReport, Command
             let stack = args.one_pixel("1.6um-bayer")?;
             let model = args.vector_model()?;
             study::mosaic(&stack, &model, &args.angles()?, out, observer)
+        }
+        Kind::Coherent => {
+            let names = args.pixels(&["1.6um", "2.8um", "3.5um"]);
+            let stacks = names.iter().map(|name| pixel(name));
+            let stacks = stacks.collect::<Result<Vec<_>, _>>()?;
+            study::coherent(&stacks, &args.model.model(), out, observer)
         }
         Kind::Rejection => {
             let pixels = args.pixels(&["3.5um-roc3.5", "3.5um"]);

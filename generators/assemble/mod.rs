@@ -1,5 +1,6 @@
 //! From a recipe to the camera and the scene that it describes.
 
+mod colour;
 mod responses;
 
 use std::path::Path;
@@ -22,6 +23,7 @@ use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, RecipeError, 
 use crate::scenes::WorldRecipe;
 use crate::scenes::field_of_view::{centre_at, covering};
 
+pub(crate) use colour::{ColourCall, ColourErrors, with_colour};
 pub use responses::Responses;
 pub(crate) use responses::{check_quick, quick_plan};
 

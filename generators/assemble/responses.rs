@@ -10,6 +10,7 @@ use quadpixel::progress::Progress;
 use quadpixel::response::{AngularResponse, GeometricResponse, Response, ResponseCache, TablePlan};
 use quadpixel::spectrum::ChannelWavelengths;
 
+use super::colour::ColourErrors;
 use super::{lens, pixel_stack};
 use crate::recipe::table_choice::one_colour;
 use crate::recipe::{Recipe, RecipeError, ResponseSource, TableRecipe};
@@ -21,6 +22,8 @@ const MOST_SECONDS: f64 = 900.0;
 pub struct Responses {
     cache: ResponseCache,
     loaded: BTreeMap<String, Arc<Response>>,
+    /// What leaving colour out of a pixel's response does, by pixel and F-number.
+    pub(super) colours: BTreeMap<String, Option<ColourErrors>>,
     warnings: Vec<String>,
 }
 
@@ -30,6 +33,7 @@ impl Responses {
         Self {
             cache: ResponseCache::open(ResponseCache::default_dir()),
             loaded: BTreeMap::new(),
+            colours: BTreeMap::new(),
             warnings: Vec::new(),
         }
     }
@@ -145,7 +149,7 @@ pub(crate) fn check_quick(
 }
 
 /// The table's pixel: its flat layers are as much thicker as the recipe says.
-fn stack(recipe: &Recipe, table: &TableRecipe) -> Result<PixelStack, RecipeError> {
+pub(super) fn stack(recipe: &Recipe, table: &TableRecipe) -> Result<PixelStack, RecipeError> {
     let mut stack = pixel_stack(&table.pixel, recipe.sensor.subpixels)?;
     for layer in &mut stack.layers {
         layer.thickness_um *= table.stack_scale;

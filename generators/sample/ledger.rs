@@ -5,8 +5,9 @@ use quadpixel::effects::{Decision, Tolerance};
 use quadpixel::render::Camera;
 use quadpixel::response::{Response, ResponseLookup};
 use quadpixel::sensor::ShiftRule;
-use quadpixel_datasets::{Effect, Effects, Reason};
+use quadpixel_datasets::{Effect, Effects, EstimatedError, Reason};
 
+use crate::assemble::ColourCall;
 use crate::recipe::Recipe;
 
 /// Every effect that the pictures have or lack. `camera` is the one that they were made with.
@@ -14,7 +15,7 @@ pub(crate) fn ledger(
     recipe: &Recipe,
     camera: &Camera,
     response: &Response,
-    decisions: &[Decision],
+    (decisions, call): (&[Decision], &ColourCall),
     tolerance: &Tolerance,
 ) -> Effects {
     let mut ledger = Effects::default();
@@ -23,7 +24,7 @@ pub(crate) fn ledger(
     }
     lens(recipe, &mut ledger);
     pixel(recipe, camera, &mut ledger);
-    colours(recipe, camera, response, &mut ledger);
+    colours(recipe, camera, (response, call), &mut ledger);
     world(recipe, &mut ledger);
     ledger
 }
@@ -64,13 +65,21 @@ fn pixel(recipe: &Recipe, camera: &Camera, ledger: &mut Effects) {
     }
 }
 
-fn colours(recipe: &Recipe, camera: &Camera, response: &Response, ledger: &mut Effects) {
+fn colours(
+    recipe: &Recipe,
+    camera: &Camera,
+    (response, call): (&Response, &ColourCall),
+    ledger: &mut Effects,
+) {
     let banded = camera.wavelengths().bands().is_some();
     if let Response::Table(table) = response {
         match (banded, table.axes().wavelengths_nm.len()) {
             (true, 2..) => ledger.simulate(Effect::ResponseSpectrum),
             (true, _) => ledger.leave_out(Effect::ResponseSpectrum, Reason::OneTabulatedWavelength),
-            (false, _) => ledger.leave_out(Effect::ResponseSpectrum, Reason::OneResponseWavelength),
+            (false, _) => {
+                let errors = call.response_errors();
+                ledger.leave_out_at(Effect::ResponseSpectrum, call.reason, errors);
+            }
         }
     }
     if banded {
@@ -85,8 +94,27 @@ fn colours(recipe: &Recipe, camera: &Camera, response: &Response, ledger: &mut E
         ledger.simulate(Effect::ColourCrosstalk);
         ledger.leave_out(Effect::FilterLeakage, Reason::OwnBand);
     } else {
-        ledger.leave_out(Effect::ColourCrosstalk, Reason::EqualNeighbours);
+        let errors = crosstalk_errors(camera);
+        ledger.leave_out_at(Effect::ColourCrosstalk, Reason::EqualNeighbours, errors);
     }
+}
+
+/// What unlike neighbours would change, RMS over the cone and the halves of all colours, by the one pixel that both
+/// periods were solved of (`benches/runs/2026-11-21/mosaic.md`); empty of others.
+fn crosstalk_errors(camera: &Camera) -> Vec<EstimatedError> {
+    /// Pitches that the pixel of 1.6 µm stands for, µm.
+    const PITCHES_UM: std::ops::RangeInclusive<f64> = 1.4..=1.8;
+    /// F-number, %: what the halves of light from 0° to the cone's edge differ by.
+    const ERRORS: [(f64, f64); 3] = [(1.7, 24.4), (2.0, 20.0), (2.8, 14.6)];
+    let Some(lens) = camera.paraxial() else {
+        return Vec::new();
+    };
+    let known = ERRORS.iter().rev().find(|(f, _)| lens.f_number >= *f);
+    let percent = known.filter(|_| PITCHES_UM.contains(&camera.sensor().pitch_um()));
+    percent
+        .map(|(_, percent)| EstimatedError::SignalPercent(*percent))
+        .into_iter()
+        .collect()
 }
 
 /// Whether the table's pixel was simulated in a mosaic of colour filters.

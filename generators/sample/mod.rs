@@ -1,5 +1,6 @@
 //! Recipe → rendered sample with all its truths, ready for the writer.
 
+mod coherence;
 mod ledger;
 mod noisy;
 mod picture;

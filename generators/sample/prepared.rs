@@ -14,12 +14,13 @@ use quadpixel::scene::Scene;
 use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel_datasets as spec;
 
+use super::coherence;
 use super::ledger::ledger;
 use super::noisy::Noisy;
 use super::planned;
 use super::rendered::{Maps, Sample, Shifts, raw_white, saturation};
 use super::stages::{Stages, timed};
-use crate::assemble::{self, Responses};
+use crate::assemble::{self, ColourCall, Responses};
 use crate::describe::{RenderedLight, describe};
 use crate::lens_tracing;
 use crate::observer::Observer;
@@ -64,6 +65,7 @@ pub fn render_sample(
 /// A recipe put together, before its first ray.
 pub struct Prepared {
     pub(super) recipe: Recipe,
+    colours: ColourCall,
     response: Arc<Response>,
     pub(super) camera: Camera,
     scene: Scene,
@@ -95,9 +97,12 @@ pub fn prepare(
     (recipe.tolerance.check()).map_err(RecipeError::Tolerance)?;
     recipe.check()?;
     let (picture, resolved) = super::picture::read(recipe)?;
-    let recipe = &resolved;
-    lens_tracing::check(&recipe.lens_tracing)?;
+    lens_tracing::check(&resolved.lens_tracing)?;
     let mut stages = Stages::default();
+    let called = timed(&mut stages.effects_s, || {
+        assemble::with_colour(&resolved, responses)
+    })?;
+    let (recipe, colours) = (&called.0, called.1);
     let response = timed(&mut stages.response_s, || responses.get(recipe, &observer))?;
     let (camera, scene, warnings) = timed(&mut stages.scene_s, || {
         let camera = assemble::camera(recipe, &response)?;
@@ -118,6 +123,7 @@ pub fn prepare(
     }
     Ok(Prepared {
         recipe: recipe.clone(),
+        colours,
         response,
         camera,
         scene,
@@ -266,21 +272,21 @@ impl Prepared {
         let noise = planned::noise(readout, &choice, camera.sensor(), &white);
         let readout = readout.filter(|_| !noise.verdict.is_left_out());
         decisions.push(noise);
+        let lens = assemble::lens(&recipe.lens)?;
+        planned::estimate_band_width(&mut decisions, self.colours.errors, &lens, camera);
         let expose = |settings| Noisy::expose(settings, &mosaic, camera, &white, gain);
         let noisy = readout.map(expose).transpose()?;
         let noise = noisy.as_ref().map(Noisy::description);
+        let (tolerance, response) = (&recipe.tolerance, &self.response);
+        let called = (decisions.as_slice(), &self.colours);
+        let mut effects = ledger(recipe, camera, response, called, tolerance);
+        coherence::enter(camera, &mosaic, &mut effects);
         let exposed = RenderedLight {
             gain,
             white_sr: white.middle_sr(),
             stats: &rendered.stats,
             fields: &fields,
-            effects: ledger(
-                recipe,
-                camera,
-                &self.response,
-                &decisions,
-                &recipe.tolerance,
-            ),
+            effects,
             noise: noise.map_or(spec::Noise::None, spec::Noise::Readout),
         };
         let description = describe(recipe, id, camera, &self.response, exposed)?;

@@ -1,5 +1,5 @@
 //! The paper's studies of the pixel (its Figs. 2, 3, 5, 11, 12, 13, the lines of section 3.1, and the worst case of
-//! section 4) with any pixel model, as tables, CSV files and plots.
+//! section 4, and light with its phases) with any pixel model, as tables, CSV files and plots.
 //!
 //! ```text
 //! kind ─ cases ─▶ pixels and wavelengths ─ curve ─▶ P over θ, ranges ─ report ─▶ CSV, table, JSON
@@ -8,6 +8,7 @@
 
 mod cases;
 mod chief_ray;
+mod coherent;
 mod corrected;
 mod curve;
 mod figures;
@@ -26,6 +27,7 @@ use serde_json::{Value, json};
 
 pub use self::cases::CurveStudy;
 pub use self::chief_ray::chief_ray;
+pub use self::coherent::coherent;
 pub use self::corrected::corrected;
 pub use self::curve::{Angles, AnglesError};
 pub use self::flat_field::flat_field;

@@ -74,7 +74,8 @@ impl Decision {
             // Cards send each other no light, and a fixed chief ray is that of the whole window.
             _ => return,
         };
-        ledger.leave_out(self.effect, reason);
+        let errors = self.estimate.map_or(Vec::new(), |e| e.errors());
+        ledger.leave_out_at(self.effect, reason, errors);
     }
 }
 
@@ -92,7 +93,7 @@ impl std::fmt::Display for Decision {
     }
 }
 
-/// What is rendered, and what became of each effect but noise, which is no part of the clean image.
+/// What is rendered, and what became of each effect but noise and the response's colours, which are decided elsewhere.
 #[derive(Clone, Debug)]
 pub struct Planned {
     /// Without the effects that are left out.
@@ -129,7 +130,7 @@ pub fn plan(
     if *choice == Choice::All {
         let decisions = Effect::SELECTABLE
             .into_iter()
-            .filter(|e| *e != Effect::Noise);
+            .filter(|e| !is_decided_elsewhere(*e));
         let decisions = decisions.map(|effect| Decision {
             effect,
             verdict: if whole.has(effect) {
@@ -182,7 +183,7 @@ pub fn plan(
     }
     let decisions = Effect::SELECTABLE
         .into_iter()
-        .filter(|e| *e != Effect::Noise);
+        .filter(|e| !is_decided_elsewhere(*e));
     let decisions = decisions.map(|effect| {
         let found = decided.iter().find(|d| d.effect == effect).copied();
         found.unwrap_or_else(|| without_estimate(effect, &whole, &decided, choice))
@@ -192,6 +193,11 @@ pub fn plan(
         together: sum,
         shot,
     }
+}
+
+/// Noise is no part of the clean image, and tables of the response are chosen before there is a camera.
+fn is_decided_elsewhere(effect: Effect) -> bool {
+    matches!(effect, Effect::Noise | Effect::ResponseSpectrum)
 }
 
 /// An effect that no cheaper path belongs to, that is not there, or that is asked for.

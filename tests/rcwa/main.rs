@@ -4,6 +4,7 @@
 
 mod bad_input;
 mod curves;
+mod fields;
 mod flat;
 mod light;
 mod mosaic;

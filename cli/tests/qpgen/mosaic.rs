@@ -194,3 +194,24 @@ fn a_dataset_takes_a_table_of_bands_and_tells_of_crosstalk() {
         assert_eq!(meta["channels"][channel]["response_wavelength_nm"], nm);
     }
 }
+
+#[test]
+fn the_coherent_study_refuses_what_has_no_fields_or_too_many() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = |more: &[&str]| {
+        let arguments = [&["study", "coherent"], more].concat();
+        qpgen_in(folder.path(), &arguments)
+    };
+    refused(&study(&["--model", "wave"]), "allowed: rcwa");
+    let large = [
+        "--model",
+        "rcwa",
+        "--preset",
+        "reference",
+        "--pixel",
+        "6um-dual",
+    ];
+    refused(&study(&large), "allowed: 0 to 6000");
+    let names = ["--model", "rcwa", "--pixel", "7um"];
+    refused(&study(&names), "7um");
+}

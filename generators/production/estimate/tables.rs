@@ -28,7 +28,7 @@ pub(super) fn seconds_of_missing(
     let mut looked_at: Vec<ResponseSource> = Vec::new();
     let mut seconds = 0.0;
     for &index in &recipes.indices {
-        let recipe = recipes.draw(config, index)?;
+        let recipe = assemble::with_colour(&recipes.draw(config, index)?, responses)?.0;
         if looked_at.contains(&recipe.response) {
             continue;
         }

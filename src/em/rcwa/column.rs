@@ -1,5 +1,7 @@
 //! The pixel from its silicon up, for one k∥ and sector: the admittance that is seen from above, and the way back down.
 
+use rustfft::num_complex::Complex32;
+
 use super::basis::{Basis, Class, Lattice, Sector};
 use super::grid::Grid;
 use super::layers::{self, Climbed};
@@ -31,7 +33,7 @@ impl Pixel {
     }
 
     /// Silicon and its trenches.
-    fn silicon(&self) -> Grid {
+    pub fn silicon(&self) -> Grid {
         let microlenses = self.stack.microlenses_across();
         let [m, n] = [self.stack.subpixels.m(), self.stack.subpixels.n()];
         Grid {
@@ -174,6 +176,12 @@ impl Column {
         let at_silicon = self.passages.iter().rev().fold(e.clone(), down);
         // E is that of both waves; the one that falls in is (1 + ρ)⁻¹ E.
         solve(&plus_one(self.reflection.clone()), &at_silicon)
+    }
+
+    /// Fields in the photodiodes of fields E at the top, a column each: see [`Silicon::fields`].
+    pub fn fields(&self, e: &Matrix) -> Vec<Vec<Complex32>> {
+        let depth = self.k0_per_um * self.silicon_um;
+        self.silicon.fields(&self.falling(e), depth)
     }
 
     /// What becomes in the silicon of fields E at the top, a column each.

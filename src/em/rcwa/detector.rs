@@ -1,5 +1,7 @@
 //! Integrals of Im ε |E|² over the photodiodes.
 
+use rustfft::num_complex::Complex32;
+
 use super::basis::Basis;
 use super::block::Block;
 use super::grid::Grid;
@@ -28,7 +30,7 @@ impl Detector {
         let places = [0, 1].map(|axis| {
             let m = grid.parts[axis];
             let side = (1.0 / f64::from(m) - grid.wall) * period;
-            let count = (0.5 * whole.cutoff * side) as usize + 8;
+            let count = nodes_along(grid, axis, whole.cutoff, lattice.step);
             (0..m)
                 .flat_map(|i| {
                     let middle = ((f64::from(i) + 0.5) / f64::from(m) - grid.border) * period;
@@ -89,6 +91,48 @@ impl Detector {
     ) -> Vec<f64> {
         let [columns, rows] = self.parts;
         let mut out = vec![0.0; columns * rows];
+        for planes in self.planes(blocks, amplitudes, depths, j) {
+            for (e, (_, weight)) in planes.iter().zip(depths) {
+                for (q, (row, wy)) in self.nodes[1].iter().enumerate() {
+                    for (p, (column, wx)) in self.nodes[0].iter().enumerate() {
+                        out[row * columns + column] += weight * wx * wy * e[(p, q)].norm_sqr();
+                    }
+                }
+            }
+        }
+        out.iter().map(|p| p * self.loss).collect()
+    }
+
+    /// As [`super::silicon::Silicon::fields`], of column `j`.
+    pub fn fields(
+        &self,
+        blocks: &[Block],
+        amplitudes: &[Matrix],
+        depths: &[(f64, f64)],
+        j: usize,
+    ) -> Vec<Complex32> {
+        let mut out = Vec::new();
+        for planes in self.planes(blocks, amplitudes, depths, j) {
+            for (e, (_, weight)) in planes.iter().zip(depths) {
+                for (q, (_, wy)) in self.nodes[1].iter().enumerate() {
+                    out.extend(self.nodes[0].iter().enumerate().map(|(p, (_, wx))| {
+                        let e = e[(p, q)] * (self.loss * weight * wx * wy).sqrt();
+                        Complex32::new(e.re as f32, e.im as f32)
+                    }));
+                }
+            }
+        }
+        out
+    }
+
+    /// E at the nodes, by component and depth, of column `j`.
+    fn planes(
+        &self,
+        blocks: &[Block],
+        amplitudes: &[Matrix],
+        depths: &[(f64, f64)],
+        j: usize,
+    ) -> [Vec<Matrix>; 3] {
         let mut fields: [Vec<Matrix>; 3] = [0, 1, 2].map(|component| {
             let [x, y] = &self.orders[component];
             vec![Matrix::zeros(x.len(), y.len()); depths.len()]
@@ -105,17 +149,18 @@ impl Detector {
                 }
             }
         }
-        for (component, planes) in fields.iter().enumerate() {
-            let [x, y] = &self.synthesis[component];
-            for (plane, (_, weight)) in planes.iter().zip(depths) {
-                let e = (x * plane) * y.transpose();
-                for (q, (row, wy)) in self.nodes[1].iter().enumerate() {
-                    for (p, (column, wx)) in self.nodes[0].iter().enumerate() {
-                        out[row * columns + column] += weight * wx * wy * e[(p, q)].norm_sqr();
-                    }
-                }
+        for (planes, [x, y]) in fields.iter_mut().zip(&self.synthesis) {
+            for plane in planes {
+                *plane = (x * &*plane) * y.transpose();
             }
         }
-        out.iter().map(|p| p * self.loss).collect()
+        fields
     }
+}
+
+/// Nodes in a photodiode along an axis: |E|² beats at twice the cutoff.
+pub(super) fn nodes_along(grid: &Grid, axis: usize, cutoff: f64, step: f64) -> usize {
+    let period = 2.0 * std::f64::consts::PI / step;
+    let side = (1.0 / f64::from(grid.parts[axis]) - grid.wall) * period;
+    (0.5 * cutoff * side) as usize + 8
 }

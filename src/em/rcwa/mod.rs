@@ -24,6 +24,7 @@ mod block;
 mod checker;
 mod column;
 mod detector;
+mod fields;
 mod forms;
 mod free_lens;
 mod grid;
@@ -41,6 +42,7 @@ mod solver;
 mod supercell;
 mod uniform;
 
+pub use fields::PhotodiodeFields;
 pub use model::{MODEL, RcwaModel};
 pub use settings::RcwaSettings;
 pub(super) use solver::RcwaSolver;

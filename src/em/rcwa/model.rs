@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::basis::{Lattice, Parity, Sector};
 use super::column::{Column, Pixel};
 use super::lens::LensSlices;
-use super::linear::{C, flux, solve};
+use super::linear::{C, Matrix, flux, solve};
 use super::powers::{balance, check_finite, order_zero, powers};
 use super::shifts;
 use super::supercell;
@@ -29,6 +29,10 @@ const MOST_FUNCTIONS: f64 = 6000.0;
 pub struct RcwaModel(Pixel);
 
 impl RcwaModel {
+    pub(super) fn pixel(&self) -> &Pixel {
+        &self.0
+    }
+
     /// The pixel at one wavelength.
     ///
     /// # Errors
@@ -155,21 +159,46 @@ impl RcwaModel {
     }
 }
 
-fn check_direction(u: f64, v: f64) -> Result<(), OutOfRange> {
+pub(super) fn check_direction(u: f64, v: f64) -> Result<(), OutOfRange> {
     let field = "sine of the angle of incidence";
     within("rcwa", field, u.hypot(v), 0.0..=STEEPEST)
 }
 
+/// Fields at the top of a column, a column per wave.
+pub(super) struct Top {
+    /// E and h of the incident waves.
+    pub incident: Matrix,
+    pub h_incident: Matrix,
+    /// E of all.
+    pub e: Matrix,
+}
+
+impl Top {
+    /// Of incident waves of the column's sector.
+    pub fn new(column: &Column, waves: &[[f64; 2]]) -> Self {
+        let air = Uniform::new(&column.basis, C::ONE);
+        let incident = order_zero(&column.basis, waves);
+        let h_incident = air.times(&incident);
+        let twice = h_incident.clone() * faer::Scale(C::from(2.0));
+        let e = solve(&(air.matrix() + &column.admittance), &twice);
+        Self {
+            incident,
+            h_incident,
+            e,
+        }
+    }
+}
+
 /// Powers of incident waves of the column's sector.
 fn light<const N: usize>(column: &Column, waves: [[f64; 2]; N]) -> [Powers; N] {
-    let air = Uniform::new(&column.basis, C::ONE);
-    let incident = order_zero(&column.basis, &waves);
-    let h_incident = air.times(&incident);
-    let twice = h_incident.clone() * faer::Scale(C::from(2.0));
-    let e = solve(&(air.matrix() + &column.admittance), &twice);
+    let Top {
+        incident,
+        h_incident,
+        e,
+    } = Top::new(column, &waves);
     let h = &column.admittance * &e;
     let up = &e - &incident;
-    let h_up = air.times(&up);
+    let h_up = Uniform::new(&column.basis, C::ONE).times(&up);
     let inside = column.absorb(&e);
     std::array::from_fn(|j| {
         let unit = 1.0 / flux(incident.as_ref(), h_incident.as_ref(), j);
@@ -223,7 +252,7 @@ fn incident([u, v]: [f64; 2]) -> [[f64; 2]; 2] {
 }
 
 /// The parities of E_x that a wave makes, where there are mirrors. Its E lies along or across each of them.
-fn sector_of([ex, _]: [f64; 2], mirrors: [bool; 2]) -> Sector {
+pub(super) fn sector_of([ex, _]: [f64; 2], mirrors: [bool; 2]) -> Sector {
     let [x, y] = mirrors.map(|mirror| match (mirror, ex != 0.0) {
         (false, _) => Parity::None,
         (true, true) => Parity::Even,

@@ -4,10 +4,13 @@
 //! problems of a quarter of the orders, one sixteenth of the work. It is lit from the medium above, whose waves a
 //! (down) and b (up) are order by order: a + b = W c, Y (a − b) = V c, so (Y W + V) c = 2 Y a.
 
+use rustfft::num_complex::Complex32;
+
 use super::SolverError;
 use super::basis::{Basis, Class};
 use super::block::Block;
-use super::detector::Detector;
+use super::column::Pixel;
+use super::detector::{Detector, nodes_along};
 use super::grid::Grid;
 use super::linear::{C, Matrix, flux, scale_rows};
 use super::quadrature::gauss_legendre;
@@ -94,25 +97,51 @@ impl Silicon {
         out
     }
 
+    /// Amplitudes of the modes of each block under waves `down`, a column each.
+    fn amplitudes(&self, down: &Matrix) -> Vec<Matrix> {
+        let of_block = |b: &Block| {
+            let mut a = Matrix::zeros(b.basis.len(), down.ncols());
+            for (there, here) in &b.shared {
+                for j in 0..down.ncols() {
+                    a[(*here, j)] = down[(*there, j)];
+                }
+            }
+            b.amplitudes(&a)
+        };
+        self.blocks.iter().map(of_block).collect()
+    }
+
+    /// E of waves `down` (a column each) at the nodes of the photodiodes down to `depth` (1/k0), component by
+    /// component, depth by depth, node by node, times the square roots of Im ε and of the nodes' weights: the squares
+    /// over a photodiode add up to what it absorbs.
+    pub fn fields(&self, down: &Matrix, depth: f64) -> Vec<Vec<Complex32>> {
+        let z = depths(&self.grid, depth);
+        let amplitudes = self.amplitudes(down);
+        let detector = Detector::new(&self.grid, &self.whole);
+        (0..down.ncols())
+            .map(|j| detector.fields(&self.blocks, &amplitudes, &z, j))
+            .collect()
+    }
+
+    /// Photodiode of each node of a plane of [`Self::fields`], and the nodes in a row.
+    pub fn photodiodes_of_nodes(pixel: &Pixel) -> (Vec<usize>, usize) {
+        let grid = pixel.silicon();
+        let along = [0, 1].map(|axis| {
+            let each = nodes_along(&grid, axis, pixel.silicon_cutoff, pixel.step);
+            (0..grid.parts[axis] as usize).flat_map(move |i| std::iter::repeat_n(i, each))
+        });
+        let [columns, rows] = along;
+        let across: Vec<usize> = columns.collect();
+        let parts = grid.parts[0] as usize;
+        let nodes = rows.flat_map(|row| across.iter().map(move |column| row * parts + column));
+        (nodes.collect(), across.len())
+    }
+
     /// What becomes of waves `down` (a column per polarization).
     pub fn absorb(&self, down: &Matrix, k0_per_um: f64, depth_um: f64) -> Vec<InSilicon> {
         let depth = k0_per_um * depth_um;
-        // |E|² beats in z at up to n_silicon k0, and along x and y at twice the cutoff.
-        let n = self.grid.inside.sqrt().re;
-        let z = gauss_legendre((0.25 * n * depth) as usize + 16, 0.0, depth);
-        let amplitudes: Vec<Matrix> = self
-            .blocks
-            .iter()
-            .map(|b| {
-                let mut a = Matrix::zeros(b.basis.len(), down.ncols());
-                for (there, here) in &b.shared {
-                    for j in 0..down.ncols() {
-                        a[(*here, j)] = down[(*there, j)];
-                    }
-                }
-                b.amplitudes(&a)
-            })
-            .collect();
+        let z = depths(&self.grid, depth);
+        let amplitudes = self.amplitudes(down);
         let flux_at = |depth: f64, j: usize| -> f64 {
             let flux_of_class = |(b, c): (&Block, &Matrix)| {
                 let c = scale_rows(c.clone(), &b.modes.phases(depth));
@@ -129,4 +158,24 @@ impl Silicon {
             })
             .collect()
     }
+}
+
+/// Depths (place, weight) of an integral over |E|², which beats in z at up to n_silicon k0.
+fn depths(grid: &Grid, depth: f64) -> Vec<(f64, f64)> {
+    gauss_legendre(depth_count(grid, depth), 0.0, depth)
+}
+
+fn depth_count(grid: &Grid, depth: f64) -> usize {
+    (0.25 * grid.inside.sqrt().re * depth) as usize + 16
+}
+
+/// Nodes of [`Silicon::fields`] along x, along y and in depth.
+pub(super) fn node_counts(pixel: &Pixel) -> [usize; 3] {
+    let grid = pixel.silicon();
+    let along = |axis: usize| {
+        let each = nodes_along(&grid, axis, pixel.silicon_cutoff, pixel.step);
+        each * grid.parts[axis] as usize
+    };
+    let depth = pixel.k0_per_um * pixel.stack.silicon_um;
+    [along(0), along(1), depth_count(&grid, depth)]
 }
