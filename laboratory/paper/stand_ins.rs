@@ -1,8 +1,8 @@
 //! Which lenses stand in for the paper's ML-1 and ML-2, and how they were chosen.
 //!
-//! The paper prints the sharpness De of its raw pictures at the centre and at 10°/45°. What comes nearest to both stands
-//! in: of the library's wide lenses for ML-1, of defects within the ranges of the paper's Table 1 for ML-2. Both by rays,
-//! as the paper's pictures are. Nearest: least root of the sum of squares of ln(De / the paper's De).
+//! The paper prints the sharpness De of its raw pictures at the centre and at 10°/45°. What comes nearest to both
+//! stands in: of the library's wide lenses for ML-1, of defects within the ranges of the paper's Table 1 for ML-2. Both
+//! by rays, as the paper's pictures are. Nearest: least root of the sum of squares of ln(De / the paper's De).
 
 use std::error::Error;
 
