@@ -121,7 +121,7 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
     if args.json {
         outln!("{report}");
     } else {
-        print(&fitted, &predicted, seconds, args);
+        print(&fitted, &predicted, seconds, args)?;
     }
     Ok(())
 }
@@ -200,7 +200,12 @@ fn write(
     Ok(())
 }
 
-fn print(fitted: &Fitted, predicted: &Prediction, seconds: f64, args: &FitArgs) {
+fn print(
+    fitted: &Fitted,
+    predicted: &Prediction,
+    seconds: f64,
+    args: &FitArgs,
+) -> Result<(), CommandError> {
     outln!("parameter                     value      sigma    prior (sigma)");
     for p in fitted.table() {
         let note = match (p.at_bound, p.held_by_data) {
@@ -244,6 +249,7 @@ fn print(fitted: &Fitted, predicted: &Prediction, seconds: f64, args: &FitArgs) 
         fitted.steps,
         args.out.display()
     );
+    Ok(())
 }
 
 /// Fits to drawn cameras.

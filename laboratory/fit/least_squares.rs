@@ -55,12 +55,14 @@ pub struct Start<'a> {
     pub places: &'a [[f64; 2]],
 }
 
+/// Of a block with a place: (J_oᵀJ_o)⁻¹, J_pᵀJ_o, J_oᵀr.
+type Eliminated = ([[f64; 2]; 2], Vec<[f64; 2]>, [f64; 2]);
+
 /// The normal equations at a point.
 struct Normal {
     matrix: Mat<f64>,
     right: Mat<f64>,
-    /// Per block with a place: (J_oᵀJ_o)⁻¹, J_pᵀJ_o, J_oᵀr.
-    places: Vec<([[f64; 2]; 2], Vec<[f64; 2]>, [f64; 2])>,
+    places: Vec<Eliminated>,
 }
 
 /// The least sum of squares from a start; `watch` hears of each step and the sum, and says whether to go on.
@@ -203,7 +205,7 @@ fn normal_at(
 struct Block {
     matrix: Vec<f64>,
     right: Vec<f64>,
-    place: Option<([[f64; 2]; 2], Vec<[f64; 2]>, [f64; 2])>,
+    place: Option<Eliminated>,
 }
 
 fn block_of(

@@ -13,8 +13,8 @@ pub struct Noise {
 
 /// Lags that residuals are held against themselves at, px.
 const LAGS: i64 = 6;
-/// A sheet is at best this well known: illumination, dust, gain. It has no kernel that a wrong lens could spoil, so what
-/// it is missed by is not called its noise beyond the ceiling.
+/// A sheet is at best this well known: illumination, dust, gain. It has no kernel that a wrong lens could spoil, so
+/// what it is missed by is not called its noise beyond the ceiling.
 const SHEET_FLOOR: f64 = 0.003;
 const SHEET_CEILING: f64 = 0.006;
 

@@ -71,6 +71,9 @@ pub const LAYERS: [Name; 4] = [
     Name::LensIndex,
 ];
 
+/// Prior, its deviation, bounds.
+type Prior = (f64, f64, [f64; 2]);
+
 /// What is known of the camera before the fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Known {
@@ -87,7 +90,7 @@ impl Known {
     pub fn parameters(&self) -> Vec<Parameter> {
         let (p, d) = (self.pitch_um, 0.5 * self.disk_px);
         let lens = |part: f64| (0.0, part * d, [-3.0 * d, 3.0 * d]);
-        let rows: [(&str, (f64, f64, [f64; 2])); COUNT] = [
+        let rows: [(&str, Prior); COUNT] = [
             ("radius_um", (0.85 * p, 0.15 * p, [0.708 * p, 3.0 * p])),
             ("spacer_um", (0.5, 0.3, [0.0, 2.0])),
             ("silicon_um", (3.0, 0.7, [1.0, 6.0])),
@@ -122,7 +125,7 @@ impl Known {
             ("astigmatism_px", lens(0.5)),
             ("elliptical_coma_px", lens(0.5)),
         ];
-        let parameter = |(name, (prior, sigma, bounds)): (&str, (f64, f64, [f64; 2]))| Parameter {
+        let parameter = |(name, (prior, sigma, bounds)): (&str, Prior)| Parameter {
             name: name.to_owned(),
             prior,
             sigma,

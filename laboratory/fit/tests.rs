@@ -88,11 +88,10 @@ fn cameras_drawn_at_random_are_found_again_within_what_the_fit_says_of_itself() 
 
 #[test]
 fn a_parameter_that_the_data_do_not_hold_stays_at_its_prior_and_says_so() {
-    // What charge does over the split is the crosstalk's doing or the diffusion's: with both free and almost no light
-    // neither is known better than before.
+    // Where the exit pupil stands is believed to a tenth of a micrometre, which no kernel of this noise can better.
     let (model, mut parameters) = (model(), parameters());
     let pupil = &mut parameters[Name::PupilMm as usize];
-    with_prior(pupil, 5.5, 0.01).unwrap();
+    with_prior(pupil, 5.5, 1e-4).unwrap();
     let values = drawn(&parameters, 3);
     let measured = simulated(&model, &values, &settings(3), 2.8, Some(3)).unwrap();
     let noise = Some(settings(3).noise);
@@ -100,7 +99,7 @@ fn a_parameter_that_the_data_do_not_hold_stays_at_its_prior_and_says_so() {
     let table = fitted.table();
     let row = |name: Name| &table[name as usize];
     assert!(!row(Name::PupilMm).held_by_data, "{:?}", row(Name::PupilMm));
-    assert!((row(Name::PupilMm).value - 5.5).abs() < 0.03);
+    assert!((row(Name::PupilMm).value - 5.5).abs() < 3e-4);
     assert!(row(Name::ShiftUm).held_by_data && row(Name::DefocusPx).held_by_data);
 }
 
