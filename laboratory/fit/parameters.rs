@@ -8,9 +8,9 @@
 //! | `crosstalk` | 1 | part of the light of either half that the other one gets, whatever its direction |
 //! | `f_number` | 1 | rim of the pupil: sin θ = 1/(2F) |
 //! | `pupil_mm` | mm | how far the exit pupil stands before the sensor: the chief rays' angles |
-//! | `shift_um`, `shift_1`, `shift_3`, `shift_5` | µm, µm/mm^k | shift law: what a microlens stands beside the chief ray's place |
+//! | `shift_um`, `shift_1` … `shift_5` | µm, µm/mm^k | shift law, beside the chief ray's place |
 //! | `centre_x_mm`, `centre_y_mm` | mm | where the lens's axis meets the sensor |
-//! | `blur_px` … `coma_aperture_px` | px | the lens: what it does to the disk of a point out of focus ([`super::lens_law`]) |
+//! | `blur_px` … `coma_aperture_px` | px | the lens: disk of a point out of focus ([`super::lens_law`]) |
 
 use quadpixel::range::OutOfRange;
 use serde::{Deserialize, Serialize};
