@@ -14,6 +14,7 @@ use quadpixel_generators::sample::SampleError;
 use quadpixel_generators::scenes::SceneError;
 use quadpixel_generators::writer::WriteError;
 use quadpixel_laboratory::error::LaboratoryError;
+use quadpixel_laboratory::fit::error::FitError;
 
 /// Why a command stopped.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -71,6 +72,7 @@ from_library_errors!(
     BankError,
     ConfigError,
     ExportError,
+    FitError,
     FolderError,
     GenerateError,
     LaboratoryError,

@@ -3,6 +3,7 @@
 
 pub mod accuracy;
 pub mod error;
+pub mod fit;
 pub mod lens_drawing;
 pub mod study;
 pub mod template;

@@ -9,6 +9,7 @@ mod convert;
 mod dataset;
 mod effect_args;
 mod export;
+mod fit;
 mod lens;
 mod meaning_args;
 mod merge;
@@ -116,6 +117,13 @@ enum Command {
     /// Example: qpgen accuracy rays levels --out accuracy
     #[command(verbatim_doc_comment)]
     Accuracy(accuracy::AccuracyArgs),
+    /// Fits pixel, lens and shift law of a camera to what was measured of it: kernels of both views over the field, and
+    /// white sheets. Each parameter comes with its uncertainty, and what was kept out is predicted. A first look: the
+    /// search may stop beside the truth, see --trials.
+    ///
+    /// Example: qpgen fit --print-capture > capture.toml; qpgen fit capture.toml -o my-camera
+    #[command(verbatim_doc_comment)]
+    Fit(fit::FitArgs),
     /// Tables and pictures of a main lens.
     Lens(lens::LensArgs),
     /// Checks a dataset: schema, hashes, sizes, ranges, NaN rules.
@@ -145,6 +153,7 @@ impl Command {
             Self::Study(args) => args.json,
             Self::Validate(args) => args.json,
             Self::Accuracy(args) => args.json,
+            Self::Fit(args) => args.json,
             Self::Lens(_) => false,
             Self::Export(args) => args.json,
         }
@@ -186,6 +195,7 @@ fn run(cli: Cli, log: Log) -> Result<(), CommandError> {
         Command::Study(args) => study::run(&args, log),
         Command::Validate(args) => validate::run(&args, log),
         Command::Accuracy(args) => accuracy::run(&args, log),
+        Command::Fit(args) => fit::run(&args, log),
         Command::Lens(args) => lens::run(args, log),
         Command::Check(args) => check::run(&args, log),
         Command::Export(args) => export::run(&args),

@@ -196,31 +196,45 @@ impl Prescription {
         None
     }
 
-    /// Trims two surfaces to where their rims touch, unless that is far inside or one of them is the stop.
+    /// Trims two surfaces to where their rims touch, unless that is far inside. Of a stop and its neighbour, and before
+    /// the image plane, one surface alone is trimmed: the stop keeps its diameter, and what is left out is vignetted.
     fn trim(&mut self, overlap: &Overlap) -> bool {
-        let (i, Some(j)) = (overlap.surface, overlap.next) else {
-            return false;
-        };
+        let (i, next) = (overlap.surface, overlap.next);
         let [mut clear, mut crossed] = overlap.radii;
-        if clear < RIM_FROM || self.surfaces[i].is_stop || self.surfaces[j].is_stop {
+        let cut: Vec<usize> = [Some(i), next]
+            .into_iter()
+            .flatten()
+            .filter(|&k| !self.surfaces[k].is_stop)
+            .collect();
+        if clear < RIM_FROM || cut.is_empty() {
             return false;
         }
+        let rim_mm = -self.gap_mm(i, next, overlap.common_mm);
         for _ in 0..RIM_HALVINGS {
             let middle = 0.5 * (clear + crossed);
-            if self.gap_mm(i, Some(j), middle * overlap.common_mm) >= 0.0 {
+            if self.gap_mm(i, next, middle * overlap.common_mm) >= 0.0 {
                 clear = middle;
             } else {
                 crossed = middle;
             }
         }
         let trimmed_mm = clear * overlap.common_mm;
-        let [first_mm, second_mm] = [i, j].map(|k| self.surfaces[k].semi_aperture_mm);
+        let pair = match next {
+            Some(j) => format!("surfaces[{i}] and surfaces[{j}]"),
+            None => format!("surfaces[{i}] and the image plane"),
+        };
+        let stated: Vec<String> = cut
+            .iter()
+            .map(|&k| format!("{} of surfaces[{k}]", self.surfaces[k].semi_aperture_mm))
+            .collect();
         self.warnings.push(format!(
-            "{}: surfaces[{i}] and surfaces[{j}] overlap beyond a radius of {trimmed_mm:.4} mm: their semi_aperture_mm \
-             ({first_mm} and {second_mm}) are trimmed to it",
-            self.file
+            "{}: {pair} overlap beyond a radius of {trimmed_mm:.4} mm, by {rim_mm:.4} mm at {:.4} mm: semi_aperture_mm \
+             ({}) is trimmed to it",
+            self.file,
+            overlap.common_mm,
+            stated.join(" and ")
         ));
-        for k in [i, j] {
+        for k in cut {
             let semi_mm = &mut self.surfaces[k].semi_aperture_mm;
             *semi_mm = semi_mm.min(trimmed_mm);
         }

@@ -5,6 +5,7 @@
 mod bad_input;
 mod focus;
 mod misalignment;
+mod rims;
 
 use quadpixel::lens::Field;
 use quadpixel::lens::verification::{Comparison, Origin, WHY_STATED_FIGURES_DIFFER, compare};

@@ -11,6 +11,7 @@ mod dataset_rules;
 mod disks;
 mod effects;
 mod export;
+mod fit;
 mod fixture;
 mod lens;
 mod mosaic;

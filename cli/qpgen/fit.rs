@@ -1,0 +1,312 @@
+//! `qpgen fit`: a camera's pixel, lens and shift law from what anybody can measure of it.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use quadpixel::em::PixelStack;
+use quadpixel::file;
+use quadpixel_cli::exit::CommandError;
+use quadpixel_cli::log::Log;
+use quadpixel_cli::progress::Progress;
+use quadpixel_cli::{out, outln};
+use quadpixel_laboratory::fit::camera_file::CameraFile;
+use quadpixel_laboratory::fit::camera_model::{CameraModel, Fineness};
+use quadpixel_laboratory::fit::capture::{CaptureDescription, EXAMPLE_TOML};
+use quadpixel_laboratory::fit::measurements::{Measurements, sum_of};
+use quadpixel_laboratory::fit::noise::Noise;
+use quadpixel_laboratory::fit::parameters::{Known, Parameter, with_prior};
+use quadpixel_laboratory::fit::prediction::Prediction;
+use quadpixel_laboratory::fit::truth::{TruthResult, TruthSettings, trial};
+use quadpixel_laboratory::fit::{Fitted, fit, pictures};
+
+/// Correlations that are printed.
+const STRONG: f64 = 0.8;
+/// Disk of the cameras that are drawn, px of the views.
+const DRAWN_DISK_PX: f64 = 18.0;
+
+/// Arguments of `qpgen fit`.
+#[derive(Args)]
+pub struct FitArgs {
+    /// What was captured (TOML, see --print-capture): measured kernels of both views over the field, and white sheets;
+    /// the files that it names stand beside it.
+    #[arg(required_unless_present_any = ["print_capture", "trials"])]
+    capture: Option<PathBuf>,
+    /// Prints an example of the description, with every field, and ends.
+    #[arg(long)]
+    print_capture: bool,
+    /// Folder of what is found: camera.toml, pixel.toml (which --pixel of other commands takes), fit.json (parameters,
+    /// covariance, goals, predictions) and residuals.png.
+    #[arg(long, short, default_value = "camera")]
+    out: PathBuf,
+    /// Fits everything. Absent: every other field, as the squares of a chessboard, and the right half of the sheet are
+    /// kept out and predicted.
+    #[arg(long)]
+    all: bool,
+    /// Prior of a parameter instead of its usual one, such as silicon_um=3,0.5; a deviation of 0 holds it.
+    #[arg(long, value_name = "NAME=VALUE,SIGMA")]
+    prior: Vec<String>,
+    /// Pixel (TOML) whose layers are the start: of 2x1 sub-pixels, with a layer named oxide; absent: a thin one.
+    #[arg(long)]
+    pixel: Option<PathBuf>,
+    /// Coarser waves and pupil: a quick look.
+    #[arg(long)]
+    draft: bool,
+    /// Checks the fit itself: draws so many cameras from the priors, captures them with noise, fits them blind, and
+    /// says how far the fits are from what was drawn.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    trials: Option<u64>,
+    /// Seed of the first drawn camera.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Prints one JSON object on stdout.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Fits, predicts and writes.
+///
+/// # Errors
+/// A capture that cannot be used (2); a disk that fails (1).
+pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
+    if args.print_capture {
+        out!("{EXAMPLE_TOML}");
+        return Ok(());
+    }
+    let progress = Progress::new(log.json(args.json));
+    if let Some(count) = args.trials {
+        return trials(args, count, &progress);
+    }
+    let Some(path) = &args.capture else {
+        return Err(CommandError::input(
+            "CAPTURE is missing; see --print-capture",
+        ));
+    };
+    let began = Instant::now();
+    let description = CaptureDescription::read(path)?;
+    let mut measured = description.measurements(path.parent().unwrap_or(Path::new(".")))?;
+    if !args.all {
+        measured.hold_out_chessboard();
+        measured.check()?;
+    }
+    file::probe_folder(&args.out)?;
+    let camera = &description.camera;
+    let known = Known {
+        pitch_um: camera.pitch_um,
+        f_number: camera.f_number,
+        disk_px: middle_disk_px(&measured),
+    };
+    let parameters = priors(known, &args.prior)?;
+    let stack = pixel(args, &description)?;
+    let model = CameraModel::new(
+        &stack,
+        camera.wavelength_nm,
+        camera.f_number,
+        measured.side,
+        fineness(args),
+    )?;
+    let fitted = fit(&model, &measured, &parameters, None, &progress)?;
+    let predicted = Prediction::new(&model, &fitted.values, &measured)?;
+    let seconds = began.elapsed().as_secs_f64();
+    progress.finish();
+    let camera_file = CameraFile::new(&description, &model, &fitted);
+    let report = serde_json::json!({
+        "camera": camera.name, "parameters": fitted.table(), "covariance": fitted.covariance, "noise": fitted.noise,
+        "correlations": fitted.correlations(STRONG), "goals": predicted.goals(), "prediction": predicted,
+        "steps": fitted.steps, "seconds": seconds,
+    });
+    write(args, &report, &camera_file)?;
+    pictures::write_residuals(&args.out.join("residuals.png"), &measured, &predicted)
+        .map_err(CommandError::failed)?;
+    if args.json {
+        outln!("{report}");
+    } else {
+        print(&fitted, &predicted, seconds, args)?;
+    }
+    Ok(())
+}
+
+fn fineness(args: &FitArgs) -> Fineness {
+    match args.draft {
+        true => Fineness::draft(),
+        false => Fineness::standard(),
+    }
+}
+
+fn pixel(args: &FitArgs, description: &CaptureDescription) -> Result<PixelStack, CommandError> {
+    let Some(path) = &args.pixel else {
+        return Ok(description.pixel());
+    };
+    let text = file::read_text(path).map_err(CommandError::input)?;
+    PixelStack::from_toml(&text, &path.display().to_string()).map_err(CommandError::input)
+}
+
+/// Diameter of the disk in the middle of the picture, px.
+fn middle_disk_px(measured: &Measurements) -> f64 {
+    let [columns, rows] = measured.grid;
+    let field = &measured.fields[rows / 2 * columns + columns / 2];
+    let sum = sum_of(&field.views, field.left_part);
+    let figures = quadpixel_laboratory::fit::figures::FieldFigures::new(
+        &[sum.clone(), sum],
+        0.5,
+        measured.side,
+    );
+    figures.disk_px
+}
+
+/// The usual priors, but for those that are given.
+fn priors(known: Known, given: &[String]) -> Result<Vec<Parameter>, CommandError> {
+    let mut parameters = known.parameters();
+    for text in given {
+        let refused = |why: String| CommandError::input(format!("--prior {text}: {why}"));
+        let parts = text.split_once('=').and_then(|(name, numbers)| {
+            let (value, sigma) = numbers.split_once(',')?;
+            Some((name, value.parse().ok()?, sigma.parse().ok()?))
+        });
+        let Some((name, value, sigma)) = parts else {
+            return Err(refused("allowed: such as silicon_um=3,0.5".into()));
+        };
+        let names = || {
+            let names: Vec<String> = known.parameters().into_iter().map(|p| p.name).collect();
+            names.join(", ")
+        };
+        let found = parameters.iter_mut().find(|p| p.name == name);
+        let Some(parameter) = found else {
+            return Err(refused(format!(
+                "there is no such parameter; there are: {}",
+                names()
+            )));
+        };
+        with_prior(parameter, value, sigma).map_err(|e| refused(e.to_string()))?;
+    }
+    Ok(parameters)
+}
+
+fn write(
+    args: &FitArgs,
+    report: &serde_json::Value,
+    camera: &CameraFile,
+) -> Result<(), CommandError> {
+    let json = serde_json::to_vec_pretty(report).map_err(CommandError::failed)?;
+    let toml = toml::to_string(camera).map_err(CommandError::failed)?;
+    let pixel = toml::to_string(&camera.pixel).map_err(CommandError::failed)?;
+    for (name, bytes) in [
+        ("fit.json", json),
+        ("camera.toml", toml.into_bytes()),
+        ("pixel.toml", pixel.into_bytes()),
+    ] {
+        file::write_aside(&args.out.join(name), &bytes)?;
+    }
+    Ok(())
+}
+
+fn print(
+    fitted: &Fitted,
+    predicted: &Prediction,
+    seconds: f64,
+    args: &FitArgs,
+) -> Result<(), CommandError> {
+    outln!("parameter                     value      sigma    prior (sigma)");
+    for p in fitted.table() {
+        let note = match (p.at_bound, p.held_by_data) {
+            (true, _) => "  at its bound",
+            (_, false) => "  not held by the data: its prior",
+            _ => "",
+        };
+        let [prior, sigma] = p.prior;
+        outln!(
+            "{:<24} {:>10.4} {:>10.4}    {prior:.4} ({sigma:.4}){note}",
+            p.name,
+            p.value,
+            p.sigma
+        );
+    }
+    let strong = fitted.correlations(STRONG);
+    outln!(
+        "correlations of {STRONG} and more: {}",
+        if strong.is_empty() { "none" } else { "" }
+    );
+    for (a, b, r) in strong {
+        outln!("  {a}, {b}: {r:.2}");
+    }
+    let held_out = if args.all {
+        "nothing was kept out"
+    } else {
+        "what was kept out"
+    };
+    outln!("goals ({held_out}):                                         found   at most");
+    for goal in predicted.goals() {
+        let verdict = if goal.met { "met" } else { "MISSED" };
+        outln!(
+            "{:<58} {:>8.4}  {:>8.4}  {verdict}",
+            goal.what,
+            goal.found,
+            goal.at_most
+        );
+    }
+    outln!(
+        "{} steps, {seconds:.1} s; {}",
+        fitted.steps,
+        args.out.display()
+    );
+    Ok(())
+}
+
+/// Fits to drawn cameras.
+fn trials(args: &FitArgs, count: u64, progress: &Progress) -> Result<(), CommandError> {
+    let known = Known {
+        pitch_um: 1.4,
+        f_number: 1.8,
+        disk_px: DRAWN_DISK_PX,
+    };
+    let parameters = priors(known, &args.prior)?;
+    let description: CaptureDescription =
+        toml::from_str(EXAMPLE_TOML).map_err(CommandError::failed)?;
+    let stack = pixel(args, &description)?;
+    let model = CameraModel::new(&stack, 550.0, known.f_number, 61, fineness(args))?;
+    let mut results: Vec<TruthResult> = Vec::new();
+    for seed in args.seed..args.seed + count {
+        let settings = TruthSettings {
+            seed,
+            grid: [8, 6],
+            field_mm: 0.47,
+            sheet_half_mm: 2.8,
+            sheet_columns: 64,
+            noise: Noise {
+                kernel: 0.05,
+                sheet: 0.005,
+            },
+        };
+        let result = trial(&model, &parameters, &settings, 2.8, progress)?;
+        if !args.json {
+            outln!(
+                "camera {seed}: worst parameter {:.2} sigma; kept out: shift {:.2} %, kernels {:.2} %, sheet {:.2} %",
+                result.worst_sigmas,
+                100.0 * result.shift_error,
+                100.0 * result.kernel_error,
+                100.0 * result.sheet_error
+            );
+        }
+        results.push(result);
+    }
+    progress.finish();
+    let all: Vec<f64> = results
+        .iter()
+        .flat_map(|r| r.parameters.iter().map(|p| (p.2 - p.1).abs() / p.3))
+        .collect();
+    let within = all.iter().filter(|z| **z <= 3.0).count() as f64 / all.len() as f64;
+    let good = results.iter().filter(|r| r.worst_sigmas <= 3.0).count();
+    if args.json {
+        outln!(
+            "{}",
+            serde_json::json!({ "within_3_sigma": within, "trials": results })
+        );
+    } else {
+        outln!(
+            "parameters within 3 sigma: {:.2} % of {}; cameras with all within: {good} of {count}",
+            100.0 * within,
+            all.len()
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,301 @@
+//! The forward model: parameters to the kernels of both views at a field, and to the white sheet's division.
+//!
+//! ```text
+//! pupil ρ ─ direction (u, v) = ρ/(2F) ─▶ P_L, P_R under the microlens's shift      pixel_table.rs
+//!    └──── place ε(ρ; field) ─────────▶ kernel += P δ(x − ε), then a Gaussian blur   lens_law.rs
+//! ```
+//! Along the split light comes about the chief ray, and the microlens stands where it brings that ray to the middle of
+//! its pixel (to first order: the moving frame) but for the fitted law. Across the split, where nothing divides the
+//! light, both chief ray and shift are left out.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use quadpixel::em::wave::WaveSettings;
+use quadpixel::em::{Material, PixelStack, StackError};
+use quadpixel::sensor::Subpixels;
+use rayon::prelude::*;
+
+use super::error::FitError;
+use super::lens_law::LensLaw;
+use super::measurements::{Measurements, centroid_px, sum_of};
+use super::parameters::{LAYERS, Name};
+use super::pixel_table::{PixelTable, TableFineness};
+
+/// How finely the model computes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fineness {
+    /// Of the table of the pixel.
+    pub table: TableFineness,
+    /// Places in the pupil.
+    pub pupil_points: usize,
+}
+
+impl Fineness {
+    /// The default: kernels within half a per cent of those of twice as many of everything.
+    pub fn standard() -> Self {
+        Self {
+            table: TableFineness {
+                steps: 9,
+                shifts: 12,
+                wave: WaveSettings {
+                    bounces: 0,
+                    tolerance: TOLERANCE,
+                    ..WaveSettings::standard()
+                },
+            },
+            pupil_points: 900,
+        }
+    }
+
+    /// For tests and quick looks.
+    pub fn draft() -> Self {
+        Self {
+            table: TableFineness {
+                steps: 4,
+                shifts: 8,
+                wave: WaveSettings {
+                    bounces: 0,
+                    tolerance: TOLERANCE,
+                    ..WaveSettings::draft()
+                },
+            },
+            pupil_points: 300,
+        }
+    }
+}
+
+/// Residual of the waves: small, as derivatives are differences of tables.
+const TOLERANCE: f64 = 1e-4;
+/// Largest direction cosine of a chief ray that the tables hold; beyond, their edge is read.
+const LARGEST_CHIEF: f64 = 0.5;
+/// Tables kept, so that a derivative by a parameter of lens or shift law needs no waves.
+const KEPT_TABLES: usize = 8;
+
+/// A camera to be fitted.
+pub struct CameraModel {
+    stack: PixelStack,
+    wavelength_nm: f64,
+    fineness: Fineness,
+    /// Largest direction cosines of the tables, along u and v.
+    reach: [f64; 2],
+    side: usize,
+    pupil: Vec<[f64; 2]>,
+    tables: Mutex<Vec<(Vec<u64>, Arc<PixelTable>)>>,
+}
+
+/// The model at one set of values.
+pub struct Set<'a> {
+    model: &'a CameraModel,
+    values: &'a [f64],
+    table: Arc<PixelTable>,
+}
+
+impl CameraModel {
+    /// Of a pixel of two columns whose layers are `stack`'s but for those that are fitted.
+    ///
+    /// # Errors
+    /// A pixel without two columns, or without a layer named `oxide`, whose thickness is fitted.
+    pub fn new(
+        stack: &PixelStack,
+        wavelength_nm: f64,
+        f_number: f64,
+        side: usize,
+        fineness: Fineness,
+    ) -> Result<Self, FitError> {
+        let refused = |field: &'static str, value: String, allowed: &'static str| {
+            quadpixel::range::OutOfRange::new("pixel", field, value, allowed)
+        };
+        if stack.subpixels != Subpixels::DUAL_X {
+            return Err(refused("subpixels", stack.subpixels.to_string(), "2x1").into());
+        }
+        if stack.layer("oxide").is_none() {
+            let allowed = "one named `oxide`, whose thickness is fitted";
+            return Err(refused("layers", "without it".into(), allowed).into());
+        }
+        let points = fineness.pupil_points;
+        // A sunflower's seeds: even over the disk (H. Vogel, Math. Biosci. 44, 179 (1979)).
+        let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+        let pupil = (0..points)
+            .map(|i| {
+                let radius = ((i as f64 + 0.5) / points as f64).sqrt();
+                let (sin, cos) = (golden * i as f64).sin_cos();
+                [radius * cos, radius * sin]
+            })
+            .collect();
+        Ok(Self {
+            stack: stack.clone(),
+            wavelength_nm,
+            fineness,
+            reach: [
+                0.5 / (0.9 * f_number) + LARGEST_CHIEF,
+                0.5 / (0.9 * f_number),
+            ],
+            side,
+            pupil,
+            tables: Mutex::new(Vec::new()),
+        })
+    }
+
+    /// Side of the kernels, px.
+    pub fn side(&self) -> usize {
+        self.side
+    }
+
+    /// The pixel of a set of values.
+    pub fn pixel(&self, values: &[f64]) -> PixelStack {
+        let mut stack = self.stack.clone();
+        let [radius, spacer, silicon, index] = LAYERS.map(|name| values[name as usize]);
+        stack.lens.radius_um = radius;
+        stack.silicon_um = silicon;
+        let resin = std::mem::replace(
+            &mut stack.lens.material,
+            Material::Constant { n: index, k: 0.0 },
+        );
+        for layer in stack.layers.iter_mut().filter(|l| l.material == resin) {
+            layer.material.clone_from(&stack.lens.material);
+        }
+        if let Some(layer) = stack.layer_mut("oxide") {
+            layer.thickness_um = spacer;
+        }
+        // The lens's lowest points lie on the layers; a pedestal is a part of the spacer.
+        stack.lens.height_um = stack.sag_um() + 1e-3;
+        stack
+    }
+
+    /// The model at a set of values, ready to be asked.
+    ///
+    /// # Errors
+    /// A pixel that cannot be.
+    pub fn at<'a>(&'a self, values: &'a [f64]) -> Result<Set<'a>, StackError> {
+        let key: Vec<u64> = LAYERS
+            .iter()
+            .map(|&n| values[n as usize].to_bits())
+            .collect();
+        let kept = || self.tables.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = kept()
+            .iter()
+            .find(|(k, _)| *k == key)
+            .map(|(_, t)| t.clone());
+        let table = match found {
+            Some(table) => table,
+            None => {
+                let stack = self.pixel(values);
+                let table = &self.fineness.table;
+                let table = PixelTable::new(&stack, self.wavelength_nm, self.reach, table)?;
+                let table = Arc::new(table);
+                let mut kept = kept();
+                if kept.len() == KEPT_TABLES {
+                    kept.remove(0);
+                }
+                kept.push((key, table.clone()));
+                table
+            }
+        };
+        Ok(Set {
+            model: self,
+            values,
+            table,
+        })
+    }
+}
+
+impl Set<'_> {
+    fn value(&self, name: Name) -> f64 {
+        self.values[name as usize]
+    }
+
+    /// How far a microlens stands beside where it would bring the chief ray to the middle of its pixel, µm along the
+    /// split.
+    pub fn shift_um(&self, x_mm: f64) -> f64 {
+        let x = x_mm - self.value(Name::CentreXMm);
+        let law = self.value(Name::Shift1)
+            + x * x * (self.value(Name::Shift3) + x * x * self.value(Name::Shift5));
+        self.value(Name::ShiftUm) + x * law
+    }
+
+    /// Direction cosine of the chief ray along the split, from a pupil `pupil_mm` before the sensor.
+    pub fn chief_u(&self, x_mm: f64) -> f64 {
+        let x = x_mm - self.value(Name::CentreXMm);
+        x / x.hypot(self.value(Name::PupilMm))
+    }
+
+    /// P of left and right of every place in the pupil.
+    fn weights(&self, x_mm: f64) -> Vec<[f64; 2]> {
+        let rim = 0.5 / self.value(Name::FNumber);
+        let chief = self.chief_u(x_mm);
+        let shift = self.table.shift_for_um(chief) + self.shift_um(x_mm);
+        let [diffusion, crosstalk] = [Name::DiffusionUm, Name::Crosstalk].map(|n| self.value(n));
+        let halves = self.table.shifted(shift, diffusion, crosstalk);
+        let pupil = self.model.pupil.iter();
+        pupil
+            .map(|[x, y]| halves.at(chief + rim * x, rim * y))
+            .collect()
+    }
+
+    /// Light of a white sheet in the left view over that in the right one.
+    pub fn sheet_ratio(&self, x_mm: f64) -> f64 {
+        let weights = self.weights(x_mm);
+        let sum = |half: usize| weights.iter().map(|w| w[half]).sum::<f64>();
+        sum(0) / sum(1)
+    }
+
+    /// Part of the sheet's light that the left view gets.
+    pub fn left_part(&self, x_mm: f64) -> f64 {
+        let ratio = self.sheet_ratio(x_mm);
+        ratio / (1.0 + ratio)
+    }
+
+    /// Kernels of left and right at a field, each of sum 1, the chief ray `place_px` from their middle.
+    pub fn kernels(&self, field_mm: [f64; 2], place_px: [f64; 2]) -> [Vec<f64>; 2] {
+        let side = self.model.side;
+        let law = LensLaw::new(self.values, field_mm);
+        let weights = self.weights(field_mm[0]);
+        let sigma = self.value(Name::BlurPx);
+        let middle = (side as f64 - 1.0) * 0.5;
+        let reach = 4.5 * sigma;
+        let mut views = [vec![0.0; side * side], vec![0.0; side * side]];
+        let mut across = Vec::with_capacity(side);
+        for (&rho, weight) in self.model.pupil.iter().zip(&weights) {
+            let at = law.at(rho);
+            let [x, y] = [0, 1].map(|axis| at[axis] + place_px[axis] + middle);
+            let span = |c: f64| {
+                let low = (c - reach).ceil().max(0.0) as usize;
+                let high = (c + reach).floor().min(side as f64 - 1.0);
+                low..if high < 0.0 { 0 } else { high as usize + 1 }
+            };
+            let gauss = |i: usize, c: f64| (-0.5 * ((i as f64 - c) / sigma).powi(2)).exp();
+            let columns = span(x);
+            across.clear();
+            across.extend(columns.clone().map(|i| gauss(i, x)));
+            for j in span(y) {
+                let down = gauss(j, y);
+                for (view, p) in views.iter_mut().zip(weight) {
+                    let row = &mut view[j * side..][..side];
+                    let factor = down * p;
+                    for (to, g) in row[columns.clone()].iter_mut().zip(&across) {
+                        *to += factor * g;
+                    }
+                }
+            }
+        }
+        for view in &mut views {
+            let sum: f64 = view.iter().sum();
+            view.iter_mut()
+                .for_each(|v| *v /= sum.max(f64::MIN_POSITIVE));
+        }
+        views
+    }
+
+    /// The places at which the measured kernels of each field lie, as far as centroids tell.
+    pub fn places_px(&self, measured: &Measurements) -> Vec<[f64; 2]> {
+        let side = measured.side;
+        let place = |field: &super::measurements::FieldKernels| {
+            let sum = sum_of(&field.views, field.left_part);
+            let model = self.kernels(field.place_mm, [0.0; 2]);
+            let model = sum_of(&model, self.left_part(field.place_mm[0]));
+            let [a, b] = [centroid_px(&sum, side), centroid_px(&model, side)];
+            [a[0] - b[0], a[1] - b[1]]
+        };
+        measured.fields.par_iter().map(place).collect()
+    }
+}

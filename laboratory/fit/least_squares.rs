@@ -1,0 +1,318 @@
+//! Least squares with bounds and Gaussian priors (Levenberg, Marquardt), and what is then known of the parameters.
+//!
+//! Minimised is `Σ r² + Σ ((p − prior)/σ_prior)²`, r the residuals in units of their noise. Every block of residuals
+//! may have a place of its own (two parameters that no other block knows: where a kernel lies); they are eliminated
+//! block by block: `A −= J_pᵀJ_o (J_oᵀJ_o)⁻¹ J_oᵀJ_p`. The covariance is A⁻¹ with the priors in it.
+
+use faer::linalg::solvers::{DenseSolveCore, Solve};
+use faer::{Mat, Side};
+use rayon::prelude::*;
+
+use super::error::FitError;
+use super::parameters::Parameter;
+
+/// Steps at most.
+const STEPS: usize = 40;
+/// A step that lowers the sum by less than this part of it is the last.
+const ENOUGH: f64 = 1e-5;
+/// Step of the derivatives by places, px.
+const PLACE_STEP: f64 = 0.02;
+/// Step of the derivatives by parameters, in units of their prior's deviation.
+const STEP: f64 = 5e-2;
+
+/// What gives residuals.
+pub trait Forward: Sync {
+    /// Residuals of all blocks; the first `places.len()` blocks lie at these places.
+    ///
+    /// # Errors
+    /// Values that no camera has.
+    fn residuals(&self, values: &[f64], places: &[[f64; 2]]) -> Result<Vec<Vec<f64>>, FitError>;
+}
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// Of every parameter.
+    pub values: Vec<f64>,
+    /// Of every block with one.
+    pub places: Vec<[f64; 2]>,
+    /// Of the parameters, n × n; 0 of those that are held.
+    pub covariance: Vec<f64>,
+    /// At these values.
+    pub residuals: Vec<Vec<f64>>,
+    /// Steps taken.
+    pub steps: usize,
+}
+
+/// Parameters, and where a search begins.
+#[derive(Clone, Copy)]
+pub struct Start<'a> {
+    /// With priors and bounds.
+    pub parameters: &'a [Parameter],
+    /// One per parameter.
+    pub values: &'a [f64],
+    /// One per block with a place.
+    pub places: &'a [[f64; 2]],
+}
+
+/// Of a block with a place: (J_oᵀJ_o)⁻¹, J_pᵀJ_o, J_oᵀr.
+type Eliminated = ([[f64; 2]; 2], Vec<[f64; 2]>, [f64; 2]);
+
+/// The normal equations at a point.
+struct Normal {
+    matrix: Mat<f64>,
+    right: Mat<f64>,
+    places: Vec<Eliminated>,
+}
+
+/// The least sum of squares from a start; `watch` hears of each step and the sum, and says whether to go on.
+///
+/// # Errors
+/// Values that no camera has, no way down at all, or a watcher that stops it.
+pub fn minimise(
+    forward: &dyn Forward,
+    start: &Start,
+    watch: &dyn Fn(usize, f64) -> bool,
+) -> Result<Solution, FitError> {
+    let parameters = start.parameters;
+    let free: Vec<usize> = (0..parameters.len())
+        .filter(|&i| parameters[i].sigma > 0.0)
+        .collect();
+    let mut values = start.values.to_vec();
+    let mut places = start.places.to_vec();
+    let mut residuals = forward.residuals(&values, &places)?;
+    let mut sum = cost(&residuals, parameters, &values);
+    let mut damping = 1e-3;
+    let mut steps = 0;
+    let mut normal = normal_at(forward, parameters, &free, (&values, &places, &residuals))?;
+    while steps < STEPS {
+        steps += 1;
+        if !watch(steps, sum) {
+            return Err(FitError::Stopped);
+        }
+        let mut better = None;
+        for _ in 0..8 {
+            let (next, next_places) = step(&normal, parameters, &free, (&values, &places, damping));
+            let tried = forward.residuals(&next, &next_places)?;
+            let tried_sum = cost(&tried, parameters, &next);
+            if tried_sum < sum {
+                better = Some((next, next_places, tried, tried_sum));
+                damping *= 0.2;
+                break;
+            }
+            damping *= 6.0;
+        }
+        let Some((next, next_places, tried, tried_sum)) = better else {
+            break;
+        };
+        let gain = (sum - tried_sum) / sum;
+        (values, places, residuals, sum) = (next, next_places, tried, tried_sum);
+        normal = normal_at(forward, parameters, &free, (&values, &places, &residuals))?;
+        if gain < ENOUGH {
+            break;
+        }
+    }
+    let covariance = covariance(&normal.matrix, &free, parameters.len());
+    Ok(Solution {
+        values,
+        places,
+        covariance,
+        residuals,
+        steps,
+    })
+}
+
+fn cost(residuals: &[Vec<f64>], parameters: &[Parameter], values: &[f64]) -> f64 {
+    let data: f64 = residuals.iter().flatten().map(|r| r * r).sum();
+    let prior = parameters.iter().zip(values).filter(|(p, _)| p.sigma > 0.0);
+    data + prior
+        .map(|(p, v)| ((v - p.prior) / p.sigma).powi(2))
+        .sum::<f64>()
+}
+
+/// Differences of two sets of residuals per step.
+fn slopes(moved: &[Vec<f64>], base: &[Vec<f64>], step: f64) -> Vec<Vec<f64>> {
+    let pairs = moved.iter().zip(base);
+    pairs
+        .map(|(m, b)| m.iter().zip(b).map(|(m, b)| (m - b) / step).collect())
+        .collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+type Point<'a> = (&'a [f64], &'a [[f64; 2]], &'a [Vec<f64>]);
+
+fn normal_at(
+    forward: &dyn Forward,
+    parameters: &[Parameter],
+    free: &[usize],
+    (values, places, base): Point,
+) -> Result<Normal, FitError> {
+    let mut by_parameter = Vec::with_capacity(free.len());
+    for &i in free {
+        let p = &parameters[i];
+        // Into the bounds, where a bound is near.
+        let size = STEP * p.sigma;
+        let step = if values[i] + size > p.bounds[1] {
+            -size
+        } else {
+            size
+        };
+        let mut moved = values.to_vec();
+        moved[i] += step;
+        by_parameter.push(slopes(&forward.residuals(&moved, places)?, base, step));
+    }
+    let mut by_place = Vec::with_capacity(2);
+    for axis in 0..2 {
+        let mut moved = places.to_vec();
+        moved.iter_mut().for_each(|p| p[axis] += PLACE_STEP);
+        by_place.push(slopes(
+            &forward.residuals(values, &moved)?,
+            base,
+            PLACE_STEP,
+        ));
+    }
+    let n = free.len();
+    let mut matrix = Mat::<f64>::zeros(n, n);
+    let mut right = Mat::<f64>::zeros(n, 1);
+    for (a, &i) in free.iter().enumerate() {
+        let p = &parameters[i];
+        matrix[(a, a)] += p.sigma.powi(-2);
+        right[(a, 0)] -= (values[i] - p.prior) * p.sigma.powi(-2);
+    }
+    let one = |b: usize| block_of(b, &by_parameter, &by_place, base, b < places.len());
+    let blocks: Vec<Block> = (0..base.len()).into_par_iter().map(one).collect();
+    let mut eliminated = Vec::with_capacity(places.len());
+    for block in blocks {
+        for a in 0..n {
+            right[(a, 0)] -= block.right[a];
+            for c in 0..n {
+                matrix[(a, c)] += block.matrix[a * n + c];
+            }
+        }
+        eliminated.extend(block.place);
+    }
+    Ok(Normal {
+        matrix,
+        right,
+        places: eliminated,
+    })
+}
+
+/// What one block adds.
+struct Block {
+    matrix: Vec<f64>,
+    right: Vec<f64>,
+    place: Option<Eliminated>,
+}
+
+fn block_of(
+    b: usize,
+    by_parameter: &[Vec<Vec<f64>>],
+    by_place: &[Vec<Vec<f64>>],
+    base: &[Vec<f64>],
+    has_place: bool,
+) -> Block {
+    let n = by_parameter.len();
+    let mut matrix = vec![0.0; n * n];
+    for a in 0..n {
+        for c in 0..=a {
+            let product = dot(&by_parameter[a][b], &by_parameter[c][b]);
+            (matrix[a * n + c], matrix[c * n + a]) = (product, product);
+        }
+    }
+    let mut right: Vec<f64> = by_parameter.iter().map(|j| dot(&j[b], &base[b])).collect();
+    if !has_place {
+        return Block {
+            matrix,
+            right,
+            place: None,
+        };
+    }
+    let [x, y] = [&by_place[0][b], &by_place[1][b]];
+    let [xx, xy, yy] = [dot(x, x), dot(x, y), dot(y, y)];
+    let determinant = (xx * yy - xy * xy).max(f64::MIN_POSITIVE);
+    let inverse = [
+        [yy / determinant, -xy / determinant],
+        [-xy / determinant, xx / determinant],
+    ];
+    let cross: Vec<[f64; 2]> = (by_parameter.iter())
+        .map(|j| [dot(&j[b], x), dot(&j[b], y)])
+        .collect();
+    let own = [dot(x, &base[b]), dot(y, &base[b])];
+    for a in 0..n {
+        let half = [0, 1].map(|k| cross[a][0] * inverse[0][k] + cross[a][1] * inverse[1][k]);
+        right[a] -= half[0] * own[0] + half[1] * own[1];
+        for c in 0..n {
+            matrix[a * n + c] -= half[0] * cross[c][0] + half[1] * cross[c][1];
+        }
+    }
+    Block {
+        matrix,
+        right,
+        place: Some((inverse, cross, own)),
+    }
+}
+
+/// The damped step from a point, cut off at the bounds.
+fn step(
+    normal: &Normal,
+    parameters: &[Parameter],
+    free: &[usize],
+    (values, places, damping): (&[f64], &[[f64; 2]], f64),
+) -> (Vec<f64>, Vec<[f64; 2]>) {
+    let n = free.len();
+    let mut matrix = normal.matrix.clone();
+    let mut right = normal.right.clone();
+    for a in 0..n {
+        matrix[(a, a)] *= 1.0 + damping;
+    }
+    // A parameter at its bound that is drawn beyond it stays there, and the others go on without it.
+    for (a, &i) in free.iter().enumerate() {
+        let [low, high] = parameters[i].bounds;
+        let pull = normal.right[(a, 0)];
+        if (values[i] <= low && pull < 0.0) || (values[i] >= high && pull > 0.0) {
+            for c in 0..n {
+                (matrix[(a, c)], matrix[(c, a)]) = (0.0, 0.0);
+            }
+            (matrix[(a, a)], right[(a, 0)]) = (1.0, 0.0);
+        }
+    }
+    let Ok(factor) = matrix.llt(Side::Lower) else {
+        return (values.to_vec(), places.to_vec());
+    };
+    let change = factor.solve(&right);
+    let mut next = values.to_vec();
+    for (a, &i) in free.iter().enumerate() {
+        let [low, high] = parameters[i].bounds;
+        next[i] = (values[i] + change[(a, 0)]).clamp(low, high);
+    }
+    let moved: Vec<f64> = free.iter().map(|&i| next[i] - values[i]).collect();
+    let mut next_places = places.to_vec();
+    for (place, (inverse, cross, own)) in next_places.iter_mut().zip(&normal.places) {
+        let mut pull = *own;
+        for (c, m) in cross.iter().zip(&moved) {
+            pull[0] += c[0] * m;
+            pull[1] += c[1] * m;
+        }
+        for axis in 0..2 {
+            place[axis] -= inverse[axis][0] * pull[0] + inverse[axis][1] * pull[1];
+        }
+    }
+    (next, next_places)
+}
+
+fn covariance(matrix: &Mat<f64>, free: &[usize], count: usize) -> Vec<f64> {
+    let mut all = vec![0.0; count * count];
+    if let Ok(factor) = matrix.llt(Side::Lower) {
+        let inverse = factor.inverse();
+        for (a, &i) in free.iter().enumerate() {
+            for (c, &j) in free.iter().enumerate() {
+                all[i * count + j] = inverse[(a, c)];
+            }
+        }
+    }
+    all
+}

@@ -1,0 +1,119 @@
+//! What was measured of a camera: kernels of both views over the field, and how a white sheet divides between them.
+
+use quadpixel::range::{OutOfRange, require};
+
+use super::error::FitError;
+
+/// Kernels of one field.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FieldKernels {
+    /// Its place, mm on the sensor from the middle of the picture: to the right, downwards as stored.
+    pub place_mm: [f64; 2],
+    /// Whether it is kept out of the fit.
+    pub held_out: bool,
+    /// Part of the sheet's light that the left view gets there.
+    pub left_part: f64,
+    /// Left and right, side × side, row by row, each of sum 1.
+    pub views: [Vec<f64>; 2],
+}
+
+/// Light of the white sheet in the left view over that in the right one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SheetColumn {
+    /// Place, mm from the middle of the picture.
+    pub x_mm: f64,
+    /// Left over right.
+    pub ratio: f64,
+    /// Whether it is kept out of the fit.
+    pub held_out: bool,
+}
+
+/// All of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measurements {
+    /// Pixel of the views, µm.
+    pub view_pixel_um: f64,
+    /// Side of the kernels, px.
+    pub side: usize,
+    /// Fields, columns × rows.
+    pub grid: [usize; 2],
+    /// Row by row.
+    pub fields: Vec<FieldKernels>,
+    /// From left to right.
+    pub sheet: Vec<SheetColumn>,
+}
+
+impl Measurements {
+    /// Checks that there is enough to fit, and nothing that no camera gives.
+    ///
+    /// # Errors
+    /// Kernels of another size, without light or with what is no number; fewer than four fields or four columns of the
+    /// sheet to fit.
+    pub fn check(&self) -> Result<(), FitError> {
+        for (i, field) in self.fields.iter().enumerate() {
+            for (name, view) in ["left", "right"].iter().zip(&field.views) {
+                let bad = |value: String, allowed: &'static str| {
+                    move || OutOfRange::new(format!("{name} kernel {i}"), "values", value, allowed)
+                };
+                let size = view.len();
+                require(
+                    size == self.side * self.side,
+                    bad(size.to_string(), "side × side"),
+                )?;
+                let sum: f64 = view.iter().sum();
+                let allowed = "finite, of sum 1";
+                require(
+                    (sum - 1.0).abs() < 1e-3,
+                    bad(format!("of sum {sum}"), allowed),
+                )?;
+            }
+        }
+        let fields = self.fields.iter().filter(|f| !f.held_out).count();
+        let columns = self.sheet.iter().filter(|c| !c.held_out).count();
+        if fields < 4 || columns < 4 {
+            return Err(FitError::TooLittle(format!(
+                "{fields} fields of kernels and {columns} columns of the white sheet are to be fitted; allowed: 4 of \
+                 each or more, for lens and shift law change over the field"
+            )));
+        }
+        let bad = self
+            .sheet
+            .iter()
+            .find(|c| !(c.ratio > 0.0 && c.ratio.is_finite()));
+        match bad {
+            Some(c) => Err(OutOfRange::new("sheet", "left over right", c.ratio, "above 0").into()),
+            None => Ok(()),
+        }
+    }
+
+    /// Keeps out every other field, as the dark squares of a chessboard, and the right half of the sheet.
+    pub fn hold_out_chessboard(&mut self) {
+        let columns = self.grid[0];
+        for (i, field) in self.fields.iter_mut().enumerate() {
+            field.held_out = (i / columns + i % columns) % 2 == 1;
+        }
+        for column in &mut self.sheet {
+            column.held_out = column.x_mm > 0.0;
+        }
+    }
+}
+
+/// Σ (left + right), weighted by the sheet: what the lens alone does.
+pub fn sum_of(views: &[Vec<f64>; 2], left_part: f64) -> Vec<f64> {
+    let pairs = views[0].iter().zip(&views[1]);
+    pairs
+        .map(|(l, r)| left_part * l + (1.0 - left_part) * r)
+        .collect()
+}
+
+/// Centroid of a kernel, px from its middle.
+pub fn centroid_px(kernel: &[f64], side: usize) -> [f64; 2] {
+    let middle = (side as f64 - 1.0) * 0.5;
+    let (mut sum, mut x, mut y) = (0.0, 0.0, 0.0);
+    for (i, k) in kernel.iter().enumerate() {
+        sum += k;
+        x += k * ((i % side) as f64 - middle);
+        y += k * ((i / side) as f64 - middle);
+    }
+    [x / sum, y / sum]
+}

@@ -1,0 +1,211 @@
+//! A camera fitted to what anybody can measure of it: kernels of both views over the field, and a white sheet.
+//!
+//! ```text
+//! capture.toml ─ capture ─▶ Measurements ─┐
+//! parameters with priors ─────────────────┴▶ fit ─▶ Fitted: values, σ, correlations ─ report ─▶ tables, camera file
+//!                                             ▲
+//!          lens_law, pixel_table ─▶ camera_model (wave level)          truth: cameras drawn, fitted blind
+//! ```
+//! **Not trustworthy yet**: cameras drawn at random and captured by the same model are not found again within the
+//! stated deviations; the search stops beside the truth (probably at kinks of the bilinear table). `qpgen fit --trials`
+//! measures it.
+//!
+//! Bounded least squares with Gaussian priors ([`least_squares`]). A parameter that the data do not hold stays at its
+//! prior, and [`Fitted::held_by_data`] says so. The noise is that of the residuals, unless it is known; where they hang
+//! together over the picture, as those of a wrong model or of smoothed kernels do, they count as fewer.
+
+pub mod camera_file;
+pub mod camera_model;
+pub mod capture;
+pub mod error;
+pub mod figures;
+pub mod goals;
+pub mod least_squares;
+pub mod lens_law;
+pub mod measurements;
+pub mod noise;
+pub mod parameters;
+pub mod pictures;
+pub mod pixel_table;
+pub mod prediction;
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests;
+pub mod truth;
+
+use quadpixel_generators::observer::{Event, Observer};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use self::camera_model::CameraModel;
+use self::error::FitError;
+use self::least_squares::{Forward, Start, minimise};
+use self::measurements::Measurements;
+use self::noise::Noise;
+use self::parameters::Parameter;
+
+/// Part of a prior's σ above which the data are said not to hold a parameter.
+const HELD: f64 = 0.7;
+
+/// A fitted camera.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// As they were before.
+    pub parameters: Vec<Parameter>,
+    /// Of each parameter.
+    pub values: Vec<f64>,
+    /// Of the parameters, n × n.
+    pub covariance: Vec<f64>,
+    /// The noise that the weights came from.
+    pub noise: Noise,
+    /// Steps of the search.
+    pub steps: usize,
+}
+
+/// One parameter after the fit.
+#[derive(Clone, Debug, Serialize)]
+pub struct FittedParameter {
+    /// Its name, with its unit.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its standard deviation, the priors included.
+    pub sigma: f64,
+    /// Value and deviation before.
+    pub prior: [f64; 2],
+    /// Whether the data hold it; if not, it is where its prior was.
+    pub held_by_data: bool,
+    /// Whether it lies at a bound, where its deviation says little.
+    pub at_bound: bool,
+}
+
+impl Fitted {
+    /// Standard deviation of each parameter.
+    pub fn sigmas(&self) -> Vec<f64> {
+        let n = self.values.len();
+        (0..n)
+            .map(|i| self.covariance[i * n + i].max(0.0).sqrt())
+            .collect()
+    }
+
+    /// The parameters with what is known of them.
+    pub fn table(&self) -> Vec<FittedParameter> {
+        let rows = self.parameters.iter().zip(&self.values).zip(self.sigmas());
+        rows.map(|((p, &value), sigma)| FittedParameter {
+            name: p.name.clone(),
+            value,
+            sigma,
+            prior: [p.prior, p.sigma],
+            held_by_data: p.sigma > 0.0 && sigma < HELD * p.sigma,
+            at_bound: value <= p.bounds[0] || value >= p.bounds[1],
+        })
+        .collect()
+    }
+
+    /// Pairs of parameters whose correlation is `least` or more in size, the strongest first.
+    pub fn correlations(&self, least: f64) -> Vec<(String, String, f64)> {
+        let (n, sigmas) = (self.values.len(), self.sigmas());
+        let mut pairs = Vec::new();
+        for i in 0..n {
+            for j in 0..i {
+                let r = self.covariance[i * n + j] / (sigmas[i] * sigmas[j]);
+                if r.abs() >= least {
+                    let name = |k: usize| self.parameters[k].name.clone();
+                    pairs.push((name(j), name(i), r));
+                }
+            }
+        }
+        pairs.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()));
+        pairs
+    }
+}
+
+/// Residuals of what is not held out.
+struct Residuals<'a> {
+    model: &'a CameraModel,
+    measured: &'a Measurements,
+    fields: Vec<usize>,
+    noise: Noise,
+}
+
+impl Forward for Residuals<'_> {
+    fn residuals(&self, values: &[f64], places: &[[f64; 2]]) -> Result<Vec<Vec<f64>>, FitError> {
+        let set = self.model.at(values)?;
+        let of_field = |(&i, &place): (&usize, &[f64; 2])| {
+            let field = &self.measured.fields[i];
+            let model = set.kernels(field.place_mm, place);
+            let mut residuals = Vec::with_capacity(2 * field.views[0].len());
+            for (model, view) in model.iter().zip(&field.views) {
+                let mean_square = view.iter().map(|v| v * v).sum::<f64>() / view.len() as f64;
+                let scale = 1.0 / (self.noise.kernel * mean_square.sqrt());
+                residuals.extend(model.iter().zip(view).map(|(m, v)| scale * (m - v)));
+            }
+            residuals
+        };
+        let pairs: Vec<_> = self.fields.iter().zip(places).collect();
+        let mut blocks: Vec<Vec<f64>> = pairs.into_par_iter().map(of_field).collect();
+        let columns: Vec<_> = self.measured.sheet.iter().filter(|c| !c.held_out).collect();
+        let sheet = columns.into_par_iter().map(|c| {
+            let ratio = set.sheet_ratio(c.x_mm);
+            (ratio / c.ratio).ln() / self.noise.sheet
+        });
+        blocks.push(sheet.collect());
+        Ok(blocks)
+    }
+}
+
+/// Fits a camera to what is not held out. With `noise` its size is known; else it is that of the residuals.
+///
+/// # Errors
+/// Too little data, a pixel that cannot be, or an observer that stops it.
+pub fn fit(
+    model: &CameraModel,
+    measured: &Measurements,
+    parameters: &[Parameter],
+    noise: Option<Noise>,
+    observer: &dyn Observer,
+) -> Result<Fitted, FitError> {
+    measured.check()?;
+    let is_fitted = |i: &usize| !measured.fields[*i].held_out;
+    let mut residuals = Residuals {
+        model,
+        measured,
+        fields: (0..measured.fields.len()).filter(is_fitted).collect(),
+        noise: noise.unwrap_or(Noise::GUESS),
+    };
+    let mut values: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
+    let all_places = model.at(&values)?.places_px(measured);
+    let mut places: Vec<[f64; 2]> = residuals.fields.iter().map(|&i| all_places[i]).collect();
+    let watch = |step: usize, sum: f64| {
+        let text = format!("fit: step {step}, sum of squares {sum:.4e}");
+        observer.event(Event::Info(&text));
+        !observer.stop_asked()
+    };
+    // The weights of sheet, kernels and priors hang on the noise, which only a fit tells.
+    let rounds = if noise.is_some() { 1 } else { 2 };
+    let mut last = None;
+    for round in 0..rounds {
+        let start = Start {
+            parameters,
+            values: &values,
+            places: &places,
+        };
+        let solution = minimise(&residuals, &start, &watch)?;
+        (values, places) = (solution.values.clone(), solution.places.clone());
+        if noise.is_none() && round + 1 < rounds {
+            residuals.noise = residuals
+                .noise
+                .from_residuals(&solution.residuals, measured.side);
+        }
+        last = Some(solution);
+    }
+    let none = || FitError::TooLittle("no round of the fit was made".into());
+    let solution = last.ok_or_else(none)?;
+    Ok(Fitted {
+        parameters: parameters.to_vec(),
+        values: solution.values,
+        covariance: solution.covariance,
+        noise: residuals.noise,
+        steps: solution.steps,
+    })
+}

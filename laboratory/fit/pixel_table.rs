@@ -1,0 +1,184 @@
+//! What the halves of a pixel get from every direction under every lens shift, by the wave model.
+//!
+//! P of a half is periodic in the lens shift s along the split, with the pitch p. From N shifts of one period
+//!
+//! ```text
+//! P(u, v; s) = Σ_j w_j(s) P(u, v; j p / N),   w_j(s) = 1/N Σ_k g_k cos(2π k (s − j p / N)/p),   |k| < N/2
+//! ```
+//! is exact for what the pixel resolves. Charge that wanders by a Gaussian of deviation σ before it is collected (see
+//! E. G. Stevens, IEEE Trans. Electron Devices 39, 2621 (1992)) is collected as if the light lay elsewhere, so that it
+//! is the mean over shifts: `g_k = exp(−(2π k σ / p)²/2)`. Mirrored pixels give the other sign of u:
+//! P_L(−u, v; s) = P_R(u, v; −s).
+
+use quadpixel::em::wave::{WaveModel, WaveSettings};
+use quadpixel::em::{PixelStack, StackError};
+use quadpixel::sensor::MovingFrame;
+use rayon::prelude::*;
+
+/// How finely directions and shifts are taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TableFineness {
+    /// Steps of direction cosines over the radius of the pupil.
+    pub steps: usize,
+    /// Lens shifts per pitch.
+    pub shifts: usize,
+    /// The wave model's own.
+    pub wave: WaveSettings,
+}
+
+/// P of both halves, for u ≥ 0 and v ≥ 0, under all shifts.
+#[derive(Debug)]
+pub struct PixelTable {
+    pitch_um: f64,
+    frame: MovingFrame,
+    step: f64,
+    /// Of u and of v.
+    nodes: [usize; 2],
+    shifts: usize,
+    /// `[half][shift][v][u]`
+    values: Vec<f64>,
+}
+
+/// P of both halves over u (both signs) and v ≥ 0, under one shift and diffusion.
+#[derive(Clone, Debug)]
+pub struct ShiftedHalves {
+    step: f64,
+    nodes: [usize; 2],
+    /// `[v][u]`, u from −(nodes − 1) to nodes − 1: left, right.
+    values: Vec<[f64; 2]>,
+}
+
+impl PixelTable {
+    /// Of a pixel of two columns, to direction cosines of `reach`: those of the pupil's rim along v, and along u with
+    /// the chief ray's.
+    ///
+    /// # Errors
+    /// A pixel that cannot be.
+    pub fn new(
+        stack: &PixelStack,
+        wavelength_nm: f64,
+        reach: [f64; 2],
+        fineness: &TableFineness,
+    ) -> Result<Self, StackError> {
+        let model = WaveModel::new(stack, wavelength_nm, &fineness.wave)?;
+        let step = reach[1] / fineness.steps as f64;
+        let nodes = [(reach[0] / step).ceil() as usize + 1, fineness.steps + 1];
+        let shifts = fineness.shifts;
+        let pitch_um = stack.pitch_um;
+        let places: Vec<[f64; 2]> = (0..shifts)
+            .map(|j| [pitch_um * j as f64 / shifts as f64, 0.0])
+            .collect();
+        let columns = stack.subpixels.m();
+        let answers: Vec<Vec<[f64; 2]>> = (0..nodes[0] * nodes[1])
+            .into_par_iter()
+            .map(|i| {
+                let (u, v) = ((i % nodes[0]) as f64 * step, (i / nodes[0]) as f64 * step);
+                let light = model.solve_shifts(u, v, &places)?;
+                let halves = light.iter().map(|l| {
+                    let mut sums = [0.0; 2];
+                    for (k, a) in l.mean.absorbed.iter().enumerate() {
+                        sums[usize::from(2 * (k % columns) >= columns)] += a;
+                    }
+                    sums
+                });
+                Ok(halves.collect())
+            })
+            .collect::<Result<_, StackError>>()?;
+        let mut values = vec![0.0; 2 * shifts * nodes[0] * nodes[1]];
+        for (i, answer) in answers.iter().enumerate() {
+            for (j, halves) in answer.iter().enumerate() {
+                for (half, p) in halves.iter().enumerate() {
+                    values[(half * shifts + j) * nodes[0] * nodes[1] + i] = *p;
+                }
+            }
+        }
+        Ok(Self {
+            pitch_um,
+            frame: stack.moving_frame(wavelength_nm)?,
+            step,
+            nodes,
+            shifts,
+            values,
+        })
+    }
+
+    /// The shift of a microlens that brings light of this direction cosine along the split to the middle, to first
+    /// order, µm.
+    pub fn shift_for_um(&self, u: f64) -> f64 {
+        self.frame.shift_for_chief_ray(u, 0.0)[0]
+    }
+
+    /// Weights of the shifts at `shift_um`, after diffusion.
+    fn weights(&self, shift_um: f64, diffusion_um: f64) -> Vec<f64> {
+        let n = self.shifts as f64;
+        let wave = 2.0 * std::f64::consts::PI / self.pitch_um;
+        (0..self.shifts)
+            .map(|j| {
+                let from = shift_um - self.pitch_um * j as f64 / n;
+                let terms = (1..self.shifts.div_ceil(2)).map(|k| {
+                    let q = wave * k as f64;
+                    2.0 * (-0.5 * (q * diffusion_um).powi(2)).exp() * (q * from).cos()
+                });
+                (1.0 + terms.sum::<f64>()) / n
+            })
+            .collect()
+    }
+
+    /// Both halves under a shift of the lens along x, with diffusion, and `crosstalk` of each half's light in the
+    /// other.
+    pub fn shifted(&self, shift_um: f64, diffusion_um: f64, crosstalk: f64) -> ShiftedHalves {
+        let [nodes, rows] = self.nodes;
+        let plane = |half: usize, weights: &[f64]| {
+            let mut sum = vec![0.0; nodes * rows];
+            for (j, w) in weights.iter().enumerate() {
+                let from = &self.values[(half * self.shifts + j) * nodes * rows..][..nodes * rows];
+                for (s, p) in sum.iter_mut().zip(from) {
+                    *s += w * p;
+                }
+            }
+            sum
+        };
+        let ahead = self.weights(shift_um, diffusion_um);
+        let mirrored = self.weights(-shift_um, diffusion_um);
+        let positive = [plane(0, &ahead), plane(1, &ahead)];
+        let negative = [plane(1, &mirrored), plane(0, &mirrored)];
+        let mut values = Vec::with_capacity(rows * (2 * nodes - 1));
+        for v in 0..rows {
+            for i in 0..2 * nodes - 1 {
+                let (side, u) = match i < nodes - 1 {
+                    true => (&negative, nodes - 1 - i),
+                    false => (&positive, i + 1 - nodes),
+                };
+                let [l, r] = [0, 1].map(|half| side[half][v * nodes + u]);
+                let mixed = |a: f64, b: f64| (1.0 - crosstalk) * a + crosstalk * b;
+                values.push([mixed(l, r), mixed(r, l)]);
+            }
+        }
+        ShiftedHalves {
+            step: self.step,
+            nodes: self.nodes,
+            values,
+        }
+    }
+}
+
+impl ShiftedHalves {
+    /// P of left and right from (u, v), bilinear; beyond the table's end its edge.
+    pub fn at(&self, u: f64, v: f64) -> [f64; 2] {
+        let (columns, rows) = (2 * self.nodes[0] - 1, self.nodes[1]);
+        let place = |x: f64, count: usize| {
+            let x = x.clamp(0.0, (count - 1) as f64);
+            let low = (x as usize).min(count - 2);
+            (low, x - low as f64)
+        };
+        let (i, a) = place(u / self.step + (self.nodes[0] - 1) as f64, columns);
+        let (j, b) = place(v.abs() / self.step, rows);
+        let row = &self.values[j * columns + i..];
+        let next = &self.values[(j + 1) * columns + i..];
+        [0, 1].map(|half| {
+            let near = row[0][half] + a * (row[1][half] - row[0][half]);
+            let far = next[0][half] + a * (next[1][half] - next[0][half]);
+            near + b * (far - near)
+        })
+    }
+}

@@ -1,0 +1,164 @@
+//! What is refused.
+
+use quadpixel::image::raster::encode_gray16;
+
+use super::camera_model::{CameraModel, Fineness};
+use super::capture::{CaptureDescription, EXAMPLE_TOML};
+use super::measurements::Measurements;
+use super::noise::Noise;
+use super::parameters::{Known, Parameter};
+use super::truth::{TruthSettings, drawn, simulated};
+
+const SIDE: usize = 35;
+fn example() -> CaptureDescription {
+    toml::from_str(EXAMPLE_TOML).unwrap()
+}
+
+fn model() -> CameraModel {
+    let mut fineness = Fineness::draft();
+    fineness.pupil_points = 200;
+    fineness.table.steps = 3;
+    CameraModel::new(&example().pixel(), 550.0, 1.8, SIDE, fineness).unwrap()
+}
+
+fn parameters() -> Vec<Parameter> {
+    let known = Known {
+        pitch_um: 1.4,
+        f_number: 1.8,
+        disk_px: 14.0,
+    };
+    known.parameters()
+}
+
+fn settings(seed: u64) -> TruthSettings {
+    TruthSettings {
+        seed,
+        grid: [4, 3],
+        field_mm: 0.9,
+        sheet_half_mm: 2.0,
+        sheet_columns: 16,
+        noise: Noise {
+            kernel: 0.05,
+            sheet: 0.005,
+        },
+    }
+}
+
+#[test]
+fn too_few_fields_and_kernels_that_are_none_are_refused() {
+    let (model, parameters) = (model(), parameters());
+    let measured = simulated(&model, &drawn(&parameters, 1), &settings(1), 2.8, None).unwrap();
+    let message = |change: &dyn Fn(&mut Measurements)| {
+        let mut changed = measured.clone();
+        change(&mut changed);
+        changed.check().unwrap_err().to_string()
+    };
+    let few = message(&|m| m.fields.truncate(3));
+    assert!(
+        few.contains("too little data") && few.contains("2 fields"),
+        "{few}"
+    );
+    let short = message(&|m| m.fields[1].views[0].truncate(9));
+    assert!(
+        short.contains("left kernel 1") && short.contains("side × side"),
+        "{short}"
+    );
+    let dark = message(&|m| m.fields[2].views[1].fill(f64::NAN));
+    assert!(dark.contains("right kernel 2"), "{dark}");
+    let sheet = message(&|m| m.sheet[0].ratio = -1.0);
+    assert!(sheet.contains("left over right is -1"), "{sheet}");
+}
+
+/// A folder of captures that are good: 2 × 2 fields of Gaussian kernels, sheets of 64 × 48.
+fn good_folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let kernel = |i: usize| {
+        let (x, y) = ((i % 21) as f32 - 10.0, (i / 21) as f32 - 10.0);
+        (-(x * x + y * y) / 18.0).exp()
+    };
+    let kernels =
+        ndarray::Array3::<f32>::from_shape_fn((4, 21, 21), |(_, y, x)| kernel(21 * y + x));
+    for name in ["left", "right"] {
+        ndarray_npy::write_npy(folder.path().join(format!("k_{name}.npy")), &kernels).unwrap();
+        write_sheet(folder.path(), name, 64, |i| 9000 + (i % 640) as u16);
+    }
+    let text = EXAMPLE_TOML
+        .replace("blur_kernels", "k")
+        .replace("white_sheet", "s")
+        .replace("[8, 6]", "[2, 2]")
+        .replace("168", "20");
+    std::fs::write(folder.path().join("capture.toml"), text).unwrap();
+    folder
+}
+
+fn write_sheet(folder: &std::path::Path, name: &str, width: usize, code: impl Fn(usize) -> u16) {
+    let codes: Vec<u16> = (0..width * 48).map(code).collect();
+    let path = folder.join(format!("s_{name}.png"));
+    let bytes = encode_gray16(&path, &codes, width, 48).unwrap();
+    std::fs::write(&path, bytes).unwrap();
+}
+
+fn measured(folder: &std::path::Path) -> Result<Measurements, String> {
+    let description =
+        CaptureDescription::read(&folder.join("capture.toml")).map_err(|e| e.to_string())?;
+    description.measurements(folder).map_err(|e| e.to_string())
+}
+
+#[test]
+fn captures_that_cannot_be_used_are_named_with_what_would_do() {
+    let good = good_folder();
+    assert_eq!(measured(good.path()).unwrap().fields.len(), 4);
+    let refused = |change: &dyn Fn(&std::path::Path), said: &str| {
+        let folder = good_folder();
+        change(folder.path());
+        let error = measured(folder.path()).unwrap_err();
+        assert!(error.contains(said), "{error}");
+    };
+    refused(
+        &|f| write_sheet(f, "right", 60, |_| 9001),
+        "60 × 48 px, but the left sheet is 64 × 48 px",
+    );
+    refused(
+        &|f| write_sheet(f, "right", 64, |_| 16383),
+        "s_right.png: 100.0 % of the pixels are saturated",
+    );
+    refused(
+        &|f| write_sheet(f, "left", 64, |i| 257 * (40 + i % 7) as u16),
+        "s_left.png: 8-bit codes",
+    );
+    refused(
+        &|f| write_sheet(f, "left", 64, |_| 1000),
+        "no code is above the black level 1024",
+    );
+    refused(
+        &|f| std::fs::write(f.join("k_left.npy"), b"no array").unwrap(),
+        "k_left.npy",
+    );
+    let kernels = |f: &std::path::Path, shape: (usize, usize, usize), value: f32| {
+        let array = ndarray::Array3::<f32>::from_elem(shape, value);
+        ndarray_npy::write_npy(f.join("k_right.npy"), &array).unwrap();
+    };
+    refused(
+        &|f| kernels(f, (3, 21, 21), 1.0),
+        "3 kernels; allowed: 2 × 2",
+    );
+    refused(&|f| kernels(f, (4, 21, 20), 1.0), "kernels of 21 × 20 px");
+    refused(&|f| kernels(f, (4, 21, 21), 0.0), "kernel 0 has the sum 0");
+    refused(&|f| kernels(f, (4, 21, 21), 1.0), "it is cut off");
+    let edit = |from: &'static str, to: &'static str| {
+        move |f: &std::path::Path| {
+            let path = f.join("capture.toml");
+            let text = std::fs::read_to_string(&path).unwrap().replace(from, to);
+            std::fs::write(path, text).unwrap();
+        }
+    };
+    refused(
+        &edit("f_number = 1.73", "f_number = 0"),
+        "camera.f_number is 0",
+    );
+    refused(
+        &edit("field_px = 20", "field_px = 40"),
+        "field 0 lies beside the sheet",
+    );
+    refused(&edit("[sheet]", "[shet]"), "capture.toml");
+}
