@@ -34,7 +34,7 @@ pub enum Effect {
     Defocus,
     /// Diffraction at the main lens's aperture; without: light goes through the lens as rays.
     LensDiffraction,
-    /// Reflections between the surfaces of the lens.
+    /// Ghosts and veiling glare: light that two surfaces of the lens, or one and the sensor, reflect.
     LensReflections,
     /// Tolerances of the lens's making.
     LensTolerances,
@@ -66,9 +66,10 @@ pub enum Effect {
 
 impl Effect {
     /// Those that a user can choose to simulate, in the order in which they are listed.
-    pub const SELECTABLE: [Self; 10] = [
+    pub const SELECTABLE: [Self; 11] = [
         Self::PixelDiffraction,
         Self::LensDiffraction,
+        Self::LensReflections,
         Self::CraVariation,
         Self::Dispersion,
         Self::Aberrations,
@@ -110,7 +111,7 @@ impl Effect {
                 "lens-diffraction",
                 "diffraction at the main lens's aperture",
             ),
-            Self::LensReflections => ("lens-reflections", "reflections between surfaces"),
+            Self::LensReflections => ("lens-reflections", "ghosts and veiling glare"),
             Self::LensTolerances => ("lens-tolerances", "tolerances of the lens"),
             Self::FocusError => ("focus-error", "focus error"),
             Self::MicrolensOffset => ("microlens-offset", "misaligned microlenses"),
@@ -160,6 +161,8 @@ pub enum Reason {
     NoAperture,
     /// Transmission of the lens is 1.
     FullTransmission,
+    /// Of kept rays and of pictures with depth the direct light alone is known.
+    DirectLight,
     /// No readout was configured: a clean signal.
     NoReadout,
     /// The lens file has no Abbe numbers.
@@ -201,10 +204,12 @@ impl Reason {
     fn without_estimate(self) -> &'static str {
         match self {
             Self::BelowTolerance { .. } | Self::NotChosen => "its cheaper path was not compared",
-            Self::NoAperture | Self::CentredMicrolenses | Self::AllChannels | Self::NoReadout => {
-                "that is the camera asked for"
-            }
-            Self::FullTransmission => "the lens's coatings are not known",
+            Self::NoAperture
+            | Self::FullTransmission
+            | Self::CentredMicrolenses
+            | Self::AllChannels
+            | Self::NoReadout => "that is the camera asked for",
+            Self::DirectLight => "light from beside the picture would have to be known",
             Self::NoAbbeNumbers => "the glasses' dispersion is not known",
             Self::PathLimit { .. } => "longer paths would have to be followed",
             Self::Clamp { .. } => "the light that was cut is not counted",
@@ -249,6 +254,7 @@ impl fmt::Display for Reason {
             Self::NotChosen => "not among the effects asked for",
             Self::NoAperture => "no lens, no aperture",
             Self::FullTransmission => "transmission of the lens is 1",
+            Self::DirectLight => "kept rays and pictures with depth are of the direct light",
             Self::NoReadout => "clean signal asked for",
             Self::NoAbbeNumbers => "the lens file has no Abbe numbers",
             Self::GeometricResponse => "geometric response asked for",
@@ -373,7 +379,7 @@ mod tests {
         );
         let text = &ledger.left_out[1].text;
         assert!(
-            text.ends_with("(not estimated: the lens's coatings are not known)"),
+            text.ends_with("(not estimated: that is the camera asked for)"),
             "{text}"
         );
     }

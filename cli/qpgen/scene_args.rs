@@ -2,6 +2,7 @@
 
 use clap::Args;
 use quadpixel::effects::{Choice, Tolerance};
+use quadpixel::lens::ReflectionSettings;
 use quadpixel::render::{LensTracing, RenderSettings};
 use quadpixel::scene::world::PathSettings;
 use quadpixel::sensor::{ShiftRule, Subpixels};
@@ -174,6 +175,7 @@ impl SceneArgs {
                 f_number: self.f_number,
                 misalignments: Vec::new(),
                 deviations: Vec::new(),
+                reflections: ReflectionSettings::default(),
                 focus_error_um: 0.0,
             },
             sensor: SensorRecipe {

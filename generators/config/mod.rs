@@ -23,6 +23,7 @@ pub use tolerances::ToleranceConfig;
 pub use world::{WorldConfig, WorldFileConfig};
 
 use quadpixel::effects::{Choice, Tolerance};
+use quadpixel::lens::ReflectionSettings;
 use quadpixel::render::LensTracing;
 use quadpixel::sensor::{ShiftRule, Subpixels, check_simulated};
 use quadpixel::spectrum::Bands;
@@ -93,6 +94,9 @@ pub struct LensConfig {
     /// How far the sensor stands behind (+) where it would be in focus, µm; absent: nowhere else.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub focus_error_um: Option<Draw>,
+    /// What its surfaces and the sensor reflect.
+    #[serde(default, skip_serializing_if = "ReflectionSettings::is_default")]
+    pub reflections: ReflectionSettings,
     /// Deviations of elements and surfaces; absent: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerances: Option<ToleranceConfig>,

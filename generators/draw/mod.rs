@@ -139,6 +139,7 @@ fn lens(config: &LensConfig, dice: &Dice, focus_mm: f64) -> Result<LensRecipe, R
         f_number: f_number.map(|f| dice.draw(&f, Purpose::FNumber, 0)),
         misalignments,
         deviations,
+        reflections: config.reflections,
         focus_error_um: dice.draw_or_0(&config.focus_error_um, Purpose::FocusError),
     })
 }
