@@ -33,6 +33,7 @@ use serde::{Deserialize, Serialize};
 use crate::charts::{ChartSpec, is_image};
 use crate::field_error::FieldError;
 use crate::lens_tracing;
+use crate::recipe::CameraPicturesRecipe;
 
 /// The default configuration, with comments.
 pub const DEFAULT_TOML: &str = include_str!("default.toml");
@@ -78,6 +79,9 @@ pub struct DatasetConfig {
     /// Sensor electronics: noisy captures beside the clean ones; absent: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub readout: Option<ReadoutConfig>,
+    /// 8-bit sRGB pictures of the sum and of the views, as a camera writes them; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera_pictures: Option<CameraPicturesRecipe>,
 }
 
 /// Main lens.
@@ -220,6 +224,9 @@ impl DatasetConfig {
         lens_tracing::check(&self.lens_tracing)?;
         if let Some(readout) = &self.readout {
             readout.check()?;
+        }
+        if let Some(pictures) = &self.camera_pictures {
+            pictures.check(self.readout.is_some())?;
         }
         if let Some(world) = &self.scene.world {
             world.check()?;

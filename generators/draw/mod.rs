@@ -88,6 +88,7 @@ pub fn recipe(
         effects: config.effects.clone(),
         tolerance: config.tolerance,
         readout: config.readout.as_ref().map(readout),
+        camera_pictures: config.camera_pictures.clone(),
     })
 }
 

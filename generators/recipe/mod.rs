@@ -2,6 +2,7 @@
 //! many from its configuration and records each in the sample's metadata, so that any sample can be rendered again
 //! alone.
 
+pub mod camera_pictures;
 mod check;
 mod error;
 pub mod response;
@@ -26,6 +27,7 @@ use crate::charts::Mask;
 use crate::rgbd::RgbdRecipe;
 use crate::scenes::WorldRecipe;
 
+pub use camera_pictures::CameraPicturesRecipe;
 pub use error::RecipeError;
 pub use response::{ResponseSource, TableRecipe};
 
@@ -85,6 +87,9 @@ pub struct Recipe {
         deserialize_with = "short::readout"
     )]
     pub readout: Option<ReadoutSettings>,
+    /// 8-bit sRGB pictures of the sum and of the views, as a camera writes them; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera_pictures: Option<CameraPicturesRecipe>,
 }
 
 impl Recipe {

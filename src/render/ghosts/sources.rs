@@ -78,6 +78,15 @@ impl Source {
         }
     }
 
+    /// Whether any of its directions is one.
+    fn is_before_the_lens(&self) -> bool {
+        let Self::Cell(corner) = *self else {
+            return true;
+        };
+        let end = corner + 2.0 / CELLS as f64;
+        outwards(DVec2::ZERO.clamp(corner.min(end), end)).is_some()
+    }
+
     /// Axis and 1 − cos of half the angle; `None` from within a lamp.
     fn cone(&self, place_mm: DVec3) -> Option<(DVec3, f64)> {
         match *self {
@@ -118,7 +127,7 @@ pub(super) fn sources(
     let mut found: Vec<(Source, f64)> = rows.into_iter().zip(bright).collect();
     let mut others = found.split_off(CELLS * CELLS);
     let mean = found.iter().map(|(_, b)| b).sum::<f64>() / found.len() as f64;
-    found.retain(|(source, _)| source.direction(front.centre_mm(), 0.5, 0.5).is_some());
+    found.retain(|(source, _)| source.is_before_the_lens());
     found.iter_mut().for_each(|(_, b)| *b += FLOOR * mean);
     others.retain(|(_, b)| *b > 0.0);
     others.sort_by(|a, b| b.1.total_cmp(&a.1));

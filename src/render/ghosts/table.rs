@@ -16,7 +16,7 @@ use crate::spectrum::ChannelWavelengths;
 /// Cells on a side of the square around the front disk.
 const PLACES: usize = 4;
 /// Part of the rays that go by brightness alone.
-const BLIND: f64 = 0.1;
+const BLIND: f64 = 0.2;
 /// Places of a cell that are tried for one that light goes through.
 const TRIES: u64 = 3;
 /// From there to places beside it, of the cell's side.
