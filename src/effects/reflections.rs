@@ -2,7 +2,8 @@
 //!
 //! Their light in blocks of the window, followed from what the front of the lens sees, over the mean light of a
 //! sub-pixel. Two sets of rays have independent errors, as in [`super::signal`]: d² = ⟨a₁ a₂⟩, and
-//! RMS ≤ √(d² + 2 s/√n). What else is left out adds up with it as errors do that know nothing of each other, in squares.
+//! RMS ≤ √(d² + 2 s/√n). What else is left out adds up with it as errors do that know nothing of each other, in
+//! squares.
 
 use super::{Choice, Decision, Effect, Estimate, Planned, Shot, Tolerance, Verdict};
 use crate::render::{Execution, RenderSettings, ghost_blocks, probe};

@@ -50,7 +50,7 @@ fn ghosts_are_simulated_where_a_lamp_is_bright() {
     for (name, scene, seen) in [
         ("a card", card(&phone(), 1.0, 0.8), false),
         ("a wall with a dim lamp", wall_and_lamp(1.0), false),
-        ("a wall with a bright lamp", wall_and_lamp(5e4), true),
+        ("a wall with a bright lamp", wall_and_lamp(1e6), true),
     ] {
         let camera = phone();
         let shot = Shot { camera, scene };

@@ -25,8 +25,8 @@ const CAMERA: [(&str, &str); 4] = [
     ),
 ];
 
-/// RMS and mean of |difference| of a camera-like picture, taken back, from the linear sum, over the sum's mean; where no
-/// code was cut.
+/// RMS and mean of |difference| of a camera-like picture, taken back, from the linear sum, over the sum's mean; where
+/// no code was cut.
 fn round_trip(sample: &Path, file: &str, how: &CameraPictures) -> (f64, f64) {
     let codes = raster::read(&sample.join(file)).unwrap();
     let layers = read_layers(&sample.join("views.exr")).unwrap();

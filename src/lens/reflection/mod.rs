@@ -11,11 +11,13 @@
 //! R is Fresnel's reflectance of unpolarised light at bare glass (Born & Wolf, Principles of Optics, section 1.5.2),
 //!
 //! ```text
-//! F = (r_s² + r_p²)/2,   r_s = (n cos θ − n' cos θ')/(n cos θ + n' cos θ'),   r_p = (n' cos θ − n cos θ')/(n' cos θ + n cos θ')
+//! F = (r_s² + r_p²)/2
+//! r_s = (n cos θ − n' cos θ')/(n cos θ + n' cos θ')
+//! r_p = (n' cos θ − n cos θ')/(n' cos θ + n cos θ')
 //! ```
 //!
-//! and R_0 F(θ)/F(0), at most 1, at a surface coated to reflect R_0 of light square on it. Paths of four reflections and
-//! more are left out: they carry about R² of this. So is interference, and the sensor reflects as a mirror.
+//! and R_0 F(θ)/F(0), at most 1, at a surface coated to reflect R_0 of light square on it. Paths of four reflections
+//! and more are left out: they carry about R² of this. So is interference, and the sensor reflects as a mirror.
 
 mod path;
 #[cfg(test)]
