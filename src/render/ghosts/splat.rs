@@ -71,11 +71,9 @@ impl Ghosts<'_> {
         };
         let light = inwards(drawn.place_mm, drawn.direction);
         let pair = self.table.pairs[drawn.pair];
-        let served = match self.camera.is_dispersive() {
-            true => [0..1, 1..2, 2..3].to_vec(),
-            false => vec![0..3],
-        };
-        for channels in served {
+        let each = if self.camera.is_dispersive() { 1 } else { 3 };
+        for first in (0..3).step_by(each) {
+            let channels = first..first + each;
             let system = self.camera.system(channels.start);
             let Some(Reflected { ray, share }) = reflections.trace_pair(system, pair, light) else {
                 continue;
