@@ -36,7 +36,7 @@ pub enum Effect {
     LensDiffraction,
     /// Phases between the plane waves of the lens's cone, within a pixel.
     LensPixelCoherence,
-    /// Reflections between the surfaces of the lens.
+    /// Ghosts and veiling glare: light that two surfaces of the lens, or one and the sensor, reflect.
     LensReflections,
     /// Tolerances of the lens's making.
     LensTolerances,
@@ -68,9 +68,10 @@ pub enum Effect {
 
 impl Effect {
     /// Those that a user can choose to simulate, in the order in which they are listed.
-    pub const SELECTABLE: [Self; 11] = [
+    pub const SELECTABLE: [Self; 12] = [
         Self::PixelDiffraction,
         Self::LensDiffraction,
+        Self::LensReflections,
         Self::CraVariation,
         Self::Dispersion,
         Self::Aberrations,
@@ -117,7 +118,7 @@ impl Effect {
                 "lens-pixel-coherence",
                 "phases of the lens's cone within a pixel",
             ),
-            Self::LensReflections => ("lens-reflections", "reflections between surfaces"),
+            Self::LensReflections => ("lens-reflections", "ghosts and veiling glare"),
             Self::LensTolerances => ("lens-tolerances", "tolerances of the lens"),
             Self::FocusError => ("focus-error", "focus error"),
             Self::MicrolensOffset => ("microlens-offset", "misaligned microlenses"),
@@ -169,6 +170,8 @@ pub enum Reason {
     SumWithoutPhases,
     /// Transmission of the lens is 1.
     FullTransmission,
+    /// Of kept rays and of pictures with depth the direct light alone is known.
+    DirectLight,
     /// No readout was configured: a clean signal.
     NoReadout,
     /// The lens file has no Abbe numbers.
@@ -217,13 +220,15 @@ impl Reason {
     fn without_estimate(self) -> &'static str {
         match self {
             Self::BelowTolerance { .. } | Self::NotChosen => "its cheaper path was not compared",
-            Self::NoAperture | Self::CentredMicrolenses | Self::AllChannels | Self::NoReadout => {
-                "that is the camera asked for"
-            }
+            Self::NoAperture
+            | Self::FullTransmission
+            | Self::CentredMicrolenses
+            | Self::AllChannels
+            | Self::NoReadout => "that is the camera asked for",
             Self::SumWithoutPhases => {
                 "the study of it knows pixels of 1.6 and 2.8 µm behind F/1.7 to F/8"
             }
-            Self::FullTransmission => "the lens's coatings are not known",
+            Self::DirectLight => "light from beside the picture would have to be known",
             Self::NoAbbeNumbers => "the glasses' dispersion is not known",
             Self::PathLimit { .. } => "longer paths would have to be followed",
             Self::Clamp { .. } => "the light that was cut is not counted",
@@ -280,6 +285,7 @@ impl fmt::Display for Reason {
                 "not simulated: the model adds the plane waves of the lens's cone without their phases"
             }
             Self::FullTransmission => "transmission of the lens is 1",
+            Self::DirectLight => "kept rays and pictures with depth are of the direct light",
             Self::NoReadout => "clean signal asked for",
             Self::NoAbbeNumbers => "the lens file has no Abbe numbers",
             Self::GeometricResponse => "geometric response asked for",
@@ -404,7 +410,7 @@ mod tests {
         );
         let text = &ledger.left_out[1].text;
         assert!(
-            text.ends_with("(not estimated: the lens's coatings are not known)"),
+            text.ends_with("(not estimated: that is the camera asked for)"),
             "{text}"
         );
     }

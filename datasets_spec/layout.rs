@@ -20,7 +20,7 @@ pub fn is_sample_file(name: &str) -> bool {
 
 impl FileKind {
     /// All kinds.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 22] = [
         Self::Raw,
         Self::Views,
         Self::Target,
@@ -39,7 +39,19 @@ impl FileKind {
         Self::Shading,
         Self::Mosaic,
         Self::NoisyMosaic,
+        Self::CameraJpeg,
+        Self::CameraViewsJpeg,
+        Self::CameraPng,
+        Self::CameraViewsPng,
     ];
+
+    /// The files of camera-like pictures, JPEGs or PNGs: the sum, and the views side by side.
+    pub fn camera_pictures(jpeg: bool) -> (Self, Self) {
+        match jpeg {
+            true => (Self::CameraJpeg, Self::CameraViewsJpeg),
+            false => (Self::CameraPng, Self::CameraViewsPng),
+        }
+    }
 
     /// The file's name.
     pub fn file_name(self, raw: RawFormat) -> &'static str {
@@ -63,6 +75,10 @@ impl FileKind {
             (FileKind::Shading, _) => "shading.exr",
             (FileKind::Mosaic, _) => "mosaic.png",
             (FileKind::NoisyMosaic, _) => "noisy_mosaic.png",
+            (FileKind::CameraJpeg, _) => "camera.jpg",
+            (FileKind::CameraViewsJpeg, _) => "camera_views.jpg",
+            (FileKind::CameraPng, _) => "camera.png",
+            (FileKind::CameraViewsPng, _) => "camera_views.png",
         }
     }
 }
@@ -78,6 +94,8 @@ pub struct Optional {
     pub noisy: bool,
     /// The colour-filter mosaic, and with a readout the noisy one.
     pub mosaic: bool,
+    /// Camera-like pictures: of the sum, and of the views side by side.
+    pub camera: Option<(FileKind, FileKind)>,
     /// Light above what half precision holds (65504): raw, views and target are stored as 32-bit floats.
     pub bright: bool,
 }
@@ -161,6 +179,10 @@ pub fn sample_files(
                 Storage::Uint16,
             ));
         }
+    }
+    if let Some((sum, views)) = optional.camera {
+        rows.push((sum, size, layers_of_none(&sheet), byte));
+        rows.push((views, mosaic, layers_of_none(&sheet), byte));
     }
     let file = |(kind, [width, height], channels, storage): (K, [u32; 2], _, _)| SampleFile {
         name: kind.file_name(raw).to_string(),

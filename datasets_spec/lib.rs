@@ -34,6 +34,7 @@
 
 mod camera;
 mod camera_description;
+mod camera_pictures;
 #[cfg(feature = "check")]
 mod check;
 mod effects;
@@ -61,6 +62,7 @@ pub use camera_description::{
     CameraCurves, CameraDescription, DisparityCurve, DisparityCurves, DisparityRatio,
     MatchingCurve, MatchingCurves, RatioField, RawFormat, RawLevels,
 };
+pub use camera_pictures::{CameraPictures, Development, DevelopmentError};
 #[cfg(feature = "check")]
 pub use check::{Finding, Progress, Report, check_dataset, check_hashes};
 pub use effects::{Effect, Effects, EstimatedError, LeftOut, Reason};

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::camera::{Channel, Exposure, Focus, Intrinsics, Lens, Response, Sensor};
 use crate::camera_description::{CameraCurves, CameraDescription, RawFormat, RawLevels};
+use crate::camera_pictures::CameraPictures;
 use crate::effects::Effects;
 use crate::lens_tracing::LensTracing;
 use crate::manifest::FileEntry;
@@ -51,6 +52,9 @@ pub struct SampleMeta {
     /// The colour-filter mosaic; absent where none was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mosaic: Option<Mosaic>,
+    /// Camera-like pictures; absent where none were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera_pictures: Option<CameraPictures>,
     /// The paraxial pinhole camera of the stored images.
     pub intrinsics: Intrinsics,
     /// What was simulated, and what was not.
@@ -306,6 +310,14 @@ pub enum FileKind {
     Mosaic,
     /// The same of the noisy one.
     NoisyMosaic,
+    /// The sum as a camera writes it, 8-bit sRGB, as a JPEG.
+    CameraJpeg,
+    /// The views alike, side by side.
+    CameraViewsJpeg,
+    /// As `camerajpeg`, without loss.
+    CameraPng,
+    /// As `cameraviewsjpeg`, without loss.
+    CameraViewsPng,
 }
 
 /// How a number is stored.

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use quadpixel::effects::{Choice, Tolerance};
+use quadpixel::lens::ReflectionSettings;
 use quadpixel::render::{LensTracing, RenderSettings};
 use quadpixel::scene::world::PathSettings;
 use quadpixel::sensor::{ShiftRule, Subpixels};
@@ -168,12 +169,14 @@ impl SceneArgs {
             ..world
         };
         Ok(Recipe {
+            camera_pictures: None,
             lens: LensRecipe {
                 name: self.lens.clone(),
                 focus_mm: self.focus_mm.is_finite().then_some(self.focus_mm),
                 f_number: self.f_number,
                 misalignments: Vec::new(),
                 deviations: Vec::new(),
+                reflections: ReflectionSettings::default(),
                 focus_error_um: 0.0,
             },
             sensor: SensorRecipe {

@@ -1,6 +1,7 @@
 //! Checks a whole dataset: manifest, hashes, splits, and every sample. Nothing here panics on any content of a file,
 //! and nothing is read outside the dataset's folder.
 
+mod camera_pictures;
 mod mosaic;
 mod pixels;
 mod report;

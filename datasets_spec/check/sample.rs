@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::report::{Contents, Depth, Report};
-use super::{mosaic, pixels};
+use super::{camera_pictures, mosaic, pixels};
 
 use crate::camera_description::{CameraDescription, RawFormat};
 use crate::layout::{Optional, sample_files};
@@ -83,7 +83,8 @@ pub(super) fn check(
         }
     }
     let findings = pixels::check(&meta, &pictures).into_iter();
-    for (kind, what) in findings.chain(mosaic::check(&meta, &pictures)) {
+    let findings = findings.chain(mosaic::check(&meta, &pictures));
+    for (kind, what) in findings.chain(camera_pictures::check(&meta, &pictures)) {
         let name = kind.file_name(meta.raw.format);
         report.add(&format!("{folder}/{name}"), what);
     }
@@ -211,6 +212,9 @@ fn check_meta(meta: &SampleMeta, entry: &SampleEntry, path: &str, report: &mut R
     if let Some(what) = mosaic::check_levels(meta) {
         report.add(path, what);
     }
+    if let Some(what) = camera_pictures::check_description(meta) {
+        report.add(path, what);
+    }
     if !fits {
         report.add(
             path,
@@ -291,6 +295,8 @@ fn check_list(meta: &SampleMeta, path: &str, report: &mut Report) -> bool {
         world: has(FileKind::Objects).is_some() || has(FileKind::Normal).is_some(),
         noisy: meta.noise.readout().is_some(),
         mosaic: meta.mosaic.is_some(),
+        camera: (meta.camera_pictures.as_ref())
+            .map(|pictures| FileKind::camera_pictures(pictures.jpeg_quality.is_some())),
         bright: has(FileKind::Views).is_some_and(|file| file.storage == Storage::Float),
     };
     let raw = meta.raw.format;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec2, DVec3};
 use quadpixel::em::PixelStack;
 use quadpixel::file;
-use quadpixel::lens::{FocusBy, Lens, Prescription, trace_backward};
+use quadpixel::lens::{FocusBy, Lens, Prescription, Reflections, trace_backward};
 use quadpixel::render::Camera;
 use quadpixel::response::Response;
 use quadpixel::scene::world::World;
@@ -59,8 +59,10 @@ pub fn lens(recipe: &LensRecipe) -> Result<Lens, RecipeError> {
 /// # Errors
 /// What a field of the recipe is and may be.
 pub fn camera(recipe: &Recipe, response: &Response) -> Result<Camera, RecipeError> {
-    let camera = focused_camera(recipe, &lens(&recipe.lens)?, response)?;
-    Ok(camera.with_lens_diffraction())
+    let lens = lens(&recipe.lens)?;
+    let reflections = Reflections::new(&lens, &recipe.lens.reflections)?;
+    let camera = focused_camera(recipe, &lens, response)?;
+    Ok(camera.with_lens_diffraction().with_reflections(reflections))
 }
 
 /// The camera of a recipe with its lens focused as given.

@@ -25,6 +25,7 @@ pub use tolerances::ToleranceConfig;
 pub use world::{WorldConfig, WorldFileConfig};
 
 use quadpixel::effects::{Choice, Tolerance};
+use quadpixel::lens::ReflectionSettings;
 use quadpixel::render::LensTracing;
 use quadpixel::sensor::{ShiftRule, Subpixels, check_simulated};
 use quadpixel::spectrum::Bands;
@@ -33,6 +34,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::field_error::FieldError;
 use crate::lens_tracing;
+use crate::recipe::CameraPicturesRecipe;
 
 /// The default configuration, with comments.
 pub const DEFAULT_TOML: &str = include_str!("default.toml");
@@ -79,6 +81,9 @@ pub struct DatasetConfig {
     /// Sensor electronics: noisy captures beside the clean ones; absent: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub readout: Option<ReadoutConfig>,
+    /// 8-bit sRGB pictures of the sum and of the views, as a camera writes them; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera_pictures: Option<CameraPicturesRecipe>,
 }
 
 /// Main lens.
@@ -95,6 +100,9 @@ pub struct LensConfig {
     /// How far the sensor stands behind (+) where it would be in focus, µm; absent: nowhere else.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub focus_error_um: Option<Draw>,
+    /// What its surfaces and the sensor reflect.
+    #[serde(default, skip_serializing_if = "ReflectionSettings::is_default")]
+    pub reflections: ReflectionSettings,
     /// Deviations of elements and surfaces; absent: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerances: Option<ToleranceConfig>,
@@ -192,6 +200,9 @@ impl DatasetConfig {
         lens_tracing::check(&self.lens_tracing)?;
         if let Some(readout) = &self.readout {
             readout.check()?;
+        }
+        if let Some(pictures) = &self.camera_pictures {
+            pictures.check(self.readout.is_some())?;
         }
         if let Some(world) = &self.scene.world {
             world.check()?;

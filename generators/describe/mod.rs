@@ -58,6 +58,8 @@ pub struct Description {
     pub noise: spec::Noise,
     /// Colours of the microlenses, where their mosaic is asked for; then the raw mosaic is a PNG of R, G, B.
     pub mosaic: Option<spec::MosaicPattern>,
+    /// Camera-like pictures, where they are asked for.
+    pub camera_pictures: Option<spec::CameraPictures>,
     /// Pinhole camera.
     pub intrinsics: spec::Intrinsics,
     /// Curves of the camera, for `camera.json`.
@@ -150,6 +152,12 @@ pub(crate) fn describe(
         },
         noise: exposed.noise,
         mosaic: recipe.sensor.mosaic,
+        camera_pictures: (recipe.camera_pictures.as_ref()).map(|pictures| {
+            pictures.described(
+                exposed.white_sr.map(|sr| sr * exposed.gain),
+                recipe.sensor.subpixels.count(),
+            )
+        }),
         intrinsics: intrinsics(camera),
         curves: curves(camera, exposed.fields)
             .unwrap_or_else(|| unreachable!("a camera with a lens")),

@@ -88,6 +88,7 @@ pub fn recipe(
         effects: config.effects.clone(),
         tolerance: config.tolerance,
         readout: config.readout.as_ref().map(readout),
+        camera_pictures: config.camera_pictures.clone(),
     })
 }
 
@@ -139,6 +140,7 @@ fn lens(config: &LensConfig, dice: &Dice, focus_mm: f64) -> Result<LensRecipe, R
         f_number: f_number.map(|f| dice.draw(&f, Purpose::FNumber, 0)),
         misalignments,
         deviations,
+        reflections: config.reflections,
         focus_error_um: dice.draw_or_0(&config.focus_error_um, Purpose::FocusError),
     })
 }

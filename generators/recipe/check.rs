@@ -33,6 +33,9 @@ impl Recipe {
         let paths = self.world.as_ref().map(|world| world.paths);
         let clamp = paths.and_then(|paths| paths.clamp).map(f64::from);
         positive("world.paths.clamp", clamp)?;
+        if let Some(pictures) = &self.camera_pictures {
+            pictures.check(self.readout.is_some())?;
+        }
         let light = |v: &f32| v.is_finite() && *v >= 0.0;
         match self.environment.iter().find(|v| !light(v)) {
             Some(dark) => {

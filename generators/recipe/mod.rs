@@ -2,6 +2,7 @@
 //! many from its configuration and records each in the sample's metadata, so that any sample can be rendered again
 //! alone.
 
+pub mod camera_pictures;
 mod check;
 mod error;
 pub mod response;
@@ -13,7 +14,7 @@ use std::path::Path;
 
 use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::file;
-use quadpixel::lens::{Deviation, Misalignment};
+use quadpixel::lens::{Coating, Deviation, Misalignment, ReflectionSettings};
 use quadpixel::render::{LensTracing, RenderSettings};
 use quadpixel::sensor::readout::ReadoutSettings;
 use quadpixel::sensor::{ShiftRule, Subpixels};
@@ -26,6 +27,7 @@ use crate::charts::Mask;
 use crate::rgbd::RgbdRecipe;
 use crate::scenes::WorldRecipe;
 
+pub use camera_pictures::CameraPicturesRecipe;
 pub use error::RecipeError;
 pub use response::{ResponseSource, TableRecipe};
 
@@ -85,6 +87,9 @@ pub struct Recipe {
         deserialize_with = "short::readout"
     )]
     pub readout: Option<ReadoutSettings>,
+    /// 8-bit sRGB pictures of the sum and of the views, as a camera writes them; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera_pictures: Option<CameraPicturesRecipe>,
 }
 
 impl Recipe {
@@ -145,10 +150,20 @@ pub struct LensRecipe {
     /// Surfaces whose radius or glass is not as prescribed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub deviations: Vec<Deviation>,
+    /// What its surfaces and the sensor reflect; absent: a usual coating, and a sensor under microlenses.
+    #[serde(default, skip_serializing_if = "ReflectionSettings::is_default")]
+    pub reflections: ReflectionSettings,
     /// How far the sensor stands behind (+) where `focus_mm` is in focus, µm; it comes no nearer than where infinity is
     /// in focus.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub focus_error_um: f64,
+}
+
+impl LensRecipe {
+    /// Whether anything in the lens reflects by its settings.
+    pub(crate) fn reflects(&self) -> bool {
+        self.reflections.sensor > 0.0 || self.reflections.coating != Coating::Reflectance(0.0)
+    }
 }
 
 fn is_zero(value: &f64) -> bool {

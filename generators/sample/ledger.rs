@@ -1,7 +1,7 @@
 //! The ledger of a sample's effects: the plan's decisions, and what follows from how its camera and scene were put
 //! together.
 
-use quadpixel::effects::{Decision, Tolerance};
+use quadpixel::effects::{Decision, Tolerance, Verdict};
 use quadpixel::render::Camera;
 use quadpixel::response::{Response, ResponseLookup};
 use quadpixel::sensor::ShiftRule;
@@ -20,7 +20,12 @@ pub(crate) fn ledger(
 ) -> Effects {
     let mut ledger = Effects::default();
     for decision in decisions {
-        decision.enter(&mut ledger, tolerance);
+        let absent = decision.verdict == Verdict::Absent;
+        if absent && decision.effect == Effect::LensReflections && recipe.lens.reflects() {
+            ledger.leave_out(Effect::LensReflections, Reason::DirectLight);
+        } else {
+            decision.enter(&mut ledger, tolerance);
+        }
     }
     lens(recipe, &mut ledger);
     pixel(recipe, camera, &mut ledger);
@@ -31,7 +36,6 @@ pub(crate) fn ledger(
 
 fn lens(recipe: &Recipe, ledger: &mut Effects) {
     ledger.simulate(Effect::Defocus);
-    ledger.leave_out(Effect::LensReflections, Reason::FullTransmission);
     let lens = &recipe.lens;
     if !(lens.misalignments.is_empty() && lens.deviations.is_empty()) {
         ledger.simulate(Effect::LensTolerances);

@@ -62,7 +62,8 @@ impl Prepared {
             false => self.recipe.effects.clone(),
         };
         let whole = Shot {
-            camera: self.camera.clone(),
+            // The light beside the picture, which ghosts may come from, is not known.
+            camera: (self.camera.without_reflections()).unwrap_or_else(|| self.camera.clone()),
             scene: self.scene().clone(),
         };
         let depths_mm = depth_range_mm(picture.depth_mm());

@@ -186,6 +186,12 @@ impl Prepared {
             (Rays::Keep | Rays::Develop(_), true) => Choice::All,
             _ => self.recipe.effects.clone(),
         };
+        // Ghosts are followed from the scene: they have no place among kept rays.
+        if let (Rays::Keep | Rays::Develop(_), Some(direct)) =
+            (&rays, self.camera.without_reflections())
+        {
+            self.camera = direct;
+        }
         let depths_mm = planned::depth_range_mm(&geometry.depth_mm);
         let (settings, tolerance) = (&self.recipe.render, &self.recipe.tolerance);
         let whole = Shot {

@@ -11,11 +11,12 @@ use quadpixel::image::views::{split_views, sum_of};
 use quadpixel::image::{Image, raster};
 use quadpixel_datasets::{COLOUR_SHIFTS, Optional, SCHEMA_VERSION, SUM_LAYER, paths, sample_files};
 use quadpixel_datasets::{
-    CameraDescription, FileEntry, FileKind, Raw, RawFormat, RenderStatistics, SampleFile,
-    SampleMeta, Storage,
+    CameraDescription, CameraPictures, FileEntry, FileKind, Raw, RawFormat, RenderStatistics,
+    SampleFile, SampleMeta, Storage,
 };
 use rayon::prelude::*;
 
+use super::camera_pictures;
 use super::error::WriteError;
 use super::files::{RawEncoding, SampleFiles};
 use super::json::{VERSION, json};
@@ -131,6 +132,8 @@ fn files_of(sample: &SampleFiles<'_>, sum: &Image) -> Vec<SampleFile> {
             world: sample.seen.is_some(),
             noisy: given.noise.readout().is_some(),
             mosaic: given.mosaic.is_some(),
+            camera: (given.camera_pictures.as_ref())
+                .map(|pictures| FileKind::camera_pictures(pictures.jpeg_quality.is_some())),
             bright,
         },
         [preview::SHEET_WIDTH as u32, preview::SHEET_HEIGHT as u32],
@@ -180,6 +183,21 @@ impl Pictures<'_> {
             coc_px: &self.truth.coc_px,
             occlusion: self.sample.occlusion,
         })
+    }
+
+    /// The views and the sum that camera-like pictures are of, and how they are made.
+    fn camera_views(&self) -> Result<(Vec<Image>, Image, &CameraPictures), WriteError> {
+        let given = &self.sample.description;
+        let absent = |what: &str| input("camera-like pictures", what);
+        let how = given.camera_pictures.as_ref();
+        let how = how.ok_or_else(|| absent("are not described"))?;
+        if !how.noisy {
+            return Ok((self.views.to_vec(), self.sum.clone(), how));
+        }
+        let noisy = (self.sample.noisy).ok_or_else(|| absent("there is no noisy capture"))?;
+        let views = split_views(noisy.linear, given.sensor.subpixels);
+        let sum = sum_of(&views).ok_or_else(|| absent("the pixel has no sub-pixel"))?;
+        Ok((views, sum, how))
     }
 
     /// The bytes of a file, and how many values were clipped.
@@ -252,6 +270,15 @@ impl Pictures<'_> {
                 layers.extend(channels.map(|(n, map)| layer(n, &COLOUR_SHIFTS, map, Sample::Half)));
                 float(&layers)
             }
+            (FileKind::CameraJpeg | FileKind::CameraPng, _) => {
+                let (_, sum, how) = self.camera_views()?;
+                camera_pictures::encode(path, how, (&[sum], 1), 1.0)
+            }
+            (FileKind::CameraViewsJpeg | FileKind::CameraViewsPng, _) => {
+                let (views, _, how) = self.camera_views()?;
+                let columns = sample.description.sensor.subpixels.m();
+                camera_pictures::encode(path, how, (&views, columns), how.view_gain)
+            }
             (FileKind::Coc, _) => map(&"coc", &self.truth.coc_px),
             (FileKind::Occlusion, _) => {
                 let code = |v: &f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
@@ -323,6 +350,7 @@ fn describe(
         channels: given.channels,
         exposure: given.exposure,
         mosaic: colours,
+        camera_pictures: given.camera_pictures,
         raw,
         noise: given.noise,
         intrinsics: given.intrinsics,

@@ -3,6 +3,7 @@
 //! A sample is written into `samples/.tmp-NNNNNN-XXXXXX` and renamed to `samples/NNNNNN` when it is whole: a folder
 //! under its final name is always complete, and an interrupted run goes on where it stopped ([`earlier_sample`]).
 
+mod camera_pictures;
 mod dataset;
 mod encode;
 mod error;

@@ -1,4 +1,4 @@
-//! EXR and PNG files as arrays.
+//! EXR, PNG and JPEG files as arrays.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -35,15 +35,25 @@ pub fn read_exr<'py>(py: Python<'py>, content: &[u8], name: &str) -> PyResult<Bo
 /// Codes of a PNG file's bytes: (H, W) or (H, W, 3), uint8 or uint16 as stored.
 #[pyfunction]
 pub fn read_png<'py>(py: Python<'py>, content: &[u8], name: &str) -> PyResult<Bound<'py, PyAny>> {
-    let read = || {
-        decoded(
-            ImageReader::with_format(Cursor::new(content), ImageFormat::Png),
-            0,
-        )
-    };
+    read_codes(py, content, (name, "PNG"), ImageFormat::Png)
+}
+
+/// Codes of a JPEG file's bytes: (H, W, 3) or (H, W), uint8.
+#[pyfunction]
+pub fn read_jpeg<'py>(py: Python<'py>, content: &[u8], name: &str) -> PyResult<Bound<'py, PyAny>> {
+    read_codes(py, content, (name, "JPEG"), ImageFormat::Jpeg)
+}
+
+fn read_codes<'py>(
+    py: Python<'py>,
+    content: &[u8],
+    (name, kind): (&str, &str),
+    format: ImageFormat,
+) -> PyResult<Bound<'py, PyAny>> {
+    let read = || decoded(ImageReader::with_format(Cursor::new(content), format), 0);
     let picture = py
         .detach(read)
-        .map_err(|e| refused(format!("{name}: not a readable PNG: {e}")))?
+        .map_err(|e| refused(format!("{name}: not a readable {kind}: {e}")))?
         .0;
     let (height, width) = (picture.height() as usize, picture.width() as usize);
     Ok(match picture {

@@ -26,7 +26,7 @@ mod native {
     #[pymodule_export]
     use super::call::{set_threads, threads};
     #[pymodule_export]
-    use super::files::{read_exr, read_png};
+    use super::files::{read_exr, read_jpeg, read_png};
     #[pymodule_export]
     use super::lens::{lens_info, lens_layout, lens_names, lens_spots};
     #[pymodule_export]

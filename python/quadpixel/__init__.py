@@ -24,7 +24,8 @@ from .algorithms import (
 from .camera import Camera, Sample
 from .configuration import Configuration
 from .dataset import ITEMS, Dataset, decode
-from .files import read_exr, read_png
+from .development import linear_from_codes
+from .files import read_exr, read_jpeg, read_png
 from .geometry import (
     LUMINANCE,
     channel_disparity,
@@ -75,8 +76,10 @@ __all__ = [
     "iterate_shard",
     "iterate_shards",
     "left_right",
+    "linear_from_codes",
     "mosaic_channels",
     "read_exr",
+    "read_jpeg",
     "read_png",
     "refocus",
     "set_threads",

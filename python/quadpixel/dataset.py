@@ -6,7 +6,7 @@ import os
 import numpy as np
 
 from . import paths
-from .files import read_exr, read_png, stack
+from .files import read_exr, read_jpeg, read_png, stack
 from .geometry import left_right, subpixel_counts, subpixel_names
 
 SCHEMA_VERSION = 3
@@ -30,10 +30,15 @@ ITEMS = {
     "shading": "shading.exr",
     "mosaic": "mosaic.png",
     "noisy_mosaic": "noisy_mosaic.png",
+    "camera_picture": None,  # camera.jpg or camera.png, as meta.json says
+    "camera_views": None,  # camera_views.jpg or camera_views.png
 }
 
 
 def _file_of(item, meta):
+    if item in ("camera_picture", "camera_views"):
+        jpeg = (meta.get("camera_pictures") or {}).get("jpeg_quality") is not None
+        return f"{item.replace('_picture', '')}.{'jpg' if jpeg else 'png'}"
     return ITEMS[item] or f"raw.{_one_of(meta['raw']['format'], ('png', 'exr'), 'raw.format')}"
 
 
@@ -70,7 +75,7 @@ def _check_size(sample, meta):
         if not isinstance(picture, np.ndarray):
             continue
         mosaic = name in ("raw", "noisy", "mosaic", "noisy_mosaic")
-        layered = name in ("views", "noisy_views", "shading", "disparity", "paraxial")
+        layered = name in ("views", "noisy_views", "camera_views", "shading", "disparity", "paraxial")
         size = picture.shape[1:3] if layered else picture.shape[:2]
         expected = (height * rows, width * columns) if mosaic else (height, width)
         if size != expected:
@@ -122,6 +127,8 @@ def decode(files, items=None):
     shading                   (mn, H, W, 3) f32   what a white wall gives on each sub-pixel, linear
     mosaic                    (nH, mW) f32        of raw each microlens's own colour (`mosaic_channels`), linear
     noisy_mosaic              (nH, mW) u16        of noisy the same: digital numbers; levels in meta["mosaic"]["noisy"]
+    camera_picture            (H, W, 3) u8        the sum as a camera writes it, 8-bit sRGB (`linear_from_codes` undoes it)
+    camera_views              (mn, H, W, 3) u8    the views alike
     ========================  ==================  ==================================================================
     """
     meta = json.loads(files["meta.json"])
@@ -177,10 +184,21 @@ def decode(files, items=None):
             sample[item] = _linear(content, meta)
         elif item in ("noisy", "noisy_mosaic", "objects"):
             sample[item] = read_png(content)
+        elif item in ("camera_picture", "camera_views"):
+            codes = read_jpeg(content) if file.endswith(".jpg") else read_png(content)
+            sample[item] = codes if item == "camera_picture" else _tiles(codes, columns, rows, meta)
         else:
             raise KeyError(f"{item!r} is none of {', '.join(ITEMS)}")
     _check_size(sample, meta)
     return sample
+
+
+def _tiles(codes, columns, rows, meta):
+    """(mn, H, W, 3) of views side by side."""
+    height, width = meta["sensor"]["height_px"], meta["sensor"]["width_px"]
+    if codes.shape != (rows * height, columns * width, 3):
+        raise ValueError(f"sample {meta['id']!r}: camera_views is {codes.shape}, expected {(rows * height, columns * width, 3)}")
+    return codes.reshape(rows, height, columns, width, 3).swapaxes(1, 2).reshape(rows * columns, height, width, 3)
 
 
 def _raw(content, meta, colours):

@@ -1,4 +1,4 @@
-"""EXR and PNG files as NumPy arrays."""
+"""EXR, PNG and JPEG files as NumPy arrays."""
 
 import os
 
@@ -28,6 +28,14 @@ def read_png(source):
     ``source`` is a path or the file's bytes.
     """
     return _native.read_png(*_content(source))
+
+
+def read_jpeg(source):
+    """Codes of a JPEG file: (H, W, 3) uint8, colours in the order R, G, B.
+
+    ``source`` is a path or the file's bytes.
+    """
+    return _native.read_jpeg(*_content(source))
 
 
 def stack(channels, names, colours):

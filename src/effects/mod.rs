@@ -14,6 +14,7 @@ use quadpixel_datasets::EstimatedError;
 
 mod choice;
 mod plan;
+mod reflections;
 mod shift;
 mod shot;
 mod signal;

@@ -2,6 +2,7 @@
 
 use quadpixel_datasets::{Effects, Reason};
 
+use super::reflections;
 use super::shift::SubpixelViews;
 use super::signal::Probes;
 use super::vignetting::lost_light;
@@ -69,6 +70,7 @@ impl Decision {
             Effect::Wavelengths => Reason::OneTracedWavelength,
             Effect::Noise => Reason::NoReadout,
             Effect::LensDiffraction => Reason::NoAperture,
+            Effect::LensReflections => Reason::FullTransmission,
             // A single surface hides nothing, but each ray finds its own.
             Effect::Occlusion => return ledger.simulate(self.effect),
             // Cards send each other no light, and a fixed chief ray is that of the whole window.
@@ -120,7 +122,24 @@ const CANDIDATES: [Effect; 7] = [
 ///
 /// Effects are left out one after the other, and each is compared, together with those before it, with the whole: their
 /// sum is below the tolerance too.
+///
+/// Ghosts are decided on last: they add light, and move none of the rest.
 pub fn plan(
+    whole: Shot,
+    depths_mm: [f64; 2],
+    settings: &RenderSettings,
+    choice: &Choice,
+    tolerance: &Tolerance,
+) -> Planned {
+    let Some(direct) = whole.without(Effect::LensReflections) else {
+        return plan_direct(whole, depths_mm, settings, choice, tolerance);
+    };
+    let planned = plan_direct(direct, depths_mm, settings, choice, tolerance);
+    reflections::decide(&whole, planned, settings, choice, tolerance)
+}
+
+/// [`plan`] for a shot without ghosts.
+fn plan_direct(
     whole: Shot,
     depths_mm: [f64; 2],
     settings: &RenderSettings,

@@ -25,6 +25,7 @@ impl Shot {
         match effect {
             Effect::PixelDiffraction => self.camera.without_pixel_diffraction().map(with_camera),
             Effect::LensDiffraction => self.camera.without_lens_diffraction().map(with_camera),
+            Effect::LensReflections => self.camera.without_reflections().map(with_camera),
             Effect::CraVariation => self.camera.without_chief_ray_variation().map(with_camera),
             Effect::Wavelengths => self.camera.without_band_width().map(with_camera),
             Effect::Dispersion => self.camera.without_dispersion().map(with_camera),

@@ -137,6 +137,9 @@ impl Prescription {
             let allowed = "a finite length above 0";
             return Err(self.refuse(field("semi_aperture_mm"), semi, allowed));
         }
+        if let Some(part) = s.reflectance.filter(|r| !(0.0..=1.0).contains(r)) {
+            return Err(self.refuse(field("reflectance"), part, "between 0 and 1"));
+        }
         if semi.is_finite() && optics.sag_mm(semi * semi).is_none() {
             let allowed = "small enough that the surface reaches that far from its axis";
             return Err(self.refuse(field("semi_aperture_mm"), semi, allowed));

@@ -92,6 +92,7 @@ mod tests {
             conic: 0.0,
             aspheric: Default::default(),
             semi_aperture_mm: 3.0,
+            reflectance: None,
             is_stop,
             label: String::new(),
         };

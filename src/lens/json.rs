@@ -9,6 +9,7 @@
 //! | `conic` | 1 | conic constant k |
 //! | `coefficients` | mm^(1−p) | A_p of Σ A_p r^p by even power p = 2 … 20, as `{"4": -0.01}` |
 //! | `semi_aperture_mm` | mm | clear semi-aperture |
+//! | `reflectance` | 1 | part of the light that comes square on it that it reflects, 0 to 1; may be left out |
 //! | `is_stop` | | true for the aperture stop |
 //! | `element_label` | | the designer's name of the element, or null |
 //!
@@ -63,6 +64,8 @@ struct SurfaceEntry {
     conic: f64,
     coefficients: BTreeMap<String, f64>,
     semi_aperture_mm: f64,
+    #[serde(default)]
+    reflectance: Option<f64>,
     is_stop: bool,
     #[serde(default)]
     element_label: Option<String>,
@@ -188,6 +191,7 @@ impl SurfaceEntry {
             conic: self.conic,
             aspheric,
             semi_aperture_mm: self.semi_aperture_mm,
+            reflectance: self.reflectance,
             is_stop: self.is_stop,
             label: self.element_label.unwrap_or_default(),
         })

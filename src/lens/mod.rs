@@ -22,6 +22,7 @@ mod paraxial;
 mod placed;
 mod prescription;
 mod pupil;
+mod reflection;
 mod section;
 mod surface;
 mod system;
@@ -49,6 +50,9 @@ pub use prescription::{
     PrescribedSurface, Prescription, Stated, Verification, VerifiedElement, VerifiedField,
 };
 pub use pupil::{ExitPupilMap, PupilEllipse};
+pub use reflection::{
+    Coating, GhostPair, NamedCoating, Reflected, ReflectionSettings, Reflections,
+};
 pub use section::{Section, SectionLine};
 pub use surface::Travel;
 pub use system::{ASPHERE_TERMS, Aperture, OpticalSurface, OpticalSystem, Pose, SurfaceKind};

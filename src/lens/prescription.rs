@@ -31,6 +31,9 @@ pub struct PrescribedSurface {
     pub aspheric: [f64; ASPHERE_TERMS],
     /// Clear semi-aperture, mm; infinite only for a dummy plane that is not the stop.
     pub semi_aperture_mm: f64,
+    /// Part of the light that comes square on it that it reflects, 0 to 1; `None`: not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reflectance: Option<f64>,
     /// Whether this is the aperture stop.
     pub is_stop: bool,
     /// What the designer calls the element that starts or ends here; may be empty.

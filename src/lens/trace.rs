@@ -141,7 +141,7 @@ impl Pose {
         }
     }
 
-    fn local_ray(&self, ray: Ray) -> Ray {
+    pub(super) fn local_ray(&self, ray: Ray) -> Ray {
         Ray {
             origin_mm: self.local_point_mm(ray.origin_mm),
             direction: match self.rotation {
@@ -151,7 +151,7 @@ impl Pose {
         }
     }
 
-    fn camera_ray(&self, ray: Ray) -> Ray {
+    pub(super) fn camera_ray(&self, ray: Ray) -> Ray {
         Ray {
             origin_mm: self.camera_point_mm(ray.origin_mm),
             direction: match self.rotation {

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::camera::Camera;
 use super::estimator::{Estimator, PixelTask, RadianceRecord};
+use super::ghosts::ghost_light;
 use super::occlusion::Occlusion;
 use super::pixel_aim::PixelAim;
 use super::record::{RayRecord, RecordError};
@@ -84,7 +85,7 @@ impl<'a> Render<'a> {
     }
 
     /// Renders, and keeps the radiance of every ray. Without the additional rays towards small lamps, whose number
-    /// differs from pixel to pixel: pictures of lamps have more noise.
+    /// differs from pixel to pixel: pictures of lamps have more noise. Without ghosts, too.
     ///
     /// # Errors
     /// [`RecordError::TooLarge`] for a window and ray count beyond [`RayRecord::MAX_BYTES`].
@@ -97,12 +98,21 @@ impl<'a> Render<'a> {
     }
 
     fn run_into(self, record: RadianceRecord<'_>) -> Rendered {
-        Job {
+        let ghosts = match record {
+            RadianceRecord::None => ghost_light(self.camera, self.scene, self.settings),
+            _ => None,
+        };
+        let mut rendered = Job {
             estimator: Estimator::new(self.camera, Some(self.scene), self.settings, self.execution),
             chief_surfaces: self.chief_surfaces,
             progress: self.progress,
         }
-        .run(record)
+        .run(record);
+        let mosaic = rendered.image.mosaic.data_mut();
+        for (value, ghost) in mosaic.iter_mut().zip(ghosts.iter().flatten()) {
+            *value += *ghost as f32;
+        }
+        rendered
     }
 }
 

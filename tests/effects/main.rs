@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod diffraction;
+mod ghosts;
 mod paths;
 mod scenes;
 #[path = "../common/shots.rs"]

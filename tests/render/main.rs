@@ -6,6 +6,7 @@
 
 mod disparity;
 mod execution;
+mod ghosts;
 mod kernels;
 mod radiometry;
 mod rgbd;

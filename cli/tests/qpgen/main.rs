@@ -1,6 +1,7 @@
 //! `qpgen` as a process: its files, messages and exit codes.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
+mod camera_pictures;
 mod closed_pipe;
 mod colour;
 mod commands;

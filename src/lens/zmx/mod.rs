@@ -152,6 +152,7 @@ fn prescribed(surfaces: Vec<ZmxSurface>, file: &str) -> Result<Vec<PrescribedSur
                 [0.0; ASPHERE_TERMS]
             },
             semi_aperture_mm: s.semi_mm,
+            reflectance: None,
             is_stop: s.is_stop,
             label: s.comment,
         });

@@ -13,7 +13,8 @@ use super::colours::Colours;
 use crate::field::FieldGrid;
 use crate::frames::uv_from_camera_direction;
 use crate::lens::{
-    ExitPupilMap, Lens, LensError, LensMap, OpticalSystem, Paraxial, PupilEllipse, chief_ray,
+    ExitPupilMap, Lens, LensError, LensMap, OpticalSystem, Paraxial, PupilEllipse, Reflections,
+    chief_ray,
 };
 use crate::response::{ChiefRayShifts, Response, ResponseLookup};
 use crate::sensor::{MicrolensShifts, MovingFrame, Sensor, ShiftRule};
@@ -83,6 +84,7 @@ pub struct Camera {
     wavelengths: ChannelWavelengths,
     lens_diffraction: Option<Arc<LensDiffraction>>,
     lens_maps: LensMaps,
+    reflections: Option<Arc<Reflections>>,
 }
 
 impl Camera {
@@ -160,6 +162,7 @@ impl Camera {
             wavelengths,
             lens_diffraction: None,
             lens_maps: LensMaps::NotAsked,
+            reflections: None,
         })
     }
 
@@ -196,6 +199,7 @@ impl Camera {
             wavelengths,
             lens_diffraction: None,
             lens_maps: LensMaps::NotAsked,
+            reflections: None,
         })
     }
 
@@ -219,6 +223,23 @@ impl Camera {
             lens_diffraction,
             ..self
         }
+    }
+
+    /// The camera with light that two surfaces of its lens, or one and the sensor, reflect: a [`Render`](super::Render)
+    /// adds it to the image. As it was where nothing reflects.
+    pub fn with_reflections(self, reflections: Reflections) -> Self {
+        let ghosts = !reflections
+            .pairs(self.system(ChannelWavelengths::REFERENCE))
+            .is_empty();
+        Self {
+            reflections: ghosts.then(|| Arc::new(reflections)),
+            ..self
+        }
+    }
+
+    /// What reflects in the lens, where that is simulated.
+    pub fn reflections(&self) -> Option<&Reflections> {
+        self.reflections.as_deref()
     }
 
     /// Diffraction at the lens's aperture, where it is simulated.

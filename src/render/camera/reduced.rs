@@ -107,6 +107,14 @@ impl Camera {
         })
     }
 
+    /// Without light that surfaces of the lens reflect twice. `None` where it is so already.
+    pub fn without_reflections(&self) -> Option<Self> {
+        self.reflections.is_some().then(|| Self {
+            reflections: None,
+            ..self.clone()
+        })
+    }
+
     /// A tracer of the kind that this camera has.
     fn tracer_like(&self, system: &OpticalSystem) -> Option<Tracer> {
         match self.reference_tracer {

@@ -87,6 +87,12 @@ impl World {
         &self.lamps
     }
 
+    /// Suns with a disc: the direction towards each, and 1 − cos of half its angle.
+    pub fn suns(&self) -> impl Iterator<Item = (DVec3, f64)> {
+        let discs = self.lights.suns.iter().filter(|sun| sun.is_disc());
+        discs.map(|sun| (sun.direction.as_dvec3(), f64::from(sun.rise)))
+    }
+
     /// A triangle's material.
     #[inline]
     pub(super) fn material_of(&self, element: Element) -> usize {

@@ -1,0 +1,136 @@
+//! Ghosts and veiling glare: light that two surfaces of the lens reflect on its way to the sensor.
+//!
+//! The light on sub-pixel `id` of a pixel of area A, over the lens's front disk (places p, in the plane of the first
+//! rim), the direction cosines s across the axis and all pairs of surfaces (see [`crate::lens::Reflections`]):
+//!
+//! ```text
+//! E_id = 1/A Σ_pairs ∫∫ L(p, s) W(p, s)/T P_id(u, v) [lands in the pixel] d²s dA      (d²s = cos θ dω)
+//! ```
+//!
+//! Rays are followed from the scene to the sensor: ghosts of a small lamp cover many pixels, of which a ray from the
+//! sensor would hardly ever find the lamp. T is what the lens lets through along the axis: pictures are in units of the
+//! direct light, so that its loss is a gain common to all that shows nowhere.
+//!
+//! A ray is drawn by a table over bins (where the light comes from: a cell of directions, a lamp or a sun; the pair; a
+//! cell of the front disk) in proportion to how bright it is there and how much of that a few rays bring to the window;
+//! a part of all rays goes by brightness alone, so that nothing is without chance. Its weight is one over the density
+//! of all ways to draw it (the balance heuristic; Veach & Guibas, SIGGRAPH 1995): the estimate has no bias. Rays are
+//! numbered and added in the order of their numbers, so that threads do not show.
+
+mod front;
+mod sources;
+mod splat;
+mod table;
+
+use rayon::prelude::*;
+
+use super::{Camera, RenderSettings};
+use crate::sampling::hash;
+use crate::scene::Scene;
+use front::FrontDisk;
+use splat::{Landed, Splatter};
+use table::GhostTable;
+
+/// Rays of the image per ray of its ghosts.
+const SHARE: usize = 64;
+/// Rays of an image's ghosts: at least, and at most.
+const RAYS: [usize; 2] = [1 << 14, 1 << 22];
+/// Rays of a batch.
+const BATCH: usize = 1024;
+/// Batches whose rays wait to be added.
+const GROUP: usize = 64;
+/// Rays of each of the two sets of an estimate.
+const ESTIMATE_RAYS: usize = 1 << 13;
+/// Blocks on a side of the window of an estimate.
+const BLOCKS: usize = 8;
+/// Keeps these random numbers apart from others.
+const KEY: u64 = 0x6057_5EED;
+
+/// Ghosts of an image, as the sub-pixels' mosaic has them; `None` where the camera simulates none.
+pub(super) fn ghost_light(
+    camera: &Camera,
+    scene: &Scene,
+    settings: &RenderSettings,
+) -> Option<Vec<f64>> {
+    let sensor = camera.sensor();
+    let values = 3 * sensor.subpixels().count() * sensor.width() * sensor.height();
+    let image_rays = sensor.width() * sensor.height() * settings.rays_per_pixel;
+    let rays = (image_rays / SHARE).clamp(RAYS[0], RAYS[1]);
+    let seed = hash(settings.seed, &[KEY]);
+    let ghosts = Ghosts::new(camera, scene, seed)?;
+    let mut mosaic = vec![0.0; values];
+    ghosts.follow(rays, seed, |splatter, landed| {
+        splatter.add(landed, &mut mosaic);
+    });
+    Some(mosaic)
+}
+
+/// Ghosts in blocks of the window, twice.
+#[derive(Clone, Debug)]
+pub struct GhostBlocks {
+    /// `[set][block and channel]`: mean of the sub-pixels, sr times the unit of radiance; errors of the two sets are
+    /// independent.
+    pub values: [Vec<f64>; 2],
+}
+
+/// A coarse look at the ghosts of an image: in blocks, by few rays; `None` where the camera simulates none.
+pub fn ghost_blocks(camera: &Camera, scene: &Scene, seed: u64) -> Option<GhostBlocks> {
+    let sensor = camera.sensor();
+    let (columns, rows) = (BLOCKS.min(sensor.width()), BLOCKS.min(sensor.height()));
+    let ghosts = Ghosts::new(camera, scene, hash(seed, &[KEY]))?;
+    let per_block = (sensor.width() * sensor.height()) as f64 / (columns * rows) as f64;
+    let scale = 1.0 / (per_block * sensor.subpixels().count() as f64);
+    let values = [1, 2].map(|set| {
+        let mut blocks = vec![0.0; 3 * columns * rows];
+        let seed = hash(seed, &[KEY, set]);
+        ghosts.follow(ESTIMATE_RAYS, seed, |splatter, landed| {
+            let column = landed.column * columns / sensor.width();
+            let row = landed.row * rows / sensor.height();
+            let block = 3 * (row * columns + column);
+            splatter.for_each(landed, |channel, _, value| {
+                blocks[block + channel] += scale * value;
+            });
+        });
+        blocks
+    });
+    Some(GhostBlocks { values })
+}
+
+/// What all rays share.
+struct Ghosts<'a> {
+    camera: &'a Camera,
+    scene: &'a Scene,
+    front: FrontDisk,
+    table: GhostTable,
+}
+
+impl<'a> Ghosts<'a> {
+    /// `None` where nothing reflects, no light comes, or none of it comes near the window.
+    fn new(camera: &'a Camera, scene: &'a Scene, seed: u64) -> Option<Self> {
+        let reflections = camera.reflections()?;
+        let front = FrontDisk::new(camera)?;
+        let table = GhostTable::new(camera, reflections, scene, &front, seed)?;
+        Some(Self {
+            camera,
+            scene,
+            front,
+            table,
+        })
+    }
+
+    /// Follows so many rays and hands over what lands, in order.
+    fn follow(&self, rays: usize, seed: u64, mut take: impl FnMut(&Splatter<'_>, &Landed)) {
+        let splatter = Splatter::new(self.camera, rays);
+        let batches: Vec<usize> = (0..rays.div_ceil(BATCH)).collect();
+        for group in batches.chunks(GROUP) {
+            let landed = group.par_iter().map(|batch| {
+                let numbers = batch * BATCH..rays.min((batch + 1) * BATCH);
+                self.batch(numbers, rays, seed)
+            });
+            let landed: Vec<Vec<Landed>> = landed.collect();
+            for one in landed.iter().flatten() {
+                take(&splatter, one);
+            }
+        }
+    }
+}
