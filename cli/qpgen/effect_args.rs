@@ -2,14 +2,12 @@
 
 use clap::Args;
 use quadpixel::effects::{Choice, Tolerance};
+use quadpixel_datasets::Effect;
 
 /// Arguments that choose the effects.
 #[derive(Args)]
 pub struct EffectArgs {
-    /// Effects that are simulated: auto (those whose absence would be seen), all, none, or a list separated by commas
-    /// of pixel-diffraction, cra-variation, dispersion, aberrations, vignetting, wavelengths, global-illumination,
-    /// occlusion, noise; absent: as the file says, else auto.
-    #[arg(long, value_name = "auto|all|none|LIST")]
+    #[arg(long, value_name = "auto|all|none|LIST", help = help())]
     effects: Option<Choice>,
     /// With auto: root-mean-square difference, in % of the signal, below which an effect is left out [default: 0.5].
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
@@ -17,6 +15,14 @@ pub struct EffectArgs {
     /// With auto: shift, in px, below which an effect is left out [default: 0.02].
     #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     tolerance_px: Option<f64>,
+}
+
+/// Of `--effects`, with the names of all that can be chosen.
+fn help() -> String {
+    let names = Effect::SELECTABLE.map(|effect| effect.name()).join(", ");
+    format!(
+        "Effects that are simulated: auto (those whose absence would be seen), all, none, or a list separated by commas of {names}; absent: as the file says, else auto"
+    )
 }
 
 impl EffectArgs {

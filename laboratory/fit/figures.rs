@@ -147,7 +147,7 @@ mod tests {
         let side = 81;
         let mut views = [vec![0.0; side * side], vec![0.0; side * side]];
         let mut light = [0.0; 2];
-        for i in 0..side * side {
+        for i in 0..views[0].len() {
             let (x, y) = ((i % side) as f64 - 40.0, (i / side) as f64 - 40.0);
             let half = usize::from(x > 0.25);
             if x.hypot(y) < 30.0 {

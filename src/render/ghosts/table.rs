@@ -21,6 +21,8 @@ const BLIND: f64 = 0.2;
 const TRIES: u64 = 3;
 /// From there to places beside it, of the cell's side.
 const STEP: f64 = 0.1;
+/// Places on a side of a cell that are tried with a lamp or a sun.
+const GRID: usize = 7;
 /// The window is taken this much larger: the map is no straight one.
 const SLACK: f64 = 1.25;
 
@@ -165,6 +167,18 @@ impl PlaceBox {
         greatest: DVec2::ONE,
     };
 
+    const NOWHERE: Self = Self {
+        least: DVec2::ONE,
+        greatest: DVec2::ZERO,
+    };
+
+    fn union(&self, other: &Self) -> Self {
+        Self {
+            least: self.least.min(other.least),
+            greatest: self.greatest.max(other.greatest),
+        }
+    }
+
     fn size(&self) -> DVec2 {
         (self.greatest - self.least).max(DVec2::ZERO)
     }
@@ -193,6 +207,56 @@ impl Pilot<'_> {
     /// About how much of the radiance of a bin's rays comes to the window, and through which part of the cell: by the
     /// first-order map from the cell and the source to the sensor.
     fn look(&self, source: &Source, pair: GhostPair, place: usize, bin: u64) -> (f64, PlaceBox) {
+        let (first_order, aimed) = self.look_first_order(source, pair, place, bin);
+        if matches!(source, Source::Cell(_)) {
+            return (first_order, aimed);
+        }
+        let (met, among) = self.look_around(source, pair, place);
+        match (first_order > 0.0, met > 0.0) {
+            (_, false) => (first_order, aimed),
+            (false, true) => (met, among),
+            (true, true) => (met.max(first_order), aimed.union(&among)),
+        }
+    }
+
+    /// The same by rays through a grid of places of the cell: how much comes to the window, and through which part.
+    fn look_around(&self, source: &Source, pair: GhostPair, place: usize) -> (f64, PlaceBox) {
+        let [middle, ..] = source.outline();
+        let half = SLACK * DVec2::new(self.window.half_width, self.window.half_height);
+        let (mut sum, mut part) = (0.0, PlaceBox::NOWHERE);
+        let step = DVec2::splat(1.0 / GRID as f64);
+        for k in 0..GRID * GRID {
+            let within = step * (DVec2::new((k % GRID) as f64, (k / GRID) as f64) + 0.5);
+            let Some(place_mm) = self.front.place_mm(place_at(place, within)) else {
+                continue;
+            };
+            let Some(direction) = source.direction(place_mm, middle[0], middle[1]) else {
+                continue;
+            };
+            let light = inwards(place_mm, direction);
+            let Some(landed) = (self.reflections).trace_pair(self.system, pair, light) else {
+                continue;
+            };
+            let at = sensor_from_camera(landed.ray.origin_mm).truncate();
+            if (at - self.window.centre).abs().cmplt(half).all() {
+                sum += landed.share;
+                let around = PlaceBox {
+                    least: (within - step).max(DVec2::ZERO),
+                    greatest: (within + step).min(DVec2::ONE),
+                };
+                part = part.union(&around);
+            }
+        }
+        (sum / (GRID * GRID) as f64, part)
+    }
+
+    fn look_first_order(
+        &self,
+        source: &Source,
+        pair: GhostPair,
+        place: usize,
+        bin: u64,
+    ) -> (f64, PlaceBox) {
         let nothing = (0.0, PlaceBox::WHOLE);
         let [middle, edges @ ..] = source.outline();
         let land = |within: DVec2, [a, b]: [f64; 2]| -> Option<(DVec2, f64)> {
