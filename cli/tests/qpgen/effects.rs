@@ -9,6 +9,7 @@ use std::process::Command;
 
 use common::small::{SMALL, dataset, refused_config};
 use common::{done, files, json, qpgen, refused, render};
+use quadpixel_datasets::Effect;
 use serde_json::Value;
 
 fn meta(folder: &Path, sample: u32) -> Value {
@@ -21,13 +22,18 @@ fn simulated(meta: &Value) -> Vec<&str> {
     all.iter().filter_map(Value::as_str).collect()
 }
 
-/// What a phone lens in front of a quad pixel calls for is everything: `auto` gives the bytes of `all`, but for the
-/// configuration's own words.
+/// What a phone lens in front of a quad pixel calls for is everything but these: `auto` gives the bytes of their list,
+/// but for the configuration's own words.
 #[test]
-fn a_scene_that_needs_everything_gets_the_same_pictures_by_auto_as_by_all() {
+fn a_scene_that_needs_all_but_ghosts_gets_the_same_pictures_by_auto_as_by_their_list() {
     let folder = tempfile::tempdir().unwrap();
     dataset(folder.path(), "auto", SMALL, &[]);
-    dataset(folder.path(), "all", SMALL, &["--effects", "all"]);
+    // Cards of charts make no ghosts that are seen, and a table per wavelength takes longer than `auto` may take.
+    let all = Effect::SELECTABLE.map(Effect::name);
+    let others = ["lens-reflections", "response-spectrum"];
+    let all = all.iter().filter(|name| !others.contains(name));
+    let all = all.copied().collect::<Vec<_>>().join(",");
+    dataset(folder.path(), "all", SMALL, &["--effects", &all]);
     let [auto, all] = ["auto", "all"].map(|n| files(&folder.path().join(n)));
     let picture = |name: &str| name.ends_with(".exr") || name.ends_with(".png");
     let mut compared = 0;
@@ -38,8 +44,8 @@ fn a_scene_that_needs_everything_gets_the_same_pictures_by_auto_as_by_all() {
     assert!(compared >= 16, "{compared}");
     let out = folder.path().join("auto");
     assert_eq!(
-        meta(&out, 0)["effects"],
-        meta(&folder.path().join("all"), 0)["effects"]
+        meta(&out, 0)["effects"]["simulated"],
+        meta(&folder.path().join("all"), 0)["effects"]["simulated"]
     );
     // The usual choice is not written down, so that configurations of before keep their hashes.
     assert!(
