@@ -11,7 +11,7 @@
 //! measures it.
 //!
 //! Bounded least squares with Gaussian priors ([`least_squares`]). A parameter that the data do not hold stays at its
-//! prior, and [`Fitted::held_by_data`] says so. The noise is that of the residuals, unless it is known; where they hang
+//! prior, and the result says so. The noise is that of the residuals, unless it is known; where they hang
 //! together over the picture, as those of a wrong model or of smoothed kernels do, they count as fewer.
 
 pub mod camera_file;

@@ -1,9 +1,12 @@
 """Camera-like pictures taken back to linear values."""
 
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 
 
-def linear_from_codes(codes, meta, views=False):
+def linear_from_codes(codes: npt.ArrayLike, meta: Any, views: bool = False) -> npt.NDArray[np.float32]:
     """Linear values of the 8-bit codes of a camera-like picture: tone curve, sRGB, colour matrix, white balance and gain undone.
 
     codes   (..., 3), 0 to 255: ``camera_picture`` or ``camera_views`` of a sample, or what a network made of one

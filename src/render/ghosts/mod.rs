@@ -16,10 +16,14 @@
 //! a part of all rays goes by brightness alone, so that nothing is without chance. Its weight is one over the density
 //! of all ways to draw it (the balance heuristic; Veach & Guibas, SIGGRAPH 1995): the estimate has no bias. Rays are
 //! numbered and added in the order of their numbers, so that threads do not show.
+//!
+//! Ghosts are far out of focus, and few rays make them: so the light of a ray is spread over a square of pixels
+//! ([`spread`]; a variable kernel, B. W. Silverman, Density Estimation (1986), section 5.3). More rays, smaller squares.
 
 mod front;
 mod sources;
 mod splat;
+mod spread;
 mod table;
 
 use rayon::prelude::*;
@@ -29,6 +33,7 @@ use crate::sampling::hash;
 use crate::scene::Scene;
 use front::FrontDisk;
 use splat::{Landed, Splatter};
+use spread::Spread;
 use table::GhostTable;
 
 /// Rays of the image per ray of its ghosts.
@@ -58,10 +63,14 @@ pub(super) fn ghost_light(
     let rays = (image_rays / SHARE).clamp(RAYS[0], RAYS[1]);
     let seed = hash(settings.seed, &[KEY]);
     let ghosts = Ghosts::new(camera, scene, seed)?;
+    let mut all = Vec::new();
+    ghosts.follow(rays, seed, |_, landed| all.push(*landed));
+    let spread = Spread::new(&all, sensor);
+    let splatter = Splatter::new(camera, rays);
     let mut mosaic = vec![0.0; values];
-    ghosts.follow(rays, seed, |splatter, landed| {
-        splatter.add(landed, &mut mosaic);
-    });
+    for landed in &all {
+        splatter.add(landed, &spread.pixels(landed), &mut mosaic);
+    }
     Some(mosaic)
 }
 

@@ -6,6 +6,7 @@ use super::super::Camera;
 use super::Ghosts;
 use super::front::inwards;
 use super::sources::radiance;
+use super::spread::Pixels;
 use super::table::Drawn;
 use crate::frames::{sensor_from_camera, uv_from_camera_direction};
 use crate::lens::Reflected;
@@ -22,6 +23,13 @@ pub(super) struct Landed {
     uv: [f32; 2],
     /// Of each channel: radiance × share × weight, mm² times the unit of radiance.
     light: [f64; 3],
+}
+
+impl Landed {
+    /// Of all channels together.
+    pub fn light(&self) -> f64 {
+        self.light.iter().sum()
+    }
 }
 
 /// A ray that came to the window in some channels.
@@ -122,15 +130,19 @@ impl<'a> Splatter<'a> {
         }
     }
 
-    /// Adds light to a mosaic as [`super::super::SubPixelImage`] has it.
-    pub fn add(&self, landed: &Landed, mosaic: &mut [f64]) {
+    /// Adds light, in equal parts on some pixels, to a mosaic as [`super::super::SubPixelImage`] has it.
+    pub fn add(&self, landed: &Landed, pixels: &Pixels, mosaic: &mut [f64]) {
         let sensor = self.camera.sensor();
         let (m, n) = (sensor.subpixels().m(), sensor.subpixels().n());
         let stride = sensor.width() * m;
+        let part = 1.0 / (pixels.columns.len() * pixels.rows.len()) as f64;
         self.for_each(landed, |channel, subpixel, value| {
-            let x = landed.column * m + subpixel % m;
-            let y = landed.row * n + subpixel / m;
-            mosaic[(y * stride + x) * 3 + channel] += value;
+            for row in pixels.rows.clone() {
+                for column in pixels.columns.clone() {
+                    let (x, y) = (column * m + subpixel % m, row * n + subpixel / m);
+                    mosaic[(y * stride + x) * 3 + channel] += part * value;
+                }
+            }
         });
     }
 
