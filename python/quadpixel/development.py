@@ -26,4 +26,5 @@ def linear_from_codes(codes: npt.ArrayLike, meta: Any, views: bool = False) -> n
     light = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
     balanced = light @ np.linalg.inv(np.array(development["matrix"], dtype=np.float64)).T
     factors = development["gain"] * np.array(development["white_balance"]) * (how["view_gain"] if views else 1.0)
-    return (balanced / factors).astype(np.float32)
+    linear: npt.NDArray[np.float32] = (balanced / factors).astype(np.float32)
+    return linear

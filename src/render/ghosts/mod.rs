@@ -18,7 +18,8 @@
 //! numbered and added in the order of their numbers, so that threads do not show.
 //!
 //! Ghosts are far out of focus, and few rays make them: so the light of a ray is spread over a square of pixels
-//! ([`spread`]; a variable kernel, B. W. Silverman, Density Estimation (1986), section 5.3). More rays, smaller squares.
+//! ([`spread`]; a variable kernel, B. W. Silverman, Density Estimation (1986), section 5.3). The more rays, the smaller
+//! the squares.
 
 mod front;
 mod sources;
