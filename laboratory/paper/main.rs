@@ -36,7 +36,7 @@ struct Arguments {
     /// Small and coarse, for a look at the machinery: wave level, few rays.
     #[arg(long)]
     quick: bool,
-    /// Prints how the lenses were chosen that stand in for the paper's (six minutes), and no page.
+    /// Prints how the lenses were chosen that stand in for the paper's (about ten minutes), and no page.
     #[arg(long)]
     stand_ins: bool,
 }

@@ -143,7 +143,7 @@ fn veiling_glare_of_an_even_sky_is_that_of_a_plain_sum() {
         println!("{name}: {mean:.4e} ± {error:.2e}, plainly {plain:.4e} ± {plain_error:.2e}");
         let both = error.hypot(plain_error);
         assert!(
-            (mean - plain).abs() < 4.0 * both && both < 0.06 * plain,
+            (mean - plain).abs() < 4.0 * both && both < 0.04 * plain,
             "{name}"
         );
     }

@@ -14,12 +14,14 @@ mod commands;
 #[path = "../qpgen/common/mod.rs"]
 mod common;
 mod faults;
+mod inputs;
 mod trial;
 
 use std::collections::BTreeMap;
 
-use commands::{CASES, make_inputs};
+use commands::CASES;
 use faults::FAULTS;
+use inputs::make_inputs;
 use quadpixel::sampling::hash;
 use rayon::prelude::*;
 use trial::Trial;

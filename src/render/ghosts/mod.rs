@@ -43,8 +43,6 @@ const SHARE: usize = 64;
 const RAYS: [usize; 2] = [1 << 14, 1 << 22];
 /// Rays of a batch.
 const BATCH: usize = 1024;
-/// Batches whose rays wait to be added.
-const GROUP: usize = 64;
 /// Rays of each of the two sets of an estimate.
 const ESTIMATE_RAYS: usize = 1 << 13;
 /// Blocks on a side of the window of an estimate.
@@ -64,8 +62,7 @@ pub(super) fn ghost_light(
     let rays = (image_rays / SHARE).clamp(RAYS[0], RAYS[1]);
     let seed = hash(settings.seed, &[KEY]);
     let ghosts = Ghosts::new(camera, scene, seed)?;
-    let mut all = Vec::new();
-    ghosts.follow(rays, seed, |_, landed| all.push(*landed));
+    let all = ghosts.follow(rays, seed);
     let spread = Spread::new(&all, sensor);
     let splatter = Splatter::new(camera, rays);
     let mut mosaic = vec![0.0; values];
@@ -90,17 +87,18 @@ pub fn ghost_blocks(camera: &Camera, scene: &Scene, seed: u64) -> Option<GhostBl
     let ghosts = Ghosts::new(camera, scene, hash(seed, &[KEY]))?;
     let per_block = (sensor.width() * sensor.height()) as f64 / (columns * rows) as f64;
     let scale = 1.0 / (per_block * sensor.subpixels().count() as f64);
+    let splatter = Splatter::new(camera, ESTIMATE_RAYS);
     let values = [1, 2].map(|set| {
         let mut blocks = vec![0.0; 3 * columns * rows];
         let seed = hash(seed, &[KEY, set]);
-        ghosts.follow(ESTIMATE_RAYS, seed, |splatter, landed| {
+        for landed in &ghosts.follow(ESTIMATE_RAYS, seed) {
             let column = landed.column * columns / sensor.width();
             let row = landed.row * rows / sensor.height();
             let block = 3 * (row * columns + column);
             splatter.for_each(landed, |channel, _, value| {
                 blocks[block + channel] += scale * value;
             });
-        });
+        }
         blocks
     });
     Some(GhostBlocks { values })
@@ -128,19 +126,13 @@ impl<'a> Ghosts<'a> {
         })
     }
 
-    /// Follows so many rays and hands over what lands, in order.
-    fn follow(&self, rays: usize, seed: u64, mut take: impl FnMut(&Splatter<'_>, &Landed)) {
-        let splatter = Splatter::new(self.camera, rays);
-        let batches: Vec<usize> = (0..rays.div_ceil(BATCH)).collect();
-        for group in batches.chunks(GROUP) {
-            let landed = group.par_iter().map(|batch| {
-                let numbers = batch * BATCH..rays.min((batch + 1) * BATCH);
-                self.batch(numbers, rays, seed)
-            });
-            let landed: Vec<Vec<Landed>> = landed.collect();
-            for one in landed.iter().flatten() {
-                take(&splatter, one);
-            }
-        }
+    /// Follows so many rays: those that land, in the order of their numbers.
+    fn follow(&self, rays: usize, seed: u64) -> Vec<Landed> {
+        let batches = (0..rays.div_ceil(BATCH)).into_par_iter();
+        let landed = batches.flat_map_iter(|batch| {
+            let numbers = batch * BATCH..rays.min((batch + 1) * BATCH);
+            self.batch(numbers, rays, seed)
+        });
+        landed.collect()
     }
 }
