@@ -1,0 +1,107 @@
+//! Inputs of the commands, small and sound.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::commands::{RAW, program};
+
+/// Makes the sound inputs once, in `base`.
+pub fn make_inputs(base: &Path) {
+    let generator = crate::common::generator::Generator::with_values(
+        base,
+        &[
+            ("count", "1"),
+            ("sensor.width", "64"),
+            ("sensor.height", "48"),
+        ],
+    );
+    fs::rename(base.join("config.toml"), base.join("c.toml")).unwrap();
+    let run = |words: &[&str]| {
+        let (name, words) = match words {
+            ["qpalgo", words @ ..] => ("qpalgo", words),
+            words => ("qpgen", words),
+        };
+        let done = Command::new(program(name))
+            .args(words)
+            .current_dir(base)
+            .output()
+            .unwrap();
+        assert!(done.status.success(), "{words:?}: {done:?}");
+        done.stdout
+    };
+    drop(generator);
+    run(&["dataset", "--config", "c.toml", "--out", "data"]);
+    for shard in ["1/2", "2/2"] {
+        run(&[
+            "dataset", "--config", "c.toml", "--count", "2", "--shard", shard, "--out", "shards",
+        ]);
+    }
+    fs::write(
+        base.join("p.toml"),
+        run(&["response", "--pixel", "1.6um", "--print-pixel"]),
+    )
+    .unwrap();
+    let scene = String::from_utf8(run(&["render", "--print-scene"])).unwrap();
+    let mut scene: toml::Table = scene.parse().unwrap();
+    // No table to compute, and no letters to draw.
+    scene["response"] = toml::Value::Table("model = \"geometric\"".parse().unwrap());
+    scene["planes"][0]["chart"] = "constant".into();
+    scene["sensor"]["width"] = 16.into();
+    scene["sensor"]["height"] = 12.into();
+    scene["render"]["rays_per_pixel"] = 4.into();
+    fs::write(base.join("scene.toml"), toml::to_string(&scene).unwrap()).unwrap();
+    let chart = "kind = \"noise\"\nexponent = 1.0\ncontrast = 0.2\ncutoff_texels = 40";
+    scene["planes"][0]["chart"] = toml::Value::Table(chart.parse().unwrap());
+    scene["planes"][0]["distance_mm"] = scene["lens"]["focus_mm"].clone();
+    scene["sensor"]["width"] = 112.into();
+    scene["sensor"]["height"] = 112.into();
+    scene["render"]["rays_per_pixel"] = 64.into();
+    fs::write(base.join("noise.toml"), toml::to_string(&scene).unwrap()).unwrap();
+    run(&["render", "noise.toml", "--out", "noise"]);
+    fs::write(base.join("s.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let lens = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("../src/lens/library/lib_triplet_US2453260.json");
+    fs::copy(lens, base.join("l.json")).unwrap();
+    fs::copy(base.join(RAW), base.join("a.png")).unwrap();
+    // A step of depth in a grey picture.
+    let plane = |kind: &str, value: &dyn Fn(usize) -> f32, channels: usize| {
+        let mut bytes = format!("{kind}\n48 32\n-1.0\n").into_bytes();
+        let values = (0..48 * 32).flat_map(|k| vec![value(k); channels]);
+        bytes.extend(values.flat_map(f32::to_le_bytes));
+        bytes
+    };
+    let grey = |k: usize| 0.2 + 0.01 * (k % 7) as f32;
+    let metres = |k: usize| if k % 48 < 24 { 0.7 } else { 0.75 };
+    fs::write(base.join("rgb.pfm"), plane("PF", &grey, 3)).unwrap();
+    fs::write(base.join("z.pfm"), plane("Pf", &metres, 1)).unwrap();
+    run(&[
+        "qpalgo",
+        "correct-aberrations",
+        "--calibration",
+        "noise",
+        "-o",
+        "k.json",
+    ]);
+    let row =
+        "[[row]]\nsetup = \"a\"\nposition = \"c\"\ncalibration = \"noise\"\ncapture = \"noise\"\n";
+    fs::write(base.join("t.toml"), row).unwrap();
+    let mut stack: toml::Table = fs::read_to_string(base.join("c.toml"))
+        .unwrap()
+        .parse()
+        .unwrap();
+    let sweep = "steps = 3\nfocus_over_drawn = { min = 0.8, max = 1.5, scale = \"inverse\" }";
+    stack.insert("sweep".into(), toml::Value::Table(sweep.parse().unwrap()));
+    stack["count"] = 3.into();
+    fs::write(base.join("stack.toml"), toml::to_string(&stack).unwrap()).unwrap();
+    run(&["dataset", "--config", "stack.toml", "--out", "stack"]);
+    let mut rows = String::from("theta_deg,phi_deg,subpixel,P\n");
+    for theta in [0, 15, 30, 45, 60] {
+        for phi in (0..360).step_by(if theta == 0 { 360 } else { 30 }) {
+            for name in ["A", "B", "C", "D"] {
+                rows.push_str(&format!("{theta},{phi},{name},0.2\n"));
+            }
+        }
+    }
+    fs::write(base.join("r.csv"), rows).unwrap();
+}
