@@ -22,7 +22,7 @@ use super::responses::{Responses, stack};
 use crate::recipe::{Recipe, RecipeError};
 
 /// Seconds of one core that the tables of the bands of one pixel may take unasked.
-const MOST_SECONDS: f64 = 5.0;
+const MOST_SECONDS: f64 = 300.0;
 /// Directions of the cone, by rings of equal area and azimuths of an octant: each stands for a sixth of the light.
 const RINGS: usize = 3;
 const AZIMUTHS_DEG: [f64; 2] = [11.25, 33.75];

@@ -12,6 +12,7 @@ mod runs;
 mod shift_axis;
 #[cfg(test)]
 mod shifted_tests;
+mod shipped_runs;
 mod table_of_runs;
 #[cfg(test)]
 mod tests;
