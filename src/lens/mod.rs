@@ -20,6 +20,7 @@ mod map;
 mod packet;
 mod paraxial;
 mod placed;
+pub(crate) mod polynomial;
 mod prescription;
 mod pupil;
 mod reflection;

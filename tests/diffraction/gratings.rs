@@ -105,7 +105,7 @@ fn gratings_lose_the_contrast_that_the_aperture_takes() {
              independent draw {plain:.3}"
         );
         let error = (rendered - waves).abs();
-        assert!(error < 0.1, "{name} {place}: {rendered} {waves}");
+        assert!(error < 0.02, "{name} {place}: {rendered} {waves}");
         assert!(
             error < (plain - waves).abs().max(0.01),
             "{name} {place}: {rendered} {waves} {plain}"

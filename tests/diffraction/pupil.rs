@@ -1,6 +1,6 @@
 //! The waves that reach a place on the sensor: by direction, which pass the lens and with what phase.
 
-use glam::{DVec2, DVec3};
+use glam::{DMat2, DVec2, DVec3};
 use quadpixel::frames::camera_from_sensor_mm;
 use quadpixel::lens::{Clipping, OpticalSystem, Travel, chief_ray, trace_visiting};
 use quadpixel::rays::Ray;
@@ -19,8 +19,9 @@ pub struct Pupil {
 impl Pupil {
     /// Of the place `sensor_mm` (sensor frame) and the point of its chief ray at `depth_mm`.
     ///
-    /// The path is that of the ray which leaves the sensor in each direction, followed to the foot of the point on it:
-    /// up to the square of its miss, that of the ray from the point that arrives in this direction.
+    /// The path is that of the ray from the point that arrives in each direction, to the foot of the place on it. It is
+    /// found by going from the place along the direction, and from where that misses the point by so much the other
+    /// way, twice more.
     pub fn new(system: &OpticalSystem, sensor_mm: DVec2, depth_mm: f64, side: usize) -> Self {
         let origin_mm = camera_from_sensor_mm(sensor_mm, system.sensor_z_mm);
         let chief = chief_ray(system, sensor_mm.x, sensor_mm.y)
@@ -58,10 +59,37 @@ impl Pupil {
             .fold(0.0, f64::max)
             + 2e-3;
         let step = 2.0 * half / side as f64;
+        // mm in the plane of the point over mm on the sensor.
+        let lands = |start: DVec2, w: DVec2| {
+            let all = chief.truncate() + w;
+            let direction = all.extend(-(1.0 - all.length_squared()).sqrt());
+            let origin_mm = origin_mm + start.extend(0.0);
+            let (exit, path) = followed(
+                system,
+                Ray {
+                    origin_mm,
+                    direction,
+                },
+            )?;
+            let t = (point.z - exit.origin_mm.z) / exit.direction.z;
+            let place = exit.origin_mm + t * exit.direction;
+            Some(((place - point).truncate(), path + t + all.dot(start)))
+        };
+        let small = 1e-3;
+        let scale = [DVec2::X, DVec2::Y].map(|axis| {
+            let there = lands(small * axis, DVec2::ZERO).unwrap().0;
+            there / small
+        });
+        let scale = DMat2::from_cols(scale[0], scale[1]).inverse();
         let path = |i: usize| {
             let place = DVec2::new((i % side) as f64 + 0.5, (i / side) as f64 + 0.5);
-            let (exit, path) = passes(place * step - half)?;
-            Some(path + exit.direction.dot(point - exit.origin_mm) - chief_path - t)
+            let w = place * step - half;
+            passes(w)?;
+            let mut start = DVec2::ZERO;
+            for _ in 0..3 {
+                start -= scale * lands(start, w)?.0;
+            }
+            Some(lands(start, w)?.1 - chief_path - t)
         };
         Self {
             side,

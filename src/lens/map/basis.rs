@@ -12,7 +12,7 @@
 //! those of p from the highest to none.
 
 /// Number of terms of a total degree.
-pub(super) const fn terms(degree: usize) -> usize {
+pub(crate) const fn terms(degree: usize) -> usize {
     (degree + 1) * (degree + 2) / 2
 }
 
@@ -24,7 +24,7 @@ const fn place(degree: usize, i: usize, j: usize) -> usize {
 }
 
 /// The orthogonal polynomials at a point, in the order of their numbers (n, k).
-pub(super) fn values(degree: usize, p: f64, q: f64, out: &mut [f64]) {
+pub(in crate::lens) fn values(degree: usize, p: f64, q: f64, out: &mut [f64]) {
     let s = 1.0 - p * p;
     let (mut legendre, mut before) = (1.0, 0.0);
     for k in 0..=degree {
@@ -41,7 +41,7 @@ pub(super) fn values(degree: usize, p: f64, q: f64, out: &mut [f64]) {
 }
 
 /// The same polynomials by their coefficients of the powers: row after row, one per polynomial.
-pub(super) fn in_powers(degree: usize) -> Vec<f64> {
+pub(in crate::lens) fn in_powers(degree: usize) -> Vec<f64> {
     let count = terms(degree);
     let mut out = vec![0.0; count * count];
     let times = |of: &[f64], di: usize, dj: usize, factor: f64, to: &mut [f64]| {
@@ -112,7 +112,7 @@ fn legendre(k: usize) -> [f64; 2] {
 
 /// Σ c pⁱ qʲ, the plain way.
 #[cfg(test)]
-pub(super) fn sum_of_powers(degree: usize, coefficients: &[f64], p: f64, q: f64) -> f64 {
+pub(in crate::lens) fn sum_of_powers(degree: usize, coefficients: &[f64], p: f64, q: f64) -> f64 {
     let each = (0..=degree).flat_map(|j| (0..=degree - j).map(move |i| (i, j)));
     each.map(|(i, j)| coefficients[place(degree, i, j)] * p.powi(i as i32) * q.powi(j as i32))
         .sum()

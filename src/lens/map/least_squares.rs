@@ -9,7 +9,7 @@ const RIDGE: f64 = 1e-11;
 
 /// BᵀB of the rows that were taken, factored.
 #[derive(Clone, Debug)]
-pub(super) struct Factor {
+pub(in crate::lens) struct Factor {
     count: usize,
     /// Lower triangle L of L Lᵀ, row by row of `count` each.
     lower: Vec<f64>,

@@ -26,13 +26,13 @@
 //! fused operation is rounded once, on every processor: where there is no instruction for it, it is slow. So every
 //! [`SimdLevel`](crate::simd::SimdLevel) and every grouping of rays gives the same bits.
 
-mod basis;
+pub(super) mod basis;
 mod build;
 mod edge;
 mod frame;
 mod held_out;
 mod kernel;
-mod least_squares;
+pub(super) mod least_squares;
 mod lens_map;
 mod maker;
 mod node;

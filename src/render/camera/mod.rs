@@ -216,9 +216,16 @@ impl Camera {
     /// pixels.
     pub fn with_lens_diffraction(self) -> Self {
         let lens_diffraction = match &self.pupils {
-            Pupils::ByField(map) => LensDiffraction::new(map, self.sensor_z_mm()).map(Arc::new),
+            Pupils::ByField(map) => LensDiffraction::new(map, self.sensor_z_mm()),
             Pupils::Fixed(_) => None,
         };
+        let system = self.system(ChannelWavelengths::REFERENCE);
+        let lens_diffraction = lens_diffraction.map(|diffraction| {
+            Arc::new(match self.is_real_lens() {
+                true => diffraction.with_phases(system, self.focus_distance_mm),
+                false => diffraction,
+            })
+        });
         Self {
             lens_diffraction,
             ..self

@@ -49,6 +49,8 @@ impl Camera {
         Some(Self {
             reference_tracer: self.ideal(reference)?,
             colours: self.colours.retraced(|system| self.ideal(system))?,
+            lens_diffraction: (self.lens_diffraction.as_ref())
+                .map(|d| Arc::new(d.without_phases())),
             ..self.clone()
         })
     }

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::Kernel;
+use super::{Kernel, PhaseDraw, Wavefront};
 use crate::sampling::{SobolSet, concentric_disk};
 
 /// Phase (rad) of a wave over the unit disk, and its gradient.
@@ -63,11 +63,13 @@ const ABERRATIONS: [Aberration; 7] = [
     },
 ];
 
-/// Overlap of the wave with itself moved by `s`: its transfer function, as a complex number.
-fn waves(phase: fn(DVec2) -> f64, s: DVec2) -> DVec2 {
+/// Overlap of the wave with itself moved by `s`: its transfer function, as a complex number. `defocus`: phase at the
+/// edge, rad.
+fn waves(aberration: &Aberration, defocus: f64, s: DVec2) -> DVec2 {
     let n = 300;
     let at = |i: usize| 2.0 * (i as f64 + 0.5) / n as f64 - 1.0;
     let points = (0..n * n).map(|i| DVec2::new(at(i % n), at(i / n)));
+    let phase = |w: DVec2| (aberration.phase)(w) + defocus * w.length_squared();
     let (mut sum, mut all) = (DVec2::ZERO, 0.0);
     for w in points {
         all += f64::from(u8::from(w.length_squared() < 1.0));
@@ -78,6 +80,9 @@ fn waves(phase: fn(DVec2) -> f64, s: DVec2) -> DVec2 {
     }
     sum / all
 }
+
+/// Waves of defocus added to each aberration.
+const BESIDE_WAVES: [f64; 6] = [-1.0, -0.5, -0.25, 0.25, 0.5, 1.0];
 
 #[test]
 fn rays_displaced_by_their_place_in_the_pupil_follow_the_waves() {
@@ -90,36 +95,53 @@ fn rays_displaced_by_their_place_in_the_pupil_follow_the_waves() {
         column
     });
     let place = |i: usize| DVec2::from(concentric_disk(columns[2][i], columns[3][i]));
-    let frequencies: Vec<DVec2> = (1..=10)
-        .map(|k| DVec2::new(0.1 * f64::from(k), 0.0))
-        .collect();
-    println!("aberration | rays alone | independent draw | draw by the place in the pupil");
+    // Along x and along y.
+    let along = |k: u32| 0.2 * f64::from(k);
+    let frequencies = (1..=5).flat_map(|k| [DVec2::new(along(k), 0.0), DVec2::new(0.0, along(k))]);
+    let frequencies: Vec<DVec2> = frequencies.collect();
+    println!(
+        "largest error up to half the cutoff: in focus; and with up to a wave of defocus more and less"
+    );
+    println!(
+        "aberration | rays alone | independent draw | draw by the place in the pupil | by the phases"
+    );
     for aberration in &ABERRATIONS {
-        let exact: Vec<DVec2> = frequencies
-            .iter()
-            .map(|&s| waves(aberration.phase, s))
-            .collect();
-        let largest_error = |displacement: &dyn Fn(usize) -> DVec2| {
-            let spots: Vec<DVec2> = (0..RAYS)
-                .map(|i| (aberration.gradient)(place(i)) + displacement(i))
-                .collect();
-            let errors = frequencies.iter().zip(&exact).map(|(s, exact)| {
-                let sum: DVec2 = spots
-                    .iter()
-                    .map(|spot| DVec2::from_angle(spot.dot(*s)))
-                    .sum();
-                (sum / RAYS as f64 - *exact).length()
-            });
-            errors.fold(0.0, f64::max)
+        let largest_error = |beside: &[f64], displacement: &dyn Fn(usize) -> DVec2| {
+            let mut largest = 0f64;
+            for waves_of_defocus in beside {
+                let defocus = 2.0 * PI * waves_of_defocus;
+                let spot = |i| {
+                    (aberration.gradient)(place(i)) + 2.0 * defocus * place(i) + displacement(i)
+                };
+                let spots: Vec<DVec2> = (0..RAYS).map(spot).collect();
+                for s in &frequencies {
+                    let turns = spots.iter().map(|spot| DVec2::from_angle(spot.dot(*s)));
+                    let rays = turns.sum::<DVec2>() / RAYS as f64;
+                    largest = largest.max((rays - waves(aberration, defocus, *s)).length());
+                }
+            }
+            largest
         };
-        let rays = largest_error(&|_| DVec2::ZERO);
-        let independent = largest_error(&|i| kernel.displacement_at(columns[0][i], columns[1][i]));
-        let draw = largest_error(&|i| kernel.displacement(place(i), columns[4][i]));
+        let front = Wavefront::fitted(1.0, |q| Some((aberration.phase)(q))).unwrap();
+        let phases = PhaseDraw::new(&kernel, &front).unwrap();
+        let draws: [&dyn Fn(usize) -> DVec2; 4] = [
+            &|_| DVec2::ZERO,
+            &|i| kernel.displacement_at(columns[0][i], columns[1][i]),
+            &|i| kernel.displacement(place(i), columns[4][i]),
+            // The place of the light is that of the ray, less what it starts beside it.
+            &|i| -phases.displacement(place(i), columns[4][i]),
+        ];
+        let [rays, independent, by_place, by_phases] =
+            draws.map(|draw| largest_error(&[0.0], draw));
+        let beside = draws.map(|draw| largest_error(&BESIDE_WAVES, draw));
         println!(
-            "{} | {rays:.2} | {independent:.2} | {draw:.2}",
-            aberration.name
+            "{} | {rays:.2}; {:.2} | {independent:.2}; {:.2} | {by_place:.2}; {:.2} | {by_phases:.2}; {:.2}",
+            aberration.name, beside[0], beside[1], beside[2], beside[3]
         );
-        assert!(draw < aberration.bound, "{}: {draw}", aberration.name);
-        assert!(draw < rays.max(0.01), "{}: {draw} {rays}", aberration.name);
+        let name = aberration.name;
+        assert!(by_place < aberration.bound, "{name}: {by_place}");
+        assert!(by_place < rays.max(0.01), "{name}: {by_place} {rays}");
+        assert!(by_phases < 0.03, "{name}: {by_phases}");
+        assert!(beside[3] < 0.12, "{name}: {beside:?}");
     }
 }

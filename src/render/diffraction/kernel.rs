@@ -64,6 +64,17 @@ impl Kernel {
         }
     }
 
+    /// Farthest point of the outline.
+    pub fn radius(&self) -> f64 {
+        self.edge.as_ref().map_or(1.0, Edge::farthest)
+    }
+
+    /// Whether a point lies in the pupil.
+    pub fn is_inside(&self, q: DVec2) -> bool {
+        let radius = self.edge.as_ref().map_or(1.0, |edge| edge.at(q).0);
+        q.length_squared() < radius * radius
+    }
+
     /// The displacement of the ray through the point `q` of the pupil, in the units of the outline; `sample` in [0, 1).
     #[inline]
     pub fn displacement(&self, q: DVec2, sample: f64) -> DVec2 {
@@ -145,6 +156,13 @@ impl Edge {
         let all = at[Self::COUNT].1;
         at.iter_mut().for_each(|(_, share)| *share /= all);
         Self { at }
+    }
+
+    fn farthest(&self) -> f64 {
+        self.at
+            .iter()
+            .map(|(radius, _)| *radius)
+            .fold(0.0, f64::max)
     }
 
     /// The radius in the direction of a point, and the share of the area before it.

@@ -10,17 +10,20 @@
 //! ```
 //!
 //! That is exact in focus for a lens without aberrations. With aberrations or out of focus the blurs of rays and
-//! pattern are not independent: [`kernel`] has how a ray's displacement depends on its place in the pupil, and
-//! `docs/effects.md` how near that comes to waves that carry the lens's own phases.
+//! pattern are not independent: [`kernel`] has how a ray's displacement depends on its place in the pupil. Where the
+//! lens's own phases ([`wavefront`]) are told from none, [`phase_draw`] finds displacements that follow waves with
+//! these phases, in focus and beside it. `docs/effects.md` has how near both come.
 
 #[cfg(test)]
 mod against_waves;
 mod blur;
 mod kernel;
 mod pattern;
+mod phase_draw;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests;
+mod wavefront;
 
 use std::sync::Arc;
 
@@ -29,15 +32,19 @@ use rayon::prelude::*;
 
 use crate::field::FieldGrid;
 use crate::frames::camera_from_sensor_mm;
-use crate::lens::ExitPupilMap;
+use crate::lens::{ExitPupilMap, OpticalSystem};
 use crate::sampling::uniform;
 pub(super) use blur::{BlurField, PixelBlur};
 use kernel::Kernel;
+use phase_draw::PhaseDraw;
+use wavefront::{Sight, Wavefront};
 
 /// Radii of an outline, in units of its own ellipse, that differ from 1 by no more than this: diffracts as that one.
 const ELLIPTIC: f64 = 0.01;
 /// Every so many nodes of the pupil's map has a kernel of its own.
 const EVERY: usize = 4;
+/// RMS of phases over the pupil that are told from none, and from those of another node, waves.
+const PHASES_TOLD: f64 = 0.03;
 /// Keeps the choice of a node apart from the samples.
 const NODE: u64 = 0xD1FF_0DE5;
 /// Steps of the golden ratio fill [0, 1) evenly.
@@ -51,6 +58,8 @@ pub(super) struct LensDiffraction {
     ellipses: FieldGrid,
     /// At [`ExitPupilMap::NODES`]² / [`EVERY`]² nodes; a single one where all are ellipses.
     kernels: Vec<Arc<Kernel>>,
+    /// By the lens's phases, at the same nodes; empty of a lens without any.
+    draws: Vec<Option<Arc<PhaseDraw>>>,
     /// For the weights of `kernels` at a place.
     nodes: FieldGrid,
 }
@@ -72,23 +81,77 @@ impl LensDiffraction {
         let few = (side - 1) / EVERY + 1;
         let nodes = FieldGrid::new(pupils.window(), (few, few), 1, vec![0.0; few * few])?;
         let disk = Arc::new(Kernel::disk());
+        let shape = |k: usize| shapes[k / few * EVERY * side + k % few * EVERY].as_ref();
         let kernels = if shapes.iter().flatten().all(|s| s.clipped.is_none()) {
             vec![disk]
         } else {
-            let kernel = |k: usize| {
-                let shape = &shapes[k / few * EVERY * side + k % few * EVERY];
-                match shape.as_ref().and_then(|s| s.clipped.as_ref()) {
-                    Some(outline) => Arc::new(Kernel::new(outline)),
-                    None => disk.clone(),
-                }
+            let kernel = |k: usize| match shape(k).and_then(|s| s.clipped.as_ref()) {
+                Some(outline) => Arc::new(Kernel::new(outline)),
+                None => disk.clone(),
             };
             (0..few * few).into_par_iter().map(kernel).collect()
         };
         Some(Self {
             ellipses,
             kernels,
+            draws: Vec::new(),
             nodes,
         })
+    }
+
+    /// The same by waves with the phases of a lens that is in focus at a depth (mm, may be infinite), at the lens's
+    /// wavelength; others are taken to have the same phases.
+    pub fn with_phases(self, system: &OpticalSystem, depth_mm: f64) -> Self {
+        let front = |node: usize| {
+            let place_mm = self.nodes.place_mm(node);
+            let (middle, to_disk) = self.ellipse(place_mm);
+            let place_mm = camera_from_sensor_mm(place_mm, system.sensor_z_mm);
+            let sight = Sight {
+                system,
+                place_mm,
+                depth_mm,
+                middle,
+                to_disk,
+            };
+            Wavefront::traced(&sight, self.kernel(node).radius())
+        };
+        let count = self.nodes.data().len();
+        let fronts: Vec<Option<Wavefront>> = (0..count).into_par_iter().map(front).collect();
+        // Nodes with the same pupil and the same phases share a draw: the first of them.
+        let told = |front: &Wavefront| front.rms_waves() >= PHASES_TOLD;
+        let like = |a: usize, b: usize| match (&fronts[a], &fronts[b]) {
+            (Some(x), Some(y)) => {
+                std::ptr::eq(self.kernel(a), self.kernel(b)) && x.differs_waves(y) < PHASES_TOLD
+            }
+            _ => false,
+        };
+        let mut firsts: Vec<usize> = Vec::new();
+        let of_node: Vec<Option<usize>> = (0..count)
+            .map(|node| {
+                fronts[node].as_ref().filter(|front| told(front))?;
+                let known = firsts.iter().position(|&first| like(first, node));
+                Some(known.unwrap_or_else(|| {
+                    firsts.push(node);
+                    firsts.len() - 1
+                }))
+            })
+            .collect();
+        let draw =
+            |&node: &usize| PhaseDraw::new(self.kernel(node), fronts[node].as_ref()?).map(Arc::new);
+        let draws: Vec<Option<Arc<PhaseDraw>>> = firsts.par_iter().map(draw).collect();
+        let draws = of_node.into_iter().map(|first| draws[first?].clone());
+        Self {
+            draws: draws.collect(),
+            ..self
+        }
+    }
+
+    /// The same of a lens without aberrations.
+    pub fn without_phases(&self) -> Self {
+        Self {
+            draws: Vec::new(),
+            ..self.clone()
+        }
     }
 
     /// What the rays of a pixel draw from; its place: sensor frame, mm. `key`: the pixel's.
@@ -115,7 +178,8 @@ impl LensDiffraction {
         let scale = here.to_disk.transpose();
         // Columns grow with x of the sensor frame, against that of the camera frame.
         let to_px = wavelength_mm / pitch_mm / std::f64::consts::TAU * DVec2::new(-1.0, 1.0);
-        let displacement = |(i, (s, t))| to_px * (scale * here.pick(i).displacement_at(s, t));
+        let displacement =
+            |(i, (s, t))| to_px * (scale * here.pick(i).kernel.displacement_at(s, t));
         samples.enumerate().map(displacement).collect()
     }
 
@@ -127,9 +191,18 @@ impl LensDiffraction {
     }
 
     /// The kernels around a place and their weights.
-    fn around(&self, place_mm: DVec2) -> [(&Kernel, f64); 4] {
+    fn around(&self, place_mm: DVec2) -> [(NodeDraw<'_>, f64); 4] {
         let around = self.nodes.around(place_mm);
-        around.map(|(node, weight)| (self.kernel(node), weight))
+        around.map(|(node, weight)| {
+            let phases = self.draws.get(node).and_then(Option::as_deref);
+            (
+                NodeDraw {
+                    kernel: self.kernel(node),
+                    phases,
+                },
+                weight,
+            )
+        })
     }
 
     fn kernel(&self, node: usize) -> &Kernel {
@@ -137,12 +210,19 @@ impl LensDiffraction {
     }
 }
 
+/// What a node's rays draw from.
+#[derive(Clone, Copy)]
+struct NodeDraw<'a> {
+    kernel: &'a Kernel,
+    phases: Option<&'a PhaseDraw>,
+}
+
 /// The pattern at one place: a mixture of those of the four nodes around it.
 pub(in crate::render) struct PlaceDiffraction<'a> {
     middle: DVec2,
     to_disk: DMat2,
     scale: DMat2,
-    kernels: [(&'a Kernel, f64); 4],
+    kernels: [(NodeDraw<'a>, f64); 4],
     turn: f64,
 }
 
@@ -151,16 +231,21 @@ impl PlaceDiffraction<'_> {
     #[inline]
     pub fn displacement(&self, number: usize, direction: DVec2, sample: f64) -> DVec2 {
         let q = self.to_disk * (direction - self.middle);
-        self.scale * self.pick(number).displacement(q, sample)
+        let node = self.pick(number);
+        self.scale
+            * match node.phases {
+                Some(draw) => draw.displacement(q, sample),
+                None => node.kernel.displacement(q, sample),
+            }
     }
 
     /// The nodes take turns by their weights.
     #[inline]
-    fn pick(&self, number: usize) -> &Kernel {
+    fn pick(&self, number: usize) -> NodeDraw<'_> {
         let mut rest = (self.turn + number as f64 * GOLDEN).fract();
-        for (kernel, weight) in &self.kernels {
+        for (node, weight) in &self.kernels {
             if rest < *weight {
-                return kernel;
+                return *node;
             }
             rest -= weight;
         }

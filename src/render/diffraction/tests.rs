@@ -156,3 +156,89 @@ fn places_off_the_axis_diffract_as_the_directions_that_reach_them() {
         assert!((value - exact).abs() < 0.01, "{s}: {value} {exact}");
     }
 }
+
+/// A ray that starts where the slope of the phases puts it meets the point that the phases are of.
+#[test]
+fn slopes_of_the_phases_are_where_rays_to_the_point_start() {
+    let lens = Lens::new(&Prescription::builtin("wide_US20120327520A1_emb3").unwrap()).unwrap();
+    let lens = lens.focused_at(750.0, FocusBy::Sensor, 550.0).unwrap();
+    let system = lens.at(550.0).unwrap();
+    let place = DVec2::new(1.6, 1.2);
+    let window = crate::field::SensorWindowMm {
+        centre: place,
+        half_width: 0.02,
+        half_height: 0.02,
+    };
+    let pupils = ExitPupilMap::new(std::slice::from_ref(&system), window);
+    let field = LensDiffraction::new(&pupils, system.sensor_z_mm).unwrap();
+    let (middle, to_disk) = field.ellipse(place);
+    let place_mm = camera_from_sensor_mm(place, system.sensor_z_mm);
+    let sight = Sight {
+        system: &system,
+        place_mm,
+        depth_mm: 750.0,
+        middle,
+        to_disk,
+    };
+    let kernel = field.kernel(0);
+    let front = Wavefront::traced(&sight, kernel.radius()).unwrap();
+    let reached = |start: DVec2, q: DVec2| {
+        let w = middle + to_disk.inverse() * q;
+        let ray = Ray {
+            origin_mm: place_mm + start.extend(0.0),
+            direction: w.extend(-(1.0 - w.length_squared()).sqrt()),
+        };
+        let ray = crate::lens::trace_backward(&system, ray).unwrap();
+        let t = (-750.0 - ray.origin_mm.z) / ray.direction.z;
+        (ray.origin_mm + t * ray.direction).truncate()
+    };
+    let point = reached(DVec2::ZERO, DVec2::ZERO);
+    for q in [(0.6, 0.1), (-0.5, 0.4), (0.1, -0.7), (-0.3, -0.3)].map(DVec2::from) {
+        let start = 550e-6 / std::f64::consts::TAU * (to_disk.transpose() * front.gradient(q));
+        let (before, after) = (reached(DVec2::ZERO, q) - point, reached(start, q) - point);
+        println!("{q}: {before} {after} {start}");
+        assert!(
+            after.length() < 0.1 * before.length(),
+            "{q}: {before} {after}"
+        );
+    }
+    let draw = PhaseDraw::new(kernel, &front).unwrap();
+    println!(
+        "rms {} waves, radius {}",
+        front.rms_waves(),
+        kernel.radius()
+    );
+    for s in [(0.36, 0.0), (0.0, 0.36), (0.7, 0.0), (0.0, 0.7), (0.3, 0.3)].map(DVec2::from) {
+        let (mut waves, mut all) = (DVec2::ZERO, 0.0);
+        let n = 400;
+        let at = |i: usize| 1.3 * (2.0 * (i as f64 + 0.5) / n as f64 - 1.0);
+        for q in (0..n * n).map(|i| DVec2::new(at(i % n), at(i / n))) {
+            all += f64::from(u8::from(kernel.is_inside(q)));
+            let (a, b) = (q + 0.5 * s, q - 0.5 * s);
+            if kernel.is_inside(a) && kernel.is_inside(b) {
+                waves += DVec2::from_angle(front.phase(a) - front.phase(b));
+            }
+        }
+        let waves = waves / all;
+        let set = SobolSet::new(SAMPLES);
+        let columns = [2, 3, 4].map(|dim| {
+            let mut column = vec![0.0; SAMPLES];
+            set.fill(dim, 7, 0, &mut column);
+            column
+        });
+        let mut sums = [DVec2::ZERO; 2];
+        let mut count = 0.0;
+        for i in 0..SAMPLES {
+            let q = 1.3 * (2.0 * DVec2::new(columns[0][i], columns[1][i]) - 1.0);
+            if kernel.is_inside(q) {
+                count += 1.0;
+                let g = front.gradient(q);
+                sums[0] += DVec2::from_angle(s.dot(g - draw.displacement(q, columns[2][i])));
+                sums[1] += DVec2::from_angle(s.dot(g - kernel.displacement(q, columns[2][i])));
+            }
+        }
+        let [drawn, by_place] = sums.map(|sum| (sum / count - waves).length());
+        println!("{s}: errors {drawn} by the phases, {by_place} by the place in the pupil alone");
+        assert!(drawn < 0.03, "{s}: {drawn}");
+    }
+}

@@ -1,0 +1,382 @@
+//! Displacements of rays that give the blur of waves with the lens's own phases, in focus and beside it.
+//!
+//! With the phase W of the wave over the pupil, the light of a point spreads on the sensor as
+//!
+//! ```text
+//! I_c(κ) = |∫ exp(i (W(q) + c |q|² − κ·q)) d²q|² ,      ∫ I_c = 1
+//! ```
+//!
+//! c: defocus. Rays put the light of q at ∇W(q) + 2 c q. Particles (q, D), even over the pupil, stand for the rays and
+//! their displacements: D is sought such that ∇W + 2 c q + D is spread as I_c *for several c at once*. Waves have no
+//! such particles exactly: the joint density of place and direction that does it (Wigner's) is below 0 in places. The
+//! search goes through the planes c in turn and moves the particles part of the way towards I_c, by one dimension at a
+//! time: along a direction, the particles in their order go to the quantiles of I_c in theirs (sliced transport; Pitié,
+//! Kokaram, Dahyot, ICCV 2005). The plane in focus is taken every other time, and last.
+//!
+//! I_c is summed directly up to |κ| = `reach`; its light beyond is what the edge of the pupil diffracts far, and the
+//! particles that the pattern without phases ([`super::kernel`]) displaces the farthest stay there.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec2;
+
+use super::kernel::Kernel;
+use super::wavefront::Wavefront;
+
+/// Particles, about.
+const PARTICLES: usize = 4096;
+/// Cells over the square around the pupil, along each side.
+const CELLS: usize = 24;
+/// Points over the square around the pupil that the phase is summed at, along each side.
+const POINTS: usize = 64;
+/// Distance of places that the intensity is summed at.
+const STEP: f64 = 0.4;
+/// Least and most |κ| that the intensity is summed up to: half of what the points resolve.
+const REACH: [f64; 2] = [40.0, 90.0];
+/// Defocus at the edge |q| = 1 of the planes, waves.
+const PLANES: [f64; 9] = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
+/// The plane in focus.
+const IN_FOCUS: usize = 4;
+/// Planes in the order in which they are taken, again and again: neighbours far apart, as each undoes a little of what
+/// the one before did.
+const TURNS: [usize; 10] = [0, 5, 2, 7, IN_FOCUS, 1, 6, 3, 8, IN_FOCUS];
+/// Reach over how far rays pass the point in any plane, at least.
+const SPREAD: f64 = 2.0;
+/// How often.
+const SWEEPS: usize = 14;
+/// Longest move of a particle along a direction in a step.
+const LONGEST: f64 = 20.0;
+/// Steps of the golden ratio, and of the plastic number: points in a line and in the plane, evenly.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+const PLASTIC: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
+
+/// Displacements by the place in the pupil, in the units of [`Kernel`].
+#[derive(Clone, Debug)]
+pub(super) struct PhaseDraw {
+    /// Half of the side of the square that the cells divide.
+    half: f64,
+    /// Where the particles of each cell begin, row by row; one more: where the last ends.
+    first: Vec<u32>,
+    displacements: Vec<DVec2>,
+}
+
+impl PhaseDraw {
+    /// For the waves `phases` over the pupil of `kernel`. `None` where phases change faster than can be summed.
+    pub fn new(kernel: &Kernel, phases: &Wavefront) -> Option<Self> {
+        let half = kernel.radius();
+        let places = places(kernel, half);
+        let slopes: Vec<DVec2> = places.iter().map(|&q| phases.gradient(q)).collect();
+        let farthest = PLANES
+            .iter()
+            .map(|p| 4.0 * PI * p.abs() * half)
+            .fold(0.0, f64::max)
+            + slopes.iter().map(|s| s.length()).fold(0.0, f64::max);
+        if farthest.is_nan() || SPREAD * farthest > REACH[1] {
+            return None;
+        }
+        let reach = (SPREAD * farthest).max(REACH[0]);
+        let drawn = |(i, &q): (usize, &DVec2)| kernel.displacement(q, (i as f64 * GOLDEN).fract());
+        let mut displacements: Vec<DVec2> = places.iter().enumerate().map(drawn).collect();
+        let pupil = Pupil::new(kernel, phases, half);
+        let turns = Turns::new(&pupil.axis, reach);
+        let planes = PLANES.map(|waves| Plane::new(&pupil, &turns, TAU * waves, reach));
+        // The others stay far out.
+        let is_near = |i: &usize| displacements[*i].length() <= reach;
+        let order: Vec<usize> = (0..places.len()).filter(is_near).collect();
+        let near = Near {
+            places: &places,
+            slopes: &slopes,
+            numbers: &order,
+        };
+        let targets: Vec<Vec<DVec2>> = planes.iter().map(|p| p.samples(order.len())).collect();
+        let mut buffers = Buffers::default();
+        let steps = (0..SWEEPS).flat_map(|sweep| {
+            let part = if 2 * sweep < SWEEPS { 0.5 } else { 0.25 };
+            TURNS.map(|plane| (plane, part))
+        });
+        for (number, (plane, part)) in steps.chain([(IN_FOCUS, 1.0)]).enumerate() {
+            let turn = DVec2::from_angle(PI * (number as f64 * GOLDEN).fract());
+            let defocus = 2.0 * TAU * PLANES[plane];
+            buffers.step(
+                &near,
+                &mut displacements,
+                defocus,
+                &targets[plane],
+                [turn, part * DVec2::ONE],
+            );
+        }
+        Some(Self::sorted(half, &places, &displacements))
+    }
+
+    /// The displacement of the ray through the point `q` of the pupil; `sample` in [0, 1).
+    #[inline]
+    pub fn displacement(&self, q: DVec2, sample: f64) -> DVec2 {
+        let cell = cell(q, self.half);
+        let (first, last) = (self.first[cell] as usize, self.first[cell + 1] as usize);
+        self.displacements[first + (sample * (last - first) as f64) as usize]
+    }
+
+    fn sorted(half: f64, places: &[DVec2], displacements: &[DVec2]) -> Self {
+        let mut cells = vec![Vec::new(); CELLS * CELLS];
+        for (place, d) in places.iter().zip(displacements) {
+            // The wave's place is that of the ray, less its displacement.
+            cells[cell(*place, half)].push(-*d);
+        }
+        let filled: Vec<usize> = (0..cells.len()).filter(|&c| !cells[c].is_empty()).collect();
+        let mut sorted = Self {
+            half,
+            first: vec![0],
+            displacements: Vec::new(),
+        };
+        for c in 0..cells.len() {
+            let apart = |other: &usize| {
+                let (dx, dy) = (
+                    (c % CELLS).abs_diff(other % CELLS),
+                    (c / CELLS).abs_diff(other / CELLS),
+                );
+                dx * dx + dy * dy
+            };
+            // A ray by the edge may fall into a cell without particles.
+            let nearest = filled
+                .iter()
+                .min_by_key(|other| apart(other))
+                .copied()
+                .unwrap_or(c);
+            sorted.displacements.extend(&cells[nearest]);
+            sorted.first.push(sorted.displacements.len() as u32);
+        }
+        sorted
+    }
+}
+
+fn cell(q: DVec2, half: f64) -> usize {
+    let along =
+        |x: f64| ((x / half + 1.0) * (0.5 * CELLS as f64)).clamp(0.0, CELLS as f64 - 1.0) as usize;
+    along(q.y) * CELLS + along(q.x)
+}
+
+/// Points even over the pupil.
+fn places(kernel: &Kernel, half: f64) -> Vec<DVec2> {
+    let point = |i: usize| {
+        let part = DVec2::from(PLASTIC.map(|step| (0.5 + i as f64 * step).fract()));
+        half * (2.0 * part - 1.0)
+    };
+    let all = (PARTICLES as f64 * 4.0 / PI) as usize;
+    (0..all)
+        .map(point)
+        .filter(|q| kernel.is_inside(*q))
+        .collect()
+}
+
+/// The wave on a square grid.
+struct Pupil {
+    /// Real and imaginary part, times the part of the cell that is inside, row by row.
+    wave: Vec<DVec2>,
+    /// |q|².
+    squared: Vec<f64>,
+    /// q along each side.
+    axis: [f64; POINTS],
+}
+
+impl Pupil {
+    fn new(kernel: &Kernel, phases: &Wavefront, half: f64) -> Self {
+        let step = 2.0 * half / POINTS as f64;
+        let axis: [f64; POINTS] = std::array::from_fn(|i| (i as f64 + 0.5) * step - half);
+        let inside = |q: DVec2| {
+            let parts =
+                (0..16).map(|k| DVec2::new(f64::from(k % 4), f64::from(k / 4)) / 4.0 - 0.375);
+            parts
+                .filter(|part| kernel.is_inside(q + step * *part))
+                .count() as f64
+                / 16.0
+        };
+        let points = || {
+            axis.iter()
+                .flat_map(|&y| axis.iter().map(move |&x| DVec2::new(x, y)))
+        };
+        let wave = |q: DVec2| match inside(q) {
+            0.0 => DVec2::ZERO,
+            part => part * DVec2::from_angle(phases.phase(q)),
+        };
+        Self {
+            wave: points().map(wave).collect(),
+            squared: points().map(|q| q.length_squared()).collect(),
+            axis,
+        }
+    }
+}
+
+/// exp(−i κ q) by κ and q, real and imaginary parts apart.
+struct Turns {
+    /// Steps of κ to either side.
+    count: usize,
+    real: Vec<[f64; POINTS]>,
+    imaginary: Vec<[f64; POINTS]>,
+}
+
+impl Turns {
+    fn new(axis: &[f64; POINTS], reach: f64) -> Self {
+        let count = (reach / STEP).ceil() as usize;
+        let angle = |k: usize, q: f64| (count as f64 - k as f64) * STEP * q;
+        let all = 0..2 * count + 1;
+        Self {
+            count,
+            real: all
+                .clone()
+                .map(|k| axis.map(|q| angle(k, q).cos()))
+                .collect(),
+            imaginary: all.map(|k| axis.map(|q| angle(k, q).sin())).collect(),
+        }
+    }
+
+    fn side(&self) -> usize {
+        2 * self.count + 1
+    }
+
+    /// Σ wave · exp(−i κ q) at the k-th κ, in eight sums side by side.
+    fn sum(&self, k: usize, real: &[f64], imaginary: &[f64]) -> (f64, f64) {
+        let (turn_real, turn_imaginary) = (&self.real[k], &self.imaginary[k]);
+        let (mut re, mut im) = ([0.0; 8], [0.0; 8]);
+        for first in (0..POINTS).step_by(8) {
+            let part = first..first + 8;
+            let (a, b) = (&real[part.clone()], &imaginary[part.clone()]);
+            let (c, d) = (&turn_real[part.clone()], &turn_imaginary[part]);
+            for i in 0..8 {
+                re[i] += a[i] * c[i] - b[i] * d[i];
+                im[i] += a[i] * d[i] + b[i] * c[i];
+            }
+        }
+        (re.iter().sum(), im.iter().sum())
+    }
+}
+
+/// The intensity in a plane beside the focus, up to the reach.
+struct Plane {
+    side: usize,
+    reach: f64,
+    /// Sums of the intensities, row by row, from the first on.
+    sums: Vec<f64>,
+}
+
+impl Plane {
+    /// `defocus`: phase at |q| = 1, rad.
+    fn new(pupil: &Pupil, turns: &Turns, defocus: f64, reach: f64) -> Self {
+        let side = turns.side();
+        let turned =
+            |(wave, squared): (&DVec2, &f64)| DVec2::from_angle(defocus * squared).rotate(*wave);
+        let wave = pupil.wave.iter().zip(&pupil.squared).map(turned);
+        let (real, imaginary): (Vec<f64>, Vec<f64>) = wave.map(|w| (w.x, w.y)).unzip();
+        // Along rows: [κ_x][row]; then along columns.
+        let rows = || {
+            real.chunks_exact(POINTS)
+                .zip(imaginary.chunks_exact(POINTS))
+        };
+        let (mut column_real, mut column_imaginary) = (Vec::new(), Vec::new());
+        for k in 0..side {
+            for (re, im) in rows() {
+                let (re, im) = turns.sum(k, re, im);
+                column_real.push(re);
+                column_imaginary.push(im);
+            }
+        }
+        let mut sums = Vec::with_capacity(side * side);
+        let mut all = 0.0;
+        let beside = |k: usize| (k.abs_diff(turns.count) as f64 * STEP).powi(2);
+        for y in 0..side {
+            for x in 0..side {
+                if beside(x) + beside(y) <= reach * reach {
+                    let column = x * POINTS..(x + 1) * POINTS;
+                    let (re, im) =
+                        turns.sum(y, &column_real[column.clone()], &column_imaginary[column]);
+                    all += re * re + im * im;
+                }
+                sums.push(all);
+            }
+        }
+        Self { side, reach, sums }
+    }
+
+    /// Places spread as the intensity.
+    fn samples(&self, count: usize) -> Vec<DVec2> {
+        let all = self.sums.last().copied().unwrap_or(0.0);
+        let middle = (self.side / 2) as f64;
+        let mut at = 0;
+        let sample = |i: usize| {
+            let wanted = all * (i as f64 + 0.5) / count as f64;
+            while at + 1 < self.sums.len() && self.sums[at] < wanted {
+                at += 1;
+            }
+            let part = DVec2::from(PLASTIC.map(|step| (i as f64 * step).fract())) - 0.5;
+            let cell = DVec2::new((at % self.side) as f64, (at / self.side) as f64) - middle;
+            ((cell + part) * STEP).clamp_length_max(self.reach)
+        };
+        (0..count).map(sample).collect()
+    }
+}
+
+/// The particles that are moved.
+struct Near<'a> {
+    places: &'a [DVec2],
+    slopes: &'a [DVec2],
+    numbers: &'a [usize],
+}
+
+/// Memory of a step.
+#[derive(Default)]
+struct Buffers {
+    order: Vec<u64>,
+    target: Vec<f32>,
+    moves: Vec<DVec2>,
+}
+
+impl Buffers {
+    /// Moves the particles towards the target in a plane, part of the way along a direction and across it.
+    fn step(
+        &mut self,
+        near: &Near<'_>,
+        displacements: &mut [DVec2],
+        defocus: f64,
+        target: &[DVec2],
+        [turn, part]: [DVec2; 2],
+    ) {
+        self.moves.clear();
+        self.moves.resize(near.numbers.len(), DVec2::ZERO);
+        for (along, part) in [(turn, part.x), (turn.perp(), part.y)] {
+            self.order.clear();
+            self.order
+                .extend(near.numbers.iter().enumerate().map(|(k, &i)| {
+                    let at = near.slopes[i] + defocus * near.places[i] + displacements[i];
+                    u64::from(ascending(at.dot(along) as f32)) << 32 | k as u64
+                }));
+            self.order.sort_unstable();
+            self.target.clear();
+            self.target
+                .extend(target.iter().map(|t| t.dot(along) as f32));
+            self.target.sort_unstable_by(f32::total_cmp);
+            for (key, to) in self.order.iter().zip(&self.target) {
+                let k = (key & u64::from(u32::MAX)) as usize;
+                let from = from_ascending((key >> 32) as u32);
+                let way = f64::from(to - from).clamp(-LONGEST, LONGEST);
+                self.moves[k] += part * way * along;
+            }
+        }
+        for (&i, way) in near.numbers.iter().zip(&self.moves) {
+            displacements[i] += *way;
+        }
+    }
+}
+
+/// Bits in the order of the numbers.
+fn ascending(x: f32) -> u32 {
+    let bits = x.to_bits();
+    bits ^ (((bits as i32 >> 31) as u32) | 0x8000_0000)
+}
+
+fn from_ascending(bits: u32) -> f32 {
+    let mask = if bits & 0x8000_0000 == 0 {
+        u32::MAX
+    } else {
+        0x8000_0000
+    };
+    f32::from_bits(bits ^ mask)
+}
