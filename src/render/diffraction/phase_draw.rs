@@ -24,13 +24,13 @@ use super::kernel::Kernel;
 use super::wavefront::Wavefront;
 
 /// Particles, about.
-const PARTICLES: usize = 4096;
+const PARTICLES: usize = 3072;
 /// Cells over the square around the pupil, along each side.
 const CELLS: usize = 24;
 /// Points over the square around the pupil that the phase is summed at, along each side.
 const POINTS: usize = 64;
 /// Distance of places that the intensity is summed at.
-const STEP: f64 = 0.4;
+const STEP: f64 = 0.5;
 /// Least and most |κ| that the intensity is summed up to: half of what the points resolve.
 const REACH: [f64; 2] = [40.0, 90.0];
 /// Defocus at the edge |q| = 1 of the planes, waves.
@@ -210,8 +210,8 @@ impl Pupil {
 struct Turns {
     /// Steps of κ to either side.
     count: usize,
-    real: Vec<[f64; POINTS]>,
-    imaginary: Vec<[f64; POINTS]>,
+    real: Vec<[f32; POINTS]>,
+    imaginary: Vec<[f32; POINTS]>,
 }
 
 impl Turns {
@@ -223,9 +223,11 @@ impl Turns {
             count,
             real: all
                 .clone()
-                .map(|k| axis.map(|q| angle(k, q).cos()))
+                .map(|k| axis.map(|q| angle(k, q).cos() as f32))
                 .collect(),
-            imaginary: all.map(|k| axis.map(|q| angle(k, q).sin())).collect(),
+            imaginary: all
+                .map(|k| axis.map(|q| angle(k, q).sin() as f32))
+                .collect(),
         }
     }
 
@@ -234,9 +236,9 @@ impl Turns {
     }
 
     /// Σ wave · exp(−i κ q) at the k-th κ, in eight sums side by side.
-    fn sum(&self, k: usize, real: &[f64], imaginary: &[f64]) -> (f64, f64) {
+    fn sum(&self, k: usize, real: &[f32], imaginary: &[f32]) -> (f32, f32) {
         let (turn_real, turn_imaginary) = (&self.real[k], &self.imaginary[k]);
-        let (mut re, mut im) = ([0.0; 8], [0.0; 8]);
+        let (mut re, mut im) = ([0f32; 8], [0f32; 8]);
         for first in (0..POINTS).step_by(8) {
             let part = first..first + 8;
             let (a, b) = (&real[part.clone()], &imaginary[part.clone()]);
@@ -265,7 +267,8 @@ impl Plane {
         let turned =
             |(wave, squared): (&DVec2, &f64)| DVec2::from_angle(defocus * squared).rotate(*wave);
         let wave = pupil.wave.iter().zip(&pupil.squared).map(turned);
-        let (real, imaginary): (Vec<f64>, Vec<f64>) = wave.map(|w| (w.x, w.y)).unzip();
+        let (real, imaginary): (Vec<f32>, Vec<f32>) =
+            wave.map(|w| (w.x as f32, w.y as f32)).unzip();
         // Along rows: [κ_x][row]; then along columns.
         let rows = || {
             real.chunks_exact(POINTS)
@@ -288,7 +291,7 @@ impl Plane {
                     let column = x * POINTS..(x + 1) * POINTS;
                     let (re, im) =
                         turns.sum(y, &column_real[column.clone()], &column_imaginary[column]);
-                    all += re * re + im * im;
+                    all += f64::from(re * re + im * im);
                 }
                 sums.push(all);
             }

@@ -196,18 +196,13 @@ fn slopes_of_the_phases_are_where_rays_to_the_point_start() {
     for q in [(0.6, 0.1), (-0.5, 0.4), (0.1, -0.7), (-0.3, -0.3)].map(DVec2::from) {
         let start = 550e-6 / std::f64::consts::TAU * (to_disk.transpose() * front.gradient(q));
         let (before, after) = (reached(DVec2::ZERO, q) - point, reached(start, q) - point);
-        println!("{q}: {before} {after} {start}");
+        // What a polynomial of the twelfth degree leaves of this lens's slopes.
         assert!(
-            after.length() < 0.1 * before.length(),
+            after.length() < 0.06 * before.length(),
             "{q}: {before} {after}"
         );
     }
     let draw = PhaseDraw::new(kernel, &front).unwrap();
-    println!(
-        "rms {} waves, radius {}",
-        front.rms_waves(),
-        kernel.radius()
-    );
     for s in [(0.36, 0.0), (0.0, 0.36), (0.7, 0.0), (0.0, 0.7), (0.3, 0.3)].map(DVec2::from) {
         let (mut waves, mut all) = (DVec2::ZERO, 0.0);
         let n = 400;

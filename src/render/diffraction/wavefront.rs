@@ -26,7 +26,7 @@ const RAYS: usize = 4 * terms(DEGREE);
 /// How far starts are moved for their derivatives.
 const STEP_MM: f64 = 1e-4;
 /// Steps towards the point: each leaves the square of what the one before did, by the part that the lens is not linear.
-const NEWTON_STEPS: usize = 3;
+const NEWTON_STEPS: usize = 2;
 /// Steps of the golden ratio.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
