@@ -1,27 +1,12 @@
 //! Scenes that call for diffraction at the lens's aperture, and scenes that do not.
 
-use std::sync::Arc;
-
-use glam::DVec3;
 use quadpixel::effects::{Choice, Decision, Effect, Shot, Tolerance};
-use quadpixel::render::Camera;
-use quadpixel::scene::texture::Texture;
-use quadpixel::scene::{Scene, TexturedPlane};
+use quadpixel::scene::Scene;
 
+use super::light::point;
 use super::scenes::{Make, card};
 use super::shots::boxes;
 use super::{difference_percent, planned};
-
-/// A white square of a third of a pixel in the dark, in focus.
-fn point(camera: &Camera) -> Scene {
-    let depth = camera.focus_distance_mm();
-    let pixel = camera.sensor().pitch_mm() * depth / camera.paraxial().unwrap().efl_mm;
-    let texture = Arc::new(Texture::from_fn(2, 2, |_, _| [1.0; 3]).unwrap());
-    let centre = DVec3::new(0.0, 0.0, -depth);
-    let side = (0.34 * pixel, 0.34 * pixel);
-    let plane = TexturedPlane::new(centre, side, (0.0, 0.0, 0.0), texture, None);
-    Scene::new(vec![plane.unwrap()], [1e-3; 3])
-}
 
 #[test]
 fn diffraction_is_simulated_where_it_would_be_seen() {
@@ -59,7 +44,12 @@ fn diffraction_is_simulated_where_it_would_be_seen() {
             phone(),
             false,
         ),
-        ("phone, a point of light", point(&centred), centred, true),
+        (
+            "phone, a point of light",
+            point(&centred, 1.0),
+            centred,
+            true,
+        ),
         (
             "f/22, small pixels",
             card(&small_stop, 1.0, 1.0),

@@ -6,6 +6,7 @@
 
 mod diffraction;
 mod ghosts;
+mod light;
 mod paths;
 mod scenes;
 #[path = "../common/shots.rs"]
@@ -52,7 +53,7 @@ fn left_out(planned: &Planned) -> Vec<Effect> {
     out.map(|d| d.effect).collect()
 }
 
-/// A dozen scenes chosen to call for different effects.
+/// Two dozen scenes chosen to call for different effects.
 #[test]
 fn what_auto_leaves_out_is_below_the_tolerance_and_saves_rays() {
     let tolerance = Tolerance::default();
@@ -62,7 +63,7 @@ fn what_auto_leaves_out_is_below_the_tolerance_and_saves_rays() {
         name,
         shot,
         leaves_out,
-    } in scenes::all()
+    } in scenes::all().into_iter().chain(light::all())
     {
         let auto = planned(&shot, &Choice::Auto);
         let out = left_out(&auto);

@@ -34,14 +34,14 @@ pub struct Case {
 
 /// How a camera is put together.
 pub struct Make<'a> {
-    lens: &'a str,
-    f_number: Option<f64>,
-    focus_mm: f64,
-    centre: DVec2,
-    side: usize,
-    rule: ShiftRule,
-    response: Response,
-    wavelengths: ChannelWavelengths,
+    pub lens: &'a str,
+    pub f_number: Option<f64>,
+    pub focus_mm: f64,
+    pub centre: DVec2,
+    pub side: usize,
+    pub rule: ShiftRule,
+    pub response: Response,
+    pub wavelengths: ChannelWavelengths,
 }
 
 const SLOW: &str = "lib_double_gauss_100mm_glass";
