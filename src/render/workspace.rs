@@ -69,7 +69,13 @@ impl Workspace {
         (first, n): (usize, usize),
         execution: &Execution,
     ) {
-        sample(sobol, aim.key, (first, n), &mut self.samples, execution.simd);
+        sample(
+            sobol,
+            aim.key,
+            (first, n),
+            &mut self.samples,
+            execution.simd,
+        );
         self.rays = n;
         self.aim_at_lamps(sobol, aim, first);
         let n = self.samples[0].len();
