@@ -27,13 +27,11 @@ pub enum Named {
 
 impl Default for LensTracing {
     fn default() -> Self {
-        Self::MAP
+        Self::EXACT
     }
 }
 
 impl LensTracing {
-    /// By maps of the default bound.
-    pub const MAP: Self = Self::Named(Named::Map);
     /// Surface by surface.
     pub const EXACT: Self = Self::Named(Named::Exact);
 
