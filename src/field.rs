@@ -91,13 +91,21 @@ impl FieldGrid {
     /// Writes the field at `xy_mm` (clamped to the window) into `out`.
     #[inline]
     pub fn sample(&self, xy_mm: DVec2, out: &mut [f64]) {
+        let count = self.components.min(out.len());
+        self.sample_from(xy_mm, 0, &mut out[..count]);
+    }
+
+    /// Writes the components from `first` on of the field at `xy_mm` (clamped to the window) into `out`: as many as it
+    /// holds.
+    #[inline]
+    pub(crate) fn sample_from(&self, xy_mm: DVec2, first: usize, out: &mut [f64]) {
         let [(i, fx), (j, fy)] = self.cells(xy_mm);
         let (i1, j1) = ((i + 1).min(self.nx - 1), (j + 1).min(self.ny - 1));
         let node = |i: usize, j: usize| {
-            &self.data[(j * self.nx + i) * self.components..][..self.components]
+            &self.data[(j * self.nx + i) * self.components + first..][..out.len()]
         };
         let (a, b, c, d) = (node(i, j), node(i1, j), node(i, j1), node(i1, j1));
-        for (k, o) in out.iter_mut().enumerate().take(self.components) {
+        for (k, o) in out.iter_mut().enumerate() {
             let top = a[k] + fx * (b[k] - a[k]);
             let bottom = c[k] + fx * (d[k] - c[k]);
             *o = top + fy * (bottom - top);

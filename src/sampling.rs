@@ -77,7 +77,7 @@ impl SobolSet {
     /// Writes coordinate `dim` of points `first .. first + out.len()`, scrambled by `key`, in [0, 1).
     ///
     /// Only as many points as the set still has are written; the number is returned.
-    #[inline]
+    #[inline(always)]
     pub fn fill(&self, dim: usize, key: u64, first: usize, out: &mut [f64]) -> usize {
         let seed = hash(key, &[dim as u64]) as u32;
         let source = self.reversed[dim].get(first..).unwrap_or(&[]);

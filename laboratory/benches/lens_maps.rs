@@ -65,6 +65,7 @@ fn row(name: &str, height: f64) {
         pitch_mm,
         focus_mm,
         bound: MapBound::default(),
+        rays: usize::MAX,
     };
     let began = Instant::now();
     let map = LensMap::new(&task, None);

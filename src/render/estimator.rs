@@ -147,7 +147,8 @@ impl<'a> Estimator<'a> {
             first,
             rays: n,
         } = block;
-        work.aim(self.camera, &self.sobol, task.aim, first, n);
+        let rays = (first, n);
+        work.aim(self.camera, &self.sobol, task.aim, rays, &self.execution);
         work.diffract(self.camera, &self.sobol, task.aim, first);
         let n = work.measure.len();
         work.radiance.iter_mut().for_each(|l| l.resize(n, 0.0));

@@ -12,6 +12,7 @@
 //! response. The classic mode is the same estimator with the geometric response. A ray has a wavelength λ of its
 //! channel's band, at which the lens bends it and the pixel absorbs it ([`crate::spectrum`]).
 
+mod aiming;
 mod camera;
 mod colours;
 mod diffraction;

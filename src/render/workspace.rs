@@ -2,22 +2,24 @@
 
 use std::ops::Range;
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 use super::Execution;
+use super::aiming::{Target, displace, sample};
 use super::camera::Camera;
 use super::lamp_rays::{LampSketch, lamp_key, rays_per_sketch, weight};
 use super::occlusion::Occlusion;
 use super::pixel_aim::PixelAim;
 use super::stats::Tally;
 use super::tracer::Tracer;
-use crate::frames::{camera_from_sensor_mm, uv_from_traced_direction};
-use crate::lens::{LensMap, PlaceBuffers, PupilEllipse};
+use crate::frames::uv_from_traced_direction;
+use crate::lens::{LensMap, PlaceBuffers};
 use crate::rays::{RayBatch, RaySlices};
 use crate::response::ResponseLookup;
-use crate::sampling::{SobolSet, concentric_disk};
+use crate::sampling::SobolSet;
 use crate::scene::world::PathKey;
 use crate::scene::{Hits, Scene};
+use crate::simd::SimdLevel;
 
 /// Buffers that a thread reuses from pixel to pixel.
 #[derive(Clone, Debug, Default)]
@@ -64,56 +66,36 @@ impl Workspace {
         camera: &Camera,
         sobol: &SobolSet,
         aim: &PixelAim,
-        first: usize,
-        n: usize,
+        (first, n): (usize, usize),
+        execution: &Execution,
     ) {
-        for (dim, s) in self.samples.iter_mut().enumerate() {
-            s.resize(n, 0.0);
-            sobol.fill(dim, aim.key, first, s);
-        }
-        let [_, _, sp, sq] = &mut self.samples;
-        for (p, q) in sp.iter_mut().zip(sq) {
-            (*p, *q) = concentric_disk(*p, *q);
-        }
+        sample(
+            sobol,
+            aim.key,
+            (first, n),
+            &mut self.samples,
+            execution.simd,
+        );
         self.rays = n;
         self.aim_at_lamps(sobol, aim, first);
         let n = self.samples[0].len();
         self.aimed.iter_mut().for_each(|a| a.resize(n, 0.0));
         self.measure.resize(n, 0.0);
-        let pitch = camera.sensor().pitch_mm();
-        let z = camera.sensor_z_mm();
-        let corner = aim.position_mm - DVec2::splat(0.5 * pitch);
-        let PupilEllipse {
-            centre_mm: c,
-            axis_a_mm: a,
-            axis_b_mm: b,
-        } = aim.pupil;
-        let delta_z = c.z - z;
-        self.pupil_z_mm = delta_z;
-        let [sx, sy, sp, sq] = &self.samples;
-        let [ox, oy, oz, dx, dy, dz] = &mut self.aimed;
-        let (sx, sy, sp, sq) = (&sx[..n], &sy[..n], &sp[..n], &sq[..n]);
-        let (ox, oy, oz) = (&mut ox[..n], &mut oy[..n], &mut oz[..n]);
-        let (dx, dy, dz) = (&mut dx[..n], &mut dy[..n], &mut dz[..n]);
-        let measure = &mut self.measure[..n];
-        for i in 0..n {
-            let on_sensor = corner + DVec2::new(pitch * sx[i], pitch * sy[i]);
-            let DVec3 { x, y, .. } = camera_from_sensor_mm(on_sensor, z);
-            let (p, q) = (sp[i], sq[i]);
-            let ex = c.x + p * a.x + q * b.x - x;
-            let ey = c.y + p * a.y + q * b.y - y;
-            let squared = ex * ex + ey * ey + delta_z * delta_z;
-            let inverse = 1.0 / squared.sqrt();
-            (ox[i], oy[i], oz[i]) = (x, y, z);
-            (dx[i], dy[i], dz[i]) = (ex * inverse, ey * inverse, delta_z * inverse);
-            measure[i] = delta_z * delta_z / (squared * squared);
-        }
+        let target = Target::new(camera, aim);
+        self.pupil_z_mm = target.pupil.centre_mm.z - target.sensor_z_mm;
+        target.aim(
+            &self.samples,
+            &mut self.aimed,
+            &mut self.measure,
+            execution.simd,
+        );
         if self.lamp_sketches.is_empty() {
             return;
         }
-        for i in 0..n {
+        let [sx, sy, sp, sq] = &self.samples;
+        for (i, measure) in self.measure.iter_mut().enumerate() {
             let (place, q) = (DVec2::new(sx[i], sy[i]), DVec2::new(sp[i], sq[i]));
-            measure[i] *= weight(&self.lamp_sketches, self.rays, (place, q));
+            *measure *= weight(&self.lamp_sketches, self.rays, (place, q));
         }
     }
 
@@ -187,7 +169,7 @@ impl Workspace {
         for (target, source) in targets.into_iter().zip(&self.aimed) {
             target.clone_from(source);
         }
-        self.displace(colour.wavelength_mm);
+        self.displace(colour.wavelength_mm, execution.simd);
         let b = &mut self.batch;
         self.tally.exact_rays += match colour.map {
             None => {
@@ -208,24 +190,13 @@ impl Workspace {
 
     /// Moves the rays of the batch to where diffraction at a wavelength displaces them from, each towards the point of
     /// the pupil that it was aimed at.
-    pub fn displace(&mut self, wavelength_mm: f64) {
-        let b = &mut self.batch;
-        let [x, y] = &self.displacements;
-        let (ox, oy) = (&mut b.ox[..x.len()], &mut b.oy[..x.len()]);
-        let (dx, dy, dz) = (
-            &mut b.dx[..x.len()],
-            &mut b.dy[..x.len()],
-            &mut b.dz[..x.len()],
+    pub fn displace(&mut self, wavelength_mm: f64, simd: SimdLevel) {
+        displace(
+            &mut self.batch,
+            &self.displacements,
+            [wavelength_mm, self.pupil_z_mm],
+            simd,
         );
-        let y = &y[..x.len()];
-        for i in 0..x.len() {
-            let (x, y) = (wavelength_mm * x[i], wavelength_mm * y[i]);
-            let length = self.pupil_z_mm / dz[i];
-            let (ex, ey) = (dx[i] * length - x, dy[i] * length - y);
-            let inverse = 1.0 / (ex * ex + ey * ey + self.pupil_z_mm * self.pupil_z_mm).sqrt();
-            (ox[i], oy[i]) = (ox[i] + x, oy[i] + y);
-            (dx[i], dy[i], dz[i]) = (ex * inverse, ey * inverse, self.pupil_z_mm * inverse);
-        }
     }
 
     /// The radiance of the channels along the traced rays.

@@ -3,6 +3,10 @@
 use super::hits::{Hits, NO_SURFACE};
 use super::plane::{Solver, TexturedPlane};
 use crate::rays::RaySlices;
+use crate::simd::SimdLevel;
+
+/// Rays whose crossings with a card's plane are found together.
+const BLOCK: usize = 128;
 
 /// Flat cards in front of an even environment.
 #[derive(Clone, Debug, Default)]
@@ -73,11 +77,94 @@ fn update(
     index: u16,
     solid: impl Fn(f64, f64) -> bool,
 ) {
+    let level = SimdLevel::detect();
     let n = hits.distance_mm.len();
-    let [ox, oy, oz] = rays.origin_mm.map(|a| &a[..n]);
-    let [dx, dy, dz] = rays.direction.map(|a| &a[..n]);
-    let (distance, surface) = (&mut hits.distance_mm[..n], &mut hits.surface[..n]);
-    let (hit_s, hit_t) = (&mut hits.cards.s[..n], &mut hits.cards.t[..n]);
+    let mut met = Crossings::NONE;
+    for start in (0..n).step_by(BLOCK) {
+        let block = start..n.min(start + BLOCK);
+        let distance = &mut hits.distance_mm[block.clone()];
+        let origins = rays.origin_mm.map(|a| &a[block.clone()]);
+        let directions = rays.direction.map(|a| &a[block.clone()]);
+        if !met.find(plane, [origins, directions], distance, level) {
+            continue;
+        }
+        for (i, ray) in block.enumerate() {
+            let (s, t) = (met.s[i], met.t[i]);
+            if met.inside[i] != 0 && solid(s, t) {
+                distance[i] = met.tau[i];
+                hits.cards.s[ray] = s as f32;
+                hits.cards.t[ray] = t as f32;
+                hits.surface[ray] = index;
+            }
+        }
+    }
+}
+
+/// Where rays cross a card's plane.
+struct Crossings {
+    /// Distance along each ray.
+    tau: [f64; BLOCK],
+    s: [f64; BLOCK],
+    t: [f64; BLOCK],
+    /// Not 0: within the card, and before what the ray met so far.
+    inside: [u64; BLOCK],
+}
+
+impl Crossings {
+    const NONE: Self = Self {
+        tau: [0.0; BLOCK],
+        s: [0.0; BLOCK],
+        t: [0.0; BLOCK],
+        inside: [0; BLOCK],
+    };
+
+    /// Of rays by their origins and directions, as many as there are distances. Whether any lies within the card. The
+    /// `level` changes the speed only.
+    fn find(
+        &mut self,
+        plane: &Solver,
+        rays: [[&[f64]; 3]; 2],
+        distance_mm: &[f64],
+        level: SimdLevel,
+    ) -> bool {
+        match level {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `detect` found AVX-512 F, DQ and VL on this CPU.
+            SimdLevel::Avx512 => unsafe { find_avx512(self, plane, rays, distance_mm) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `detect` found AVX2 (or more) on this CPU.
+            SimdLevel::Avx2 => unsafe { find_avx2(self, plane, rays, distance_mm) },
+            _ => find(self, plane, rays, distance_mm),
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn find_avx2(met: &mut Crossings, plane: &Solver, rays: [[&[f64]; 3]; 2], far: &[f64]) -> bool {
+    find(met, plane, rays, far)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx512vl")]
+fn find_avx512(met: &mut Crossings, plane: &Solver, rays: [[&[f64]; 3]; 2], far: &[f64]) -> bool {
+    find(met, plane, rays, far)
+}
+
+/// Straight-line arithmetic, in one order at every SIMD level.
+#[inline(always)]
+fn find(
+    met: &mut Crossings,
+    plane: &Solver,
+    [origins, directions]: [[&[f64]; 3]; 2],
+    distance_mm: &[f64],
+) -> bool {
+    let n = distance_mm.len().min(BLOCK);
+    let [ox, oy, oz] = origins.map(|a| &a[..n]);
+    let [dx, dy, dz] = directions.map(|a| &a[..n]);
+    let (taus, ss, ts) = (&mut met.tau[..n], &mut met.s[..n], &mut met.t[..n]);
+    let (insides, distance_mm) = (&mut met.inside[..n], &distance_mm[..n]);
+    let mut any = 0;
     for i in 0..n {
         let (o, d) = (
             glam::DVec3::new(ox[i], oy[i], oz[i]),
@@ -88,13 +175,11 @@ fn update(
         let s = plane.s_axis.dot(p) + plane.s0;
         let t = plane.t_axis.dot(p) + plane.t0;
         // Written so that NaN (a lost ray, or one along the plane) is no hit.
-        let within = |x: f64| (0.0..=1.0).contains(&x);
-        let inside = (tau > 0.0) & (tau < distance[i]) & within(s) & within(t);
-        if inside && solid(s, t) {
-            distance[i] = tau;
-            hit_s[i] = s as f32;
-            hit_t[i] = t as f32;
-            surface[i] = index;
-        }
+        let within = |x: f64| (x >= 0.0) & (x <= 1.0);
+        let inside = (tau > 0.0) & (tau < distance_mm[i]) & within(s) & within(t);
+        (taus[i], ss[i], ts[i]) = (tau, s, t);
+        insides[i] = u64::from(inside);
+        any |= insides[i];
     }
+    any != 0
 }

@@ -67,6 +67,7 @@ impl Case {
             pitch_mm: self.pitch_um * 1e-3,
             focus_mm: self.focus_mm,
             bound: self.bound,
+            rays: usize::MAX,
         };
         let map = LensMap::new(&task, None)?;
         Ok((system, pupils, map))

@@ -3,7 +3,7 @@
 
 use glam::DVec2;
 
-use super::held_out::RayErrors;
+use super::held_out::{RAYS_PER_CELL, RayErrors};
 use super::lens_map::LensMap;
 use super::maker::{Choice, Maker};
 use super::node::{Design, Fitter};
@@ -49,8 +49,14 @@ impl LensMap {
             }
         }
         let choice = maker.choice(&mut fitter)?;
+        let node_rays = fitter.work_rays(&choice.main, &choice.change);
+        let mut work_rays = 0.0;
         let mut best: Option<Self> = None;
         for size in maker.sizes() {
+            work_rays += (size.0 * size.1) as f64 * (node_rays + RAYS_PER_CELL);
+            if !task.pays(work_rays) {
+                break;
+            }
             let Some(map) = maker.checked(&fitter, size, &choice) else {
                 continue;
             };
@@ -76,10 +82,16 @@ impl Maker<'_> {
     fn choice(&self, fitter: &mut Fitter<'_>) -> Result<Choice, MapFailure> {
         let places = self.task.places_mm(PLACES);
         let limiting = std::mem::take(&mut fitter.limiting);
+        let lowest = Design::new(CHANGE_DEGREES[0]);
         let mut best: Option<(usize, Choice)> = None;
-        for main in DEGREES.map(Design::new) {
+        let mut work_rays = 0.0;
+        for degree in DEGREES {
+            let main = Design::new(degree);
+            work_rays += places.len() as f64 * fitter.work_rays(&main, &lowest);
+            if !self.task.pays(work_rays) {
+                break;
+            }
             let least = best.as_ref().map_or(places.len() / 2, |(count, _)| *count);
-            let lowest = Design::new(CHANGE_DEGREES[0]);
             let found = self.errors_alone(fitter, &places, (&main, &lowest), false);
             let meets = |e: &RayErrors| e.meet(&self.task.bound, 1.0);
             let good: Vec<DVec2> = (places.iter().zip(&found))

@@ -16,6 +16,9 @@ pub(super) const OUTERMOST: f64 = 1.03;
 /// Bisections: to 2e-5 of the disk's radius.
 const BISECTIONS: usize = 15;
 
+/// Rays that an outline takes.
+pub(super) const RAYS: usize = TRACED * (BISECTIONS + 1);
+
 /// The point at direction `t` (0 to [`DIRECTIONS`]) of the square of half side 1.
 pub(super) fn on_square(t: f64) -> DVec2 {
     let side = (t / SIDE as f64).floor();

@@ -29,6 +29,9 @@ const LEAST_BAND: f64 = 5e-5;
 /// A lens that is focused farther away is checked from half of this on, mm.
 const FAR_MM: f64 = 1e6;
 
+/// Rays that are traced exactly in a cell.
+pub(super) const RAYS_PER_CELL: f64 = (RAYS as usize + edge::RAYS) as f64;
+
 /// Errors of rays, px.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RayErrors {
@@ -174,7 +177,7 @@ impl HeldOut<'_> {
     /// that it holds.
     fn edge_at(&self, map: &LensMap, place: DVec2) -> (f64, f64) {
         let mut buffers = PlaceBuffers::default();
-        buffers.go(map, place);
+        buffers.go(map, place, SimdLevel::detect());
         let outline = &buffers.place.edge;
         let disk = self.pupil.at(place);
         let origin = camera_from_sensor_mm(place, self.task.system.sensor_z_mm);

@@ -22,6 +22,9 @@ const LEAST_POINTS: [f64; 2] = [2.4, 2.8];
 /// Of which the next set is expected to have this many.
 const WANTED_POINTS: f64 = 3.2;
 
+/// Products that are summed in the time in which a ray is traced exactly.
+const PRODUCTS_PER_RAY: f64 = 1500.0;
+
 /// What all nodes share.
 pub(super) struct Fitter<'a> {
     pub pupil: &'a PupilFrame,
@@ -149,6 +152,19 @@ impl Design {
             return Some(out);
         }
         None
+    }
+}
+
+impl Fitter<'_> {
+    /// The work of a node in rays that would take as long to be traced exactly.
+    pub fn work_rays(&self, main: &Design, change: &Design) -> f64 {
+        let fit = |design: &Design, sides: f64| {
+            let count = design.count as f64;
+            let points = WANTED_POINTS * count;
+            sides * points + points * count * count / PRODUCTS_PER_RAY
+        };
+        let outlines = (self.limiting.len() * edge::RAYS) as f64;
+        fit(main, 1.0) + fit(change, 4.0) + outlines
     }
 }
 

@@ -7,6 +7,7 @@ use super::frame::CONSTANTS;
 use super::lens_map::LensMap;
 use crate::frames::camera_from_sensor_mm;
 use crate::rays::RayBatch;
+use crate::simd::SimdLevel;
 
 /// Reach where no surface limits the bundle.
 const UNLIMITED: f32 = 1e9;
@@ -49,6 +50,7 @@ impl Default for Edge {
 }
 
 impl Edge {
+    #[inline(always)]
     fn set(&mut self, outlines: &[f32]) {
         self.reach.fill(UNLIMITED);
         self.corner.fill(UNLIMITED);
@@ -90,7 +92,21 @@ pub(super) struct Place {
 
 impl PlaceBuffers {
     /// Goes to a place.
-    pub(super) fn go(&mut self, map: &LensMap, place_mm: DVec2) {
+    pub(super) fn go(&mut self, map: &LensMap, place_mm: DVec2, level: SimdLevel) {
+        match level.min(SimdLevel::detect()) {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `detect` found AVX-512 F, DQ and VL on this CPU.
+            SimdLevel::Avx512 => unsafe { go_avx512(self, map, place_mm) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `detect` found AVX2 (or more) on this CPU.
+            SimdLevel::Avx2 => unsafe { go_avx2(self, map, place_mm) },
+            _ => self.blend_at(map, place_mm),
+        }
+    }
+
+    /// Blends the nodes around a place: the same bits with all instructions, as nothing is contracted.
+    #[inline(always)]
+    fn blend_at(&mut self, map: &LensMap, place_mm: DVec2) {
         let (nx, ny) = map.nodes;
         let stride = map.stride();
         let w = &map.window;
@@ -122,6 +138,18 @@ impl PlaceBuffers {
         place.drift = disk.drift;
         place.inverse = disk.shape.inverse();
     }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn go_avx2(buffers: &mut PlaceBuffers, map: &LensMap, place_mm: DVec2) {
+    buffers.blend_at(map, place_mm);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx512vl")]
+fn go_avx512(buffers: &mut PlaceBuffers, map: &LensMap, place_mm: DVec2) {
+    buffers.blend_at(map, place_mm);
 }
 
 /// The polynomial through some nodes next to a place, all of them or this many: its degree is one less.

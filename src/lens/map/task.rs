@@ -32,9 +32,9 @@ pub enum MapFailure {
     /// There is nothing to aim at.
     #[error("no chief ray passes in the middle of the window, or a part of the window is dark")]
     Dark,
-    /// Polynomials over the pupil do not converge.
+    /// Polynomials over the pupil do not converge, or so slowly that they do not pay.
     #[error(
-        "over most of the window, polynomials of the highest degree err by more than the bound"
+        "over most of the window, polynomials of the highest degree that pays err by more than the bound"
     )]
     Degree,
     /// The lens changes too quickly over the window.
@@ -59,9 +59,19 @@ pub struct MapTask<'a> {
     pub focus_mm: f64,
     /// How far it may err.
     pub bound: MapBound,
+    /// Rays that are to go through it: making it may take as long as a part of them take to be traced exactly.
+    pub rays: usize,
 }
 
+/// Part of the time of tracing all rays exactly that making a map may take.
+const MAKING_SHARE: f64 = 0.125;
+
 impl MapTask<'_> {
+    /// Whether work of so many rays, traced exactly, pays.
+    pub(super) fn pays(&self, work_rays: f64) -> bool {
+        work_rays <= MAKING_SHARE * self.rays as f64
+    }
+
     /// The place (sensor frame, mm) at −1 to 1 of the window's half width and height.
     pub(super) fn place_mm(&self, part: DVec2) -> DVec2 {
         self.window.centre + part * DVec2::new(self.window.half_width, self.window.half_height)

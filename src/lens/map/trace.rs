@@ -21,7 +21,7 @@ impl LensMap {
         buffers: &mut PlaceBuffers,
         level: SimdLevel,
     ) -> usize {
-        buffers.go(self, place_mm);
+        buffers.go(self, place_mm, level);
         if buffers.place.band.is_infinite() {
             self.tracer.trace_backward(batch, level);
             return batch.len();
@@ -36,7 +36,7 @@ impl LensMap {
         place_mm: DVec2,
         buffers: &mut PlaceBuffers,
     ) {
-        buffers.go(self, place_mm);
+        buffers.go(self, place_mm, SimdLevel::detect());
         buffers.place.edge = Edge::default();
         self.trace_at(batch, buffers, SimdLevel::detect());
     }

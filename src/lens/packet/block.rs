@@ -8,8 +8,10 @@ use crate::rays::RayBatch;
 pub(super) const BLOCK: usize = 64;
 /// Rays in the last block of a batch where they fit: those of one wavelength of many are few.
 pub(super) const SMALL_BLOCK: usize = 32;
-/// And of a handful of rays.
+/// And of a handful of rays, and of those that a lens map leaves of a pixel: empty lanes take as long as rays.
 pub(super) const LEAST_BLOCK: usize = 8;
+pub(super) const LESSER_BLOCK: usize = 16;
+pub(super) const MIDDLE_BLOCK: usize = 24;
 
 /// The N rays in work. `lost` is 0 or reason + 256 · surface; `moving` is 1 while Newton's method runs.
 #[repr(align(64))]

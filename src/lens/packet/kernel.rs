@@ -5,7 +5,8 @@ use std::ops::Range;
 
 use glam::{DMat3, DVec3};
 
-use super::block::{BLOCK, Block, LEAST_BLOCK, SMALL_BLOCK, load, store};
+use super::block::{BLOCK, Block, LEAST_BLOCK, LESSER_BLOCK, MIDDLE_BLOCK, SMALL_BLOCK};
+use super::block::{load, store};
 use super::newton::{meet_asphere, settle};
 use super::prepared::Prepared;
 use crate::lens::surface::Travel;
@@ -23,12 +24,17 @@ pub(super) fn trace(surfaces: &[Prepared], sensor_z_mm: f64, batch: &mut RayBatc
     batch.surface.resize(rays, 0);
     for start in (0..rays).step_by(BLOCK) {
         let range = start..rays.min(start + BLOCK);
-        if range.len() > SMALL_BLOCK {
-            trace_block::<BLOCK>(surfaces, sensor_z_mm, batch, range, travel);
-        } else if range.len() <= LEAST_BLOCK {
+        let fits = |block: usize| range.len() <= block;
+        if fits(LEAST_BLOCK) {
             trace_block::<LEAST_BLOCK>(surfaces, sensor_z_mm, batch, range, travel);
-        } else {
+        } else if fits(LESSER_BLOCK) {
+            trace_block::<LESSER_BLOCK>(surfaces, sensor_z_mm, batch, range, travel);
+        } else if fits(MIDDLE_BLOCK) {
+            trace_block::<MIDDLE_BLOCK>(surfaces, sensor_z_mm, batch, range, travel);
+        } else if fits(SMALL_BLOCK) {
             trace_block::<SMALL_BLOCK>(surfaces, sensor_z_mm, batch, range, travel);
+        } else {
+            trace_block::<BLOCK>(surfaces, sensor_z_mm, batch, range, travel);
         }
     }
 }

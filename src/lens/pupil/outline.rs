@@ -166,16 +166,20 @@ impl Aim<'_> {
     /// Which of the rays from `sensor_mm` to `points` of the plane pass at any wavelength.
     pub(super) fn pass(&self, sensor_mm: DVec2, points: &[DVec2]) -> Vec<bool> {
         let mut passed = vec![false; points.len()];
+        // A ray that passes at one wavelength needs no other.
+        let mut left: Vec<usize> = (0..points.len()).collect();
         for (system, tracer) in self.systems.iter().zip(&self.tracers) {
             let origin = camera_from_sensor_mm(sensor_mm, system.sensor_z_mm);
-            let mut batch = RayBatch::with_capacity(points.len());
-            for p in points {
-                batch.push(origin, (p.extend(self.plane_z_mm) - origin).normalize());
+            let mut batch = RayBatch::with_capacity(left.len());
+            for &i in &left {
+                let target = points[i].extend(self.plane_z_mm);
+                batch.push(origin, (target - origin).normalize());
             }
             tracer.trace_backward(&mut batch, self.level);
-            for (passed, status) in passed.iter_mut().zip(&batch.status) {
-                *passed |= *status == 0;
+            for (&i, status) in left.iter().zip(&batch.status) {
+                passed[i] = *status == 0;
             }
+            left.retain(|i| !passed[*i]);
         }
         passed
     }

@@ -34,6 +34,7 @@ impl Camera {
                 pitch_mm: sensor.pitch_mm(),
                 focus_mm: self.focus_distance_mm(),
                 bound,
+                rays: rays / colours.count(),
             };
             match LensMap::new(&task, maps.last().and_then(|m| m.as_deref())) {
                 Ok(map) => {

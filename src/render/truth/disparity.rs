@@ -85,7 +85,7 @@ impl DisparityField {
 
     /// The line of the places that the sum of all sub-pixels sees from a sensor position; not finite where it is dark.
     pub fn sight_line(&self, xy_mm: DVec2) -> SightLine {
-        self.sight.at(xy_mm).line()
+        self.sight.line(xy_mm)
     }
 
     /// Where the sum shows the point at `depth_mm` (+∞ allowed) of another line of sight from `xy_mm`, from there, px

@@ -89,6 +89,13 @@ impl SightField {
         self.grid.sample(xy_mm, &mut sight.0);
     }
 
+    /// The line of the places that all sub-pixels together see from `xy_mm`.
+    pub fn line(&self, xy_mm: DVec2) -> SightLine {
+        let mut c = [0.0; SUM];
+        self.grid.sample_from(xy_mm, JACOBIAN, &mut c);
+        line(&c)
+    }
+
     /// The largest weight of a sub-pixel in the window, sr.
     pub fn largest_weight_sr(&self) -> f64 {
         let nodes = self.grid.data().chunks_exact(self.grid.components());
@@ -100,11 +107,7 @@ impl SightField {
 impl Sight {
     /// The line of the places that all sub-pixels together see.
     pub fn line(&self) -> SightLine {
-        let c = &self.0[JACOBIAN..];
-        SightLine {
-            q0: DVec2::new(c[0], c[1]),
-            q1_mm: DVec2::new(c[2], c[3]),
-        }
+        line(&self.0[JACOBIAN..])
     }
 
     /// J = J₀ + J₁/D: change of the mean direction per px.
@@ -124,6 +127,14 @@ impl Sight {
     /// ∫ P cos θ dω of each sub-pixel, sr.
     pub fn weights_sr(&self) -> impl Iterator<Item = f64> {
         weights(&self.0)
+    }
+}
+
+/// Of q₀ and q₁ of the sum.
+fn line(c: &[f64]) -> SightLine {
+    SightLine {
+        q0: DVec2::new(c[0], c[1]),
+        q1_mm: DVec2::new(c[2], c[3]),
     }
 }
 
