@@ -175,7 +175,7 @@ fn find(
         let s = plane.s_axis.dot(p) + plane.s0;
         let t = plane.t_axis.dot(p) + plane.t0;
         // Written so that NaN (a lost ray, or one along the plane) is no hit.
-        let within = |x: f64| (x >= 0.0) & (x <= 1.0);
+        let within = |x: f64| (0.0..=1.0).contains(&x);
         let inside = (tau > 0.0) & (tau < distance_mm[i]) & within(s) & within(t);
         (taus[i], ss[i], ts[i]) = (tau, s, t);
         insides[i] = u64::from(inside);

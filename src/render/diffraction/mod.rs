@@ -15,6 +15,7 @@
 //! these phases, in focus and beside it. `docs/effects.md` has how near both come.
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod against_waves;
 mod blur;
 mod kernel;

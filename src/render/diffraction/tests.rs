@@ -223,13 +223,13 @@ fn slopes_of_the_phases_are_where_rays_to_the_point_start() {
         });
         let mut sums = [DVec2::ZERO; 2];
         let mut count = 0.0;
-        for i in 0..SAMPLES {
-            let q = 1.3 * (2.0 * DVec2::new(columns[0][i], columns[1][i]) - 1.0);
+        for ((x, y), sample) in columns[0].iter().zip(&columns[1]).zip(&columns[2]) {
+            let q = 1.3 * (2.0 * DVec2::new(*x, *y) - 1.0);
             if kernel.is_inside(q) {
                 count += 1.0;
                 let g = front.gradient(q);
-                sums[0] += DVec2::from_angle(s.dot(g - draw.displacement(q, columns[2][i])));
-                sums[1] += DVec2::from_angle(s.dot(g - kernel.displacement(q, columns[2][i])));
+                sums[0] += DVec2::from_angle(s.dot(g - draw.displacement(q, *sample)));
+                sums[1] += DVec2::from_angle(s.dot(g - kernel.displacement(q, *sample)));
             }
         }
         let [drawn, by_place] = sums.map(|sum| (sum / count - waves).length());
