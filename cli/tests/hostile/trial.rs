@@ -22,6 +22,10 @@ pub struct Trial<'a> {
     stderr: PathBuf,
     /// What a shell does before the command.
     before: String,
+    /// In mounts of its own, which are gone with it.
+    has_mounts: bool,
+    /// Exit codes in the place of the fault's.
+    codes: Option<&'static [i32]>,
 }
 
 impl<'a> Trial<'a> {
@@ -38,6 +42,8 @@ impl<'a> Trial<'a> {
             seed,
             words: case.words.iter().map(OsString::from).collect(),
             before: String::new(),
+            has_mounts: false,
+            codes: None,
         }
     }
 
@@ -95,8 +101,18 @@ impl<'a> Trial<'a> {
         true
     }
 
-    /// Runs it; what promise was broken, if any.
-    pub fn run(self, fault: &Fault) -> Result<(), String> {
+    /// As [`Self::within`], among mounts of its own: a disk that fails what writes, and nothing else.
+    pub fn on_disk(&mut self, before: &str) -> bool {
+        self.has_mounts = true;
+        self.codes = Some(match self.case.out {
+            Out::Nothing => &[0],
+            _ => &[1],
+        });
+        may_mount() && self.within(before)
+    }
+
+    /// Runs it: its exit code, or what promise was broken.
+    pub fn run(self, fault: &Fault) -> Result<i32, String> {
         let open = |path: &Path| {
             File::options()
                 .write(true)
@@ -105,7 +121,13 @@ impl<'a> Trial<'a> {
                 .open(path)
                 .unwrap()
         };
-        let mut command = Command::new("sh");
+        let mut command = match self.has_mounts {
+            true => Command::new("unshare"),
+            false => Command::new("sh"),
+        };
+        if self.has_mounts {
+            command.args(["--mount", "sh"]);
+        }
         command.args(["-c", &format!("{}exec \"$0\" \"$@\"", self.before)]);
         command
             .arg(program(self.case.words[0]))
@@ -137,13 +159,14 @@ impl<'a> Trial<'a> {
         if said.contains("panicked") {
             return broken("panics".into());
         }
-        match status.code() {
-            Some(code) if fault.codes.contains(&code) => {}
-            Some(code) => return broken(format!("exit code {code}, not of {:?}", fault.codes)),
+        let codes = self.codes.unwrap_or(fault.codes);
+        let code = match status.code() {
+            Some(code) if codes.contains(&code) => code,
+            Some(code) => return broken(format!("exit code {code}, not of {codes:?}")),
             None => return broken(format!("ends by signal {:?}", status.signal())),
-        }
+        };
         let silent = said.trim().is_empty() && !self.stderr.starts_with("/dev");
-        if status.code() != Some(0) && silent {
+        if code != 0 && silent {
             return broken("fails without a word".into());
         }
         if fs::read(self.folder().join("mine.txt")).ok().as_deref() != Some(b"mine") {
@@ -158,9 +181,21 @@ impl<'a> Trial<'a> {
         }
         match leftover(&self.folder()).filter(|_| !fault.may_leave) {
             Some(path) => broken(format!("leaves {}", path.display())),
-            None => Ok(()),
+            None => Ok(code),
         }
     }
+}
+
+/// Whether this process may mount, in a name space of its own.
+pub fn may_mount() -> bool {
+    static ANSWER: std::sync::OnceLock<bool> = std::sync::OnceLock::new();
+    *ANSWER.get_or_init(|| {
+        let tried = Command::new("unshare")
+            .args(["--mount", "mount", "-t", "tmpfs", "tmpfs", "/tmp"])
+            .stderr(Stdio::null())
+            .status();
+        tried.is_ok_and(|status| status.success())
+    })
 }
 
 /// Something half made.
