@@ -86,7 +86,7 @@ pub fn run(args: &AccuracyArgs, log: Log) -> Result<(), CommandError> {
     let tables = accuracy::measured(&knobs, size, &observer).map_err(CommandError::failed)?;
     observer.event(Event::End);
     let seconds = began.elapsed().as_secs_f64();
-    let files = accuracy::write(&args.out, &tables).map_err(CommandError::failed)?;
+    let files = accuracy::write(&args.out, &tables)?;
     if args.json {
         outln!(
             "{}",
