@@ -8,7 +8,8 @@
 //! ```
 //!
 //! Each trial that ends is a line of the log; stopped and started again, the same command tries only what the log does
-//! not have, and what failed.
+//! not have, and what failed. QUADPIXEL_HOSTILE_ONLY takes one class of faults, such as `disk`, or one line, such as
+//! `lens info`.
 
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 #![cfg(target_os = "linux")]
@@ -42,13 +43,18 @@ fn cells() -> Vec<Cell> {
     let seeds = std::env::var("QUADPIXEL_HOSTILE")
         .ok()
         .map(|text| text.parse::<u64>().unwrap());
+    let only = std::env::var("QUADPIXEL_HOSTILE_ONLY").ok();
+    let is_wanted = |case: &Case, fault: &Fault| {
+        only.as_deref()
+            .is_none_or(|only| only == case.name || only == fault.class)
+    };
     let mut cells = Vec::new();
     for seed in 0..seeds.unwrap_or(1) {
         for (i, case) in CASES.iter().enumerate() {
             for (j, fault) in FAULTS.iter().enumerate() {
                 let chosen =
                     seeds.is_some() || hash(1, &[i as u64, j as u64]).is_multiple_of(ONE_IN);
-                if chosen {
+                if chosen && is_wanted(case, fault) {
                     cells.push((case, fault, hash(2, &[i as u64, j as u64, seed])));
                 }
             }

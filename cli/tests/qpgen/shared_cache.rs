@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -72,17 +73,14 @@ impl Processes {
     }
 
     /// To their ends; their tables, and what is in the cache.
-    fn finished(mut self) -> (Vec<Vec<u8>>, Vec<(String, Vec<u8>)>) {
+    fn finished(mut self) -> (Vec<Vec<u8>>, BTreeMap<String, Vec<u8>>) {
         for (number, child) in self.running.iter_mut().enumerate() {
             let status = child.wait().unwrap();
             assert!(status.success(), "process {number}: {status}");
         }
         let table = |number| fs::read(Self::output(&self.folder, number)).unwrap();
         let kept = files(&self.folder.join("cache"));
-        (
-            (0..AT_ONCE).map(table).collect(),
-            kept.into_iter().collect(),
-        )
+        ((0..AT_ONCE).map(table).collect(), kept)
     }
 }
 
