@@ -13,7 +13,7 @@ pub struct Case {
 #[derive(Clone, Copy, PartialEq)]
 pub enum Out {
     Nothing,
-    /// What it reads is changed.
+    /// What it reads is changed, or what it writes is gone at its end.
     InPlace,
     File(&'static str),
     Folder(&'static str),
@@ -144,7 +144,7 @@ pub const CASES: [Case; 45] = [
             "--estimate",
         ],
         &["c.toml"],
-        Out::Nothing,
+        Out::InPlace,
     ),
     case(
         "dataset again",
