@@ -93,10 +93,13 @@ impl From<ResponseError> for CommandError {
     }
 }
 
-/// The disk failed.
+/// The disk failed (1), or something of others is in the way (2).
 impl From<FileError> for CommandError {
     fn from(error: FileError) -> Self {
-        Self::failed(error)
+        match error.is_of_others() {
+            true => Self::input(error),
+            false => Self::failed(error),
+        }
     }
 }
 

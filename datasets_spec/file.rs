@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
+use crate::memory;
+
 /// Opens a plain file to read it. A pipe or device in its place, which may never end or never begin, is refused by its
 /// type, unopened.
 ///
@@ -39,6 +41,8 @@ pub fn read(path: &Path, largest_bytes: u64) -> io::Result<Vec<u8>> {
     if length > largest_bytes {
         return Err(too_large(length));
     }
+    let no_room = |e| io::Error::new(io::ErrorKind::OutOfMemory, e);
+    memory::check("the whole file", length).map_err(no_room)?;
     let mut bytes = Vec::new();
     bytes.try_reserve_exact(length as usize).map_err(|_| {
         let what = format!("there is no memory for its {length} bytes");

@@ -140,9 +140,9 @@ impl LaboratoryError {
             | Self::Chart(_)
             | Self::View(_) => true,
             Self::Recipe(error) => error.is_input(),
+            Self::File(error) => error.is_of_others(),
             Self::Texture(_)
             | Self::Coverage(_)
-            | Self::File(_)
             | Self::Image(_)
             | Self::Journal(_)
             | Self::Dark

@@ -6,9 +6,9 @@
 pub enum SimdLevel {
     /// What every CPU of the target has: SSE2 on x86-64.
     Scalar,
-    /// 256-bit AVX2.
+    /// 256-bit AVX2, with FMA.
     Avx2,
-    /// 512-bit AVX-512 F, DQ and VL.
+    /// 512-bit AVX-512 F, DQ and VL, with FMA.
     Avx512,
 }
 
@@ -20,6 +20,10 @@ impl SimdLevel {
     pub fn detect() -> SimdLevel {
         #[cfg(target_arch = "x86_64")]
         {
+            // A virtual machine may hide FMA alone, which the kernels of lens maps are compiled for.
+            if !is_x86_feature_detected!("fma") {
+                return SimdLevel::Scalar;
+            }
             if is_x86_feature_detected!("avx512f")
                 && is_x86_feature_detected!("avx512dq")
                 && is_x86_feature_detected!("avx512vl")

@@ -56,7 +56,11 @@ mod tests {
             Image::from_vec(97, 81, 1, (0..97 * 81).map(value).collect()).unwrap()
         };
         let (a, b) = (picture(0.0, 0.0), picture(1.3, -2.6));
-        for (window_px, stride_px, search_px) in [(21, 4, 4), (15, 3, 4), (31, 5, 9), (9, 11, 4)] {
+        let settings: &[_] = match cfg!(miri) {
+            true => &[(9, 37, 4)],
+            false => &[(21, 4, 4), (15, 3, 4), (31, 5, 9), (9, 11, 4)],
+        };
+        for &(window_px, stride_px, search_px) in settings {
             let settings = MatchSettings {
                 window_px,
                 stride_px,

@@ -135,7 +135,8 @@ fn the_fast_warp_is_the_plain_one_to_1e_6_at_any_size_border_and_channels() {
 fn every_simd_level_gives_the_same_bits() {
     for channels in [1, 3, 4] {
         let image = noise(61, 43, channels, 5);
-        let map = wild_map(&image, 101, 7, 6);
+        let width = if cfg!(miri) { 19 } else { 101 };
+        let map = wild_map(&image, width, 7, 6);
         for lobes in Lobes::ALL {
             let of = |level| warp(&image, &map, lobes, Border::Reflect101, level);
             let plain = of(SimdLevel::Scalar);

@@ -135,7 +135,7 @@ fn apply(
     progress.stage("encoding the pictures");
     let pictures =
         pictures(args.format.into(), &capture, &corrected).map_err(CommandError::input)?;
-    file::write_folder(&args.out, &pictures.files)?;
+    file::write_reports(&args.out, &pictures.files)?;
     drop(progress);
     let names: Vec<String> = pictures.names().into_iter().map(String::from).collect();
     if !args.json {

@@ -48,7 +48,7 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
     }
     progress.stage("encoding the maps");
     let files = files(args.format.into(), &map, views.vertical).map_err(CommandError::failed)?;
-    file::write_folder(&args.out, &files)?;
+    file::write_reports(&args.out, &files)?;
     drop(progress);
     report(args, &map, &files, views.ratio);
     Ok(())

@@ -125,7 +125,7 @@ pub fn run(args: &DepthArgs, progress: Progress) -> Result<(), CommandError> {
         }
         _ => None,
     };
-    file::write_folder(&args.out, &files)?;
+    file::write_reports(&args.out, &files)?;
     drop(progress);
     report(args, &files, &maps, &curve, score)
 }

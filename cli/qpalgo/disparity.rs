@@ -129,7 +129,7 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
     }
     progress.stage("encoding the maps");
     let files = files(args.format.into(), settings.axes, &maps).map_err(CommandError::failed)?;
-    file::write_folder(&args.out, &files)?;
+    file::write_reports(&args.out, &files)?;
     drop(progress);
     report(args, &maps, &files)
 }

@@ -51,7 +51,7 @@ pub fn run(args: &SaiArgs, progress: Progress) -> Result<(), CommandError> {
             (pictures.add(&name, &sum, white)).map_err(CommandError::input)?;
         }
     }
-    file::write_folder(&args.out, &pictures.files)?;
+    file::write_reports(&args.out, &pictures.files)?;
     drop(progress);
     let names = pictures.names();
     let [width, height] = capture.size_px();

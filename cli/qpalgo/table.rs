@@ -83,7 +83,7 @@ pub fn run(args: &TableArgs, progress: Progress) -> Result<(), CommandError> {
         ("table.md", table.clone().into_bytes()),
         ("table.csv", csv(&rows).into_bytes()),
     ];
-    file::write_folder(&args.out, &files)?;
+    file::write_reports(&args.out, &files)?;
     drop(progress);
     if args.json {
         outln!(

@@ -24,6 +24,9 @@ pub struct AccuracyArgs {
     /// Also settings that take minutes each, more directions, larger images: half an hour and more.
     #[arg(long)]
     full: bool,
+    /// Knobs rays and wavelengths on smaller images: a first look, in seconds.
+    #[arg(long, conflicts_with = "full")]
+    draft: bool,
     /// Prints one JSON object on stdout.
     #[arg(long)]
     pub json: bool,
@@ -71,10 +74,10 @@ pub fn run(args: &AccuracyArgs, log: Log) -> Result<(), CommandError> {
     let named = named.collect::<Result<Vec<_>, _>>()?;
     let wanted = |knob: &Knob| named.is_empty() || named.contains(knob);
     let knobs: Vec<Knob> = Knob::ALL.into_iter().filter(wanted).collect();
-    let size = if args.full {
-        Size::Full
-    } else {
-        Size::Affordable
+    let size = match (args.full, args.draft) {
+        (true, _) => Size::Full,
+        (_, true) => Size::Draft,
+        _ => Size::Affordable,
     };
     // What is measured is built in: no argument mends a failure.
     file::probe_folder(&args.out)?;
@@ -83,7 +86,7 @@ pub fn run(args: &AccuracyArgs, log: Log) -> Result<(), CommandError> {
     let tables = accuracy::measured(&knobs, size, &observer).map_err(CommandError::failed)?;
     observer.event(Event::End);
     let seconds = began.elapsed().as_secs_f64();
-    let files = accuracy::write(&args.out, &tables).map_err(CommandError::failed)?;
+    let files = accuracy::write(&args.out, &tables)?;
     if args.json {
         outln!(
             "{}",

@@ -115,9 +115,10 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
         "correlations": fitted.correlations(STRONG), "goals": predicted.goals(), "prediction": predicted,
         "steps": fitted.steps, "seconds": seconds,
     });
-    write(args, &report, &camera_file)?;
-    pictures::write_residuals(&args.out.join("residuals.png"), &measured, &predicted)
-        .map_err(CommandError::failed)?;
+    let picture = args.out.join("residuals.png");
+    let picture = pictures::residuals_png(&picture, &measured, &predicted);
+    let picture = picture.map_err(CommandError::failed)?;
+    write(args, &report, &camera_file, picture)?;
     if args.json {
         outln!("{report}");
     } else {
@@ -186,18 +187,18 @@ fn write(
     args: &FitArgs,
     report: &serde_json::Value,
     camera: &CameraFile,
+    residuals: Vec<u8>,
 ) -> Result<(), CommandError> {
     let json = serde_json::to_vec_pretty(report).map_err(CommandError::failed)?;
     let toml = toml::to_string(camera).map_err(CommandError::failed)?;
     let pixel = toml::to_string(&camera.pixel).map_err(CommandError::failed)?;
-    for (name, bytes) in [
+    let files = [
         ("fit.json", json),
         ("camera.toml", toml.into_bytes()),
         ("pixel.toml", pixel.into_bytes()),
-    ] {
-        file::write_aside(&args.out.join(name), &bytes)?;
-    }
-    Ok(())
+        ("residuals.png", residuals),
+    ];
+    Ok(file::write_reports(&args.out, &files)?)
 }
 
 fn print(

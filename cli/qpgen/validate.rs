@@ -87,7 +87,6 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
         "experiment_1_moving_disk": disk, "experiment_2_masked_plane": plane,
     });
     let text = serde_json::to_vec_pretty(&report).map_err(CommandError::failed)?;
-    file::write_aside(&args.out.join("validation.json"), &text).map_err(CommandError::failed)?;
     let sheet = plots(
         &response,
         args.subpixels,
@@ -95,8 +94,12 @@ pub fn run(args: &ValidateArgs, log: Log) -> Result<(), CommandError> {
         [&disk, &plane],
     );
     let picture = args.out.join("validation.png");
-    raster::write_png8(&picture, &sheet.rgb, sheet.width, sheet.height, 3)
+    let png = raster::encode_png8(&picture, &sheet.rgb, sheet.width, sheet.height, 3)
         .map_err(CommandError::failed)?;
+    file::write_reports(
+        &args.out,
+        &[("validation.json", text), ("validation.png", png)],
+    )?;
     if args.json {
         outln!("{report}");
     } else {

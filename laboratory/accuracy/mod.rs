@@ -117,23 +117,20 @@ pub fn measured(
 /// files written.
 ///
 /// # Errors
-/// A disk that fails.
+/// A disk that fails, or files of others under these names.
 pub fn write(out: &Path, tables: &[Table]) -> Result<Vec<String>, LaboratoryError> {
     let mut files = Vec::new();
-    let mut file = |name: String, text: String| -> Result<(), LaboratoryError> {
-        let path = out.join(name);
-        file::write_aside(&path, text.as_bytes())?;
-        files.push(path.display().to_string());
-        Ok(())
-    };
+    let mut file = |name: String, text: String| files.push((name, text.into_bytes()));
     for table in tables {
-        file(format!("{}.csv", table.knob), report::csv(table))?;
+        file(format!("{}.csv", table.knob), report::csv(table));
         let svg = picture::svg(TITLE, std::slice::from_ref(table));
-        file(format!("{}.svg", table.knob), svg)?;
+        file(format!("{}.svg", table.knob), svg);
     }
-    file("accuracy.md".into(), report::markdown(tables))?;
-    file("accuracy.svg".into(), picture::svg(TITLE, tables))?;
-    Ok(files)
+    file("accuracy.md".into(), report::markdown(tables));
+    file("accuracy.svg".into(), picture::svg(TITLE, tables));
+    file::write_reports(out, &files)?;
+    let path = |(name, _): &(String, Vec<u8>)| out.join(name).display().to_string();
+    Ok(files.iter().map(path).collect())
 }
 
 #[cfg(test)]

@@ -24,6 +24,11 @@ struct Plan<'a> {
 
 pub(super) fn table(size: Size) -> Result<Table, LaboratoryError> {
     let plan = match size {
+        Size::Draft => Plan {
+            side: 8,
+            rays: &RAYS[..4],
+            reference: 512,
+        },
         Size::Affordable => Plan {
             side: 24,
             rays: &RAYS[..8],

@@ -20,6 +20,7 @@ const THETA_DEG: [f64; 5] = [0.0, 5.0, 10.0, 20.0, 30.0];
 
 pub(super) fn table(size: Size) -> Result<Table, LaboratoryError> {
     let (side, reference) = match size {
+        Size::Draft => (8, 4),
         Size::Affordable => (20, 16),
         Size::Full => (48, Bands::MOST),
     };

@@ -34,6 +34,8 @@ const TEXELS: usize = 8;
 /// How much is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Size {
+    /// Small images and few settings where images are measured; as [`Self::Affordable`] elsewhere.
+    Draft,
     /// A minute or two per knob at most.
     Affordable,
     /// All rows.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use quadpixel::em::PixelStack;
-use quadpixel::file;
+use quadpixel::file::{self, FileError};
 use quadpixel::image::{Image, raster};
 use quadpixel::range;
 use serde::Deserialize;
@@ -91,7 +91,7 @@ impl CaptureDescription {
     /// A file that cannot be read or understood, or a value out of its range.
     pub fn read(path: &Path) -> Result<Self, FitError> {
         let refused = |what: String| FitError::capture(path, what);
-        let text = file::read_text(path).map_err(|e| refused(e.to_string()))?;
+        let text = file::read_text(path).map_err(|e| refused(unread(&e)))?;
         let this: Self = toml::from_str(&text).map_err(|e| refused(e.message().to_owned()))?;
         let checks = [
             (
@@ -117,6 +117,9 @@ impl CaptureDescription {
         ];
         for (field, value, allowed) in checks {
             range::within("capture", field, value, allowed)?;
+        }
+        for count in this.kernels.grid {
+            range::within("capture", "kernels.grid", count as f64, 1.0..=1000.0)?;
         }
         Ok(this)
     }
@@ -320,12 +323,17 @@ impl CaptureDescription {
     }
 }
 
+/// Why a file, which is named elsewhere, cannot be read.
+fn unread(error: &FileError) -> String {
+    format!("cannot {}: {}", error.action, error.cause)
+}
+
 /// A `.npy` of three axes, f32 or f64.
 fn read_npy(path: &Path) -> Result<([usize; 3], Vec<f32>), FitError> {
     use ndarray::ArrayView3;
     use ndarray_npy::ViewNpyExt;
     let refused = |what: String| FitError::capture(path, what);
-    let bytes = file::read(path).map_err(|e| refused(e.to_string()))?;
+    let bytes = file::read(path).map_err(|e| refused(unread(&e)))?;
     let shape = |shape: &[usize]| [shape[0], shape[1], shape[2]];
     if let Ok(view) = ArrayView3::<f32>::view_npy(&bytes) {
         return Ok((shape(view.shape()), view.iter().copied().collect()));

@@ -13,12 +13,12 @@ use super::prediction::Prediction;
 /// colour at a quarter of the peak.
 ///
 /// # Errors
-/// The picture cannot be written.
-pub fn write_residuals(
+/// The picture cannot be encoded; `path` is for that message only.
+pub fn residuals_png(
     path: &Path,
     measured: &Measurements,
     predicted: &Prediction,
-) -> Result<(), ImageError> {
+) -> Result<Vec<u8>, ImageError> {
     let side = measured.side;
     let [columns, rows] = measured.grid;
     let (width, height) = (columns * (3 * side + 2), rows * (2 * side + 2));
@@ -42,5 +42,5 @@ pub fn write_residuals(
             }
         }
     }
-    raster::write_png8(path, &codes, width, height, 3)
+    raster::encode_png8(path, &codes, width, height, 3)
 }

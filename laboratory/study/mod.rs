@@ -112,11 +112,10 @@ fn write<Name: AsRef<Path>>(
     out: &Path,
     files: &[(Name, String)],
 ) -> Result<Vec<String>, LaboratoryError> {
-    file::create_folder(out)?;
-    let written = files.iter().map(|(name, text)| {
-        let path = out.join(name);
-        file::write_aside(&path, text.as_bytes())?;
-        Ok(path.display().to_string())
-    });
-    written.collect()
+    let bytes =
+        |(name, text): &(Name, String)| (name.as_ref().to_owned(), text.clone().into_bytes());
+    let bytes: Vec<_> = files.iter().map(bytes).collect();
+    file::write_reports(out, &bytes)?;
+    let path = |(name, _): &(Name, String)| out.join(name).display().to_string();
+    Ok(files.iter().map(path).collect())
 }

@@ -25,4 +25,21 @@ impl FileError {
             cause,
         }
     }
+
+    /// What stands there is not the program's to replace.
+    pub(super) fn of_others(path: &Path) -> Self {
+        let what =
+            "is there, and is not what this program wrote; move it away, or name another folder";
+        Self::new(
+            path,
+            "write",
+            io::Error::new(io::ErrorKind::AlreadyExists, what),
+        )
+    }
+
+    /// Whether something of others stands in the place, which is the caller's to mend; the system itself says otherwise
+    /// that a file exists.
+    pub fn is_of_others(&self) -> bool {
+        self.cause.kind() == io::ErrorKind::AlreadyExists && self.cause.raw_os_error().is_none()
+    }
 }

@@ -2,6 +2,7 @@
 //! plain files are read, and no more of them than a stated size.
 
 mod error;
+mod reports;
 mod write;
 
 use std::fs::File;
@@ -9,6 +10,7 @@ use std::path::Path;
 use std::{fs, io};
 
 pub use error::FileError;
+pub use reports::{WRITTEN, write_reports};
 pub use write::{
     FolderAside, create_folder, probe_file, probe_folder, rename_synced, write_aside, write_synced,
     write_with,

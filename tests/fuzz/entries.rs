@@ -6,23 +6,27 @@
 use std::path::Path;
 
 use quadpixel::em::PixelStack;
+use quadpixel::journal::Journal;
 use quadpixel::lens::{Lens, Prescription};
 use quadpixel::render::RayRecord;
 use quadpixel::response::{AngularResponse, ImportSettings};
 use quadpixel::scene::import::{Imported, bounds_mm, import, import_bytes, read_panorama};
 use quadpixel::scene::world::World;
 use quadpixel_algorithms::calibration::Calibration;
+use quadpixel_algorithms::camera;
 use quadpixel_algorithms::depth::FieldCurve;
 use quadpixel_algorithms::maps;
+use quadpixel_datasets::{DatasetManifest, SampleMeta, check_dataset, paths, read_description};
 use quadpixel_generators::config::DatasetConfig;
 use quadpixel_generators::recipe::Recipe;
 use quadpixel_generators::recipe::read_recipe;
+use quadpixel_laboratory::fit::capture::CaptureDescription;
 
 /// Whether the bytes are a file that is read.
 pub type Read = fn(&[u8]) -> bool;
 
 /// Name and function of every format; the name is that of the fuzz target and of its folder in `corpus`.
-pub const ENTRIES: [(&str, Read); 17] = [
+pub const ENTRIES: [(&str, Read); 22] = [
     ("gltf", gltf),
     ("obj", obj),
     ("mtl", mtl),
@@ -40,6 +44,11 @@ pub const ENTRIES: [(&str, Read); 17] = [
     ("rays_npz", rays_npz),
     ("map", map),
     ("calibration_json", calibration_json),
+    ("dataset_json", dataset_json),
+    ("meta_json", meta_json),
+    ("camera_json", camera_json),
+    ("capture_toml", capture_toml),
+    ("journal", journal),
 ];
 
 /// Triangles up to which a world is prepared for rays, too: it takes far longer than reading.
@@ -164,6 +173,70 @@ pub fn calibration_json(bytes: &[u8]) -> bool {
     Calibration::from_json(bytes).is_ok() || curve
 }
 
+/// The description of a dataset, and the check of a folder that holds nothing else.
+pub fn dataset_json(bytes: &[u8]) -> bool {
+    in_folder(|folder| {
+        let dataset = folder.join("dataset");
+        make_folder(&dataset);
+        write(&dataset.join(paths::DATASET), bytes);
+        check_dataset(&dataset, &mut |_| {});
+        read_description::<DatasetManifest>(bytes).is_ok()
+    })
+}
+
+/// The `meta.json` of a sample: checked in a dataset, and as that of a capture.
+pub fn meta_json(bytes: &[u8]) -> bool {
+    in_folder(|folder| {
+        let sample = folder.join("with-sample/samples/000000");
+        make_folder(&sample);
+        let meta = sample.join(paths::META);
+        write(&meta, bytes);
+        let manifest = include_bytes!("corpus/dataset_json/one.json");
+        let dataset = folder.join("with-sample");
+        write(&dataset.join(paths::DATASET), manifest);
+        check_dataset(&dataset, &mut |_| {});
+        let of_camera = camera::read_meta(&meta).is_ok();
+        read_description::<SampleMeta>(bytes).is_ok() && of_camera
+    })
+}
+
+/// A `camera.json`, with the relation of disparity and depth that depth maps come from.
+pub fn camera_json(bytes: &[u8]) -> bool {
+    as_file(bytes, "json", |p| {
+        camera::read_description(p).is_ok_and(|description| {
+            let curves = description.disparity.left_right.iter();
+            let curves = curves.chain(&description.disparity.top_bottom);
+            curves.filter_map(|c| c.at([16.0, 12.0], [32, 24])).count() > 0
+        })
+    })
+}
+
+/// What was captured of a camera, for `qpgen fit`.
+pub fn capture_toml(bytes: &[u8]) -> bool {
+    as_file(bytes, "toml", |p| {
+        CaptureDescription::read(p).is_ok_and(|capture| {
+            // The files that it names are not there.
+            let folder = p.parent().unwrap_or(Path::new("."));
+            capture.pixel();
+            capture.measurements(folder).is_err()
+        })
+    })
+}
+
+/// The journal of a response table, under the key that it says.
+pub fn journal(bytes: &[u8]) -> bool {
+    type Runs = Journal<(usize, (i64, i64), usize), serde_json::Value>;
+    let head = bytes.split(|&b| b == b'\n').next().unwrap_or_default();
+    let head: Option<serde_json::Value> = serde_json::from_slice(head).ok();
+    let key = head.and_then(|head| Some(head.get("key")?.as_str()?.to_owned()));
+    let key = key.unwrap_or_default();
+    as_file(bytes, "journal", |p| {
+        Runs::open(p, &key, &()).is_ok_and(|journal| {
+            journal.damaged().is_none() && journal.outcome(&(0, (-4, 0), 0)).is_some()
+        })
+    })
+}
+
 fn text(bytes: &[u8], read: impl Fn(&str) -> bool) -> bool {
     std::str::from_utf8(bytes).is_ok_and(read)
 }
@@ -181,6 +254,10 @@ fn in_folder<T>(f: impl FnOnce(&Path) -> T) -> T {
         static FOLDER: tempfile::TempDir = tempfile::tempdir().expect("a temporary folder");
     }
     FOLDER.with(|folder| f(folder.path()))
+}
+
+fn make_folder(path: &Path) {
+    std::fs::create_dir_all(path).expect("a temporary folder that can be written");
 }
 
 fn write(path: &Path, bytes: &[u8]) {

@@ -145,6 +145,47 @@ fn a_file_of_two_gigabytes_is_refused_before_it_is_read() {
 }
 
 #[test]
+fn lengths_of_buffers_are_held_to_the_files_and_to_memory_before_one_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |buffers: Vec<Value>| {
+        let path = folder.path().join("a.gltf");
+        let document = json!({ "asset": { "version": "2.0" }, "buffers": buffers });
+        fs::write(&path, document.to_string()).unwrap();
+        let began = std::time::Instant::now();
+        let answer = import(&path, None).map(drop).map_err(|e| e.to_string());
+        (answer, began.elapsed().as_secs_f64())
+    };
+    // Sparse, 1 GiB, under four hundred names: together more than any machine of today has.
+    let large = folder.path().join("large.bin");
+    fs::File::create(&large).unwrap().set_len(1 << 30).unwrap();
+    let name = |k: usize| format!("{k}.bin");
+    for k in 0..400 {
+        fs::hard_link(&large, folder.path().join(name(k))).unwrap();
+    }
+    let buffer = |uri: String, length: u64| json!({ "uri": uri, "byteLength": length });
+    let (answer, seconds) = read((0..400).map(|k| buffer(name(k), 16)).collect());
+    let text = answer.unwrap_err();
+    assert!(
+        text.contains("buffers") && text.contains("GB of memory"),
+        "{text}"
+    );
+    assert!(seconds < 2.0, "{seconds} s");
+    // One longer than its file says so at once, though it is the last.
+    let small = folder.path().join("small.bin");
+    fs::write(&small, [0; 100]).unwrap();
+    let (answer, _) = read(vec![buffer(name(0), 16), buffer("small.bin".into(), 101)]);
+    let text = answer.unwrap_err();
+    assert!(
+        text.contains("buffers[1]: has 100 bytes, byteLength says 101"),
+        "{text}"
+    );
+    // One file forty times, by its name and by others of its names, is read once.
+    let names = ["small.bin", "./small.bin", "sm%61ll.bin"];
+    let forty = (0..40).map(|k| buffer(names[k % 3].into(), 100));
+    read(forty.collect()).0.unwrap();
+}
+
+#[test]
 fn other_files_are_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.fbx");

@@ -140,7 +140,7 @@ fn every_level_and_every_grouping_gives_the_same_bits() {
     let lens = Lens::new(&Prescription::builtin("wide_US20120327520A1_emb3").unwrap()).unwrap();
     let system = lens.at(550.0).unwrap();
     let tracer = PacketTracer::new(&system);
-    let rays = backward_rays(&system, 2.8, 1500);
+    let rays = backward_rays(&system, 2.8, if cfg!(miri) { 70 } else { 1500 });
     let mut reference = batch(&rays);
     tracer.trace_backward(&mut reference, SimdLevel::Scalar);
     for level in SimdLevel::ALL {

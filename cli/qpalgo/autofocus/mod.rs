@@ -91,7 +91,7 @@ pub fn run(args: &AutofocusArgs, progress: Progress) -> Result<(), CommandError>
         let name = format!("{}.svg", paths::sanitised(&curve.scene));
         (name, plot::curves(curve).into_bytes())
     }));
-    file::write_folder(&args.out, &files)?;
+    file::write_reports(&args.out, &files)?;
     drop(progress);
     if args.json {
         outln!(

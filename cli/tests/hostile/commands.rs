@@ -13,6 +13,8 @@ pub struct Case {
 #[derive(Clone, Copy, PartialEq)]
 pub enum Out {
     Nothing,
+    /// What it reads is changed, or what it writes is gone at its end.
+    InPlace,
     File(&'static str),
     Folder(&'static str),
 }
@@ -27,8 +29,103 @@ const DISPARITY: &str = "data/samples/000000/disparity.exr";
 const TARGET: &str = "data/samples/000000/target.exr";
 const MANIFEST: &str = "data/dataset.json";
 
-/// One line per command; `accuracy` computes for minutes and reads nothing.
-pub const CASES: [Case; 38] = [
+/// At least one line per command (`every_command_has_a_line`).
+pub const CASES: [Case; 45] = [
+    case(
+        "accuracy",
+        &[
+            "qpgen", "accuracy", "rays", "--draft", "--out", "out", "--json",
+        ],
+        &[],
+        Out::Folder("out"),
+    ),
+    case(
+        "fit",
+        &[
+            "qpgen",
+            "fit",
+            "capture/capture.toml",
+            "--all",
+            "--draft",
+            "--out",
+            "out",
+            "--prior",
+            "pupil_mm=5.5,0",
+            "--prior",
+            "f_number=1.73,0",
+            "--prior",
+            "radius_um=1.19,0",
+            "--prior",
+            "spacer_um=0.5,0",
+            "--prior",
+            "silicon_um=3,0",
+            "--prior",
+            "lens_index=1.56,0",
+        ],
+        &[
+            "capture/capture.toml",
+            "capture/left.npy",
+            "capture/right.png",
+        ],
+        Out::Folder("out"),
+    ),
+    case(
+        "fit --print-capture",
+        &["qpgen", "fit", "--print-capture"],
+        &[],
+        Out::Nothing,
+    ),
+    case(
+        "render --keep-rays",
+        &[
+            "qpgen",
+            "render",
+            "scene.toml",
+            "--out",
+            "picture",
+            "--keep-rays",
+            "rays.npz",
+        ],
+        &["scene.toml"],
+        Out::File("rays.npz"),
+    ),
+    case(
+        "render --from-rays",
+        &[
+            "qpgen",
+            "render",
+            "scene.toml",
+            "--from-rays",
+            "kept.npz",
+            "--out",
+            "out",
+        ],
+        &["scene.toml", "kept.npz"],
+        Out::Folder("out"),
+    ),
+    case(
+        "dataset --shard",
+        &[
+            "qpgen", "dataset", "--config", "c.toml", "--count", "2", "--shard", "1/2", "--out",
+            "out",
+        ],
+        &["c.toml"],
+        Out::Folder("out"),
+    ),
+    case(
+        "disparity --dense",
+        &[
+            "qpalgo",
+            "disparity",
+            "--dense",
+            SAMPLE,
+            "-o",
+            "out",
+            "--json",
+        ],
+        &[CAMERA, RAW],
+        Out::Folder("out"),
+    ),
     case(
         "dataset",
         &["qpgen", "dataset", "--config", "c.toml", "--out", "out"],
@@ -47,7 +144,7 @@ pub const CASES: [Case; 38] = [
             "--estimate",
         ],
         &["c.toml"],
-        Out::Nothing,
+        Out::InPlace,
     ),
     case(
         "dataset again",
@@ -61,7 +158,7 @@ pub const CASES: [Case; 38] = [
             "qpgen", "dataset", "--config", "c.toml", "--count", "2", "--out", "data",
         ],
         &["c.toml", MANIFEST],
-        Out::Nothing,
+        Out::InPlace,
     ),
     case(
         "merge",
@@ -70,7 +167,7 @@ pub const CASES: [Case; 38] = [
             "shards/shard-1-of-2/run.json",
             "shards/shard-2-of-2/samples/000001/meta.json",
         ],
-        Out::Nothing,
+        Out::InPlace,
     ),
     case(
         "merge --from",

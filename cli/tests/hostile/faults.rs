@@ -42,7 +42,7 @@ const fn fault(
 const REFUSED: &[i32] = &[1, 2];
 const ANY: &[i32] = &[0, 1, 2];
 
-pub const FAULTS: [Fault; 21] = [
+pub const FAULTS: [Fault; 23] = [
     fault("none", "sound inputs", |_| true, &[0]),
     fault(
         "input",
@@ -189,6 +189,26 @@ pub const FAULTS: [Fault; 21] = [
         "has a name that is no UTF-8",
         |t| t.move_output(|_| OsString::from_vec(b"o\xff.npz".to_vec())),
         &[0],
+    ),
+    fault(
+        "disk",
+        "is read-only",
+        |t| t.on_disk("mount --bind . . && mount -o remount,bind,ro . && cd \"$PWD\" && "),
+        &[0, 1],
+    ),
+    fault(
+        "disk",
+        "is full",
+        |t| {
+            // A disk of 64 kB without a free byte over the inputs: what is written goes there.
+            t.on_disk(
+                "mkdir ../disk ../work ../both && mount -t tmpfs -o size=64k tmpfs ../disk && \
+                 mkdir ../disk/upper ../disk/work && \
+                 mount -t overlay overlay -o lowerdir=.,upperdir=../disk/upper,workdir=../disk/work ../both && \
+                 cd ../both && { head -c 64k /dev/zero > filler 2> ../said; true; } && ",
+            )
+        },
+        &[0, 1],
     ),
     fault(
         "stream",

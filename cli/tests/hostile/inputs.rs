@@ -104,4 +104,43 @@ pub fn make_inputs(base: &Path) {
         }
     }
     fs::write(base.join("r.csv"), rows).unwrap();
+    run(&[
+        "render",
+        "scene.toml",
+        "--out",
+        "kept",
+        "--keep-rays",
+        "kept.npz",
+    ]);
+    let example = String::from_utf8(run(&["fit", "--print-capture"])).unwrap();
+    make_capture(&base.join("capture"), &example);
+}
+
+/// Kernels of two views over four fields, and white sheets.
+fn make_capture(folder: &Path, example: &str) {
+    fs::create_dir(folder).unwrap();
+    let mut capture: toml::Table = example.parse().unwrap();
+    for (part, ending) in [("kernels", "npy"), ("sheet", "png")] {
+        for side in ["left", "right"] {
+            capture[part][side] = format!("{side}.{ending}").into();
+        }
+    }
+    capture["kernels"]["grid"] = vec![2, 2].into();
+    capture["kernels"]["field_px"] = 8.into();
+    fs::write(
+        folder.join("capture.toml"),
+        toml::to_string(&capture).unwrap(),
+    )
+    .unwrap();
+    for (side, sign) in [("left", 1.0), ("right", -1.0)] {
+        let kernel = ndarray::Array3::from_shape_fn((4, 9, 9), |(_, y, x)| {
+            let (x, y) = (x as f64 - 4.0, y as f64 - 4.0);
+            (1.0 + sign * 0.08 * x) / (1.0 + (3.0 * (x.hypot(y) - 2.5)).exp())
+        });
+        ndarray_npy::write_npy(folder.join(format!("{side}.npy")), &kernel).unwrap();
+        let code = |x: u32, _: u32| image::Luma([(7025.0 + sign * 5.0 * (x as f64 - 32.0)) as u16]);
+        image::ImageBuffer::from_fn(64, 16, code)
+            .save(folder.join(format!("{side}.png")))
+            .unwrap();
+    }
 }

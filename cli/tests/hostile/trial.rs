@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 use crate::commands::{Case, Out, program};
 use crate::faults::{Fault, copy, input};
 
-/// Longer than any command needs on its small inputs, on a busy machine.
+/// Longer than any command needs on its small inputs: of processor time, and of waiting without any. On a machine that
+/// others keep busy the clock on the wall tells nothing.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 pub struct Trial<'a> {
@@ -22,6 +23,10 @@ pub struct Trial<'a> {
     stderr: PathBuf,
     /// What a shell does before the command.
     before: String,
+    /// In mounts of its own, which are gone with it.
+    has_mounts: bool,
+    /// Exit codes in the place of the fault's.
+    codes: Option<&'static [i32]>,
 }
 
 impl<'a> Trial<'a> {
@@ -38,6 +43,8 @@ impl<'a> Trial<'a> {
             seed,
             words: case.words.iter().map(OsString::from).collect(),
             before: String::new(),
+            has_mounts: false,
+            codes: None,
         }
     }
 
@@ -95,8 +102,18 @@ impl<'a> Trial<'a> {
         true
     }
 
-    /// Runs it; what promise was broken, if any.
-    pub fn run(self, fault: &Fault) -> Result<(), String> {
+    /// As [`Self::within`], among mounts of its own: a disk that fails what writes, and nothing else.
+    pub fn on_disk(&mut self, before: &str) -> bool {
+        self.has_mounts = true;
+        self.codes = Some(match self.case.out {
+            Out::Nothing => &[0],
+            _ => &[1],
+        });
+        may_mount() && self.within(before)
+    }
+
+    /// Runs it: its exit code, or what promise was broken.
+    pub fn run(self, fault: &Fault) -> Result<i32, String> {
         let open = |path: &Path| {
             File::options()
                 .write(true)
@@ -105,7 +122,13 @@ impl<'a> Trial<'a> {
                 .open(path)
                 .unwrap()
         };
-        let mut command = Command::new("sh");
+        let mut command = match self.has_mounts {
+            true => Command::new("unshare"),
+            false => Command::new("sh"),
+        };
+        if self.has_mounts {
+            command.args(["--mount", "sh"]);
+        }
         command.args(["-c", &format!("{}exec \"$0\" \"$@\"", self.before)]);
         command
             .arg(program(self.case.words[0]))
@@ -116,15 +139,15 @@ impl<'a> Trial<'a> {
             .stdin(Stdio::null())
             .stdout(open(&self.stdout))
             .stderr(open(&self.stderr));
-        let began = Instant::now();
         let mut child = command.spawn().unwrap();
+        let mut pace = Pace::new(child.id());
         let status = loop {
             match child.try_wait().unwrap() {
                 Some(status) => break status,
-                None if began.elapsed() > PATIENCE => {
+                None if pace.is_of_one_that_hangs() => {
                     child.kill().unwrap();
                     child.wait().unwrap();
-                    return Err(format!("hangs: not at its end after {PATIENCE:?}"));
+                    return Err(format!("hangs: {:?} of work, or without any", PATIENCE));
                 }
                 None => std::thread::sleep(Duration::from_millis(2)),
             }
@@ -137,13 +160,14 @@ impl<'a> Trial<'a> {
         if said.contains("panicked") {
             return broken("panics".into());
         }
-        match status.code() {
-            Some(code) if fault.codes.contains(&code) => {}
-            Some(code) => return broken(format!("exit code {code}, not of {:?}", fault.codes)),
+        let codes = self.codes.unwrap_or(fault.codes);
+        let code = match status.code() {
+            Some(code) if codes.contains(&code) => code,
+            Some(code) => return broken(format!("exit code {code}, not of {codes:?}")),
             None => return broken(format!("ends by signal {:?}", status.signal())),
-        }
+        };
         let silent = said.trim().is_empty() && !self.stderr.starts_with("/dev");
-        if status.code() != Some(0) && silent {
+        if code != 0 && silent {
             return broken("fails without a word".into());
         }
         if fs::read(self.folder().join("mine.txt")).ok().as_deref() != Some(b"mine") {
@@ -158,9 +182,52 @@ impl<'a> Trial<'a> {
         }
         match leftover(&self.folder()).filter(|_| !fault.may_leave) {
             Some(path) => broken(format!("leaves {}", path.display())),
-            None => Ok(()),
+            None => Ok(code),
         }
     }
+}
+
+/// How a process gets on.
+struct Pace {
+    process: u32,
+    worked: Duration,
+    last: Instant,
+}
+
+impl Pace {
+    fn new(process: u32) -> Self {
+        Self {
+            process,
+            worked: Duration::ZERO,
+            last: Instant::now(),
+        }
+    }
+
+    fn is_of_one_that_hangs(&mut self) -> bool {
+        let stat = fs::read_to_string(format!("/proc/{}/stat", self.process)).unwrap_or_default();
+        // Behind the name, which is in brackets: fields 14 and 15 of proc(5), in hundredths of a second.
+        let fields = stat.rsplit(") ").next().unwrap_or_default();
+        let ticks = fields.split(' ').skip(11).take(2);
+        let ticks: u64 = ticks.filter_map(|field| field.parse::<u64>().ok()).sum();
+        let worked = Duration::from_millis(10 * ticks);
+        if worked > self.worked {
+            self.worked = worked;
+            self.last = Instant::now();
+        }
+        self.worked > PATIENCE || self.last.elapsed() > PATIENCE
+    }
+}
+
+/// Whether this process may mount, in a name space of its own.
+pub fn may_mount() -> bool {
+    static ANSWER: std::sync::OnceLock<bool> = std::sync::OnceLock::new();
+    *ANSWER.get_or_init(|| {
+        let tried = Command::new("unshare")
+            .args(["--mount", "mount", "-t", "tmpfs", "tmpfs", "/tmp"])
+            .stderr(Stdio::null())
+            .status();
+        tried.is_ok_and(|status| status.success())
+    })
 }
 
 /// Something half made.

@@ -137,7 +137,7 @@ fn collect(root: &Path, folder: &Path, files: &mut BTreeMap<String, Vec<u8>>) {
             collect(root, &path, files);
         } else if name.ends_with(".csv") {
             files.insert(name, without_truth(&std::fs::read_to_string(path).unwrap()));
-        } else if !name.ends_with(".svg") {
+        } else if !name.ends_with(".svg") && !name.ends_with(quadpixel::file::WRITTEN) {
             // The plots show the truth beside the estimate.
             files.insert(name, std::fs::read(path).unwrap());
         }

@@ -21,6 +21,7 @@ mod production;
 mod psf;
 mod randomised;
 mod response;
+mod shared_cache;
 mod truth;
 mod user_data;
 mod worlds;

@@ -16,6 +16,7 @@ use std::time::Instant;
 
 use quadpixel::em::PixelStack;
 use quadpixel::em::light::{PixelSolver, SolverError};
+use quadpixel::file;
 use quadpixel::response::{AngularResponse, ResponseCache, TablePlan, TableSettings};
 use rayon::prelude::*;
 use serde_json::json;
@@ -83,7 +84,8 @@ pub fn flat_field(
     let mut files = write(out, &[("flat-field.csv", report::csv(&deviations))])?;
     // Half the nodes are drawn, against the finest table.
     let picture = out.join("flat-field.png");
-    report::picture(&picture, &sensor, &nodes(&table, 2)?, &nodes(&table, 1)?)?;
+    let bytes = report::picture(&picture, &sensor, &nodes(&table, 2)?, &nodes(&table, 1)?)?;
+    file::write_reports(out, &[("flat-field.png", bytes)])?;
     files.push(picture.display().to_string());
     let seconds = began.elapsed().as_secs_f64();
     let beyond = sensor.chief_rays_beyond();

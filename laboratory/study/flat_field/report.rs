@@ -5,7 +5,7 @@ use std::path::Path;
 
 use quadpixel::image::Image;
 use quadpixel::image::colour::Rgb;
-use quadpixel::image::raster::write_png8;
+use quadpixel::image::raster::encode_png8;
 use rayon::prelude::*;
 
 use super::places::{Place, SIDE_MM, Sensor56};
@@ -71,13 +71,13 @@ pub(super) fn table(all: &[Deviation]) -> String {
 }
 
 /// A column a way: one view (right and low, A of a quad pixel) over the mean view, and below it how far it is from the
-/// finest nodes' series.
+/// finest nodes' series; a PNG, whose `path` is for messages only.
 pub(super) fn picture(
     path: &Path,
     sensor: &Sensor56,
     nodes: &Nodes,
     finest: &Nodes,
-) -> Result<(), LaboratoryError> {
+) -> Result<Vec<u8>, LaboratoryError> {
     let s = nodes.subpixels();
     let view = s.index(s.m() - 1, 0);
     let at = |i: usize| ((i as f64 + 0.5) / ACROSS as f64 - 0.5) * SIDE_MM;
@@ -111,7 +111,7 @@ pub(super) fn picture(
             sheet.picture((left, top + HEAD, ACROSS), &image, gray);
         }
     }
-    Ok(write_png8(path, &sheet.rgb, sheet.width, sheet.height, 3)?)
+    Ok(encode_png8(path, &sheet.rgb, sheet.width, sheet.height, 3)?)
 }
 
 /// One view of the white wall over the mean view.

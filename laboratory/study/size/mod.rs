@@ -15,6 +15,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use quadpixel::em::PixelStack;
+use quadpixel::file;
 use quadpixel::response::{GeometricResponse, Response, ResponseCache, TablePlan, TableSettings};
 use quadpixel_generators::observer::{Event, Observer};
 use serde_json::json;
@@ -48,7 +49,8 @@ pub fn size(
 
     let mut files = write(out, &[("size.csv", report::csv(&shots))])?;
     let picture = out.join("size.jpg");
-    report::picture(&picture, &shots)?;
+    let bytes = report::picture(&picture, &shots)?;
+    file::write_reports(out, &[("size.jpg", bytes)])?;
     files.push(picture.display().to_string());
     let model = pixels.first().map_or("", |p| p.1.model.version());
     let (lens, focus_mm, chart_mm) = (shot::LENS, shot::FOCUS_MM, shot::CHART_MM);

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::error::LaboratoryError;
 use quadpixel::image::Image;
 use quadpixel::image::colour::{Rgb, blue_white_red};
-use quadpixel::image::raster::write_jpeg;
+use quadpixel::image::raster::encode_jpeg;
 use quadpixel::image::srgb::code_from_linear;
 
 use super::shot::{Mode, Shot};
@@ -108,8 +108,9 @@ pub(super) fn table(shots: &[Shot]) -> String {
     text
 }
 
-/// A row per shot: view A, view D, their difference, and of the diffractive mode what it changed in view A.
-pub(super) fn picture(path: &Path, shots: &[Shot]) -> Result<(), LaboratoryError> {
+/// A row per shot: view A, view D, their difference, and of the diffractive mode what it changed in view A; a JPEG,
+/// whose `path` is for messages only.
+pub(super) fn picture(path: &Path, shots: &[Shot]) -> Result<Vec<u8>, LaboratoryError> {
     let (across, down) = (SIDE + GAP, SIDE + HEAD + GAP);
     let mut sheet = Sheet::new(4 * across + GAP, shots.len() * down + GAP, [255; 3]);
     let gray = |v: &[f32]| -> Rgb { [code_from_linear(v[0]); 3] };
@@ -145,7 +146,7 @@ pub(super) fn picture(path: &Path, shots: &[Shot]) -> Result<(), LaboratoryError
             draw(3, ["A: CLASSIC - DIFFRACTIVE", &scale], &changed, true);
         }
     }
-    Ok(write_jpeg(
+    Ok(encode_jpeg(
         path,
         &sheet.rgb,
         sheet.width,

@@ -117,3 +117,45 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     }
     sums.iter().sum::<f64>() + rest
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn squares_of_every_level_are_those_of_the_definition() {
+        let (rows, count) = (11, 9);
+        let at = |k: usize, i: usize| ((7 * k + 3 * i) % 13) as f64 - 6.0;
+        let values: Vec<f64> = (0..rows * count)
+            .map(|v| at(v / count, v % count))
+            .collect();
+        let taken: Vec<u32> = vec![0, 2, 3, 4, 7, 9, 10];
+        let of = |fill: &dyn Fn(&mut [f64])| {
+            let mut lower = vec![0.0; count * count];
+            fill(&mut lower);
+            lower
+        };
+        let plain = of(&|lower| squares(&values, count, &taken, lower));
+        for i in 0..count {
+            for j in 0..=i {
+                // Whole numbers: sums are exact in any order.
+                let sum = |k: &u32| at(*k as usize, i) * at(*k as usize, j);
+                assert_eq!(plain[i * count + j], taken.iter().map(sum).sum::<f64>());
+            }
+        }
+        #[cfg(target_arch = "x86_64")]
+        {
+            let best = SimdLevel::detect();
+            if best >= SimdLevel::Avx2 {
+                // SAFETY: `detect` found AVX2 (or more) on this CPU.
+                let found = of(&|lower| unsafe { squares_avx2(&values, count, &taken, lower) });
+                assert_eq!(found, plain);
+            }
+            if best >= SimdLevel::Avx512 {
+                // SAFETY: `detect` found AVX-512 F, DQ and VL on this CPU.
+                let found = of(&|lower| unsafe { squares_avx512(&values, count, &taken, lower) });
+                assert_eq!(found, plain);
+            }
+        }
+    }
+}

@@ -54,10 +54,10 @@ impl LensMap {
         buffers.rays.numbers.clear();
         match level {
             #[cfg(target_arch = "x86_64")]
-            // SAFETY: `detect` found AVX-512 F, DQ and VL on this CPU.
+            // SAFETY: `detect` found AVX-512 F, DQ and VL, and FMA on this CPU.
             SimdLevel::Avx512 => unsafe { run_avx512(self, batch, buffers) },
             #[cfg(target_arch = "x86_64")]
-            // SAFETY: `detect` found AVX2 (or more) on this CPU.
+            // SAFETY: `detect` found AVX2 (or more) and FMA on this CPU.
             SimdLevel::Avx2 => unsafe { run_avx2(self, batch, buffers) },
             _ => run(self, batch, buffers),
         }

@@ -1,14 +1,22 @@
 //! Typed numbers from glTF accessors: strides, normalised integers, sparse replacements, every bound checked.
 
+use std::cell::Cell;
+use std::sync::Arc;
+
 use super::json::{Accessor, BufferView, Document};
+use crate::memory;
 
 /// Elements that an accessor may invent without bytes of its own (all zero, then sparse).
 const MAX_INVENTED: u64 = 1 << 22;
+/// Most numbers that are read for one scene: about 20 s.
+const MAX_NUMBERS: u64 = 1 << 31;
 
 /// The document with its buffers' bytes.
 pub(super) struct Buffers<'a> {
     pub document: &'a Document,
-    pub bytes: Vec<Vec<u8>>,
+    pub bytes: Vec<Arc<Vec<u8>>>,
+    /// Numbers that were read so far: a file may name the same ones again and again.
+    pub numbers: Cell<u64>,
 }
 
 /// Component types of the specification, table 3.6.2.2.
@@ -132,6 +140,16 @@ impl Buffers<'_> {
             return Err(format!("type is {}; allowed here: {shape}", accessor.shape));
         }
         let component = Component::of(accessor.component_type)?;
+        // As numbers of 8 bytes they may take eight times what the file has of them.
+        let numbers = accessor.count.saturating_mul(N as u64);
+        memory::check("numbers of a glTF file", numbers.saturating_mul(8))
+            .map_err(|e| e.to_string())?;
+        self.numbers.set(self.numbers.get().saturating_add(numbers));
+        if self.numbers.get() > MAX_NUMBERS {
+            return Err(format!(
+                "the scene asks for more than {MAX_NUMBERS} numbers, counted as often as they are named"
+            ));
+        }
         let mut values = match accessor.buffer_view {
             Some(view) => self.packed(
                 view,
@@ -238,7 +256,8 @@ mod tests {
         );
         let buffers = Buffers {
             document: &document,
-            bytes: vec![vec![2, 255, 0, 9, 9, 51, 102, 0, 0]],
+            numbers: Cell::default(),
+            bytes: vec![Arc::new(vec![2, 255, 0, 9, 9, 51, 102, 0, 0])],
         };
         assert_eq!(buffers.read::<2>(0).unwrap(), [[1.0, 0.0], [0.2, 0.4]]);
         assert_eq!(
@@ -268,7 +287,8 @@ mod tests {
             let document = document(&format!("{{{views}, \"accessors\": [{accessor}]}}"));
             let buffers = Buffers {
                 document: &document,
-                bytes: vec![vec![7; 8]],
+                numbers: Cell::default(),
+                bytes: vec![Arc::new(vec![7; 8])],
             };
             assert!(buffers.read::<1>(0).is_err(), "{accessor}");
         }

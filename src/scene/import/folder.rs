@@ -6,10 +6,43 @@ use std::path::{Component, Path, PathBuf};
 
 use super::{ImportError, MAX_FILE_BYTES};
 use crate::file::{self, FileError};
+use crate::memory;
 
 /// The folder of an imported file, or none (a file in memory may refer to no other).
 #[derive(Clone, Debug, Default)]
 pub(super) struct Folder(Option<PathBuf>);
+
+/// What a URI stands for.
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub(super) enum Source<'a> {
+    /// The base64 text of a `data:` URI.
+    Data(&'a str),
+    /// A file below the folder, by its one path without links.
+    File(PathBuf),
+}
+
+impl Source<'_> {
+    /// Its length, bytes, before it is read.
+    pub fn length(&self) -> Result<u64, String> {
+        match self {
+            // Three bytes of four letters; padding is none.
+            Self::Data(text) => Ok(text.trim_end_matches('=').len() as u64 * 3 / 4),
+            Self::File(path) => match file::open(path).map(|file| file.metadata()) {
+                Ok(Ok(data)) => Ok(data.len()),
+                Ok(Err(cause)) => Err(format!("{}: {cause}", path.display())),
+                Err(error) => Err(error.to_string()),
+            },
+        }
+    }
+
+    /// Its bytes.
+    pub fn read(&self) -> Result<Vec<u8>, String> {
+        match self {
+            Self::Data(text) => base64(text).ok_or_else(|| "broken base64".to_string()),
+            Self::File(path) => read_limited(path).map_err(|e| e.to_string()),
+        }
+    }
+}
 
 /// Reads a whole file of at most [`MAX_FILE_BYTES`]; its size is asked before the first byte is read.
 pub(super) fn read_limited(path: &Path) -> Result<Vec<u8>, ImportError> {
@@ -24,6 +57,7 @@ pub(super) fn read_limited(path: &Path) -> Result<Vec<u8>, ImportError> {
     if bytes > MAX_FILE_BYTES {
         return Err(too_large(bytes));
     }
+    memory::check(path.display().to_string(), bytes)?;
     let mut data = Vec::new();
     // It may grow while it is read.
     file.take(MAX_FILE_BYTES + 1)
@@ -46,15 +80,21 @@ impl Folder {
         ))
     }
 
-    /// Reads what a URI stands for: `data:` URIs, and files below the folder. `Err` says why not.
-    pub fn read(&self, uri: &str) -> Result<Vec<u8>, String> {
+    /// What a URI stands for: a `data:` URI, or a file below the folder. `Err` says why not.
+    pub fn source<'a>(&self, uri: &'a str) -> Result<Source<'a>, String> {
         if let Some(data) = uri.strip_prefix("data:") {
             let (_, text) = data
                 .split_once(";base64,")
                 .ok_or("a data: URI that is not base64")?;
-            return base64(text).ok_or_else(|| "broken base64".to_string());
+            return Ok(Source::Data(text));
         }
-        self.read_name(&percent_decoded(uri).ok_or("a broken % escape")?)
+        let name = percent_decoded(uri).ok_or("a broken % escape")?;
+        Ok(Source::File(self.path_of(&name)?))
+    }
+
+    /// Reads what a URI stands for. `Err` says why not.
+    pub fn read(&self, uri: &str) -> Result<Vec<u8>, String> {
+        self.source(uri)?.read()
     }
 
     /// Reads a file below the folder by its relative name. `Err` says why not.

@@ -16,7 +16,11 @@ use super::imported::{Broken, FileCamera, Imported, MAX_INSTANCES, MAX_TRIANGLES
 use super::json::{Document, Node};
 use super::primitive::primitive_mesh;
 use super::skin::Pose;
+use crate::memory;
 use crate::scene::world::{Instance, WorldDescription};
+
+/// How often the memory budget is asked while meshes are read: many may share a few bytes of the file.
+const ASK_EVERY_BYTES: u64 = 1 << 26;
 
 const KNOWN_EXTENSIONS: [&str; 7] = [
     "KHR_lights_punctual",
@@ -60,6 +64,7 @@ pub(super) fn read(bytes: &[u8], folder: &Folder, unit_mm: f64) -> Result<Import
     }
     let buffers = Buffers {
         bytes: buffers(&document, binary, folder)?,
+        numbers: std::cell::Cell::default(),
         document: &document,
     };
     let mut reader = Reader {
@@ -74,6 +79,7 @@ pub(super) fn read(bytes: &[u8], folder: &Folder, unit_mm: f64) -> Result<Import
         file_from_node: vec![None; document.nodes.len()],
         triangles: 0,
         objects: 0,
+        unasked: 0,
     };
     reader.nodes(DAffine3::from_scale(DVec3::splat(unit_mm)))?;
     let mut imported = reader.imported;
@@ -91,6 +97,8 @@ struct Reader<'a> {
     file_from_node: Vec<Option<DAffine3>>,
     triangles: usize,
     objects: usize,
+    /// Of the meshes that were read since the memory budget was last asked, bytes.
+    unasked: u64,
 }
 
 impl Reader<'_> {
@@ -257,6 +265,13 @@ impl Reader<'_> {
                 );
                 continue;
             };
+            self.unasked += raw.bytes();
+            if self.unasked > ASK_EVERY_BYTES {
+                // Room for as much again; what was read before is not free any more.
+                memory::check("meshes of a glTF file", self.unasked)
+                    .map_err(|e| at(e.to_string()))?;
+                self.unasked = 0;
+            }
             raw.clean(warnings);
             if let Some((pose, place)) = pose {
                 pose.apply(self.buffers, primitive, place, &mut raw, warnings)

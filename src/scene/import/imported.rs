@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use glam::DAffine3;
 
 use crate::file::FileError;
+use crate::memory::MemoryError;
 use crate::scene::world::WorldDescription;
 
 /// Largest file that is read, bytes (1 GiB); a larger one is refused before it is.
@@ -50,6 +51,9 @@ pub enum ImportError {
     /// The file system said no.
     #[error(transparent)]
     File(#[from] FileError),
+    /// It does not fit into memory.
+    #[error(transparent)]
+    Memory(#[from] MemoryError),
     /// Refused before it was read.
     #[error("{file}: has {bytes} bytes; allowed: up to {limit}")]
     TooLarge {

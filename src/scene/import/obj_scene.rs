@@ -13,21 +13,42 @@ use super::folder::Folder;
 use super::imported::Broken;
 use super::obj::{Mtl, read_mtl, read_obj};
 use super::picture::{Picture, decode};
-use super::{Imported, Warnings};
+use super::{Imported, MAX_FILE_BYTES, Warnings};
+use crate::memory;
 use crate::scene::world::{
     Alpha, Encoding, Instance, Material, TextureMap, TextureRef, WorldDescription, Wrap,
 };
 
+/// Most material libraries of a file.
+const MAX_LIBRARIES: usize = 100;
+
 /// Reads OBJ text (UTF-8; other bytes are replaced).
 pub(super) fn read(bytes: &[u8], folder: &Folder, unit_mm: f64) -> Result<Imported, Broken> {
     let mut warnings = Warnings::default();
+    // The shortest lines: "v 0 0 0" becomes three numbers of 8 bytes, "f 1 2 3" three corners and their indices.
+    memory::check("an OBJ file", 6 * bytes.len() as u64)
+        .map_err(|e| ("size".to_string(), e.to_string()))?;
     let text = String::from_utf8_lossy(bytes);
     let obj =
         read_obj(&text, &mut warnings).map_err(|(line, what)| (format!("line {line}"), what))?;
     let mut library: BTreeMap<String, Mtl> = BTreeMap::new();
-    for name in &obj.libraries {
+    let mut read_bytes = 0;
+    for (number, name) in obj.libraries.iter().enumerate() {
+        if obj.libraries[..number].contains(name) {
+            continue;
+        }
+        if number > MAX_LIBRARIES || read_bytes > MAX_FILE_BYTES {
+            warnings.count(
+                "material libraries beyond the first hundred, or 1 GiB: left out",
+                1,
+            );
+            break;
+        }
         match folder.read_name(name) {
-            Ok(bytes) => library.extend(read_mtl(&String::from_utf8_lossy(&bytes), &mut warnings)),
+            Ok(bytes) => {
+                read_bytes += bytes.len() as u64;
+                library.extend(read_mtl(&String::from_utf8_lossy(&bytes), &mut warnings));
+            }
             Err(why) => warnings.count(format!("material library left out: {why}"), 1),
         }
     }

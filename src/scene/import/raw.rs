@@ -25,6 +25,16 @@ pub(super) struct RawMesh {
 }
 
 impl RawMesh {
+    /// What it holds, bytes.
+    pub fn bytes(&self) -> u64 {
+        let corners = self.positions.len() + self.normals.len();
+        let bytes = 24 * corners
+            + 16 * self.uvs.len()
+            + 32 * self.colours.len()
+            + 12 * self.triangles.len();
+        bytes as u64
+    }
+
     /// Drops what cannot be rendered; `warnings` counts it.
     pub fn clean(&mut self, warnings: &mut Warnings) {
         let n = self.positions.len();
