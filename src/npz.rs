@@ -1,6 +1,6 @@
 //! Arrays of `.npz` files. A stated shape is held against the bytes that are there before any memory is asked for it.
 
-use std::io::{Read, Seek};
+use std::io::{Read, Seek, SeekFrom};
 
 use ndarray::{Array, ArrayView, Dimension};
 use ndarray_npy::{ViewElement, ViewNpyExt};
@@ -11,6 +11,20 @@ use crate::hash::ContentHash;
 /// The array that holds the hash of all others, as hexadecimal digits.
 pub(crate) const HASH: &str = "blake3";
 
+/// The record that ends a zip file, without its comment, and the longest comment, bytes.
+const END: [u64; 2] = [22, 65_535];
+
+/// Whether the record that ends a zip file is where it has to be.
+fn has_end(contents: &mut (impl Read + Seek)) -> std::io::Result<bool> {
+    let length = contents.seek(SeekFrom::End(0))?;
+    let tail = length.min(END[0] + END[1]);
+    contents.seek(SeekFrom::Start(length - tail))?;
+    let mut bytes = Vec::new();
+    contents.by_ref().take(tail).read_to_end(&mut bytes)?;
+    contents.rewind()?;
+    Ok(bytes.windows(4).any(|four| four == b"PK\x05\x06"))
+}
+
 /// An open file.
 pub(crate) struct Npz<R>(ZipArchive<R>);
 
@@ -19,7 +33,11 @@ impl<R: Read + Seek> Npz<R> {
     ///
     /// # Errors
     /// What makes it no zip file.
-    pub fn open(contents: R) -> Result<Self, String> {
+    pub fn open(mut contents: R) -> Result<Self, String> {
+        // Looked for through the whole file otherwise, which may be endless.
+        if !has_end(&mut contents).map_err(|e| e.to_string())? {
+            return Err("it is no .npz file: the list of its arrays is not at its end".to_owned());
+        }
         ZipArchive::new(contents)
             .map(Self)
             .map_err(|e| e.to_string())
@@ -63,5 +81,20 @@ impl<R: Read + Seek> Npz<R> {
             .map_err(|e| wrong(e.to_string()))?;
         let view = ArrayView::<T, D>::view_npy(&bytes).map_err(|e| wrong(e.to_string()))?;
         Ok(view.to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use super::*;
+
+    #[test]
+    fn what_has_no_end_of_a_zip_file_is_refused() {
+        for bytes in [vec![], vec![0; 10], vec![b'P'; 200_000]] {
+            let error = Npz::open(Cursor::new(bytes)).err().unwrap_or_default();
+            assert!(error.contains("no .npz file"), "{error}");
+        }
     }
 }

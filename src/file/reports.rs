@@ -95,10 +95,10 @@ mod tests {
         assert!(is("a.csv", "3") && is("b.csv", "mine"));
         // As after a kill between two files: one new, one old, both known.
         fs::write(out.join("b.csv"), "3").unwrap();
-        fs::write(out.join("a.csv"), "2").unwrap();
+        fs::write(out.join("a.csv"), "1").unwrap();
         assert!(
             write("5", "5").unwrap_err().is_of_others(),
-            "2 was replaced by 3 long ago"
+            "1 was replaced two writes ago"
         );
         fs::write(out.join("a.csv"), "3").unwrap();
         write("5", "5").unwrap();
