@@ -62,6 +62,23 @@ fn the_mean_over_the_places_is_the_incoherent_mean() {
     }
 }
 
+/// ∫ over a pixel of 2 µm, the origin in its middle, by Simpson's rule.
+fn over_pixel(of: impl Fn(f64, f64) -> f64) -> f64 {
+    let steps = 40;
+    let place = |k: usize| 2.0 * k as f64 / steps as f64 - 1.0;
+    let weight = |k: usize| match k {
+        0 => 1.0,
+        _ if k == steps => 1.0,
+        _ if k % 2 == 1 => 4.0,
+        _ => 2.0,
+    };
+    let row = |y: usize| {
+        let at = |x: usize| weight(x) * of(place(x), place(y));
+        weight(y) * (0..=steps).map(at).sum::<f64>()
+    };
+    (0..=steps).map(row).sum::<f64>() * (2.0 / (3.0 * steps as f64)).powi(2)
+}
+
 /// J₁ by Bessel's integral.
 fn j1(z: f64) -> f64 {
     let steps = 64;
@@ -72,37 +89,58 @@ fn j1(z: f64) -> f64 {
     (0..steps as usize).map(at).sum::<f64>() / f64::from(steps)
 }
 
+/// The waves of a lens of F/2, each of which the pixel takes alike.
+fn alike(pixels: usize) -> Cone {
+    let step = 0.55 / (2.0 * pixels as f64);
+    let product = |_, a, b| Complex64::from(if a == b { 0.4 } else { 0.0 });
+    cone(pixels, 0.25 / step + 0.5, product)
+}
+
 /// Without phases between them, waves make the square of the pixel that the diffraction of the lens blurs: of a point
-/// source, the light of its Airy pattern between the pixel's borders.
+/// source, the light between the pixel's borders.
 #[test]
-fn the_model_is_the_light_of_the_airy_pattern_on_the_pixel() {
-    // 24 pixels of 2 µm from spot to spot: 44 times λF of F/2.
-    let f_number = 2.0;
-    let step = 0.55 / 48.0;
-    let cone = cone(24, 0.5 / f_number / step + 0.5, |_, a, b| {
-        Complex64::from(if a == b { 0.4 } else { 0.0 })
-    });
-    let spot = Spot::new(&cone, f_number, 0.0);
-    let line = spot.incoherent[0].line(0.0);
-    let airy = |x: f64, y: f64| {
-        let z = PI * x.hypot(y) / (0.55 * f_number);
-        let e = if z == 0.0 { 1.0 } else { 2.0 * j1(z) / z };
-        e * e * PI / (2.0 * 0.55 * f_number).powi(2)
+fn the_model_is_the_light_of_the_diffraction_pattern_on_the_pixel() {
+    let cone = alike(6);
+    let a = amplitudes(&cone, 2.0, 0.0);
+    let line = Spot::new(&cone, 2.0, 0.0).incoherent[0].line(0.0);
+    let light = |x: f64, y: f64| {
+        let turn = 2.0 * PI / cone.period_um();
+        let waves = cone.waves.iter().zip(&a);
+        let e: Complex64 = waves
+            .map(|([j, l], a)| a * Complex64::cis(turn * (f64::from(*j) * x + f64::from(*l) * y)))
+            .sum();
+        e.norm_sqr() / cone.period_um().powi(2)
     };
-    for x0 in [0.0, 0.7, 1.0, 1.9] {
-        let steps = 60;
-        let at = |k: usize| 2.0 * ((k as f64 + 0.5) / f64::from(steps) - 0.5);
-        let row = |y: usize| {
-            let on_row = (0..steps as usize).map(|x| airy(at(x) - x0, at(y)));
-            on_row.sum::<f64>()
-        };
-        let on_pixel = (0..steps as usize).map(row).sum::<f64>() * (2.0 / f64::from(steps)).powi(2);
+    for x0 in [0.0, 0.7, 1.9] {
+        let on_pixel = over_pixel(|x, y| light(x - x0, y));
         let found = line.share(x0 / 2.0) / 0.4;
-        assert!((found - on_pixel).abs() < 0.01, "{x0}: {found} {on_pixel}");
+        assert!((found - on_pixel).abs() < 1e-5, "{x0}: {found} {on_pixel}");
     }
     // Out of focus each direction lands elsewhere: with P alike the halves still agree.
-    let blurred = Spot::new(&cone, f_number, 5.0);
+    let blurred = Spot::new(&cone, 2.0, 5.0);
     assert!(disparity_px(&blurred.incoherent).abs() < 1e-9);
+}
+
+/// That pattern is Airy's, but for the light that it has beyond the period: 2/(π² r/λF) of it beyond r.
+#[test]
+fn the_model_is_the_light_of_the_airy_pattern_but_for_that_beyond_the_period() {
+    for pixels in [8, 12, 24] {
+        let line = Spot::new(&alike(pixels), 2.0, 0.0).incoherent[0].line(0.0);
+        let airy = |x: f64, y: f64| {
+            let z = PI * x.hypot(y) / (0.55 * 2.0);
+            let e = if z == 0.0 { 1.0 } else { 2.0 * j1(z) / z };
+            e * e * PI / (2.0f64 * 0.55 * 2.0).powi(2)
+        };
+        let beyond = 2.0 / (PI * PI * pixels as f64 / 1.1);
+        for x0 in [0.0, 0.7, 1.0, 1.9] {
+            let on_pixel = over_pixel(|x, y| airy(x - x0, y));
+            let found = line.share(x0 / 2.0) / 0.4;
+            assert!(
+                (found - on_pixel).abs() < 1.5 * beyond,
+                "{pixels} {x0}: {found} {on_pixel}"
+            );
+        }
+    }
 }
 
 /// Products of a mirror-symmetric pixel: spots to the left give the left half what spots to the right give the right.
