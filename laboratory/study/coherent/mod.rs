@@ -33,8 +33,8 @@ struct Lenses {
     period_um: f64,
 }
 
-/// Of periods of 17, 10 and 5 times λF or more: beyond half of them there is 2, 4 and 7 % of a spot's light, which is taken for
-/// the next spot's, at most.
+/// Periods of 17, 10 and 5 times λF or more: beyond half of them there is at most 2, 4 and 7 % of a spot's light, which
+/// is taken for the next spot's.
 const LENSES: [Lenses; 2] = [
     Lenses {
         f_numbers: &[1.7, 2.8],

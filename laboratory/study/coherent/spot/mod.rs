@@ -4,9 +4,9 @@
 //! ```text
 //!   Q_i(x) = Σ_d g_d e^(−i κ d·x),   g_d = Σ_(k' − k = d) a_k* a_k' G_i(k, k'),   κ = 2π/(pixels · pitch)
 //! ```
-//! with d = (d_x, d_y). g_d is what the half sees of a grating of d lines a period along x and y: its transfer function,
-//! of which g_0 is the mean over all places. The model, without phases, has in the place of G the response to the mean
-//! direction times the pixel's own aperture,
+//! with d = (d_x, d_y). g_d is what the half sees of a grating of d lines per period along x and y: its transfer
+//! function, of which g_0 is the mean over all places. The model, without phases, has in the place of G the response
+//! to the mean direction times the pixel's own aperture,
 //! `G_i(k, k') → P_i((k + k')/2) sinc((k'_x − k_x) pitch/2) sinc((k'_y − k_y) pitch/2)`: each direction falls on all
 //! places of the pixel alike. Both have P_i(k) on the diagonal, so g_0 is the same.
 
