@@ -226,7 +226,7 @@ impl Reason {
             | Self::AllChannels
             | Self::NoReadout => "that is the camera asked for",
             Self::SumWithoutPhases => {
-                "the study of it knows pixels of 1.6 and 2.8 µm behind F/1.7 to F/8"
+                "the study of it knows pixels of 1.6 to 3.5 µm behind F/1.7 to F/8"
             }
             Self::DirectLight => "light from beside the picture would have to be known",
             Self::NoAbbeNumbers => "the glasses' dispersion is not known",

@@ -10,10 +10,10 @@ use quadpixel::response::ResponseLookup;
 use quadpixel_datasets::{Effect, Effects, EstimatedError, Reason};
 
 /// Pitch, µm; the largest error of a texture, in focus and with blurs of up to 4 px; the largest shift of a half's
-/// view, px: F/1.7 to F/8 (`benches/runs/2026-11-22/coherent.md`).
-const ERRORS: [(f64, f64, f64); 2] = [(1.6, 0.18, 0.11), (2.8, 0.40, 0.15)];
+/// view, px: F/1.7 to F/8 (`benches/runs/2026-11-22/coherent.md`). The first of the full cone, the others of a section.
+const ERRORS: [(f64, f64, f64); 3] = [(1.6, 0.15, 0.12), (2.8, 0.40, 0.16), (3.5, 0.52, 0.19)];
 /// What these stand for.
-const PITCHES_UM: std::ops::RangeInclusive<f64> = 1.4..=3.0;
+const PITCHES_UM: std::ops::RangeInclusive<f64> = 1.4..=3.7;
 const F_NUMBERS: std::ops::RangeInclusive<f64> = 1.7..=8.0;
 
 /// Enters the effect, which is never simulated. `image`: on any scale.
@@ -37,7 +37,10 @@ pub(super) fn enter(camera: &Camera, image: &SubPixelImage, ledger: &mut Effects
 
 /// Error of a texture and shift, between the study's pitches linear, beyond them as of the nearest.
 fn of_pitch(pitch_um: f64) -> (f64, f64) {
-    let [(first, texture, shift), (last, more_texture, more_shift)] = ERRORS;
+    let above = ERRORS.iter().position(|(pitch, ..)| pitch_um <= *pitch);
+    let above = above.unwrap_or(ERRORS.len() - 1).max(1);
+    let (first, texture, shift) = ERRORS[above - 1];
+    let (last, more_texture, more_shift) = ERRORS[above];
     let t = ((pitch_um - first) / (last - first)).clamp(0.0, 1.0);
     let between = |a: f64, b: f64| a + t * (b - a);
     (between(texture, more_texture), between(shift, more_shift))
@@ -103,7 +106,10 @@ mod tests {
             assert_eq!(of_pitch(pitch_um), (texture, shift));
         }
         assert_eq!(of_pitch(1.5), of_pitch(1.6));
-        let (texture, shift) = of_pitch(2.2);
-        assert!((texture - 0.29).abs() < 1e-12 && (shift - 0.13).abs() < 1e-12);
+        assert_eq!(of_pitch(3.7), of_pitch(3.5));
+        for (pitch_um, texture, shift) in [(2.2, 0.275, 0.14), (3.15, 0.46, 0.175)] {
+            let found = of_pitch(pitch_um);
+            assert!((found.0 - texture).abs() < 1e-12 && (found.1 - shift).abs() < 1e-12);
+        }
     }
 }

@@ -3,19 +3,22 @@
 use glam::DVec2;
 use quadpixel_generators::plot::{Axis, Chart, Guide, Series, in_rows, sheet};
 
-use super::{Curves, F_NUMBERS, report::places_px};
+use super::spot::Transfer;
+use super::{Curves, LENSES, report::places_px};
 
 const LEFT: &str = "#1f6fd0";
 const RIGHT: &str = "#d1332b";
 
 pub(super) fn svg(title: &str, curves: &[Curves]) -> String {
     let charts = curves.iter().map(chart).collect();
-    sheet(title, &in_rows(charts, F_NUMBERS.len()))
+    let columns = LENSES.iter().map(|lenses| lenses.f_numbers.len()).sum();
+    sheet(title, &in_rows(charts, columns))
 }
 
 fn chart(c: &Curves) -> Chart {
-    let line = |name: &str, colour, g: &[_]| {
-        let at = |x: f64| DVec2::new(x, c.spot.share(g, x * c.pitch_um));
+    let line = |name: &str, colour, half: &Transfer| {
+        let line = half.line(0.0);
+        let at = |x: f64| DVec2::new(x, line.share(x));
         Series::line(name, colour, places_px().into_iter().map(at).collect())
     };
     let ([left, right], [left_model, right_model]) = (&c.spot.coherent, &c.spot.incoherent);

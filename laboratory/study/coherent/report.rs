@@ -5,11 +5,11 @@ use std::fmt::Write;
 use quadpixel::em::PixelStack;
 use serde::Serialize;
 
-use super::spot::Spot;
+use super::spot::{Spot, Transfer, disparity_px};
 use super::{Curves, GREEN_NM};
 
-/// Places in a pixel over which errors are taken.
-const PLACES: usize = 64;
+/// Places in a pixel over which errors are taken, along x and along y.
+const PLACES: usize = 24;
 /// Places per pixel of the curves, and pixels to each side of the middle.
 const PER_PIXEL: i32 = 24;
 
@@ -46,7 +46,7 @@ impl Row {
         (blur_px, plane_um): (f64, f64),
         spot: &Spot,
     ) -> Self {
-        let mean = |g: &[Vec<_>; 2]| Spot::mean(&g[0]) + Spot::mean(&g[1]);
+        let mean = |halves: &[Transfer; 2]| halves.iter().map(Transfer::mean).sum();
         Self {
             pixel: stack.name.clone(),
             pitch_um: stack.pitch_um,
@@ -58,10 +58,10 @@ impl Row {
             mean_cone: mean(&spot.incoherent),
             point_percent: 100.0 * spot.point_error(PLACES),
             texture_percent: 100.0 * spot.texture_error(),
-            nyquist_coherent: spot.nyquist(&spot.coherent[0]),
-            nyquist_model: spot.nyquist(&spot.incoherent[0]),
-            disparity_coherent_px: spot.disparity_px(&spot.coherent),
-            disparity_model_px: spot.disparity_px(&spot.incoherent),
+            nyquist_coherent: spot.coherent[0].nyquist(),
+            nyquist_model: spot.incoherent[0].nyquist(),
+            disparity_coherent_px: disparity_px(&spot.coherent),
+            disparity_model_px: disparity_px(&spot.incoherent),
         }
     }
 }
@@ -103,23 +103,24 @@ pub(super) fn places_px() -> Vec<f64> {
         .collect()
 }
 
-/// The curves in focus: what each half of a pixel absorbs of the light of a spot, over the spot's place.
+/// The curves in focus: what each half of a pixel absorbs of the light of a spot, over the spot's place on the line
+/// y = 0 through the pixel's middle.
 pub(super) fn places_csv(curves: &[Curves]) -> String {
     let mut text =
         String::from("pixel,f_number,x_px,left_coherent,right_coherent,left_model,right_model\n");
     for c in curves {
+        let [a, b] = [0, 1].map(|half| c.spot.coherent[half].line(0.0));
+        let [m, n] = [0, 1].map(|half| c.spot.incoherent[half].line(0.0));
         for x in places_px() {
-            let at = |g: &[_]| c.spot.share(g, x * c.pitch_um);
-            let ([a, b], [m, n]) = (&c.spot.coherent, &c.spot.incoherent);
             let _ = writeln!(
                 text,
                 "\"{}\",{},{x:.4},{:.5},{:.5},{:.5},{:.5}",
                 c.pixel,
                 c.f_number,
-                at(a),
-                at(b),
-                at(m),
-                at(n)
+                a.share(x),
+                b.share(x),
+                m.share(x),
+                n.share(x)
             );
         }
     }

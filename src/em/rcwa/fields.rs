@@ -20,6 +20,9 @@ use super::{RcwaSettings, SolverError};
 use crate::em::PixelStack;
 use crate::range::OutOfRange;
 
+/// Of E.
+const COMPONENTS: usize = 3;
+
 /// Fields in the photodiodes of one plane wave.
 #[derive(Clone, Debug)]
 pub struct PhotodiodeFields {
@@ -44,7 +47,7 @@ impl PhotodiodeFields {
         let model = RcwaModel::new(stack, wavelength_nm, settings)?;
         let pixel = model.pixel();
         let [x, y, z] = node_counts(pixel);
-        Ok(2 * 3 * x * y * z)
+        Ok(2 * COMPONENTS * x * y * z)
     }
 
     /// G_i(self, other) of each photodiode, of light polarized along x (0) or y (1).
@@ -68,28 +71,68 @@ impl PhotodiodeFields {
     /// Of the wave from the other side of x = 0, of a pixel with a mirror there.
     #[must_use]
     pub fn mirrored_x(&self) -> Self {
+        let columns = self.columns;
+        self.mirrored(0, |node| {
+            let column = node % columns;
+            node - column + (columns - 1 - column)
+        })
+    }
+
+    /// Of the wave from the other side of y = 0, of a pixel with a mirror there.
+    #[must_use]
+    pub fn mirrored_y(&self) -> Self {
+        let (columns, nodes) = (self.columns, self.photodiodes.len());
+        self.mirrored(1, |node| {
+            let column = node % columns;
+            nodes - columns - (node - column) + column
+        })
+    }
+
+    /// Of the wave from (v, u) in the place of (u, v), of a pixel that is alike along x and y: as many photodiodes, and
+    /// its lens not shifted.
+    #[must_use]
+    pub fn transposed(&self) -> Self {
+        let columns = self.columns;
+        let other = [1, 0, 2];
+        self.rearranged(
+            |node| (node % columns) * columns + node / columns,
+            |polarization, component| (other[polarization], other[component], 1.0),
+        )
+    }
+
+    fn mirrored(&self, axis: usize, from: impl Fn(usize) -> usize) -> Self {
+        self.rearranged(from, |polarization, component| {
+            // E across the mirror turns, and so does the light that is polarized across it before it is focused.
+            let turns = (component == axis) != (polarization == axis);
+            (polarization, component, if turns { -1.0 } else { 1.0 })
+        })
+    }
+
+    /// At each node, the field at the node `from` it, of the polarization, the component and with the sign of `source`.
+    fn rearranged(
+        &self,
+        from: impl Fn(usize) -> usize,
+        source: impl Fn(usize, usize) -> (usize, usize, f32),
+    ) -> Self {
         let plane = self.photodiodes.len();
-        let components = 3;
-        let turned = |polarization: usize| {
-            let values = &self.values[polarization];
-            let length = values.len() / components;
-            let mut out = Vec::with_capacity(values.len());
-            for (component, part) in values.chunks_exact(length).enumerate() {
-                // E_x turns, and so does the light that is polarized along x before it is focused.
-                let turns = (component == 0) != (polarization == 0);
-                let sign = if turns { -1.0 } else { 1.0 };
-                for row in part
-                    .chunks_exact(plane)
-                    .flat_map(|p| p.chunks_exact(self.columns))
-                {
-                    out.extend(row.iter().rev().map(|e| e * sign));
+        let from: Vec<usize> = (0..plane).map(from).collect();
+        let of = |polarization: usize| {
+            let mut out = Vec::with_capacity(self.values[polarization].len());
+            for component in 0..COMPONENTS {
+                let (polarization, component, sign) = source(polarization, component);
+                let values = &self.values[polarization];
+                let length = values.len() / COMPONENTS;
+                let of_component = &values[component * length..][..length];
+                for values in of_component.chunks_exact(plane) {
+                    out.extend(from.iter().map(|node| values[*node] * sign));
                 }
             }
             out
         };
         Self {
-            values: [turned(0), turned(1)],
-            ..self.clone()
+            photodiodes: self.photodiodes.clone(),
+            columns: self.columns,
+            values: [of(0), of(1)],
         }
     }
 }
