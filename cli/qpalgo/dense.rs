@@ -11,6 +11,7 @@ use quadpixel_algorithms::dense::{DenseMap, DenseSettings, dense_disparity};
 use quadpixel_algorithms::maps::{MapFormat, Maps};
 use quadpixel_algorithms::sai::Side;
 use quadpixel_cli::exit::CommandError;
+use quadpixel_cli::outln;
 use quadpixel_cli::progress::Progress;
 
 use crate::disparity::DisparityArgs;
@@ -160,18 +161,18 @@ fn report(args: &DisparityArgs, map: &DenseMap, files: &Files, ratio: Option<f64
             "files": names, "median_px": disparity, "median_sigma_px": sigma, "range_px": map.range_px,
             "halvings": map.halvings, "blur_known": ratio.is_some(),
         });
-        println!("{object}");
+        outln!("{object}");
         return;
     }
-    println!("{}: {}", args.out.display(), names.join(" "));
-    println!(
+    outln!("{}: {}", args.out.display(), names.join(" "));
+    outln!(
         "every pixel: median {disparity:.3} px, sigma {sigma:.3} px; looked from {:.2} to {:.2} px at 1/{} of the resolution",
         map.range_px[0],
         map.range_px[1],
         1u32 << map.halvings
     );
     if ratio.is_none() {
-        println!(
+        outln!(
             "no description of the camera: the blur is assumed, its ratio to the disparity is free"
         );
     }
