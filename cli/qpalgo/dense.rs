@@ -51,8 +51,7 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
     let files = files(args.format.into(), &map, views.vertical).map_err(CommandError::failed)?;
     file::write_reports(&args.out, &files)?;
     drop(progress);
-    report(args, &map, &files, views.ratio);
-    Ok(())
+    report(args, &map, &files, views.ratio)
 }
 
 /// Green of two pictures in colour, else their first channel.
@@ -153,7 +152,12 @@ fn median(image: &Image) -> f32 {
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
-fn report(args: &DisparityArgs, map: &DenseMap, files: &Files, ratio: Option<f64>) {
+fn report(
+    args: &DisparityArgs,
+    map: &DenseMap,
+    files: &Files,
+    ratio: Option<f64>,
+) -> Result<(), CommandError> {
     let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
     let (disparity, sigma) = (median(&map.disparity_px), median(&map.sigma_px));
     if args.json {
@@ -162,7 +166,7 @@ fn report(args: &DisparityArgs, map: &DenseMap, files: &Files, ratio: Option<f64
             "halvings": map.halvings, "blur_known": ratio.is_some(),
         });
         outln!("{object}");
-        return;
+        return Ok(());
     }
     outln!("{}: {}", args.out.display(), names.join(" "));
     outln!(
@@ -176,4 +180,5 @@ fn report(args: &DisparityArgs, map: &DenseMap, files: &Files, ratio: Option<f64
             "no description of the camera: the blur is assumed, its ratio to the disparity is free"
         );
     }
+    Ok(())
 }
