@@ -29,9 +29,14 @@ pub fn boxes(m: usize, n: usize, pitch_um: f64, focal_um: f64) -> Response {
 
 /// A coarse wave table of a small pixel.
 pub fn wave_pixel() -> Response {
+    wave_pixel_at(vec![550.0])
+}
+
+/// The same at some wavelengths, nm.
+pub fn wave_pixel_at(wavelengths_nm: Vec<f64>) -> Response {
     let settings = TableSettings {
         model: PixelModel::Wave(WaveSettings::draft()),
-        wavelengths_nm: vec![550.0],
+        wavelengths_nm,
         cosine_max: 0.6,
         steps: 4,
         refine: 1,

@@ -4,16 +4,13 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use quadpixel::effects::{Effect, Shot};
-use quadpixel::em::wave::WaveSettings;
-use quadpixel::em::{PixelModel, PixelStack};
 use quadpixel::render::Camera;
-use quadpixel::response::{Response, TableSettings, build_table};
 use quadpixel::scene::texture::Texture;
 use quadpixel::scene::{Scene, TexturedPlane};
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
 
 use super::scenes::{Case, Make, card};
-use super::shots::boxes;
+use super::shots::{boxes, wave_pixel_at};
 
 use Effect::{Aberrations, CraVariation, Dispersion, LensDiffraction, Vignetting, Wavelengths};
 
@@ -48,21 +45,6 @@ fn bands(width_nm: f64, wavelengths: usize) -> ChannelWavelengths {
         ..Bands::default()
     };
     ChannelWavelengths::from_bands(bands).unwrap()
-}
-
-/// A coarse wave table of a small pixel at each of some wavelengths.
-fn coloured_pixel(wavelengths: &ChannelWavelengths) -> Response {
-    let settings = TableSettings {
-        model: PixelModel::Wave(WaveSettings::draft()),
-        wavelengths_nm: wavelengths.all_response_nm(),
-        cosine_max: 0.6,
-        steps: 4,
-        refine: 1,
-        shifts: None,
-    };
-    let stack = PixelStack::paper(1.2, 0.85, 0.85, 0.75);
-    let built = build_table(&stack, &settings, None, &|_, _| ()).unwrap();
-    Response::Table(built.table)
 }
 
 fn case(
@@ -149,7 +131,7 @@ pub fn all() -> Vec<Case> {
             "phone, coloured card, four wavelengths a channel, a pixel of its own at each",
             &small(Make {
                 wavelengths: four,
-                ..Make::phone(coloured_pixel(&four)).on_axis()
+                ..Make::phone(wave_pixel_at(four.all_response_nm())).on_axis()
             }),
             hues,
             &[CraVariation],

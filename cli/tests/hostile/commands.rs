@@ -123,7 +123,7 @@ pub const CASES: [Case; 45] = [
             "out",
             "--json",
         ],
-        &[CAMERA, RAW],
+        &[VIEWS],
         Out::Folder("out"),
     ),
     case(
@@ -464,7 +464,7 @@ pub const CASES: [Case; 45] = [
             "-o",
             "new.json",
         ],
-        &["noise/raw.png", "noise/meta.json"],
+        &["noise/views.exr", "noise/meta.json"],
         Out::File("new.json"),
     ),
     case(
@@ -478,19 +478,19 @@ pub const CASES: [Case; 45] = [
             "-o",
             "out",
         ],
-        &["k.json", "noise/raw.png"],
+        &["k.json", "noise/views.exr"],
         Out::Folder("out"),
     ),
     case(
         "table",
         &["qpalgo", "table", "t.toml", "-o", "out", "--json"],
-        &["t.toml", "noise/raw.png"],
+        &["t.toml", "noise/views.exr"],
         Out::Folder("out"),
     ),
     case(
         "autofocus",
         &["qpalgo", "autofocus", "stack", "-o", "out"],
-        &["stack/dataset.json", "stack/samples/000001/raw.png"],
+        &["stack/dataset.json", "stack/samples/000001/views.exr"],
         Out::Folder("out"),
     ),
     case(
