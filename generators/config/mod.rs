@@ -66,7 +66,7 @@ pub struct DatasetConfig {
     pub registration: Registration,
     /// Rays a microlens and colour channel.
     pub rays_per_pixel: usize,
-    /// How rays go through the lens: `"map"`, `"exact"` or the bound of its maps.
+    /// How rays go through the lens: `"map"` (the default), `"exact"` or the bound of its maps.
     #[serde(default, skip_serializing_if = "LensTracing::is_default")]
     pub lens_tracing: LensTracing,
     /// Effects that are simulated: `"auto"`, `"all"`, `"none"` or a list of names.

@@ -1,9 +1,11 @@
 //! Three points between speed and accuracy.
 //!
 //! 2.9 times the rays halve the noise of a chart (`benches/runs/2026-11-21/accuracy.md`); the grid of directions is
-//! that of [`quadpixel::response::TableSettings`]. Where channels have bands, 2, 4 or 8 wavelengths stand for each.
+//! that of [`quadpixel::response::TableSettings`]. Where channels have bands, 2, 4 or 8 wavelengths stand for each. The
+//! reference traces its rays through the lens surface by surface, the others by maps.
 
 use quadpixel::em::Preset;
+use quadpixel::render::LensTracing;
 
 use crate::config::{DatasetConfig, ResponseConfig};
 
@@ -28,6 +30,9 @@ pub fn apply(preset: Preset, config: &mut DatasetConfig) {
         Preset::Reference => (512, 8),
     };
     config.rays_per_pixel = rays;
+    if preset == Preset::Reference {
+        config.lens_tracing = LensTracing::EXACT;
+    }
     if let Some(bands) = &mut config.spectrum {
         bands.wavelengths = wavelengths;
     }

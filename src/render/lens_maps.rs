@@ -27,11 +27,13 @@ pub enum Named {
 
 impl Default for LensTracing {
     fn default() -> Self {
-        Self::EXACT
+        Self::MAP
     }
 }
 
 impl LensTracing {
+    /// By maps of the default bound.
+    pub const MAP: Self = Self::Named(Named::Map);
     /// Surface by surface.
     pub const EXACT: Self = Self::Named(Named::Exact);
 
