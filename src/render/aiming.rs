@@ -1,6 +1,8 @@
 //! Where the rays of a block start and go, with the best instructions there are: straight-line arithmetic over columns,
 //! nothing contracted, so that every [`SimdLevel`] gives the same bits.
 
+use std::ops::Range;
+
 use glam::{DVec2, DVec3};
 
 use super::camera::Camera;
@@ -34,8 +36,8 @@ impl Target {
     /// Origins and directions (in columns), and measures, of samples: places in the pixel and points of the unit disk.
     pub fn aim(
         self,
-        samples: &[Vec<f64>; 4],
-        aimed: &mut [Vec<f64>; 6],
+        samples: [&[f64]; 4],
+        aimed: [&mut [f64]; 6],
         measure: &mut [f64],
         level: SimdLevel,
     ) {
@@ -53,18 +55,18 @@ impl Target {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn aim_avx2(to: Target, from: &[Vec<f64>; 4], aimed: &mut [Vec<f64>; 6], measure: &mut [f64]) {
+fn aim_avx2(to: Target, from: [&[f64]; 4], aimed: [&mut [f64]; 6], measure: &mut [f64]) {
     aim(to, from, aimed, measure);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl")]
-fn aim_avx512(to: Target, from: &[Vec<f64>; 4], aimed: &mut [Vec<f64>; 6], measure: &mut [f64]) {
+fn aim_avx512(to: Target, from: [&[f64]; 4], aimed: [&mut [f64]; 6], measure: &mut [f64]) {
     aim(to, from, aimed, measure);
 }
 
 #[inline(always)]
-fn aim(to: Target, samples: &[Vec<f64>; 4], aimed: &mut [Vec<f64>; 6], measure: &mut [f64]) {
+fn aim(to: Target, samples: [&[f64]; 4], aimed: [&mut [f64]; 6], measure: &mut [f64]) {
     let n = measure.len();
     let (corner, pitch, z) = (to.corner_mm, to.pitch_mm, to.sensor_z_mm);
     let PupilEllipse {
@@ -92,58 +94,63 @@ fn aim(to: Target, samples: &[Vec<f64>; 4], aimed: &mut [Vec<f64>; 6], measure: 
     }
 }
 
-/// Samples `first` to `first + n` of a pixel: place in the pixel, 0 to 1, and point of the unit disk.
+/// Samples of a pixel from number `first` on: place in the pixel, 0 to 1, and point of the unit disk.
 pub(super) fn sample(
     sobol: &SobolSet,
     key: u64,
-    range: (usize, usize),
-    out: &mut [Vec<f64>; 4],
+    first: usize,
+    out: [&mut [f64]; 4],
     level: SimdLevel,
 ) {
     match level.min(SimdLevel::detect()) {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: `detect` found AVX-512 F, DQ and VL on this CPU.
-        SimdLevel::Avx512 => unsafe { samples_avx512(sobol, key, range, out) },
+        SimdLevel::Avx512 => unsafe { samples_avx512(sobol, key, first, out) },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: `detect` found AVX2 (or more) on this CPU.
-        SimdLevel::Avx2 => unsafe { samples_avx2(sobol, key, range, out) },
-        _ => samples(sobol, key, range, out),
+        SimdLevel::Avx2 => unsafe { samples_avx2(sobol, key, first, out) },
+        _ => samples(sobol, key, first, out),
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn samples_avx2(sobol: &SobolSet, key: u64, range: (usize, usize), out: &mut [Vec<f64>; 4]) {
-    samples(sobol, key, range, out);
+fn samples_avx2(sobol: &SobolSet, key: u64, first: usize, out: [&mut [f64]; 4]) {
+    samples(sobol, key, first, out);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl")]
-fn samples_avx512(sobol: &SobolSet, key: u64, range: (usize, usize), out: &mut [Vec<f64>; 4]) {
-    samples(sobol, key, range, out);
+fn samples_avx512(sobol: &SobolSet, key: u64, first: usize, out: [&mut [f64]; 4]) {
+    samples(sobol, key, first, out);
 }
 
 #[inline(always)]
-fn samples(sobol: &SobolSet, key: u64, (first, n): (usize, usize), out: &mut [Vec<f64>; 4]) {
+fn samples(sobol: &SobolSet, key: u64, first: usize, mut out: [&mut [f64]; 4]) {
     for (dim, s) in out.iter_mut().enumerate() {
-        s.resize(n, 0.0);
         sobol.fill(dim, key, first, s);
     }
     let [_, _, p, q] = out;
-    let (p, q) = (&mut p[..n], &mut q[..n]);
+    let n = p.len();
+    let q = &mut q[..n];
     for i in 0..n {
         (p[i], q[i]) = concentric_disk(p[i], q[i]);
     }
 }
 
-/// Moves rays that are aimed at points of the pupil by displacements over wavelength, each towards its point; the
+/// Moves some rays of a batch that are aimed at points of the pupil by displacements over wavelength, each towards its point; the
 /// wavelength and the way from the sensor to the pupil's plane: mm.
 pub(super) fn displace(
     batch: &mut RayBatch,
-    displacements: &[Vec<f64>; 2],
+    rays: Range<usize>,
+    displacements: [&[f64]; 2],
     lengths_mm: [f64; 2],
     level: SimdLevel,
 ) {
+    let RayBatch {
+        ox, oy, dx, dy, dz, ..
+    } = batch;
+    let batch = [ox, oy, dx, dy, dz].map(|column| &mut column[rays.clone()]);
     match level.min(SimdLevel::detect()) {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: `detect` found AVX-512 F, DQ and VL on this CPU.
@@ -157,22 +164,21 @@ pub(super) fn displace(
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn moved_avx2(batch: &mut RayBatch, displacements: &[Vec<f64>; 2], lengths_mm: [f64; 2]) {
+fn moved_avx2(batch: [&mut [f64]; 5], displacements: [&[f64]; 2], lengths_mm: [f64; 2]) {
     moved(batch, displacements, lengths_mm);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl")]
-fn moved_avx512(batch: &mut RayBatch, displacements: &[Vec<f64>; 2], lengths_mm: [f64; 2]) {
+fn moved_avx512(batch: [&mut [f64]; 5], displacements: [&[f64]; 2], lengths_mm: [f64; 2]) {
     moved(batch, displacements, lengths_mm);
 }
 
 #[inline(always)]
-fn moved(b: &mut RayBatch, [x, y]: &[Vec<f64>; 2], [wavelength, pupil_z]: [f64; 2]) {
+fn moved(b: [&mut [f64]; 5], [x, y]: [&[f64]; 2], [wavelength, pupil_z]: [f64; 2]) {
     let n = x.len();
-    let (x, y) = (&x[..n], &y[..n]);
-    let (ox, oy) = (&mut b.ox[..n], &mut b.oy[..n]);
-    let (dx, dy, dz) = (&mut b.dx[..n], &mut b.dy[..n], &mut b.dz[..n]);
+    let y = &y[..n];
+    let [ox, oy, dx, dy, dz] = b.map(|column| &mut column[..n]);
     for i in 0..n {
         let (x, y) = (wavelength * x[i], wavelength * y[i]);
         let length = pupil_z / dz[i];

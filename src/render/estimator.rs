@@ -13,6 +13,8 @@ use crate::spectrum::ChannelWavelengths;
 
 /// Rays handled together: their arrays stay in the L1 and L2 caches.
 const BLOCK: usize = 256;
+/// Pixels handled together, at most, where a wavelength's share of a pixel's rays is less than a block.
+const RUN: usize = 8;
 
 /// Radiance of rays, one entry per pixel, channel and ray (pixels outermost, lost rays 0): not kept, written, or read.
 pub(super) enum RadianceRecord<'a> {
@@ -48,15 +50,6 @@ impl<'a> PixelTask<'a> {
             record: RadianceRecord::None,
         }
     }
-}
-
-/// Rays of one pixel at one wavelength of each channel.
-struct Block {
-    /// Which of the channel's wavelengths.
-    wavelength: usize,
-    /// Number of the first ray.
-    first: usize,
-    rays: usize,
 }
 
 /// What every pixel of a render shares.
@@ -98,98 +91,139 @@ impl<'a> Estimator<'a> {
         3 * self.settings.rays_per_pixel
     }
 
-    /// Writes the pixel's estimate to `out[channel * subpixels + subpixel]` and counts its rays in the workspace's
-    /// tally.
-    pub fn pixel(&self, task: &mut PixelTask<'_>, work: &mut Workspace, out: &mut [f64]) {
+    /// Pixels next to each other in a row that are best handled together. Those of a world are not: their rays towards
+    /// lamps, and the random numbers of their paths, are each pixel's own.
+    pub fn run_length(&self) -> usize {
+        if self.scene.is_some_and(|scene| scene.world().is_some()) {
+            return 1;
+        }
+        let colours = self.camera.colours();
+        let share = self.settings.rays_per_pixel.div_ceil(colours.count());
+        (BLOCK / share.max(1)).clamp(1, RUN)
+    }
+
+    /// Writes the estimate of each of a run of pixels to its part of `out`, `[channel * subpixels + subpixel]`, and
+    /// counts the rays in the workspace's tally.
+    pub fn run(&self, tasks: &mut [PixelTask<'_>], work: &mut Workspace, out: &mut [f64]) {
+        if tasks.is_empty() {
+            return;
+        }
         out.fill(0.0);
         let rays = self.settings.rays_per_pixel;
         let colours = self.camera.colours();
-        let mut first = 0;
+        let most = match tasks.len() {
+            1 => BLOCK,
+            pixels => BLOCK / pixels + 1,
+        };
+        let mut next = [0; RUN];
         for wavelength in 0..colours.count() {
-            let end = colours.end_of_share(wavelength, rays, task.aim.key);
-            self.find_lamps(wavelength, task, work);
-            while first < end {
-                let block = Block {
-                    wavelength,
-                    first,
-                    rays: (end - first).min(BLOCK),
-                };
-                self.block(&block, task, work, out);
-                first += block.rays;
+            self.find_lamps(wavelength, tasks, work);
+            loop {
+                work.clear();
+                for (task, next) in tasks.iter().zip(&mut next) {
+                    let left = colours.end_of_share(wavelength, rays, task.aim.key) - *next;
+                    let part = (*next, left.min(most));
+                    work.aim(self.camera, &self.sobol, task.aim, part, &self.execution);
+                    work.diffract(self.camera, &self.sobol, task.aim);
+                    *next += part.1;
+                }
+                if work.measure.is_empty() {
+                    break;
+                }
+                self.block(wavelength, tasks, work, out);
             }
         }
-        let scale = task.aim.pupil.area_mm2() / rays as f64;
-        out.iter_mut().for_each(|x| *x *= scale);
+        let each = out.chunks_exact_mut(out.len() / tasks.len());
+        for (task, values) in tasks.iter().zip(each) {
+            let scale = task.aim.pupil.area_mm2() / rays as f64;
+            values.iter_mut().for_each(|x| *x *= scale);
+        }
     }
 
     /// The lamps of which few rays would meet any. Rays towards them have no place in a record.
-    fn find_lamps(&self, wavelength: usize, task: &PixelTask<'_>, work: &mut Workspace) {
+    fn find_lamps(&self, wavelength: usize, tasks: &[PixelTask<'_>], work: &mut Workspace) {
         work.lamp_sketches.clear();
-        if !self.lamps.is_empty() && matches!(task.record, RadianceRecord::None) {
+        if let ([task], false) = (tasks, self.lamps.is_empty())
+            && matches!(task.record, RadianceRecord::None)
+        {
             let colours = self.camera.colours();
             let tracers = (0..3).filter_map(|channel| colours.own_tracer(channel, wavelength));
             work.lamp_sketches = lamp_sketches(self.camera, tracers, task.aim, self.lamps);
         }
     }
 
-    /// Adds the rays of a block, before they are scaled.
+    /// Adds the rays of a block, which are aimed, before they are scaled.
     fn block(
         &self,
-        block: &Block,
-        task: &mut PixelTask<'_>,
+        wavelength: usize,
+        tasks: &mut [PixelTask<'_>],
         work: &mut Workspace,
         out: &mut [f64],
     ) {
-        let n_sub = self.camera.sensor().subpixels().count();
+        let sensor = self.camera.sensor();
+        let n_sub = sensor.subpixels().count();
         let colours = self.camera.colours();
-        let &Block {
-            wavelength,
-            first,
-            rays: n,
-        } = block;
-        let rays = (first, n);
-        work.aim(self.camera, &self.sobol, task.aim, rays, &self.execution);
-        work.diffract(self.camera, &self.sobol, task.aim, first);
         let n = work.measure.len();
         work.radiance.iter_mut().for_each(|l| l.resize(n, 0.0));
         let mut responded = None;
         for channel in 0..3 {
             let number = colours.response_number(channel, wavelength);
             if responded != Some(number) {
-                work.respond(colours.response(number), task.aim, n_sub);
+                let shifts_um = tasks.iter().map(|task| task.aim.shift_um);
+                work.respond(colours.response(number), shifts_um, n_sub);
                 responded = Some(number);
             }
-            let start = channel * self.settings.rays_per_pixel + first;
-            if let RadianceRecord::Read(radiance) = &task.record {
-                work.recall(channel, &radiance[start..][..n]);
+            if self.scene.is_none() {
+                work.find_none_lost();
             } else if let Some(tracer) = colours.own_tracer(channel, wavelength) {
                 let colour = TracedColour {
                     tracer,
                     map: colours.map(channel, wavelength),
                     wavelength_mm: colours.traced_nm(channel, wavelength) * 1e-6,
                 };
-                work.trace(&colour, task.aim, &self.execution);
-                let Some(scene) = self.scene else { continue };
-                let served = match self.camera.is_dispersive() {
-                    true => channel..channel + 1,
-                    false => 0..3,
-                };
-                let key = PathKey {
-                    key: task.aim.key,
-                    first: first as u32,
-                    spread: self.spread,
-                };
-                work.look(scene, served, &key);
+                work.trace(&colour, sensor.pitch_mm(), &self.execution);
+                self.look(channel, tasks, work);
             }
-            if let RadianceRecord::Write(radiance) = &mut task.record {
-                work.keep(channel, &mut radiance[start..][..n]);
-            }
-            work.splat(channel, n_sub, &mut out[channel * n_sub..][..n_sub]);
-            if channel == ChannelWavelengths::REFERENCE
-                && let Some(occlusion) = &mut task.occlusion
-            {
-                work.count_others(occlusion);
+            for (pixel, task) in tasks.iter_mut().enumerate() {
+                let (first, rays) = {
+                    let segment = &work.segments[pixel];
+                    (segment.first, segment.rays.len())
+                };
+                let start = channel * self.settings.rays_per_pixel + first;
+                match &mut task.record {
+                    RadianceRecord::None => {}
+                    RadianceRecord::Read(all) => {
+                        work.recall(channel, pixel, &all[start..][..rays]);
+                    }
+                    RadianceRecord::Write(all) => {
+                        work.keep(channel, pixel, &mut all[start..][..rays]);
+                    }
+                }
+                let values = &mut out[(pixel * 3 + channel) * n_sub..][..n_sub];
+                work.splat(channel, pixel, values);
+                if channel == ChannelWavelengths::REFERENCE
+                    && let Some(occlusion) = &mut task.occlusion
+                {
+                    work.count_others(pixel, occlusion);
+                }
             }
         }
+    }
+
+    /// The radiance along the traced rays, of one channel or of all that they serve.
+    fn look(&self, channel: usize, tasks: &[PixelTask<'_>], work: &mut Workspace) {
+        let (Some(scene), Some(task)) = (self.scene, tasks.first()) else {
+            return;
+        };
+        let served = match self.camera.is_dispersive() {
+            true => channel..channel + 1,
+            false => 0..3,
+        };
+        let key = PathKey {
+            key: task.aim.key,
+            first: work.segments[0].first as u32,
+            spread: self.spread,
+        };
+        work.look(scene, served, &key);
     }
 }

@@ -22,7 +22,7 @@ pub fn probe(
     let pixel = |work: &mut Workspace, &(column, row): &(usize, usize)| {
         let mut values = vec![0.0; count];
         if let Some(aim) = PixelAim::new(camera, settings.seed, column, row) {
-            estimator.pixel(&mut PixelTask::image_only(&aim), work, &mut values);
+            estimator.run(&mut [PixelTask::image_only(&aim)], work, &mut values);
         }
         values
     };

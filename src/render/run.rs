@@ -201,29 +201,47 @@ impl Job<'_> {
         let width = estimator.camera.sensor().width();
         let count = estimator.camera.sensor().subpixels().count();
         let mut work = Workspace::default();
-        let mut values = vec![0.0; 3 * count];
-        let records = record.split(estimator.record_len(), width);
-        for (column, record) in records.into_iter().enumerate() {
-            let seed = estimator.settings.seed;
-            let Some(aim) = PixelAim::new(estimator.camera, seed, column, number) else {
-                continue;
-            };
-            let mut task = PixelTask {
-                aim: &aim,
-                occlusion: self
-                    .chief_surfaces
-                    .map(|s| Occlusion::beside(s[number * width + column])),
-                record,
-            };
-            estimator.pixel(&mut task, &mut work, &mut values);
-            if let Some(share) = task.occlusion.and_then(|o| o.share()) {
-                occlusion[column] = share;
+        let mut values = Vec::new();
+        let length = estimator.run_length();
+        let mut records = record.split(estimator.record_len(), width).into_iter();
+        for begin in (0..width).step_by(length) {
+            let columns = begin..(begin + length).min(width);
+            let lit: Vec<(usize, PixelAim)> = columns
+                .clone()
+                .filter_map(|column| {
+                    let aim =
+                        PixelAim::new(estimator.camera, estimator.settings.seed, column, number)?;
+                    Some((column, aim))
+                })
+                .collect();
+            let mut own: Vec<_> = records.by_ref().take(columns.len()).map(Some).collect();
+            let mut tasks: Vec<PixelTask<'_>> = lit
+                .iter()
+                .map(|(column, aim)| PixelTask {
+                    aim,
+                    occlusion: self
+                        .chief_surfaces
+                        .map(|s| Occlusion::beside(s[number * width + column])),
+                    record: own[column - begin].take().unwrap_or(RadianceRecord::None),
+                })
+                .collect();
+            values.resize(tasks.len() * 3 * count, 0.0);
+            estimator.run(&mut tasks, &mut work, &mut values);
+            let shares: Vec<Option<f32>> = tasks
+                .iter()
+                .map(|task| task.occlusion.as_ref().and_then(Occlusion::share))
+                .collect();
+            let each = lit.iter().zip(values.chunks_exact(3 * count)).zip(shares);
+            for (((column, aim), values), share) in each {
+                if let Some(share) = share {
+                    occlusion[*column] = share;
+                }
+                let is_repeated = number % SPREAD_STRIDE == 0 && column % SPREAD_STRIDE == 0;
+                if estimator.scene.is_some() && is_repeated {
+                    self.repeat((*column, number), aim, &mut work, values);
+                }
+                self.store(*column, values, mosaic);
             }
-            let is_repeated = number % SPREAD_STRIDE == 0 && column % SPREAD_STRIDE == 0;
-            if estimator.scene.is_some() && is_repeated {
-                self.repeat((column, number), &aim, &mut work, &values);
-            }
-            self.store(column, &values, mosaic);
         }
         self.progress.rays(work.tally.rays);
         work.tally
@@ -243,7 +261,7 @@ impl Job<'_> {
             ..*aim
         };
         let mut again = vec![0.0; values.len()];
-        (self.estimator).pixel(&mut PixelTask::image_only(&aim), work, &mut again);
+        (self.estimator).run(&mut [PixelTask::image_only(&aim)], work, &mut again);
         for (&a, &b) in values.iter().zip(&again) {
             work.tally.count_pair(a, b);
         }

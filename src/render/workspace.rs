@@ -21,21 +21,33 @@ use crate::scene::world::PathKey;
 use crate::scene::{Hits, Scene};
 use crate::simd::SimdLevel;
 
-/// Buffers that a thread reuses from pixel to pixel.
+/// One pixel's part of a block.
+#[derive(Clone, Debug)]
+pub(super) struct Segment {
+    /// Its rays in the block's columns.
+    pub rays: Range<usize>,
+    /// So many of them go anywhere; behind them are those towards lamps.
+    pub uniform: usize,
+    /// Number of the first among the pixel's.
+    pub first: usize,
+    pub position_mm: DVec2,
+    /// From the sensor to the plane of the pupil, mm.
+    pupil_z_mm: f64,
+}
+
+/// Buffers that a thread reuses from block to block. The columns hold the rays of all pixels of a block.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Workspace {
+    /// The block's pixels.
+    pub segments: Vec<Segment>,
     /// Place in the pixel, 0 to 1, and point of the pupil's unit disk.
     pub samples: [Vec<f64>; 4],
-    /// Rays of the block that go anywhere; behind them are those towards lamps.
-    pub rays: usize,
-    /// Lamps of which few rays would meet any.
+    /// Lamps of which few rays would meet any: of a block of one pixel.
     pub lamp_sketches: Vec<LampSketch>,
     /// Displacement of each origin by lens diffraction over wavelength, camera frame; without it empty.
     pub displacements: [Vec<f64>; 2],
     /// Origins on the sensor and unit directions away from it, camera frame.
     pub aimed: [Vec<f64>; 6],
-    /// From the sensor to the plane of the pupil, mm.
-    pub pupil_z_mm: f64,
     /// cos θ dω of each ray per area on the pupil's plane, Δz²/ℓ⁴, sr/mm².
     pub measure: Vec<f64>,
     pub u: Vec<f32>,
@@ -60,7 +72,16 @@ pub(super) struct TracedColour<'a> {
 }
 
 impl Workspace {
-    /// Rays `first .. first + n` of the pixel: origins, directions, measure.
+    /// Begins a block.
+    pub fn clear(&mut self) {
+        self.segments.clear();
+        self.samples.iter_mut().for_each(Vec::clear);
+        self.displacements.iter_mut().for_each(Vec::clear);
+        self.aimed.iter_mut().for_each(Vec::clear);
+        self.measure.clear();
+    }
+
+    /// Adds rays `first .. first + n` of a pixel: origins, directions, measure.
     pub fn aim(
         &mut self,
         camera: &Camera,
@@ -69,46 +90,52 @@ impl Workspace {
         (first, n): (usize, usize),
         execution: &Execution,
     ) {
-        sample(
-            sobol,
-            aim.key,
-            (first, n),
-            &mut self.samples,
-            execution.simd,
-        );
-        self.rays = n;
-        self.aim_at_lamps(sobol, aim, first);
-        let n = self.samples[0].len();
-        self.aimed.iter_mut().for_each(|a| a.resize(n, 0.0));
-        self.measure.resize(n, 0.0);
+        let begin = self.measure.len();
+        let end = begin + n + self.lamp_sketches.len() * rays_per_sketch(n);
+        self.samples.iter_mut().for_each(|s| s.resize(end, 0.0));
+        self.aimed.iter_mut().for_each(|a| a.resize(end, 0.0));
+        self.measure.resize(end, 0.0);
         let target = Target::new(camera, aim);
-        self.pupil_z_mm = target.pupil.centre_mm.z - target.sensor_z_mm;
+        self.segments.push(Segment {
+            rays: begin..end,
+            uniform: n,
+            first,
+            position_mm: aim.position_mm,
+            pupil_z_mm: target.pupil.centre_mm.z - target.sensor_z_mm,
+        });
+        let uniform = (self.samples.each_mut()).map(|s| &mut s[begin..begin + n]);
+        sample(sobol, aim.key, first, uniform, execution.simd);
+        self.aim_at_lamps(sobol, aim);
         target.aim(
-            &self.samples,
-            &mut self.aimed,
-            &mut self.measure,
+            self.samples.each_ref().map(|s| &s[begin..]),
+            self.aimed.each_mut().map(|a| &mut a[begin..]),
+            &mut self.measure[begin..],
             execution.simd,
         );
         if self.lamp_sketches.is_empty() {
             return;
         }
         let [sx, sy, sp, sq] = &self.samples;
-        for (i, measure) in self.measure.iter_mut().enumerate() {
+        for (i, measure) in self.measure.iter_mut().enumerate().skip(begin) {
             let (place, q) = (DVec2::new(sx[i], sy[i]), DVec2::new(sp[i], sq[i]));
-            *measure *= weight(&self.lamp_sketches, self.rays, (place, q));
+            *measure *= weight(&self.lamp_sketches, n, (place, q));
         }
     }
 
-    /// Adds the block's rays towards lamps to its samples.
-    pub fn aim_at_lamps(&mut self, sobol: &SobolSet, aim: &PixelAim, first: usize) {
-        let each = rays_per_sketch(self.rays);
+    /// Fills in the samples of the last pixel's rays towards lamps.
+    fn aim_at_lamps(&mut self, sobol: &SobolSet, aim: &PixelAim) {
+        let Some(segment) = self.segments.last() else {
+            return;
+        };
+        let each = rays_per_sketch(segment.uniform);
+        let lamps = segment.rays.start + segment.uniform;
         for (k, sketch) in self.lamp_sketches.iter().enumerate() {
-            let begin = self.rays + k * each;
+            let rays = lamps + k * each..lamps + (k + 1) * each;
             for (dim, s) in self.samples.iter_mut().enumerate() {
-                s.resize(begin + each, 0.0);
-                sobol.fill(dim, lamp_key(aim.key, k, first), 0, &mut s[begin..]);
+                let key = lamp_key(aim.key, k, segment.first);
+                sobol.fill(dim, key, 0, &mut s[rays.clone()]);
             }
-            for i in begin..begin + each {
+            for i in rays {
                 let (place, q) = sketch.ray(std::array::from_fn(|dim| self.samples[dim][i]));
                 let ray = [place.x, place.y, q.x, q.y];
                 (self.samples.iter_mut().zip(ray)).for_each(|(s, value)| s[i] = value);
@@ -116,32 +143,45 @@ impl Workspace {
         }
     }
 
-    /// Draws where the rays start that lens diffraction takes to the aimed places, if the camera has it.
-    pub fn diffract(&mut self, camera: &Camera, sobol: &SobolSet, aim: &PixelAim, first: usize) {
-        let Some(diffraction) = camera.lens_diffraction() else {
-            self.displacements.iter_mut().for_each(Vec::clear);
+    /// Draws where the rays of the last pixel start that lens diffraction takes to the aimed places, if the camera has
+    /// it.
+    pub fn diffract(&mut self, camera: &Camera, sobol: &SobolSet, aim: &PixelAim) {
+        let (Some(diffraction), Some(segment)) = (camera.lens_diffraction(), self.segments.last())
+        else {
             return;
         };
-        let n = self.measure.len();
+        let Segment {
+            rays,
+            uniform,
+            first,
+            ..
+        } = segment;
         let [x, y] = &mut self.displacements;
-        x.resize(n, 0.0);
-        y.resize(n, 0.0);
-        let (uniform, to_lamps) = x.split_at_mut(self.rays);
-        sobol.fill(4, aim.key, first, uniform);
-        let each = rays_per_sketch(self.rays);
-        for (k, x) in to_lamps.chunks_mut(each).enumerate() {
-            sobol.fill(4, lamp_key(aim.key, k, first), 0, x);
+        x.resize(rays.end, 0.0);
+        y.resize(rays.end, 0.0);
+        let (x, y) = (&mut x[rays.clone()], &mut y[rays.clone()]);
+        let (uniform, to_lamps) = x.split_at_mut(*uniform);
+        sobol.fill(4, aim.key, *first, uniform);
+        let each = rays_per_sketch(uniform.len());
+        for (k, x) in to_lamps.chunks_mut(each.max(1)).enumerate() {
+            sobol.fill(4, lamp_key(aim.key, k, *first), 0, x);
         }
         let here = diffraction.at(aim.position_mm, aim.key);
         let [_, _, _, dx, dy, _] = &self.aimed;
+        let (dx, dy) = (&dx[rays.clone()], &dy[rays.clone()]);
         for (i, (x, y)) in x.iter_mut().zip(y).enumerate() {
             let d = here.displacement(first + i, DVec2::new(dx[i], dy[i]), *x);
             (*x, *y) = (d.x, d.y);
         }
     }
 
-    /// The response's weight of each ray on each sub-pixel, times its measure.
-    pub fn respond(&mut self, response: &ResponseLookup, aim: &PixelAim, n_sub: usize) {
+    /// The response's weight of each ray on each sub-pixel; `shifts_um`: of each pixel's microlens.
+    pub fn respond(
+        &mut self,
+        response: &ResponseLookup,
+        shifts_um: impl Iterator<Item = DVec2>,
+        n_sub: usize,
+    ) {
         let n = self.measure.len();
         self.u.resize(n, 0.0);
         self.v.resize(n, 0.0);
@@ -152,16 +192,19 @@ impl Workspace {
             (self.u[i], self.v[i]) = (u as f32, v as f32);
         }
         self.weights.resize(n * n_sub, 0.0);
-        response.weights_under(
-            aim.shift_um.to_array(),
-            &mut self.u,
-            &mut self.v,
-            &mut self.weights,
-        );
+        for (segment, shift_um) in self.segments.iter().zip(shifts_um) {
+            let Range { start, end } = segment.rays;
+            response.weights_under(
+                shift_um.to_array(),
+                &mut self.u[start..end],
+                &mut self.v[start..end],
+                &mut self.weights[start * n_sub..end * n_sub],
+            );
+        }
     }
 
     /// Traces the aimed rays from the sensor into the scene, by a map where there is one, and counts them.
-    pub fn trace(&mut self, colour: &TracedColour<'_>, aim: &PixelAim, execution: &Execution) {
+    pub fn trace(&mut self, colour: &TracedColour<'_>, pitch_mm: f64, execution: &Execution) {
         let b = &mut self.batch;
         let targets = [
             &mut b.ox, &mut b.oy, &mut b.oz, &mut b.dx, &mut b.dy, &mut b.dz,
@@ -180,7 +223,9 @@ impl Workspace {
                 if self.maps.len() <= number {
                     self.maps.resize_with(number + 1, PlaceBuffers::default);
                 }
-                map.trace_backward(b, aim.position_mm, &mut self.maps[number], execution.simd)
+                let pixels = (self.segments.iter()).map(|s| (s.position_mm, s.rays.clone()));
+                let places = map.places(pixels, pitch_mm);
+                map.trace_places(b, places, &mut self.maps[number], execution.simd)
             }
         } as u64;
         self.tally.rays += b.len() as u64;
@@ -191,12 +236,20 @@ impl Workspace {
     /// Moves the rays of the batch to where diffraction at a wavelength displaces them from, each towards the point of
     /// the pupil that it was aimed at.
     pub fn displace(&mut self, wavelength_mm: f64, simd: SimdLevel) {
-        displace(
-            &mut self.batch,
-            &self.displacements,
-            [wavelength_mm, self.pupil_z_mm],
-            simd,
-        );
+        if self.displacements[0].is_empty() {
+            return;
+        }
+        for segment in &self.segments {
+            displace(
+                &mut self.batch,
+                segment.rays.clone(),
+                self.displacements
+                    .each_ref()
+                    .map(|d| &d[segment.rays.clone()]),
+                [wavelength_mm, segment.pupil_z_mm],
+                simd,
+            );
+        }
     }
 
     /// The radiance of the channels along the traced rays.
@@ -206,28 +259,39 @@ impl Workspace {
         scene.radiance(rays, &mut self.hits, channels, key, &mut self.radiance);
     }
 
-    /// Takes the radiance of a channel from a record; no ray is lost any more, those that were are dark.
-    pub fn recall(&mut self, channel: usize, radiance: &[f32]) {
-        self.radiance[channel].copy_from_slice(radiance);
-        self.batch.status.clear();
-        self.batch.status.resize(radiance.len(), 0);
+    /// Takes the radiance of a channel along a pixel's rays from a record.
+    pub fn recall(&mut self, channel: usize, pixel: usize, radiance: &[f32]) {
+        let rays = self.segments[pixel].rays.clone();
+        self.radiance[channel][rays].copy_from_slice(radiance);
     }
 
-    /// Writes the radiance of a channel into a record.
-    pub fn keep(&self, channel: usize, out: &mut [f32]) {
-        let rays = self.radiance[channel].iter().zip(&self.batch.status);
-        for (out, (&radiance, &status)) in out.iter_mut().zip(rays) {
-            *out = if status == 0 { radiance } else { 0.0 };
+    /// None of the block's rays is lost: of a record those that were are dark.
+    pub fn find_none_lost(&mut self) {
+        self.batch.status.clear();
+        self.batch.status.resize(self.measure.len(), 0);
+    }
+
+    /// Writes the radiance of a channel along a pixel's rays into a record.
+    pub fn keep(&self, channel: usize, pixel: usize, out: &mut [f32]) {
+        let each = self.segments[pixel].rays.clone();
+        for (out, i) in out.iter_mut().zip(each) {
+            let passed = self.batch.status[i] == 0;
+            *out = if passed {
+                self.radiance[channel][i]
+            } else {
+                0.0
+            };
         }
     }
 
-    /// out[s] += Σ radiance · weight · measure over the rays that passed.
-    pub fn splat(&mut self, channel: usize, n_sub: usize, out: &mut [f64]) {
-        let rays = self.radiance[channel]
+    /// out[s] += Σ radiance · weight · measure over those rays of a pixel that passed.
+    pub fn splat(&mut self, channel: usize, pixel: usize, out: &mut [f64]) {
+        let (n_sub, range) = (out.len(), self.segments[pixel].rays.clone());
+        let rays = self.radiance[channel][range.clone()]
             .iter()
-            .zip(&self.measure)
-            .zip(self.weights.chunks_exact(n_sub))
-            .zip(&self.batch.status);
+            .zip(&self.measure[range.clone()])
+            .zip(self.weights[range.start * n_sub..].chunks_exact(n_sub))
+            .zip(&self.batch.status[range]);
         for (((&radiance, &measure), weights), &status) in rays {
             // A lost ray carries nothing; its radiance may be that of a meaningless hit.
             let value = if status == 0 {
@@ -241,19 +305,13 @@ impl Workspace {
         }
     }
 
-    /// How much of the pupil sees another surface than the ray of sight.
-    pub fn count_others(&self, occlusion: &mut Occlusion) {
-        for ((&surface, &measure), &status) in self
-            .hits
-            .surface
-            .iter()
-            .zip(&self.measure)
-            .zip(&self.batch.status)
-        {
-            if status == 0 {
-                occlusion.all += measure;
-                if surface != occlusion.chief_surface {
-                    occlusion.other += measure;
+    /// How much of a pixel's pupil sees another surface than the ray of sight.
+    pub fn count_others(&self, pixel: usize, occlusion: &mut Occlusion) {
+        for i in self.segments[pixel].rays.clone() {
+            if self.batch.status[i] == 0 {
+                occlusion.all += self.measure[i];
+                if self.hits.surface[i] != occlusion.chief_surface {
+                    occlusion.other += self.measure[i];
                 }
             }
         }

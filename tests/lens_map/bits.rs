@@ -69,7 +69,7 @@ fn rays_from_farther_off_and_rays_that_are_none_are_traced_exactly() {
         &case,
         &pupils,
         system.sensor_z_mm,
-        place + DVec2::splat(0.005),
+        place + DVec2::splat(0.03),
         100,
     );
     let origin = start.ray(0).origin_mm;

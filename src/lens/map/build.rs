@@ -12,8 +12,9 @@ use super::task::{MapFailure, MapTask};
 /// Degrees that are tried, of a ray's place and slopes and of their change within a pixel.
 const DEGREES: [usize; 11] = [4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24];
 const CHANGE_DEGREES: [usize; 4] = [1, 2, 4, 6];
-/// How far from a place its map holds, pitches: as far as the next pixel's middle, or little beyond its own edge.
-const REACHES: [f64; 2] = [1.0, 0.55];
+/// How far from a place its map holds, pitches, that are tried: the farther, the more rays that diffraction displaces
+/// it takes, and the more pixels share a place; the last is little beyond the pixel's own edge.
+const REACHES: [f64; 5] = [8.0, 4.0, 2.0, 1.0, 0.55];
 /// Numbers of nodes along the longer side that are tried.
 const NODES: [usize; 7] = [4, 6, 9, 13, 19, 28, 41];
 /// Least spacing of nodes, pitches: where they are closer, tracing all rays takes no longer.
@@ -33,9 +34,9 @@ impl LensMap {
     /// # Errors
     /// Why there is none.
     pub fn new(task: &MapTask<'_>, like: Option<&LensMap>) -> Result<Self, MapFailure> {
-        let maker = Maker::new(*task)?;
-        let mut fitter = maker.fitter();
         if let Some(like) = like {
+            let maker = Maker::new(*task, Some(like))?;
+            let mut fitter = maker.fitter(Some(like));
             let choice = Choice {
                 main: Design::new(like.degree),
                 change: Design::new(like.change_degree),
@@ -43,11 +44,12 @@ impl LensMap {
             };
             fitter.step_mm = choice.reach_mm;
             let map = maker.checked(&fitter, like.nodes, &choice);
-            let most = like.report.unmapped_share + UNMAPPED[0];
-            if let Some(map) = map.filter(|m| m.report.unmapped_share <= most) {
+            if let Some(map) = map.filter(|map| map.is_as_good_as(like)) {
                 return Ok(map);
             }
         }
+        let maker = Maker::new(*task, None)?;
+        let mut fitter = maker.fitter(None);
         let choice = maker.choice(&mut fitter)?;
         let node_rays = fitter.work_rays(&choice.main, &choice.change);
         let mut work_rays = 0.0;
@@ -74,6 +76,19 @@ impl LensMap {
         }
         let found = best.filter(|map| map.report.unmapped_share <= UNMAPPED[1]);
         found.ok_or(MapFailure::Nodes)
+    }
+
+    /// The weighted sum of maps of the same lens and window at other wavelengths, measured at this one; `None` where
+    /// they were not made alike, or where it maps less of the window than they do.
+    pub fn between(task: &MapTask<'_>, maps: &[(&LensMap, f64)]) -> Option<Self> {
+        let (first, _) = *maps.first()?;
+        let maker = Maker::new(*task, Some(first)).ok()?;
+        let map = maker.measured(maker.blended(maps)?)?;
+        map.is_as_good_as(first).then_some(map)
+    }
+
+    fn is_as_good_as(&self, like: &Self) -> bool {
+        self.report.unmapped_share <= like.report.unmapped_share + UNMAPPED[0]
     }
 }
 

@@ -16,8 +16,14 @@ pub(super) const OUTERMOST: f64 = 1.03;
 /// Bisections: to 2e-5 of the disk's radius.
 const BISECTIONS: usize = 15;
 
-/// Rays that an outline takes.
+/// Half the way around a guess in which the edge is looked for first.
+const NEAR: f64 = 0.01;
+/// Bisections of that.
+const NEAR_BISECTIONS: usize = 9;
+
+/// Rays that an outline takes, and one whose guess is good.
 pub(super) const RAYS: usize = TRACED * (BISECTIONS + 1);
+pub(super) const RAYS_NEAR: usize = TRACED * (NEAR_BISECTIONS + 2);
 
 /// The point at direction `t` (0 to [`DIRECTIONS`]) of the square of half side 1.
 pub(super) fn on_square(t: f64) -> DVec2 {
@@ -83,6 +89,48 @@ pub(super) fn reach(directions: &[DVec2], mut pass: impl FnMut(&[DVec2]) -> Vec<
     bracket.iter().map(|b| 0.5 * (b.0 + b.1)).collect()
 }
 
+/// The same for directions with a guess each: few rays where it is good.
+pub(super) fn reach_near(
+    guesses: impl Iterator<Item = (DVec2, f64)>,
+    mut pass: impl FnMut(&[DVec2]) -> Vec<bool>,
+) -> Vec<f64> {
+    let guesses: Vec<(DVec2, f64)> = guesses.collect();
+    let mut passes_at = |off: f64| {
+        let points: Vec<DVec2> = guesses
+            .iter()
+            .map(|(d, r)| *d * (r + off).max(0.0))
+            .collect();
+        pass(&points)
+    };
+    let (below, above) = (passes_at(-NEAR), passes_at(NEAR));
+    let is_near: Vec<bool> = below.iter().zip(above).map(|(b, a)| *b && !a).collect();
+    let mut bracket: Vec<(f64, f64)> = guesses.iter().map(|(_, r)| (r - NEAR, r + NEAR)).collect();
+    for _ in 0..NEAR_BISECTIONS {
+        let middles: Vec<f64> = bracket.iter().map(|(a, b)| 0.5 * (a + b)).collect();
+        let points: Vec<DVec2> = guesses
+            .iter()
+            .zip(&middles)
+            .map(|((d, _), m)| *d * *m)
+            .collect();
+        for ((bracket, middle), passes) in bracket.iter_mut().zip(middles).zip(pass(&points)) {
+            if passes {
+                bracket.0 = middle;
+            } else {
+                bracket.1 = middle;
+            }
+        }
+    }
+    let mut found: Vec<f64> = bracket.iter().map(|(a, b)| 0.5 * (a + b)).collect();
+    let far: Vec<usize> = (0..guesses.len()).filter(|k| !is_near[*k]).collect();
+    let directions: Vec<DVec2> = far.iter().map(|k| guesses[*k].0).collect();
+    if !far.is_empty() {
+        for (k, reach) in far.into_iter().zip(reach(&directions, pass)) {
+            found[k] = reach;
+        }
+    }
+    found
+}
+
 /// Direction of a point, 0 to [`DIRECTIONS`], and its distance in units of the square's: the f32 form that every ray
 /// takes.
 #[inline(always)]
@@ -122,6 +170,19 @@ mod tests {
     fn the_reach_of_a_circle_is_found() {
         let directions: Vec<DVec2> = (0..DIRECTIONS).map(|k| on_square(k as f64)).collect();
         let found = reach(&directions, |points| {
+            points.iter().map(|p| p.length() < 0.8).collect()
+        });
+        for (d, r) in directions.iter().zip(found) {
+            assert!((r * d.length() - 0.8).abs() < 3e-5);
+        }
+        // By guesses, good ones and bad.
+        let guesses = (directions.iter().enumerate()).map(|(k, d)| {
+            (
+                *d,
+                0.8 / d.length() + [0.003, -0.009, 0.2, -0.5, -1.0][k % 5],
+            )
+        });
+        let found = reach_near(guesses, |points| {
             points.iter().map(|p| p.length() < 0.8).collect()
         });
         for (d, r) in directions.iter().zip(found) {

@@ -24,13 +24,15 @@ const RAYS: u64 = 256;
 const EDGES: usize = 64;
 /// Factor of the largest error of the edge that was found.
 const EDGE_ROOM: f64 = 1.5;
+/// Where rays start on average, of the map's reach.
+const USUAL_REACH: f64 = 0.25;
 /// Least half width of the band: what bisection leaves.
 const LEAST_BAND: f64 = 5e-5;
 /// A lens that is focused farther away is checked from half of this on, mm.
 const FAR_MM: f64 = 1e6;
 
 /// Rays that are traced exactly in a cell.
-pub(super) const RAYS_PER_CELL: f64 = (RAYS as usize + edge::RAYS) as f64;
+pub(super) const RAYS_PER_CELL: f64 = (RAYS as usize + 2 * edge::RAYS_NEAR) as f64;
 
 /// Errors of rays, px.
 #[derive(Clone, Copy, Debug, Default)]
@@ -82,23 +84,29 @@ impl RayErrors {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cell {
     pub errors: RayErrors,
-    /// Largest error of the outline, in units of [`edge`].
-    pub edge: f64,
+    /// Largest error of the outline, in units of [`edge`], of rays from the place and from the end of its reach.
+    pub edge: [f64; 2],
     perimeter_over_area: f64,
 }
 
-/// Half width of the band at the edge that is traced exactly, for each of the cells in rows of so many, and its part of
-/// the bundle: by the largest error of the cell and of those around it.
-pub(super) fn edge_bands(cells: &[Cell], columns: usize) -> Vec<(f64, f64)> {
+/// Half widths of the band at the edge that is traced exactly, for each of the cells in rows of so many: of rays from
+/// the place, and from the end of its reach; and the part of the bundle that rays usually leave to it. By the largest
+/// errors of the cell and of those around it.
+pub(super) fn edge_bands(cells: &[Cell], columns: usize) -> Vec<([f64; 2], f64)> {
     let rows = cells.len() / columns;
     let around = |k: usize, n: usize| k.saturating_sub(1)..(k + 2).min(n);
     let each = (0..cells.len()).map(|k| {
         let (column, row) = (k % columns, k / columns);
         let beside =
             around(row, rows).flat_map(|r| around(column, columns).map(move |c| r * columns + c));
-        let largest = beside.fold(0.0_f64, |m, k| m.max(cells[k].edge));
-        let half_width = EDGE_ROOM * largest + LEAST_BAND;
-        (half_width, 2.0 * half_width * cells[k].perimeter_over_area)
+        let [here, far] = beside.fold([0.0_f64; 2], |[m, n], k| {
+            let [here, far] = cells[k].edge;
+            [m.max(here), n.max(far)]
+        });
+        let half_width = |largest: f64| EDGE_ROOM * largest + LEAST_BAND;
+        let widths = [half_width(here), half_width(far.max(here))];
+        let usual = widths[0] + USUAL_REACH * (widths[1] - widths[0]);
+        (widths, 2.0 * usual * cells[k].perimeter_over_area)
     });
     each.collect()
 }
@@ -173,9 +181,9 @@ impl HeldOut<'_> {
         errors
     }
 
-    /// The largest error of the outline in directions between those that were traced, and its length over the area
-    /// that it holds.
-    fn edge_at(&self, map: &LensMap, place: DVec2) -> (f64, f64) {
+    /// The largest errors of the outline in directions between those that were traced, for rays from the place and from
+    /// a corner of its reach; and its length over the area that it holds.
+    fn edge_at(&self, map: &LensMap, place: DVec2) -> ([f64; 2], f64) {
         let mut buffers = PlaceBuffers::default();
         buffers.go(map, place, SimdLevel::detect());
         let outline = &buffers.place.edge;
@@ -183,33 +191,39 @@ impl HeldOut<'_> {
         let origin = camera_from_sensor_mm(place, self.task.system.sensor_z_mm);
         let key = place.y.to_bits() ^ place.x.to_bits().rotate_left(17);
         let u = |k: u64| uniform(key, &[k]);
-        // All from one side of the place, another for each.
-        let off = DVec2::new(2.0 * u(0) - 1.0, 2.0 * u(1) - 1.0) * (0.999 * map.reach_mm);
         let step = DIRECTIONS as f64 / EDGES as f64;
         let t: Vec<f64> = (0..EDGES)
             .map(|k| (k as f64 + u(k as u64 + 2)) * step)
             .collect();
-        let directions: Vec<DVec2> = t.iter().map(|&t| edge::on_square(t)).collect();
-        let true_reach = edge::reach(&directions, |points| {
-            let targets: Vec<DVec2> = points.iter().map(|p| disk.target(*p, off)).collect();
-            passing(
-                self.exact,
-                origin + off.extend(0.0),
-                self.pupil.z_mm,
-                &targets,
-            )
-        });
-        let (mut largest, mut perimeter, mut area) = (0.0_f64, 0.0, 0.0);
-        for (&t, reach) in t.iter().zip(true_reach) {
-            let k = (t as usize).min(DIRECTIONS - 1);
-            let value = |k: usize| f64::from(outline.reach[k]);
-            let found = value(k) + (t - k as f64) * (value(k + 1) - value(k));
-            let beyond = reach - found - f64::from(outline.corner[k]);
-            largest = largest.max(beyond).max(found - reach);
-            // Per direction: a strip of the width 1 in its units, and a triangle.
-            perimeter += reach;
-            area += 0.5 * reach * reach;
-        }
-        (largest, perimeter / area)
+        let along: Vec<(DVec2, f64, f64)> = t
+            .iter()
+            .map(|&t| {
+                let k = (t as usize).min(DIRECTIONS - 1);
+                let value = |k: usize| f64::from(outline.reach[k]);
+                let found = value(k) + (t - k as f64) * (value(k + 1) - value(k));
+                (edge::on_square(t), found, f64::from(outline.corner[k]))
+            })
+            .collect();
+        let (mut perimeter, mut area) = (0.0, 0.0);
+        let mut error = |off: DVec2| {
+            let directions = along
+                .iter()
+                .map(|(direction, found, _)| (*direction, *found));
+            let true_reach = edge::reach_near(directions, |points| {
+                let targets: Vec<DVec2> = points.iter().map(|p| disk.target(*p, off)).collect();
+                let start = origin + off.extend(0.0);
+                passing(self.exact, start, self.pupil.z_mm, &targets)
+            });
+            let mut largest = 0.0_f64;
+            for ((_, found, corner), reach) in along.iter().zip(true_reach) {
+                largest = largest.max(reach - found - corner).max(found - reach);
+                // Per direction: a strip of the width 1 in its units, and a triangle.
+                perimeter += reach;
+                area += 0.5 * reach * reach;
+            }
+            largest
+        };
+        let corner = DVec2::new(u(0) - 0.5, u(1) - 0.5).map(f64::signum) * (0.999 * map.reach_mm);
+        ([error(DVec2::ZERO), error(corner)], perimeter / area)
     }
 }

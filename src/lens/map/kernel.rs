@@ -6,6 +6,8 @@
 
 #![allow(clippy::needless_range_loop)] // because the lanes of several columns are taken together
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use super::edge::{DIRECTIONS, direction};
@@ -17,12 +19,16 @@ use crate::rays::{RayBatch, RayStatus};
 const BLOCK: usize = 64;
 const SMALL_BLOCK: usize = 32;
 
-/// All rays, block by block; the numbers of those in doubt go into the buffers.
+/// Some rays of a batch, block by block; the numbers of those in doubt are added to the buffers.
 #[inline(always)]
-pub(super) fn run(map: &LensMap, batch: &mut RayBatch, buffers: &mut PlaceBuffers) {
-    let rays = batch.len();
-    for start in (0..rays).step_by(BLOCK) {
-        let count = BLOCK.min(rays - start);
+pub(super) fn run(
+    map: &LensMap,
+    batch: &mut RayBatch,
+    rays: Range<usize>,
+    buffers: &mut PlaceBuffers,
+) {
+    for start in rays.clone().step_by(BLOCK) {
+        let count = BLOCK.min(rays.end - start);
         if count > SMALL_BLOCK {
             block::<BLOCK>(
                 map,
@@ -202,11 +208,14 @@ fn classes<const N: usize>(
         corner[i] = place.edge.corner[k];
     }
     let mut code = Aligned([0u32; N]);
-    let (reach, band) = (map.reach_mm, place.band);
+    let (reach, [here, beside]) = (map.reach_mm, place.band);
+    let slope = (beside - here) / reach as f32;
     for i in 0..N {
         let edge = low[i] + part[i] * (high[i] - low[i]);
-        let starts_near = (off[0][i].abs() <= reach) & (off[1][i].abs() <= reach);
+        let (off_x, off_y) = (off[0][i].abs(), off[1][i].abs());
+        let starts_near = (off_x <= reach) & (off_y <= reach);
         let near = starts_near & (dz[i] < 0.0);
+        let band = here + slope * if off_x > off_y { off_x } else { off_y } as f32;
         // Written so that a NaN is doubtful.
         let inside = far[i] <= edge - band;
         let outside = far[i] >= edge + band + corner[i];

@@ -19,12 +19,12 @@ pub struct LensMap {
     pub(super) degree: usize,
     pub(super) change_degree: usize,
     /// Surfaces that limit the bundle.
-    pub(super) limits: usize,
+    pub(super) limiting: Vec<usize>,
     /// How far a ray may start from the place that it is said to start at, along x and y, mm.
     pub(super) reach_mm: f64,
-    /// Rays nearer to the edge than this are doubtful: for each cell of four nodes, row after row. Infinite where the
-    /// map does not hold.
-    pub(super) bands: Vec<f32>,
+    /// Rays nearer to the edge than this are doubtful: for each cell of four nodes, row after row, of rays from the
+    /// place itself and from as far beside it as the map reaches. Infinite where it does not hold.
+    pub(super) bands: Vec<[f32; 2]>,
     pub(super) nodes: (usize, usize),
     pub(super) constants: Vec<f64>,
     pub(super) values: Vec<f32>,
@@ -36,7 +36,7 @@ impl LensMap {
     pub(super) fn stride(&self) -> usize {
         OUTPUTS * terms(self.degree)
             + CHANGES * terms(self.change_degree)
-            + self.limits * DIRECTIONS
+            + self.limiting.len() * DIRECTIONS
     }
 
     /// What was measured.

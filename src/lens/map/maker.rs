@@ -21,6 +21,17 @@ const EDGES: usize = 64;
 /// Largest part of the bundle to be traced exactly at its edge: a cell with more is not mapped.
 const MOST_EDGE: f64 = 0.04;
 
+/// Around the chief ray of the window's middle.
+fn middle_frame(task: &MapTask<'_>) -> Result<SceneFrame, MapFailure> {
+    let middle = task.window.centre;
+    let chief = chief_ray(task.system, middle.x, middle.y).map_err(|_| MapFailure::Dark)?;
+    let mut batch = RayBatch::default();
+    batch.push(chief.origin_mm, chief.direction);
+    enlarged(task.system, None).trace_backward(&mut batch, SimdLevel::detect());
+    let ray = batch.get(0).map_err(|_| MapFailure::Dark)?;
+    Ok(SceneFrame::around(ray))
+}
+
 /// Numbers with which a map was made: those of the same lens at another wavelength will do as well, or nearly.
 pub(super) struct Choice {
     pub main: Design,
@@ -37,17 +48,19 @@ pub(super) struct Maker<'a> {
 }
 
 impl<'a> Maker<'a> {
-    /// Looks for the middle's chief ray and for the pupils.
-    pub fn new(task: MapTask<'a>) -> Result<Self, MapFailure> {
-        let middle = task.window.centre;
-        let chief = chief_ray(task.system, middle.x, middle.y).map_err(|_| MapFailure::Dark)?;
-        let mut batch = RayBatch::default();
-        batch.push(chief.origin_mm, chief.direction);
-        enlarged(task.system, None).trace_backward(&mut batch, SimdLevel::detect());
+    /// Looks for the middle's chief ray and for the pupils, or takes the coordinates of a map of another wavelength.
+    pub fn new(task: MapTask<'a>, like: Option<&LensMap>) -> Result<Self, MapFailure> {
+        let (pupil, scene) = match like {
+            Some(like) => (like.pupil.clone(), like.scene),
+            None => {
+                let pupil = PupilFrame::new(task.pupils, task.window).ok_or(MapFailure::Dark)?;
+                (pupil, middle_frame(&task)?)
+            }
+        };
         Ok(Self {
             exact: PacketTracer::new(task.system),
-            pupil: PupilFrame::new(task.pupils, task.window).ok_or(MapFailure::Dark)?,
-            scene: SceneFrame::around(batch.get(0).map_err(|_| MapFailure::Dark)?),
+            pupil,
+            scene,
             task,
         })
     }
@@ -62,22 +75,32 @@ impl<'a> Maker<'a> {
     }
 
     /// What fits its nodes, with the surfaces that limit its bundles.
-    pub fn fitter(&self) -> Fitter<'_> {
+    pub fn fitter(&self, like: Option<&LensMap>) -> Fitter<'_> {
         let system = self.task.system;
+        let limits = match like {
+            Some(like) => like.limiting.clone(),
+            None => self.limiting(),
+        };
+        Fitter {
+            pupil: &self.pupil,
+            scene: &self.scene,
+            sensor_z_mm: system.sensor_z_mm,
+            larger: enlarged(system, None),
+            limiting: (limits.into_iter())
+                .map(|s| (s, enlarged(system, Some(s))))
+                .collect(),
+            step_mm: self.task.pitch_mm,
+        }
+    }
+
+    fn limiting(&self) -> Vec<usize> {
         let places = self.task.places_mm(EDGE_PLACES).into_par_iter();
         let mut limits: Vec<usize> = places
             .flat_map_iter(|place| self.lost_beyond(place))
             .collect();
         limits.sort_unstable();
         limits.dedup();
-        Fitter {
-            pupil: &self.pupil,
-            scene: &self.scene,
-            sensor_z_mm: system.sensor_z_mm,
-            larger: enlarged(system, None),
-            limiting: limits.iter().map(|&s| enlarged(system, Some(s))).collect(),
-            step_mm: self.task.pitch_mm,
-        }
+        limits
     }
 
     /// Surfaces at which rays of a place just beyond the edge of its bundle are lost.
@@ -127,8 +150,7 @@ impl<'a> Maker<'a> {
         errors.collect()
     }
 
-    /// The map of so many nodes, with what was measured of it: its cells beyond the bound are unmapped. `None` where
-    /// none is left.
+    /// The map of so many nodes, with what was measured of it; see [`Maker::measured`].
     pub fn checked(
         &self,
         fitter: &Fitter<'_>,
@@ -144,7 +166,12 @@ impl<'a> Maker<'a> {
             })
             .collect();
         let nodes = nodes?;
-        let mut map = self.of_nodes(fitter, size, designs, &nodes.iter().collect::<Vec<_>>());
+        self.measured(self.of_nodes(fitter, size, designs, &nodes.iter().collect::<Vec<_>>()))
+    }
+
+    /// The map with what was measured of it: its cells beyond the bound are unmapped. `None` where none is left.
+    pub fn measured(&self, mut map: LensMap) -> Option<LensMap> {
+        let size = map.nodes;
         let cells = self.held_out().cells(&map);
         let bands = edge_bands(&cells, size.0 - 1);
         let bound = &self.task.bound;
@@ -161,20 +188,45 @@ impl<'a> Maker<'a> {
             }
             kept.pop()?;
         };
-        map.bands = vec![f32::INFINITY; cells.len()];
-        kept.iter().for_each(|k| map.bands[*k] = bands[*k].0 as f32);
+        map.bands = vec![[f32::INFINITY; 2]; cells.len()];
+        (kept.iter()).for_each(|k| map.bands[*k] = bands[*k].0.map(|width| width as f32));
         let edges = kept.iter().map(|k| bands[*k].1);
         map.report = MapReport {
             degree: map.degree,
             change_degree: map.change_degree,
             nodes: size,
-            limiting_surfaces: map.limits,
+            limiting_surfaces: map.limiting.len(),
             rms_px: errors.rms_px(),
             worst_px: errors.worst_px(),
             edge_share: edges.sum::<f64>() / kept.len() as f64,
             unmapped_share: 1.0 - kept.len() as f64 / cells.len() as f64,
         };
         Some(map)
+    }
+
+    /// The weighted sum of maps of the same lens at other wavelengths, all made like the first; not measured.
+    pub fn blended(&self, maps: &[(&LensMap, f64)]) -> Option<LensMap> {
+        let (first, _) = *maps.first()?;
+        let mut constants = vec![0.0; first.constants.len()];
+        let mut values = vec![0.0; first.values.len()];
+        for (map, weight) in maps {
+            let is_alike = map.nodes == first.nodes
+                && (map.degree, map.change_degree) == (first.degree, first.change_degree)
+                && map.values.len() == values.len();
+            if !is_alike {
+                return None;
+            }
+            let constant = constants.iter_mut().zip(&map.constants);
+            constant.for_each(|(sum, x)| *sum += weight * x);
+            let value = values.iter_mut().zip(&map.values);
+            value.for_each(|(sum, x)| *sum += weight * f64::from(*x));
+        }
+        Some(LensMap {
+            tracer: self.exact.clone(),
+            constants,
+            values: values.into_iter().map(|x| x as f32).collect(),
+            ..first.clone()
+        })
     }
 
     fn of_nodes(
@@ -192,10 +244,10 @@ impl<'a> Maker<'a> {
             stop: self.task.system.stop as u16,
             degree: main.degree,
             change_degree: change.degree,
-            limits: fitter.limiting.len(),
+            limiting: fitter.limiting.iter().map(|(s, _)| *s).collect(),
             reach_mm: fitter.step_mm,
             nodes: size,
-            bands: vec![0.0; (size.0 - 1) * (size.1 - 1)],
+            bands: vec![[0.0; 2]; (size.0 - 1) * (size.1 - 1)],
             constants: nodes.iter().flat_map(|n| n.constants).collect(),
             values: nodes
                 .iter()

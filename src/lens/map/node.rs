@@ -32,8 +32,8 @@ pub(super) struct Fitter<'a> {
     pub sensor_z_mm: f64,
     /// The lens with larger apertures.
     pub larger: PacketTracer,
-    /// The same with one surface as it is, for each that limits the bundle.
-    pub limiting: Vec<PacketTracer>,
+    /// Surfaces that limit the bundle, each with the same lens but for that surface, which is as it is.
+    pub limiting: Vec<(usize, PacketTracer)>,
     /// Half the way over which changes with the place are taken, mm.
     pub step_mm: f64,
 }
@@ -217,7 +217,7 @@ impl Fitter<'_> {
         constants[OUTPUTS..].copy_from_slice(&std::mem::take(changes.last_mut()?));
         let mut values: Vec<f32> = coefficients.iter().flatten().map(|&x| x as f32).collect();
         values.extend(changes.iter().flatten().map(|&x| x as f32));
-        for tracer in &self.limiting {
+        for (_, tracer) in &self.limiting {
             let pass = |points: &[DVec2]| {
                 passing(
                     tracer,

@@ -81,8 +81,9 @@ pub(super) struct Place {
     pub centre: DVec2,
     pub inverse: DMat2,
     pub drift: DMat2,
-    /// Rays nearer to the edge than this are doubtful; infinite where the map does not hold.
-    pub band: f32,
+    /// Rays nearer to the edge than this are doubtful: of those that start at the place, and of those that start as far
+    /// beside it as the map reaches; infinite where it does not hold.
+    pub band: [f32; 2],
     pub constants: Vec<f64>,
     /// Coefficients, changes' coefficients, outlines.
     pub values: Vec<f32>,
@@ -131,7 +132,7 @@ impl PlaceBuffers {
         );
         blend(&mut place.values, &self.row_values, stride, &columns);
         place.band = map.bands[rows.cell * (nx - 1) + columns.cell];
-        (place.edge).set(&place.values[stride - map.limits * DIRECTIONS..]);
+        (place.edge).set(&place.values[stride - map.limiting.len() * DIRECTIONS..]);
         let disk = map.pupil.at(place_mm);
         place.origin = camera_from_sensor_mm(place_mm, 0.0).truncate();
         place.centre = disk.centre;

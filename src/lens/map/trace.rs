@@ -1,5 +1,7 @@
 //! Rays through a map, with the best instructions there are, and what it cannot tell through the lens itself.
 
+use std::ops::Range;
+
 use glam::DVec2;
 
 use super::kernel::run;
@@ -21,12 +23,52 @@ impl LensMap {
         buffers: &mut PlaceBuffers,
         level: SimdLevel,
     ) -> usize {
-        buffers.go(self, place_mm, level);
-        if buffers.place.band.is_infinite() {
-            self.tracer.trace_backward(batch, level);
-            return batch.len();
+        let all = std::iter::once((place_mm, 0..batch.len()));
+        self.trace_places(batch, all, buffers, level)
+    }
+
+    /// The same of rays of several places, each of which has some of the batch's; the others are not traced. Those that
+    /// are traced exactly go through the lens together.
+    pub fn trace_places(
+        &self,
+        batch: &mut RayBatch,
+        places: impl Iterator<Item = (DVec2, Range<usize>)>,
+        buffers: &mut PlaceBuffers,
+        level: SimdLevel,
+    ) -> usize {
+        let level = level.min(SimdLevel::detect());
+        self.begin(batch, buffers);
+        for (place_mm, rays) in places {
+            buffers.go(self, place_mm, level);
+            if buffers.place.band[0].is_infinite() {
+                buffers.rays.numbers.extend(rays);
+            } else {
+                self.map_rays(batch, rays, buffers, level);
+            }
         }
-        self.trace_at(batch, buffers, level)
+        self.trace_doubtful(batch, buffers, level)
+    }
+
+    /// Pixels of a row, one after the other, with their rays, by places near enough to both for the map to hold: as
+    /// many pixels together as leave half of its reach to rays that start beside their pixel.
+    pub fn places(
+        &self,
+        pixels: impl Iterator<Item = (DVec2, Range<usize>)>,
+        pitch_mm: f64,
+    ) -> impl Iterator<Item = (DVec2, Range<usize>)> {
+        let together_mm = (self.reach_mm - pitch_mm).max(0.0);
+        let mut pixels = pixels.peekable();
+        std::iter::from_fn(move || {
+            let (first, mut rays) = pixels.next()?;
+            let mut last = first;
+            while let Some((place, more)) =
+                pixels.next_if(|(place, _)| (*place - first).length() <= together_mm)
+            {
+                last = place;
+                rays.end = more.end;
+            }
+            Some((0.5 * (first + last), rays))
+        })
     }
 
     /// The polynomials alone, also beyond the edge.
@@ -38,47 +80,61 @@ impl LensMap {
     ) {
         buffers.go(self, place_mm, SimdLevel::detect());
         buffers.place.edge = Edge::default();
-        self.trace_at(batch, buffers, SimdLevel::detect());
+        self.begin(batch, buffers);
+        self.map_rays(batch, 0..batch.len(), buffers, SimdLevel::detect());
+        self.trace_doubtful(batch, buffers, SimdLevel::detect());
     }
 
-    fn trace_at(
+    fn begin(&self, batch: &mut RayBatch, buffers: &mut PlaceBuffers) {
+        let rays = batch.len();
+        batch.status.resize(rays, 0);
+        batch.surface.resize(rays, 0);
+        buffers.rays.numbers.clear();
+    }
+
+    fn map_rays(
+        &self,
+        batch: &mut RayBatch,
+        rays: Range<usize>,
+        buffers: &mut PlaceBuffers,
+        level: SimdLevel,
+    ) {
+        match level {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `detect` found AVX-512 F, DQ and VL, and FMA on this CPU.
+            SimdLevel::Avx512 => unsafe { run_avx512(self, batch, rays, buffers) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `detect` found AVX2 (or more) and FMA on this CPU.
+            SimdLevel::Avx2 => unsafe { run_avx2(self, batch, rays, buffers) },
+            _ => run(self, batch, rays, buffers),
+        }
+    }
+
+    fn trace_doubtful(
         &self,
         batch: &mut RayBatch,
         buffers: &mut PlaceBuffers,
         level: SimdLevel,
     ) -> usize {
-        let level = level.min(SimdLevel::detect());
-        let rays = batch.len();
-        batch.status.resize(rays, 0);
-        batch.surface.resize(rays, 0);
-        buffers.rays.numbers.clear();
-        match level {
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: `detect` found AVX-512 F, DQ and VL, and FMA on this CPU.
-            SimdLevel::Avx512 => unsafe { run_avx512(self, batch, buffers) },
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: `detect` found AVX2 (or more) and FMA on this CPU.
-            SimdLevel::Avx2 => unsafe { run_avx2(self, batch, buffers) },
-            _ => run(self, batch, buffers),
-        }
         let Doubtful {
             numbers,
             batch: doubtful,
         } = &mut buffers.rays;
-        if !numbers.is_empty() {
-            doubtful.clear();
-            for &i in numbers.iter() {
-                let ray = batch.ray(i);
-                doubtful.push(ray.origin_mm, ray.direction);
-            }
-            self.tracer.trace_backward(doubtful, level);
-            for (k, &i) in numbers.iter().enumerate() {
-                (batch.ox[i], batch.oy[i], batch.oz[i]) =
-                    (doubtful.ox[k], doubtful.oy[k], doubtful.oz[k]);
-                (batch.dx[i], batch.dy[i], batch.dz[i]) =
-                    (doubtful.dx[k], doubtful.dy[k], doubtful.dz[k]);
-                (batch.status[i], batch.surface[i]) = (doubtful.status[k], doubtful.surface[k]);
-            }
+        if numbers.is_empty() {
+            return 0;
+        }
+        doubtful.clear();
+        for &i in numbers.iter() {
+            let ray = batch.ray(i);
+            doubtful.push(ray.origin_mm, ray.direction);
+        }
+        self.tracer.trace_backward(doubtful, level);
+        for (k, &i) in numbers.iter().enumerate() {
+            (batch.ox[i], batch.oy[i], batch.oz[i]) =
+                (doubtful.ox[k], doubtful.oy[k], doubtful.oz[k]);
+            (batch.dx[i], batch.dy[i], batch.dz[i]) =
+                (doubtful.dx[k], doubtful.dy[k], doubtful.dz[k]);
+            (batch.status[i], batch.surface[i]) = (doubtful.status[k], doubtful.surface[k]);
         }
         numbers.len()
     }
@@ -86,12 +142,12 @@ impl LensMap {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn run_avx2(map: &LensMap, batch: &mut RayBatch, buffers: &mut PlaceBuffers) {
-    run(map, batch, buffers);
+fn run_avx2(map: &LensMap, batch: &mut RayBatch, rays: Range<usize>, buffers: &mut PlaceBuffers) {
+    run(map, batch, rays, buffers);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,fma")]
-fn run_avx512(map: &LensMap, batch: &mut RayBatch, buffers: &mut PlaceBuffers) {
-    run(map, batch, buffers);
+fn run_avx512(map: &LensMap, batch: &mut RayBatch, rays: Range<usize>, buffers: &mut PlaceBuffers) {
+    run(map, batch, rays, buffers);
 }
