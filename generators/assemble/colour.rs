@@ -4,6 +4,7 @@
 //! pixel, F-number ─ a few plane waves of the cone at 9 wavelengths ─▶ ColourErrors ─ choice, tolerance, time of the
 //!                                                         tables ─▶ bands in the recipe, or why not (ColourCall)
 //! ```
+//! Under `auto` a pixel whose tables come with the program has them without being asked.
 //! P_i(λ, k) is what sub-pixel i absorbs from direction k. That all channels have the response at 550 nm leaves out
 //! P(λ_c) − P(550 nm); that each has one wavelength leaves out ½ [P(λ_c − σ) + P(λ_c + σ)] − P(λ_c), the mean over the
 //! band by two points, σ its standard deviation. Both are taken as RMS over channels, directions of the cone and
@@ -19,7 +20,7 @@ use quadpixel_datasets::{EstimatedError, Reason};
 use rayon::prelude::*;
 
 use super::responses::{Responses, stack};
-use crate::recipe::{Recipe, RecipeError};
+use crate::recipe::{Recipe, RecipeError, TableRecipe};
 
 /// Seconds of one core that the tables of the bands of one pixel may take unasked.
 const MOST_SECONDS: f64 = 300.0;
@@ -71,6 +72,17 @@ pub(crate) fn with_colour(
     let wanted = [Effect::ResponseSpectrum, Effect::Wavelengths]
         .map(|effect| recipe.effects.asks_for(effect) == Some(true));
     let asked = wanted.contains(&true);
+    let bands = Bands::default();
+    let nm = ChannelWavelengths::from_bands(bands)?.all_response_nm();
+    let reason = Reason::OneTabulatedWavelength;
+    let resolved = Recipe {
+        spectrum: Some(bands),
+        ..recipe.clone()
+    };
+    if recipe.effects.is_auto() && costs_nothing(recipe, table, &stack, &nm)? {
+        let errors = None;
+        return Ok((resolved, ColourCall { errors, reason }));
+    }
     let errors = match recipe.effects {
         Choice::All => None,
         _ => responses.colour_errors(recipe, &stack)?,
@@ -87,8 +99,6 @@ pub(crate) fn with_colour(
         };
         return plain(errors, reason);
     }
-    let bands = Bands::default();
-    let nm = ChannelWavelengths::from_bands(bands)?.all_response_nm();
     let run_s = table.level.quick_run_s(&stack);
     let (Some(run_s), None, None) = (run_s, table.choice.colour, &recipe.rgbd) else {
         return plain(errors, Reason::OneResponseWavelength);
@@ -106,12 +116,27 @@ pub(crate) fn with_colour(
             },
         );
     }
-    let resolved = Recipe {
-        spectrum: Some(bands),
-        ..recipe.clone()
-    };
-    let reason = Reason::OneTabulatedWavelength;
     Ok((resolved, ColourCall { errors, reason }))
+}
+
+/// Whether the answers to the plane waves of the bands' tables come with the program: whether they are called for need
+/// not be asked then.
+fn costs_nothing(
+    recipe: &Recipe,
+    table: &TableRecipe,
+    stack: &PixelStack,
+    nm: &[f64],
+) -> Result<bool, RecipeError> {
+    if table.choice.colour.is_some() || recipe.rgbd.is_some() {
+        return Ok(false);
+    }
+    for nm in nm {
+        let settings = table.settings(stack, std::slice::from_ref(nm));
+        if !TablePlan::new(stack, &settings)?.is_shipped()? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }
 
 impl Responses {

@@ -12,6 +12,7 @@ use glam::DVec3;
 
 use super::edge::{DIRECTIONS, direction};
 use super::frame::{CHANGES, OUTPUTS};
+use super::horner::{Lanes, polynomial};
 use super::lens_map::LensMap;
 use super::place::{Place, PlaceBuffers};
 use crate::rays::{RayBatch, RayStatus};
@@ -21,7 +22,7 @@ const SMALL_BLOCK: usize = 32;
 
 /// Some rays of a batch, block by block; the numbers of those in doubt are added to the buffers.
 #[inline(always)]
-pub(super) fn run(
+pub(super) fn run<V: Lanes>(
     map: &LensMap,
     batch: &mut RayBatch,
     rays: Range<usize>,
@@ -30,7 +31,7 @@ pub(super) fn run(
     for start in rays.clone().step_by(BLOCK) {
         let count = BLOCK.min(rays.end - start);
         if count > SMALL_BLOCK {
-            block::<BLOCK>(
+            block::<V, BLOCK>(
                 map,
                 &buffers.place,
                 batch,
@@ -38,7 +39,7 @@ pub(super) fn run(
                 &mut buffers.rays.numbers,
             );
         } else {
-            block::<SMALL_BLOCK>(
+            block::<V, SMALL_BLOCK>(
                 map,
                 &buffers.place,
                 batch,
@@ -58,7 +59,7 @@ const IS_DOUBTFUL: u32 = 2;
 struct Aligned<T, const N: usize>([T; N]);
 
 #[inline(always)]
-fn block<const N: usize>(
+fn block<V: Lanes, const N: usize>(
     map: &LensMap,
     place: &Place,
     batch: &mut RayBatch,
@@ -96,9 +97,9 @@ fn block<const N: usize>(
         .values
         .split_at(super::basis::terms(map.degree) * OUTPUTS);
     let mut main = Aligned([[0f32; N]; OUTPUTS]);
-    polynomial::<N, OUTPUTS>(coefficients, map.degree, (&p.0, &q.0), &mut main.0);
+    polynomial::<V, N, OUTPUTS>(coefficients, map.degree, (&p.0, &q.0), &mut main.0);
     let mut change = Aligned([[0f32; N]; CHANGES]);
-    polynomial::<N, CHANGES>(changes, map.change_degree, (&p.0, &q.0), &mut change.0);
+    polynomial::<V, N, CHANGES>(changes, map.change_degree, (&p.0, &q.0), &mut change.0);
     let constants = &place.constants;
     let mut out = [[0f64; N]; OUTPUTS];
     for k in 0..OUTPUTS {
@@ -228,48 +229,4 @@ fn classes<const N: usize>(
         };
     }
     code
-}
-
-/// K polynomials by Horner's rule, in q of those in p.
-#[inline(always)]
-fn polynomial<const N: usize, const K: usize>(
-    coefficients: &[f32],
-    degree: usize,
-    (p, q): (&[f32; N], &[f32; N]),
-    out: &mut [[f32; N]; K],
-) {
-    let mut at = coefficients;
-    for count in 1..=degree + 1 {
-        let mut row = Aligned([[0f32; N]; K]);
-        // Four terms at a time: what they sum to stays in registers.
-        for _ in 0..count / 4 {
-            let Some((c, rest)) = at.split_at_checked(4 * K) else {
-                return;
-            };
-            at = rest;
-            for k in 0..K {
-                let (c0, c1, c2, c3) = (c[k], c[K + k], c[2 * K + k], c[3 * K + k]);
-                for i in 0..N {
-                    let high = row.0[k][i].mul_add(p[i], c0).mul_add(p[i], c1);
-                    row.0[k][i] = high.mul_add(p[i], c2).mul_add(p[i], c3);
-                }
-            }
-        }
-        for _ in 0..count % 4 {
-            let Some((c, rest)) = at.split_at_checked(K) else {
-                return;
-            };
-            at = rest;
-            for k in 0..K {
-                for i in 0..N {
-                    row.0[k][i] = row.0[k][i].mul_add(p[i], c[k]);
-                }
-            }
-        }
-        for k in 0..K {
-            for i in 0..N {
-                out[k][i] = out[k][i].mul_add(q[i], row.0[k][i]);
-            }
-        }
-    }
 }

@@ -31,6 +31,7 @@ mod build;
 mod edge;
 mod frame;
 mod held_out;
+mod horner;
 mod kernel;
 pub(super) mod least_squares;
 mod lens_map;

@@ -106,7 +106,7 @@ impl LensMap {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `detect` found AVX2 (or more) and FMA on this CPU.
             SimdLevel::Avx2 => unsafe { run_avx2(self, batch, rays, buffers) },
-            _ => run(self, batch, rays, buffers),
+            _ => run::<[f32; 8]>(self, batch, rays, buffers),
         }
     }
 
@@ -143,11 +143,11 @@ impl LensMap {
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn run_avx2(map: &LensMap, batch: &mut RayBatch, rays: Range<usize>, buffers: &mut PlaceBuffers) {
-    run(map, batch, rays, buffers);
+    run::<std::arch::x86_64::__m256>(map, batch, rays, buffers);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,fma")]
 fn run_avx512(map: &LensMap, batch: &mut RayBatch, rays: Range<usize>, buffers: &mut PlaceBuffers) {
-    run(map, batch, rays, buffers);
+    run::<std::arch::x86_64::__m512>(map, batch, rays, buffers);
 }

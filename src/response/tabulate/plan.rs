@@ -10,7 +10,7 @@ use std::path::Path;
 
 use super::report::BuiltTable;
 use super::runs::{Run, RunJournal, Runs};
-use super::shipped_runs::shipped_runs;
+use super::shipped_runs::{shipped_runs, ships};
 use super::table_of_runs::AboutPixel;
 use crate::em::PixelStack;
 use crate::em::light::{Incidence, Light, PixelSolver, SolverTask, colours};
@@ -115,6 +115,22 @@ impl TablePlan {
     /// As of [`Self::new`].
     pub fn count(&self) -> Result<usize, ResponseError> {
         Ok(self.runs()?.count())
+    }
+
+    /// Whether the answers to all plane waves come with the program: nothing is left to simulate.
+    ///
+    /// # Errors
+    /// As of [`Self::new`].
+    pub fn is_shipped(&self) -> Result<bool, ResponseError> {
+        let Some((_, plans)) = self.parted() else {
+            return Ok(ships(&self.simulation_key()?));
+        };
+        for plan in plans {
+            if !ships(&plan.simulation_key()?) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// Simulates the tables on all threads, in the order of [`Self::colours`]. `journal` is a file that keeps the runs

@@ -30,6 +30,13 @@ struct About {
     key: String,
 }
 
+/// Whether the simulation of this key comes with the program.
+pub(super) fn ships(key: &str) -> bool {
+    let npz = Npz::open(Cursor::new(FILE)).map_err(|e| e.to_string());
+    let all = npz.and_then(|mut npz| all_about(&mut npz));
+    all.is_ok_and(|all| all.iter().any(|about| about.key == key))
+}
+
 /// The answers to all runs, in their order, of the simulation of this key, if they come with the program.
 pub(super) fn shipped_runs(key: &str) -> Option<Vec<Light>> {
     let mut npz = Npz::open(Cursor::new(FILE)).ok()?;
