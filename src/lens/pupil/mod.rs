@@ -69,7 +69,8 @@ pub struct ExitPupilMap {
 
 impl ExitPupilMap {
     /// Traces the bounds over `window` (sensor frame). An ellipse holds the bundle of every one of `systems`: the same
-    /// lens at one or more wavelengths. Without systems, or without surfaces, nothing passes.
+    /// lens at one or more wavelengths, of which three are looked at. Without systems, or without surfaces, nothing
+    /// passes.
     pub fn new(systems: &[OpticalSystem], window: SensorWindowMm) -> ExitPupilMap {
         let mut map = ExitPupilMap {
             window,
@@ -83,9 +84,10 @@ impl ExitPupilMap {
         };
         let (plane_z_mm, pupil_semi_mm) = aim_plane(first);
         map.plane_z_mm = plane_z_mm;
+        let systems = few(systems);
         let aim = Aim {
+            tracers: systems.iter().map(|s| PacketTracer::new(s)).collect(),
             systems,
-            tracers: systems.iter().map(PacketTracer::new).collect(),
             plane_z_mm,
             pupil_semi_mm,
             level: SimdLevel::detect(),
@@ -189,6 +191,17 @@ impl ExitPupilMap {
         let part = DVec2::new(column as f64, row as f64) * (2.0 / (NODES - 1) as f64) - 1.0;
         self.window.centre + part * DVec2::new(self.window.half_width, self.window.half_height)
     }
+}
+
+/// All of up to three; of more the middle, the shortest and the longest wavelength: between them bundles change smoothly.
+fn few(systems: &[OpticalSystem]) -> Vec<&OpticalSystem> {
+    let mut few: Vec<&OpticalSystem> = systems.iter().collect();
+    if few.len() > 3 {
+        few.sort_by(|a, b| a.wavelength_nm.total_cmp(&b.wavelength_nm));
+        let last = few.len() - 1;
+        few = [last / 2, 0, last].map(|place| few[place]).to_vec();
+    }
+    few
 }
 
 /// z of the plane to aim at and the paraxial pupil's semi-diameter in it: the exit pupil's own plane where it stands

@@ -25,7 +25,7 @@ const REGRIDS: usize = 12;
 
 /// Rays aimed at a plane through the lens at one or more wavelengths.
 pub(super) struct Aim<'a> {
-    pub systems: &'a [OpticalSystem],
+    pub systems: Vec<&'a OpticalSystem>,
     pub tracers: Vec<PacketTracer>,
     /// The plane, camera frame, mm.
     pub plane_z_mm: f64,
