@@ -11,8 +11,11 @@
 //!
 //! The coefficients are fitted at nodes over the window; between them, polynomials through six nodes a side are taken.
 //! The bundle's edge is kept as the outline that each limiting surface gives it, along many directions; the least of
-//! them counts. Rays that come nearer to it than it is known, and rays that start farther off than the next pixel, are
-//! traced exactly: so no light is lost at the edge.
+//! them counts. Rays that come nearer to it than it is known there, and rays that start farther off than the map
+//! reaches, are traced exactly: so no light is lost at the edge. It reaches up to eight pixels, so pixels next to each
+//! other share a place, and most rays that diffraction displaces are mapped.
+//!
+//! Wavelengths between those of some maps take their weighted sum, measured as every other map is.
 //!
 //! Nothing supposes symmetry: misaligned lenses are mapped as others are. The degree, the nodes and the width of the
 //! edge are chosen by the errors of held-out rays against a bound, and the errors reported ([`MapReport`]). Parts of a
