@@ -41,7 +41,7 @@ impl<'a> Trial<'a> {
             stderr: folder.path().join("stderr"),
             folder,
             seed,
-            words: case.words.iter().map(OsString::from).collect(),
+            words: case.words().into_iter().map(OsString::from).collect(),
             before: String::new(),
             has_mounts: false,
             codes: None,
@@ -131,7 +131,7 @@ impl<'a> Trial<'a> {
         }
         command.args(["-c", &format!("{}exec \"$0\" \"$@\"", self.before)]);
         command
-            .arg(program(self.case.words[0]))
+            .arg(program(self.case.words()[0]))
             .args(&self.words[1..])
             .current_dir(self.folder());
         command.env("QUADPIXEL_CACHE", self.folder.path().join("cache"));
