@@ -3,6 +3,8 @@
 mod qpalgo;
 mod qpgen;
 
+use std::process::Command;
+
 /// A command line whose words are relative to the folder of a trial.
 pub struct Case {
     pub name: &'static str,
@@ -41,6 +43,23 @@ impl Case {
     pub fn inputs(&self) -> Vec<&'static str> {
         self.inputs.split_whitespace().collect()
     }
+}
+
+/// Options that take a value, as a command's `--help` lists them.
+pub fn options_with_values(case: &Case) -> Vec<String> {
+    let words = case.words();
+    let names = words[1..].iter().take_while(|word| !word.starts_with('-'));
+    let mut command = Command::new(program(words[0]));
+    // Words behind the command's name are no matter to `--help`.
+    let done = command.args(names).arg("--help").output().unwrap();
+    let help = String::from_utf8(done.stdout).unwrap();
+    let option = |line: &str| {
+        let (_, name) = line.split_once("--")?;
+        let (name, _) = name.split_once(" <")?;
+        let in_front = line.trim_start().starts_with('-');
+        (in_front && !name.contains(' ')).then(|| name.to_owned())
+    };
+    help.lines().filter_map(option).collect()
 }
 
 pub fn cases() -> impl Iterator<Item = &'static Case> {

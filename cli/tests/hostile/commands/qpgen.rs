@@ -158,7 +158,8 @@ pub const CASES: [Case; 39] = [
     ),
     case(
         "convert",
-        "qpgen convert --image rgb.pfm --depth z.pfm --config c.toml --focus-m 0.705 --f-number 8 --out out",
+        "qpgen convert --image rgb.pfm --depth z.pfm --config c.toml --lens wide_US20120327520A1_emb3 --focus-m 0.72 \
+         --out out",
         "rgb.pfm z.pfm c.toml",
         Out::Folder("out"),
     ),
