@@ -172,7 +172,8 @@ impl SceneArgs {
             camera_pictures: None,
             lens: LensRecipe {
                 name: self.lens.clone(),
-                focus_mm: self.focus_mm.is_finite().then_some(self.focus_mm),
+                // Infinity is absent in a recipe; what is no number is refused there.
+                focus_mm: (self.focus_mm != f64::INFINITY).then_some(self.focus_mm),
                 f_number: self.f_number,
                 misalignments: Vec::new(),
                 deviations: Vec::new(),

@@ -6,11 +6,14 @@
 
 use super::error::SceneError;
 use crate::field_error::FieldError;
+use std::io::Read;
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
 use quadpixel::file;
-use quadpixel::scene::import::{bounds_mm, import, placed, read_panorama};
+use quadpixel::scene::import::{
+    ImportError, MAX_FILE_BYTES, bounds_mm, import, placed, read_panorama,
+};
 use quadpixel::scene::world::{Environment, Light, WorldDescription};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -78,15 +81,21 @@ impl FileWorld {
     /// Hash of the file.
     ///
     /// # Errors
-    /// A file that cannot be read.
+    /// A file that cannot be read, or is larger than [`MAX_FILE_BYTES`]: it is refused unread.
     pub fn hash(&self) -> Result<String, SceneError> {
         let failed = |cause| SceneError::File {
             path: self.path.clone(),
             cause,
         };
+        let file = file::open(Path::new(&self.path)).map_err(|e| failed(e.cause))?;
+        let bytes = file.metadata().map_err(failed)?.len();
+        if bytes > MAX_FILE_BYTES {
+            let limit = MAX_FILE_BYTES;
+            let file = self.path.clone();
+            return Err(ImportError::TooLarge { file, bytes, limit }.into());
+        }
         let mut hasher = blake3::Hasher::new();
-        let mut file = file::open(Path::new(&self.path)).map_err(|e| failed(e.cause))?;
-        std::io::copy(&mut file, &mut hasher).map_err(failed)?;
+        std::io::copy(&mut file.take(MAX_FILE_BYTES), &mut hasher).map_err(failed)?;
         Ok(hasher.finalize().to_hex().to_string())
     }
 

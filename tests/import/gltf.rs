@@ -119,3 +119,28 @@ fn lights_keep_their_units_and_scale_with_the_world() {
     };
     assert_eq!(*intensity_m2, [0.5, 0.25, 0.0]);
 }
+
+#[test]
+fn a_million_nodes_and_a_hundred_thousand_primitives_are_read_in_seconds() {
+    let list = |entry: &str, n: usize| vec![entry; n].join(",");
+    let began = std::time::Instant::now();
+    // One triangle: the corners (0, 0, 0), (1, 0, 0), (0, 1, 0).
+    let text = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0]}}],
+        "nodes": [{{"mesh": 0, "children": [{children}]}}, {nodes}],
+        "meshes": [{{"primitives": [{primitives}]}}],
+        "buffers": [{{"byteLength": 36, "uri": "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 36}}],
+        "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}}]}}"#,
+        children = (1..=1_000_000)
+            .map(|k| k.to_string())
+            .collect::<Vec<_>>()
+            .join(","),
+        nodes = list(r#"{"translation": [1, 0, 0]}"#, 1_000_000),
+        primitives = list(r#"{"attributes": {"POSITION": 0}}"#, 100_000),
+    );
+    let scene = import_bytes(text.as_bytes(), false, "many.gltf").unwrap();
+    assert_eq!(scene.world.instances.len(), 100_000);
+    assert_eq!(World::new(scene.world).unwrap().triangles(), 1);
+    assert!(began.elapsed().as_secs() < 40, "{:?}", began.elapsed());
+}

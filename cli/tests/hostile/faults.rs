@@ -42,7 +42,7 @@ const fn fault(
 const REFUSED: &[i32] = &[1, 2];
 const ANY: &[i32] = &[0, 1, 2];
 
-pub const FAULTS: [Fault; 23] = [
+pub const FAULTS: [Fault; 25] = [
     fault("none", "sound inputs", |_| true, &[0]),
     fault(
         "input",
@@ -244,14 +244,25 @@ pub const FAULTS: [Fault; 23] = [
         )
     },
     fault("limit", "ulimit -f 1", |t| t.within("ulimit -f 1; "), ANY),
+    fault(
+        "argument",
+        "an option is NaN",
+        |t| t.with_value(&["NaN"]),
+        REFUSED,
+    ),
+    fault(
+        "argument",
+        "an option is a number of another size",
+        |t| t.with_value(&["-1", "0", "1e308", "1e-300", "inf", "18446744073709551615"]),
+        ANY,
+    ),
 ];
 
 /// The files that a case reads, one by the seed.
-pub fn input(case: &Case, seed: u64) -> Option<&str> {
-    let n = case.inputs.len();
-    case.inputs
-        .get(hash(seed, &[0]) as usize % n.max(1))
-        .copied()
+pub fn input(case: &Case, seed: u64) -> Option<&'static str> {
+    let inputs = case.inputs();
+    let number = hash(seed, &[0]) as usize % inputs.len().max(1);
+    inputs.get(number).copied()
 }
 
 /// Everything below `from` once more at `to`.

@@ -4,47 +4,74 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::commands::{RAW, program};
+use crate::commands::program;
+use crate::common::generator::Generator;
+use crate::common::small::with_values;
+
+const RAW: &str = "data/samples/000000/raw.png";
+
+/// Runs a command in `base`; what it printed.
+fn run(base: &Path, line: &str) -> Vec<u8> {
+    let (name, words) = line.split_once(' ').unwrap();
+    let done = Command::new(program(name))
+        .args(words.split(' '))
+        .current_dir(base)
+        .output()
+        .unwrap();
+    assert!(done.status.success(), "{line}: {done:?}");
+    done.stdout
+}
 
 /// Makes the sound inputs once, in `base`.
 pub fn make_inputs(base: &Path) {
-    let generator = crate::common::generator::Generator::with_values(
+    make_datasets(base);
+    make_scenes(base);
+    make_pixels(base);
+    make_pictures_with_depth(base);
+    let lens = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("../src/lens/library/lib_triplet_US2453260.json");
+    fs::copy(lens, base.join("l.json")).unwrap();
+    run(
         base,
-        &[
-            ("count", "1"),
-            ("sensor.width", "64"),
-            ("sensor.height", "48"),
-        ],
+        "qpalgo correct-aberrations --calibration noise -o k.json",
     );
+    let row =
+        "[[row]]\nsetup = \"a\"\nposition = \"c\"\ncalibration = \"noise\"\ncapture = \"noise\"\n";
+    fs::write(base.join("t.toml"), row).unwrap();
+    run(
+        base,
+        "qpgen render scene.toml --out kept --keep-rays kept.npz",
+    );
+    let example = String::from_utf8(run(base, "qpgen fit --print-capture")).unwrap();
+    make_capture(&base.join("capture"), &example);
+}
+
+/// A dataset, its shards, and one that sweeps the focus.
+fn make_datasets(base: &Path) {
+    let size = [
+        ("count", "1"),
+        ("sensor.width", "64"),
+        ("sensor.height", "48"),
+    ];
+    drop(Generator::with_values(base, &size));
     fs::rename(base.join("config.toml"), base.join("c.toml")).unwrap();
-    let run = |words: &[&str]| {
-        let (name, words) = match words {
-            ["qpalgo", words @ ..] => ("qpalgo", words),
-            words => ("qpgen", words),
-        };
-        let done = Command::new(program(name))
-            .args(words)
-            .current_dir(base)
-            .output()
-            .unwrap();
-        assert!(done.status.success(), "{words:?}: {done:?}");
-        done.stdout
-    };
-    drop(generator);
-    run(&["dataset", "--config", "c.toml", "--out", "data"]);
+    run(base, "qpgen dataset --config c.toml --out data");
     for shard in ["1/2", "2/2"] {
-        run(&[
-            "dataset", "--config", "c.toml", "--count", "2", "--shard", shard, "--out", "shards",
-        ]);
+        let line = format!("qpgen dataset --config c.toml --count 2 --shard {shard} --out shards");
+        run(base, &line);
     }
-    fs::write(
-        base.join("p.toml"),
-        run(&["response", "--pixel", "1.6um", "--print-pixel"]),
-    )
-    .unwrap();
-    let scene = String::from_utf8(run(&["render", "--print-scene"])).unwrap();
+    fs::copy(base.join(RAW), base.join("a.png")).unwrap();
+    let configuration = fs::read_to_string(base.join("c.toml")).unwrap();
+    let sweep = "{ steps = 3, focus_over_drawn = { min = 0.8, max = 1.5, scale = \"inverse\" } }";
+    let stack = with_values(&configuration, &[("count", "3"), ("sweep", sweep)]);
+    fs::write(base.join("stack.toml"), stack).unwrap();
+    run(base, "qpgen dataset --config stack.toml --out stack");
+}
+
+/// Scenes without a table to compute and without letters to draw.
+fn make_scenes(base: &Path) {
+    let scene = String::from_utf8(run(base, "qpgen render --print-scene")).unwrap();
     let mut scene: toml::Table = scene.parse().unwrap();
-    // No table to compute, and no letters to draw.
     scene["response"] = toml::Value::Table("model = \"geometric\"".parse().unwrap());
     scene["planes"][0]["chart"] = "constant".into();
     scene["sensor"]["width"] = 16.into();
@@ -58,43 +85,22 @@ pub fn make_inputs(base: &Path) {
     scene["sensor"]["height"] = 112.into();
     scene["render"]["rays_per_pixel"] = 64.into();
     fs::write(base.join("noise.toml"), toml::to_string(&scene).unwrap()).unwrap();
-    run(&["render", "noise.toml", "--out", "noise"]);
+    run(base, "qpgen render noise.toml --out noise");
     fs::write(base.join("s.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
-    let lens = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../src/lens/library/lib_triplet_US2453260.json");
-    fs::copy(lens, base.join("l.json")).unwrap();
-    fs::copy(base.join(RAW), base.join("a.png")).unwrap();
-    // A step of depth in a grey picture.
-    let plane = |kind: &str, value: &dyn Fn(usize) -> f32, channels: usize| {
-        let mut bytes = format!("{kind}\n48 32\n-1.0\n").into_bytes();
-        let values = (0..48 * 32).flat_map(|k| vec![value(k); channels]);
-        bytes.extend(values.flat_map(f32::to_le_bytes));
-        bytes
-    };
-    let grey = |k: usize| 0.2 + 0.01 * (k % 7) as f32;
-    let metres = |k: usize| if k % 48 < 24 { 0.7 } else { 0.75 };
-    fs::write(base.join("rgb.pfm"), plane("PF", &grey, 3)).unwrap();
-    fs::write(base.join("z.pfm"), plane("Pf", &metres, 1)).unwrap();
-    run(&[
-        "qpalgo",
-        "correct-aberrations",
-        "--calibration",
-        "noise",
-        "-o",
-        "k.json",
-    ]);
-    let row =
-        "[[row]]\nsetup = \"a\"\nposition = \"c\"\ncalibration = \"noise\"\ncapture = \"noise\"\n";
-    fs::write(base.join("t.toml"), row).unwrap();
-    let mut stack: toml::Table = fs::read_to_string(base.join("c.toml"))
-        .unwrap()
-        .parse()
-        .unwrap();
-    let sweep = "steps = 3\nfocus_over_drawn = { min = 0.8, max = 1.5, scale = \"inverse\" }";
-    stack.insert("sweep".into(), toml::Value::Table(sweep.parse().unwrap()));
-    stack["count"] = 3.into();
-    fs::write(base.join("stack.toml"), toml::to_string(&stack).unwrap()).unwrap();
-    run(&["dataset", "--config", "stack.toml", "--out", "stack"]);
+}
+
+/// A pixel, one so small that exact fields in it take seconds, and a measured response.
+fn make_pixels(base: &Path) {
+    let pixel = String::from_utf8(run(base, "qpgen response --pixel 1.6um --print-pixel")).unwrap();
+    let small = [
+        ("pitch_um", "0.4"),
+        ("silicon_um", "0.5"),
+        ("trench_um", "0.0"),
+        ("lens.radius_um", "0.3"),
+        ("lens.height_um", "0.2"),
+    ];
+    fs::write(base.join("small.toml"), with_values(&pixel, &small)).unwrap();
+    fs::write(base.join("p.toml"), pixel).unwrap();
     let mut rows = String::from("theta_deg,phi_deg,subpixel,P\n");
     for theta in [0, 15, 30, 45, 60] {
         for phi in (0..360).step_by(if theta == 0 { 360 } else { 30 }) {
@@ -104,16 +110,30 @@ pub fn make_inputs(base: &Path) {
         }
     }
     fs::write(base.join("r.csv"), rows).unwrap();
-    run(&[
-        "render",
-        "scene.toml",
-        "--out",
-        "kept",
-        "--keep-rays",
-        "kept.npz",
-    ]);
-    let example = String::from_utf8(run(&["fit", "--print-capture"])).unwrap();
-    make_capture(&base.join("capture"), &example);
+}
+
+/// A step of depth in a grey picture, for the lens of a phone: a picture that is blurred over half its side is refused,
+/// and the other datasets' old triplet of 100 mm alone blurs over 70 pixels.
+fn make_pictures_with_depth(base: &Path) {
+    let plane = |kind: &str, value: &dyn Fn(usize) -> f32, channels: usize| {
+        let mut bytes = format!("{kind}\n64 48\n-1.0\n").into_bytes();
+        let values = (0..64 * 48).flat_map(|k| vec![value(k); channels]);
+        bytes.extend(values.flat_map(f32::to_le_bytes));
+        bytes
+    };
+    let grey = |k: usize| 0.2 + 0.01 * (k % 7) as f32;
+    let metres = |k: usize| if k % 64 < 32 { 0.70 } else { 0.75 };
+    fs::write(base.join("rgb.pfm"), plane("PF", &grey, 3)).unwrap();
+    fs::write(base.join("z.pfm"), plane("Pf", &metres, 1)).unwrap();
+    let configuration = fs::read_to_string(base.join("c.toml")).unwrap();
+    let values = [
+        ("lens.names", r#"["wide_US20120327520A1_emb3"]"#),
+        ("scene.rgbd.image", "\"rgb.pfm\""),
+        ("scene.rgbd.depth", "\"z.pfm\""),
+        ("scene.rgbd.focus_share", "{ min = 0.1, max = 0.9 }"),
+    ];
+    let text = with_values(&configuration, &values);
+    fs::write(base.join("rgbd.toml"), text).unwrap();
 }
 
 /// Kernels of two views over four fields, and white sheets.

@@ -25,7 +25,7 @@ mod trial;
 
 use std::collections::BTreeMap;
 
-use commands::{CASES, Case};
+use commands::{Case, cases};
 use faults::{FAULTS, Fault};
 use inputs::make_inputs;
 use log::TrialLog;
@@ -50,7 +50,7 @@ fn cells() -> Vec<Cell> {
     };
     let mut cells = Vec::new();
     for seed in 0..seeds.unwrap_or(1) {
-        for (i, case) in CASES.iter().enumerate() {
+        for (i, case) in cases().enumerate() {
             for (j, fault) in FAULTS.iter().enumerate() {
                 let chosen =
                     seeds.is_some() || hash(1, &[i as u64, j as u64]).is_multiple_of(ONE_IN);

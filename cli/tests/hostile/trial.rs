@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::commands::{Case, Out, program};
+use quadpixel::sampling::hash;
+
+use crate::commands::{Case, Out, options_with_values, program};
 use crate::faults::{Fault, copy, input};
 
 /// Longer than any command needs on its small inputs: of processor time, and of waiting without any. On a machine that
@@ -41,7 +43,7 @@ impl<'a> Trial<'a> {
             stderr: folder.path().join("stderr"),
             folder,
             seed,
-            words: case.words.iter().map(OsString::from).collect(),
+            words: case.words().into_iter().map(OsString::from).collect(),
             before: String::new(),
             has_mounts: false,
             codes: None,
@@ -97,6 +99,24 @@ impl<'a> Trial<'a> {
         true
     }
 
+    /// One of the command's options, by the seed, with one of the values; not those that name an output, and not the
+    /// number of a hole in a depth, which may be any.
+    pub fn with_value(&mut self, values: &[&str]) -> bool {
+        let mut options = options_with_values(self.case);
+        options.retain(|name| !["out", "output", "keep-rays", "hole"].contains(&name.as_str()));
+        let option = format!(
+            "--{}",
+            options[hash(self.seed, &[8]) as usize % options.len()]
+        );
+        let value = values[hash(self.seed, &[9]) as usize % values.len()];
+        // In the place of what the line has for it.
+        if let Some(at) = self.words.iter().position(|word| *word == *option) {
+            self.words.drain(at..at + 2);
+        }
+        self.words.push(format!("{option}={value}").into());
+        true
+    }
+
     pub fn within(&mut self, before: &str) -> bool {
         self.before = before.into();
         true
@@ -131,7 +151,7 @@ impl<'a> Trial<'a> {
         }
         command.args(["-c", &format!("{}exec \"$0\" \"$@\"", self.before)]);
         command
-            .arg(program(self.case.words[0]))
+            .arg(program(self.case.words()[0]))
             .args(&self.words[1..])
             .current_dir(self.folder());
         command.env("QUADPIXEL_CACHE", self.folder.path().join("cache"));

@@ -224,6 +224,7 @@ fn a_list_for_the_table_that_is_none_is_refused() {
     let here = folder.path();
     for (text, wanted) in [
         ("", "row"),
+        ("row = []", "row is []"),
         ("[[row]]\nsetup = 3", "setup"),
         (
             "[[row]]\nsetup = 'a'\nposition = 'b'\ncalibration = 'x'\ncapture = 'y'",

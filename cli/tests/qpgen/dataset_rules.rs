@@ -242,6 +242,13 @@ fn a_description_that_does_not_fit_its_pictures_is_found() {
         replace(folder.path(), &mut manifest, "meta.json", broken.as_bytes());
         assert_finds(&findings(folder.path()), "meta.json", &[what]);
     }
+    // Above 0, and no length that there is.
+    let mut tiny: serde_json::Value = serde_json::from_str(&sound).unwrap();
+    tiny["intrinsics"]["fx_px"] = 1e-300.into();
+    let tiny = serde_json::to_vec(&tiny).unwrap();
+    replace(folder.path(), &mut manifest, "meta.json", &tiny);
+    let what = ["intrinsics.fx_px is 1e-300"];
+    assert_finds(&findings(folder.path()), "meta.json", &what);
     replace(folder.path(), &mut manifest, "meta.json", sound.as_bytes());
     assert!(findings(folder.path()).is_empty());
 }

@@ -68,12 +68,13 @@ fn bad_lenses_end_with_2_and_unwritable_pictures_with_1() {
         "{\"name\": \"x\", \"source\": \"\", \"wavelengths\": [], \"surfaces\": []}",
     )
     .unwrap();
-    let cases: [(&[&str], i32, &str); 6] = [
+    let cases: [(&[&str], i32, &str); 7] = [
         (&["info", "no_such_lens"], 2, "no_such_lens"),
         (&["info", "bad.json"], 2, "surfaces is []"),
         (&["info", "missing.zmx"], 2, "missing.zmx"),
         (&["info", "--f-number", "1"], 2, "f_number is 1"),
         (&["spots", "--focus-mm", "2"], 2, "distance_mm is 2"),
+        (&["info", "--focus-mm", "1e10"], 2, "up to 1e7 mm"),
         (&["layout", "-o", "no/folder/x.svg"], 1, "no/folder/x.svg"),
     ];
     for (args, code, expected) in cases {

@@ -20,6 +20,7 @@ mod noisy;
 mod production;
 mod psf;
 mod randomised;
+mod refusals;
 mod response;
 mod shared_cache;
 mod truth;

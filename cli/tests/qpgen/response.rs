@@ -9,8 +9,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use common::small::with_values;
-use common::{json, refused};
+use common::small::{SMALL_TABLE, with_values};
+use common::{journal_in, json, refused};
 use quadpixel_generators::config::DEFAULT_TOML;
 
 fn qpgen(cache: &Path, arguments: &[&str]) -> Output {
@@ -29,26 +29,11 @@ fn a_killed_table_goes_on_and_repeats_no_direction() {
     let cache = folder.path().join("cache");
     let output = folder.path().join("t.npz");
     let arguments = [
-        "--threads",
-        "1",
-        "response",
-        "--pixel",
-        "2.8um",
-        "--preset",
-        "draft",
-        "--grid",
-        "6",
-        "--json",
-        "-o",
-        output.to_str().unwrap(),
-    ];
-    let journal = || {
-        let files = fs::read_dir(&cache).ok()?;
-        let path = files
-            .filter_map(|f| Some(f.ok()?.path()))
-            .find(|p| p.extension().is_some_and(|e| e == "journal"))?;
-        fs::read_to_string(path).ok()
-    };
+        &SMALL_TABLE[..],
+        &["--json", "-o", output.to_str().unwrap()],
+    ]
+    .concat();
+    let journal = || journal_in(&cache);
     let mut first = command(&cache, &arguments)
         .stdout(Stdio::null())
         .stderr(Stdio::null())
@@ -341,30 +326,4 @@ fn a_table_made_in_parts_has_the_bytes_of_one_made_in_one_go() {
     let (said, joined) = table("some", &[]);
     assert!((1..runs).contains(&said["build"]["reused"].as_u64().unwrap()));
     assert!(joined == whole);
-}
-
-#[test]
-fn two_processes_that_want_the_same_table_make_it_once() {
-    let folder = tempfile::tempdir().unwrap();
-    let arguments = [
-        "response", "--pixel", "2.8um", "--preset", "draft", "--grid", "6", "--json",
-    ];
-    let spawn = |name: &str| {
-        let output = folder.path().join(name);
-        let arguments = [&arguments[..], &["-o", output.to_str().unwrap()]].concat();
-        let mut command = command(&folder.path().join("cache"), &arguments);
-        command
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap()
-    };
-    let both = ["a.npz", "b.npz"]
-        .map(spawn)
-        .map(|child| json(&child.wait_with_output().unwrap()));
-    let made = both
-        .iter()
-        .filter(|said| said["from_cache"] == false)
-        .count();
-    assert_eq!(made, 1, "{both:?}");
 }

@@ -1,17 +1,19 @@
-//! Four processes at once with one cache, killed at random instants: the same bytes as of one that was let be.
+//! Several processes with one cache: one makes what others wait for, and kills at random instants change no byte.
 
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use quadpixel::sampling::{hash, uniform};
 
-use crate::common::files;
-use crate::common::generator::number_from;
+use crate::common::generator::{number_from, send};
+use crate::common::small::{SMALL, SMALL_TABLE, with_values};
+use crate::common::{files, journal_in, json};
 
 /// Processes at once.
 const AT_ONCE: usize = 4;
@@ -30,17 +32,7 @@ impl Processes {
 
     fn command(folder: &Path, number: usize) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_qpgen"));
-        command.args([
-            "--threads",
-            "1",
-            "response",
-            "--pixel",
-            "2.8um",
-            "--preset",
-            "draft",
-            "--grid",
-            "6",
-        ]);
+        command.args(SMALL_TABLE);
         let wavelength = WAVELENGTHS_NM[number % WAVELENGTHS_NM.len()];
         command.args(["--wavelength-nm", wavelength, "-o"]);
         command
@@ -126,4 +118,79 @@ fn four_processes_with_one_cache_killed_at_any_instant_give_the_same_bytes() {
     println!(
         "{killed} kills in {rounds} rounds of {AT_ONCE} processes; a round takes {seconds:.2} s"
     );
+}
+
+fn qpgen(cache: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_qpgen"));
+    command.args(arguments).env("QUADPIXEL_CACHE", cache);
+    command
+}
+
+#[test]
+fn two_processes_that_want_the_same_table_make_it_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let spawn = |name: &str| {
+        let output = folder.path().join(name);
+        let output = ["--json", "-o", output.to_str().unwrap()];
+        let arguments = [&SMALL_TABLE[..], &output].concat();
+        let mut command = qpgen(&folder.path().join("cache"), &arguments);
+        command
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap()
+    };
+    let both = ["a.npz", "b.npz"]
+        .map(spawn)
+        .map(|child| json(&child.wait_with_output().unwrap()));
+    let made = both
+        .iter()
+        .filter(|said| said["from_cache"] == false)
+        .count();
+    assert_eq!(made, 1, "{both:?}");
+}
+
+#[test]
+fn who_waits_for_the_table_of_another_says_so_and_stops_at_the_first_signal() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = folder.path().join("cache");
+    let config = folder.path().join("c.toml");
+    let values = [
+        ("response.model", "\"wave\""),
+        ("response.pixels", "[\"2.8um\"]"),
+        ("response.preset", "\"draft\""),
+        ("sensor.pitch_um", ""),
+    ];
+    fs::write(&config, with_values(SMALL, &values)).unwrap();
+    let dataset = |name: &str| {
+        let out = folder.path().join(name);
+        let [config, out] = [&config, &out].map(|path| path.to_str().unwrap());
+        let mut command = qpgen(&cache, &["dataset", "--config", config, "--out", out]);
+        command.stdout(Stdio::null());
+        command
+    };
+    // Whoever makes it holds its journal, and comes no further.
+    let mut maker = dataset("maker").stderr(Stdio::null()).spawn().unwrap();
+    while journal_in(&cache).is_none_or(|text| text.is_empty()) {
+        let ended = maker.try_wait().unwrap();
+        assert!(ended.is_none(), "it ended before it could be stopped");
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    send(&maker, "STOP");
+    let mut waiting = dataset("waiting").stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(waiting.stderr.take().unwrap())
+        .lines()
+        .map(Result::unwrap);
+    let said =
+        lines.find(|line| line.contains("waiting for another process that makes this table"));
+    assert!(said.is_some());
+    send(&waiting, "TERM");
+    assert_eq!(waiting.wait().unwrap().code(), Some(1));
+    let rest: Vec<String> = lines.collect();
+    let stopped = rest
+        .iter()
+        .any(|line| line.contains("stopped while waiting"));
+    assert!(stopped, "{rest:?}");
+    maker.kill().unwrap();
+    maker.wait().unwrap();
 }

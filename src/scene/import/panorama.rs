@@ -62,3 +62,30 @@ fn rgb(layers: Vec<NamedLayer>) -> Option<Image> {
     let data = texels.flat_map(|t| [t[0], t[1], t[2]]).collect();
     Image::from_vec(image.width(), image.height(), 3, data)
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panorama_of_10000_by_5000_is_read() {
+        let (width, height) = (10_000_usize, 5_000);
+        let head = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n");
+        // Each row the same: four planes of runs, mantissa 128 by exponent 129, so 1.
+        let mut row = vec![2, 2, (width >> 8) as u8, width as u8];
+        for value in [128, 128, 128, 129] {
+            for first in (0..width).step_by(127) {
+                row.extend([128 + (width - first).min(127) as u8, value]);
+            }
+        }
+        let mut bytes = head.into_bytes();
+        (0..height).for_each(|_| bytes.extend(&row));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("p.hdr");
+        std::fs::write(&path, bytes).unwrap();
+        let image = read_panorama(&path).unwrap();
+        assert_eq!((image.width(), image.height()), (width, height));
+        assert!(image.data().iter().all(|v| (*v - 1.0).abs() < 0.01));
+    }
+}

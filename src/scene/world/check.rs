@@ -24,6 +24,8 @@ pub struct WorldWarnings {
     pub bad_colours: usize,
     /// Instances that are squeezed flat, left out.
     pub flat_instances: usize,
+    /// Triangles and instances, of more than a thousand, that lie where an equal one does, left out.
+    pub repeated: usize,
 }
 
 impl WorldWarnings {
@@ -47,6 +49,10 @@ impl WorldWarnings {
             (
                 self.flat_instances,
                 "instances squeezed flat by their transform left out",
+            ),
+            (
+                self.repeated,
+                "triangles or instances where an equal one lies left out",
             ),
         ];
         let occurred = kinds.into_iter().filter(|(count, _)| *count > 0);

@@ -8,6 +8,7 @@ use glam::{Affine3A, DAffine3, DVec3, Vec3};
 use super::bvh::{Bounds, Bvh};
 use super::check::{WorldWarnings, is_solid};
 use super::description::{Instance, MaterialIndices, TriangleMesh, WorldDescription};
+use super::repeated::drop_repeated;
 use super::triangles::Packet;
 
 /// A triangle of a placed geometry, by its lane in a packet.
@@ -194,7 +195,27 @@ impl Builder {
         first
     }
 
-    fn finish(self) -> Geometry {
+    /// Triangles of one material at the same corners, from the same side, are equal.
+    fn drop_repeated(&mut self) -> usize {
+        let mut triangles = std::mem::take(&mut self.triangles);
+        let repeated = drop_repeated(&mut triangles, |t| {
+            // Plus zero: of both zeros one.
+            let bits = |v: u32| {
+                (self.positions[v as usize] + 0.0)
+                    .to_array()
+                    .map(f32::to_bits)
+            };
+            let mut corners = t.vertices.map(bits);
+            let least = (0..3).min_by_key(|&k| corners[k]).unwrap_or(0);
+            corners.rotate_left(least);
+            (corners, self.parts[t.part as usize].material)
+        });
+        self.triangles = triangles;
+        repeated
+    }
+
+    fn finish(mut self, warnings: &mut WorldWarnings) -> Geometry {
+        warnings.repeated += self.drop_repeated();
         let corners = |t: &Triangle| t.vertices.map(|v| self.positions[v as usize]);
         let boxes: Vec<Bounds> = self
             .triangles
@@ -263,7 +284,7 @@ impl Stage {
             let geometry = *own[instance.mesh].get_or_insert_with(|| {
                 let mut builder = Builder::default();
                 builder.add(mesh, &DAffine3::IDENTITY, instance.object_id, warnings);
-                geometries.push(builder.finish());
+                geometries.push(builder.finish(warnings));
                 geometries.len() - 1
             });
             if !geometries[geometry].triangles.is_empty() {
@@ -271,7 +292,7 @@ impl Stage {
             }
         }
         if !common.triangles.is_empty() {
-            geometries.push(common.finish());
+            geometries.push(common.finish(warnings));
             placed.push(Placed {
                 geometry: geometries.len() - 1,
                 camera_from_mesh: DAffine3::IDENTITY,
@@ -280,6 +301,13 @@ impl Stage {
                 object_id: None,
             });
         }
+        warnings.repeated += drop_repeated(&mut placed, |p| {
+            let place = p
+                .camera_from_mesh
+                .to_cols_array()
+                .map(|x| (x + 0.0).to_bits());
+            (p.geometry, place)
+        });
         let own: Vec<Bounds> = geometries.iter().map(Geometry::bounds).collect();
         let boxes: Vec<Bounds> = placed
             .iter()

@@ -25,6 +25,7 @@ mod material;
 mod microfacet;
 mod path;
 mod prepared;
+mod repeated;
 mod sampler;
 mod shapes;
 mod surface;

@@ -127,3 +127,12 @@ pub fn findings_with(root: &Path, name: &str, bytes: &[u8]) -> Vec<String> {
 pub fn layer<'a>(layers: &'a [NamedLayer], name: &str) -> &'a Image {
     &layers.iter().find(|l| l.name == name).unwrap().image
 }
+
+/// What the journal of an unfinished table holds.
+pub fn journal_in(cache: &Path) -> Option<String> {
+    let files = fs::read_dir(cache).ok()?;
+    let path = files
+        .filter_map(|f| Some(f.ok()?.path()))
+        .find(|p| p.extension().is_some_and(|e| e == "journal"))?;
+    fs::read_to_string(path).ok()
+}

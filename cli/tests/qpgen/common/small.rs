@@ -34,6 +34,19 @@ card_size = 0.4
 texture_px = 64
 "#;
 
+/// `qpgen response` of a table of some seconds, on one thread: its wavelength and its file are to be added.
+pub const SMALL_TABLE: [&str; 9] = [
+    "--threads",
+    "1",
+    "response",
+    "--pixel",
+    "2.8um",
+    "--preset",
+    "draft",
+    "--grid",
+    "6",
+];
+
 /// The configuration `text` with other values at dotted places, in TOML; an empty one takes the place out.
 pub fn with_values(text: &str, values: &[(&str, &str)]) -> String {
     let mut configuration: toml::Table = text.parse().unwrap();

@@ -296,3 +296,31 @@ fn bad_geometry_is_counted_and_an_empty_world_is_dark() {
     assert!(empty.first_hit(DVec3::ZERO, DVec3::NEG_Z).is_none());
     assert!(empty.bounds_mm().is_none());
 }
+
+#[test]
+fn tens_of_thousands_of_equal_triangles_and_instances_are_one_to_a_ray() {
+    const N: usize = 64_000;
+    let mut triangles = WorldDescription {
+        materials: vec![Material::default()],
+        ..WorldDescription::default()
+    };
+    let corners = [[0.0, 0.0, -5.0], [1.0, 0.0, -5.0], [-0.0, 1.0, -5.0]];
+    let mesh = TriangleMesh {
+        positions_mm: corners.into(),
+        triangles: (0..N).map(|k| [[0, 1, 2], [1, 2, 0]][k % 2]).collect(),
+        ..TriangleMesh::default()
+    };
+    triangles.add(mesh, 0);
+    let mut instances = ball(8, DVec3::new(0.0, 0.0, -5.0), DVec3::ONE);
+    instances.instances = vec![instances.instances[0].clone(); N];
+    for (world, kept) in [
+        (triangles, 1),
+        (instances.clone(), instances.meshes[0].triangles.len()),
+    ] {
+        let world = World::new(world).unwrap();
+        assert_eq!(world.triangles(), kept);
+        assert_eq!(world.warnings().repeated, N - 1);
+        let hit = world.first_hit(DVec3::new(0.1, 0.1, 0.0), DVec3::NEG_Z);
+        assert!(hit.is_some());
+    }
+}

@@ -1,0 +1,73 @@
+//! Command lines of `qpalgo`.
+
+use super::{Case, Out, case};
+
+pub const CASES: [Case; 11] = [
+    case(
+        "disparity --dense",
+        "qpalgo disparity --dense data/samples/000000 -o out --json",
+        "data/samples/000000/views.exr",
+        Out::Folder("out"),
+    ),
+    case(
+        "sai",
+        "qpalgo sai data/samples/000000 -o out",
+        "data/samples/000000/raw.png",
+        Out::Folder("out"),
+    ),
+    case(
+        "sharpness",
+        "qpalgo sharpness data/samples/000000/target.exr --json",
+        "data/samples/000000/target.exr",
+        Out::Nothing,
+    ),
+    case(
+        "refocus",
+        "qpalgo refocus data/samples/000000 --disparity 1 -o near.exr --json",
+        "data/samples/000000/raw.png",
+        Out::File("near.exr"),
+    ),
+    case(
+        "depth",
+        "qpalgo depth data/samples/000000 -o out",
+        "data/samples/000000/camera.json data/samples/000000/raw.png",
+        Out::Folder("out"),
+    ),
+    case(
+        "score",
+        "qpalgo score data/samples/000000/disparity.exr data/samples/000000/disparity.exr \
+         --estimate-channels A.dx --truth-channels A.dx --json",
+        "data/samples/000000/disparity.exr",
+        Out::Nothing,
+    ),
+    case(
+        "correct-aberrations --calibration",
+        "qpalgo correct-aberrations --calibration noise -o new.json",
+        "noise/views.exr noise/meta.json",
+        Out::File("new.json"),
+    ),
+    case(
+        "correct-aberrations --apply",
+        "qpalgo correct-aberrations --apply k.json noise -o out",
+        "k.json noise/views.exr",
+        Out::Folder("out"),
+    ),
+    case(
+        "table",
+        "qpalgo table t.toml -o out --json",
+        "t.toml noise/views.exr",
+        Out::Folder("out"),
+    ),
+    case(
+        "autofocus",
+        "qpalgo autofocus stack -o out",
+        "stack/dataset.json stack/samples/000001/views.exr",
+        Out::Folder("out"),
+    ),
+    case(
+        "disparity",
+        "qpalgo disparity data/samples/000000/raw.png a.png -o out",
+        "data/samples/000000/raw.png a.png",
+        Out::Folder("out"),
+    ),
+];
