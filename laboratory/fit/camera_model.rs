@@ -64,6 +64,10 @@ impl Fineness {
     }
 }
 
+/// Thickest slice of the wave model, µm; a microlens that is curved most is half a diagonal high.
+const THICKEST_UM: f64 = 0.14;
+/// Refractive index of silica, nearly that of any spacer.
+const OXIDE_INDEX: f64 = 1.46;
 /// Residual of the waves: small, as derivatives are differences of tables.
 const TOLERANCE: f64 = 1e-4;
 /// Largest direction cosine of a chief ray that the tables hold; beyond, their edge is read.
@@ -76,6 +80,8 @@ pub struct CameraModel {
     stack: PixelStack,
     wavelength_nm: f64,
     fineness: Fineness,
+    /// Slices of every microlens, thin or thick: their number must not change along a search.
+    slices: f64,
     /// Largest direction cosines of the tables, along u and v.
     reach: [f64; 2],
     side: usize,
@@ -122,10 +128,16 @@ impl CameraModel {
                 [radius * cos, radius * sin]
             })
             .collect();
+        let slice_um = fineness.table.wave.slice_nm * 1e-3;
+        let slices = [
+            stack.sag_um() / slice_um,
+            std::f64::consts::FRAC_1_SQRT_2 * stack.pitch_um / THICKEST_UM,
+        ];
         Ok(Self {
             stack: stack.clone(),
             wavelength_nm,
             fineness,
+            slices: slices.into_iter().fold(1.0, f64::max).ceil(),
             reach: [
                 0.5 / (0.9 * f_number) + LARGEST_CHIEF,
                 0.5 / (0.9 * f_number),
@@ -139,6 +151,11 @@ impl CameraModel {
     /// Side of the kernels, px.
     pub fn side(&self) -> usize {
         self.side
+    }
+
+    /// Thicknesses this far apart have light that goes to and fro in them in phase, µm.
+    pub fn fringe_um(&self) -> f64 {
+        0.5e-3 * self.wavelength_nm / OXIDE_INDEX
     }
 
     /// The pixel of a set of values.
@@ -180,8 +197,11 @@ impl CameraModel {
             Some(table) => table,
             None => {
                 let stack = self.pixel(values);
-                let table = &self.fineness.table;
-                let table = PixelTable::new(&stack, self.wavelength_nm, self.reach, table)?;
+                let mut fineness = self.fineness.table;
+                // A hair more than the thickness, so that rounding adds none.
+                let slice_um = (1.0 + 1e-9) * stack.sag_um() / self.slices;
+                fineness.wave.slice_nm = (1e3 * slice_um).max(5.0);
+                let table = PixelTable::new(&stack, self.wavelength_nm, self.reach, &fineness)?;
                 let table = Arc::new(table);
                 let mut kept = kept();
                 if kept.len() == KEPT_TABLES {
@@ -261,7 +281,8 @@ impl Set<'_> {
             let span = |c: f64| {
                 let low = (c - reach).ceil().max(0.0) as usize;
                 let high = (c + reach).floor().min(side as f64 - 1.0);
-                low..if high < 0.0 { 0 } else { high as usize + 1 }
+                let end = if high < 0.0 { 0 } else { high as usize + 1 };
+                low.min(end)..end
             };
             let gauss = |i: usize, c: f64| (-0.5 * ((i as f64 - c) / sigma).powi(2)).exp();
             let columns = span(x);

@@ -11,8 +11,8 @@ use rayon::prelude::*;
 use super::error::FitError;
 use super::parameters::Parameter;
 
-/// Steps at most.
-const STEPS: usize = 40;
+/// Steps that every search comes to an end in, usually.
+pub const STEPS: usize = 40;
 /// A step that lowers the sum by less than this part of it is the last.
 const ENOUGH: f64 = 1e-5;
 /// Step of the derivatives by places, px.
@@ -40,6 +40,8 @@ pub struct Solution {
     pub covariance: Vec<f64>,
     /// At these values.
     pub residuals: Vec<Vec<f64>>,
+    /// What was minimised, there.
+    pub sum: f64,
     /// Steps taken.
     pub steps: usize,
 }
@@ -53,6 +55,8 @@ pub struct Start<'a> {
     pub values: &'a [f64],
     /// One per block with a place.
     pub places: &'a [[f64; 2]],
+    /// Steps at most.
+    pub steps: usize,
 }
 
 /// Of a block with a place: (J_oᵀJ_o)⁻¹, J_pᵀJ_o, J_oᵀr.
@@ -85,7 +89,7 @@ pub fn minimise(
     let mut damping = 1e-3;
     let mut steps = 0;
     let mut normal = normal_at(forward, parameters, &free, (&values, &places, &residuals))?;
-    while steps < STEPS {
+    while steps < start.steps {
         steps += 1;
         if !watch(steps, sum) {
             return Err(FitError::Stopped);
@@ -118,6 +122,7 @@ pub fn minimise(
         places,
         covariance,
         residuals,
+        sum,
         steps,
     })
 }

@@ -6,10 +6,6 @@
 //!                                             ▲
 //!          lens_law, pixel_table ─▶ camera_model (wave level)          truth: cameras drawn, fitted blind
 //! ```
-//! **Not trustworthy yet**: cameras drawn at random and captured by the same model are not found again within the
-//! stated deviations; the search stops beside the truth (probably at kinks of the bilinear table). `qpgen fit --trials`
-//! measures it.
-//!
 //! Bounded least squares with Gaussian priors ([`least_squares`]). A parameter that the data do not hold stays at its
 //! prior, and the result says so. The noise is that of the residuals, unless it is known; where they hang
 //! together over the picture, as those of a wrong model or of smoothed kernels do, they count as fewer.
@@ -39,13 +35,21 @@ use serde::Serialize;
 
 use self::camera_model::CameraModel;
 use self::error::FitError;
-use self::least_squares::{Forward, Start, minimise};
+use self::least_squares::{Forward, STEPS, Solution, Start, minimise};
 use self::measurements::Measurements;
 use self::noise::Noise;
-use self::parameters::Parameter;
+use self::parameters::{LAYERS, Name, Parameter};
 
 /// Part of a prior's σ above which the data are said not to hold a parameter.
 const HELD: f64 = 0.7;
+
+/// Starts of the search per thickness after which light in the spacer is in phase again, how far they go from the
+/// prior, in its deviations, and steps made from each; of how many of them the search goes on, and how far.
+const STARTS_PER_FRINGE: f64 = 2.0;
+const STARTS_SIGMA: f64 = 1.3;
+const FIRST_STEPS: usize = 4;
+const CANDIDATES: usize = 3;
+const CANDIDATE_STEPS: usize = 10;
 
 /// A fitted camera.
 #[derive(Clone, Debug)]
@@ -154,6 +158,92 @@ impl Forward for Residuals<'_> {
     }
 }
 
+/// Where a search begins: values, and places of the kernels. Light that is thrown to and fro in the layers is in phase
+/// again at thicknesses λ/2n apart, and each of these may have a least sum of its own, in the microlens's radius as in
+/// the spacer: so all other parameters are fitted to a part of the fields at a grid of both, and all of them from the
+/// best of these.
+fn beginning(
+    residuals: &Residuals<'_>,
+    parameters: &[Parameter],
+    watch: &dyn Fn(usize, f64) -> bool,
+) -> Result<(Vec<f64>, Vec<[f64; 2]>), FitError> {
+    let few = residuals.few();
+    let held: Vec<Parameter> = (parameters.iter().enumerate())
+        .map(
+            |(i, p)| match LAYERS.iter().any(|name| *name as usize == i) {
+                true => Parameter {
+                    sigma: 0.0,
+                    ..p.clone()
+                },
+                false => p.clone(),
+            },
+        )
+        .collect();
+    let mut found = Vec::new();
+    for radius in residuals.starts(&parameters[Name::RadiusUm as usize]) {
+        for spacer in residuals.starts(&parameters[Name::SpacerUm as usize]) {
+            let mut values: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
+            values[Name::RadiusUm as usize] = radius;
+            values[Name::SpacerUm as usize] = spacer;
+            let places = few.places(&values)?;
+            let start = Start {
+                parameters: &held,
+                values: &values,
+                places: &places,
+                steps: FIRST_STEPS,
+            };
+            let there = minimise(&few, &start, watch)?;
+            found.push((there.sum, there.values));
+        }
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found.truncate(CANDIDATES);
+    let mut best: Option<Solution> = None;
+    for (_, values) in found {
+        let places = residuals.places(&values)?;
+        let start = Start {
+            parameters,
+            values: &values,
+            places: &places,
+            steps: CANDIDATE_STEPS,
+        };
+        let there = minimise(residuals, &start, watch)?;
+        if best.as_ref().is_none_or(|best| there.sum < best.sum) {
+            best = Some(there);
+        }
+    }
+    let none = || FitError::TooLittle("no start of the fit was tried".into());
+    best.map(|b| (b.values, b.places)).ok_or_else(none)
+}
+
+impl<'a> Residuals<'a> {
+    /// The same of a third of the fields.
+    fn few(&self) -> Self {
+        Self {
+            fields: self.fields.iter().copied().step_by(3).collect(),
+            ..*self
+        }
+    }
+
+    /// Where the kernels of the fields lie, as far as centroids tell.
+    fn places(&self, values: &[f64]) -> Result<Vec<[f64; 2]>, FitError> {
+        let all = self.model.at(values)?.places_px(self.measured);
+        Ok(self.fields.iter().map(|&i| all[i]).collect())
+    }
+
+    /// Values of a thickness about its prior, within its bounds: the prior alone where it is held.
+    fn starts(&self, parameter: &Parameter) -> Vec<f64> {
+        let apart = self.model.fringe_um() / STARTS_PER_FRINGE;
+        let most = (STARTS_SIGMA * parameter.sigma / apart).floor() as i64;
+        let value = |k: i64| parameter.prior + k as f64 * apart;
+        let [low, high] = parameter.bounds;
+        (-most..=most)
+            .map(value)
+            .filter(|v| (low..=high).contains(v))
+            .collect()
+    }
+}
+
 /// Fits a camera to what is not held out. With `noise` its size is known; else it is that of the residuals.
 ///
 /// # Errors
@@ -173,14 +263,12 @@ pub fn fit(
         fields: (0..measured.fields.len()).filter(is_fitted).collect(),
         noise: noise.unwrap_or(Noise::GUESS),
     };
-    let mut values: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
-    let all_places = model.at(&values)?.places_px(measured);
-    let mut places: Vec<[f64; 2]> = residuals.fields.iter().map(|&i| all_places[i]).collect();
     let watch = |step: usize, sum: f64| {
         let text = format!("fit: step {step}, sum of squares {sum:.4e}");
         observer.event(Event::Info(&text));
         !observer.stop_asked()
     };
+    let (mut values, mut places) = beginning(&residuals, parameters, &watch)?;
     // The weights of sheet, kernels and priors hang on the noise, which only a fit tells.
     let rounds = if noise.is_some() { 1 } else { 2 };
     let mut last = None;
@@ -189,6 +277,7 @@ pub fn fit(
             parameters,
             values: &values,
             places: &places,
+            steps: STEPS,
         };
         let solution = minimise(&residuals, &start, &watch)?;
         (values, places) = (solution.values.clone(), solution.places.clone());

@@ -163,22 +163,42 @@ impl PixelTable {
 }
 
 impl ShiftedHalves {
-    /// P of left and right from (u, v), bilinear; beyond the table's end its edge.
+    /// P of left and right from (u, v): cubic, with the slopes of the neighbours' differences (Catmull and Rom), so that
+    /// no slope jumps; beyond the table's end its edge.
     pub fn at(&self, u: f64, v: f64) -> [f64; 2] {
         let (columns, rows) = (2 * self.nodes[0] - 1, self.nodes[1]);
-        let place = |x: f64, count: usize| {
-            let x = x.clamp(0.0, (count - 1) as f64);
-            let low = (x as usize).min(count - 2);
-            (low, x - low as f64)
-        };
         let (i, a) = place(u / self.step + (self.nodes[0] - 1) as f64, columns);
         let (j, b) = place(v.abs() / self.step, rows);
-        let row = &self.values[j * columns + i..];
-        let next = &self.values[(j + 1) * columns + i..];
-        [0, 1].map(|half| {
-            let near = row[0][half] + a * (row[1][half] - row[0][half]);
-            let far = next[0][half] + a * (next[1][half] - next[0][half]);
-            near + b * (far - near)
-        })
+        let (across, down) = (cubic(a), cubic(b));
+        let mut sum = [0.0; 2];
+        for (dj, down) in (-1..).zip(down) {
+            // Even in v.
+            let row = (j + dj).abs().min(rows as isize - 1) as usize;
+            for (di, across) in (-1..).zip(across) {
+                let column = (i + di).clamp(0, columns as isize - 1) as usize;
+                let value = self.values[row * columns + column];
+                let weight = across * down;
+                (sum[0], sum[1]) = (sum[0] + weight * value[0], sum[1] + weight * value[1]);
+            }
+        }
+        sum
     }
+}
+
+/// The node below a place, and how far beyond it.
+fn place(x: f64, count: usize) -> (isize, f64) {
+    let x = x.clamp(0.0, (count - 1) as f64);
+    let low = (x as usize).min(count - 2);
+    (low as isize, x - low as f64)
+}
+
+/// Weights of the nodes −1 to 2 at 0 to 1 between the two in the middle.
+fn cubic(t: f64) -> [f64; 4] {
+    let (t2, t3) = (t * t, t * t * t);
+    [
+        0.5 * (2.0 * t2 - t - t3),
+        0.5 * (2.0 - 5.0 * t2 + 3.0 * t3),
+        0.5 * (t + 4.0 * t2 - 3.0 * t3),
+        0.5 * (t3 - t2),
+    ]
 }
