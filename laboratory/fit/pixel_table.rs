@@ -163,8 +163,8 @@ impl PixelTable {
 }
 
 impl ShiftedHalves {
-    /// P of left and right from (u, v): cubic, with the slopes of the neighbours' differences (Catmull and Rom), so that
-    /// no slope jumps; beyond the table's end its edge.
+    /// P of left and right from (u, v): cubic, with the slopes of the neighbours' differences (Catmull and Rom), so
+    /// that no slope jumps; beyond the table's end its edge.
     pub fn at(&self, u: f64, v: f64) -> [f64; 2] {
         let (columns, rows) = (2 * self.nodes[0] - 1, self.nodes[1]);
         let (i, a) = place(u / self.step + (self.nodes[0] - 1) as f64, columns);

@@ -138,8 +138,8 @@ fn samples(sobol: &SobolSet, key: u64, first: usize, mut out: [&mut [f64]; 4]) {
     }
 }
 
-/// Moves some rays of a batch that are aimed at points of the pupil by displacements over wavelength, each towards its point; the
-/// wavelength and the way from the sensor to the pupil's plane: mm.
+/// Moves some rays of a batch that are aimed at points of the pupil by displacements over wavelength, each towards its
+/// point; the wavelength and the way from the sensor to the pupil's plane: mm.
 pub(super) fn displace(
     batch: &mut RayBatch,
     rays: Range<usize>,

@@ -193,7 +193,8 @@ impl ExitPupilMap {
     }
 }
 
-/// All of up to three; of more the middle, the shortest and the longest wavelength: between them bundles change smoothly.
+/// All of up to three; of more the middle, the shortest and the longest wavelength: between them bundles change
+/// smoothly.
 fn few(systems: &[OpticalSystem]) -> Vec<&OpticalSystem> {
     let mut few: Vec<&OpticalSystem> = systems.iter().collect();
     if few.len() > 3 {
