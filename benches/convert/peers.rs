@@ -3,8 +3,8 @@
 //!
 //! - **Gather**: each pixel averages its neighbours with the kernel of its own depth (per-pixel PSFs as in P. Wadhwa et
 //!   al., SIGGRAPH 2018, and S. Xin et al., ICCV 2021, without their guards at edges).
-//! - **Layers, added**: the picture is cut by depth, each layer convolved by its kernel, and the results added; no layer
-//!   covers another.
+//! - **Layers, added**: the picture is cut by depth, each layer convolved by its kernel, and the results added; no
+//!   layer covers another.
 //! - **Layers of quarter disks**: kernels are parts of the thin lens's disk (A. Punnappurath et al., ICCP 2020; A.
 //!   Abuolaim et al., ICCV 2021), layers lie over each other by their blurred masks, and nothing is behind them.
 

@@ -66,8 +66,8 @@ impl Scene {
         }
     }
 
-    /// Patches, the radiance in the middle of each (0 where it is left out), and that of all that lies behind and beside
-    /// them.
+    /// Patches, the radiance in the middle of each (0 where it is left out), and that of all that lies behind and
+    /// beside them.
     pub fn from_patches(
         patches: Arc<Patches>,
         mut samples: Vec<[f32; 3]>,
