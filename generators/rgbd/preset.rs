@@ -4,8 +4,8 @@
 //! |---|---|---|---|
 //! | `pairs` | `rgb`, `image` or `images` `/STEM` | `depth` or `depths` `/STEM` | as flags and sidecars say |
 //! | `nyuv2` | `N_colors`, or `rgb_N` | `N_depth`, or `sync_depth_N` | 16 bit, z in mm, 0 a hole |
-//! | `flyingthings3d` | `frames_cleanpass/…/left/N` (else `frames_finalpass`) | `disparity/…/left/N` | px; baseline 1 m |
-//! | `hypersim` | `scene_cam_C_final_hdf5/frame.N.color`, as EXR or NPY | `…_geometry_hdf5/frame.N.depth_meters` | m, ray |
+//! | `flyingthings3d` | `frames_cleanpass/…/left/N` (else `frames_finalpass`) | `disparity/…/left/N` | px |
+//! | `hypersim` | `scene_cam_C_final_hdf5/frame.N.color` | `…_geometry_hdf5/frame.N.depth_meters` | m, ray |
 //! | `middlebury` | `SCENE/im0` | `SCENE/disp0` | px, +∞ a hole; `calib.txt` has the rest |
 //!
 //! FlyingThings3D's cameras are one unit of its scenes apart and have f = 1050 px at a width of 960; the unit is taken

@@ -1,4 +1,4 @@
-//! Published folder layouts through `qpgen convert`; pictures with depth in shards and exports; bad pictures in a batch.
+//! Published folder layouts through `qpgen convert`; pictures with depth in shards and exports; bad ones in a batch.
 
 use std::fs;
 use std::path::Path;
