@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use quadpixel::file;
 use quadpixel::shard::Shard;
 use quadpixel_cli::exit::CommandError;
@@ -15,7 +15,8 @@ use quadpixel_generators::config::{
 };
 use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_generators::production::dataset;
-use quadpixel_generators::rgbd::{Meaning, Pair, RgbdRecipe, pairs};
+use quadpixel_generators::rgbd::{Level, Meaning, Pair, PictureError, Preset, RgbdRecipe, pairs};
+use rayon::prelude::*;
 
 use crate::dataset::foreign;
 use crate::effect_args::EffectArgs;
@@ -36,8 +37,15 @@ pub struct ConvertArgs {
     /// on, its picture mirrored; so it is beyond the picture's sides. Where more than a twentieth of a pixel's light,
     /// or its depth, is made up like this, `valid` says no. Transparency and the orientation of a JPEG are left aside;
     /// light below 0 is 0, NaN is refused.
-    #[arg(long)]
-    depth: PathBuf,
+    #[arg(long, required_unless_present = "preset")]
+    depth: Option<PathBuf>,
+    /// Published folder layout below --image, in the place of --depth: `pairs` (rgb/STEM, depth/STEM), `nyuv2`
+    /// (N_colors.png, N_depth.png; or rgb_N, sync_depth_N; mm), `flyingthings3d` (frames_cleanpass/…/left/N.png,
+    /// disparity/…/left/N.pfm; its unit is a metre), `hypersim` (scene_cam_C_final_hdf5/frame.N.color.exr,
+    /// scene_cam_C_geometry_hdf5/frame.N.depth_meters.exr, or .npy: exported from .hdf5; m along the ray), `middlebury`
+    /// (SCENE/im0.png, disp0.pfm, calib.txt). What the numbers mean comes with it; a flag stands before that.
+    #[arg(long, value_enum, conflicts_with = "depth")]
+    preset: Option<PresetName>,
     /// Folder of the dataset. If an earlier run with the same input stopped there, it goes on.
     #[arg(long, short)]
     out: PathBuf,
@@ -57,6 +65,11 @@ pub struct ConvertArgs {
     /// 90 % nearest, or as the configuration says.
     #[arg(long)]
     focus_m: Option<f64>,
+    /// How: `psf`, kernels of every sub-pixel scattered from layers of depth; or `rays`, the picture as surfaces
+    /// through the renderer, with the configuration's `rays_per_pixel`: exact lens, response and occlusion, and far
+    /// slower. Absent: as the configuration says, or psf. Both see the same surfaces, made-up ones included.
+    #[arg(long, value_enum)]
+    level: Option<LevelName>,
     /// Samples; absent: one per picture. The pictures are taken in turn.
     #[arg(long)]
     count: Option<usize>,
@@ -73,6 +86,40 @@ pub struct ConvertArgs {
     pub json: bool,
 }
 
+#[derive(Clone, Copy, ValueEnum)]
+enum PresetName {
+    /// Two folders of the same stems.
+    Pairs,
+    /// NYU Depth V2.
+    Nyuv2,
+    /// FlyingThings3D.
+    Flyingthings3d,
+    /// Hypersim.
+    Hypersim,
+    /// Middlebury stereo.
+    Middlebury,
+}
+
+impl PresetName {
+    fn preset(self) -> Preset {
+        match self {
+            Self::Pairs => Preset::Pairs,
+            Self::Nyuv2 => Preset::Nyuv2,
+            Self::Flyingthings3d => Preset::Flyingthings3d,
+            Self::Hypersim => Preset::Hypersim,
+            Self::Middlebury => Preset::Middlebury,
+        }
+    }
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum LevelName {
+    /// By kernels.
+    Psf,
+    /// By rays.
+    Rays,
+}
+
 /// The pairs that can be read, and a line for each that cannot.
 struct Found {
     good: Vec<Pair>,
@@ -85,13 +132,21 @@ fn sound(
     meaning: &Meaning,
     progress: &Progress,
 ) -> Result<Found, CommandError> {
-    let (all, mut skipped) = pairs(&args.image, &args.depth)?;
+    let (all, mut skipped) = match (&args.depth, args.preset) {
+        (Some(depth), _) => pairs(&args.image, depth)?,
+        (None, Some(preset)) => preset.preset().pairs(&args.image)?,
+        (None, None) => return Err(CommandError::input("neither --depth nor --preset")),
+    };
     let alone = all.len() == 1;
+    let try_one = |pair: &Pair| -> Result<(), PictureError> {
+        RgbdRecipe::new(&pair.image, &pair.depth, meaning)?.read()?;
+        Ok(())
+    };
+    let tried: Vec<_> = all.par_iter().map(try_one).collect();
     let mut good = Vec::new();
-    for pair in all {
-        let recipe = RgbdRecipe::new(&pair.image, &pair.depth, meaning);
-        match recipe.and_then(|recipe| recipe.read()) {
-            Ok(_) => good.push(pair),
+    for (pair, tried) in all.into_iter().zip(tried) {
+        match tried {
+            Ok(()) => good.push(pair),
             Err(error) if alone => return Err(error.into()),
             Err(error) => skipped.push(error.to_string()),
         }
@@ -101,9 +156,8 @@ fn sound(
     }
     match good.is_empty() {
         true => Err(CommandError::input(format!(
-            "{} with {}: none of the pairs can be converted; the first: {}",
+            "{}: none of the pairs can be converted; the first: {}",
             args.image.display(),
-            args.depth.display(),
             skipped.first().map_or("", String::as_str)
         ))),
         false => Ok(Found { good, skipped }),
@@ -117,19 +171,22 @@ fn sound(
 pub fn run(args: &ConvertArgs, log: Log) -> Result<(), CommandError> {
     let log = log.json(args.json);
     let mut config = configuration(args)?;
-    let meaning = args.meaning.meaning();
+    let preset = args.preset.map(|name| name.preset().meaning());
+    let meaning = args.meaning.meaning().or(preset.unwrap_or_default());
     meaning.check().map_err(CommandError::input)?;
     let progress = Progress::stopped_by(log, Stop::on_signals()?);
     let found = sound(args, &meaning, &progress)?;
     let text = |path: &Path| path.display().to_string();
     config.count = args.count.unwrap_or(found.good.len());
     config.scene.rgbd = Some(RgbdConfig {
+        preset: None,
         image: None,
         depth: None,
         pairs: (found.good.iter())
             .map(|p| [text(&p.image), text(&p.depth)])
             .collect(),
         meaning,
+        level: level(args, &config),
         focus_share: focus_share(args, &config),
     });
     let began = std::time::Instant::now();
@@ -160,6 +217,19 @@ pub fn run(args: &ConvertArgs, log: Log) -> Result<(), CommandError> {
     }
     outln!("gallery: {}", gallery.unwrap_or_default());
     Ok(())
+}
+
+fn level(args: &ConvertArgs, config: &DatasetConfig) -> Level {
+    match args.level {
+        Some(LevelName::Psf) => Level::Psf,
+        Some(LevelName::Rays) => Level::Rays,
+        None => config
+            .scene
+            .rgbd
+            .as_ref()
+            .map(|rgbd| rgbd.level)
+            .unwrap_or_default(),
+    }
 }
 
 /// Where the focus is drawn among a picture's depths: nowhere where an argument or the configuration says it.

@@ -5,12 +5,15 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::{ConfigError, Draw, number};
-use crate::rgbd::{Meaning, Pair, pairs};
+use crate::rgbd::{Level, Meaning, Pair, Preset, pairs};
 
 /// Pictures with depth; the samples take them in turn, and have their sizes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RgbdConfig {
+    /// A published folder layout below `image`, in the place of `depth`; what its numbers mean comes with it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<Preset>,
     /// A picture, or a folder of pictures.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub image: Option<String>,
@@ -23,6 +26,9 @@ pub struct RgbdConfig {
     /// What the numbers mean; a sidecar adds what is left open.
     #[serde(default)]
     pub meaning: Meaning,
+    /// How they are converted: `psf` (absent) or `rays`, with `rays_per_pixel` rays.
+    #[serde(default, skip_serializing_if = "Level::is_default")]
+    pub level: Level,
     /// Focuses at the depth that this share of a picture's pixels are nearer than, in the place of `lens.focus_mm`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub focus_share: Option<Draw>,
@@ -34,10 +40,11 @@ impl RgbdConfig {
     /// # Errors
     /// Folders without a pair, or that cannot be read.
     pub fn listed(&mut self) -> Result<Vec<String>, ConfigError> {
-        let (Some(image), Some(depth)) = (&self.image, &self.depth) else {
-            return Ok(Vec::new());
+        let found = match (&self.image, &self.depth, self.preset) {
+            (Some(root), None, Some(preset)) => preset.pairs(Path::new(root)),
+            (Some(image), Some(depth), _) => pairs(Path::new(image), Path::new(depth)),
+            _ => return Ok(Vec::new()),
         };
-        let found = pairs(Path::new(image), Path::new(depth));
         let (found, alone) =
             found.map_err(|e| ConfigError::Together(format!("scene.rgbd: {e}")))?;
         self.pairs.extend(
@@ -45,14 +52,20 @@ impl RgbdConfig {
                 [&pair.image, &pair.depth].map(|path| path.display().to_string())
             }),
         );
-        (self.image, self.depth) = (None, None);
+        if let Some(preset) = self.preset {
+            self.meaning = std::mem::take(&mut self.meaning).or(preset.meaning());
+        }
+        (self.image, self.depth, self.preset) = (None, None, None);
         Ok(alone)
     }
 
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         let together = |text: &str| Err(ConfigError::Together(text.to_owned()));
-        if self.image.is_some() != self.depth.is_some() {
-            return together("scene.rgbd has one of image and depth; allowed: both, or pairs");
+        let has_depth = self.depth.is_some() || self.preset.is_some();
+        if self.image.is_some() != has_depth {
+            return together(
+                "scene.rgbd has one of image and depth; allowed: both, image and preset, or pairs",
+            );
         }
         if self.pairs.is_empty() && self.image.is_none() {
             return together("scene.rgbd has no picture; allowed: image and depth, or pairs");

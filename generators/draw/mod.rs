@@ -189,6 +189,7 @@ fn picture(config: &RgbdConfig, dice: &Dice) -> Result<RgbdRecipe, RecipeError> 
     };
     let focus_share = config.focus_share;
     Ok(RgbdRecipe {
+        level: config.level,
         focus_share: focus_share.map(|share| dice.draw(&share, Purpose::PictureFocus, 0)),
         ..RgbdRecipe::new(Path::new(image), Path::new(depth), &config.meaning)?
     })

@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::charts::ChartSpec;
 use crate::charts::Mask;
-use crate::rgbd::RgbdRecipe;
+use crate::rgbd::{Level, RgbdRecipe};
 use crate::scenes::WorldRecipe;
 
 pub use camera_pictures::CameraPicturesRecipe;
@@ -96,9 +96,9 @@ impl Recipe {
     /// Rays that it asks for, all channels; of a picture with depth, whose rays are its camera's alone, its values.
     pub fn rays(&self) -> u64 {
         let values = 3 * self.sensor.width as u64 * self.sensor.height as u64;
-        match self.rgbd {
-            Some(_) => values,
-            None => values * self.render.rays_per_pixel as u64,
+        match &self.rgbd {
+            Some(rgbd) if rgbd.level == Level::Psf => values,
+            _ => values * self.render.rays_per_pixel as u64,
         }
     }
 

@@ -6,9 +6,11 @@ mod files;
 mod light;
 mod meaning;
 mod pairs;
+mod preset;
 mod recipe;
 
 pub use error::PictureError;
 pub use meaning::{DepthKind, Encoding, Intrinsics, Meaning};
 pub use pairs::{Pair, pairs};
-pub use recipe::RgbdRecipe;
+pub use preset::Preset;
+pub use recipe::{Level, RgbdRecipe};

@@ -88,14 +88,10 @@ fn by_stem(folder: &Path) -> Result<BTreeMap<String, PathBuf>, PictureError> {
         let path = entry
             .map_err(|e| failed(format!("cannot be read: {e}")))?
             .path();
-        let ending = path
-            .extension()
-            .and_then(|e| e.to_str())
-            .unwrap_or_default();
         let Some(stem) = path.file_stem().and_then(|s| s.to_str()) else {
             continue;
         };
-        if !IMAGES.contains(&ending.to_ascii_lowercase().as_str()) {
+        if !is_picture(&path) {
             continue;
         }
         if let Some(other) = files.insert(stem.to_owned(), path.clone()) {
@@ -106,4 +102,10 @@ fn by_stem(folder: &Path) -> Result<BTreeMap<String, PathBuf>, PictureError> {
         }
     }
     Ok(files)
+}
+
+/// Whether a file has an ending of a picture or a depth.
+pub(super) fn is_picture(path: &Path) -> bool {
+    let ending = path.extension().and_then(|e| e.to_str());
+    ending.is_some_and(|e| IMAGES.contains(&e.to_ascii_lowercase().as_str()))
 }

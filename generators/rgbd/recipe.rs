@@ -6,11 +6,32 @@ use quadpixel::file;
 use quadpixel::rgbd::{DepthPicture, RgbdError};
 use serde::{Deserialize, Serialize};
 
-use super::meaning::Meaning;
-use super::{PictureError, depth, files, light};
+use super::meaning::{DepthKind, Meaning};
+use super::{PictureError, depth, files, light, preset};
+
+/// Middlebury's file of cameras.
+const CALIBRATION: &str = "calib.txt";
 
 /// Largest share of a pixel's light that may come from places that are made up, for the pixel to be valid.
 const MADE_UP_SHARE: f32 = 0.05;
+
+/// How a picture with depth is converted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Level {
+    /// By kernels of every sub-pixel, scattered from layers of depth.
+    #[default]
+    Psf,
+    /// By rays to surfaces, as many as the render settings say: exact, and slower.
+    Rays,
+}
+
+impl Level {
+    /// Whether it is the one that files leave out.
+    pub fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
 
 /// A picture and its depth, and what their numbers mean.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,6 +44,9 @@ pub struct RgbdRecipe {
     /// What their numbers mean.
     #[serde(default)]
     pub meaning: Meaning,
+    /// How it is converted.
+    #[serde(default, skip_serializing_if = "Level::is_default")]
+    pub level: Level,
     /// Focuses at the depth that this share (0 to 1) of the picture's pixels are nearer than; absent: as the lens says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub focus_share: Option<f64>,
@@ -30,7 +54,7 @@ pub struct RgbdRecipe {
 
 impl RgbdRecipe {
     /// Of two files: what `meaning` leaves open is taken from `STEM.json` beside the depth, or else beside the picture,
-    /// where there is one.
+    /// where there is one; and what a disparity then leaves open from Middlebury's `calib.txt` beside it.
     ///
     /// # Errors
     /// A sidecar that cannot be read, or numbers that are none.
@@ -42,6 +66,11 @@ impl RgbdRecipe {
                 break;
             }
         }
+        let calibrated = depth.with_file_name(CALIBRATION);
+        let is_open = meaning.baseline_m.is_none() && meaning.intrinsics.is_none();
+        if meaning.kind == Some(DepthKind::Disparity) && is_open && calibrated.is_file() {
+            meaning = meaning.or(read_as(&calibrated, preset::calibration)?);
+        }
         meaning.check().map_err(|what| PictureError::File {
             path: depth.to_owned(),
             what,
@@ -50,6 +79,7 @@ impl RgbdRecipe {
             image: image.display().to_string(),
             depth: depth.display().to_string(),
             meaning,
+            level: Level::default(),
             focus_share: None,
         })
     }
@@ -95,10 +125,19 @@ impl RgbdRecipe {
 }
 
 fn sidecar(path: &Path) -> Result<Meaning, PictureError> {
+    read_as(path, |text| {
+        serde_json::from_str(text).map_err(|e| e.to_string())
+    })
+}
+
+fn read_as(
+    path: &Path,
+    parse: impl Fn(&str) -> Result<Meaning, String>,
+) -> Result<Meaning, PictureError> {
     let refused = |what: String| PictureError::File {
         path: path.to_owned(),
         what,
     };
     let text = file::read_text(path).map_err(|e| refused(e.cause.to_string()))?;
-    serde_json::from_str(&text).map_err(|e| refused(e.to_string()))
+    parse(&text).map_err(refused)
 }

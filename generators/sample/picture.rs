@@ -1,4 +1,4 @@
-//! A sample of a picture with depth: converted by kernels, with the truths of every sample.
+//! A sample of a picture with depth: converted by kernels or rays, with the truths of every sample.
 
 use std::time::Instant;
 
@@ -14,9 +14,10 @@ use super::prepared::{Prepared, Rays, SampleError, Shown};
 use super::rendered::Sample;
 use super::stages::timed;
 use crate::field_error::FieldError;
+use crate::lens_tracing;
 use crate::observer::{Event, Observer};
 use crate::recipe::{Recipe, RecipeError, SampleId};
-use crate::rgbd::RgbdRecipe;
+use crate::rgbd::{Level, RgbdRecipe};
 
 /// The picture of a recipe, if it has one; and the recipe with its focus at a depth of the picture, where it asks so.
 ///
@@ -72,6 +73,13 @@ impl Prepared {
             plan(whole, depths_mm, &settings, &choice, &tolerance)
         });
         self.camera = planned.shot.camera;
+        if rgbd.level == Level::Rays {
+            let tracing = self.recipe.lens_tracing;
+            self.camera = timed(&mut self.stages.scene_s, || {
+                (self.camera).with_lens_maps(&tracing, settings.rays_per_pixel)
+            });
+            self.warnings.extend(lens_tracing::warning(&self.camera));
+        }
         let camera = &self.camera;
         let began = Instant::now();
         let fields = DisparityField::of_channels(camera)
@@ -82,9 +90,16 @@ impl Prepared {
         };
         self.stages.truth_s += began.elapsed().as_secs_f64();
         let began = Instant::now();
-        let converted = Conversion::new(camera, &sight, &fields, &picture).run();
+        let conversion = Conversion::new(camera, &sight, &fields, &picture);
+        let converted = match rgbd.level {
+            Level::Psf => {
+                let converted = conversion.run();
+                observer.event(Event::Rays(self.recipe.rays()));
+                converted
+            }
+            Level::Rays => conversion.trace(&settings, &observer),
+        };
         let converted = converted.map_err(|cause| RecipeError::from(rgbd.pair(cause)))?;
-        observer.event(Event::Rays(self.recipe.rays()));
         self.stages.rays_s += began.elapsed().as_secs_f64();
         let began = Instant::now();
         let geometry = sight.geometry_at(camera, known_depths(&picture, &converted.made_up));

@@ -71,7 +71,7 @@ pub struct Prepared {
     scene: Scene,
     /// In the place of the scene.
     pub(super) picture: Option<DepthPicture>,
-    warnings: Vec<String>,
+    pub(super) warnings: Vec<String>,
     pub(super) stages: Stages,
 }
 

@@ -32,11 +32,11 @@ pub(super) const LANES_OF_ONE: usize = 4;
 /// What is converted, and by what.
 #[derive(Clone, Copy)]
 pub struct Conversion<'a> {
-    camera: &'a Camera,
-    sight: &'a SightRays,
-    fields: &'a [DisparityField],
-    picture: &'a DepthPicture,
-    tile: usize,
+    pub(super) camera: &'a Camera,
+    pub(super) sight: &'a SightRays,
+    pub(super) fields: &'a [DisparityField],
+    pub(super) picture: &'a DepthPicture,
+    pub(super) tile: usize,
 }
 
 /// A converted picture.
@@ -97,18 +97,10 @@ impl<'a> Conversion<'a> {
 
     fn run_in<const L: usize>(&self) -> Result<Converted, RgbdError> {
         let sensor = self.camera.sensor();
-        let (width, height) = (sensor.width(), sensor.height());
-        let light = self.picture.light();
-        if (light.width(), light.height()) != (width, height) {
-            return Err(RgbdError::Window {
-                sensor: format!("{width} × {height}"),
-                picture: format!("{} × {}", light.width(), light.height()),
-            });
-        }
+        let (width, height) = self.check_window()?;
         let levels = Levels::new(self.camera, self.picture.inverse_range_per_mm())?;
         let bank = self.bank(&levels)?;
-        let reach = bank.support().map_or(0, |s| s.reach());
-        let margin = (reach + 1).max(LEAST_MARGIN);
+        let margin = self.margin(&bank);
         let per_pixel = 4 * (2 * 3 * sensor.subpixels().count() + 16) as u64;
         memory::check("a converted picture", per_pixel * (width * height) as u64)?;
         let relief = Relief::new(self.picture, &levels, margin);
@@ -152,38 +144,70 @@ impl<'a> Conversion<'a> {
         Ok(converted)
     }
 
-    fn bank(&self, levels: &Levels) -> Result<KernelBank, RgbdError> {
+    /// The window's size, if it is the picture's.
+    pub(super) fn check_window(&self) -> Result<(usize, usize), RgbdError> {
         let sensor = self.camera.sensor();
         let (width, height) = (sensor.width(), sensor.height());
-        let along = |px: usize| (px.div_ceil(NODE_PX) + 1).clamp(*NODES.start(), *NODES.end());
-        let plan = |inverse_depths_per_mm: Vec<f64>, nodes, rays| BankPlan {
-            nodes,
-            inverse_depths_per_mm,
-            rays,
-            footprint: Footprint::Sample,
-            cut_share: CUT,
-        };
-        let trace = |plan: &BankPlan| {
-            KernelBank::new(self.camera, self.sight, self.fields, plan).ok_or(RgbdError::Dark)
-        };
+        let light = self.picture.light();
+        match (light.width(), light.height()) == (width, height) {
+            true => Ok((width, height)),
+            false => Err(RgbdError::Window {
+                sensor: format!("{width} × {height}"),
+                picture: format!("{} × {}", light.width(), light.height()),
+            }),
+        }
+    }
+
+    /// Pixels around the picture that its own may see, or that the target's diffraction reaches.
+    pub(super) fn margin(&self, bank: &KernelBank) -> usize {
+        let reach = bank.support().map_or(0, |s| s.reach());
+        (reach + 1).max(LEAST_MARGIN)
+    }
+
+    fn trace_bank(&self, plan: &BankPlan) -> Result<KernelBank, RgbdError> {
+        KernelBank::new(self.camera, self.sight, self.fields, plan).ok_or(RgbdError::Dark)
+    }
+
+    /// The kernels of the nearest and the farthest depth by few rays: a blur that is too large is found before it takes
+    /// memory.
+    pub(super) fn bank_of_ends(&self, levels: &Levels) -> Result<KernelBank, RgbdError> {
+        let (width, height) = self.check_window()?;
         let depths = levels.inverse_depths_per_mm();
-        // The ends first, with few rays: a blur that is too large is found before it takes memory.
         let ends = vec![depths[0], depths[depths.len() - 1]];
-        let few = trace(&plan(ends, (2, 2), 64))?;
+        let few = self.trace_bank(&plan(ends, (2, 2), 64))?;
         let reach = few.support().map_or(0, |s| s.reach());
-        if 2 * reach >= width.min(height) {
-            return Err(RgbdError::Blur {
+        match 2 * reach >= width.min(height) {
+            true => Err(RgbdError::Blur {
                 nearest_m: 1e-3 / depths[0],
                 reach_px: reach,
                 width,
                 height,
-            });
+            }),
+            false => Ok(few),
         }
+    }
+
+    fn bank(&self, levels: &Levels) -> Result<KernelBank, RgbdError> {
+        let (width, height) = self.check_window()?;
+        let along = |px: usize| (px.div_ceil(NODE_PX) + 1).clamp(*NODES.start(), *NODES.end());
+        let few = self.bank_of_ends(levels)?;
+        let reach = few.support().map_or(0, |s| s.reach());
+        let depths = levels.inverse_depths_per_mm();
         let nodes = (along(width), along(height));
         let pixels: u64 = (depths.len() * (2 * reach + 1).pow(2)) as u64;
         let values = pixels * (nodes.0 * nodes.1 * few.lanes()) as u64;
         memory::check("kernels of all depths", 4 * values / 2)?;
-        trace(&plan(depths, nodes, RAYS))
+        self.trace_bank(&plan(depths, nodes, RAYS))
+    }
+}
+
+fn plan(inverse_depths_per_mm: Vec<f64>, nodes: (usize, usize), rays: usize) -> BankPlan {
+    BankPlan {
+        nodes,
+        inverse_depths_per_mm,
+        rays,
+        footprint: Footprint::Sample,
+        cut_share: CUT,
     }
 }
 

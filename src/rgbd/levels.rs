@@ -11,6 +11,11 @@ const MOST: usize = 256;
 /// Jump of the circle of confusion between neighbours, px, that tears the surface: less uncovers nothing to be seen.
 const TEAR_PX: f64 = 1.0;
 
+/// Part of a layer before infinity at which what is at infinity has its place.
+const BEFORE_INFINITY: f64 = 0.01;
+/// Inverse depth of the farthest place where there are no layers, per mm.
+const LEAST_PER_MM: f64 = 1e-6;
+
 /// The layers of inverse depth that a picture's depths are sorted into; layer 0 is the nearest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Levels {
@@ -61,6 +66,16 @@ impl Levels {
         }
         let behind = (self.nearest_per_mm - 1.0 / f64::from(depth_mm)) / self.step_per_mm;
         behind.clamp(0.0, (self.count - 1) as f64) as f32
+    }
+
+    /// The depth of a level, mm; what no pixel tells from infinity is as far as that.
+    pub(super) fn depth_mm(&self, level: f32) -> f64 {
+        let inverse = self.nearest_per_mm - self.step_per_mm * f64::from(level);
+        let least = match self.count {
+            1 => LEAST_PER_MM,
+            _ => BEFORE_INFINITY * self.step_per_mm,
+        };
+        1.0 / inverse.max(least)
     }
 
     /// Difference of neighbours, in layers, above which they are two surfaces.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::world::{Element, PathWorkspace};
+use super::world::{Element, PatchHits, PathWorkspace};
 
 /// Surface number of a ray that meets nothing but the environment.
 pub const NO_SURFACE: u16 = u16::MAX;
@@ -18,6 +18,8 @@ pub struct Hits {
     pub cards: CardHits,
     /// What a world tells beside; empty among cards.
     pub world: WorldHits,
+    /// What patches tell beside.
+    pub patches: PatchHits,
 }
 
 /// Where cards are met, one entry per ray.
@@ -52,6 +54,11 @@ impl Hits {
         fill(&mut self.cards.t, n, 0.0);
         self.world.normal.clear();
         self.world.elements.clear();
+    }
+
+    /// Space for the hits of `n` rays among patches, none of which has happened.
+    pub(super) fn reset_for_patches(&mut self, n: usize) {
+        self.reset_for_cards(n);
     }
 
     /// Space for the hits of `n` rays in a world, none of which has happened.

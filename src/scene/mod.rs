@@ -1,8 +1,8 @@
 //! The scene: what a ray from the lens meets, and the radiance that comes back along it.
 //!
-//! Camera frame, mm (see [`crate::frames`]): the scene is at z < 0. It is of one of two kinds: flat emitting cards in
+//! Camera frame, mm (see [`crate::frames`]): the scene is at z < 0. It is of one of three kinds: flat emitting cards in
 //! front of a uniform environment, each card's radiance its texture, the same in all directions (a Lambertian chart
-//! under even light); or a [`world`] of meshes, materials and lights.
+//! under even light); a [`world`] of meshes, materials and lights; or the shining [`Patches`] of a picture with depth.
 
 mod cards;
 mod hits;
@@ -21,7 +21,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use self::cards::Cards;
-use self::world::{PathKey, PathSettings, World};
+use self::world::{Patches, PathKey, PathSettings, World};
 use crate::rays::RaySlices;
 
 /// What the camera looks at.
@@ -34,6 +34,15 @@ pub struct Scene {
 enum Kind {
     Cards(Cards),
     World(Arc<World>, PathSettings),
+    Patches(Arc<Patches>, Shine),
+}
+
+/// What patches shine with.
+#[derive(Clone, Debug)]
+struct Shine {
+    /// In the middle of each patch.
+    samples: Vec<[f32; 3]>,
+    elsewhere: [f32; 3],
 }
 
 impl Default for Scene {
@@ -57,18 +66,31 @@ impl Scene {
         }
     }
 
-    /// The cards; none if it is a world.
+    /// Patches, the radiance in the middle of each (0 where it is left out), and that of all that lies behind and
+    /// beside them.
+    pub fn from_patches(
+        patches: Arc<Patches>,
+        mut samples: Vec<[f32; 3]>,
+        elsewhere: [f32; 3],
+    ) -> Self {
+        samples.resize(patches.count(), [0.0; 3]);
+        Self {
+            kind: Kind::Patches(patches, Shine { samples, elsewhere }),
+        }
+    }
+
+    /// The cards; none if it is of another kind.
     pub fn planes(&self) -> &[TexturedPlane] {
         match &self.kind {
             Kind::Cards(cards) => cards.planes(),
-            Kind::World(..) => &[],
+            Kind::World(..) | Kind::Patches(..) => &[],
         }
     }
 
     /// The world and its settings, if it is one.
     pub fn world(&self) -> Option<(&Arc<World>, &PathSettings)> {
         match &self.kind {
-            Kind::Cards(_) => None,
+            Kind::Cards(_) | Kind::Patches(..) => None,
             Kind::World(world, settings) => Some((world, settings)),
         }
     }
@@ -80,6 +102,16 @@ impl Scene {
             Kind::Cards(cards) => {
                 hits.reset_for_cards(n);
                 cards.intersect(rays, hits);
+            }
+            Kind::Patches(patches, _) => {
+                hits.reset_for_patches(n);
+                let Hits {
+                    distance_mm,
+                    surface,
+                    patches: met,
+                    ..
+                } = hits;
+                patches.intersect(rays, (distance_mm, surface), met);
             }
             Kind::World(world, _) => {
                 hits.reset_for_world(n);
@@ -113,6 +145,13 @@ impl Scene {
             Kind::Cards(cards) => {
                 for channel in channels {
                     cards.radiance(hits, channel, &mut out[channel]);
+                }
+            }
+            Kind::Patches(patches, shine) => {
+                for channel in channels {
+                    let samples = (shine.samples.as_slice(), channel);
+                    let elsewhere = shine.elsewhere[channel];
+                    patches.radiance(&hits.patches, samples, elsewhere, &mut out[channel]);
                 }
             }
             Kind::World(world, settings) => {

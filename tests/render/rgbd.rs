@@ -28,6 +28,17 @@ fn convert(camera: &Camera, picture: &DepthPicture, tile: usize) -> Converted {
     conversion.tile(tile).run().unwrap()
 }
 
+fn trace(camera: &Camera, picture: &DepthPicture, rays_per_pixel: usize) -> Converted {
+    let fields = DisparityField::of_channels(camera).unwrap();
+    let sight = SightRays::centroids(&fields);
+    let settings = RenderSettings {
+        rays_per_pixel,
+        seed: 5,
+    };
+    let conversion = Conversion::new(camera, &sight, &fields, picture);
+    conversion.trace(&settings, &()).unwrap()
+}
+
 /// A texture of waves of 5 to 20 px, from 0.2 to 0.8; of another phase for another `kind`.
 fn waves(x: f64, y: f64, kind: f64) -> [f32; 3] {
     [0.0, 1.0, 2.0].map(|c: f64| {
@@ -119,19 +130,23 @@ fn a_flat_picture_is_what_the_renderer_makes_of_the_card() {
         let picture = picture(SIDE, |x, y| {
             (waves(x as f64, y as f64, 0.0), depth_mm as f32)
         });
-        let done = convert(&camera, &picture, 64);
         let image = rendered(
             &camera,
             vec![card(&camera, depth_mm, -32..SIDE as i32 + 32, 0.0)],
         );
-        let made_up = &done.made_up;
-        let known = |x: usize, y: usize| made_up.pixel(x, y)[0] < 1e-3;
         let white = WhiteField::new(&camera).middle_sr()[1] as f32 / 4.0;
-        for s in 0..4 {
-            let (a, b) = (done.image.view(s), image.view(s));
-            let db = decibels(rms(&a, &b, white, known));
-            println!("{depth_mm} mm, view {s}: {db:.1} dB");
-            assert!(db > 45.0, "{depth_mm} {s}: {db}");
+        let levels = [
+            ("psf", convert(&camera, &picture, 64)),
+            ("rays", trace(&camera, &picture, 1024)),
+        ];
+        for (level, done) in levels {
+            let known = |x: usize, y: usize| done.made_up.pixel(x, y)[0] < 1e-3;
+            for s in 0..4 {
+                let (a, b) = (done.image.view(s), image.view(s));
+                let db = decibels(rms(&a, &b, white, known));
+                println!("{level}, {depth_mm} mm, view {s}: {db:.1} dB");
+                assert!(db > 45.0, "{level} {depth_mm} {s}: {db}");
+            }
         }
     }
 }
@@ -148,17 +163,42 @@ fn a_nearer_card_hides_what_the_renderer_says_that_it_hides() {
         };
         (waves(x as f64, y as f64, kind), depth as f32)
     });
-    let done = convert(&camera, &picture, 64);
     let near = card(&camera, near_mm, -32..edge as i32, 0.0);
     let far = card(&camera, far_mm, -32..SIDE as i32 + 32, 1.0);
     let image = rendered(&camera, vec![near, far]);
+    let scattered = convert(&camera, &picture, 64);
+    let traced = trace(&camera, &picture, 2048);
+    for (level, done) in [("psf", &scattered), ("rays", &traced)] {
+        against_cards(level, &camera, done, &image);
+        // Half of the pupil sees the other surface at the edge, none far from it.
+        let occlusion = |x: usize| done.occlusion.pixel(x, SIDE / 2)[0];
+        let at_edge = occlusion(edge);
+        assert!(at_edge > 0.2 && at_edge < 0.8, "{level}: {at_edge}");
+        assert!(occlusion(16) < 1e-3 && occlusion(SIDE - 16) < 1e-3);
+    }
+    // Both see one scene, what is made up included; the same truths come with it.
     let white = WhiteField::new(&camera).middle_sr()[1] as f32 / 4.0;
+    for s in 0..4 {
+        let (a, b) = (scattered.image.view(s), traced.image.view(s));
+        let db = decibels(rms(&a, &b, white, |_, _| true));
+        println!("view {s}: psf against rays {db:.1} dB");
+        assert!(db > 36.0, "{s}: {db}");
+    }
+    let apart = rms(&scattered.target, &traced.target, 4.0 * white, |_, _| true);
+    assert!(apart < 1e-5, "target: {apart}");
+    let apart = rms(&scattered.made_up, &traced.made_up, 1.0, |_, _| true);
+    assert!(apart < 0.02, "made up: {apart}");
+}
+
+/// Two cards with their edge in the middle, against the renderer's.
+fn against_cards(level: &str, camera: &Camera, done: &Converted, image: &SubPixelImage) {
+    let white = WhiteField::new(camera).middle_sr()[1] as f32 / 4.0;
     let made_up = &done.made_up;
     for s in 0..4 {
         let (a, b) = (done.image.view(s), image.view(s));
         let inner = |y: usize| (16..SIDE - 16).contains(&y);
         let away = |x: usize, y: usize| inner(y) && made_up.pixel(x, y)[0] < 1e-3;
-        let at_edge = |x: usize, y: usize| inner(y) && x.abs_diff(edge) < 8;
+        let at_edge = |x: usize, y: usize| inner(y) && x.abs_diff(SIDE / 2) < 8;
         let known = |x: usize, y: usize| at_edge(x, y) && made_up.pixel(x, y)[0] < 0.05;
         let [away, known, edge] = [
             decibels(rms(&a, &b, white, away)),
@@ -166,19 +206,38 @@ fn a_nearer_card_hides_what_the_renderer_says_that_it_hides() {
             decibels(rms(&a, &b, white, at_edge)),
         ];
         println!(
-            "view {s}: away {away:.1} dB, at the edge {edge:.1} dB, where it is known {known:.1} dB"
+            "{level}, view {s}: away {away:.1} dB, at the edge {edge:.1} dB, where it is known {known:.1} dB"
         );
-        assert!(away > 50.0, "{s}: {away} dB away");
-        assert!(known > 42.0 && edge > 25.0, "{s}: {known} {edge} dB");
+        assert!(away > 50.0, "{level} {s}: {away} dB away");
+        assert!(
+            known > 42.0 && edge > 25.0,
+            "{level} {s}: {known} {edge} dB"
+        );
     }
-    // Half of the pupil sees the other surface at the edge, none far from it.
-    let occlusion = |x: usize| done.occlusion.pixel(x, SIDE / 2)[0];
-    assert!(
-        occlusion(edge) > 0.2 && occlusion(edge) < 0.8,
-        "{}",
-        occlusion(edge)
+}
+
+#[test]
+fn both_ways_show_one_sky_behind_a_card() {
+    let camera = camera(SIDE);
+    let picture = picture(SIDE, |x, y| {
+        let is_card = (24..48).contains(&x) && (24..48).contains(&y);
+        let depth = if is_card { 300.0 } else { f32::INFINITY };
+        (
+            waves(x as f64, y as f64, f64::from(u8::from(is_card))),
+            depth,
+        )
+    });
+    let (scattered, traced) = (
+        convert(&camera, &picture, 64),
+        trace(&camera, &picture, 256),
     );
-    assert!(occlusion(16) < 1e-3 && occlusion(SIDE - 16) < 1e-3);
+    let white = WhiteField::new(&camera).middle_sr()[1] as f32 / 4.0;
+    for s in 0..4 {
+        let (a, b) = (scattered.image.view(s), traced.image.view(s));
+        let db = decibels(rms(&a, &b, white, |_, _| true));
+        println!("sky, view {s}: psf against rays {db:.1} dB");
+        assert!(db > 36.0, "{s}: {db}");
+    }
 }
 
 #[test]

@@ -13,11 +13,11 @@ use quadpixel::image::{Image, exr, raster};
 use crate::common::small::{SMALL, attempt, with_values};
 use crate::common::{done, files, json, layer, meta, qpgen, refused, said};
 
-const WIDTH: usize = 56;
-const HEIGHT: usize = 44;
+pub const WIDTH: usize = 56;
+pub const HEIGHT: usize = 44;
 
 /// Depth, m: a near square before a slanted wall.
-fn depth_m(x: usize, y: usize) -> f32 {
+pub fn depth_m(x: usize, y: usize) -> f32 {
     match (18..34).contains(&x) && (12..30).contains(&y) {
         true => 0.22,
         false => 0.5 + 0.004 * x as f32,
@@ -29,18 +29,18 @@ fn code(i: usize) -> u8 {
     (128.0 + 90.0 * (0.7 * x as f64 + 0.4 * y as f64 + c as f64).sin()) as u8
 }
 
-fn codes() -> Vec<u8> {
+pub fn codes() -> Vec<u8> {
     (0..WIDTH * HEIGHT * 3).map(code).collect()
 }
 
-fn map(value: impl Fn(usize, usize) -> f32) -> Image {
+pub fn map(value: impl Fn(usize, usize) -> f32) -> Image {
     let data = (0..WIDTH * HEIGHT)
         .map(|i| value(i % WIDTH, i / WIDTH))
         .collect();
     Image::from_vec(WIDTH, HEIGHT, 1, data).unwrap()
 }
 
-fn write_depth_exr(path: &Path, image: &Image) {
+pub fn write_depth_exr(path: &Path, image: &Image) {
     let layer = Layer {
         name: "",
         channels: &["Z"],
@@ -50,12 +50,12 @@ fn write_depth_exr(path: &Path, image: &Image) {
     write_layers(path, &[layer], Compression::Zip).unwrap();
 }
 
-fn write_npy(path: &Path, image: &Image) {
+pub fn write_npy(path: &Path, image: &Image) {
     let array = Array2::from_shape_vec((HEIGHT, WIDTH), image.data().to_vec()).unwrap();
     array.write_npy(fs::File::create(path).unwrap()).unwrap();
 }
 
-fn write_pfm(path: &Path, image: &Image) {
+pub fn write_pfm(path: &Path, image: &Image) {
     let mut bytes = format!("Pf\n{WIDTH} {HEIGHT}\n-1.0\n").into_bytes();
     for y in (0..HEIGHT).rev() {
         let row = (0..WIDTH).flat_map(|x| image.pixel(x, y)[0].to_le_bytes());
@@ -64,7 +64,7 @@ fn write_pfm(path: &Path, image: &Image) {
     fs::write(path, bytes).unwrap();
 }
 
-fn config(folder: &Path) -> String {
+pub fn config(folder: &Path) -> String {
     let values = [
         ("lens.focus_mm", "300"),
         ("sensor.window", "{ at = \"centre\" }"),
@@ -219,6 +219,51 @@ fn every_kind_of_depth_says_the_same() {
     fs::write(root.join("ray.json"), sidecar).unwrap();
     json(&convert(root, "a.png", "ray.pfm", &["--config", &config]));
     assert!((depths(root, 0).pixel(45, 5)[0] / depth_m(45, 5) - 1.0).abs() < 2e-3);
+}
+
+#[test]
+fn both_levels_show_one_scene_with_the_same_truths() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
+    write_png8(&root.join("a.png"), &codes(), WIDTH, HEIGHT, 3).unwrap();
+    write_depth_exr(&root.join("a.exr"), &map(depth_m));
+    let values = [
+        ("lens.focus_mm", "300"),
+        ("sensor.window", "{ at = \"centre\" }"),
+        ("rays_per_pixel", "1024"),
+    ];
+    let config = root.join("c.toml");
+    fs::write(&config, with_values(SMALL, &values)).unwrap();
+    let config = config.to_str().unwrap();
+    let data = root.join("out");
+    let sample = data.join("samples/000000");
+    let mut made = Vec::new();
+    for level in ["psf", "rays"] {
+        let arguments = ["--config", config, "--level", level];
+        json(&convert(root, "a.png", "a.exr", &arguments));
+        done(&["check", data.to_str().unwrap()]);
+        let exr = |name: &str| {
+            exr::read_layers(&sample.join(name))
+                .unwrap()
+                .remove(0)
+                .image
+        };
+        made.push((exr("target.exr"), exr("disparity.exr"), exr("views.exr")));
+        fs::remove_dir_all(&data).unwrap();
+    }
+    let [psf, rays] = made.try_into().ok().unwrap();
+    let apart = |a: &Image, b: &Image| {
+        let pairs = a
+            .data()
+            .iter()
+            .zip(b.data())
+            .filter(|(a, b)| a.is_finite() && b.is_finite());
+        let sum: f64 = pairs.clone().map(|(a, b)| f64::from(a - b).powi(2)).sum();
+        (sum / pairs.count() as f64).sqrt()
+    };
+    assert!(apart(&psf.0, &rays.0) < 1e-5);
+    assert!(apart(&psf.1, &rays.1) < 1e-6);
+    assert!(apart(&psf.2, &rays.2) < 0.01, "{}", apart(&psf.2, &rays.2));
 }
 
 #[test]

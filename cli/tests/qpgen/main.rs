@@ -17,6 +17,7 @@ mod fixture;
 mod lens;
 mod mosaic;
 mod noisy;
+mod picture_folders;
 mod production;
 mod psf;
 mod randomised;

@@ -106,9 +106,21 @@ impl Bvh {
 }
 
 impl Bvh {
-    /// A tree over boxes, which are widened by what rounding may move the edges of what is in them. `leaf` hears of the
-    /// items of each leaf (1 to [`LEAF_ITEMS`] of them) in the order of the leaves' numbers. At most 2²⁹ items.
-    pub fn build(boxes: &[Bounds], mut leaf: impl FnMut(&[u32])) -> Self {
+    /// A tree over boxes, which are widened by what rounding may move the edges of what is in them, wherever rays begin
+    /// among them. `leaf` hears of the items of each leaf (1 to [`LEAF_ITEMS`] of them) in the order of the leaves'
+    /// numbers. At most 2²⁹ items.
+    pub fn build(boxes: &[Bounds], leaf: impl FnMut(&[u32])) -> Self {
+        let all = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
+        let reach = all.reach();
+        Self::build_within(boxes, |_| reach, leaf)
+    }
+
+    /// The same, each box widened by what `reach` (of its coordinates, and of those where rays begin) asks for.
+    pub fn build_within(
+        boxes: &[Bounds],
+        reach: impl Fn(&Bounds) -> f32,
+        mut leaf: impl FnMut(&[u32]),
+    ) -> Self {
         if boxes.is_empty() {
             return Self {
                 nodes: Vec::new(),
@@ -116,12 +128,11 @@ impl Bvh {
                 simd: SimdLevel::detect(),
             };
         }
-        let all = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
-        let pad = Vec3::splat(all.reach() * 4.0 * f32::EPSILON);
-        let boxes: Vec<Aabb> = boxes
-            .iter()
-            .map(|b| Aabb::new(Vec3A::from(b.least - pad), Vec3A::from(b.greatest + pad)))
-            .collect();
+        let widened = |b: &Bounds| {
+            let pad = Vec3A::splat(reach(b) * 4.0 * f32::EPSILON);
+            Aabb::new(Vec3A::from(b.least) - pad, Vec3A::from(b.greatest) + pad)
+        };
+        let boxes: Vec<Aabb> = boxes.iter().map(widened).collect();
         let mut leaves = 0;
         let mut close = |items: &[u32]| {
             leaf(items);

@@ -23,6 +23,7 @@ mod light_sampling;
 mod lights;
 mod material;
 mod microfacet;
+mod patches;
 mod path;
 mod prepared;
 mod repeated;
@@ -43,6 +44,7 @@ pub use description::{
     TriangleMesh, WorldDescription,
 };
 pub use lamps::Lamp;
+pub use patches::{Patch, PatchHits, Patches};
 pub use path::PathSettings;
 pub use texture_map::{Encoding, TextureMap, Wrap};
 
@@ -50,4 +52,5 @@ pub use camera_rays::{CameraRay, FirstHit, PathKey};
 pub use prepared::World;
 
 pub(super) use geometry::Element;
+pub(crate) use patches::surface_number;
 pub(super) use path::PathWorkspace;
