@@ -6,7 +6,7 @@ pub const CASES: [Case; 11] = [
     case(
         "disparity --dense",
         "qpalgo disparity --dense data/samples/000000 -o out --json",
-        "data/samples/000000/views.exr",
+        "data/samples/000000/raw.png",
         Out::Folder("out"),
     ),
     case(
@@ -43,25 +43,25 @@ pub const CASES: [Case; 11] = [
     case(
         "correct-aberrations --calibration",
         "qpalgo correct-aberrations --calibration noise -o new.json",
-        "noise/views.exr noise/meta.json",
+        "noise/raw.png",
         Out::File("new.json"),
     ),
     case(
         "correct-aberrations --apply",
         "qpalgo correct-aberrations --apply k.json noise -o out",
-        "k.json noise/views.exr",
+        "k.json noise/raw.png",
         Out::Folder("out"),
     ),
     case(
         "table",
         "qpalgo table t.toml -o out --json",
-        "t.toml noise/views.exr",
+        "t.toml noise/raw.png",
         Out::Folder("out"),
     ),
     case(
         "autofocus",
         "qpalgo autofocus stack -o out",
-        "stack/dataset.json stack/samples/000001/views.exr",
+        "stack/dataset.json stack/samples/000001/raw.png",
         Out::Folder("out"),
     ),
     case(
