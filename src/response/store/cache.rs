@@ -2,6 +2,7 @@
 //! finished.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use crate::journal::JournalError;
 use crate::progress::Progress;
@@ -87,6 +88,27 @@ impl std::fmt::Display for CacheWarning {
                 write!(f, "{}: the table could not be kept ({why})", path.display())
             }
         }
+    }
+}
+
+/// What one of several tables tells, as a part of all: a wavelength has as many directions as any other.
+struct OneOf<'a> {
+    progress: &'a dyn Progress,
+    number: usize,
+    count: usize,
+}
+
+impl Progress for OneOf<'_> {
+    fn waiting(&self, path: &Path, waited: Duration) {
+        self.progress.waiting(path, waited);
+    }
+
+    fn stop_asked(&self) -> bool {
+        self.progress.stop_asked()
+    }
+
+    fn incidences(&self, done: usize, total: usize) {
+        (self.progress).incidences(self.number * total + done, self.count * total);
     }
 }
 
@@ -187,9 +209,10 @@ impl ResponseCache {
         let mut warnings = Vec::new();
         let mut by_colour = vec![Vec::with_capacity(plans.len()); plan.colours().len()];
         for (i, one) in plans.iter().enumerate() {
-            // A wavelength has as many directions as any other.
-            let part = |done: usize, total: usize| {
-                progress.incidences(i * total + done, plans.len() * total)
+            let part = OneOf {
+                progress,
+                number: i,
+                count: plans.len(),
             };
             let made = self.together(one, &part)?;
             warnings.extend(made.warnings);
