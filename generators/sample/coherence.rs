@@ -10,7 +10,7 @@ use quadpixel::response::ResponseLookup;
 use quadpixel_datasets::{Effect, Effects, EstimatedError, Reason};
 
 /// Pitch, µm; the largest error of a texture, in focus and with blurs of up to 4 px; the largest shift of a half's
-/// view, px: F/1.7 to F/8 (`benches/runs/2026-11-22/coherent.md`). The first two of the full cone, the last of a section.
+/// view, px: F/1.7 to F/8 (`benches/runs/2026-11-22/coherent.md`). Two of the full cone, the last of a section.
 const ERRORS: [(f64, f64, f64); 3] = [(1.6, 0.15, 0.12), (2.8, 0.38, 0.16), (3.5, 0.52, 0.19)];
 /// What these stand for.
 const PITCHES_UM: std::ops::RangeInclusive<f64> = 1.4..=3.7;
