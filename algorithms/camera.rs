@@ -113,17 +113,17 @@ pub fn read_meta(path: &Path) -> Result<CameraDescription, CameraError> {
 /// over.
 ///
 /// # Errors
-/// As of [`read_description`] and [`read_meta`].
+/// As of [`read_description`] and [`read_meta`]; a `camera.json` or `meta.json` that is no plain file.
 pub fn read_beside(folder: &Path) -> Result<Option<(PathBuf, CameraDescription)>, CameraError> {
     let (camera, meta) = (folder.join(paths::CAMERA), folder.join(paths::META));
-    if camera.is_file() {
+    if camera.exists() {
         let bytes = file::read(&camera)?;
         let value: serde_json::Value = parsed(&camera, &bytes)?;
         if value.get("schema_version").is_some() {
             return Ok(Some((camera.clone(), parsed(&camera, &bytes)?)));
         }
     }
-    if meta.is_file() {
+    if meta.exists() {
         let description = read_meta(&meta)?;
         return Ok(Some((meta, description)));
     }

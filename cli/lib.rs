@@ -3,6 +3,7 @@
 pub mod exit;
 pub mod log;
 pub mod memory;
+pub mod number;
 pub mod print;
 pub mod process;
 pub mod progress;

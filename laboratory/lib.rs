@@ -2,6 +2,7 @@
 //! the pages `docs/paper` and `docs/real-camera` are this crate's examples.
 
 pub mod accuracy;
+pub mod curve;
 pub mod error;
 pub mod fit;
 pub mod lens_drawing;

@@ -14,6 +14,8 @@
 
 /// Millimetres in a micrometre.
 pub const MM_PER_UM: f64 = 1e-3;
+/// Millimetres in a nanometre.
+pub const MM_PER_NM: f64 = 1e-6;
 /// A length in µm of one in nm.
 #[inline]
 pub fn um_from_nm(nm: f64) -> f64 {

@@ -17,6 +17,7 @@
 //! camera whose description has its disparity against distance ([`DescribedCurve`]) needs no κ: the aberrations of its
 //! lens and what a matcher finds in the place of centroids are in it.
 
+mod calibrate;
 mod camera_curve;
 mod curve;
 mod curve_error;
@@ -27,6 +28,7 @@ mod maps;
 mod score;
 mod shifts;
 
+pub use calibrate::{CalibrateError, DepthCalibration, Part, PlaneShifts, REGIONS, calibrate};
 pub use camera_curve::{CameraCurve, ParaxialCurve};
 pub use curve::{Depth, DepthCurve};
 pub use curve_error::CurveError;

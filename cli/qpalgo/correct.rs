@@ -1,5 +1,6 @@
 //! `qpalgo correct-aberrations`: a chart in, a calibration out; a calibration and a capture in, corrected pictures out.
 
+use quadpixel_cli::number::number;
 use quadpixel_cli::outln;
 use quadpixel_cli::print::say;
 use std::path::{Path, PathBuf};
@@ -40,7 +41,7 @@ pub struct CorrectArgs {
     #[command(flatten)]
     source: CaptureArgs,
     /// Pitch of the microlenses, µm; absent: as in meta.json.
-    #[arg(long)]
+    #[arg(value_parser = number, long)]
     pitch_um: Option<f64>,
     /// Side of the matching window, px: odd, 5 to 31.
     #[arg(long, default_value_t = CalibrationSettings::default().matching.window_px)]
@@ -55,7 +56,7 @@ pub struct CorrectArgs {
     #[arg(long, value_enum, default_value_t = AlignArg::Centroid)]
     align: AlignArg,
     /// Smoothing before centroids are fitted (σ, px, 1.5 or more); absent: what the views ask for.
-    #[arg(long)]
+    #[arg(value_parser = number, long)]
     smoothing: Option<f64>,
     /// Kind of the pictures; a PNG of a view is full at the mosaic's white, one of the sum at that times the views.
     #[arg(long, value_enum, default_value_t = PictureFormatArg::Exr)]

@@ -1,5 +1,6 @@
 //! `qpalgo depth`: a capture in, metric depth and its confidence out.
 
+use quadpixel_cli::number::number;
 use quadpixel_cli::outln;
 use std::path::{Path, PathBuf};
 
@@ -56,7 +57,7 @@ pub struct DepthArgs {
     camera: Option<PathBuf>,
     /// Ratio of disparity to circle of confusion, of a lens without aberrations; absent: the camera's own disparity
     /// against distance, aberrations included, from its description.
-    #[arg(long)]
+    #[arg(value_parser = number, long)]
     kappa: Option<f64>,
     /// Calibration file: takes the aberration's own disparity out first; the rest is converted by the ratio.
     #[arg(long)]

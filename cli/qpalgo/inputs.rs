@@ -13,6 +13,7 @@ use quadpixel_algorithms::maps::MapFormat;
 use quadpixel_algorithms::pictures::PictureFormat;
 use quadpixel_algorithms::view_pair::{PairOptions, read_pair};
 use quadpixel_cli::exit::CommandError;
+use quadpixel_cli::number::number;
 
 /// What the user says; what is absent is taken from the files beside the capture.
 #[derive(Clone, Debug, Default, Args)]
@@ -74,7 +75,7 @@ pub struct PairArgs {
     #[arg(long)]
     srgb: bool,
     /// Code of black in the two views, of 65535 (8-bit files: times 257); it is taken off.
-    #[arg(long, value_name = "CODE", default_value_t = 0.0)]
+    #[arg(value_parser = number, long, value_name = "CODE", default_value_t = 0.0)]
     black_level: f64,
     /// The two views of a uniform white sheet, of the same camera, size and kind of file: LEFT,RIGHT.
     #[arg(long, value_name = "LEFT,RIGHT", value_delimiter = ',')]

@@ -5,6 +5,7 @@ use quadpixel_cli::print::say;
 use std::process::ExitCode;
 
 mod autofocus;
+mod calibrate_depth;
 mod correct;
 mod dense;
 mod depth;
@@ -124,6 +125,16 @@ enum Command {
     ///          qpalgo depth --left l.png --right r.png --srgb --curve camera-curve.json -o depth
     #[command(verbatim_doc_comment)]
     Depth(depth::DepthArgs),
+    /// Brings a camera's curve of disparity against distance to a real one: focus and gain from planes at known
+    /// distances.
+    ///
+    /// D = g C(1/Z + d): the gain g and the change of focus d, 1/m, for the whole field, each with its standard
+    /// deviation, by the medians of the shifts x_L - x_R in 3 x 3 parts of each picture.
+    ///
+    /// Example: qpalgo calibrate-depth 0.6=l1.png,r1.png 1.5=l2.png,r2.png --srgb --curve simulated.json -o mine.json
+    ///          qpalgo depth --left l.png --right r.png --srgb --curve mine.json -o depth
+    #[command(verbatim_doc_comment)]
+    CalibrateDepth(calibrate_depth::CalibrateDepthArgs),
     /// Sharpness and phase difference over the focus stacks of a dataset: where would the camera focus?
     ///
     /// Focus is in dioptres, 1/m from the entrance pupil. For each stack: the zero of the phase difference x_L - x_R
@@ -163,6 +174,7 @@ fn run(cli: Cli) -> Result<(), CommandError> {
         Command::CorrectAberrations(args) => correct::run(&args, progress),
         Command::Table(args) => table::run(&args, progress),
         Command::Depth(args) => depth::run(&args, progress),
+        Command::CalibrateDepth(args) => calibrate_depth::run(&args, progress),
         Command::Autofocus(args) => autofocus::run(&args, progress),
         Command::Score(args) => score::run(&args),
         Command::Disparity(args) => disparity::run(&args, progress),

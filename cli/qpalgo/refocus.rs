@@ -1,5 +1,6 @@
 //! `qpalgo refocus`: a mosaic in, one image out that is focused at another disparity.
 
+use quadpixel_cli::number::number;
 use quadpixel_cli::outln;
 use std::path::PathBuf;
 
@@ -22,11 +23,11 @@ pub struct RefocusArgs {
     #[command(flatten)]
     source: CaptureArgs,
     /// Left-right disparity (x_L − x_R), px, of what shall be sharp; above 0: nearer than the focus.
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(value_parser = number, long, allow_negative_numbers = true)]
     disparity: f64,
     /// Weight of each view in index order (2x2: B,A,D,C), separated by commas, such as 1,0,1,0; absent: all equal.
     /// Moves the bokeh.
-    #[arg(long, value_delimiter = ',')]
+    #[arg(value_parser = number, long, value_delimiter = ',')]
     weights: Option<Vec<f64>>,
     /// Lobes of the Lanczos kernel, 3 or 4.
     #[arg(long, default_value_t = 4)]

@@ -1,5 +1,6 @@
 //! `qpalgo sharpness`: the three measures of pictures, with every choice printed.
 
+use quadpixel_cli::number::number;
 use quadpixel_cli::outln;
 use std::path::PathBuf;
 
@@ -39,13 +40,13 @@ pub struct SharpnessArgs {
     #[arg(long, value_enum)]
     eigenvalues: Option<EigenvaluesArg>,
     /// Wee: factor on the values read (255: as 8-bit codes).
-    #[arg(long)]
+    #[arg(value_parser = number, long)]
     wee_scale: Option<f64>,
     /// Gradient: kernel.
     #[arg(long, value_enum)]
     kernel: Option<KernelArg>,
     /// Gradient: factor on the values read.
-    #[arg(long)]
+    #[arg(value_parser = number, long)]
     gradient_scale: Option<f64>,
     /// Prints one JSON object on stdout, full precision.
     #[arg(long)]

@@ -1,5 +1,6 @@
 //! `qpalgo table`: a list of captures in, Table 2 out.
 
+use quadpixel_cli::number::number;
 use quadpixel_cli::{out, outln};
 use std::path::{Path, PathBuf};
 
@@ -37,7 +38,7 @@ pub struct TableArgs {
     #[arg(long, value_enum, default_value_t = AlignArg::Texture)]
     align: AlignArg,
     /// Smoothing before centroids are fitted (σ, px, 1.5 or more); absent: what the views ask for.
-    #[arg(long)]
+    #[arg(value_parser = number, long)]
     smoothing: Option<f64>,
     /// Prints one JSON object on stdout instead of the table.
     #[arg(long)]

@@ -7,6 +7,7 @@ use quadpixel::file;
 use quadpixel::shard::Shard;
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
+use quadpixel_cli::number::number;
 use quadpixel_cli::outln;
 use quadpixel_cli::progress::Progress;
 use quadpixel_cli::stop::Stop;
@@ -55,15 +56,15 @@ pub struct ConvertArgs {
     config: Option<PathBuf>,
     #[command(flatten)]
     meaning: MeaningArgs,
-    /// Lens: a name of `qpgen lens list`, or a .json or .zmx file; absent: as the configuration says.
+    /// Lens: a name of `qpgen lens list`, or a .json, .zmx or .seq file; absent: as the configuration says.
     #[arg(long)]
     lens: Option<String>,
     /// F-number to stop down to; absent: as the configuration says.
-    #[arg(long)]
+    #[arg(value_parser = number, long)]
     f_number: Option<f64>,
     /// Depth in focus, m; absent: drawn for each sample among the depths of its picture, from the 10 % nearest to the
     /// 90 % nearest, or as the configuration says.
-    #[arg(long)]
+    #[arg(value_parser = number, long)]
     focus_m: Option<f64>,
     /// How: `psf`, kernels of every sub-pixel scattered from layers of depth; or `rays`, the picture as surfaces
     /// through the renderer, with the configuration's `rays_per_pixel`: exact lens, response and occlusion, and far
@@ -262,6 +263,7 @@ fn configuration(args: &ConvertArgs) -> Result<DatasetConfig, CommandError> {
     config.seed = args.seed.unwrap_or(config.seed);
     if let Some(lens) = &args.lens {
         config.lens.names = vec![lens.clone()];
+        (config.lens.from, config.lens.filter) = (None, None);
     }
     if let Some(f_number) = args.f_number {
         config.lens.f_number = Some(Draw::Fixed(f_number));

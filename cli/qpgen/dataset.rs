@@ -82,6 +82,9 @@ pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
             DatasetConfig::from_toml(&text, &name)?
         }
     };
+    for unread in config.lens.listed()? {
+        log.line(Level::Warn, &format!("skipped: {unread}"), &[]);
+    }
     if let Some(rgbd) = &mut config.scene.rgbd {
         for alone in rgbd.listed()? {
             log.line(Level::Warn, &format!("skipped: {alone}"), &[]);

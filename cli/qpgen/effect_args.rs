@@ -2,6 +2,7 @@
 
 use clap::Args;
 use quadpixel::effects::{Choice, Tolerance};
+use quadpixel_cli::number::number;
 use quadpixel_datasets::Effect;
 
 /// Arguments that choose the effects.
@@ -10,10 +11,10 @@ pub struct EffectArgs {
     #[arg(long, value_name = "auto|all|none|LIST", help = help())]
     effects: Option<Choice>,
     /// With auto: root-mean-square difference, in % of the signal, below which an effect is left out [default: 0.5].
-    #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
+    #[arg(value_parser = number, long, value_name = "PERCENT", allow_negative_numbers = true)]
     tolerance: Option<f64>,
     /// With auto: shift, in px, below which an effect is left out [default: 0.02].
-    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
+    #[arg(value_parser = number, long, value_name = "PX", allow_negative_numbers = true)]
     tolerance_px: Option<f64>,
 }
 

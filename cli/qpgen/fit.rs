@@ -33,7 +33,7 @@ pub struct FitArgs {
     #[arg(required_unless_present_any = ["print_capture", "trials"])]
     capture: Option<PathBuf>,
     /// Prints an example of the description, with every field, and ends.
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["capture", "out", "all", "prior", "pixel", "draft", "trials", "seed", "json"])]
     print_capture: bool,
     /// Folder of what is found: camera.toml, pixel.toml (which --pixel of other commands takes), fit.json (parameters,
     /// covariance, goals, predictions) and residuals.png.

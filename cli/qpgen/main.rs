@@ -6,6 +6,7 @@ mod accuracy;
 mod check;
 mod coarse;
 mod convert;
+mod curve;
 mod dataset;
 mod effect_args;
 mod export;
@@ -90,6 +91,12 @@ enum Command {
     /// Example: qpgen psf --depths-m 0.4,0.75,inf --fields 5x5 -o bank.npz
     #[command(verbatim_doc_comment)]
     Psf(psf::PsfArgs),
+    /// A camera's disparity x_L - x_R against distance over the field, as a matcher finds it: what
+    /// `qpalgo depth --curve` needs of a camera without camera.json, and `qpalgo calibrate-depth` brings to a real one.
+    ///
+    /// Example: qpgen curve my-camera.toml --nearest-m 0.3 --counted-from sensor -o curve.json
+    #[command(verbatim_doc_comment)]
+    Curve(curve::CurveArgs),
     /// A pixel's angular response: the table that the renderer uses, or P at a few angles.
     ///
     /// Example: qpgen response --pixel 1.6um --theta-deg 0,5,10 --phi-deg 0
@@ -149,6 +156,7 @@ impl Command {
             Self::Preview(args) => args.json,
             Self::Render(args) => args.json,
             Self::Psf(args) => args.json,
+            Self::Curve(args) => args.json,
             Self::Response(args) => args.json,
             Self::Study(args) => args.json,
             Self::Validate(args) => args.json,
@@ -191,6 +199,7 @@ fn run(cli: Cli, log: Log) -> Result<(), CommandError> {
         Command::Preview(args) => preview::run(&args),
         Command::Render(args) => render::run(&args, log),
         Command::Psf(args) => psf::run(&args, log),
+        Command::Curve(args) => curve::run(&args, log),
         Command::Response(args) => response::run(&args, log),
         Command::Study(args) => study::run(&args, log),
         Command::Validate(args) => validate::run(&args, log),

@@ -1,6 +1,7 @@
 //! What the numbers of pictures and depths mean, by arguments.
 
 use clap::{Args, ValueEnum};
+use quadpixel_cli::number::number;
 use quadpixel_generators::rgbd::{DepthKind, Encoding, Intrinsics, Meaning};
 
 /// What the numbers of the files mean. What is absent is taken from a sidecar STEM.json beside the depth (or else
@@ -19,25 +20,25 @@ pub struct MeaningArgs {
     #[arg(long, value_parser = unit)]
     depth_unit: Option<f64>,
     /// A stored number that marks a hole, such as 65535.
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(value_parser = number, long, allow_negative_numbers = true)]
     hole: Option<f64>,
     /// Depths nearer than this are holes, m.
-    #[arg(long)]
+    #[arg(value_parser = number, long)]
     nearest_m: Option<f64>,
     /// Horizontal field of view of the picture's own camera, deg: for ray and disparity.
-    #[arg(long, conflicts_with = "focal_px")]
+    #[arg(value_parser = number, long, conflicts_with = "focal_px")]
     hfov_deg: Option<f64>,
     /// Its focal length, px: for ray and disparity.
-    #[arg(long)]
+    #[arg(value_parser = number, long)]
     focal_px: Option<f64>,
     /// Its axis, column and row; absent: the middle.
-    #[arg(long, value_delimiter = ',', num_args = 2, requires = "focal_px")]
+    #[arg(value_parser = number, long, value_delimiter = ',', num_args = 2, requires = "focal_px")]
     axis_px: Option<Vec<f64>>,
     /// Distance between the two cameras of a disparity, m.
-    #[arg(long)]
+    #[arg(value_parser = number, long)]
     baseline_m: Option<f64>,
     /// Is added to a disparity, px (Middlebury's doffs).
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(value_parser = number, long, allow_negative_numbers = true)]
     disparity_offset_px: Option<f64>,
 }
 

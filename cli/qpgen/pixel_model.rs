@@ -4,6 +4,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use quadpixel::em::{Level, ModelChoice, PixelModel, PixelStack, Preset};
 use quadpixel::response::TableSettings;
+use quadpixel_cli::number::number;
 
 /// Arguments that choose a pixel model.
 #[derive(Args)]
@@ -28,7 +29,7 @@ pub struct PixelModelArgs {
     #[arg(long, default_value_t = ModelChoice::EXACT.2)]
     exact_runs: usize,
     /// Focal length of the ideal microlens of the geometric model, µm.
-    #[arg(long, default_value_t = 7.0)]
+    #[arg(value_parser = number, long, default_value_t = 7.0)]
     focal_length_um: f64,
 }
 

@@ -4,13 +4,14 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use quadpixel::file;
-use quadpixel::render::kernels::{BankPlan, Footprint};
+use quadpixel::render::kernels::Footprint;
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
+use quadpixel_cli::number::number;
 use quadpixel_cli::outln;
 use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::{self, Responses};
-use quadpixel_generators::bank::{self, Bank};
+use quadpixel_generators::bank::{self, Bank, BankRequest};
 use quadpixel_generators::observer::Observer;
 use quadpixel_generators::recipe::{Recipe, parse_recipe, read_recipe};
 
@@ -37,7 +38,7 @@ pub struct PsfArgs {
     out: PathBuf,
     /// Depths, m from the first lens vertex, such as 0.5,1,inf; absent: nine even in inverse depth, from half the focus
     /// to infinity, and the focus.
-    #[arg(long, value_delimiter = ',', value_name = "M,M,...")]
+    #[arg(value_parser = number, long, value_delimiter = ',', value_name = "M,M,...")]
     depths_m: Vec<f64>,
     /// Field nodes, columns x rows over the window, its corners included.
     #[arg(long, default_value = "5x5", value_name = "NxN")]
@@ -82,7 +83,8 @@ impl Source {
 /// A bad recipe, depth or field, or a file that is there already (2); a disk that fails (1).
 pub fn run(args: &PsfArgs, log: Log) -> Result<(), CommandError> {
     let recipe = recipe(args)?;
-    let plan = plan(args, &recipe)?;
+    let request = request(args)?;
+    request.plan(&recipe)?;
     check_outputs(args)?;
     let progress = Progress::new(log.json(args.json));
     let mut responses = Responses::new();
@@ -92,25 +94,7 @@ pub fn run(args: &PsfArgs, log: Log) -> Result<(), CommandError> {
     for warning in responses.take_warnings() {
         progress.warn(&warning);
     }
-    let kernels = bank::trace(&camera, &plan)?;
-    let depths_m: Vec<f64> = (plan.inverse_depths_per_mm.iter())
-        .map(|t| 1e-3 / t)
-        .collect();
-    let channels: &[&str] = if kernels.channels() == 3 {
-        &["R", "G", "B"]
-    } else {
-        &["RGB"]
-    };
-    let about = serde_json::json!({
-        "lens": recipe.lens, "sensor": recipe.sensor, "response": recipe.response, "spectrum": recipe.spectrum,
-        "channels": channels, "subpixels": kernels.subpixels().names(), "rays": plan.rays,
-        "source": format!("{:?}", plan.footprint).to_lowercase(), "pitch_um": camera.sensor().pitch_um(),
-        "lens_diffraction": true,
-        "units": {
-            "kernel": "part of the light, per pixel", "energy_sr": "sr", "centroid_px": "px, x right, y down",
-            "depth_m": "m from the first lens vertex", "field_mm": "mm on the sensor"
-        },
-    });
+    let (kernels, depths_m, about) = request.trace(&recipe, &camera)?;
     let bank = Bank {
         kernels: &kernels,
         depths_m: &depths_m,
@@ -142,31 +126,18 @@ fn recipe(args: &PsfArgs) -> Result<Recipe, CommandError> {
     Ok(recipe)
 }
 
-fn plan(args: &PsfArgs, recipe: &Recipe) -> Result<BankPlan, CommandError> {
-    let bad = args.depths_m.iter().find(|d| d.is_nan() || **d <= 0.0);
-    if let Some(depth) = bad {
-        let text = format!("--depths-m has {depth}; allowed: depths above 0, inf");
-        return Err(CommandError::input(text));
-    }
+fn request(args: &PsfArgs) -> Result<BankRequest, CommandError> {
     let nodes = args.fields.split_once('x');
     let nodes = nodes.and_then(|(x, y)| Some((x.parse().ok()?, y.parse().ok()?)));
     let Some(nodes) = nodes else {
         let text = format!("--fields is {}; allowed: such as 5x5", args.fields);
         return Err(CommandError::input(text));
     };
-    let inverse = match args.depths_m.is_empty() {
-        false => args.depths_m.iter().map(|m| 1e-3 / m).collect(),
-        true => {
-            let focus = 1.0 / recipe.lens.focus_mm.unwrap_or(1000.0);
-            (0..9).map(|k| focus * (2.0 - f64::from(k) / 4.0)).collect()
-        }
-    };
-    Ok(BankPlan {
+    Ok(BankRequest {
+        depths_m: args.depths_m.clone(),
         nodes,
-        inverse_depths_per_mm: inverse,
         rays: args.rays,
         footprint: args.source.footprint(),
-        cut_share: 0.0,
     })
 }
 

@@ -7,6 +7,7 @@ use quadpixel::render::{LensTracing, RenderSettings};
 use quadpixel::scene::world::PathSettings;
 use quadpixel::sensor::{ShiftRule, Subpixels};
 use quadpixel_cli::exit::CommandError;
+use quadpixel_cli::number::number;
 use quadpixel_datasets::Registration;
 
 use quadpixel::em::Level;
@@ -26,7 +27,7 @@ pub struct SceneArgs {
         conflicts_with = "scene"
     )]
     pub file: Option<String>,
-    /// Main lens: a name of `qpgen lens list`, or a .json or .zmx file.
+    /// Main lens: a name of `qpgen lens list`, or a .json, .zmx or .seq file.
     #[arg(
         long,
         requires = "scene_file",
@@ -36,6 +37,7 @@ pub struct SceneArgs {
     lens: String,
     /// Depth in focus, mm from the first lens vertex.
     #[arg(
+        value_parser = number,
         long,
         requires = "scene_file",
         conflicts_with = "scene",
@@ -43,7 +45,7 @@ pub struct SceneArgs {
     )]
     focus_mm: f64,
     /// Stops the lens down to this F-number, such as 4; absent: wide open.
-    #[arg(long, requires = "scene_file", conflicts_with = "scene")]
+    #[arg(value_parser = number, long, requires = "scene_file", conflicts_with = "scene")]
     f_number: Option<f64>,
     /// Number of microlenses, columns x rows, such as 640x480.
     #[arg(
@@ -54,7 +56,7 @@ pub struct SceneArgs {
     )]
     size: String,
     /// Pitch of the microlenses, µm; absent: as --pixel has it, or 8 for the ideal box.
-    #[arg(long, requires = "scene_file", conflicts_with = "scene")]
+    #[arg(value_parser = number, long, requires = "scene_file", conflicts_with = "scene")]
     pitch_um: Option<f64>,
     /// Sub-pixels below each microlens: 1x1, 2x1, 1x2, 2x2, 3x3, 4x4 (columns x rows).
     #[arg(
@@ -84,19 +86,20 @@ pub struct SceneArgs {
     )]
     seed: u64,
     /// Length of the file's unit, mm; absent: 1000 (glTF's metre).
-    #[arg(long, requires = "scene_file", conflicts_with = "scene")]
+    #[arg(value_parser = number, long, requires = "scene_file", conflicts_with = "scene")]
     unit_mm: Option<f64>,
     /// Name of a camera of the file to look from; absent: the first one, or --distance-mm.
     #[arg(long, requires = "scene_file", conflicts_with = "scene")]
     camera: Option<String>,
     /// Puts the middle of everything at this depth on the axis, mm; absent (and no camera in the file): in focus.
-    #[arg(long, requires = "scene_file", conflicts_with = "scene")]
+    #[arg(value_parser = number, long, requires = "scene_file", conflicts_with = "scene")]
     distance_mm: Option<f64>,
     /// Scales everything so that the longest side of its box has this length, mm; absent: as it is.
-    #[arg(long, requires = "scene_file", conflicts_with = "scene")]
+    #[arg(value_parser = number, long, requires = "scene_file", conflicts_with = "scene")]
     size_mm: Option<f64>,
     /// Turns the scene about the upright axis, deg: positive shows more of its left side.
     #[arg(
+        value_parser = number,
         long,
         requires = "scene_file",
         conflicts_with = "scene",
@@ -106,6 +109,7 @@ pub struct SceneArgs {
     yaw_deg: f64,
     /// Turns the scene about the horizontal axis, deg: positive shows it from above.
     #[arg(
+        value_parser = number,
         long,
         requires = "scene_file",
         conflicts_with = "scene",
@@ -126,6 +130,7 @@ pub struct SceneArgs {
     /// Exposure in stops (0: a white wall of radiance 1 gives a sum of 1); absent: so that 95 % of the picture is below
     /// 0.8.
     #[arg(
+        value_parser = number,
         long,
         requires = "scene_file",
         conflicts_with = "scene",

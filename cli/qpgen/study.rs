@@ -1,5 +1,6 @@
 //! `qpgen study`: the paper's studies of the pixel with any pixel model, as tables, CSV files and plots.
 
+use quadpixel_cli::number::number;
 use quadpixel_cli::{out, outln};
 use std::path::PathBuf;
 
@@ -25,23 +26,23 @@ pub struct StudyArgs {
     /// 1.6um,2.8um,3.5um (coherent), 3.5um-thin-filter (cra), 1.6um (flat-field, corrected), 1.6um-bayer (mosaic).
     #[arg(long, value_delimiter = ',')]
     pixel: Vec<String>,
-    /// Of the flat-field study: lens shifts per pitch, a multiple of 8.
-    #[arg(long, default_value_t = 16)]
-    shifts: usize,
+    /// Of the flat-field study: lens shifts per pitch, a multiple of 8; absent: 16.
+    #[arg(long)]
+    shifts: Option<usize>,
     /// Of the corrected study: under all lens shifts, not only the centred lens.
     #[arg(long)]
     all_shifts: bool,
-    /// Of the cra study: F-number of the cone of light that the sub-pixels share equally.
-    #[arg(long, default_value_t = 2.0)]
-    cone_f_number: f64,
+    /// Of the cra and flat-field studies: F-number of the cone of light that the sub-pixels share equally; absent: 2.
+    #[arg(value_parser = number, long)]
+    cone_f_number: Option<f64>,
     #[command(flatten)]
     model: PixelModelArgs,
-    /// Step of the angle of incidence, deg, such as 2.5.
-    #[arg(long, default_value_t = 1.0)]
-    theta_step_deg: f64,
-    /// Largest angle of incidence, deg, from the chief ray.
-    #[arg(long, default_value_t = 50.0)]
-    theta_max_deg: f64,
+    /// Of studies over the angle of incidence: its step, deg, such as 2.5; absent: 1.
+    #[arg(value_parser = number, long)]
+    theta_step_deg: Option<f64>,
+    /// Of the same: its largest, deg, from the chief ray; absent: 50.
+    #[arg(value_parser = number, long)]
+    theta_max_deg: Option<f64>,
     /// Folder for KIND.csv and KIND.svg (of flat-field a .png, of size a .jpg), also KIND-ranges.csv, or
     /// cra-shifts.csv. While the study runs: KIND.partial, from which a killed study goes on.
     #[arg(long, default_value = "study")]
@@ -101,12 +102,13 @@ pub fn run(args: &StudyArgs, log: Log) -> Result<(), CommandError> {
 }
 
 fn studied(args: &StudyArgs, observer: &Progress) -> Result<StudyReport, CommandError> {
+    args.check_options()?;
     let out = &args.out;
     let report = match args.kind {
         Kind::Cra => {
             let stack = args.one_pixel("3.5um-thin-filter")?;
             let model = args.model.choice().for_all_shifts(&stack).0;
-            study::chief_ray(&stack, &model, args.cone_f_number, out, observer)
+            study::chief_ray(&stack, &model, args.cone_f_number(), out, observer)
         }
         Kind::FlatField => {
             let (stack, settings) = args.flat_field()?;
@@ -156,6 +158,49 @@ fn studied(args: &StudyArgs, observer: &Progress) -> Result<StudyReport, Command
 }
 
 impl StudyArgs {
+    /// An option that the study does not ask for is refused, not passed over.
+    fn check_options(&self) -> Result<(), CommandError> {
+        use Kind::{
+            Coherent, Corrected, Cra, Filter, FlatField, Microlens, Mosaic, Pitch, Rejection, Size,
+            Tungsten, Wavelength,
+        };
+        let over_angles = [
+            Rejection, Microlens, Pitch, Wavelength, Filter, Tungsten, Mosaic,
+        ];
+        let of_pixels = [Rejection, Size, Coherent, Cra, FlatField, Corrected, Mosaic];
+        let options: [(&str, bool, &[Kind]); 6] = [
+            ("pixel", !self.pixel.is_empty(), &of_pixels),
+            ("shifts", self.shifts.is_some(), &[FlatField]),
+            ("all-shifts", self.all_shifts, &[Corrected]),
+            (
+                "cone-f-number",
+                self.cone_f_number.is_some(),
+                &[Cra, FlatField],
+            ),
+            (
+                "theta-step-deg",
+                self.theta_step_deg.is_some(),
+                &over_angles,
+            ),
+            ("theta-max-deg", self.theta_max_deg.is_some(), &over_angles),
+        ];
+        let ignored =
+            |(_, given, kinds): &&(&str, bool, &[Kind])| *given && !kinds.contains(&self.kind);
+        let Some((option, _, kinds)) = options.iter().find(ignored) else {
+            return Ok(());
+        };
+        let name = |kind: &Kind| Some(kind.to_possible_value()?.get_name().to_owned());
+        let names: Vec<String> = kinds.iter().filter_map(name).collect();
+        Err(CommandError::input(format!(
+            "--{option} does not apply to this study; allowed: with {}",
+            names.join(", ")
+        )))
+    }
+
+    fn cone_f_number(&self) -> f64 {
+        self.cone_f_number.unwrap_or(2.0)
+    }
+
     /// The pixels, or else those of the study.
     fn pixels(&self, default: &[&str]) -> Vec<String> {
         match &self.pixel[..] {
@@ -176,7 +221,8 @@ impl StudyArgs {
     }
 
     fn angles(&self) -> Result<Angles, CommandError> {
-        Angles::new(self.theta_step_deg, self.theta_max_deg).map_err(|e| {
+        let step_deg = self.theta_step_deg.unwrap_or(1.0);
+        Angles::new(step_deg, self.theta_max_deg.unwrap_or(50.0)).map_err(|e| {
             CommandError::input(format!(
                 "--theta-step-deg is {} and --theta-max-deg {}; allowed: {}",
                 e.step_deg, e.largest_deg, e.allowed
@@ -201,20 +247,19 @@ impl StudyArgs {
 
     /// Pixel and table of the flat-field study.
     fn flat_field(&self) -> Result<(PixelStack, TableSettings), CommandError> {
-        if !(8..=32).contains(&self.shifts) || !self.shifts.is_multiple_of(8) {
+        let shifts = self.shifts.unwrap_or(16);
+        if !(8..=32).contains(&shifts) || !shifts.is_multiple_of(8) {
             return Err(CommandError::input(format!(
-                "--shifts is {}; allowed: 8, 16, 24 or 32",
-                self.shifts
+                "--shifts is {shifts}; allowed: 8, 16, 24 or 32"
             )));
         }
         let stack = self.one_pixel("1.6um")?;
-        let shifts = ShiftSettings {
-            per_pitch: self.shifts,
-            cone_f_number: self.cone_f_number,
-        };
         let settings = TableSettings {
-            shifts: Some(shifts),
-            ..self.model.shifted(&stack, self.shifts)
+            shifts: Some(ShiftSettings {
+                per_pitch: shifts,
+                cone_f_number: self.cone_f_number(),
+            }),
+            ..self.model.shifted(&stack, shifts)
         };
         Ok((stack, settings))
     }

@@ -1,5 +1,6 @@
 //! `qpgen validate`: the paper's two experiments as numbers (`validation.json`) and polar plots (`validation.png`).
 
+use quadpixel_cli::number::number;
 use quadpixel_cli::outln;
 use std::path::PathBuf;
 
@@ -32,7 +33,7 @@ pub struct ValidateArgs {
     #[arg(long, default_value_t = 16384)]
     rays: usize,
     /// Largest angle of incidence, deg.
-    #[arg(long, default_value_t = 50.0)]
+    #[arg(value_parser = number, long, default_value_t = 50.0)]
     theta_max_deg: f64,
     /// Folder for validation.json and validation.png.
     #[arg(long, short, default_value = "validation")]

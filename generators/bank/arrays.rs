@@ -16,11 +16,60 @@ use std::path::Path;
 
 use ndarray::{ArrayView, ArrayView1, IxDyn};
 use ndarray_npy::{NpzWriter, WritableElement};
-use quadpixel::render::kernels::{LaneFigures, Support};
+use quadpixel::render::kernels::{KernelBank, LaneFigures, Support};
 
 use super::{Bank, BankError};
 
 type Npz = NpzWriter<Cursor<Vec<u8>>>;
+
+/// The numbers of a bank, row after row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BankArrays {
+    /// [depth, field row, field column, channel, sub-pixel, y, x].
+    pub shape: [usize; 7],
+    /// Parts of each kernel's light, of that shape.
+    pub kernel: Vec<f32>,
+    /// What a white wall gives, sr: the shape from its second axis to its fifth.
+    pub energy_sr: Vec<f64>,
+    /// The shape's first five axes, then (x, y), px.
+    pub centroid_px: Vec<f64>,
+    /// Parts of the light beyond the kernels: the shape's first five axes.
+    pub beyond: Vec<f64>,
+    /// Row and column of the point's own pixel.
+    pub origin: [i64; 2],
+    /// The second and third axis, then (x, y), mm.
+    pub field_mm: Vec<f64>,
+}
+
+impl BankArrays {
+    /// Of a bank; `None` without a depth.
+    pub fn new(kernels: &KernelBank) -> Option<Self> {
+        let (nx, ny) = kernels.size();
+        let (depths, channels) = (kernels.depths().len(), kernels.channels());
+        let subpixels = kernels.subpixels().count();
+        let support = kernels.support()?;
+        let figures = |depth: usize| {
+            let lanes = (0..nx * ny * channels * subpixels).map(move |k| {
+                let (node, lane) = (k / (channels * subpixels), k % (channels * subpixels));
+                (node, lane / subpixels, lane % subpixels)
+            });
+            lanes.map(move |(node, channel, s)| kernels.figures(depth, node, channel, s))
+        };
+        let all: Vec<LaneFigures> = (0..depths).flat_map(figures).collect();
+        let size = (support.height, support.width);
+        Some(Self {
+            shape: [depths, ny, nx, channels, subpixels, size.0, size.1],
+            kernel: planes(kernels, support),
+            energy_sr: figures(0).map(|f| f.white_sr).collect(),
+            centroid_px: all.iter().flat_map(|f| f.centroid_px.to_array()).collect(),
+            beyond: all.iter().map(|f| f.beyond).collect(),
+            origin: [-i64::from(support.top), -i64::from(support.left)],
+            field_mm: (0..nx * ny)
+                .flat_map(|node| kernels.node_mm(node).to_array())
+                .collect(),
+        })
+    }
+}
 
 /// The bytes of the file; `path` names it in errors.
 pub(super) fn npz(path: &Path, bank: &Bank<'_>) -> Result<Vec<u8>, BankError> {
@@ -46,46 +95,27 @@ fn add<T: WritableElement>(
 }
 
 fn fill(npz: &mut Npz, bank: &Bank<'_>) -> Result<(), String> {
-    let kernels = bank.kernels;
-    let (nx, ny) = kernels.size();
-    let (depths, channels) = (kernels.depths().len(), kernels.channels());
-    let subpixels = kernels.subpixels().count();
-    let support = kernels.support().ok_or("no depth")?;
-    let whole = [depths, ny, nx, channels, subpixels];
-    let figures = |depth: usize| {
-        let lanes = (0..nx * ny * channels * subpixels).map(move |k| {
-            let (node, lane) = (k / (channels * subpixels), k % (channels * subpixels));
-            (node, lane / subpixels, lane % subpixels)
-        });
-        lanes.map(move |(node, channel, s)| kernels.figures(depth, node, channel, s))
-    };
-    let all: Vec<LaneFigures> = (0..depths).flat_map(figures).collect();
-    let energy: Vec<f64> = figures(0).map(|f| f.white_sr).collect();
-    let centroid: Vec<f64> = all.iter().flat_map(|f| f.centroid_px.to_array()).collect();
-    let beyond: Vec<f64> = all.iter().map(|f| f.beyond).collect();
-    let places = (0..nx * ny).flat_map(|node| kernels.node_mm(node).to_array());
-    let [with_xy, with_pixels] =
-        [vec![2], vec![support.height, support.width]].map(|last| [&whole[..], &last].concat());
-    add(npz, "kernel", &with_pixels, &planes(bank, support))?;
-    add(npz, "energy_sr", &whole[1..], &energy)?;
-    add(npz, "centroid_px", &with_xy, &centroid)?;
-    add(npz, "beyond", &whole, &beyond)?;
+    let arrays = BankArrays::new(bank.kernels).ok_or("no depth")?;
+    let whole = &arrays.shape[..5];
+    add(npz, "kernel", &arrays.shape, &arrays.kernel)?;
+    add(npz, "energy_sr", &whole[1..], &arrays.energy_sr)?;
     add(
         npz,
-        "origin",
-        &[2],
-        &[-i64::from(support.top), -i64::from(support.left)],
+        "centroid_px",
+        &[whole, &[2]].concat(),
+        &arrays.centroid_px,
     )?;
-    add(npz, "depth_m", &[depths], bank.depths_m)?;
-    add(npz, "field_mm", &[ny, nx, 2], &places.collect::<Vec<f64>>())?;
+    add(npz, "beyond", whole, &arrays.beyond)?;
+    add(npz, "origin", &[2], &arrays.origin)?;
+    add(npz, "depth_m", &[whole[0]], bank.depths_m)?;
+    add(npz, "field_mm", &[whole[1], whole[2], 2], &arrays.field_mm)?;
     let meta = serde_json::to_vec(&bank.about).map_err(|e| format!("meta: {e}"))?;
     npz.add_array("meta", &ArrayView1::from(&meta))
         .map_err(|e| format!("meta: {e}"))
 }
 
 /// `[depth][node][channel][sub-pixel][y][x]` on one support.
-fn planes(bank: &Bank<'_>, support: Support) -> Vec<f32> {
-    let kernels = bank.kernels;
+fn planes(kernels: &KernelBank, support: Support) -> Vec<f32> {
     let (nx, ny) = kernels.size();
     let count = kernels.channels() * kernels.subpixels().count();
     let plane = support.width * support.height;

@@ -1,6 +1,7 @@
 //! A bank of kernels as files: numbers (`.npz`), pictures of them as linear floats (EXR), and a contact sheet (PNG).
 
 mod arrays;
+mod request;
 mod sheet;
 mod tiles;
 
@@ -14,6 +15,9 @@ use quadpixel::render::kernels::{BankPlan, KernelBank};
 use quadpixel::render::truth::{DisparityField, SightRays};
 
 use crate::field_error::FieldError;
+
+pub use arrays::BankArrays;
+pub use request::BankRequest;
 
 /// Bytes per value of a kernel while a bank is made and written.
 const BYTES_PER_VALUE: u64 = 24;

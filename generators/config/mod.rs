@@ -3,6 +3,7 @@
 //! The default is the commented file `generators/config/default.toml`; `qpgen dataset --print-config` prints it.
 
 mod error;
+mod lens_folder;
 mod number;
 pub mod preset;
 mod readout;
@@ -15,6 +16,7 @@ mod world;
 
 pub use error::ConfigError;
 use error::check_filled;
+pub use lens_folder::LensFilter;
 pub use number::{Draw, Range, Scale};
 pub use readout::ReadoutConfig;
 pub use response::{ResponseConfig, StackConfig, TableConfig};
@@ -90,8 +92,15 @@ pub struct DatasetConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LensConfig {
-    /// Names in the library or files; one is drawn a sample.
+    /// Names in the library or files; one is drawn for each sample.
+    #[serde(default)]
     pub names: Vec<String>,
+    /// Folder of lens files, each of which is drawn like a name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// Which of them; absent: all that load.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub filter: Option<LensFilter>,
     /// Focused depth, mm.
     pub focus_mm: Draw,
     /// F-number; absent: wide open.
@@ -177,13 +186,13 @@ impl DatasetConfig {
     pub fn check(&self) -> Result<(), ConfigError> {
         check_filled(&[
             ("count", self.count),
-            ("lens.names", self.lens.names.len()),
             ("sensor.width", self.sensor.width),
             ("sensor.height", self.sensor.height),
             ("rays_per_pixel", self.rays_per_pixel),
             ("scene.charts", self.scene.charts.len()),
             ("scene.texture_px", self.scene.texture_px),
         ])?;
+        self.lens.check_names()?;
         check_simulated("sensor", self.sensor.subpixels)?;
         self.response.check()?;
         self.check_draws()?;

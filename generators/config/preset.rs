@@ -13,11 +13,11 @@ use crate::config::{DatasetConfig, ResponseConfig};
 pub fn about(preset: Preset) -> &'static str {
     match preset {
         Preset::Draft => {
-            "32 rays per microlens and channel, coarse response tables: a quarter of the time, twice the noise"
+            "32 rays per microlens and channel, coarse response tables: half the time, twice the noise"
         }
-        Preset::Standard => "128 rays per microlens and channel: the default",
+        Preset::Standard => "96 rays per microlens and channel: the default",
         Preset::Reference => {
-            "512 rays per microlens and channel, converged response tables: four times the time, half the noise"
+            "512 rays per microlens and channel, converged response tables: many times the time, 0.4 of the noise"
         }
     }
 }
@@ -26,7 +26,7 @@ pub fn about(preset: Preset) -> &'static str {
 pub fn apply(preset: Preset, config: &mut DatasetConfig) {
     let (rays, wavelengths) = match preset {
         Preset::Draft => (32, 2),
-        Preset::Standard => (128, 4),
+        Preset::Standard => (96, 4),
         Preset::Reference => (512, 8),
     };
     config.rays_per_pixel = rays;

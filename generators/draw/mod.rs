@@ -128,6 +128,11 @@ fn response(
 }
 
 fn lens(config: &LensConfig, dice: &Dice, focus_mm: f64) -> Result<LensRecipe, RecipeError> {
+    if config.names.is_empty() {
+        return Err(RecipeError::Incomplete(
+            "lens.names: empty, the lenses of lens.from were not listed",
+        ));
+    }
     let name = dice.choice(&config.names, Purpose::Lens, 0).clone();
     let (misalignments, deviations) = match &config.tolerances {
         Some(tolerances) => optics::defects(tolerances, dice, &name)?,

@@ -136,7 +136,7 @@ pub struct SampleId {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LensRecipe {
-    /// Name in the lens library, or a `.json` or `.zmx` file.
+    /// Name in the lens library, or a `.json`, `.zmx` or `.seq` file.
     pub name: String,
     /// Depth that is in focus, mm from the first lens vertex; absent (or `inf`): infinity.
     #[serde(default, skip_serializing_if = "Option::is_none")]

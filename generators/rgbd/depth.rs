@@ -1,4 +1,4 @@
-//! Depth in mm of a depth file, by rules:
+//! Depth in mm of the numbers of a depth map, by rules:
 //!
 //! | kind | hole | sky (+∞) |
 //! |---|---|---|
@@ -14,23 +14,22 @@ use quadpixel::image::Image;
 use quadpixel::units::M_PER_MM;
 
 use super::error::PictureError;
-use super::files::{self, Stored};
+use super::files::Stored;
 use super::meaning::{DepthKind, Meaning};
 
 /// Names of the channel of depth in an EXR of several.
 const CHANNELS: [&str; 7] = ["Z", "z", "depth", "Depth", "Y", "D", "R"];
 
-/// W × H × 1, z in mm: NaN for a hole, +∞ for the sky.
-pub(super) fn read(path: &Path, meaning: &Meaning) -> Result<Image, PictureError> {
+/// W × H × 1, z in mm: NaN for a hole, +∞ for the sky. `path` is what errors name.
+pub(super) fn of(stored: &Stored, path: &Path, meaning: &Meaning) -> Result<Image, PictureError> {
     let refused = |what: String| PictureError::File {
         path: path.to_owned(),
         what,
     };
-    let stored = files::read(path)?;
     let (width, height) = (stored.image.width(), stored.image.height());
-    let to_m = to_metres(&stored, meaning, (width, height)).map_err(refused)?;
+    let to_m = to_metres(stored, meaning, (width, height)).map_err(refused)?;
     let nearest_m = meaning.nearest_m.unwrap_or(0.0);
-    let channel = channel(&stored);
+    let channel = channel(stored);
     let pixels = stored.image.data().chunks_exact(stored.image.channels());
     let data = pixels.enumerate().map(|(i, p)| {
         let number = f64::from(p[channel]);
@@ -73,14 +72,14 @@ fn to_metres(
         (None, None, _) | (None, _, DepthKind::Disparity) => 1.0,
         (None, Some(_), _) => {
             return Err("whole numbers without a unit; allowed: with --depth-unit m, cm, mm or metres per number, or \
-                        `unit` in a sidecar"
+                        `unit` in a sidecar or a call"
                 .into());
         }
     };
     let camera = || {
         meaning.camera(width, height).ok_or_else(|| {
             format!(
-                "depth of kind {} without the picture's camera; allowed: with --hfov-deg, --focal-px, or `intrinsics` or `hfov_deg` in a sidecar",
+                "depth of kind {} without the picture's camera; allowed: with --hfov-deg, --focal-px, or `intrinsics` or `hfov_deg` in a sidecar or a call",
                 kind.name()
             )
         })
@@ -102,7 +101,7 @@ fn to_metres(
             let [fx, ..] = camera()?;
             let Some(baseline_m) = meaning.baseline_m else {
                 return Err(
-                    "disparity without a baseline; allowed: with --baseline-m, or `baseline_m` in a sidecar".into(),
+                    "disparity without a baseline; allowed: with --baseline-m, or `baseline_m` in a sidecar or a call".into(),
                 );
             };
             let offset = meaning.disparity_offset_px.unwrap_or(0.0);

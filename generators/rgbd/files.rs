@@ -1,6 +1,6 @@
 //! Numbers of a file as they are stored, and of what kind they are.
 
-use std::io::Cursor;
+use std::io::{BufReader, Cursor};
 use std::path::Path;
 
 use image::{DynamicImage, ImageReader};
@@ -9,13 +9,48 @@ use quadpixel::image::exr::NamedLayer;
 use quadpixel::image::raster::{FLOAT_BYTES, decoded};
 use quadpixel::image::{Image, ImageError, maps};
 
-/// Numbers as stored.
-pub(super) struct Stored {
-    pub image: Image,
+/// Numbers of a picture or of its depth as they are stored.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stored {
+    pub(super) image: Image,
     /// Names of the channels of an EXR; else numbers.
-    pub channels: Vec<String>,
+    pub(super) channels: Vec<String>,
     /// The largest that a whole number may be; `None` for floats.
-    pub full_scale: Option<f32>,
+    pub(super) full_scale: Option<f32>,
+}
+
+impl Stored {
+    /// Numbers in memory; `full_scale`: the largest of their type for whole numbers, `None` for floats.
+    pub fn array(image: Image, full_scale: Option<f32>) -> Self {
+        let channels = (0..image.channels()).map(|c| c.to_string()).collect();
+        Self {
+            image,
+            channels,
+            full_scale,
+        }
+    }
+
+    /// Hash of the numbers, 64 hexadecimal digits.
+    fn hash(&self) -> String {
+        let mut hash = blake3::Hasher::new();
+        let size = [
+            self.image.width(),
+            self.image.height(),
+            self.image.channels(),
+        ];
+        let scale = self.full_scale.unwrap_or(0.0);
+        hash.update(format!("{size:?} {scale}").as_bytes());
+        for part in self.image.data().chunks(4096) {
+            let bytes: Vec<u8> = part.iter().flat_map(|v| v.to_le_bytes()).collect();
+            hash.update(&bytes);
+        }
+        hash.finalize().to_hex().to_string()
+    }
+
+    /// What arrays are called where files have their names.
+    pub(super) fn name(&self) -> String {
+        format!("array-{}", &self.hash()[..16])
+    }
 }
 
 /// Reads PNG, JPEG, TIFF, EXR, PFM or NPY, told apart by content; alpha is dropped.
@@ -30,7 +65,9 @@ pub(super) fn read(path: &Path) -> Result<Stored, ImageError> {
 
 /// Columns and rows, by the header of a picture; other files are read whole.
 pub(super) fn size(path: &Path) -> Result<(usize, usize), ImageError> {
-    let header = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
+    // A pipe is refused here: to open it would wait for who writes to it.
+    let opened = BufReader::new(file::open(path)?);
+    let header = ImageReader::new(opened).with_guessed_format();
     let size = header.ok().and_then(|reader| reader.into_dimensions().ok());
     if let Some((width, height)) = size {
         return Ok((width as usize, height as usize));
@@ -97,9 +134,6 @@ fn picture(path: &Path, bytes: Vec<u8>) -> Result<Stored, ImageError> {
         other => (3, Some(255.0), whole(other.into_rgb8().into_raw())),
     };
     let image = Image::from_vec(width, height, channels, data);
-    Ok(Stored {
-        image: image.ok_or_else(|| failed("its size does not match its data".into()))?,
-        channels: (0..channels).map(|c| c.to_string()).collect(),
-        full_scale,
-    })
+    let image = image.ok_or_else(|| failed("its size does not match its data".into()))?;
+    Ok(Stored::array(image, full_scale))
 }

@@ -1,17 +1,16 @@
-//! Linear light of a picture's file.
+//! Linear light of a picture's numbers.
 
 use std::path::Path;
 
 use quadpixel::image::{Image, srgb};
 
 use super::error::PictureError;
-use super::files;
+use super::files::Stored;
 use super::meaning::{Encoding, Meaning};
 
 /// W × H × 3 linear light; whole numbers have 1 at their full scale. Negative light, which filters leave in floats, is
-/// 0; gray has three equal channels.
-pub(super) fn read(path: &Path, meaning: &Meaning) -> Result<Image, PictureError> {
-    let stored = files::read(path)?;
+/// 0; gray has three equal channels. `path` is what errors name.
+pub(super) fn of(stored: &Stored, path: &Path, meaning: &Meaning) -> Result<Image, PictureError> {
     let is_srgb = match (meaning.encoding.unwrap_or_default(), stored.full_scale) {
         (Encoding::Srgb, _) | (Encoding::Auto, Some(_)) => true,
         (Encoding::Linear, _) | (Encoding::Auto, None) => false,

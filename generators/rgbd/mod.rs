@@ -1,4 +1,4 @@
-//! Pictures with depth from files: what the numbers of a file mean, and the pairs of two folders.
+//! Pictures with depth from files and arrays: what their numbers mean, and the pairs of two folders.
 
 mod depth;
 mod error;
@@ -10,6 +10,7 @@ mod preset;
 mod recipe;
 
 pub use error::PictureError;
+pub use files::Stored;
 pub use meaning::{DepthKind, Encoding, Intrinsics, Meaning};
 pub use pairs::{Pair, pairs};
 pub use preset::Preset;

@@ -6,6 +6,7 @@ use quadpixel::file;
 use quadpixel::rgbd::{DepthPicture, RgbdError};
 use serde::{Deserialize, Serialize};
 
+use super::files::Stored;
 use super::meaning::{DepthKind, Meaning};
 use super::{PictureError, depth, files, light, preset};
 
@@ -84,14 +85,43 @@ impl RgbdRecipe {
         })
     }
 
+    /// Of numbers in memory, and their picture; hashes of the numbers are in the place of names of files.
+    ///
+    /// # Errors
+    /// As of [`Self::new`] and [`Self::read`].
+    pub fn of_arrays(
+        image: &Stored,
+        depth: &Stored,
+        meaning: &Meaning,
+    ) -> Result<(Self, DepthPicture), PictureError> {
+        meaning.check().map_err(|what| PictureError::File {
+            path: "depth".into(),
+            what,
+        })?;
+        let recipe = Self {
+            image: image.name(),
+            depth: depth.name(),
+            meaning: meaning.clone(),
+            level: Level::default(),
+            focus_share: None,
+        };
+        let picture = recipe.picture(image, depth)?;
+        Ok((recipe, picture))
+    }
+
     /// Reads both.
     ///
     /// # Errors
     /// A file that cannot be read or whose numbers do not serve; sizes that differ; light that is none.
     pub fn read(&self) -> Result<DepthPicture, PictureError> {
-        let (image, depth) = (Path::new(&self.image), Path::new(&self.depth));
-        let light = light::read(image, &self.meaning)?;
-        let depth_mm = depth::read(depth, &self.meaning)?;
+        let image = files::read(Path::new(&self.image))?;
+        let depth = files::read(Path::new(&self.depth))?;
+        self.picture(&image, &depth)
+    }
+
+    fn picture(&self, image: &Stored, depth: &Stored) -> Result<DepthPicture, PictureError> {
+        let light = light::of(image, Path::new(&self.image), &self.meaning)?;
+        let depth_mm = depth::of(depth, Path::new(&self.depth), &self.meaning)?;
         DepthPicture::new(light, depth_mm).map_err(|cause| self.pair(cause))
     }
 

@@ -10,8 +10,8 @@ use quadpixel::response::ResponseLookup;
 use quadpixel_datasets::{Effect, Effects, EstimatedError, Reason};
 
 /// Pitch, µm; the largest error of a texture, in focus and with blurs of up to 4 px; the largest shift of a half's
-/// view, px: F/1.7 to F/8 (`benches/runs/2026-11-22/coherent.md`). Two of the full cone, the last of a section.
-const ERRORS: [(f64, f64, f64); 3] = [(1.6, 0.15, 0.12), (2.8, 0.38, 0.16), (3.5, 0.52, 0.19)];
+/// view, px: F/1.7 to F/8 (`benches/runs/2026-11-22/coherent.md`).
+const ERRORS: [(f64, f64, f64); 3] = [(1.6, 0.15, 0.12), (2.8, 0.38, 0.16), (3.5, 0.49, 0.19)];
 /// What these stand for.
 const PITCHES_UM: std::ops::RangeInclusive<f64> = 1.4..=3.7;
 const F_NUMBERS: std::ops::RangeInclusive<f64> = 1.7..=8.0;
@@ -107,7 +107,7 @@ mod tests {
         }
         assert_eq!(of_pitch(1.5), of_pitch(1.6));
         assert_eq!(of_pitch(3.7), of_pitch(3.5));
-        for (pitch_um, texture, shift) in [(2.2, 0.265, 0.14), (3.15, 0.45, 0.175)] {
+        for (pitch_um, texture, shift) in [(2.2, 0.265, 0.14), (3.15, 0.435, 0.175)] {
             let found = of_pitch(pitch_um);
             assert!((found.0 - texture).abs() < 1e-12 && (found.1 - shift).abs() < 1e-12);
         }

@@ -5,9 +5,11 @@ mod ledger;
 mod noisy;
 mod picture;
 mod planned;
+mod prepare;
 mod prepared;
 mod rendered;
 pub mod stages;
 
-pub use prepared::{Prepared, Rays, SampleError, prepare, render_sample};
+pub use prepare::{prepare, prepare_picture};
+pub use prepared::{Prepared, Rays, SampleError, render_sample};
 pub use rendered::Sample;

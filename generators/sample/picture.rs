@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use quadpixel::effects::{Choice, Shot, plan};
 use quadpixel::image::Image;
-use quadpixel::render::truth::{DisparityField, SightRays};
+use quadpixel::render::truth::{DisparityField, SightRays, WhiteField};
 use quadpixel::render::{RenderStats, Rendered};
 use quadpixel::rgbd::{Conversion, Converted, DepthPicture};
 use quadpixel_datasets as spec;
@@ -19,16 +19,17 @@ use crate::observer::{Event, Observer};
 use crate::recipe::{Recipe, RecipeError, SampleId};
 use crate::rgbd::{Level, RgbdRecipe};
 
-/// The picture of a recipe, if it has one; and the recipe with its focus at a depth of the picture, where it asks so.
+/// The recipe of a picture, with its focus at a depth of the picture where it asks so.
 ///
 /// # Errors
-/// Files that cannot be read, or are not of the sensor window's size.
-pub(super) fn read(recipe: &Recipe) -> Result<(Option<DepthPicture>, Recipe), RecipeError> {
+/// A picture that is not of the sensor window's size.
+pub(super) fn resolved(recipe: &Recipe, picture: &DepthPicture) -> Result<Recipe, RecipeError> {
     let mut resolved = recipe.clone();
     let Some(rgbd) = &recipe.rgbd else {
-        return Ok((None, resolved));
+        return Err(RecipeError::Incomplete(
+            "rgbd is absent; allowed: what the picture's numbers mean",
+        ));
     };
-    let picture = rgbd.read()?;
     let (width, height) = (picture.light().width(), picture.light().height());
     if (width, height) != (recipe.sensor.width, recipe.sensor.height) {
         let window = format!("{} x {}", recipe.sensor.width, recipe.sensor.height);
@@ -39,7 +40,7 @@ pub(super) fn read(recipe: &Recipe) -> Result<(Option<DepthPicture>, Recipe), Re
         let focus_mm = picture.depth_quantile_mm(share);
         resolved.lens.focus_mm = focus_mm.is_finite().then_some(focus_mm);
     }
-    Ok((Some(picture), resolved))
+    Ok(resolved)
 }
 
 impl Prepared {
@@ -106,6 +107,7 @@ impl Prepared {
         let shown = Shown {
             rendered: rendered(&converted),
             target: Some(converted.target),
+            white: WhiteField::from_fields(camera, &fields),
             fields,
             sight,
             geometry,

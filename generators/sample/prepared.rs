@@ -18,6 +18,7 @@ use super::coherence;
 use super::ledger::ledger;
 use super::noisy::Noisy;
 use super::planned;
+use super::prepare::prepare;
 use super::rendered::{Maps, Sample, Shifts, raw_white, saturation};
 use super::stages::{Stages, timed};
 use crate::assemble::{self, ColourCall, Responses};
@@ -65,10 +66,10 @@ pub fn render_sample(
 /// A recipe put together, before its first ray.
 pub struct Prepared {
     pub(super) recipe: Recipe,
-    colours: ColourCall,
-    response: Arc<Response>,
+    pub(super) colours: ColourCall,
+    pub(super) response: Arc<Response>,
     pub(super) camera: Camera,
-    scene: Scene,
+    pub(super) scene: Scene,
     /// In the place of the scene.
     pub(super) picture: Option<DepthPicture>,
     pub(super) warnings: Vec<String>,
@@ -85,58 +86,11 @@ pub enum Rays {
     Develop(Box<RayRecord>),
 }
 
-/// Lens, response, camera and scene of a recipe.
-///
-/// # Errors
-/// What a field of the recipe is and may be.
-pub fn prepare(
-    recipe: &Recipe,
-    responses: &mut Responses,
-    observer: &dyn Observer,
-) -> Result<Prepared, RecipeError> {
-    (recipe.tolerance.check()).map_err(RecipeError::Tolerance)?;
-    recipe.check()?;
-    let (picture, resolved) = super::picture::read(recipe)?;
-    lens_tracing::check(&resolved.lens_tracing)?;
-    let mut stages = Stages::default();
-    let called = timed(&mut stages.effects_s, || {
-        assemble::with_colour(&resolved, responses)
-    })?;
-    let (recipe, colours) = (&called.0, called.1);
-    let response = timed(&mut stages.response_s, || responses.get(recipe, &observer))?;
-    let (camera, scene, warnings) = timed(&mut stages.scene_s, || {
-        let camera = assemble::camera(recipe, &response)?;
-        let framing = assemble::framing_camera(recipe, &response)?;
-        let framing = framing.as_ref().unwrap_or(&camera);
-        let (scene, warnings) = assemble::scene_and_warnings(recipe, framing)?;
-        Ok::<_, RecipeError>((camera, scene, warnings))
-    })?;
-    for warning in &assemble::lens(&recipe.lens)?.prescription().warnings {
-        responses.warn(warning.clone());
-    }
-    let beyond = camera.chief_rays_beyond();
-    if beyond > 0.0 {
-        responses.warn(format!(
-            "chief rays of {:.1} % of the window lie beyond the last one that the response holds a microlens shift for; its shift is taken there",
-            100.0 * beyond
-        ));
-    }
-    Ok(Prepared {
-        recipe: recipe.clone(),
-        colours,
-        response,
-        camera,
-        scene,
-        picture,
-        warnings,
-        stages,
-    })
-}
-
 /// What was rendered of a scene, and its truth.
 pub(super) struct Shown {
     pub rendered: Rendered,
     pub fields: Vec<DisparityField>,
+    pub white: WhiteField,
     pub sight: SightRays,
     pub geometry: GeometryTruth,
     /// sr times the unit of radiance; absent: it is to be rendered.
@@ -220,7 +174,9 @@ impl Prepared {
         self.warnings.extend(lens_tracing::warning(&self.camera));
         let several = self.scene.planes().len() > 1 || self.scene.world().is_some();
         let surfaces = several.then_some(geometry.surfaces.as_slice());
+        let white = WhiteField::from_fields(&self.camera, &fields);
         let shot = Render::new(&self.camera, &self.scene, settings)
+            .white(&white)
             .occlusion(surfaces)
             .progress(&observer);
         let (rendered, record) = timed(&mut self.stages.rays_s, || match rays {
@@ -232,6 +188,7 @@ impl Prepared {
         let shown = Shown {
             rendered,
             fields,
+            white,
             sight,
             geometry,
             target: None,
@@ -250,6 +207,7 @@ impl Prepared {
         let Shown {
             rendered,
             fields,
+            white,
             sight,
             geometry,
             mut decisions,
@@ -257,7 +215,6 @@ impl Prepared {
             choice,
             left_out_together,
         } = shown;
-        let white = WhiteField::from_fields(camera, &fields);
         let field = &fields[ChannelWavelengths::REFERENCE.min(fields.len() - 1)];
         let defocus = Defocus::new(camera)
             .unwrap_or_else(|| unreachable!("a camera with a lens has a focus"));

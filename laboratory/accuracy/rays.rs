@@ -1,12 +1,13 @@
-//! Rays a pixel: noise of the image against that of many more rays. Random points have 1/√N; scrambled Sobol points
-//! better.
+//! Rays per pixel: noise of the image against that of many more rays, with what a white wall is known to give, as
+//! samples are rendered, and without. Random points have 1/√N; scrambled Sobol points better.
 
 use crate::error::LaboratoryError;
+use quadpixel::render::truth::WhiteField;
 use quadpixel::spectrum::ChannelWavelengths;
 
 use super::clock::best_of;
 use super::row::{Curve, Row, Table, power};
-use super::work::{FOCUS_MM, Size, Work, mosaic, percent};
+use super::work::{FOCUS_MM, Size, Work, mosaic, mosaic_by_white, percent};
 
 /// Distances of the chart, mm.
 const DISTANCES: [(&str, f64); 2] = [("in focus", FOCUS_MM), ("out of focus", 400.0)];
@@ -47,29 +48,37 @@ fn of(plan: &Plan) -> Result<Table, LaboratoryError> {
     let work = Work::new(plan.side)?;
     let camera = work.camera(ChannelWavelengths::default())?;
     let subpixels = camera.sensor().subpixels().count() as f64;
+    let white = WhiteField::new(&camera);
     let (mut curves, mut notes) = (Vec::new(), Vec::new());
     for (name, distance_mm) in DISTANCES {
         let scene = work.scene(&camera, distance_mm, 7)?;
         let reference = mosaic(&camera, &scene, plan.reference, SEEDS[1]);
-        let mut points = Vec::new();
-        let mut rows = Vec::new();
-        for &rays in plan.rays {
-            let (seconds, image) = best_of(3, || mosaic(&camera, &scene, rays, SEEDS[0]));
-            let error = percent(&image, &reference);
-            points.push((rays as f64, error));
-            let setting = format!("{rays} a pixel, {} a sub-pixel", rays as f64 / subpixels);
-            rows.push(Row::new(setting, seconds / work.pixels() * 1e6, error));
+        for (how, by_white) in [("by the white wall", true), ("plain", false)] {
+            let mut points = Vec::new();
+            let mut rows = Vec::new();
+            for &rays in plan.rays {
+                let (seconds, image) = best_of(3, || match by_white {
+                    true => mosaic_by_white(&camera, &scene, &white, rays, SEEDS[0]),
+                    false => mosaic(&camera, &scene, rays, SEEDS[0]),
+                });
+                let error = percent(&image, &reference);
+                points.push((rays as f64, error));
+                let setting = format!(
+                    "{rays} per pixel, {} per sub-pixel",
+                    rays as f64 / subpixels
+                );
+                rows.push(Row::new(setting, seconds / work.pixels() * 1e6, error));
+            }
+            if let Some(power) = power(&points) {
+                notes.push(format!(
+                    "{name}, {how}: the error falls as N^{power:.2}, N rays (random points: N^-0.5)."
+                ));
+            }
+            let name = format!("{name}, {distance_mm} mm, {how}");
+            curves.push(Curve { name, rows });
         }
-        if let Some(power) = power(&points) {
-            notes.push(format!(
-                "{name}: the error falls as N^{power:.2}, N rays (random points: N^-0.5)."
-            ));
-        }
-        let name = format!("{name}, {distance_mm} mm");
-        curves.push(Curve { name, rows });
     }
-    notes.push("A ray is splatted on all sub-pixels of its pixel, so rays a pixel and colour are what costs. The tracer works on blocks of 64 rays, the last one of 32: fewer a pixel take as \
-         long.".into());
+    notes.push("A ray is splatted on all sub-pixels of its pixel, so rays per pixel and colour are what costs. Below 6 rays per sub-pixel the white wall is not asked.".into());
     Ok(Table {
         knob: "rays",
         work: work.text(),

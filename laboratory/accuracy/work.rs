@@ -7,7 +7,8 @@ use crate::error::LaboratoryError;
 use glam::DMat3;
 use quadpixel::em::PixelStack;
 use quadpixel::lens::{FocusBy, Lens, Prescription};
-use quadpixel::render::{Camera, RenderSettings, render};
+use quadpixel::render::truth::WhiteField;
+use quadpixel::render::{Camera, Render, RenderSettings, render};
 use quadpixel::response::{AngularResponse, Response};
 use quadpixel::sampling::uniform;
 use quadpixel::scene::texture::Texture;
@@ -125,6 +126,22 @@ pub fn mosaic(camera: &Camera, scene: &Scene, rays_per_pixel: usize, seed: u64) 
         seed,
     };
     let done = render(camera, scene, &settings);
+    done.image.mosaic.data().to_vec()
+}
+
+/// The same with what a white wall is known to give.
+pub fn mosaic_by_white(
+    camera: &Camera,
+    scene: &Scene,
+    white: &WhiteField,
+    rays_per_pixel: usize,
+    seed: u64,
+) -> Vec<f32> {
+    let settings = RenderSettings {
+        rays_per_pixel,
+        seed,
+    };
+    let done = Render::new(camera, scene, &settings).white(white).run();
     done.image.mosaic.data().to_vec()
 }
 

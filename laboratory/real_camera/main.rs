@@ -11,7 +11,6 @@ mod aperture;
 mod args;
 mod camera;
 mod compare;
-mod curve;
 mod data;
 mod depths;
 mod exact;

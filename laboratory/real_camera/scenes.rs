@@ -5,12 +5,13 @@ use std::path::Path;
 
 use quadpixel::image::Image;
 use quadpixel_algorithms::depth::FieldCurve;
+use quadpixel_laboratory::curve::{CountedFrom, CurvePlan, matched_curve};
 
 use crate::args::{Args, step};
 use crate::camera::{self, Model};
 use crate::data::{self, Captures, SHARP_MARK, Views};
 use crate::results::{DepthResult, Results};
-use crate::{curve, depths, report};
+use crate::{depths, report};
 
 /// The F-number of scenes, which their folders do not say: the published network for these captures is trained at F/4.
 const SCENE_MARK: f64 = 4.0;
@@ -77,6 +78,11 @@ fn depth_of(
     Ok((depths::found(&views, &curves[at].1)?, known_m))
 }
 
+/// Nodes of a curve over the picture, and its distances: 1/Z from 0.1 to 2.4 per m.
+const NODES: (usize, usize) = (9, 7);
+const DISTANCES: usize = 24;
+const STEP_PER_M: f64 = 0.1;
+
 /// The calibration file at a marked F-number, written beside the page too.
 fn curve_at(
     args: &Args,
@@ -98,7 +104,14 @@ fn curve_at(
         model.name,
         camera::CHARGE_SPREAD_UM
     );
-    let curve = curve::of_camera(&camera, source, depths::WINDOW_PX)?;
+    let plan = CurvePlan {
+        source,
+        counted_from: CountedFrom::Sensor,
+        inverse_distances_per_m: (1..=DISTANCES).map(|k| STEP_PER_M * k as f64).collect(),
+        nodes: NODES,
+        window_px: depths::WINDOW_PX,
+    };
+    let curve = matched_curve(&camera, plan)?;
     report::write_curve(&args.out, mark, &curve)?;
     Ok(curve)
 }

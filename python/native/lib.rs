@@ -10,6 +10,7 @@ mod call;
 mod files;
 mod json;
 mod lens;
+mod picture;
 mod response;
 mod sample;
 
@@ -30,7 +31,9 @@ mod native {
     #[pymodule_export]
     use super::lens::{lens_info, lens_layout, lens_names, lens_spots};
     #[pymodule_export]
+    use super::picture::{convert, kernels, picture};
+    #[pymodule_export]
     use super::response::{Responses, pixel_info, pixel_names};
     #[pymodule_export]
-    use super::sample::{Rendered, configuration, default_configuration, draw};
+    use super::sample::{Rendered, configuration, default_configuration, draw, listed};
 }

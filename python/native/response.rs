@@ -13,7 +13,7 @@ use quadpixel_cli::exit::CommandError;
 use quadpixel_generators::assemble::{self, pixel};
 use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_generators::recipe::{Recipe, SampleId, parse_json};
-use quadpixel_generators::sample::{Rays, prepare};
+use quadpixel_generators::sample::prepare;
 use serde_json::json;
 
 use crate::arrays::{Array, Given, image, of_images, of_plane, shaped};
@@ -41,11 +41,11 @@ pub fn pixel_info(name: &str) -> PyResult<String> {
 /// Responses that calls share, loaded or computed once.
 #[pyclass(frozen)]
 pub struct Responses {
-    loaded: Arc<Mutex<assemble::Responses>>,
+    pub(crate) loaded: Arc<Mutex<assemble::Responses>>,
 }
 
 /// The response of a recipe; warnings go to the caller.
-fn response(
+pub(crate) fn response(
     loaded: &Mutex<assemble::Responses>,
     recipe: &Recipe,
     watch: &Watch,
@@ -59,6 +59,31 @@ fn response(
         .iter()
         .for_each(|text| watch.warn(text));
     Ok(response)
+}
+
+/// Tells how many rays there will be, and of what they make a sample: of the recipe itself without the hash of a
+/// configuration.
+pub(crate) fn started(
+    recipe: &Recipe,
+    index: u32,
+    hash: Option<String>,
+    watch: &Watch,
+) -> Result<SampleId, CommandError> {
+    watch.event(Event::Start {
+        samples: 1,
+        rays: recipe.rays(),
+    });
+    let configuration_blake3 = match hash {
+        Some(hash) => hash,
+        None => {
+            let value = serde_json::to_value(recipe);
+            json_hash(&value.map_err(|e| CommandError::failed(format!("recipe: {e}")))?)
+        }
+    };
+    Ok(SampleId {
+        index,
+        configuration_blake3,
+    })
 }
 
 #[pymethods]
@@ -108,33 +133,10 @@ impl Responses {
         let recipe = parse_json(recipe, "recipe").map_err(|e| raised(e.into()))?;
         let loaded = self.loaded.clone();
         run(py, progress.as_ref(), move |watch| {
-            watch.event(Event::Start {
-                samples: 1,
-                rays: recipe.rays(),
-            });
-            let configuration_blake3 = match hash {
-                Some(hash) => hash,
-                None => {
-                    let value = serde_json::to_value(&recipe);
-                    json_hash(&value.map_err(|e| CommandError::failed(format!("recipe: {e}")))?)
-                }
-            };
-            let id = SampleId {
-                index,
-                configuration_blake3,
-            };
-            let prepared = {
-                let mut loaded = loaded.lock().unwrap_or_else(PoisonError::into_inner);
-                let prepared = prepare(&recipe, &mut loaded, watch)?;
-                loaded
-                    .take_warnings()
-                    .iter()
-                    .for_each(|text| watch.warn(text));
-                prepared
-            };
-            let (sample, _) = prepared.render(id, Rays::Trace, watch)?;
-            sample.report(watch, "sample");
-            Rendered::new(sample)
+            let id = started(&recipe, index, hash, watch)?;
+            Rendered::of(&loaded, id, watch, |responses| {
+                prepare(&recipe, responses, watch)
+            })
         })
     }
 

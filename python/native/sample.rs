@@ -1,7 +1,7 @@
 //! Configurations, the recipes that are drawn from them, and rendered samples.
 
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -9,18 +9,36 @@ use quadpixel::image::Image;
 use quadpixel::image::views::{split_views, sum_of};
 use quadpixel_cli::exit::CommandError;
 use quadpixel_datasets::{CameraDescription, SampleMeta};
+use quadpixel_generators::assemble::Responses;
 use quadpixel_generators::config::{ConfigError, DEFAULT_TOML, DatasetConfig};
 use quadpixel_generators::production::identity::Identity;
 use quadpixel_generators::production::recipes::recipe;
-use quadpixel_generators::sample::Sample;
+use quadpixel_generators::recipe::{RecipeError, SampleId};
+use quadpixel_generators::sample::{Prepared, Rays, Sample};
 use quadpixel_generators::writer::{Truth, described, picked, write_alone};
 
 use crate::arrays::{of_image, of_images, of_plane, shaped};
-use crate::call::run;
+use crate::call::{Watch, run};
 use crate::json::{raised, read, text};
 
 fn configured(config: Result<DatasetConfig, ConfigError>) -> PyResult<DatasetConfig> {
     config.map_err(|e| raised(e.into()))
+}
+
+/// A configuration (JSON) with the lenses and the pictures of its folders by name, as JSON.
+#[pyfunction]
+pub fn listed(py: Python<'_>, config: &str) -> PyResult<String> {
+    let mut config: DatasetConfig = read(config, "configuration")?;
+    run(py, None, move |watch| {
+        let mut skipped = config.lens.listed()?;
+        if let Some(rgbd) = &mut config.scene.rgbd {
+            skipped.extend(rgbd.listed()?);
+        }
+        skipped
+            .iter()
+            .for_each(|one| watch.warn(&format!("skipped: {one}")));
+        text(&config)
+    })
 }
 
 /// The default configuration, as JSON.
@@ -56,7 +74,26 @@ pub struct Rendered {
 }
 
 impl Rendered {
-    pub(crate) fn new(sample: Sample) -> Result<Self, CommandError> {
+    /// What is prepared with responses that calls share.
+    pub(crate) fn of(
+        loaded: &Mutex<Responses>,
+        id: SampleId,
+        watch: &Watch,
+        prepare: impl FnOnce(&mut Responses) -> Result<Prepared, RecipeError>,
+    ) -> Result<Self, CommandError> {
+        let prepared = {
+            let mut loaded = loaded.lock().unwrap_or_else(PoisonError::into_inner);
+            let prepared = prepare(&mut loaded)?;
+            let warnings = loaded.take_warnings();
+            warnings.iter().for_each(|text| watch.warn(text));
+            prepared
+        };
+        let (sample, _) = prepared.render(id, Rays::Trace, watch)?;
+        sample.report(watch, "sample");
+        Self::new(sample)
+    }
+
+    fn new(sample: Sample) -> Result<Self, CommandError> {
         let (meta, camera, truth) = described(&sample.files())?;
         Ok(Self {
             sample: Arc::new(sample),

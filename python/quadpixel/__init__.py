@@ -1,6 +1,6 @@
 """Cameras whose pixels see the pupil in parts: simulated, and their datasets read, in NumPy arrays.
 
-`Camera` (of a `Lens` and a `Pixel`) renders a `Scene`, `Charts` or `Worlds`; `Configuration` draws whole datasets; `Dataset` reads those of `qpgen`;
+`Camera` (of a `Lens` and a `Pixel`) renders a `Scene`, `Charts` or `Worlds`, converts a `Picture` with depth and gives its kernels; `Configuration` draws whole datasets; `Dataset` reads those of `qpgen`;
 `views`, `disparity`, `dense_disparity`, `depth`, `calibrate`, `correct_aberrations`, `sharpness` and `refocus` are the algorithms of `qpalgo`.
 `show` and `to_rerun` draw samples; `quadpixel.torch` renders inside a training loop.
 
@@ -21,7 +21,7 @@ from .algorithms import (
     sharpness,
     views,
 )
-from .camera import Camera, Sample
+from .camera import Camera
 from .configuration import Configuration
 from .dataset import ITEMS, Dataset, decode
 from .development import linear_from_codes
@@ -41,6 +41,8 @@ from .geometry import (
 from .lens import Lens, Svg
 from .pictures import show, to_rerun
 from .pixel import Pixel, Response
+from .rendering import Sample
+from .rgbd import Picture, Pictures
 from .scene import Charts, DrawnScene, Scene, Worlds, card
 from .shards import iterate_shard, iterate_shards
 
@@ -55,6 +57,8 @@ __all__ = [
     "DrawnScene",
     "Lens",
     "Matches",
+    "Picture",
+    "Pictures",
     "Pixel",
     "Response",
     "Sample",

@@ -1,10 +1,9 @@
-"""Cameras, and the samples that they make."""
+"""Cameras."""
 
 from __future__ import annotations
 
 import json
-import os
-from typing import Any, Callable, Dict, Mapping, Optional, Tuple, Union
+from typing import Any, Dict, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -13,68 +12,9 @@ from ._arrays import Floats, floats
 from .geometry import left_right
 from .lens import Lens
 from .pixel import Pixel, Response
+from .rendering import Progress, Renderer, Sample
+from .rgbd import Picture
 from .scene import DrawnScene, Scene
-
-#: hears of progress: called with rays done and rays of all, in the calling thread; what it raises stops the work
-Progress = Callable[[int, int], object]
-
-
-class Sample(Dict[str, Any]):
-    """A rendered sample: a dict of the arrays of `decode`, in full precision, with ``id``, ``meta`` and ``camera``.
-
-    ``meta`` is ``meta.json`` but its ``contents``, the hashes of files. `write` makes the files.
-    """
-
-    _rendered: Optional[_native.Rendered]
-
-    def __init__(self, rendered: _native.Rendered, columns: int):
-        meta, camera = rendered.descriptions()
-        super().__init__(rendered.arrays())
-        self["meta"] = json.loads(meta)
-        self["camera"] = json.loads(camera)
-        self["id"] = self["meta"]["id"]
-        if columns > 1:
-            self["left_right"] = left_right(self["disparity"], self["meta"])
-        self._rendered = rendered
-
-    def write(self, folder: "str | os.PathLike[str]") -> None:
-        """Writes the sample's files into a new folder: the bytes of `qpgen render`, or of `qpgen dataset` for a scene that was drawn.
-
-        OSError where the disk fails, ValueError where the folder is there already or the sample went through another process.
-        """
-        if self._rendered is None:
-            raise ValueError("write: the sample comes from another process; allowed: where it was rendered")
-        self._rendered.write(os.fspath(folder))
-
-    def __reduce__(self) -> Tuple[Any, ...]:
-        return _unpickled, (dict(self),)
-
-
-def _unpickled(items: Dict[str, Any]) -> Sample:
-    sample = Sample.__new__(Sample)
-    sample.update(items)
-    sample._rendered = None
-    return sample
-
-
-class Renderer:
-    """What renders recipes, and keeps the response tables that they share."""
-
-    def __init__(self) -> None:
-        self._responses = _native.Responses()
-
-    def __reduce__(self) -> Tuple[Any, ...]:
-        return Renderer, ()
-
-    def render(self, recipe: Mapping[str, Any], index: int = 0, hash: Optional[str] = None, progress: Optional[Progress] = None) -> Sample:
-        """The sample of a recipe (the ``scene.parameters`` of a ``meta.json``), as number ``index`` of a configuration of that hash."""
-        columns = int(str(recipe["sensor"]["subpixels"]).split("x")[0])
-        return Sample(self._responses.render(json.dumps(recipe), index, hash, progress), columns)
-
-    def truth(self, recipe: Mapping[str, Any], depth: Floats) -> Tuple[Floats, Floats, Floats]:
-        """Traced and paraxial disparity, and circle of confusion, px."""
-        return self._responses.truth(json.dumps(recipe), depth)
-
 
 class Camera:
     """A lens, focused, before a sensor of pixels that see the pupil in parts.
@@ -163,7 +103,7 @@ class Camera:
             recipe["world"] = scene.world
         return recipe
 
-    def configuration(self, scene: DrawnScene, rays_per_pixel: int = 128, exposure_ev: float = 0.0) -> Dict[str, Any]:
+    def configuration(self, scene: DrawnScene, rays_per_pixel: int = 96, exposure_ev: float = 0.0) -> Dict[str, Any]:
         """The configuration of `qpgen dataset` whose sample ``scene.index`` is this camera's picture of the scene."""
         if self.focus_mm is None:
             raise ValueError("focus_mm is infinite; drawn scenes need a finite one, their depths are multiples of it")
@@ -191,7 +131,7 @@ class Camera:
         self,
         scene: Union[Scene, DrawnScene],
         *,
-        rays_per_pixel: int = 128,
+        rays_per_pixel: int = 96,
         exposure_ev: float = 0.0,
         seed: int = 1,
         progress: Optional[Progress] = None,
@@ -218,6 +158,70 @@ class Camera:
         described["exposure_ev"] = exposure_ev
         described["render"] = {"rays_per_pixel": rays_per_pixel, "seed": seed}
         return self._renderer.render(described, progress=progress)
+
+    def convert(
+        self,
+        image: Any,
+        depth: Any = None,
+        *,
+        level: str = "psf",
+        rays_per_pixel: int = 96,
+        exposure_ev: float = 0.0,
+        seed: int = 1,
+        progress: Optional[Progress] = None,
+        **meaning: Any,
+    ) -> Sample:
+        """What the camera makes of a picture with depth, with its truth, as `qpgen convert` does: each of its pixels is a microlens.
+
+        image, depth, meaning  as of `Picture`; or a `Picture` alone
+        level                  "psf": kernels of every sub-pixel, scattered from layers of depth; "rays": the picture as surfaces through the
+                               renderer, exact and far slower
+        rays_per_pixel, seed   of "rays"
+        exposure_ev, progress  as of `render`
+
+        Returns a `Sample` of the picture's size, whatever the camera's; ``valid`` is False where more than a twentieth of the light is made up.
+
+        >>> camera = Camera("wide_US20120327520A1_emb3", Pixel.ideal(8.0), focus_mm=500.0)
+        >>> near = camera.convert(np.ones((16, 24, 3), dtype=np.float32), np.full((16, 24), 0.4, dtype=np.float32))
+        >>> near["views"].shape, bool(np.nanmedian(near["left_right"]) > 0)
+        ((4, 16, 24, 3), True)
+        """
+        if isinstance(image, Picture) == (depth is not None) or (isinstance(image, Picture) and meaning):
+            raise ValueError("convert: allowed: a Picture alone, or an image and its depth")
+        picture = image if isinstance(image, Picture) else Picture(image, depth, **meaning)
+        if level not in ("psf", "rays"):
+            raise ValueError(f"level is {level!r}; allowed: psf, rays")
+        recipe = self._recipe(Scene())
+        recipe["exposure_ev"] = exposure_ev
+        recipe["render"] = {"rays_per_pixel": rays_per_pixel, "seed": seed}
+        return self._renderer.convert(recipe, picture, level, progress)
+
+    def psf(
+        self,
+        depths_m: Sequence[float] = (),
+        fields: Tuple[int, int] = (5, 5),
+        *,
+        rays: int = 16384,
+        source: str = "point",
+    ) -> Dict[str, Any]:
+        """The kernels (point-spread functions) of every sub-pixel: the arrays of `qpgen psf`.
+
+        depths_m  m from the first lens vertex, `math.inf` allowed; empty: nine, even in inverse depth, and the focus among them
+        fields    field nodes over the window, columns and rows, its corners included
+        rays      per field node and colour channel
+        source    what shines: "point", "pixel" (a square) or "sample" (bilinear between pixels)
+
+        Returns ``kernel`` float32 [depth, field row, field column, channel, sub-pixel, y, x], parts of its light, x right and y down;
+        ``energy_sr`` [field row, field column, channel, sub-pixel], what a white wall of radiance 1 gives; ``centroid_px`` [.., 2], (x, y)
+        from the point; ``beyond``, the part of the light that diffraction takes farther; ``origin``, row and column of the point's own pixel;
+        ``depth_m``, ``field_mm``: the axes; ``meta``.
+
+        >>> camera = Camera("wide_US20120327520A1_emb3", Pixel.ideal(8.0), focus_mm=500.0, width=24, height=16)
+        >>> bank = camera.psf([0.4], fields=(1, 1), rays=256)
+        >>> bank["kernel"].shape[:5], bool(abs(bank["kernel"][0, 0, 0, 0, 0].sum() + bank["beyond"][0, 0, 0, 0, 0] - 1.0) < 1e-3)
+        ((1, 1, 1, 3, 4), True)
+        """
+        return self._renderer.kernels(self._recipe(Scene()), depths_m, fields, rays, source)
 
     def truth(self, depth: Any) -> Dict[str, Floats]:
         """What the camera does to points at the depths of a map, whatever they look like.

@@ -8,7 +8,7 @@ import os
 from typing import Any, Dict, Mapping, Optional, Tuple
 
 from . import _native
-from .camera import Progress, Renderer, Sample
+from .rendering import Progress, Renderer, Sample
 
 
 class Configuration:
@@ -26,6 +26,7 @@ class Configuration:
         #: all words, as the file has them
         self.settings: Dict[str, Any] = json.loads(_native.default_configuration())
         _change(self.settings, changes)
+        self.settings = json.loads(_native.listed(json.dumps(self.settings)))
         self._renderer = Renderer()
         self.recipe(0)
 
@@ -37,6 +38,7 @@ class Configuration:
         config = cls.__new__(cls)
         config.settings = json.loads(_native.configuration(text, os.fspath(path)))
         _change(config.settings, changes)
+        config.settings = json.loads(_native.listed(json.dumps(config.settings)))
         config._renderer = Renderer()
         config.recipe(0)
         return config

@@ -63,7 +63,7 @@ class Lens:
 
     @classmethod
     def open(cls, path: "str | os.PathLike[str]") -> "Lens":
-        """A lens from a ``.json`` or ``.zmx`` file. OSError for a file that cannot be read, ValueError for one that is no lens."""
+        """A lens from a ``.json``, ``.zmx`` or ``.seq`` file. OSError for a file that cannot be read, ValueError for one that is no lens."""
         name = readable(path)
         _native.lens_info(name)
         return cls(name)

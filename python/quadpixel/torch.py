@@ -9,8 +9,10 @@ import numpy as np
 import torch.utils.data
 
 from .algorithms import set_threads
-from .camera import Camera, Sample
+from .camera import Camera
 from .configuration import Configuration
+from .rendering import Sample
+from .rgbd import Pictures
 from .scene import Charts, Worlds
 
 #: a camera per sample, by a generator that is seeded for it
@@ -21,14 +23,14 @@ Cameras = Union[Camera, Sequence[Camera], DrawCamera]
 class OnTheFly(torch.utils.data.IterableDataset):  # type: ignore[type-arg, misc, unused-ignore]
     """Renders samples in the workers of a DataLoader: no dataset on disk, and none twice.
 
-    source     `Charts`, `Worlds`, or a `Configuration`, which draws lens, pixel, focus and scene together
-    cameras    with charts and worlds: a `Camera`, several (one is drawn per sample), or a function of a NumPy generator that makes one
+    source     `Charts`, `Worlds`, `Pictures` (the user's own, with depth), or a `Configuration`, which draws lens, pixel, focus and scene together
+    cameras    with charts, worlds and pictures: a `Camera`, several (one is drawn per sample), or a function of a NumPy generator that makes one
     seed       takes the place of the source's; the same seed gives the same samples, whatever the number of workers
     length     samples per epoch
     items      what of a sample is given, of `decode`'s keys; ``index`` is the sample's number
     transform  called with each dict; its result is what is given
     threads    of each worker; None: the cores, shared evenly
-    settings   of `Camera.render`: rays_per_pixel, exposure_ev
+    settings   of `Camera.render`: rays_per_pixel, exposure_ev; of `Camera.convert` also level
 
     Sample i of epoch e is number e * length + i of the source, rendered by worker i modulo the number of workers. `set_epoch` goes to another
     epoch, `state_dict` and `load_state_dict` go on in the midst of one.
@@ -36,7 +38,7 @@ class OnTheFly(torch.utils.data.IterableDataset):  # type: ignore[type-arg, misc
 
     def __init__(
         self,
-        source: Union[Charts, Worlds, Configuration],
+        source: Union[Charts, Worlds, Pictures, Configuration],
         cameras: Optional[Cameras] = None,
         seed: int = 1,
         *,
@@ -48,15 +50,17 @@ class OnTheFly(torch.utils.data.IterableDataset):  # type: ignore[type-arg, misc
     ):
         super().__init__()
         if isinstance(source, Configuration) != (cameras is None):
-            raise ValueError("cameras: allowed with charts and worlds, which need them; a configuration draws its own")
+            raise ValueError("cameras: allowed with charts, worlds and pictures, which need them; a configuration draws its own")
         if length < 1:
             raise ValueError(f"length is {length}; allowed: from 1")
         if isinstance(cameras, Sequence) and not cameras:
             raise ValueError("cameras is empty; allowed: at least one")
-        unknown = [name for name in settings if name not in ("rays_per_pixel", "exposure_ev") or cameras is None]
+        known = ("rays_per_pixel", "exposure_ev", "level") if isinstance(source, Pictures) else ("rays_per_pixel", "exposure_ev")
+        unknown = [name for name in settings if name not in known or cameras is None]
         if unknown:
-            raise ValueError(f"settings: {unknown[0]!r}; allowed with cameras: rays_per_pixel, exposure_ev")
-        self._source = source.with_seed(seed)
+            raise ValueError(f"settings: {unknown[0]!r}; allowed with cameras: {', '.join(known)}")
+        # Pictures are there; only cameras, and the rays of "rays", are drawn by the seed.
+        self._source = source if isinstance(source, Pictures) else source.with_seed(seed)
         self._cameras = cameras
         self._seed = seed
         self._length = length
@@ -93,6 +97,9 @@ class OnTheFly(torch.utils.data.IterableDataset):  # type: ignore[type-arg, misc
         """Sample ``number``, whole, rendered here."""
         if isinstance(self._source, Configuration):
             return self._source.render(number)
+        if isinstance(self._source, Pictures):
+            rays_seed = int(np.random.default_rng([self._seed, number, 1]).integers(1 << 32))
+            return self._camera(number).convert(self._source[number], seed=rays_seed, **self._settings)
         return self._camera(number).render(self._source[number], **self._settings)
 
     def _camera(self, number: int) -> Camera:

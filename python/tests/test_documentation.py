@@ -10,7 +10,7 @@ import numpy as np
 import quadpixel
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-MODULES = ("lens", "pixel", "scene", "camera", "configuration", "algorithms", "pictures")
+MODULES = ("lens", "pixel", "scene", "camera", "configuration", "algorithms", "pictures", "rendering", "rgbd")
 
 
 def load_tests(loader, tests, pattern):

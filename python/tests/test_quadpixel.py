@@ -1,6 +1,7 @@
 """Reads a dataset and its exports as `python/test` makes them; QUADPIXEL_DATA is their folder."""
 
 import glob
+import importlib.util
 import json
 import os
 import shutil
@@ -337,6 +338,18 @@ class Examples(unittest.TestCase):
         text = self.run_example("train_depth.py", ROOT, "40")
         print("train_depth.py:", text.strip())
         self.assertTrue("after" in text or "torch is not installed" in text)
+
+    @unittest.skipIf(importlib.util.find_spec("ray") is None, "ray is not installed")
+    def test_ray_renders_the_bytes_of_the_dataset(self):
+        with tempfile.TemporaryDirectory() as out:
+            config = os.path.join(os.path.dirname(os.path.abspath(__file__)), "small.toml")
+            self.run_example("on_ray.py", config, out, "2")
+            for sample in ("000000", "000001"):
+                ours, theirs = os.path.join(out, sample), os.path.join(ROOT, "samples", sample)
+                self.assertEqual(sorted(os.listdir(ours)), sorted(os.listdir(theirs)))
+                for name in os.listdir(ours):
+                    with open(os.path.join(ours, name), "rb") as a, open(os.path.join(theirs, name), "rb") as b:
+                        self.assertEqual(a.read(), b.read(), name)
 
     def test_shards_are_read(self):
         text = self.run_example("read_shards.py", os.path.join(DATA, "webdataset", "train.json"))

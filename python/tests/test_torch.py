@@ -6,7 +6,7 @@ import time
 import unittest
 
 import numpy as np
-from quadpixel import Camera, Charts, Configuration, Pixel
+from quadpixel import Camera, Charts, Configuration, Pictures, Pixel
 
 try:
     import torch
@@ -70,6 +70,18 @@ class Loading(unittest.TestCase):
         drawn = OnTheFly(charts(), draw_camera, length=2, items=("depth",), **SMALL)
         self.assertNotEqual(*(drawn.sample(i)["meta"]["focus"]["distance_m"] for i in range(2)))
         self.assertEqual(next(iter(drawn))["depth"].shape, (8, 12))
+
+    def test_pictures_with_depth_are_converted(self):
+        rng = np.random.default_rng(1)
+        lights = [rng.random((16, 24, 3), dtype=np.float32) for _ in range(3)]
+        pictures = Pictures(lights, [np.full((16, 24), 0.39 + 0.01 * i, dtype=np.float32) for i in range(3)])
+        data = OnTheFly(pictures, camera(), length=6)
+        alone = self.epoch(data, 0)
+        self.same(alone, self.epoch(data, 2))
+        np.testing.assert_array_equal(alone[4], alone[1])
+        np.testing.assert_array_equal(alone[1], camera().convert(pictures[1])["views"])
+        rays = OnTheFly(pictures, camera(), length=6, level="rays", rays_per_pixel=2)
+        self.assertFalse(np.array_equal(rays.sample(4)["views"], rays.sample(1)["views"]))
 
     def test_a_configuration_draws_everything(self):
         file = os.path.join(os.path.dirname(os.path.abspath(__file__)), "small.toml")

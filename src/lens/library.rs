@@ -33,6 +33,9 @@ const LIBRARY: &[(&str, &str)] = &[
     builtin!("wide_deeplens_cellphone80deg"),
 ];
 
+/// How the names of lens files end.
+pub const FILES: [&str; 3] = ["json", "zmx", "seq"];
+
 /// The names of the built-in lenses, in alphabetical order.
 pub fn builtin_names() -> Vec<&'static str> {
     LIBRARY.iter().map(|(name, _)| *name).collect()
@@ -53,11 +56,11 @@ impl Prescription {
         }
     }
 
-    /// A lens from a `.json` or `.zmx` file.
+    /// A lens from a `.json`, `.zmx` or `.seq` file.
     ///
     /// # Errors
     /// [`LensError::Unreadable`] when the file cannot be read or its name ends otherwise; those of
-    /// [`Prescription::from_json`] and [`Prescription::from_zmx`].
+    /// [`Prescription::from_json`], [`Prescription::from_zmx`] and [`Prescription::from_seq`].
     pub fn from_file(path: &Path) -> Result<Prescription, LensError> {
         let file = path.display().to_string();
         let unreadable = |reason: String| LensError::Unreadable {
@@ -65,21 +68,24 @@ impl Prescription {
             reason,
         };
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
-        let is_json = extension.eq_ignore_ascii_case("json");
-        if !is_json && !extension.eq_ignore_ascii_case("zmx") {
-            return Err(unreadable("a lens file must end in .json or .zmx".into()));
+        let extension = extension.to_ascii_lowercase();
+        if !FILES.contains(&extension.as_str()) {
+            let allowed = "a lens file must end in .json, .zmx or .seq";
+            return Err(unreadable(allowed.into()));
         }
         let bytes = crate::file::read(path).map_err(|error| unreadable(error.cause.to_string()))?;
-        if is_json {
-            let text =
-                std::str::from_utf8(&bytes).map_err(|error| unreadable(error.to_string()))?;
-            Prescription::from_json(text, &file)
-        } else {
-            Prescription::from_zmx(&bytes, &file)
+        match extension.as_str() {
+            "json" => {
+                let text = std::str::from_utf8(&bytes);
+                let text = text.map_err(|error| unreadable(error.to_string()))?;
+                Prescription::from_json(text, &file)
+            }
+            "zmx" => Prescription::from_zmx(&bytes, &file),
+            _ => Prescription::from_seq(&bytes, &file),
         }
     }
 
-    /// A built-in lens by its name, or a lens from a file when `name` ends in .json or .zmx.
+    /// A built-in lens by its name, or a lens from a file when `name` ends in .json, .zmx or .seq.
     ///
     /// # Errors
     /// Those of [`Prescription::builtin`] and [`Prescription::from_file`].

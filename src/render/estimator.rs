@@ -1,6 +1,7 @@
 //! One pixel: aim rays, weigh them by the response, trace them, splat their radiance on all sub-pixels.
 
 use super::camera::Camera;
+use super::control::Control;
 use super::lamp_rays::lamp_sketches;
 use super::occlusion::Occlusion;
 use super::pixel_aim::PixelAim;
@@ -64,6 +65,7 @@ pub(super) struct Estimator<'a> {
     spread: f32,
     /// Of the scene.
     lamps: &'a [Lamp],
+    control: Option<Control<'a>>,
 }
 
 impl<'a> Estimator<'a> {
@@ -83,7 +85,13 @@ impl<'a> Estimator<'a> {
             lamps: scene
                 .and_then(Scene::world)
                 .map_or(&[], |(world, _)| world.lamps()),
+            control: None,
         }
+    }
+
+    /// With what a white wall is known to give.
+    pub fn control(self, control: Option<Control<'a>>) -> Self {
+        Self { control, ..self }
     }
 
     /// Entries of a [`RadianceRecord`] per pixel.
@@ -109,6 +117,10 @@ impl<'a> Estimator<'a> {
             return;
         }
         out.fill(0.0);
+        work.walls.clear();
+        if self.control.is_some() {
+            work.walls.resize(out.len(), 0.0);
+        }
         let rays = self.settings.rays_per_pixel;
         let colours = self.camera.colours();
         let most = match tasks.len() {
@@ -133,10 +145,15 @@ impl<'a> Estimator<'a> {
                 self.block(wavelength, tasks, work, out);
             }
         }
-        let each = out.chunks_exact_mut(out.len() / tasks.len());
-        for (task, values) in tasks.iter().zip(each) {
+        let each = out.len() / tasks.len();
+        for (pixel, (task, values)) in tasks.iter().zip(out.chunks_exact_mut(each)).enumerate() {
             let scale = task.aim.pupil.area_mm2() / rays as f64;
             values.iter_mut().for_each(|x| *x *= scale);
+            if let Some(control) = &self.control {
+                let walls = &mut work.walls[pixel * each..][..each];
+                walls.iter_mut().for_each(|x| *x *= scale);
+                control.apply(task.aim.position_mm, walls, values, &mut work.known);
+            }
         }
     }
 
@@ -199,8 +216,11 @@ impl<'a> Estimator<'a> {
                         work.keep(channel, pixel, &mut all[start..][..rays]);
                     }
                 }
-                let values = &mut out[(pixel * 3 + channel) * n_sub..][..n_sub];
-                work.splat(channel, pixel, values);
+                let sums = (pixel * 3 + channel) * n_sub..(pixel * 3 + channel + 1) * n_sub;
+                if self.control.is_some() {
+                    work.splat_wall(pixel, sums.clone(), n_sub);
+                }
+                work.splat(channel, pixel, &mut out[sums]);
                 if channel == ChannelWavelengths::REFERENCE
                     && let Some(occlusion) = &mut task.occlusion
                 {

@@ -15,6 +15,7 @@
 mod aiming;
 mod camera;
 mod colours;
+mod control;
 mod diffraction;
 mod disparity_curve;
 mod disparity_ratio;

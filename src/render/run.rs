@@ -3,12 +3,14 @@
 use rayon::prelude::*;
 
 use super::camera::Camera;
+use super::control::Control;
 use super::estimator::{Estimator, PixelTask, RadianceRecord};
 use super::ghosts::ghost_light;
 use super::occlusion::Occlusion;
 use super::pixel_aim::PixelAim;
 use super::record::{RayRecord, RecordError};
 use super::stats::Tally;
+use super::truth::WhiteField;
 use super::workspace::Workspace;
 use super::{Execution, RenderSettings, RenderStats, SubPixelImage};
 use crate::image::Image;
@@ -44,6 +46,7 @@ pub struct Render<'a> {
     settings: &'a RenderSettings,
     execution: Execution,
     chief_surfaces: Option<&'a [u16]>,
+    white: Option<&'a WhiteField>,
     progress: &'a dyn Progress,
 }
 
@@ -56,6 +59,7 @@ impl<'a> Render<'a> {
             settings,
             execution: Execution::default(),
             chief_surfaces: None,
+            white: None,
             progress: &(),
         }
     }
@@ -70,6 +74,15 @@ impl<'a> Render<'a> {
     pub fn occlusion(self, chief_surfaces: impl Into<Option<&'a [u16]>>) -> Self {
         Self {
             chief_surfaces: chief_surfaces.into(),
+            ..self
+        }
+    }
+
+    /// With less noise by what a white wall gives this camera: each sub-pixel is scaled by that over what its own rays
+    /// give of such a wall. It changes nothing where there are fewer than 6 rays per sub-pixel, or rays are kept.
+    pub fn white(self, white: &'a WhiteField) -> Self {
+        Self {
+            white: Some(white),
             ..self
         }
     }
@@ -98,12 +111,17 @@ impl<'a> Render<'a> {
     }
 
     fn run_into(self, record: RadianceRecord<'_>) -> Rendered {
-        let ghosts = match record {
-            RadianceRecord::None => ghost_light(self.camera, self.scene, self.settings),
-            _ => None,
+        let (ghosts, control) = match record {
+            RadianceRecord::None => (
+                ghost_light(self.camera, self.scene, self.settings),
+                (self.white).and_then(|w| Control::new(self.camera, self.settings, w)),
+            ),
+            _ => (None, None),
         };
+        let estimator =
+            Estimator::new(self.camera, Some(self.scene), self.settings, self.execution);
         let mut rendered = Job {
-            estimator: Estimator::new(self.camera, Some(self.scene), self.settings, self.execution),
+            estimator: estimator.control(control),
             chief_surfaces: self.chief_surfaces,
             progress: self.progress,
         }

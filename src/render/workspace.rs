@@ -59,6 +59,10 @@ pub(super) struct Workspace {
     pub hits: Hits,
     /// One list per channel.
     pub radiance: [Vec<f32>; 3],
+    /// Sums of a run of pixels over a white wall, where those are asked for: as the run's own values.
+    pub walls: Vec<f64>,
+    /// What a white wall is known to give a pixel.
+    pub known: Vec<f64>,
     /// Of all that was rendered with these buffers.
     pub tally: Tally,
 }
@@ -301,6 +305,21 @@ impl Workspace {
             };
             for (o, &w) in out.iter_mut().zip(weights) {
                 *o += value * f64::from(w);
+            }
+        }
+    }
+
+    /// walls[sums] += Σ weight · measure over those rays of a pixel that passed.
+    pub fn splat_wall(&mut self, pixel: usize, sums: Range<usize>, n_sub: usize) {
+        let range = self.segments[pixel].rays.clone();
+        let rays = (self.measure[range.clone()].iter())
+            .zip(self.weights[range.start * n_sub..].chunks_exact(n_sub))
+            .zip(&self.batch.status[range]);
+        let walls = &mut self.walls[sums];
+        for ((&measure, weights), &status) in rays {
+            let value = if status == 0 { measure } else { 0.0 };
+            for (wall, &w) in walls.iter_mut().zip(weights) {
+                *wall += value * f64::from(w);
             }
         }
     }

@@ -41,7 +41,9 @@ impl Conversion<'_> {
         let surfaces = Surfaces::new(camera, self.sight, &relief, &levels)?;
         let scene = surfaces.scene();
         let seen = self.sight.geometry(camera, &scene).surfaces;
+        let white = WhiteField::from_fields(camera, self.fields);
         let rendered = Render::new(camera, &scene, settings)
+            .white(&white)
             .occlusion(seen.as_slice())
             .progress(progress)
             .run();
@@ -50,7 +52,6 @@ impl Conversion<'_> {
             ..*settings
         };
         let made_up = Render::new(camera, &surfaces.made_up(), &few).run();
-        let white = WhiteField::from_fields(camera, self.fields);
         shade(camera, &white, &mut target);
         Ok(Converted {
             made_up: share_of_white(camera, &white, &made_up.image),

@@ -84,7 +84,7 @@ pub fn all() -> Vec<Case> {
             "f/22, a point of light on small pixels",
             &small(Make::simple(boxes(1, 1, 4.0, 4.0))),
             |camera| point(camera, 1.0),
-            &[CraVariation],
+            &[CraVariation, Aberrations, Vignetting],
         ),
         case(
             "phone at f/11, a card in focus",

@@ -26,7 +26,7 @@ use quadpixel_laboratory::fit::capture::CaptureDescription;
 pub type Read = fn(&[u8]) -> bool;
 
 /// Name and function of every format; the name is that of the fuzz target and of its folder in `corpus`.
-pub const ENTRIES: [(&str, Read); 22] = [
+pub const ENTRIES: [(&str, Read); 23] = [
     ("gltf", gltf),
     ("obj", obj),
     ("mtl", mtl),
@@ -34,6 +34,7 @@ pub const ENTRIES: [(&str, Read); 22] = [
     ("panorama_hdr", panorama_hdr),
     ("panorama_exr", panorama_exr),
     ("lens_zmx", lens_zmx),
+    ("lens_seq", lens_seq),
     ("lens_json", lens_json),
     ("pixel_toml", pixel_toml),
     ("recipe_toml", recipe_toml),
@@ -105,6 +106,11 @@ pub fn panorama_exr(bytes: &[u8]) -> bool {
 /// A Zemax lens file.
 pub fn lens_zmx(bytes: &[u8]) -> bool {
     Prescription::from_zmx(bytes, "fuzz.zmx").is_ok_and(|p| Lens::new(&p).is_ok())
+}
+
+/// A CODE V lens file.
+pub fn lens_seq(bytes: &[u8]) -> bool {
+    Prescription::from_seq(bytes, "fuzz.seq").is_ok_and(|p| Lens::new(&p).is_ok())
 }
 
 /// A lens of our own format.

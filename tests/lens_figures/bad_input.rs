@@ -179,7 +179,7 @@ fn unknown_fields_lenses_and_files_are_named() {
         Prescription::named("lens.txt")
             .unwrap_err()
             .to_string()
-            .contains(".json or .zmx")
+            .contains(".json, .zmx or .seq")
     );
 }
 

@@ -4,6 +4,7 @@
 // because tests fail by panicking
 #![allow(clippy::unwrap_used)]
 
+mod control;
 mod disparity;
 mod execution;
 mod ghosts;

@@ -1,8 +1,10 @@
 //! `qpgen lens`: what a main lens is and does, as tables and pictures.
 
 mod comparison;
+mod import;
 mod info;
 
+use quadpixel_cli::number::number;
 use quadpixel_cli::{out, outln};
 use std::path::{Path, PathBuf};
 
@@ -78,6 +80,22 @@ enum LensCommand {
         #[arg(long, short)]
         output: Option<PathBuf>,
     },
+    /// Reads every .json, .zmx and .seq file of a folder and below it, and says what loads: F-number, half field
+    /// (deg), focal length and back focal length (mm) of each lens, and why the others do not. Writes lenses.csv and
+    /// a section of each lens, layouts/NUMBER.svg.
+    ///
+    /// Example: qpgen lens import my-lenses -o imported
+    #[command(verbatim_doc_comment)]
+    Import {
+        /// Folder of lens files.
+        folder: PathBuf,
+        /// Folder of the report.
+        #[arg(long, short, default_value = "lenses")]
+        out: PathBuf,
+        /// Prints one JSON object on stdout, full precision.
+        #[arg(long)]
+        json: bool,
+    },
     /// Compares lenses with the figures that their files state; prints a Markdown table. Exit code 1 if a figure
     /// differs and the file gives no reason, 2 if a lens cannot be read; the others are compared.
     ///
@@ -95,14 +113,14 @@ enum LensCommand {
 /// Which lens, and how it is set.
 #[derive(Args, Debug)]
 struct Which {
-    /// Name of a built-in lens (see `qpgen lens list`), or a .json or .zmx file.
+    /// Name of a built-in lens (see `qpgen lens list`), or a .json, .zmx or .seq file.
     #[arg(default_value = DEFAULT_LENS)]
     name: String,
     /// F-number to stop down to; absent: fully open.
-    #[arg(long)]
+    #[arg(value_parser = number, long)]
     f_number: Option<f64>,
     /// Distance of the plane in focus from the first vertex, mm, reached by moving the sensor; absent: infinity.
-    #[arg(long)]
+    #[arg(value_parser = number, long)]
     focus_mm: Option<f64>,
 }
 
@@ -163,6 +181,7 @@ pub fn run(args: LensArgs, log: Log) -> Result<(), CommandError> {
                 &picture,
             )
         }
+        LensCommand::Import { folder, out, json } => import::run(&folder, &out, json, log),
         LensCommand::Check { names, json } => comparison::run(&names, json, log),
     }
 }

@@ -8,6 +8,7 @@ use quadpixel::response::{ShiftSettings, TableSettings};
 use quadpixel::sensor::Subpixels;
 
 use crate::pixel_model::PixelModelArgs;
+use quadpixel_cli::number::number;
 use quadpixel_cli::shard_env::ShardArgs;
 
 /// Arguments of `qpgen response`.
@@ -30,6 +31,7 @@ pub struct ResponseArgs {
     pub model: PixelModelArgs,
     /// Wavelengths, nm, separated by commas, such as 450,550,650.
     #[arg(
+        value_parser = number,
         long,
         alias = "wavelength",
         value_delimiter = ',',
@@ -41,7 +43,7 @@ pub struct ResponseArgs {
     #[arg(long)]
     pub grid: Option<usize>,
     /// The table's end: largest direction cosines |u| and |v|, such as 0.8; absent: as the preset says.
-    #[arg(long)]
+    #[arg(value_parser = number, long)]
     pub cosine_max: Option<f64>,
     /// Makes a table of all microlens shifts (5D), for sensors whose microlenses follow the chief ray: N shifts per
     /// pitch along x and along y, even, 4 to 32. Exact from 4 n pitch / λ on, n of the layer above the silicon: 18 at
@@ -49,13 +51,14 @@ pub struct ResponseArgs {
     #[arg(long, value_name = "N", conflicts_with = "theta_deg")]
     pub shifts: Option<usize>,
     /// With --shifts: F-number of the cone of light that the sub-pixels share equally.
-    #[arg(long, default_value_t = 2.0, requires = "shifts")]
+    #[arg(value_parser = number, long, default_value_t = 2.0, requires = "shifts")]
     pub cone_f_number: f64,
     /// Prints P at these angles of incidence (deg, separated by commas) and makes no table.
-    #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
+    #[arg(value_parser = number, long, value_delimiter = ',', allow_negative_numbers = true)]
     pub theta_deg: Vec<f64>,
     /// With --theta-deg: azimuths, deg, separated by commas.
     #[arg(
+        value_parser = number,
         long,
         value_delimiter = ',',
         default_value = "0",

@@ -30,7 +30,9 @@ pub fn make_inputs(base: &Path) {
     make_pictures_with_depth(base);
     let lens = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
         .join("../src/lens/library/lib_triplet_US2453260.json");
-    fs::copy(lens, base.join("l.json")).unwrap();
+    fs::copy(&lens, base.join("l.json")).unwrap();
+    fs::create_dir(base.join("lenses")).unwrap();
+    fs::copy(&lens, base.join("lenses/l.json")).unwrap();
     run(
         base,
         "qpalgo correct-aberrations --calibration noise -o k.json",
@@ -86,6 +88,14 @@ fn make_scenes(base: &Path) {
     scene["render"]["rays_per_pixel"] = 64.into();
     fs::write(base.join("noise.toml"), toml::to_string(&scene).unwrap()).unwrap();
     run(base, "qpgen render noise.toml --out noise");
+    let focus_mm = scene["lens"]["focus_mm"].as_integer().unwrap() as f64;
+    scene["planes"][0]["distance_mm"] = (1.15 * focus_mm).into();
+    fs::write(base.join("far.toml"), toml::to_string(&scene).unwrap()).unwrap();
+    run(base, "qpgen render far.toml --out far");
+    run(
+        base,
+        "qpgen curve noise.toml --distances 9 --fields 2x2 -o curve.json",
+    );
     fs::write(base.join("s.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
 }
 

@@ -169,7 +169,7 @@ fn refocus_writes_an_image_and_refuses_what_it_cannot_use() {
     assert!(out.data().iter().all(|v| (v - 1.0).abs() < 1e-6));
     let base = ["refocus", "raw.exr", "-o", "bad.exr", "--disparity"];
     for (more, text) in [
-        (["nan", "--lobes", "4", "--subpixels", "2x2"], "--disparity"),
+        (["inf", "--lobes", "4", "--subpixels", "2x2"], "--disparity"),
         (["1", "--lobes", "5", "--subpixels", "2x2"], "--lobes"),
         (["1", "--weights", "1,2", "--subpixels", "2x2"], "--weights"),
         (["1", "--lobes", "4", "--subpixels", "3x4"], "raw.exr"),

@@ -3,6 +3,7 @@
 
 mod autofocus;
 mod bad_input;
+mod calibrate_depth;
 mod commands;
 mod common;
 mod correction;

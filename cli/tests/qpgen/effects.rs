@@ -127,7 +127,7 @@ fn unknown_effects_and_tolerances_without_meaning_are_refused() {
     for (more, word) in [
         (["--effects", "glare"], "glare"),
         (["--tolerance", "-1"], "signal_percent"),
-        (["--tolerance-px", "nan"], "shift_px"),
+        (["--tolerance-px", "nan"], "--tolerance-px"),
     ] {
         let mut arguments = vec!["dataset", "--out", "/nowhere/at-all"];
         arguments.extend(more);

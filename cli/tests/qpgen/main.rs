@@ -15,6 +15,7 @@ mod export;
 mod fit;
 mod fixture;
 mod lens;
+mod lens_folder;
 mod mosaic;
 mod noisy;
 mod picture_folders;

@@ -119,11 +119,11 @@ fn a_depth_that_is_none_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     refused(
         &qpgen(folder.path(), &["psf", "--depths-m", "0,1"]),
-        "--depths-m has 0",
+        "depths_m is 0; allowed",
     );
     refused(
         &qpgen(folder.path(), &["psf", "--depths-m", "NaN"]),
-        "--depths-m has NaN",
+        "NaN is not a number",
     );
     refused(
         &qpgen(folder.path(), &["psf", "--fields", "5"]),

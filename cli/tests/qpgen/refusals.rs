@@ -50,9 +50,9 @@ fn what_cannot_be_is_found_before_the_work() {
     .unwrap();
     let render = "render --scene s.obj --distance-mm 750 --size 16x12 --rays-per-pixel 4";
     for (arguments, what) in [
-        ("--exposure-ev NaN", "exposure_ev is NaN"),
+        ("--exposure-ev NaN", "--exposure-ev"),
         ("--f-number=-1", "f_number is -1"),
-        ("--focus-mm NaN", "focus_mm is NaN"),
+        ("--focus-mm NaN", "--focus-mm"),
         ("--focus-mm=-inf", "focus_mm is -inf"),
         ("--keep-rays missing/rays.npz", "missing/rays.npz"),
         ("--out s.obj/out", "s.obj"),

@@ -180,21 +180,22 @@ fn a_study_writes_its_curves_ranges_and_plot() {
     let out = folder.path().join("s");
     let study = |kind: &str, step: &str, max: &str, pixels: &str| {
         let out = out.to_str().unwrap();
-        let arguments = [
+        let mut arguments = vec![
             "study",
             kind,
             "--theta-step-deg",
             step,
             "--theta-max-deg",
             max,
-            "--pixel",
-            pixels,
             "--json",
             "--preset",
             "draft",
             "--out",
             out,
         ];
+        if !pixels.is_empty() {
+            arguments.extend(["--pixel", pixels]);
+        }
         qpgen(folder.path(), &arguments)
     };
     let done = json(&study("rejection", "5", "30", "1.6um,2.8um"));
@@ -229,14 +230,21 @@ fn a_study_writes_its_curves_ranges_and_plot() {
     let svg = fs::read_to_string(out.join("rejection.svg")).unwrap();
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && !svg.contains("NaN"));
 
-    refused(&study("tungsten", "5", "30", "1.6um"), "metal");
+    refused(&study("tungsten", "5", "30", ""), "metal");
+    // Its pixels are its own.
+    refused(
+        &study("pitch", "5", "30", "1.6um"),
+        "--pixel does not apply to this study; allowed: with rejection",
+    );
+    let chart = qpgen(folder.path(), &["study", "size", "--theta-step-deg", "5"]);
+    refused(&chart, "--theta-step-deg does not apply");
     refused(&study("rejection", "5", "30", "9um"), "9um");
     refused(
         &study("rejection", "5", "90", "1.6um"),
         "--theta-max-deg 90",
     );
-    refused(&study("pitch", "0", "30", "1.6um"), "--theta-step-deg is 0");
-    refused(&study("colour", "5", "30", "1.6um"), "invalid value");
+    refused(&study("pitch", "0", "30", ""), "--theta-step-deg is 0");
+    refused(&study("colour", "5", "30", ""), "invalid value");
 }
 
 #[test]

@@ -29,10 +29,10 @@ use crate::simd::SimdLevel;
 use ellipse::Ellipse;
 use outline::Aim;
 
-/// Nodes along each side of the window, an odd number.
-const NODES: usize = 17;
-/// Patches of 2×2 cells along each side.
-const PATCHES: usize = (NODES - 1) / 2;
+/// Nodes along each side of the window, an odd number: the few that are tried first, and the many.
+const SIDES: [usize; 2] = [9, 17];
+/// Growth up to which the few do: rays that pass beside the bundle cost as much as the others.
+const GROWTH: f64 = 1.003;
 /// Every ellipse is this much larger than what was found: the edge is sampled, and bends between the nodes.
 const MARGIN: f64 = 1.012;
 
@@ -59,9 +59,11 @@ impl PupilEllipse {
 pub struct ExitPupilMap {
     window: SensorWindowMm,
     plane_z_mm: f64,
-    /// [`NODES`]², row by row; `None` where nothing passes.
+    /// Nodes along each side of the window.
+    side: usize,
+    /// Row by row; `None` where nothing passes.
     nodes: Vec<Option<Ellipse>>,
-    /// Growth in each of [`PATCHES`]² patches.
+    /// Growth in each of the patches of 2×2 cells.
     growth: Vec<f64>,
     /// At every node its place (sensor frame, mm) and the bundle's edge (camera frame, mm).
     outlines: Vec<(DVec2, Vec<DVec3>)>,
@@ -72,18 +74,10 @@ impl ExitPupilMap {
     /// lens at one or more wavelengths, of which three are looked at. Without systems, or without surfaces, nothing
     /// passes.
     pub fn new(systems: &[OpticalSystem], window: SensorWindowMm) -> ExitPupilMap {
-        let mut map = ExitPupilMap {
-            window,
-            plane_z_mm: 0.0,
-            nodes: vec![None; NODES * NODES],
-            growth: vec![1.0; PATCHES * PATCHES],
-            outlines: Vec::new(),
-        };
         let Some(first) = systems.first().filter(|s| !s.surfaces.is_empty()) else {
-            return map;
+            return Self::dark(window, SIDES[0], 0.0);
         };
         let (plane_z_mm, pupil_semi_mm) = aim_plane(first);
-        map.plane_z_mm = plane_z_mm;
         let systems = few(systems);
         let aim = Aim {
             tracers: systems.iter().map(|s| PacketTracer::new(s)).collect(),
@@ -92,30 +86,55 @@ impl ExitPupilMap {
             pupil_semi_mm,
             level: SimdLevel::detect(),
         };
-        let edges: Vec<Vec<DVec2>> = (0..NODES * NODES)
+        let few = Self::traced(&aim, window, SIDES[0]);
+        match few.growth.iter().all(|g| *g <= GROWTH) {
+            true => few,
+            false => Self::traced(&aim, window, SIDES[1]),
+        }
+    }
+
+    /// Nothing passes.
+    fn dark(window: SensorWindowMm, side: usize, plane_z_mm: f64) -> Self {
+        Self {
+            window,
+            plane_z_mm,
+            side,
+            nodes: vec![None; side * side],
+            growth: vec![1.0; (side / 2) * (side / 2)],
+            outlines: Vec::new(),
+        }
+    }
+
+    fn traced(aim: &Aim<'_>, window: SensorWindowMm, side: usize) -> Self {
+        let mut map = Self::dark(window, side, aim.plane_z_mm);
+        let edges: Vec<Vec<DVec2>> = (0..side * side)
             .into_par_iter()
-            .map(|i| aim.outline(map.position_mm(i % NODES, i / NODES)))
+            .map(|i| aim.outline(map.position_mm(i % side, i / side)))
             .collect();
         map.nodes = edges
             .iter()
             .map(|edge| (!edge.is_empty()).then(|| Ellipse::around(edge).grown(MARGIN)))
             .collect();
-        map.growth = (0..PATCHES * PATCHES)
-            .map(|i| map.growth_of_patch(2 * (i % PATCHES), 2 * (i / PATCHES), &edges))
+        let patches = side / 2;
+        map.growth = (0..patches * patches)
+            .map(|i| map.growth_of_patch(2 * (i % patches), 2 * (i / patches), &edges))
             .collect();
         map.outlines = (edges.into_iter().enumerate())
             .map(|(i, edge)| {
-                let edge = edge.into_iter().map(|p| p.extend(plane_z_mm)).collect();
-                (map.position_mm(i % NODES, i / NODES), edge)
+                let edge = edge.into_iter().map(|p| p.extend(aim.plane_z_mm)).collect();
+                (map.position_mm(i % side, i / side), edge)
             })
             .collect();
         map
     }
 
-    /// Nodes along each side of the window.
-    pub const NODES: usize = NODES;
+    /// Nodes along each side of the window: 9, or 17 where ellipses between so few would have to be much larger than
+    /// the bundle.
+    pub fn side(&self) -> usize {
+        self.side
+    }
 
-    /// The bundle's edge at [`Self::NODES`]² nodes of the window, row by row: each with its place (sensor frame, mm)
+    /// The bundle's edge at [`Self::side`]² nodes of the window, row by row: each with its place (sensor frame, mm)
     /// and points in order around the edge (camera frame, mm), none where nothing passes. Empty without a lens.
     pub fn outlines(&self) -> &[(DVec2, Vec<DVec3>)] {
         &self.outlines
@@ -130,7 +149,7 @@ impl ExitPupilMap {
     /// light passes.
     pub fn at(&self, x_mm: f64, y_mm: f64) -> Option<PupilEllipse> {
         let w = &self.window;
-        let cells = (NODES - 1) as f64;
+        let cells = (self.side - 1) as f64;
         let place = |x: f64, centre: f64, half: f64| {
             let p = (x - centre + half) / (2.0 * half) * cells;
             if p.is_finite() {
@@ -141,12 +160,12 @@ impl ExitPupilMap {
         };
         let p = place(x_mm, w.centre.x, w.half_width);
         let q = place(y_mm, w.centre.y, w.half_height);
-        let column = (p as usize).min(NODES - 2);
-        let row = (q as usize).min(NODES - 2);
+        let column = (p as usize).min(self.side - 2);
+        let row = (q as usize).min(self.side - 2);
         let part = DVec2::new(p - column as f64, q - row as f64);
         let ellipse = self
             .blended((column, row), 1, part)?
-            .grown(self.growth[row / 2 * PATCHES + column / 2]);
+            .grown(self.growth[row / 2 * (self.side / 2) + column / 2]);
         Some(PupilEllipse {
             centre_mm: ellipse.centre.extend(self.plane_z_mm),
             axis_a_mm: ellipse.shape.x_axis,
@@ -161,7 +180,7 @@ impl ExitPupilMap {
             .filter_map(|(i, j)| {
                 let part = DVec2::new(i as f64, j as f64) * 0.5;
                 let coarse = self.blended((column, row), 2, part)?;
-                Some(MARGIN * coarse.reach(&edges[(row + j) * NODES + column + i]))
+                Some(MARGIN * coarse.reach(&edges[(row + j) * self.side + column + i]))
             })
             .fold(1.0, f64::max);
         1.0 + 0.5 * (reach - 1.0)
@@ -177,7 +196,7 @@ impl ExitPupilMap {
             (0, 1, (1.0 - part.x) * part.y),
             (1, 1, part.x * part.y),
         ] {
-            if let Some(e) = self.nodes[(node.1 + j * stride) * NODES + node.0 + i * stride] {
+            if let Some(e) = self.nodes[(node.1 + j * stride) * self.side + node.0 + i * stride] {
                 sum = (sum.0 + w, sum.1 + w * e.centre, sum.2 + e.shape * w);
             }
         }
@@ -188,7 +207,7 @@ impl ExitPupilMap {
     }
 
     fn position_mm(&self, column: usize, row: usize) -> DVec2 {
-        let part = DVec2::new(column as f64, row as f64) * (2.0 / (NODES - 1) as f64) - 1.0;
+        let part = DVec2::new(column as f64, row as f64) * (2.0 / (self.side - 1) as f64) - 1.0;
         self.window.centre + part * DVec2::new(self.window.half_width, self.window.half_height)
     }
 }

@@ -24,7 +24,7 @@ use super::prescription::{PrescribedSurface, Prescription, Stated, Verification}
 use super::system::ASPHERE_TERMS;
 use crate::units::D_LINE_NM;
 use surface::ZmxSurface;
-use text::{decode, format_error, number};
+pub(super) use text::{decode, format_error, number};
 
 #[derive(Default)]
 struct Header {

@@ -1,9 +1,9 @@
-//! The text of a Zemax file: its encoding, its numbers, its errors.
+//! The text of files of lens design programs: its encoding, its numbers, its errors.
 
 use crate::lens::error::LensError;
 
 /// UTF-16 by its byte order mark, or by the zero bytes of its ASCII; else UTF-8; else Latin-1, as old files are.
-pub(super) fn decode(bytes: &[u8]) -> String {
+pub(in crate::lens) fn decode(bytes: &[u8]) -> String {
     let utf16 = |rest: &[u8], join: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = rest
             .chunks_exact(2)
@@ -25,7 +25,12 @@ pub(super) fn decode(bytes: &[u8]) -> String {
 }
 
 /// The finite number that stands at place `at` of a keyword's words.
-pub(super) fn number(file: &str, field: &str, words: &[&str], at: usize) -> Result<f64, LensError> {
+pub(in crate::lens) fn number(
+    file: &str,
+    field: &str,
+    words: &[&str],
+    at: usize,
+) -> Result<f64, LensError> {
     let word = words.get(at).copied().unwrap_or("nothing");
     match word.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
@@ -38,7 +43,7 @@ pub(super) fn number(file: &str, field: &str, words: &[&str], at: usize) -> Resu
 }
 
 /// What is wrong with a keyword, and what is allowed.
-pub(super) fn format_error(file: &str, field: &str, reason: &str) -> LensError {
+pub(in crate::lens) fn format_error(file: &str, field: &str, reason: &str) -> LensError {
     LensError::Format {
         file: file.into(),
         field: field.into(),

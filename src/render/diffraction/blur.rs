@@ -107,41 +107,32 @@ impl PixelBlur {
         Self { near, far }
     }
 
-    /// Where a pixel's samples go: `add(Δcolumn, Δrow, light, weight)`, light weighted already. `samples`: one per
-    /// offset; those that are not finite count for nothing.
-    pub fn spread(&self, samples: &[f32], mut add: impl FnMut(i32, i32, f32, f32)) {
-        let mut near = [[0f32; 2]; NEAR_SIDE * NEAR_SIDE];
+    /// Adds what a pixel's samples give the pixels around it, to `light` with their values and to `weight` without.
+    /// `samples`: one per offset; those that are not finite count for nothing. Both begin [`Self::reach`] rows above
+    /// and columns beside the pixel, and hold rows of `line` values.
+    pub fn spread(&self, samples: &[f32], line: usize, light: &mut [f32], weight: &mut [f32]) {
+        let mut near = [[0f32; NEAR_SIDE * NEAR_SIDE]; 2];
         let mut mean = [0f32; 2];
-        for (&sample, weights) in samples
-            .iter()
-            .zip(self.near.chunks_exact(NEAR_SIDE * NEAR_SIDE))
-        {
+        let each = self.near.chunks_exact(NEAR_SIDE * NEAR_SIDE);
+        for (&sample, weights) in samples.iter().zip(each) {
             if !sample.is_finite() {
                 continue;
             }
             mean = [mean[0] + sample, mean[1] + 1.0];
-            for (to, &w) in near.iter_mut().zip(weights) {
-                *to = [to[0] + w * sample, to[1] + w];
+            for (i, &w) in weights.iter().enumerate() {
+                near[0][i] += w * sample;
+                near[1][i] += w;
             }
         }
-        for (i, [light, weight]) in near.into_iter().enumerate() {
-            let i = i as i32;
-            add(
-                i % NEAR_SIDE as i32 - NEAR,
-                i / NEAR_SIDE as i32 - NEAR,
-                light,
-                weight,
-            );
-        }
-        for (i, &w) in self.far.iter().enumerate() {
-            if w > 0.0 {
-                let i = i as i32;
-                add(
-                    i % SIDE as i32 - REACH,
-                    i / SIDE as i32 - REACH,
-                    w * mean[0],
-                    w * mean[1],
-                );
+        let first = (REACH - NEAR) as usize;
+        for (to, (mean, near)) in [light, weight].into_iter().zip(mean.into_iter().zip(&near)) {
+            for (row, far) in self.far.chunks_exact(SIDE).enumerate() {
+                let to = &mut to[row * line..][..SIDE];
+                (to.iter_mut().zip(far)).for_each(|(to, w)| *to += w * mean);
+            }
+            for (row, near) in near.chunks_exact(NEAR_SIDE).enumerate() {
+                let to = &mut to[(first + row) * line + first..][..NEAR_SIDE];
+                (to.iter_mut().zip(near)).for_each(|(to, light)| *to += light);
             }
         }
     }

@@ -21,6 +21,7 @@ mod blur;
 mod kernel;
 mod pattern;
 mod phase_draw;
+mod planes;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests;
@@ -42,8 +43,8 @@ use wavefront::{Sight, Wavefront};
 
 /// Radii of an outline, in units of its own ellipse, that differ from 1 by no more than this: diffracts as that one.
 const ELLIPTIC: f64 = 0.01;
-/// Every so many nodes of the pupil's map has a kernel of its own.
-const EVERY: usize = 4;
+/// Steps from kernel to kernel along each side of the window: every second or fourth node of the pupil's map has one.
+const STEPS: usize = 4;
 /// RMS of phases over the pupil that are told from none, and from those of another node, waves.
 const PHASES_TOLD: f64 = 0.03;
 /// Keeps the choice of a node apart from the samples.
@@ -57,7 +58,7 @@ pub(super) struct LensDiffraction {
     /// Of the ellipse with the pupil's second moments, in direction cosines (camera frame, backward): its middle (2),
     /// and the columns of the map from there to the unit disk (4).
     ellipses: FieldGrid,
-    /// At [`ExitPupilMap::NODES`]² / [`EVERY`]² nodes; a single one where all are ellipses.
+    /// At the corners of [`STEPS`]² parts of the window; a single one where all are ellipses.
     kernels: Vec<Arc<Kernel>>,
     /// By the lens's phases, at the same nodes; empty of a lens without any.
     draws: Vec<Option<Arc<PhaseDraw>>>,
@@ -74,15 +75,15 @@ impl LensDiffraction {
             })
             .collect();
         let lit = shapes.iter().flatten().next()?;
-        let side = ExitPupilMap::NODES;
+        let side = pupils.side();
         let ellipses = shapes
             .iter()
             .flat_map(|s| s.as_ref().unwrap_or(lit).ellipse());
         let ellipses = FieldGrid::new(pupils.window(), (side, side), 6, ellipses.collect())?;
-        let few = (side - 1) / EVERY + 1;
+        let (few, every) = (STEPS + 1, (side - 1) / STEPS);
         let nodes = FieldGrid::new(pupils.window(), (few, few), 1, vec![0.0; few * few])?;
         let disk = Arc::new(Kernel::disk());
-        let shape = |k: usize| shapes[k / few * EVERY * side + k % few * EVERY].as_ref();
+        let shape = |k: usize| shapes[k / few * every * side + k % few * every].as_ref();
         let kernels = if shapes.iter().flatten().all(|s| s.clipped.is_none()) {
             vec![disk]
         } else {

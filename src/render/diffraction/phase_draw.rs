@@ -21,16 +21,13 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec2;
 
 use super::kernel::Kernel;
+use super::planes::{Plane, Pupil, Turns};
 use super::wavefront::Wavefront;
 
 /// Particles, about.
 const PARTICLES: usize = 3072;
 /// Cells over the square around the pupil, along each side.
 const CELLS: usize = 24;
-/// Points over the square around the pupil that the phase is summed at, along each side.
-const POINTS: usize = 64;
-/// Distance of places that the intensity is summed at.
-const STEP: f64 = 0.5;
 /// Least and most |κ| that the intensity is summed up to: half of what the points resolve.
 const REACH: [f64; 2] = [40.0, 90.0];
 /// Defocus at the edge |q| = 1 of the planes, waves.
@@ -44,11 +41,13 @@ const TURNS: [usize; 10] = [0, 5, 2, 7, IN_FOCUS, 1, 6, 3, 8, IN_FOCUS];
 const SPREAD: f64 = 2.0;
 /// How often.
 const SWEEPS: usize = 14;
+/// Steps in focus at the end.
+const LAST: usize = 2;
 /// Longest move of a particle along a direction in a step.
 const LONGEST: f64 = 20.0;
 /// Steps of the golden ratio, and of the plastic number: points in a line and in the plane, evenly.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
-const PLASTIC: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
+pub(super) const PLASTIC: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
 
 /// Displacements by the place in the pupil, in the units of [`Kernel`].
 #[derive(Clone, Debug)]
@@ -94,7 +93,7 @@ impl PhaseDraw {
             let part = if 2 * sweep < SWEEPS { 0.5 } else { 0.25 };
             TURNS.map(|plane| (plane, part))
         });
-        for (number, (plane, part)) in steps.chain([(IN_FOCUS, 1.0)]).enumerate() {
+        for (number, (plane, part)) in steps.chain([(IN_FOCUS, 1.0); LAST]).enumerate() {
             let turn = DVec2::from_angle(PI * (number as f64 * GOLDEN).fract());
             let defocus = 2.0 * TAU * PLANES[plane];
             buffers.step(
@@ -168,155 +167,6 @@ fn places(kernel: &Kernel, half: f64) -> Vec<DVec2> {
         .collect()
 }
 
-/// The wave on a square grid.
-struct Pupil {
-    /// Real and imaginary part, times the part of the cell that is inside, row by row.
-    wave: Vec<DVec2>,
-    /// |q|².
-    squared: Vec<f64>,
-    /// q along each side.
-    axis: [f64; POINTS],
-}
-
-impl Pupil {
-    fn new(kernel: &Kernel, phases: &Wavefront, half: f64) -> Self {
-        let step = 2.0 * half / POINTS as f64;
-        let axis: [f64; POINTS] = std::array::from_fn(|i| (i as f64 + 0.5) * step - half);
-        let inside = |q: DVec2| {
-            let parts =
-                (0..16).map(|k| DVec2::new(f64::from(k % 4), f64::from(k / 4)) / 4.0 - 0.375);
-            parts
-                .filter(|part| kernel.is_inside(q + step * *part))
-                .count() as f64
-                / 16.0
-        };
-        let points = || {
-            axis.iter()
-                .flat_map(|&y| axis.iter().map(move |&x| DVec2::new(x, y)))
-        };
-        let wave = |q: DVec2| match inside(q) {
-            0.0 => DVec2::ZERO,
-            part => part * DVec2::from_angle(phases.phase(q)),
-        };
-        Self {
-            wave: points().map(wave).collect(),
-            squared: points().map(|q| q.length_squared()).collect(),
-            axis,
-        }
-    }
-}
-
-/// exp(−i κ q) by κ and q, real and imaginary parts apart.
-struct Turns {
-    /// Steps of κ to either side.
-    count: usize,
-    real: Vec<[f32; POINTS]>,
-    imaginary: Vec<[f32; POINTS]>,
-}
-
-impl Turns {
-    fn new(axis: &[f64; POINTS], reach: f64) -> Self {
-        let count = (reach / STEP).ceil() as usize;
-        let angle = |k: usize, q: f64| (count as f64 - k as f64) * STEP * q;
-        let all = 0..2 * count + 1;
-        Self {
-            count,
-            real: all
-                .clone()
-                .map(|k| axis.map(|q| angle(k, q).cos() as f32))
-                .collect(),
-            imaginary: all
-                .map(|k| axis.map(|q| angle(k, q).sin() as f32))
-                .collect(),
-        }
-    }
-
-    fn side(&self) -> usize {
-        2 * self.count + 1
-    }
-
-    /// Σ wave · exp(−i κ q) at the k-th κ, in eight sums side by side.
-    fn sum(&self, k: usize, real: &[f32], imaginary: &[f32]) -> (f32, f32) {
-        let (turn_real, turn_imaginary) = (&self.real[k], &self.imaginary[k]);
-        let (mut re, mut im) = ([0f32; 8], [0f32; 8]);
-        for first in (0..POINTS).step_by(8) {
-            let part = first..first + 8;
-            let (a, b) = (&real[part.clone()], &imaginary[part.clone()]);
-            let (c, d) = (&turn_real[part.clone()], &turn_imaginary[part]);
-            for i in 0..8 {
-                re[i] += a[i] * c[i] - b[i] * d[i];
-                im[i] += a[i] * d[i] + b[i] * c[i];
-            }
-        }
-        (re.iter().sum(), im.iter().sum())
-    }
-}
-
-/// The intensity in a plane beside the focus, up to the reach.
-struct Plane {
-    side: usize,
-    reach: f64,
-    /// Sums of the intensities, row by row, from the first on.
-    sums: Vec<f64>,
-}
-
-impl Plane {
-    /// `defocus`: phase at |q| = 1, rad.
-    fn new(pupil: &Pupil, turns: &Turns, defocus: f64, reach: f64) -> Self {
-        let side = turns.side();
-        let turned =
-            |(wave, squared): (&DVec2, &f64)| DVec2::from_angle(defocus * squared).rotate(*wave);
-        let wave = pupil.wave.iter().zip(&pupil.squared).map(turned);
-        let (real, imaginary): (Vec<f32>, Vec<f32>) =
-            wave.map(|w| (w.x as f32, w.y as f32)).unzip();
-        // Along rows: [κ_x][row]; then along columns.
-        let rows = || {
-            real.chunks_exact(POINTS)
-                .zip(imaginary.chunks_exact(POINTS))
-        };
-        let (mut column_real, mut column_imaginary) = (Vec::new(), Vec::new());
-        for k in 0..side {
-            for (re, im) in rows() {
-                let (re, im) = turns.sum(k, re, im);
-                column_real.push(re);
-                column_imaginary.push(im);
-            }
-        }
-        let mut sums = Vec::with_capacity(side * side);
-        let mut all = 0.0;
-        let beside = |k: usize| (k.abs_diff(turns.count) as f64 * STEP).powi(2);
-        for y in 0..side {
-            for x in 0..side {
-                if beside(x) + beside(y) <= reach * reach {
-                    let column = x * POINTS..(x + 1) * POINTS;
-                    let (re, im) =
-                        turns.sum(y, &column_real[column.clone()], &column_imaginary[column]);
-                    all += f64::from(re * re + im * im);
-                }
-                sums.push(all);
-            }
-        }
-        Self { side, reach, sums }
-    }
-
-    /// Places spread as the intensity.
-    fn samples(&self, count: usize) -> Vec<DVec2> {
-        let all = self.sums.last().copied().unwrap_or(0.0);
-        let middle = (self.side / 2) as f64;
-        let mut at = 0;
-        let sample = |i: usize| {
-            let wanted = all * (i as f64 + 0.5) / count as f64;
-            while at + 1 < self.sums.len() && self.sums[at] < wanted {
-                at += 1;
-            }
-            let part = DVec2::from(PLASTIC.map(|step| (i as f64 * step).fract())) - 0.5;
-            let cell = DVec2::new((at % self.side) as f64, (at / self.side) as f64) - middle;
-            ((cell + part) * STEP).clamp_length_max(self.reach)
-        };
-        (0..count).map(sample).collect()
-    }
-}
-
 /// The particles that are moved.
 struct Near<'a> {
     places: &'a [DVec2],
@@ -324,11 +174,17 @@ struct Near<'a> {
     numbers: &'a [usize],
 }
 
+/// Bits of a particle's number in a key that orders particles by place: enough for all [`PARTICLES`].
+const NUMBER_BITS: u32 = 12;
+
+const _: () = assert!(PARTICLES as f64 * 4.0 / PI < (1u32 << NUMBER_BITS) as f64);
+
 /// Memory of a step.
 #[derive(Default)]
 struct Buffers {
-    order: Vec<u64>,
-    target: Vec<f32>,
+    places: Vec<f32>,
+    order: Vec<u32>,
+    target: Vec<u32>,
     moves: Vec<DVec2>,
 }
 
@@ -345,27 +201,45 @@ impl Buffers {
         self.moves.clear();
         self.moves.resize(near.numbers.len(), DVec2::ZERO);
         for (along, part) in [(turn, part.x), (turn.perp(), part.y)] {
-            self.order.clear();
-            self.order
-                .extend(near.numbers.iter().enumerate().map(|(k, &i)| {
-                    let at = near.slopes[i] + defocus * near.places[i] + displacements[i];
-                    u64::from(ascending(at.dot(along) as f32)) << 32 | k as u64
-                }));
-            self.order.sort_unstable();
+            self.places.clear();
+            self.places.extend(near.numbers.iter().map(|&i| {
+                let at = near.slopes[i] + defocus * near.places[i] + displacements[i];
+                at.dot(along) as f32
+            }));
+            self.sort_places();
             self.target.clear();
-            self.target
-                .extend(target.iter().map(|t| t.dot(along) as f32));
-            self.target.sort_unstable_by(f32::total_cmp);
+            let target = target.iter().map(|t| ascending(t.dot(along) as f32));
+            self.target.extend(target);
+            self.target.sort_unstable();
             for (key, to) in self.order.iter().zip(&self.target) {
-                let k = (key & u64::from(u32::MAX)) as usize;
-                let from = from_ascending((key >> 32) as u32);
-                let way = f64::from(to - from).clamp(-LONGEST, LONGEST);
-                self.moves[k] += part * way * along;
+                let k = (key & ((1 << NUMBER_BITS) - 1)) as usize;
+                let way = f64::from(from_ascending(*to) - self.places[k]);
+                self.moves[k] += part * way.clamp(-LONGEST, LONGEST) * along;
             }
         }
         for (&i, way) in near.numbers.iter().zip(&self.moves) {
             displacements[i] += *way;
         }
+    }
+}
+
+impl Buffers {
+    /// Keys in the order of the places, to a millionth of what they span.
+    fn sort_places(&mut self) {
+        let first = self.places.iter().copied().fold(f32::INFINITY, f32::min);
+        let last = self
+            .places
+            .iter()
+            .copied()
+            .fold(f32::NEG_INFINITY, f32::max);
+        let steps = (1u32 << (32 - NUMBER_BITS)) as f32 / (last - first).max(f32::MIN_POSITIVE);
+        self.order.clear();
+        let most = (1 << (32 - NUMBER_BITS)) - 1;
+        let key = |(k, place): (usize, &f32)| {
+            (((place - first) * steps) as u32).min(most) << NUMBER_BITS | k as u32
+        };
+        self.order.extend(self.places.iter().enumerate().map(key));
+        self.order.sort_unstable();
     }
 }
 

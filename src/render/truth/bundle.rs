@@ -12,9 +12,10 @@ use crate::render::Camera;
 use crate::render::diffraction::PlaceDiffraction;
 use crate::sampling::{SobolSet, concentric_disk};
 use crate::simd::SimdLevel;
+use crate::units::MM_PER_NM;
 
 /// Key of the pupil samples: the same at every node, so that fields over the sensor come out smooth.
-const PUPIL_KEY: u64 = 0x9091;
+pub(super) const PUPIL_KEY: u64 = 0x9091;
 
 /// What one group of rays (a sub-pixel's, or all) sees, per unit weight.
 #[derive(Clone, Copy, Debug, Default)]
@@ -61,6 +62,9 @@ pub(in crate::render) struct Bundle {
     pub q0: Vec<DVec2>,
     pub q1_mm: Vec<DVec2>,
     pub slopes: Vec<DVec2>,
+    /// Direction cosines from the pixel, camera frame.
+    pub directions: Vec<DVec2>,
+    pub wavelengths_mm: Vec<f64>,
     /// `[ray][sub-pixel]`: P cos θ dω, in units of [`Self::scale`].
     pub weights: Vec<f64>,
     /// cos θ dω of each ray, in the same units.
@@ -110,6 +114,8 @@ impl Bundle {
             q0: Vec::with_capacity(n),
             q1_mm: Vec::with_capacity(n),
             slopes: Vec::with_capacity(n),
+            directions: Vec::with_capacity(n),
+            wavelengths_mm: Vec::with_capacity(n),
             weights: Vec::with_capacity(n * n_sub),
             measure: Vec::with_capacity(n),
             scale: pupil.area_mm2() / n as f64,
@@ -125,8 +131,9 @@ impl Bundle {
             // Shares of other lengths count the same.
             let even = n as f64 / (shares * share.len().max(1)) as f64;
             let mut batch = RayBatch::with_capacity(share.len());
-            let (mut u, mut v, mut measure, mut slopes) =
-                (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+            let (mut u, mut v, mut measure) = (Vec::new(), Vec::new(), Vec::new());
+            let mut directions: Vec<DVec3> = Vec::new();
+            let wavelength_mm = colours.traced_nm(channel, wavelength) * MM_PER_NM;
             let (first, of_share) = (share.start, share.len());
             for i in share {
                 let (a, b) = golden_disk(i - first, of_share);
@@ -135,13 +142,12 @@ impl Bundle {
                 let e = target - origin;
                 let d = e.normalize();
                 let start = diffraction.map_or(origin, |here| {
-                    let wavelength_mm = colours.traced_nm(channel, wavelength) * 1e-6;
                     let moved = here.displacement(i, d.truncate(), aside[i]);
                     origin + (wavelength_mm * moved).extend(0.0)
                 });
                 batch.push(start, (target - start).normalize());
                 measure.push(even * (e.z * e.z / e.length_squared().powi(2)));
-                slopes.push(DVec2::new(d.x, d.y) / d.z);
+                directions.push(d);
                 let uv = uv_from_camera_direction(-d);
                 u.push(uv.x as f32);
                 v.push(uv.y as f32);
@@ -157,7 +163,10 @@ impl Bundle {
                 let m = DVec2::new(batch.dx[i], batch.dy[i]) / batch.dz[i];
                 bundle.q0.push(-m);
                 bundle.q1_mm.push(o.truncate() - o.z * m);
-                bundle.slopes.push(slopes[i]);
+                let d = directions[i];
+                bundle.slopes.push(d.truncate() / d.z);
+                bundle.directions.push(d.truncate());
+                bundle.wavelengths_mm.push(wavelength_mm);
                 bundle.measure.push(measure[i]);
                 let of_ray = &response[i * n_sub..][..n_sub];
                 let weights = of_ray.iter().map(|&w| f64::from(w) * measure[i]);

@@ -8,6 +8,7 @@ mod bundle;
 mod channels;
 mod defocus;
 mod disparity;
+mod displaced;
 mod receptive;
 mod sight;
 mod sight_field;

@@ -12,7 +12,9 @@
 //! (Parseval). At low frequencies it is the difference of the centroids of [`super::DisparityField`]; where the blur is
 //! as wide as the texture is fine the two views' blurs differ in shape and D is larger. S is that of natural
 //! pictures, |f|^−2 (Field, J. Opt. Soc. Am. A 4, 2379 (1987)), seen through a square pixel, without what a window of w
-//! px takes for an offset, (1 − sinc(w f_x) sinc(w f_y))².
+//! px takes for an offset, (1 − sinc(w f_x) sinc(w f_y))². Where the camera has diffraction at its lens's aperture, it
+//! displaces ray k by draws d: to first order exp(2πi f·δ_k) is multiplied by their mean of exp(2πi f·d).
+//! A ray from the rim has the wider ones, so that fine texture is seen by the middle of the pupil and shifts less.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,11 +22,10 @@ use glam::{DMat2, DVec2, Vec2Swizzles};
 
 use super::bundle::Bundle;
 use super::disparity::jacobian_at;
+use super::displaced::{Displaced, FREQUENCIES, ROWS, each_frequency, frequency, row_frequency};
 use crate::render::Camera;
 use crate::sampling::SobolSet;
 
-/// Frequencies from 0 to ½ per px on an axis.
-const FREQUENCIES: usize = 24;
 /// Shifts tried on each side of the centroids' difference, px, and their distance.
 const SEARCH_PX: f64 = 3.0;
 const STEP_PX: f64 = 0.05;
@@ -51,6 +52,8 @@ impl Default for TextureSpectrum {
 #[derive(Clone, Debug)]
 pub struct ReceptiveField {
     bundle: Bundle,
+    /// By diffraction at the lens's aperture, where the camera has any.
+    displaced: Option<Displaced>,
     jacobian: [DMat2; 2],
 }
 
@@ -61,7 +64,12 @@ impl ReceptiveField {
         let bundle = Bundle::new(camera, channel, xy_mm, &SobolSet::new(rays))?;
         let lit = bundle.weights.iter().sum::<f64>() > 0.0;
         let jacobian = jacobian_at(camera, channel, xy_mm)?;
-        lit.then_some(Self { bundle, jacobian })
+        let displaced = Displaced::new(camera, xy_mm, &bundle);
+        lit.then_some(Self {
+            bundle,
+            displaced,
+            jacobian,
+        })
     }
 
     /// Two groups of sub-pixels as the two views of a pixel; `vertical`: with rows in the place of columns, so that
@@ -79,10 +87,13 @@ impl ReceptiveField {
                 q0: all(&b.q0),
                 q1_mm: all(&b.q1_mm),
                 slopes: all(&b.slopes),
+                directions: b.directions.clone(),
+                wavelengths_mm: b.wavelengths_mm.clone(),
                 measure: b.measure.clone(),
                 scale: b.scale,
                 subpixels: 2,
             },
+            displaced: (self.displaced.as_ref()).map(|d| d.turned(turned)),
             jacobian: (self.jacobian).map(|j| match vertical {
                 true => DMat2::from_cols(j.y_axis.yx(), j.x_axis.yx()),
                 false => j,
@@ -172,28 +183,25 @@ impl ReceptiveField {
         texture: &TextureSpectrum,
     ) -> Vec<[f64; 2]> {
         let offsets = self.offsets_px(depth_mm);
-        let rows = 2 * FREQUENCIES;
-        let mut transfer = vec![[[0.0; 2]; 2]; FREQUENCIES * rows];
+        let mut transfer = vec![[[0.0; 2]; 2]; FREQUENCIES * ROWS];
         for (k, o) in offsets.iter().enumerate() {
             let weights = [self.weights(k)[i], self.weights(k)[j]];
-            let along: Vec<(f64, f64)> = (0..rows)
-                .map(|r| (TAU * row_frequency(r) * o.y).sin_cos())
-                .collect();
-            for column in 0..FREQUENCIES {
-                let (sx, cx) = (TAU * frequency(column) * o.x).sin_cos();
-                for (to, (sy, cy)) in transfer[column * rows..].iter_mut().zip(&along) {
-                    let (re, im) = (cx * cy - sx * sy, sx * cy + cx * sy);
-                    for (to, w) in to.iter_mut().zip(weights) {
-                        to[0] += w * re;
-                        to[1] += w * im;
-                    }
+            let displaced = self.displaced.as_ref().map(|d| d.of_ray(k));
+            each_frequency(*o, |i, [re, im]| {
+                let [re, im] = match displaced {
+                    Some(d) => [re * d[i][0] - im * d[i][1], re * d[i][1] + im * d[i][0]],
+                    None => [re, im],
+                };
+                for (to, w) in transfer[i].iter_mut().zip(weights) {
+                    to[0] += w * re;
+                    to[1] += w * im;
                 }
-            }
+            });
         }
         let column = |c: usize| {
             let mut sum = [0.0; 2];
-            for r in 0..rows {
-                let [a, b] = transfer[c * rows + r];
+            for r in 0..ROWS {
+                let [a, b] = transfer[c * ROWS + r];
                 let s = texture.power(DVec2::new(frequency(c), row_frequency(r)));
                 sum[0] += s * (a[0] * b[0] + a[1] * b[1]);
                 sum[1] += s * (a[1] * b[0] - a[0] * b[1]);
@@ -219,16 +227,6 @@ impl TextureSpectrum {
     }
 }
 
-/// f_x of a column: cell centres from 0 to ½.
-fn frequency(column: usize) -> f64 {
-    (column as f64 + 0.5) / (2 * FREQUENCIES) as f64
-}
-
-/// f_y of a row: cell centres from −½ to ½.
-fn row_frequency(row: usize) -> f64 {
-    frequency(row) - 0.5
-}
-
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests {
@@ -245,12 +243,15 @@ mod tests {
             bundle: Bundle {
                 q0: vec![DVec2::ZERO; n * n],
                 slopes: q1_mm.clone(),
+                directions: q1_mm.clone(),
+                wavelengths_mm: vec![5.5e-4; n * n],
                 weights: q1_mm.iter().flat_map(weights).collect(),
                 measure: vec![1.0; n * n],
                 q1_mm,
                 scale: 1.0,
                 subpixels: 2,
             },
+            displaced: None,
             jacobian: [DMat2::IDENTITY, DMat2::ZERO],
         }
     }

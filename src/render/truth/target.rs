@@ -186,7 +186,8 @@ impl Sampler<'_> {
     }
 }
 
-/// Light and weights from one row, for the rows from [`PixelBlur::reach`] above it to as many below.
+/// Light and weights from one row, for the rows from [`PixelBlur::reach`] above it to as many below, and as many
+/// columns beside the picture: channels outermost.
 struct Spread {
     width: usize,
     light: Vec<f32>,
@@ -195,9 +196,12 @@ struct Spread {
     dark: Vec<bool>,
 }
 
+/// Rows that a row reaches, itself included.
+const REACHED: usize = 2 * PixelBlur::reach() + 1;
+
 impl Spread {
     fn new(width: usize) -> Self {
-        let len = (2 * PixelBlur::reach() + 1) * width * 3;
+        let len = REACHED * (width + REACHED - 1) * 3;
         Self {
             width,
             light: vec![0.0; len],
@@ -206,39 +210,37 @@ impl Spread {
         }
     }
 
+    /// Values of a row, with the columns beside it.
+    fn line(&self) -> usize {
+        self.width + REACHED - 1
+    }
+
     fn add(&mut self, blur: &PixelBlur, samples: &[f32], column: usize, channel: usize) {
-        let width = self.width;
-        blur.spread(samples, |dx, dy, light, weight| {
-            let x = column as i32 + dx;
-            let row = (dy + PixelBlur::reach() as i32) as usize;
-            if (0..width as i32).contains(&x) {
-                let at = (row * width + x as usize) * 3 + channel;
-                self.light[at] += light;
-                self.weight[at] += weight;
-            }
-        });
+        let line = self.line();
+        let first = channel * REACHED * line + column;
+        let (light, weight) = (&mut self.light[first..], &mut self.weight[first..]);
+        blur.spread(samples, line, light, weight);
     }
 
     /// Adds what falls on rows of the picture; this is `row`'s.
     fn add_to(&self, row: usize, light: &mut [f32], weight: &mut [f32]) {
-        let line = self.width * 3;
-        for k in 0..2 * PixelBlur::reach() + 1 {
+        let picture_line = self.width * 3;
+        for k in 0..REACHED {
             let Some(to) = (row + k).checked_sub(PixelBlur::reach()) else {
                 continue;
             };
-            let Some(light) = light.get_mut(to * line..(to + 1) * line) else {
+            let Some(light) = light.get_mut(to * picture_line..(to + 1) * picture_line) else {
                 continue;
             };
-            let weight = &mut weight[to * line..][..line];
-            let from = k * line..(k + 1) * line;
-            light
-                .iter_mut()
-                .zip(&self.light[from.clone()])
-                .for_each(|(a, b)| *a += b);
-            weight
-                .iter_mut()
-                .zip(&self.weight[from])
-                .for_each(|(a, b)| *a += b);
+            let weight = &mut weight[to * picture_line..][..picture_line];
+            for channel in 0..3 {
+                let first = (channel * REACHED + k) * self.line() + PixelBlur::reach();
+                let from = [&self.light, &self.weight].map(|all| &all[first..][..self.width]);
+                for (to, from) in [&mut *light, &mut *weight].into_iter().zip(from) {
+                    let to = to.iter_mut().skip(channel).step_by(3);
+                    to.zip(from).for_each(|(a, b)| *a += b);
+                }
+            }
         }
     }
 }

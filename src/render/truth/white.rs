@@ -78,6 +78,19 @@ impl WhiteField {
         images
     }
 
+    /// What each sub-pixel receives at a sensor position, sr: R, G, B outermost, then sub-pixels as stored.
+    pub(in crate::render) fn read_subpixels_sr(&self, xy_mm: DVec2, out: &mut Vec<f64>) {
+        out.clear();
+        for field in &self.channels {
+            out.extend(field.at(xy_mm).weights_sr());
+        }
+        if self.channels.len() == 1 {
+            let subpixels = out.len();
+            out.extend_from_within(..subpixels);
+            out.extend_from_within(..subpixels);
+        }
+    }
+
     /// What each sub-pixel receives, sr, as a field over the window: R, G, B outermost, then sub-pixels as stored.
     pub(crate) fn grid(&self, sensor: &Sensor) -> FieldGrid {
         let window = sensor.window_mm();

@@ -2,7 +2,7 @@
 
 use super::{Case, Out, case};
 
-pub const CASES: [Case; 11] = [
+pub const CASES: [Case; 12] = [
     case(
         "disparity --dense",
         "qpalgo disparity --dense data/samples/000000 -o out --json",
@@ -32,6 +32,12 @@ pub const CASES: [Case; 11] = [
         "qpalgo depth data/samples/000000 -o out",
         "data/samples/000000/camera.json data/samples/000000/raw.png",
         Out::Folder("out"),
+    ),
+    case(
+        "calibrate-depth",
+        "qpalgo calibrate-depth 0.75=noise 0.8625=far --curve curve.json -o mine.json --json",
+        "noise/raw.png far/raw.png curve.json",
+        Out::File("mine.json"),
     ),
     case(
         "score",

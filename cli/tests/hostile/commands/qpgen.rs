@@ -2,7 +2,7 @@
 
 use super::{Case, Out, case};
 
-pub const CASES: [Case; 39] = [
+pub const CASES: [Case; 41] = [
     case(
         "accuracy",
         "qpgen accuracy rays --draft --out out --json",
@@ -157,6 +157,12 @@ pub const CASES: [Case; 39] = [
         Out::File("bank.npz"),
     ),
     case(
+        "curve",
+        "qpgen curve noise.toml --distances 5 --fields 2x1 -o c.json --json",
+        "noise.toml",
+        Out::File("c.json"),
+    ),
+    case(
         "convert",
         "qpgen convert --image rgb.pfm --depth z.pfm --config c.toml --lens wide_US20120327520A1_emb3 --focus-m 0.72 \
          --out out",
@@ -229,6 +235,12 @@ pub const CASES: [Case; 39] = [
         "qpgen lens layout l.json -o l.svg",
         "l.json",
         Out::File("l.svg"),
+    ),
+    case(
+        "lens import",
+        "qpgen lens import lenses -o out --json",
+        "",
+        Out::Folder("out"),
     ),
     case(
         "lens check",

@@ -1,0 +1,358 @@
+//! Focus and gain of a real camera from planes at known distances.
+//!
+//! A simulated curve C(x, y, 1/Z) has the right shape where the camera differs from its simulation in where it is
+//! focused and in how far its pixel parts the pupil. Both are two numbers for the whole field:
+//!
+//! ```text
+//! D(x, y, 1/Z) = g C(x, y, 1/Z + δ)          g: gain        δ: 1/m, focus at 1/Z_f − δ in the place of 1/Z_f
+//! ```
+//!
+//! Each plane is measured in [`REGIONS`]² parts of the picture, by the median of the trusted shifts, so that no patch
+//! of bad matches counts. g and δ minimise Σ ((D − g C)/s)² by Gauss and Newton; s is alike for all parts, and is what
+//! is left.
+
+use super::field_curve::FieldCurve;
+use super::halves::Measured;
+
+/// Parts along each side of the picture.
+pub const REGIONS: usize = 3;
+/// Fewest trusted shifts in a part that count.
+const LEAST_SHIFTS: usize = 16;
+/// Planes as near to each other as this in 1/Z, as a part of the largest, say nothing of δ.
+const LEAST_SPAN: f64 = 0.1;
+/// Steps of the search, at most, and the step at which it ends.
+const STEPS: usize = 50;
+const SMALL: f64 = 1e-10;
+
+/// The shifts of one plane: x_L − x_R at each pixel, row-major.
+#[derive(Clone, Copy, Debug)]
+pub struct PlaneShifts<'a> {
+    /// Its distance, m, counted as the curve counts.
+    pub distance_m: f64,
+    /// Columns and rows, px.
+    pub size_px: [usize; 2],
+    /// `None` where there is no trusted match.
+    pub shifts: &'a [Option<Measured>],
+}
+
+/// One part of a plane's picture.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Part {
+    /// Of the plane, m.
+    pub distance_m: f64,
+    /// Middle of the part, px.
+    pub at_px: [f64; 2],
+    /// Median of its shifts, px.
+    pub measured_px: f64,
+    /// By the curve as it was, px.
+    pub before_px: f64,
+    /// By the calibrated curve, px.
+    pub after_px: f64,
+}
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DepthCalibration {
+    /// g and its standard deviation.
+    pub gain: [f64; 2],
+    /// δ and its standard deviation, 1/m.
+    pub shift_per_m: [f64; 2],
+    /// Root mean square of what is left, px.
+    pub rms_px: f64,
+    /// All parts that counted.
+    pub parts: Vec<Part>,
+    /// The curve with both.
+    pub curve: FieldCurve,
+}
+
+/// Planes that do not tell focus and gain.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CalibrateError {
+    /// Fewer than two distances, or all alike.
+    #[error(
+        "the distances are {0} m; allowed: two or more whose 1/Z differ by a tenth of the largest"
+    )]
+    Distances(String),
+    /// A distance that is none.
+    #[error("a distance is {0} m; allowed: above 0")]
+    Distance(f64),
+    /// A picture of another size.
+    #[error("the plane at {distance_m} m has {size} px; allowed: the curve's {curve}")]
+    Size {
+        /// Of the plane, m.
+        distance_m: f64,
+        /// Of its views.
+        size: String,
+        /// Of the curve.
+        curve: String,
+    },
+    /// No part of the picture has enough matches.
+    #[error(
+        "the plane at {0} m has no part with 16 trusted matches; allowed: a plane with texture that fills the picture"
+    )]
+    NoTexture(f64),
+    /// The search does not end at a gain above 0.
+    #[error("no gain and focus fit the planes: the search ended at a gain of {0}")]
+    NoFit(f64),
+}
+
+/// Fits focus and gain, and brings the curve to them.
+///
+/// # Errors
+/// See [`CalibrateError`].
+pub fn calibrate(
+    curve: &FieldCurve,
+    planes: &[PlaneShifts<'_>],
+) -> Result<DepthCalibration, CalibrateError> {
+    check_distances(planes)?;
+    let mut parts = Vec::new();
+    for plane in planes {
+        parts.extend(parts_of(curve, plane)?);
+    }
+    let (g, delta) = search(curve, &parts)?;
+    for part in &mut parts {
+        part.after_px = g * value(curve, part, delta)[0];
+    }
+    let squares: f64 = parts
+        .iter()
+        .map(|p| (p.measured_px - p.after_px).powi(2))
+        .sum();
+    let variance = squares / (parts.len() as f64 - 2.0).max(1.0);
+    let normal = normal(curve, &parts, (g, delta)).0;
+    let determinant = normal[0] * normal[2] - normal[1] * normal[1];
+    let sigma = |own: f64| (variance * own / determinant).max(0.0).sqrt();
+    let (sigma_gain, sigma_shift) = (sigma(normal[2]), sigma(normal[0]));
+    let rms_px = (squares / parts.len() as f64).sqrt();
+    Ok(DepthCalibration {
+        gain: [g, sigma_gain],
+        shift_per_m: [delta, sigma_shift],
+        rms_px,
+        curve: calibrated(curve, (g, delta), sigma_gain / g, rms_px),
+        parts,
+    })
+}
+
+fn check_distances(planes: &[PlaneShifts<'_>]) -> Result<(), CalibrateError> {
+    let is_distance = |z: f64| z > 0.0 && z.is_finite();
+    if let Some(plane) = planes.iter().find(|p| !is_distance(p.distance_m)) {
+        return Err(CalibrateError::Distance(plane.distance_m));
+    }
+    let inverse = || planes.iter().map(|p| 1.0 / p.distance_m);
+    let largest = inverse().fold(0.0, f64::max);
+    let least = inverse().fold(f64::INFINITY, f64::min);
+    match planes.len() >= 2 && largest - least >= LEAST_SPAN * largest {
+        true => Ok(()),
+        false => {
+            let all: Vec<String> = planes.iter().map(|p| p.distance_m.to_string()).collect();
+            Err(CalibrateError::Distances(all.join(", ")))
+        }
+    }
+}
+
+/// The parts of a plane with enough trusted shifts.
+fn parts_of(curve: &FieldCurve, plane: &PlaneShifts<'_>) -> Result<Vec<Part>, CalibrateError> {
+    let [width, height] = plane.size_px;
+    if [curve.width_px, curve.height_px] != plane.size_px {
+        return Err(CalibrateError::Size {
+            distance_m: plane.distance_m,
+            size: format!("{width} x {height}"),
+            curve: format!("{} x {}", curve.width_px, curve.height_px),
+        });
+    }
+    let mut shifts = vec![Vec::new(); REGIONS * REGIONS];
+    for (i, measured) in plane.shifts.iter().enumerate() {
+        let (column, row) = (i % width, i / width);
+        if let Some(m) = measured {
+            shifts[row * REGIONS / height * REGIONS + column * REGIONS / width]
+                .push(m.disparity_px);
+        }
+    }
+    let middle = |k: usize, px: usize| (k as f64 + 0.5) / REGIONS as f64 * px as f64 - 0.5;
+    let part = |(k, mut shifts): (usize, Vec<f64>)| {
+        if shifts.len() < LEAST_SHIFTS {
+            return None;
+        }
+        shifts.sort_by(f64::total_cmp);
+        let part = Part {
+            distance_m: plane.distance_m,
+            at_px: [middle(k % REGIONS, width), middle(k / REGIONS, height)],
+            measured_px: shifts[shifts.len() / 2],
+            before_px: 0.0,
+            after_px: 0.0,
+        };
+        let before_px = value(curve, &part, 0.0)[0];
+        Some(Part { before_px, ..part })
+    };
+    let parts: Vec<Part> = shifts.into_iter().enumerate().filter_map(part).collect();
+    match parts.is_empty() {
+        true => Err(CalibrateError::NoTexture(plane.distance_m)),
+        false => Ok(parts),
+    }
+}
+
+/// C of the part at 1/Z + δ, and its slope.
+fn value(curve: &FieldCurve, part: &Part, delta: f64) -> [f64; 2] {
+    let (d, inverse) = (
+        curve.disparities_px(part.at_px),
+        &curve.inverse_distances_per_m,
+    );
+    let at = 1.0 / part.distance_m + delta;
+    let k = inverse.partition_point(|&i| i < at).clamp(1, d.len() - 1);
+    let slope = (d[k] - d[k - 1]) / (inverse[k] - inverse[k - 1]);
+    [d[k - 1] + slope * (at - inverse[k - 1]), slope]
+}
+
+/// JᵀJ (gg, gδ, δδ) and Jᵀr.
+fn normal(curve: &FieldCurve, parts: &[Part], (g, delta): (f64, f64)) -> ([f64; 3], [f64; 2]) {
+    let (mut square, mut right) = ([0.0; 3], [0.0; 2]);
+    for part in parts {
+        let [c, slope] = value(curve, part, delta);
+        let (a, b, rest) = (c, g * slope, part.measured_px - g * c);
+        square = [square[0] + a * a, square[1] + a * b, square[2] + b * b];
+        right = [right[0] + a * rest, right[1] + b * rest];
+    }
+    (square, right)
+}
+
+fn search(curve: &FieldCurve, parts: &[Part]) -> Result<(f64, f64), CalibrateError> {
+    let (mut g, mut delta) = (1.0f64, 0.0f64);
+    for _ in 0..STEPS {
+        let ([gg, gd, dd], [rg, rd]) = normal(curve, parts, (g, delta));
+        let determinant = gg * dd - gd * gd;
+        let step = [
+            (dd * rg - gd * rd) / determinant,
+            (gg * rd - gd * rg) / determinant,
+        ];
+        (g, delta) = (g + step[0], delta + step[1]);
+        if !(g > 0.0 && g.is_finite() && delta.is_finite()) {
+            return Err(CalibrateError::NoFit(g));
+        }
+        if step[0].abs().max(step[1].abs()) < SMALL {
+            break;
+        }
+    }
+    Ok((g, delta))
+}
+
+/// g C(1/Z + δ): the same samples at 1/Z − δ, times g.
+fn calibrated(
+    curve: &FieldCurve,
+    (g, delta): (f64, f64),
+    relative_error: f64,
+    offset_error_px: f64,
+) -> FieldCurve {
+    let mut done = curve.clone();
+    done.source = format!(
+        "{}; gain {g:.4} and 1/Z {:+.4} per m by planes at known distances",
+        curve.source, -delta
+    );
+    (done.inverse_distances_per_m.iter_mut()).for_each(|inverse| *inverse -= delta);
+    (done.disparity_px.iter_mut().flatten().flatten()).for_each(|d| *d *= g);
+    (done.relative_error, done.offset_error_px) = (relative_error, offset_error_px);
+    done
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+
+    /// D = a(x) (1/Z − 1) + (1/Z − 1)²/5: bent, and another over the field.
+    fn curve() -> FieldCurve {
+        let inverse: Vec<f64> = (0..=60).map(|i| 0.05 * f64::from(i)).collect();
+        let node = |a: f64| {
+            let d = |i: &f64| a * (i - 1.0) + 0.2 * (i - 1.0f64).powi(2);
+            inverse.iter().map(d).collect::<Vec<f64>>()
+        };
+        FieldCurve {
+            source: "a test".into(),
+            counted_from: "sensor".into(),
+            width_px: 90,
+            height_px: 60,
+            columns_px: vec![0.0, 89.0],
+            rows_px: vec![0.0],
+            disparity_px: vec![vec![node(2.0), node(3.0)]],
+            inverse_distances_per_m: inverse,
+            relative_error: 0.05,
+            offset_error_px: 0.02,
+        }
+    }
+
+    /// The shifts of a camera with another gain and focus, at each place, with one bad match of fifty.
+    fn plane(distance_m: f64, gain: f64, delta: f64) -> Vec<Option<Measured>> {
+        let curve = curve();
+        let at = |i: usize| {
+            let part = Part {
+                distance_m,
+                at_px: [(i % 90) as f64, (i / 90) as f64],
+                measured_px: 0.0,
+                before_px: 0.0,
+                after_px: 0.0,
+            };
+            let bad = if i.is_multiple_of(50) { 3.0 } else { 0.0 };
+            Some(Measured {
+                disparity_px: gain * value(&curve, &part, delta)[0] + bad,
+                sigma_px: 0.01,
+            })
+        };
+        (0..90 * 60).map(at).collect()
+    }
+
+    fn found(shifts: &[(f64, Vec<Option<Measured>>)]) -> Result<DepthCalibration, CalibrateError> {
+        let planes: Vec<PlaneShifts<'_>> = shifts
+            .iter()
+            .map(|(distance_m, shifts)| PlaneShifts {
+                distance_m: *distance_m,
+                size_px: [90, 60],
+                shifts,
+            })
+            .collect();
+        calibrate(&curve(), &planes)
+    }
+
+    #[test]
+    fn two_planes_give_back_focus_and_gain_and_a_third_is_predicted() {
+        let (gain, delta) = (1.13, -0.045);
+        let made = [0.6, 1.5].map(|z| (z, plane(z, gain, delta)));
+        let found = found(&made).unwrap();
+        assert!((found.gain[0] - gain).abs() < 2e-3, "{:?}", found.gain);
+        let error = (found.shift_per_m[0] - delta).abs();
+        assert!(error < 2e-3, "{:?}", found.shift_per_m);
+        assert!(found.rms_px < 5e-3 && found.parts.len() == 18);
+        let third = plane(0.9, gain, delta);
+        for at in [[10.0, 5.0], [44.0, 30.0], [80.0, 50.0]] {
+            let measured = third[at[1] as usize * 90 + at[0] as usize + 1].unwrap();
+            let z = found.curve.depth(at, measured).z_m;
+            assert!((z / 0.9 - 1.0).abs() < 0.01, "{z} at {at:?}");
+        }
+    }
+
+    #[test]
+    fn planes_that_say_nothing_are_refused_by_name() {
+        let one = || plane(0.6, 1.0, 0.0);
+        let said = |shifts: &[(f64, Vec<Option<Measured>>)]| found(shifts).unwrap_err().to_string();
+        assert!(said(&[(0.6, one())]).contains("0.6 m; allowed: two or more"));
+        assert!(said(&[(0.6, one()), (0.61, one())]).contains("0.6, 0.61"));
+        assert!(said(&[(0.6, one()), (-1.0, one())]).contains("-1 m"));
+        assert!(
+            said(&[(0.6, one()), (1.0, vec![None; 5400])]).contains("plane at 1 m has no part")
+        );
+        let other = PlaneShifts {
+            distance_m: 1.0,
+            size_px: [60, 90],
+            shifts: &one(),
+        };
+        let planes = [
+            PlaneShifts {
+                distance_m: 2.0,
+                ..other
+            },
+            other,
+        ];
+        let error = calibrate(&curve(), &planes).unwrap_err().to_string();
+        assert!(
+            error.contains("60 x 90 px; allowed: the curve's 90 x 60"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,157 @@
+//! `qpalgo calibrate-depth`: planes at known distances bring a curve to a real camera.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use quadpixel::file;
+use quadpixel_algorithms::capture::Capture;
+use quadpixel_algorithms::depth::{DepthCalibration, FieldCurve, PlaneShifts, Shifts, calibrate};
+use quadpixel_algorithms::disparity::MatchSettings;
+use quadpixel_cli::exit::CommandError;
+use quadpixel_cli::number::number;
+use quadpixel_cli::outln;
+use quadpixel_cli::progress::Progress;
+
+use crate::inputs::{CaptureArgs, in_file};
+
+/// Arguments of `qpalgo calibrate-depth`.
+#[derive(Clone, Debug, Args)]
+pub struct CalibrateDepthArgs {
+    /// Planes with texture that fill the picture, square to the camera: DISTANCE_M=LEFT,RIGHT (two pictures) or
+    /// DISTANCE_M=CAPTURE (a sample's folder, or a mosaic with its camera.json), the distance counted as the curve
+    /// counts it; two or more.
+    #[arg(required = true, value_name = "PLANE")]
+    planes: Vec<String>,
+    /// Curve to start from (JSON): of the simulated camera, made by `qpgen curve`.
+    #[arg(long)]
+    curve: PathBuf,
+    /// File of the calibrated curve, for `qpalgo depth --curve`.
+    #[arg(long, short)]
+    out: PathBuf,
+    /// The pictures are in sRGB: its transfer function is undone.
+    #[arg(long)]
+    srgb: bool,
+    /// Side of the matching window, px: odd, 5 to 31; that of the curve.
+    #[arg(long, default_value_t = 21)]
+    window: usize,
+    /// Largest disparity looked for, px.
+    #[arg(long, default_value_t = 4)]
+    search: usize,
+    /// Replaces a file that is there; absent: such a file ends the command.
+    #[arg(long)]
+    force: bool,
+    /// Prints one JSON object on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+/// A plane as the user names it.
+struct Plane {
+    distance_m: f64,
+    files: Vec<PathBuf>,
+}
+
+impl Plane {
+    fn parse(text: &str) -> Result<Self, CommandError> {
+        let bad = |why: &str| {
+            CommandError::input(format!(
+                "{text}: {why}; allowed: DISTANCE_M=LEFT,RIGHT or DISTANCE_M=CAPTURE, such as 0.6=l.png,r.png"
+            ))
+        };
+        let (distance, files) = text.split_once('=').ok_or_else(|| bad("no ="))?;
+        let files: Vec<PathBuf> = files.split(',').map(PathBuf::from).collect();
+        if files.len() > 2 || files.iter().any(|file| file.as_os_str().is_empty()) {
+            return Err(bad("not one or two files"));
+        }
+        Ok(Self {
+            distance_m: number(distance).map_err(|why| bad(&why))?,
+            files,
+        })
+    }
+
+    fn capture(&self, srgb: bool) -> Result<Capture, CommandError> {
+        match &self.files[..] {
+            [left, right] => Capture::from_pair(left, right, srgb).map_err(CommandError::input),
+            files => CaptureArgs::default().read(&files[0]),
+        }
+    }
+
+    fn path(&self) -> &Path {
+        &self.files[0]
+    }
+}
+
+/// Measures the planes, fits, writes.
+pub fn run(args: &CalibrateDepthArgs, progress: Progress) -> Result<(), CommandError> {
+    let planes = (args.planes.iter()).map(|text| Plane::parse(text));
+    let planes = planes.collect::<Result<Vec<_>, _>>()?;
+    if args.out.exists() && !args.force {
+        let text = format!(
+            "{}: is there already; allowed: another name, or --force",
+            args.out.display()
+        );
+        return Err(CommandError::input(text));
+    }
+    file::probe_file(&args.out)?;
+    let text = file::read_text(&args.curve).map_err(CommandError::input)?;
+    let curve = FieldCurve::from_json(&text, &args.curve.display().to_string());
+    let curve = curve.map_err(CommandError::input)?;
+    let settings = MatchSettings {
+        window_px: args.window,
+        search_px: args.search,
+        ..MatchSettings::default()
+    };
+    let mut measured = Vec::new();
+    for plane in &planes {
+        progress.stage(format!("matching {}", plane.path().display()));
+        let capture = plane.capture(args.srgb)?;
+        let shifts = Shifts::measure(&capture, &settings, &|_| ());
+        let shifts = shifts.map_err(in_file(plane.path()))?;
+        let left_right = shifts.left_right.ok_or_else(|| {
+            in_file(plane.path())("the pixels are not parted into left and right")
+        })?;
+        measured.push((plane.distance_m, shifts.size_px, left_right));
+    }
+    let planes: Vec<PlaneShifts<'_>> = (measured.iter())
+        .map(|(distance_m, size_px, shifts)| PlaneShifts {
+            distance_m: *distance_m,
+            size_px: *size_px,
+            shifts,
+        })
+        .collect();
+    let found = calibrate(&curve, &planes).map_err(CommandError::input)?;
+    let encoded = serde_json::to_vec(&found.curve).map_err(CommandError::failed)?;
+    file::write_aside(&args.out, &encoded)?;
+    drop(progress);
+    report(args, &found)
+}
+
+fn report(args: &CalibrateDepthArgs, found: &DepthCalibration) -> Result<(), CommandError> {
+    let ([g, sigma_g], [delta, sigma_delta]) = (found.gain, found.shift_per_m);
+    if args.json {
+        let object = serde_json::json!({
+            "file": args.out.display().to_string(), "gain": g, "gain_sigma": sigma_g, "focus_shift_per_m": -delta,
+            "focus_shift_sigma_per_m": sigma_delta, "rms_px": found.rms_px, "parts": found.parts,
+        });
+        outln!("{object}");
+        return Ok(());
+    }
+    outln!("distance m   at px          measured px   before     after");
+    for p in &found.parts {
+        let [x, y] = p.at_px;
+        outln!(
+            "{:<12} {x:>6.0}, {y:<6.0} {:>11.3} {:>10.3} {:>9.3}",
+            p.distance_m,
+            p.measured_px,
+            p.before_px,
+            p.after_px
+        );
+    }
+    outln!(
+        "{}: gain {g:.4} ± {sigma_g:.4}, focus {:+.4} ± {sigma_delta:.4} per m from the curve's; {:.3} px RMS left",
+        args.out.display(),
+        -delta,
+        found.rms_px
+    );
+    Ok(())
+}

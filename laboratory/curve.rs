@@ -1,0 +1,168 @@
+//! A camera's disparity against distance over the field, as a matcher finds it: what `qpalgo depth --curve` needs of a
+//! camera that has no `camera.json`.
+
+use quadpixel::image::views::Side;
+use quadpixel::render::Camera;
+use quadpixel::render::truth::{ReceptiveField, TextureSpectrum};
+use quadpixel::spectrum::ChannelWavelengths;
+use quadpixel_algorithms::depth::{FieldCurve, FieldCurveError};
+use rayon::prelude::*;
+
+/// Rays of a node.
+const RAYS: usize = 512;
+/// What the curve may be wrong by, as long as no plane at a known distance says more: the pixel is known from its
+/// drawing, and a match of blurred texture is off by its texture.
+const RELATIVE_ERROR: f64 = 0.05;
+const OFFSET_ERROR_PX: f64 = 0.02;
+
+/// Where distances count from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CountedFrom {
+    /// The first lens vertex, as depths of samples do.
+    Vertex,
+    /// The sensor, as the mark on a camera's body does.
+    Sensor,
+}
+
+/// Which curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CurvePlan {
+    /// What it is made from, in words.
+    pub source: String,
+    /// Of the distances.
+    pub counted_from: CountedFrom,
+    /// 1/Z, 1/m, increasing.
+    pub inverse_distances_per_m: Vec<f64>,
+    /// Nodes over the picture, columns and rows.
+    pub nodes: (usize, usize),
+    /// Side of the matcher's windows.
+    pub window_px: usize,
+}
+
+/// A camera without a curve.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CurvePlanError {
+    /// Neither columns nor rows of sub-pixels.
+    #[error("the pixel has {0} sub-pixels; allowed: two columns or more")]
+    NotParted(String),
+    /// A node in the dark.
+    #[error("no light reaches the sensor at column {0:.0}, row {1:.0}")]
+    Dark(f64, f64),
+    /// The shift does not grow with 1/Z over two distances.
+    #[error(
+        "the shift grows with 1/Z over less than three of the distances; allowed: distances nearer to the focus, where the blur is smaller than the matcher's window"
+    )]
+    NotGrowing,
+    /// What the file's own check says.
+    #[error(transparent)]
+    Curve(#[from] FieldCurveError),
+}
+
+/// x_L − x_R, as a matcher finds it, at each node and distance. Far from the focus, where the blur is wider than
+/// texture and the shift no longer grows with 1/Z, distances are left out.
+///
+/// # Errors
+/// See [`CurvePlanError`].
+pub fn matched_curve(camera: &Camera, plan: CurvePlan) -> Result<FieldCurve, CurvePlanError> {
+    let sensor = camera.sensor();
+    let subpixels = sensor.subpixels();
+    let groups = [Side::Left, Side::Right].map(|side| side.members(subpixels));
+    if groups.iter().any(Vec::is_empty) {
+        return Err(CurvePlanError::NotParted(subpixels.to_string()));
+    }
+    let groups = groups.each_ref().map(Vec::as_slice);
+    let texture = TextureSpectrum {
+        window_px: plan.window_px as f64,
+        ..TextureSpectrum::default()
+    };
+    let zero_mm = match plan.counted_from {
+        CountedFrom::Vertex => 0.0,
+        CountedFrom::Sensor => camera.sensor_z_mm(),
+    };
+    let columns_px = places(plan.nodes.0, sensor.width());
+    let rows_px = places(plan.nodes.1, sensor.height());
+    let node = |x: f64, y: f64| -> Result<Vec<f64>, CurvePlanError> {
+        let place = sensor.position_mm(x, y);
+        let field = ReceptiveField::new(camera, ChannelWavelengths::REFERENCE, place, RAYS);
+        let field = field.ok_or(CurvePlanError::Dark(x, y))?;
+        let pair = field.of_groups(groups, false);
+        let at = |inverse: &f64| {
+            let depth_mm = 1e3 / inverse - zero_mm;
+            pair.matched_shift_px(depth_mm, [0, 1], &texture)
+        };
+        Ok(plan.inverse_distances_per_m.iter().map(at).collect())
+    };
+    let mut disparity_px = (rows_px.par_iter())
+        .map(|&y| columns_px.iter().map(|&x| node(x, y)).collect())
+        .collect::<Result<Vec<Vec<Vec<f64>>>, _>>()?;
+    let mut inverse_distances_per_m = plan.inverse_distances_per_m;
+    let kept = growing(&disparity_px, inverse_distances_per_m.len());
+    if kept.len() < 3 {
+        return Err(CurvePlanError::NotGrowing);
+    }
+    inverse_distances_per_m = inverse_distances_per_m[kept.clone()].to_vec();
+    for node in disparity_px.iter_mut().flatten() {
+        *node = node[kept.clone()].to_vec();
+    }
+    let curve = FieldCurve {
+        source: plan.source,
+        counted_from: match plan.counted_from {
+            CountedFrom::Vertex => "the first lens vertex".to_owned(),
+            CountedFrom::Sensor => "the sensor".to_owned(),
+        },
+        width_px: sensor.width(),
+        height_px: sensor.height(),
+        inverse_distances_per_m,
+        columns_px,
+        rows_px,
+        disparity_px,
+        relative_error: RELATIVE_ERROR,
+        offset_error_px: OFFSET_ERROR_PX,
+    };
+    // Checked as it will be when it is read.
+    let text = serde_json::to_string(&curve).unwrap_or_default();
+    Ok(FieldCurve::from_json(&text, "simulated curve")?)
+}
+
+/// Evenly over the picture, its first and last pixel included; one: its middle.
+fn places(count: usize, px: usize) -> Vec<f64> {
+    let last = (px - 1) as f64;
+    match count {
+        0 | 1 => vec![0.5 * last],
+        n => (0..n).map(|i| i as f64 / (n - 1) as f64 * last).collect(),
+    }
+}
+
+/// The longest run of distances over which the shift grows at every node.
+fn growing(disparity_px: &[Vec<Vec<f64>>], distances: usize) -> std::ops::Range<usize> {
+    let grows = |k: usize| {
+        (disparity_px.iter().flatten())
+            .all(|d| d[k].is_finite() && d[k - 1].is_finite() && d[k] > d[k - 1])
+    };
+    let (mut best, mut first) = (0..0, 0);
+    for k in 1..=distances {
+        if k == distances || !grows(k) {
+            if k - first > best.len() {
+                best = first..k;
+            }
+            first = k;
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_longest_growing_run_of_all_nodes_is_kept() {
+        let node = |d: &[f64]| d.to_vec();
+        let field = vec![vec![
+            node(&[3.0, 1.0, 2.0, 3.0, 4.0, 3.5]),
+            node(&[0.0, 1.0, 2.0, 2.5, 3.0, 9.0]),
+        ]];
+        assert_eq!(growing(&field, 6), 1..5);
+        assert_eq!(growing(&[vec![node(&[1.0, f64::NAN])]], 2).len(), 1);
+    }
+}
