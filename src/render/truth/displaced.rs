@@ -104,7 +104,7 @@ mod tests {
     #[test]
     fn draws_to_both_sides_pass_the_cosine_of_the_frequency() {
         // Ray 0 stays; ray 1 goes by ±0.7 px along x.
-        let away = |m: usize| DVec2::new(if m % 2 == 0 { 0.7 } else { -0.7 }, 0.0);
+        let away = |m: usize| DVec2::new(if m.is_multiple_of(2) { 0.7 } else { -0.7 }, 0.0);
         let draws = (0..DRAWS).map(|_| DVec2::ZERO).chain((0..DRAWS).map(away));
         let displaced = Displaced::of(draws.collect());
         let turned = displaced.turned(|d| DVec2::new(d.y, d.x));
