@@ -1,10 +1,11 @@
-//! A camera's disparity against distance over the field, as a matcher finds it: what `qpalgo depth --curve` needs of a
-//! camera that has no `camera.json`.
+//! A camera's disparity against distance over the field, of centroids or as windows match it: what `qpalgo depth
+//! --curve` needs of a camera that has no `camera.json`.
 
 use quadpixel::image::views::Side;
-use quadpixel::render::Camera;
 use quadpixel::render::truth::{ReceptiveField, TextureSpectrum};
+use quadpixel::render::{Camera, disparity_ratio};
 use quadpixel::spectrum::ChannelWavelengths;
+use quadpixel_algorithms::dense::SHARP_RATIO;
 use quadpixel_algorithms::depth::{FieldCurve, FieldCurveError};
 use rayon::prelude::*;
 
@@ -35,8 +36,8 @@ pub struct CurvePlan {
     pub inverse_distances_per_m: Vec<f64>,
     /// Nodes over the picture, columns and rows.
     pub nodes: (usize, usize),
-    /// Side of the matcher's windows.
-    pub window_px: usize,
+    /// Side of windows: shifts are as these match them; absent: those of centroids.
+    pub window_px: Option<usize>,
 }
 
 /// A camera without a curve.
@@ -58,12 +59,12 @@ pub enum CurvePlanError {
     Curve(#[from] FieldCurveError),
 }
 
-/// x_L − x_R, as a matcher finds it, at each node and distance. Far from the focus, where the blur is wider than
+/// x_L − x_R at each node and distance. Far from the focus, where the blur is wider than
 /// texture and the shift no longer grows with 1/Z, distances are left out.
 ///
 /// # Errors
 /// See [`CurvePlanError`].
-pub fn matched_curve(camera: &Camera, plan: CurvePlan) -> Result<FieldCurve, CurvePlanError> {
+pub fn field_curve(camera: &Camera, plan: CurvePlan) -> Result<FieldCurve, CurvePlanError> {
     let sensor = camera.sensor();
     let subpixels = sensor.subpixels();
     let groups = [Side::Left, Side::Right].map(|side| side.members(subpixels));
@@ -71,10 +72,10 @@ pub fn matched_curve(camera: &Camera, plan: CurvePlan) -> Result<FieldCurve, Cur
         return Err(CurvePlanError::NotParted(subpixels.to_string()));
     }
     let groups = groups.each_ref().map(Vec::as_slice);
-    let texture = TextureSpectrum {
-        window_px: plan.window_px as f64,
+    let texture = (plan.window_px).map(|window_px| TextureSpectrum {
+        window_px: window_px as f64,
         ..TextureSpectrum::default()
-    };
+    });
     let zero_mm = match plan.counted_from {
         CountedFrom::Vertex => 0.0,
         CountedFrom::Sensor => camera.sensor_z_mm(),
@@ -88,7 +89,10 @@ pub fn matched_curve(camera: &Camera, plan: CurvePlan) -> Result<FieldCurve, Cur
         let pair = field.of_groups(groups, false);
         let at = |inverse: &f64| {
             let depth_mm = 1e3 / inverse - zero_mm;
-            pair.matched_shift_px(depth_mm, [0, 1], &texture)
+            match &texture {
+                Some(texture) => pair.matched_shift_px(depth_mm, [0, 1], texture),
+                None => pair.centroid_shift_px(depth_mm, [0, 1]),
+            }
         };
         Ok(plan.inverse_distances_per_m.iter().map(at).collect())
     };
@@ -118,6 +122,11 @@ pub fn matched_curve(camera: &Camera, plan: CurvePlan) -> Result<FieldCurve, Cur
         disparity_px,
         relative_error: RELATIVE_ERROR,
         offset_error_px: OFFSET_ERROR_PX,
+        blur_ratio: disparity_ratio(camera)
+            .and_then(|r| r.left_right)
+            .map(|r| r.mean)
+            .filter(|r| (f64::MIN_POSITIVE..=SHARP_RATIO).contains(r)),
+        matched_window_px: plan.window_px,
     };
     // Checked as it will be when it is read.
     let text = serde_json::to_string(&curve).unwrap_or_default();

@@ -26,6 +26,9 @@ pub enum DenseError {
         /// Smallest side.
         least: usize,
     },
+    /// One sub-pixel.
+    #[error("one sub-pixel: dense matching needs two columns or two rows")]
+    NoPair,
     /// A ratio of disparity to blur that no pupil has.
     #[error("ratio of disparity to blur {0}: allowed is above 0 to 4/(3π) = 0.424")]
     Ratio(f64),

@@ -29,6 +29,14 @@ pub(super) fn row_of(image: &Image, y: usize) -> &[f32] {
     &image.data()[y * image.width()..][..image.width()]
 }
 
+/// Rows as columns.
+pub(super) fn transposed(image: &Image) -> Image {
+    by_rows(image.height(), image.width(), |y, to| {
+        let column = image.data()[y..].iter().step_by(image.width());
+        to.iter_mut().zip(column).for_each(|(to, v)| *to = *v);
+    })
+}
+
 /// Gaussian of the deviation `sigma_px`, cut at 3 σ.
 pub(super) fn gaussian(image: &Image, sigma_px: f64) -> Image {
     let radius = (3.0 * sigma_px).ceil() as usize;

@@ -11,14 +11,17 @@
 //!
 //! The kernels are a family of one parameter, the ratio κ of disparity to blur ([`DenseSettings::ratio`]). It does not
 //! scale the disparity: that is the distance of the kernels' centroids, in px. Without a camera's description κ = ¼.
+//! Where the pupil is parted in both directions, both pairs of views tell the same depth, and their costs add.
 //!
 //! The same bytes come out whatever the number of threads.
 
 mod cost;
+mod directions;
 mod error;
 mod filters;
 mod kernels;
 mod minimum;
+mod of_capture;
 mod prepare;
 mod range;
 mod semi_global;
@@ -28,12 +31,14 @@ mod smoother;
 use quadpixel::image::Image;
 
 pub use error::DenseError;
+pub use kernels::SHARP_RATIO;
+pub use of_capture::Halves;
 
-use cost::{Candidates, Pupil, volume};
-use filters::enlarged_by_guide;
-use kernels::{LINEAR_RATIO, SHARP_RATIO, steepness};
+use cost::Candidates;
+use directions::{Direction, volume_of};
+use filters::{enlarged_by_guide, transposed};
+use kernels::LINEAR_RATIO;
 use minimum::{median, minima};
-use prepare::Pyramid;
 use sigma::{Evidence, deviations};
 
 /// Contrast across which a pixel takes little from a coarse one, parts of white.
@@ -45,12 +50,23 @@ pub struct DenseSettings {
     /// Ratio κ of disparity to the blur's diameter, above 0 to 4/(3π); absent: ¼, what shares that fall linearly over
     /// the pupil give.
     pub ratio: Option<f64>,
+    /// The same of top and bottom; absent: as of left and right.
+    pub top_bottom_ratio: Option<f64>,
+}
+
+/// Opposite views (linear, black at 0, one channel each), by the direction in which they part the pupil.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct OppositeViews<'a> {
+    /// Left, right.
+    pub left_right: Option<[&'a Image; 2]>,
+    /// Top, bottom.
+    pub top_bottom: Option<[&'a Image; 2]>,
 }
 
 /// A number at every pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DenseMap {
-    /// x_L − x_R, px, at each pixel of the views' sum.
+    /// x_L − x_R, px, at each pixel of the views' sum; y_T − y_B where there are neither left nor right.
     pub disparity_px: Image,
     /// Its standard deviation, px.
     pub sigma_px: Image,
@@ -63,28 +79,71 @@ pub struct DenseMap {
 /// The disparity of the left view against the right one (linear, black at 0, one channel each).
 ///
 /// # Errors
-/// More than one channel, numbers that are not finite, unequal sizes, less than 16 pixels a side, a ratio that no pupil
-/// has.
+/// As of [`dense_disparity_of`].
 pub fn dense_disparity(
     left: &Image,
     right: &Image,
     settings: &DenseSettings,
 ) -> Result<DenseMap, DenseError> {
-    let ratio = settings.ratio.unwrap_or(LINEAR_RATIO);
-    if !(ratio > 0.0 && ratio <= SHARP_RATIO) {
-        return Err(DenseError::Ratio(ratio));
-    }
-    let pupil = Pupil {
-        ratio,
-        steepness: steepness(ratio),
+    let views = OppositeViews {
+        left_right: Some([left, right]),
+        top_bottom: None,
     };
-    let pyramid = Pyramid::new(left, right)?;
-    let range_px = range::range(&pyramid, pupil);
-    let levels = range::levels(range_px, &pyramid);
+    dense_disparity_of(views, settings)
+}
+
+/// The disparity of opposite views, by one pair or by both.
+///
+/// # Errors
+/// No pair; more than one channel, numbers that are not finite, unequal sizes, less than 16 pixels a side; a ratio that
+/// no pupil has.
+pub fn dense_disparity_of(
+    views: OppositeViews<'_>,
+    settings: &DenseSettings,
+) -> Result<DenseMap, DenseError> {
+    let checked = |ratio: Option<f64>, absent: f64| match ratio.unwrap_or(absent) {
+        ratio if ratio > 0.0 && ratio <= SHARP_RATIO => Ok(ratio),
+        ratio => Err(DenseError::Ratio(ratio)),
+    };
+    let ratio = checked(settings.ratio, LINEAR_RATIO)?;
+    let across = checked(settings.top_bottom_ratio, ratio)?;
+    match (views.left_right, views.top_bottom) {
+        (None, None) => Err(DenseError::NoPair),
+        (Some(pair), None) => matched(&[Direction::first(pair, ratio)?]),
+        (Some(pair), Some(other)) => {
+            let same = |image: &Image| (image.width(), image.height());
+            if same(pair[0]) != same(other[0]) {
+                return Err(DenseError::Size {
+                    left: same(pair[0]),
+                    right: same(other[0]),
+                });
+            }
+            matched(&[
+                Direction::first(pair, ratio)?,
+                Direction::across(other, across, ratio)?,
+            ])
+        }
+        (None, Some(pair)) => {
+            let [top, bottom] = pair.map(transposed);
+            let map = matched(&[Direction::first([&top, &bottom], across)?])?;
+            Ok(DenseMap {
+                disparity_px: transposed(&map.disparity_px),
+                sigma_px: transposed(&map.sigma_px),
+                ..map
+            })
+        }
+    }
+}
+
+/// The map of one or two directions, as the first one sees it.
+fn matched(directions: &[Direction]) -> Result<DenseMap, DenseError> {
+    let pyramid = directions[0].pyramid();
+    let range_px = range::range(directions);
+    let levels = range::levels(range_px, pyramid);
     let k = levels[0];
     let unit = f64::from(1u32 << k);
     let candidates = Candidates::new(range_px, unit / range::STEPS_PER_PX);
-    let costs = volume(&pyramid, &levels, candidates, pupil);
+    let costs = volume_of(directions, &levels, candidates);
     let guide = &pyramid.guides[k];
     let found = minima(&semi_global::aggregated(&costs, guide));
     let typical = median(&found.curvature);

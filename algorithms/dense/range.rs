@@ -1,6 +1,7 @@
 //! Which disparities there are, found at a coarse resolution; and the resolution at which their blur leaves texture.
 
-use super::cost::{Candidates, Pupil, volume};
+use super::cost::Candidates;
+use super::directions::{Direction, volume_of};
 use super::minimum::minima;
 use super::prepare::Pyramid;
 use super::semi_global::aggregated;
@@ -17,18 +18,15 @@ const REACH_PX: f64 = 2.0;
 pub(super) const STEPS_PER_PX: f64 = 8.0;
 
 /// Least and largest disparity, px of full resolution, with a margin.
-pub(super) fn range(pyramid: &Pyramid, pupil: Pupil) -> [f64; 2] {
+pub(super) fn range(directions: &[Direction]) -> [f64; 2] {
+    let pyramid = directions[0].pyramid();
     let full = &pyramid.guides[0];
     let side = full.width().min(full.height()) as f64;
     let k = ((side / SIDE_PX).log2().floor().max(0.0) as usize).min(pyramid.depth() - 1);
     let step_px = f64::from(1u32 << k) / STEPS_PER_PX;
     let most = full.width() as f64 * MOST_OF_WIDTH;
-    let costs = volume(
-        pyramid,
-        &[k],
-        Candidates::new([-most, most], step_px),
-        pupil,
-    );
+    let candidates = Candidates::new([-most, most], step_px);
+    let costs = volume_of(directions, &[k], candidates);
     let mut found = minima(&aggregated(&costs, &pyramid.guides[k])).disparity_px;
     found.sort_by(f64::total_cmp);
     let at = |share: f64| found[((found.len() - 1) as f64 * share).round() as usize];

@@ -275,6 +275,8 @@ mod tests {
             inverse_distances_per_m: inverse,
             relative_error: 0.05,
             offset_error_px: 0.02,
+            blur_ratio: None,
+            matched_window_px: None,
         }
     }
 

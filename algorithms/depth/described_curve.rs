@@ -47,6 +47,14 @@ struct Nearness {
 }
 
 impl DescribedCurve {
+    /// The curve for shifts that are those of centroids: nothing is to be taken back.
+    pub fn of_centroids(mut self) -> Self {
+        for direction in self.directions.iter_mut().flatten() {
+            direction.matching = None;
+        }
+        self
+    }
+
     /// By a camera's description; `channel` is the one that is matched.
     ///
     /// # Errors

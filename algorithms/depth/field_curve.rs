@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use super::curve::Depth;
 use super::halves::Measured;
+use crate::dense::SHARP_RATIO;
 
 /// A curve that is no curve.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -51,6 +52,12 @@ pub struct FieldCurve {
     pub relative_error: f64,
     /// Offset by which D may be wrong anywhere, px.
     pub offset_error_px: f64,
+    /// Ratio κ of D to the blur's diameter, which dense matching takes for the kernels; absent: not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub blur_ratio: Option<f64>,
+    /// D is what windows of this side match; absent: the distance of the views' centroids, which dense matching finds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matched_window_px: Option<usize>,
 }
 
 impl FieldCurve {
@@ -87,6 +94,13 @@ impl FieldCurve {
             if !(value >= 0.0 && value.is_finite()) {
                 return Err(format!("{name} is {value}; allowed: 0 or more"));
             }
+        }
+        if let Some(ratio) = self.blur_ratio
+            && !(ratio > 0.0 && ratio <= SHARP_RATIO)
+        {
+            return Err(format!(
+                "blur_ratio is {ratio}; allowed: above 0 to 4/(3π) = 0.424"
+            ));
         }
         let (rows, columns, samples) = (
             self.rows_px.len(),
@@ -187,6 +201,8 @@ mod tests {
             inverse_distances_per_m: inverse,
             relative_error: 0.0,
             offset_error_px: 0.0,
+            blur_ratio: None,
+            matched_window_px: None,
         }
     }
 
@@ -246,6 +262,7 @@ mod tests {
             (text(|c| c.disparity_px[0][1][3] = 9.0), "grow with 1/Z"),
             (text(|c| c.disparity_px[0].truncate(1)), "rows of 2 columns"),
             (text(|c| c.relative_error = -1.0), "relative_error is -1"),
+            (text(|c| c.blur_ratio = Some(0.5)), "blur_ratio is 0.5"),
             ("{}".to_owned(), "missing field"),
         ] {
             let e = FieldCurve::from_json(&bad, "c.json")

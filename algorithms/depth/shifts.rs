@@ -5,6 +5,7 @@ use quadpixel::image::channel;
 use super::halves::{MOST_NOISE, Measured, Pair, measure};
 use crate::calibration::{Calibration, CalibrationError};
 use crate::capture::Capture;
+use crate::dense::{DenseError, Halves};
 use crate::disparity::{Axes, MatchError, MatchSettings};
 use crate::sai::Side;
 
@@ -25,6 +26,9 @@ pub enum ShiftError {
     /// The halves cannot be matched.
     #[error(transparent)]
     Match(#[from] MatchError),
+    /// The halves cannot be matched at every pixel.
+    #[error(transparent)]
+    Dense(#[from] DenseError),
     /// A calibration whose fields are none.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
@@ -67,6 +71,38 @@ impl Shifts {
             let subpixels = capture.views.subpixels().to_string();
             return Err(ShiftError::NotParted(subpixels));
         }
+        Ok(Self {
+            size_px: capture.size_px(),
+            left_right,
+            top_bottom,
+        })
+    }
+
+    /// A number at every pixel, of left and right where the pixel is parted so, else of top and bottom; both pairs tell
+    /// it where there are both. These are shifts of centroids, whatever the texture. `ratio`: of disparity to blur, in
+    /// the place of what the capture's camera says.
+    ///
+    /// # Errors
+    /// Views that cannot be matched, a pixel of one sub-pixel.
+    pub fn dense(capture: &Capture, ratio: Option<f64>) -> Result<Self, ShiftError> {
+        let halves = Halves::new(capture);
+        let halves = match ratio {
+            Some(ratio) => halves.with_ratio(ratio),
+            None => halves,
+        };
+        let map = halves.disparity()?;
+        let pixels = map.disparity_px.data().iter().zip(map.sigma_px.data());
+        let shifts = pixels.map(|(disparity, sigma)| {
+            Some(Measured {
+                disparity_px: f64::from(*disparity),
+                sigma_px: f64::from(*sigma),
+            })
+        });
+        let shifts = Some(shifts.collect());
+        let (left_right, top_bottom) = match halves.is_vertical() {
+            false => (shifts, None),
+            true => (None, shifts),
+        };
         Ok(Self {
             size_px: capture.size_px(),
             left_right,

@@ -22,7 +22,8 @@ pub struct CalibrateDepthArgs {
     /// counts it; two or more.
     #[arg(required = true, value_name = "PLANE")]
     planes: Vec<String>,
-    /// Curve to start from (JSON): of the simulated camera, made by `qpgen curve`.
+    /// Curve to start from (JSON): of the simulated camera, made by `qpgen curve`. The planes are matched at every pixel,
+    /// or in windows where the curve is of such shifts.
     #[arg(long)]
     curve: PathBuf,
     /// File of the calibrated curve, for `qpalgo depth --curve`.
@@ -31,10 +32,7 @@ pub struct CalibrateDepthArgs {
     /// The pictures are in sRGB: its transfer function is undone.
     #[arg(long)]
     srgb: bool,
-    /// Side of the matching window, px: odd, 5 to 31; that of the curve.
-    #[arg(long, default_value_t = 21)]
-    window: usize,
-    /// Largest disparity looked for, px.
+    /// Largest disparity looked for in windows, px.
     #[arg(long, default_value_t = 4)]
     search: usize,
     /// Replaces a file that is there; absent: such a file ends the command.
@@ -96,17 +94,22 @@ pub fn run(args: &CalibrateDepthArgs, progress: Progress) -> Result<(), CommandE
     let text = file::read_text(&args.curve).map_err(CommandError::input)?;
     let curve = FieldCurve::from_json(&text, &args.curve.display().to_string());
     let curve = curve.map_err(CommandError::input)?;
-    let settings = MatchSettings {
-        window_px: args.window,
-        search_px: args.search,
-        ..MatchSettings::default()
+    let measure = |capture: &Capture| match curve.matched_window_px {
+        None => Shifts::dense(capture, curve.blur_ratio),
+        Some(window_px) => {
+            let settings = MatchSettings {
+                window_px,
+                search_px: args.search,
+                ..MatchSettings::default()
+            };
+            Shifts::measure(capture, &settings, &|_| ())
+        }
     };
     let mut measured = Vec::new();
     for plane in &planes {
         progress.stage(format!("matching {}", plane.path().display()));
         let capture = plane.capture(args.srgb)?;
-        let shifts = Shifts::measure(&capture, &settings, &|_| ());
-        let shifts = shifts.map_err(in_file(plane.path()))?;
+        let shifts = measure(&capture).map_err(in_file(plane.path()))?;
         let left_right = shifts.left_right.ok_or_else(|| {
             in_file(plane.path())("the pixels are not parted into left and right")
         })?;

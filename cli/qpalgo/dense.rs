@@ -6,10 +6,8 @@ use quadpixel::file;
 use quadpixel::image::colour::{blue_white_red, viridis};
 use quadpixel::image::raster::encode_png8;
 use quadpixel::image::{Image, ImageError, channel};
-use quadpixel_algorithms::capture::Capture;
-use quadpixel_algorithms::dense::{DenseMap, DenseSettings, dense_disparity};
+use quadpixel_algorithms::dense::{DenseMap, DenseSettings, Halves, dense_disparity};
 use quadpixel_algorithms::maps::{MapFormat, Maps};
-use quadpixel_algorithms::sai::Side;
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::outln;
 use quadpixel_cli::progress::Progress;
@@ -17,91 +15,39 @@ use quadpixel_cli::progress::Progress;
 use crate::disparity::DisparityArgs;
 use crate::inputs::in_file;
 
-/// What is matched.
-struct Views {
-    /// Left and right, or bottom and top turned so that rows are columns.
-    pair: [Image; 2],
-    /// The pupil is parted along y.
-    vertical: bool,
-    /// Ratio of disparity to blur by the camera's description.
-    ratio: Option<f64>,
-}
-
 /// Matches and writes; no file is written before all are made.
 pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError> {
     progress.stage(format!("reading {}", args.view.display()));
-    let views = match &args.reference {
+    let (map, ratio, vertical) = match &args.reference {
         Some(_) if !args.source.is_empty() => {
             return Err(CommandError::input(
                 "--subpixels, --camera and --meta are for a capture, without REFERENCE",
             ));
         }
-        Some(reference) => of_pair(args, reference)?,
-        None => of_capture(&args.source.read(&args.view)?, &args.view)?,
+        Some(reference) => {
+            let [left, right] = of_pair(args, reference)?;
+            progress.stage("matching");
+            let map = dense_disparity(&left, &right, &DenseSettings::default());
+            (map, None, false)
+        }
+        None => {
+            let halves = Halves::new(&args.source.read(&args.view)?);
+            progress.stage("matching");
+            (halves.disparity(), halves.ratio(), halves.is_vertical())
+        }
     };
-    progress.stage("matching");
-    let settings = DenseSettings { ratio: views.ratio };
-    let [left, right] = &views.pair;
-    let mut map = dense_disparity(left, right, &settings).map_err(in_file(&args.view))?;
-    if views.vertical {
-        map.disparity_px = turned(&map.disparity_px);
-        map.sigma_px = turned(&map.sigma_px);
-    }
+    let map = map.map_err(in_file(&args.view))?;
     progress.stage("encoding the maps");
-    let files = files(args.format.into(), &map, views.vertical).map_err(CommandError::failed)?;
+    let files = files(args.format.into(), &map, vertical).map_err(CommandError::failed)?;
     file::write_reports(&args.out, &files)?;
     drop(progress);
-    report(args, &map, &files, views.ratio)
+    report(args, &map, &files, ratio)
 }
 
 /// Green of two pictures in colour, else their first channel.
-fn of_pair(args: &DisparityArgs, reference: &Path) -> Result<Views, CommandError> {
+fn of_pair(args: &DisparityArgs, reference: &Path) -> Result<[Image; 2], CommandError> {
     let pair = args.pair.read(&args.view, reference)?;
-    Ok(Views {
-        pair: pair.map(|image| channel(&image, if image.channels() >= 3 { 1 } else { 0 })),
-        vertical: false,
-        ratio: None,
-    })
-}
-
-/// The halves of a capture.
-fn of_capture(capture: &Capture, path: &Path) -> Result<Views, CommandError> {
-    let c = capture.reference_channel();
-    let half = |side| capture.views.sum(side).map(|sum| channel(&sum, c));
-    let ratio = capture
-        .camera
-        .as_ref()
-        .map(|camera| &camera.disparity_ratio);
-    if let (Some(left), Some(right)) = (half(Side::Left), half(Side::Right)) {
-        let ratio = ratio.and_then(|r| r.left_right.as_ref()).map(|r| r.mean);
-        return Ok(Views {
-            pair: [left, right],
-            vertical: false,
-            ratio,
-        });
-    }
-    let (Some(top), Some(bottom)) = (half(Side::Top), half(Side::Bottom)) else {
-        return Err(in_file(path)(
-            "one sub-pixel: dense matching needs two columns or two rows",
-        ));
-    };
-    let ratio = ratio.and_then(|r| r.top_bottom.as_ref()).map(|r| r.mean);
-    Ok(Views {
-        pair: [turned(&top), turned(&bottom)],
-        vertical: true,
-        ratio,
-    })
-}
-
-/// Rows as columns.
-fn turned(image: &Image) -> Image {
-    let mut turned = Image::zeros(image.height(), image.width(), 1);
-    for y in 0..image.height() {
-        for x in 0..image.width() {
-            turned.pixel_mut(y, x)[0] = image.pixel(x, y)[0];
-        }
-    }
-    turned
+    Ok(pair.map(|image| channel(&image, if image.channels() >= 3 { 1 } else { 0 })))
 }
 
 type Files = Vec<(String, Vec<u8>)>;

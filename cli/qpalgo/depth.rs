@@ -18,7 +18,7 @@ use quadpixel_algorithms::calibration::Calibration;
 use quadpixel_algorithms::capture::Capture;
 use quadpixel_algorithms::depth::{
     CameraCurve, CurveError, DepthMaps, DepthScore, DescribedCurve, FieldCurve, ParaxialCurve,
-    Shifts,
+    ShiftError, Shifts,
 };
 use quadpixel_algorithms::disparity::{Axes, MatchSettings};
 use quadpixel_algorithms::maps::{MapFormat, Maps};
@@ -45,7 +45,7 @@ pub struct DepthArgs {
     #[arg(long, conflicts_with_all = ["kappa", "score"])]
     curve: Option<PathBuf>,
     /// Folder to write: depth.FORMAT (Z, m), confidence.FORMAT (0 to 1, standard deviation of Z in m, disparity in px),
-    /// depth.png; NaN where there is no trusted match.
+    /// depth.png. There is a depth at every pixel whose disparity is one of this camera; NaN elsewhere.
     #[arg(long, short)]
     out: PathBuf,
     /// Kind of file for the numbers.
@@ -59,17 +59,22 @@ pub struct DepthArgs {
     /// against distance, aberrations included, from its description.
     #[arg(value_parser = number, long)]
     kappa: Option<f64>,
-    /// Calibration file: takes the aberration's own disparity out first; the rest is converted by the ratio.
-    #[arg(long)]
+    /// Calibration file: takes the aberration's own disparity out first; the rest is converted by the ratio. With
+    /// --sparse.
+    #[arg(long, requires = "sparse")]
     calibration: Option<PathBuf>,
-    /// Side of the matching window, px: odd, 5 to 31.
-    #[arg(long, default_value_t = 21)]
+    /// Only where windows match surely, as `qpalgo disparity` does; NaN elsewhere. Absent: at every pixel, as
+    /// `qpalgo disparity --dense` does.
+    #[arg(long)]
+    sparse: bool,
+    /// Side of the matching window, px: odd, 5 to 31. With --sparse.
+    #[arg(long, default_value_t = 21, requires = "sparse")]
     window: usize,
-    /// Largest disparity looked for, px.
-    #[arg(long, default_value_t = 4)]
+    /// Largest disparity looked for, px. With --sparse.
+    #[arg(long, default_value_t = 4, requires = "sparse")]
     search: usize,
-    /// Pixels from match to match; pixels between them take the nearest.
-    #[arg(long, default_value_t = 2)]
+    /// Pixels from match to match; pixels between them take the nearest. With --sparse.
+    #[arg(long, default_value_t = 2, requires = "sparse")]
     stride: usize,
     /// Compares with the sample's depth.exr, after all is estimated.
     #[arg(long)]
@@ -91,7 +96,13 @@ pub fn run(args: &DepthArgs, progress: Progress) -> Result<(), CommandError> {
         _ => CaptureArgs::with_camera(args.camera.as_ref()).read(path)?,
     };
     let curve = match &args.curve {
-        Some(path) => CameraCurve::Field(field_curve(path, &capture)?),
+        Some(path) => {
+            let curve = field_curve(path, &capture)?;
+            if let Some(warning) = unlike(args, &curve) {
+                progress.warn(&format!("{}: {warning}", path.display()));
+            }
+            CameraCurve::Field(curve)
+        }
         None => camera_curve(args, path, &capture)?,
     };
     let calibration = (args.calibration.as_ref())
@@ -103,13 +114,18 @@ pub fn run(args: &DepthArgs, progress: Progress) -> Result<(), CommandError> {
         search_px: args.search,
         ..MatchSettings::default()
     };
-    let begins = |axes| {
-        progress.stage(match axes {
-            Axes::Vertical => "matching top and bottom",
-            _ => "matching left and right",
-        });
-    };
-    let mut shifts = Shifts::measure(&capture, &settings, &begins).map_err(in_file(path))?;
+    let mut shifts = match args.sparse {
+        true => sparse(&capture, &settings, &progress),
+        false => {
+            progress.stage("matching");
+            let ratio = match &curve {
+                CameraCurve::Field(curve) => curve.blur_ratio,
+                CameraCurve::Described(_) | CameraCurve::Paraxial(_) => None,
+            };
+            Shifts::dense(&capture, ratio)
+        }
+    }
+    .map_err(in_file(path))?;
     if let Some(calibration) = &calibration {
         shifts = (shifts.without_aberration(&capture, calibration)).map_err(in_file(path))?;
     }
@@ -129,6 +145,34 @@ pub fn run(args: &DepthArgs, progress: Progress) -> Result<(), CommandError> {
     file::write_reports(&args.out, &files)?;
     drop(progress);
     report(args, &files, &maps, &curve, score)
+}
+
+/// What is said where a curve is not of the shifts that are measured.
+fn unlike(args: &DepthArgs, curve: &FieldCurve) -> Option<String> {
+    match (curve.matched_window_px, args.sparse) {
+        (Some(window), false) => Some(format!(
+            "the curve is of shifts as windows of {window} px match them, which --sparse measures"
+        )),
+        (Some(window), true) if window != args.window => Some(format!(
+            "the curve is of windows of {window} px, and --window is {}",
+            args.window
+        )),
+        _ => None,
+    }
+}
+
+fn sparse(
+    capture: &Capture,
+    settings: &MatchSettings,
+    progress: &Progress,
+) -> Result<Shifts, ShiftError> {
+    let begins = |axes| {
+        progress.stage(match axes {
+            Axes::Vertical => "matching top and bottom",
+            _ => "matching left and right",
+        });
+    };
+    Shifts::measure(capture, settings, &begins)
 }
 
 fn report(
@@ -193,7 +237,8 @@ fn camera_curve(
     let camera = camera_of(path, capture)?;
     let channel = &capture.channels[capture.reference_channel()];
     match DescribedCurve::new(camera, channel) {
-        Ok(curve) => Ok(CameraCurve::Described(curve)),
+        Ok(curve) if args.sparse => Ok(CameraCurve::Described(curve)),
+        Ok(curve) => Ok(CameraCurve::Described(curve.of_centroids())),
         Err(CurveError::NoRatio) => Err(in_file(path)(
             "no camera.json says the disparity of this camera against distance: --camera or --calibration is needed, or --kappa for a lens \
              without aberrations",

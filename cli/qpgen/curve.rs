@@ -12,7 +12,7 @@ use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::{self, Responses};
 use quadpixel_generators::observer::Observer;
 use quadpixel_generators::recipe::read_recipe;
-use quadpixel_laboratory::curve::{CountedFrom, CurvePlan, matched_curve};
+use quadpixel_laboratory::curve::{CountedFrom, CurvePlan, field_curve};
 
 /// Arguments of `qpgen curve`.
 #[derive(Args)]
@@ -38,9 +38,10 @@ pub struct CurveArgs {
     /// Nodes, columns x rows over the picture, its sides included.
     #[arg(long, default_value = "9x7", value_name = "NxN")]
     fields: String,
-    /// Side of the windows that shifts will be matched in, px.
-    #[arg(long, default_value_t = 21)]
-    window: usize,
+    /// Shifts as windows of this side match them, px (odd, 5 to 31), for `qpalgo depth --sparse`; absent: those of the
+    /// views' centroids, which dense matching finds.
+    #[arg(long)]
+    window: Option<usize>,
     /// Replaces a file that is there; absent: such a file ends the command.
     #[arg(long)]
     force: bool,
@@ -95,10 +96,10 @@ pub fn run(args: &CurveArgs, log: Log) -> Result<(), CommandError> {
         },
         inverse_distances_per_m: inverse_distances(args, focus_m)?,
         nodes,
-        window_px: window(args.window)?,
+        window_px: args.window.map(window).transpose()?,
     };
     let asked = plan.inverse_distances_per_m.len();
-    let curve = matched_curve(&camera, plan).map_err(CommandError::input)?;
+    let curve = field_curve(&camera, plan).map_err(CommandError::input)?;
     let encoded = serde_json::to_vec(&curve).map_err(CommandError::failed)?;
     file::write_aside(&args.out, &encoded)?;
     drop(progress);
@@ -119,9 +120,8 @@ pub fn run(args: &CurveArgs, log: Log) -> Result<(), CommandError> {
     );
     if kept.len() < asked {
         outln!(
-            "{} distances are left out: the blur there is too wide for a window of {} px",
-            asked - kept.len(),
-            args.window
+            "{} distances are left out: the blur there is too wide for a window",
+            asked - kept.len()
         );
     }
     Ok(())

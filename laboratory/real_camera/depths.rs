@@ -1,16 +1,13 @@
 //! Depth of real pairs by the simulated curve, against what was measured with other instruments.
 
 use quadpixel::image::{Image, channel};
-use quadpixel_algorithms::depth::FieldCurve;
-use quadpixel_algorithms::depth::{MOST_NOISE, Pair, measure};
-use quadpixel_algorithms::disparity::{Axes, MatchSettings};
+use quadpixel_algorithms::dense::{DenseSettings, dense_disparity};
+use quadpixel_algorithms::depth::{FieldCurve, Measured};
 use std::error::Error;
 
 use crate::data::Views;
 use crate::measure::GREEN;
 
-/// Side of the matching window, px.
-pub const WINDOW_PX: usize = 31;
 /// A depth is claimed where its own standard deviation is at most this, m.
 pub const CLAIM_M: f64 = 0.1;
 /// Known depths beyond this are left out: there the disparity no longer tells them apart (0.01 px a m).
@@ -39,27 +36,26 @@ pub struct Score {
 
 /// As `qpalgo depth --left --right --srgb --curve` does.
 pub fn found(views: &Views, curve: &FieldCurve) -> Result<Found, Box<dyn Error>> {
-    let (a, b) = (channel(&views.right, GREEN), channel(&views.left, GREEN));
-    let settings = MatchSettings {
-        window_px: WINDOW_PX,
-        stride_px: 2,
-        ..MatchSettings::default()
+    let [left, right] = [&views.left, &views.right].map(|view| channel(view, GREEN));
+    let settings = DenseSettings {
+        ratio: curve.blur_ratio,
+        ..DenseSettings::default()
     };
-    let pair = Pair {
-        a: &a,
-        b: &b,
-        axes: Axes::Horizontal,
-    };
-    let matched = measure(pair, &settings, MOST_NOISE)?;
-    let (width, height) = (a.width(), a.height());
+    let matched = dense_disparity(&left, &right, &settings)?;
+    let (width, height) = (left.width(), left.height());
     let mut found = Found {
         z_m: Image::zeros(width, height, 1),
         sigma_m: Image::zeros(width, height, 1),
     };
-    for (i, m) in matched.into_iter().enumerate() {
-        let depth = m.map(|m| curve.depth([(i % width) as f64, (i / width) as f64], m));
-        found.z_m.data_mut()[i] = depth.map_or(f32::NAN, |d| d.z_m as f32);
-        found.sigma_m.data_mut()[i] = depth.map_or(f32::NAN, |d| d.sigma_m as f32);
+    let pixels = (matched.disparity_px.data().iter()).zip(matched.sigma_px.data());
+    for (i, (disparity, sigma)) in pixels.enumerate() {
+        let measured = Measured {
+            disparity_px: f64::from(*disparity),
+            sigma_px: f64::from(*sigma),
+        };
+        let depth = curve.depth([(i % width) as f64, (i / width) as f64], measured);
+        found.z_m.data_mut()[i] = depth.z_m as f32;
+        found.sigma_m.data_mut()[i] = depth.sigma_m as f32;
     }
     Ok(found)
 }

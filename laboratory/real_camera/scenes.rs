@@ -5,7 +5,7 @@ use std::path::Path;
 
 use quadpixel::image::Image;
 use quadpixel_algorithms::depth::FieldCurve;
-use quadpixel_laboratory::curve::{CountedFrom, CurvePlan, matched_curve};
+use quadpixel_laboratory::curve::{CountedFrom, CurvePlan, field_curve};
 
 use crate::args::{Args, step};
 use crate::camera::{self, Model};
@@ -109,9 +109,9 @@ fn curve_at(
         counted_from: CountedFrom::Sensor,
         inverse_distances_per_m: (1..=DISTANCES).map(|k| STEP_PER_M * k as f64).collect(),
         nodes: NODES,
-        window_px: depths::WINDOW_PX,
+        window_px: None,
     };
-    let curve = matched_curve(&camera, plan)?;
+    let curve = field_curve(&camera, plan)?;
     report::write_curve(&args.out, mark, &curve)?;
     Ok(curve)
 }

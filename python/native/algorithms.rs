@@ -109,7 +109,15 @@ pub fn dense<'py>(
 ) -> PyResult<(Array<'py, f32>, Array<'py, f32>)> {
     let (left, right) = (image(&left, "left")?, image(&right, "right")?);
     let map = run(py, None, move |_| {
-        dense_disparity(&left, &right, &DenseSettings { ratio }).map_err(input)
+        dense_disparity(
+            &left,
+            &right,
+            &DenseSettings {
+                ratio,
+                ..DenseSettings::default()
+            },
+        )
+        .map_err(input)
     })?;
     Ok((
         of_plane(py, &map.disparity_px)?,
@@ -146,34 +154,40 @@ fn capture(views: &Given<'_>, subpixels: &str, camera: Option<&str>) -> PyResult
     Ok(capture)
 }
 
-/// Depth (H, W), m, and confidence, deviation (m) and disparity (px), (H, W, 3), of views by their camera.
+/// Depth (H, W), m, and confidence, deviation (m) and disparity (px), (H, W, 3), of views by their camera: at every
+/// pixel, or where windows match surely.
 #[pyfunction]
 pub fn depth<'py>(
     py: Python<'py>,
     views: Given<'_>,
     camera: &str,
     kappa: Option<f64>,
-    lengths_px: Lengths,
+    windows_px: Option<Lengths>,
 ) -> PyResult<(Array<'py, f32>, Array<'py, f32>)> {
     let description: CameraDescription = read(camera, "camera")?;
     let capture = capture(&views, &description.subpixels.to_string(), Some(camera))?;
-    let settings = settings(lengths_px, "both")?;
+    let windows = (windows_px.map(|px| settings(px, "both"))).transpose()?;
     let channel = &capture.channels[capture.reference_channel()];
     let curve = match kappa {
         Some(_) => ParaxialCurve::new(&description, kappa).map(CameraCurve::Paraxial),
-        None => DescribedCurve::new(&description, channel).map(CameraCurve::Described),
+        None => DescribedCurve::new(&description, channel).map(|curve| {
+            CameraCurve::Described(match &windows {
+                Some(_) => curve,
+                None => curve.of_centroids(),
+            })
+        }),
     };
     let curve = curve.map_err(|error| match error {
         CurveError::NoRatio => refused("camera: it says no disparity against distance; give kappa"),
         error => refused(error),
     })?;
     let maps = run(py, None, move |_| {
-        let shifts = Shifts::measure(&capture, &settings, &|_| ()).map_err(input)?;
-        Ok(DepthMaps::new(
-            &shifts,
-            &curve,
-            settings.limits.deviation_px,
-        ))
+        let shifts = match &windows {
+            Some(settings) => Shifts::measure(&capture, settings, &|_| ()),
+            None => Shifts::dense(&capture, None),
+        };
+        let limit = windows.unwrap_or_default().limits.deviation_px;
+        Ok(DepthMaps::new(&shifts.map_err(input)?, &curve, limit))
     })?;
     Ok((
         of_plane(py, &maps.depth_m)?,

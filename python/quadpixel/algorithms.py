@@ -117,15 +117,23 @@ def dense_disparity(left: Any, right: Any, ratio: Optional[float] = None) -> Tup
 
 
 def depth(
-    views: Any, camera: Mapping[str, Any], *, kappa: Optional[float] = None, window: int = 21, search: int = 4, stride: int = 2
+    views: Any,
+    camera: Mapping[str, Any],
+    *,
+    kappa: Optional[float] = None,
+    sparse: bool = False,
+    window: int = 21,
+    search: int = 4,
+    stride: int = 2,
 ) -> Tuple[Floats, Dict[str, Floats]]:
     """Metric depth from the shifts of opposite halves, as `qpalgo depth`.
 
     views    (m*n, H, W, C) float32, linear, in stored order; at least two columns or two rows
     camera   ``camera.json`` of a sample: what the camera knows of itself
     kappa    ratio of disparity to circle of confusion of a lens without aberrations; None: the camera's own curves
-    returns  depth (H, W), m from the first lens vertex, NaN where there is no trusted match; and a dict of (H, W) maps: confidence (0 to 1),
-             sigma (m), disparity (px)
+    sparse   only where windows match surely, NaN elsewhere; False: at every pixel whose disparity is one of the camera
+    window, search, stride  of the windows, px: with ``sparse``
+    returns  depth (H, W), m from the first lens vertex; and a dict of (H, W) maps: confidence (0 to 1), sigma (m), disparity (px)
 
     >>> from quadpixel import Camera, Pixel, Scene, card
     >>> camera = Camera("wide_US20120327520A1_emb3", Pixel.ideal(4.0), focus_mm=500.0, width=64, height=48)
@@ -134,7 +142,8 @@ def depth(
     >>> metres.shape, sorted(maps)
     ((48, 64), ['confidence', 'disparity', 'sigma'])
     """
-    metres, beside = _native.depth(floats(views, "views", (3, 4)), json.dumps(camera), kappa, _lengths(window, search, stride))
+    windows = _lengths(window, search, stride) if sparse else None
+    metres, beside = _native.depth(floats(views, "views", (3, 4)), json.dumps(camera), kappa, windows)
     names = ("confidence", "sigma", "disparity")
     return metres, {name: np.ascontiguousarray(beside[..., i]) for i, name in enumerate(names)}
 

@@ -23,7 +23,8 @@ def iterate_shard(path, items=None):
             key = own
             if not member.isreg() or member.size > paths.LARGEST_BYTES:
                 raise ValueError(f"{path}: {member.name} is no plain file of at most {paths.LARGEST_BYTES} bytes")
-            files[name] = tar.extractfile(member).read()
+            content = tar.extractfile(member)
+            files[name] = content.read() if content else b""
     if files:
         yield decode(files, items)
 

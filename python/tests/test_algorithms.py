@@ -80,14 +80,15 @@ class SameNumbers(unittest.TestCase):
         self.assertGreater(np.median(shift), 0.1)
 
     def test_depth(self):
-        run("depth", self.folder, "--out", self.out, "--format", "npy", "--window", 11)
-        depth, maps = quadpixel.depth(self.views, self.sample["camera"], window=11)
-        theirs = np.load(os.path.join(self.out, "depth.npy"))
-        np.testing.assert_array_equal(np.isnan(depth), np.isnan(theirs))
-        self.assertGreater(np.isfinite(depth).mean(), 0.1)
-        np.testing.assert_allclose(depth, theirs, rtol=1e-4)
-        confidence = np.load(os.path.join(self.out, "confidence.npy"))
-        np.testing.assert_allclose(maps["confidence"], confidence[..., 0], atol=1e-4)
+        for flags, settings, least in (([], {}, 0.9), (["--sparse", "--window", 11], {"sparse": True, "window": 11}, 0.1)):
+            run("depth", self.folder, "--out", self.out, "--format", "npy", *flags)
+            depth, maps = quadpixel.depth(self.views, self.sample["camera"], **settings)
+            theirs = np.load(os.path.join(self.out, "depth.npy"))
+            np.testing.assert_array_equal(np.isnan(depth), np.isnan(theirs))
+            self.assertGreater(np.isfinite(depth).mean(), least)
+            np.testing.assert_allclose(depth, theirs, rtol=1e-4)
+            confidence = np.load(os.path.join(self.out, "confidence.npy"))
+            np.testing.assert_allclose(maps["confidence"], confidence[..., 0], atol=1e-4)
 
     def test_refocus(self):
         file = self.out + ".exr"

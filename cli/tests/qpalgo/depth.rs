@@ -72,7 +72,8 @@ fn two_planes_come_out_at_their_depths_in_every_format() {
         (0..SIDE).for_each(|x| depth.pixel_mut(x, y)[0] = plane_m(y) as f32);
     }
     write_exr(&here.join("depth.exr"), &depth);
-    let common = ["depth", ".", "-o", "out", "--search", "4"];
+    // Shifted copies, which windows match: dense matching expects blurs.
+    let common = ["depth", ".", "-o", "out", "--sparse", "--search", "4"];
     refused(&qpalgo(&common, here), "--kappa");
     assert!(!here.join("out").exists());
 
@@ -146,7 +147,7 @@ fn a_calibration_takes_the_aberrations_own_disparity_out() {
     );
     let kappa = KAPPA.to_string();
     let depth = |more: &[&str]| {
-        let common = ["depth", "scene", "-o", "out", "--kappa", &kappa];
+        let common = ["depth", "scene", "-o", "out", "--sparse", "--kappa", &kappa];
         json(&[&common[..], more].concat(), here);
         let map = maps::read(&here.join("out/depth.exr")).unwrap();
         worst_px(camera, &map[0].image).0
@@ -162,7 +163,7 @@ fn a_calibration_takes_the_aberrations_own_disparity_out() {
         &mosaic(SIDE - 10, |_, _| 0.0, 1.0),
     );
     std::fs::remove_dir_all(here.join("out")).unwrap();
-    let other = ["depth", "other", "-o", "out", "--kappa", &kappa];
+    let other = ["depth", "other", "-o", "out", "--sparse", "--kappa", &kappa];
     let other = [&other[..], &["--calibration", "camera.json"]].concat();
     refused(&qpalgo(&other, here), "another camera: size");
     assert!(!here.join("out").exists());

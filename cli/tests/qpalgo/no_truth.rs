@@ -114,7 +114,17 @@ fn estimates(here: &Path, dataset: &str, more: &[&str]) -> BTreeMap<String, Vec<
         ),
         ([&["depth", &sample], more].concat(), "out/depth"),
         (
-            [&["depth", &sample, "--calibration", "out/lens.json"], more].concat(),
+            [
+                &[
+                    "depth",
+                    &sample,
+                    "--sparse",
+                    "--calibration",
+                    "out/lens.json",
+                ],
+                more,
+            ]
+            .concat(),
             "out/depth_corrected",
         ),
         (vec!["autofocus", dataset], "out/autofocus"),

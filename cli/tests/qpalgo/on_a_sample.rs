@@ -169,7 +169,12 @@ fn depth_of_a_sample_is_that_of_its_plane_by_its_camera_and_by_a_calibration_in_
         let asked = ["depth", &near, "--score", "-o", "depth"];
         json(&[&asked[..], more].concat(), here)["score"].clone()
     };
-    let [without, with] = [&[][..], &["--calibration", "camera.json"]].map(score);
+    let [dense, without, with] = [
+        &[][..],
+        &["--sparse"],
+        &["--sparse", "--calibration", "camera.json"],
+    ]
+    .map(score);
     let rms = |score: &serde_json::Value| number(&score["disparity_rms_px"]);
     // κ fx A = 1.52 px·m, so the plane's disparity is 1.52 (1/0.255 − 1/0.3) = 0.89 px; an error of a quarter of it is
     // one of 0.255 · 0.22/1.52 = 3.7 % of the depth.
@@ -178,4 +183,10 @@ fn depth_of_a_sample_is_that_of_its_plane_by_its_camera_and_by_a_calibration_in_
     // The camera's own curve has the aberrations and the matcher's stretch in it.
     assert!(number(&without["median_relative"]) < 0.01, "{without}");
     assert!(rms(&without) < 0.05, "{without}");
+    // Dense matching has no stretch, and a depth at every pixel.
+    assert!(number(&dense["median_relative"]) < 0.02, "{dense}");
+    assert!(
+        dense["count"].as_u64() > without["count"].as_u64(),
+        "{dense}"
+    );
 }
