@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use super::cost::{Candidates, Pupil, Volume, volume};
 use super::error::DenseError;
-use super::filters::transposed;
 use super::kernels::steepness;
+use super::opposite::OppositePair;
 use super::prepare::Pyramid;
 
 /// A pair of views, rows along the direction in which it parts the pupil.
@@ -20,10 +20,20 @@ pub(super) struct Direction {
 }
 
 impl Direction {
-    /// Of the pair that is told first: of left and right, or of top and bottom turned to rows.
-    pub fn first(pair: [&Image; 2], ratio: f64) -> Result<Self, DenseError> {
+    /// Of the pair that is told first; `is_turned`: its rows are columns of the views.
+    pub fn first(pair: &OppositePair<'_>, is_turned: bool) -> Result<Self, DenseError> {
+        Self::new(pair, is_turned, None)
+    }
+
+    fn new(
+        pair: &OppositePair<'_>,
+        is_turned: bool,
+        along_y_px: Option<&Image>,
+    ) -> Result<Self, DenseError> {
+        let ratio = pair.ratio()?;
+        let [a, b] = pair.aligned(is_turned, along_y_px)?;
         Ok(Self {
-            pyramid: Pyramid::new(pair[0], pair[1])?,
+            pyramid: Pyramid::new(&a, &b)?,
             pupil: Pupil {
                 ratio,
                 steepness: steepness(ratio),
@@ -33,13 +43,25 @@ impl Direction {
         })
     }
 
-    /// Of the pair across the first one; `first_ratio`: that of the first direction.
-    pub fn across(pair: [&Image; 2], ratio: f64, first_ratio: f64) -> Result<Self, DenseError> {
-        let [top, bottom] = pair.map(transposed);
+    /// Of top and bottom beside left and right.
+    pub fn across(
+        pair: &OppositePair<'_>,
+        first: &Self,
+        astigmatism_px: Option<&Image>,
+    ) -> Result<Self, DenseError> {
+        let size = |image: &Image| (image.width(), image.height());
+        let wanted = size(&first.pyramid.guides[0]);
+        if size(pair.views[0]) != wanted {
+            return Err(DenseError::Size {
+                left: wanted,
+                right: size(pair.views[0]),
+            });
+        }
+        let own = Self::new(pair, true, astigmatism_px)?;
         Ok(Self {
             is_turned: true,
-            scale: ratio / first_ratio,
-            ..Self::first([&top, &bottom], ratio)?
+            scale: own.pupil.ratio / first.pupil.ratio,
+            ..own
         })
     }
 

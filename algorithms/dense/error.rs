@@ -8,7 +8,7 @@ pub enum DenseError {
     /// Not one channel of finite numbers.
     #[error(transparent)]
     Plane(#[from] PlaneError),
-    /// The views differ in size.
+    /// The views, or what is known of them at each pixel, differ in size.
     #[error("left has {} × {} pixels and right {} × {}: both must be of one size", .left.0, .left.1, .right.0, .right.1)]
     Size {
         /// Columns and rows of the left view.

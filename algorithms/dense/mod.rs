@@ -11,7 +11,8 @@
 //!
 //! The kernels are a family of one parameter, the ratio κ of disparity to blur ([`DenseSettings::ratio`]). It does not
 //! scale the disparity: that is the distance of the kernels' centroids, in px. Without a camera's description κ = ¼.
-//! Where the pupil is parted in both directions, both pairs of views tell the same depth, and their costs add.
+//! Where the pupil is parted in both directions, both pairs of views tell the same depth, and their costs add, once the
+//! lens's astigmatism is out of the second ([`OppositeViews::astigmatism_px`]).
 //!
 //! The same bytes come out whatever the number of threads.
 
@@ -22,6 +23,7 @@ mod filters;
 mod kernels;
 mod minimum;
 mod of_capture;
+mod opposite;
 mod prepare;
 mod range;
 mod semi_global;
@@ -33,11 +35,11 @@ use quadpixel::image::Image;
 pub use error::DenseError;
 pub use kernels::SHARP_RATIO;
 pub use of_capture::Halves;
+pub use opposite::{OppositePair, OppositeViews};
 
 use cost::Candidates;
 use directions::{Direction, volume_of};
 use filters::{enlarged_by_guide, transposed};
-use kernels::LINEAR_RATIO;
 use minimum::{median, minima};
 use sigma::{Evidence, deviations};
 
@@ -47,20 +49,8 @@ const EDGE: f32 = 0.05;
 /// What is known of the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DenseSettings {
-    /// Ratio κ of disparity to the blur's diameter, above 0 to 4/(3π); absent: ¼, what shares that fall linearly over
-    /// the pupil give.
+    /// As of [`OppositePair::ratio`].
     pub ratio: Option<f64>,
-    /// The same of top and bottom; absent: as of left and right.
-    pub top_bottom_ratio: Option<f64>,
-}
-
-/// Opposite views (linear, black at 0, one channel each), by the direction in which they part the pupil.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct OppositeViews<'a> {
-    /// Left, right.
-    pub left_right: Option<[&'a Image; 2]>,
-    /// Top, bottom.
-    pub top_bottom: Option<[&'a Image; 2]>,
 }
 
 /// A number at every pixel.
@@ -85,11 +75,14 @@ pub fn dense_disparity(
     right: &Image,
     settings: &DenseSettings,
 ) -> Result<DenseMap, DenseError> {
-    let views = OppositeViews {
-        left_right: Some([left, right]),
-        top_bottom: None,
+    let pair = OppositePair {
+        views: [left, right],
+        ratio: settings.ratio,
     };
-    dense_disparity_of(views, settings)
+    dense_disparity_of(OppositeViews {
+        left_right: Some(pair),
+        ..OppositeViews::default()
+    })
 }
 
 /// The disparity of opposite views, by one pair or by both.
@@ -97,35 +90,17 @@ pub fn dense_disparity(
 /// # Errors
 /// No pair; more than one channel, numbers that are not finite, unequal sizes, less than 16 pixels a side; a ratio that
 /// no pupil has.
-pub fn dense_disparity_of(
-    views: OppositeViews<'_>,
-    settings: &DenseSettings,
-) -> Result<DenseMap, DenseError> {
-    let checked = |ratio: Option<f64>, absent: f64| match ratio.unwrap_or(absent) {
-        ratio if ratio > 0.0 && ratio <= SHARP_RATIO => Ok(ratio),
-        ratio => Err(DenseError::Ratio(ratio)),
-    };
-    let ratio = checked(settings.ratio, LINEAR_RATIO)?;
-    let across = checked(settings.top_bottom_ratio, ratio)?;
+pub fn dense_disparity_of(views: OppositeViews<'_>) -> Result<DenseMap, DenseError> {
     match (views.left_right, views.top_bottom) {
         (None, None) => Err(DenseError::NoPair),
-        (Some(pair), None) => matched(&[Direction::first(pair, ratio)?]),
+        (Some(pair), None) => Ok(matched(&[Direction::first(&pair, false)?])),
         (Some(pair), Some(other)) => {
-            let same = |image: &Image| (image.width(), image.height());
-            if same(pair[0]) != same(other[0]) {
-                return Err(DenseError::Size {
-                    left: same(pair[0]),
-                    right: same(other[0]),
-                });
-            }
-            matched(&[
-                Direction::first(pair, ratio)?,
-                Direction::across(other, across, ratio)?,
-            ])
+            let first = Direction::first(&pair, false)?;
+            let across = Direction::across(&other, &first, views.astigmatism_px)?;
+            Ok(matched(&[first, across]))
         }
         (None, Some(pair)) => {
-            let [top, bottom] = pair.map(transposed);
-            let map = matched(&[Direction::first([&top, &bottom], across)?])?;
+            let map = matched(&[Direction::first(&pair, true)?]);
             Ok(DenseMap {
                 disparity_px: transposed(&map.disparity_px),
                 sigma_px: transposed(&map.sigma_px),
@@ -136,7 +111,7 @@ pub fn dense_disparity_of(
 }
 
 /// The map of one or two directions, as the first one sees it.
-fn matched(directions: &[Direction]) -> Result<DenseMap, DenseError> {
+fn matched(directions: &[Direction]) -> DenseMap {
     let pyramid = directions[0].pyramid();
     let range_px = range::range(directions);
     let levels = range::levels(range_px, pyramid);
@@ -167,10 +142,10 @@ fn matched(directions: &[Direction]) -> Result<DenseMap, DenseError> {
         .data_mut()
         .iter_mut()
         .for_each(|s| *s *= unit as f32);
-    Ok(DenseMap {
+    DenseMap {
         disparity_px: full(&disparity),
         sigma_px,
         range_px,
         halvings: k,
-    })
+    }
 }

@@ -1,17 +1,25 @@
 //! The opposite views of a capture, matched at every pixel.
 
 use quadpixel::image::{Image, channel};
+use quadpixel_datasets::{CameraDescription, DisparityCurve, DisparityCurves, RatioField};
 
-use super::{DenseError, DenseMap, DenseSettings, OppositeViews, dense_disparity_of};
+use super::filters::by_rows;
+use super::{DenseError, DenseMap, OppositePair, OppositeViews, dense_disparity_of};
 use crate::capture::Capture;
 use crate::sai::Side;
 
-/// A capture's halves in its reference channel, and what its description says of their blur.
+/// A capture's halves in its reference channel, and what its description says of them.
 #[derive(Clone, Debug)]
 pub struct Halves {
-    left_right: Option<[Image; 2]>,
-    top_bottom: Option<[Image; 2]>,
-    settings: DenseSettings,
+    left_right: Option<Pair>,
+    top_bottom: Option<Pair>,
+    astigmatism_px: Option<Image>,
+}
+
+#[derive(Clone, Debug)]
+struct Pair {
+    views: [Image; 2],
+    ratio: Option<f64>,
 }
 
 impl Halves {
@@ -19,24 +27,32 @@ impl Halves {
     pub fn new(capture: &Capture) -> Self {
         let c = capture.reference_channel();
         let half = |side| capture.views.sum(side).map(|sum| channel(&sum, c));
-        let pair = |a, b| Some([half(a)?, half(b)?]);
-        let ratio = (capture.camera.as_ref()).map(|camera| &camera.disparity_ratio);
+        let camera = capture.camera.as_ref();
+        let pair = |sides: [Side; 2], ratio: fn(&CameraDescription) -> &Option<RatioField>| {
+            Some(Pair {
+                views: [half(sides[0])?, half(sides[1])?],
+                ratio: camera.and_then(|c| Some(ratio(c).as_ref()?.mean)),
+            })
+        };
+        let left_right = pair([Side::Left, Side::Right], |c| &c.disparity_ratio.left_right);
+        let top_bottom = pair([Side::Top, Side::Bottom], |c| &c.disparity_ratio.top_bottom);
+        let name = &capture.channels[c];
         Self {
-            left_right: pair(Side::Left, Side::Right),
-            top_bottom: pair(Side::Top, Side::Bottom),
-            settings: DenseSettings {
-                ratio: ratio.and_then(|r| r.left_right.as_ref()).map(|r| r.mean),
-                top_bottom_ratio: ratio.and_then(|r| r.top_bottom.as_ref()).map(|r| r.mean),
-            },
+            astigmatism_px: (left_right.as_ref())
+                .zip(camera)
+                .and_then(|(pair, camera)| astigmatism_px(camera, name, &pair.views[0])),
+            left_right,
+            top_bottom,
         }
     }
 
     /// With a ratio of disparity to blur that is known otherwise.
     pub fn with_ratio(mut self, ratio: f64) -> Self {
-        self.settings = DenseSettings {
-            ratio: Some(ratio),
-            top_bottom_ratio: Some(ratio),
-        };
+        for pair in [&mut self.left_right, &mut self.top_bottom] {
+            if let Some(pair) = pair {
+                pair.ratio = Some(ratio);
+            }
+        }
         self
     }
 
@@ -47,10 +63,8 @@ impl Halves {
 
     /// Ratio of disparity to blur by the camera's description.
     pub fn ratio(&self) -> Option<f64> {
-        match self.is_vertical() {
-            false => self.settings.ratio,
-            true => self.settings.top_bottom_ratio,
-        }
+        let first = self.left_right.as_ref().or(self.top_bottom.as_ref());
+        first.and_then(|pair| pair.ratio)
     }
 
     /// Their disparity, by one pair or both.
@@ -58,10 +72,48 @@ impl Halves {
     /// # Errors
     /// As of [`dense_disparity_of`].
     pub fn disparity(&self) -> Result<DenseMap, DenseError> {
-        let views = OppositeViews {
-            left_right: self.left_right.as_ref().map(<[Image; 2]>::each_ref),
-            top_bottom: self.top_bottom.as_ref().map(<[Image; 2]>::each_ref),
-        };
-        dense_disparity_of(views, &self.settings)
+        dense_disparity_of(OppositeViews {
+            left_right: self.left_right.as_ref().map(Pair::opposite),
+            top_bottom: self.top_bottom.as_ref().map(Pair::opposite),
+            astigmatism_px: self.astigmatism_px.as_ref(),
+        })
     }
+}
+
+impl Pair {
+    fn opposite(&self) -> OppositePair<'_> {
+        OppositePair {
+            views: self.views.each_ref(),
+            ratio: self.ratio,
+        }
+    }
+}
+
+/// y_T − y_B at the depth at which x_L − x_R is 0, to first order in 1/(Z + p) about the focus; 0 where no light
+/// passes. `None` without sound curves.
+fn astigmatism_px(camera: &CameraDescription, channel: &str, view: &Image) -> Option<Image> {
+    let p = camera.intrinsics.pinhole_behind_vertex_m;
+    let per_m = camera.focus.distance_m.map_or(0.0, |z| 1.0 / (z + p));
+    let size_px = [camera.width_px, camera.height_px];
+    let curves = [&camera.disparity.left_right, &camera.disparity.top_bottom];
+    let [across, down] = curves.map(|c| DisparityCurves::of_channel(c, channel));
+    let (across, down) = (across?, down?);
+    let fits = size_px.map(|n| n as usize) == [view.width(), view.height()];
+    let sound = across.is_sound() && down.is_sound() && per_m.is_finite();
+    let in_focus = |curve: &DisparityCurve, at: [f64; 2]| {
+        let [c0, c1, c2] = curve.at(at, size_px)?;
+        let slope = c1 + 2.0 * per_m * c2;
+        (slope != 0.0).then_some((c0 + per_m * (c1 + per_m * c2), slope))
+    };
+    (fits && sound).then(|| {
+        by_rows(view.width(), view.height(), |y, to| {
+            for (x, to) in to.iter_mut().enumerate() {
+                let at = [x as f64, y as f64];
+                let both = in_focus(across, at).zip(in_focus(down, at));
+                *to = both.map_or(0.0, |((h, h_slope), (v, v_slope))| {
+                    (v - v_slope / h_slope * h) as f32
+                });
+            }
+        })
+    })
 }

@@ -137,11 +137,7 @@ fn the_bytes_are_the_same_whatever_the_threads() {
 fn bad_pairs_are_named() {
     let image = Image::zeros(32, 32, 1);
     let refused = |left: &Image, right: &Image, ratio| {
-        let settings = DenseSettings {
-            ratio,
-            ..DenseSettings::default()
-        };
-        dense_disparity(left, right, &settings).unwrap_err()
+        dense_disparity(left, right, &DenseSettings { ratio }).unwrap_err()
     };
     assert_eq!(
         refused(&image, &Image::zeros(32, 32, 3), None),

@@ -39,7 +39,6 @@ pub fn found(views: &Views, curve: &FieldCurve) -> Result<Found, Box<dyn Error>>
     let [left, right] = [&views.left, &views.right].map(|view| channel(view, GREEN));
     let settings = DenseSettings {
         ratio: curve.blur_ratio,
-        ..DenseSettings::default()
     };
     let matched = dense_disparity(&left, &right, &settings)?;
     let (width, height) = (left.width(), left.height());
