@@ -27,11 +27,15 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
         Some(reference) => {
             let [left, right] = of_pair(args, reference)?;
             progress.stage("matching");
-            let map = dense_disparity(&left, &right, &DenseSettings::default());
-            (map, None, false)
+            let map = dense_disparity(&left, &right, &DenseSettings { ratio: args.ratio });
+            (map, args.ratio, false)
         }
         None => {
             let halves = Halves::new(&args.source.read(&args.view)?);
+            let halves = match args.ratio {
+                Some(ratio) => halves.with_ratio(ratio),
+                None => halves,
+            };
             progress.stage("matching");
             (halves.disparity(), halves.ratio(), halves.is_vertical())
         }

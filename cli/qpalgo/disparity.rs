@@ -7,6 +7,7 @@
 //!
 //! As in the dataset's specification: `disparity L R` is x_L − x_R, positive for points nearer than the focus.
 
+use quadpixel_cli::number::number;
 use quadpixel_cli::outln;
 use std::path::{Path, PathBuf};
 
@@ -57,6 +58,10 @@ pub struct DisparityArgs {
     /// top and bottom).
     #[arg(long, conflicts_with_all = ["search", "window", "stride", "one_dimensional"])]
     dense: bool,
+    /// With --dense: ratio of disparity to the blur's diameter, above 0 to 0.424, small where a pixel hardly parts a
+    /// narrow pupil; absent: by the capture's camera, or 0.25.
+    #[arg(value_parser = number, long, requires = "dense")]
+    pub ratio: Option<f64>,
     /// Folder to write: disparity.FORMAT with dx, dy, sigma (px) and verdict (0: valid) per node, and
     /// disparity_CHANNEL.png.
     #[arg(long, short)]
