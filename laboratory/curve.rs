@@ -122,15 +122,22 @@ pub fn field_curve(camera: &Camera, plan: CurvePlan) -> Result<FieldCurve, Curve
         disparity_px,
         relative_error: RELATIVE_ERROR,
         offset_error_px: OFFSET_ERROR_PX,
-        blur_ratio: disparity_ratio(camera)
-            .and_then(|r| r.left_right)
-            .map(|r| r.mean)
-            .filter(|r| (f64::MIN_POSITIVE..=SHARP_RATIO).contains(r)),
+        blur_ratio: middle_ratio(camera),
         matched_window_px: plan.window_px,
     };
     // Checked as it will be when it is read.
     let text = serde_json::to_string(&curve).unwrap_or_default();
     Ok(FieldCurve::from_json(&text, "simulated curve")?)
+}
+
+/// κ in the middle of the picture: beside it a pixel whose microlens does not follow the chief ray has less.
+fn middle_ratio(camera: &Camera) -> Option<f64> {
+    let sensor = camera.sensor();
+    let size = [sensor.width(), sensor.height()];
+    let ratio = disparity_ratio(camera)?.left_right?;
+    let middle = size.map(|n| 0.5 * (n as f64 - 1.0));
+    let ratio = ratio.at(middle, size.map(|n| n as u32));
+    (ratio > 0.0 && ratio <= SHARP_RATIO).then_some(ratio)
 }
 
 /// Evenly over the picture, its first and last pixel included; one: its middle.

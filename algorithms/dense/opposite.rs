@@ -1,0 +1,83 @@
+//! What is matched: opposite views, and what is known of their camera.
+
+use quadpixel::image::Image;
+use quadpixel::simd::SimdLevel;
+
+use super::error::DenseError;
+use super::filters::transposed;
+use super::kernels::{LINEAR_RATIO, SHARP_RATIO};
+use crate::plane_error::PlaneError;
+use crate::warp::{Border, Lobes, Map, warp};
+
+/// Two views that see opposite parts of the pupil (linear, black at 0, one channel each).
+#[derive(Clone, Copy)]
+pub struct OppositePair<'a> {
+    /// Left and right, or top and bottom.
+    pub views: [&'a Image; 2],
+    /// Ratio κ of disparity to the blur's diameter, above 0 to 4/(3π); absent: ¼, what shares that fall linearly over
+    /// the pupil give.
+    pub ratio: Option<f64>,
+}
+
+/// Opposite views by the direction in which they part the pupil.
+#[derive(Clone, Copy, Default)]
+pub struct OppositeViews<'a> {
+    /// Left, right.
+    pub left_right: Option<OppositePair<'a>>,
+    /// Top, bottom.
+    pub top_bottom: Option<OppositePair<'a>>,
+    /// y_T − y_B of what has the same place in left and right, px, at each pixel of the sum: the lens's astigmatism;
+    /// absent: none.
+    pub astigmatism_px: Option<&'a Image>,
+}
+
+impl OppositePair<'_> {
+    /// κ.
+    pub(super) fn ratio(&self) -> Result<f64, DenseError> {
+        match self.ratio.unwrap_or(LINEAR_RATIO) {
+            ratio if ratio > 0.0 && ratio <= SHARP_RATIO => Ok(ratio),
+            ratio => Err(DenseError::Ratio(ratio)),
+        }
+    }
+
+    /// The views without a disparity along y; rows as columns where asked.
+    pub(super) fn aligned(
+        &self,
+        is_turned: bool,
+        along_y_px: Option<&Image>,
+    ) -> Result<[Image; 2], DenseError> {
+        for view in self.views {
+            PlaneError::check(view)?;
+        }
+        let Some(offset) = along_y_px else {
+            return Ok(self.views.map(|view| match is_turned {
+                true => transposed(view),
+                false => view.clone(),
+            }));
+        };
+        PlaneError::check(offset)?;
+        let size = |image: &Image| (image.width(), image.height());
+        for view in self.views {
+            if size(view) != size(offset) {
+                return Err(DenseError::Size {
+                    left: size(view),
+                    right: size(offset),
+                });
+            }
+        }
+        let moved = |view: &Image, part: f64| {
+            let at = |x: usize, y: usize| {
+                let shift = part * f64::from(offset.pixel(x, y)[0]);
+                (x as f64, y as f64 + shift)
+            };
+            // A picture that was checked has a pixel.
+            let Ok(map) = Map::from_fn(view.width(), view.height(), at) else {
+                return view.clone();
+            };
+            let level = SimdLevel::detect();
+            let moved = warp(view, &map, Lobes::Three, Border::Reflect101, level).image;
+            if is_turned { transposed(&moved) } else { moved }
+        };
+        Ok([moved(self.views[0], 0.5), moved(self.views[1], -0.5)])
+    }
+}
