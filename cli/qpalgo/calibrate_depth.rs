@@ -22,8 +22,8 @@ pub struct CalibrateDepthArgs {
     /// counts it; two or more.
     #[arg(required = true, value_name = "PLANE")]
     planes: Vec<String>,
-    /// Curve to start from (JSON): of the simulated camera, made by `qpgen curve`. The planes are matched at every pixel,
-    /// or in windows where the curve is of such shifts.
+    /// Curve to start from (JSON): of the simulated camera, made by `qpgen curve`. The planes are matched at every
+    /// pixel, or in windows where the curve is of such shifts.
     #[arg(long)]
     curve: PathBuf,
     /// File of the calibrated curve, for `qpalgo depth --curve`.
