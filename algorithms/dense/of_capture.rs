@@ -48,11 +48,8 @@ impl Halves {
 
     /// With a ratio of disparity to blur that is known otherwise.
     pub fn with_ratio(mut self, ratio: f64) -> Self {
-        for pair in [&mut self.left_right, &mut self.top_bottom] {
-            if let Some(pair) = pair {
-                pair.ratio = Some(ratio);
-            }
-        }
+        let pairs = [&mut self.left_right, &mut self.top_bottom];
+        (pairs.into_iter().flatten()).for_each(|pair| pair.ratio = Some(ratio));
         self
     }
 

@@ -109,15 +109,7 @@ pub fn dense<'py>(
 ) -> PyResult<(Array<'py, f32>, Array<'py, f32>)> {
     let (left, right) = (image(&left, "left")?, image(&right, "right")?);
     let map = run(py, None, move |_| {
-        dense_disparity(
-            &left,
-            &right,
-            &DenseSettings {
-                ratio,
-                ..DenseSettings::default()
-            },
-        )
-        .map_err(input)
+        dense_disparity(&left, &right, &DenseSettings { ratio }).map_err(input)
     })?;
     Ok((
         of_plane(py, &map.disparity_px)?,
