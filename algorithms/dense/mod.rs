@@ -49,7 +49,7 @@ const EDGE: f32 = 0.05;
 /// What is known of the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DenseSettings {
-    /// As of [`OppositePair::ratio`].
+    /// As of [`OppositePair`].
     pub ratio: Option<f64>,
 }
 
