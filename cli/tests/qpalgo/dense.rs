@@ -30,31 +30,23 @@ fn a_capture_and_its_halves_have_a_number_at_every_pixel() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     write_exr(&here.join("raw.exr"), &mosaic(64, |_, _| 0.6, 1.0));
-    json(&["sai", "raw.exr", "--subpixels", "2x2", "-o", "v"], here);
-    let capture = [
-        "disparity",
-        "--dense",
-        "raw.exr",
-        "--subpixels",
-        "2x2",
-        "-o",
-        "of_capture",
-    ];
-    let summary = json(&capture, here);
-    json(
-        &[
-            "disparity",
-            "--dense",
-            "v/sum_L.exr",
-            "v/sum_R.exr",
-            "-o",
-            "of_pair",
-        ],
-        here,
-    );
-    assert_eq!(summary["blur_known"], false);
-    let found = numbers(&here.join("of_capture/disparity.exr"));
-    assert_eq!(found, numbers(&here.join("of_pair/disparity.exr")));
+    let capture = |subpixels: &str| {
+        let more = ["--subpixels", subpixels, "-o", "of_capture"];
+        let summary = json(
+            &[&["disparity", "--dense", "raw.exr"], &more[..]].concat(),
+            here,
+        );
+        assert_eq!(summary["blur_known"], false);
+        numbers(&here.join("of_capture/disparity.exr"))
+    };
+    // Two columns: the same as of their pictures.
+    json(&["sai", "raw.exr", "--subpixels", "2x1", "-o", "v"], here);
+    let pair = ["disparity", "--dense", "v/sum_L.exr", "v/sum_R.exr"];
+    json(&[&pair[..], &["-o", "of_pair"]].concat(), here);
+    let of_pair = numbers(&here.join("of_pair/disparity.exr"));
+    assert_eq!(capture("2x1"), of_pair);
+    // Top and bottom tell, too.
+    let found = capture("2x2");
     assert_eq!(found[0].len(), 64 * 64);
     let mut sorted = found[0].clone();
     sorted.sort_by(f32::total_cmp);
