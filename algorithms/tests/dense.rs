@@ -2,7 +2,10 @@
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 use quadpixel::image::Image;
-use quadpixel_algorithms::dense::{DenseError, DenseMap, DenseSettings, dense_disparity};
+use quadpixel_algorithms::dense::{
+    DenseError, DenseMap, DenseSettings, OppositePair, OppositeViews, dense_disparity,
+    dense_disparity_of,
+};
 use quadpixel_algorithms::plane_error::PlaneError;
 
 const SIDE: usize = 128;
@@ -30,6 +33,11 @@ fn texture(x: f64, y: f64) -> f64 {
 
 /// Both views of a plane of `disparity(x)` px whose pupil has linear shares: a sum over 120 points of the disk.
 fn pair(disparity: impl Fn(f64) -> f64) -> [Image; 2] {
+    parted(disparity, false, 0.0)
+}
+
+/// As [`pair`], parted along x or along y, and the views `beside` px farther apart than their blur says.
+fn parted(disparity: impl Fn(f64) -> f64, along_y: bool, beside: f64) -> [Image; 2] {
     let points: Vec<[f64; 2]> = (0..120)
         .map(|i| {
             let (r, a) = (((i as f64 + 0.5) / 120.0).sqrt(), 2.399_963 * i as f64);
@@ -38,11 +46,17 @@ fn pair(disparity: impl Fn(f64) -> f64) -> [Image; 2] {
         .collect();
     let view = |side: f64| {
         let value = |i: usize| {
+            let moved = 0.5 * side * beside;
             let (x, y) = ((i % SIDE) as f64, (i / SIDE) as f64);
             let d = disparity(x);
-            // A disk of radius 2 d; for d > 0 the left view has more of its right half.
+            let (x, y) = if along_y {
+                (x, y - moved)
+            } else {
+                (x - moved, y)
+            };
+            // A disk of radius 2 d; for d > 0 the first view has more of its right or lower half.
             let terms = points.iter().map(|[u, v]| {
-                let share = 0.5 * (1.0 + side * u);
+                let share = 0.5 * (1.0 + side * if along_y { v } else { u });
                 share * texture(x - 2.0 * d * u, y - 2.0 * d * v)
             });
             (terms.sum::<f64>() / 60.0) as f32
@@ -84,6 +98,61 @@ fn a_blurred_plane_has_its_centroids_disparity_and_no_more() {
             .filter(|(d, s)| (f64::from(**d) - truth).abs() < 2.0 * f64::from(**s));
         assert!(inside.count() * 10 > 9 * SIDE * SIDE, "{truth}");
     }
+}
+
+fn opposite(pair: &[Image; 2]) -> Option<OppositePair<'_>> {
+    Some(OppositePair {
+        views: pair.each_ref(),
+        ratio: None,
+    })
+}
+
+fn middle_error(views: OppositeViews<'_>, truth: f64) -> f64 {
+    let found = errors(&dense_disparity_of(views).unwrap(), |_| truth);
+    found[found.len() / 2]
+}
+
+#[test]
+fn top_and_bottom_tell_what_left_and_right_do() {
+    for truth in [-1.5, 0.8] {
+        let bottom_top = parted(|_| truth, true, 0.0);
+        let views = OppositeViews {
+            top_bottom: opposite(&bottom_top),
+            ..OppositeViews::default()
+        };
+        let error = middle_error(views, truth);
+        assert!(error < 0.02 + 0.05 * f64::abs(truth), "{truth}: {error}");
+    }
+}
+
+#[test]
+fn both_pairs_agree_once_the_astigmatism_is_out_of_the_second() {
+    let truth = 1.2;
+    let (across, down) = (pair(|_| truth), parted(|_| truth, true, 0.5));
+    let astigmatism = Image::from_vec(SIDE, SIDE, 1, vec![0.5; SIDE * SIDE]).unwrap();
+    let error = |astigmatism_px| {
+        let views = OppositeViews {
+            left_right: opposite(&across),
+            top_bottom: opposite(&down),
+            astigmatism_px,
+        };
+        middle_error(views, truth)
+    };
+    let (with, without) = (error(Some(&astigmatism)), error(None));
+    assert!(with < 0.08, "{with}");
+    assert!(without > 2.0 * with && without > 0.1, "{without}, {with}");
+    let small = Image::zeros(SIDE, SIDE - 1, 1);
+    let views = OppositeViews {
+        left_right: opposite(&across),
+        top_bottom: opposite(&down),
+        astigmatism_px: Some(&small),
+    };
+    assert!(matches!(
+        dense_disparity_of(views),
+        Err(DenseError::Size { .. })
+    ));
+    let none = dense_disparity_of(OppositeViews::default());
+    assert_eq!(none.unwrap_err(), DenseError::NoPair);
 }
 
 #[test]

@@ -13,7 +13,7 @@ pub const CLAIM_M: f64 = 0.1;
 /// Known depths beyond this are left out: there the disparity no longer tells them apart (0.01 px a m).
 pub const FARTHEST_M: f64 = 10.0;
 
-/// Estimated Z and its standard deviation, m; NaN where there is no match.
+/// Estimated Z and its standard deviation, m; infinite where the shift is beyond that of infinity.
 pub struct Found {
     pub z_m: Image,
     pub sigma_m: Image,
