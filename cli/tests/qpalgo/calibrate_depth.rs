@@ -39,60 +39,71 @@ fn a_focus_error_is_found_by_two_planes_and_a_third_comes_out_right() {
     };
     // The curve's camera is focused at 750 mm, the real one at 700 mm.
     fs::write(here.join("said.toml"), scene(750.0, 750.0)).unwrap();
-    let curve = "curve said.toml --nearest-m 0.5 --distances 16 --fields 3x3 -o curve.json";
-    let made = qpgen(here, &format!("{curve} --json"));
-    assert!(made.status.success(), "{made:?}");
-    let made: serde_json::Value = serde_json::from_slice(&made.stdout).unwrap();
-    assert!(made["distances"].as_u64().unwrap() >= 10, "{made}");
-    refused(&qpgen(here, curve), "curve.json: is there already");
     for (name, distance_mm) in [("near", 600.0), ("far", 900.0), ("third", 720.0)] {
         render(name, 700.0, distance_mm);
     }
-    let calibrate = [
-        "calibrate-depth",
-        "0.6=near",
-        "0.9=far",
-        "--curve",
-        "curve.json",
-    ];
-    let found = json(&[&calibrate[..], &["-o", "mine.json"]].concat(), here);
-    let number = |name: &str| found[name].as_f64().unwrap();
-    // 1/0.7 − 1/0.75 = 0.0952 per m.
-    assert!(
-        (number("focus_shift_per_m") - 0.0952).abs() < 0.01,
-        "{found}"
-    );
-    assert!((number("gain") - 1.0).abs() < 0.05, "{found}");
-    assert!(number("rms_px") < 0.03, "{found}");
     // By halves of the third plane's picture, before and after.
     let sums = qpalgo(&["sai", "third", "-o", "views"], here);
     assert!(sums.status.success(), "{sums:?}");
-    let median = |curve: &str| {
-        let arguments = [
-            "depth",
-            "--left",
-            "views/sum_L.exr",
-            "--right",
-            "views/sum_R.exr",
+    // Shifts of centroids for dense matching, and as windows match them.
+    for (name, window, sparse) in [
+        ("dense", "", &[][..]),
+        ("windows", "--window 21", &["--sparse"]),
+    ] {
+        let (said, mine) = (format!("{name}.json"), format!("my-{name}.json"));
+        let curve = format!(
+            "curve said.toml --nearest-m 0.5 --distances 16 --fields 3x3 {window} -o {said}"
+        );
+        let made = qpgen(here, &format!("{curve} --json"));
+        assert!(made.status.success(), "{made:?}");
+        let made: serde_json::Value = serde_json::from_slice(&made.stdout).unwrap();
+        assert!(made["distances"].as_u64().unwrap() >= 10, "{made}");
+        refused(&qpgen(here, &curve), &format!("{said}: is there already"));
+        let calibrate = [
+            "calibrate-depth",
+            "0.6=near",
+            "0.9=far",
+            "--curve",
+            &said,
+            "-o",
+            &mine,
         ];
-        let out = format!("depth-{curve}");
-        let more = ["--curve", curve, "-o", &out, "--format", "exr"];
-        let run = qpalgo(&[&arguments[..], &more[..]].concat(), here);
-        assert!(run.status.success(), "{run:?}");
-        let depth = maps::read(&here.join(&out).join("depth.exr")).unwrap();
-        let mut depths: Vec<f32> = depth[0].image.data().to_vec();
-        depths.retain(|z| z.is_finite());
-        depths.sort_by(f32::total_cmp);
-        f64::from(depths[depths.len() / 2])
-    };
-    let (before, after) = (median("curve.json"), median("mine.json"));
-    assert!(
-        (before / 0.72 - 1.0).abs() > 0.04,
-        "{before} m by the curve as it was"
-    );
-    assert!((after / 0.72 - 1.0).abs() < 0.01, "{after} m");
-    let text = fs::read_to_string(here.join("mine.json")).unwrap();
-    assert!(FieldCurve::from_json(&text, "mine.json").is_ok());
+        let found = json(&calibrate, here);
+        let number = |name: &str| found[name].as_f64().unwrap();
+        // 1/0.7 − 1/0.75 = 0.0952 per m.
+        assert!(
+            (number("focus_shift_per_m") - 0.0952).abs() < 0.01,
+            "{name}: {found}"
+        );
+        assert!((number("gain") - 1.0).abs() < 0.05, "{name}: {found}");
+        assert!(number("rms_px") < 0.03, "{name}: {found}");
+        let median = |curve: &str| {
+            let out = format!("depth-{curve}");
+            let pair = [
+                "depth",
+                "--left",
+                "views/sum_L.exr",
+                "--right",
+                "views/sum_R.exr",
+            ];
+            let more = ["--curve", curve, "-o", &out, "--format", "exr"];
+            let run = qpalgo(&[&pair[..], &more, sparse].concat(), here);
+            assert!(run.status.success(), "{run:?}");
+            let depth = maps::read(&here.join(&out).join("depth.exr")).unwrap();
+            let mut depths: Vec<f32> = depth[0].image.data().to_vec();
+            depths.retain(|z| z.is_finite());
+            depths.sort_by(f32::total_cmp);
+            f64::from(depths[depths.len() / 2])
+        };
+        let (before, after) = (median(&said), median(&mine));
+        assert!(
+            (before / 0.72 - 1.0).abs() > 0.04,
+            "{name}: {before} m by the curve as it was"
+        );
+        assert!((after / 0.72 - 1.0).abs() < 0.01, "{name}: {after} m");
+        let text = fs::read_to_string(here.join(&mine)).unwrap();
+        assert!(FieldCurve::from_json(&text, &mine).is_ok());
+    }
 }
 
 #[test]
