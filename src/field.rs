@@ -147,16 +147,31 @@ fn cell(x: f64, half: f64, n: usize) -> (usize, f64) {
     (i, f - i as f64)
 }
 
-/// A field that is dear to compute, at few nodes: four a side at least, one every 48 px, cubic between them. Its error
-/// is at most 3/128 h⁴ times the fourth derivative, and its slopes come with it. Where a value beside a cell is not
-/// finite the cell is bilinear.
+/// A field that is dear to compute, at few nodes, four a side at least, cubic between them. Its error is at most
+/// 3/128 h⁴ times the fourth derivative, and its slopes come with it. Where a value beside a cell is not finite the
+/// cell is bilinear.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CubicGrid(FieldGrid);
 
 impl CubicGrid {
-    /// Number of nodes along a window of `length_px` pixels.
-    pub fn nodes_for(length_px: usize) -> usize {
-        length_px.div_ceil(48).clamp(3, 64) + 1
+    /// Number of nodes along a window of `length_px` pixels, one every so many px.
+    pub fn nodes_for(length_px: usize, every_px: usize) -> usize {
+        length_px.div_ceil(every_px).clamp(3, 64) + 1
+    }
+
+    /// Middles of cells, where the error is largest: of those in the corners, along the edges and in between, nine at
+    /// most.
+    pub fn tests_mm(window: SensorWindowMm, (nx, ny): (usize, usize)) -> Vec<DVec2> {
+        let cells = |nodes: usize| {
+            let cells = nodes - 1;
+            [0, cells / 2, cells - 1].map(|cell| 2.0 * (cell as f64 + 0.5) / cells as f64 - 1.0)
+        };
+        let (along, down) = (cells(nx), cells(ny));
+        let half = DVec2::new(window.half_width, window.half_height);
+        let places = down
+            .into_iter()
+            .flat_map(|y| along.map(|x| DVec2::new(x, y)));
+        places.map(|at| window.centre + at * half).collect()
     }
 
     /// A grid of four nodes or more a side; `None` when the length does not fit.

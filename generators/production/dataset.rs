@@ -15,8 +15,8 @@ use crate::production::identity::Identity;
 use crate::production::recipes::Recipes;
 use crate::production::run_folder::{RunFolder, identity_in, refuse_other};
 use crate::recipe::{Recipe, SampleId};
-use crate::sample::render_sample;
 use crate::sample::stages::{Stages, timed};
+use crate::sample::{Sample, render_sample};
 use crate::writer::{
     Dataset, EarlierSample, Foreign, Pages, WriteError, earlier_sample, finish_dataset,
     is_whole_sample, write_sample,
@@ -34,8 +34,16 @@ pub struct Summary {
     pub reused: usize,
     /// The gallery; none for a part.
     pub gallery: Option<PathBuf>,
-    /// Where the time went.
+    /// Where the time went; one sample is written while the next is rendered.
     pub stages: Stages,
+}
+
+impl Summary {
+    /// Counts a sample that was made.
+    fn add(&mut self, stages: Stages) {
+        self.samples += 1;
+        self.stages = self.stages.plus(stages);
+    }
 }
 
 /// Makes the whole dataset in `out`, as [`make_part`] does.
@@ -80,40 +88,56 @@ pub fn make_part(
     if shard.is_whole() {
         Pages::open(out, foreign)?.check()?;
     }
-    let mut part = Part {
+    let writer = Writer {
         folder: RunFolder::open(&place, &identity, shard)?,
         hash: identity.hash(),
-        responses: Responses::new(),
         observer,
     };
+    let mut responses = Responses::new();
     let mut done = Summary::default();
     observer.event(Event::Start {
         samples: recipes.indices.len(),
         rays: recipes.rays,
     });
+    // One sample is written while the next is rendered.
+    let mut rendered: Option<Sample> = None;
     for &index in &recipes.indices {
         let recipe = recipes.draw(config, index)?;
-        if (in_whole && part.has(out, index)?) || part.has(&place, index)? {
+        if (in_whole && writer.has(out, index)?) || writer.has(&place, index)? {
             done.reused += 1;
+            done.samples += 1;
             let rays = recipe.rays();
             observer.event(Event::SampleReused { rays });
-        } else if observer.stop_asked() {
-            observer.event(Event::End);
-            return Err(GenerateError::Stopped {
-                done: done.samples,
-                samples: recipes.indices.len(),
-            });
-        } else {
-            done.stages = done.stages.plus(part.make(&recipe, index)?);
+            continue;
         }
-        done.samples += 1;
+        if observer.stop_asked() {
+            break;
+        }
+        let (next, written) = rayon::join(
+            || writer.render(&recipe, index, &mut responses),
+            || rendered.as_ref().map(|sample| writer.write(sample)),
+        );
+        if let Some(stages) = written {
+            done.add(stages?);
+        }
+        rendered = Some(next?);
     }
-    part.folder.still_there()?;
+    if let Some(last) = rendered {
+        done.add(writer.write(&last)?);
+    }
+    if done.samples < recipes.indices.len() {
+        observer.event(Event::End);
+        return Err(GenerateError::Stopped {
+            done: done.samples,
+            samples: recipes.indices.len(),
+        });
+    }
+    writer.folder.still_there()?;
     if shard.is_whole() {
         let text = format!("{} samples: lists, gallery and data card", done.samples);
         observer.event(Event::Info(&text));
         finish(&place, &identity, foreign)?;
-        part.folder.end()?;
+        writer.folder.end()?;
         done.gallery = Some(place.join(paths::INDEX));
     }
     observer.event(Event::End);
@@ -183,16 +207,15 @@ fn reused(
     })
 }
 
-/// The part of a dataset that is made.
-struct Part<'a> {
+/// Where the samples of a part go.
+struct Writer<'a> {
     folder: RunFolder,
     /// Hash of the configuration.
     hash: String,
-    responses: Responses,
     observer: &'a dyn Observer,
 }
 
-impl Part<'_> {
+impl Writer<'_> {
     /// Whether an earlier run finished a sample below `root`; what is broken is reported and taken away.
     fn has(&self, root: &Path, index: u32) -> Result<bool, WriteError> {
         match earlier_sample(root, index, &self.hash)? {
@@ -206,31 +229,39 @@ impl Part<'_> {
         }
     }
 
-    /// Renders and writes a sample.
-    fn make(&mut self, recipe: &Recipe, index: u32) -> Result<Stages, GenerateError> {
-        let (observer, configuration_blake3) = (self.observer, self.hash.clone());
+    /// Renders a sample.
+    fn render(
+        &self,
+        recipe: &Recipe,
+        index: u32,
+        responses: &mut Responses,
+    ) -> Result<Sample, GenerateError> {
         let id = SampleId {
             index,
-            configuration_blake3,
+            configuration_blake3: self.hash.clone(),
         };
-        let rendered = render_sample(recipe, id, &mut self.responses, observer);
+        let rendered = render_sample(recipe, id, responses, self.observer);
         let sample = rendered.map_err(|e| GenerateError::Sample {
             index,
             cause: Box::new(e),
         })?;
-        for warning in self.responses.take_warnings() {
-            observer.event(Event::Warning(&warning));
+        for warning in responses.take_warnings() {
+            self.observer.event(Event::Warning(&warning));
         }
-        let name = format!("sample {index}");
-        sample.report(observer, &name);
+        sample.report(self.observer, &format!("sample {index}"));
+        Ok(sample)
+    }
+
+    /// Writes a sample. Where the time went.
+    fn write(&self, sample: &Sample) -> Result<Stages, GenerateError> {
         self.folder.still_there()?;
         let mut stages = sample.stages;
         timed(&mut stages.writing_s, || {
             write_sample(self.folder.path(), &sample.files())
         })?;
-        let detail = format!("{name}: {}", sample.stages);
-        observer.event(Event::Detail(&detail));
-        observer.event(Event::SampleDone);
+        let detail = format!("sample {}: {stages}", sample.description.index);
+        self.observer.event(Event::Detail(&detail));
+        self.observer.event(Event::SampleDone);
         Ok(stages)
     }
 }

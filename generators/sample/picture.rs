@@ -5,8 +5,8 @@ use std::time::Instant;
 use quadpixel::effects::{Choice, Shot, plan};
 use quadpixel::image::Image;
 use quadpixel::render::truth::{DisparityField, SightRays, WhiteField};
-use quadpixel::render::{RenderStats, Rendered};
-use quadpixel::rgbd::{Conversion, Converted, DepthPicture};
+use quadpixel::render::{RenderStats, Rendered, SubPixelImage};
+use quadpixel::rgbd::{Conversion, DepthPicture};
 use quadpixel_datasets as spec;
 
 use super::planned::depth_range_mm;
@@ -105,7 +105,7 @@ impl Prepared {
         let began = Instant::now();
         let geometry = sight.geometry_at(camera, known_depths(&picture, &converted.made_up));
         let shown = Shown {
-            rendered: rendered(&converted),
+            rendered: rendered(converted.image, converted.occlusion, converted.rays),
             target: Some(converted.target),
             white: WhiteField::from_fields(camera, &fields),
             fields,
@@ -132,13 +132,13 @@ fn known_depths(picture: &DepthPicture, made_up: &Image) -> Image {
     depth
 }
 
-fn rendered(converted: &Converted) -> Rendered {
+fn rendered(image: SubPixelImage, occlusion: Image, rays: u64) -> Rendered {
     Rendered {
-        image: converted.image.clone(),
-        occlusion: Some(converted.occlusion.clone()),
+        image,
+        occlusion: Some(occlusion),
         stats: RenderStats {
-            rays: converted.rays,
-            exact_rays: converted.rays,
+            rays,
+            exact_rays: rays,
             ..RenderStats::default()
         },
     }

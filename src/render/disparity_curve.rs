@@ -17,7 +17,7 @@ use quadpixel_datasets::{DisparityCurve, DisparityCurves};
 use rayon::prelude::*;
 
 use super::Camera;
-use super::truth::{Defocus, DisparityField};
+use super::truth::{Defocus, DisparityField, Seen};
 use crate::field::FieldGrid;
 use crate::image::views::Side;
 use crate::spectrum::ChannelWavelengths;
@@ -38,25 +38,25 @@ const GREY: &str = "grey";
 /// `None` for bare pixels, which have no focus.
 pub fn disparity_curves(camera: &Camera, fields: &[DisparityField]) -> Option<DisparityCurves> {
     let distances = Distances::new(camera)?;
+    let nodes = distances.nodes(camera, fields);
     let curves = |sides: [Side; 2], along: DVec2| {
         let subpixels = camera.sensor().subpixels();
         let groups = sides.map(|side| side.members(subpixels));
         if groups.iter().any(Vec::is_empty) {
             return Vec::new();
         }
-        let channels: Vec<usize> = (0..fields.len()).collect();
-        let single = (channels.iter())
-            .filter(|_| channels.len() > 1)
-            .map(|&c| (["R", "G", "B"][c], vec![c]));
-        (single.chain([(GREY, channels.clone())]))
-            .filter_map(|(name, channels)| {
-                let shift = |place, depth_mm| {
-                    let [a, b] = groups
-                        .each_ref()
-                        .map(|g| group_px(fields, &channels, place, depth_mm, g));
+        let single = (0..fields.len()).filter(|_| fields.len() > 1);
+        (single.map(Some).chain([None]))
+            .filter_map(|channel| {
+                let shift = |seen: &[Seen]| {
+                    let [a, b] = (groups.each_ref()).map(|group| match channel {
+                        Some(channel) => seen[channel].group(group).1,
+                        None => grey_px(seen, group),
+                    });
                     (a - b).dot(along)
                 };
-                distances.fitted(name, camera, &shift)
+                let name = channel.map_or(GREY, |channel| ["R", "G", "B"][channel]);
+                distances.fitted(name, &nodes, &shift)
             })
             .collect()
     };
@@ -66,42 +66,23 @@ pub fn disparity_curves(camera: &Camera, fields: &[DisparityField]) -> Option<Di
     })
 }
 
-/// Where a group of sub-pixels shows a point from where the sum of all shows it, px, in the sum of channels weighted by
-/// the luminance of a grey scene.
-fn group_px(
-    fields: &[DisparityField],
-    channels: &[usize],
-    place_mm: DVec2,
-    depth_mm: f64,
-    members: &[usize],
-) -> DVec2 {
-    let [one] = channels else {
-        let all: Vec<usize> = (0..fields[0].subpixels()).collect();
-        return grey_px(fields, channels, place_mm, depth_mm, members)
-            - grey_px(fields, channels, place_mm, depth_mm, &all);
-    };
-    fields[*one].group_px(place_mm, depth_mm, members).1
-}
-
 /// Where the luminance of a group shows a point, from where the reference channel's sum shows it, px.
-fn grey_px(
-    fields: &[DisparityField],
-    channels: &[usize],
-    place_mm: DVec2,
-    depth_mm: f64,
-    members: &[usize],
-) -> DVec2 {
-    let reference = &fields[ChannelWavelengths::REFERENCE.min(fields.len() - 1)];
-    let line = reference.sight_line(place_mm);
+fn grey_px(channels: &[Seen], members: &[usize]) -> DVec2 {
     let (mut light, mut sum) = (0.0, DVec2::ZERO);
-    for &channel in channels {
-        let field = &fields[channel];
-        let (weight, shift) = field.group_px(place_mm, depth_mm, members);
-        let lateral = field.shift_to_sum_px(place_mm, depth_mm, line);
-        light += LUMINANCE[channel] * weight;
-        sum += LUMINANCE[channel] * weight * (shift + lateral);
+    for (seen, luminance) in channels.iter().zip(LUMINANCE) {
+        let (weight, shift) = seen.group(members);
+        light += luminance * weight;
+        sum += luminance * weight * (shift + seen.to_sum_px);
     }
     sum / light
+}
+
+/// How the channels see points at the distances of a fit, at the nodes of the window.
+struct Nodes {
+    columns: usize,
+    rows: usize,
+    /// `[node][distance][channel]`.
+    seen: Vec<Vec<Vec<Seen>>>,
 }
 
 /// The distances of a fit, by t = 1/(Z + e), per mm.
@@ -133,30 +114,48 @@ impl Distances {
         })
     }
 
-    /// The curve of `shift(place, depth_mm)` at the nodes of the window; `None` where no node has one.
-    fn fitted(
-        &self,
-        channel: &str,
-        camera: &Camera,
-        shift: &(dyn Fn(DVec2, f64) -> f64 + Sync),
-    ) -> Option<DisparityCurve> {
+    fn nodes(&self, camera: &Camera, fields: &[DisparityField]) -> Nodes {
         let sensor = camera.sensor();
         let window = sensor.window_mm();
         // Those of the truth, so that between them both are bilinear.
         let [columns, rows] = [sensor.width(), sensor.height()].map(FieldGrid::nodes_for);
+        let reference = &fields[ChannelWavelengths::REFERENCE.min(fields.len() - 1)];
         let node = |k: usize| {
             let place = FieldGrid::node_mm(window, (columns, rows), (k % columns, k / columns));
-            let depth = |t: f64| 1.0 / t - self.pupil_mm;
-            let samples = self.per_mm.iter().map(|&t| shift(place, depth(t)));
-            let (c, residual) = quadratic(&self.per_mm, self.focus, &samples.collect::<Vec<_>>())?;
+            let line = reference.sight_line(place);
+            let at = |t: &f64| {
+                let depth_mm = 1.0 / t - self.pupil_mm;
+                let seen = |field: &DisparityField| field.seen(place, depth_mm, line);
+                fields.iter().map(seen).collect()
+            };
+            self.per_mm.iter().map(at).collect()
+        };
+        Nodes {
+            columns,
+            rows,
+            seen: (0..columns * rows).into_par_iter().map(node).collect(),
+        }
+    }
+
+    /// The curve of a shift; `None` where no node has one.
+    fn fitted(
+        &self,
+        channel: &str,
+        nodes: &Nodes,
+        shift: &(dyn Fn(&[Seen]) -> f64 + Sync),
+    ) -> Option<DisparityCurve> {
+        let node = |distances: &Vec<Vec<Seen>>| {
+            let samples: Vec<f64> = distances.iter().map(|seen| shift(seen)).collect();
+            let (c, residual) = quadratic(&self.per_mm, self.focus, &samples)?;
             // From per mm to per m.
             let per_m = [c[0], c[1] * M_PER_MM, c[2] * M_PER_MM * M_PER_MM];
             Some((per_m.map(rounded), residual))
         };
-        let fits: Vec<_> = (0..columns * rows).into_par_iter().map(node).collect();
+        let fits: Vec<_> = nodes.seen.par_iter().map(node).collect();
         let worst = fits.iter().flatten().map(|fit| fit.1).fold(0.0, f64::max);
+        let size = [nodes.columns as u32, nodes.rows as u32];
         let nodes: Vec<Option<[f64; 3]>> = fits.iter().map(|fit| fit.map(|f| f.0)).collect();
-        DisparityCurve::new(channel, [columns as u32, rows as u32], &nodes, worst)
+        DisparityCurve::new(channel, size, &nodes, worst)
     }
 }
 

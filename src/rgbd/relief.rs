@@ -8,6 +8,8 @@
 //! - **Behind an edge**, as far as any part of the pupil can look, the farther surface goes on at the depth that it has
 //!   at the edge; its picture is mirrored there.
 
+use rayon::prelude::*;
+
 use super::levels::Levels;
 use super::picture::DepthPicture;
 
@@ -116,7 +118,7 @@ impl Relief {
                 along(i, self.at(x, y - 1), self.at(x, y + 1)),
             ]
         };
-        (0..self.level.len()).map(slope).collect()
+        (0..self.level.len()).into_par_iter().map(slope).collect()
     }
 
     /// What goes on behind the edges, ring by ring.

@@ -185,6 +185,8 @@ struct Buffers {
     places: Vec<f32>,
     order: Vec<u32>,
     target: Vec<u32>,
+    /// For the sort.
+    aside: Vec<u32>,
     moves: Vec<DVec2>,
 }
 
@@ -210,7 +212,7 @@ impl Buffers {
             self.target.clear();
             let target = target.iter().map(|t| ascending(t.dot(along) as f32));
             self.target.extend(target);
-            self.target.sort_unstable();
+            sort_bits(&mut self.target, &mut self.aside, 0);
             for (key, to) in self.order.iter().zip(&self.target) {
                 let k = (key & ((1 << NUMBER_BITS) - 1)) as usize;
                 let way = f64::from(from_ascending(*to) - self.places[k]);
@@ -239,7 +241,32 @@ impl Buffers {
             (((place - first) * steps) as u32).min(most) << NUMBER_BITS | k as u32
         };
         self.order.extend(self.places.iter().enumerate().map(key));
-        self.order.sort_unstable();
+        // The numbers ascend already.
+        sort_bits(&mut self.order, &mut self.aside, NUMBER_BITS);
+    }
+}
+
+/// Bits of a digit of [`sort_bits`].
+const DIGIT: u32 = 11;
+
+/// Sorts by the bits from `first` on, those of equal ones staying in their order: digit by digit, from the last
+/// (D. Knuth, *The Art of Computer Programming* 3, 5.2.5). Twice to three times as fast as by comparison.
+fn sort_bits(keys: &mut Vec<u32>, aside: &mut Vec<u32>, first: u32) {
+    aside.resize(keys.len(), 0);
+    for shift in (first..u32::BITS).step_by(DIGIT as usize) {
+        let digit = |key: u32| (key >> shift) as usize & ((1 << DIGIT) - 1);
+        let mut next = [0u32; 1 << DIGIT];
+        keys.iter().for_each(|key| next[digit(*key)] += 1);
+        let mut begin = 0;
+        for next in &mut next {
+            (*next, begin) = (begin, begin + *next);
+        }
+        for key in keys.iter() {
+            let at = &mut next[digit(*key)];
+            aside[*at as usize] = *key;
+            *at += 1;
+        }
+        std::mem::swap(keys, aside);
     }
 }
 
@@ -256,4 +283,24 @@ fn from_ascending(bits: u32) -> f32 {
         0x8000_0000
     };
     f32::from_bits(bits ^ mask)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::hash;
+
+    #[test]
+    fn keys_are_sorted_as_by_comparison() {
+        let keys: Vec<u32> = (0..5000).map(|k| hash(7, &[k]) as u32).collect();
+        let (mut sorted, mut by_digits, mut aside) = (keys.clone(), keys.clone(), Vec::new());
+        sorted.sort_unstable();
+        sort_bits(&mut by_digits, &mut aside, 0);
+        assert_eq!(by_digits, sorted);
+        // By the upper bits only: as a stable sort has them.
+        let (mut stable, mut by_digits) = (keys.clone(), keys);
+        stable.sort_by_key(|key| key >> NUMBER_BITS);
+        sort_bits(&mut by_digits, &mut aside, NUMBER_BITS);
+        assert_eq!(by_digits, stable);
+    }
 }

@@ -6,6 +6,9 @@ use crate::render::Camera;
 use crate::render::truth::{Bundle, DisparityField, SightRays};
 use crate::sampling::SobolSet;
 
+/// Rays that bound a kernel before diffraction, which reaches farther than what they miss of the pupil's edge.
+const BOUNDING_RAYS: usize = 1024;
+
 /// Rays of one channel: what they see from the line of sight, and what each is worth.
 pub(super) struct NodeRays {
     /// q₀ and q₁ (mm) from the line of sight.
@@ -40,9 +43,12 @@ impl Node {
         let rays = |bundle: Bundle| NodeRays::new(&bundle, [line.q0, line.q1_mm]);
         let all = 0..fields.len();
         let channel = |c: usize| Bundle::diffracted(camera, c, xy_mm, samples).map(rays);
-        let plain = |c: usize| Bundle::new(camera, c, xy_mm, samples).map(rays);
         let undiffracted = match camera.lens_diffraction() {
-            Some(_) => all.clone().map(plain).collect::<Option<_>>()?,
+            Some(_) => {
+                let few = SobolSet::new(BOUNDING_RAYS.min(samples.len()));
+                let plain = |c: usize| Bundle::new(camera, c, xy_mm, &few).map(rays);
+                all.clone().map(plain).collect::<Option<_>>()?
+            }
             None => Vec::new(),
         };
         Some(Self {

@@ -7,7 +7,7 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::disparity::DisparityField;
+use super::disparity::{DisparityField, shift_to_sum, traced};
 use crate::image::Image;
 use crate::render::Camera;
 use crate::spectrum::ChannelWavelengths;
@@ -34,16 +34,19 @@ pub fn channel_shifts(
     (rows.par_chunks_mut((width * layers * 4).max(1)).enumerate()).for_each(|(row, out)| {
         let mut green = vec![DVec2::ZERO; subpixels];
         let mut other = green.clone();
+        let mut sight = reference.sight().at(camera.sensor().centre_mm());
         for (column, out) in out.chunks_exact_mut(layers * 4).enumerate() {
             let place = camera.sensor().position_mm(column as f64, row as f64);
             let depth = f64::from(depth_mm.pixel(column, row)[0]);
-            reference.traced_px(place, depth, &mut green);
-            let line = reference.sight_line(place);
+            reference.sight().read(place, &mut sight);
+            traced(&sight, depth, &mut green);
+            let line = sight.line();
             for (k, channel) in OTHERS.into_iter().enumerate() {
                 let field = &fields[channel];
-                field.traced_px(place, depth, &mut other);
+                field.sight().read(place, &mut sight);
+                traced(&sight, depth, &mut other);
                 let beside = other.iter().zip(&green).map(|(a, b)| *a - *b);
-                let lateral = field.shift_to_sum_px(place, depth, line);
+                let lateral = shift_to_sum(&sight, depth, line);
                 for (out, shift) in out.chunks_exact_mut(4).zip(beside.chain([lateral])) {
                     out[2 * k..][..2].copy_from_slice(&shift.as_vec2().to_array());
                 }
@@ -52,9 +55,10 @@ pub fn channel_shifts(
     });
     let layer = |l: usize| {
         let pixels = rows.chunks_exact(4).skip(l).step_by(layers);
-        let data = pixels.flatten().copied().collect();
+        let mut data = Vec::with_capacity(width * height * 4);
+        pixels.for_each(|pixel| data.extend_from_slice(pixel));
         Image::from_vec(width, height, 4, data)
             .unwrap_or_else(|| unreachable!("four values a pixel"))
     };
-    Some((0..layers).map(layer).collect())
+    Some((0..layers).into_par_iter().map(layer).collect())
 }

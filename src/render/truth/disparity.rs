@@ -13,6 +13,7 @@
 //! = (m̄_i − m̄) · D_xp (z_s − z′)/s′. The difference of the two is the disparity of the lens's aberrations.
 
 use glam::{DMat2, DVec2};
+use rayon::prelude::*;
 
 use super::Defocus;
 use super::bundle::{Centroid, centroids};
@@ -42,6 +43,37 @@ pub struct DisparityMaps {
     pub traced: Vec<Image>,
     /// Of the ideal lens.
     pub paraxial: Vec<Image>,
+}
+
+/// How the sub-pixels of one place see a point; NaN where dark.
+pub(in crate::render) struct Seen {
+    /// What each gets of a white wall.
+    pub weights_sr: Vec<f64>,
+    /// Where each shows it, from where the sum does.
+    pub shifts_px: Vec<DVec2>,
+    /// Where the sum shows what another line of sight meets, from that line's place.
+    pub to_sum_px: DVec2,
+}
+
+impl Seen {
+    fn new(sight: &Sight, depth_mm: f64, line: SightLine) -> Self {
+        let weights_sr: Vec<f64> = sight.weights_sr().collect();
+        let mut shifts_px = vec![DVec2::ZERO; weights_sr.len()];
+        traced(sight, depth_mm, &mut shifts_px);
+        Self {
+            weights_sr,
+            shifts_px,
+            to_sum_px: shift_to_sum(sight, depth_mm, line),
+        }
+    }
+
+    /// Of a group of sub-pixels: what they get of a white wall together, sr, and the mean of their shifts from the sum,
+    /// px. NaN where one of them is dark.
+    pub fn group(&self, members: &[usize]) -> (f64, DVec2) {
+        let light: f64 = members.iter().map(|&s| self.weights_sr[s]).sum();
+        let sum: DVec2 = members.iter().map(|&s| self.shifts_px[s]).sum();
+        (light, sum / members.len() as f64)
+    }
 }
 
 impl DisparityField {
@@ -91,10 +123,7 @@ impl DisparityField {
     /// Where the sum shows the point at `depth_mm` (+∞ allowed) of another line of sight from `xy_mm`, from there, px
     /// (x right, y down as stored).
     pub fn shift_to_sum_px(&self, xy_mm: DVec2, depth_mm: f64, line: SightLine) -> DVec2 {
-        let (sight, inverse) = (self.sight.at(xy_mm), 1.0 / depth_mm);
-        let sum = sight.line();
-        let beside = line.q0 - sum.q0 + inverse * (line.q1_mm - sum.q1_mm);
-        sight.jacobian(inverse).inverse() * beside
+        shift_to_sum(&self.sight.at(xy_mm), depth_mm, line)
     }
 
     /// Change of the sum's direction per px at a sensor position, J₀ and J₁ (mm) of J = J₀ + J₁/D; columns: x right, y
@@ -109,37 +138,48 @@ impl DisparityField {
     /// a white wall together, sr, and the mean of their (ΔX, ΔY) from the sum, px. NaN where one of them is dark.
     pub fn group_px(&self, xy_mm: DVec2, depth_mm: f64, members: &[usize]) -> (f64, DVec2) {
         let sight = self.sight.at(xy_mm);
-        let mut shifts = vec![DVec2::ZERO; self.subpixels()];
-        traced(&sight, depth_mm, &mut shifts);
-        let weights: Vec<f64> = sight.weights_sr().collect();
-        let light: f64 = members.iter().map(|&s| weights[s]).sum();
-        let sum: DVec2 = members.iter().map(|&s| shifts[s]).sum();
-        (light, sum / members.len() as f64)
+        Seen::new(&sight, depth_mm, sight.line()).group(members)
+    }
+
+    /// How the place at `xy_mm` sees the point at `depth_mm` (+∞ allowed) of a line of sight from there.
+    pub(in crate::render) fn seen(&self, xy_mm: DVec2, depth_mm: f64, line: SightLine) -> Seen {
+        Seen::new(&self.sight.at(xy_mm), depth_mm, line)
     }
 
     /// Both for every pixel of the camera's window, at the depths of a W × H × 1 map in mm (NaN: not valid).
     pub fn maps(&self, camera: &Camera, depth_mm: &Image) -> DisparityMaps {
         let sensor = camera.sensor();
-        let (width, height) = (sensor.width(), sensor.height());
-        let empty = || vec![Image::zeros(width, height, 2); self.subpixels()];
-        let mut maps = DisparityMaps {
-            traced: empty(),
-            paraxial: empty(),
-        };
-        let mut sight = self.sight.at(sensor.centre_mm());
-        let mut shift = vec![DVec2::ZERO; self.subpixels()];
-        for row in 0..height {
+        let (width, height, subpixels) = (sensor.width(), sensor.height(), self.subpixels());
+        // Of a row's pixels: traced, then paraxial, of every sub-pixel.
+        let row = |row: usize| -> Vec<f32> {
+            let mut sight = self.sight.at(sensor.centre_mm());
+            let mut shifts = vec![DVec2::ZERO; 2 * subpixels];
+            let mut out = Vec::with_capacity(4 * subpixels * width);
             for column in 0..width {
                 let depth = f64::from(depth_mm.pixel(column, row)[0]);
                 let place = sensor.position_mm(column as f64, row as f64);
                 self.sight.read(place, &mut sight);
-                traced(&sight, depth, &mut shift);
-                store(&mut maps.traced, &shift, column, row);
-                self.paraxial(&sight, depth, &mut shift);
-                store(&mut maps.paraxial, &shift, column, row);
+                let (of_lens, of_ideal) = shifts.split_at_mut(subpixels);
+                traced(&sight, depth, of_lens);
+                self.paraxial(&sight, depth, of_ideal);
+                out.extend(shifts.iter().flat_map(|s| s.as_vec2().to_array()));
             }
+            out
+        };
+        let rows: Vec<Vec<f32>> = (0..height).into_par_iter().map(row).collect();
+        let map = |number: usize| {
+            let pixels = rows.iter().flat_map(|row| row.chunks_exact(4 * subpixels));
+            let data = pixels.flat_map(|pixel| pixel[2 * number..][..2].iter().copied());
+            Image::from_vec(width, height, 2, data.collect())
+                .unwrap_or_else(|| unreachable!("two values a pixel"))
+        };
+        DisparityMaps {
+            traced: (0..subpixels).into_par_iter().map(map).collect(),
+            paraxial: (subpixels..2 * subpixels)
+                .into_par_iter()
+                .map(map)
+                .collect(),
         }
-        maps
     }
 
     fn paraxial(&self, sight: &Sight, depth_mm: f64, out: &mut [DVec2]) {
@@ -151,7 +191,8 @@ impl DisparityField {
     }
 }
 
-fn traced(sight: &Sight, depth_mm: f64, out: &mut [DVec2]) {
+/// As [`DisparityField::traced_px`], of what is seen there.
+pub(super) fn traced(sight: &Sight, depth_mm: f64, out: &mut [DVec2]) {
     let inverse = 1.0 / depth_mm;
     let solve = -sight.jacobian(inverse).inverse();
     for (o, [q0, q1_mm, _]) in out.iter_mut().zip(sight.beside()) {
@@ -159,11 +200,11 @@ fn traced(sight: &Sight, depth_mm: f64, out: &mut [DVec2]) {
     }
 }
 
-fn store(maps: &mut [Image], shift: &[DVec2], column: usize, row: usize) {
-    for (map, s) in maps.iter_mut().zip(shift) {
-        map.pixel_mut(column, row)
-            .copy_from_slice(&[s.x as f32, s.y as f32]);
-    }
+/// As [`DisparityField::shift_to_sum_px`], of what is seen there.
+pub(super) fn shift_to_sum(sight: &Sight, depth_mm: f64, line: SightLine) -> DVec2 {
+    let (sum, inverse) = (sight.line(), 1.0 / depth_mm);
+    let beside = line.q0 - sum.q0 + inverse * (line.q1_mm - sum.q1_mm);
+    sight.jacobian(inverse).inverse() * beside
 }
 
 /// J₀ and J₁ of J(D) = J₀ + J₁/D at one sensor position, by central differences; J₁ in mm/px.

@@ -13,6 +13,7 @@ mod receptive;
 mod sight;
 mod sight_field;
 mod sight_line;
+mod sight_nodes;
 mod target;
 mod white;
 
@@ -26,5 +27,6 @@ pub use white::WhiteField;
 
 pub(super) use bundle::Bundle;
 pub(crate) use bundle::{Centroid, centroids};
+pub(super) use disparity::Seen;
 pub(crate) use disparity::jacobian_at;
 pub(crate) use white::white_sum_sr;

@@ -8,7 +8,7 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::disparity::DisparityField;
+use super::disparity::{DisparityField, shift_to_sum};
 use super::sight_line::SightLine;
 use crate::field::FieldGrid;
 use crate::image::Image;
@@ -232,11 +232,13 @@ impl SightRays {
         (shifts.data_mut().par_chunks_mut(2 * width).enumerate()).for_each(|(row, out)| {
             let places = (0..width).map(|c| (c as f64, row as f64));
             let batch = self.rays(camera, ChannelWavelengths::REFERENCE, places);
+            let mut seen = field.sight().at(camera.sensor().centre_mm());
             for (column, out) in out.chunks_exact_mut(2).enumerate() {
                 let place = camera.sensor().position_mm(column as f64, row as f64);
                 let depth = f64::from(depth_mm.pixel(column, row)[0]);
+                field.sight().read(place, &mut seen);
                 let shift = batch.get(column).map_or(DVec2::NAN, |ray| {
-                    field.shift_to_sum_px(place, depth, SightLine::from_ray(&ray))
+                    shift_to_sum(&seen, depth, SightLine::from_ray(&ray))
                 });
                 out.copy_from_slice(&shift.as_vec2().to_array());
             }

@@ -2,14 +2,14 @@
 //!
 //! Bundles are traced at few nodes with many rays each, as their centroids change slowly and their errors do not: those
 //! of 8192 rays through a pupil with a hard edge are a third of a thousandth; the edges of ideal boxes ask for more.
-//! Between the nodes the centroids are cubic, and the Jacobian ∂q̄/∂p is the cubic's slope.
+//! Between the nodes the centroids are cubic, and the Jacobian ∂q̄/∂p is the cubic's slope (see `sight_nodes`).
 
 use glam::{DMat2, DVec2};
-use rayon::prelude::*;
 
 use super::bundle::centroids;
 use super::sight_line::SightLine;
-use crate::field::{CubicGrid, FieldGrid};
+use super::sight_nodes::SightNodes;
+use crate::field::FieldGrid;
 use crate::render::Camera;
 use crate::response::ResponseLookup;
 use crate::sampling::SobolSet;
@@ -17,10 +17,9 @@ use crate::sampling::SobolSet;
 /// Rays of a bundle, for a response that is smooth and for one of boxes.
 const RAYS: usize = 8192;
 const RAYS_OF_BOXES: usize = 16384;
-
 /// Components of a node: the sum's q₀ (2) and q₁ (2), then per sub-pixel q₀, q₁, slope (each relative to the sum's) and
 /// weight: 7. After refinement J₀ (4) and J₁ (4) stand in front of them.
-const SUM: usize = 4;
+pub(super) const SUM: usize = 4;
 const PER_SUBPIXEL: usize = 7;
 const JACOBIAN: usize = 8;
 
@@ -42,29 +41,18 @@ impl SightField {
         let window = sensor.window_mm();
         let subpixels = sensor.subpixels().count();
         let components = SUM + PER_SUBPIXEL * subpixels;
-        let few = [sensor.width(), sensor.height()].map(CubicGrid::nodes_for);
-        let few = (few[0], few[1]);
         let is_ideal = matches!(camera.response(), ResponseLookup::Geometric(_));
         let samples = SobolSet::new(if is_ideal { RAYS_OF_BOXES } else { RAYS });
-        let data = (0..few.0 * few.1)
-            .into_par_iter()
-            .flat_map_iter(|k| {
-                let p = FieldGrid::node_mm(window, few, (k % few.0, k / few.0));
-                node(camera, channel, p, &samples).unwrap_or_else(|| dark(components))
-            })
-            .collect();
-        let cubic = CubicGrid::new(window, few, components, data)
-            .unwrap_or_else(|| unreachable!("four nodes a side, components a node"));
+        let traced =
+            |p: DVec2| node(camera, channel, p, &samples).unwrap_or_else(|| dark(components));
+        let nodes = SightNodes::new(camera, channel, &traced);
         let many = [sensor.width(), sensor.height()].map(FieldGrid::nodes_for);
         let many = (many[0], many[1]);
         let pitch_mm = sensor.pitch_mm();
         let refined = (0..many.0 * many.1).flat_map(|k| {
             let p = FieldGrid::node_mm(window, many, (k % many.0, k / many.0));
-            let [values, dx, dy] = cubic.sample(p);
-            let column =
-                |slope: &[f64], first: usize| DVec2::new(slope[first], slope[first + 1]) * pitch_mm;
-            let jacobian = |first| DMat2::from_cols(column(&dx, first), column(&dy, first));
-            let jacobians = [jacobian(0), jacobian(2)].map(|j| j.to_cols_array());
+            let [values, dx, dy] = nodes.sample(p);
+            let jacobians = jacobians([&dx, &dy], pitch_mm);
             jacobians.concat().into_iter().chain(values)
         });
         let grid = FieldGrid::new(window, many, JACOBIAN + components, refined.collect())
@@ -104,7 +92,21 @@ impl SightField {
     }
 }
 
+/// J₀ and J₁ of a node, of its slopes per mm.
+fn jacobians([dx, dy]: [&[f64]; 2], pitch_mm: f64) -> [[f64; 4]; 2] {
+    let column =
+        |slope: &[f64], first: usize| DVec2::new(slope[first], slope[first + 1]) * pitch_mm;
+    let jacobian = |first| DMat2::from_cols(column(dx, first), column(dy, first));
+    [jacobian(0), jacobian(2)].map(|j| j.to_cols_array())
+}
+
 impl Sight {
+    /// Of a node, with its slopes per mm.
+    pub fn of_node(node: &[f64], slopes: [&[f64]; 2], pitch_mm: f64) -> Self {
+        let jacobians = jacobians(slopes, pitch_mm).concat();
+        Self(jacobians.into_iter().chain(node.iter().copied()).collect())
+    }
+
     /// The line of the places that all sub-pixels together see.
     pub fn line(&self) -> SightLine {
         line(&self.0[JACOBIAN..])
