@@ -45,6 +45,7 @@
 
 pub mod assemble;
 pub mod bank;
+pub mod camera_file;
 pub mod card;
 pub mod charts;
 pub mod config;

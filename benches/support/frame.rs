@@ -124,6 +124,7 @@ pub fn made_up_table(
         shift_grid: shifts,
         chief_ray_shifts: None,
         corrections: Vec::new(),
+        charge: Default::default(),
     };
     let axes = ResponseAxes {
         wavelengths_nm,

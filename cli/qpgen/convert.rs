@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use quadpixel::file;
 use quadpixel::shard::Shard;
 use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::Log;
+use quadpixel_cli::log::{self, Log};
 use quadpixel_cli::number::number;
 use quadpixel_cli::outln;
 use quadpixel_cli::progress::Progress;
@@ -19,6 +19,7 @@ use quadpixel_generators::production::dataset;
 use quadpixel_generators::rgbd::{Level, Meaning, Pair, PictureError, Preset, RgbdRecipe, pairs};
 use rayon::prelude::*;
 
+use crate::camera_arg::CameraArg;
 use crate::dataset::foreign;
 use crate::effect_args::EffectArgs;
 use crate::meaning_args::MeaningArgs;
@@ -54,6 +55,8 @@ pub struct ConvertArgs {
     /// the built-in one, its window around the axis.
     #[arg(long)]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    camera: CameraArg,
     #[command(flatten)]
     meaning: MeaningArgs,
     /// Lens: a name of `qpgen lens list`, or a .json, .zmx or .seq file; absent: as the configuration says.
@@ -171,7 +174,7 @@ fn sound(
 /// No pair that can be converted, bad arguments, a folder of another dataset (2); a disk that fails, or a signal (1).
 pub fn run(args: &ConvertArgs, log: Log) -> Result<(), CommandError> {
     let log = log.json(args.json);
-    let mut config = configuration(args)?;
+    let mut config = configuration(args, log)?;
     let preset = args.preset.map(|name| name.preset().meaning());
     let meaning = args.meaning.meaning().or(preset.unwrap_or_default());
     meaning.check().map_err(CommandError::input)?;
@@ -246,7 +249,7 @@ fn focus_share(args: &ConvertArgs, config: &DatasetConfig) -> Option<Draw> {
     (args.focus_m.is_none() && args.config.is_none()).then_some(Draw::Range(whole))
 }
 
-fn configuration(args: &ConvertArgs) -> Result<DatasetConfig, CommandError> {
+fn configuration(args: &ConvertArgs, log: Log) -> Result<DatasetConfig, CommandError> {
     let mut config = match &args.config {
         Some(path) => {
             let text = file::read_text(path).map_err(CommandError::input)?;
@@ -261,6 +264,9 @@ fn configuration(args: &ConvertArgs) -> Result<DatasetConfig, CommandError> {
     };
     config.scene.world = None;
     config.seed = args.seed.unwrap_or(config.seed);
+    for warning in args.camera.put_into(&mut config)? {
+        log.line(log::Level::Warn, &warning, &[]);
+    }
     if let Some(lens) = &args.lens {
         config.lens.names = vec![lens.clone()];
         (config.lens.from, config.lens.filter) = (None, None);

@@ -5,21 +5,34 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use quadpixel::file;
 use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::Log;
+use quadpixel_cli::log::{Level, Log};
 use quadpixel_cli::number::number;
 use quadpixel_cli::outln;
 use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::{self, Responses};
 use quadpixel_generators::observer::Observer;
-use quadpixel_generators::recipe::read_recipe;
+use quadpixel_generators::recipe::{Recipe, parse_recipe, read_recipe};
 use quadpixel_laboratory::curve::{CountedFrom, CurvePlan, field_curve};
+
+use crate::camera_arg::CameraArg;
+use crate::render::DEFAULT_TOML;
+use crate::scene_args;
 
 /// Arguments of `qpgen curve`.
 #[derive(Args)]
 pub struct CurveArgs {
     /// Recipe of lens, focus, sensor and response (TOML, see `qpgen render --print-scene`; what it shows is left
     /// aside), or the meta.json of a sample.
-    recipe: PathBuf,
+    #[arg(required_unless_present = "camera")]
+    recipe: Option<PathBuf>,
+    #[command(flatten)]
+    camera: CameraArg,
+    /// Depth in focus, m from the first lens vertex; absent: as the recipe says.
+    #[arg(value_parser = number, long)]
+    focus_m: Option<f64>,
+    /// Number of microlenses, columns x rows, such as 640x480; absent: as the recipe says.
+    #[arg(long, value_name = "NxN")]
+    size: Option<String>,
     /// File of the curve (JSON).
     #[arg(long, short, default_value = "curve.json")]
     out: PathBuf,
@@ -63,7 +76,7 @@ enum From {
 /// # Errors
 /// A bad recipe or argument, a file that is there already (2); a disk that fails (1).
 pub fn run(args: &CurveArgs, log: Log) -> Result<(), CommandError> {
-    let recipe = read_recipe(&args.recipe)?;
+    let (recipe, name) = recipe(args, log)?;
     let nodes = nodes(&args.fields)?;
     if args.out.exists() && !args.force {
         return Err(CommandError::input(format!(
@@ -87,8 +100,7 @@ pub fn run(args: &CurveArgs, log: Log) -> Result<(), CommandError> {
     let plan = CurvePlan {
         source: format!(
             "simulated: {}, lens {}, focus {focus_m} m",
-            args.recipe.display(),
-            recipe.lens.name
+            name, recipe.lens.name
         ),
         counted_from: match args.counted_from {
             From::Vertex => CountedFrom::Vertex,
@@ -125,6 +137,30 @@ pub fn run(args: &CurveArgs, log: Log) -> Result<(), CommandError> {
         );
     }
     Ok(())
+}
+
+/// The recipe, and what it is called.
+fn recipe(args: &CurveArgs, log: Log) -> Result<(Recipe, String), CommandError> {
+    let (mut recipe, mut name) = match &args.recipe {
+        Some(path) => (read_recipe(path)?, path.display().to_string()),
+        None => (
+            parse_recipe(DEFAULT_TOML, "built-in recipe")?,
+            String::from("built-in recipe"),
+        ),
+    };
+    for warning in args.camera.put_into_recipe(&mut recipe)? {
+        log.line(Level::Warn, &warning, &[]);
+    }
+    if let Some(camera) = &args.camera.camera {
+        name = camera.display().to_string();
+    }
+    if let Some(focus_m) = args.focus_m {
+        recipe.lens.focus_mm = Some(1e3 * focus_m).filter(|mm| *mm != f64::INFINITY);
+    }
+    if let Some(size) = &args.size {
+        (recipe.sensor.width, recipe.sensor.height) = scene_args::size(size)?;
+    }
+    Ok((recipe, name))
 }
 
 fn inverse_distances(args: &CurveArgs, focus_m: f64) -> Result<Vec<f64>, CommandError> {

@@ -8,6 +8,7 @@ use quadpixel::em::Preset;
 use quadpixel::file;
 use quadpixel_cli::exit::CommandError;
 
+use crate::camera_arg::CameraArg;
 use crate::effect_args::EffectArgs;
 use crate::pixel_model::presets;
 use quadpixel_cli::log::{Level, Log};
@@ -25,6 +26,8 @@ pub struct DatasetArgs {
     /// Configuration file (TOML), such as one made by --print-config; absent: the built-in one.
     #[arg(long)]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    camera: CameraArg,
     /// Number of samples; absent: as the configuration says.
     #[arg(long)]
     count: Option<usize>,
@@ -82,6 +85,9 @@ pub fn run(args: &DatasetArgs, log: Log) -> Result<(), CommandError> {
             DatasetConfig::from_toml(&text, &name)?
         }
     };
+    for warning in args.camera.put_into(&mut config)? {
+        log.line(Level::Warn, &warning, &[]);
+    }
     for unread in config.lens.listed()? {
         log.line(Level::Warn, &format!("skipped: {unread}"), &[]);
     }

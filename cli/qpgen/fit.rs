@@ -10,7 +10,8 @@ use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
 use quadpixel_cli::progress::Progress;
 use quadpixel_cli::{out, outln};
-use quadpixel_laboratory::fit::camera_file::CameraFile;
+use quadpixel_generators::camera_file::CameraFile;
+use quadpixel_laboratory::fit::camera_file::camera_file;
 use quadpixel_laboratory::fit::camera_model::{CameraModel, Fineness};
 use quadpixel_laboratory::fit::capture::{CaptureDescription, EXAMPLE_TOML};
 use quadpixel_laboratory::fit::measurements::{Measurements, sum_of};
@@ -35,8 +36,8 @@ pub struct FitArgs {
     /// Prints an example of the description, with every field, and ends.
     #[arg(long, conflicts_with_all = ["capture", "out", "all", "prior", "pixel", "draft", "trials", "seed", "json"])]
     print_capture: bool,
-    /// Folder of what is found: camera.toml, pixel.toml (which --pixel of other commands takes), fit.json (parameters,
-    /// covariance, goals, predictions) and residuals.png.
+    /// Folder of what is found: camera.toml (which --camera of other commands takes, and --pixel for its pixel),
+    /// fit.json (parameters, covariance, goals, predictions) and residuals.png.
     #[arg(long, short, default_value = "camera")]
     out: PathBuf,
     /// Fits everything. Absent: every other field, as the squares of a chessboard, and the right half of the sheet are
@@ -109,7 +110,11 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
     let predicted = Prediction::new(&model, &fitted.values, &measured)?;
     let seconds = began.elapsed().as_secs_f64();
     progress.finish();
-    let camera_file = CameraFile::new(&description, &model, &fitted);
+    let half_mm = (measured.sheet.iter().map(|column| column.x_mm.abs()))
+        .chain(measured.fields.iter().map(|field| field.place_mm[0].abs()))
+        .fold(0.1, f64::max);
+    let camera_file = camera_file(&description, &model, &fitted, half_mm);
+    let camera_file = camera_file.map_err(CommandError::input)?;
     let report = serde_json::json!({
         "camera": camera.name, "parameters": fitted.table(), "covariance": fitted.covariance, "noise": fitted.noise,
         "correlations": fitted.correlations(STRONG), "goals": predicted.goals(), "prediction": predicted,
@@ -191,11 +196,9 @@ fn write(
 ) -> Result<(), CommandError> {
     let json = serde_json::to_vec_pretty(report).map_err(CommandError::failed)?;
     let toml = toml::to_string(camera).map_err(CommandError::failed)?;
-    let pixel = toml::to_string(&camera.pixel).map_err(CommandError::failed)?;
     let files = [
         ("fit.json", json),
         ("camera.toml", toml.into_bytes()),
-        ("pixel.toml", pixel.into_bytes()),
         ("residuals.png", residuals),
     ];
     Ok(file::write_reports(&args.out, &files)?)

@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 mod accuracy;
+mod camera_arg;
 mod check;
 mod coarse;
 mod convert;

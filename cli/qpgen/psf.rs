@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use quadpixel::file;
 use quadpixel::render::kernels::Footprint;
 use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::Log;
+use quadpixel_cli::log::{Level, Log};
 use quadpixel_cli::number::number;
 use quadpixel_cli::outln;
 use quadpixel_cli::progress::Progress;
@@ -15,6 +15,7 @@ use quadpixel_generators::bank::{self, Bank, BankRequest};
 use quadpixel_generators::observer::Observer;
 use quadpixel_generators::recipe::{Recipe, parse_recipe, read_recipe};
 
+use crate::camera_arg::CameraArg;
 use crate::render::DEFAULT_TOML;
 
 /// Microlenses of the window where no recipe says.
@@ -26,6 +27,8 @@ pub struct PsfArgs {
     /// Recipe of lens, focus, sensor and response (TOML, see `qpgen render --print-scene`; what it shows is left
     /// aside), or the meta.json of a sample; absent: the built-in one on a window of 1024x768 pixels.
     recipe: Option<PathBuf>,
+    #[command(flatten)]
+    camera: CameraArg,
     /// File of the numbers (.npz); pictures of the kernels (.exr) and a contact sheet (.png) are written beside it.
     ///
     /// `kernel` f32 [depth, field row, field column, channel, sub-pixel, y, x]: parts of its light, sum 1 - `beyond`,
@@ -82,7 +85,7 @@ impl Source {
 /// # Errors
 /// A bad recipe, depth or field, or a file that is there already (2); a disk that fails (1).
 pub fn run(args: &PsfArgs, log: Log) -> Result<(), CommandError> {
-    let recipe = recipe(args)?;
+    let recipe = recipe(args, log)?;
     let request = request(args)?;
     request.plan(&recipe)?;
     check_outputs(args)?;
@@ -117,12 +120,18 @@ pub fn run(args: &PsfArgs, log: Log) -> Result<(), CommandError> {
     Ok(())
 }
 
-fn recipe(args: &PsfArgs) -> Result<Recipe, CommandError> {
-    if let Some(path) = &args.recipe {
-        return Ok(read_recipe(path)?);
+fn recipe(args: &PsfArgs, log: Log) -> Result<Recipe, CommandError> {
+    let mut recipe = match &args.recipe {
+        Some(path) => read_recipe(path)?,
+        None => {
+            let mut recipe = parse_recipe(DEFAULT_TOML, "built-in recipe")?;
+            (recipe.sensor.width, recipe.sensor.height) = DEFAULT_SIZE;
+            recipe
+        }
+    };
+    for warning in args.camera.put_into_recipe(&mut recipe)? {
+        log.line(Level::Warn, &warning, &[]);
     }
-    let mut recipe = parse_recipe(DEFAULT_TOML, "built-in recipe")?;
-    (recipe.sensor.width, recipe.sensor.height) = DEFAULT_SIZE;
     Ok(recipe)
 }
 

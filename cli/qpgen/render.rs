@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use crate::camera_arg::CameraArg;
 use crate::coarse::Coarse;
 use crate::effect_args::EffectArgs;
 use crate::scene_args::SceneArgs;
@@ -12,7 +13,7 @@ use quadpixel::file;
 use quadpixel::hash::json_hash;
 use quadpixel::render::RayRecord;
 use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::Log;
+use quadpixel_cli::log::{Level, Log};
 use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::Responses;
 use quadpixel_generators::observer::{Event, Observer};
@@ -36,6 +37,8 @@ pub struct RenderArgs {
     /// Prints the built-in recipe with comments, and stops.
     #[arg(long)]
     print_scene: bool,
+    #[command(flatten)]
+    camera: CameraArg,
     #[command(flatten)]
     scene_args: SceneArgs,
     #[command(flatten)]
@@ -128,13 +131,16 @@ fn kept_rays(path: &Path, recipe: &Recipe) -> Result<RayRecord, CommandError> {
 }
 
 /// The recipe, and what it is called.
-fn recipe(args: &RenderArgs) -> Result<(Recipe, String), CommandError> {
+fn recipe(args: &RenderArgs, log: Log) -> Result<(Recipe, String), CommandError> {
     let built_in = "built-in recipe";
     let (mut recipe, name) = match (&args.scene, &args.scene_args.file) {
         (Some(path), _) => (read_recipe(path)?, path.display().to_string()),
         (None, Some(file)) => (args.scene_args.recipe(file)?, file.clone()),
         (None, None) => (parse_recipe(DEFAULT_TOML, built_in)?, built_in.to_owned()),
     };
+    for warning in args.camera.put_into_recipe(&mut recipe)? {
+        log.line(Level::Warn, &warning, &[]);
+    }
     args.effects
         .apply(&mut recipe.effects, &mut recipe.tolerance);
     Ok((recipe, name))
@@ -149,7 +155,7 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
         out!("{DEFAULT_TOML}");
         return Ok(());
     }
-    let (recipe, name) = recipe(args)?;
+    let (recipe, name) = recipe(args, log)?;
     check_outputs(args, &recipe)?;
     let out = &args.out;
     let rays = match (&args.keep_rays, &args.from_rays) {

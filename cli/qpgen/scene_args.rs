@@ -5,7 +5,7 @@ use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::lens::ReflectionSettings;
 use quadpixel::render::{LensTracing, RenderSettings};
 use quadpixel::scene::world::PathSettings;
-use quadpixel::sensor::{ShiftRule, Subpixels};
+use quadpixel::sensor::{MicrolensLaw, ShiftRule, Subpixels};
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::number::number;
 use quadpixel_datasets::Registration;
@@ -89,8 +89,13 @@ pub struct SceneArgs {
     #[arg(value_parser = number, long, requires = "scene_file", conflicts_with = "scene")]
     unit_mm: Option<f64>,
     /// Name of a camera of the file to look from; absent: the first one, or --distance-mm.
-    #[arg(long, requires = "scene_file", conflicts_with = "scene")]
-    camera: Option<String>,
+    #[arg(
+        long = "scene-camera",
+        value_name = "NAME",
+        requires = "scene_file",
+        conflicts_with = "scene"
+    )]
+    scene_camera: Option<String>,
     /// Puts the middle of everything at this depth on the axis, mm; absent (and no camera in the file): in focus.
     #[arg(value_parser = number, long, requires = "scene_file", conflicts_with = "scene")]
     distance_mm: Option<f64>,
@@ -139,19 +144,25 @@ pub struct SceneArgs {
     pub exposure_ev: Option<f64>,
 }
 
+/// Columns and rows of `--size`.
+///
+/// # Errors
+/// Words that are none.
+pub fn size(text: &str) -> Result<(usize, usize), CommandError> {
+    let side = |text: &str| text.parse().ok().filter(|n| (1..=1 << 16).contains(n));
+    let sides = text.split_once('x');
+    sides
+        .and_then(|(w, h)| Some((side(w)?, side(h)?)))
+        .ok_or_else(|| CommandError::input(format!("--size is {text}; allowed: such as 640x480")))
+}
+
 impl SceneArgs {
     /// The recipe of a scene file. Its exposure is 0 where it is to be found.
     ///
     /// # Errors
     /// A size that is none, an unknown pixel, a file that cannot be read.
     pub fn recipe(&self, file: &str) -> Result<Recipe, CommandError> {
-        let side = |text: &str| text.parse().ok().filter(|n| (1..=1 << 16).contains(n));
-        let size = self.size.split_once('x');
-        let (width, height) = size
-            .and_then(|(w, h)| Some((side(w)?, side(h)?)))
-            .ok_or_else(|| {
-                CommandError::input(format!("--size is {}; allowed: such as 640x480", self.size))
-            })?;
+        let (width, height) = size(&self.size)?;
         let pixel_pitch = self
             .pixel
             .as_ref()
@@ -160,7 +171,7 @@ impl SceneArgs {
             .map_or(8.0, |pixel| pixel.pitch_um);
         let world = FileWorld {
             unit_mm: self.unit_mm,
-            camera: self.camera.clone(),
+            camera: self.scene_camera.clone(),
             distance_mm: self.distance_mm,
             size_mm: self.size_mm,
             yaw_deg: self.yaw_deg,
@@ -177,6 +188,7 @@ impl SceneArgs {
             camera_pictures: None,
             lens: LensRecipe {
                 name: self.lens.clone(),
+                focal_length_mm: None,
                 // Infinity is absent in a recipe; what is no number is refused there.
                 focus_mm: (self.focus_mm != f64::INFINITY).then_some(self.focus_mm),
                 f_number: self.f_number,
@@ -193,6 +205,7 @@ impl SceneArgs {
                 window: WindowRecipe::Centre,
                 microlens_shift: ShiftRule::ChiefRay,
                 microlens_offset_um: [0.0; 2],
+                microlens_law: MicrolensLaw::default(),
                 mosaic: None,
             },
             response: match &self.pixel {

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec2, DVec3};
 use quadpixel::em::PixelStack;
 use quadpixel::file;
-use quadpixel::lens::{FocusBy, Lens, Prescription, Reflections, trace_backward};
+use quadpixel::lens::{FocusBy, Lens, LensError, Prescription, Reflections, trace_backward};
 use quadpixel::render::Camera;
 use quadpixel::response::Response;
 use quadpixel::scene::world::World;
@@ -18,6 +18,7 @@ use quadpixel::sensor::{Sensor, Subpixels};
 use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel::units::MM_PER_UM;
 
+use crate::camera_file::CameraFile;
 use crate::field_error::FieldError;
 use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, RecipeError, WindowRecipe};
 use crate::scenes::WorldRecipe;
@@ -33,6 +34,10 @@ pub(crate) use responses::{check_quick, quick_plan};
 /// What a field of the recipe is and may be.
 pub fn lens(recipe: &LensRecipe) -> Result<Lens, RecipeError> {
     let mut lens = Prescription::named(&recipe.name)
+        .and_then(|p| match recipe.focal_length_mm {
+            None => Ok(p),
+            Some(focal_length_mm) => scaled(&p, focal_length_mm),
+        })
         .and_then(|p| match recipe.deviations.as_slice() {
             [] => Ok(p),
             some => p.with_deviations(some),
@@ -52,6 +57,13 @@ pub fn lens(recipe: &LensRecipe) -> Result<Lens, RecipeError> {
         return Ok(lens);
     }
     Ok(lens.perturbed(&recipe.misalignments)?)
+}
+
+/// A lens scaled to a focal length.
+fn scaled(lens: &Prescription, focal_length_mm: f64) -> Result<Prescription, LensError> {
+    let wavelength = ChannelWavelengths::default().reference_nm();
+    let own_mm = Lens::new(lens)?.paraxial(wavelength)?.efl_mm;
+    lens.scaled(focal_length_mm / own_mm)
 }
 
 /// The camera of a recipe.
@@ -99,7 +111,14 @@ fn focused_camera(
         response,
         wavelengths,
     )?;
-    Ok(camera.with_microlens_offset_um(offset_um))
+    let law = recipe.sensor.microlens_law;
+    if !law.is_finite() {
+        let field = "sensor.microlens_law";
+        return Err(FieldError::new(field, format!("{law:?}"), "finite numbers").into());
+    }
+    Ok(camera
+        .with_microlens_law(law)
+        .with_microlens_offset_um(offset_um))
 }
 
 /// The camera in front of which the recipe's cards are laid out, where that is not its own.
@@ -237,7 +256,7 @@ fn seen_at(camera: &Camera, column: f64, row: f64, distance_mm: f64) -> Result<D
         })
 }
 
-/// A pixel by its built-in name or TOML file.
+/// A pixel by its built-in name or TOML file: its own, or that of a camera.
 ///
 /// # Errors
 /// An unknown name, or what is wrong with the file.
@@ -247,7 +266,10 @@ pub fn pixel(name: &str) -> Result<PixelStack, RecipeError> {
             path: e.path,
             cause: e.cause,
         })?;
-        PixelStack::from_toml(&text, name)?
+        match toml::from_str::<CameraFile>(&text) {
+            Ok(camera) => camera.pixel,
+            Err(_) => PixelStack::from_toml(&text, name)?,
+        }
     } else {
         PixelStack::builtin(name)?
     };

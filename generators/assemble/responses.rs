@@ -8,6 +8,7 @@ use quadpixel::em::PixelStack;
 use quadpixel::hash::settings_hash;
 use quadpixel::progress::Progress;
 use quadpixel::response::{AngularResponse, GeometricResponse, Response, ResponseCache, TablePlan};
+use quadpixel::sensor::Charge;
 use quadpixel::spectrum::ChannelWavelengths;
 
 use super::colour::ColourErrors;
@@ -83,6 +84,11 @@ impl Responses {
                 None => self.made_before(recipe, table)?,
             },
             ResponseSource::Ideal { .. } => unreachable!("handled above"),
+        };
+        let charge = (recipe.response.table()).map_or(Charge::default(), |table| table.charge);
+        let table = match charge.is_none() {
+            true => table,
+            false => table.with_charge(charge)?,
         };
         let response = Arc::new(Response::Table(table));
         self.loaded.insert(key, response.clone());

@@ -29,14 +29,14 @@ pub use world::{WorldConfig, WorldFileConfig};
 use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::lens::ReflectionSettings;
 use quadpixel::render::LensTracing;
-use quadpixel::sensor::{ShiftRule, Subpixels, check_simulated};
+use quadpixel::sensor::{MicrolensLaw, ShiftRule, Subpixels, check_simulated};
 use quadpixel::spectrum::Bands;
 use quadpixel_datasets::{MosaicPattern, Registration};
 use serde::{Deserialize, Serialize};
 
 use crate::field_error::FieldError;
 use crate::lens_tracing;
-use crate::recipe::CameraPicturesRecipe;
+use crate::recipe::{CameraPicturesRecipe, is_no_law};
 
 /// The default configuration, with comments.
 pub const DEFAULT_TOML: &str = include_str!("default.toml");
@@ -101,6 +101,9 @@ pub struct LensConfig {
     /// Which of them; absent: all that load.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub filter: Option<LensFilter>,
+    /// Scales all lengths of the lens to this focal length, mm; absent: as it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub focal_length_mm: Option<f64>,
     /// Focused depth, mm.
     pub focus_mm: Draw,
     /// F-number; absent: wide open.
@@ -134,6 +137,9 @@ pub struct SensorConfig {
     /// By how much all microlenses are out of place, µm, along x and along y; absent: not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub microlens_offset_um: Option<Draw>,
+    /// How far microlenses stand beside where the rule puts them; absent: nowhere else.
+    #[serde(default, skip_serializing_if = "is_no_law")]
+    pub microlens_law: MicrolensLaw,
     /// Pitch of the microlenses, µm; absent: that of the response's pixel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pitch_um: Option<Draw>,

@@ -2,6 +2,7 @@
 
 use quadpixel::em::{Level, ShiftGrid};
 use quadpixel::range::OutOfRange;
+use quadpixel::sensor::Charge;
 use serde::{Deserialize, Serialize};
 
 use super::error::{ConfigError, check_filled};
@@ -38,6 +39,8 @@ pub struct TableConfig {
     pub stack: Option<StackConfig>,
     /// Which of the pixel's tables.
     pub choice: TableChoice,
+    /// What charge does before it is collected.
+    pub charge: Charge,
 }
 
 /// Thickness of a pixel's flat layers. Each value needs a table of its own, so few are made and shared.
@@ -62,6 +65,7 @@ impl TryFrom<StoredResponse<StackConfig>> for ResponseConfig {
             ResponseKind::Table(level) => Self::Simulated(TableConfig {
                 level,
                 choice: stored.choice(),
+                charge: stored.charge()?,
                 pixels: stored.pixels.unwrap_or_default(),
                 stack: stored.stack,
             }),
@@ -80,7 +84,7 @@ impl From<ResponseConfig> for StoredResponse<StackConfig> {
             ResponseConfig::Simulated(table) => Self {
                 pixels: Some(table.pixels),
                 stack: table.stack,
-                ..Self::new(ResponseKind::Table(table.level)).with_choice(table.choice)
+                ..Self::new(ResponseKind::Table(table.level)).with_table(table.choice, table.charge)
             },
         }
     }

@@ -120,6 +120,7 @@ fn response(
                 pixel: pixel.clone(),
                 stack_scale,
                 choice: table.choice,
+                charge: table.charge,
             };
             (ResponseSource::Simulated(table), pixel)
         }
@@ -141,6 +142,7 @@ fn lens(config: &LensConfig, dice: &Dice, focus_mm: f64) -> Result<LensRecipe, R
     let f_number = config.f_number;
     Ok(LensRecipe {
         name,
+        focal_length_mm: config.focal_length_mm,
         focus_mm: focus_mm.is_finite().then_some(focus_mm),
         f_number: f_number.map(|f| dice.draw(&f, Purpose::FNumber, 0)),
         misalignments,
@@ -161,6 +163,7 @@ fn sensor(config: &DatasetConfig, dice: &Dice, pitch_um: f64) -> SensorRecipe {
         microlens_shift: sensor.microlens_shift,
         microlens_offset_um: [Purpose::MicrolensX, Purpose::MicrolensY]
             .map(|purpose| dice.draw_or_0(&sensor.microlens_offset_um, purpose)),
+        microlens_law: sensor.microlens_law,
         mosaic: sensor.mosaic,
     }
 }

@@ -17,7 +17,7 @@ use quadpixel::file;
 use quadpixel::lens::{Coating, Deviation, Misalignment, ReflectionSettings};
 use quadpixel::render::{LensTracing, RenderSettings};
 use quadpixel::sensor::readout::ReadoutSettings;
-use quadpixel::sensor::{ShiftRule, Subpixels};
+use quadpixel::sensor::{MicrolensLaw, ShiftRule, Subpixels};
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
 use quadpixel_datasets::{MosaicPattern, Registration};
 use serde::{Deserialize, Serialize};
@@ -138,6 +138,9 @@ pub struct SampleId {
 pub struct LensRecipe {
     /// Name in the lens library, or a `.json`, `.zmx` or `.seq` file.
     pub name: String,
+    /// Scales all its lengths to this focal length, mm; absent: as it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub focal_length_mm: Option<f64>,
     /// Depth that is in focus, mm from the first lens vertex; absent (or `inf`): infinity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub focus_mm: Option<f64>,
@@ -191,6 +194,9 @@ pub struct SensorRecipe {
     /// By how much all microlenses are out of place besides, (x, y) µm, sensor frame.
     #[serde(default, skip_serializing_if = "is_origin")]
     pub microlens_offset_um: [f64; 2],
+    /// How far microlenses stand beside where the rule puts them.
+    #[serde(default, skip_serializing_if = "is_no_law")]
+    pub microlens_law: MicrolensLaw,
     /// Colours of the filters over the microlenses: what such a sensor reads, beside all channels; absent: not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mosaic: Option<MosaicPattern>,
@@ -198,6 +204,10 @@ pub struct SensorRecipe {
 
 fn is_origin(offset: &[f64; 2]) -> bool {
     *offset == [0.0; 2]
+}
+
+pub(crate) fn is_no_law(law: &MicrolensLaw) -> bool {
+    *law == MicrolensLaw::default()
 }
 
 fn chief_ray() -> ShiftRule {

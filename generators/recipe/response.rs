@@ -5,6 +5,7 @@ use quadpixel::em::mosaic::FilterColour;
 use quadpixel::em::{Level, ModelChoice, PixelStack};
 use quadpixel::range::OutOfRange;
 use quadpixel::response::TableSettings;
+use quadpixel::sensor::Charge;
 use quadpixel_datasets::TableColour;
 use serde::{Deserialize, Serialize};
 
@@ -40,6 +41,8 @@ pub struct TableRecipe {
     pub stack_scale: f64,
     /// Which of the pixel's tables.
     pub choice: TableChoice,
+    /// What charge does before it is collected.
+    pub charge: Charge,
 }
 
 impl ResponseSource {
@@ -66,6 +69,7 @@ impl TryFrom<StoredResponse> for ResponseSource {
             ResponseKind::Table(level) => Self::Simulated(TableRecipe {
                 level,
                 choice: stored.choice(),
+                charge: stored.charge()?,
                 pixel: stored.pixel.unwrap_or_default(),
                 stack_scale: stored.stack_scale.unwrap_or(1.0),
             }),
@@ -87,7 +91,7 @@ impl From<ResponseSource> for StoredResponse {
             ResponseSource::Simulated(table) => Self {
                 pixel: Some(table.pixel),
                 stack_scale: Some(table.stack_scale).filter(|scale| *scale != 1.0),
-                ..Self::new(ResponseKind::Table(table.level)).with_choice(table.choice)
+                ..Self::new(ResponseKind::Table(table.level)).with_table(table.choice, table.charge)
             },
         }
     }
@@ -101,6 +105,7 @@ impl TableRecipe {
             pixel: pixel.into(),
             stack_scale: 1.0,
             choice: TableChoice::default(),
+            charge: Charge::default(),
         }
     }
 

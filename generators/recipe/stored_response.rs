@@ -3,6 +3,7 @@
 
 use quadpixel::em::{Level, Preset};
 use quadpixel::range::{OutOfRange, require};
+use quadpixel::sensor::Charge;
 use quadpixel_datasets::TableColour;
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +12,14 @@ use super::table_choice::{ExactModel, TableChoice};
 /// The name of a response from a file.
 const FILE: &str = "table";
 /// The fields of a table's choice.
-const CHOICE: [&str; 4] = ["shifts", "preset", "colour", "exact"];
+const CHOICE: [&str; 6] = [
+    "shifts",
+    "preset",
+    "colour",
+    "exact",
+    "diffusion_um",
+    "crosstalk",
+];
 
 /// All fields, those of one sample (`pixel`) and those of a configuration (`pixels`); `Stack` is how a configuration
 /// draws the thickness of layers.
@@ -41,6 +49,10 @@ pub(crate) struct StoredResponse<Stack = ()> {
     pub stack: Option<Stack>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exact: Option<ExactModel>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub diffusion_um: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crosstalk: Option<f64>,
 }
 
 /// What a model's name says.
@@ -70,11 +82,16 @@ impl<Stack> StoredResponse<Stack> {
             files: None,
             stack: None,
             exact: None,
+            diffusion_um: None,
+            crosstalk: None,
         }
     }
 
-    pub fn with_choice(self, choice: TableChoice) -> Self {
+    pub fn with_table(self, choice: TableChoice, charge: Charge) -> Self {
+        let given = |number: f64| Some(number).filter(|number| *number != 0.0);
         Self {
+            diffusion_um: given(charge.diffusion_um),
+            crosstalk: given(charge.crosstalk),
             shifts: choice.shifts,
             preset: Some(choice.preset).filter(|preset| !preset.is_standard()),
             colour: choice.colour,
@@ -90,6 +107,20 @@ impl<Stack> StoredResponse<Stack> {
             colour: self.colour,
             exact: self.exact,
         }
+    }
+
+    /// Diffusion asks for a table of all lens shifts.
+    pub fn charge(&self) -> Result<Charge, OutOfRange> {
+        let charge = Charge {
+            diffusion_um: self.diffusion_um.unwrap_or(0.0),
+            crosstalk: self.crosstalk.unwrap_or(0.0),
+        };
+        charge.check()?;
+        require(charge.diffusion_um == 0.0 || self.shifts.is_some(), || {
+            let allowed = "0, or with shifts: a table of all lens shifts";
+            OutOfRange::new("response", "diffusion_um", charge.diffusion_um, allowed)
+        })?;
+        Ok(charge)
     }
 
     /// What the model's name says, once every field is one of its own: of a pixel's table `pixel`, its name and what
@@ -150,6 +181,8 @@ impl<Stack> StoredResponse<Stack> {
             ("preset", self.preset.is_some()),
             ("colour", self.colour.is_some()),
             ("exact", self.exact.is_some()),
+            ("diffusion_um", self.diffusion_um.is_some()),
+            ("crosstalk", self.crosstalk.is_some()),
             ("focal_length_um", self.focal_length_um.is_some()),
             ("file", self.file.is_some()),
             ("files", self.files.is_some()),

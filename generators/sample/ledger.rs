@@ -8,7 +8,7 @@ use quadpixel::sensor::ShiftRule;
 use quadpixel_datasets::{Effect, Effects, EstimatedError, Reason};
 
 use crate::assemble::ColourCall;
-use crate::recipe::Recipe;
+use crate::recipe::{Recipe, is_no_law};
 
 /// Every effect that the pictures have or lack. `camera` is the one that they were made with.
 pub(crate) fn ledger(
@@ -46,7 +46,8 @@ fn lens(recipe: &Recipe, ledger: &mut Effects) {
 }
 
 fn pixel(recipe: &Recipe, camera: &Camera, ledger: &mut Effects) {
-    if recipe.sensor.microlens_offset_um != [0.0; 2] {
+    let sensor = &recipe.sensor;
+    if sensor.microlens_offset_um != [0.0; 2] || !is_no_law(&sensor.microlens_law) {
         ledger.simulate(Effect::MicrolensOffset);
     }
     if recipe

@@ -1,81 +1,71 @@
-//! The camera file: what a fit found, as TOML, and the pixel as a file of its own that `--pixel` takes.
+//! The camera file of a fit.
 
-use quadpixel::em::PixelStack;
-use serde::Serialize;
+use glam::{DMat4, DVec4};
+use quadpixel::em::StackError;
+use quadpixel::sensor::{Charge, MicrolensLaw};
+use quadpixel_generators::camera_file::{CameraFile, LensPart};
 
-use super::camera_model::CameraModel;
+use super::Fitted;
+use super::camera_model::{CameraModel, Set};
 use super::capture::CaptureDescription;
 use super::parameters::Name;
-use super::{Fitted, FittedParameter};
 
-/// The whole of `camera.toml`.
-#[derive(Clone, Debug, Serialize)]
-pub struct CameraFile {
-    /// For people.
-    pub name: String,
-    /// The main lens.
-    pub lens: LensPart,
-    /// What charge does in the silicon.
-    pub charge: ChargePart,
-    /// Where microlenses stand.
-    pub microlenses: MicrolensPart,
-    /// The layers.
-    pub pixel: PixelStack,
-    /// Every parameter with its deviation.
-    pub parameters: Vec<FittedParameter>,
+/// Places over the field that the law of the microlenses is taken at.
+const PLACES: usize = 41;
+
+/// What a fit found, as `--camera` of other commands takes it; the law of the microlenses over the field to `half_mm`
+/// from the middle.
+///
+/// # Errors
+/// A pixel that cannot be.
+pub fn camera_file(
+    description: &CaptureDescription,
+    model: &CameraModel,
+    fitted: &Fitted,
+    half_mm: f64,
+) -> Result<CameraFile, StackError> {
+    let v = |name: Name| fitted.values[name as usize];
+    let set = model.at(&fitted.values)?;
+    Ok(CameraFile {
+        name: description.camera.name.clone(),
+        lens: LensPart {
+            file: description.camera.lens.clone(),
+            focal_length_mm: description.camera.focal_length_mm,
+            f_number: v(Name::FNumber),
+        },
+        charge: Charge {
+            diffusion_um: v(Name::DiffusionUm),
+            crosstalk: v(Name::Crosstalk),
+        },
+        microlenses: law(&set, v(Name::CentreXMm), half_mm),
+        pixel: model.pixel(&fitted.values),
+        parameters: fitted.table(),
+    })
 }
 
-/// The main lens, a stand-in by its aberrations.
-#[derive(Clone, Debug, Serialize)]
-pub struct LensPart {
-    /// As its maker says, mm: no part of the fit.
-    pub focal_length_mm: f64,
-    /// Of the pupil's rim, as fitted.
-    pub f_number: f64,
-}
-
-/// What charge does in the silicon.
-#[derive(Clone, Debug, Serialize)]
-pub struct ChargePart {
-    /// How far it wanders, σ in µm.
-    pub diffusion_um: f64,
-    /// Part of either half's light that the other one gets.
-    pub crosstalk: f64,
-}
-
-/// Where microlenses stand beside the place that centres the chief ray: constant + (k₁ x + k₃ x³ + k₅ x⁵), x in mm from
-/// the axis.
-#[derive(Clone, Debug, Serialize)]
-pub struct MicrolensPart {
-    /// Everywhere, µm.
-    pub shift_um: f64,
-    /// k₁, k₃, k₅ in µm per mm, mm³, mm⁵.
-    pub polynomial: [f64; 3],
-    /// Where the axis meets the sensor, mm from the picture's middle.
-    pub axis_mm: [f64; 2],
-}
-
-impl CameraFile {
-    /// Of a fit.
-    pub fn new(description: &CaptureDescription, model: &CameraModel, fitted: &Fitted) -> Self {
-        let v = |name: Name| fitted.values[name as usize];
-        Self {
-            name: description.camera.name.clone(),
-            lens: LensPart {
-                focal_length_mm: description.camera.focal_length_mm,
-                f_number: v(Name::FNumber),
-            },
-            charge: ChargePart {
-                diffusion_um: v(Name::DiffusionUm),
-                crosstalk: v(Name::Crosstalk),
-            },
-            microlenses: MicrolensPart {
-                shift_um: v(Name::ShiftUm),
-                polynomial: [Name::Shift1, Name::Shift3, Name::Shift5].map(v),
-                axis_mm: [Name::CentreXMm, Name::CentreYMm].map(v),
-            },
-            pixel: model.pixel(&fitted.values),
-            parameters: fitted.table(),
-        }
+/// How far the microlenses stand beside where both halves get the same. Beside the first-order place, which the fit's
+/// own law counts from, it would hold for the fitted chief rays alone; another lens in the place of the camera's has
+/// others.
+fn law(set: &Set<'_>, axis_x_mm: f64, half_mm: f64) -> MicrolensLaw {
+    let (mut normal, mut right) = (DMat4::ZERO, DVec4::ZERO);
+    for k in 0..PLACES {
+        let x = 2.0 * k as f64 / (PLACES - 1) as f64 - 1.0;
+        let beside = set.beside_balance_um(axis_x_mm + half_mm * x);
+        let basis = DVec4::new(1.0, x, x.powi(3), x.powi(5));
+        normal += DMat4::from_cols(
+            basis * basis.x,
+            basis * basis.y,
+            basis * basis.z,
+            basis * basis.w,
+        );
+        right += beside * basis;
+    }
+    let k = normal.inverse() * right;
+    MicrolensLaw {
+        um: k.x,
+        um_per_mm: k.y / half_mm,
+        um_per_mm3: k.z / half_mm.powi(3),
+        um_per_mm5: k.w / half_mm.powi(5),
+        axis_x_mm,
     }
 }

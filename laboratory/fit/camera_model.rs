@@ -72,6 +72,10 @@ const OXIDE_INDEX: f64 = 1.46;
 const TOLERANCE: f64 = 1e-4;
 /// Largest direction cosine of a chief ray that the tables hold; beyond, their edge is read.
 const LARGEST_CHIEF: f64 = 0.5;
+/// Farthest that a microlens that parts the light equally stands beside where it brings the chief ray to the middle, of
+/// the pitch; halvings of that.
+const LARGEST_LEAN: f64 = 0.2;
+const BISECTIONS: usize = 20;
 /// Tables kept, so that a derivative by a parameter of lens or shift law needs no waves.
 const KEPT_TABLES: usize = 8;
 
@@ -241,9 +245,14 @@ impl Set<'_> {
 
     /// P of left and right of every place in the pupil.
     fn weights(&self, x_mm: f64) -> Vec<[f64; 2]> {
+        self.weights_under(x_mm, self.shift_um(x_mm))
+    }
+
+    /// The same of a microlens so far beside where it would bring the chief ray to the middle.
+    fn weights_under(&self, x_mm: f64, shift_um: f64) -> Vec<[f64; 2]> {
         let rim = 0.5 / self.value(Name::FNumber);
         let chief = self.chief_u(x_mm);
-        let shift = self.table.shift_for_um(chief) + self.shift_um(x_mm);
+        let shift = self.table.shift_for_um(chief) + shift_um;
         let [diffusion, crosstalk] = [Name::DiffusionUm, Name::Crosstalk].map(|n| self.value(n));
         let halves = self.table.shifted(shift, diffusion, crosstalk);
         let pupil = self.model.pupil.iter();
@@ -257,6 +266,28 @@ impl Set<'_> {
         let weights = self.weights(x_mm);
         let sum = |half: usize| weights.iter().map(|w| w[half]).sum::<f64>();
         sum(0) / sum(1)
+    }
+
+    /// How far a microlens stands beside where both halves would get the same of a white sheet, µm along the split.
+    pub fn beside_balance_um(&self, x_mm: f64) -> f64 {
+        // The light goes along with the lens.
+        let lean = |shift_um: f64| {
+            let weights = self.weights_under(x_mm, shift_um);
+            weights
+                .iter()
+                .map(|[left, right]| right - left)
+                .sum::<f64>()
+        };
+        let most = LARGEST_LEAN * self.model.stack.pitch_um;
+        let (mut low, mut high) = (-most, most);
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            match lean(middle) < 0.0 {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        self.shift_um(x_mm) - 0.5 * (low + high)
     }
 
     /// Part of the sheet's light that the left view gets.

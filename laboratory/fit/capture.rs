@@ -38,6 +38,9 @@ pub struct CaptureDescription {
 pub struct CameraPart {
     /// A name for people.
     pub name: String,
+    /// The main lens for the camera file: a built-in name, or a file beside that one; absent: a built-in one stands in.
+    #[serde(default)]
+    pub lens: Option<String>,
     /// Focal length, mm.
     pub focal_length_mm: f64,
     /// F-number.

@@ -29,9 +29,9 @@ pub mod prediction;
 mod tests;
 pub mod truth;
 
+use quadpixel_generators::camera_file::FittedParameter;
 use quadpixel_generators::observer::{Event, Observer};
 use rayon::prelude::*;
-use serde::Serialize;
 
 use self::camera_model::CameraModel;
 use self::error::FitError;
@@ -64,23 +64,6 @@ pub struct Fitted {
     pub noise: Noise,
     /// Steps of the search.
     pub steps: usize,
-}
-
-/// One parameter after the fit.
-#[derive(Clone, Debug, Serialize)]
-pub struct FittedParameter {
-    /// Its name, with its unit.
-    pub name: String,
-    /// Its value.
-    pub value: f64,
-    /// Its standard deviation, the priors included.
-    pub sigma: f64,
-    /// Value and deviation before.
-    pub prior: [f64; 2],
-    /// Whether the data hold it; if not, it is where its prior was.
-    pub held_by_data: bool,
-    /// Whether it lies at a bound, where its deviation says little.
-    pub at_bound: bool,
 }
 
 impl Fitted {

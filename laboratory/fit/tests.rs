@@ -1,12 +1,15 @@
 //! What is refused.
 
 use quadpixel::image::raster::encode_gray16;
+use quadpixel_generators::camera_file::CameraFile;
 
+use super::Fitted;
+use super::camera_file::camera_file;
 use super::camera_model::{CameraModel, Fineness};
 use super::capture::{CaptureDescription, EXAMPLE_TOML};
 use super::measurements::Measurements;
 use super::noise::Noise;
-use super::parameters::{Known, Parameter};
+use super::parameters::{Known, Name, Parameter};
 use super::truth::{TruthSettings, drawn, simulated};
 
 const SIDE: usize = 35;
@@ -204,4 +207,38 @@ fn drawn_cameras_are_found_again_within_what_is_said() {
     println!("{beyond} of {of} beyond three deviations; largest errors {worst:?}");
     assert!(beyond as f64 <= 0.01 * of as f64, "{beyond} of {of}");
     assert!(worst.iter().all(|error| *error < 0.02), "{worst:?}");
+}
+
+/// At normal incidence halves are alike under a centred lens, and mirrored places mirror the law.
+#[test]
+fn the_law_of_a_camera_file_counts_from_where_the_halves_are_alike() {
+    let (model, parameters) = (model(), parameters());
+    let mut values: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
+    values[Name::ShiftUm as usize] = 0.06;
+    values[Name::Shift1 as usize] = -0.05;
+    let set = model.at(&values).unwrap();
+    assert!((set.beside_balance_um(0.0) - 0.06).abs() < 1e-4);
+    let odd = |x: f64| set.beside_balance_um(x) - 0.06;
+    assert!(
+        (odd(1.5) + odd(-1.5)).abs() < 2e-3,
+        "{} {}",
+        odd(1.5),
+        odd(-1.5)
+    );
+    let fitted = Fitted {
+        parameters: parameters.clone(),
+        values: values.clone(),
+        covariance: vec![0.0; values.len() * values.len()],
+        noise: settings(1).noise,
+        steps: 0,
+    };
+    let file = camera_file(&example(), &model, &fitted, 2.0).unwrap();
+    // Its polynomial is what it is fitted to.
+    for x in [-2.0, -1.0, 0.0, 0.7, 1.9] {
+        let law = file.microlenses.at_um(glam::DVec2::new(x, 0.0)).x;
+        assert!((law - set.beside_balance_um(x)).abs() < 5e-3, "{x}: {law}");
+    }
+    // As it is written, it is read.
+    let text = toml::to_string(&file).unwrap();
+    assert_eq!(toml::from_str::<CameraFile>(&text).unwrap(), file);
 }

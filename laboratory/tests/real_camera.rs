@@ -180,6 +180,7 @@ fn table(right: impl Fn(f64) -> f64) -> AngularResponse {
         shift_grid: None,
         chief_ray_shifts: None,
         corrections: Vec::new(),
+        charge: Default::default(),
     };
     AngularResponse::new(axes, meta, row.repeat(axis.len())).unwrap()
 }

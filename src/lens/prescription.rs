@@ -138,7 +138,46 @@ pub struct Prescription {
     pub warnings: Vec<String>,
 }
 
+impl PrescribedSurface {
+    /// The same with all lengths `factor` times as long.
+    fn scaled(&self, factor: f64) -> Self {
+        let terms = self.aspheric.iter().enumerate();
+        let mut aspheric = [0.0; ASPHERE_TERMS];
+        // A_p of x^p, p = 2, 4, …, in mm^(1−p).
+        terms.for_each(|(i, a)| aspheric[i] = a / factor.powi(2 * i as i32 + 1));
+        Self {
+            curvature: self.curvature / factor,
+            thickness_mm: self.thickness_mm * factor,
+            semi_aperture_mm: self.semi_aperture_mm * factor,
+            aspheric,
+            ..self.clone()
+        }
+    }
+}
+
 impl Prescription {
+    /// The lens with all its lengths `factor` times as long: another focal length, the same angles and F-number. What
+    /// its source states and what was verified of it are left out.
+    ///
+    /// # Errors
+    /// A factor that is not positive and finite.
+    pub fn scaled(&self, factor: f64) -> Result<Self, LensError> {
+        if !(factor > 0.0 && factor.is_finite()) {
+            return Err(self.refuse("scale", factor, "finite and > 0"));
+        }
+        let fold = self.fold.map(|fold| Fold {
+            distance_mm: fold.distance_mm * factor,
+            ..fold
+        });
+        Ok(Self {
+            surfaces: self.surfaces.iter().map(|s| s.scaled(factor)).collect(),
+            fold,
+            stated: Stated::default(),
+            verification: Verification::default(),
+            ..self.clone()
+        })
+    }
+
     /// The lens's name, or that of its file where it has none.
     pub fn title(&self) -> &str {
         if self.name.is_empty() {
@@ -238,5 +277,39 @@ impl Prescription {
         allowed: impl Into<Cow<'static, str>>,
     ) -> LensError {
         OutOfRange::new(self.file.clone(), field, value, allowed).into()
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+    use crate::lens::{Lens, chief_ray};
+
+    /// Aspheric phone lenses, a folded one and one of spheres: the same rays at another scale.
+    #[test]
+    fn a_scaled_lens_has_the_same_angles_and_another_focal_length() {
+        for name in [
+            "wide_US20120327520A1_emb3",
+            "wide_US11940605B2_emb9",
+            "tele_US10571665B2_220a",
+            "lib_double_gauss_100mm_glass",
+        ] {
+            let own = Prescription::named(name).unwrap();
+            let factor = 1.7;
+            let scaled = own.scaled(factor).unwrap();
+            let [a, b] = [&own, &scaled].map(|p| Lens::new(p).unwrap());
+            let [p, q] = [&a, &b].map(|lens| lens.paraxial(550.0).unwrap());
+            assert!((q.efl_mm / p.efl_mm / factor - 1.0).abs() < 1e-9, "{name}");
+            assert!((q.f_number / p.f_number - 1.0).abs() < 1e-9, "{name}");
+            let [a, b] = [a, b].map(|lens| lens.at(550.0).unwrap());
+            for (x, y) in [(0.3, 0.0), (0.8, -1.1)] {
+                let own = chief_ray(&a, x, y).unwrap();
+                let other = chief_ray(&b, factor * x, factor * y).unwrap();
+                assert!((own.direction - other.direction).length() < 1e-9, "{name}");
+            }
+        }
+        let own = Prescription::named("lib_dgauss_50mm").unwrap();
+        assert!(own.scaled(0.0).is_err() && own.scaled(f64::NAN).is_err());
     }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{ChiefRayShifts, ShiftSettings, TableSettings};
 use crate::em::light::CorrectionFit;
 use crate::em::{PixelStack, ShiftGrid};
-use crate::sensor::{MovingFrame, Subpixels};
+use crate::sensor::{Charge, MovingFrame, Subpixels};
 
 /// How P of a table was found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -107,4 +107,7 @@ pub struct ResponseMeta {
     /// Of the corrected level, how well its fit is known at each wavelength.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub corrections: Vec<CorrectionFit>,
+    /// What charge does before it is collected, which lookups add to the table's light.
+    #[serde(default, skip_serializing_if = "Charge::is_none")]
+    pub charge: Charge,
 }

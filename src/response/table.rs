@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::{ChiefRayShifts, ResponseError, ResponseMeta};
 use crate::em::symmetry::symmetries_of;
 use crate::em::{PixelStack, ShiftGrid};
-use crate::sensor::{MovingFrame, Subpixels, check_simulated};
+use crate::sensor::{Charge, MovingFrame, Subpixels, check_simulated};
 
 /// What Σ P_i may exceed 1 by: rounding of f32, no more.
 pub(super) const SUM_ROUNDING: f32 = 1e-5;
@@ -79,6 +79,23 @@ impl AngularResponse {
             }
         }
         Ok(Self { axes, meta, table })
+    }
+
+    /// The table of a pixel whose charge wanders.
+    ///
+    /// # Errors
+    /// Numbers that cannot be; diffusion in a table of the centred lens, which does not know what other shifts give.
+    pub fn with_charge(mut self, charge: Charge) -> Result<Self, ResponseError> {
+        charge.check()?;
+        if charge.diffusion_um > 0.0 && self.meta.shift_grid.is_none() {
+            return Err(ResponseError::value(
+                "diffusion_um",
+                charge.diffusion_um,
+                "0 for a table of the centred lens; of all lens shifts (shifts = 8 or more) any",
+            ));
+        }
+        self.meta.charge = charge;
+        Ok(self)
     }
 
     /// The same values, said to be of this pixel.

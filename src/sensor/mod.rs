@@ -4,13 +4,15 @@
 //! Sensor frame (see [`crate::frames`]): origin where the axis meets the sensor, lengths of the grid in mm, of a pixel
 //! in µm.
 
+mod charge;
 mod grid;
 mod microlens;
 mod moving_frame;
 pub mod readout;
 
+pub use charge::Charge;
 pub use grid::Sensor;
-pub use microlens::{MicrolensShifts, ShiftRule};
+pub use microlens::{MicrolensLaw, MicrolensShifts, ShiftRule};
 pub use moving_frame::MovingFrame;
 pub use quadpixel_datasets::{Subpixels, SubpixelsError};
 

@@ -179,6 +179,7 @@ fn even_pixel(pitch_um: f64, height_um: f64) -> Response {
         shift_grid: None,
         chief_ray_shifts: None,
         corrections: Vec::new(),
+        charge: Default::default(),
     };
     let axes = ResponseAxes {
         wavelengths_nm: vec![550.0],

@@ -41,6 +41,7 @@ fn even(subpixels: Subpixels, nm: Vec<f64>, p: impl Fn(f64) -> f64) -> Response 
         shift_grid: None,
         chief_ray_shifts: None,
         corrections: Vec::new(),
+        charge: Default::default(),
     };
     let axes = ResponseAxes {
         wavelengths_nm: nm,

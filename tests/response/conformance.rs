@@ -156,6 +156,7 @@ pub fn table(subpixels: Subpixels, wavelengths_nm: Vec<f64>) -> AngularResponse 
         shift_grid: None,
         chief_ray_shifts: None,
         corrections: Vec::new(),
+        charge: Default::default(),
     };
     let axes = ResponseAxes {
         wavelengths_nm,

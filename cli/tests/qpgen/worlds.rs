@@ -328,7 +328,7 @@ fn a_scene_file_has_a_first_look_and_its_rays_serve_other_pixels() {
             vec!["--from-rays", &rays, "--seed", "2"],
         ),
         ("--size", vec!["--size", "0x4"]),
-        ("camera", vec!["--camera", "eye"]),
+        ("camera", vec!["--scene-camera", "eye"]),
         ("distance_mm", vec!["--distance-mm", "0"]),
     ] {
         let out = at(&format!("bad {what}"));

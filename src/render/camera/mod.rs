@@ -17,7 +17,7 @@ use crate::lens::{
     chief_ray,
 };
 use crate::response::{ChiefRayShifts, Response, ResponseLookup};
-use crate::sensor::{MicrolensShifts, MovingFrame, Sensor, ShiftRule};
+use crate::sensor::{MicrolensLaw, MicrolensShifts, MovingFrame, Sensor, ShiftRule};
 use crate::spectrum::ChannelWavelengths;
 
 use super::diffraction::LensDiffraction;
@@ -77,6 +77,7 @@ pub struct Camera {
     shifts: MicrolensShifts,
     chief_rays_beyond: f64,
     microlens_offset_um: DVec2,
+    microlens_law: MicrolensLaw,
     paraxial: Option<Paraxial>,
     /// As `systems`; none for bare pixels.
     channel_paraxial: Vec<Paraxial>,
@@ -159,6 +160,7 @@ impl Camera {
             shifts,
             chief_rays_beyond: beyond,
             microlens_offset_um: DVec2::ZERO,
+            microlens_law: MicrolensLaw::default(),
             wavelengths,
             lens_diffraction: None,
             lens_maps: LensMaps::NotAsked,
@@ -193,6 +195,7 @@ impl Camera {
             shifts: MicrolensShifts::Centred,
             chief_rays_beyond: 0.0,
             microlens_offset_um: DVec2::ZERO,
+            microlens_law: MicrolensLaw::default(),
             paraxial: None,
             channel_paraxial: Vec::new(),
             focus_distance_mm: f64::INFINITY,
@@ -201,6 +204,14 @@ impl Camera {
             lens_maps: LensMaps::NotAsked,
             reflections: None,
         })
+    }
+
+    /// The camera with its microlenses beside where the rule puts them.
+    pub fn with_microlens_law(self, microlens_law: MicrolensLaw) -> Self {
+        Self {
+            microlens_law,
+            ..self
+        }
     }
 
     /// The camera with all its microlenses out of place by the same (x, y), sensor frame: the error of aligning their
@@ -350,7 +361,7 @@ impl Camera {
     }
     /// Shift of the microlens at a sensor position, µm.
     pub fn shift_at_um(&self, xy_mm: DVec2) -> DVec2 {
-        self.shifts.at_um(xy_mm) + self.microlens_offset_um
+        self.shifts.at_um(xy_mm) + self.microlens_law.at_um(xy_mm) + self.microlens_offset_um
     }
     /// Chief-ray angle (deg) at a sensor position, reference wavelength; `None` where no chief ray passes.
     pub fn chief_ray_angle_deg(&self, xy_mm: DVec2) -> Option<f64> {

@@ -7,7 +7,7 @@ use super::super::tracer::Tracer;
 use super::Camera;
 use crate::lens::{IdealLens, OpticalSystem, Paraxial};
 use crate::response::{GeometricResponse, ResponseLookup};
-use crate::sensor::MicrolensShifts;
+use crate::sensor::{MicrolensLaw, MicrolensShifts};
 use crate::spectrum::{Bands, ChannelWavelengths};
 
 impl Camera {
@@ -63,10 +63,15 @@ impl Camera {
     /// Every microlens shifted as the one in the middle of the window is; a response of several shifts is read at this
     /// one, as quickly as that of a centred lens. `None` where all are alike already.
     pub fn without_chief_ray_variation(&self) -> Option<Self> {
-        if matches!(
+        let alike = MicrolensLaw {
+            um: self.microlens_law.um,
+            ..MicrolensLaw::default()
+        };
+        let is_alike = matches!(
             self.shifts,
             MicrolensShifts::Centred | MicrolensShifts::Constant { .. }
-        ) {
+        );
+        if is_alike && self.microlens_law == alike {
             return None;
         }
         let middle = self.sensor.centre_mm();
@@ -77,8 +82,9 @@ impl Camera {
         };
         Some(Self {
             shifts: MicrolensShifts::Constant {
-                shift_um: self.shifts.at_um(middle),
+                shift_um: self.shifts.at_um(middle) + self.microlens_law.at_um(middle),
             },
+            microlens_law: MicrolensLaw::default(),
             colours: self.colours.responding(fixed),
             ..self.clone()
         })

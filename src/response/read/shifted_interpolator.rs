@@ -17,7 +17,7 @@
 use super::Interpolator;
 use super::axes::Axes;
 use crate::em::ShiftGrid;
-use crate::sensor::{MovingFrame, Subpixels, by_count};
+use crate::sensor::{Charge, MovingFrame, Subpixels, by_count};
 
 /// B-spline shifts a ray reads along each axis.
 const TAPS: usize = 3;
@@ -49,8 +49,14 @@ fn weights(t: f64) -> [f64; TAPS] {
     ]
 }
 
-/// Rows a, columns b: the part of node b in the B-spline coefficient at knot a − 1, of `stored` knots.
-fn coefficients(nodes: usize, knots: usize, stored: usize) -> Vec<f64> {
+/// Rows a, columns b: the part of node b in the B-spline coefficient at knot a − 1, of `stored` knots; `kept`: what
+/// charge leaves of a harmonic.
+fn coefficients(
+    nodes: usize,
+    knots: usize,
+    stored: usize,
+    kept: impl Fn(usize) -> f64,
+) -> Vec<f64> {
     let tau = 2.0 * std::f64::consts::PI;
     let mut all = Vec::with_capacity(stored * nodes);
     for a in 0..stored {
@@ -60,7 +66,7 @@ fn coefficients(nodes: usize, knots: usize, stored: usize) -> Vec<f64> {
                 let twice = if f == 0 || 2 * f == nodes { 1.0 } else { 2.0 };
                 // Splines through samples of cos (f x): their coefficients, divided by what the spline keeps of it.
                 let share = (6.0 + 2.0 * (tau * f as f64 / knots as f64).cos()) / 8.0;
-                twice * (tau * f as f64 * x).cos() / share
+                twice * kept(f) * (tau * f as f64 * x).cos() / share
             };
             all.push((0..=nodes / 2).map(term).sum::<f64>() / nodes as f64);
         }
@@ -69,18 +75,18 @@ fn coefficients(nodes: usize, knots: usize, stored: usize) -> Vec<f64> {
 }
 
 impl ShiftedInterpolator {
-    /// From `plane(shift node)`, `[v][u][sub-pixel]` at every node of the period.
+    /// From `plane(shift node)`, `[v][u][sub-pixel]` at every node of the period, and how far charge wanders.
     pub(super) fn new(
         subpixels: Subpixels,
         frame: MovingFrame,
         axes: Axes,
-        grid: &ShiftGrid,
+        (grid, charge): (&ShiftGrid, &Charge),
         plane: impl Fn([usize; 2]) -> Vec<f32>,
     ) -> Self {
         let nodes = grid.per_pitch;
         let knots = (2 * nodes).min(MOST_KNOTS);
         let stored = knots / 2 + 3;
-        let parts = coefficients(nodes, knots, stored);
+        let parts = coefficients(nodes, knots, stored, |f| charge.kept(f, grid.pitch_um));
         let count = subpixels.count();
         let size = axes.nu * axes.nv * count;
         let mut table = vec![0f32; stored * stored * size];

@@ -12,7 +12,9 @@ impl AngularResponse {
     /// Bilinear lookup of the centred lens at `wavelength_nm`: linear between the two nearest wavelengths of the table,
     /// the end's own table beyond them.
     pub fn interpolator(&self, wavelength_nm: f64) -> Interpolator {
-        self.bilinear(self.blended(wavelength_nm, 0))
+        let mut plane = self.blended(wavelength_nm, 0);
+        self.meta().charge.share(self.meta().subpixels, &mut plane);
+        self.bilinear(plane)
     }
 
     /// The lookup under any shift of the lens, at a wavelength as of [`Self::interpolator`]; `None` for a table of the
@@ -21,17 +23,22 @@ impl AngularResponse {
         let grid = self.meta().shift_grid?;
         let symmetries = symmetries_of(self.meta().subpixels);
         let stored = self.stored_shifts(&grid, wavelength_nm);
+        let (charge, subpixels) = (self.meta().charge, self.meta().subpixels);
         Some(ShiftedInterpolator::new(
-            self.meta().subpixels,
+            subpixels,
             self.meta().frame,
             self.directions(),
-            &grid,
-            |node| self.unfolded(&grid, &symmetries, &stored, node),
+            (&grid, &charge),
+            |node| {
+                let mut plane = self.unfolded(&grid, &symmetries, &stored, node);
+                charge.share(subpixels, &mut plane);
+                plane
+            },
         ))
     }
 
-    /// Bilinear lookup under the lens at one node of the shift grid, `[i, j]` from 0 to N − 1; `None` for a table of
-    /// the centred lens or no such node.
+    /// Bilinear lookup of the light under the lens at one node of the shift grid, `[i, j]` from 0 to N − 1, before its
+    /// charge wanders; `None` for a table of the centred lens or no such node.
     pub fn interpolator_at_shift(
         &self,
         node: [usize; 2],

@@ -9,12 +9,20 @@ use crate::em::symmetry::Node;
 use crate::em::{Level, ModelChoice, PixelStack, Preset};
 use crate::response::ResponseError;
 use crate::response::TableSettings;
+use crate::sensor::Charge;
 
 /// A made-up pixel: what a lens at s sends to each sub-pixel, of few harmonics in s, with the symmetries of the square.
 fn shares(u: f64, v: f64, shift_um: [f64; 2], pitch_um: f64) -> Vec<f64> {
+    spread_shares([u, v], shift_um, pitch_um, 0.0)
+}
+
+/// The same after charge has wandered by σ: each harmonic is damped.
+fn spread_shares([u, v]: [f64; 2], shift_um: [f64; 2], pitch_um: f64, sigma_um: f64) -> Vec<f64> {
+    let turn = 2.0 * std::f64::consts::PI / pitch_um;
+    let kept = |f: f64| (-0.5 * (f * turn * sigma_um).powi(2)).exp();
     let half = |c: f64, s: f64| {
-        let x = 2.0 * std::f64::consts::PI * (s / pitch_um + 0.9 * c);
-        0.5 + 0.3 * x.sin() + 0.05 * (3.0 * x).sin()
+        let x = turn * s + 2.0 * std::f64::consts::PI * 0.9 * c;
+        0.5 + 0.3 * kept(1.0) * x.sin() + 0.05 * kept(3.0) * (3.0 * x).sin()
     };
     let (right, up) = (half(u, shift_um[0]), half(v, shift_um[1]));
     let dim = 0.8 * (1.0 - 0.3 * (u * u + v * v));
@@ -116,6 +124,48 @@ fn symmetry_fills_every_shift_and_direction_from_an_octant() {
         }
     }
     assert!(lookup.bytes() == 11 * 11 * 11 * 11 * 4 * 4);
+    // Charge that wanders: closed form of the same harmonics, and a part that the other three sub-pixels share.
+    let charge = Charge {
+        diffusion_um: 0.25,
+        crosstalk: 0.15,
+    };
+    let spread = table.clone().with_charge(charge).unwrap();
+    let lookup = spread.shifted_interpolator(550.0).unwrap();
+    for shift in [[0.0, 0.0], [0.1, 0.3], [-0.77, 0.42], [1.2, -0.95]] {
+        let mut p = [0f32; 4];
+        lookup.weights_batch(shift, &[0.32], &[-0.16], &mut p);
+        let own = spread_shares([0.32, -0.16], shift, 2.0, 0.25);
+        let all: f64 = own.iter().sum();
+        for (p, own) in p.iter().zip(own) {
+            let wanted = 0.85 * own + 0.15 * (all - own) / 3.0;
+            assert!(
+                (f64::from(*p) - wanted).abs() < 1.3e-3,
+                "{shift:?}: {p} {wanted}"
+            );
+        }
+    }
+    // A table of the centred lens does not know what other shifts give.
+    let centred = crate::response::AngularResponse::new(
+        crate::response::ResponseAxes {
+            shifts_um: vec![[0.0, 0.0]],
+            ..table.axes().clone()
+        },
+        crate::response::ResponseMeta {
+            shift_grid: None,
+            chief_ray_shifts: None,
+            ..table.meta().clone()
+        },
+        table.table()[..11 * 11 * 4].to_vec(),
+    );
+    let why = centred
+        .unwrap()
+        .with_charge(charge)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        why.contains("diffusion_um") && why.contains("shifts"),
+        "{why}"
+    );
 }
 
 #[test]

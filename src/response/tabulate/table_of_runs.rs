@@ -15,7 +15,7 @@ use crate::response::{
     AngularResponse, ChiefRayShifts, Provenance, ResponseAxes, ResponseError, ResponseMeta,
     TableSettings,
 };
-use crate::sensor::MovingFrame;
+use crate::sensor::{Charge, MovingFrame};
 
 /// What a table tells of its pixel beside P.
 pub(super) struct AboutPixel {
@@ -71,6 +71,7 @@ impl Runs {
             shift_grid: self.shifts.grid(),
             chief_ray_shifts: None,
             corrections: about.corrections.clone(),
+            charge: Charge::default(),
         };
         let mut table = AngularResponse::new(axes, meta, table)?;
         if let Some(shifts) = &settings.shifts {

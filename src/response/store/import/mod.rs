@@ -112,6 +112,7 @@ impl AngularResponse {
             shift_grid: None,
             chief_ray_shifts: None,
             corrections: Vec::new(),
+            charge: Default::default(),
         };
         let axes = ResponseAxes {
             wavelengths_nm,

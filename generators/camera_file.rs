@@ -1,0 +1,390 @@
+//! A camera file: what `qpgen fit` found of a real camera, as TOML, and how a dataset or a recipe takes it.
+//!
+//! ```text
+//! camera.toml ─┬ lens: a prescription or a stand-in, scaled to the focal length, stopped to the F-number
+//!              ├ pixel: layers ─▶ table of all lens shifts
+//!              ├ charge: diffusion, crosstalk ─▶ added by the table's lookup
+//!              └ microlenses: where they stand beside the place that parts the light of the chief ray's cone equally
+//! ```
+//! What the file says replaces lens, sub-pixels, pitch, microlenses and response; all else stays.
+
+use std::path::Path;
+
+use quadpixel::em::{Level, PixelStack, StackError};
+use quadpixel::file::{self, FileError};
+use quadpixel::lens::{Lens, LensError, Prescription};
+use quadpixel::range::OutOfRange;
+use quadpixel::sensor::{Charge, MicrolensLaw, ShiftRule};
+use quadpixel::spectrum::ChannelWavelengths;
+use serde::{Deserialize, Serialize};
+
+use crate::config::{DatasetConfig, Draw, ResponseConfig, TableConfig};
+use crate::recipe::table_choice::TableChoice;
+use crate::recipe::{Recipe, ResponseSource, TableRecipe};
+
+/// Lens shifts per pitch of the table of the pixel.
+const SHIFTS: usize = 12;
+/// Built-in lenses that stand in where the file names none: fast ones, of phones up to this focal length, mm, and of
+/// larger cameras.
+const PHONE: &str = "wide_US11940605B2_emb9";
+const LONGEST_OF_PHONES_MM: f64 = 15.0;
+const LARGER: &str = "lib_50mm_US20210263286_ex1";
+
+/// The whole of `camera.toml`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraFile {
+    /// For people.
+    pub name: String,
+    /// The main lens.
+    pub lens: LensPart,
+    /// What charge does in the silicon.
+    #[serde(default)]
+    pub charge: Charge,
+    /// Where microlenses stand beside the place at which the sub-pixels share the light equally.
+    #[serde(default)]
+    pub microlenses: MicrolensLaw,
+    /// The layers.
+    pub pixel: PixelStack,
+    /// What was fitted, with deviations: for people.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parameters: Vec<FittedParameter>,
+}
+
+/// The main lens.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LensPart {
+    /// A name of `qpgen lens list`, or a .json, .zmx or .seq file beside the camera file; absent: a built-in lens stands
+    /// in.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// The lens is scaled to this focal length, mm.
+    pub focal_length_mm: f64,
+    /// And stopped down to this F-number, where it opens as far.
+    pub f_number: f64,
+}
+
+/// One parameter after a fit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FittedParameter {
+    /// Its name, with its unit.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its standard deviation, the priors included.
+    pub sigma: f64,
+    /// Value and deviation before.
+    pub prior: [f64; 2],
+    /// Whether the data hold it; if not, it is where its prior was.
+    pub held_by_data: bool,
+    /// Whether it lies at a bound, where its deviation says little.
+    pub at_bound: bool,
+}
+
+/// Why a camera file is not taken.
+#[non_exhaustive]
+#[derive(Debug, thiserror::Error)]
+pub enum CameraFileError {
+    /// It cannot be read.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// It is no such TOML.
+    #[error("{file}: {cause}")]
+    Toml {
+        /// The file.
+        file: String,
+        /// What is wrong, and where.
+        cause: Box<toml::de::Error>,
+    },
+    /// A number of it.
+    #[error("{file}: {cause}")]
+    Value {
+        /// The file.
+        file: String,
+        /// Which number, and what is allowed.
+        cause: OutOfRange,
+    },
+    /// Its pixel.
+    #[error("{file}: {cause}")]
+    Pixel {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        cause: StackError,
+    },
+    /// Its lens.
+    #[error("{file}: {cause}")]
+    Lens {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        cause: LensError,
+    },
+}
+
+/// A camera file, checked, with what it asks of a lens settled.
+#[derive(Clone, Debug)]
+pub struct FittedCamera {
+    camera: CameraFile,
+    /// As it was named: the pixel is read from there.
+    path: String,
+    lens: String,
+    /// `None` where the lens does not open as far.
+    f_number: Option<f64>,
+    /// What is not as the file asks.
+    pub warnings: Vec<String>,
+}
+
+impl FittedCamera {
+    /// Reads a camera file.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is no camera's, numbers that cannot be, a lens that does not load.
+    pub fn read(path: &Path) -> Result<Self, CameraFileError> {
+        let file = path.display().to_string();
+        let text = file::read_text(path)?;
+        let camera: CameraFile = toml::from_str(&text).map_err(|cause| CameraFileError::Toml {
+            file: file.clone(),
+            cause: Box::new(cause),
+        })?;
+        let value = |cause| CameraFileError::Value {
+            file: file.clone(),
+            cause,
+        };
+        camera.check().map_err(value)?;
+        (camera.pixel.check()).map_err(|cause| CameraFileError::Pixel {
+            file: file.clone(),
+            cause,
+        })?;
+        let lens = match &camera.lens.file {
+            Some(name) => beside(path, name),
+            None if camera.lens.focal_length_mm <= LONGEST_OF_PHONES_MM => PHONE.to_owned(),
+            None => LARGER.to_owned(),
+        };
+        let refused = |cause| CameraFileError::Lens {
+            file: file.clone(),
+            cause,
+        };
+        let open = opens_to(&lens).map_err(refused)?;
+        let mut warnings = Vec::new();
+        let LensPart {
+            focal_length_mm,
+            f_number,
+            file: named,
+        } = &camera.lens;
+        if named.is_none() {
+            warnings.push(format!(
+                "{file}: names no lens; {lens}, scaled to {focal_length_mm} mm, stands in: disparity and blur are its, not the camera's own"
+            ));
+        }
+        if *f_number < open {
+            warnings.push(format!(
+                "{file}: F/{f_number:.2} is asked for; {lens} opens to F/{open:.2}, which is taken"
+            ));
+        }
+        Ok(Self {
+            f_number: Some(*f_number).filter(|f| *f >= open),
+            path: file,
+            camera,
+            lens,
+            warnings,
+        })
+    }
+
+    /// The file.
+    pub fn camera(&self) -> &CameraFile {
+        &self.camera
+    }
+
+    /// Puts the camera in the place of a configuration's.
+    pub fn put_into(&self, config: &mut DatasetConfig) {
+        let lens = &mut config.lens;
+        lens.names = vec![self.lens.clone()];
+        (lens.from, lens.filter) = (None, None);
+        lens.focal_length_mm = Some(self.camera.lens.focal_length_mm);
+        lens.f_number = self.f_number.map(Draw::Fixed);
+        let sensor = &mut config.sensor;
+        sensor.subpixels = self.camera.pixel.subpixels;
+        sensor.pitch_um = None;
+        sensor.microlens_shift = ShiftRule::ChiefRay;
+        sensor.microlens_law = self.camera.microlenses;
+        let given = match &config.response {
+            ResponseConfig::Simulated(table) => Some((table.level, table.choice)),
+            _ => None,
+        };
+        let (level, choice) = self.table(given);
+        config.response = ResponseConfig::Simulated(TableConfig {
+            level,
+            pixels: vec![self.path.clone()],
+            stack: None,
+            choice,
+            charge: self.camera.charge,
+        });
+    }
+
+    /// Puts the camera in the place of a recipe's.
+    pub fn put_into_recipe(&self, recipe: &mut Recipe) {
+        let lens = &mut recipe.lens;
+        lens.name.clone_from(&self.lens);
+        lens.focal_length_mm = Some(self.camera.lens.focal_length_mm);
+        lens.f_number = self.f_number;
+        (lens.misalignments, lens.deviations) = (Vec::new(), Vec::new());
+        let sensor = &mut recipe.sensor;
+        sensor.subpixels = self.camera.pixel.subpixels;
+        sensor.pitch_um = self.camera.pixel.pitch_um;
+        sensor.microlens_shift = ShiftRule::ChiefRay;
+        sensor.microlens_law = self.camera.microlenses;
+        let given = recipe.response.table().map(|t| (t.level, t.choice));
+        let (level, choice) = self.table(given);
+        recipe.response = ResponseSource::Simulated(TableRecipe {
+            choice,
+            charge: self.camera.charge,
+            ..TableRecipe::new(level, self.path.clone())
+        });
+    }
+
+    /// Model and table: as they were, but of all lens shifts.
+    fn table(&self, given: Option<(Level, TableChoice)>) -> (Level, TableChoice) {
+        let (level, choice) = given.unwrap_or_default();
+        let shifts = choice.shifts.or(Some(SHIFTS));
+        (level, TableChoice { shifts, ..choice })
+    }
+}
+
+impl CameraFile {
+    fn check(&self) -> Result<(), OutOfRange> {
+        self.charge.check()?;
+        let refused = |field: &'static str, value: f64| {
+            OutOfRange::new("camera", field, value, "finite and > 0")
+        };
+        for (field, value) in [
+            ("lens.focal_length_mm", self.lens.focal_length_mm),
+            ("lens.f_number", self.lens.f_number),
+        ] {
+            quadpixel::range::require(value > 0.0 && value.is_finite(), || refused(field, value))?;
+        }
+        quadpixel::range::require(self.microlenses.is_finite(), || {
+            let value = format!("{:?}", self.microlenses);
+            OutOfRange::new("camera", "microlenses", value, "finite numbers")
+        })
+    }
+}
+
+/// A built-in lens by its name, or a file beside the camera file.
+fn beside(camera: &Path, name: &str) -> String {
+    let is_file = [".json", ".zmx", ".seq"]
+        .iter()
+        .any(|end| name.ends_with(end));
+    match camera.parent() {
+        Some(folder) if is_file => folder.join(name).display().to_string(),
+        _ => name.to_owned(),
+    }
+}
+
+/// The F-number of a lens that is wide open.
+fn opens_to(name: &str) -> Result<f64, LensError> {
+    let lens = Lens::new(&Prescription::named(name)?)?;
+    let wavelength = ChannelWavelengths::default().reference_nm();
+    Ok(lens.paraxial(wavelength)?.f_number)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+    use crate::assemble;
+    use crate::config::DEFAULT_TOML;
+    use crate::draw;
+
+    fn camera(folder: &Path) -> CameraFile {
+        let pixel = PixelStack {
+            subpixels: quadpixel::sensor::Subpixels::DUAL_X,
+            ..PixelStack::builtin("1.6um").unwrap()
+        };
+        let camera = CameraFile {
+            name: "a phone".into(),
+            lens: LensPart {
+                file: None,
+                focal_length_mm: 4.4,
+                f_number: 2.2,
+            },
+            charge: Charge {
+                diffusion_um: 0.2,
+                crosstalk: 0.1,
+            },
+            microlenses: MicrolensLaw {
+                um: 0.1,
+                um_per_mm: -0.05,
+                ..MicrolensLaw::default()
+            },
+            pixel,
+            parameters: Vec::new(),
+        };
+        std::fs::write(
+            folder.join("camera.toml"),
+            toml::to_string(&camera).unwrap(),
+        )
+        .unwrap();
+        camera
+    }
+
+    #[test]
+    fn a_dataset_has_the_lens_the_microlenses_and_the_charge_of_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = camera(folder.path());
+        let path = folder.path().join("camera.toml");
+        let fitted = FittedCamera::read(&path).unwrap();
+        assert_eq!(fitted.camera(), &file);
+        assert_eq!(fitted.warnings.len(), 1, "{:?}", fitted.warnings);
+        let mut config = DatasetConfig::from_toml(DEFAULT_TOML, "t").unwrap();
+        fitted.put_into(&mut config);
+        config.check().unwrap();
+        // As it is kept beside a dataset, and read again.
+        let kept = toml::to_string(&config).unwrap();
+        assert_eq!(DatasetConfig::from_toml(&kept, "t").unwrap(), config);
+        let pitch = |name: &str| Ok(assemble::pixel(name)?.pitch_um);
+        let recipe = draw::recipe(&config, 0, &pitch).unwrap();
+        assert_eq!(recipe.sensor.pitch_um, 1.6);
+        let lens = assemble::lens(&recipe.lens).unwrap();
+        let p = lens.paraxial(550.0).unwrap();
+        assert!(
+            (p.efl_mm - 4.4).abs() < 1e-6 && (p.f_number - 2.2).abs() < 1e-6,
+            "{p:?}"
+        );
+        // Another recipe takes the same camera.
+        let mut other = recipe.clone();
+        other.lens.name = "lib_dgauss_50mm".into();
+        fitted.put_into_recipe(&mut other);
+        assert_eq!(
+            (&other.lens.name, &other.response),
+            (&recipe.lens.name, &recipe.response)
+        );
+        assert_eq!(other.sensor.microlens_law, file.microlenses);
+    }
+
+    #[test]
+    fn a_lens_that_does_not_open_as_far_is_told_of_and_one_that_is_not_there_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut file = camera(folder.path());
+        let path = folder.path().join("camera.toml");
+        file.lens.f_number = 1.2;
+        std::fs::write(&path, toml::to_string(&file).unwrap()).unwrap();
+        let fitted = FittedCamera::read(&path).unwrap();
+        assert!(fitted.f_number.is_none() && fitted.warnings.len() == 2);
+        for (change, named) in [
+            ("file = \"absent.zmx\"\nfocal", "absent.zmx"),
+            ("focal_length = 3\nfocal", "focal_length"),
+        ] {
+            let text = toml::to_string(&file).unwrap();
+            std::fs::write(&path, text.replacen("focal", change, 1)).unwrap();
+            let why = FittedCamera::read(&path).unwrap_err().to_string();
+            assert!(why.contains(named), "{why}");
+        }
+        file.charge.diffusion_um = -1.0;
+        std::fs::write(&path, toml::to_string(&file).unwrap()).unwrap();
+        let why = FittedCamera::read(&path).unwrap_err().to_string();
+        assert!(why.contains("diffusion_um"), "{why}");
+    }
+}
