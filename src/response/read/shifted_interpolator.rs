@@ -234,7 +234,7 @@ mod tests {
         // cos 3x through 16 nodes per period, read anywhere.
         let (nodes, knots) = (16, 32);
         let stored = knots / 2 + 3;
-        let parts = coefficients(nodes, knots, stored);
+        let parts = coefficients(nodes, knots, stored, |_| 1.0);
         let tau = 2.0 * std::f64::consts::PI;
         let f = |x: f64| (tau * 3.0 * x).cos();
         let coefficient = |a: usize| -> f64 {
