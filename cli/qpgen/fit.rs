@@ -8,6 +8,7 @@ use quadpixel::em::PixelStack;
 use quadpixel::file;
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::log::Log;
+use quadpixel_cli::number::number;
 use quadpixel_cli::progress::Progress;
 use quadpixel_cli::{out, outln};
 use quadpixel_generators::camera_file::CameraFile;
@@ -18,6 +19,7 @@ use quadpixel_laboratory::fit::measurements::{Measurements, sum_of};
 use quadpixel_laboratory::fit::noise::Noise;
 use quadpixel_laboratory::fit::parameters::{Known, Parameter, with_prior};
 use quadpixel_laboratory::fit::prediction::Prediction;
+use quadpixel_laboratory::fit::target::DotTarget;
 use quadpixel_laboratory::fit::truth::{TruthResult, TruthSettings, trial};
 use quadpixel_laboratory::fit::{Fitted, fit, pictures};
 
@@ -31,8 +33,25 @@ const DRAWN_DISK_PX: f64 = 18.0;
 pub struct FitArgs {
     /// What was captured (TOML, see --print-capture): measured kernels of both views over the field, and white sheets;
     /// the files that it names stand beside it.
-    #[arg(required_unless_present_any = ["print_capture", "trials"])]
+    #[arg(required_unless_present_any = ["print_capture", "print_target", "trials"])]
     capture: Option<PathBuf>,
+    /// Prints the grid of dots that is photographed out of focus (SVG in mm, white on black), and ends.
+    #[arg(long, conflicts_with_all = ["capture", "print_capture", "out", "all", "prior", "pixel", "draft", "trials", "seed", "json"])]
+    print_target: bool,
+    /// Sheet of --print-target, mm, such as 297x210.
+    #[arg(
+        long,
+        default_value = "420x297",
+        value_name = "WxH",
+        requires = "print_target"
+    )]
+    target_mm: String,
+    /// Distance of its dots, mm: on the sensor at least 1.4 widths of a dot out of focus.
+    #[arg(value_parser = number, long, default_value_t = 20.0, requires = "print_target")]
+    dot_pitch_mm: f64,
+    /// Diameter of its dots, mm: in focus a pixel or less on the sensor.
+    #[arg(value_parser = number, long, default_value_t = 1.0, requires = "print_target")]
+    dot_mm: f64,
     /// Prints an example of the description, with every field, and ends.
     #[arg(long, conflicts_with_all = ["capture", "out", "all", "prior", "pixel", "draft", "trials", "seed", "json"])]
     print_capture: bool,
@@ -72,6 +91,10 @@ pub struct FitArgs {
 pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
     if args.print_capture {
         out!("{EXAMPLE_TOML}");
+        return Ok(());
+    }
+    if args.print_target {
+        out!("{}", target(args)?);
         return Ok(());
     }
     let progress = Progress::new(log.json(args.json));
@@ -130,6 +153,25 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
         print(&fitted, &predicted, seconds, args)?;
     }
     Ok(())
+}
+
+/// The grid of dots.
+fn target(args: &FitArgs) -> Result<String, CommandError> {
+    let sides = args.target_mm.split_once('x');
+    let sheet_mm = sides.and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    let Some(sheet_mm) = sheet_mm else {
+        let text = format!(
+            "--target-mm is {}; allowed: such as 420x297",
+            args.target_mm
+        );
+        return Err(CommandError::input(text));
+    };
+    let target = DotTarget {
+        sheet_mm,
+        pitch_mm: args.dot_pitch_mm,
+        dot_mm: args.dot_mm,
+    };
+    target.svg().map_err(CommandError::input)
 }
 
 fn fineness(args: &FitArgs) -> Fineness {

@@ -13,6 +13,8 @@
 pub mod camera_file;
 pub mod camera_model;
 pub mod capture;
+mod captured;
+pub mod dots;
 pub mod error;
 pub mod figures;
 pub mod goals;
@@ -24,6 +26,7 @@ pub mod parameters;
 pub mod pictures;
 pub mod pixel_table;
 pub mod prediction;
+pub mod target;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests;
