@@ -11,6 +11,11 @@ import numpy as np
 from quadpixel import Camera, Configuration, Picture, Pictures, Pixel, Scene
 from test_simulation import LENS, QPGEN, contents, run
 
+try:
+    import jax
+except ImportError:
+    jax = None
+
 HERE = os.path.dirname(os.path.abspath(__file__))
 SIZE = (16, 24)
 
@@ -155,3 +160,17 @@ class Converting(unittest.TestCase):
         np.save(os.path.join(self.folder, "image", "two.npy"), light)
         with self.assertRaisesRegex(ValueError, "'two'"):
             Pictures.open(os.path.dirname(image), os.path.dirname(near))
+
+
+@unittest.skipIf(jax is None, "jax is not installed")
+class Jax(unittest.TestCase):
+    def test_its_arrays_go_in_and_results_come_out_through_dlpack(self):
+        rng = np.random.default_rng(3)
+        image = rng.random(SIZE + (3,), dtype=np.float32)
+        depth = np.full(SIZE, 0.4, np.float32)
+        view = camera(width=SIZE[1], height=SIZE[0])
+        plain = view.convert(image, depth)["views"]
+        other = view.convert(jax.numpy.asarray(image), jax.numpy.asarray(depth))["views"]
+        np.testing.assert_array_equal(plain, other)
+        out = jax.dlpack.from_dlpack(other)
+        np.testing.assert_array_equal(np.asarray(out), plain)
