@@ -55,8 +55,8 @@ pub struct CameraFile {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LensPart {
-    /// A name of `qpgen lens list`, or a .json, .zmx or .seq file beside the camera file; absent: a built-in lens stands
-    /// in.
+    /// A name of `qpgen lens list`, or a .json, .zmx or .seq file beside the camera file; absent: a built-in lens
+    /// stands in.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// The lens is scaled to this focal length, mm.

@@ -8,8 +8,8 @@ use quadpixel_datasets::{CocDisparity, Range, Ranges};
 
 use super::files::SampleFiles;
 
-/// Disparities are stored as multiples of 1/this, px: a tenth of what they are known to, and their bytes pack to a fifth
-/// of those of all digits.
+/// Disparities are stored as multiples of 1/this, px: a tenth of what they are known to, and their bytes pack to a
+/// fifth of those of all digits.
 const DISPARITY_STEPS: f32 = 16384.0;
 /// Root-mean-square circle of confusion, px, below which its ratio to the disparity means nothing.
 const LEAST_DEFOCUS_PX: f64 = 0.5;

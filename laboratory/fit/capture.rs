@@ -61,8 +61,8 @@ pub struct ViewsPart {
     pub white: f64,
 }
 
-/// Files over fields: measured kernels, `.npy` of (fields, side, side), the fields row by row; or pictures of dots, 16-bit
-/// PNG or TIFF.
+/// Files over fields: measured kernels, `.npy` of (fields, side, side), the fields row by row; or pictures of dots,
+/// 16-bit PNG or TIFF.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FieldsPart {
