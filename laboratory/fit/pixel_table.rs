@@ -192,8 +192,8 @@ fn place(x: f64, count: usize) -> (isize, f64) {
     (low as isize, x - low as f64)
 }
 
-/// Weights of the nodes −1 to 2 at 0 to 1 between the two in the middle.
-fn cubic(t: f64) -> [f64; 4] {
+/// Weights of the nodes −1 to 2 at 0 to 1 between the two in the middle (Catmull and Rom).
+pub(super) fn cubic(t: f64) -> [f64; 4] {
     let (t2, t3) = (t * t, t * t * t);
     [
         0.5 * (2.0 * t2 - t - t3),

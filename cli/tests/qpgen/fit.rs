@@ -2,7 +2,11 @@
 
 use std::process::{Command, Output};
 
-use crate::common::refused;
+use quadpixel::em::PixelStack;
+use quadpixel::sensor::{Charge, MicrolensLaw, Subpixels};
+use quadpixel_generators::camera_file::{CameraFile, LensPart};
+
+use crate::common::{self, done, refused, said};
 
 fn qpgen(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_qpgen"));
@@ -37,4 +41,129 @@ fn arguments_that_cannot_be_are_refused() {
         &qpgen(&["--trials", "1", "--prior", "silicon_um=99,1"]),
         "99",
     );
+}
+
+#[test]
+fn the_grid_of_dots_is_printed_with_its_numbers() {
+    let printed = qpgen(&[
+        "--print-target",
+        "--target-mm",
+        "297x210",
+        "--dot-pitch-mm",
+        "15",
+    ]);
+    let svg = String::from_utf8(printed.stdout).unwrap();
+    assert!(svg.starts_with("<svg") && svg.contains("19 x 12 dots of 1 mm, 15 mm apart"));
+    refused(
+        &qpgen(&["--print-target", "--target-mm", "A4"]),
+        "allowed: such as 420x297",
+    );
+    refused(
+        &qpgen(&["--print-target", "--dot-mm", "15"]),
+        "dot_mm is 15",
+    );
+}
+
+/// A table of few lens shifts, coarsely made.
+const SMALL: &str = r#"
+count = 1
+seed = 3
+rays_per_pixel = 8
+exposure_ev = 0
+[lens]
+names = ["lib_dgauss_50mm"]
+focus_mm = 400
+[sensor]
+subpixels = "2x2"
+width = 12
+height = 8
+window = { at = "centre" }
+microlens_shift = { rule = "centred" }
+[response]
+model = "wave"
+pixels = ["2.8um"]
+preset = "draft"
+shifts = 4
+[scene]
+charts = ["noise"]
+texture_px = 64
+"#;
+
+#[test]
+fn a_fitted_camera_takes_the_pictures_of_a_dataset() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let camera = CameraFile {
+        name: "a phone".into(),
+        lens: LensPart {
+            file: None,
+            focal_length_mm: 4.4,
+            f_number: 2.2,
+        },
+        charge: Charge {
+            diffusion_um: 0.15,
+            crosstalk: 0.05,
+        },
+        microlenses: MicrolensLaw {
+            um: 0.1,
+            ..MicrolensLaw::default()
+        },
+        pixel: PixelStack {
+            subpixels: Subpixels::DUAL_X,
+            ..PixelStack::builtin("1.6um").unwrap()
+        },
+        parameters: Vec::new(),
+    };
+    std::fs::write(at("camera.toml"), toml::to_string(&camera).unwrap()).unwrap();
+    std::fs::write(at("small.toml"), SMALL).unwrap();
+    let command = [
+        "dataset",
+        "--config",
+        &at("small.toml"),
+        "--out",
+        &at("data"),
+    ];
+    let made = done(&[&command[..], &["--camera", &at("camera.toml")]].concat());
+    assert!(said(&made).contains("stands in"), "{}", said(&made));
+    let meta = std::fs::read(folder.path().join("data/samples/000000/meta.json")).unwrap();
+    let meta: serde_json::Value = serde_json::from_slice(&meta).unwrap();
+    assert_eq!(meta["sensor"]["pitch_um"], 1.6);
+    assert_eq!(meta["sensor"]["subpixels"], serde_json::json!([2, 1]));
+    // A sample is rendered again by the same camera.
+    let shown = common::qpgen(
+        &[
+            &[
+                "render",
+                &at("data/samples/000000/meta.json"),
+                "-o",
+                &at("again"),
+            ][..],
+            &["--camera", &at("camera.toml")],
+        ]
+        .concat(),
+    );
+    assert!(shown.status.success(), "{}", said(&shown));
+    let bad = common::qpgen(
+        &[
+            &command[..2],
+            &[
+                &at("small.toml"),
+                "--out",
+                &at("bad"),
+                "--camera",
+                "/nowhere/c.toml",
+            ],
+        ]
+        .concat(),
+    );
+    refused(&bad, "/nowhere/c.toml");
+    std::fs::write(at("broken.toml"), "name = 3").unwrap();
+    let bad = common::qpgen(&[
+        "dataset",
+        "--out",
+        &at("bad"),
+        "--camera",
+        &at("broken.toml"),
+    ]);
+    refused(&bad, "broken.toml");
 }

@@ -1,14 +1,15 @@
 //! What a dataset will take, said before it is begun: time, memory, disk, noise.
 //!
 //! Nothing is a constant of some machine: a few samples of the very configuration, spread over it, are made whole with
-//! a quarter of their rays and written where the dataset will be, and measured. Rays cost alike, so their time is four
-//! times what that took; all else does not depend on them. The size of noisy files is followed from a sixteenth to a
+//! a quarter of their rays and written where the dataset will be, each while the next is rendered, and measured. Rays
+//! cost alike, so their time is four times what that took; all else does not depend on them. The size of noisy files is followed from a sixteenth to a
 //! quarter of the rays, and on to all; noise falls by a known power. Response tables that are not kept yet are timed on
 //! a coarser grid.
 
 mod tables;
 
 use std::path::Path;
+use std::time::Instant;
 
 use quadpixel::em::{Level, Preset};
 use quadpixel::file::{self, FolderAside};
@@ -24,7 +25,6 @@ use crate::production::error::GenerateError;
 use crate::production::folder_error::FolderError;
 use crate::production::recipes::Recipes;
 use crate::recipe::{Recipe, SampleId};
-use crate::sample::stages::{Stages, timed};
 use crate::sample::{Sample, render_sample};
 use crate::writer::write_alone;
 
@@ -61,9 +61,21 @@ pub struct Expected {
     pub effects: Ledger,
 }
 
+/// All samples that were tried.
+struct Tried {
+    /// The first with a sixteenth of its rays.
+    few: Trial,
+    /// Each with a quarter.
+    more: Vec<Trial>,
+    /// That these took.
+    seconds: f64,
+}
+
 /// One sample that was tried.
 struct Trial {
-    stages: Stages,
+    /// Of its rays alone, and of its response's table.
+    rays_s: f64,
+    response_s: f64,
     bytes: u64,
     spread: Option<f64>,
     rays: usize,
@@ -94,17 +106,32 @@ pub fn estimate(
     let folder = FolderAside::new(out, format!("{name}-estimate-"))?;
     let mut responses = Responses::new();
     let response_seconds = tables::seconds_of_missing(config, &recipes, &mut responses)?;
+    let few = rendered(&drawn[0], PART * PART, &mut responses)?;
+    let few = written(&few, folder.path())?;
+    // As a dataset is made: one sample is written while the next is rendered.
+    let began = Instant::now();
     let mut trials = Vec::new();
-    for (k, recipe) in drawn.iter().enumerate() {
+    let mut last: Option<(Sample, usize)> = None;
+    for recipe in &drawn {
         if observer.stop_asked() {
             return Err(GenerateError::EstimateStopped);
         }
-        if k == 0 {
-            trials.push(trial(recipe, PART * PART, folder.path(), &mut responses)?);
-        }
-        trials.push(trial(recipe, PART, folder.path(), &mut responses)?);
+        let (next, trial) = rayon::join(
+            || rendered(recipe, PART, &mut responses),
+            || last.as_ref().map(|sample| written(sample, folder.path())),
+        );
+        trials.extend(trial.transpose()?);
+        last = Some(next?);
     }
-    Ok(expected(config, count, &trials, response_seconds))
+    if let Some(sample) = last {
+        trials.push(written(&sample, folder.path())?);
+    }
+    let tried = Tried {
+        few,
+        seconds: began.elapsed().as_secs_f64(),
+        more: trials,
+    };
+    Ok(expected(config, count, &tried, response_seconds))
 }
 
 /// Numbers of the samples that are tried: spread over all, and over what comes in turn.
@@ -116,21 +143,18 @@ fn tried(count: usize) -> Vec<usize> {
     all
 }
 
-/// The first trial has a sixteenth of the rays, the others a quarter.
 fn expected(
     config: &DatasetConfig,
     count: usize,
-    trials: &[Trial],
+    tried: &Tried,
     response_seconds: f64,
 ) -> Expected {
-    let (few, more) = (&trials[0], &trials[1..]);
+    let Tried { few, more, seconds } = tried;
     let n = more.len() as f64;
     let rays = config.rays_per_pixel as f64;
-    let seconds: f64 = more
-        .iter()
-        .map(|t| t.stages.at_rays(rays / t.rays as f64))
-        .sum();
-    let seconds_a_sample = seconds / n;
+    // Tables are counted apart.
+    let missing = |t: &Trial| (rays / t.rays as f64 - 1.0) * t.rays_s - t.response_s;
+    let seconds_a_sample = (seconds + more.iter().map(missing).sum::<f64>()) / n;
     // From few to more rays, in powers of two; more[0] is the same sample.
     let octaves = (more[0].rays as f64 / few.rays as f64).log2();
     let left = (rays / more[0].rays as f64).log2();
@@ -168,13 +192,12 @@ fn expected(
     }
 }
 
-/// Makes and writes a sample with a part of its rays.
-fn trial(
+/// A sample with a part of its rays, and how many.
+fn rendered(
     recipe: &Recipe,
     part: usize,
-    folder: &Path,
     responses: &mut Responses,
-) -> Result<Trial, GenerateError> {
+) -> Result<(Sample, usize), GenerateError> {
     let mut recipe = recipe.clone();
     let rays =
         (recipe.render.rays_per_pixel / part).max(LEAST_RAYS.min(recipe.render.rays_per_pixel));
@@ -183,28 +206,24 @@ fn trial(
         index: 0,
         configuration_blake3: "0".repeat(64),
     };
-    let sample: Sample = render_sample(&recipe, id, responses, &())?;
-    let mut stages = sample.stages;
+    let sample = render_sample(&recipe, id, responses, &())?;
+    Ok((sample, rays))
+}
+
+/// Writes a sample that is tried, and takes it away.
+fn written((sample, rays): &(Sample, usize), folder: &Path) -> Result<Trial, GenerateError> {
     let place = folder.join("sample");
-    timed(&mut stages.writing_s, || {
-        write_alone(&place, &sample.files())
-    })?;
+    write_alone(&place, &sample.files())?;
     let bytes = size_of(&place)?;
     file::remove(&place)?;
     Ok(Trial {
-        stages,
+        rays_s: sample.stages.rays_s,
+        response_s: sample.stages.response_s,
         bytes,
         spread: sample.description.errors.map(|e| e.rms_over_mean),
-        rays,
-        effects: sample.description.effects,
+        rays: *rays,
+        effects: sample.description.effects.clone(),
     })
-}
-
-impl Stages {
-    /// Seconds with `factor` times the rays, the response left out.
-    fn at_rays(&self, factor: f64) -> f64 {
-        self.scene_s + self.effects_s + factor * self.rays_s + self.truth_s + self.writing_s
-    }
 }
 
 /// The largest memory that this process has had, bytes.

@@ -2,6 +2,7 @@
 
 use quadpixel::image::Image;
 
+use super::super::pixel_table::cubic;
 use super::DotField;
 
 /// Linear light from which a pixel counts as saturated.
@@ -100,15 +101,4 @@ fn ring(side: usize, value: &dyn Fn(usize, usize) -> f64) -> f64 {
     let sides = (0..last)
         .map(|k| value(k, 0) + value(last, k) + value(last - k, last) + value(0, last - k));
     sides.sum::<f64>() / (4 * last) as f64
-}
-
-/// Weights of the four pixels around a place at 0 to 1 between the middle ones (Catmull and Rom).
-fn cubic(t: f64) -> [f64; 4] {
-    let (t2, t3) = (t * t, t * t * t);
-    [
-        0.5 * (2.0 * t2 - t - t3),
-        0.5 * (2.0 - 5.0 * t2 + 3.0 * t3),
-        0.5 * (t + 4.0 * t2 - 3.0 * t3),
-        0.5 * (t3 - t2),
-    ]
 }

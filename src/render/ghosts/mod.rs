@@ -43,10 +43,7 @@ const SHARE: usize = 64;
 const RAYS: [usize; 2] = [1 << 14, 1 << 22];
 /// Rays of a batch.
 const BATCH: usize = 1024;
-/// Cells on a side of the square around the front disk that bins are parted by.
-const CELLS: usize = 4;
-/// The same of an estimate, and rays of each of its two sets.
-const ESTIMATE_CELLS: usize = 2;
+/// Rays of each of the two sets of an estimate.
 const ESTIMATE_RAYS: usize = 1 << 13;
 /// Blocks on a side of the window of an estimate.
 const BLOCKS: usize = 8;
@@ -64,7 +61,7 @@ pub(super) fn ghost_light(
     let image_rays = sensor.width() * sensor.height() * settings.rays_per_pixel;
     let rays = (image_rays / SHARE).clamp(RAYS[0], RAYS[1]);
     let seed = hash(settings.seed, &[KEY]);
-    let ghosts = Ghosts::new(camera, scene, CELLS, seed)?;
+    let ghosts = Ghosts::new(camera, scene, seed)?;
     let all = ghosts.follow(rays, seed);
     let spread = Spread::new(&all, sensor);
     let splatter = Splatter::new(camera, rays);
@@ -87,7 +84,7 @@ pub struct GhostBlocks {
 pub fn ghost_blocks(camera: &Camera, scene: &Scene, seed: u64) -> Option<GhostBlocks> {
     let sensor = camera.sensor();
     let (columns, rows) = (BLOCKS.min(sensor.width()), BLOCKS.min(sensor.height()));
-    let ghosts = Ghosts::new(camera, scene, ESTIMATE_CELLS, hash(seed, &[KEY]))?;
+    let ghosts = Ghosts::new(camera, scene, hash(seed, &[KEY]))?;
     let per_block = (sensor.width() * sensor.height()) as f64 / (columns * rows) as f64;
     let scale = 1.0 / (per_block * sensor.subpixels().count() as f64);
     let splatter = Splatter::new(camera, ESTIMATE_RAYS);
@@ -117,10 +114,10 @@ struct Ghosts<'a> {
 
 impl<'a> Ghosts<'a> {
     /// `None` where nothing reflects, no light comes, or none of it comes near the window.
-    fn new(camera: &'a Camera, scene: &'a Scene, cells: usize, seed: u64) -> Option<Self> {
+    fn new(camera: &'a Camera, scene: &'a Scene, seed: u64) -> Option<Self> {
         let reflections = camera.reflections()?;
         let front = FrontDisk::new(camera)?;
-        let table = GhostTable::new(camera, reflections, scene, (&front, cells), seed)?;
+        let table = GhostTable::new(camera, reflections, scene, &front, seed)?;
         Some(Self {
             camera,
             scene,
