@@ -2,9 +2,9 @@
 //!
 //! Nothing is a constant of some machine: a few samples of the very configuration, spread over it, are made whole with
 //! a quarter of their rays and written where the dataset will be, each while the next is rendered, and measured. Rays
-//! cost alike, so their time is four times what that took; all else does not depend on them. The size of noisy files is followed from a sixteenth to a
-//! quarter of the rays, and on to all; noise falls by a known power. Response tables that are not kept yet are timed on
-//! a coarser grid.
+//! cost alike, so their time is four times what that took; all else does not depend on them. The size of noisy files is
+//! followed from a sixteenth to a quarter of the rays, and on to all; noise falls by a known power. Response tables
+//! that are not kept yet are timed on a coarser grid.
 
 mod tables;
 
