@@ -77,7 +77,7 @@ impl Prepared {
         if rgbd.level == Level::Rays {
             let tracing = self.recipe.lens_tracing;
             self.camera = timed(&mut self.stages.scene_s, || {
-                (self.camera).with_lens_maps(&tracing, settings.rays_per_pixel)
+                (self.camera).with_lens_maps(&tracing, self.maps_for)
             });
             self.warnings.extend(lens_tracing::warning(&self.camera));
         }

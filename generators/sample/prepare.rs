@@ -87,5 +87,6 @@ fn put_together(
         picture,
         warnings,
         stages,
+        maps_for: recipe.render.rays_per_pixel,
     })
 }

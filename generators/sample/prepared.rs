@@ -74,6 +74,8 @@ pub struct Prepared {
     pub(super) picture: Option<DepthPicture>,
     pub(super) warnings: Vec<String>,
     pub(super) stages: Stages,
+    /// Rays per pixel that lens maps must pay for.
+    pub(super) maps_for: usize,
 }
 
 /// Where the radiance of the rays comes from.
@@ -112,6 +114,10 @@ impl Prepared {
     /// Its scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+    /// Makes lens maps where so many rays per pixel would be worth them, however few it is rendered with.
+    pub(crate) fn make_maps_for(&mut self, rays_per_pixel: usize) {
+        self.maps_for = rays_per_pixel;
     }
     /// Exposes it by `ev` stops.
     pub fn expose(&mut self, ev: f64) {
@@ -169,7 +175,7 @@ impl Prepared {
         });
         let tracing = self.recipe.lens_tracing;
         self.camera = timed(&mut self.stages.scene_s, || {
-            (self.camera).with_lens_maps(&tracing, settings.rays_per_pixel)
+            (self.camera).with_lens_maps(&tracing, self.maps_for)
         });
         self.warnings.extend(lens_tracing::warning(&self.camera));
         let several = self.scene.planes().len() > 1 || self.scene.world().is_some();

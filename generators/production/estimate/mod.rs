@@ -1,10 +1,9 @@
 //! What a dataset will take, said before it is begun: time, memory, disk, noise.
 //!
 //! Nothing is a constant of some machine: a few samples of the very configuration, spread over it, are made whole with
-//! a quarter of their rays and written where the dataset will be, each while the next is rendered, and measured. Rays
-//! cost alike, so their time is four times what that took; all else does not depend on them. The size of noisy files is
-//! followed from a sixteenth to a quarter of the rays, and on to all; noise falls by a known power. Response tables
-//! that are not kept yet are timed on a coarser grid.
+//! a quarter of their rays and written where the dataset will be, each while the next is rendered, and measured. What a
+//! ray costs, and the size of noisy files, is followed from a sixteenth to a quarter of the rays, and on to all; noise
+//! falls by a known power. Response tables that are not kept yet are timed on a coarser grid.
 
 mod tables;
 
@@ -25,18 +24,20 @@ use crate::production::error::GenerateError;
 use crate::production::folder_error::FolderError;
 use crate::production::recipes::Recipes;
 use crate::recipe::{Recipe, SampleId};
-use crate::sample::{Sample, render_sample};
+use crate::sample::{Rays, Sample, SampleError, prepare};
 use crate::writer::write_alone;
 
 /// Samples that are tried.
 const SAMPLES: usize = 4;
 /// Parts of the rays with which they are.
 const PART: usize = 4;
+/// Part of the rays' stage that is taken to grow with the rays, at least.
+const LEAST_BY_RAYS: f64 = 0.5;
 /// Fewest rays: below, a ray costs more.
 const LEAST_RAYS: usize = 8;
-/// Power of the number of rays with which a sub-pixel's error falls, as measured from 32 to 512 rays on charts
-/// (`benches/runs/2026-11-21/accuracy.md`): samples that cover pixel and pupil alike do better than independent ones.
-const SPREAD_FALLS: f64 = -0.66;
+/// Power of the number of rays with which a sub-pixel's error falls, as measured from 24 to 96 rays on charts with
+/// diffraction at the lens (`benches/runs/2026-11-23/fewer_nodes.md`): little faster than of independent samples.
+const SPREAD_FALLS: f64 = -0.56;
 
 /// What to expect.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -152,8 +153,12 @@ fn expected(
     let Tried { few, more, seconds } = tried;
     let n = more.len() as f64;
     let rays = config.rays_per_pixel as f64;
+    // The part of the rays' stage that each ray adds to, by the sample that was rendered twice.
+    let a_ray_s = (more[0].rays_s - few.rays_s) / (more[0].rays as f64 - few.rays as f64);
+    let by_rays = (a_ray_s * more[0].rays as f64 / more[0].rays_s).clamp(LEAST_BY_RAYS, 1.0);
+    let by_rays = if by_rays.is_nan() { 1.0 } else { by_rays };
     // Tables are counted apart.
-    let missing = |t: &Trial| (rays / t.rays as f64 - 1.0) * t.rays_s - t.response_s;
+    let missing = |t: &Trial| (rays / t.rays as f64 - 1.0) * by_rays * t.rays_s - t.response_s;
     let seconds_a_sample = (seconds + more.iter().map(missing).sum::<f64>()) / n;
     // From few to more rays, in powers of two; more[0] is the same sample.
     let octaves = (more[0].rays as f64 / few.rays as f64).log2();
@@ -199,6 +204,7 @@ fn rendered(
     responses: &mut Responses,
 ) -> Result<(Sample, usize), GenerateError> {
     let mut recipe = recipe.clone();
+    let all_rays = recipe.render.rays_per_pixel;
     let rays =
         (recipe.render.rays_per_pixel / part).max(LEAST_RAYS.min(recipe.render.rays_per_pixel));
     recipe.render.rays_per_pixel = rays;
@@ -206,7 +212,10 @@ fn rendered(
         index: 0,
         configuration_blake3: "0".repeat(64),
     };
-    let sample = render_sample(&recipe, id, responses, &())?;
+    let mut prepared = prepare(&recipe, responses, &()).map_err(SampleError::from)?;
+    // As with all rays: few of them are not worth a map.
+    prepared.make_maps_for(all_rays);
+    let (sample, _) = prepared.render(id, Rays::Trace, &())?;
     Ok((sample, rays))
 }
 
