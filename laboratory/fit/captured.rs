@@ -165,7 +165,8 @@ impl CaptureDescription {
         let span = |c: f64, length: usize| {
             let middle = c + 0.5 * length as f64;
             let inside = middle - half > -0.5 && middle + half < length as f64 + 0.5;
-            inside
+            // Dots lie in the picture, but not in the middle of their field.
+            (inside || self.dots.is_some())
                 .then(|| (middle - half).max(0.0) as usize..((middle + half) as usize).min(length))
         };
         let (Some(xs), Some(ys)) = (span(place_px[0], w), span(place_px[1], h)) else {

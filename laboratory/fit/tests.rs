@@ -119,7 +119,7 @@ fn captures_that_cannot_be_used_are_named_with_what_would_do() {
     };
     refused(
         &|f| write_sheet(f, "right", 60, |_| 9001),
-        "60 × 48 px, but the left sheet is 64 × 48 px",
+        "60 × 48 px, but the left picture is 64 × 48 px",
     );
     refused(
         &|f| write_sheet(f, "right", 64, |_| 16383),
@@ -247,13 +247,15 @@ fn pictures_of_dots_stand_in_the_place_of_kernels() {
         measured(folder.path())
     };
     let found = dots("d").unwrap();
-    assert_eq!((found.fields.len(), found.side), (4, 27));
+    // Windows of 1.6 times 15 px.
+    assert_eq!((found.fields.len(), found.side), (4, 2 * 12 + 1));
     for field in &found.fields {
         let [left, right] =
             [0, 1].map(|k| super::measurements::centroid_px(&field.views[k], found.side));
-        // ∫ x (1 + a x) over a disk of radius 7.5: a r²/4 either way.
+        // a ⟨r²⟩/2 either way; of the soft disk ⟨r²⟩/2 = 16.68 (by quadrature; 7.5²/4 = 14.06 of a sharp one).
+        let apart = right[0] - left[0];
         assert!(
-            (right[0] - left[0] - 2.0 * 0.05 * 7.5 * 7.5 / 4.0).abs() < 0.15,
+            (apart - 2.0 * 0.05 * 16.68).abs() < 0.02,
             "{left:?} {right:?}"
         );
         assert!((right[1] - left[1]).abs() < 0.02);
