@@ -264,8 +264,13 @@ fn configuration(args: &ConvertArgs, log: Log) -> Result<DatasetConfig, CommandE
     };
     config.scene.world = None;
     config.seed = args.seed.unwrap_or(config.seed);
-    for warning in args.camera.put_into(&mut config)? {
-        log.line(log::Level::Warn, &warning, &[]);
+    let warnings = args.camera.put_into(&mut config)?;
+    if args.lens.is_none() {
+        let warnings = warnings.iter();
+        warnings.for_each(|warning| log.line(log::Level::Warn, warning, &[]));
+    } else if args.camera.camera.is_some() {
+        // What the file says of its lens is not for another one.
+        (config.lens.focal_length_mm, config.lens.f_number) = (None, None);
     }
     if let Some(lens) = &args.lens {
         config.lens.names = vec![lens.clone()];

@@ -36,7 +36,12 @@ pub struct FitArgs {
     #[arg(required_unless_present_any = ["print_capture", "print_target", "trials"])]
     capture: Option<PathBuf>,
     /// Prints the grid of dots that is photographed out of focus (SVG in mm, white on black), and ends.
-    #[arg(long, conflicts_with_all = ["capture", "print_capture", "out", "all", "prior", "pixel", "draft", "trials", "seed", "json"])]
+    #[arg(
+        long,
+        conflicts_with_all = [
+            "capture", "print_capture", "out", "all", "prior", "pixel", "draft", "trials", "seed", "json",
+        ]
+    )]
     print_target: bool,
     /// Sheet of --print-target, mm, such as 297x210.
     #[arg(

@@ -33,6 +33,13 @@ pub(crate) use responses::{check_quick, quick_plan};
 /// # Errors
 /// What a field of the recipe is and may be.
 pub fn lens(recipe: &LensRecipe) -> Result<Lens, RecipeError> {
+    if let Some(f) = recipe
+        .focal_length_mm
+        .filter(|f| !(*f > 0.0 && f.is_finite()))
+    {
+        let allowed = "finite and > 0";
+        return Err(FieldError::new("lens.focal_length_mm", f, allowed).into());
+    }
     let mut lens = Prescription::named(&recipe.name)
         .and_then(|p| match recipe.focal_length_mm {
             None => Ok(p),

@@ -51,7 +51,7 @@ impl Charge {
         })
     }
 
-    /// What is left of a harmonic of the lens shift: f periods a pitch along one axis.
+    /// What is left of a harmonic of the lens shift: f periods per pitch along one axis.
     pub(crate) fn kept(&self, harmonic: usize, pitch_um: f64) -> f64 {
         let turns = std::f64::consts::TAU * harmonic as f64 * self.diffusion_um / pitch_um;
         (-0.5 * turns * turns).exp()

@@ -3,8 +3,7 @@
 use std::process::{Command, Output};
 
 use quadpixel::em::PixelStack;
-use quadpixel::sensor::{Charge, MicrolensLaw, Subpixels};
-use quadpixel_generators::camera_file::{CameraFile, LensPart};
+use quadpixel::sensor::Subpixels;
 
 use crate::common::{self, done, refused, said};
 
@@ -89,32 +88,25 @@ charts = ["noise"]
 texture_px = 64
 "#;
 
+/// All of a camera file but its pixel.
+const CAMERA: &str = r#"
+name = "a phone"
+lens = { focal_length_mm = 4.4, f_number = 2.2 }
+charge = { diffusion_um = 0.15, crosstalk = 0.05 }
+microlenses = { um = 0.1 }
+"#;
+
 #[test]
 fn a_fitted_camera_takes_the_pictures_of_a_dataset() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).display().to_string();
-    let camera = CameraFile {
-        name: "a phone".into(),
-        lens: LensPart {
-            file: None,
-            focal_length_mm: 4.4,
-            f_number: 2.2,
-        },
-        charge: Charge {
-            diffusion_um: 0.15,
-            crosstalk: 0.05,
-        },
-        microlenses: MicrolensLaw {
-            um: 0.1,
-            ..MicrolensLaw::default()
-        },
-        pixel: PixelStack {
-            subpixels: Subpixels::DUAL_X,
-            ..PixelStack::builtin("1.6um").unwrap()
-        },
-        parameters: Vec::new(),
+    let pixel = PixelStack {
+        subpixels: Subpixels::DUAL_X,
+        ..PixelStack::builtin("1.6um").unwrap()
     };
-    std::fs::write(at("camera.toml"), toml::to_string(&camera).unwrap()).unwrap();
+    let mut camera: toml::Table = toml::from_str(CAMERA).unwrap();
+    camera.insert("pixel".into(), toml::Value::try_from(pixel).unwrap());
+    std::fs::write(at("camera.toml"), camera.to_string()).unwrap();
     std::fs::write(at("small.toml"), SMALL).unwrap();
     let command = [
         "dataset",
@@ -166,4 +158,15 @@ fn a_fitted_camera_takes_the_pictures_of_a_dataset() {
         &at("broken.toml"),
     ]);
     refused(&bad, "broken.toml");
+    // A focal length that cannot be is named as it is written.
+    let wrong = SMALL.replace("focus_mm = 400", "focus_mm = 400\nfocal_length_mm = -4");
+    std::fs::write(at("wrong.toml"), wrong).unwrap();
+    let bad = common::qpgen(&[
+        "dataset",
+        "--config",
+        &at("wrong.toml"),
+        "--out",
+        &at("bad"),
+    ]);
+    refused(&bad, "lens.focal_length_mm is -4");
 }
