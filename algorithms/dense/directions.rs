@@ -70,6 +70,16 @@ impl Direction {
         &self.pyramid
     }
 
+    /// Whether its rows are columns of the first direction.
+    pub fn is_turned(&self) -> bool {
+        self.is_turned
+    }
+
+    /// Disparity here over that of the first direction.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
     fn volume(&self, levels: &[usize], candidates: Candidates) -> Volume {
         let own = Candidates {
             first_px: self.scale * candidates.first_px,

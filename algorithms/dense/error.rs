@@ -1,5 +1,6 @@
 //! Why a pair has no dense map.
 
+use super::network::NetworkError;
 use crate::plane_error::PlaneError;
 
 /// Pictures or settings without a dense map.
@@ -29,6 +30,9 @@ pub enum DenseError {
     /// One sub-pixel.
     #[error("one sub-pixel: dense matching needs two columns or two rows")]
     NoPair,
+    /// A network that does not fit.
+    #[error(transparent)]
+    Network(#[from] NetworkError),
     /// A ratio of disparity to blur that no pupil has.
     #[error("ratio of disparity to blur {0}: allowed is above 0 to 4/(3π) = 0.424")]
     Ratio(f64),

@@ -21,7 +21,9 @@ mod directions;
 mod error;
 mod filters;
 mod kernels;
+mod learned;
 mod minimum;
+mod network;
 mod of_capture;
 mod opposite;
 mod prepare;
@@ -34,6 +36,7 @@ use quadpixel::image::Image;
 
 pub use error::DenseError;
 pub use kernels::SHARP_RATIO;
+pub use network::{Network, NetworkError};
 pub use of_capture::Halves;
 pub use opposite::{OppositePair, OppositeViews};
 
@@ -91,16 +94,35 @@ pub fn dense_disparity(
 /// No pair; more than one channel, numbers that are not finite, unequal sizes, less than 16 pixels a side; a ratio that
 /// no pupil has.
 pub fn dense_disparity_of(views: OppositeViews<'_>) -> Result<DenseMap, DenseError> {
+    estimated(views, |directions| Ok(matched(directions)))
+}
+
+/// The disparity of opposite views as a network tells it. It was trained on cameras of many ratios κ, and is told
+/// none; where there are both pairs, their ratios' quotient counts.
+///
+/// # Errors
+/// As of [`dense_disparity_of`]; a network that does not fit.
+pub fn learned_disparity_of(
+    views: OppositeViews<'_>,
+    network: &Network,
+) -> Result<DenseMap, DenseError> {
+    estimated(views, |directions| learned::learned(directions, network))
+}
+
+fn estimated(
+    views: OppositeViews<'_>,
+    map_of: impl Fn(&[Direction]) -> Result<DenseMap, DenseError>,
+) -> Result<DenseMap, DenseError> {
     match (views.left_right, views.top_bottom) {
         (None, None) => Err(DenseError::NoPair),
-        (Some(pair), None) => Ok(matched(&[Direction::first(&pair, false)?])),
+        (Some(pair), None) => map_of(&[Direction::first(&pair, false)?]),
         (Some(pair), Some(other)) => {
             let first = Direction::first(&pair, false)?;
             let across = Direction::across(&other, &first, views.astigmatism_px)?;
-            Ok(matched(&[first, across]))
+            map_of(&[first, across])
         }
         (None, Some(pair)) => {
-            let map = matched(&[Direction::first(&pair, true)?]);
+            let map = map_of(&[Direction::first(&pair, true)?])?;
             Ok(DenseMap {
                 disparity_px: transposed(&map.disparity_px),
                 sigma_px: transposed(&map.sigma_px),

@@ -4,7 +4,10 @@ use quadpixel::image::{Image, channel};
 use quadpixel_datasets::{CameraDescription, DisparityCurve, DisparityCurves, RatioField};
 
 use super::filters::by_rows;
-use super::{DenseError, DenseMap, OppositePair, OppositeViews, dense_disparity_of};
+use super::{
+    DenseError, DenseMap, Network, OppositePair, OppositeViews, dense_disparity_of,
+    learned_disparity_of,
+};
 use crate::capture::Capture;
 use crate::sai::Side;
 
@@ -69,11 +72,23 @@ impl Halves {
     /// # Errors
     /// As of [`dense_disparity_of`].
     pub fn disparity(&self) -> Result<DenseMap, DenseError> {
-        dense_disparity_of(OppositeViews {
+        dense_disparity_of(self.views())
+    }
+
+    /// Their disparity as a network tells it.
+    ///
+    /// # Errors
+    /// As of [`learned_disparity_of`].
+    pub fn learned_disparity(&self, network: &Network) -> Result<DenseMap, DenseError> {
+        learned_disparity_of(self.views(), network)
+    }
+
+    fn views(&self) -> OppositeViews<'_> {
+        OppositeViews {
             left_right: self.left_right.as_ref().map(Pair::opposite),
             top_bottom: self.top_bottom.as_ref().map(Pair::opposite),
             astigmatism_px: self.astigmatism_px.as_ref(),
-        })
+        }
     }
 }
 

@@ -87,6 +87,11 @@ impl Pyramid {
         self.views.len()
     }
 
+    /// Roots of the views at resolution `k`.
+    pub fn views(&self, k: usize) -> [&Image; 2] {
+        self.views[k].each_ref()
+    }
+
     /// The texture at resolution `k`.
     pub fn level(&self, k: usize) -> Level {
         let [left, right] = &self.views[k];

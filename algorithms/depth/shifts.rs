@@ -5,7 +5,7 @@ use quadpixel::image::channel;
 use super::halves::{MOST_NOISE, Measured, Pair, measure};
 use crate::calibration::{Calibration, CalibrationError};
 use crate::capture::Capture;
-use crate::dense::{DenseError, Halves};
+use crate::dense::{DenseError, DenseMap, Halves, Network};
 use crate::disparity::{Axes, MatchError, MatchSettings};
 use crate::sai::Side;
 
@@ -91,6 +91,20 @@ impl Shifts {
             None => halves,
         };
         let map = halves.disparity()?;
+        Ok(Self::at_every_pixel(capture, &halves, &map))
+    }
+
+    /// As [`Self::dense`], by a network.
+    ///
+    /// # Errors
+    /// As of [`Self::dense`]; a network that does not fit.
+    pub fn learned(capture: &Capture, network: &Network) -> Result<Self, ShiftError> {
+        let halves = Halves::new(capture);
+        let map = halves.learned_disparity(network)?;
+        Ok(Self::at_every_pixel(capture, &halves, &map))
+    }
+
+    fn at_every_pixel(capture: &Capture, halves: &Halves, map: &DenseMap) -> Self {
         let pixels = map.disparity_px.data().iter().zip(map.sigma_px.data());
         let shifts = pixels.map(|(disparity, sigma)| {
             Some(Measured {
@@ -103,11 +117,11 @@ impl Shifts {
             false => (shifts, None),
             true => (None, shifts),
         };
-        Ok(Self {
+        Self {
             size_px: capture.size_px(),
             left_right,
             top_bottom,
-        })
+        }
     }
 
     /// Takes out the shift that the lens's aberration makes of itself. The calibration must be of `capture`'s camera.

@@ -1,4 +1,5 @@
-//! `qpalgo disparity --dense`: opposite views in; their disparity and its standard deviation at every pixel out.
+//! `qpalgo disparity --dense` and `--network`: opposite views in; their disparity and its standard deviation at every
+//! pixel out.
 
 use std::path::Path;
 
@@ -6,7 +7,9 @@ use quadpixel::file;
 use quadpixel::image::colour::{blue_white_red, viridis};
 use quadpixel::image::raster::encode_png8;
 use quadpixel::image::{Image, ImageError, channel};
-use quadpixel_algorithms::dense::{DenseMap, DenseSettings, Halves, dense_disparity};
+use quadpixel_algorithms::dense::{
+    DenseMap, Halves, OppositePair, OppositeViews, dense_disparity_of, learned_disparity_of,
+};
 use quadpixel_algorithms::maps::{MapFormat, Maps};
 use quadpixel_cli::exit::CommandError;
 use quadpixel_cli::outln;
@@ -17,6 +20,7 @@ use crate::inputs::in_file;
 
 /// Matches and writes; no file is written before all are made.
 pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError> {
+    let network = args.network.read()?;
     progress.stage(format!("reading {}", args.view.display()));
     let (map, ratio, vertical) = match &args.reference {
         Some(_) if !args.source.is_empty() => {
@@ -27,7 +31,18 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
         Some(reference) => {
             let [left, right] = of_pair(args, reference)?;
             progress.stage("matching");
-            let map = dense_disparity(&left, &right, &DenseSettings { ratio: args.ratio });
+            let pair = OppositePair {
+                views: [&left, &right],
+                ratio: args.ratio,
+            };
+            let views = OppositeViews {
+                left_right: Some(pair),
+                ..OppositeViews::default()
+            };
+            let map = match &network {
+                Some(network) => learned_disparity_of(views, network),
+                None => dense_disparity_of(views),
+            };
             (map, args.ratio, false)
         }
         None => {
@@ -37,7 +52,11 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
                 None => halves,
             };
             progress.stage("matching");
-            (halves.disparity(), halves.ratio(), halves.is_vertical())
+            let map = match &network {
+                Some(network) => halves.learned_disparity(network),
+                None => halves.disparity(),
+            };
+            (map, halves.ratio(), halves.is_vertical())
         }
     };
     let map = map.map_err(in_file(&args.view))?;
@@ -45,7 +64,8 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
     let files = files(args.format.into(), &map, vertical).map_err(CommandError::failed)?;
     file::write_reports(&args.out, &files)?;
     drop(progress);
-    report(args, &map, &files, ratio)
+    let ratio_is_free = ratio.is_none() && network.is_none();
+    report(args, &map, &files, ratio_is_free)
 }
 
 /// Green of two pictures in colour, else their first channel.
@@ -106,14 +126,14 @@ fn report(
     args: &DisparityArgs,
     map: &DenseMap,
     files: &Files,
-    ratio: Option<f64>,
+    ratio_is_free: bool,
 ) -> Result<(), CommandError> {
     let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
     let (disparity, sigma) = (median(&map.disparity_px), median(&map.sigma_px));
     if args.json {
         let object = serde_json::json!({
             "files": names, "median_px": disparity, "median_sigma_px": sigma, "range_px": map.range_px,
-            "halvings": map.halvings, "blur_known": ratio.is_some(),
+            "halvings": map.halvings, "blur_known": !ratio_is_free,
         });
         outln!("{object}");
         return Ok(());
@@ -125,7 +145,7 @@ fn report(
         map.range_px[1],
         1u32 << map.halvings
     );
-    if ratio.is_none() {
+    if ratio_is_free {
         outln!(
             "no description of the camera: the blur is assumed, its ratio to the disparity is free"
         );

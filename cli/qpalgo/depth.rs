@@ -14,6 +14,7 @@ use quadpixel_cli::exit::CommandError;
 use crate::inputs::{
     CaptureArgs, MapFormatArg, calibrated_camera, in_file, read_calibration, sample_folder,
 };
+use crate::network::NetworkArgs;
 use quadpixel_algorithms::calibration::Calibration;
 use quadpixel_algorithms::capture::Capture;
 use quadpixel_algorithms::depth::{
@@ -65,8 +66,10 @@ pub struct DepthArgs {
     calibration: Option<PathBuf>,
     /// Only where windows match surely, as `qpalgo disparity` does; NaN elsewhere. Absent: at every pixel, as
     /// `qpalgo disparity --dense` does.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "network")]
     sparse: bool,
+    #[command(flatten)]
+    network: NetworkArgs,
     /// Side of the matching window, px: odd, 5 to 31. With --sparse.
     #[arg(long, default_value_t = 21, requires = "sparse")]
     window: usize,
@@ -86,6 +89,7 @@ pub struct DepthArgs {
 
 /// Measures, converts, writes; no file is written before all are made.
 pub fn run(args: &DepthArgs, progress: Progress) -> Result<(), CommandError> {
+    let network = args.network.read()?;
     let path =
         (args.capture.as_ref().or(args.left.as_ref())).map_or(Path::new(""), PathBuf::as_path);
     progress.stage(format!("reading {}", path.display()));
@@ -114,9 +118,13 @@ pub fn run(args: &DepthArgs, progress: Progress) -> Result<(), CommandError> {
         search_px: args.search,
         ..MatchSettings::default()
     };
-    let mut shifts = match args.sparse {
-        true => sparse(&capture, &settings, &progress),
-        false => {
+    let mut shifts = match &network {
+        Some(network) => {
+            progress.stage("matching");
+            Shifts::learned(&capture, network)
+        }
+        None if args.sparse => sparse(&capture, &settings, &progress),
+        None => {
             progress.stage("matching");
             let ratio = match &curve {
                 CameraCurve::Field(curve) => curve.blur_ratio,

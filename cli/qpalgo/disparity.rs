@@ -20,6 +20,7 @@ use quadpixel_cli::exit::CommandError;
 
 use crate::dense;
 use crate::inputs::{CaptureArgs, MapFormatArg, PairArgs, in_file};
+use crate::network::NetworkArgs;
 use quadpixel_algorithms::capture::ViewPair;
 use quadpixel_algorithms::disparity::{
     Axes, DisparityMap, Match, MatchSettings, Verdict, match_images,
@@ -56,11 +57,13 @@ pub struct DisparityArgs {
     /// A number at every pixel: opposite views of a pixel that sees the pupil in parts, VIEW the left one. Expects
     /// their two different blurs; search, window and scale are found. Of a capture: of its left and right half (else
     /// top and bottom).
-    #[arg(long, conflicts_with_all = ["search", "window", "stride", "one_dimensional"])]
+    #[arg(long, conflicts_with_all = ["search", "window", "stride", "one_dimensional", "network"])]
     dense: bool,
+    #[command(flatten)]
+    pub network: NetworkArgs,
     /// With --dense: ratio of disparity to the blur's diameter, above 0 to 0.424, small where a pixel hardly parts a
     /// narrow pupil; absent: by the capture's camera, or 0.25.
-    #[arg(value_parser = number, long, requires = "dense")]
+    #[arg(value_parser = number, long, requires = "dense", conflicts_with = "network")]
     pub ratio: Option<f64>,
     /// Folder to write: disparity.FORMAT with dx, dy, sigma (px) and verdict (0: valid) per node, and
     /// disparity_CHANNEL.png.
@@ -76,7 +79,7 @@ pub struct DisparityArgs {
     #[arg(long, default_value_t = 4)]
     stride: usize,
     /// Searches along one axis only; absent: along both.
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, conflicts_with = "network")]
     one_dimensional: Option<Direction>,
     /// Kind of file for the numbers; NaN where not valid.
     #[arg(long, value_enum, default_value_t = MapFormatArg::Exr)]
@@ -86,6 +89,13 @@ pub struct DisparityArgs {
     pub json: bool,
 }
 
+impl DisparityArgs {
+    /// Whether every pixel gets a number.
+    fn is_dense(&self) -> bool {
+        self.dense || self.network.is_given()
+    }
+}
+
 /// Matches each channel and writes the maps; no file is written before all are made.
 pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError> {
     if args.reference.is_none() && !args.pair.is_empty() {
@@ -93,12 +103,12 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
             "--srgb, --black-level, --white-sheet and --crop are for two views, with REFERENCE",
         ));
     }
-    if args.reference.is_some() && !args.source.is_empty() && !args.dense {
+    if args.reference.is_some() && !args.source.is_empty() && !args.is_dense() {
         return Err(CommandError::input(
             "--subpixels, --camera and --meta are for a capture, without REFERENCE",
         ));
     }
-    if args.dense {
+    if args.is_dense() {
         return dense::run(args, progress);
     }
     let settings = MatchSettings {

@@ -11,6 +11,7 @@ mod dense;
 mod depth;
 mod disparity;
 mod inputs;
+mod network;
 mod refocus;
 mod sai;
 mod score;

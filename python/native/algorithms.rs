@@ -1,12 +1,17 @@
 //! The algorithms of `qpalgo` on arrays.
 
+use std::path::{Path, PathBuf};
+
 use pyo3::prelude::*;
+use quadpixel::file;
 use quadpixel::image::{Image, channel};
 use quadpixel_algorithms::calibrated_camera::CalibratedCamera;
 use quadpixel_algorithms::calibration::{Align, Calibration, CalibrationSettings};
 use quadpixel_algorithms::capture::Capture;
 use quadpixel_algorithms::correct::correct as corrected;
-use quadpixel_algorithms::dense::{DenseSettings, dense_disparity};
+use quadpixel_algorithms::dense::{
+    Network, OppositePair, OppositeViews, dense_disparity_of, learned_disparity_of,
+};
 use quadpixel_algorithms::depth::{
     CameraCurve, CurveError, DepthMaps, DescribedCurve, ParaxialCurve, Shifts,
 };
@@ -99,6 +104,15 @@ pub fn disparity<'py>(
     Ok((shaped(py, numbers, &shape)?, grid.first_px))
 }
 
+/// The network at `path`; of an empty path: the one that comes with the module.
+fn network_of(path: &Path) -> Result<Network, CommandError> {
+    if path.as_os_str().is_empty() {
+        return Network::shipped().map_err(input);
+    }
+    let bytes = file::read(path).map_err(CommandError::input)?;
+    Network::from_archive(&bytes).map_err(|error| input(format!("{}: {error}", path.display())))
+}
+
 /// x_L − x_R at every pixel and its deviation, (H, W) each, px, of one channel of two opposite halves.
 #[pyfunction]
 pub fn dense<'py>(
@@ -106,10 +120,23 @@ pub fn dense<'py>(
     left: Given<'_>,
     right: Given<'_>,
     ratio: Option<f64>,
+    network: Option<PathBuf>,
 ) -> PyResult<(Array<'py, f32>, Array<'py, f32>)> {
     let (left, right) = (image(&left, "left")?, image(&right, "right")?);
     let map = run(py, None, move |_| {
-        dense_disparity(&left, &right, &DenseSettings { ratio }).map_err(input)
+        let network = network.as_deref().map(network_of).transpose()?;
+        let views = OppositeViews {
+            left_right: Some(OppositePair {
+                views: [&left, &right],
+                ratio,
+            }),
+            ..OppositeViews::default()
+        };
+        let map = match &network {
+            Some(network) => learned_disparity_of(views, network),
+            None => dense_disparity_of(views),
+        };
+        map.map_err(input)
     })?;
     Ok((
         of_plane(py, &map.disparity_px)?,
@@ -155,6 +182,7 @@ pub fn depth<'py>(
     camera: &str,
     kappa: Option<f64>,
     windows_px: Option<Lengths>,
+    network: Option<PathBuf>,
 ) -> PyResult<(Array<'py, f32>, Array<'py, f32>)> {
     let description: CameraDescription = read(camera, "camera")?;
     let capture = capture(&views, &description.subpixels.to_string(), Some(camera))?;
@@ -174,9 +202,11 @@ pub fn depth<'py>(
         error => refused(error),
     })?;
     let maps = run(py, None, move |_| {
-        let shifts = match &windows {
-            Some(settings) => Shifts::measure(&capture, settings, &|_| ()),
-            None => Shifts::dense(&capture, None),
+        let network = network.as_deref().map(network_of).transpose()?;
+        let shifts = match (&windows, &network) {
+            (Some(settings), _) => Shifts::measure(&capture, settings, &|_| ()),
+            (None, Some(network)) => Shifts::learned(&capture, network),
+            (None, None) => Shifts::dense(&capture, None),
         };
         let limit = windows.unwrap_or_default().limits.deviation_px;
         Ok(DepthMaps::new(&shifts.map_err(input)?, &curve, limit))

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import dataclass
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,11 +101,23 @@ def _lengths(window: int, search: int, stride: int) -> Tuple[int, int, int]:
     return window, search, stride
 
 
-def dense_disparity(left: Any, right: Any, ratio: Optional[float] = None) -> Tuple[Floats, Floats]:
+def _network(network: Union[bool, str, "os.PathLike[str]"]) -> Optional[str]:
+    if isinstance(network, bool):
+        return "" if network else None
+    path = os.fspath(network)
+    if not path:
+        raise ValueError("network '': allowed is True, False or a file that learn/export.py wrote")
+    return path
+
+
+def dense_disparity(
+    left: Any, right: Any, ratio: Optional[float] = None, *, network: Union[bool, str, "os.PathLike[str]"] = False
+) -> Tuple[Floats, Floats]:
     """x_L - x_R at every pixel and its standard deviation, px, as `qpalgo disparity --dense`: expects the halves' two different blurs.
 
     left, right  (H, W) float32, linear, black at 0: one channel of two opposite halves of the pupil, at least 16 px a side
     ratio        of disparity to the blur's diameter, such as ``camera["disparity_ratio"]["left_right"]["mean"]``; None: 1/4
+    network      True: as the trained network tells it, which needs no ratio (`--network`); a path: as another one does
     returns      two arrays (H, W) float32
 
     >>> y, x = np.mgrid[:32, :48].astype(np.float32)
@@ -113,7 +126,9 @@ def dense_disparity(left: Any, right: Any, ratio: Optional[float] = None) -> Tup
     >>> shift.shape, bool(np.abs(shift).max() < 0.5)
     ((32, 48), True)
     """
-    return _native.dense(floats(left, "left", (2,)), floats(right, "right", (2,)), ratio)
+    if network is not False and ratio is not None:
+        raise ValueError(f"ratio {ratio}: a network needs none")
+    return _native.dense(floats(left, "left", (2,)), floats(right, "right", (2,)), ratio, _network(network))
 
 
 def depth(
@@ -122,6 +137,7 @@ def depth(
     *,
     kappa: Optional[float] = None,
     sparse: bool = False,
+    network: Union[bool, str, "os.PathLike[str]"] = False,
     window: int = 21,
     search: int = 4,
     stride: int = 2,
@@ -132,6 +148,7 @@ def depth(
     camera   ``camera.json`` of a sample: what the camera knows of itself
     kappa    ratio of disparity to circle of confusion of a lens without aberrations; None: the camera's own curves
     sparse   only where windows match surely, NaN elsewhere; False: at every pixel whose disparity is one of the camera
+    network  True: by the trained network (`--network`); a path: by another one
     window, search, stride  of the windows, px: with ``sparse``
     returns  depth (H, W), m from the first lens vertex; and a dict of (H, W) maps: confidence (0 to 1), sigma (m), disparity (px)
 
@@ -142,8 +159,10 @@ def depth(
     >>> metres.shape, sorted(maps)
     ((48, 64), ['confidence', 'disparity', 'sigma'])
     """
+    if sparse and network is not False:
+        raise ValueError("sparse and network: allowed is one of them")
     windows = _lengths(window, search, stride) if sparse else None
-    metres, beside = _native.depth(floats(views, "views", (3, 4)), json.dumps(camera), kappa, windows)
+    metres, beside = _native.depth(floats(views, "views", (3, 4)), json.dumps(camera), kappa, windows, _network(network))
     names = ("confidence", "sigma", "disparity")
     return metres, {name: np.ascontiguousarray(beside[..., i]) for i, name in enumerate(names)}
 

@@ -71,16 +71,21 @@ class SameNumbers(unittest.TestCase):
         halves = self.out + "-halves"
         run("sai", self.folder, "--out", halves)
         pair = [os.path.join(halves, f"sum_{side}.exr") for side in "LR"]
-        run("disparity", *pair, "--dense", "--out", self.out, "--format", "npy")
-        theirs = np.load(os.path.join(self.out, "disparity.npy"))
         left, right = (quadpixel.read_exr(file)["G"] for file in pair)
-        shift, sigma = quadpixel.dense_disparity(left, right)
-        np.testing.assert_array_equal(shift, theirs[..., 0])
-        np.testing.assert_array_equal(sigma, theirs[..., 1])
-        self.assertGreater(np.median(shift), 0.1)
+        for flag, settings in (("--dense", {}), ("--network", {"network": True})):
+            run("disparity", *pair, flag, "--out", self.out, "--format", "npy")
+            theirs = np.load(os.path.join(self.out, "disparity.npy"))
+            shift, sigma = quadpixel.dense_disparity(left, right, **settings)
+            np.testing.assert_array_equal(shift, theirs[..., 0])
+            np.testing.assert_array_equal(sigma, theirs[..., 1])
+            self.assertGreater(np.median(shift), 0.1)
 
     def test_depth(self):
-        for flags, settings, least in (([], {}, 0.9), (["--sparse", "--window", 11], {"sparse": True, "window": 11}, 0.1)):
+        for flags, settings, least in (
+            ([], {}, 0.9),
+            (["--network"], {"network": True}, 0.9),
+            (["--sparse", "--window", 11], {"sparse": True, "window": 11}, 0.1),
+        ):
             run("depth", self.folder, "--out", self.out, "--format", "npy", *flags)
             depth, maps = quadpixel.depth(self.views, self.sample["camera"], **settings)
             theirs = np.load(os.path.join(self.out, "depth.npy"))
@@ -186,6 +191,10 @@ class Arrays(unittest.TestCase):
             (lambda: quadpixel.dense_disparity(good[0], good[0]), "dimensions"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, :20, :, 0]), "size|40"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], ratio=2.0), "ratio"),
+            (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], network=""), "network"),
+            (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], network=__file__), "zip"),
+            (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], 0.2, network=True), "ratio"),
+            (lambda: quadpixel.depth(good, camera, sparse=True, network=True), "sparse"),
             (lambda: quadpixel.depth(good, camera), "camera"),
             (lambda: quadpixel.calibrate(good, camera), "camera"),
             (lambda: quadpixel.sharpness(good[0], preset="best"), "preset"),

@@ -37,11 +37,14 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// As descriptions of samples have it.
+    /// As descriptions of samples have it. Where a place is dark in one picture only, the shift is +∞, which no JSON
+    /// has: then the signal alone tells.
     pub fn errors(&self) -> Vec<EstimatedError> {
         let signal = self.signal_percent.map(EstimatedError::SignalPercent);
-        let shift = self.shift_px.map(EstimatedError::ShiftPx);
-        signal.into_iter().chain(shift).collect()
+        let shift = self.shift_px.filter(|px| px.is_finite());
+        (signal.into_iter())
+            .chain(shift.map(EstimatedError::ShiftPx))
+            .collect()
     }
 }
 
@@ -53,5 +56,24 @@ impl std::fmt::Display for Estimate {
             (None, Some(shift)) => write!(f, "{shift:.4} px"),
             (None, None) => write!(f, "not estimated"),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_dark_without_the_effect_is_told_by_the_signal_alone() {
+        let dark = Estimate {
+            signal_percent: Some(98.0),
+            shift_px: Some(f64::INFINITY),
+        };
+        assert_eq!(dark.errors(), [EstimatedError::SignalPercent(98.0)]);
+        let shifted = Estimate {
+            shift_px: Some(0.5),
+            ..dark
+        };
+        assert_eq!(shifted.errors().len(), 2);
     }
 }

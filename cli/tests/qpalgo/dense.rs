@@ -175,3 +175,30 @@ fn bad_input_ends_with_exit_code_2_and_writes_nothing() {
     ];
     refused(&qpalgo(&alone, here), "with REFERENCE");
 }
+
+#[test]
+fn a_network_tells_every_pixel_and_one_that_does_not_fit_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    for (name, shift) in [("l", 0.4), ("r", -0.4)] {
+        write_exr(
+            &here.join(format!("{name}.exr")),
+            &shifted(64, [shift, 0.0], 1.0),
+        );
+    }
+    let pair = |network: &'static str| ["disparity", network, "l.exr", "r.exr", "-o", "out"];
+    std::fs::write(here.join("no.zip"), b"no network").unwrap();
+    refused(&qpalgo(&pair("--network=no.zip"), here), "no.zip");
+    refused(&qpalgo(&pair("--network=absent.zip"), here), "absent.zip");
+    let with = |more: &[&'static str]| [&pair("--network")[..], more].concat();
+    for more in [["--ratio", "0.2"], ["--search", "3"], ["--window", "9"]] {
+        refused(&qpalgo(&with(&more), here), more[0]);
+    }
+    refused(&qpalgo(&with(&["--dense"]), here), "--dense");
+    assert!(!here.join("out").exists());
+    let summary = json(&pair("--network"), here);
+    assert_eq!(summary["blur_known"], true);
+    let [disparity, sigma] = numbers(&here.join("out/disparity.exr"));
+    assert_eq!(disparity.len(), 64 * 64);
+    assert!(sigma.iter().all(|s| *s > 0.0 && s.is_finite()));
+}

@@ -84,7 +84,7 @@ fn change_meta(sample: &Path, change: impl Fn(&mut serde_json::Map<String, serde
 }
 
 /// What the estimators write of a dataset, by file; of autofocus the columns without the truth. `more` goes to depth
-/// and the dense map.
+/// and to the dense maps.
 fn estimates(here: &Path, dataset: &str, more: &[&str]) -> BTreeMap<String, Vec<u8>> {
     let sample = format!("{dataset}/{SAMPLE}");
     let out = here.join("out");
@@ -102,6 +102,10 @@ fn estimates(here: &Path, dataset: &str, more: &[&str]) -> BTreeMap<String, Vec<
         (
             [&["disparity", "--dense", &sample], more].concat(),
             "out/dense",
+        ),
+        (
+            [&["disparity", "--network", &sample], more].concat(),
+            "out/network",
         ),
         (
             vec!["refocus", &sample, "--disparity", "0.4"],

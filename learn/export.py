@@ -1,0 +1,56 @@
+"""Writes trained weights as an ONNX graph in a zip archive: export.py FOLDER/weights.pt -o network.zip
+
+The graph takes `views` (1, 2, H, W) float32, H and W multiples of 64, and gives `outcome` (1, 2, H/2, W/2) float32.
+"""
+
+import argparse
+import io
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import onnx
+import torch
+from onnx import TensorProto, numpy_helper
+
+from network import Network
+
+
+def rounded(model):
+    """Weights rounded to half floats. They stay float32, which every runtime reads; their empty bits leave the archive half as large."""
+    for weight in model.graph.initializer:
+        if weight.data_type == TensorProto.FLOAT and np.prod(weight.dims) >= 64:
+            values = numpy_helper.to_array(weight).astype(np.float16).astype(np.float32)
+            weight.CopyFrom(numpy_helper.from_array(values, weight.name))
+    onnx.checker.check_model(model)
+    return model
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("weights", type=Path)
+    parser.add_argument("-o", "--out", type=Path, required=True)
+    args = parser.parse_args()
+    network = Network()
+    network.load_state_dict(torch.load(args.weights, weights_only=True, map_location="cpu"))
+    network.eval()
+    graph = io.BytesIO()
+    torch.onnx.export(
+        network,
+        (torch.zeros(1, 2, 128, 192),),
+        graph,
+        input_names=["views"],
+        output_names=["outcome"],
+        dynamic_axes={"views": {2: "height", 3: "width"}},
+        opset_version=17,
+        dynamo=False,
+    )
+    model = rounded(onnx.load_from_string(graph.getvalue()))
+    with zipfile.ZipFile(args.out, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        # One date, so that the same weights give the same bytes.
+        archive.writestr(zipfile.ZipInfo("network.onnx", (2020, 1, 1, 0, 0, 0)), model.SerializeToString(), zipfile.ZIP_DEFLATED)
+    print(f"{args.out.stat().st_size / 1e6:.2f} MB: {args.out}")
+
+
+if __name__ == "__main__":
+    main()

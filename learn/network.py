@@ -1,0 +1,75 @@
+"""The network: two views in, disparity and its spread out, for every second pixel."""
+
+import torch
+from torch import nn
+from torch.nn import functional
+
+#: Channels at a half, a quarter ... of the views' resolution.
+WIDTHS = (24, 32, 48, 64, 96, 128)
+#: Contrast that counts as none, parts of white's root.
+FLOOR = 0.004
+
+
+def local_mean(x):
+    """Under two windows of 11 px, one after the other: nearly a Gaussian of 4.5 px."""
+    for _ in range(2):
+        x = functional.avg_pool2d(x, 11, stride=1, padding=5, count_include_pad=False)
+    return x
+
+
+def features(views):
+    """What the network sees of (N, 2, H, W) roots of views whose 99th percentile is 1: (N, 4, H, W).
+
+    Texture of the sum and of the difference over the sum's local contrast, the contrast's logarithm, and the sum.
+    """
+    half_sum = 0.5 * (views[:, :1] + views[:, 1:])
+    half_difference = 0.5 * (views[:, :1] - views[:, 1:])
+    texture = half_sum - local_mean(half_sum)
+    unlike = half_difference - local_mean(half_difference)
+    contrast = torch.sqrt(local_mean(texture * texture) + FLOOR * FLOOR)
+    return torch.cat([texture / contrast, 4.0 * unlike / contrast, 0.5 * torch.log(contrast) + 1.5, half_sum], dim=1)
+
+
+class Block(nn.Module):
+    """Two convolutions beside an identity; the second begins as zero, so that a deep network begins as a shallow one."""
+
+    def __init__(self, width):
+        super().__init__()
+        self.first = nn.Conv2d(width, width, 3, padding=1)
+        self.second = nn.Conv2d(width, width, 3, padding=1)
+        nn.init.zeros_(self.second.weight)
+        nn.init.zeros_(self.second.bias)
+
+    def forward(self, x):
+        return x + self.second(functional.relu(self.first(functional.relu(x))))
+
+
+class Network(nn.Module):
+    """A U-Net on the features, two by two pixels to a place.
+
+    Takes (N, 2, H, W), H and W multiples of 64. Gives (N, 2, H/2, W/2): x_L - x_R in px of the views at pixel (2i, 2j),
+    and the logarithm of the mean absolute error to expect, px.
+    """
+
+    def __init__(self, widths=WIDTHS):
+        super().__init__()
+        self.enter = nn.Conv2d(16, widths[0], 3, padding=1)
+        self.down = nn.ModuleList(
+            nn.Conv2d(a, b, 3, stride=2, padding=1) for a, b in zip(widths, widths[1:], strict=False)
+        )
+        self.left = nn.ModuleList(Block(w) for w in widths)
+        self.join = nn.ModuleList(nn.Conv2d(b, a, 1) for a, b in zip(widths, widths[1:], strict=False))
+        self.right = nn.ModuleList(Block(w) for w in widths[:-1])
+        self.leave = nn.Conv2d(widths[0], 2, 3, padding=1)
+
+    def forward(self, views):
+        x = self.left[0](self.enter(functional.pixel_unshuffle(features(views), 2)))
+        kept = [x]
+        for down, block in zip(self.down, self.left[1:], strict=True):
+            x = block(down(functional.relu(x)))
+            kept.append(x)
+        x = kept.pop()
+        for join, block in zip(reversed(self.join), reversed(self.right), strict=True):
+            finer = functional.interpolate(join(x), scale_factor=2.0, mode="bilinear", align_corners=False)
+            x = block(finer + kept.pop())
+        return self.leave(functional.relu(x))
