@@ -39,6 +39,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("configuration", type=Path)
     parser.add_argument("-o", "--out", type=Path, required=True)
+    parser.add_argument("--begin", type=Path, metavar="WEIGHTS", help="weights.pt of another run to begin with")
     parser.add_argument("--steps", type=int, help="in the place of the configuration's")
     parser.add_argument("--seed", type=int, help="in the place of the configuration's")
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
@@ -50,6 +51,8 @@ def main():
     network = Network(settings.get("widths", [24, 32, 48, 64, 96, 128])).to(args.device)
     if args.device == "cpu":
         network = network.to(memory_format=torch.channels_last)
+    if args.begin:
+        network.load_state_dict(torch.load(args.begin, map_location=args.device, weights_only=True))
     optimizer = torch.optim.AdamW(network.parameters(), lr=1e-3, weight_decay=1e-4)
     batches = Batches(
         settings["pairs"], settings["side_px"], settings["batch"], seed, settings["noise"], settings.get("shape")
