@@ -1,6 +1,7 @@
 """Writes trained weights as an ONNX graph in a zip archive: export.py FOLDER/weights.pt -o network.zip
 
-The graph takes `views` (1, 2, H, W) float32, H and W multiples of 64, and gives `outcome` (1, 2, H/2, W/2) float32.
+The graph takes `views` (1, 2, H, W) float32, H and W multiples of 64, and, if it was trained so, `matched` (1, 2, H/2, W/2) float32;
+it gives `outcome` (1, 2, H/2, W/2) float32.
 """
 
 import argparse
@@ -31,17 +32,19 @@ def main():
     parser.add_argument("weights", type=Path)
     parser.add_argument("-o", "--out", type=Path, required=True)
     args = parser.parse_args()
-    network = Network()
-    network.load_state_dict(torch.load(args.weights, weights_only=True, map_location="cpu"))
+    network = Network.of(torch.load(args.weights, weights_only=True, map_location="cpu"))
     network.eval()
+    takes = {"views": torch.zeros(1, 2, 128, 192)}
+    if network.enter.in_channels == 18:
+        takes["matched"] = torch.zeros(1, 2, 64, 96)
     graph = io.BytesIO()
     torch.onnx.export(
         network,
-        (torch.zeros(1, 2, 128, 192),),
+        tuple(takes.values()),
         graph,
-        input_names=["views"],
+        input_names=list(takes),
         output_names=["outcome"],
-        dynamic_axes={"views": {2: "height", 3: "width"}},
+        dynamic_axes={"views": {2: "height", 3: "width"}} | ({"matched": {2: "high", 3: "wide"}} if "matched" in takes else {}),
         opset_version=17,
         dynamo=False,
     )

@@ -48,12 +48,13 @@ class Network(nn.Module):
     """A U-Net on the features, two by two pixels to a place.
 
     Takes (N, 2, H, W), H and W multiples of 64. Gives (N, 2, H/2, W/2): x_L - x_R in px of the views at pixel (2i, 2j),
-    and the logarithm of the mean absolute error to expect, px.
+    and the logarithm of the mean absolute error to expect, px. With `matched` it also takes such numbers, as matching by
+    kernels found them, and gives what becomes of them; without any training it leaves them as they are.
     """
 
-    def __init__(self, widths=WIDTHS):
+    def __init__(self, widths=WIDTHS, matched=False):
         super().__init__()
-        self.enter = nn.Conv2d(16, widths[0], 3, padding=1)
+        self.enter = nn.Conv2d(18 if matched else 16, widths[0], 3, padding=1)
         self.down = nn.ModuleList(
             nn.Conv2d(a, b, 3, stride=2, padding=1) for a, b in zip(widths, widths[1:], strict=False)
         )
@@ -61,9 +62,23 @@ class Network(nn.Module):
         self.join = nn.ModuleList(nn.Conv2d(b, a, 1) for a, b in zip(widths, widths[1:], strict=False))
         self.right = nn.ModuleList(Block(w) for w in widths[:-1])
         self.leave = nn.Conv2d(widths[0], 2, 3, padding=1)
+        if matched:
+            nn.init.zeros_(self.leave.weight)
+            nn.init.zeros_(self.leave.bias)
 
-    def forward(self, views):
-        x = self.left[0](self.enter(functional.pixel_unshuffle(features(views), 2)))
+    @staticmethod
+    def of(weights):
+        """A network of kept weights, as wide as they are."""
+        widths = [w.shape[0] for n, w in weights.items() if n.startswith("left.") and n.endswith("first.weight")]
+        network = Network(widths, matched=weights["enter.weight"].shape[1] == 18)
+        network.load_state_dict(weights)
+        return network
+
+    def forward(self, views, matched=None):
+        seen = functional.pixel_unshuffle(features(views), 2)
+        if matched is not None:
+            seen = torch.cat([seen, 0.5 * matched[:, :1].clamp(-8, 8), 0.5 * matched[:, 1:] + 1.0], dim=1)
+        x = self.left[0](self.enter(seen))
         kept = [x]
         for down, block in zip(self.down, self.left[1:], strict=True):
             x = block(down(functional.relu(x)))
@@ -72,4 +87,5 @@ class Network(nn.Module):
         for join, block in zip(reversed(self.join), reversed(self.right), strict=True):
             finer = functional.interpolate(join(x), scale_factor=2.0, mode="bilinear", align_corners=False)
             x = block(finer + kept.pop())
-        return self.leave(functional.relu(x))
+        told = self.leave(functional.relu(x))
+        return told if matched is None else matched + told

@@ -3,14 +3,18 @@
 //! The network knows disparities of a few px. So the pair is reduced until its range is that wide, and once more; of
 //! both answers each pixel takes what its own σ makes them worth. Where the pupil is parted in both directions, both
 //! pairs are asked.
+//!
+//! Matching by kernels errs elsewhere than the network does, and is asked, too: the network's answer and that of
+//! matching are joined in the same way. A network that builds on matching is told what that found, at its own
+//! resolution, and answers for both.
 
 use quadpixel::image::Image;
 
 use super::directions::Direction;
 use super::error::DenseError;
-use super::filters::{enlarged_by_guide, halved, transposed};
-use super::network::Network;
-use super::{DenseMap, EDGE, range};
+use super::filters::{by_rows, enlarged_by_guide, halved, row_of, transposed};
+use super::network::{Network, Told};
+use super::{DenseMap, EDGE, matched, range};
 
 /// Largest disparity at the finest resolution that is asked about, px.
 const REACH_PX: f64 = 2.5;
@@ -19,7 +23,8 @@ const MOST_PX: usize = 1 << 22;
 /// σ over the mean absolute error that the network expects. Of Laplace's density, by which it was trained, 68 % would
 /// lie within 1.14; on its validation pairs (learn/README.md) more errors are small and more are large, and 1 holds.
 const SIGMA_OF_ERROR: f32 = 1.0;
-
+/// Logarithms of the least and largest σ that the network is told, as in training, px.
+const LOG_SIGMA: [f32; 2] = [-5.0, 3.0];
 /// What noise does not exceed, in its standard deviations.
 const NOISE_DEVIATIONS: f64 = 6.0;
 
@@ -40,15 +45,24 @@ pub(super) fn learned(directions: &[Direction], network: &Network) -> Result<Den
         fine += 1;
     }
     let fine = fine.min(top);
+    let found = matched(directions);
     let mut answers = Vec::new();
     for level in fine..=(fine + 1).min(top) {
         for direction in directions {
-            answers.push(answer(direction, level, network)?);
+            answers.push(answer(direction, level, network, &found)?);
         }
     }
+    let mut answer = joined(&answers);
+    if !network.takes_matched() {
+        let matched = Answer {
+            disparity: found.disparity_px,
+            sigma: found.sigma_px,
+        };
+        answer = joined(&[answer, matched]);
+    }
     let mut map = DenseMap {
-        disparity_px: weighted(&answers, |a| &a.disparity),
-        sigma_px: weighted(&answers, |a| &a.sigma),
+        disparity_px: answer.disparity,
+        sigma_px: answer.sigma,
         range_px,
         halvings: fine,
     };
@@ -69,12 +83,40 @@ fn is_flat(direction: &Direction, level: usize) -> bool {
 }
 
 /// At every pixel, px of full resolution.
-fn answer(direction: &Direction, level: usize, network: &Network) -> Result<Answer, DenseError> {
+fn answer(
+    direction: &Direction,
+    level: usize,
+    network: &Network,
+    found: &DenseMap,
+) -> Result<Answer, DenseError> {
     let pyramid = direction.pyramid();
-    let outcome = network.outcome(pyramid.views(level))?;
+    let views = pyramid.views(level);
+    let unit = (1u32 << level) as f32 / direction.scale() as f32;
+    // Pixel i of the level lies at pixel 2^level i.
+    let at_level = |of: &Image, told: &(dyn Fn(f32) -> f32 + Sync)| {
+        let size = [views[0].width(), views[0].height()].map(|n| n.div_ceil(2));
+        by_rows(size[0], size[1], |y, to| {
+            let row = to.iter_mut().enumerate();
+            row.for_each(|(x, to)| {
+                let [x, y] = [x, y].map(|i| i << (level + 1));
+                let [x, y] = if direction.is_turned() {
+                    [y, x]
+                } else {
+                    [x, y]
+                };
+                *to = told(row_of(of, y)[x]);
+            });
+        })
+    };
+    let matched = Told {
+        disparity: at_level(&found.disparity_px, &|d| d / unit),
+        log_spread: at_level(&found.sigma_px, &|s| {
+            (s / unit).ln().clamp(LOG_SIGMA[0], LOG_SIGMA[1])
+        }),
+    };
+    let told = network.told(views, &matched)?;
     // The network's pixels are those of the next level.
     let guide = halved(&pyramid.guides[level]);
-    let unit = (1u32 << level) as f32 / direction.scale() as f32;
     let full = |coarse: &Image| {
         let image = enlarged_by_guide(coarse, &guide, level + 1, &pyramid.guides[0], EDGE);
         if direction.is_turned() {
@@ -83,24 +125,52 @@ fn answer(direction: &Direction, level: usize, network: &Network) -> Result<Answ
             image
         }
     };
-    let mut disparity = full(&outcome.disparity);
-    let mut sigma = full(&outcome.log_error);
+    let mut disparity = full(&told.disparity);
+    let mut sigma = full(&told.log_spread);
     (disparity.data_mut().iter_mut()).for_each(|d| *d *= unit);
     (sigma.data_mut().iter_mut()).for_each(|s| *s = SIGMA_OF_ERROR * unit * s.exp());
     Ok(Answer { disparity, sigma })
 }
 
-/// Mean of the answers by 1/σ². Their errors are alike, so that more answers do not make σ smaller.
-fn weighted(answers: &[Answer], of: impl Fn(&Answer) -> &Image) -> Image {
-    let mut mean = Image::zeros(of(&answers[0]).width(), of(&answers[0]).height(), 1);
-    for (i, to) in mean.data_mut().iter_mut().enumerate() {
-        let (mut sum, mut weights) = (0.0, 0.0);
+/// Means of the answers and of their σ, by 1/σ². Their errors are alike, so that more answers do not make σ smaller.
+fn joined(answers: &[Answer]) -> Answer {
+    let first = &answers[0].disparity;
+    let [mut disparity, mut sigma] =
+        [(); 2].map(|()| Image::zeros(first.width(), first.height(), 1));
+    let to = disparity.data_mut().iter_mut().zip(sigma.data_mut());
+    for (i, (disparity, sigma)) in to.enumerate() {
+        let (mut sums, mut weights) = ([0.0; 2], 0.0);
         for answer in answers {
-            let weight = answer.sigma.data()[i].max(1e-6).powi(-2);
-            sum += weight * of(answer).data()[i];
+            let (d, s) = (answer.disparity.data()[i], answer.sigma.data()[i]);
+            let weight = s.max(1e-6).powi(-2);
+            sums = [sums[0] + weight * d, sums[1] + weight * s];
             weights += weight;
         }
-        *to = sum / weights;
+        (*disparity, *sigma) = (sums[0] / weights, sums[1] / weights);
     }
-    mean
+    Answer { disparity, sigma }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn answer(disparity: f32, sigma: f32) -> Answer {
+        let of = |value| {
+            let mut image = Image::zeros(1, 1, 1);
+            image.data_mut()[0] = value;
+            image
+        };
+        Answer {
+            disparity: of(disparity),
+            sigma: of(sigma),
+        }
+    }
+
+    #[test]
+    fn the_surer_answer_counts_by_its_variance() {
+        let both = joined(&[answer(1.0, 0.1), answer(2.0, 0.2)]);
+        assert!((both.disparity.data()[0] - 1.2).abs() < 1e-5);
+        assert!((both.sigma.data()[0] - 0.12).abs() < 1e-6);
+    }
 }

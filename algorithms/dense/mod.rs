@@ -97,8 +97,8 @@ pub fn dense_disparity_of(views: OppositeViews<'_>) -> Result<DenseMap, DenseErr
     estimated(views, |directions| Ok(matched(directions)))
 }
 
-/// The disparity of opposite views as a network tells it. It was trained on cameras of many ratios κ, and is told
-/// none; where there are both pairs, their ratios' quotient counts.
+/// The disparity of opposite views as a network and matching by kernels ([`dense_disparity_of`]) tell it together, each
+/// where it is surer. The network was trained on cameras of many ratios κ, and is told none.
 ///
 /// # Errors
 /// As of [`dense_disparity_of`]; a network that does not fit.

@@ -1,4 +1,4 @@
-//! A trained network: the roots of two views in, disparity and its spread out.
+//! A trained network: the roots of two views in, and what matching found of them; disparity and its spread out.
 
 use std::io::{Cursor, Read};
 use std::sync::Arc;
@@ -22,7 +22,9 @@ const MULTIPLE_PX: usize = 64;
 /// A graph that tells the disparity of two views.
 pub struct Network {
     model: Model,
-    input: NodeId,
+    views: NodeId,
+    /// Where it takes what matching found, if it does.
+    matched: Option<NodeId>,
     output: NodeId,
 }
 
@@ -39,15 +41,17 @@ pub enum NetworkError {
     Graph(String),
     /// A graph of another task.
     #[error(
-        "{ENTRY} does not fit: it must take (1, 2, H, W) and give (1, 2, H/2, W/2) numbers ({0})"
+        "{ENTRY} does not fit: it must take views (1, 2, H, W), and may take what matching found of them \
+         (1, 2, H/2, W/2); it must give (1, 2, H/2, W/2) numbers ({0})"
     )]
     Shape(String),
 }
 
-/// Disparity and the logarithm of the mean absolute error to expect, px, at every second pixel.
-pub(super) struct Outcome {
+/// Disparity in px and the logarithm of its spread, at every second pixel: of matching, its σ; of the network, the mean
+/// absolute error to expect.
+pub(super) struct Told {
     pub disparity: Image,
-    pub log_error: Image,
+    pub log_spread: Image,
 }
 
 impl Network {
@@ -87,43 +91,55 @@ impl Network {
         );
         let model = (ModelOptions::with_ops(operators).load(graph))
             .map_err(|e| NetworkError::Graph(e.to_string()))?;
-        let (&[input], &[output]) = (model.input_ids(), model.output_ids()) else {
-            let count = [model.input_ids().len(), model.output_ids().len()];
-            return Err(NetworkError::Shape(format!(
-                "{} inputs and {} outputs",
-                count[0], count[1]
-            )));
+        let (views, matched, output) = match (model.input_ids(), model.output_ids()) {
+            (&[views], &[output]) => (views, None, output),
+            (&[views, matched], &[output]) => (views, Some(matched), output),
+            (inputs, outputs) => {
+                let count = [inputs.len(), outputs.len()];
+                return Err(NetworkError::Shape(format!(
+                    "{} inputs and {} outputs",
+                    count[0], count[1]
+                )));
+            }
         };
         let network = Self {
             model,
-            input,
+            views,
+            matched,
             output,
         };
-        let flat = Image::zeros(MULTIPLE_PX, MULTIPLE_PX, 1);
-        network.outcome([&flat, &flat])?;
+        let flat = |side| Image::zeros(side, side, 1);
+        let (views, [disparity, log_spread]) = (
+            [flat(MULTIPLE_PX), flat(MULTIPLE_PX)],
+            [flat(MULTIPLE_PX / 2), flat(MULTIPLE_PX / 2)],
+        );
+        let found = Told {
+            disparity,
+            log_spread,
+        };
+        network.told(views.each_ref(), &found)?;
         Ok(network)
     }
 
-    /// Of the roots of two views of one size, whose common 99th percentile is 1.
-    pub(super) fn outcome(&self, views: [&Image; 2]) -> Result<Outcome, NetworkError> {
+    /// Whether it builds on what matching found.
+    pub fn takes_matched(&self) -> bool {
+        self.matched.is_some()
+    }
+
+    /// Of the roots of two views of one size, whose common 99th percentile is 1, and of what matching found of them.
+    pub(super) fn told(&self, views: [&Image; 2], matched: &Told) -> Result<Told, NetworkError> {
         let (width, height) = (views[0].width(), views[0].height());
         let [wide, high] = [width, height].map(|n| n.next_multiple_of(MULTIPLE_PX));
-        let mut planes = Vec::with_capacity(2 * wide * high);
-        for view in views {
-            for y in 0..high {
-                let row = row_of(view, y.min(height - 1));
-                planes.extend_from_slice(row);
-                planes.extend(std::iter::repeat_n(row[width - 1], wide - width));
-            }
-        }
-        let input = NdTensor::from_data([1, 2, high, wide], planes);
+        let views = planes(views, [wide, high]);
+        let matched = planes(
+            [&matched.disparity, &matched.log_spread],
+            [wide / 2, high / 2],
+        );
+        let mut inputs = vec![(self.views, views.view().into())];
+        inputs.extend(self.matched.map(|id| (id, matched.view().into())));
         let threads = ThreadPool::with_num_threads(rayon::current_num_threads());
         let options = RunOptions::default().with_thread_pool(Some(Arc::new(threads)));
-        let found = self.model.run(
-            vec![(self.input, input.view().into())],
-            &[self.output],
-            Some(options),
-        );
+        let found = self.model.run(inputs, &[self.output], Some(options));
         let found = found.map_err(|e| NetworkError::Shape(e.to_string()))?;
         let Some(Value::FloatTensor(found)) = found.into_iter().next() else {
             return Err(NetworkError::Shape("no floats come out".to_owned()));
@@ -131,7 +147,7 @@ impl Network {
         let wanted = [1, 2, high / 2, wide / 2];
         let shape = found.shape().to_vec();
         if shape != wanted || found.iter().any(|v| !v.is_finite()) {
-            let text = format!("{shape:?} of {:?} or not finite", input.shape());
+            let text = format!("{shape:?} of {:?} or not finite", views.shape());
             return Err(NetworkError::Shape(text));
         }
         let found: NdTensorView<'_, f32, 4> = found.nd_view();
@@ -141,11 +157,24 @@ impl Network {
                 row.for_each(|(x, to)| *to = found[[0, c, y, x]]);
             })
         };
-        Ok(Outcome {
+        Ok(Told {
             disparity: plane(0),
-            log_error: plane(1),
+            log_spread: plane(1),
         })
     }
+}
+
+/// (1, 2, height, width), the last pixels repeated.
+fn planes(images: [&Image; 2], [width, height]: [usize; 2]) -> NdTensor<f32, 4> {
+    let mut values = Vec::with_capacity(2 * width * height);
+    for image in images {
+        for y in 0..height {
+            let row = row_of(image, y.min(image.height() - 1));
+            values.extend_from_slice(row);
+            values.extend(std::iter::repeat_n(row[row.len() - 1], width - row.len()));
+        }
+    }
+    NdTensor::from_data([1, 2, height, width], values)
 }
 
 fn graph_of(bytes: &[u8]) -> Result<Vec<u8>, String> {
@@ -204,7 +233,11 @@ mod tests {
             let row = to.iter_mut().enumerate();
             row.for_each(|(x, to)| *to = 0.5 + 0.2 * (0.9 * x as f32 + 0.4 * y as f32).sin());
         });
-        let found = network.outcome([&view, &view]).unwrap();
+        let none = Told {
+            disparity: Image::zeros(42, 35, 1),
+            log_spread: Image::zeros(42, 35, 1),
+        };
+        let found = network.told([&view, &view], &none).unwrap();
         assert_eq!(
             (found.disparity.width(), found.disparity.height()),
             (42, 35)

@@ -57,13 +57,17 @@ pub struct DisparityArgs {
     /// A number at every pixel: opposite views of a pixel that sees the pupil in parts, VIEW the left one. Expects
     /// their two different blurs; search, window and scale are found. Of a capture: of its left and right half (else
     /// top and bottom).
-    #[arg(long, conflicts_with_all = ["search", "window", "stride", "one_dimensional", "network"])]
+    #[arg(
+        long,
+        group = "every_pixel",
+        conflicts_with_all = ["search", "window", "stride", "one_dimensional", "network"]
+    )]
     dense: bool,
     #[command(flatten)]
     pub network: NetworkArgs,
-    /// With --dense: ratio of disparity to the blur's diameter, above 0 to 0.424, small where a pixel hardly parts a
-    /// narrow pupil; absent: by the capture's camera, or 0.25.
-    #[arg(value_parser = number, long, requires = "dense", conflicts_with = "network")]
+    /// With --dense or --network: ratio of disparity to the blur's diameter, above 0 to 0.424, small where a pixel
+    /// hardly parts a narrow pupil; absent: by the capture's camera, or 0.25.
+    #[arg(value_parser = number, long, requires = "every_pixel")]
     pub ratio: Option<f64>,
     /// Folder to write: disparity.FORMAT with dx, dy, sigma (px) and verdict (0: valid) per node, and
     /// disparity_CHANNEL.png.

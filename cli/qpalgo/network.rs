@@ -12,10 +12,12 @@ use crate::inputs::in_file;
 /// `--network`, with or without a file.
 #[derive(Clone, Debug, Args)]
 pub struct NetworkArgs {
-    /// At every pixel, as a network tells it that was trained on pictures of this project (learn/README.md); with
-    /// =FILE: as another one tells it, an archive that learn/export.py wrote.
+    /// At every pixel, as matching (--dense) and a network tell it together, each where it is surer; the network was
+    /// trained on pictures of this project (learn/README.md). With =FILE: another one, an archive that learn/export.py
+    /// wrote.
     #[arg(
         long,
+        group = "every_pixel",
         value_name = "FILE",
         num_args = 0..=1,
         require_equals = true,

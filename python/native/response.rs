@@ -25,7 +25,7 @@ const MM_PER_M: f32 = 1e3;
 
 /// Names of the built-in pixels.
 #[pyfunction]
-pub fn pixel_names() -> [&'static str; 8] {
+pub fn pixel_names() -> [&'static str; 9] {
     PixelStack::builtin_names()
 }
 

@@ -117,7 +117,7 @@ def dense_disparity(
 
     left, right  (H, W) float32, linear, black at 0: one channel of two opposite halves of the pupil, at least 16 px a side
     ratio        of disparity to the blur's diameter, such as ``camera["disparity_ratio"]["left_right"]["mean"]``; None: 1/4
-    network      True: as the trained network tells it, which needs no ratio (`--network`); a path: as another one does
+    network      True: as the trained network and matching tell it together (`--network`); a path: with another network
     returns      two arrays (H, W) float32
 
     >>> y, x = np.mgrid[:32, :48].astype(np.float32)
@@ -126,8 +126,6 @@ def dense_disparity(
     >>> shift.shape, bool(np.abs(shift).max() < 0.5)
     ((32, 48), True)
     """
-    if network is not False and ratio is not None:
-        raise ValueError(f"ratio {ratio}: a network needs none")
     return _native.dense(floats(left, "left", (2,)), floats(right, "right", (2,)), ratio, _network(network))
 
 
@@ -148,7 +146,7 @@ def depth(
     camera   ``camera.json`` of a sample: what the camera knows of itself
     kappa    ratio of disparity to circle of confusion of a lens without aberrations; None: the camera's own curves
     sparse   only where windows match surely, NaN elsewhere; False: at every pixel whose disparity is one of the camera
-    network  True: by the trained network (`--network`); a path: by another one
+    network  True: by matching and the trained network together (`--network`); a path: with another network
     window, search, stride  of the windows, px: with ``sparse``
     returns  depth (H, W), m from the first lens vertex; and a dict of (H, W) maps: confidence (0 to 1), sigma (m), disparity (px)
 

@@ -193,7 +193,7 @@ class Arrays(unittest.TestCase):
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], ratio=2.0), "ratio"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], network=""), "network"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], network=__file__), "zip"),
-            (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], 0.2, network=True), "ratio"),
+            (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], 2.0, network=True), "ratio"),
             (lambda: quadpixel.depth(good, camera, sparse=True, network=True), "sparse"),
             (lambda: quadpixel.depth(good, camera), "camera"),
             (lambda: quadpixel.calibrate(good, camera), "camera"),

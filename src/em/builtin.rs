@@ -1,4 +1,4 @@
-//! The paper's pixels, a photographic dual pixel, and pixels from files.
+//! The paper's pixels, dual pixels of a phone and of a full-frame camera, and pixels from files.
 //!
 //! A built-in pixel is a file of `src/em/pixels/`, so each one is an example of the format; `2.8um-tungsten.toml`
 //! explains every field. Unless the name says otherwise the paper's pixels have R = h = half the diagonal, the best of
@@ -8,7 +8,7 @@ use super::{Layer, Material, Microlens, PixelStack, StackError};
 use crate::sensor::Subpixels;
 
 /// Name and file.
-const FILES: [(&str, &str); 8] = [
+const FILES: [(&str, &str); 9] = [
     ("3.5um", include_str!("pixels/3.5um.toml")),
     ("3.5um-roc3.5", include_str!("pixels/3.5um-roc3.5.toml")),
     (
@@ -19,6 +19,7 @@ const FILES: [(&str, &str); 8] = [
     ("2.8um-tungsten", include_str!("pixels/2.8um-tungsten.toml")),
     ("1.6um", include_str!("pixels/1.6um.toml")),
     ("1.6um-bayer", include_str!("pixels/1.6um-bayer.toml")),
+    ("1.4um-dual", include_str!("pixels/1.4um-dual.toml")),
     ("6um-dual", include_str!("pixels/6um-dual.toml")),
 ];
 
@@ -65,7 +66,7 @@ impl PixelStack {
     }
 
     /// Names that [`Self::builtin`] knows.
-    pub fn builtin_names() -> [&'static str; 8] {
+    pub fn builtin_names() -> [&'static str; 9] {
         FILES.map(|(name, _)| name)
     }
 
@@ -79,7 +80,7 @@ impl PixelStack {
             None => Err(StackError::value(
                 "name",
                 name,
-                "3.5um, 3.5um-roc3.5, 3.5um-thin-filter, 2.8um, 2.8um-tungsten, 1.6um, 1.6um-bayer, 6um-dual, or a .toml file",
+                "3.5um, 3.5um-roc3.5, 3.5um-thin-filter, 2.8um, 2.8um-tungsten, 1.6um, 1.6um-bayer, 1.4um-dual, 6um-dual, or a .toml file",
             )),
         }
     }
@@ -130,8 +131,8 @@ mod tests {
             ("2.8um-tungsten", tungsten),
             ("1.6um", best(1.6, 0.75)),
         ];
-        // All but the dual pixel, which is not the paper's, and the mosaic.
-        assert_eq!(meant.len() + 2, PixelStack::builtin_names().len());
+        // All but the dual pixels, which are not the paper's, and the mosaic.
+        assert_eq!(meant.len() + 3, PixelStack::builtin_names().len());
         for (name, meant) in meant {
             let meant = PixelStack {
                 name: name.into(),
