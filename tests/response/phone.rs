@@ -13,8 +13,9 @@ fn absorbed(model: &WaveModel, u: f64, v: f64) -> [f64; 2] {
     [p[0], p[1]]
 }
 
-/// Kernels at 48 fields (S. Xin et al., ICCV 2021): in the middle of the picture the halves' shift is 0.244 of the disk, the
-/// overlap of the kernels 0.572, the left half's share 0.88 and 0.12 near both edges. Bounds are the fit's goals.
+/// Kernels at 48 fields (S. Xin et al., ICCV 2021). In the middle of the picture the halves are shifted by 0.244 of the
+/// disk, the kernels overlap by 0.572, and the left half's shares near both edges are 0.88 and 0.12. Bounds are the
+/// fit's goals.
 #[test]
 fn halves_are_parted_as_a_phone_parts_them() {
     let stack = PixelStack::builtin("1.4um-dual").unwrap();
