@@ -13,10 +13,15 @@ use obvhs::bvh2::builder::build_bvh2;
 
 use super::crowd::{GROUP, crowded};
 use super::fold::{WIDTH, leaf_counts, members_of};
+use super::pages::on_large_pages;
 use crate::simd::SimdLevel;
 
 /// Items in a leaf, at most: the lanes of a packet.
 pub(super) const LEAF_ITEMS: usize = 4;
+
+/// Share of the nodes that are looked at for a better place, at each of two passes (half of it at the first). Of 1: rays
+/// meet 3 % fewer nodes than of 0.05, and building takes five times as long.
+const REINSERTED: f32 = 0.2;
 
 /// A child: a node's number, or with the top bit a leaf: its number below, its count of items − 1 in bits 29 and 30.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -140,7 +145,7 @@ impl Bvh {
             Child::leaf(leaves - 1, items.len() as u32)
         };
         let mut tree = Self {
-            nodes: Vec::with_capacity(boxes.len() / 7 + 1),
+            nodes: on_large_pages(Vec::with_capacity(boxes.len() / 7 + 1)),
             root: None,
             simd: SimdLevel::detect(),
         };
@@ -160,6 +165,7 @@ impl Bvh {
     ) -> Child {
         let params = BvhBuildParams {
             max_prims_per_leaf: leaf_items as u32,
+            reinsertion_batch_ratio: REINSERTED,
             ..BvhBuildParams::medium_build()
         };
         let binary = build_bvh2(boxes, params, &mut std::time::Duration::default());

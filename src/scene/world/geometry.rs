@@ -8,6 +8,7 @@ use glam::{Affine3A, DAffine3, DVec3, Vec3};
 use super::bvh::{Bounds, Bvh};
 use super::check::{WorldWarnings, is_solid};
 use super::description::{Instance, MaterialIndices, TriangleMesh, WorldDescription};
+use super::pages::on_large_pages;
 use super::repeated::drop_repeated;
 use super::triangles::Packet;
 
@@ -222,7 +223,7 @@ impl Builder {
             .iter()
             .map(|t| Bounds::from_points(corners(t)))
             .collect();
-        let mut packets = Vec::with_capacity(self.triangles.len() / 2);
+        let mut packets = on_large_pages(Vec::with_capacity(self.triangles.len() / 2));
         let bvh = Bvh::build(&boxes, |items| {
             let lanes: Vec<_> = items
                 .iter()

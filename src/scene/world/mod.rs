@@ -23,6 +23,7 @@ mod light_sampling;
 mod lights;
 mod material;
 mod microfacet;
+mod pages;
 mod patches;
 mod path;
 mod prepared;

@@ -126,7 +126,7 @@ impl Paths {
 
 /// How many paths are followed together: enough rays to fill the processor while memory is waited for, few enough for
 /// its nearest cache.
-pub(super) const TOGETHER: usize = 32;
+pub(super) const TOGETHER: usize = 64;
 
 impl Path {
     fn new(start: &Start) -> Self {
