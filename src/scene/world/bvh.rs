@@ -19,8 +19,8 @@ use crate::simd::SimdLevel;
 /// Items in a leaf, at most: the lanes of a packet.
 pub(super) const LEAF_ITEMS: usize = 4;
 
-/// Share of the nodes that are looked at for a better place in the first of two passes; in the second it is twice that. Of
-/// 1: rays meet 3 % fewer nodes than of 0.05, and building takes five times as long.
+/// Share of the nodes that are looked at for a better place in the first of two passes; in the second it is twice that.
+/// Of 1: rays meet 3 % fewer nodes than of 0.05, and building takes five times as long.
 const REINSERTED: f32 = 0.2;
 
 /// A child: a node's number, or with the top bit a leaf: its number below, its count of items − 1 in bits 29 and 30.
