@@ -1,5 +1,8 @@
 """Datasets in the FiftyOne app: `to_fiftyone`, or `Importer` for ``fiftyone.Dataset.from_importer``. Needs FiftyOne (``pip install quadpixel[fiftyone]``)."""
 
+# FiftyOne's own methods only raise, which pyright takes for their type.
+# pyright: reportIncompatibleMethodOverride=false
+
 from __future__ import annotations
 
 import os
