@@ -68,5 +68,5 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     _add_programs()
     os.chdir(HERE)
     if MANYLINUX:
-        config_settings = {**(config_settings or {}), "build-args": f"--target={TARGET} --compatibility=manylinux2014"}
+        config_settings = {**(config_settings or {}), "build-args": f"--target={TARGET} --compatibility manylinux2014"}
     return maturin.build_wheel(folder, config_settings, metadata)
