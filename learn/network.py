@@ -77,7 +77,9 @@ class Network(nn.Module):
     def forward(self, views, matched=None):
         seen = functional.pixel_unshuffle(features(views), 2)
         if matched is not None:
-            seen = torch.cat([seen, 0.5 * matched[:, :1].clamp(-8, 8), 0.5 * matched[:, 1:] + 1.0], dim=1)
+            # Within 8 px, by operators that the program knows.
+            bounded = functional.relu(matched[:, :1] + 8) - functional.relu(matched[:, :1] - 8) - 8
+            seen = torch.cat([seen, 0.5 * bounded, 0.5 * matched[:, 1:] + 1.0], dim=1)
         x = self.left[0](self.enter(seen))
         kept = [x]
         for down, block in zip(self.down, self.left[1:], strict=True):
