@@ -62,7 +62,7 @@ class Batches:
         """`views` (size, 2, side, side): roots; at every second pixel `truth` and `weight` (size, side / 2, side / 2), and `matched`
         (size, 2, side / 2, side / 2): disparity and logarithm of σ, or None."""
         rng = np.random.default_rng([self.seed, number])
-        # One scale for the batch.
+        # One scale for the batch: the views made smaller, so that the noise of a crop is not that of its blur.
         scale = 1.0 if rng.random() < 0.4 else rng.uniform(1.0, 4 / 3)
         side = int(self.side * scale) // 2 * 2
         crops = [self._crop(rng, side) for _ in range(self.size)]

@@ -124,9 +124,12 @@ fn passes_on(more: f32) -> Network {
 
 #[test]
 fn a_network_that_is_told_what_matching_found_answers_for_both() {
-    let views = pair(|x| -1.0 + x / 200.0);
+    let truth = |x: f64| -1.0 + x / 200.0;
+    let (across, down) = (pair(truth), parted(truth, true, 0.0));
+    // Of the second pair, what was matched is told turned.
     let views = || OppositeViews {
-        left_right: opposite(&views),
+        left_right: opposite(&across),
+        top_bottom: opposite(&down),
         ..OppositeViews::default()
     };
     let matched = dense_disparity_of(views()).unwrap();
@@ -137,6 +140,16 @@ fn a_network_that_is_told_what_matching_found_answers_for_both() {
         off.sum::<f64>() / found.len() as f64
     };
     assert!(mean_over_matched(0.0).abs() < 0.02);
+    // Told at the wrong places, the plane would be off by 0.2 px in the mean.
+    let map = learned_disparity_of(views(), &passes_on(0.0)).unwrap();
+    let both = map
+        .disparity_px
+        .data()
+        .iter()
+        .zip(matched.disparity_px.data());
+    let sizes: f32 = both.map(|(a, b)| (a - b).abs()).sum();
+    let mean = sizes / matched.disparity_px.data().len() as f32;
+    assert!(mean < 0.02, "{mean}");
     // At full resolution a quarter of a pixel, at half of it half a pixel.
     let more = mean_over_matched(0.25);
     assert!((0.25..=0.5).contains(&more), "{more}");

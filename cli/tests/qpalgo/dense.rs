@@ -203,4 +203,8 @@ fn a_network_tells_every_pixel_and_one_that_does_not_fit_is_named() {
     let [disparity, sigma] = numbers(&here.join("out/disparity.exr"));
     assert_eq!(disparity.len(), 64 * 64);
     assert!(sigma.iter().all(|s| *s > 0.0 && s.is_finite()));
+    // Matching beside the network takes the ratio.
+    json(&with(&["--ratio", "0.1"]), here);
+    let [narrow, _] = numbers(&here.join("out/disparity.exr"));
+    assert_ne!(narrow, disparity);
 }
