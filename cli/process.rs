@@ -1,7 +1,7 @@
 //! The process around a command: its arguments and threads, and its end when nobody reads what it prints.
 
+use std::ffi::OsString;
 use std::io::Write;
-use std::process::ExitCode;
 
 use crate::exit::CommandError;
 use crate::print::say;
@@ -10,19 +10,22 @@ use crate::print::say;
 const THREADS_PER_CORE: usize = 16;
 const MOST_ON_FEW_CORES: usize = 256;
 
-/// The arguments; else the exit code of a process that has said its help, its version, or what is wrong with them.
+/// The arguments, of which the first is the program's name; else the exit code of a process that has said its help, its
+/// version, or what is wrong with them.
 ///
 /// # Errors
 /// The exit code: 0, 2 for bad arguments, 1 where nothing can be printed.
-pub fn parse<Arguments: clap::Parser>() -> Result<Arguments, ExitCode> {
-    Arguments::try_parse().map_err(|error| {
+pub fn parse<Arguments: clap::Parser>(
+    args: impl IntoIterator<Item = OsString>,
+) -> Result<Arguments, u8> {
+    Arguments::try_parse_from(args).map_err(|error| {
         let printed = error.print().and_then(|()| std::io::stdout().flush());
         match printed {
             Err(cause) if !error.use_stderr() => {
                 say(&format!("stdout: cannot write: {cause}"));
-                ExitCode::from(1)
+                1
             }
-            _ => ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2)),
+            _ => u8::try_from(error.exit_code()).unwrap_or(2),
         }
     })
 }

@@ -2,17 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::exit::CommandError;
+use crate::number::number;
+use crate::outln;
+use crate::progress::Progress;
 use clap::Args;
 use quadpixel::file;
 use quadpixel_algorithms::capture::Capture;
 use quadpixel_algorithms::depth::{DepthCalibration, FieldCurve, PlaneShifts, Shifts, calibrate};
 use quadpixel_algorithms::disparity::MatchSettings;
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::number::number;
-use quadpixel_cli::outln;
-use quadpixel_cli::progress::Progress;
 
-use crate::inputs::{CaptureArgs, in_file};
+use crate::qpalgo::inputs::{CaptureArgs, in_file};
 
 /// Arguments of `qpalgo calibrate-depth`.
 #[derive(Clone, Debug, Args)]

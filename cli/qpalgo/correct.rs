@@ -1,8 +1,8 @@
 //! `qpalgo correct-aberrations`: a chart in, a calibration out; a calibration and a capture in, corrected pictures out.
 
-use quadpixel_cli::number::number;
-use quadpixel_cli::outln;
-use quadpixel_cli::print::say;
+use crate::number::number;
+use crate::outln;
+use crate::print::say;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -10,7 +10,9 @@ use quadpixel::file;
 use quadpixel::image::ImageError;
 use quadpixel::image::raster::encode_png8;
 
-use crate::inputs::{
+use crate::exit::CommandError;
+use crate::progress::Progress;
+use crate::qpalgo::inputs::{
     AlignArg, CaptureArgs, PictureFormatArg, calibrated_camera, in_file, read_calibration,
     sample_folder,
 };
@@ -21,8 +23,6 @@ use quadpixel_algorithms::correct::{BeforeAfter, CorrectError, Corrected, correc
 use quadpixel_algorithms::disparity::MatchSettings;
 use quadpixel_algorithms::metrics::sharpness::SharpnessSettings;
 use quadpixel_algorithms::pictures::{PictureFormat, Pictures};
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::progress::Progress;
 
 /// Arguments of `qpalgo correct-aberrations`.
 #[derive(Clone, Debug, Args)]

@@ -3,6 +3,9 @@
 
 use std::path::Path;
 
+use crate::exit::CommandError;
+use crate::outln;
+use crate::progress::Progress;
 use quadpixel::file;
 use quadpixel::image::colour::{blue_white_red, viridis};
 use quadpixel::image::raster::encode_png8;
@@ -11,12 +14,9 @@ use quadpixel_algorithms::dense::{
     DenseMap, Halves, OppositePair, OppositeViews, dense_disparity_of, learned_disparity_of,
 };
 use quadpixel_algorithms::maps::{MapFormat, Maps};
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::outln;
-use quadpixel_cli::progress::Progress;
 
-use crate::disparity::DisparityArgs;
-use crate::inputs::in_file;
+use crate::qpalgo::disparity::DisparityArgs;
+use crate::qpalgo::inputs::in_file;
 
 /// Matches and writes; no file is written before all are made.
 pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError> {

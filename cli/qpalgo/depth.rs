@@ -1,20 +1,21 @@
 //! `qpalgo depth`: a capture in, metric depth and its confidence out.
 
-use quadpixel_cli::number::number;
-use quadpixel_cli::outln;
+use crate::number::number;
+use crate::outln;
 use std::path::{Path, PathBuf};
 
+use crate::exit::CommandError;
 use clap::Args;
 use quadpixel::file;
 use quadpixel::image::colour::viridis;
 use quadpixel::image::raster::encode_png8;
 use quadpixel::image::{Image, ImageError};
-use quadpixel_cli::exit::CommandError;
 
-use crate::inputs::{
+use crate::progress::Progress;
+use crate::qpalgo::inputs::{
     CaptureArgs, MapFormatArg, calibrated_camera, in_file, read_calibration, sample_folder,
 };
-use crate::network::NetworkArgs;
+use crate::qpalgo::network::NetworkArgs;
 use quadpixel_algorithms::calibration::Calibration;
 use quadpixel_algorithms::capture::Capture;
 use quadpixel_algorithms::depth::{
@@ -23,7 +24,6 @@ use quadpixel_algorithms::depth::{
 };
 use quadpixel_algorithms::disparity::{Axes, MatchSettings};
 use quadpixel_algorithms::maps::{MapFormat, Maps};
-use quadpixel_cli::progress::Progress;
 use quadpixel_datasets::CameraDescription;
 
 /// Arguments of `qpalgo depth`.

@@ -7,27 +7,27 @@
 //!
 //! As in the dataset's specification: `disparity L R` is x_L − x_R, positive for points nearer than the focus.
 
-use quadpixel_cli::number::number;
-use quadpixel_cli::outln;
+use crate::number::number;
+use crate::outln;
 use std::path::{Path, PathBuf};
 
+use crate::exit::CommandError;
 use clap::{Args, ValueEnum};
 use quadpixel::file;
 use quadpixel::image::colour::{Rgb, blue_white_red, direction};
 use quadpixel::image::raster::encode_png8;
 use quadpixel::image::{Image, ImageError, channel};
-use quadpixel_cli::exit::CommandError;
 
-use crate::dense;
-use crate::inputs::{CaptureArgs, MapFormatArg, PairArgs, in_file};
-use crate::network::NetworkArgs;
+use crate::progress::Progress;
+use crate::qpalgo::dense;
+use crate::qpalgo::inputs::{CaptureArgs, MapFormatArg, PairArgs, in_file};
+use crate::qpalgo::network::NetworkArgs;
 use quadpixel_algorithms::capture::ViewPair;
 use quadpixel_algorithms::disparity::{
     Axes, DisparityMap, Match, MatchSettings, Verdict, match_images,
 };
 use quadpixel_algorithms::load;
 use quadpixel_algorithms::maps::{MapFormat, Maps};
-use quadpixel_cli::progress::Progress;
 
 /// Numbers a node, in this order, in every format but PFM, which has the first three.
 const NUMBERS: [&str; 4] = ["dx", "dy", "sigma", "verdict"];

@@ -3,6 +3,8 @@
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
+use crate::exit::CommandError;
+use crate::number::number;
 use clap::{Args, ValueEnum};
 use quadpixel::file;
 use quadpixel::image::Image;
@@ -12,8 +14,6 @@ use quadpixel_algorithms::capture::{Capture, CaptureError, CaptureOptions};
 use quadpixel_algorithms::maps::MapFormat;
 use quadpixel_algorithms::pictures::PictureFormat;
 use quadpixel_algorithms::view_pair::{PairOptions, read_pair};
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::number::number;
 
 /// What the user says; what is absent is taken from the files beside the capture.
 #[derive(Clone, Debug, Default, Args)]

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
+use crate::exit::CommandError;
 use clap::Args;
 use quadpixel::file;
 use quadpixel_algorithms::dense::Network;
-use quadpixel_cli::exit::CommandError;
 
-use crate::inputs::in_file;
+use crate::qpalgo::inputs::in_file;
 
 /// `--network`, with or without a file.
 #[derive(Clone, Debug, Args)]

@@ -1,18 +1,18 @@
 //! `qpalgo refocus`: a mosaic in, one image out that is focused at another disparity.
 
-use quadpixel_cli::number::number;
-use quadpixel_cli::outln;
+use crate::number::number;
+use crate::outln;
 use std::path::PathBuf;
 
+use crate::exit::CommandError;
 use clap::Args;
 use quadpixel::file;
-use quadpixel_cli::exit::CommandError;
 
-use crate::inputs::CaptureArgs;
+use crate::progress::Progress;
+use crate::qpalgo::inputs::CaptureArgs;
 use quadpixel_algorithms::pictures::encode_float;
 use quadpixel_algorithms::refocus::{RefocusError, refocus};
 use quadpixel_algorithms::warp::Lobes;
-use quadpixel_cli::progress::Progress;
 
 /// Arguments of `qpalgo refocus`.
 #[derive(Clone, Debug, Args)]

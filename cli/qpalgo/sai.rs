@@ -1,17 +1,17 @@
 //! `qpalgo sai`: a mosaic in, one file per view and a sum out.
 
-use quadpixel_cli::outln;
-use quadpixel_cli::print::say;
+use crate::outln;
+use crate::print::say;
 use std::path::PathBuf;
 
+use crate::exit::CommandError;
 use clap::Args;
 use quadpixel::file;
-use quadpixel_cli::exit::CommandError;
 
-use crate::inputs::{CaptureArgs, PictureFormatArg};
+use crate::progress::Progress;
+use crate::qpalgo::inputs::{CaptureArgs, PictureFormatArg};
 use quadpixel_algorithms::pictures::Pictures;
 use quadpixel_algorithms::sai::Side;
-use quadpixel_cli::progress::Progress;
 
 /// Arguments of `qpalgo sai`.
 #[derive(Clone, Debug, Args)]

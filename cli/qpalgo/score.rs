@@ -2,13 +2,13 @@
 //!
 //! The formulae are in [`quadpixel_algorithms::metrics::disparity_error`] and in the command's help.
 
-use quadpixel_cli::outln;
+use crate::outln;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use crate::exit::CommandError;
 use clap::Args;
 use quadpixel::image::{Image, raster};
-use quadpixel_cli::exit::CommandError;
 
 use quadpixel_algorithms::map_channels::{ChannelError, read_channels};
 use quadpixel_algorithms::metrics::disparity_error::{AffineInvariantError, EndPointError, Pair};

@@ -1,18 +1,18 @@
 //! `qpalgo sharpness`: the three measures of pictures, with every choice printed.
 
-use quadpixel_cli::number::number;
-use quadpixel_cli::outln;
+use crate::number::number;
+use crate::outln;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use crate::exit::CommandError;
+use crate::progress::Progress;
 use quadpixel_algorithms::load;
 use quadpixel_algorithms::metrics::sharpness::{
     Eigenvalues, Energy, GradientKernel, Mean, Plane, Samples, Sharpness, SharpnessSettings,
     sharpness,
 };
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::progress::Progress;
 
 /// Arguments of `qpalgo sharpness`. What is not given is the preset's.
 #[derive(Clone, Debug, Args)]

@@ -1,20 +1,20 @@
 //! `qpalgo table`: a list of captures in, Table 2 out.
 
-use quadpixel_cli::number::number;
-use quadpixel_cli::{out, outln};
+use crate::number::number;
+use crate::{out, outln};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use quadpixel::file;
 
-use crate::correct::{not_corrected, smoothing};
-use crate::inputs::{AlignArg, CaptureArgs, in_file};
+use crate::exit::CommandError;
+use crate::progress::Progress;
+use crate::qpalgo::correct::{not_corrected, smoothing};
+use crate::qpalgo::inputs::{AlignArg, CaptureArgs, in_file};
 use quadpixel_algorithms::calibration::CalibrationSettings;
 use quadpixel_algorithms::disparity::MatchSettings;
 use quadpixel_algorithms::metrics::sharpness::SharpnessSettings;
 use quadpixel_algorithms::table::{self, Entry, Row, RowError, TableList, csv, markdown};
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::progress::Progress;
 
 /// Arguments of `qpalgo table`.
 #[derive(Clone, Debug, Args)]

@@ -1,14 +1,14 @@
 //! `qpgen accuracy`: what accuracy costs in time, as tables, CSV files and plots.
 
-use quadpixel_cli::{out, outln};
+use crate::{out, outln};
 use std::path::PathBuf;
 use std::time::Instant;
 
+use crate::exit::CommandError;
+use crate::log::Log;
+use crate::progress::Progress;
 use clap::{Args, ValueEnum};
 use quadpixel::file;
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::Log;
-use quadpixel_cli::progress::Progress;
 use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_laboratory::accuracy::{self, Knob, Size, report};
 

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::exit::CommandError;
 use clap::Args;
-use quadpixel_cli::exit::CommandError;
 use quadpixel_generators::camera_file::FittedCamera;
 use quadpixel_generators::config::DatasetConfig;
 use quadpixel_generators::recipe::Recipe;

@@ -1,15 +1,15 @@
 //! `qpgen check`: is a dataset what its specification says?
 
-use quadpixel_cli::outln;
+use crate::outln;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use crate::exit::CommandError;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use quadpixel_cli::exit::CommandError;
 use quadpixel_datasets::{Progress, Report, check_dataset, check_hashes};
 
-use quadpixel_cli::log::{Level, Log};
+use crate::log::{Level, Log};
 
 /// How often progress is told of where no bar is drawn.
 const TOLD_EVERY: Duration = Duration::from_secs(10);

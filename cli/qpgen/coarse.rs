@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use crate::exit::CommandError;
 use quadpixel::file::write_aside;
 use quadpixel::image::{Image, raster, srgb};
 use quadpixel::render::truth::WhiteField;
 use quadpixel::render::{RenderSettings, render};
-use quadpixel_cli::exit::CommandError;
 
 use quadpixel_generators::assemble;
 use quadpixel_generators::sample::Prepared;

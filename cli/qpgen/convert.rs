@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::exit::CommandError;
+use crate::log::{self, Log};
+use crate::number::number;
+use crate::outln;
+use crate::progress::Progress;
+use crate::stop::Stop;
 use clap::{Args, ValueEnum};
 use quadpixel::file;
 use quadpixel::shard::Shard;
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::{self, Log};
-use quadpixel_cli::number::number;
-use quadpixel_cli::outln;
-use quadpixel_cli::progress::Progress;
-use quadpixel_cli::stop::Stop;
 use quadpixel_generators::config::{
     DEFAULT_TOML, DatasetConfig, Draw, Range, RgbdConfig, Scale, WindowConfig,
 };
@@ -19,10 +19,10 @@ use quadpixel_generators::production::dataset;
 use quadpixel_generators::rgbd::{Level, Meaning, Pair, PictureError, Preset, RgbdRecipe, pairs};
 use rayon::prelude::*;
 
-use crate::camera_arg::CameraArg;
-use crate::dataset::foreign;
-use crate::effect_args::EffectArgs;
-use crate::meaning_args::MeaningArgs;
+use crate::qpgen::camera_arg::CameraArg;
+use crate::qpgen::dataset::foreign;
+use crate::qpgen::effect_args::EffectArgs;
+use crate::qpgen::meaning_args::MeaningArgs;
 
 /// Arguments of `qpgen convert`.
 #[derive(Args)]

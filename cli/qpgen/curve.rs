@@ -2,21 +2,21 @@
 
 use std::path::PathBuf;
 
+use crate::exit::CommandError;
+use crate::log::{Level, Log};
+use crate::number::number;
+use crate::outln;
+use crate::progress::Progress;
 use clap::{Args, ValueEnum};
 use quadpixel::file;
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::{Level, Log};
-use quadpixel_cli::number::number;
-use quadpixel_cli::outln;
-use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::{self, Responses};
 use quadpixel_generators::observer::Observer;
 use quadpixel_generators::recipe::{Recipe, parse_recipe, read_recipe};
 use quadpixel_laboratory::curve::{CountedFrom, CurvePlan, field_curve};
 
-use crate::camera_arg::CameraArg;
-use crate::render::DEFAULT_TOML;
-use crate::scene_args;
+use crate::qpgen::camera_arg::CameraArg;
+use crate::qpgen::render::DEFAULT_TOML;
+use crate::qpgen::scene_args;
 
 /// Arguments of `qpgen curve`.
 #[derive(Args)]

@@ -1,20 +1,20 @@
 //! `qpgen dataset`: arguments, and what is printed.
 
-use quadpixel_cli::{out, outln};
+use crate::{out, outln};
 use std::path::PathBuf;
 
+use crate::exit::CommandError;
 use clap::Args;
 use quadpixel::em::Preset;
 use quadpixel::file;
-use quadpixel_cli::exit::CommandError;
 
-use crate::camera_arg::CameraArg;
-use crate::effect_args::EffectArgs;
-use crate::pixel_model::presets;
-use quadpixel_cli::log::{Level, Log};
-use quadpixel_cli::progress::Progress;
-use quadpixel_cli::shard_env::ShardArgs;
-use quadpixel_cli::stop::Stop;
+use crate::log::{Level, Log};
+use crate::progress::Progress;
+use crate::qpgen::camera_arg::CameraArg;
+use crate::qpgen::effect_args::EffectArgs;
+use crate::qpgen::pixel_model::presets;
+use crate::shard_env::ShardArgs;
+use crate::stop::Stop;
 use quadpixel_generators::config::{DEFAULT_TOML, DatasetConfig, preset};
 use quadpixel_generators::production::dataset;
 use quadpixel_generators::production::estimate;

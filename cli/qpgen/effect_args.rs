@@ -1,8 +1,8 @@
 //! Which effects are simulated, by arguments.
 
+use crate::number::number;
 use clap::Args;
 use quadpixel::effects::{Choice, Tolerance};
-use quadpixel_cli::number::number;
 use quadpixel_datasets::Effect;
 
 /// Arguments that choose the effects.

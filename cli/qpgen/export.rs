@@ -1,12 +1,12 @@
 //! `qpgen export`: arguments, and what is printed.
 
-use quadpixel_cli::outln;
+use crate::outln;
 use std::path::PathBuf;
 
+use crate::exit::CommandError;
+use crate::stop::Stop;
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::stop::Stop;
 use quadpixel_generators::export::{self, ExportSettings, Layout};
 use quadpixel_generators::observer::{Event, Observer};
 

@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use crate::exit::CommandError;
+use crate::log::Log;
+use crate::number::number;
+use crate::progress::Progress;
+use crate::{out, outln};
 use clap::Args;
 use quadpixel::em::PixelStack;
 use quadpixel::file;
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::Log;
-use quadpixel_cli::number::number;
-use quadpixel_cli::progress::Progress;
-use quadpixel_cli::{out, outln};
 use quadpixel_generators::camera_file::CameraFile;
 use quadpixel_laboratory::fit::camera_file::camera_file;
 use quadpixel_laboratory::fit::camera_model::{CameraModel, Fineness};

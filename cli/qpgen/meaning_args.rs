@@ -1,7 +1,7 @@
 //! What the numbers of pictures and depths mean, by arguments.
 
+use crate::number::number;
 use clap::{Args, ValueEnum};
-use quadpixel_cli::number::number;
 use quadpixel_generators::rgbd::{DepthKind, Encoding, Intrinsics, Meaning};
 
 /// What the numbers of the files mean. What is absent is taken from a sidecar STEM.json beside the depth (or else

@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
+use crate::exit::CommandError;
+use crate::log::Log;
+use crate::progress::Progress;
 use clap::Args;
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::Log;
-use quadpixel_cli::progress::Progress;
 use quadpixel_generators::production::merge::merge;
 
-use crate::check;
-use crate::dataset::foreign;
+use crate::qpgen::check;
+use crate::qpgen::dataset::foreign;
 
 /// Arguments of `qpgen merge`.
 #[derive(Args)]

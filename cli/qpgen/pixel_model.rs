@@ -1,10 +1,10 @@
 //! Which pixel model a command asks, and how finely it computes.
 
+use crate::number::number;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use quadpixel::em::{Level, ModelChoice, PixelModel, PixelStack, Preset};
 use quadpixel::response::TableSettings;
-use quadpixel_cli::number::number;
 
 /// Arguments that choose a pixel model.
 #[derive(Args)]

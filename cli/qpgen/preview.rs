@@ -1,13 +1,13 @@
 //! `qpgen preview`: gallery and data card anew, also of a run that is not at its end.
 
-use quadpixel_cli::outln;
+use crate::outln;
 use std::path::PathBuf;
 
+use crate::exit::CommandError;
 use clap::Args;
-use quadpixel_cli::exit::CommandError;
 use quadpixel_datasets::paths;
 
-use crate::dataset::foreign;
+use crate::qpgen::dataset::foreign;
 use quadpixel_generators::production::dataset::LICENCE;
 use quadpixel_generators::writer::rebuild_pages;
 

@@ -2,21 +2,21 @@
 
 use std::path::PathBuf;
 
+use crate::exit::CommandError;
+use crate::log::{Level, Log};
+use crate::number::number;
+use crate::outln;
+use crate::progress::Progress;
 use clap::{Args, ValueEnum};
 use quadpixel::file;
 use quadpixel::render::kernels::Footprint;
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::{Level, Log};
-use quadpixel_cli::number::number;
-use quadpixel_cli::outln;
-use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::{self, Responses};
 use quadpixel_generators::bank::{self, Bank, BankRequest};
 use quadpixel_generators::observer::Observer;
 use quadpixel_generators::recipe::{Recipe, parse_recipe, read_recipe};
 
-use crate::camera_arg::CameraArg;
-use crate::render::DEFAULT_TOML;
+use crate::qpgen::camera_arg::CameraArg;
+use crate::qpgen::render::DEFAULT_TOML;
 
 /// Microlenses of the window where no recipe says.
 const DEFAULT_SIZE: (usize, usize) = (1024, 768);

@@ -1,20 +1,20 @@
 //! `qpgen render`: one image from a recipe or scene file.
 
-use quadpixel_cli::{out, outln};
+use crate::{out, outln};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::camera_arg::CameraArg;
-use crate::coarse::Coarse;
-use crate::effect_args::EffectArgs;
-use crate::scene_args::SceneArgs;
+use crate::exit::CommandError;
+use crate::log::{Level, Log};
+use crate::progress::Progress;
+use crate::qpgen::camera_arg::CameraArg;
+use crate::qpgen::coarse::Coarse;
+use crate::qpgen::effect_args::EffectArgs;
+use crate::qpgen::scene_args::SceneArgs;
 use quadpixel::file;
 use quadpixel::hash::json_hash;
 use quadpixel::render::RayRecord;
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::{Level, Log};
-use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::Responses;
 use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_generators::recipe::{Recipe, SampleId, parse_recipe, read_recipe};

@@ -1,13 +1,13 @@
 //! `qpgen render --scene FILE`: a recipe from a scene file and a few arguments.
 
+use crate::exit::CommandError;
+use crate::number::number;
 use clap::Args;
 use quadpixel::effects::{Choice, Tolerance};
 use quadpixel::lens::ReflectionSettings;
 use quadpixel::render::{LensTracing, RenderSettings};
 use quadpixel::scene::world::PathSettings;
 use quadpixel::sensor::{MicrolensLaw, ShiftRule, Subpixels};
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::number::number;
 use quadpixel_datasets::Registration;
 
 use quadpixel::em::Level;

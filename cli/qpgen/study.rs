@@ -1,17 +1,17 @@
 //! `qpgen study`: the paper's studies of the pixel with any pixel model, as tables, CSV files and plots.
 
-use quadpixel_cli::number::number;
-use quadpixel_cli::{out, outln};
+use crate::number::number;
+use crate::{out, outln};
 use std::path::PathBuf;
 
-use crate::pixel_model::PixelModelArgs;
+use crate::exit::CommandError;
+use crate::log::Log;
+use crate::progress::Progress;
+use crate::qpgen::pixel_model::PixelModelArgs;
 use clap::{Args, ValueEnum};
 use quadpixel::em::{Level, PixelModel, PixelStack};
 use quadpixel::file;
 use quadpixel::response::{ShiftSettings, TableSettings};
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::Log;
-use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::pixel;
 use quadpixel_laboratory::study::{self, Angles, CurveStudy, StudyReport};
 

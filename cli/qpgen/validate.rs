@@ -1,7 +1,7 @@
 //! `qpgen validate`: the paper's two experiments as numbers (`validation.json`) and polar plots (`validation.png`).
 
-use quadpixel_cli::number::number;
-use quadpixel_cli::outln;
+use crate::number::number;
+use crate::outln;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -11,10 +11,10 @@ use quadpixel::image::raster;
 use quadpixel::response::{AngularResponse, ResponseCache, TablePlan, TableSettings};
 use quadpixel::sensor::Subpixels;
 
+use crate::exit::CommandError;
+use crate::log::Log;
+use crate::progress::Progress;
 use quadpixel::image::colour::{blue_white_red, viridis};
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::Log;
-use quadpixel_cli::progress::Progress;
 use quadpixel_generators::assemble::pixel_stack;
 use quadpixel_generators::observer::Observer;
 use quadpixel_generators::preview::canvas::Sheet;

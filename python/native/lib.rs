@@ -11,10 +11,16 @@ mod files;
 mod json;
 mod lens;
 mod picture;
+mod programs;
 mod response;
 mod sample;
 
 use pyo3::prelude::*;
+use quadpixel_cli::memory::Guarded;
+
+/// As in the programs.
+#[global_allocator]
+static MEMORY: Guarded = Guarded;
 
 /// The part of the package that is Rust.
 #[pymodule]
@@ -32,6 +38,8 @@ mod native {
     use super::lens::{lens_info, lens_layout, lens_names, lens_spots};
     #[pymodule_export]
     use super::picture::{convert, kernels, picture};
+    #[pymodule_export]
+    use super::programs::{qpalgo, qpgen};
     #[pymodule_export]
     use super::response::{Responses, pixel_info, pixel_names};
     #[pymodule_export]

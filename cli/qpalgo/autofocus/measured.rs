@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use crate::exit::CommandError;
 use quadpixel::image::exr::read_layers;
 use quadpixel::image::views::Side;
-use quadpixel_cli::exit::CommandError;
 
-use crate::inputs::{CaptureArgs, in_file};
+use crate::qpalgo::inputs::{CaptureArgs, in_file};
 use quadpixel_algorithms::autofocus::{Region, Step, measure_step, median};
 use quadpixel_algorithms::capture::Capture;
 use quadpixel_algorithms::disparity::MatchSettings;

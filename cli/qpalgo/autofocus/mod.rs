@@ -4,19 +4,19 @@ mod measured;
 mod plot;
 mod report;
 
-use quadpixel_cli::{out, outln};
+use crate::{out, outln};
 use std::path::{Path, PathBuf};
 
+use crate::exit::CommandError;
 use clap::Args;
 use quadpixel::file;
-use quadpixel_cli::exit::CommandError;
 use quadpixel_datasets::{DatasetManifest, paths};
 
+use crate::progress::Progress;
 use measured::measure;
 use quadpixel_algorithms::autofocus::Region;
 use quadpixel_algorithms::disparity::MatchSettings;
 use quadpixel_algorithms::metrics::sharpness::SharpnessSettings;
-use quadpixel_cli::progress::Progress;
 use report::Curve;
 
 /// Arguments of `qpalgo autofocus`.

@@ -1,12 +1,12 @@
 //! Lenses against the figures in their own files, as Markdown.
 
+use crate::{out, outln};
 use quadpixel::lens::verification::{Comparison, Origin, compare};
 use quadpixel::lens::{Prescription, builtin_names};
-use quadpixel_cli::{out, outln};
 use serde_json::{Value, json};
 
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::{Level, Log};
+use crate::exit::CommandError;
+use crate::log::{Level, Log};
 
 /// Compares the lenses (all built-in ones when none is named) and prints the table.
 ///

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::exit::CommandError;
+use crate::log::Log;
+use crate::progress::Progress;
+use crate::{out, outln};
 use quadpixel::file;
 use quadpixel::lens::{Lens, LensError, LensFigures, Prescription, lens_files};
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::Log;
-use quadpixel_cli::progress::Progress;
-use quadpixel_cli::{out, outln};
 use quadpixel_laboratory::lens_drawing::layout_svg;
 use rayon::prelude::*;
 

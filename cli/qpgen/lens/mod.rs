@@ -4,8 +4,8 @@ mod comparison;
 mod import;
 mod info;
 
-use quadpixel_cli::number::number;
-use quadpixel_cli::{out, outln};
+use crate::number::number;
+use crate::{out, outln};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
@@ -15,8 +15,8 @@ use quadpixel::lens::{FocusBy, Lens, LensError, Prescription, builtin_names};
 use quadpixel::lens::{SPOT_LINES_NM, rms_radius};
 use quadpixel::units::D_LINE_NM;
 
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::{Level, Log};
+use crate::exit::CommandError;
+use crate::log::{Level, Log};
 use quadpixel_laboratory::lens_drawing::{layout_svg, spots_svg};
 
 /// The five-element phone lens that the default dataset looks through.

@@ -7,9 +7,9 @@ use quadpixel::em::PixelStack;
 use quadpixel::response::{ShiftSettings, TableSettings};
 use quadpixel::sensor::Subpixels;
 
-use crate::pixel_model::PixelModelArgs;
-use quadpixel_cli::number::number;
-use quadpixel_cli::shard_env::ShardArgs;
+use crate::number::number;
+use crate::qpgen::pixel_model::PixelModelArgs;
+use crate::shard_env::ShardArgs;
 
 /// Arguments of `qpgen response`.
 #[derive(Args)]

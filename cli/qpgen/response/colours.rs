@@ -1,17 +1,17 @@
 //! Pixels in a mosaic of colour filters: which microlens a response is of, or a table of each.
 
+use crate::exit::CommandError;
+use crate::outln;
 use quadpixel::em::PixelStack;
 use quadpixel::em::mosaic::FilterColour;
 use quadpixel::response::{AngularResponse, BuildReport, CachedTables, ResponseCache, TablePlan};
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::outln;
 use std::path::Path;
 
 use super::args::{ColourArg, ResponseArgs};
 use super::tables::{default_output, nodes, part, written};
-use quadpixel_cli::log::Log;
-use quadpixel_cli::progress::Progress;
+use crate::log::Log;
+use crate::progress::Progress;
 use quadpixel_generators::observer::Observer;
 
 /// The default of --wavelength-nm.

@@ -1,16 +1,16 @@
 //! P at a few angles, for a person or a program.
 
+use crate::outln;
 use quadpixel::em::PixelStack;
 use quadpixel::em::light::SolverProgress;
 use quadpixel::em::light::{Light, Powers, direction_cosines};
 use quadpixel::sensor::Subpixels;
-use quadpixel_cli::outln;
 use rayon::prelude::*;
 
 use super::args::ResponseArgs;
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::{Level, Log};
-use quadpixel_cli::progress::Progress;
+use crate::exit::CommandError;
+use crate::log::{Level, Log};
+use crate::progress::Progress;
 use quadpixel_generators::observer::{Event, Observer};
 
 /// The response to one plane wave.

@@ -7,11 +7,11 @@ mod tables;
 
 pub use self::args::ResponseArgs;
 
+use crate::exit::CommandError;
+use crate::log::Log;
+use crate::out;
 use quadpixel::em::PixelStack;
 use quadpixel::sensor::check_simulated;
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::Log;
-use quadpixel_cli::out;
 use quadpixel_generators::assemble::pixel;
 
 /// Computes, prints, writes.

@@ -1,7 +1,7 @@
 //! Tables: made, in parts, or of another tool's file; and where they are written.
 
-use quadpixel_cli::outln;
-use quadpixel_cli::print::say;
+use crate::outln;
+use crate::print::say;
 use std::path::{Path, PathBuf};
 
 use quadpixel::em::PixelStack;
@@ -11,9 +11,9 @@ use quadpixel::shard::Shard;
 use quadpixel_datasets::paths::sanitised;
 
 use super::args::ResponseArgs;
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::Log;
-use quadpixel_cli::progress::Progress;
+use crate::exit::CommandError;
+use crate::log::Log;
+use crate::progress::Progress;
 use quadpixel_generators::observer::Observer;
 
 fn plan(args: &ResponseArgs, stack: &PixelStack) -> Result<TablePlan, CommandError> {

@@ -1,9 +1,5 @@
 //! `qpalgo`: parse, validate, call the library, return an exit code (0 done, 1 failed, 2 bad arguments or input).
 
-use quadpixel_cli::memory::{Guarded, limit, parse_bytes};
-use quadpixel_cli::print::say;
-use std::process::ExitCode;
-
 mod autofocus;
 mod calibrate_depth;
 mod correct;
@@ -18,18 +14,20 @@ mod score;
 mod sharpness;
 mod table;
 
-use clap::{Parser, Subcommand};
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::{Level, Log};
-use quadpixel_cli::process::{exit_on_closed_pipe, fail_on_file_size_limit, parse, use_threads};
-use quadpixel_cli::progress::Progress;
+use std::ffi::OsString;
 
-#[global_allocator]
-static MEMORY: Guarded = Guarded;
+use clap::{Parser, Subcommand};
+
+use crate::exit::CommandError;
+use crate::log::{Level, Log};
+use crate::memory::{limit, parse_bytes};
+use crate::print::say;
+use crate::process::{exit_on_closed_pipe, fail_on_file_size_limit, parse, use_threads};
+use crate::progress::Progress;
 
 /// Works on pictures of pixels that see the pupil in parts (dual-pixel, quad-pixel, m×n).
 #[derive(Parser)]
-#[command(version, propagate_version = true)]
+#[command(name = "qpalgo", version, propagate_version = true)]
 struct Cli {
     /// Number of threads; 0: one per core. The result does not depend on it.
     #[arg(long, global = true, default_value_t = 0, display_order = 900)]
@@ -147,16 +145,18 @@ enum Command {
     Autofocus(autofocus::AutofocusArgs),
 }
 
-fn main() -> ExitCode {
-    let cli: Cli = match parse() {
+/// Runs the program with its arguments, its own name first, and returns its exit code. Sets threads and handlers of
+/// signals of the whole process, so at most once in each.
+pub fn main(args: impl IntoIterator<Item = OsString>) -> u8 {
+    let cli: Cli = match parse(args) {
         Ok(cli) => cli,
         Err(code) => return code,
     };
     match run(cli) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(error) => {
             say(&format!("qpalgo: {error}"));
-            ExitCode::from(error.exit_code())
+            error.exit_code()
         }
     }
 }

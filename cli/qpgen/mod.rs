@@ -1,7 +1,5 @@
 //! `qpgen`: parse, validate, call the library, return an exit code (0 done, 1 failed, 2 bad arguments or input).
 
-use std::process::ExitCode;
-
 mod accuracy;
 mod camera_arg;
 mod check;
@@ -24,19 +22,19 @@ mod scene_args;
 mod study;
 mod validate;
 
-use clap::{Parser, Subcommand};
-use quadpixel_cli::exit::CommandError;
-use quadpixel_cli::log::{Level, Log};
-use quadpixel_cli::memory::{Guarded, limit, parse_bytes};
-use quadpixel_cli::process::{exit_on_closed_pipe, fail_on_file_size_limit, parse, use_threads};
+use std::ffi::OsString;
 
-#[global_allocator]
-static MEMORY: Guarded = Guarded;
+use clap::{Parser, Subcommand};
+
+use crate::exit::CommandError;
+use crate::log::{Level, Log};
+use crate::memory::{limit, parse_bytes};
+use crate::process::{exit_on_closed_pipe, fail_on_file_size_limit, parse, use_threads};
 
 /// Simulates cameras whose pixels see the pupil in parts (dual-pixel, quad-pixel, m×n) and makes training data with
 /// them.
 #[derive(Parser)]
-#[command(version, propagate_version = true)]
+#[command(name = "qpgen", version, propagate_version = true)]
 struct Cli {
     /// Number of threads; 0: one per core. The result does not depend on it.
     #[arg(long, global = true, default_value_t = 0)]
@@ -169,8 +167,10 @@ impl Command {
     }
 }
 
-fn main() -> ExitCode {
-    let cli: Cli = match parse() {
+/// Runs the program with its arguments, its own name first, and returns its exit code. Sets threads and handlers of
+/// signals of the whole process, so at most once in each.
+pub fn main(args: impl IntoIterator<Item = OsString>) -> u8 {
+    let cli: Cli = match parse(args) {
         Ok(cli) => cli,
         Err(code) => return code,
     };
@@ -178,12 +178,12 @@ fn main() -> ExitCode {
     let log = Log { level, json: false };
     let json = cli.command.json();
     match run(cli, log) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(error) => {
             let fields = [("exit_code", error.exit_code().into())];
             log.json(json)
                 .line(Level::Error, &error.to_string(), &fields);
-            ExitCode::from(error.exit_code())
+            error.exit_code()
         }
     }
 }
