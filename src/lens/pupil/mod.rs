@@ -86,10 +86,10 @@ impl ExitPupilMap {
             pupil_semi_mm,
             level: SimdLevel::detect(),
         };
-        let few = Self::traced(&aim, window, SIDES[0]);
+        let few = Self::traced(&aim, window, SIDES[0], None);
         match few.growth.iter().all(|g| *g <= GROWTH) {
             true => few,
-            false => Self::traced(&aim, window, SIDES[1]),
+            false => Self::traced(&aim, window, SIDES[1], Some(few)),
         }
     }
 
@@ -105,12 +105,21 @@ impl ExitPupilMap {
         }
     }
 
-    fn traced(aim: &Aim<'_>, window: SensorWindowMm, side: usize) -> Self {
+    /// `known`: a map whose nodes are every second of these.
+    fn traced(aim: &Aim<'_>, window: SensorWindowMm, side: usize, known: Option<Self>) -> Self {
         let mut map = Self::dark(window, side, aim.plane_z_mm);
-        let edges: Vec<Vec<DVec2>> = (0..side * side)
-            .into_par_iter()
-            .map(|i| aim.outline(map.position_mm(i % side, i / side)))
-            .collect();
+        let known = known.filter(|map| 2 * map.side - 1 == side);
+        let edge = |i: usize| {
+            let (column, row) = (i % side, i / side);
+            match &known {
+                Some(known) if column % 2 == 0 && row % 2 == 0 => {
+                    let (_, edge) = &known.outlines[row / 2 * known.side + column / 2];
+                    edge.iter().map(|p| p.truncate()).collect()
+                }
+                _ => aim.outline(map.position_mm(column, row)),
+            }
+        };
+        let edges: Vec<Vec<DVec2>> = (0..side * side).into_par_iter().map(edge).collect();
         map.nodes = edges
             .iter()
             .map(|edge| (!edge.is_empty()).then(|| Ellipse::around(edge).grown(MARGIN)))

@@ -6,6 +6,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::polar_rule;
 use crate::frames::{camera_from_sensor_mm, uv_from_camera_direction};
 use crate::rays::RayBatch;
 use crate::render::Camera;
@@ -33,14 +34,15 @@ pub(crate) struct Centroid {
 }
 
 impl Centroid {
-    fn add(&mut self, weight: f64, q0: DVec2, q1_mm: DVec2, slope: DVec2) {
+    /// Adds a ray by its q₀, q₁ (mm) and slope.
+    pub(super) fn add(&mut self, weight: f64, [q0, q1_mm, slope]: [DVec2; 3]) {
         self.weight += weight;
         self.q0 += weight * q0;
         self.q1_mm += weight * q1_mm;
         self.slope += weight * slope;
     }
 
-    fn normalised(self, scale: f64) -> Self {
+    pub(super) fn normalised(self, scale: f64) -> Self {
         let inverse = if self.weight > 0.0 {
             1.0 / self.weight
         } else {
@@ -187,8 +189,22 @@ fn golden_disk(k: usize, n: usize) -> (f64, f64) {
 }
 
 /// Centroids of each sub-pixel's rays, and of all together, from the sensor position `xy_mm`, at a channel's
-/// wavelengths. `None` where no light passes.
+/// wavelengths: by the polar rule, or where that does not hold by as many points as there are `samples`. `None` where no
+/// light passes.
 pub(crate) fn centroids(
+    camera: &Camera,
+    channel: usize,
+    xy_mm: DVec2,
+    samples: &SobolSet,
+) -> Option<(Vec<Centroid>, Centroid)> {
+    if let Some(by_rule) = polar_rule::centroids(camera, channel, xy_mm) {
+        return Some(by_rule);
+    }
+    of_points(camera, channel, xy_mm, samples)
+}
+
+/// The same by points all over the pupil, which holds for every bundle.
+pub(super) fn of_points(
     camera: &Camera,
     channel: usize,
     xy_mm: DVec2,
@@ -198,11 +214,11 @@ pub(crate) fn centroids(
     let mut of_subpixel = vec![Centroid::default(); bundle.subpixels];
     let mut of_all = Centroid::default();
     for (i, weights) in bundle.weights.chunks_exact(bundle.subpixels).enumerate() {
-        let (q0, q1, slope) = (bundle.q0[i], bundle.q1_mm[i], bundle.slopes[i]);
+        let seen = [bundle.q0[i], bundle.q1_mm[i], bundle.slopes[i]];
         of_all.incident += bundle.measure[i];
         for (s, &w) in of_subpixel.iter_mut().zip(weights) {
-            s.add(w, q0, q1, slope);
-            of_all.add(w, q0, q1, slope);
+            s.add(w, seen);
+            of_all.add(w, seen);
         }
     }
     let scale = bundle.scale;

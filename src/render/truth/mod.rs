@@ -9,6 +9,7 @@ mod channels;
 mod defocus;
 mod disparity;
 mod displaced;
+mod polar_rule;
 mod receptive;
 mod sight;
 mod sight_field;
