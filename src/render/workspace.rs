@@ -296,17 +296,17 @@ impl Workspace {
             .zip(&self.measure[range.clone()])
             .zip(self.weights[range.start * n_sub..].chunks_exact(n_sub))
             .zip(&self.batch.status[range]);
-        for (((&radiance, &measure), weights), &status) in rays {
+        let rays = rays.map(|(((&radiance, &measure), weights), &status)| {
             // A lost ray carries nothing; its radiance may be that of a meaningless hit.
-            let value = if status == 0 {
+            let passes = status == 0;
+            let value = if passes {
                 f64::from(radiance) * measure
             } else {
                 0.0
             };
-            for (o, &w) in out.iter_mut().zip(weights) {
-                *o += value * f64::from(w);
-            }
-        }
+            (value, weights)
+        });
+        add_weighted(rays, out);
     }
 
     /// walls[sums] += Σ weight · measure over those rays of a pixel that passed.
@@ -315,13 +315,11 @@ impl Workspace {
         let rays = (self.measure[range.clone()].iter())
             .zip(self.weights[range.start * n_sub..].chunks_exact(n_sub))
             .zip(&self.batch.status[range]);
-        let walls = &mut self.walls[sums];
-        for ((&measure, weights), &status) in rays {
+        let rays = rays.map(|((&measure, weights), &status)| {
             let value = if status == 0 { measure } else { 0.0 };
-            for (wall, &w) in walls.iter_mut().zip(weights) {
-                *wall += value * f64::from(w);
-            }
-        }
+            (value, weights)
+        });
+        add_weighted(rays, &mut self.walls[sums]);
     }
 
     /// How much of a pixel's pupil sees another surface than the ray of sight.
@@ -333,6 +331,27 @@ impl Workspace {
                     occlusion.other += self.measure[i];
                 }
             }
+        }
+    }
+}
+
+/// out[s] += Σ value · weight[s] over rays.
+#[inline(always)]
+fn add_weighted<'a>(rays: impl Iterator<Item = (f64, &'a [f32])>, out: &mut [f64]) {
+    // Four sub-pixels stay in registers.
+    if let Ok(four) = <&mut [f64; 4]>::try_from(&mut *out) {
+        let mut sums = *four;
+        for (value, weights) in rays {
+            if let Ok(weights) = <&[f32; 4]>::try_from(weights) {
+                (0..4).for_each(|s| sums[s] += value * f64::from(weights[s]));
+            }
+        }
+        *four = sums;
+        return;
+    }
+    for (value, weights) in rays {
+        for (o, &w) in out.iter_mut().zip(weights) {
+            *o += value * f64::from(w);
         }
     }
 }

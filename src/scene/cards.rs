@@ -45,25 +45,21 @@ impl Cards {
 
     /// Radiance of colour channel `channel` at each hit, into `out` (same length).
     pub fn radiance(&self, hits: &Hits, channel: usize, out: &mut [f32]) {
-        let first = hits.surface.first().copied().unwrap_or(NO_SURFACE);
-        if first != NO_SURFACE && hits.surface.iter().all(|&s| s == first) {
-            self.planes[first as usize].texture().sample_channel_batch(
-                &hits.cards.s,
-                &hits.cards.t,
-                channel,
-                out,
-            );
-            return;
+        // Most rays of a block meet one card.
+        let seen = hits.surface.iter().find(|s| **s != NO_SURFACE);
+        let first = seen.copied().unwrap_or(NO_SURFACE);
+        let (s, t) = (&hits.cards.s, &hits.cards.t);
+        if let Some(plane) = self.planes.get(first as usize) {
+            (plane.texture()).sample_channel_batch(s, t, channel, out);
         }
         for (i, o) in out.iter_mut().enumerate() {
-            *o = match self.planes.get(hits.surface[i] as usize) {
-                Some(plane) => {
-                    plane
-                        .texture()
-                        .sample_channel(hits.cards.s[i], hits.cards.t[i], channel)
-                }
-                None => self.environment[channel],
-            };
+            let surface = hits.surface[i];
+            if surface != first || surface == NO_SURFACE {
+                *o = match self.planes.get(surface as usize) {
+                    Some(plane) => plane.texture().sample_channel(s[i], t[i], channel),
+                    None => self.environment[channel],
+                };
+            }
         }
     }
 }

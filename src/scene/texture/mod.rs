@@ -9,6 +9,7 @@
 //! so that the four taps need no clamping of their own.
 
 use crate::scene::mip::Halving;
+use crate::simd::SimdLevel;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 use thiserror::Error;
@@ -63,12 +64,21 @@ pub enum TextureError {
     },
 }
 
+/// Points that are looked up together.
+const BLOCK: usize = 64;
+
 /// Where the four taps lie: index of the upper left one and weights of the right and lower ones.
 #[derive(Clone, Copy)]
 struct Taps {
     offset: usize,
     fx: f32,
     fy: f32,
+}
+
+#[inline(always)]
+fn blend([a, b, c, d]: [f32; 4], fx: f32, fy: f32) -> f32 {
+    let (upper, lower) = (a + (b - a) * fx, c + (d - c) * fx);
+    upper + (lower - upper) * fy
 }
 
 impl Texture {
@@ -217,13 +227,16 @@ impl Texture {
         }
     }
 
+    /// Upper left, upper right, lower left and lower right of four taps.
+    #[inline(always)]
+    fn corners(&self, plane: &[f32], offset: usize) -> [f32; 4] {
+        let w = &plane[offset..offset + self.stride + 2];
+        [w[0], w[1], w[self.stride], w[self.stride + 1]]
+    }
+
     #[inline(always)]
     fn blend(&self, plane: &[f32], taps: Taps) -> f32 {
-        let w = &plane[taps.offset..taps.offset + self.stride + 2];
-        let upper = w[0] + (w[1] - w[0]) * taps.fx;
-        let (a, b) = (w[self.stride], w[self.stride + 1]);
-        let lower = a + (b - a) * taps.fx;
-        upper + (lower - upper) * taps.fy
+        blend(self.corners(plane, taps.offset), taps.fx, taps.fy)
     }
 
     /// Bilinear RGB at (s, t).
@@ -244,9 +257,45 @@ impl Texture {
 
     /// [`Self::sample_channel`] of many points: `out[k]` at (`s[k]`, `t[k]`), as far as the shortest slice reaches.
     pub fn sample_channel_batch(&self, s: &[f32], t: &[f32], c: usize, out: &mut [f32]) {
+        let n = out.len().min(s.len()).min(t.len());
+        let (s, t, out) = (&s[..n], &t[..n], &mut out[..n]);
+        match SimdLevel::detect() {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `detect` found AVX2 (or more) on this CPU.
+            SimdLevel::Avx2 | SimdLevel::Avx512 => unsafe { self.sample_avx2(s, t, c, out) },
+            _ => self.sample_blocks(s, t, c, out),
+        }
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn sample_avx2(&self, s: &[f32], t: &[f32], c: usize, out: &mut [f32]) {
+        self.sample_blocks(s, t, c, out);
+    }
+
+    /// Block by block in three loops, of which only the fetch goes point by point.
+    #[inline(always)]
+    fn sample_blocks(&self, s: &[f32], t: &[f32], c: usize, out: &mut [f32]) {
         let plane = self.plane(c);
-        for ((out, &s), &t) in out.iter_mut().zip(s).zip(t) {
-            *out = self.blend(plane, self.taps(s, t));
+        let blocks = s.chunks(BLOCK).zip(t.chunks(BLOCK));
+        for ((s, t), out) in blocks.zip(out.chunks_mut(BLOCK)) {
+            let mut offsets = [0u32; BLOCK];
+            let [mut fx, mut fy] = [[0.0; BLOCK]; 2];
+            for (i, (&s, &t)) in s.iter().zip(t).enumerate() {
+                let taps = self.taps(s, t);
+                // A plane is shorter than 2³².
+                offsets[i] = taps.offset as u32;
+                (fx[i], fy[i]) = (taps.fx, taps.fy);
+            }
+            let mut corners = [[0.0; BLOCK]; 4];
+            for (i, &offset) in offsets.iter().enumerate().take(out.len()) {
+                let fetched = self.corners(plane, offset as usize);
+                (0..4).for_each(|k| corners[k][i] = fetched[k]);
+            }
+            let [a, b, c, d] = &corners;
+            for (i, out) in out.iter_mut().enumerate() {
+                *out = blend([a[i], b[i], c[i], d[i]], fx[i], fy[i]);
+            }
         }
     }
 
