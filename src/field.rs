@@ -16,6 +16,24 @@ pub struct SensorWindowMm {
     pub half_height: f64,
 }
 
+impl SensorWindowMm {
+    /// Whether what is the same around the optical axis mirrors itself in both of the window's middle lines.
+    pub fn is_on_axis(&self) -> bool {
+        self.centre == DVec2::ZERO
+    }
+}
+
+/// Of a row-major node of `side`² over a window on the axis: the node of the first quarter that it mirrors, and the
+/// signs of x and y that take what is there to it.
+pub(crate) fn mirrored(node: usize, side: usize) -> (usize, DVec2) {
+    let along = |i: usize| match 2 * i < side {
+        true => (i, 1.0),
+        false => (side - 1 - i, -1.0),
+    };
+    let ((column, x), (row, y)) = (along(node % side), along(node / side));
+    (row * side + column, DVec2::new(x, y))
+}
+
 /// `components` values at each of nx × ny nodes that span a window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldGrid {
@@ -76,6 +94,11 @@ impl FieldGrid {
             components,
             data,
         })
+    }
+
+    /// The window.
+    pub fn window(&self) -> SensorWindowMm {
+        self.window
     }
 
     /// Values per node.

@@ -11,13 +11,15 @@
 //! sub-pixels, over the mean: as if each direction showed a scene of its own, which bounds what defocus can part.
 
 use quadpixel::effects::{Choice, Effect};
-use quadpixel::em::wave::WaveSettings;
+use quadpixel::em::wave::{MODEL, WaveSettings};
 use quadpixel::em::{PixelModel, PixelStack};
 use quadpixel::hash::settings_hash;
+use quadpixel::journal::Journal;
 use quadpixel::response::TablePlan;
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
 use quadpixel_datasets::{EstimatedError, Reason};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::responses::{Responses, stack};
 use crate::recipe::{Recipe, RecipeError, TableRecipe};
@@ -29,7 +31,7 @@ const RINGS: usize = 3;
 const AZIMUTHS_DEG: [f64; 2] = [11.25, 33.75];
 
 /// What leaving colour out of a pixel's response does, RMS of the signal, %.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ColourErrors {
     /// One response for all channels in the place of one per channel.
     pub response_percent: f64,
@@ -141,7 +143,7 @@ fn costs_nothing(
 
 impl Responses {
     /// What leaving colour out does to a pixel behind the recipe's lens; `None` of a pixel that the wave model has no
-    /// answer for. Found once per pixel and F-number.
+    /// answer for. Found once per pixel and F-number, and kept in the user's cache.
     ///
     /// # Errors
     /// A lens that cannot be built.
@@ -158,9 +160,21 @@ impl Responses {
         if let Some(known) = self.colours.get(&key) {
             return Ok(*known);
         }
-        let errors = errors(stack, (f_number / 10.0).exp2());
-        self.colours.insert(key, errors);
-        Ok(errors)
+        let settings = (MODEL, WaveSettings::standard(), Bands::default(), RINGS);
+        let made_by = settings_hash(&settings).map_err(RecipeError::unwritten("response"))?;
+        let path = self.cache.path("colour-errors").with_extension("journal");
+        // A cache that cannot be written costs the time of finding them again.
+        let journal = Journal::<String, Option<ColourErrors>>::open(&path, &made_by, &()).ok();
+        let kept = journal.as_ref().and_then(|j| j.outcome(&key).copied());
+        let found = kept.unwrap_or_else(|| {
+            let found = errors(stack, (f_number / 10.0).exp2());
+            if let Some(journal) = &journal {
+                journal.keep(key.clone(), &found);
+            }
+            found
+        });
+        self.colours.insert(key, found);
+        Ok(found)
     }
 }
 

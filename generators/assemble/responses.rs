@@ -21,7 +21,7 @@ const MOST_SECONDS: f64 = 900.0;
 
 /// Angular responses that several samples share, loaded or computed once.
 pub struct Responses {
-    cache: ResponseCache,
+    pub(super) cache: ResponseCache,
     loaded: BTreeMap<String, Arc<Response>>,
     /// What leaving colour out of a pixel's response does, by pixel and F-number.
     pub(super) colours: BTreeMap<String, Option<ColourErrors>>,
@@ -253,6 +253,7 @@ impl Default for Responses {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests {
+    use super::super::colour::with_colour;
     use super::*;
     use crate::config::{DEFAULT_TOML, DatasetConfig};
     use crate::draw;
@@ -325,6 +326,29 @@ mod tests {
         keys.dedup();
         // The corrected level's directions are those of its preset's wave model.
         assert_eq!(keys.len(), models.len() * words.len());
+    }
+
+    #[test]
+    fn what_leaving_colour_out_does_is_found_once_and_kept_for_other_runs() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut recipe = recipe("model = \"wave\"\npixels = [\"1.6um\"]");
+        recipe.effects = "none".parse().unwrap();
+        let errors = |responses: &mut Responses| {
+            let (_, call) = with_colour(&recipe, responses).unwrap();
+            call.errors.unwrap()
+        };
+        let found = errors(&mut responses(folder.path()));
+        let path = folder.path().join("colour-errors.journal");
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(text.lines().count(), 2, "{text}");
+        assert_eq!(errors(&mut responses(folder.path())), found);
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+        // A changed number is none; where nothing can be kept, they are found all the same.
+        std::fs::write(&path, text.replace("percent\":", "percent\":1")).unwrap();
+        assert_eq!(errors(&mut responses(folder.path())), found);
+        std::fs::remove_file(&path).unwrap();
+        std::fs::create_dir(&path).unwrap();
+        assert_eq!(errors(&mut responses(folder.path())), found);
     }
 
     #[test]

@@ -6,7 +6,7 @@
 //! z(r) = c r² / (1 + √(1 − (1+k) c² r²)) + Σ A_p r^p ,   p = 2, 4, …, 20
 //! ```
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 /// Number of even aspheric terms kept: r², r⁴, …, r²⁰.
 pub const ASPHERE_TERMS: usize = 10;
@@ -73,4 +73,12 @@ pub struct OpticalSystem {
     pub sensor_z_mm: f64,
     /// Wavelength, nm.
     pub wavelength_nm: f64,
+}
+
+impl OpticalSystem {
+    /// Whether every surface is square to the axis and centred on it.
+    pub fn is_rotational(&self) -> bool {
+        let mut poses = self.surfaces.iter().map(|s| &s.pose);
+        poses.all(|p| p.rotation.is_none() && p.vertex_mm.truncate() == DVec2::ZERO)
+    }
 }

@@ -24,7 +24,7 @@ use rayon::prelude::*;
 use super::packet::PacketTracer;
 use super::paraxial::Paraxial;
 use super::system::OpticalSystem;
-use crate::field::SensorWindowMm;
+use crate::field::{SensorWindowMm, mirrored};
 use crate::simd::SimdLevel;
 use ellipse::Ellipse;
 use outline::Aim;
@@ -119,7 +119,22 @@ impl ExitPupilMap {
                 _ => aim.outline(map.position_mm(column, row)),
             }
         };
-        let edges: Vec<Vec<DVec2>> = (0..side * side).into_par_iter().map(edge).collect();
+        // A lens that is the same around its axis is asked in a quarter of a window around it.
+        let is_mirrored = window.is_on_axis() && aim.systems.iter().all(|s| s.is_rotational());
+        let origin = |i: usize| match is_mirrored {
+            true => mirrored(i, side),
+            false => (i, DVec2::ONE),
+        };
+        let asked = |i: usize| match origin(i).0 == i {
+            true => edge(i),
+            false => Vec::new(),
+        };
+        let asked: Vec<Vec<DVec2>> = (0..side * side).into_par_iter().map(asked).collect();
+        let edges = (0..side * side).map(|i| {
+            let (from, signs) = origin(i);
+            outline::mirrored(&asked[from], signs)
+        });
+        let edges: Vec<Vec<DVec2>> = edges.collect();
         map.nodes = edges
             .iter()
             .map(|edge| (!edge.is_empty()).then(|| Ellipse::around(edge).grown(MARGIN)))

@@ -32,7 +32,7 @@ use std::sync::Arc;
 use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::field::FieldGrid;
+use crate::field::{FieldGrid, mirrored};
 use crate::frames::camera_from_sensor_mm;
 use crate::lens::{ExitPupilMap, OpticalSystem};
 use crate::sampling::uniform;
@@ -61,9 +61,16 @@ pub(super) struct LensDiffraction {
     /// At the corners of [`STEPS`]² parts of the window; a single one where all are ellipses.
     kernels: Vec<Arc<Kernel>>,
     /// By the lens's phases, at the same nodes; empty of a lens without any.
-    draws: Vec<Option<Arc<PhaseDraw>>>,
+    draws: Vec<Option<NodePhases>>,
     /// For the weights of `kernels` at a place.
     nodes: FieldGrid,
+}
+
+/// What waves with the lens's phases do at a node: the draw of a node that it mirrors, with the signs of x and y.
+#[derive(Clone, Debug)]
+struct NodePhases {
+    draw: Arc<PhaseDraw>,
+    signs: DVec2,
 }
 
 impl LensDiffraction {
@@ -104,7 +111,15 @@ impl LensDiffraction {
     /// The same by waves with the phases of a lens that is in focus at a depth (mm, may be infinite), at the lens's
     /// wavelength; others are taken to have the same phases.
     pub fn with_phases(self, system: &OpticalSystem, depth_mm: f64) -> Self {
+        let is_mirrored = self.ellipses.window().is_on_axis() && system.is_rotational();
+        let origin = |node: usize| match is_mirrored {
+            true => mirrored(node, STEPS + 1),
+            false => (node, DVec2::ONE),
+        };
         let front = |node: usize| {
+            if origin(node).0 != node {
+                return None;
+            }
             let place_mm = self.nodes.place_mm(node);
             let (middle, to_disk) = self.ellipse(place_mm);
             let place_mm = camera_from_sensor_mm(place_mm, system.sensor_z_mm);
@@ -141,7 +156,11 @@ impl LensDiffraction {
         let draw =
             |&node: &usize| PhaseDraw::new(self.kernel(node), fronts[node].as_ref()?).map(Arc::new);
         let draws: Vec<Option<Arc<PhaseDraw>>> = firsts.par_iter().map(draw).collect();
-        let draws = of_node.into_iter().map(|first| draws[first?].clone());
+        let draws = (0..count).map(|node| {
+            let (from, signs) = origin(node);
+            let draw = draws[of_node[from]?].clone()?;
+            Some(NodePhases { draw, signs })
+        });
         Self {
             draws: draws.collect(),
             ..self
@@ -196,7 +215,7 @@ impl LensDiffraction {
     fn around(&self, place_mm: DVec2) -> [(NodeDraw<'_>, f64); 4] {
         let around = self.nodes.around(place_mm);
         around.map(|(node, weight)| {
-            let phases = self.draws.get(node).and_then(Option::as_deref);
+            let phases = self.draws.get(node).and_then(Option::as_ref);
             (
                 NodeDraw {
                     kernel: self.kernel(node),
@@ -216,7 +235,7 @@ impl LensDiffraction {
 #[derive(Clone, Copy)]
 struct NodeDraw<'a> {
     kernel: &'a Kernel,
-    phases: Option<&'a PhaseDraw>,
+    phases: Option<&'a NodePhases>,
 }
 
 /// The pattern at one place: a mixture of those of the four nodes around it.
@@ -236,7 +255,7 @@ impl PlaceDiffraction<'_> {
         let node = self.pick(number);
         self.scale
             * match node.phases {
-                Some(draw) => draw.displacement(q, sample),
+                Some(phases) => phases.signs * phases.draw.displacement(phases.signs * q, sample),
                 None => node.kernel.displacement(q, sample),
             }
     }
