@@ -56,23 +56,35 @@ fn add_all<const L: usize>(taps: &Taps<L>, points: &[Point<L>], width: usize, su
         height: rows,
     } = taps.support;
     let height = (sums.len() / width) as i32;
-    for point in points {
-        let (x, y) = (point.x + left, point.y + top);
-        let first = (-x).max(0);
-        let last = (width as i32 - x).min(columns as i32);
-        if first >= last {
-            continue;
-        }
-        let (skipped, taken) = (first as usize, (last - first) as usize);
-        let to = (x + first) as usize;
-        for row in (-y).max(0)..(height - y).min(rows as i32) {
-            let values = &taps.values[row as usize * columns + skipped..][..taken];
-            let sums = &mut sums[(y + row) as usize * width + to..][..taken];
-            for (sum, tap) in sums.iter_mut().zip(values) {
-                for l in 0..L {
-                    sum[0][l] += tap[l] * point.light[l];
-                    sum[1][l] += tap[l] * point.cover[l];
+    // Points of a row reach the same pixels: of each of these the sums stay in registers while its points are gone
+    // through, in their order.
+    for points in points.chunk_by(|a, b| a.y == b.y && a.x < b.x) {
+        let top = points[0].y + top;
+        let begin = (points[0].x + left).max(0);
+        let end = (points[points.len() - 1].x + left + columns as i32).min(width as i32);
+        for row in (-top).max(0)..(height - top).min(rows as i32) {
+            let values = &taps.values[row as usize * columns..][..columns];
+            let sums = &mut sums[(top + row) as usize * width..][..width];
+            let mut reaching = 0..0;
+            for x in begin..end {
+                // The columns of the kernel of a point at x − left − tap.
+                let tap = |point: &Point<L>| (x - left - point.x) as usize;
+                while reaching.end < points.len() && points[reaching.end].x + left <= x {
+                    reaching.end += 1;
                 }
+                while reaching.start < reaching.end && tap(&points[reaching.start]) >= columns {
+                    reaching.start += 1;
+                }
+                let sum = &mut sums[x as usize];
+                let [mut light, mut cover] = *sum;
+                for point in &points[reaching.clone()] {
+                    let value = &values[tap(point)];
+                    for l in 0..L {
+                        light[l] += value[l] * point.light[l];
+                        cover[l] += value[l] * point.cover[l];
+                    }
+                }
+                *sum = [light, cover];
             }
         }
     }

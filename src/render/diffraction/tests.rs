@@ -237,3 +237,43 @@ fn slopes_of_the_phases_are_where_rays_to_the_point_start() {
         assert!(drawn < 0.03, "{s}: {drawn}");
     }
 }
+
+#[test]
+fn a_lens_on_the_axis_displaces_rays_of_mirrored_places_by_mirrored_ways() {
+    let lens = Lens::new(&Prescription::builtin("wide_US20120327520A1_emb3").unwrap()).unwrap();
+    let lens = lens.focused_at(500.0, FocusBy::Sensor, 550.0).unwrap();
+    let system = lens.at(550.0).unwrap();
+    let window = crate::field::SensorWindowMm {
+        centre: DVec2::ZERO,
+        half_width: 1.6,
+        half_height: 1.2,
+    };
+    let map = ExitPupilMap::new(std::slice::from_ref(&system), window);
+    let diffraction = LensDiffraction::new(&map, system.sensor_z_mm).unwrap();
+    let diffraction = diffraction.with_phases(&system, 500.0);
+    // A node of the draws: only its own counts there.
+    let place = DVec2::new(-0.8, -0.6);
+    let drawn = |signs: DVec2, q: DVec2, sample: f64| {
+        let here = diffraction.at(signs * place, 1);
+        assert!(
+            here.kernels
+                .iter()
+                .any(|(node, w)| *w == 1.0 && node.phases.is_some())
+        );
+        let direction = here.middle + here.to_disk.inverse() * (signs * q);
+        signs * here.displacement(0, direction, sample)
+    };
+    for i in 0..40 {
+        let t = f64::from(i) + 0.5;
+        let q = 0.8 * (t / 40.0).sqrt() * DVec2::from_angle(2.4 * t);
+        let sample = (0.618 * t).fract();
+        let own = drawn(DVec2::ONE, q, sample);
+        for signs in [DVec2::new(-1.0, 1.0), DVec2::new(1.0, -1.0), -DVec2::ONE] {
+            let mirrored = drawn(signs, q, sample);
+            assert!(
+                (mirrored - own).length() < 1e-9 * own.length(),
+                "{q}: {own} {mirrored}"
+            );
+        }
+    }
+}

@@ -189,8 +189,8 @@ fn golden_disk(k: usize, n: usize) -> (f64, f64) {
 }
 
 /// Centroids of each sub-pixel's rays, and of all together, from the sensor position `xy_mm`, at a channel's
-/// wavelengths: by the polar rule, or where that does not hold by as many points as there are `samples`. `None` where no
-/// light passes.
+/// wavelengths: by the polar rule, or where that does not hold by as many points as there are `samples`. `None` where
+/// no light passes.
 pub(crate) fn centroids(
     camera: &Camera,
     channel: usize,

@@ -1,7 +1,8 @@
 //! What the pixels of a window see and get, in one channel: centroids of the bundle of each sub-pixel, over the sensor.
 //!
-//! Bundles are traced at few nodes with many rays each, as their centroids change slowly and their errors do not: those
-//! of 8192 rays through a pupil with a hard edge are a third of a thousandth; the edges of ideal boxes ask for more.
+//! Bundles are traced at few nodes with many rays each, as their centroids change slowly and their errors do not: by a
+//! rule that errs by a ten-thousandth (see `polar_rule`), or by points, 8192 of which err by a third of a thousandth
+//! through a pupil with a hard edge; the edges of ideal boxes ask for more.
 //! Between the nodes the centroids are cubic, and the Jacobian ∂q̄/∂p is the cubic's slope (see `sight_nodes`).
 
 use glam::{DMat2, DVec2};
