@@ -24,7 +24,7 @@ use rayon::prelude::*;
 use super::packet::PacketTracer;
 use super::paraxial::Paraxial;
 use super::system::OpticalSystem;
-use crate::field::{SensorWindowMm, mirrored};
+use crate::field::SensorWindowMm;
 use crate::simd::SimdLevel;
 use ellipse::Ellipse;
 use outline::Aim;
@@ -119,22 +119,7 @@ impl ExitPupilMap {
                 _ => aim.outline(map.position_mm(column, row)),
             }
         };
-        // A lens that is the same around its axis is asked in a quarter of a window around it.
-        let is_mirrored = window.is_on_axis() && aim.systems.iter().all(|s| s.is_rotational());
-        let origin = |i: usize| match is_mirrored {
-            true => mirrored(i, side),
-            false => (i, DVec2::ONE),
-        };
-        let asked = |i: usize| match origin(i).0 == i {
-            true => edge(i),
-            false => Vec::new(),
-        };
-        let asked: Vec<Vec<DVec2>> = (0..side * side).into_par_iter().map(asked).collect();
-        let edges = (0..side * side).map(|i| {
-            let (from, signs) = origin(i);
-            outline::mirrored(&asked[from], signs)
-        });
-        let edges: Vec<Vec<DVec2>> = edges.collect();
+        let edges: Vec<Vec<DVec2>> = (0..side * side).into_par_iter().map(edge).collect();
         map.nodes = edges
             .iter()
             .map(|edge| (!edge.is_empty()).then(|| Ellipse::around(edge).grown(MARGIN)))
@@ -266,49 +251,4 @@ fn aim_plane(system: &OpticalSystem) -> (f64, f64) {
         0.5 / paraxial.f_number.abs()
     };
     (last_z, slope * back)
-}
-
-#[cfg(test)]
-#[allow(clippy::unwrap_used)] // because tests fail by panicking
-mod tests {
-    use super::*;
-    use crate::lens::{Lens, Prescription};
-
-    #[test]
-    fn a_window_on_the_axis_is_asked_in_a_quarter_and_answers_as_one_that_is_asked_everywhere() {
-        let lens = Lens::new(&Prescription::builtin("lib_dgauss_50mm").unwrap()).unwrap();
-        let systems = [lens.at(550.0).unwrap()];
-        assert!(systems[0].is_rotational());
-        let mut tilted = systems[0].clone();
-        tilted.surfaces[2].pose.vertex_mm.x = 1e-3;
-        assert!(!tilted.is_rotational());
-        let window = |x: f64| SensorWindowMm {
-            centre: DVec2::X * x,
-            half_width: 14.0,
-            half_height: 9.0,
-        };
-        let quarter = ExitPupilMap::new(&systems, window(0.0));
-        let whole = ExitPupilMap::new(&systems, window(1e-9));
-        assert_eq!(quarter.side(), whole.side());
-        for ((place, ours), (_, theirs)) in quarter.outlines().iter().zip(whole.outlines()) {
-            let [ours, theirs] = [ours, theirs].map(|edge| {
-                let ring = edge.iter().zip(edge.iter().cycle().skip(1));
-                let doubled = |(a, b): (&DVec3, &DVec3)| a.truncate().perp_dot(b.truncate());
-                (ring.map(doubled).sum::<f64>(), edge.len())
-            });
-            assert!(
-                (ours.0 / theirs.0 - 1.0).abs() < 2e-3,
-                "{place}: {ours:?} {theirs:?}"
-            );
-            assert_eq!(ours.1, theirs.1);
-            let of = |map: &ExitPupilMap| map.at(place.x, place.y).unwrap();
-            let [ours, theirs] = [of(&quarter), of(&whole)];
-            let size = theirs.axis_a_mm.length();
-            let apart = |a: DVec2, b: DVec2| (a - b).length() / size;
-            assert!(apart(ours.axis_a_mm, theirs.axis_a_mm) < 4e-3, "{place}");
-            assert!(apart(ours.axis_b_mm, theirs.axis_b_mm) < 4e-3, "{place}");
-            let centres = [ours, theirs].map(|e| e.centre_mm.truncate());
-            assert!(apart(centres[0], centres[1]) < 4e-3, "{place}");
-        }
-    }
 }

@@ -34,18 +34,6 @@ pub(super) struct Aim<'a> {
     pub level: SimdLevel,
 }
 
-/// An outline with its axes' signs changed: again in order around it, from the direction of x.
-pub(super) fn mirrored(outline: &[DVec2], signs: DVec2) -> Vec<DVec2> {
-    let n = outline.len();
-    let from = |i: usize| match (signs.x < 0.0, signs.y < 0.0) {
-        (false, false) => i,
-        (true, false) => (n + n / 2 - i) % n,
-        (false, true) => (n - i) % n,
-        (true, true) => (i + n / 2) % n,
-    };
-    (0..n).map(|i| signs * outline[from(i)]).collect()
-}
-
 /// Rectangle of the plane: centre and half sides.
 #[derive(Clone, Copy)]
 struct Patch {

@@ -111,15 +111,7 @@ impl LensDiffraction {
     /// The same by waves with the phases of a lens that is in focus at a depth (mm, may be infinite), at the lens's
     /// wavelength; others are taken to have the same phases.
     pub fn with_phases(self, system: &OpticalSystem, depth_mm: f64) -> Self {
-        let is_mirrored = self.ellipses.window().is_on_axis() && system.is_rotational();
-        let origin = |node: usize| match is_mirrored {
-            true => mirrored(node, STEPS + 1),
-            false => (node, DVec2::ONE),
-        };
         let front = |node: usize| {
-            if origin(node).0 != node {
-                return None;
-            }
             let place_mm = self.nodes.place_mm(node);
             let (middle, to_disk) = self.ellipse(place_mm);
             let place_mm = camera_from_sensor_mm(place_mm, system.sensor_z_mm);
@@ -143,22 +135,34 @@ impl LensDiffraction {
             _ => false,
         };
         let mut firsts: Vec<usize> = Vec::new();
-        let of_node: Vec<Option<usize>> = (0..count)
-            .map(|node| {
-                fronts[node].as_ref().filter(|front| told(front))?;
-                let known = firsts.iter().position(|&first| like(first, node));
-                Some(known.unwrap_or_else(|| {
-                    firsts.push(node);
-                    firsts.len() - 1
-                }))
-            })
-            .collect();
+        // A lens that is the same around its axis has the phases of a quarter of a window on it in the others, mirrored.
+        let is_mirrored = self.ellipses.window().is_on_axis() && system.is_rotational();
+        let mut of_node: Vec<Option<(usize, DVec2)>> = Vec::with_capacity(count);
+        for (node, front) in fronts.iter().enumerate() {
+            let known = || firsts.iter().position(|&first| like(first, node));
+            let (from, signs) = mirrored(node, STEPS + 1);
+            let draw = match front.as_ref().is_some_and(told) {
+                false => None,
+                true => match known() {
+                    Some(first) => Some((first, DVec2::ONE)),
+                    // Nodes come after those that they mirror.
+                    None if is_mirrored && from != node && of_node[from].is_some() => {
+                        of_node[from].map(|(first, own)| (first, signs * own))
+                    }
+                    None => {
+                        firsts.push(node);
+                        Some((firsts.len() - 1, DVec2::ONE))
+                    }
+                },
+            };
+            of_node.push(draw);
+        }
         let draw =
             |&node: &usize| PhaseDraw::new(self.kernel(node), fronts[node].as_ref()?).map(Arc::new);
         let draws: Vec<Option<Arc<PhaseDraw>>> = firsts.par_iter().map(draw).collect();
-        let draws = (0..count).map(|node| {
-            let (from, signs) = origin(node);
-            let draw = draws[of_node[from]?].clone()?;
+        let draws = of_node.into_iter().map(|of_node| {
+            let (first, signs) = of_node?;
+            let draw = draws[first].clone()?;
             Some(NodePhases { draw, signs })
         });
         Self {

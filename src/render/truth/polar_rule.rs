@@ -7,7 +7,7 @@
 //! ∫ f dA = Σ_θ Δθ ρ² Σ_k w_k r_k f(ρ r_k, θ)
 //! ```
 //!
-//! Where f is smooth within the edge that needs a sixth of the rays that points all over the disk do, and errs less,
+//! Where f is smooth within the edge that needs a third of the rays that points all over the disk do, and errs less,
 //! as only those notice the edge by missing it. The wavelengths of a channel have directions between each other's.
 
 use std::f64::consts::TAU;
@@ -24,16 +24,18 @@ use crate::response::ResponseLookup;
 use crate::simd::SimdLevel;
 
 /// Directions of a channel, and the fewest of each wavelength.
-const DIRECTIONS: usize = 64;
-const FEWEST_DIRECTIONS: usize = 24;
-/// Gauss's nodes and weights on (0, 1) for six points along a direction (Abramowitz & Stegun, table 25.4, halved).
-const GAUSS: [(f64, f64); 6] = [
-    (0.033_765_242_898_423_99, 0.085_662_246_189_585_17),
-    (0.169_395_306_766_867_74, 0.180_380_786_524_069_3),
-    (0.380_690_406_958_401_5, 0.233_956_967_286_345_52),
-    (0.619_309_593_041_598_5, 0.233_956_967_286_345_52),
-    (0.830_604_693_233_132_3, 0.180_380_786_524_069_3),
-    (0.966_234_757_101_576, 0.085_662_246_189_585_17),
+const DIRECTIONS: usize = 128;
+const FEWEST_DIRECTIONS: usize = 32;
+/// Gauss's nodes and weights on (0, 1) for eight points along a direction (Abramowitz & Stegun, table 25.4, halved).
+const GAUSS: [(f64, f64); 8] = [
+    (0.019_855_071_751_231_9, 0.050_614_268_145_188_2),
+    (0.101_666_761_293_186_6, 0.111_190_517_226_687_3),
+    (0.237_233_795_041_835_5, 0.156_853_322_938_943_7),
+    (0.408_282_678_752_175_1, 0.181_341_891_689_181),
+    (0.591_717_321_247_824_9, 0.181_341_891_689_181),
+    (0.762_766_204_958_164_5, 0.156_853_322_938_943_7),
+    (0.898_333_238_706_813_4, 0.111_190_517_226_687_3),
+    (0.980_144_928_248_768_2, 0.050_614_268_145_188_2),
 ];
 /// Where the edge is looked for first: what no aperture clips fills the ellipse to about there.
 const FIRST: f64 = 0.95;
@@ -229,13 +231,13 @@ mod tests {
             let squares: f64 = errors.iter().map(|e| e[of] * e[of]).sum();
             (squares / errors.len() as f64).sqrt()
         };
-        let worst = errors.iter().fold(0.0, |m, e| f64::max(m, e[0]));
-        println!(
-            "worst {worst:.2e}, RMS {:.2e}, of points {:.2e}",
-            rms(0),
-            rms(1)
+        println!("RMS {:.2e}, of points {:.2e}", rms(0), rms(1));
+        // Of sixteen times as many points the error is an eighth.
+        let near = |[rule, points]: &[f64; 2]| *rule < 2.5e-4 + points / 8.0;
+        assert!(
+            errors.iter().all(near) && rms(0) < 0.4 * rms(1),
+            "{errors:?}"
         );
-        assert!(worst < 3e-4 && rms(0) < 0.5 * rms(1), "{errors:?}");
     }
 
     /// A middle that no light comes from, and a response of boxes, are left to points.
