@@ -135,26 +135,23 @@ impl LensDiffraction {
             _ => false,
         };
         let mut firsts: Vec<usize> = Vec::new();
-        // A lens that is the same around its axis has the phases of a quarter of a window on it in the others, mirrored.
+        // A lens that is the same around its axis mirrors itself in a window on it.
         let is_mirrored = self.ellipses.window().is_on_axis() && system.is_rotational();
         let mut of_node: Vec<Option<(usize, DVec2)>> = Vec::with_capacity(count);
         for (node, front) in fronts.iter().enumerate() {
-            let known = || firsts.iter().position(|&first| like(first, node));
             let (from, signs) = mirrored(node, STEPS + 1);
-            let draw = match front.as_ref().is_some_and(told) {
-                false => None,
-                true => match known() {
-                    Some(first) => Some((first, DVec2::ONE)),
-                    // Nodes come after those that they mirror.
-                    None if is_mirrored && from != node && of_node[from].is_some() => {
-                        of_node[from].map(|(first, own)| (first, signs * own))
-                    }
-                    None => {
-                        firsts.push(node);
-                        Some((firsts.len() - 1, DVec2::ONE))
-                    }
-                },
-            };
+            let draw = front.as_ref().filter(|front| told(front)).map(|_| {
+                let known = firsts.iter().position(|&first| like(first, node));
+                let mirror = || {
+                    let (first, own) = (*of_node.get(from)?)?;
+                    is_mirrored.then_some((first, signs * own))
+                };
+                let known = known.map(|first| (first, DVec2::ONE)).or_else(mirror);
+                known.unwrap_or_else(|| {
+                    firsts.push(node);
+                    (firsts.len() - 1, DVec2::ONE)
+                })
+            });
             of_node.push(draw);
         }
         let draw =
