@@ -162,13 +162,14 @@ impl Responses {
         }
         let settings = (MODEL, WaveSettings::standard(), Bands::default(), RINGS);
         let made_by = settings_hash(&settings).map_err(RecipeError::unwritten("response"))?;
-        let path = self.cache.path("colour-errors").with_extension("journal");
-        // A cache that cannot be written costs the time of finding them again.
-        let journal = Journal::<String, Option<ColourErrors>>::open(&path, &made_by, &()).ok();
-        let kept = journal.as_ref().and_then(|j| j.outcome(&key).copied());
+        let path = self.cache.path("colour-errors").with_extension("jsonl");
+        // Open only for a moment: another process may find the same meanwhile, but none waits for it. A cache that
+        // cannot be written costs the time of finding them again.
+        let journal = || Journal::<String, Option<ColourErrors>>::open(&path, &made_by, &()).ok();
+        let kept = journal().and_then(|journal| journal.outcome(&key).copied());
         let found = kept.unwrap_or_else(|| {
             let found = errors(stack, (f_number / 10.0).exp2());
-            if let Some(journal) = &journal {
+            if let Some(journal) = journal() {
                 journal.keep(key.clone(), &found);
             }
             found

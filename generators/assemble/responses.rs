@@ -338,7 +338,7 @@ mod tests {
             call.errors.unwrap()
         };
         let found = errors(&mut responses(folder.path()));
-        let path = folder.path().join("colour-errors.journal");
+        let path = folder.path().join("colour-errors.jsonl");
         let text = std::fs::read_to_string(&path).unwrap();
         assert_eq!(text.lines().count(), 2, "{text}");
         assert_eq!(errors(&mut responses(folder.path())), found);
