@@ -18,7 +18,7 @@ pub struct SensorWindowMm {
 
 impl SensorWindowMm {
     /// Whether what is the same around the optical axis mirrors itself in both of the window's middle lines.
-    pub fn is_on_axis(&self) -> bool {
+    pub(crate) fn is_on_axis(&self) -> bool {
         self.centre == DVec2::ZERO
     }
 }

@@ -160,7 +160,8 @@ impl Responses {
         if let Some(known) = self.colours.get(&key) {
             return Ok(*known);
         }
-        let settings = (MODEL, WaveSettings::standard(), Bands::default(), RINGS);
+        let cone = (RINGS, AZIMUTHS_DEG);
+        let settings = (MODEL, WaveSettings::standard(), Bands::default(), cone);
         let made_by = settings_hash(&settings).map_err(RecipeError::unwritten("response"))?;
         let path = self.cache.path("colour-errors").with_extension("jsonl");
         // Open only for a moment: another process may find the same meanwhile, but none waits for it. A cache that

@@ -1,4 +1,4 @@
-"""The commands `qpgen` and `qpalgo` of the wheel are the programs: the same words, exit codes and bytes, ended by Ctrl-C."""
+"""The commands `qpgen` and `qpalgo` of the wheel are the programs: the same words, exit codes, bytes and Ctrl-C."""
 
 import os
 import pathlib
