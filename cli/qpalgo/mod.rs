@@ -104,7 +104,6 @@ enum Command {
     /// Table 2 of the quad-pixel paper from rendered captures: raw, corrected, gain.
     ///
     /// The list is TOML, its paths relative to its own folder:
-    ///
     ///     [[row]]
     ///     setup = "ML-1 classic"
     ///     position = "centre"

@@ -1,14 +1,16 @@
 //! Centroids of a pixel's bundle by a rule that follows the edge of what passes the lens.
 //!
-//! In the unit disk that the pupil's ellipse is the image of, the edge ρ(θ) is bisected along evenly spread directions
-//! from the middle; along each the integral is Gauss's:
+//! The pupil's ellipse, of semi-diameters a and b (mm), is the image of the unit disk (r, θ). Along evenly spread θ
+//! the edge ρ(θ) of what passes is bisected from the middle outwards; within it the integral over r is that of Gauss
+//! and Legendre:
 //!
 //! ```text
-//! ∫ f dA = Σ_θ Δθ ρ² Σ_k w_k r_k f(ρ r_k, θ)
+//! ∫ f dA = ∫∫ f |a × b| r dr dθ = |a × b| Σ_θ Δθ ρ² Σ_k w_k r_k f(ρ r_k, θ)
 //! ```
 //!
-//! Where f is smooth within the edge that needs a third of the rays that points all over the disk do, and errs less,
-//! as only those notice the edge by missing it. The wavelengths of a channel have directions between each other's.
+//! f is the response's weight times cos θ dω per area of the pupil's plane, alone or times what the ray sees: smooth
+//! within the edge. Points all over the disk err by those that fall on the wrong side of the edge, and are three times
+//! as many. The wavelengths of a channel have directions between each other's.
 
 use std::f64::consts::TAU;
 
@@ -41,8 +43,9 @@ const GAUSS: [(f64, f64); 8] = [
 const FIRST: f64 = 0.95;
 const BISECTIONS: usize = 10;
 
-/// Centroids of each sub-pixel's rays, and of all together; `None` where the rule does not hold: a response with edges
-/// of its own, a bundle that its own middle is not part of, or that has a hole.
+/// Centroids of each sub-pixel's rays, and of all together, from the sensor position `xy_mm`, at a channel's
+/// wavelengths. `None` where the rule does not hold: a response with edges of its own, a bundle that its own middle is
+/// not part of, or one with a hole that a ray of the rule meets.
 pub(super) fn centroids(
     camera: &Camera,
     channel: usize,
