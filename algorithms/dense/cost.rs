@@ -7,6 +7,7 @@
 //! The right d leaves noise. energy_d is the mean of the blurred views over the picture, so that a wide blur, which
 //! leaves little of any texture, is no cheaper than a narrow one; a window counts by its texture. ε is the part of the
 //! energy that differs in spite of the right d (other depths in the window, a pupil that is not quite the family's).
+//! Each pixel has the kernels of its own κ; energy_d is that of the middle one.
 
 use quadpixel::image::Image;
 use rayon::prelude::*;
@@ -14,6 +15,7 @@ use rayon::prelude::*;
 use super::filters::{by_rows, enlarged, gaussian, mirrored, row_of};
 use super::kernels::Kernels;
 use super::prepare::{Level, Pyramid};
+use super::pupils::Pupils;
 
 /// Deviation of the window, px of the level.
 const WINDOW_PX: f64 = 1.0;
@@ -22,7 +24,7 @@ const MODEL_ERROR: f64 = 0.05;
 /// Every so many rows enter the mean energy.
 const ENERGY_STRIDE: usize = 8;
 
-/// Candidates first, first + step, …, px of full resolution.
+/// Candidates first, first + step, …, px of full resolution where κ is the mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Candidates {
     pub first_px: f64,
@@ -56,29 +58,23 @@ pub(super) struct Volume {
     pub costs: Vec<f32>,
 }
 
-/// How the pupil is parted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pupil {
-    pub ratio: f64,
-    pub steepness: f64,
-}
-
 /// The costs on the grid of `levels[0]`, summed over `levels` of the pyramid (ascending).
 pub(super) fn volume(
     pyramid: &Pyramid,
     levels: &[usize],
     candidates: Candidates,
-    pupil: Pupil,
+    pupils: &Pupils,
 ) -> Volume {
     let fine = levels[0];
     let guide = &pyramid.guides[fine];
     let (width, height) = (guide.width(), guide.height());
     let most = candidates.disparity_px(candidates.count as f64 - 1.0).abs();
     let most = most.max(candidates.first_px.abs());
+    let widest = pupils.blur_px(most);
     let padded: Vec<Padded> = (levels.iter())
         .map(|&k| {
-            let widest = Kernels::new(most / (1u32 << k) as f64, pupil.steepness, pupil.ratio);
-            Padded::new(&pyramid.level(k), widest.radius)
+            let margin = Kernels::radius(widest / (1u32 << k) as f64);
+            Padded::new(&pyramid.level(k), margin)
         })
         .collect();
     let layers: Vec<Image> = (0..candidates.count)
@@ -87,9 +83,8 @@ pub(super) fn volume(
             let disparity = candidates.disparity_px(i as f64);
             let mut sum = Image::zeros(width, height, 1);
             for (&k, pair) in levels.iter().zip(&padded) {
-                let kernels =
-                    Kernels::new(disparity / (1u32 << k) as f64, pupil.steepness, pupil.ratio);
-                let cost = enlarged(&pair.cost(&kernels), k - fine, width, height);
+                let cost = pair.cost(pupils, k, disparity / (1u32 << k) as f64);
+                let cost = enlarged(&cost, k - fine, width, height);
                 (sum.data_mut().iter_mut().zip(cost.data())).for_each(|(s, c)| *s += c);
             }
             sum
@@ -141,39 +136,55 @@ impl Padded {
         }
     }
 
-    /// The window's cost at each pixel of the level.
-    fn cost(&self, kernels: &Kernels) -> Image {
+    /// The window's cost of a candidate at each pixel of the level, `k`.
+    fn cost(&self, pupils: &Pupils, k: usize, candidate: f64) -> Image {
+        let kernels: Vec<Kernels> = (pupils.list().iter())
+            .map(|pupil| pupil.kernels(candidate))
+            .collect();
+        let energy = self.energy(&kernels[kernels.len() / 2]);
+        let scale = |kernels: &Kernels| {
+            let expected = self.noise * kernels.energy() + MODEL_ERROR * energy;
+            if expected > 0.0 {
+                (1.0 / expected) as f32
+            } else {
+                0.0
+            }
+        };
+        let scales: Vec<f32> = kernels.iter().map(scale).collect();
+        let residual = by_rows(self.width, self.height, |y, to| {
+            let mut begin = 0;
+            for (end, number) in pupils.runs(k, self.width, y) {
+                let run = &mut to[begin..end];
+                self.convolve(&kernels[number], y, begin, false, run);
+                (run.iter_mut()).for_each(|v| *v = v.powi(2) * scales[number]);
+                begin = end;
+            }
+        });
+        gaussian(&residual, WINDOW_PX)
+    }
+
+    /// The mean energy of both views, each blurred by the other's kernel, from every so many rows.
+    fn energy(&self, kernels: &Kernels) -> f64 {
         let mut energy = 0.0f64;
         let mut line = vec![0.0f32; self.width];
         let mut squares = |swapped: bool, y: usize| {
-            self.convolve(kernels, y, swapped, &mut line);
+            self.convolve(kernels, y, 0, swapped, &mut line);
             line.iter().map(|&v| f64::from(v).powi(2)).sum::<f64>()
         };
         for y in (0..self.height).step_by(ENERGY_STRIDE) {
             energy += 0.5 * (squares(false, y) + squares(true, y));
         }
-        energy /= (self.width * self.height.div_ceil(ENERGY_STRIDE)) as f64;
-        let expected = self.noise * kernels.energy() + MODEL_ERROR * energy;
-        let scale = if expected > 0.0 {
-            (1.0 / expected) as f32
-        } else {
-            0.0
-        };
-        let residual = by_rows(self.width, self.height, |y, to| {
-            self.convolve(kernels, y, false, to);
-            to.iter_mut().for_each(|v| *v = v.powi(2) * scale);
-        });
-        gaussian(&residual, WINDOW_PX)
+        energy / (self.width * self.height.div_ceil(ENERGY_STRIDE)) as f64
     }
 
-    /// Row `y` of (L − R) ⊗ A + (L + R) ⊗ B; `swapped`: of (L + R) ⊗ A + (L − R) ⊗ B.
-    fn convolve(&self, kernels: &Kernels, y: usize, swapped: bool, to: &mut [f32]) {
+    /// Row `y` of (L − R) ⊗ A + (L + R) ⊗ B from column `x` on; `swapped`: of (L + R) ⊗ A + (L − R) ⊗ B.
+    fn convolve(&self, kernels: &Kernels, y: usize, x: usize, swapped: bool, to: &mut [f32]) {
         let (radius, side) = (kernels.radius, 2 * kernels.radius + 1);
         let stride = self.width + 2 * self.margin;
         let [even, odd] = if swapped { [1, 0] } else { [0, 1] };
         to.fill(0.0);
-        let begin = self.margin - radius;
-        let length = self.width + 2 * radius;
+        let begin = x + self.margin - radius;
+        let length = to.len() + 2 * radius;
         let row = |which: usize, y: usize| &self.rows[which][y * stride + begin..][..length];
         let mut folded = [vec![0.0f32; length], vec![0.0f32; length]];
         // Both kernels are symmetric in y.

@@ -3,41 +3,34 @@
 use quadpixel::image::Image;
 use rayon::prelude::*;
 
-use super::cost::{Candidates, Pupil, Volume, volume};
+use super::cost::{Candidates, Volume, volume};
 use super::error::DenseError;
-use super::kernels::steepness;
 use super::opposite::OppositePair;
 use super::prepare::Pyramid;
+use super::pupils::Pupils;
+use super::ratio::BlurRatio;
 
 /// A pair of views, rows along the direction in which it parts the pupil.
 pub(super) struct Direction {
     pyramid: Pyramid,
-    pupil: Pupil,
+    ratio: BlurRatio,
+    pupils: Pupils,
     /// Rows of the first direction are columns here.
     is_turned: bool,
-    /// Disparity here over that of the first direction.
+    /// Disparity here over that of the first direction, the means over the picture.
     scale: f64,
 }
 
 impl Direction {
     /// Of the pair that is told first; `is_turned`: its rows are columns of the views.
     pub fn first(pair: &OppositePair<'_>, is_turned: bool) -> Result<Self, DenseError> {
-        Self::new(pair, is_turned, None)
-    }
-
-    fn new(
-        pair: &OppositePair<'_>,
-        is_turned: bool,
-        along_y_px: Option<&Image>,
-    ) -> Result<Self, DenseError> {
         let ratio = pair.ratio()?;
-        let [a, b] = pair.aligned(is_turned, along_y_px)?;
+        let ratio = if is_turned { ratio.turned() } else { ratio };
+        let [a, b] = pair.aligned(is_turned, None)?;
         Ok(Self {
             pyramid: Pyramid::new(&a, &b)?,
-            pupil: Pupil {
-                ratio,
-                steepness: steepness(ratio),
-            },
+            pupils: Pupils::new(&ratio, ratio.mean(), (a.width(), a.height())),
+            ratio,
             is_turned: false,
             scale: 1.0,
         })
@@ -57,11 +50,14 @@ impl Direction {
                 right: size(pair.views[0]),
             });
         }
-        let own = Self::new(pair, true, astigmatism_px)?;
+        let ratio = pair.ratio()?.turned();
+        let (mean, [a, b]) = (first.ratio.mean(), pair.aligned(true, astigmatism_px)?);
         Ok(Self {
+            pyramid: Pyramid::new(&a, &b)?,
+            pupils: Pupils::new(&ratio, mean, (a.width(), a.height())),
             is_turned: true,
-            scale: own.pupil.ratio / first.pupil.ratio,
-            ..own
+            scale: ratio.mean() / mean,
+            ratio,
         })
     }
 
@@ -75,22 +71,19 @@ impl Direction {
         self.is_turned
     }
 
-    /// Disparity here over that of the first direction.
+    /// Disparity here over that of the first direction, the means over the picture.
     pub fn scale(&self) -> f64 {
         self.scale
     }
 
+    /// Numbers of pixels of the mean κ, as those of each pixel's own.
+    pub fn scaled(&self, of_mean: Image) -> Image {
+        self.ratio.scaled(of_mean)
+    }
+
     fn volume(&self, levels: &[usize], candidates: Candidates) -> Volume {
-        let own = Candidates {
-            first_px: self.scale * candidates.first_px,
-            step_px: self.scale * candidates.step_px,
-            ..candidates
-        };
-        let costs = volume(&self.pyramid, levels, own, self.pupil);
-        Volume {
-            candidates,
-            ..if self.is_turned { turned(costs) } else { costs }
-        }
+        let costs = volume(&self.pyramid, levels, candidates, &self.pupils);
+        if self.is_turned { turned(costs) } else { costs }
     }
 }
 

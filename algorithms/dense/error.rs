@@ -17,6 +17,14 @@ pub enum DenseError {
         /// Columns and rows of the right view.
         right: (usize, usize),
     },
+    /// A ratio of disparity to blur at each pixel of other views.
+    #[error("the ratio of disparity to blur has {} × {} pixels and the views {} × {}: both must be of one size", .field.0, .field.1, .views.0, .views.1)]
+    RatioSize {
+        /// Columns and rows of the views.
+        views: (usize, usize),
+        /// Of the ratio.
+        field: (usize, usize),
+    },
     /// Too small for windows.
     #[error("{width} × {height} pixels: dense matching needs at least {least} × {least}")]
     TooSmall {

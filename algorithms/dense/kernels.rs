@@ -29,11 +29,16 @@ pub(super) struct Kernels {
 }
 
 impl Kernels {
+    /// R of a blur of this diameter, px.
+    pub fn radius(blur_px: f64) -> usize {
+        (0.5 * blur_px + LOBES).floor() as usize
+    }
+
     /// The kernels of the centroids' distance `disparity_px` = x_L − x_R, for the steepness `p` of the shares and the
     /// ratio κ of distance and diameter.
     pub fn new(disparity_px: f64, p: f64, ratio: f64) -> Self {
         let disk = 0.5 * disparity_px.abs() / ratio;
-        let radius = (disk + LOBES).floor() as usize;
+        let radius = Self::radius(2.0 * disk);
         let side = 2 * radius + 1;
         let (mut even, mut odd) = (vec![0.0f64; side * side], vec![0.0f64; side * side]);
         let step = (disk / 8.0).min(0.25);
@@ -42,21 +47,37 @@ impl Kernels {
         } else {
             0
         };
+        let places: Vec<f64> = (-count..=count).map(|i| i as f64 * step).collect();
+        let taps: Vec<(usize, Vec<f64>)> = places.iter().map(|x| taps(*x, radius)).collect();
+        let (mut of_even, mut of_odd) = (vec![0.0f64; side], vec![0.0f64; side]);
         let mut sum = 0.0;
-        for (j, i) in (-count..=count).flat_map(|j| (-count..=count).map(move |i| (j, i))) {
-            let (x, y) = (i as f64 * step, j as f64 * step);
-            if x * x + y * y > disk * disk {
-                continue;
+        for (y, down) in places.iter().zip(&taps) {
+            of_even.fill(0.0);
+            of_odd.fill(0.0);
+            for (x, across) in places.iter().zip(&taps) {
+                if x * x + y * y > disk * disk {
+                    continue;
+                }
+                let along = if disk > 0.0 {
+                    (p * x / disk).clamp(-1.0, 1.0)
+                } else {
+                    0.0
+                };
+                // A point nearer than the focus is imaged behind the sensor: its left view lies on the right.
+                let odd_share = -along * disparity_px.signum();
+                sum += 1.0;
+                for (i, weight) in across.1.iter().enumerate() {
+                    of_even[across.0 + i] += weight;
+                    of_odd[across.0 + i] += weight * odd_share;
+                }
             }
-            let along = if disk > 0.0 {
-                (p * x / disk).clamp(-1.0, 1.0)
-            } else {
-                0.0
-            };
-            // A point nearer than the focus is imaged behind the sensor: its left view lies on the right.
-            let odd_share = -along * disparity_px.signum();
-            sum += 1.0;
-            splat(&mut even, &mut odd, radius, [x, y], odd_share);
+            for (j, weight) in down.1.iter().enumerate() {
+                let line = (down.0 + j) * side;
+                for i in 0..side {
+                    even[line + i] += weight * of_even[i];
+                    odd[line + i] += weight * of_odd[i];
+                }
+            }
         }
         let scaled = |v: Vec<f64>| v.into_iter().map(|v| (v / sum) as f32).collect();
         Self {
@@ -77,19 +98,13 @@ impl Kernels {
     }
 }
 
-/// Adds a point at `[x, y]` to the even kernel, and `odd_share` of it to the odd one.
-fn splat(even: &mut [f64], odd: &mut [f64], radius: usize, [x, y]: [f64; 2], odd_share: f64) {
+/// The pixels that a point at `x` reaches along an axis: the first, counted from −`radius`, and the weight of each.
+fn taps(x: f64, radius: usize) -> (usize, Vec<f64>) {
     let reach = radius as i64;
-    let from = |v: f64| ((v - LOBES).ceil() as i64).max(-reach);
-    let to = |v: f64| ((v + LOBES).floor() as i64).min(reach);
-    for j in from(y)..=to(y) {
-        for i in from(x)..=to(x) {
-            let weight = lanczos(i as f64 - x) * lanczos(j as f64 - y);
-            let at = ((j + reach) * (2 * reach + 1) + i + reach) as usize;
-            even[at] += weight;
-            odd[at] += weight * odd_share;
-        }
-    }
+    let from = ((x - LOBES).ceil() as i64).max(-reach);
+    let to = ((x + LOBES).floor() as i64).min(reach);
+    let weights = (from..=to).map(|i| lanczos(i as f64 - x)).collect();
+    ((from + reach) as usize, weights)
 }
 
 fn lanczos(t: f64) -> f64 {

@@ -9,8 +9,9 @@
 //!      ─ semi-global: eight paths ─▶ minima ─ smoother: bent at edges ─▶ surface, σ ─ joint bilateral ─▶ every pixel
 //! ```
 //!
-//! The kernels are a family of one parameter, the ratio κ of disparity to blur ([`DenseSettings::ratio`]). It does not
-//! scale the disparity: that is the distance of the kernels' centroids, in px. Without a camera's description κ = ¼.
+//! The kernels are a family of one parameter, the ratio κ of disparity to blur ([`BlurRatio`]), which may change over
+//! the picture. It does not scale the disparity: that is the distance of the kernels' centroids, in px. Without a
+//! camera's description κ = ¼.
 //! Where the pupil is parted in both directions, both pairs of views tell the same depth, and their costs add, once the
 //! lens's astigmatism is out of the second ([`OppositeViews::astigmatism_px`]).
 //!
@@ -27,7 +28,9 @@ mod network;
 mod of_capture;
 mod opposite;
 mod prepare;
+mod pupils;
 mod range;
+mod ratio;
 mod semi_global;
 mod sigma;
 mod smoother;
@@ -39,6 +42,7 @@ pub use kernels::SHARP_RATIO;
 pub use network::{Network, NetworkError};
 pub use of_capture::Halves;
 pub use opposite::{OppositePair, OppositeViews};
+pub use ratio::BlurRatio;
 
 use cost::Candidates;
 use directions::{Direction, volume_of};
@@ -50,10 +54,10 @@ use sigma::{Evidence, deviations};
 const EDGE: f32 = 0.05;
 
 /// What is known of the camera.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct DenseSettings {
     /// As of [`OppositePair`].
-    pub ratio: Option<f64>,
+    pub ratio: Option<BlurRatio>,
 }
 
 /// A number at every pixel.
@@ -63,7 +67,7 @@ pub struct DenseMap {
     pub disparity_px: Image,
     /// Its standard deviation, px.
     pub sigma_px: Image,
-    /// Least and largest disparity that was looked for, px.
+    /// Least and largest disparity that was looked for, px, where κ is the mean.
     pub range_px: [f64; 2],
     /// How often the resolution was halved for matching.
     pub halvings: usize,
@@ -80,7 +84,7 @@ pub fn dense_disparity(
 ) -> Result<DenseMap, DenseError> {
     let pair = OppositePair {
         views: [left, right],
-        ratio: settings.ratio,
+        ratio: settings.ratio.as_ref(),
     };
     dense_disparity_of(OppositeViews {
         left_right: Some(pair),
@@ -165,8 +169,8 @@ fn matched(directions: &[Direction]) -> DenseMap {
         .iter_mut()
         .for_each(|s| *s *= unit as f32);
     DenseMap {
-        disparity_px: full(&disparity),
-        sigma_px,
+        disparity_px: directions[0].scaled(full(&disparity)),
+        sigma_px: directions[0].scaled(sigma_px),
         range_px,
         halvings: k,
     }

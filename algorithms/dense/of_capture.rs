@@ -5,7 +5,7 @@ use quadpixel_datasets::{CameraDescription, DisparityCurve, DisparityCurves, Rat
 
 use super::filters::by_rows;
 use super::{
-    DenseError, DenseMap, Network, OppositePair, OppositeViews, dense_disparity_of,
+    BlurRatio, DenseError, DenseMap, Network, OppositePair, OppositeViews, dense_disparity_of,
     learned_disparity_of,
 };
 use crate::capture::Capture;
@@ -22,7 +22,7 @@ pub struct Halves {
 #[derive(Clone, Debug)]
 struct Pair {
     views: [Image; 2],
-    ratio: Option<f64>,
+    ratio: Option<BlurRatio>,
 }
 
 impl Halves {
@@ -31,11 +31,11 @@ impl Halves {
         let c = capture.reference_channel();
         let half = |side| capture.views.sum(side).map(|sum| channel(&sum, c));
         let camera = capture.camera.as_ref();
-        let pair = |sides: [Side; 2], ratio: fn(&CameraDescription) -> &Option<RatioField>| {
-            Some(Pair {
-                views: [half(sides[0])?, half(sides[1])?],
-                ratio: camera.and_then(|c| Some(ratio(c).as_ref()?.mean)),
-            })
+        let pair = |sides: [Side; 2], field: fn(&CameraDescription) -> &Option<RatioField>| {
+            let views = [half(sides[0])?, half(sides[1])?];
+            let size_px = [views[0].width(), views[0].height()];
+            let ratio = camera.and_then(|c| Some(over_picture(field(c).as_ref()?, size_px)));
+            Some(Pair { views, ratio })
         };
         let left_right = pair([Side::Left, Side::Right], |c| &c.disparity_ratio.left_right);
         let top_bottom = pair([Side::Top, Side::Bottom], |c| &c.disparity_ratio.top_bottom);
@@ -50,9 +50,9 @@ impl Halves {
     }
 
     /// With a ratio of disparity to blur that is known otherwise.
-    pub fn with_ratio(mut self, ratio: f64) -> Self {
+    pub fn with_ratio(mut self, ratio: &BlurRatio) -> Self {
         let pairs = [&mut self.left_right, &mut self.top_bottom];
-        (pairs.into_iter().flatten()).for_each(|pair| pair.ratio = Some(ratio));
+        (pairs.into_iter().flatten()).for_each(|pair| pair.ratio = Some(ratio.clone()));
         self
     }
 
@@ -62,9 +62,9 @@ impl Halves {
     }
 
     /// Ratio of disparity to blur by the camera's description.
-    pub fn ratio(&self) -> Option<f64> {
+    pub fn ratio(&self) -> Option<&BlurRatio> {
         let first = self.left_right.as_ref().or(self.top_bottom.as_ref());
-        first.and_then(|pair| pair.ratio)
+        first.and_then(|pair| pair.ratio.as_ref())
     }
 
     /// Their disparity, by one pair or both.
@@ -96,9 +96,17 @@ impl Pair {
     fn opposite(&self) -> OppositePair<'_> {
         OppositePair {
             views: self.views.each_ref(),
-            ratio: self.ratio,
+            ratio: self.ratio.as_ref(),
         }
     }
+}
+
+/// κ at each pixel of views of this size.
+fn over_picture(field: &RatioField, size_px: [usize; 2]) -> BlurRatio {
+    let size = size_px.map(|n| n as u32);
+    BlurRatio::of_field(size_px, field.mean, |x, y| {
+        field.at([x as f64, y as f64], size)
+    })
 }
 
 /// y_T − y_B at the depth at which x_L − x_R is 0, to first order in 1/(Z + p) about the focus; 0 where no light

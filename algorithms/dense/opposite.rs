@@ -5,7 +5,8 @@ use quadpixel::simd::SimdLevel;
 
 use super::error::DenseError;
 use super::filters::transposed;
-use super::kernels::{LINEAR_RATIO, SHARP_RATIO};
+use super::kernels::LINEAR_RATIO;
+use super::ratio::BlurRatio;
 use crate::plane_error::PlaneError;
 use crate::warp::{Border, Lobes, Map, warp};
 
@@ -14,9 +15,8 @@ use crate::warp::{Border, Lobes, Map, warp};
 pub struct OppositePair<'a> {
     /// Left and right, or top and bottom.
     pub views: [&'a Image; 2],
-    /// Ratio κ of disparity to the blur's diameter, above 0 to 4/(3π); absent: ¼, what shares that fall linearly over
-    /// the pupil give.
-    pub ratio: Option<f64>,
+    /// Ratio κ of disparity to the blur's diameter; absent: ¼, what shares that fall linearly over the pupil give.
+    pub ratio: Option<&'a BlurRatio>,
 }
 
 /// Opposite views by the direction in which they part the pupil.
@@ -32,12 +32,11 @@ pub struct OppositeViews<'a> {
 }
 
 impl OppositePair<'_> {
-    /// κ.
-    pub(super) fn ratio(&self) -> Result<f64, DenseError> {
-        match self.ratio.unwrap_or(LINEAR_RATIO) {
-            ratio if ratio > 0.0 && ratio <= SHARP_RATIO => Ok(ratio),
-            ratio => Err(DenseError::Ratio(ratio)),
-        }
+    /// κ, which serves the views.
+    pub(super) fn ratio(&self) -> Result<BlurRatio, DenseError> {
+        let ratio = (self.ratio.cloned()).unwrap_or(BlurRatio::Whole(LINEAR_RATIO));
+        ratio.check((self.views[0].width(), self.views[0].height()))?;
+        Ok(ratio)
     }
 
     /// The views without a disparity along y; rows as columns where asked.

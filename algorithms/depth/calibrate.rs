@@ -13,6 +13,7 @@
 
 use super::field_curve::FieldCurve;
 use super::halves::Measured;
+use crate::dense::SHARP_RATIO;
 
 /// Parts along each side of the picture.
 pub const REGIONS: usize = 3;
@@ -248,6 +249,8 @@ fn calibrated(
     );
     (done.inverse_distances_per_m.iter_mut()).for_each(|inverse| *inverse -= delta);
     (done.disparity_px.iter_mut().flatten().flatten()).for_each(|d| *d *= g);
+    // The blur stays as it was.
+    done.blur_ratio = done.blur_ratio.map(|ratio| (g * ratio).min(SHARP_RATIO));
     (done.relative_error, done.offset_error_px) = (relative_error, offset_error_px);
     done
 }

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use super::curve::Depth;
 use super::halves::Measured;
-use crate::dense::SHARP_RATIO;
+use crate::dense::{BlurRatio, SHARP_RATIO};
 
 /// A curve that is no curve.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -52,7 +52,8 @@ pub struct FieldCurve {
     pub relative_error: f64,
     /// Offset by which D may be wrong anywhere, px.
     pub offset_error_px: f64,
-    /// Ratio κ of D to the blur's diameter, which dense matching takes for the kernels; absent: not known.
+    /// Ratio κ of D to the blur's diameter in the middle of the picture, which dense matching takes for the kernels;
+    /// absent: not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub blur_ratio: Option<f64>,
     /// D is what windows of this side match; absent: the distance of the views' centroids, which dense matching finds.
@@ -124,7 +125,38 @@ impl FieldCurve {
     }
 
     /// D at each sampled distance, at a place of the picture.
-    pub fn disparities_px(&self, [x, y]: [f64; 2]) -> Vec<f64> {
+    pub fn disparities_px(&self, at_px: [f64; 2]) -> Vec<f64> {
+        (0..self.inverse_distances_per_m.len())
+            .map(|k| self.between_nodes(at_px, |r, c| self.disparity_px[r][c][k]))
+            .collect()
+    }
+
+    /// κ at each pixel: that of the middle, times how fast D grows with 1/Z about the focus, over how fast it does in
+    /// the middle, as a blur is as wide beside the middle as in it. `None` where the curve does not say κ.
+    pub fn blur_ratios(&self) -> Option<BlurRatio> {
+        let (width, height) = (self.width_px, self.height_px);
+        let slopes: Vec<Vec<f64>> = (self.disparity_px.iter())
+            .map(|row| row.iter().map(|node| self.slope_in_focus(node)).collect())
+            .collect();
+        let slope = |at_px: [f64; 2]| self.between_nodes(at_px, |r, c| slopes[r][c]);
+        let middle = [width, height].map(|n| 0.5 * (n as f64 - 1.0));
+        let scale = self.blur_ratio? / slope(middle);
+        let nodes = slopes.iter().flatten();
+        let mean = scale * nodes.clone().sum::<f64>() / nodes.count() as f64;
+        Some(BlurRatio::of_field([width, height], mean, |x, y| {
+            scale * slope([x as f64, y as f64])
+        }))
+    }
+
+    /// ∂D/∂(1/Z) of a node where D is 0, px m.
+    fn slope_in_focus(&self, node: &[f64]) -> f64 {
+        let k = node.partition_point(|&d| d < 0.0).clamp(1, node.len() - 1);
+        let inverse = &self.inverse_distances_per_m;
+        (node[k] - node[k - 1]) / (inverse[k] - inverse[k - 1])
+    }
+
+    /// Bilinear in the values of the nodes, by their row and column.
+    fn between_nodes(&self, [x, y]: [f64; 2], at: impl Fn(usize, usize) -> f64) -> f64 {
         let (c, fx) = cell(&self.columns_px, x);
         let (r, fy) = cell(&self.rows_px, y);
         let (c1, r1) = (
@@ -132,16 +164,11 @@ impl FieldCurve {
             (r + 1).min(self.rows_px.len() - 1),
         );
         let mix = |a: f64, b: f64, t: f64| a + t * (b - a);
-        (0..self.inverse_distances_per_m.len())
-            .map(|k| {
-                let at = |r: usize, c: usize| self.disparity_px[r][c][k];
-                mix(
-                    mix(at(r, c), at(r, c1), fx),
-                    mix(at(r1, c), at(r1, c1), fx),
-                    fy,
-                )
-            })
-            .collect()
+        mix(
+            mix(at(r, c), at(r, c1), fx),
+            mix(at(r1, c), at(r1, c1), fx),
+            fy,
+        )
     }
 
     /// Depth of a measured disparity at a place of the picture, px.

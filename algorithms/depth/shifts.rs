@@ -5,7 +5,7 @@ use quadpixel::image::channel;
 use super::halves::{MOST_NOISE, Measured, Pair, measure};
 use crate::calibration::{Calibration, CalibrationError};
 use crate::capture::Capture;
-use crate::dense::{DenseError, DenseMap, Halves, Network};
+use crate::dense::{BlurRatio, DenseError, DenseMap, Halves, Network};
 use crate::disparity::{Axes, MatchError, MatchSettings};
 use crate::sai::Side;
 
@@ -84,7 +84,7 @@ impl Shifts {
     ///
     /// # Errors
     /// Views that cannot be matched, a pixel of one sub-pixel.
-    pub fn dense(capture: &Capture, ratio: Option<f64>) -> Result<Self, ShiftError> {
+    pub fn dense(capture: &Capture, ratio: Option<&BlurRatio>) -> Result<Self, ShiftError> {
         let halves = Halves::new(capture);
         let halves = match ratio {
             Some(ratio) => halves.with_ratio(ratio),

@@ -94,8 +94,9 @@ pub fn run(args: &CalibrateDepthArgs, progress: Progress) -> Result<(), CommandE
     let text = file::read_text(&args.curve).map_err(CommandError::input)?;
     let curve = FieldCurve::from_json(&text, &args.curve.display().to_string());
     let curve = curve.map_err(CommandError::input)?;
+    let ratios = curve.blur_ratios();
     let measure = |capture: &Capture| match curve.matched_window_px {
-        None => Shifts::dense(capture, curve.blur_ratio),
+        None => Shifts::dense(capture, ratios.as_ref()),
         Some(window_px) => {
             let settings = MatchSettings {
                 window_px,

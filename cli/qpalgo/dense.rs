@@ -11,7 +11,8 @@ use quadpixel::image::colour::{blue_white_red, viridis};
 use quadpixel::image::raster::encode_png8;
 use quadpixel::image::{Image, ImageError, channel};
 use quadpixel_algorithms::dense::{
-    DenseMap, Halves, OppositePair, OppositeViews, dense_disparity_of, learned_disparity_of,
+    BlurRatio, DenseMap, Halves, OppositePair, OppositeViews, dense_disparity_of,
+    learned_disparity_of,
 };
 use quadpixel_algorithms::maps::{MapFormat, Maps};
 
@@ -21,8 +22,9 @@ use crate::qpalgo::inputs::in_file;
 /// Matches and writes; no file is written before all are made.
 pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError> {
     let network = args.network.read()?;
+    let given = args.ratio.map(BlurRatio::Whole);
     progress.stage(format!("reading {}", args.view.display()));
-    let (map, ratio, vertical) = match &args.reference {
+    let (map, is_known, vertical) = match &args.reference {
         Some(_) if !args.source.is_empty() => {
             return Err(CommandError::input(
                 "--subpixels, --camera and --meta are for a capture, without REFERENCE",
@@ -33,7 +35,7 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
             progress.stage("matching");
             let pair = OppositePair {
                 views: [&left, &right],
-                ratio: args.ratio,
+                ratio: given.as_ref(),
             };
             let views = OppositeViews {
                 left_right: Some(pair),
@@ -43,11 +45,11 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
                 Some(network) => learned_disparity_of(views, network),
                 None => dense_disparity_of(views),
             };
-            (map, args.ratio, false)
+            (map, given.is_some(), false)
         }
         None => {
             let halves = Halves::new(&args.source.read(&args.view)?);
-            let halves = match args.ratio {
+            let halves = match &given {
                 Some(ratio) => halves.with_ratio(ratio),
                 None => halves,
             };
@@ -56,7 +58,7 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
                 Some(network) => halves.learned_disparity(network),
                 None => halves.disparity(),
             };
-            (map, halves.ratio(), halves.is_vertical())
+            (map, halves.ratio().is_some(), halves.is_vertical())
         }
     };
     let map = map.map_err(in_file(&args.view))?;
@@ -64,7 +66,7 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
     let files = files(args.format.into(), &map, vertical).map_err(CommandError::failed)?;
     file::write_reports(&args.out, &files)?;
     drop(progress);
-    let ratio_is_free = ratio.is_none() && network.is_none();
+    let ratio_is_free = !is_known && network.is_none();
     report(args, &map, &files, ratio_is_free)
 }
 

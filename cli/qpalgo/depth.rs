@@ -127,10 +127,10 @@ pub fn run(args: &DepthArgs, progress: Progress) -> Result<(), CommandError> {
         None => {
             progress.stage("matching");
             let ratio = match &curve {
-                CameraCurve::Field(curve) => curve.blur_ratio,
+                CameraCurve::Field(curve) => curve.blur_ratios(),
                 CameraCurve::Described(_) | CameraCurve::Paraxial(_) => None,
             };
-            Shifts::dense(&capture, ratio)
+            Shifts::dense(&capture, ratio.as_ref())
         }
     }
     .map_err(in_file(path))?;

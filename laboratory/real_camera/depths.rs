@@ -38,7 +38,7 @@ pub struct Score {
 pub fn found(views: &Views, curve: &FieldCurve) -> Result<Found, Box<dyn Error>> {
     let [left, right] = [&views.left, &views.right].map(|view| channel(view, GREEN));
     let settings = DenseSettings {
-        ratio: curve.blur_ratio,
+        ratio: curve.blur_ratios(),
     };
     let matched = dense_disparity(&left, &right, &settings)?;
     let (width, height) = (left.width(), left.height());

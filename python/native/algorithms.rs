@@ -10,7 +10,7 @@ use quadpixel_algorithms::calibration::{Align, Calibration, CalibrationSettings}
 use quadpixel_algorithms::capture::Capture;
 use quadpixel_algorithms::correct::correct as corrected;
 use quadpixel_algorithms::dense::{
-    Network, OppositePair, OppositeViews, dense_disparity_of, learned_disparity_of,
+    BlurRatio, Network, OppositePair, OppositeViews, dense_disparity_of, learned_disparity_of,
 };
 use quadpixel_algorithms::depth::{
     CameraCurve, CurveError, DepthMaps, DescribedCurve, ParaxialCurve, Shifts,
@@ -125,10 +125,11 @@ pub fn dense<'py>(
     let (left, right) = (image(&left, "left")?, image(&right, "right")?);
     let map = run(py, None, move |_| {
         let network = network.as_deref().map(network_of).transpose()?;
+        let ratio = ratio.map(BlurRatio::Whole);
         let views = OppositeViews {
             left_right: Some(OppositePair {
                 views: [&left, &right],
-                ratio,
+                ratio: ratio.as_ref(),
             }),
             ..OppositeViews::default()
         };

@@ -1,0 +1,96 @@
+//! The ratio κ of disparity to blur: of the whole picture, or pixel by pixel.
+//!
+//! Off the axis light comes in from one side, so that the halves see other parts of the pupil than in the middle. A
+//! phone's κ changes little over the picture; that of a camera whose microlenses stand over the middle of their pixels
+//! falls to a third towards its sides.
+
+use quadpixel::image::Image;
+
+use super::error::DenseError;
+use super::filters::{by_rows, transposed};
+use super::kernels::SHARP_RATIO;
+
+/// Least κ of a field, a part of its mean: the blur that belongs to less is wider than texture.
+const LEAST_OF_MEAN: f64 = 0.3;
+
+/// κ, above 0 to 4/(3π): the distance of the views' centroids over the diameter of the blur.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BlurRatio {
+    /// The same everywhere.
+    Whole(f64),
+    /// At each pixel of the views, one channel.
+    Field(Image),
+}
+
+impl BlurRatio {
+    /// Of a field with this mean over `width` × `height` pixels, by `at(column, row)`; numbers that are none, and those
+    /// below a third of the mean or above 4/(3π), are brought there. A mean that no pupil has stands alone.
+    pub fn of_field(
+        [width, height]: [usize; 2],
+        mean: f64,
+        at: impl Fn(usize, usize) -> f64 + Sync,
+    ) -> Self {
+        if check(mean).is_err() {
+            return Self::Whole(mean);
+        }
+        Self::Field(by_rows(width, height, |y, to| {
+            for (x, to) in to.iter_mut().enumerate() {
+                let ratio = at(x, y);
+                let ratio = if ratio.is_nan() { mean } else { ratio };
+                // As f32 the upper end is above what it stands for.
+                *to = ratio.clamp(LEAST_OF_MEAN * mean, SHARP_RATIO - 1e-7) as f32;
+            }
+        }))
+    }
+
+    /// The mean over the picture.
+    pub fn mean(&self) -> f64 {
+        match self {
+            Self::Whole(ratio) => *ratio,
+            Self::Field(field) => {
+                let sum: f64 = field.data().iter().map(|v| f64::from(*v)).sum();
+                sum / field.data().len() as f64
+            }
+        }
+    }
+
+    /// Rows as columns.
+    pub(super) fn turned(&self) -> Self {
+        match self {
+            Self::Whole(ratio) => Self::Whole(*ratio),
+            Self::Field(field) => Self::Field(transposed(field)),
+        }
+    }
+
+    /// Numbers of pixels of the mean κ, as those of each pixel's own.
+    pub(super) fn scaled(&self, mut of_mean: Image) -> Image {
+        if let Self::Field(field) = self {
+            let mean = self.mean();
+            (of_mean.data_mut().iter_mut().zip(field.data()))
+                .for_each(|(v, ratio)| *v = (f64::from(*v) * f64::from(*ratio) / mean) as f32);
+        }
+        of_mean
+    }
+
+    /// Whether it serves views of this size.
+    pub(super) fn check(&self, size: (usize, usize)) -> Result<(), DenseError> {
+        let field = match self {
+            Self::Whole(ratio) => return check(*ratio),
+            Self::Field(field) => field,
+        };
+        if (field.width(), field.height(), field.channels()) != (size.0, size.1, 1) {
+            return Err(DenseError::RatioSize {
+                views: size,
+                field: (field.width(), field.height()),
+            });
+        }
+        (field.data().iter()).try_for_each(|ratio| check(f64::from(*ratio)))
+    }
+}
+
+fn check(ratio: f64) -> Result<(), DenseError> {
+    match ratio > 0.0 && ratio <= SHARP_RATIO {
+        true => Ok(()),
+        false => Err(DenseError::Ratio(ratio)),
+    }
+}
