@@ -1,30 +1,30 @@
 //! Focus and gain of a real camera from planes at known distances.
 //!
 //! A simulated curve C(x, y, 1/Z) has the right shape where the camera differs from its simulation in where it is
-//! focused and in how far its pixel parts the pupil. Both are two numbers for the whole field:
+//! focused and in how far its pixel parts the pupil, which changes slowly over the picture:
 //!
 //! ```text
-//! D(x, y, 1/Z) = g C(x, y, 1/Z + δ)          g: gain        δ: 1/m, focus at 1/Z_f − δ in the place of 1/Z_f
+//! D(x, y, 1/Z) = γ(x, y) C(x, y, 1/Z + δ)          γ: gain        δ: 1/m, focus at 1/Z_f − δ in the place of 1/Z_f
 //! ```
 //!
-//! Each plane is measured in [`REGIONS`]² parts of the picture, by the median of the trusted shifts, so that no patch
-//! of bad matches counts. g and δ minimise Σ ((D − g C)/s)² by Gauss and Newton; s is alike for all parts, and is what
-//! is left.
+//! Each plane is measured in blocks of the picture, by the median of the trusted shifts, so that no patch of bad matches
+//! counts; γ and δ are those that fit them best ([`super::gain_field`]). [`REGIONS`]² parts say how well.
 
 use super::field_curve::FieldCurve;
+use super::gain_field::{GainField, GainFit};
 use super::halves::Measured;
 use crate::dense::SHARP_RATIO;
 
-/// Parts along each side of the picture.
+/// Parts along each side of the picture that are told.
 pub const REGIONS: usize = 3;
+/// Blocks along x and y that are fitted.
+const BLOCKS: [usize; 2] = [16, 10];
+/// Nodes of a calibrated curve along x and y, at least.
+const NODES: [usize; 2] = [9, 7];
 /// Fewest trusted shifts in a part that count.
 const LEAST_SHIFTS: usize = 16;
 /// Planes as near to each other as this in 1/Z, as a part of the largest, say nothing of δ.
 const LEAST_SPAN: f64 = 0.1;
-/// Steps of the search, at most, and the step at which it ends.
-const STEPS: usize = 50;
-const SMALL: f64 = 1e-10;
-
 /// The shifts of one plane: x_L − x_R at each pixel, row-major.
 #[derive(Clone, Copy, Debug)]
 pub struct PlaneShifts<'a> {
@@ -54,13 +54,15 @@ pub struct Part {
 /// What was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthCalibration {
-    /// g and its standard deviation.
+    /// Mean of γ over the picture and its standard deviation.
     pub gain: [f64; 2],
+    /// Least and largest γ.
+    pub gain_range: [f64; 2],
     /// δ and its standard deviation, 1/m.
     pub shift_per_m: [f64; 2],
     /// Root mean square of what is left, px.
     pub rms_px: f64,
-    /// All parts that counted.
+    /// The parts with enough trusted shifts.
     pub parts: Vec<Part>,
     /// The curve with both.
     pub curve: FieldCurve,
@@ -106,29 +108,31 @@ pub fn calibrate(
     planes: &[PlaneShifts<'_>],
 ) -> Result<DepthCalibration, CalibrateError> {
     check_distances(planes)?;
-    let mut parts = Vec::new();
+    let (mut parts, mut blocks) = (Vec::new(), Vec::new());
     for plane in planes {
-        parts.extend(parts_of(curve, plane)?);
+        parts.extend(parts_of(curve, plane, [REGIONS; 2])?);
+        blocks.extend(parts_of(curve, plane, BLOCKS)?);
     }
-    let (g, delta) = search(curve, &parts)?;
-    for part in &mut parts {
-        part.after_px = g * value(curve, part, delta)[0];
+    let GainFit { gain, delta, sigma } = GainField::fit(curve, &blocks)?;
+    for part in parts.iter_mut().chain(&mut blocks) {
+        part.after_px = gain.at(part.at_px) * value(curve, part, delta)[0];
     }
-    let squares: f64 = parts
-        .iter()
-        .map(|p| (p.measured_px - p.after_px).powi(2))
-        .sum();
-    let variance = squares / (parts.len() as f64 - 2.0).max(1.0);
-    let normal = normal(curve, &parts, (g, delta)).0;
-    let determinant = normal[0] * normal[2] - normal[1] * normal[1];
-    let sigma = |own: f64| (variance * own / determinant).max(0.0).sqrt();
-    let (sigma_gain, sigma_shift) = (sigma(normal[2]), sigma(normal[0]));
-    let rms_px = (squares / parts.len() as f64).sqrt();
+    let square = |p: &Part| (p.measured_px - p.after_px).powi(2);
+    let rms_px = (blocks.iter().map(square).sum::<f64>() / blocks.len() as f64).sqrt();
+    let curve = calibrated(curve, (&gain, delta), sigma[0] / gain.mean(), rms_px);
+    let (rows, columns) = (&curve.rows_px, &curve.columns_px);
+    let nodes = rows.iter().flat_map(|y| columns.iter().map(|x| [*x, *y]));
+    let gains: Vec<f64> = nodes.map(|at_px| gain.at(at_px)).collect();
+    let least = gains.iter().copied().fold(f64::INFINITY, f64::min);
+    if least <= 0.0 {
+        return Err(CalibrateError::NoFit(least));
+    }
     Ok(DepthCalibration {
-        gain: [g, sigma_gain],
-        shift_per_m: [delta, sigma_shift],
+        gain: [gain.mean(), sigma[0]],
+        gain_range: [least, gains.iter().copied().fold(0.0, f64::max)],
+        shift_per_m: [delta, sigma[1]],
         rms_px,
-        curve: calibrated(curve, (g, delta), sigma_gain / g, rms_px),
+        curve,
         parts,
     })
 }
@@ -150,8 +154,12 @@ fn check_distances(planes: &[PlaneShifts<'_>]) -> Result<(), CalibrateError> {
     }
 }
 
-/// The parts of a plane with enough trusted shifts.
-fn parts_of(curve: &FieldCurve, plane: &PlaneShifts<'_>) -> Result<Vec<Part>, CalibrateError> {
+/// The parts of a plane with enough trusted shifts, of `count` along x and y.
+fn parts_of(
+    curve: &FieldCurve,
+    plane: &PlaneShifts<'_>,
+    count: [usize; 2],
+) -> Result<Vec<Part>, CalibrateError> {
     let [width, height] = plane.size_px;
     if [curve.width_px, curve.height_px] != plane.size_px {
         return Err(CalibrateError::Size {
@@ -160,15 +168,15 @@ fn parts_of(curve: &FieldCurve, plane: &PlaneShifts<'_>) -> Result<Vec<Part>, Ca
             curve: format!("{} x {}", curve.width_px, curve.height_px),
         });
     }
-    let mut shifts = vec![Vec::new(); REGIONS * REGIONS];
+    let [columns, rows] = count;
+    let mut shifts = vec![Vec::new(); columns * rows];
     for (i, measured) in plane.shifts.iter().enumerate() {
         let (column, row) = (i % width, i / width);
         if let Some(m) = measured {
-            shifts[row * REGIONS / height * REGIONS + column * REGIONS / width]
-                .push(m.disparity_px);
+            shifts[row * rows / height * columns + column * columns / width].push(m.disparity_px);
         }
     }
-    let middle = |k: usize, px: usize| (k as f64 + 0.5) / REGIONS as f64 * px as f64 - 0.5;
+    let middle = |k: usize, of: usize, px: usize| (k as f64 + 0.5) / of as f64 * px as f64 - 0.5;
     let part = |(k, mut shifts): (usize, Vec<f64>)| {
         if shifts.len() < LEAST_SHIFTS {
             return None;
@@ -176,7 +184,10 @@ fn parts_of(curve: &FieldCurve, plane: &PlaneShifts<'_>) -> Result<Vec<Part>, Ca
         shifts.sort_by(f64::total_cmp);
         let part = Part {
             distance_m: plane.distance_m,
-            at_px: [middle(k % REGIONS, width), middle(k / REGIONS, height)],
+            at_px: [
+                middle(k % columns, columns, width),
+                middle(k / columns, rows, height),
+            ],
             measured_px: shifts[shifts.len() / 2],
             before_px: 0.0,
             after_px: 0.0,
@@ -192,7 +203,7 @@ fn parts_of(curve: &FieldCurve, plane: &PlaneShifts<'_>) -> Result<Vec<Part>, Ca
 }
 
 /// C of the part at 1/Z + δ, and its slope.
-fn value(curve: &FieldCurve, part: &Part, delta: f64) -> [f64; 2] {
+pub(super) fn value(curve: &FieldCurve, part: &Part, delta: f64) -> [f64; 2] {
     let (d, inverse) = (
         curve.disparities_px(part.at_px),
         &curve.inverse_distances_per_m,
@@ -203,56 +214,49 @@ fn value(curve: &FieldCurve, part: &Part, delta: f64) -> [f64; 2] {
     [d[k - 1] + slope * (at - inverse[k - 1]), slope]
 }
 
-/// JᵀJ (gg, gδ, δδ) and Jᵀr.
-fn normal(curve: &FieldCurve, parts: &[Part], (g, delta): (f64, f64)) -> ([f64; 3], [f64; 2]) {
-    let (mut square, mut right) = ([0.0; 3], [0.0; 2]);
-    for part in parts {
-        let [c, slope] = value(curve, part, delta);
-        let (a, b, rest) = (c, g * slope, part.measured_px - g * c);
-        square = [square[0] + a * a, square[1] + a * b, square[2] + b * b];
-        right = [right[0] + a * rest, right[1] + b * rest];
-    }
-    (square, right)
-}
-
-fn search(curve: &FieldCurve, parts: &[Part]) -> Result<(f64, f64), CalibrateError> {
-    let (mut g, mut delta) = (1.0f64, 0.0f64);
-    for _ in 0..STEPS {
-        let ([gg, gd, dd], [rg, rd]) = normal(curve, parts, (g, delta));
-        let determinant = gg * dd - gd * gd;
-        let step = [
-            (dd * rg - gd * rd) / determinant,
-            (gg * rd - gd * rg) / determinant,
-        ];
-        (g, delta) = (g + step[0], delta + step[1]);
-        if !(g > 0.0 && g.is_finite() && delta.is_finite()) {
-            return Err(CalibrateError::NoFit(g));
-        }
-        if step[0].abs().max(step[1].abs()) < SMALL {
-            break;
-        }
-    }
-    Ok((g, delta))
-}
-
-/// g C(1/Z + δ): the same samples at 1/Z − δ, times g.
+/// γ C(1/Z + δ): the same samples at 1/Z − δ, times γ, at enough nodes for it.
 fn calibrated(
     curve: &FieldCurve,
-    (g, delta): (f64, f64),
+    (gain, delta): (&GainField, f64),
     relative_error: f64,
     offset_error_px: f64,
 ) -> FieldCurve {
-    let mut done = curve.clone();
-    done.source = format!(
-        "{}; gain {g:.4} and 1/Z {:+.4} per m by planes at known distances",
-        curve.source, -delta
-    );
-    (done.inverse_distances_per_m.iter_mut()).for_each(|inverse| *inverse -= delta);
-    (done.disparity_px.iter_mut().flatten().flatten()).for_each(|d| *d *= g);
-    // The blur stays as it was.
-    done.blur_ratio = done.blur_ratio.map(|ratio| (g * ratio).min(SHARP_RATIO));
-    (done.relative_error, done.offset_error_px) = (relative_error, offset_error_px);
-    done
+    let nodes = |axis: &[f64], least: usize, px: usize| -> Vec<f64> {
+        if axis.len() >= least {
+            return axis.to_vec();
+        }
+        let last = (px - 1) as f64;
+        (0..least)
+            .map(|k| k as f64 / (least - 1) as f64 * last)
+            .collect()
+    };
+    let columns_px = nodes(&curve.columns_px, NODES[0], curve.width_px);
+    let rows_px = nodes(&curve.rows_px, NODES[1], curve.height_px);
+    let node = |at_px: [f64; 2]| -> Vec<f64> {
+        let own = gain.at(at_px);
+        let before = curve.disparities_px(at_px).into_iter();
+        before.map(|d| own * d).collect()
+    };
+    let row = |y: &f64| columns_px.iter().map(|x| node([*x, *y])).collect();
+    let middle = [curve.width_px, curve.height_px].map(|n| 0.5 * (n as f64 - 1.0));
+    let inverse = curve.inverse_distances_per_m.iter();
+    FieldCurve {
+        source: format!(
+            "{}; gain {:.4} (mean) and 1/Z {:+.4} per m by planes at known distances",
+            curve.source,
+            gain.mean(),
+            -delta
+        ),
+        inverse_distances_per_m: inverse.map(|inverse| inverse - delta).collect(),
+        disparity_px: rows_px.iter().map(row).collect(),
+        // The blur stays as it was.
+        blur_ratio: (curve.blur_ratio).map(|ratio| (gain.at(middle) * ratio).min(SHARP_RATIO)),
+        relative_error,
+        offset_error_px,
+        columns_px,
+        rows_px,
+        ..curve.clone()
+    }
 }
 
 #[cfg(test)]
@@ -283,6 +287,11 @@ mod tests {
         }
     }
 
+    /// A gain that rises towards the sides by a fifth.
+    fn risen(gain: f64, column: usize) -> f64 {
+        gain * (1.0 + 0.2 * (column as f64 / 44.5 - 1.0).powi(4))
+    }
+
     /// The shifts of a camera with another gain and focus, at each place, with one bad match of fifty.
     fn plane(distance_m: f64, gain: f64, delta: f64) -> Vec<Option<Measured>> {
         let curve = curve();
@@ -296,7 +305,7 @@ mod tests {
             };
             let bad = if i.is_multiple_of(50) { 3.0 } else { 0.0 };
             Some(Measured {
-                disparity_px: gain * value(&curve, &part, delta)[0] + bad,
+                disparity_px: risen(gain, i % 90) * value(&curve, &part, delta)[0] + bad,
                 sigma_px: 0.01,
             })
         };
@@ -316,11 +325,15 @@ mod tests {
     }
 
     #[test]
-    fn two_planes_give_back_focus_and_gain_and_a_third_is_predicted() {
+    fn two_planes_give_back_focus_and_gain_over_the_picture_and_a_third_is_predicted() {
         let (gain, delta) = (1.13, -0.045);
         let made = [0.6, 1.5].map(|z| (z, plane(z, gain, delta)));
         let found = found(&made).unwrap();
-        assert!((found.gain[0] - gain).abs() < 2e-3, "{:?}", found.gain);
+        // The mean of the fourth power is a fifth; blocks of five pixels have its mean, not its middle.
+        let [mean, sides] = [gain * (1.0 + 0.2 / 5.0), gain * 1.2];
+        assert!((found.gain[0] - mean).abs() < 4e-3, "{:?}", found.gain);
+        let [least, largest] = found.gain_range;
+        assert!((least - gain).abs() < 0.01 && (largest - sides).abs() < 0.03);
         let error = (found.shift_per_m[0] - delta).abs();
         assert!(error < 2e-3, "{:?}", found.shift_per_m);
         assert!(found.rms_px < 5e-3 && found.parts.len() == 18);

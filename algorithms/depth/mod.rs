@@ -23,6 +23,7 @@ mod curve;
 mod curve_error;
 mod described_curve;
 mod field_curve;
+mod gain_field;
 mod halves;
 mod maps;
 mod score;

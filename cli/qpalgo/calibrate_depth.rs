@@ -9,6 +9,7 @@ use crate::progress::Progress;
 use clap::Args;
 use quadpixel::file;
 use quadpixel_algorithms::capture::Capture;
+use quadpixel_algorithms::dense::BlurRatio;
 use quadpixel_algorithms::depth::{DepthCalibration, FieldCurve, PlaneShifts, Shifts, calibrate};
 use quadpixel_algorithms::disparity::MatchSettings;
 
@@ -94,9 +95,8 @@ pub fn run(args: &CalibrateDepthArgs, progress: Progress) -> Result<(), CommandE
     let text = file::read_text(&args.curve).map_err(CommandError::input)?;
     let curve = FieldCurve::from_json(&text, &args.curve.display().to_string());
     let curve = curve.map_err(CommandError::input)?;
-    let ratios = curve.blur_ratios();
-    let measure = |capture: &Capture| match curve.matched_window_px {
-        None => Shifts::dense(capture, ratios.as_ref()),
+    let measure = |capture: &Capture, ratios: Option<&BlurRatio>| match curve.matched_window_px {
+        None => Shifts::dense(capture, ratios),
         Some(window_px) => {
             let settings = MatchSettings {
                 window_px,
@@ -106,24 +106,35 @@ pub fn run(args: &CalibrateDepthArgs, progress: Progress) -> Result<(), CommandE
             Shifts::measure(capture, &settings, &|_| ())
         }
     };
-    let mut measured = Vec::new();
+    let mut captures = Vec::new();
     for plane in &planes {
-        progress.stage(format!("matching {}", plane.path().display()));
-        let capture = plane.capture(args.srgb)?;
-        let shifts = measure(&capture).map_err(in_file(plane.path()))?;
-        let left_right = shifts.left_right.ok_or_else(|| {
-            in_file(plane.path())("the pixels are not parted into left and right")
-        })?;
-        measured.push((plane.distance_m, shifts.size_px, left_right));
+        progress.stage(format!("reading {}", plane.path().display()));
+        captures.push(plane.capture(args.srgb)?);
     }
-    let planes: Vec<PlaneShifts<'_>> = (measured.iter())
-        .map(|(distance_m, size_px, shifts)| PlaneShifts {
-            distance_m: *distance_m,
-            size_px: *size_px,
-            shifts,
-        })
-        .collect();
-    let found = calibrate(&curve, &planes).map_err(CommandError::input)?;
+    let fitted = |ratios: Option<&BlurRatio>| {
+        let mut measured = Vec::new();
+        for (plane, capture) in planes.iter().zip(&captures) {
+            progress.stage(format!("matching {}", plane.path().display()));
+            let shifts = measure(capture, ratios).map_err(in_file(plane.path()))?;
+            let left_right = shifts.left_right.ok_or_else(|| {
+                in_file(plane.path())("the pixels are not parted into left and right")
+            })?;
+            measured.push((plane.distance_m, shifts.size_px, left_right));
+        }
+        let planes: Vec<PlaneShifts<'_>> = (measured.iter())
+            .map(|(distance_m, size_px, shifts)| PlaneShifts {
+                distance_m: *distance_m,
+                size_px: *size_px,
+                shifts,
+            })
+            .collect();
+        calibrate(&curve, &planes).map_err(CommandError::input)
+    };
+    let mut found = fitted(curve.blur_ratios().as_ref())?;
+    if curve.matched_window_px.is_none() && curve.blur_ratio.is_some() {
+        // Once more by the kernels that the gain tells.
+        found = fitted(found.curve.blur_ratios().as_ref())?;
+    }
     let encoded = serde_json::to_vec(&found.curve).map_err(CommandError::failed)?;
     file::write_aside(&args.out, &encoded)?;
     drop(progress);
@@ -132,9 +143,11 @@ pub fn run(args: &CalibrateDepthArgs, progress: Progress) -> Result<(), CommandE
 
 fn report(args: &CalibrateDepthArgs, found: &DepthCalibration) -> Result<(), CommandError> {
     let ([g, sigma_g], [delta, sigma_delta]) = (found.gain, found.shift_per_m);
+    let [least, largest] = found.gain_range;
     if args.json {
         let object = serde_json::json!({
-            "file": args.out.display().to_string(), "gain": g, "gain_sigma": sigma_g, "focus_shift_per_m": -delta,
+            "file": args.out.display().to_string(), "gain": g, "gain_sigma": sigma_g,
+            "gain_range": found.gain_range, "focus_shift_per_m": -delta,
             "focus_shift_sigma_per_m": sigma_delta, "rms_px": found.rms_px, "parts": found.parts,
         });
         outln!("{object}");
@@ -152,7 +165,7 @@ fn report(args: &CalibrateDepthArgs, found: &DepthCalibration) -> Result<(), Com
         );
     }
     outln!(
-        "{}: gain {g:.4} ± {sigma_g:.4}, focus {:+.4} ± {sigma_delta:.4} per m from the curve's; {:.3} px RMS left",
+        "{}: gain {g:.4} ± {sigma_g:.4} ({least:.3} to {largest:.3} over the picture), focus {:+.4} ± {sigma_delta:.4} per m from the curve's; {:.3} px RMS left",
         args.out.display(),
         -delta,
         found.rms_px

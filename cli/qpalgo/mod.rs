@@ -126,8 +126,9 @@ enum Command {
     /// Brings a camera's curve of disparity against distance to a real one: focus and gain from planes at known
     /// distances.
     ///
-    /// D = g C(1/Z + d): the gain g and the change of focus d, 1/m, for the whole field, each with its standard
-    /// deviation, by the medians of the shifts x_L - x_R in 3 x 3 parts of each picture.
+    /// D = g C(1/Z + d): the gain g, a polynomial over the picture (degree 4 along x, 2 along y), and the change of
+    /// focus d, 1/m, one number, each with its standard deviation, by the medians of the shifts x_L - x_R in 16 x 10
+    /// blocks of each picture; told for 3 x 3 parts. Dense shifts are matched again by the kernels that g tells.
     ///
     /// Example: qpalgo calibrate-depth 0.6=l1.png,r1.png 1.5=l2.png,r2.png --srgb --curve simulated.json -o mine.json
     ///          qpalgo depth --left l.png --right r.png --srgb --curve mine.json -o depth
