@@ -23,7 +23,8 @@ pub fn page(results: &Results) -> Result<String, TemplateError> {
         ("apertures", apertures(results)),
         ("measured", measured(results)),
         ("claim_m", CLAIM_M.to_string()),
-        ("depths", depths(results)),
+        ("depths", depths(&results.depths)),
+        ("calibrated", depths(&results.calibrated)),
         ("pictures", pictures(results)),
         ("left_out", left_out(results)),
     ];
@@ -125,8 +126,8 @@ fn measured(results: &Results) -> String {
     }))
 }
 
-fn depths(results: &Results) -> String {
-    let each = results.depths.iter().map(|d| {
+fn depths(depths: &[DepthResult]) -> String {
+    let each = depths.iter().map(|d| {
         let (c, a) = (&d.claimed, &d.all);
         format!(
             "| {}, F/{} | {} | {:.4} | {:.4} | {:.1} % | {:.3} | {:.1} % | {:.4} | {:.1} % |",
@@ -142,16 +143,16 @@ fn depths(results: &Results) -> String {
             100.0 * a.share
         )
     });
-    let mut kinds: Vec<&str> = results.depths.iter().map(|d| d.kind.as_str()).collect();
+    let mut kinds: Vec<&str> = depths.iter().map(|d| d.kind.as_str()).collect();
     kinds.dedup();
     let means = kinds
         .into_iter()
-        .filter_map(|kind| mean_of_kind(kind, &results.depths));
+        .filter_map(|kind| mean_of_kind(kind, depths));
     lines(each.chain(means))
 }
 
 fn pictures(results: &Results) -> String {
-    let each = results.depths.iter();
+    let each = results.shown().iter();
     let each = each.map(|d| format!("![Depth of {}]({})", d.name, d.picture_name()));
     each.collect::<Vec<_>>().join("\n\n")
 }

@@ -12,12 +12,12 @@ use crate::aperture::{self, Point};
 use crate::depths::Score;
 use crate::measure::Shift;
 use crate::page;
-use crate::results::Results;
+use crate::results::{DepthResult, Results};
 
 /// Writes a curve file for `qpalgo depth`.
-pub fn write_curve(out: &Path, mark: f64, curve: &FieldCurve) -> Result<(), Box<dyn Error>> {
+pub fn write_curve(out: &Path, name: &str, curve: &FieldCurve) -> Result<(), Box<dyn Error>> {
     let text = serde_json::to_string(curve)?;
-    let file = (format!("curve-f{mark}.json"), (text + "\n").into_bytes());
+    let file = (name.to_owned(), (text + "\n").into_bytes());
     file::write_folder(out, &[file]).map_err(Into::into)
 }
 
@@ -48,7 +48,7 @@ impl Results {
                 aperture::plot(&curves, &measured).into_bytes(),
             ),
         ];
-        for depth in &self.depths {
+        for depth in self.shown() {
             let (codes, width, height) = depth.picture();
             let name = depth.picture_name();
             let bytes = raster::encode_png8(Path::new(&name), &codes, width, height, 3)?;
@@ -72,9 +72,11 @@ impl Results {
                 json!({ "distance_mm": c.distance_mm, "mark": c.mark, "coc_px": c.coc_px, "measured": shifts(&c.measured), "models": models })
             })
             .collect();
-        let depths: Value = (self.depths.iter())
-            .map(|d| json!({ "name": d.name, "mark": d.mark, "kind": d.kind, "fitted": d.fitted, "claimed": score(&d.claimed), "all": score(&d.all) }))
-            .collect();
-        json!({ "captures": captures, "aperture": { "curves": self.aperture.curves, "measured": self.aperture.measured }, "depths": depths, "noise_left_over_right": self.noise, "left_out": self.left_out })
+        let depths = |depths: &[DepthResult]| -> Value {
+            (depths.iter())
+                .map(|d| json!({ "name": d.name, "mark": d.mark, "kind": d.kind, "fitted": d.fitted, "claimed": score(&d.claimed), "all": score(&d.all) }))
+                .collect()
+        };
+        json!({ "captures": captures, "aperture": { "curves": self.aperture.curves, "measured": self.aperture.measured }, "depths": depths(&self.depths), "depths_by_planes": depths(&self.calibrated), "noise_left_over_right": self.noise, "left_out": self.left_out })
     }
 }

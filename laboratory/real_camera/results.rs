@@ -67,11 +67,24 @@ pub struct Results {
     pub lens: Vec<LensResult>,
     pub captures: Vec<CaptureResult>,
     pub aperture: ApertureResult,
+    /// By the simulated curve.
     pub depths: Vec<DepthResult>,
+    /// By the curve brought to the planes.
+    pub calibrated: Vec<DepthResult>,
     /// Name, and variance of the noise of the left over that of the right view by parts of the width.
     pub noise: Vec<(String, [f64; noise::PARTS])>,
     /// What was found and not used, and why.
     pub left_out: Vec<String>,
+}
+
+impl Results {
+    /// The depths that are shown as pictures: those by planes, where there are any.
+    pub fn shown(&self) -> &[DepthResult] {
+        match self.calibrated.is_empty() {
+            true => &self.depths,
+            false => &self.calibrated,
+        }
+    }
 }
 
 impl DepthResult {

@@ -4,7 +4,8 @@ use std::error::Error;
 use std::path::Path;
 
 use quadpixel::image::Image;
-use quadpixel_algorithms::depth::FieldCurve;
+use quadpixel_algorithms::capture::Capture;
+use quadpixel_algorithms::depth::{FieldCurve, PlaneShifts, Shifts, calibrate};
 use quadpixel_laboratory::curve::{CountedFrom, CurvePlan, field_curve};
 
 use crate::args::{Args, step};
@@ -16,57 +17,123 @@ use crate::{depths, report};
 /// The F-number of scenes, which their folders do not say: the published network for these captures is trained at F/4.
 const SCENE_MARK: f64 = 4.0;
 
-/// Estimates, scores and keeps; what cannot be read is left out and said.
+/// A capture whose depth is known.
+struct Known<'a> {
+    name: String,
+    kind: &'a str,
+    mark: f64,
+    folder: &'a Path,
+    /// Of a plane.
+    distance_mm: Option<f64>,
+}
+
+/// Estimates, scores and keeps, by the simulated curve and by that brought to the planes; what cannot be read is left
+/// out and said.
 pub fn all_depths(
     args: &Args,
     model: &Model,
     captures: &Captures,
     results: &mut Results,
 ) -> Result<(), Box<dyn Error>> {
-    let mut curves: Vec<(f64, FieldCurve)> = Vec::new();
     let flats = captures.flats.iter().filter(|f| f.mark < SHARP_MARK);
-    let flats = flats.map(|f| {
-        let name = format!("plane at {} mm", f.distance_mm);
-        (name, "plane", f.mark, &f.folder, Some(f.distance_mm))
+    let flats = flats.map(|f| Known {
+        name: format!("plane at {} mm", f.distance_mm),
+        kind: "plane",
+        mark: f.mark,
+        folder: &f.folder,
+        distance_mm: Some(f.distance_mm),
     });
-    let scenes =
-        (captures.scenes.iter()).map(|s| (s.name.clone(), s.kind(), SCENE_MARK, &s.folder, None));
-    for (name, kind, mark, folder, distance_mm) in flats.chain(scenes) {
-        step(&format!("depth of {name}"));
-        match depth_of(args, model, &mut curves, (mark, folder, distance_mm)) {
-            Ok((found, known_m)) => results.depths.push(DepthResult {
-                claimed: depths::score(&found, &known_m, depths::CLAIM_M),
-                all: depths::score(&found, &known_m, f64::INFINITY),
-                fitted: distance_mm.is_some_and(|d| (d, mark) == camera::FITTED_ON),
-                kind: kind.to_owned(),
-                name,
-                mark,
-                found,
-                known_m,
-            }),
-            Err(e) => results.left_out.push(format!("{name}: {e}")),
+    let scenes = captures.scenes.iter().map(|s| Known {
+        name: s.name.clone(),
+        kind: s.kind(),
+        mark: SCENE_MARK,
+        folder: &s.folder,
+        distance_mm: None,
+    });
+    let all: Vec<Known<'_>> = flats.chain(scenes).collect();
+    let mut curves: Vec<(f64, FieldCurve)> = Vec::new();
+    for known in &all {
+        step(&format!("depth of {}", known.name));
+        let fitted = known
+            .distance_mm
+            .is_some_and(|d| (d, known.mark) == camera::FITTED_ON);
+        let found = curve_for(args, model, &mut curves, known)
+            .and_then(|curve| depth_of(known, curve, fitted));
+        match found {
+            Ok(found) => results.depths.push(found),
+            Err(e) => results.left_out.push(format!("{}: {e}", known.name)),
+        }
+    }
+    for (mark, curve) in &curves {
+        let of_mark = || all.iter().filter(|known| known.mark == *mark);
+        let planes: Vec<&Known<'_>> = of_mark().filter(|k| k.distance_mm.is_some()).collect();
+        if planes.len() < 2 {
+            continue;
+        }
+        step(&format!(
+            "focus and gain at F/{mark} by {} planes",
+            planes.len()
+        ));
+        let calibrated = match by_planes(curve, &planes) {
+            Ok(calibrated) => calibrated,
+            Err(e) => {
+                results.left_out.push(format!("planes at F/{mark}: {e}"));
+                continue;
+            }
+        };
+        report::write_curve(
+            &args.out,
+            &format!("curve-f{mark}-planes.json"),
+            &calibrated,
+        )?;
+        for known in of_mark() {
+            let fitted = known.distance_mm.is_some();
+            match depth_of(known, &calibrated, fitted) {
+                Ok(found) => results.calibrated.push(found),
+                Err(e) => results.left_out.push(format!("{}: {e}", known.name)),
+            }
         }
     }
     Ok(())
 }
 
-/// Estimated and known depth of one capture; `curves` are those that were made.
-fn depth_of(
+/// The curve brought to planes as `qpalgo calibrate-depth` does.
+fn by_planes(curve: &FieldCurve, planes: &[&Known<'_>]) -> Result<FieldCurve, Box<dyn Error>> {
+    let fitted = |by: &FieldCurve| -> Result<FieldCurve, Box<dyn Error>> {
+        let ratios = by.blur_ratios();
+        let mut measured = Vec::new();
+        for plane in planes {
+            let [left, right] = ["l.png", "r.png"].map(|name| plane.folder.join(name));
+            let capture = Capture::from_pair(&left, &right, true)?;
+            let shifts = Shifts::dense(&capture, ratios.as_ref())?;
+            let distance_m = 1e-3 * plane.distance_mm.unwrap_or(f64::NAN);
+            measured.push((
+                distance_m,
+                shifts.size_px,
+                shifts.left_right.unwrap_or_default(),
+            ));
+        }
+        let planes: Vec<PlaneShifts<'_>> = (measured.iter())
+            .map(|(distance_m, size_px, shifts)| PlaneShifts {
+                distance_m: *distance_m,
+                size_px: *size_px,
+                shifts,
+            })
+            .collect();
+        Ok(calibrate(curve, &planes)?.curve)
+    };
+    fitted(&fitted(curve)?)
+}
+
+/// The simulated curve of a capture; `curves` are those that were made.
+fn curve_for<'a>(
     args: &Args,
     model: &Model,
-    curves: &mut Vec<(f64, FieldCurve)>,
-    (mark, folder, distance_mm): (f64, &Path, Option<f64>),
-) -> Result<(depths::Found, Image), Box<dyn Error>> {
-    let views = Views::read(folder)?;
-    let size = (views.left.width(), views.left.height());
-    let known_m = match distance_mm {
-        Some(mm) => {
-            let all = vec![(mm * 1e-3) as f32; size.0 * size.1];
-            Image::from_vec(size.0, size.1, 1, all)
-                .unwrap_or_else(|| Image::zeros(size.0, size.1, 1))
-        }
-        None => data::depth_m(&folder.join("d.png"), size.0, size.1)?,
-    };
+    curves: &'a mut Vec<(f64, FieldCurve)>,
+    known: &Known<'_>,
+) -> Result<&'a FieldCurve, Box<dyn Error>> {
+    let views = Views::read(known.folder)?;
+    let (mark, size) = (known.mark, (views.left.width(), views.left.height()));
     let fits = |(m, c): &(f64, FieldCurve)| *m == mark && (c.width_px, c.height_px) == size;
     let at = match curves.iter().position(fits) {
         Some(at) => at,
@@ -75,7 +142,36 @@ fn depth_of(
             curves.len() - 1
         }
     };
-    Ok((depths::found(&views, &curves[at].1)?, known_m))
+    Ok(&curves[at].1)
+}
+
+/// Estimated and known depth of one capture.
+fn depth_of(
+    known: &Known<'_>,
+    curve: &FieldCurve,
+    fitted: bool,
+) -> Result<DepthResult, Box<dyn Error>> {
+    let views = Views::read(known.folder)?;
+    let size = (views.left.width(), views.left.height());
+    let known_m = match known.distance_mm {
+        Some(mm) => {
+            let all = vec![(mm * 1e-3) as f32; size.0 * size.1];
+            Image::from_vec(size.0, size.1, 1, all)
+                .unwrap_or_else(|| Image::zeros(size.0, size.1, 1))
+        }
+        None => data::depth_m(&known.folder.join("d.png"), size.0, size.1)?,
+    };
+    let found = depths::found(&views, curve)?;
+    Ok(DepthResult {
+        claimed: depths::score(&found, &known_m, depths::CLAIM_M),
+        all: depths::score(&found, &known_m, f64::INFINITY),
+        fitted,
+        kind: known.kind.to_owned(),
+        name: known.name.clone(),
+        mark: known.mark,
+        found,
+        known_m,
+    })
 }
 
 /// Nodes of a curve over the picture, and its distances: 1/Z from 0.1 to 2.4 per m.
@@ -112,6 +208,6 @@ fn curve_at(
         window_px: None,
     };
     let curve = field_curve(&camera, plan)?;
-    report::write_curve(&args.out, mark, &curve)?;
+    report::write_curve(&args.out, &format!("curve-f{mark}.json"), &curve)?;
     Ok(curve)
 }
