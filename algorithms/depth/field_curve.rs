@@ -298,4 +298,20 @@ mod tests {
             assert!(e.contains("c.json") && e.contains(said), "{e}");
         }
     }
+
+    #[test]
+    fn the_ratio_follows_the_slope_over_the_picture() {
+        let known = FieldCurve {
+            blur_ratio: Some(0.15),
+            ..curve()
+        };
+        let Some(BlurRatio::Field(field)) = known.blur_ratios() else {
+            panic!("a curve with a ratio has one at each pixel");
+        };
+        // g from 1 to 2, 1.5 in the middle.
+        for (x, ratio) in [(0, 0.1), (50, 0.15), (100, 0.2)] {
+            assert!((field.pixel(x, 7)[0] - ratio).abs() < 1e-6, "{x}");
+        }
+        assert_eq!(curve().blur_ratios(), None);
+    }
 }

@@ -33,6 +33,17 @@ pub fn pair(disparity: impl Fn(f64) -> f64) -> [Image; 2] {
 
 /// As [`pair`], parted along x or along y, and the views `beside` px farther apart than their blur says.
 pub fn parted(disparity: impl Fn(f64) -> f64, along_y: bool, beside: f64) -> [Image; 2] {
+    views(|x| [2.0 * disparity(x), 1.0], along_y, beside)
+}
+
+/// Both views of a plane that is blurred to disks of `blur_px`, of which the shares leave the disparity `ratio(x)` (at
+/// most ¼) times as much.
+pub fn of_ratio(blur_px: f64, ratio: impl Fn(f64) -> f64) -> [Image; 2] {
+    views(|x| [0.5 * blur_px, 4.0 * ratio(x)], false, 0.0)
+}
+
+/// `blur(x)`: radius of the disk, px, and steepness of the shares at column x.
+fn views(blur: impl Fn(f64) -> [f64; 2], along_y: bool, beside: f64) -> [Image; 2] {
     let points: Vec<[f64; 2]> = (0..120)
         .map(|i| {
             let (r, a) = (((i as f64 + 0.5) / 120.0).sqrt(), 2.399_963 * i as f64);
@@ -43,16 +54,16 @@ pub fn parted(disparity: impl Fn(f64) -> f64, along_y: bool, beside: f64) -> [Im
         let value = |i: usize| {
             let moved = 0.5 * side * beside;
             let (x, y) = ((i % SIDE) as f64, (i / SIDE) as f64);
-            let d = disparity(x);
+            let [radius, steepness] = blur(x);
             let (x, y) = if along_y {
                 (x, y - moved)
             } else {
                 (x - moved, y)
             };
-            // A disk of radius 2 d; for d > 0 the first view has more of its right or lower half.
+            // In front of the focus (radius > 0) the first view has more of the disk's right or lower half.
             let terms = points.iter().map(|[u, v]| {
-                let share = 0.5 * (1.0 + side * if along_y { v } else { u });
-                share * texture(x - 2.0 * d * u, y - 2.0 * d * v)
+                let share = 0.5 * (1.0 + side * steepness * if along_y { v } else { u });
+                share * texture(x - radius * u, y - radius * v)
             });
             (terms.sum::<f64>() / 60.0) as f32
         };
