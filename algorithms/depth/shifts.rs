@@ -45,6 +45,14 @@ fn sides(axes: Axes) -> ([Side; 2], usize) {
     }
 }
 
+fn halves_of(capture: &Capture, ratio: Option<&BlurRatio>) -> Halves {
+    let halves = Halves::new(capture);
+    match ratio {
+        Some(ratio) => halves.with_ratio(ratio),
+        None => halves,
+    }
+}
+
 impl Shifts {
     /// Matches left with right and top with bottom, in the reference channel; `begins` is told each direction before it
     /// is matched.
@@ -85,21 +93,21 @@ impl Shifts {
     /// # Errors
     /// Views that cannot be matched, a pixel of one sub-pixel.
     pub fn dense(capture: &Capture, ratio: Option<&BlurRatio>) -> Result<Self, ShiftError> {
-        let halves = Halves::new(capture);
-        let halves = match ratio {
-            Some(ratio) => halves.with_ratio(ratio),
-            None => halves,
-        };
+        let halves = halves_of(capture, ratio);
         let map = halves.disparity()?;
         Ok(Self::at_every_pixel(capture, &halves, &map))
     }
 
-    /// As [`Self::dense`], by a network.
+    /// As [`Self::dense`], by a network and matching together.
     ///
     /// # Errors
     /// As of [`Self::dense`]; a network that does not fit.
-    pub fn learned(capture: &Capture, network: &Network) -> Result<Self, ShiftError> {
-        let halves = Halves::new(capture);
+    pub fn learned(
+        capture: &Capture,
+        ratio: Option<&BlurRatio>,
+        network: &Network,
+    ) -> Result<Self, ShiftError> {
+        let halves = halves_of(capture, ratio);
         let map = halves.learned_disparity(network)?;
         Ok(Self::at_every_pixel(capture, &halves, &map))
     }

@@ -118,19 +118,17 @@ pub fn run(args: &DepthArgs, progress: Progress) -> Result<(), CommandError> {
         search_px: args.search,
         ..MatchSettings::default()
     };
-    let mut shifts = match &network {
-        Some(network) => {
-            progress.stage("matching");
-            Shifts::learned(&capture, network)
-        }
-        None if args.sparse => sparse(&capture, &settings, &progress),
-        None => {
-            progress.stage("matching");
-            let ratio = match &curve {
-                CameraCurve::Field(curve) => curve.blur_ratios(),
-                CameraCurve::Described(_) | CameraCurve::Paraxial(_) => None,
-            };
-            Shifts::dense(&capture, ratio.as_ref())
+    let ratio = match &curve {
+        CameraCurve::Field(curve) => curve.blur_ratios(),
+        CameraCurve::Described(_) | CameraCurve::Paraxial(_) => None,
+    };
+    let mut shifts = if args.sparse && network.is_none() {
+        sparse(&capture, &settings, &progress)
+    } else {
+        progress.stage("matching");
+        match &network {
+            Some(network) => Shifts::learned(&capture, ratio.as_ref(), network),
+            None => Shifts::dense(&capture, ratio.as_ref()),
         }
     }
     .map_err(in_file(path))?;

@@ -206,7 +206,7 @@ pub fn depth<'py>(
         let network = network.as_deref().map(network_of).transpose()?;
         let shifts = match (&windows, &network) {
             (Some(settings), _) => Shifts::measure(&capture, settings, &|_| ()),
-            (None, Some(network)) => Shifts::learned(&capture, network),
+            (None, Some(network)) => Shifts::learned(&capture, None, network),
             (None, None) => Shifts::dense(&capture, None),
         };
         let limit = windows.unwrap_or_default().limits.deviation_px;
