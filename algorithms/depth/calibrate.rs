@@ -7,8 +7,8 @@
 //! D(x, y, 1/Z) = γ(x, y) C(x, y, 1/Z + δ)          γ: gain        δ: 1/m, focus at 1/Z_f − δ in the place of 1/Z_f
 //! ```
 //!
-//! Each plane is measured in blocks of the picture, by the median of the trusted shifts, so that no patch of bad matches
-//! counts; γ and δ are those that fit them best ([`super::gain_field`]). [`REGIONS`]² parts say how well.
+//! Each plane is measured in blocks of the picture, by the median of the trusted shifts, so that no patch of bad
+//! matches counts; γ and δ are those that fit them best (see `gain_field`). [`REGIONS`]² parts say how well.
 
 use super::field_curve::FieldCurve;
 use super::gain_field::{GainField, GainFit};

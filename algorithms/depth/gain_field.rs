@@ -4,8 +4,8 @@
 //! γ(x, y) = Σ c_ij P_i(u) P_j(v),   i ≤ 4, j ≤ 2, i + j ≤ 4;   u, v: −1 to 1 over the picture; P: Legendre
 //! ```
 //!
-//! c and δ minimise Σ ((D − γ C(1/Z + δ))/s)² + Σ (c_ij/c_s)² over all but c₀₀, the mean of γ, by Gauss and Newton: where
-//! the planes say little, the gain is the same everywhere.
+//! c and δ minimise Σ ((D − γ C(1/Z + δ))/s)² + Σ (c_ij/c_s)², of all but c₀₀, the mean of γ, by Gauss and Newton:
+//! where the planes say little, the gain is the same everywhere.
 
 use super::calibrate::{CalibrateError, Part, value};
 use super::field_curve::FieldCurve;
