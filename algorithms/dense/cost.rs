@@ -138,9 +138,7 @@ impl Padded {
 
     /// The window's cost of a candidate at each pixel of the level, `k`.
     fn cost(&self, pupils: &Pupils, k: usize, candidate: f64) -> Image {
-        let kernels: Vec<Kernels> = (pupils.list().iter())
-            .map(|pupil| pupil.kernels(candidate))
-            .collect();
+        let kernels = pupils.kernels(candidate);
         let energy = self.energy(&kernels[kernels.len() / 2]);
         let scale = |kernels: &Kernels| {
             let expected = self.noise * kernels.energy() + MODEL_ERROR * energy;

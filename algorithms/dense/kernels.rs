@@ -34,11 +34,11 @@ impl Kernels {
         (0.5 * blur_px + LOBES).floor() as usize
     }
 
-    /// The kernels of the centroids' distance `disparity_px` = x_L − x_R, for the steepness `p` of the shares and the
-    /// ratio κ of distance and diameter.
-    pub fn new(disparity_px: f64, p: f64, ratio: f64) -> Self {
-        let disk = 0.5 * disparity_px.abs() / ratio;
-        let radius = Self::radius(2.0 * disk);
+    /// The kernels of a blur of the diameter `blur_px`, positive in front of the focus as x_L − x_R is, for the steepness
+    /// `p` of the shares.
+    pub fn new(blur_px: f64, p: f64) -> Self {
+        let disk = 0.5 * blur_px.abs();
+        let radius = Self::radius(blur_px.abs());
         let side = 2 * radius + 1;
         let (mut even, mut odd) = (vec![0.0f64; side * side], vec![0.0f64; side * side]);
         let step = (disk / 8.0).min(0.25);
@@ -64,7 +64,7 @@ impl Kernels {
                     0.0
                 };
                 // A point nearer than the focus is imaged behind the sensor: its left view lies on the right.
-                let odd_share = -along * disparity_px.signum();
+                let odd_share = -along * blur_px.signum();
                 sum += 1.0;
                 for (i, weight) in across.1.iter().enumerate() {
                     of_even[across.0 + i] += weight;
@@ -163,7 +163,7 @@ mod tests {
             (0.42, 5.0),
             (0.1, 1.0),
         ] {
-            let k = Kernels::new(disparity, steepness(ratio), ratio);
+            let k = Kernels::new(disparity / ratio, steepness(ratio));
             let side = 2 * k.radius + 1;
             let x = |i: usize| (i % side) as f64 - k.radius as f64;
             let sum: f64 = k.even.iter().map(|&v| f64::from(v)).sum();

@@ -11,38 +11,12 @@ use super::ratio::BlurRatio;
 /// Step of ln κ within which pixels share their kernels: it moves the disparity by about half of that, in parts of it.
 const STEP: f64 = 0.02;
 
-/// How the pupil is parted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pupil {
-    /// κ.
-    ratio: f64,
-    /// See [`Kernels`].
-    steepness: f64,
-    /// Disparity over that of the candidate.
-    scale: f64,
-}
-
-impl Pupil {
-    fn new(ratio: f64, mean: f64) -> Self {
-        Self {
-            ratio,
-            steepness: steepness(ratio),
-            scale: ratio / mean,
-        }
-    }
-
-    /// The kernels of a candidate, px.
-    pub fn kernels(&self, candidate_px: f64) -> Kernels {
-        Kernels::new(self.scale * candidate_px, self.steepness, self.ratio)
-    }
-}
-
 /// Groups of pixels by their pupils.
 #[derive(Clone, Debug)]
 pub(super) struct Pupils {
-    /// By κ.
-    list: Vec<Pupil>,
-    /// Number of each pixel's pupil, row by row; empty: all have the only one.
+    /// Steepness of the shares of each group, that of the least κ first.
+    steepness: Vec<f64>,
+    /// Number of each pixel's group, row by row; empty: all are of the only one.
     of_pixel: Vec<u16>,
     size: (usize, usize),
     mean: f64,
@@ -55,7 +29,7 @@ impl Pupils {
             BlurRatio::Field(field) => field,
             BlurRatio::Whole(ratio) => {
                 return Self {
-                    list: vec![Pupil::new(*ratio, mean)],
+                    steepness: vec![steepness(*ratio)],
                     of_pixel: Vec::new(),
                     size,
                     mean,
@@ -65,22 +39,21 @@ impl Pupils {
         let key = |ratio: &f32| (f64::from(*ratio).ln() / STEP).round() as i32;
         let keys: Vec<i32> = field.data().iter().map(key).collect();
         let mut numbers: BTreeMap<i32, u16> = keys.iter().map(|key| (*key, 0)).collect();
-        let sorted = numbers.iter_mut().zip(0u16..);
-        let pupil = |((key, own), number): ((&i32, &mut u16), u16)| {
-            *own = number;
-            Pupil::new((f64::from(*key) * STEP).exp(), mean)
-        };
+        (numbers.values_mut().zip(0..)).for_each(|(own, number)| *own = number);
+        let of_key = |key: &i32| steepness((f64::from(*key) * STEP).exp());
         Self {
-            list: sorted.map(pupil).collect(),
+            steepness: numbers.keys().map(of_key).collect(),
             of_pixel: keys.iter().map(|key| numbers[key]).collect(),
             size,
             mean,
         }
     }
 
-    /// All of them.
-    pub fn list(&self) -> &[Pupil] {
-        &self.list
+    /// The kernels of a candidate for each group.
+    pub fn kernels(&self, candidate_px: f64) -> Vec<Kernels> {
+        let blur_px = candidate_px.signum() * self.blur_px(candidate_px);
+        let steepness = self.steepness.iter();
+        steepness.map(|p| Kernels::new(blur_px, *p)).collect()
     }
 
     /// Diameter of a candidate's blur, px.
@@ -88,7 +61,7 @@ impl Pupils {
         candidate_px.abs() / self.mean
     }
 
-    /// Runs of pixels of one pupil in row `y` of level `k`, which has `width` columns: where each ends, and its number.
+    /// Runs of pixels of one group in row `y` of level `k`, which has `width` columns: where each ends, and its number.
     /// Pixel i of the level lies at pixel 2ᵏ i.
     pub fn runs(&self, k: usize, width: usize, y: usize) -> Vec<(usize, usize)> {
         if self.of_pixel.is_empty() {
@@ -115,16 +88,19 @@ mod tests {
     fn pixels_of_one_ratio_share_their_kernels_and_a_candidate_has_one_blur() {
         let field = BlurRatio::of_field([6, 4], 0.2, |x, _| if x < 2 { 0.1 } else { 0.2 });
         let pupils = Pupils::new(&field, field.mean(), (6, 4));
-        assert_eq!(pupils.list().len(), 2);
         assert_eq!(pupils.runs(0, 6, 3), [(2, 0), (6, 1)]);
         assert_eq!(pupils.runs(1, 3, 1), [(1, 0), (3, 1)]);
-        let [least, most] = [0, 1].map(|i| pupils.list()[i]);
-        assert!((most.scale / least.scale / 2.0 - 1.0).abs() < STEP);
+        let kernels = pupils.kernels(1.5);
+        assert_eq!(kernels.len(), 2);
         let radius = Kernels::radius(pupils.blur_px(1.5));
-        assert!(
-            [least, most]
-                .iter()
-                .all(|p| p.kernels(1.5).radius == radius)
-        );
+        let centroid = |k: &Kernels| {
+            let side = 2 * k.radius + 1;
+            let column = |i: usize| (i % side) as f64 - k.radius as f64;
+            let moments = k.odd.iter().enumerate();
+            moments.map(|(i, v)| column(i) * f64::from(*v)).sum::<f64>()
+        };
+        let [least, most] = [0, 1].map(|i| &kernels[i]);
+        assert!(least.radius == radius && most.radius == radius);
+        assert!((centroid(most) / centroid(least) / 2.0 - 1.0).abs() < 0.03);
     }
 }

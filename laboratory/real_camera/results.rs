@@ -98,7 +98,7 @@ impl DepthResult {
         )
     }
 
-    /// Claimed depth beside the known one: codes, width, height.
+    /// Depth at all pixels, where it is claimed, and as it is known, side by side: codes, width, height.
     pub fn picture(&self) -> (Vec<u8>, usize, usize) {
         let (width, height) = (
             self.known_m.width() / SMALLER,
@@ -118,13 +118,14 @@ impl DepthResult {
         };
         // A plane has no range of its own: 0.2 per m on either side.
         let (low, high) = (at(2).min(at(50) - 0.2), at(98).max(at(50) + 0.2));
-        let mut codes = Vec::with_capacity(6 * width * height);
+        let mut codes = Vec::with_capacity(9 * width * height);
+        let found = &self.found.z_m;
         for y in 0..height {
-            for image in [&self.found.z_m, &self.known_m] {
+            for (image, only_claimed) in [(found, false), (found, true), (&self.known_m, false)] {
                 for x in 0..width {
                     let (x, y) = (x * SMALLER, y * SMALLER);
                     let claimed = f64::from(self.found.sigma_m.pixel(x, y)[0]) <= CLAIM_M;
-                    let shown = claimed || std::ptr::eq(image, &self.known_m);
+                    let shown = claimed || !only_claimed;
                     let v = inverse(image.pixel(x, y)[0]);
                     codes.extend(if shown && v.is_finite() {
                         viridis((v - low) / (high - low))
@@ -134,6 +135,6 @@ impl DepthResult {
                 }
             }
         }
-        (codes, 2 * width, height)
+        (codes, 3 * width, height)
     }
 }

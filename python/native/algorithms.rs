@@ -113,19 +113,24 @@ fn network_of(path: &Path) -> Result<Network, CommandError> {
     Network::from_archive(&bytes).map_err(|error| input(format!("{}: {error}", path.display())))
 }
 
-/// x_L − x_R at every pixel and its deviation, (H, W) each, px, of one channel of two opposite halves.
+/// x_L − x_R at every pixel and its deviation, (H, W) each, px, of one channel of two opposite halves; `ratios`: in the
+/// place of `ratio`, one at each pixel.
 #[pyfunction]
 pub fn dense<'py>(
     py: Python<'py>,
     left: Given<'_>,
     right: Given<'_>,
     ratio: Option<f64>,
+    ratios: Option<Given<'_>>,
     network: Option<PathBuf>,
 ) -> PyResult<(Array<'py, f32>, Array<'py, f32>)> {
     let (left, right) = (image(&left, "left")?, image(&right, "right")?);
+    let ratio = match &ratios {
+        Some(ratios) => Some(BlurRatio::Field(image(ratios, "ratio")?)),
+        None => ratio.map(BlurRatio::Whole),
+    };
     let map = run(py, None, move |_| {
         let network = network.as_deref().map(network_of).transpose()?;
-        let ratio = ratio.map(BlurRatio::Whole);
         let views = OppositeViews {
             left_right: Some(OppositePair {
                 views: [&left, &right],

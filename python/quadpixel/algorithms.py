@@ -111,12 +111,12 @@ def _network(network: Union[bool, str, "os.PathLike[str]"]) -> Optional[str]:
 
 
 def dense_disparity(
-    left: Any, right: Any, ratio: Optional[float] = None, *, network: Union[bool, str, "os.PathLike[str]"] = False
+    left: Any, right: Any, ratio: Any = None, *, network: Union[bool, str, "os.PathLike[str]"] = False
 ) -> Tuple[Floats, Floats]:
     """x_L - x_R at every pixel and its standard deviation, px, as `qpalgo disparity --dense`: expects the halves' two different blurs.
 
     left, right  (H, W) float32, linear, black at 0: one channel of two opposite halves of the pupil, at least 16 px a side
-    ratio        of disparity to the blur's diameter, such as ``camera["disparity_ratio"]["left_right"]["mean"]``; None: 1/4
+    ratio        of disparity to the blur's diameter: a number, or an array (H, W) as of `disparity_ratio`; None: 1/4
     network      True: as the trained network and matching tell it together (`--network`); a path: with another network
     returns      two arrays (H, W) float32
 
@@ -126,7 +126,10 @@ def dense_disparity(
     >>> shift.shape, bool(np.abs(shift).max() < 0.5)
     ((32, 48), True)
     """
-    return _native.dense(floats(left, "left", (2,)), floats(right, "right", (2,)), ratio, _network(network))
+    everywhere = None if ratio is None or np.ndim(ratio) > 0 else float(ratio)
+    ratios = floats(ratio, "ratio", (2,)) if np.ndim(ratio) > 0 else None
+    pair = (floats(left, "left", (2,)), floats(right, "right", (2,)))
+    return _native.dense(*pair, everywhere, ratios, _network(network))
 
 
 def depth(

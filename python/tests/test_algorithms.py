@@ -79,6 +79,11 @@ class SameNumbers(unittest.TestCase):
             np.testing.assert_array_equal(shift, theirs[..., 0])
             np.testing.assert_array_equal(sigma, theirs[..., 1])
             self.assertGreater(np.median(shift), 0.1)
+        everywhere = quadpixel.dense_disparity(left, right, 0.25)
+        at_each = quadpixel.dense_disparity(left, right, np.full(left.shape, 0.25))
+        np.testing.assert_allclose(at_each[0], everywhere[0], atol=0.02)
+        falling = quadpixel.dense_disparity(left, right, np.linspace(0.3, 0.1, left.size).reshape(left.shape))
+        self.assertGreater(np.abs(falling[0] - everywhere[0]).max(), 0.02)
 
     def test_depth(self):
         for flags, settings, least in (
@@ -191,6 +196,7 @@ class Arrays(unittest.TestCase):
             (lambda: quadpixel.dense_disparity(good[0], good[0]), "dimensions"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, :20, :, 0]), "size|40"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], ratio=2.0), "ratio"),
+            (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], np.full((3, 4), 0.2)), "4 × 3"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], network=""), "network"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], network=__file__), "zip"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], 2.0, network=True), "ratio"),
