@@ -34,8 +34,8 @@ impl Kernels {
         (0.5 * blur_px + LOBES).floor() as usize
     }
 
-    /// The kernels of a blur of the diameter `blur_px`, positive in front of the focus as x_L − x_R is, for the steepness
-    /// `p` of the shares.
+    /// The kernels of a blur of the diameter `blur_px`, positive in front of the focus as x_L − x_R is, for the
+    /// steepness `p` of the shares.
     pub fn new(blur_px: f64, p: f64) -> Self {
         let disk = 0.5 * blur_px.abs();
         let radius = Self::radius(blur_px.abs());
