@@ -3,6 +3,7 @@
 use quadpixel::file::FileError;
 use quadpixel::lens::LensError;
 use quadpixel::response::ResponseError;
+use quadpixel_algorithms::depth::CalibrateError;
 use quadpixel_generators::bank::BankError;
 use quadpixel_generators::config::ConfigError;
 use quadpixel_generators::export::ExportError;
@@ -82,6 +83,13 @@ from_library_errors!(
     SceneError,
     WriteError
 );
+
+/// Planes are input.
+impl From<CalibrateError> for CommandError {
+    fn from(error: CalibrateError) -> Self {
+        Self::input(error)
+    }
+}
 
 /// A pixel or table that cannot be (2); a disk that fails, or a wait that ended (1).
 impl From<ResponseError> for CommandError {

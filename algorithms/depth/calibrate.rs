@@ -13,7 +13,7 @@
 use super::field_curve::FieldCurve;
 use super::gain_field::{GainField, GainFit};
 use super::halves::Measured;
-use crate::dense::SHARP_RATIO;
+use crate::dense::{BlurRatio, SHARP_RATIO};
 
 /// Parts along each side of the picture that are told.
 pub const REGIONS: usize = 3;
@@ -26,14 +26,14 @@ const LEAST_SHIFTS: usize = 16;
 /// Planes as near to each other as this in 1/Z, as a part of the largest, say nothing of δ.
 const LEAST_SPAN: f64 = 0.1;
 /// The shifts of one plane: x_L − x_R at each pixel, row-major.
-#[derive(Clone, Copy, Debug)]
-pub struct PlaneShifts<'a> {
+#[derive(Clone, Debug)]
+pub struct PlaneShifts {
     /// Its distance, m, counted as the curve counts.
     pub distance_m: f64,
     /// Columns and rows, px.
     pub size_px: [usize; 2],
     /// `None` where there is no trusted match.
-    pub shifts: &'a [Option<Measured>],
+    pub shifts: Vec<Option<Measured>>,
 }
 
 /// One part of a plane's picture.
@@ -105,7 +105,7 @@ pub enum CalibrateError {
 /// See [`CalibrateError`].
 pub fn calibrate(
     curve: &FieldCurve,
-    planes: &[PlaneShifts<'_>],
+    planes: &[PlaneShifts],
 ) -> Result<DepthCalibration, CalibrateError> {
     check_distances(planes)?;
     let (mut parts, mut blocks) = (Vec::new(), Vec::new());
@@ -137,7 +137,25 @@ pub fn calibrate(
     })
 }
 
-fn check_distances(planes: &[PlaneShifts<'_>]) -> Result<(), CalibrateError> {
+/// As [`calibrate`], of planes that `measured` matches by kernels of the ratios of disparity to blur that it is given:
+/// the curve's, and once more those that the gain makes of them, where the curve has them and is of dense shifts.
+///
+/// # Errors
+/// As of [`calibrate`], and those of `measured`.
+pub fn calibrate_by<E: From<CalibrateError>>(
+    curve: &FieldCurve,
+    measured: impl Fn(Option<&BlurRatio>) -> Result<Vec<PlaneShifts>, E>,
+) -> Result<DepthCalibration, E> {
+    let found = calibrate(curve, &measured(curve.blur_ratios().as_ref())?)?;
+    match found.curve.blur_ratios() {
+        Some(ratios) if curve.matched_window_px.is_none() => {
+            Ok(calibrate(curve, &measured(Some(&ratios))?)?)
+        }
+        _ => Ok(found),
+    }
+}
+
+fn check_distances(planes: &[PlaneShifts]) -> Result<(), CalibrateError> {
     let is_distance = |z: f64| z > 0.0 && z.is_finite();
     if let Some(plane) = planes.iter().find(|p| !is_distance(p.distance_m)) {
         return Err(CalibrateError::Distance(plane.distance_m));
@@ -157,7 +175,7 @@ fn check_distances(planes: &[PlaneShifts<'_>]) -> Result<(), CalibrateError> {
 /// The parts of a plane with enough trusted shifts, of `count` along x and y.
 fn parts_of(
     curve: &FieldCurve,
-    plane: &PlaneShifts<'_>,
+    plane: &PlaneShifts,
     count: [usize; 2],
 ) -> Result<Vec<Part>, CalibrateError> {
     let [width, height] = plane.size_px;
@@ -313,12 +331,12 @@ mod tests {
     }
 
     fn found(shifts: &[(f64, Vec<Option<Measured>>)]) -> Result<DepthCalibration, CalibrateError> {
-        let planes: Vec<PlaneShifts<'_>> = shifts
+        let planes: Vec<PlaneShifts> = shifts
             .iter()
             .map(|(distance_m, shifts)| PlaneShifts {
                 distance_m: *distance_m,
                 size_px: [90, 60],
-                shifts,
+                shifts: shifts.clone(),
             })
             .collect();
         calibrate(&curve(), &planes)
@@ -346,6 +364,32 @@ mod tests {
     }
 
     #[test]
+    fn planes_are_matched_again_by_the_ratios_that_the_gain_makes() {
+        let known = FieldCurve {
+            blur_ratio: Some(0.1),
+            ..curve()
+        };
+        let asked = std::cell::RefCell::new(Vec::new());
+        let measured = |ratios: Option<&BlurRatio>| {
+            asked.borrow_mut().push(ratios.map(BlurRatio::mean));
+            let planes = [0.6, 1.5].map(|distance_m| PlaneShifts {
+                distance_m,
+                size_px: [90, 60],
+                shifts: plane(distance_m, 1.3, 0.0),
+            });
+            Ok::<_, CalibrateError>(planes.to_vec())
+        };
+        let found = calibrate_by(&known, measured).unwrap();
+        let [Some(first), Some(second)] = asked.borrow()[..] else {
+            panic!("{asked:?}");
+        };
+        assert!(
+            (second / first / found.gain[0] - 1.0).abs() < 0.02,
+            "{first}, {second}"
+        );
+    }
+
+    #[test]
     fn planes_that_say_nothing_are_refused_by_name() {
         let one = || plane(0.6, 1.0, 0.0);
         let said = |shifts: &[(f64, Vec<Option<Measured>>)]| found(shifts).unwrap_err().to_string();
@@ -358,12 +402,12 @@ mod tests {
         let other = PlaneShifts {
             distance_m: 1.0,
             size_px: [60, 90],
-            shifts: &one(),
+            shifts: one(),
         };
         let planes = [
             PlaneShifts {
                 distance_m: 2.0,
-                ..other
+                ..other.clone()
             },
             other,
         ];

@@ -132,8 +132,8 @@ fn basis(at_px: [f64; 2], size_px: [usize; 2]) -> Vec<f64> {
 fn legendre(x: f64, n: usize) -> Vec<f64> {
     let mut p = vec![1.0, x];
     for k in 1..n {
-        let k_ = k as f64;
-        p.push(((2.0 * k_ + 1.0) * x * p[k] - k_ * p[k - 1]) / (k_ + 1.0));
+        let degree = k as f64;
+        p.push(((2.0 * degree + 1.0) * x * p[k] - degree * p[k - 1]) / (degree + 1.0));
     }
     p.truncate(n + 1);
     p

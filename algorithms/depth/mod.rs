@@ -29,7 +29,9 @@ mod maps;
 mod score;
 mod shifts;
 
-pub use calibrate::{CalibrateError, DepthCalibration, Part, PlaneShifts, REGIONS, calibrate};
+pub use calibrate::{
+    CalibrateError, DepthCalibration, Part, PlaneShifts, REGIONS, calibrate, calibrate_by,
+};
 pub use camera_curve::{CameraCurve, ParaxialCurve};
 pub use curve::{Depth, DepthCurve};
 pub use curve_error::CurveError;

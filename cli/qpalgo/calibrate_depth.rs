@@ -10,7 +10,9 @@ use clap::Args;
 use quadpixel::file;
 use quadpixel_algorithms::capture::Capture;
 use quadpixel_algorithms::dense::BlurRatio;
-use quadpixel_algorithms::depth::{DepthCalibration, FieldCurve, PlaneShifts, Shifts, calibrate};
+use quadpixel_algorithms::depth::{
+    DepthCalibration, FieldCurve, PlaneShifts, Shifts, calibrate_by,
+};
 use quadpixel_algorithms::disparity::MatchSettings;
 
 use crate::qpalgo::inputs::{CaptureArgs, in_file};
@@ -111,30 +113,21 @@ pub fn run(args: &CalibrateDepthArgs, progress: Progress) -> Result<(), CommandE
         progress.stage(format!("reading {}", plane.path().display()));
         captures.push(plane.capture(args.srgb)?);
     }
-    let fitted = |ratios: Option<&BlurRatio>| {
-        let mut measured = Vec::new();
-        for (plane, capture) in planes.iter().zip(&captures) {
+    let found = calibrate_by(&curve, |ratios| {
+        let matched = planes.iter().zip(&captures).map(|(plane, capture)| {
             progress.stage(format!("matching {}", plane.path().display()));
             let shifts = measure(capture, ratios).map_err(in_file(plane.path()))?;
             let left_right = shifts.left_right.ok_or_else(|| {
                 in_file(plane.path())("the pixels are not parted into left and right")
             })?;
-            measured.push((plane.distance_m, shifts.size_px, left_right));
-        }
-        let planes: Vec<PlaneShifts<'_>> = (measured.iter())
-            .map(|(distance_m, size_px, shifts)| PlaneShifts {
-                distance_m: *distance_m,
-                size_px: *size_px,
-                shifts,
+            Ok(PlaneShifts {
+                distance_m: plane.distance_m,
+                size_px: shifts.size_px,
+                shifts: left_right,
             })
-            .collect();
-        calibrate(&curve, &planes).map_err(CommandError::input)
-    };
-    let mut found = fitted(curve.blur_ratios().as_ref())?;
-    if curve.matched_window_px.is_none() && curve.blur_ratio.is_some() {
-        // Once more by the kernels that the gain tells.
-        found = fitted(found.curve.blur_ratios().as_ref())?;
-    }
+        });
+        matched.collect::<Result<Vec<_>, CommandError>>()
+    })?;
     let encoded = serde_json::to_vec(&found.curve).map_err(CommandError::failed)?;
     file::write_aside(&args.out, &encoded)?;
     drop(progress);

@@ -24,7 +24,7 @@ pub fn page(results: &Results) -> Result<String, TemplateError> {
         ("measured", measured(results)),
         ("claim_m", CLAIM_M.to_string()),
         ("depths", depths(&results.depths)),
-        ("calibrated", depths(&results.calibrated)),
+        ("calibrated", calibrated(results)),
         ("pictures", pictures(results)),
         ("left_out", left_out(results)),
     ];
@@ -149,6 +149,19 @@ fn depths(depths: &[DepthResult]) -> String {
         .into_iter()
         .filter_map(|kind| mean_of_kind(kind, depths));
     lines(each.chain(means))
+}
+
+/// The same by planes, where there are two.
+fn calibrated(results: &Results) -> String {
+    if results.calibrated.is_empty() {
+        return String::new();
+    }
+    format!(
+        "The same after `qpalgo calibrate-depth` by the planes of that aperture, on which focus and gain are fitted then; scenes are predicted:\n\n\
+         | capture | used for | MAE claimed, m | median, m | relative | accuracy | share claimed | MAE of all matched, m | share matched |\n\
+         |---|---|---|---|---|---|---|---|---|\n{}\n\n",
+        depths(&results.calibrated)
+    )
 }
 
 fn pictures(results: &Results) -> String {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use quadpixel::image::Image;
 use quadpixel_algorithms::capture::Capture;
-use quadpixel_algorithms::depth::{FieldCurve, PlaneShifts, Shifts, calibrate};
+use quadpixel_algorithms::depth::{FieldCurve, PlaneShifts, Shifts, calibrate_by};
 use quadpixel_laboratory::curve::{CountedFrom, CurvePlan, field_curve};
 
 use crate::args::{Args, step};
@@ -99,30 +99,20 @@ pub fn all_depths(
 
 /// The curve brought to planes as `qpalgo calibrate-depth` does.
 fn by_planes(curve: &FieldCurve, planes: &[&Known<'_>]) -> Result<FieldCurve, Box<dyn Error>> {
-    let fitted = |by: &FieldCurve| -> Result<FieldCurve, Box<dyn Error>> {
-        let ratios = by.blur_ratios();
-        let mut measured = Vec::new();
-        for plane in planes {
+    let found = calibrate_by(curve, |ratios| {
+        let matched = planes.iter().map(|plane| {
             let [left, right] = ["l.png", "r.png"].map(|name| plane.folder.join(name));
             let capture = Capture::from_pair(&left, &right, true)?;
-            let shifts = Shifts::dense(&capture, ratios.as_ref())?;
-            let distance_m = 1e-3 * plane.distance_mm.unwrap_or(f64::NAN);
-            measured.push((
-                distance_m,
-                shifts.size_px,
-                shifts.left_right.unwrap_or_default(),
-            ));
-        }
-        let planes: Vec<PlaneShifts<'_>> = (measured.iter())
-            .map(|(distance_m, size_px, shifts)| PlaneShifts {
-                distance_m: *distance_m,
-                size_px: *size_px,
-                shifts,
+            let shifts = Shifts::dense(&capture, ratios)?;
+            Ok(PlaneShifts {
+                distance_m: 1e-3 * plane.distance_mm.unwrap_or(f64::NAN),
+                size_px: shifts.size_px,
+                shifts: shifts.left_right.unwrap_or_default(),
             })
-            .collect();
-        Ok(calibrate(curve, &planes)?.curve)
-    };
-    fitted(&fitted(curve)?)
+        });
+        matched.collect::<Result<Vec<_>, Box<dyn Error>>>()
+    })?;
+    Ok(found.curve)
 }
 
 /// The simulated curve of a capture; `curves` are those that were made.

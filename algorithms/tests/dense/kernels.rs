@@ -2,7 +2,7 @@
 
 use quadpixel::image::Image;
 use quadpixel_algorithms::dense::{
-    BlurRatio, DenseError, DenseMap, DenseSettings, OppositeViews, dense_disparity,
+    BlurRatio, DenseError, DenseMap, DenseSettings, OppositePair, OppositeViews, dense_disparity,
     dense_disparity_of,
 };
 use quadpixel_algorithms::plane_error::PlaneError;
@@ -103,6 +103,37 @@ fn a_ratio_that_changes_over_the_picture_is_matched_with_its_own_kernels() {
     let (own, one) = (error_of(field), error_of(mean));
     // Of 0.56 to 1.76 px.
     assert!(own < 0.04 && one > 2.0 * own, "{own}, {one}");
+}
+
+#[test]
+fn top_and_bottom_have_their_ratio_at_each_pixel_too() {
+    let turned = |image: &Image| {
+        let at = |i: usize| image.pixel(i / SIDE, i % SIDE)[0];
+        Image::from_vec(SIDE, SIDE, 1, (0..SIDE * SIDE).map(at).collect()).unwrap()
+    };
+    let ratio = |along: usize| 0.22 - 0.15 * along as f64 / SIDE as f64;
+    let views = of_ratio(8.0, |x| ratio(x as usize));
+    let across = BlurRatio::of_field([SIDE; 2], 0.15, |x, _| ratio(x));
+    let down = BlurRatio::of_field([SIDE; 2], 0.15, |_, y| ratio(y));
+    let left_right = OppositePair {
+        views: views.each_ref(),
+        ratio: Some(&across),
+    };
+    let upright = views.each_ref().map(turned);
+    let top_bottom = OppositePair {
+        views: upright.each_ref(),
+        ratio: Some(&down),
+    };
+    let of = |left_right, top_bottom| {
+        let views = OppositeViews {
+            left_right,
+            top_bottom,
+            ..OppositeViews::default()
+        };
+        dense_disparity_of(views).unwrap().disparity_px
+    };
+    let (lying, standing) = (of(Some(left_right), None), of(None, Some(top_bottom)));
+    assert_eq!(turned(&lying).data(), standing.data());
 }
 
 #[test]
