@@ -32,7 +32,7 @@ def trained(settings, variant, seed, folder):
         run = {**common, "seed": seed, "pairs": variant["pairs"], "noise": variant["noise"]}
         (folder / "run.toml").write_text("".join(f"{k} = {json.dumps(v)}\n" for k, v in run.items()))
         subprocess.run([sys.executable, HERE / "train.py", folder / "run.toml", "-o", folder], check=True)
-        subprocess.run([sys.executable, HERE / "export.py", folder / "weights.pt", "-o", archive], check=True)
+        subprocess.run([sys.executable, HERE / "export.py", folder / "weights.pt", "--alone", "-o", archive], check=True)
     return archive
 
 

@@ -27,15 +27,29 @@ def rounded(model):
     return model
 
 
+class Alone(torch.nn.Module):
+    """A network that takes what matching found and leaves it aside: qpalgo then does not join its answer with matching's."""
+
+    def __init__(self, network):
+        super().__init__()
+        self.network = network
+
+    def forward(self, views, matched):
+        return self.network(views) + 0 * matched
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("weights", type=Path)
+    parser.add_argument("--alone", action="store_true", help="its answer is not joined with that of matching")
     parser.add_argument("-o", "--out", type=Path, required=True)
     args = parser.parse_args()
     network = Network.of(torch.load(args.weights, weights_only=True, map_location="cpu"))
     network.eval()
     takes = {"views": torch.zeros(1, 2, 128, 192)}
-    if network.enter.in_channels == 18:
+    if args.alone and network.enter.in_channels == 16:
+        network = Alone(network)
+    if args.alone or network.enter.in_channels == 18:
         takes["matched"] = torch.zeros(1, 2, 64, 96)
     graph = io.BytesIO()
     torch.onnx.export(

@@ -81,6 +81,11 @@ impl Direction {
         self.ratio.scaled(of_mean)
     }
 
+    /// Numbers of each pixel's own κ, as those of pixels of the mean.
+    pub fn of_mean(&self, own: Image) -> Image {
+        self.ratio.of_mean(own)
+    }
+
     fn volume(&self, levels: &[usize], candidates: Candidates) -> Volume {
         let costs = volume(&self.pyramid, levels, candidates, &self.pupils);
         if self.is_turned { turned(costs) } else { costs }

@@ -14,6 +14,7 @@ use super::directions::Direction;
 use super::error::DenseError;
 use super::filters::{by_rows, enlarged_by_guide, halved, row_of, transposed};
 use super::network::{Network, Told};
+use super::refine::refined;
 use super::{DenseMap, EDGE, matched, range};
 
 /// Largest disparity at the finest resolution that is asked about, px.
@@ -60,8 +61,9 @@ pub(super) fn learned(directions: &[Direction], network: &Network) -> Result<Den
         };
         answer = joined(&[answer, matched]);
     }
+    let surface = refined(answer.disparity, &answer.sigma, &directions[0], fine);
     let mut map = DenseMap {
-        disparity_px: answer.disparity,
+        disparity_px: surface,
         sigma_px: answer.sigma,
         range_px,
         halvings: fine,

@@ -7,6 +7,7 @@
 //! ```text
 //! pair ─ evened, √ ─▶ pyramid ─ range: which disparities, at which resolution ─▶ cost: L ⊗ k_R against R ⊗ k_L
 //!      ─ semi-global: eight paths ─▶ minima ─ smoother: bent at edges ─▶ surface, σ ─ joint bilateral ─▶ every pixel
+//!      ─ smoother again, by σ ─▶ the map
 //! ```
 //!
 //! The kernels are a family of one parameter, the ratio κ of disparity to blur ([`BlurRatio`]), which may change over
@@ -31,6 +32,7 @@ mod prepare;
 mod pupils;
 mod range;
 mod ratio;
+mod refine;
 mod semi_global;
 mod sigma;
 mod smoother;
@@ -48,10 +50,16 @@ use cost::Candidates;
 use directions::{Direction, volume_of};
 use filters::{enlarged_by_guide, transposed};
 use minimum::{median, minima};
+use refine::refined;
 use sigma::{Evidence, deviations};
+use smoother::Edges;
 
 /// Contrast across which a pixel takes little from a coarse one, parts of white.
 const EDGE: f32 = 0.05;
+
+/// λ of the surface through the minima, and the contrast across which it is e times less, parts of white.
+const SMOOTHING: f64 = 100.0;
+const SMOOTHING_EDGE: f64 = 0.015;
 
 /// What is known of the camera.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -98,7 +106,19 @@ pub fn dense_disparity(
 /// No pair; more than one channel, numbers that are not finite, unequal sizes, less than 16 pixels a side; a ratio that
 /// no pupil has.
 pub fn dense_disparity_of(views: OppositeViews<'_>) -> Result<DenseMap, DenseError> {
-    estimated(views, |directions| Ok(matched(directions)))
+    estimated(views, |directions| {
+        let map = matched(directions);
+        let surface = refined(
+            map.disparity_px,
+            &map.sigma_px,
+            &directions[0],
+            map.halvings,
+        );
+        Ok(DenseMap {
+            disparity_px: surface,
+            ..map
+        })
+    })
 }
 
 /// The disparity of opposite views as a network and matching by kernels ([`dense_disparity_of`]) tell it together, each
@@ -150,7 +170,13 @@ fn matched(directions: &[Direction]) -> DenseMap {
     let typical = median(&found.curvature);
     let weights: Vec<f64> = found.curvature.iter().map(|c| c / typical).collect();
     let numbers: Vec<f64> = found.disparity_px.iter().map(|d| d / unit).collect();
-    let surface = smoother::surface(&numbers, &weights, guide);
+    let edges = Edges {
+        guide,
+        noise: pyramid.contrast_noise(k),
+        weight: SMOOTHING,
+        contrast: SMOOTHING_EDGE,
+    };
+    let surface = smoother::surface(&numbers, &weights, &edges);
     let sigma = deviations(&Evidence {
         size: [costs.width, costs.height],
         surface: &surface,

@@ -92,6 +92,13 @@ impl Pyramid {
         self.views[k].each_ref()
     }
 
+    /// Standard deviation of the noise in a contrast of the guide at resolution `k`.
+    pub fn contrast_noise(&self, k: usize) -> f64 {
+        // The guide is the mean of both roots but for their difference: a quarter of the variance of L + R; twice for
+        // a difference of two pixels.
+        (0.5 * self.noise[k]).sqrt()
+    }
+
     /// The texture at resolution `k`.
     pub fn level(&self, k: usize) -> Level {
         let [left, right] = &self.views[k];

@@ -72,6 +72,16 @@ impl BlurRatio {
         of_mean
     }
 
+    /// What [`Self::scaled`] undoes.
+    pub(super) fn of_mean(&self, mut own: Image) -> Image {
+        if let Self::Field(field) = self {
+            let mean = self.mean();
+            (own.data_mut().iter_mut().zip(field.data()))
+                .for_each(|(v, ratio)| *v = (f64::from(*v) * mean / f64::from(*ratio)) as f32);
+        }
+        own
+    }
+
     /// Whether it serves views of this size.
     pub(super) fn check(&self, size: (usize, usize)) -> Result<(), DenseError> {
         let field = match self {

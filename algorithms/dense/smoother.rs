@@ -13,10 +13,20 @@ use rayon::prelude::*;
 
 use super::filters::row_of;
 
-/// λ, in units of the median c.
-const WEIGHT: f64 = 100.0;
-/// Contrast across which λ is e times less, parts of white.
-const EDGE: f64 = 0.03;
+/// How much the picture says of the surface.
+pub(super) struct Edges<'a> {
+    /// At whose edges the surface may bend.
+    pub guide: &'a Image,
+    /// Standard deviation of the noise of a contrast between neighbours.
+    pub noise: f64,
+    /// λ, in units of the median c.
+    pub weight: f64,
+    /// Contrast across which λ is e times less, parts of white, where there is no noise.
+    pub contrast: f64,
+}
+
+/// Standard deviations of the noise that are added (in quadrature) to the contrast that counts.
+const DEVIATIONS: f64 = 2.0;
 /// What is left of λ across the sharpest edge.
 const LEAST: f64 = 0.01;
 /// t, px of the level per pixel.
@@ -27,10 +37,15 @@ const OUTLIER_PX: f64 = 0.125;
 const ROUNDS: usize = 6;
 const STEPS: usize = 40;
 
-/// The surface through `v` with the weights `c` (median 1), row-major as `guide`; lengths in px of the level.
-pub(super) fn surface(v: &[f64], c: &[f64], guide: &Image) -> Vec<f64> {
+/// The surface through `v` with the weights `c` (median 1), row-major as the guide; lengths in px of the level.
+pub(super) fn surface(v: &[f64], c: &[f64], edges: &Edges<'_>) -> Vec<f64> {
+    let guide = edges.guide;
     let (width, height) = (guide.width(), guide.height());
-    let edge = |a: f32, b: f32| WEIGHT * ((-f64::from((a - b).abs()) / EDGE).exp() + LEAST);
+    let contrast = edges.contrast.hypot(DEVIATIONS * edges.noise);
+    let edge = |a: f32, b: f32| {
+        let alike = (-f64::from((a - b).abs()) / contrast).exp();
+        edges.weight * (alike + LEAST)
+    };
     let (mut right, mut down) = (vec![0.0; v.len()], vec![0.0; v.len()]);
     for y in 0..height {
         let row = row_of(guide, y);
@@ -177,7 +192,13 @@ mod tests {
         let mut v: Vec<f64> = (0..width * height).map(|i| 2.0 * step(i)).collect();
         let mut c = vec![1.0; v.len()];
         (v[8 * width + 5], c[8 * width + 5]) = (3.0, 0.3);
-        let u = surface(&v, &c, &guide);
+        let edges = Edges {
+            guide: &guide,
+            noise: 0.0,
+            weight: 100.0,
+            contrast: 0.015,
+        };
+        let u = surface(&v, &c, &edges);
         for (i, u) in u.iter().enumerate() {
             assert!((u - 2.0 * step(i)).abs() < 0.1, "{i}: {u}");
         }
