@@ -30,9 +30,9 @@ const DEVIATIONS: f64 = 2.0;
 /// What is left of λ across the sharpest edge.
 const LEAST: f64 = 0.01;
 /// t, px of the level per pixel.
-const STEP_PX: f64 = 0.004;
+const STEP_PX: f32 = 0.004;
 /// o, px of the level.
-const OUTLIER_PX: f64 = 0.125;
+const OUTLIER_PX: f32 = 0.125;
 /// Rounds of reweighting, and steps of each.
 const ROUNDS: usize = 6;
 const STEPS: usize = 40;
@@ -46,136 +46,143 @@ pub(super) fn surface(v: &[f64], c: &[f64], edges: &Edges<'_>) -> Vec<f64> {
         let alike = (-f64::from((a - b).abs()) / contrast).exp();
         edges.weight * (alike + LEAST)
     };
-    let (mut right, mut down) = (vec![0.0; v.len()], vec![0.0; v.len()]);
+    let (mut right, mut down) = (vec![0.0f32; v.len()], vec![0.0f32; v.len()]);
     for y in 0..height {
         let row = row_of(guide, y);
         for x in 0..width {
             if x + 1 < width {
-                right[y * width + x] = edge(row[x], row[x + 1]);
+                right[y * width + x] = edge(row[x], row[x + 1]) as f32;
             }
             if y + 1 < height {
-                down[y * width + x] = edge(row[x], row_of(guide, y + 1)[x]);
+                down[y * width + x] = edge(row[x], row_of(guide, y + 1)[x]) as f32;
             }
         }
     }
-    let mut u = v.to_vec();
+    let single = |values: &[f64]| -> Vec<f32> { values.iter().map(|x| *x as f32).collect() };
+    let (v, c) = (single(v), single(c));
+    let mut u = v.clone();
     for _ in 0..ROUNDS {
-        let slope = |a: f64, b: f64| 1.0 / (1.0 + ((a - b) / STEP_PX).powi(2)).sqrt();
-        let mut system = System {
+        let slope = |a: f32, b: f32| 1.0 / (1.0 + ((a - b) / STEP_PX).powi(2)).sqrt();
+        let pixels = || (0..v.len()).into_par_iter();
+        let data = |i: usize| c[i] / (1.0 + ((u[i] - v[i]) / OUTLIER_PX).powi(2)).powi(2);
+        // At the last pixel of a row or column the weight is 0, whatever the slope.
+        let to_next = |i: usize, next: usize| u.get(next).map_or(0.0, |next| slope(u[i], *next));
+        let system = System {
             width,
-            data: vec![0.0; v.len()],
-            right: right.clone(),
-            down: down.clone(),
+            data: pixels().map(data).collect(),
+            right: pixels().map(|i| right[i] * to_next(i, i + 1)).collect(),
+            down: pixels().map(|i| down[i] * to_next(i, i + width)).collect(),
         };
-        for i in 0..v.len() {
-            let off = (u[i] - v[i]) / OUTLIER_PX;
-            system.data[i] = c[i] / (1.0 + off * off).powi(2);
-            if i % width + 1 < width {
-                system.right[i] *= slope(u[i], u[i + 1]);
-            }
-            if i + width < v.len() {
-                system.down[i] *= slope(u[i], u[i + width]);
-            }
-        }
-        system.solve(v, &mut u);
+        system.solve(&v, &mut u);
     }
-    u
+    u.iter().map(|u| f64::from(*u)).collect()
 }
 
 /// (diag(data) + Laplacian) u = data v; `right` and `down`: weights to the next pixel, 0 at the last ones.
+///
+/// Single precision, as memory is the floor: a step reads and writes 16 arrays. Sums are double.
 struct System {
     width: usize,
-    data: Vec<f64>,
-    right: Vec<f64>,
-    down: Vec<f64>,
+    data: Vec<f32>,
+    right: Vec<f32>,
+    down: Vec<f32>,
 }
 
 impl System {
-    /// Conjugate gradients, scaled by the diagonal, from the `u` given.
-    fn solve(&self, v: &[f64], u: &mut [f64]) {
-        let diagonal = self.diagonal();
+    /// Conjugate gradients, scaled by the diagonal, from the `u` given. Sums go row by row: the same whatever the
+    /// threads.
+    fn solve(&self, v: &[f32], u: &mut [f32]) {
+        let width = self.width;
+        let inverse = self.inverse_diagonal();
         let mut product = vec![0.0; v.len()];
         self.apply(u, &mut product);
-        let mut residual: Vec<f64> = (0..v.len())
+        let mut residual: Vec<f32> = (0..v.len())
             .map(|i| self.data[i] * v[i] - product[i])
             .collect();
-        let mut direction: Vec<f64> = residual.iter().zip(&diagonal).map(|(r, d)| r / d).collect();
-        let mut size = self.sum(|i| residual[i] * residual[i] / diagonal[i]);
+        let mut direction: Vec<f32> = residual.iter().zip(&inverse).map(|(r, d)| r * d).collect();
+        let mut size = dot(&residual, &direction);
         for _ in 0..STEPS {
-            self.apply(&direction, &mut product);
-            let bend = self.sum(|i| direction[i] * product[i]);
+            let bend = self.apply(&direction, &mut product);
             if bend <= 0.0 || size <= 0.0 {
                 return;
             }
-            let step = size / bend;
-            for i in 0..u.len() {
-                u[i] += step * direction[i];
-                residual[i] -= step * product[i];
-            }
-            let next = self.sum(|i| residual[i] * residual[i] / diagonal[i]);
-            let back = next / size;
+            let step = (size / bend) as f32;
+            let rows = (u.par_chunks_mut(width)).zip(residual.par_chunks_mut(width));
+            let moves = (direction.par_chunks(width)).zip(product.par_chunks(width));
+            let sums: Vec<f64> = (rows.zip(moves).zip(inverse.par_chunks(width)))
+                .map(|(((u, r), (d, p)), scale)| {
+                    u.iter_mut().zip(d).for_each(|(u, d)| *u += step * d);
+                    r.iter_mut().zip(p).for_each(|(r, p)| *r -= step * p);
+                    let squares = r.iter().zip(scale).map(|(r, s)| f64::from(r * r * s));
+                    squares.sum()
+                })
+                .collect();
+            let next: f64 = sums.iter().sum();
+            let back = (next / size) as f32;
             size = next;
-            for i in 0..u.len() {
-                direction[i] = residual[i] / diagonal[i] + back * direction[i];
-            }
+            let rows = (residual.par_chunks(width)).zip(inverse.par_chunks(width));
+            (direction.par_chunks_mut(width).zip(rows)).for_each(|(d, (r, scale))| {
+                let row = d.iter_mut().zip(r.iter().zip(scale));
+                row.for_each(|(d, (r, scale))| *d = r * scale + back * *d);
+            });
         }
     }
 
-    /// Σ of `term` over all pixels, row by row: the same whatever the threads.
-    fn sum(&self, term: impl Fn(usize) -> f64 + Sync) -> f64 {
+    /// 1 over the diagonal.
+    fn inverse_diagonal(&self) -> Vec<f32> {
         let width = self.width;
-        let rows: Vec<f64> = (0..self.data.len() / width)
-            .into_par_iter()
-            .map(|y| (y * width..(y + 1) * width).map(&term).sum())
-            .collect();
-        rows.iter().sum()
-    }
-
-    /// Weights to the pixels on the left and above.
-    fn before(&self, i: usize) -> [f64; 2] {
-        let left = if i.is_multiple_of(self.width) {
-            0.0
-        } else {
-            self.right[i - 1]
+        let of = |i: usize| {
+            let left = if i.is_multiple_of(width) {
+                0.0
+            } else {
+                self.right[i - 1]
+            };
+            let above = i.checked_sub(width).map_or(0.0, |above| self.down[above]);
+            // A pixel without data and neighbours would divide by 0.
+            let sum = self.data[i] + self.right[i] + self.down[i] + left + above;
+            sum.max(f32::MIN_POSITIVE).recip()
         };
-        [
-            left,
-            i.checked_sub(self.width)
-                .map_or(0.0, |above| self.down[above]),
-        ]
+        (0..self.data.len()).into_par_iter().map(of).collect()
     }
 
-    fn diagonal(&self) -> Vec<f64> {
-        (0..self.data.len())
-            .map(|i| {
-                let [left, above] = self.before(i);
-                // A pixel without data and neighbours would divide by 0.
-                (self.data[i] + self.right[i] + self.down[i] + left + above).max(f64::MIN_POSITIVE)
-            })
-            .collect()
-    }
-
-    fn apply(&self, u: &[f64], to: &mut [f64]) {
+    /// The left side of `u`; its scalar product with `u`.
+    fn apply(&self, u: &[f32], to: &mut [f32]) -> f64 {
         let width = self.width;
-        (to.par_chunks_mut(width).enumerate()).for_each(|(y, to)| {
-            for (x, to) in to.iter_mut().enumerate() {
-                let i = y * width + x;
-                let [left, above] = self.before(i);
-                let mut sum = self.data[i] * u[i];
-                for (weight, j) in [
-                    (self.right[i], i + 1),
-                    (left, i.wrapping_sub(1)),
-                    (self.down[i], i + width),
-                    (above, i.wrapping_sub(width)),
-                ] {
-                    if let Some(other) = u.get(j) {
-                        sum += weight * (u[i] - other);
-                    }
+        let rows = to.par_chunks_mut(width).enumerate();
+        let sums: Vec<f64> = rows
+            .map(|(y, to)| {
+                let at = y * width..(y + 1) * width;
+                let row = &u[at.clone()];
+                let own = row.iter().zip(&self.data[at.clone()]);
+                to.iter_mut().zip(own).for_each(|(to, (u, d))| *to = d * u);
+                // Each difference to the next pixel of the row is that of both.
+                let right = &self.right[at.clone()];
+                for x in 0..width - 1 {
+                    let pull = right[x] * (row[x] - row[x + 1]);
+                    to[x] += pull;
+                    to[x + 1] -= pull;
                 }
-                *to = sum;
-            }
-        });
+                let mut pull = |other: &[f32], weights: &[f32]| {
+                    let pairs = row.iter().zip(other).zip(weights);
+                    (to.iter_mut().zip(pairs))
+                        .for_each(|(to, ((u, other), w))| *to += w * (u - other));
+                };
+                if let Some(below) = u.get(at.end..at.end + width) {
+                    pull(below, &self.down[at.clone()]);
+                }
+                if y > 0 {
+                    let above = at.start - width..at.start;
+                    pull(&u[above.clone()], &self.down[above]);
+                }
+                dot(row, to)
+            })
+            .collect();
+        sums.iter().sum()
     }
+}
+
+fn dot(a: &[f32], b: &[f32]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum()
 }
 
 #[cfg(test)]
