@@ -37,7 +37,8 @@ pub(super) fn refined(
     let numbers = at_level(&disparity);
     let of_sigma = |s: &f64| s.max(LEAST_PX).powi(-2);
     let mut weights: Vec<f64> = at_level(sigma).iter().map(of_sigma).collect();
-    let typical = median(&weights);
+    // A σ without bound counts as nothing.
+    let typical = median(&weights).max(f64::MIN_POSITIVE);
     weights.iter_mut().for_each(|w| *w /= typical);
     let edges = Edges {
         guide,
