@@ -58,10 +58,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("configuration", type=Path)
     parser.add_argument("folders", nargs="+", type=Path, metavar="DATA_DIR")
+    parser.add_argument("--steps", type=int, help="in the place of the configuration's")
+    parser.add_argument("--side-px", type=int, help="of a crop, in the place of the configuration's")
     parser.add_argument("--validation", type=Path, default=HERE / "data/validation.npz")
     parser.add_argument("-o", "--out", type=Path, required=True)
     args = parser.parse_args()
     settings = tomllib.loads(args.configuration.read_text())
+    settings |= {key: value for key in ("steps", "side_px") if (value := getattr(args, key)) is not None}
     sets = {folder.name: list(scenes(folder)) for folder in args.folders}
     results = {}
     # Seed after seed, so that what was stopped has one number of each.
@@ -81,8 +84,10 @@ def main():
         cells = []
         for column in columns:
             numbers = np.array([run[column] for run in runs])
-            spread = np.ptp(numbers, axis=0) / 2
-            cells.append(", ".join(f"{m:.3f} ± {s:.3f}" for m, s in zip(numbers.mean(axis=0), spread, strict=True)))
+            means = [f"{mean:.3f}" for mean in numbers.mean(axis=0)]
+            # One seed has no spread.
+            spread = [f" ± {half:.3f}" for half in np.ptp(numbers, axis=0) / 2] if len(runs) > 1 else [""] * len(means)
+            cells.append(", ".join(map("".join, zip(means, spread, strict=True))))
         lines.append(f"| {name} | {' | '.join(cells)} |\n")
     (args.out / "table.md").write_text("".join(lines), encoding="utf8")
     print("".join(lines))

@@ -6,7 +6,7 @@
 //!
 //! Matching by kernels errs elsewhere than the network does, and is asked, too: the network's answer and that of
 //! matching are joined in the same way. A network that builds on matching is told what that found, at its own
-//! resolution, and answers for both.
+//! resolution, and answers for both. The map goes once more through the smoother.
 
 use quadpixel::image::Image;
 
@@ -61,13 +61,13 @@ pub(super) fn learned(directions: &[Direction], network: &Network) -> Result<Den
         };
         answer = joined(&[answer, matched]);
     }
-    let surface = refined(answer.disparity, &answer.sigma, &directions[0], fine);
-    let mut map = DenseMap {
-        disparity_px: surface,
+    let told = DenseMap {
+        disparity_px: answer.disparity,
         sigma_px: answer.sigma,
         range_px,
         halvings: fine,
     };
+    let mut map = refined(told, &directions[0]);
     // σ is never beyond what was looked for; it is that of a picture without texture, of which a network may say
     // anything.
     let widest = (range_px[1] - range_px[0]) as f32;

@@ -52,14 +52,16 @@ use filters::{enlarged_by_guide, transposed};
 use minimum::{median, minima};
 use refine::refined;
 use sigma::{Evidence, deviations};
-use smoother::Edges;
+use smoother::Stiffness;
 
 /// Contrast across which a pixel takes little from a coarse one, parts of white.
 const EDGE: f32 = 0.05;
 
-/// λ of the surface through the minima, and the contrast across which it is e times less, parts of white.
-const SMOOTHING: f64 = 100.0;
-const SMOOTHING_EDGE: f64 = 0.015;
+/// Of the surface through the minima.
+const STIFFNESS: Stiffness = Stiffness {
+    weight: 100.0,
+    contrast: 0.015,
+};
 
 /// What is known of the camera.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -73,7 +75,7 @@ pub struct DenseSettings {
 pub struct DenseMap {
     /// x_L − x_R, px, at each pixel of the views' sum; y_T − y_B where there are neither left nor right.
     pub disparity_px: Image,
-    /// Its standard deviation, px.
+    /// Its standard deviation, px, as it was before the last smoothing, which it weighs.
     pub sigma_px: Image,
     /// Least and largest disparity that was looked for, px, where κ is the mean.
     pub range_px: [f64; 2],
@@ -107,17 +109,7 @@ pub fn dense_disparity(
 /// no pupil has.
 pub fn dense_disparity_of(views: OppositeViews<'_>) -> Result<DenseMap, DenseError> {
     estimated(views, |directions| {
-        let map = matched(directions);
-        let surface = refined(
-            map.disparity_px,
-            &map.sigma_px,
-            &directions[0],
-            map.halvings,
-        );
-        Ok(DenseMap {
-            disparity_px: surface,
-            ..map
-        })
+        Ok(refined(matched(directions), &directions[0]))
     })
 }
 
@@ -170,13 +162,7 @@ fn matched(directions: &[Direction]) -> DenseMap {
     let typical = median(&found.curvature);
     let weights: Vec<f64> = found.curvature.iter().map(|c| c / typical).collect();
     let numbers: Vec<f64> = found.disparity_px.iter().map(|d| d / unit).collect();
-    let edges = Edges {
-        guide,
-        noise: pyramid.contrast_noise(k),
-        weight: SMOOTHING,
-        contrast: SMOOTHING_EDGE,
-    };
-    let surface = smoother::surface(&numbers, &weights, &edges);
+    let surface = smoother::surface(&numbers, &weights, &pyramid.edges(k, STIFFNESS));
     let sigma = deviations(&Evidence {
         size: [costs.width, costs.height],
         surface: &surface,

@@ -4,6 +4,7 @@ use quadpixel::image::Image;
 
 use super::error::DenseError;
 use super::filters::{by_rows, enlarged, gaussian, halved, mean, quantile, row_of};
+use super::smoother::{Edges, Stiffness};
 use crate::plane_error::PlaneError;
 
 /// Smallest side of a picture, px.
@@ -92,10 +93,20 @@ impl Pyramid {
         self.views[k].each_ref()
     }
 
-    /// Standard deviation of the noise in a contrast of the guide at resolution `k`.
-    pub fn contrast_noise(&self, k: usize) -> f64 {
-        // The guide is the mean of both roots but for their difference: a quarter of the variance of L + R; twice for
-        // a difference of two pixels.
+    /// The guide at resolution `k`, with the noise of its contrasts, for a surface of this stiffness.
+    pub fn edges(&self, k: usize, stiffness: Stiffness) -> Edges<'_> {
+        Edges {
+            guide: &self.guides[k],
+            noise: self.contrast_noise(k),
+            stiffness,
+        }
+    }
+
+    /// Standard deviation of the difference of two neighbours of the guide at resolution `k`, parts of white; at coarser
+    /// resolutions an upper bound, as neighbours share noise there.
+    fn contrast_noise(&self, k: usize) -> f64 {
+        // Where the views are about as bright, the guide's noise is that of the mean of their roots: a quarter of the
+        // variance of L + R. Two pixels have twice that.
         (0.5 * self.noise[k]).sqrt()
     }
 
@@ -183,4 +194,36 @@ fn noise_variance(image: &Image) -> f64 {
     let deviation = f64::from(quantile(found, 0.5)) / (6.0 * 0.6745);
     let rounding = f64::from(f32::EPSILON).powi(2) * mean(image, |v| f64::from(v).powi(2));
     deviation * deviation + rounding
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+    use quadpixel::sampling::uniform;
+
+    #[test]
+    fn the_noise_of_contrasts_is_that_of_neighbours() {
+        // The sum of twelve even numbers has the variance 1.
+        let normal = |seed, i| (0..12).map(|k| uniform(seed, &[i, k])).sum::<f64>() - 6.0;
+        let view = |seed| {
+            let values = (0..96 * 96).map(|i| (0.5 + 0.02 * normal(seed, i)) as f32);
+            Image::from_vec(96, 96, 1, values.collect()).unwrap()
+        };
+        let pyramid = Pyramid::new(&view(1), &view(2)).unwrap();
+        for (k, least) in [(0, 0.9), (1, 0.5)] {
+            let guide = &pyramid.guides[k];
+            let squares = guide.data().chunks(guide.width()).flat_map(|row| {
+                let pairs = row.windows(2);
+                pairs.map(|p| f64::from(p[1] - p[0]).powi(2))
+            });
+            let squares: Vec<f64> = squares.collect();
+            let found = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+            let told = pyramid.contrast_noise(k);
+            assert!(
+                (least..1.1).contains(&(found / told)),
+                "{k}: {found} for {told}"
+            );
+        }
+    }
 }

@@ -13,16 +13,23 @@ use rayon::prelude::*;
 
 use super::filters::row_of;
 
-/// How much the picture says of the surface.
-pub(super) struct Edges<'a> {
-    /// At whose edges the surface may bend.
-    pub guide: &'a Image,
-    /// Standard deviation of the noise of a contrast between neighbours.
-    pub noise: f64,
+/// How stiff the surface is.
+#[derive(Clone, Copy)]
+pub(super) struct Stiffness {
     /// λ, in units of the median c.
     pub weight: f64,
     /// Contrast across which λ is e times less, parts of white, where there is no noise.
     pub contrast: f64,
+}
+
+/// Where, and how much, the surface may bend.
+pub(super) struct Edges<'a> {
+    /// The picture whose edges count.
+    pub guide: &'a Image,
+    /// Standard deviation of the noise of a contrast between its neighbours, parts of white.
+    pub noise: f64,
+    /// Between the edges, and across them.
+    pub stiffness: Stiffness,
 }
 
 /// Standard deviations of the noise that are added (in quadrature) to the contrast that counts.
@@ -41,10 +48,11 @@ const STEPS: usize = 40;
 pub(super) fn surface(v: &[f64], c: &[f64], edges: &Edges<'_>) -> Vec<f64> {
     let guide = edges.guide;
     let (width, height) = (guide.width(), guide.height());
-    let contrast = edges.contrast.hypot(DEVIATIONS * edges.noise);
+    let Stiffness { weight, contrast } = edges.stiffness;
+    let contrast = contrast.hypot(DEVIATIONS * edges.noise);
     let edge = |a: f32, b: f32| {
         let alike = (-f64::from((a - b).abs()) / contrast).exp();
-        edges.weight * (alike + LEAST)
+        weight * (alike + LEAST)
     };
     let (mut right, mut down) = (vec![0.0f32; v.len()], vec![0.0f32; v.len()]);
     for y in 0..height {
@@ -80,7 +88,7 @@ pub(super) fn surface(v: &[f64], c: &[f64], edges: &Edges<'_>) -> Vec<f64> {
 
 /// (diag(data) + Laplacian) u = data v; `right` and `down`: weights to the next pixel, 0 at the last ones.
 ///
-/// Single precision, as memory is the floor: a step reads and writes 16 arrays. Sums are double.
+/// Single precision, as memory is the floor: a step reads and writes about 16 arrays. Sums are double.
 struct System {
     width: usize,
     data: Vec<f32>,
@@ -202,12 +210,73 @@ mod tests {
         let edges = Edges {
             guide: &guide,
             noise: 0.0,
-            weight: 100.0,
-            contrast: 0.015,
+            stiffness: Stiffness {
+                weight: 100.0,
+                contrast: 0.015,
+            },
         };
         let u = surface(&v, &c, &edges);
         for (i, u) in u.iter().enumerate() {
             assert!((u - 2.0 * step(i)).abs() < 0.1, "{i}: {u}");
+        }
+    }
+
+    #[test]
+    fn the_solution_is_that_of_the_plain_equations() {
+        let (width, height) = (9, 6);
+        let count = width * height;
+        let number = |i: usize, k: usize| ((i * 37 + k * 11) % 23) as f32 / 23.0;
+        let system = System {
+            width,
+            data: (0..count).map(|i| 0.05 + number(i, 0)).collect(),
+            right: (0..count)
+                .map(|i| {
+                    if i % width + 1 < width {
+                        2.0 * number(i, 1)
+                    } else {
+                        0.0
+                    }
+                })
+                .collect(),
+            down: (0..count)
+                .map(|i| {
+                    if i + width < count {
+                        2.0 * number(i, 2)
+                    } else {
+                        0.0
+                    }
+                })
+                .collect(),
+        };
+        let v: Vec<f32> = (0..count).map(|i| number(i, 3) - 0.5).collect();
+        // (diag(data) + Laplacian) u, pair by pair.
+        let plain = |u: &[f32]| -> Vec<f64> {
+            let mut sum: Vec<f64> = (0..count)
+                .map(|i| f64::from(system.data[i]) * f64::from(u[i]))
+                .collect();
+            for i in 0..count {
+                for (weight, next) in [(system.right[i], i + 1), (system.down[i], i + width)] {
+                    if weight > 0.0 {
+                        let pull = f64::from(weight) * (f64::from(u[i]) - f64::from(u[next]));
+                        (sum[i], sum[next]) = (sum[i] + pull, sum[next] - pull);
+                    }
+                }
+            }
+            sum
+        };
+        let mut product = vec![0.0; count];
+        let square = system.apply(&v, &mut product);
+        let wanted = plain(&v);
+        for (found, wanted) in product.iter().zip(&wanted) {
+            assert!((f64::from(*found) - wanted).abs() < 1e-6);
+        }
+        let wanted: f64 = wanted.iter().zip(&v).map(|(a, b)| a * f64::from(*b)).sum();
+        assert!((square - wanted).abs() < 1e-5);
+        let mut u = vec![0.0; count];
+        system.solve(&v, &mut u);
+        for (i, left) in plain(&u).iter().enumerate() {
+            let right = f64::from(system.data[i]) * f64::from(v[i]);
+            assert!((left - right).abs() < 1e-4, "{i}: {left} for {right}");
         }
     }
 }
