@@ -102,8 +102,8 @@ impl Pyramid {
         }
     }
 
-    /// Standard deviation of the difference of two neighbours of the guide at resolution `k`, parts of white; at coarser
-    /// resolutions an upper bound, as neighbours share noise there.
+    /// Standard deviation of the noise in the difference of two neighbours of the guide at resolution `k`, parts of
+    /// white; at coarser resolutions an upper bound, as neighbours share noise there.
     fn contrast_noise(&self, k: usize) -> f64 {
         // Where the views are about as bright, the guide's noise is that of the mean of their roots: a quarter of the
         // variance of L + R. Two pixels have twice that.
