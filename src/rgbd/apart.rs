@@ -1,29 +1,42 @@
 //! The picture before its defocus: the all-in-focus target, on the scale of the sum of the sub-pixels.
 
-use super::convert::{LANES_OF_ONE, over_tiles};
+use std::ops::Range;
+
 use super::relief::Relief;
+use super::spread::over_tiles;
 use super::tile::Scatter;
 use crate::image::Image;
 use crate::render::Camera;
 use crate::render::kernels::KernelBank;
+use crate::sensor::Sensor;
 
 /// Displacements per node and channel.
 const SAMPLES: usize = 4096;
 /// Part of the light that is cut off on each side.
 const CUT: f64 = 2e-3;
+/// Lanes of R, G, B alone.
+const LANES: usize = 4;
 
-/// W × H × 3 mean radiance over each pixel, blurred by diffraction at the lens's aperture where the camera has it: no
-/// camera sees more. `None` where the aperture's kernels reach beyond the relief's margin.
-pub(super) fn target(camera: &Camera, relief: &Relief, tile: usize) -> Option<Image> {
+/// Kernels of diffraction at the lens's aperture, of a point where the camera has none. `None` where they reach beyond
+/// a relief's margin, px.
+pub(super) fn aperture(camera: &Camera, margin: usize) -> Option<KernelBank> {
     let bank = KernelBank::of_aperture(camera, (3, 3), SAMPLES, CUT)?;
-    if bank.support()?.reach() > relief.margin {
-        return None;
-    }
-    let sensor = camera.sensor();
-    let scatter = Scatter::<LANES_OF_ONE>::new(&bank, relief, sensor, true);
-    let mut image = Image::zeros(sensor.width(), sensor.height(), 3);
-    over_tiles(sensor, tile, &scatter, |x, y, light, _| {
+    (bank.support()?.reach() <= margin).then_some(bank)
+}
+
+/// Mean radiance over each pixel of some rows of a sensor, three channels, blurred by diffraction at the lens's aperture
+/// where the camera has it: no camera sees more.
+pub(super) fn target(
+    bank: &KernelBank,
+    relief: &Relief,
+    (sensor, rows): (&Sensor, Range<usize>),
+    tile: usize,
+) -> Image {
+    let scatter = Scatter::<LANES>::new(bank, relief, sensor, true);
+    let width = sensor.width();
+    let mut image = Image::zeros(width, rows.len(), 3);
+    over_tiles(&scatter, (width, rows), tile, |x, y, light, _| {
         image.pixel_mut(x, y).copy_from_slice(&light[..3]);
     });
-    Some(image)
+    image
 }

@@ -1,13 +1,15 @@
 //! A picture with depth, checked.
 
+use std::sync::Arc;
+
 use super::error::RgbdError;
 use crate::image::Image;
 
-/// Linear light and depth of the same pixels.
+/// Linear light and depth of the same pixels, which clones share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthPicture {
-    light: Image,
-    depth_mm: Image,
+    light: Arc<Image>,
+    depth_mm: Arc<Image>,
 }
 
 impl DepthPicture {
@@ -46,7 +48,10 @@ impl DepthPicture {
         }
         match depth_mm.data().iter().all(|d| d.is_nan()) {
             true => Err(RgbdError::NoDepth),
-            false => Ok(Self { light, depth_mm }),
+            false => Ok(Self {
+                light: Arc::new(light),
+                depth_mm: Arc::new(depth_mm),
+            }),
         }
     }
 

@@ -8,35 +8,34 @@
 //! - **Behind an edge**, as far as any part of the pupil can look, the farther surface goes on at the depth that it has
 //!   at the edge; its picture is mirrored there.
 
-use rayon::prelude::*;
-
 use super::levels::Levels;
 use super::picture::DepthPicture;
 
 /// Pixels beyond what parallax uncovers.
 const BEYOND_PX: f64 = 2.0;
 
-/// A picture with depth, ready to be spread: layers, slants, and what goes on behind its edges. Arrays hold the padded
-/// picture, row-major.
+/// A picture with depth, ready to be spread: layers, slants, and what goes on behind its edges. Places are those of the
+/// padded picture, row-major; what can be had of the picture again is not kept.
 #[derive(Clone, Debug)]
 pub struct Relief {
+    picture: DepthPicture,
     /// Columns with the margin.
     pub(super) width: usize,
     /// Rows with the margin.
     pub(super) height: usize,
     /// Pixels around the picture.
     pub(super) margin: usize,
+    /// Difference of neighbours, in layers, above which they are two surfaces.
+    tear: f32,
     /// Depth in layers.
-    pub(super) level: Vec<f32>,
-    /// Change of the level per px along x and y, on its own surface.
-    pub(super) slope: Vec<[f32; 2]>,
-    /// Radiance.
-    pub(super) light: Vec<[f32; 3]>,
-    /// Whether the depth, or all of it, is made up.
-    pub(super) made_up: Vec<bool>,
-    /// The surface behind, where one goes on.
-    pub(super) behind: Vec<Option<Behind>>,
+    level: Vec<f32>,
+    /// Place in `behind` of the surface that goes on behind, or [`NONE`].
+    behind_at: Vec<u32>,
+    behind: Vec<Behind>,
 }
+
+/// No surface goes on there.
+const NONE: u32 = u32::MAX;
 
 /// A made-up point behind another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,40 +55,95 @@ impl Relief {
     /// Of a picture, with `margin` pixels around it.
     pub fn new(picture: &DepthPicture, levels: &Levels, margin: usize) -> Self {
         let (inner_width, inner_height) = (picture.light().width(), picture.light().height());
-        let depths = picture.depth_mm().data();
-        let known: Vec<Option<f32>> = depths
-            .iter()
+        let known = (picture.depth_mm().data().iter())
             .map(|d| (!d.is_nan()).then(|| levels.level(*d)))
             .collect();
         let filled = fill_holes(known, inner_width);
         let (width, height) = (inner_width + 2 * margin, inner_height + 2 * margin);
-        let count = width * height;
         let mut relief = Self {
+            picture: picture.clone(),
             width,
             height,
             margin,
-            level: Vec::with_capacity(count),
-            slope: Vec::new(),
-            light: Vec::with_capacity(count),
-            made_up: Vec::with_capacity(count),
+            tear: levels.tear(),
+            level: Vec::with_capacity(width * height),
+            behind_at: vec![NONE; width * height],
             behind: Vec::new(),
         };
         for row in 0..height {
             let y = mirrored(row as i64 - margin as i64, inner_height);
-            let inside_rows = (margin..margin + inner_height).contains(&row);
-            for column in 0..width {
-                let x = mirrored(column as i64 - margin as i64, inner_width);
-                let inside = inside_rows && (margin..margin + inner_width).contains(&column);
-                let at = y * inner_width + x;
-                let p = picture.light().pixel(x, y);
-                relief.level.push(filled[at]);
-                relief.light.push([p[0], p[1], p[2]]);
-                relief.made_up.push(!inside || depths[at].is_nan());
-            }
+            let place = |column: usize| mirrored(column as i64 - margin as i64, inner_width);
+            let own = (0..width).map(|column| filled[y * inner_width + place(column)]);
+            relief.level.extend(own);
         }
-        relief.slope = relief.slopes(levels.tear());
-        relief.behind = relief.continued(levels);
+        relief.go_on(levels);
         relief
+    }
+
+    /// All places, column and row, row by row.
+    pub(super) fn places(&self) -> impl Iterator<Item = [usize; 2]> + Clone {
+        let columns = self.width;
+        (0..self.height).flat_map(move |row| (0..columns).map(move |column| [column, row]))
+    }
+
+    #[inline]
+    fn index(&self, [column, row]: [usize; 2]) -> usize {
+        row * self.width + column
+    }
+
+    /// Depth in layers.
+    #[inline]
+    pub(super) fn level(&self, place: [usize; 2]) -> f32 {
+        self.level[self.index(place)]
+    }
+
+    /// Radiance.
+    #[inline]
+    pub(super) fn light(&self, place: [usize; 2]) -> [f32; 3] {
+        let light = self.picture.light();
+        let inner = |k: usize, n: usize| match place[k].checked_sub(self.margin) {
+            Some(i) if i < n => i,
+            _ => mirrored(place[k] as i64 - self.margin as i64, n),
+        };
+        let light = light.pixel(inner(0, light.width()), inner(1, light.height()));
+        [light[0], light[1], light[2]]
+    }
+
+    /// Whether the depth, or all of it, is made up.
+    #[inline]
+    pub(super) fn is_made_up(&self, place: [usize; 2]) -> bool {
+        let depth = self.picture.depth_mm();
+        // Outside the picture these wrap round to numbers far above its size.
+        let [x, y] = place.map(|i| i.wrapping_sub(self.margin));
+        x >= depth.width() || y >= depth.height() || depth.pixel(x, y)[0].is_nan()
+    }
+
+    /// The surface behind, where one goes on.
+    #[inline]
+    pub(super) fn behind(&self, place: [usize; 2]) -> Option<Behind> {
+        let number = self.behind_at[self.index(place)];
+        self.behind.get(number as usize).copied()
+    }
+
+    /// Change of the level per px along x and y, on its own surface: central differences, one-sided at its edges.
+    #[inline]
+    pub(super) fn slope(&self, place: [usize; 2]) -> [f32; 2] {
+        let at = self.index(place);
+        let own = self.level[at];
+        let along = |k: usize, size: usize, step: usize| {
+            let beside = |is_there: bool, other: usize| {
+                let d = is_there.then(|| self.level[other] - own)?;
+                (d.abs() <= self.tear).then_some(d)
+            };
+            let before = beside(place[k] > 0, at.wrapping_sub(step));
+            match (before, beside(place[k] + 1 < size, at + step)) {
+                (Some(a), Some(b)) => 0.5 * (b - a),
+                (None, Some(b)) => b,
+                (Some(a), None) => -a,
+                (None, None) => 0.0,
+            }
+        };
+        [along(0, self.width, 1), along(1, self.height, self.width)]
     }
 
     fn at(&self, x: i32, y: i32) -> Option<usize> {
@@ -97,56 +151,16 @@ impl Relief {
         inside.then(|| y as usize * self.width + x as usize)
     }
 
-    /// Central differences on a surface, one-sided at its edges.
-    fn slopes(&self, tear: f32) -> Vec<[f32; 2]> {
-        let along = |i: usize, before: Option<usize>, after: Option<usize>| {
-            let beside = |k: Option<usize>| {
-                let d = self.level[k?] - self.level[i];
-                (d.abs() <= tear).then_some(d)
-            };
-            match (beside(before), beside(after)) {
-                (Some(a), Some(b)) => 0.5 * (b - a),
-                (None, Some(b)) => b,
-                (Some(a), None) => -a,
-                (None, None) => 0.0,
-            }
-        };
-        let slope = |i: usize| {
-            let (x, y) = ((i % self.width) as i32, (i / self.width) as i32);
-            [
-                along(i, self.at(x - 1, y), self.at(x + 1, y)),
-                along(i, self.at(x, y - 1), self.at(x, y + 1)),
-            ]
-        };
-        (0..self.level.len()).into_par_iter().map(slope).collect()
-    }
-
-    /// What goes on behind the edges, ring by ring.
-    fn continued(&self, levels: &Levels) -> Vec<Option<Behind>> {
-        let tear = levels.tear();
-        let mut reached: Vec<Option<Reached>> = vec![None; self.level.len()];
-        let mut front: Vec<(usize, Reached)> = Vec::new();
-        // A step across an edge, from the farther to the nearer side.
-        for i in 0..self.level.len() {
-            let (x, y) = ((i % self.width) as i32, (i / self.width) as i32);
-            let mut farthest: Option<Reached> = None;
-            for (dx, dy) in SIDES {
-                let Some(k) = self.at(x + dx, y + dy) else {
-                    continue;
-                };
-                let level = self.level[k];
-                let is_behind = level - self.level[i] > tear;
-                if is_behind && farthest.is_none_or(|f| level > f.level) {
-                    let edge = (x + dx, y + dy);
-                    farthest = Some(Reached { edge, level });
-                }
-            }
-            front.extend(farthest.map(|f| (i, f)));
-        }
+    /// Goes on behind the edges, ring by ring.
+    fn go_on(&mut self, levels: &Levels) {
+        let mut reached: Vec<Reached> = Vec::new();
+        let mut reached_at = std::mem::take(&mut self.behind_at);
+        let mut front = self.edges();
         let mut ring = 1.0;
         while !front.is_empty() {
             for &(i, from) in &front {
-                reached[i] = Some(from);
+                reached_at[i] = reached.len() as u32;
+                reached.push(from);
             }
             ring += 1.0;
             let mut next: Vec<(usize, Reached)> = Vec::new();
@@ -158,7 +172,7 @@ impl Relief {
                     };
                     let apart = from.level - self.level[k];
                     let seen_px = f64::from(apart) * levels.parallax_px() + BEYOND_PX;
-                    if reached[k].is_none() && apart > tear && ring <= seen_px {
+                    if reached_at[k] == NONE && apart > self.tear && ring <= seen_px {
                         next.push((k, from));
                     }
                 }
@@ -171,19 +185,46 @@ impl Relief {
             next.dedup_by_key(|n| n.0);
             front = next;
         }
-        let point = |(i, reached): (usize, &Option<Reached>)| {
-            let from = (*reached)?;
-            let (x, y) = ((i % self.width) as i32, (i / self.width) as i32);
+        for (at, number) in reached_at.iter_mut().enumerate() {
+            let Some(from) = reached.get(*number as usize) else {
+                continue;
+            };
+            let (x, y) = ((at % self.width) as i32, (at / self.width) as i32);
             let mirror = (2 * from.edge.0 - x, 2 * from.edge.1 - y);
-            let same = |k: &usize| (self.level[*k] - from.level).abs() <= tear;
+            let same = |k: &usize| (self.level[*k] - from.level).abs() <= self.tear;
             let source = self.at(mirror.0, mirror.1).filter(same);
-            let source = source.or_else(|| self.at(from.edge.0, from.edge.1))?;
-            Some(Behind {
-                level: from.level,
-                light: self.light[source],
-            })
-        };
-        reached.iter().enumerate().map(point).collect()
+            let source = source.or_else(|| self.at(from.edge.0, from.edge.1));
+            *number = source.map_or(NONE, |source| {
+                self.behind.push(Behind {
+                    level: from.level,
+                    light: self.light([source % self.width, source / self.width]),
+                });
+                self.behind.len() as u32 - 1
+            });
+        }
+        self.behind_at = reached_at;
+    }
+
+    /// Steps across an edge, from the farther to the nearer side, which they are named by.
+    fn edges(&self) -> Vec<(usize, Reached)> {
+        let mut steps = Vec::new();
+        for (i, own) in self.level.iter().enumerate() {
+            let (x, y) = ((i % self.width) as i32, (i / self.width) as i32);
+            let mut farthest: Option<Reached> = None;
+            for (dx, dy) in SIDES {
+                let Some(k) = self.at(x + dx, y + dy) else {
+                    continue;
+                };
+                let level = self.level[k];
+                let is_behind = level - own > self.tear;
+                if is_behind && farthest.is_none_or(|f| level > f.level) {
+                    let edge = (x + dx, y + dy);
+                    farthest = Some(Reached { edge, level });
+                }
+            }
+            steps.extend(farthest.map(|f| (i, f)));
+        }
+        steps
     }
 }
 

@@ -77,13 +77,15 @@ impl Surfaces {
         if !positions.iter().all(|p| p.is_finite()) {
             return Err(RgbdError::Dark);
         }
-        let behind = || relief.behind.iter().flatten();
-        let light = relief.light.iter().copied();
-        let made_up = relief.made_up.iter().copied();
+        let behind = || relief.places().filter_map(|place| relief.behind(place));
         Ok(Self {
             patches: Arc::new(Patches::new(&positions, &patches)),
-            light: light.chain(behind().map(|b| b.light)).collect(),
-            made_up: made_up.chain(behind().map(|_| true)).collect(),
+            light: (relief.places().map(|place| relief.light(place)))
+                .chain(behind().map(|b| b.light))
+                .collect(),
+            made_up: (relief.places().map(|place| relief.is_made_up(place)))
+                .chain(behind().map(|_| true))
+                .collect(),
         })
     }
 
@@ -133,14 +135,17 @@ fn point(camera: &Camera, sight: &SightRays, at: DVec2, depth_mm: f64) -> DVec3 
 
 impl<'a> Weaver<'a> {
     fn new(relief: &'a Relief, tear: f32) -> Self {
-        let own = relief.level.iter().zip(&relief.slope);
-        let own = own.map(|(&level, &slope)| Entry { level, slope });
-        let other = relief.behind.iter().flatten().map(|b| Entry {
+        let own = relief.places().map(|place| Entry {
+            level: relief.level(place),
+            slope: relief.slope(place),
+        });
+        let behind = relief.places().map(|place| relief.behind(place));
+        let other = behind.clone().flatten().map(|b| Entry {
             level: b.level,
             slope: [0.0; 2],
         });
-        let mut number = relief.level.len() as u32;
-        let behind = relief.behind.iter().map(|b| {
+        let mut number = (relief.width * relief.height) as u32;
+        let behind = behind.map(|b| {
             b.map(|_| {
                 number += 1;
                 number - 1

@@ -147,7 +147,7 @@ impl<'a, const L: usize> Scatter<'a, L> {
                         let place = [(column, tile.x), (row, tile.y)];
                         let [x, y] =
                             place.map(|(at, tile)| at as i32 - (relief.margin + tile) as i32);
-                        self.place(row * relief.width + column, (cell, x, y), &mut layers);
+                        self.place([column, row], (cell, x, y), &mut layers);
                     }
                 }
             }
@@ -158,7 +158,7 @@ impl<'a, const L: usize> Scatter<'a, L> {
     /// Puts a source, and what goes on behind it, into their layers.
     fn place(
         &self,
-        at: usize,
+        place: [usize; 2],
         (cell, x, y): ((usize, usize), i32, i32),
         layers: &mut [Vec<Source>],
     ) {
@@ -180,15 +180,15 @@ impl<'a, const L: usize> Scatter<'a, L> {
             }
         };
         if self.is_flat {
-            return put(0.0, false, relief.light[at], [0.0; 2]);
+            return put(0.0, false, relief.light(place), [0.0; 2]);
         }
         put(
-            relief.level[at],
-            relief.made_up[at],
-            relief.light[at],
-            relief.slope[at],
+            relief.level(place),
+            relief.is_made_up(place),
+            relief.light(place),
+            relief.slope(place),
         );
-        if let Some(behind) = &relief.behind[at] {
+        if let Some(behind) = relief.behind(place) {
             put(behind.level, true, behind.light, [0.0; 2]);
         }
     }
@@ -249,9 +249,13 @@ impl<'a, const L: usize> Scatter<'a, L> {
         let mut pixels = Vec::with_capacity(tile.width * tile.height);
         for row in tile.y..tile.y + tile.height {
             for column in tile.x..tile.x + tile.width {
-                let at = (row + relief.margin) * relief.width + column + relief.margin;
-                let own = if self.is_flat { 0.0 } else { relief.level[at] };
-                let [x, y] = relief.slope[at];
+                let place = [column, row].map(|i| i + relief.margin);
+                let own = if self.is_flat {
+                    0.0
+                } else {
+                    relief.level(place)
+                };
+                let [x, y] = relief.slope(place);
                 let reach = depths[own as usize].support().reach() as f32;
                 let more = OWN_LAYERS + x.hypot(y) * reach;
                 pixels.push(Pixel {

@@ -37,7 +37,9 @@ impl Conversion<'_> {
         let pixels = ((width + 2 * margin) * (height + 2 * margin)) as u64;
         memory::check("surfaces of a picture", RELIEF_BYTES * pixels)?;
         let relief = Relief::new(self.picture, &levels, margin);
-        let mut target = apart::target(camera, &relief, self.tile).ok_or(RgbdError::Dark)?;
+        let aperture = apart::aperture(camera, margin).ok_or(RgbdError::Dark)?;
+        let all = (camera.sensor(), 0..height);
+        let mut target = apart::target(&aperture, &relief, all, self.tile);
         let surfaces = Surfaces::new(camera, self.sight, &relief, &levels)?;
         let scene = surfaces.scene();
         let seen = self.sight.geometry(camera, &scene).surfaces;

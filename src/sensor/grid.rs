@@ -1,5 +1,7 @@
 //! The grid of microlenses, and the window of it that is rendered.
 
+use std::ops::Range;
+
 use glam::DVec2;
 
 use super::{Subpixels, check_simulated};
@@ -10,13 +12,16 @@ use crate::units::MM_PER_UM;
 /// Largest number of sub-pixels that one render may hold: 2³⁰, 12 GiB of RGB floats.
 const MAX_SUBPIXELS: usize = 1 << 30;
 
-/// A window of `width × height` microlenses (pixels) of pitch `pitch_um`, around `centre_mm`.
+/// A window of `width × height` microlenses (pixels) of pitch `pitch_um`, around `centre_mm`; or some rows of one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensor {
     pitch_um: f64,
     subpixels: Subpixels,
     width: usize,
-    height: usize,
+    /// Rows of the whole window, around `centre_mm`.
+    whole_height: usize,
+    /// Those that are looked at.
+    rows: Range<usize>,
     centre_mm: DVec2,
 }
 
@@ -68,9 +73,23 @@ impl Sensor {
             pitch_um,
             subpixels,
             width,
-            height,
+            whole_height: height,
+            rows: 0..height,
             centre_mm,
         })
+    }
+
+    /// Some rows of the window: row 0 is the first of them, and each pixel is where it was, to the last bit.
+    ///
+    /// # Panics
+    /// Rows that the window does not have, or none.
+    pub fn rows(&self, rows: Range<usize>) -> Self {
+        assert!(rows.start < rows.end && rows.end <= self.height());
+        let first = self.rows.start;
+        Self {
+            rows: first + rows.start..first + rows.end,
+            ..self.clone()
+        }
     }
 
     /// Pitch of the microlenses, µm.
@@ -91,18 +110,25 @@ impl Sensor {
     }
     /// Rows of microlenses.
     pub fn height(&self) -> usize {
-        self.height
+        self.rows.len()
+    }
+    /// Row of the whole window that row 0 is.
+    pub fn first_row(&self) -> usize {
+        self.rows.start
     }
     /// Centre of the window, sensor frame, mm.
     pub fn centre_mm(&self) -> DVec2 {
-        self.centre_mm
+        let before = self.rows.start as f64;
+        let after = (self.whole_height - self.rows.end) as f64;
+        self.centre_mm + DVec2::Y * (0.5 * (before - after) * self.pitch_mm())
     }
 
     /// Sensor position of the stored-image position (column, row), where (0, 0) is the centre of the first pixel; mm.
     #[inline]
     pub fn position_mm(&self, column: f64, row: f64) -> DVec2 {
         let p = self.pitch_mm();
-        let half = DVec2::new((self.width - 1) as f64, (self.height - 1) as f64) * 0.5;
+        let half = DVec2::new((self.width - 1) as f64, (self.whole_height - 1) as f64) * 0.5;
+        let row = self.rows.start as f64 + row;
         self.centre_mm + (DVec2::new(column, row) - half) * p
     }
 
@@ -110,9 +136,9 @@ impl Sensor {
     pub fn window_mm(&self) -> SensorWindowMm {
         let p = self.pitch_mm();
         SensorWindowMm {
-            centre: self.centre_mm,
+            centre: self.centre_mm(),
             half_width: 0.5 * self.width as f64 * p,
-            half_height: 0.5 * self.height as f64 * p,
+            half_height: 0.5 * self.height() as f64 * p,
         }
     }
 
@@ -124,5 +150,31 @@ impl Sensor {
             w.centre.y.abs() + w.half_height,
         )
         .length()
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_of_a_window_are_where_they_were() {
+        let subpixels = Subpixels::new(2, 2).unwrap();
+        let whole = Sensor::new(1.1, subpixels, (7, 11), DVec2::new(0.3, -0.7)).unwrap();
+        let rows = whole.rows(2..9).rows(1..4);
+        assert_eq!((rows.width(), rows.height(), rows.first_row()), (7, 3, 3));
+        for (column, row) in [(0.0, 0.0), (6.0, 2.0), (3.0, 1.5)] {
+            assert_eq!(
+                rows.position_mm(column, row),
+                whole.position_mm(column, row + 3.0)
+            );
+        }
+        let window = rows.window_mm();
+        let middle = rows.position_mm(3.0, 1.0);
+        assert!((window.centre - middle).length() < 1e-12);
+        assert!((window.half_height - 1.5 * 1.1e-3).abs() < 1e-15);
+        assert_eq!(whole.rows(0..11), whole);
+        assert_eq!(whole.centre_mm(), DVec2::new(0.3, -0.7));
     }
 }

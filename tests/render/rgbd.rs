@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use quadpixel::image::Image;
-use quadpixel::render::truth::{DisparityField, SightRays, WhiteField};
+use quadpixel::render::truth::{DisparityField, SightRays, WhiteField, channel_shifts};
 use quadpixel::render::{Camera, RenderSettings, SubPixelImage, render};
 use quadpixel::rgbd::{Conversion, Converted, DepthPicture, RgbdError};
 use quadpixel::scene::texture::Texture;
@@ -274,6 +274,68 @@ fn white_stays_white_on_a_slant_and_no_tile_or_thread_changes_a_bit() {
         let again = pool.install(|| convert(&camera, &coloured, tile));
         assert!(first.image == again.image && first.target == again.target);
         assert!(first.occlusion == again.occlusion && first.made_up == again.made_up);
+    }
+}
+
+/// Some rows of an image.
+fn cut(image: &Image, rows: std::ops::Range<usize>) -> Image {
+    let row = image.width() * image.channels();
+    let data = image.data()[rows.start * row..rows.end * row].to_vec();
+    Image::from_vec(image.width(), rows.len(), image.channels(), data).unwrap()
+}
+
+#[test]
+fn rows_alone_are_the_rows_of_the_whole_picture_and_of_its_truths() {
+    let side = 70;
+    let lens = shots::focused(shots::PHONE, FOCUS_MM);
+    let aside = DVec2::new(0.4, -0.3);
+    let camera = shots::camera(&lens, &geometric(2, 2, 3.5), (side, side), aside);
+    // A card before a slanted wall with a hole: made-up places, edges, slants.
+    let picture = picture(side, |x, y| {
+        let depth = match (x, y) {
+            (20..45, 25..50) => 350.0,
+            (50..55, 10..14) => f32::NAN,
+            _ => 800.0 + 4.0 * y as f32,
+        };
+        (waves(x as f64, y as f64, f64::from(depth == 350.0)), depth)
+    });
+    let fields = DisparityField::of_channels(&camera).unwrap();
+    let sight = SightRays::centroids(&fields);
+    let chief = SightRays::chief_rays(&camera);
+    let white = WhiteField::from_fields(&camera, &fields);
+    let conversion = Conversion::new(&camera, &sight, &fields, &picture);
+    let (whole, spread) = (conversion.run().unwrap(), conversion.spread().unwrap());
+    let truths = |camera: &Camera, depth_mm: Image| {
+        let seen = sight.geometry_at(camera, depth_mm);
+        let field = &fields[1];
+        let maps = field.maps(camera, &seen.depth_mm);
+        let mut all = [maps.traced, maps.paraxial].concat();
+        all.push(chief.chief_to_sum_px(camera, field, &seen.depth_mm));
+        all.extend(channel_shifts(camera, &fields, &seen.depth_mm).unwrap());
+        all.extend(white.of_subpixels_sr(camera.sensor()));
+        all.push(seen.distance_mm);
+        all
+    };
+    let bits = |image: &Image| image.data().iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+    let whole_truths = truths(&camera, picture.depth_mm().clone());
+    for rows in [0..17, 17..18, 18..70] {
+        let part = spread.rows(rows.clone());
+        let mosaic = cut(&whole.image.mosaic, 2 * rows.start..2 * rows.end);
+        assert!(part.image.mosaic == mosaic, "{rows:?}");
+        for (a, b) in [
+            (&part.target, &whole.target),
+            (&part.occlusion, &whole.occlusion),
+            (&part.made_up, &whole.made_up),
+        ] {
+            assert!(*a == cut(b, rows.clone()), "{rows:?}");
+        }
+        let own = truths(
+            &camera.rows(rows.clone()),
+            cut(picture.depth_mm(), rows.clone()),
+        );
+        for (a, b) in own.iter().zip(&whole_truths) {
+            assert_eq!(bits(a), bits(&cut(b, rows.clone())), "{rows:?}");
+        }
     }
 }
 

@@ -11,6 +11,17 @@ use crate::sensor::{MicrolensLaw, MicrolensShifts};
 use crate::spectrum::{Bands, ChannelWavelengths};
 
 impl Camera {
+    /// Some rows of its window, which see what they saw ([`Sensor::rows`](crate::sensor::Sensor::rows)).
+    ///
+    /// # Panics
+    /// Rows that the window does not have, or none.
+    pub fn rows(&self, rows: std::ops::Range<usize>) -> Self {
+        Self {
+            sensor: self.sensor.rows(rows),
+            ..self.clone()
+        }
+    }
+
     /// All channels by the rays of the reference wavelength: a third of the rays. `None` where they are already.
     pub fn without_dispersion(&self) -> Option<Self> {
         let system = self.system(ChannelWavelengths::REFERENCE);

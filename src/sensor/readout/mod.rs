@@ -99,6 +99,11 @@ impl Readout {
 
     /// Exposes and reads a clean sub-pixel mosaic (linear, not negative): m·W × n·H, any number of channels.
     pub fn expose(&self, mosaic: &Image) -> Exposed {
+        self.expose_rows(mosaic, 0)
+    }
+
+    /// As [`Self::expose`], of the rows of a mosaic from `first_row` (a whole pixel's) on, alone.
+    pub fn expose_rows(&self, mosaic: &Image, first_row: usize) -> Exposed {
         let (width, channels) = (mosaic.width(), mosaic.channels());
         let mut codes = Image::zeros(width, mosaic.height(), channels);
         let row_length = (width * channels).max(1);
@@ -109,7 +114,8 @@ impl Readout {
             .map(|(y, (codes, light))| {
                 let values = codes.iter_mut().zip(light).enumerate();
                 let full = values.map(|(i, (code, &light))| {
-                    let (value, full) = self.value([i / channels, y, i % channels], light);
+                    let place = [i / channels, first_row + y, i % channels];
+                    let (value, full) = self.value(place, light);
                     *code = value;
                     u64::from(full)
                 });
