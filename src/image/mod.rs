@@ -5,9 +5,12 @@
 pub mod colour;
 pub mod exr;
 pub mod maps;
+mod png_rows;
 pub mod raster;
 pub mod srgb;
 pub mod views;
+
+pub use png_rows::{PngRows, PngShape};
 
 use std::path::PathBuf;
 

@@ -7,10 +7,10 @@ use std::io::{BufRead, Cursor, Seek};
 use std::path::Path;
 
 use ::image::codecs::jpeg::JpegEncoder;
-use ::image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use ::image::metadata::Orientation;
 use ::image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader};
 
+use super::png_rows::{self, PngShape, big_endian};
 use super::{Image, ImageError, exr};
 use crate::{file, memory};
 
@@ -51,6 +51,28 @@ impl Levels {
         (f64::from(self.black) + f64::from(value) * self.gain()).round()
     }
 
+    /// Codes of linear values, and how many were clipped.
+    ///
+    /// # Errors
+    /// Says why: a white level that is not above the black one, NaN.
+    pub fn codes(&self, values: &[f32]) -> Result<(Vec<u16>, u64), &'static str> {
+        let gain = self.gain();
+        if !(gain > 0.0 && gain.is_finite()) {
+            return Err("the white level must be above the black level");
+        }
+        let mut clipped = 0;
+        let mut codes = Vec::with_capacity(values.len());
+        for &value in values {
+            let code = self.code(value);
+            if code.is_nan() {
+                return Err("NaN cannot be stored as an integer");
+            }
+            clipped += u64::from(!(0.0..=65535.0).contains(&code));
+            codes.push(code as u16); // `as` saturates
+        }
+        Ok((codes, clipped))
+    }
+
     fn gain(&self) -> f64 {
         (f64::from(self.white) - f64::from(self.black)) / f64::from(self.linear_at_white)
     }
@@ -82,27 +104,14 @@ pub fn encode_png16(
         path: path.to_path_buf(),
         what: what.to_string(),
     };
-    let gain = levels.gain();
-    if !(gain > 0.0 && gain.is_finite()) {
-        return Err(shape("the white level must be above the black level"));
-    }
-    let colour = match image.channels() {
-        1 => ExtendedColorType::L16,
-        3 => ExtendedColorType::Rgb16,
-        _ => return Err(shape("a PNG has 1 or 3 channels")),
+    let (codes, clipped) = levels.codes(image.data()).map_err(shape)?;
+    let shape = PngShape {
+        width: image.width(),
+        height: image.height(),
+        channels: image.channels(),
+        bits: 16,
     };
-    let mut clipped = 0;
-    let mut codes = Vec::with_capacity(image.data().len() * 2);
-    for &value in image.data() {
-        let code = levels.code(value);
-        if code.is_nan() {
-            return Err(shape("NaN cannot be stored as an integer"));
-        }
-        clipped += u64::from(!(0.0..=65535.0).contains(&code));
-        codes.extend_from_slice(&(code as u16).to_ne_bytes()); // `as` saturates
-    }
-    let bytes = encode_png(path, &codes, image.width(), image.height(), colour)?;
-    Ok((bytes, clipped))
+    Ok((png_rows::encode(path, shape, &big_endian(&codes))?, clipped))
 }
 
 /// Writes an 8-bit PNG from codes, row-major, interleaved (1 channel: gray, 3: RGB).
@@ -131,12 +140,13 @@ pub fn encode_png8(
     height: usize,
     channels: usize,
 ) -> Result<Vec<u8>, ImageError> {
-    let colour = if channels == 1 {
-        ExtendedColorType::L8
-    } else {
-        ExtendedColorType::Rgb8
+    let shape = PngShape {
+        width,
+        height,
+        channels,
+        bits: 8,
     };
-    encode_png(path, codes, width, height, colour)
+    png_rows::encode(path, shape, codes)
 }
 
 /// The bytes of a 16-bit grey PNG of whole numbers; `path` is for messages only.
@@ -149,25 +159,13 @@ pub fn encode_gray16(
     width: usize,
     height: usize,
 ) -> Result<Vec<u8>, ImageError> {
-    // The encoder takes samples in the machine's own byte order.
-    let bytes: Vec<u8> = codes.iter().flat_map(|code| code.to_ne_bytes()).collect();
-    encode_png(path, &bytes, width, height, ExtendedColorType::L16)
-}
-
-/// Fast deflate: 81 against 5 Mpx/s of the default level, and 16-bit noise hardly compresses at any level.
-fn encode_png(
-    path: &Path,
-    codes: &[u8],
-    width: usize,
-    height: usize,
-    colour: ExtendedColorType,
-) -> Result<Vec<u8>, ImageError> {
-    check_length(path, codes, width, height, colour)?;
-    let mut bytes = Vec::new();
-    PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive)
-        .write_image(codes, width as u32, height as u32, colour)
-        .map_err(|cause| encode_error(path, &cause))?;
-    Ok(bytes)
+    let shape = PngShape {
+        width,
+        height,
+        channels: 1,
+        bits: 16,
+    };
+    png_rows::encode(path, shape, &big_endian(codes))
 }
 
 /// Writes a JPEG from sRGB codes, row-major RGB; `quality` 1 to 100.

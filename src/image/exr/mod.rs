@@ -8,10 +8,14 @@ use std::io::Cursor;
 use std::path::Path;
 
 use ::exr::prelude as ex;
-use ::exr::prelude::{ReadChannels, ReadLayers, WritableImage};
+use ::exr::prelude::{ReadChannels, ReadLayers};
 
 use super::{Image, ImageError};
 use crate::{file, memory};
+
+mod rows;
+
+pub use rows::{ExrRows, LayerShape};
 
 /// How a layer's numbers are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,106 +92,23 @@ pub fn encode_layers(
     layers: &[Layer<'_>],
     compression: Compression,
 ) -> Result<Vec<u8>, ImageError> {
-    let shape = |what: String| ImageError::Shape {
+    let first = layers.first().ok_or_else(|| ImageError::Shape {
         path: path.to_path_buf(),
-        what,
-    };
-    let first = layers.first().ok_or_else(|| shape("no layer".into()))?;
-    let (width, height) = (first.image.width(), first.image.height());
-    let mut list = Vec::new();
-    for layer in layers {
-        if (layer.image.width(), layer.image.height()) != (width, height) {
-            return Err(shape(format!(
-                "layer {:?} is not {width} × {height}",
-                layer.name
-            )));
-        }
-        if layer.channels.len() != layer.image.channels() {
-            return Err(shape(format!(
-                "layer {:?} has {} channels and {} names",
-                layer.name,
-                layer.image.channels(),
-                layer.channels.len()
-            )));
-        }
-        for (index, channel) in layer.channels.iter().enumerate() {
-            let name = if layer.name.is_empty() {
-                (*channel).to_string()
-            } else {
-                format!("{}.{channel}", layer.name)
-            };
-            let text = ex::Text::new_or_none(&name)
-                .ok_or_else(|| shape(format!("{name:?} is no channel name")))?;
-            let samples = samples_of(path, &name, layer, index)?;
-            list.push(ex::AnyChannel::new(text, samples));
-        }
-    }
-    list.sort_by(|a, b| a.name.cmp(&b.name));
-    if let Some(pair) = list.windows(2).find(|pair| pair[0].name == pair[1].name) {
-        return Err(shape(format!("channel {} is given twice", pair[0].name)));
-    }
-    let image = ex::Image::from_layer(ex::Layer::new(
-        (width, height),
-        ex::LayerAttributes::default(),
-        encoding(compression),
-        ex::AnyChannels::sort(list.into()),
-    ));
+        what: "no layer".into(),
+    })?;
+    let shapes = layers.iter().map(|layer| LayerShape {
+        name: layer.name.to_owned(),
+        channels: layer.channels.iter().map(|c| (*c).to_owned()).collect(),
+        sample: layer.sample,
+    });
+    let size = (first.image.width(), first.image.height());
+    let waiting = std::env::temp_dir();
+    let mut rows = ExrRows::new(path, &waiting, size, shapes.collect(), compression)?;
+    let images: Vec<&Image> = layers.iter().map(|layer| layer.image).collect();
+    rows.rows(&images)?;
     let mut bytes = Cursor::new(Vec::new());
-    image
-        .write()
-        .non_parallel()
-        .to_buffered(&mut bytes)
-        .map_err(|cause| ImageError::Encode {
-            path: path.to_path_buf(),
-            cause: cause.to_string(),
-        })?;
+    rows.finish(&mut bytes)?;
     Ok(bytes.into_inner())
-}
-
-fn encoding(compression: Compression) -> ex::Encoding {
-    ex::Encoding {
-        compression: match compression {
-            Compression::None => ex::Compression::Uncompressed,
-            Compression::Rle => ex::Compression::RLE,
-            Compression::Zips => ex::Compression::ZIP1,
-            Compression::Zip => ex::Compression::ZIP16,
-            Compression::Piz => ex::Compression::PIZ,
-        },
-        blocks: ex::Blocks::ScanLines,
-        line_order: ex::LineOrder::Increasing,
-    }
-}
-
-fn samples_of(
-    path: &Path,
-    name: &str,
-    layer: &Layer<'_>,
-    index: usize,
-) -> Result<ex::FlatSamples, ImageError> {
-    let values = layer
-        .image
-        .data()
-        .iter()
-        .skip(index)
-        .step_by(layer.image.channels());
-    match layer.sample {
-        Sample::Float => Ok(ex::FlatSamples::F32(values.copied().collect())),
-        Sample::Half => values
-            .map(|&value| {
-                let half = ex::f16::from_f32(value);
-                if half.is_finite() == value.is_finite() {
-                    Ok(half)
-                } else {
-                    Err(ImageError::HalfOverflow {
-                        path: path.to_path_buf(),
-                        channel: name.to_string(),
-                        value,
-                    })
-                }
-            })
-            .collect::<Result<Vec<_>, _>>()
-            .map(ex::FlatSamples::F16),
-    }
 }
 
 /// Reads every layer of a file, all samples as f32 (exact for half and float). Layers stand in the order of their

@@ -50,6 +50,46 @@ fn layers_come_back_bit_for_bit_with_nan_and_infinity() {
 }
 
 #[test]
+fn the_bytes_do_not_know_how_many_rows_came_at_once() {
+    let (rgb, disparity) = (ramp(3), ramp(2));
+    let cut = |image: &Image, rows: std::ops::Range<usize>| {
+        let row = image.width() * image.channels();
+        let data = image.data()[rows.start * row..rows.end * row].to_vec();
+        Image::from_vec(image.width(), rows.len(), image.channels(), data).unwrap()
+    };
+    let shape = |name: &str, channels: &[&str], sample| LayerShape {
+        name: name.into(),
+        channels: channels.iter().map(|c| (*c).to_owned()).collect(),
+        sample,
+    };
+    let written = |compression, cuts: &[usize]| {
+        let layers = vec![
+            shape("B", &["R", "G", "B"], Sample::Half),
+            shape("A", &["dx", "dy"], Sample::Float),
+        ];
+        let folder = std::env::temp_dir();
+        let path = Path::new("rows.exr");
+        let mut rows = ExrRows::new(path, &folder, (37, 41), layers, compression).unwrap();
+        for ends in cuts.windows(2) {
+            let [rgb, disparity] = [&rgb, &disparity].map(|image| cut(image, ends[0]..ends[1]));
+            rows.rows(&[&rgb, &disparity]).unwrap();
+        }
+        let mut bytes = Cursor::new(Vec::new());
+        rows.finish(&mut bytes).map(|()| bytes.into_inner())
+    };
+    for compression in [Compression::Zips, Compression::Zip, Compression::Piz] {
+        let whole = written(compression, &[0, 41]).unwrap();
+        assert_eq!(
+            whole,
+            written(compression, &[0, 1, 17, 32, 40, 41]).unwrap()
+        );
+        assert!(written(compression, &[0, 40]).is_err());
+        let layers = decode_layers(Path::new("rows.exr"), &whole).unwrap();
+        assert!(layers[0].image == disparity);
+    }
+}
+
+#[test]
 fn half_precision_rounds_to_eleven_bits_and_refuses_to_overflow() {
     fn layer(image: &Image) -> Layer<'_> {
         Layer {
