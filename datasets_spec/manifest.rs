@@ -79,6 +79,20 @@ impl FileEntry {
             blake3: blake3::hash(content).to_hex().to_string(),
         }
     }
+
+    /// The entry of a file with the content that is read here.
+    ///
+    /// # Errors
+    /// What `content` says.
+    pub fn read(path: &str, content: impl std::io::Read) -> std::io::Result<Self> {
+        let mut hash = blake3::Hasher::new();
+        hash.update_reader(content)?;
+        Ok(Self {
+            path: path.to_string(),
+            bytes: hash.count(),
+            blake3: hash.finalize().to_hex().to_string(),
+        })
+    }
 }
 
 /// The units of this schema version.

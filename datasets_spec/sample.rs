@@ -224,7 +224,7 @@ pub struct Range {
 }
 
 /// Ranges of the truth; `null` where no pixel has a finite value.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ranges {
     /// Depth, m.

@@ -19,8 +19,8 @@ use quadpixel_generators::assemble::Responses;
 use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_generators::recipe::{Recipe, SampleId, parse_recipe, read_recipe};
 use quadpixel_generators::sample::stages::timed;
-use quadpixel_generators::sample::{Prepared, Rays, prepare};
-use quadpixel_generators::writer::write_alone;
+use quadpixel_generators::sample::{Prepared, Rays, SampleError, prepare};
+use quadpixel_generators::writer::{Place, write_alone};
 
 /// The built-in recipe, with comments.
 pub const DEFAULT_TOML: &str = include_str!("scene.toml");
@@ -181,28 +181,36 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
         index: 0,
         configuration_blake3: json_hash(&about),
     };
-    let rendered = prepared.render(id, rays, &progress);
-    let (sample, record) = rendered.map_err(|e| CommandError::from(e).within(&name))?;
+    let within = |e: SampleError| CommandError::from(e).within(&name);
+    let made = if prepared.is_large() && matches!(rays, Rays::Trace) {
+        let rows = prepared.by_rows(id).map_err(within)?;
+        rows.write(Place::Alone(out), &progress)?
+    } else {
+        let rendered = prepared.render(id, rays, &progress);
+        let (mut sample, record) = rendered.map_err(within)?;
+        if let (Some(record), Some(path)) = (record, &args.keep_rays) {
+            let written = record.write_npz(path, &about);
+            written.map_err(CommandError::failed)?;
+        }
+        let mut stages = sample.made.stages;
+        timed(&mut stages.writing_s, || write_alone(out, &sample.files()))?;
+        sample.made.stages = stages;
+        sample.made
+    };
     for warning in responses.take_warnings() {
         progress.warn(&warning);
     }
-    sample.report(&progress, &name);
-    if let (Some(record), Some(path)) = (record, &args.keep_rays) {
-        let written = record.write_npz(path, &about);
-        written.map_err(CommandError::failed)?;
-    }
-    let mut stages = sample.stages;
-    timed(&mut stages.writing_s, || write_alone(out, &sample.files()))?;
+    made.report(&progress, &name);
     progress.event(Event::SampleDone);
     progress.finish();
-    let d = &sample.description;
+    let (d, stages) = (&made.description, made.stages);
     let lost = d.lost.missed + d.lost.vignetted + d.lost.total_internal_reflection;
     let preview = out.join(quadpixel_datasets::paths::PREVIEW);
     if args.json {
         let object = serde_json::json!({
             "rays": d.rays, "lost": { "vignetted": d.lost.vignetted, "missed": d.lost.missed,
             "total_internal_reflection": d.lost.total_internal_reflection },
-            "rms_error_over_mean": d.errors.map(|e| e.rms_over_mean), "median_relative_error": d.errors.map(|e| e.median_relative), "effects": sample.decisions, "stages": stages, "preview": preview.display().to_string()
+            "rms_error_over_mean": d.errors.map(|e| e.rms_over_mean), "median_relative_error": d.errors.map(|e| e.median_relative), "effects": made.decisions, "stages": stages, "preview": preview.display().to_string()
         });
         outln!("{object}");
         return Ok(());

@@ -4,6 +4,7 @@ use quadpixel::image::Image;
 use quadpixel::image::colour::Rgb;
 
 use super::font::glyph;
+use super::thumbnail::Thumbnail;
 
 /// A finished picture, row-major sRGB.
 #[derive(Clone, Debug)]
@@ -51,44 +52,30 @@ impl Sheet {
         }
     }
 
-    /// An image fitted into the square of `side` px at (x, y), centred; enlarged by whole source pixels' copies,
-    /// reduced by box averages. `colour` turns a pixel's averaged channels into sRGB.
+    /// An image fitted into the square of `side` px at (x, y), centred ([`Thumbnail`]). `colour` turns a pixel's
+    /// averaged channels into sRGB.
     pub fn picture(
         &mut self,
         (x, y, side): (usize, usize, usize),
         image: &Image,
         colour: impl Fn(&[f32]) -> Rgb,
     ) {
-        let (width, height) = (image.width(), image.height());
-        let longest = width.max(height);
-        let (w, h) = (
-            (width * side / longest).max(1),
-            (height * side / longest).max(1),
-        );
+        self.thumbnail((x, y, side), &Thumbnail::of(image, side), colour);
+    }
+
+    /// As [`Self::picture`], of what is fitted into such a square already.
+    pub fn thumbnail(
+        &mut self,
+        (x, y, side): (usize, usize, usize),
+        thumbnail: &Thumbnail,
+        colour: impl Fn(&[f32]) -> Rgb,
+    ) {
+        let [w, h] = thumbnail.shown();
         let (left, top) = (x + (side - w) / 2, y + (side - h) / 2);
-        let mut mean = vec![0.0f32; image.channels()];
+        let mut mean = Vec::new();
         for j in 0..h {
-            let rows = j * height / h..((j + 1) * height / h).max(j * height / h + 1);
             for i in 0..w {
-                let columns = i * width / w..((i + 1) * width / w).max(i * width / w + 1);
-                let count = rows.len() * columns.len();
-                if count == 1 {
-                    self.set(
-                        left + i,
-                        top + j,
-                        colour(image.pixel(columns.start, rows.start)),
-                    );
-                    continue;
-                }
-                mean.fill(0.0);
-                for v in rows.clone() {
-                    for u in columns.clone() {
-                        mean.iter_mut()
-                            .zip(image.pixel(u, v))
-                            .for_each(|(m, p)| *m += p);
-                    }
-                }
-                mean.iter_mut().for_each(|m| *m /= count as f32);
+                thumbnail.mean(i, j, &mut mean);
                 self.set(left + i, top + j, colour(&mean));
             }
         }

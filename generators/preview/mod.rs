@@ -12,15 +12,19 @@
 
 pub mod canvas;
 mod font;
+mod panels;
+mod thumbnail;
 
 use quadpixel::image::colour::{Rgb, blue_white_red, viridis};
-use quadpixel::image::{Image, srgb};
-
-use quadpixel::image::views::{Side, sum_of};
+use quadpixel::image::srgb;
+use quadpixel::image::views::Side;
+use quadpixel::sensor::Subpixels;
 
 use crate::describe::Description;
 use canvas::ADVANCE;
 pub use canvas::Sheet;
+pub use panels::{Panels, Rows};
+pub use thumbnail::Thumbnail;
 
 const TILE: usize = 256;
 const MARGIN: usize = 12;
@@ -35,47 +39,34 @@ const SKY: Rgb = [150, 175, 205];
 /// Signed maps reach at least this, px, so that rounding noise does not look like a signal.
 const LEAST_SCALE_PX: f32 = 0.1;
 
-/// What the sheet shows.
-#[derive(Clone, Debug)]
-pub struct Pictures<'a> {
-    /// For the title.
-    pub description: &'a Description,
-    /// One view per sub-pixel in stored order.
-    pub views: &'a [Image],
-    /// Their sum.
-    pub sum: &'a Image,
-    /// The all-in-focus image.
-    pub target: &'a Image,
-    /// Depth, m.
-    pub depth_m: &'a Image,
-    /// x_L − x_R, px; `None` for a pixel of one column.
-    pub left_right_px: Option<&'a Image>,
-    /// Circle of confusion, px.
-    pub coc_px: &'a Image,
-    /// Occluded fraction of the pupil.
-    pub occlusion: &'a Image,
-}
-
 /// Width of every sheet, px.
 pub const SHEET_WIDTH: usize = 4 * TILE + 5 * MARGIN;
 /// Height of every sheet, px.
 pub const SHEET_HEIGHT: usize = HEADER + 2 * (CAPTION + TILE + FOOTER);
 
-/// Draws the sheet.
-pub fn contact_sheet(pictures: &Pictures<'_>) -> Sheet {
+/// Draws the sheet of a sample.
+pub fn contact_sheet(panels: &Panels, description: &Description) -> Sheet {
     let mut sheet = Sheet::new(SHEET_WIDTH, SHEET_HEIGHT, BACKGROUND);
-    title(&mut sheet, pictures.description);
-    sheet.light(0, 0, "sum", pictures.sum, 1.0);
-    views(&mut sheet, pictures);
-    sheet.light(2, 0, "target", pictures.target, 1.0);
-    anaglyph(&mut sheet, pictures);
-    depth(&mut sheet, pictures.depth_m);
-    match pictures.left_right_px {
+    let subpixels = description.sensor.subpixels;
+    title(&mut sheet, description);
+    sheet.light(0, 0, "sum", &panels.sum, 1.0);
+    views(&mut sheet, &panels.views, subpixels);
+    sheet.light(2, 0, "target", &panels.target, 1.0);
+    match &panels.left_and_right {
+        Some(both) => {
+            let members = Side::Left.members(subpixels).len();
+            let gain = subpixels.count() as f32 / members.max(1) as f32;
+            sheet.light(3, 0, "L red, R cyan", both, gain);
+        }
+        None => sheet.empty(3, 0, "L and R"),
+    }
+    depth(&mut sheet, &panels.depth_m);
+    match &panels.left_right_px {
         Some(map) => signed(&mut sheet, 1, "x_L - x_R, px", map),
         None => sheet.empty(1, 1, "x_L - x_R"),
     }
-    signed(&mut sheet, 2, "coc, px (+ behind)", pictures.coc_px);
-    occlusion(&mut sheet, pictures);
+    signed(&mut sheet, 2, "coc, px (+ behind)", &panels.coc_px);
+    occlusion(&mut sheet, &panels.occlusion);
     sheet
 }
 
@@ -92,9 +83,9 @@ impl Sheet {
         (x, y)
     }
 
-    fn light(&mut self, column: usize, row: usize, caption: &str, image: &Image, gain: f32) {
+    fn light(&mut self, column: usize, row: usize, caption: &str, image: &Thumbnail, gain: f32) {
         let (x, y) = self.caption(column, row, caption);
-        self.picture((x, y, TILE), image, |p| light(p, gain));
+        self.thumbnail((x, y, TILE), image, |p| light(p, gain));
     }
 
     fn empty(&mut self, column: usize, row: usize, caption: &str) {
@@ -133,8 +124,7 @@ fn title(sheet: &mut Sheet, given: &Description) {
     sheet.text(MARGIN, 28, 2, &second, DIM);
 }
 
-fn views(sheet: &mut Sheet, pictures: &Pictures<'_>) {
-    let subpixels = pictures.description.sensor.subpixels;
+fn views(sheet: &mut Sheet, views: &[Thumbnail], subpixels: Subpixels) {
     let names = subpixels.names();
     let caption = if names.len() <= 4 {
         format!("views {}", names.join(" "))
@@ -143,46 +133,19 @@ fn views(sheet: &mut Sheet, pictures: &Pictures<'_>) {
     };
     let (x, y) = sheet.caption(1, 0, &caption);
     let side = TILE / subpixels.m().max(subpixels.n());
-    for (index, view) in pictures.views.iter().enumerate() {
+    for (index, view) in views.iter().enumerate() {
         let (column, row) = subpixels.column_row(index);
         let place = (x + column * side, y + row * side, side - 1);
-        sheet.picture(place, view, |p| light(p, names.len() as f32));
+        sheet.thumbnail(place, view, |p| light(p, names.len() as f32));
     }
 }
 
-fn anaglyph(sheet: &mut Sheet, pictures: &Pictures<'_>) {
-    let subpixels = pictures.description.sensor.subpixels;
-    let [left, right] = [Side::Left, Side::Right].map(|side| side.members(subpixels));
-    let gain = subpixels.count() as f32 / left.len().max(1) as f32;
-    let side = |indices: &[usize]| sum_of(indices.iter().filter_map(|&i| pictures.views.get(i)));
-    let (Some(left), Some(right)) = (side(&left), side(&right)) else {
-        return sheet.empty(3, 0, "L and R");
-    };
-    let mut both = Image::zeros(left.width(), left.height(), 3);
-    let luma = |p: &[f32]| p.iter().sum::<f32>() / p.len() as f32;
-    for y in 0..left.height() {
-        for x in 0..left.width() {
-            let (l, r) = (luma(left.pixel(x, y)), luma(right.pixel(x, y)));
-            both.pixel_mut(x, y).copy_from_slice(&[l, r, r]);
-        }
-    }
-    sheet.light(3, 0, "L red, R cyan", &both, gain);
-}
-
-fn finite_range(map: &Image) -> Option<(f32, f32)> {
-    let finite = map.data().iter().copied().filter(|v| v.is_finite());
-    finite.fold(None, |range, v| {
-        let (low, high) = range.unwrap_or((v, v));
-        Some((v.min(low), v.max(high)))
-    })
-}
-
-fn depth(sheet: &mut Sheet, map: &Image) {
+fn depth(sheet: &mut Sheet, map: &Thumbnail) {
     let (x, y) = sheet.caption(0, 1, "depth, m");
-    let range = finite_range(map);
+    let range = map.range();
     let (near, far) = range.unwrap_or((1.0, 1.0));
     let span = (1.0 / near - 1.0 / far).max(f32::MIN_POSITIVE);
-    sheet.picture((x, y, TILE), map, |p| match p[0] {
+    sheet.thumbnail((x, y, TILE), map, |p| match p[0] {
         z if z.is_nan() => NO_TRUTH,
         z if z.is_infinite() => SKY,
         z => viridis((1.0 / z - 1.0 / far) / span),
@@ -197,11 +160,11 @@ fn depth(sheet: &mut Sheet, map: &Image) {
     }
 }
 
-fn signed(sheet: &mut Sheet, column: usize, caption: &str, map: &Image) {
+fn signed(sheet: &mut Sheet, column: usize, caption: &str, map: &Thumbnail) {
     let (x, y) = sheet.caption(column, 1, caption);
-    let (low, high) = finite_range(map).unwrap_or((0.0, 0.0));
+    let (low, high) = map.range().unwrap_or((0.0, 0.0));
     let scale = low.abs().max(high.abs()).max(LEAST_SCALE_PX);
-    sheet.picture((x, y, TILE), map, |p| {
+    sheet.thumbnail((x, y, TILE), map, |p| {
         if p[0].is_nan() {
             NO_TRUTH
         } else {
@@ -218,9 +181,9 @@ fn signed(sheet: &mut Sheet, column: usize, caption: &str, map: &Image) {
     );
 }
 
-fn occlusion(sheet: &mut Sheet, pictures: &Pictures<'_>) {
+fn occlusion(sheet: &mut Sheet, map: &Thumbnail) {
     let (x, y) = sheet.caption(3, 1, "occluded pupil");
-    sheet.picture((x, y, TILE), pictures.occlusion, |p| {
+    sheet.thumbnail((x, y, TILE), map, |p| {
         [(p[0].clamp(0.0, 1.0) * 255.0).round() as u8; 3]
     });
     sheet.bar((x, y + TILE + 4), (TILE, 7), |t| [(t * 255.0) as u8; 3]);

@@ -16,9 +16,9 @@ use crate::production::recipes::Recipes;
 use crate::production::run_folder::{RunFolder, identity_in, refuse_other};
 use crate::recipe::{Recipe, SampleId};
 use crate::sample::stages::{Stages, timed};
-use crate::sample::{Sample, render_sample};
+use crate::sample::{Rays, Sample, SampleError, prepare};
 use crate::writer::{
-    Dataset, EarlierSample, Foreign, Pages, WriteError, earlier_sample, finish_dataset,
+    Dataset, EarlierSample, Foreign, Pages, Place, WriteError, earlier_sample, finish_dataset,
     is_whole_sample, write_sample,
 };
 
@@ -99,7 +99,7 @@ pub fn make_part(
         samples: recipes.indices.len(),
         rays: recipes.rays,
     });
-    // One sample is written while the next is rendered.
+    // One sample is written while the next is rendered; of a large picture both go together.
     let mut rendered: Option<Sample> = None;
     for &index in &recipes.indices {
         let recipe = recipes.draw(config, index)?;
@@ -120,7 +120,13 @@ pub fn make_part(
         if let Some(stages) = written {
             done.add(stages?);
         }
-        rendered = Some(next?);
+        rendered = match next? {
+            Rendered::Whole(sample) => Some(*sample),
+            Rendered::Written(stages) => {
+                done.add(stages);
+                None
+            }
+        };
     }
     if let Some(last) = rendered {
         done.add(writer.write(&last)?);
@@ -229,41 +235,65 @@ impl Writer<'_> {
         }
     }
 
-    /// Renders a sample.
+    /// Renders a sample; one of a large picture is written with it.
     fn render(
         &self,
         recipe: &Recipe,
         index: u32,
         responses: &mut Responses,
-    ) -> Result<Sample, GenerateError> {
+    ) -> Result<Rendered, GenerateError> {
         let id = SampleId {
             index,
             configuration_blake3: self.hash.clone(),
         };
-        let rendered = render_sample(recipe, id, responses, self.observer);
-        let sample = rendered.map_err(|e| GenerateError::Sample {
+        let failed = |e: SampleError| GenerateError::Sample {
             index,
             cause: Box::new(e),
-        })?;
+        };
+        let prepared = prepare(recipe, responses, self.observer);
+        let prepared = prepared.map_err(|e| failed(e.into()))?;
         for warning in responses.take_warnings() {
             self.observer.event(Event::Warning(&warning));
         }
-        sample.report(self.observer, &format!("sample {index}"));
-        Ok(sample)
+        let name = format!("sample {index}");
+        if prepared.is_large() {
+            self.folder.still_there()?;
+            let rows = prepared.by_rows(id).map_err(failed)?;
+            let made = rows.write(Place::Dataset(self.folder.path()), self.observer)?;
+            made.report(self.observer, &name);
+            self.tell(index, made.stages);
+            return Ok(Rendered::Written(made.stages));
+        }
+        let (sample, _) = (prepared.render(id, Rays::Trace, self.observer)).map_err(failed)?;
+        sample.made.report(self.observer, &name);
+        Ok(Rendered::Whole(Box::new(sample)))
     }
 
     /// Writes a sample. Where the time went.
     fn write(&self, sample: &Sample) -> Result<Stages, GenerateError> {
         self.folder.still_there()?;
-        let mut stages = sample.stages;
+        let mut stages = sample.made.stages;
         timed(&mut stages.writing_s, || {
             write_sample(self.folder.path(), &sample.files())
         })?;
-        let detail = format!("sample {}: {stages}", sample.description.index);
-        self.observer.event(Event::Detail(&detail));
-        self.observer.event(Event::SampleDone);
+        self.tell(sample.made.description.index, stages);
         Ok(stages)
     }
+
+    /// Tells that a sample is done.
+    fn tell(&self, index: u32, stages: Stages) {
+        let detail = format!("sample {index}: {stages}");
+        self.observer.event(Event::Detail(&detail));
+        self.observer.event(Event::SampleDone);
+    }
+}
+
+/// A sample that was rendered.
+enum Rendered {
+    /// It is to be written.
+    Whole(Box<Sample>),
+    /// It is written; where the time went.
+    Written(Stages),
 }
 
 /// Makes the dataset of the samples in `out` whole.

@@ -5,8 +5,10 @@
 //! signal about its mean, for a texture of points; here it is taken of the part of the picture that changes from pixel
 //! to pixel. It also tells how far the view of a half is from where the model has it.
 
-use quadpixel::render::{Camera, SubPixelImage};
+use quadpixel::image::Image;
+use quadpixel::render::Camera;
 use quadpixel::response::ResponseLookup;
+use quadpixel::sensor::Subpixels;
 use quadpixel_datasets::{Effect, Effects, EstimatedError, Reason};
 
 /// Pitch, µm; the largest error of a texture, in focus and with blurs of up to 4 px; the largest shift of a half's
@@ -16,8 +18,8 @@ const ERRORS: [(f64, f64, f64); 3] = [(1.6, 0.15, 0.12), (2.8, 0.38, 0.16), (3.5
 const PITCHES_UM: std::ops::RangeInclusive<f64> = 1.4..=3.7;
 const F_NUMBERS: std::ops::RangeInclusive<f64> = 1.7..=8.0;
 
-/// Enters the effect, which is never simulated. `image`: on any scale.
-pub(super) fn enter(camera: &Camera, image: &SubPixelImage, ledger: &mut Effects) {
+/// Enters the effect, which is never simulated.
+pub(super) fn enter(camera: &Camera, contrast: &FineContrast, ledger: &mut Effects) {
     let effect = Effect::LensPixelCoherence;
     if matches!(camera.response(), ResponseLookup::Geometric(_)) {
         return ledger.leave_out(effect, Reason::GeometricResponse);
@@ -28,7 +30,7 @@ pub(super) fn enter(camera: &Camera, image: &SubPixelImage, ledger: &mut Effects
     if PITCHES_UM.contains(&pitch_um) && F_NUMBERS.contains(&f_number) {
         let (texture, shift_px) = of_pitch(pitch_um);
         errors = vec![
-            EstimatedError::SignalPercent(100.0 * texture * fine_contrast(image)),
+            EstimatedError::SignalPercent(100.0 * texture * contrast.rms()),
             EstimatedError::ShiftPx(shift_px),
         ];
     }
@@ -46,29 +48,66 @@ fn of_pitch(pitch_um: f64) -> (f64, f64) {
     (between(texture, more_texture), between(shift, more_shift))
 }
 
-/// RMS of what changes from pixel to pixel, over the mean: of differences of neighbours in a row and in a column of
-/// each view, a half of whose square is theirs.
-fn fine_contrast(image: &SubPixelImage) -> f64 {
-    let (mosaic, [m, n]) = (&image.mosaic, [image.subpixels.m(), image.subpixels.n()]);
-    let (mut squares, mut count, mut light) = (0.0, 0u64, 0.0);
-    for y in 0..mosaic.height() {
-        for x in 0..mosaic.width() {
-            let here = mosaic.pixel(x, y);
-            light += here.iter().map(|v| f64::from(*v)).sum::<f64>();
-            let right = (x + m < mosaic.width()).then(|| mosaic.pixel(x + m, y));
-            let below = (y + n < mosaic.height()).then(|| mosaic.pixel(x, y + n));
-            for other in [right, below].into_iter().flatten() {
-                for (a, b) in here.iter().zip(other) {
-                    squares += 0.5 * f64::from(a - b).powi(2);
-                    count += 1;
+/// What changes from pixel to pixel, summed up while the rows of a mosaic come.
+#[derive(Clone, Debug)]
+pub(super) struct FineContrast {
+    subpixels: Subpixels,
+    /// The last row of pixels, as many rows of the mosaic.
+    above: Option<Image>,
+    squares: f64,
+    differences: u64,
+    light: f64,
+    values: u64,
+}
+
+impl FineContrast {
+    pub fn new(subpixels: Subpixels) -> Self {
+        Self {
+            subpixels,
+            above: None,
+            squares: 0.0,
+            differences: 0,
+            light: 0.0,
+            values: 0,
+        }
+    }
+
+    /// Goes on with the mosaic of some rows of pixels, on any scale.
+    pub fn add(&mut self, mosaic: &Image) {
+        let [m, n] = [self.subpixels.m(), self.subpixels.n()];
+        let last = mosaic.height().saturating_sub(n);
+        let above = self.above.take();
+        for y in 0..mosaic.height() {
+            for x in 0..mosaic.width() {
+                let here = mosaic.pixel(x, y);
+                self.light += here.iter().map(|v| f64::from(*v)).sum::<f64>();
+                let left = (x >= m).then(|| mosaic.pixel(x - m, y));
+                let above = match y >= n {
+                    true => Some(mosaic.pixel(x, y - n)),
+                    false => above.as_ref().map(|above| above.pixel(x, y)),
+                };
+                for other in [left, above].into_iter().flatten() {
+                    for (a, b) in here.iter().zip(other) {
+                        self.squares += 0.5 * f64::from(a - b).powi(2);
+                        self.differences += 1;
+                    }
                 }
             }
         }
+        self.values += mosaic.data().len() as u64;
+        let row = mosaic.width() * mosaic.channels();
+        let kept = mosaic.data()[last * row..].to_vec();
+        self.above = Image::from_vec(mosaic.width(), n, mosaic.channels(), kept);
     }
-    let mean = light / mosaic.data().len() as f64;
-    match count > 0 && mean > 0.0 {
-        true => (squares / count as f64).sqrt() / mean,
-        false => 0.0,
+
+    /// RMS of the changes, over the mean: of differences of neighbours in a row and in a column of each view, a half of
+    /// whose square is theirs.
+    pub fn rms(&self) -> f64 {
+        let mean = self.light / self.values as f64;
+        match self.differences > 0 && mean > 0.0 {
+            true => (self.squares / self.differences as f64).sqrt() / mean,
+            false => 0.0,
+        }
     }
 }
 
@@ -76,18 +115,27 @@ fn fine_contrast(image: &SubPixelImage) -> f64 {
 #[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests {
     use super::*;
-    use quadpixel::image::Image;
-    use quadpixel::sensor::Subpixels;
+
+    /// By the rows of a mosaic of 16 × 16 values, so many at once.
+    fn of_rows(value: impl Fn(usize, usize) -> f32, at_once: usize) -> f64 {
+        let mut contrast = FineContrast::new(Subpixels::new(2, 2).unwrap());
+        for first in (0..16).step_by(at_once) {
+            let mut mosaic = Image::zeros(16, at_once, 3);
+            for y in 0..at_once {
+                for x in 0..16 {
+                    mosaic.pixel_mut(x, y).fill(value(x, first + y));
+                }
+            }
+            contrast.add(&mosaic);
+        }
+        contrast.rms()
+    }
 
     fn of(value: impl Fn(usize, usize) -> f32) -> f64 {
-        let subpixels = Subpixels::new(2, 2).unwrap();
-        let mut mosaic = Image::zeros(16, 16, 3);
-        for y in 0..16 {
-            for x in 0..16 {
-                mosaic.pixel_mut(x, y).fill(value(x, y));
-            }
-        }
-        fine_contrast(&SubPixelImage { subpixels, mosaic })
+        let whole = of_rows(&value, 16);
+        assert_eq!(of_rows(&value, 2), whole);
+        assert_eq!(of_rows(&value, 4), whole);
+        whole
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! Recipe → rendered sample with all its truths, ready for the writer.
 
+mod by_rows;
 mod coherence;
+mod exposure;
 mod ledger;
 mod noisy;
 mod picture;
@@ -10,6 +12,7 @@ mod prepared;
 mod rendered;
 pub mod stages;
 
+pub use by_rows::ByRows;
 pub use prepare::{prepare, prepare_picture};
 pub use prepared::{Prepared, Rays, SampleError, render_sample};
-pub use rendered::Sample;
+pub use rendered::{Made, Sample};

@@ -2,27 +2,20 @@
 
 use std::sync::Arc;
 
-use quadpixel::effects::{Choice, Decision, Estimate, Shot, plan};
-use quadpixel::image::Image;
-use quadpixel::render::truth::{
-    Defocus, DisparityField, GeometryTruth, SightRays, WhiteField, channel_shifts,
-};
-use quadpixel::render::{Camera, RayRecord, RecordError, Render, Rendered};
+use quadpixel::effects::{Choice, Shot, plan};
+use quadpixel::render::truth::{DisparityField, SightRays, WhiteField};
+use quadpixel::render::{Camera, RayRecord, RecordError, Render};
 use quadpixel::response::Response;
 use quadpixel::rgbd::DepthPicture;
 use quadpixel::scene::Scene;
-use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel_datasets as spec;
 
-use super::coherence;
-use super::ledger::ledger;
-use super::noisy::Noisy;
+use super::exposure::{Exposure, Known, Shown};
 use super::planned;
 use super::prepare::prepare;
-use super::rendered::{Maps, Sample, Shifts, raw_white, saturation};
+use super::rendered::Sample;
 use super::stages::{Stages, timed};
-use crate::assemble::{self, ColourCall, Responses};
-use crate::describe::{RenderedLight, describe};
+use crate::assemble::{ColourCall, Responses};
 use crate::lens_tracing;
 use crate::observer::Observer;
 use crate::recipe::{Recipe, RecipeError, SampleId};
@@ -86,20 +79,6 @@ pub enum Rays {
     Keep,
     /// They were kept.
     Develop(Box<RayRecord>),
-}
-
-/// What was rendered of a scene, and its truth.
-pub(super) struct Shown {
-    pub rendered: Rendered,
-    pub fields: Vec<DisparityField>,
-    pub white: WhiteField,
-    pub sight: SightRays,
-    pub geometry: GeometryTruth,
-    /// sr times the unit of radiance; absent: it is to be rendered.
-    pub target: Option<Image>,
-    pub choice: Choice,
-    pub decisions: Vec<Decision>,
-    pub left_out_together: Option<Estimate>,
 }
 
 impl Prepared {
@@ -191,101 +170,26 @@ impl Prepared {
             Rays::Develop(record) => (record.develop(&self.camera)).map(|done| (done, None)),
         })?;
         let began = std::time::Instant::now();
-        let shown = Shown {
-            rendered,
+        let target = sight.target(&self.camera, &self.scene, &white, settings);
+        let known = Known {
             fields,
             white,
             sight,
-            geometry,
-            target: None,
             choice,
             decisions: planned.decisions,
             left_out_together: planned.together,
+            stats: rendered.stats,
         };
-        let mut sample = self.exposed(id, shown)?;
-        sample.stages.truth_s += began.elapsed().as_secs_f64();
-        Ok((sample, record))
-    }
-
-    /// The sample, on the scale of its exposure.
-    pub(super) fn exposed(self, id: SampleId, shown: Shown) -> Result<Sample, RecipeError> {
-        let (recipe, camera, scene) = (&self.recipe, &self.camera, &self.scene);
-        let Shown {
-            rendered,
-            fields,
-            white,
-            sight,
-            geometry,
-            mut decisions,
-            target: shown_target,
-            choice,
-            left_out_together,
-        } = shown;
-        let field = &fields[ChannelWavelengths::REFERENCE.min(fields.len() - 1)];
-        let defocus = Defocus::new(camera)
-            .unwrap_or_else(|| unreachable!("a camera with a lens has a focus"));
-        let gain = recipe.exposure_ev.exp2() / white.reference_sr();
-        let mut mosaic = rendered.image;
-        mosaic.scale(gain as f32);
-        let rendered_target = || sight.target(camera, scene, &white, &recipe.render);
-        let mut target = shown_target.unwrap_or_else(rendered_target);
-        // Where there is no ray of sight the target is black, and `valid` says so.
-        for value in target.data_mut() {
-            *value = if value.is_nan() {
-                0.0
-            } else {
-                *value * gain as f32
-            };
-        }
-        let readout = recipe.readout.as_ref();
-        let noise = planned::noise(readout, &choice, camera.sensor(), &white);
-        let readout = readout.filter(|_| !noise.verdict.is_left_out());
-        decisions.push(noise);
-        let lens = assemble::lens(&recipe.lens)?;
-        planned::estimate_band_width(&mut decisions, self.colours.errors, &lens, camera);
-        let expose = |settings| Noisy::expose(settings, &mosaic, camera, &white, gain);
-        let noisy = readout.map(expose).transpose()?;
-        let noise = noisy.as_ref().map(Noisy::description);
-        let (tolerance, response) = (&recipe.tolerance, &self.response);
-        let called = (decisions.as_slice(), &self.colours);
-        let mut effects = ledger(recipe, camera, response, called, tolerance);
-        coherence::enter(camera, &mosaic, &mut effects);
-        let exposed = RenderedLight {
-            gain,
-            white_sr: white.middle_sr(),
-            stats: &rendered.stats,
-            fields: &fields,
-            effects,
-            noise: noise.map_or(spec::Noise::None, spec::Noise::Readout),
-        };
-        let description = describe(recipe, id, camera, &self.response, exposed)?;
-        let occlusion = rendered.occlusion;
-        let (width, height) = (camera.sensor().width(), camera.sensor().height());
-        let chief = SightRays::chief_rays(camera);
-        let raw_white = raw_white(&white, recipe.exposure_ev);
-        let values = mosaic.mosaic.data();
-        let clipped = values.iter().filter(|v| **v > raw_white).count() as u64;
-        let noisy_saturated = (noisy.as_ref()).map_or(0, |n| n.description().saturated);
-        let mut warnings = self.warnings;
-        warnings.extend(saturation("raw.png", clipped, values.len()));
-        warnings.extend(saturation("noisy.png", noisy_saturated, values.len()));
-        Ok(Sample {
-            shifts: Shifts {
-                chief_to_sum: chief.chief_to_sum_px(camera, field, &geometry.depth_mm),
-                channels: channel_shifts(camera, &fields, &geometry.depth_mm),
-            },
-            raw_white,
-            disparity: field.maps(camera, &geometry.depth_mm),
-            maps: Maps::new(camera, scene.world().is_some(), geometry, &defocus),
-            occlusion: occlusion.unwrap_or_else(|| Image::zeros(width, height, 1)),
-            left_out_together,
-            stages: self.stages,
-            warnings,
+        let mut exposure = Exposure::new(self, id, known)?;
+        let pictures = exposure.pictures(Shown {
+            rows: None,
+            image: rendered.image,
+            occlusion: rendered.occlusion,
             target,
-            noisy,
-            description,
-            decisions,
-            mosaic,
-        })
+            geometry,
+        });
+        let mut sample = exposure.sample(pictures);
+        sample.made.stages.truth_s += began.elapsed().as_secs_f64();
+        Ok((sample, record))
     }
 }

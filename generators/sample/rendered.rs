@@ -36,17 +36,28 @@ pub(super) fn saturation(what: &str, saturated: u64, values: usize) -> Option<St
     })
 }
 
-/// A rendered sample. Images are linear, scaled by the exposure.
-pub struct Sample {
-    pub(super) mosaic: SubPixelImage,
-    pub(super) target: Image,
-    pub(super) maps: Maps,
-    pub(super) disparity: DisparityMaps,
-    pub(super) shifts: Shifts,
+/// The pictures and maps of a sample, or of rows of it. Images are linear, scaled by the exposure.
+pub(super) struct Pictures {
+    pub mosaic: SubPixelImage,
+    pub target: Image,
+    pub maps: Maps,
+    pub disparity: DisparityMaps,
+    pub shifts: Shifts,
+    pub occlusion: Image,
+    pub noisy: Option<Noisy>,
     /// Linear value at the white level of the mosaic.
-    pub(super) raw_white: f32,
-    pub(super) occlusion: Image,
-    pub(super) noisy: Option<Noisy>,
+    pub raw_white: f32,
+}
+
+/// A rendered sample.
+pub struct Sample {
+    pub(super) pictures: Pictures,
+    /// What is said of it.
+    pub made: Made,
+}
+
+/// What is said of a sample that was made.
+pub struct Made {
     /// What was left out of its scene.
     pub(super) warnings: Vec<String>,
     pub(super) left_out_together: Option<Estimate>,
@@ -111,7 +122,7 @@ fn per_spec_frame(mut normals: Image) -> Image {
     normals
 }
 
-impl Sample {
+impl Made {
     /// Reports under `name` what was left out of its scene, and each decision about its effects.
     pub fn report(&self, observer: &dyn Observer, name: &str) {
         for warning in &self.warnings {
@@ -128,9 +139,18 @@ impl Sample {
             observer.event(Event::Info(&text));
         }
     }
+}
 
+impl Sample {
     /// What the writer takes.
     pub fn files(&self) -> SampleFiles<'_> {
+        self.pictures.files(&self.made.description)
+    }
+}
+
+impl Pictures {
+    /// What the writer takes; `description`: of the whole sample.
+    pub fn files<'a>(&'a self, description: &'a Description) -> SampleFiles<'a> {
         let maps = &self.maps;
         SampleFiles {
             raw: &self.mosaic.mosaic,
@@ -147,7 +167,7 @@ impl Sample {
             noisy: self.noisy.as_ref().map(Noisy::files),
             valid: &maps.valid,
             seen: (maps.seen.as_ref()).map(|(objects, normals)| WorldMaps { objects, normals }),
-            description: self.description.clone(),
+            description,
         }
     }
 }

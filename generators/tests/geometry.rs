@@ -61,7 +61,7 @@ fn the_pinhole_of_meta_json_projects_points_to_where_they_are_seen() {
                 total += w;
             }
         }
-        let i = &sample.description.intrinsics;
+        let i = &sample.made.description.intrinsics;
         let d = z * 1e-3 + i.pinhole_behind_vertex_m;
         let wanted = (
             i.cx_px + i.fx_px * x * 1e-3 / d,
@@ -86,7 +86,7 @@ fn circle_of_confusion_follows_from_the_intrinsics() {
             "{ at = \"centre\" }",
             (0.0, 0.0, z),
         );
-        let i = &sample.description.intrinsics;
+        let i = &sample.made.description.intrinsics;
         let inverse = |z_mm: f64| 1.0 / (z_mm * 1e-3 + i.pinhole_behind_vertex_m);
         let wanted = i.fx_px * i.entrance_pupil_diameter_m * (inverse(500.0) - inverse(z));
         let files = sample.files();

@@ -5,30 +5,56 @@ use std::path::Path;
 use quadpixel::image::{Image, ImageError, raster};
 use quadpixel_datasets::CameraPictures;
 
-/// The bytes of a picture of `tiles`, `columns` of them in a row, each multiplied by `gain` first.
-///
-/// # Errors
-/// What the encoder refuses.
-pub(super) fn encode(
-    path: &Path,
-    how: &CameraPictures,
-    (tiles, columns): (&[Image], usize),
-    gain: f64,
-) -> Result<Vec<u8>, ImageError> {
-    let (width, height) = (tiles[0].width(), tiles[0].height());
-    let rows = tiles.len() / columns;
-    let mut codes = Vec::with_capacity(3 * width * height * tiles.len());
-    for y in 0..rows * height {
-        for x in 0..columns * width {
-            let tile = &tiles[y / height * columns + x / width];
-            let pixel = tile.pixel(x % width, y % height);
-            let linear = std::array::from_fn(|c| gain * f64::from(pixel[c]));
-            codes.extend(how.development.codes(linear));
+/// A picture of tiles in the making: 8-bit codes, all of them in memory, as tiles are stored beside and below each
+/// other.
+pub(super) struct CameraCodes {
+    /// Columns and rows of tiles.
+    grid: [usize; 2],
+    /// Columns and rows of a tile.
+    tile: [usize; 2],
+    /// Rows of each tile that there are.
+    rows: usize,
+    codes: Vec<u8>,
+}
+
+impl CameraCodes {
+    pub fn new(grid: [usize; 2], tile: [usize; 2]) -> Self {
+        Self {
+            grid,
+            tile,
+            rows: 0,
+            codes: vec![0; 3 * grid[0] * grid[1] * tile[0] * tile[1]],
         }
     }
-    let size = (columns * width, rows * height);
-    match how.jpeg_quality {
-        Some(quality) => raster::encode_jpeg(path, &codes, size.0, size.1, quality),
-        None => raster::encode_png8(path, &codes, size.0, size.1, 3),
+
+    /// Goes on with some rows of each tile, in stored order, multiplied by `gain` first.
+    pub fn add(&mut self, how: &CameraPictures, tiles: &[Image], gain: f64) {
+        let across = self.grid[0] * self.tile[0];
+        for (number, tile) in tiles.iter().enumerate() {
+            let (column, row) = (number % self.grid[0], number / self.grid[0]);
+            let top = row * self.tile[1] + self.rows;
+            for y in 0..tile.height() {
+                let first = (top + y) * across + column * self.tile[0];
+                let out = &mut self.codes[3 * first..][..3 * self.tile[0]];
+                for (x, out) in out.chunks_exact_mut(3).enumerate() {
+                    let pixel = tile.pixel(x, y);
+                    let linear = std::array::from_fn(|c| gain * f64::from(pixel[c]));
+                    out.copy_from_slice(&how.development.codes(linear));
+                }
+            }
+        }
+        self.rows += tiles.first().map_or(0, Image::height);
+    }
+
+    /// The bytes of the picture.
+    ///
+    /// # Errors
+    /// What the encoder refuses.
+    pub fn encode(&self, path: &Path, how: &CameraPictures) -> Result<Vec<u8>, ImageError> {
+        let [width, height] = [0, 1].map(|k| self.grid[k] * self.tile[k]);
+        match how.jpeg_quality {
+            Some(quality) => raster::encode_jpeg(path, &self.codes, width, height, quality),
+            None => raster::encode_png8(path, &self.codes, width, height, 3),
+        }
     }
 }

@@ -5,7 +5,7 @@ use quadpixel::image::raster::Levels;
 
 use crate::describe::Description;
 
-/// What a sample consists of. W × H pixels of m × n sub-pixels; every image has row 0 on top.
+/// What a sample, or some rows of one, consists of. W × H pixels of m × n sub-pixels; every image has row 0 on top.
 #[derive(Clone, Debug)]
 pub struct SampleFiles<'a> {
     /// The sub-pixel mosaic, m·W × n·H, linear, one channel per colour: finite and not negative.
@@ -37,8 +37,8 @@ pub struct SampleFiles<'a> {
     pub valid: &'a [bool],
     /// Objects and normals, of worlds of meshes; left out of the sample if `None`.
     pub seen: Option<WorldMaps<'a>>,
-    /// Everything else.
-    pub description: Description,
+    /// Everything else, of the whole sample.
+    pub description: &'a Description,
 }
 
 /// What the rays of sight see of a world of meshes.

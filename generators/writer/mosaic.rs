@@ -5,15 +5,16 @@ use quadpixel_datasets::{CodeLevels, Mosaic, Raw};
 
 use crate::describe::Description;
 
-/// The channel of each microlens's colour, of m·W × n·H values of R, G, B; `None` without a pattern.
-pub fn picked(description: &Description, all: &Image) -> Option<Image> {
+/// The channel of each microlens's colour, of m·W × n·H values of R, G, B, or of rows of them from `first_row` of the
+/// pixels on; `None` without a pattern.
+pub fn picked(description: &Description, all: &Image, first_row: usize) -> Option<Image> {
     let pattern = description.mosaic?;
     let subpixels = description.sensor.subpixels;
     let (m, n) = (subpixels.m(), subpixels.n());
     let mut picked = Image::zeros(all.width(), all.height(), 1);
     for y in 0..all.height() {
         for x in 0..all.width() {
-            picked.pixel_mut(x, y)[0] = all.pixel(x, y)[pattern.channel(x / m, y / n)];
+            picked.pixel_mut(x, y)[0] = all.pixel(x, y)[pattern.channel(x / m, first_row + y / n)];
         }
     }
     Some(picked)

@@ -11,10 +11,10 @@ pub(super) fn input(sample: &str, what: impl Into<String>) -> WriteError {
     }
 }
 
-/// Sizes are the sensor's, and light is finite and not negative.
-pub(super) fn check(sample: &SampleFiles<'_>, name: &str) -> Result<(), WriteError> {
+/// Sizes are the sensor's, of `height` rows of it, and light is finite and not negative.
+pub(super) fn check(sample: &SampleFiles<'_>, name: &str, height: usize) -> Result<(), WriteError> {
     let sensor = &sample.description.sensor;
-    let (width, height) = (sensor.width_px as usize, sensor.height_px as usize);
+    let width = sensor.width_px as usize;
     let (m, n) = (sensor.subpixels.m(), sensor.subpixels.n());
     let colours = sample.description.channels.len();
     if sample.description.mosaic.is_some() {

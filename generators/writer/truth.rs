@@ -1,18 +1,14 @@
-//! The truth maps made consistent: one validity for all of them, their ranges, and the tie between disparity and
-//! defocus.
+//! The truth maps made consistent: one validity for all of them.
 
 use quadpixel::image::Image;
 use quadpixel::image::views::Side;
 use quadpixel::sensor::Subpixels;
-use quadpixel_datasets::{CocDisparity, Range, Ranges};
 
 use super::files::SampleFiles;
 
 /// Disparities are stored as multiples of 1/this, px: a tenth of what they are known to, and their bytes pack to a
 /// fifth of those of all digits.
 const DISPARITY_STEPS: f32 = 16384.0;
-/// Root-mean-square circle of confusion, px, below which its ratio to the disparity means nothing.
-const LEAST_DEFOCUS_PX: f64 = 0.5;
 
 /// The float maps with NaN exactly where `valid` is false, as they are stored.
 #[derive(Clone, Debug)]
@@ -85,36 +81,6 @@ fn side_by_side(traced: &Image, paraxial: &Image) -> Image {
     both
 }
 
-/// Ranges over the finite values.
-pub(super) fn ranges(truth: &Truth) -> Ranges {
-    let disparity = |channel: usize| {
-        let own = truth.disparity_px.iter();
-        range(own.flat_map(|map| map.data().iter().skip(channel).step_by(4)))
-    };
-    Ranges {
-        depth_m: range(truth.depth_m.data()),
-        sky_pixels: truth
-            .depth_m
-            .data()
-            .iter()
-            .filter(|z| z.is_infinite())
-            .count() as u64,
-        dx_px: disparity(0),
-        dy_px: disparity(1),
-        coc_px: range(truth.coc_px.data()),
-    }
-}
-
-fn range<'a>(values: impl IntoIterator<Item = &'a f32>) -> Option<Range> {
-    let finite = values.into_iter().filter(|value| value.is_finite());
-    let grow = |range: Option<Range>, value: &f32| {
-        let value = f64::from(*value);
-        let (min, max) = range.map_or((value, value), |r| (r.min.min(value), r.max.max(value)));
-        Some(Range { min, max })
-    };
-    finite.fold(None, grow)
-}
-
 /// x_L − x_R of a pixel, px: the mean dx of the left sub-pixels minus that of the right ones; `None` for one column.
 pub(super) fn left_right_px(
     disparity_px: &[Image],
@@ -136,24 +102,4 @@ pub(super) fn left_right_px(
         }
     }
     Some(map)
-}
-
-/// −Σ (x_L − x_R) c / Σ c² over the valid pixels, for the traced and the paraxial disparity.
-pub(super) fn coc_disparity(truth: &Truth, subpixels: Subpixels) -> Option<CocDisparity> {
-    let ratio = |channel| {
-        let map = left_right_px(&truth.disparity_px, subpixels, channel)?;
-        let (mut along, mut square, mut count) = (0.0, 0.0, 0.0);
-        for (&d, &c) in map.data().iter().zip(truth.coc_px.data()) {
-            if d.is_finite() && c.is_finite() {
-                along += f64::from(d) * f64::from(c);
-                square += f64::from(c) * f64::from(c);
-                count += 1.0;
-            }
-        }
-        (square > count * LEAST_DEFOCUS_PX * LEAST_DEFOCUS_PX).then(|| -along / square)
-    };
-    Some(CocDisparity {
-        traced_ratio: ratio(0)?,
-        paraxial_ratio: ratio(2)?,
-    })
 }

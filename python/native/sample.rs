@@ -89,7 +89,7 @@ impl Rendered {
             prepared
         };
         let (sample, _) = prepared.render(id, Rays::Trace, watch)?;
-        sample.report(watch, "sample");
+        sample.made.report(watch, "sample");
         Self::new(sample)
     }
 
@@ -141,7 +141,7 @@ impl Rendered {
             items.set_item("normal", of_image(py, normals)?)?;
         }
         let codes = |image: &Image| image.data().iter().map(|v| *v as u16).collect::<Vec<u16>>();
-        let mosaic = |image: &Image| picked(&files.description, image);
+        let mosaic = |image: &Image| picked(files.description, image, 0);
         if let Some(noisy) = files.noisy {
             let linear = split_views(noisy.linear, subpixels);
             let shape = [

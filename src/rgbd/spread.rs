@@ -58,6 +58,11 @@ impl Spread {
         })
     }
 
+    /// Rays through the lens that its kernels took.
+    pub fn rays(&self) -> u64 {
+        self.rays
+    }
+
     /// Memory of as many converted rows, bytes.
     pub fn bytes(&self, rows: usize) -> u64 {
         let per_pixel = 4 * (2 * 3 * self.sensor.subpixels().count() + 16) as u64;

@@ -226,12 +226,12 @@ fn written((sample, rays): &(Sample, usize), folder: &Path) -> Result<Trial, Gen
     let bytes = size_of(&place)?;
     file::remove(&place)?;
     Ok(Trial {
-        rays_s: sample.stages.rays_s,
-        response_s: sample.stages.response_s,
+        rays_s: sample.made.stages.rays_s,
+        response_s: sample.made.stages.response_s,
         bytes,
-        spread: sample.description.errors.map(|e| e.rms_over_mean),
+        spread: sample.made.description.errors.map(|e| e.rms_over_mean),
         rays: *rays,
-        effects: sample.description.effects.clone(),
+        effects: sample.made.description.effects.clone(),
     })
 }
 
