@@ -24,6 +24,7 @@ const LIBRARY: &[(&str, &str)] = &[
     builtin!("lib_wide_22mm"),
     builtin!("tele_US10571665B2_220a"),
     builtin!("tele_US10571665B2_220b"),
+    builtin!("wide_US10281683B2_110"),
     builtin!("wide_US11940605B2_emb1"),
     builtin!("wide_US11940605B2_emb9"),
     builtin!("wide_US20120327520A1_emb3"),
