@@ -24,8 +24,8 @@ pub(super) fn aperture(camera: &Camera, margin: usize) -> Option<KernelBank> {
     (bank.support()?.reach() <= margin).then_some(bank)
 }
 
-/// Mean radiance over each pixel of some rows of a sensor, three channels, blurred by diffraction at the lens's aperture
-/// where the camera has it: no camera sees more.
+/// Mean radiance over each pixel of some rows of a sensor, three channels, blurred by diffraction at the lens's
+/// aperture where the camera has it: no camera sees more.
 pub(super) fn target(
     bank: &KernelBank,
     relief: &Relief,

@@ -14,8 +14,9 @@
 //! has no seams: its layers' coverages sum to 1. j_i = 1 + ∂Δ_i/∂(1/D) · ∇(1/D) is by how much the slant stretches what
 //! sub-pixel i sees. Behind depth edges the background goes on ([`Relief`]).
 //!
-//! That is [`Conversion::run`], or row by row [`Spread::rows`]. [`Conversion::trace`] renders the same relief as surfaces of shining patches, ray by
-//! ray: exact where the above is of first order in the field and of layers in depth, and slower.
+//! That is [`Conversion::run`], or row by row [`Spread::rows`]. [`Conversion::trace`] renders the same relief as
+//! surfaces of shining patches, ray by ray: exact where the above is of first order in the field and of layers in
+//! depth, and slower.
 //!
 //! Pixels are done tile by tile; what a pixel gets does not depend on the tiles, the threads or the instructions.
 
