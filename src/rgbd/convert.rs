@@ -41,7 +41,7 @@ pub struct Converted {
     pub target: Image,
     /// Part of the light of each pixel from other surfaces than the one that it stands for: W × H × 1.
     pub occlusion: Image,
-    /// Part of the light of each pixel from places that are made up (see [`Relief`]): W × H × 1.
+    /// Part of the light of each pixel from places that are made up (see [`super::Relief`]): W × H × 1.
     pub made_up: Image,
     /// Rays through the lens.
     pub rays: u64,
