@@ -1,5 +1,6 @@
 //! Pictures with depth from files and arrays: what their numbers mean, and the pairs of two folders.
 
+mod blur;
 mod depth;
 mod error;
 mod files;
@@ -9,6 +10,7 @@ mod pairs;
 mod preset;
 mod recipe;
 
+pub use blur::{Depths, TooLarge};
 pub use error::PictureError;
 pub use files::Stored;
 pub use meaning::{DepthKind, Encoding, Intrinsics, Meaning};

@@ -361,3 +361,55 @@ fn pictures_with_depth_are_a_scene_of_a_dataset_with_noise_and_splits() {
     crate::common::render(&sample.join("meta.json"), &again);
     crate::common::assert_same_sample(&sample, &again);
 }
+
+#[test]
+fn a_picture_whose_blur_is_larger_than_itself_is_left_out_of_a_batch_and_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
+    let (rgb, depth) = (root.join("rgb"), root.join("depth"));
+    fs::create_dir(&rgb).unwrap();
+    fs::create_dir(&depth).unwrap();
+    for (stem, nearest_m) in [("a", 0.5), ("near", 0.011), ("b", 0.5)] {
+        write_png8(&rgb.join(format!("{stem}.png")), &codes(), WIDTH, HEIGHT, 3).unwrap();
+        let near = |x: usize, y: usize| if x < 5 { nearest_m } else { depth_m(x, y) };
+        write_depth_exr(&depth.join(format!("{stem}.exr")), &map(near));
+    }
+    let config = config(root);
+    let output = convert(
+        root,
+        "rgb",
+        "depth",
+        &["--config", &config, "--focus-m", "0.6"],
+    );
+    let summary = json(&output);
+    assert_eq!(summary["samples"], 2, "{output:?}");
+    let skipped = summary["skipped"].as_array().unwrap();
+    let line = skipped[0].as_str().unwrap();
+    assert!(skipped.len() == 1 && line.contains("near.png"), "{line}");
+    assert!(
+        line.contains("0.011 m") && line.contains("smaller aperture"),
+        "{line}"
+    );
+    // Nothing is done twice, and what was left out is left out again.
+    let again = json(&convert(
+        root,
+        "rgb",
+        "depth",
+        &["--config", &config, "--focus-m", "0.6"],
+    ));
+    assert_eq!(
+        (&again["reused"], &again["skipped"]),
+        (&2.into(), &summary["skipped"])
+    );
+    // Alone it is refused.
+    let other = tempfile::tempdir().unwrap();
+    let [image, depth] = [rgb.join("near.png"), depth.join("near.exr")];
+    let paths = [&image, &depth].map(|path| path.to_str().unwrap());
+    let alone = ["--config", &config, "--focus-m", "0.6"];
+    let output = convert(other.path(), paths[0], paths[1], &alone);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(
+        String::from_utf8_lossy(&output.stderr).contains("blur"),
+        "{output:?}"
+    );
+}

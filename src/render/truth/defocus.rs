@@ -27,9 +27,17 @@ pub struct Defocus {
 impl Defocus {
     /// From the camera's paraxial data; `None` for bare pixels, which have no focus.
     pub fn new(camera: &Camera) -> Option<Self> {
-        let mut defocus = Self::of_lens(camera.paraxial()?);
-        defocus.sensor_z_mm = defocus.image_z_mm(camera.focus_distance_mm());
-        Some(defocus)
+        Some(Self::of_focused(
+            camera.paraxial()?,
+            camera.focus_distance_mm(),
+        ))
+    }
+
+    /// Of a lens that is focused at a depth, mm.
+    pub fn of_focused(lens: &Paraxial, focus_mm: f64) -> Self {
+        let mut defocus = Self::of_lens(lens);
+        defocus.sensor_z_mm = defocus.image_z_mm(focus_mm);
+        defocus
     }
 
     /// In the middle of a channel's band, on the sensor of the reference wavelength.

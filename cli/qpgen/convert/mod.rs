@@ -1,5 +1,7 @@
 //! `qpgen convert`: pictures with depth into a dataset.
 
+mod found;
+
 use std::path::{Path, PathBuf};
 
 use crate::exit::CommandError;
@@ -14,10 +16,10 @@ use quadpixel::shard::Shard;
 use quadpixel_generators::config::{
     DEFAULT_TOML, DatasetConfig, Draw, Range, RgbdConfig, Scale, WindowConfig,
 };
-use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_generators::production::dataset;
-use quadpixel_generators::rgbd::{Level, Meaning, Pair, PictureError, Preset, RgbdRecipe, pairs};
-use rayon::prelude::*;
+use quadpixel_generators::rgbd::{Level, Preset};
+
+use found::Found;
 
 use crate::qpgen::camera_arg::CameraArg;
 use crate::qpgen::dataset::foreign;
@@ -124,50 +126,6 @@ enum LevelName {
     Rays,
 }
 
-/// The pairs that can be read, and a line for each that cannot.
-struct Found {
-    good: Vec<Pair>,
-    skipped: Vec<String>,
-}
-
-/// Reads every pair once: what cannot be converted is told before the first sample.
-fn sound(
-    args: &ConvertArgs,
-    meaning: &Meaning,
-    progress: &Progress,
-) -> Result<Found, CommandError> {
-    let (all, mut skipped) = match (&args.depth, args.preset) {
-        (Some(depth), _) => pairs(&args.image, depth)?,
-        (None, Some(preset)) => preset.preset().pairs(&args.image)?,
-        (None, None) => return Err(CommandError::input("neither --depth nor --preset")),
-    };
-    let alone = all.len() == 1;
-    let try_one = |pair: &Pair| -> Result<(), PictureError> {
-        RgbdRecipe::new(&pair.image, &pair.depth, meaning)?.read()?;
-        Ok(())
-    };
-    let tried: Vec<_> = all.par_iter().map(try_one).collect();
-    let mut good = Vec::new();
-    for (pair, tried) in all.into_iter().zip(tried) {
-        match tried {
-            Ok(()) => good.push(pair),
-            Err(error) if alone => return Err(error.into()),
-            Err(error) => skipped.push(error.to_string()),
-        }
-    }
-    for line in &skipped {
-        progress.event(Event::Warning(&format!("skipped: {line}")));
-    }
-    match good.is_empty() {
-        true => Err(CommandError::input(format!(
-            "{}: none of the pairs can be converted; the first: {}",
-            args.image.display(),
-            skipped.first().map_or("", String::as_str)
-        ))),
-        false => Ok(Found { good, skipped }),
-    }
-}
-
 /// Converts, and prints what was done.
 ///
 /// # Errors
@@ -179,20 +137,18 @@ pub fn run(args: &ConvertArgs, log: Log) -> Result<(), CommandError> {
     let meaning = args.meaning.meaning().or(preset.unwrap_or_default());
     meaning.check().map_err(CommandError::input)?;
     let progress = Progress::stopped_by(log, Stop::on_signals()?);
-    let found = sound(args, &meaning, &progress)?;
+    let mut found = Found::read(args, &meaning, &progress)?;
     let text = |path: &Path| path.display().to_string();
-    config.count = args.count.unwrap_or(found.good.len());
-    config.scene.rgbd = Some(RgbdConfig {
+    let rgbd = RgbdConfig {
         preset: None,
         image: None,
         depth: None,
-        pairs: (found.good.iter())
-            .map(|p| [text(&p.image), text(&p.depth)])
-            .collect(),
+        pairs: Vec::new(),
         meaning,
         level: level(args, &config),
         focus_share: focus_share(args, &config),
-    });
+    };
+    config = found.configured(args, &config, &rgbd, &progress)?;
     let began = std::time::Instant::now();
     let done = dataset::make_part(
         &config,
