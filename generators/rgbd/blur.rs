@@ -4,6 +4,7 @@ use quadpixel::render::truth::Defocus;
 use quadpixel::rgbd::DepthPicture;
 use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel::units::MM_PER_UM;
+use rayon::prelude::*;
 
 use crate::assemble;
 use crate::recipe::{Recipe, RecipeError};
@@ -47,13 +48,15 @@ impl std::fmt::Display for TooLarge {
 impl Depths {
     /// Of a picture.
     pub fn of(picture: &DepthPicture) -> Self {
-        let share = |k: usize| k as f64 / (KEPT - 1) as f64;
-        let light = picture.light();
+        let depth = picture.depth_mm();
+        let known = depth.data().iter().copied().filter(|d| !d.is_nan());
+        let mut known: Vec<f32> = known.collect();
+        known.par_sort_unstable_by(f32::total_cmp);
+        let last = known.len() - 1; // a picture has a depth that is known
+        let kept = |k: usize| f64::from(known[k * last / (KEPT - 1)]);
         Self {
-            kept_mm: (0..KEPT)
-                .map(|k| picture.depth_quantile_mm(share(k)))
-                .collect(),
-            shorter_px: light.width().min(light.height()),
+            kept_mm: (0..KEPT).map(kept).collect(),
+            shorter_px: depth.width().min(depth.height()),
         }
     }
 
@@ -83,5 +86,52 @@ impl Depths {
         });
         let beyond = |t: &TooLarge| t.coc_px + FOOTPRINT_PX >= self.shorter_px as f64;
         Ok(found.into_iter().find(beyond))
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use quadpixel::image::Image;
+
+    use super::*;
+    use crate::recipe::parse_recipe;
+
+    fn recipe(focus_mm: f64) -> Recipe {
+        let text = format!(
+            r#"
+            environment = [0, 0, 0]
+            planes = []
+            lens = {{ name = "wide_US20120327520A1_emb3", focus_mm = {focus_mm} }}
+            sensor = {{ pitch_um = 2.8, subpixels = "2x2", width = 30, height = 20, window = {{ at = "centre" }} }}
+            response = {{ model = "geometric" }}
+            render = {{ rays_per_pixel = 16, seed = 3 }}
+            "#
+        );
+        parse_recipe(&text, "a camera").unwrap()
+    }
+
+    #[test]
+    fn the_nearest_depth_says_whether_a_picture_is_blurred_beyond_itself() {
+        let image = |channels, value: &dyn Fn(usize) -> f32| {
+            let data = (0..30 * 20 * channels).map(value).collect();
+            Image::from_vec(30, 20, channels, data).unwrap()
+        };
+        let depths = |near_mm: f32| {
+            let depth = image(1, &|i| match i {
+                0 => f32::NAN,
+                1..40 => near_mm,
+                _ => 700.0,
+            });
+            Depths::of(&DepthPicture::new(image(3, &|_| 0.5), depth).unwrap())
+        };
+        let beyond = |near_mm, focus_mm| depths(near_mm).blurred_beyond(&recipe(focus_mm)).unwrap();
+        assert_eq!(beyond(500.0, 600.0), None);
+        let found = beyond(15.0, 600.0).unwrap();
+        assert_eq!((found.shorter_px, found.focus_m), (20, 0.6));
+        // A thin lens of 4.2 mm at F/2.5 blurs by f²/N |1/d − 1/s| = 0.46 mm, 164 px; depths here are from the first
+        // surface, not the principal plane.
+        assert!((120.0..180.0).contains(&found.coc_px), "{found}");
+        assert!((found.depth_m - 0.015).abs() < 1e-9);
     }
 }
