@@ -38,7 +38,7 @@ pub(super) struct Stored {
 enum Content {
     Exr(Box<ExrRows>),
     /// The file beside its writer, to wait for the disk.
-    Png(Box<PngRows<BufWriter<File>>>, File),
+    Png(Box<PngRows<File>>, File),
     Camera(CameraCodes),
     /// A contact sheet, which is drawn at the end.
     Sheet,
@@ -93,7 +93,7 @@ impl Stored {
                 let failed = |cause| FileError::new(&path, "write", cause);
                 let opened = File::create_new(&path).map_err(failed)?;
                 let beside = opened.try_clone().map_err(failed)?;
-                let png = PngRows::new(&path, BufWriter::new(opened), shape)?;
+                let png = PngRows::new(&path, opened, shape)?;
                 Content::Png(Box::new(png), beside)
             }
         };

@@ -3,8 +3,9 @@
 //! Fast deflate: 81 against 5 Mpx/s of the default level, and 16-bit noise hardly compresses at any level. The bytes do
 //! not depend on how many rows come at once.
 
-use std::io::Write;
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use ::png::{
     BitDepth, ColorType, Compression, Encoder, EncodingError, Filter, StreamWriter, Writer,
@@ -13,7 +14,7 @@ use ::png::{
 use super::ImageError;
 use crate::file::FileError;
 
-/// Integers of a PNG file, row by row.
+/// Size of a PNG file, and what its numbers are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PngShape {
     /// Columns.
@@ -95,23 +96,67 @@ pub(super) fn big_endian(codes: &[u16]) -> Vec<u8> {
     codes.iter().flat_map(|code| code.to_be_bytes()).collect()
 }
 
+/// What was written fails here for good: the encoder writes its last bytes where it is dropped, and tells nobody how
+/// that went.
+struct Watched<W: Write> {
+    write: BufWriter<W>,
+    /// The first failure.
+    failed: Arc<Mutex<Option<io::Error>>>,
+}
+
+impl<W: Write> Watched<W> {
+    fn noted<T>(&self, done: io::Result<T>) -> io::Result<T> {
+        done.map_err(|cause| {
+            let told = io::Error::new(cause.kind(), cause.to_string());
+            let mut failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner);
+            failed.get_or_insert(cause);
+            told
+        })
+    }
+}
+
+impl<W: Write> Write for Watched<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let done = self.write.write(bytes);
+        self.noted(done)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        let done = self.write.flush();
+        self.noted(done)
+    }
+}
+
+impl<W: Write> Drop for Watched<W> {
+    fn drop(&mut self) {
+        let _ = self.flush();
+    }
+}
+
 /// A PNG file in the making.
 pub struct PngRows<W: Write + 'static> {
     path: PathBuf,
     shape: PngShape,
     /// Bytes that were taken.
     taken: usize,
-    stream: StreamWriter<'static, W>,
+    stream: StreamWriter<'static, Watched<W>>,
+    failed: Arc<Mutex<Option<io::Error>>>,
 }
 
 impl<W: Write + 'static> PngRows<W> {
-    /// Begins a file; `path` is for messages only.
+    /// Begins a file, which `write` gets in large pieces; `path` is for messages only.
     ///
     /// # Errors
     /// [`ImageError::Shape`] for other than 1 or 3 channels, no pixel or too many; what `write` says.
     pub fn new(path: &Path, write: W, shape: PngShape) -> Result<Self, ImageError> {
-        let stream = shape.header(path, write)?.into_stream_writer();
+        let failed = Arc::default();
+        let watched = Watched {
+            write: BufWriter::new(write),
+            failed: Arc::clone(&failed),
+        };
+        let stream = shape.header(path, watched)?.into_stream_writer();
         Ok(Self {
+            failed,
             path: path.to_path_buf(),
             shape,
             taken: 0,
@@ -154,9 +199,13 @@ impl<W: Write + 'static> PngRows<W> {
         if self.taken != self.shape.row_bytes() * self.shape.height {
             return Err(self.shape.wrong(&self.path, self.taken));
         }
-        self.stream
-            .finish()
-            .map_err(|cause| error(&self.path, cause))
+        let finished = self.stream.finish();
+        finished.map_err(|cause| error(&self.path, cause))?;
+        let failed = self.failed.lock();
+        match failed.unwrap_or_else(PoisonError::into_inner).take() {
+            Some(cause) => Err(FileError::new(&self.path, "write", cause).into()),
+            None => Ok(()),
+        }
     }
 }
 
@@ -173,8 +222,6 @@ fn error(path: &Path, cause: EncodingError) -> ImageError {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests {
-    use std::sync::{Arc, Mutex};
-
     use super::*;
 
     const SHAPE: PngShape = PngShape {
@@ -216,6 +263,43 @@ mod tests {
         assert_eq!(whole, written(&codes, 13));
         let read = ::image::load_from_memory(&whole).unwrap();
         assert_eq!(read.into_rgb16().into_raw(), codes);
+    }
+
+    /// A disk that is full after so many bytes.
+    struct Full(usize);
+
+    impl Write for Full {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            match bytes.len().min(self.0) {
+                0 => Err(io::ErrorKind::StorageFull.into()),
+                some => {
+                    self.0 -= some;
+                    Ok(some)
+                }
+            }
+        }
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_disk_that_is_full_at_any_byte_is_told() {
+        let codes: Vec<u16> = (0..37 * 3 * 40u32).map(|i| (i * i * 7) as u16).collect();
+        let whole = encode(Path::new("a.png"), SHAPE, &big_endian(&codes)).unwrap();
+        let write = |bytes: usize| {
+            let mut png = PngRows::new(Path::new("a.png"), Full(bytes), SHAPE)?;
+            codes.chunks(37 * 3).try_for_each(|row| png.codes16(row))?;
+            png.finish()
+        };
+        assert!(write(whole.len()).is_ok());
+        for bytes in (0..whole.len())
+            .rev()
+            .step_by(7)
+            .chain(whole.len() - 20..whole.len())
+        {
+            assert!(matches!(write(bytes), Err(ImageError::File(_))), "{bytes}");
+        }
     }
 
     #[test]
