@@ -1,7 +1,7 @@
 """Writes trained weights as an ONNX graph in a zip archive: export.py FOLDER/weights.pt -o network.zip
 
-The graph takes `views` (1, 2, H, W) float32, H and W multiples of 64, and, if it was trained so or with --alone, `matched` (1, 2, H/2, W/2) float32;
-it gives `outcome` (1, 2, H/2, W/2) float32.
+The graph takes `views` (1, 2, H, W) float32, H and W multiples of 64, and, if it was trained so or with --alone,
+`matched` (1, 2, H/2, W/2) float32; it gives `outcome` (1, 2, H/2, W/2) float32.
 """
 
 import argparse

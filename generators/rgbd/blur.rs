@@ -3,7 +3,7 @@
 use quadpixel::render::truth::Defocus;
 use quadpixel::rgbd::DepthPicture;
 use quadpixel::spectrum::ChannelWavelengths;
-use quadpixel::units::MM_PER_UM;
+use quadpixel::units::{M_PER_MM, MM_PER_UM};
 use rayon::prelude::*;
 
 use crate::assemble;
@@ -38,8 +38,8 @@ impl std::fmt::Display for TooLarge {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,
-            "a point at {:.3} m is blurred over {:.0} px by a lens focused at {:.3} m; allowed: less than the picture's shorter \
-             side, {} px; a larger picture, a smaller aperture, or a focus nearer to the scene",
+            "a point at {:.3} m is blurred over {:.0} px by a lens focused at {:.3} m; allowed: less than the picture's \
+             shorter side, {} px; a larger picture, a smaller aperture, or a focus nearer to the scene",
             self.depth_m, self.coc_px, self.focus_m, self.shorter_px
         )
     }
@@ -79,8 +79,8 @@ impl Depths {
             let coc_px = defocus.circle_of_confusion_mm(depth_mm).abs() / pitch_mm;
             TooLarge {
                 coc_px,
-                depth_m: 1e-3 * depth_mm,
-                focus_m: 1e-3 * focus_mm,
+                depth_m: depth_mm * M_PER_MM,
+                focus_m: focus_mm * M_PER_MM,
                 shorter_px: self.shorter_px,
             }
         });

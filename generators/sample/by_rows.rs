@@ -5,18 +5,17 @@ use std::ops::Range;
 use std::time::Instant;
 
 use quadpixel::image::ImageError;
-use quadpixel::image::raster::Levels;
 use quadpixel::memory;
 use quadpixel::rgbd::{DepthPicture, RgbdError, Spread};
 
 use super::exposure::Exposure;
 use super::picture::{Begun, shown};
 use super::prepared::{Prepared, Rays, SampleError};
-use super::rendered::Made;
+use super::rendered::{Made, raw_encoding};
 use crate::observer::{Event, Observer};
 use crate::recipe::SampleId;
 use crate::rgbd::Level;
-use crate::writer::{Kind, Place, RawEncoding, SampleWriter, WriteError};
+use crate::writer::{Kind, Place, SampleWriter, WriteError};
 
 /// Pixels of a picture above which it is converted by rows.
 const LARGE_PX: usize = 1 << 20;
@@ -96,7 +95,7 @@ impl ByRows {
     ) -> Result<(), WriteError> {
         let camera = &self.exposure.prepared.camera;
         let kind = Kind {
-            raw: RawEncoding::Png(Levels::full_range(self.exposure.raw_white)),
+            raw: raw_encoding(self.exposure.raw_white),
             channels_differ: self.exposure.known.fields.len() == 3,
             world: false,
             bright,

@@ -22,6 +22,11 @@ pub(super) fn raw_white(white: &WhiteField, ev: f64) -> f32 {
     (RAW_HEADROOM * white.largest_share() * ev.max(0.0).exp2()) as f32
 }
 
+/// How the mosaic is stored whose white level stands for this linear value.
+pub(super) fn raw_encoding(raw_white: f32) -> RawEncoding {
+    RawEncoding::Png(Levels::full_range(raw_white))
+}
+
 /// Saturated part of a mosaic's values above which a warning says so.
 const SATURATED_SHARE: f64 = 1e-3;
 
@@ -154,7 +159,7 @@ impl Pictures {
         let maps = &self.maps;
         SampleFiles {
             raw: &self.mosaic.mosaic,
-            raw_encoding: RawEncoding::Png(Levels::full_range(self.raw_white)),
+            raw_encoding: raw_encoding(self.raw_white),
             target: &self.target,
             depth_m: &maps.depth_m,
             distance_m: &maps.distance_m,
