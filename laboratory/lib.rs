@@ -6,6 +6,7 @@ pub mod curve;
 pub mod error;
 pub mod fit;
 pub mod lens_drawing;
+pub mod plane_shift;
 pub mod study;
 pub mod template;
 pub mod validate;

@@ -49,7 +49,8 @@ class Network(nn.Module):
 
     Takes (N, 2, H, W), H and W multiples of 64. Gives (N, 2, H/2, W/2): x_L - x_R in px of the views at pixel (2i, 2j),
     and the logarithm of the mean absolute error to expect, px. With `matched` it also takes such numbers, as matching by
-    kernels found them, and gives what becomes of them; without any training it leaves them as they are.
+    kernels found them, and answers for both: the mean of its own answer and that one by 1/σ², with another σ. Begun
+    with the weights of a network without (`widened`), that is what the program makes of such a network and matching.
     """
 
     def __init__(self, widths=WIDTHS, matched=False):
@@ -61,10 +62,7 @@ class Network(nn.Module):
         self.left = nn.ModuleList(Block(w) for w in widths)
         self.join = nn.ModuleList(nn.Conv2d(b, a, 1) for a, b in zip(widths, widths[1:], strict=False))
         self.right = nn.ModuleList(Block(w) for w in widths[:-1])
-        self.leave = nn.Conv2d(widths[0], 2, 3, padding=1)
-        if matched:
-            nn.init.zeros_(self.leave.weight)
-            nn.init.zeros_(self.leave.bias)
+        self.leave = nn.Conv2d(widths[0], 3 if matched else 2, 3, padding=1)
 
     @staticmethod
     def of(weights):
@@ -73,6 +71,13 @@ class Network(nn.Module):
         network = Network(widths, matched=weights["enter.weight"].shape[1] == 18)
         network.load_state_dict(weights)
         return network
+
+    def widened(self, weights):
+        """Takes the weights of a network without `matched`, which stays unheard at first, as is the third answer."""
+        own = {name: torch.zeros_like(w) for name, w in self.state_dict().items()}
+        for name, weight in weights.items():
+            own[name][tuple(slice(n) for n in weight.shape)] = weight
+        self.load_state_dict(own)
 
     def forward(self, views, matched=None):
         seen = functional.pixel_unshuffle(features(views), 2)
@@ -90,4 +95,8 @@ class Network(nn.Module):
             finer = functional.interpolate(join(x), scale_factor=2.0, mode="bilinear", align_corners=False)
             x = block(finer + kept.pop())
         told = self.leave(functional.relu(x))
-        return told if matched is None else matched + told
+        if matched is None:
+            return told
+        # 1/σ² over the sum of both, its share of the mean; the logarithms of σ are blended alike, and put right.
+        share = torch.sigmoid(2.0 * (matched[:, 1:] - told[:, 1:2]))
+        return matched + share * (told[:, :2] - matched) + torch.cat([0 * share, told[:, 2:]], dim=1)

@@ -13,11 +13,12 @@ use quadpixel::em::PixelStack;
 use quadpixel::file;
 use quadpixel_generators::camera_file::CameraFile;
 use quadpixel_laboratory::fit::camera_file::camera_file;
-use quadpixel_laboratory::fit::camera_model::{CameraModel, Fineness};
+use quadpixel_laboratory::fit::camera_model::{CameraModel, Fineness, Optics};
 use quadpixel_laboratory::fit::capture::{CaptureDescription, EXAMPLE_TOML};
+use quadpixel_laboratory::fit::conjugates::Conjugates;
 use quadpixel_laboratory::fit::measurements::{Measurements, sum_of};
 use quadpixel_laboratory::fit::noise::Noise;
-use quadpixel_laboratory::fit::parameters::{Known, Parameter, with_prior};
+use quadpixel_laboratory::fit::parameters::{Known, LAYERS, Parameter, with_prior};
 use quadpixel_laboratory::fit::prediction::Prediction;
 use quadpixel_laboratory::fit::target::DotTarget;
 use quadpixel_laboratory::fit::truth::{TruthResult, TruthSettings, trial};
@@ -31,8 +32,8 @@ const DRAWN_DISK_PX: f64 = 18.0;
 /// Arguments of `qpgen fit`.
 #[derive(Args)]
 pub struct FitArgs {
-    /// What was captured (TOML, see --print-capture): measured kernels of both views over the field, and white sheets;
-    /// the files that it names stand beside it.
+    /// What was captured (TOML, see --print-capture): measured kernels of both views over the field and white sheets,
+    /// textured planes at known distances, or all of these; the files that it names stand beside it.
     #[arg(required_unless_present_any = ["print_capture", "print_target", "trials"])]
     capture: Option<PathBuf>,
     /// Prints the grid of dots that is photographed out of focus (SVG in mm, white on black), and ends.
@@ -113,33 +114,32 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
     };
     let began = Instant::now();
     let description = CaptureDescription::read(path)?;
-    let mut measured = description.measurements(path.parent().unwrap_or(Path::new(".")))?;
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let mut measured = description.measurements(folder)?;
     if !args.all {
         measured.hold_out_chessboard();
         measured.check()?;
     }
     file::probe_folder(&args.out)?;
     let camera = &description.camera;
-    let known = Known {
-        pitch_um: camera.pitch_um,
-        f_number: camera.f_number,
-        disk_px: middle_disk_px(&measured),
-    };
-    let parameters = priors(known, &args.prior)?;
+    let (known, optics) = known(&description, folder, &measured)?;
     let stack = pixel(args, &description)?;
-    let model = CameraModel::new(
-        &stack,
-        camera.wavelength_nm,
-        camera.f_number,
-        measured.side,
-        fineness(args),
-    )?;
+    let model = CameraModel::new(&stack, camera.wavelength_nm, optics, fineness(args))?;
+    let mut usual = known.parameters();
+    if !known.has_kernels {
+        // Shifts alone do not tell layers from each other.
+        for (name, value) in LAYERS.into_iter().zip(model.layers()?) {
+            with_prior(&mut usual[name as usize], value, 0.0).map_err(CommandError::input)?;
+        }
+    }
+    let parameters = priors(usual, &args.prior)?;
     let fitted = fit(&model, &measured, &parameters, None, &progress)?;
     let predicted = Prediction::new(&model, &fitted.values, &measured)?;
     let seconds = began.elapsed().as_secs_f64();
     progress.finish();
     let half_mm = (measured.sheet.iter().map(|column| column.x_mm.abs()))
         .chain(measured.fields.iter().map(|field| field.place_mm[0].abs()))
+        .chain(measured.planes.iter().map(|plane| 0.5 * plane.width_mm))
         .fold(0.1, f64::max);
     let camera_file = camera_file(&description, &model, &fitted, half_mm);
     let camera_file = camera_file.map_err(CommandError::input)?;
@@ -149,8 +149,11 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
         "steps": fitted.steps, "seconds": seconds,
     });
     let picture = args.out.join("residuals.png");
-    let picture = pictures::residuals_png(&picture, &measured, &predicted);
-    let picture = picture.map_err(CommandError::failed)?;
+    let picture = match measured.fields.is_empty() {
+        true => None,
+        false => Some(pictures::residuals_png(&picture, &measured, &predicted)),
+    };
+    let picture = picture.transpose().map_err(CommandError::failed)?;
     write(args, &report, &camera_file, picture)?;
     if args.json {
         outln!("{report}");
@@ -194,6 +197,64 @@ fn pixel(args: &FitArgs, description: &CaptureDescription) -> Result<PixelStack,
     PixelStack::from_toml(&text, &path.display().to_string()).map_err(CommandError::input)
 }
 
+/// What is known of the camera before the fit.
+fn known(
+    description: &CaptureDescription,
+    folder: &Path,
+    measured: &Measurements,
+) -> Result<(Known, Optics), CommandError> {
+    let camera = &description.camera;
+    let mut conjugates = Conjugates {
+        focal_length_mm: camera.focal_length_mm,
+        hiatus_mm: 0.0,
+    };
+    let mut pupil_mm = None;
+    if let Some(lens) = description.lens(folder)? {
+        let lens = lens
+            .paraxial(camera.wavelength_nm)
+            .map_err(CommandError::input)?;
+        // A lens that stands in for another one is scaled to its focal length.
+        let scale = camera.focal_length_mm / lens.efl_mm;
+        conjugates.hiatus_mm = scale * (lens.rear_principal_z_mm - lens.front_principal_z_mm);
+        let picture_mm = lens.rear_principal_z_mm + lens.efl_mm;
+        pupil_mm = Some(scale * (picture_mm - lens.exit_pupil_z_mm));
+    }
+    let has_kernels = !measured.fields.is_empty();
+    let disk_px = match has_kernels {
+        true => middle_disk_px(measured),
+        false => largest_disk_px(description, &conjugates),
+    };
+    let known = Known {
+        pitch_um: camera.pitch_um,
+        f_number: camera.f_number,
+        disk_px,
+        focal_length_mm: camera.focal_length_mm,
+        pupil_mm: pupil_mm.filter(|mm| *mm > 0.0 && mm.is_finite()),
+        focus_mm: camera.focus_mm.filter(|_| !measured.planes.is_empty()),
+        has_kernels,
+    };
+    let optics = Optics {
+        f_number: camera.f_number,
+        unit_mm: known.unit_mm(),
+        side: measured.side,
+        view_pixel_um: measured.view_pixel_um,
+        conjugates,
+    };
+    Ok((known, optics))
+}
+
+/// Diameter of the largest disk of the planes, px.
+fn largest_disk_px(description: &CaptureDescription, lens: &Conjugates) -> f64 {
+    let focus_mm = description.camera.focus_mm.unwrap_or(f64::NAN);
+    let tangent = 0.5 / description.camera.f_number;
+    let radius = |mm: f64| lens.disk_radius_mm(focus_mm, mm, tangent).abs();
+    let radii = description
+        .planes
+        .iter()
+        .map(|plane| radius(plane.distance_mm));
+    2e3 * radii.fold(0.0, f64::max) / description.views.pixel_um
+}
+
 /// Diameter of the disk in the middle of the picture, px.
 fn middle_disk_px(measured: &Measurements) -> f64 {
     let [columns, rows] = measured.grid;
@@ -208,8 +269,10 @@ fn middle_disk_px(measured: &Measurements) -> f64 {
 }
 
 /// The usual priors, but for those that are given.
-fn priors(known: Known, given: &[String]) -> Result<Vec<Parameter>, CommandError> {
-    let mut parameters = known.parameters();
+fn priors(
+    mut parameters: Vec<Parameter>,
+    given: &[String],
+) -> Result<Vec<Parameter>, CommandError> {
     for text in given {
         let refused = |why: String| CommandError::input(format!("--prior {text}: {why}"));
         let parts = text.split_once('=').and_then(|(name, numbers)| {
@@ -219,15 +282,12 @@ fn priors(known: Known, given: &[String]) -> Result<Vec<Parameter>, CommandError
         let Some((name, value, sigma)) = parts else {
             return Err(refused("allowed: such as silicon_um=3,0.5".into()));
         };
-        let names = || {
-            let names: Vec<String> = known.parameters().into_iter().map(|p| p.name).collect();
-            names.join(", ")
-        };
+        let names: Vec<String> = parameters.iter().map(|p| p.name.clone()).collect();
         let found = parameters.iter_mut().find(|p| p.name == name);
         let Some(parameter) = found else {
             return Err(refused(format!(
                 "there is no such parameter; there are: {}",
-                names()
+                names.join(", ")
             )));
         };
         with_prior(parameter, value, sigma).map_err(|e| refused(e.to_string()))?;
@@ -239,15 +299,12 @@ fn write(
     args: &FitArgs,
     report: &serde_json::Value,
     camera: &CameraFile,
-    residuals: Vec<u8>,
+    residuals: Option<Vec<u8>>,
 ) -> Result<(), CommandError> {
     let json = serde_json::to_vec_pretty(report).map_err(CommandError::failed)?;
     let toml = toml::to_string(camera).map_err(CommandError::failed)?;
-    let files = [
-        ("fit.json", json),
-        ("camera.toml", toml.into_bytes()),
-        ("residuals.png", residuals),
-    ];
+    let mut files = vec![("fit.json", json), ("camera.toml", toml.into_bytes())];
+    files.extend(residuals.map(|bytes| ("residuals.png", bytes)));
     Ok(file::write_reports(&args.out, &files)?)
 }
 
@@ -285,6 +342,20 @@ fn print(
     } else {
         "what was kept out"
     };
+    for plane in &predicted.planes {
+        let kept = if plane.held_out { "kept out" } else { "fitted" };
+        let thirds = plane.thirds.map(|third| match third {
+            Some([measured, predicted]) => format!("{measured:.3} -> {predicted:.3}"),
+            None => "no texture".to_owned(),
+        });
+        outln!(
+            "plane at {} mm, stop {:.2} x F, {} nm, {kept}: x_L - x_R in px, left, middle, right third: {}",
+            plane.distance_mm,
+            plane.stop,
+            plane.wavelength_nm,
+            thirds.join("; ")
+        );
+    }
     outln!("goals ({held_out}):                                         found   at most");
     for goal in predicted.goals() {
         let verdict = if goal.met { "met" } else { "MISSED" };
@@ -309,12 +380,26 @@ fn trials(args: &FitArgs, count: u64, progress: &Progress) -> Result<(), Command
         pitch_um: 1.4,
         f_number: 1.8,
         disk_px: DRAWN_DISK_PX,
+        focal_length_mm: 4.4,
+        pupil_mm: None,
+        focus_mm: None,
+        has_kernels: true,
     };
-    let parameters = priors(known, &args.prior)?;
+    let parameters = priors(known.parameters(), &args.prior)?;
     let description: CaptureDescription =
         toml::from_str(EXAMPLE_TOML).map_err(CommandError::failed)?;
     let stack = pixel(args, &description)?;
-    let model = CameraModel::new(&stack, 550.0, known.f_number, 61, fineness(args))?;
+    let optics = Optics {
+        f_number: known.f_number,
+        unit_mm: known.unit_mm(),
+        side: 61,
+        view_pixel_um: 2.8,
+        conjugates: Conjugates {
+            focal_length_mm: known.focal_length_mm,
+            hiatus_mm: 0.0,
+        },
+    };
+    let model = CameraModel::new(&stack, 550.0, optics, fineness(args))?;
     let mut results: Vec<TruthResult> = Vec::new();
     for seed in args.seed..args.seed + count {
         let settings = TruthSettings {
@@ -326,6 +411,7 @@ fn trials(args: &FitArgs, count: u64, progress: &Progress) -> Result<(), Command
             noise: Noise {
                 kernel: 0.05,
                 sheet: 0.005,
+                plane: 1.0,
             },
         };
         let result = trial(&model, &parameters, &settings, 2.8, progress)?;

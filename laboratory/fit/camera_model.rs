@@ -4,20 +4,26 @@
 //! pupil ρ ─ direction (u, v) = ρ/(2F) ─▶ P_L, P_R under the microlens's shift      pixel_table.rs
 //!    └──── place ε(ρ; field) ─────────▶ kernel += P δ(x − ε), then a Gaussian blur   lens_law.rs
 //! ```
+//! A textured plane at another distance has another defocus, and its shift is that which a matcher finds between both
+//! views' kernels.
+//!
 //! Along the split light comes about the chief ray, and the microlens stands where it brings that ray to the middle of
 //! its pixel (to first order: the moving frame) but for the fitted law. Across the split, where nothing divides the
 //! light, both chief ray and shift are left out.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use glam::DVec2;
 use quadpixel::em::wave::WaveSettings;
 use quadpixel::em::{Material, PixelStack, StackError};
+use quadpixel::render::truth::{TextureSpectrum, matched_shift_px};
 use quadpixel::sensor::Subpixels;
 use rayon::prelude::*;
 
+use super::conjugates::Conjugates;
 use super::error::FitError;
 use super::lens_law::LensLaw;
-use super::measurements::{Measurements, centroid_px, sum_of};
+use super::measurements::{Measurements, PlaneShifts, centroid_px, sum_of};
 use super::parameters::{LAYERS, Name};
 use super::pixel_table::{PixelTable, TableFineness};
 
@@ -76,19 +82,37 @@ const LARGEST_CHIEF: f64 = 0.5;
 /// the pitch; halvings of that.
 const LARGEST_LEAN: f64 = 0.2;
 const BISECTIONS: usize = 20;
+/// Sign of the defocus of near points in the lens's law: their light comes together behind the sensor, so that what goes
+/// to the right falls on the left of it.
+const NEAR: f64 = -1.0;
 /// Tables kept, so that a derivative by a parameter of lens or shift law needs no waves.
 const KEPT_TABLES: usize = 8;
+
+/// What a camera is besides its pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Optics {
+    /// F-number of kernels and sheets, the widest.
+    pub f_number: f64,
+    /// Field at which h of the lens's law is 1, mm on the sensor.
+    pub unit_mm: f64,
+    /// Side of the kernels, px of the views.
+    pub side: usize,
+    /// Pixel of the views, µm.
+    pub view_pixel_um: f64,
+    /// The lens, for planes.
+    pub conjugates: Conjugates,
+}
 
 /// A camera to be fitted.
 pub struct CameraModel {
     stack: PixelStack,
+    optics: Optics,
     wavelength_nm: f64,
     fineness: Fineness,
     /// Slices of every microlens, thin or thick: their number must not change along a search.
     slices: f64,
     /// Largest direction cosines of the tables, along u and v.
     reach: [f64; 2],
-    side: usize,
     pupil: Vec<[f64; 2]>,
     tables: Mutex<Vec<(Vec<u64>, Arc<PixelTable>)>>,
 }
@@ -108,8 +132,7 @@ impl CameraModel {
     pub fn new(
         stack: &PixelStack,
         wavelength_nm: f64,
-        f_number: f64,
-        side: usize,
+        optics: Optics,
         fineness: Fineness,
     ) -> Result<Self, FitError> {
         let refused = |field: &'static str, value: String, allowed: &'static str| {
@@ -137,16 +160,14 @@ impl CameraModel {
             stack.sag_um() / slice_um,
             std::f64::consts::FRAC_1_SQRT_2 * stack.pitch_um / THICKEST_UM,
         ];
+        let rim = 0.5 / (0.9 * optics.f_number);
         Ok(Self {
             stack: stack.clone(),
+            optics,
             wavelength_nm,
             fineness,
             slices: slices.into_iter().fold(1.0, f64::max).ceil(),
-            reach: [
-                0.5 / (0.9 * f_number) + LARGEST_CHIEF,
-                0.5 / (0.9 * f_number),
-            ],
-            side,
+            reach: [rim + LARGEST_CHIEF, rim],
             pupil,
             tables: Mutex::new(Vec::new()),
         })
@@ -154,12 +175,36 @@ impl CameraModel {
 
     /// Side of the kernels, px.
     pub fn side(&self) -> usize {
-        self.side
+        self.optics.side
+    }
+
+    /// Of the light.
+    pub fn wavelength_nm(&self) -> f64 {
+        self.wavelength_nm
+    }
+
+    /// The same camera in light of another wavelength.
+    ///
+    /// # Errors
+    /// As of [`Self::new`].
+    pub fn at_wavelength(&self, wavelength_nm: f64) -> Result<Self, FitError> {
+        Self::new(&self.stack, wavelength_nm, self.optics, self.fineness)
     }
 
     /// Thicknesses this far apart have light that goes to and fro in them in phase, µm.
     pub fn fringe_um(&self) -> f64 {
         0.5e-3 * self.wavelength_nm / OXIDE_INDEX
+    }
+
+    /// The fitted layers as the pixel has them that the fit begins with, in the order of [`LAYERS`].
+    ///
+    /// # Errors
+    /// A microlens of a material whose index is not known at the wavelength.
+    pub fn layers(&self) -> Result<[f64; 4], FitError> {
+        let stack = &self.stack;
+        let spacer = stack.layer("oxide").map_or(0.0, |l| l.thickness_um);
+        let index = stack.lens.material.index(self.wavelength_nm)?;
+        Ok([stack.lens.radius_um, spacer, stack.silicon_um, index.re])
     }
 
     /// The pixel of a set of values.
@@ -245,12 +290,13 @@ impl Set<'_> {
 
     /// P of left and right of every place in the pupil.
     fn weights(&self, x_mm: f64) -> Vec<[f64; 2]> {
-        self.weights_under(x_mm, self.shift_um(x_mm))
+        self.weights_under(x_mm, self.shift_um(x_mm), 1.0)
     }
 
-    /// The same of a microlens so far beside where it would bring the chief ray to the middle.
-    fn weights_under(&self, x_mm: f64, shift_um: f64) -> Vec<[f64; 2]> {
-        let rim = 0.5 / self.value(Name::FNumber);
+    /// The same of a microlens so far beside where it would bring the chief ray to the middle, in a pupil of another
+    /// F-number, over the camera's.
+    fn weights_under(&self, x_mm: f64, shift_um: f64, stop: f64) -> Vec<[f64; 2]> {
+        let rim = 0.5 / (self.value(Name::FNumber) * stop);
         let chief = self.chief_u(x_mm);
         let shift = self.table.shift_for_um(chief) + shift_um;
         let [diffusion, crosstalk] = [Name::DiffusionUm, Name::Crosstalk].map(|n| self.value(n));
@@ -272,7 +318,7 @@ impl Set<'_> {
     pub fn beside_balance_um(&self, x_mm: f64) -> f64 {
         // The light goes along with the lens.
         let lean = |shift_um: f64| {
-            let weights = self.weights_under(x_mm, shift_um);
+            let weights = self.weights_under(x_mm, shift_um, 1.0);
             weights
                 .iter()
                 .map(|[left, right]| right - left)
@@ -298,8 +344,8 @@ impl Set<'_> {
 
     /// Kernels of left and right at a field, each of sum 1, the chief ray `place_px` from their middle.
     pub fn kernels(&self, field_mm: [f64; 2], place_px: [f64; 2]) -> [Vec<f64>; 2] {
-        let side = self.model.side;
-        let law = LensLaw::new(self.values, field_mm);
+        let side = self.model.optics.side;
+        let law = LensLaw::new(self.values, field_mm, self.model.optics.unit_mm);
         let weights = self.weights(field_mm[0]);
         let sigma = self.value(Name::BlurPx);
         let middle = (side as f64 - 1.0) * 0.5;
@@ -336,6 +382,29 @@ impl Set<'_> {
                 .for_each(|v| *v /= sum.max(f64::MIN_POSITIVE));
         }
         views
+    }
+
+    /// x_L − x_R that a matcher finds in a window of a textured plane, px of the views.
+    pub fn plane_shift_px(&self, plane: &PlaneShifts, place_mm: [f64; 2]) -> f64 {
+        let optics = &self.model.optics;
+        let sine = 0.5 / self.value(Name::FNumber);
+        let tangent = sine / (1.0 - sine * sine).sqrt();
+        let focus_mm = self.value(Name::FocusMm);
+        let radius_mm = (optics.conjugates).disk_radius_mm(focus_mm, plane.distance_mm, tangent);
+        let radius_px = NEAR * 1e3 * radius_mm / optics.view_pixel_um;
+        let law = LensLaw::new(self.values, place_mm, optics.unit_mm);
+        let law = law.defocused(self.values, radius_px);
+        let weights = self.weights_under(place_mm[0], self.shift_um(place_mm[0]), plane.stop);
+        // A pixel sees a texture where its kernel puts a point, the other way.
+        let offsets = self.model.pupil.iter().map(|rho| {
+            let [x, y] = law.at(rho.map(|r| r / plane.stop));
+            -DVec2::new(x, y)
+        });
+        let texture = TextureSpectrum {
+            window_px: plane.window_px,
+            ..TextureSpectrum::default()
+        };
+        matched_shift_px(&offsets.collect::<Vec<_>>(), &weights, &texture)
     }
 
     /// The places at which the measured kernels of each field lie, as far as centroids tell.

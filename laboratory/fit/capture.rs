@@ -4,9 +4,11 @@ use std::path::Path;
 
 use quadpixel::em::PixelStack;
 use quadpixel::file::{self, FileError};
+use quadpixel::lens::{Lens, Prescription};
 use quadpixel::range;
 use serde::Deserialize;
 
+use super::conjugates::Conjugates;
 use super::error::FitError;
 
 /// An example of the description, with every field.
@@ -27,7 +29,11 @@ pub struct CaptureDescription {
     #[serde(default)]
     pub dots: Option<FieldsPart>,
     /// White sheets.
-    pub sheet: SheetPart,
+    #[serde(default)]
+    pub sheet: Option<SheetPart>,
+    /// Textured planes square to the axis, at known distances.
+    #[serde(default, rename = "plane")]
+    pub planes: Vec<PlanePart>,
 }
 
 /// What the maker says of the camera.
@@ -43,6 +49,9 @@ pub struct CameraPart {
     pub focal_length_mm: f64,
     /// F-number.
     pub f_number: f64,
+    /// Distance that was focused on, mm, from the sensor; of planes.
+    #[serde(default)]
+    pub focus_mm: Option<f64>,
     /// Pitch of the microlenses, µm.
     pub pitch_um: f64,
     /// Wavelength that the channel stands for, nm.
@@ -56,9 +65,53 @@ pub struct ViewsPart {
     /// One pixel of them on the sensor, µm: more than the pitch where microlenses were summed.
     pub pixel_um: f64,
     /// Code of no light.
+    #[serde(default)]
     pub black: f64,
     /// Largest code.
+    #[serde(default = "sixteen_bits")]
     pub white: f64,
+}
+
+fn sixteen_bits() -> f64 {
+    65535.0
+}
+
+/// Pictures of a textured plane.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlanePart {
+    /// File of the left view.
+    pub left: String,
+    /// File of the right view.
+    pub right: String,
+    /// From the sensor, mm.
+    pub distance_mm: f64,
+    /// F-number; absent: the camera's.
+    #[serde(default)]
+    pub f_number: Option<f64>,
+    /// Whether the files are 8 or 16 bits with sRGB's curve: `views.black` and `white` say nothing of them then.
+    #[serde(default)]
+    pub srgb: bool,
+    /// Channel of a colour picture.
+    #[serde(default)]
+    pub channel: PlaneChannel,
+    /// Wavelength that the channel stands for, nm; absent: the camera's. Of another one planes are predicted only.
+    #[serde(default)]
+    pub wavelength_nm: Option<f64>,
+    /// Whether the plane is kept out of the fit.
+    #[serde(default)]
+    pub held_out: bool,
+}
+
+/// A channel of a colour picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[allow(missing_docs)] // because the names say it
+pub enum PlaneChannel {
+    Red,
+    #[default]
+    Green,
+    Blue,
 }
 
 /// Files over fields: measured kernels, `.npy` of (fields, side, side), the fields row by row; or pictures of dots,
@@ -119,18 +172,73 @@ impl CaptureDescription {
         for (field, value, allowed) in checks {
             range::within("capture", field, value, allowed)?;
         }
-        let fields = match (&this.kernels, &this.dots) {
-            (Some(fields), None) | (None, Some(fields)) => fields,
-            _ => {
-                let what = "has [kernels] and [dots], or neither; allowed: one of them";
-                return Err(refused(what.to_owned()));
+        let what = match (&this.kernels, &this.dots, &this.sheet) {
+            (Some(fields), None, Some(_)) | (None, Some(fields), Some(_)) => {
+                range::within("capture", "field_px", fields.field_px, 1.0..=1e5)?;
+                for count in fields.grid {
+                    range::within("capture", "grid", count as f64, 1.0..=1000.0)?;
+                }
+                None
             }
+            (Some(_), Some(_), _) => Some("has [kernels] and [dots]; allowed: one of them"),
+            (None, None, None) if !this.planes.is_empty() => None,
+            (None, None, None) => Some(
+                "has nothing to fit; allowed: [kernels] or [dots] with [sheet], [[plane]], or all",
+            ),
+            _ => Some(
+                "has one of kernels (or dots) and sheets; allowed: both or neither, beside any [[plane]]",
+            ),
         };
-        range::within("capture", "field_px", fields.field_px, 1.0..=1e5)?;
-        for count in fields.grid {
-            range::within("capture", "grid", count as f64, 1.0..=1000.0)?;
+        if let Some(what) = what {
+            return Err(refused(what.to_owned()));
         }
+        this.check_planes(path)?;
         Ok(this)
+    }
+
+    fn check_planes(&self, path: &Path) -> Result<(), FitError> {
+        let Some(focus_mm) = self.camera.focus_mm else {
+            return match self.planes.is_empty() {
+                true => Ok(()),
+                false => {
+                    let what = "has [[plane]], but camera.focus_mm is missing; allowed: the distance that was focused on";
+                    Err(FitError::capture(path, what))
+                }
+            };
+        };
+        let lens = Conjugates {
+            focal_length_mm: self.camera.focal_length_mm,
+            hiatus_mm: 0.0,
+        };
+        lens.check("camera.focus_mm", focus_mm)?;
+        for plane in &self.planes {
+            lens.check("plane.distance_mm", plane.distance_mm)?;
+            let f_number = plane.f_number.unwrap_or(self.camera.f_number);
+            // A wider pupil than the camera's would need answers beyond its table.
+            let allowed = self.camera.f_number..=64.0;
+            range::within("capture", "plane.f_number", f_number, allowed)?;
+            let nm = plane.wavelength_nm.unwrap_or(self.camera.wavelength_nm);
+            range::within("capture", "plane.wavelength_nm", nm, 350.0..=1000.0)?;
+        }
+        Ok(())
+    }
+
+    /// The main lens, if its prescription is named; files are looked for beside `folder`.
+    ///
+    /// # Errors
+    /// No such lens, or a prescription that cannot be used.
+    pub fn lens(&self, folder: &Path) -> Result<Option<Lens>, FitError> {
+        let Some(name) = &self.camera.lens else {
+            return Ok(None);
+        };
+        let beside = folder.join(name);
+        let found = match beside.is_file() {
+            true => Prescription::named(&beside.to_string_lossy()),
+            false => Prescription::named(name),
+        };
+        let lens = found.and_then(|p| Lens::new(&p));
+        lens.map(Some)
+            .map_err(|e| FitError::capture(folder.join(name), e.to_string()))
     }
 
     /// The pixel that the fit begins with: the paper's layers under this pitch, thinner, without walls.

@@ -5,7 +5,7 @@ use std::path::Path;
 use quadpixel::file;
 use quadpixel::image::{Image, raster};
 
-use super::capture::{CaptureDescription, FieldsPart, unread};
+use super::capture::{CaptureDescription, FieldsPart, SheetPart, unread};
 use super::dots;
 use super::error::FitError;
 use super::measurements::{FieldKernels, Measurements, SheetColumn};
@@ -24,7 +24,22 @@ impl CaptureDescription {
     /// # Errors
     /// A file that cannot be used, with what would do.
     pub fn measurements(&self, folder: &Path) -> Result<Measurements, FitError> {
-        let sheets = self.pair(folder, [&self.sheet.left, &self.sheet.right], SATURATED)?;
+        let planes = self.plane_shifts(folder)?;
+        let mut measured = match &self.sheet {
+            Some(sheet) => self.kernels_and_sheets(folder, sheet)?,
+            None => Measurements::of_planes(self.views.pixel_um),
+        };
+        measured.planes = planes;
+        measured.check()?;
+        Ok(measured)
+    }
+
+    fn kernels_and_sheets(
+        &self,
+        folder: &Path,
+        sheet: &SheetPart,
+    ) -> Result<Measurements, FitError> {
+        let sheets = self.pair(folder, [&sheet.left, &sheet.right], SATURATED)?;
         if let Some(dots) = &self.dots {
             return self.dot_measurements(folder, dots, &sheets);
         }
@@ -94,8 +109,8 @@ impl CaptureDescription {
             grid: given.grid,
             fields: fields.collect::<Result<_, _>>()?,
             sheet: self.columns(sheets),
+            planes: Vec::new(),
         };
-        measured.check()?;
         Ok(measured)
     }
 
@@ -115,7 +130,12 @@ impl CaptureDescription {
     }
 
     /// Linear light of one picture.
-    fn linear(&self, folder: &Path, name: &str, most_full: f64) -> Result<Image, FitError> {
+    pub(super) fn linear(
+        &self,
+        folder: &Path,
+        name: &str,
+        most_full: f64,
+    ) -> Result<Image, FitError> {
         let path = folder.join(name);
         let refused = |what: String| Err(FitError::capture(&path, what));
         let mut image = raster::read(&path)?;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::prediction::{FieldPrediction, Prediction};
+use super::prediction::{FieldPrediction, PlanePrediction, Prediction};
 
 /// One goal.
 #[derive(Clone, Debug, Serialize)]
@@ -35,9 +35,27 @@ fn most(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |a: f64, b| if b.is_nan() { b } else { a.max(b) })
 }
 
+/// The shifts of a plane's thirds.
+fn goal_of_plane(plane: &PlanePrediction) -> Goal {
+    let thirds = plane.thirds.iter().flatten();
+    let worst = most(thirds.map(|[measured, predicted]| (predicted / measured - 1.0).abs()));
+    let (mm, stop, nm) = (plane.distance_mm, plane.stop, plane.wavelength_nm);
+    let what = format!("plane at {mm} mm, stop {stop:.2} x F, {nm} nm: shift, worst third");
+    goal(&what, worst, 0.08)
+}
+
 impl Prediction {
     /// The goals, of what was held out.
     pub fn goals(&self) -> Vec<Goal> {
+        let mut goals = match self.fields.is_empty() {
+            true => Vec::new(),
+            false => self.goals_of_kernels(),
+        };
+        goals.extend(self.planes.iter().filter(|p| p.held_out).map(goal_of_plane));
+        goals
+    }
+
+    fn goals_of_kernels(&self) -> Vec<Goal> {
         let out = || self.fields.iter().filter(|f| f.held_out);
         let last = |axis: usize| self.fields.iter().map(|f| f.field[axis]).max().unwrap_or(0);
         let (columns, rows) = (last(0) + 1, last(1) + 1);

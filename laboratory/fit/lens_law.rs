@@ -2,7 +2,7 @@
 //! not known, by the transverse aberrations of a rotationally symmetric system (third order and the field's and the
 //! aperture's next terms; W. T. Welford, Aberrations of Optical Systems (1986), ch. 8).
 //!
-//! With ρ in the unit disk of the pupil and h the field in units of [`FIELD_MM`], in px:
+//! With ρ in the unit disk of the pupil and h the field over a unit, in px:
 //!
 //! ```text
 //! ε = (B + F h² + F₄ h⁴ + S ρ² + S₅ ρ⁴ + S_h h² ρ²) ρ       defocus, field curvature, spherical
@@ -12,9 +12,6 @@
 //! The disk's light is denser where the mapping is slower: that, and no loss of light, makes one side brighter.
 
 use super::parameters::Name;
-
-/// Field at which h is 1, mm on the sensor.
-pub const FIELD_MM: f64 = 2.8;
 
 /// The coefficients at one field.
 #[derive(Clone, Copy, Debug)]
@@ -27,11 +24,11 @@ pub struct LensLaw {
 }
 
 impl LensLaw {
-    /// Of the values of all parameters, at a place of the sensor.
-    pub fn new(values: &[f64], field_mm: [f64; 2]) -> Self {
+    /// Of the values of all parameters, at a place of the sensor; `unit_mm`: the field at which h is 1.
+    pub fn new(values: &[f64], field_mm: [f64; 2], unit_mm: f64) -> Self {
         let v = |name: Name| values[name as usize];
-        let hx = (field_mm[0] - v(Name::CentreXMm)) / FIELD_MM;
-        let hy = (field_mm[1] - v(Name::CentreYMm)) / FIELD_MM;
+        let hx = (field_mm[0] - v(Name::CentreXMm)) / unit_mm;
+        let hy = (field_mm[1] - v(Name::CentreYMm)) / unit_mm;
         let h2 = hx * hx + hy * hy;
         Self {
             field: [hx, hy],
@@ -47,6 +44,13 @@ impl LensLaw {
             astigmatism: v(Name::AstigmatismPx),
             elliptical: v(Name::EllipticalComaPx),
         }
+    }
+
+    /// The same of a point at another distance, whose disk has this radius in the middle of the picture, px.
+    #[must_use]
+    pub fn defocused(mut self, values: &[f64], radius_px: f64) -> Self {
+        self.radial[0] += radius_px - values[Name::DefocusPx as usize];
+        self
     }
 
     /// Where the light of a place of the unit disk lands, px from the chief ray.
@@ -71,13 +75,13 @@ mod tests {
         for &(name, value) in set {
             values[name as usize] = value;
         }
-        LensLaw::new(&values, field_mm)
+        LensLaw::new(&values, field_mm, 2.8)
     }
 
     #[test]
     fn coma_sends_a_ring_of_the_pupil_to_a_ring_that_is_run_through_twice() {
         // Seidel's figure: radius C h r², centre 2 C h r² from the chief ray, twice the pupil's azimuth.
-        let law = law(&[(Name::ComaPx, 3.0)], [FIELD_MM, 0.0]);
+        let law = law(&[(Name::ComaPx, 3.0)], [2.8, 0.0]);
         for k in 0..12 {
             let (sin, cos) = (0.5 * f64::from(k)).sin_cos();
             let r = 0.7;

@@ -28,6 +28,36 @@ pub struct SheetColumn {
     pub held_out: bool,
 }
 
+/// Shifts of a textured plane over the picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaneShifts {
+    /// From the sensor, mm.
+    pub distance_mm: f64,
+    /// F-number over the camera's.
+    pub stop: f64,
+    /// Wavelength that its channel stands for, nm.
+    pub wavelength_nm: f64,
+    /// Whether it is kept out of the fit.
+    pub held_out: bool,
+    /// Width of the picture, mm on the sensor.
+    pub width_mm: f64,
+    /// Side of the windows, px of the views.
+    pub window_px: f64,
+    /// Row by row; those that have texture.
+    pub blocks: Vec<PlaneBlock>,
+}
+
+/// A window of a plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaneBlock {
+    /// Its middle, mm on the sensor from the middle of the picture: to the right, downwards as stored.
+    pub place_mm: [f64; 2],
+    /// x_L − x_R, px of the views: positive for points nearer than the focus.
+    pub shift_px: f64,
+    /// Its standard deviation, px.
+    pub sigma_px: f64,
+}
+
 /// All of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measurements {
@@ -41,14 +71,28 @@ pub struct Measurements {
     pub fields: Vec<FieldKernels>,
     /// From left to right.
     pub sheet: Vec<SheetColumn>,
+    /// In the order of the description.
+    pub planes: Vec<PlaneShifts>,
 }
 
 impl Measurements {
+    /// Without kernels and sheets.
+    pub fn of_planes(view_pixel_um: f64) -> Self {
+        Self {
+            view_pixel_um,
+            side: 1,
+            grid: [0, 0],
+            fields: Vec::new(),
+            sheet: Vec::new(),
+            planes: Vec::new(),
+        }
+    }
+
     /// Checks that there is enough to fit, and nothing that no camera gives.
     ///
     /// # Errors
     /// Kernels of another size, without light or with what is no number; fewer than four fields or four columns of the
-    /// sheet to fit.
+    /// sheet to fit; without these, fewer than four windows of planes.
     pub fn check(&self) -> Result<(), FitError> {
         for (i, field) in self.fields.iter().enumerate() {
             for (name, view) in ["left", "right"].iter().zip(&field.views) {
@@ -70,6 +114,17 @@ impl Measurements {
         }
         let fields = self.fields.iter().filter(|f| !f.held_out).count();
         let columns = self.sheet.iter().filter(|c| !c.held_out).count();
+        let windows: usize = (self.planes.iter().filter(|p| !p.held_out))
+            .map(|p| p.blocks.len())
+            .sum();
+        if self.fields.is_empty() && self.sheet.is_empty() {
+            return match windows {
+                0..4 => Err(FitError::TooLittle(format!(
+                    "{windows} windows of planes with texture are to be fitted; allowed: 4 or more"
+                ))),
+                _ => Ok(()),
+            };
+        }
         if fields < 4 || columns < 4 {
             return Err(FitError::TooLittle(format!(
                 "{fields} fields of kernels and {columns} columns of the white sheet are to be fitted; allowed: 4 of \

@@ -1,4 +1,5 @@
-//! A camera fitted to what anybody can measure of it: kernels of both views over the field, and a white sheet.
+//! A camera fitted to what anybody can measure of it: kernels of both views over the field, a white sheet, the shifts
+//! of textured planes at known distances.
 //!
 //! ```text
 //! capture.toml ─ capture ─▶ Measurements ─┐
@@ -14,6 +15,7 @@ pub mod camera_file;
 pub mod camera_model;
 pub mod capture;
 mod captured;
+pub mod conjugates;
 pub mod dots;
 pub mod error;
 pub mod figures;
@@ -25,6 +27,7 @@ pub mod noise;
 pub mod parameters;
 pub mod pictures;
 pub mod pixel_table;
+mod planes;
 pub mod prediction;
 pub mod target;
 #[cfg(test)]
@@ -140,6 +143,15 @@ impl Forward for Residuals<'_> {
             (ratio / c.ratio).ln() / self.noise.sheet
         });
         blocks.push(sheet.collect());
+        let planes = self.measured.planes.iter().filter(|p| !p.held_out);
+        let shifts: Vec<_> = planes
+            .flat_map(|plane| plane.blocks.iter().map(move |block| (plane, block)))
+            .collect();
+        let shifts = shifts.into_par_iter().map(|(plane, block)| {
+            let shift_px = set.plane_shift_px(plane, block.place_mm);
+            (shift_px - block.shift_px) / (self.noise.plane * block.sigma_px)
+        });
+        blocks.push(shifts.collect());
         Ok(blocks)
     }
 }

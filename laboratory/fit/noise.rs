@@ -9,6 +9,8 @@ pub struct Noise {
     pub kernel: f64,
     /// Of the sheet's left over right, relative.
     pub sheet: f64,
+    /// Of the shifts of planes, over what is stated of each.
+    pub plane: f64,
 }
 
 /// Lags that residuals are held against themselves at, px.
@@ -23,15 +25,27 @@ impl Noise {
     pub const GUESS: Self = Self {
         kernel: 0.6,
         sheet: SHEET_CEILING,
+        plane: 1.0,
     };
 
-    /// Of residuals in units of this noise: kernels in all blocks but the last, which is the sheet. What hangs together
+    /// Of residuals in units of this noise: kernels in all blocks but the last two, the sheet and the planes. What hangs together
     /// over Σ ρ(lag) pixels counts as one: the noise is larger by its square root.
     #[must_use]
     pub fn from_residuals(self, residuals: &[Vec<f64>], side: usize) -> Self {
+        let Some((planes, residuals)) = residuals.split_last() else {
+            return self;
+        };
         let Some((sheet, kernels)) = residuals.split_last() else {
             return self;
         };
+        let mean_square = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>() / r.len() as f64;
+        let plane = match planes.is_empty() {
+            true => self.plane,
+            false => (self.plane * mean_square(planes).sqrt()).max(1.0),
+        };
+        if kernels.is_empty() || sheet.is_empty() {
+            return Self { plane, ..self };
+        }
         let views: Vec<&[f64]> = kernels
             .iter()
             .flat_map(|k| k.chunks_exact(side * side))
@@ -40,11 +54,11 @@ impl Noise {
         let sum: f64 = views.iter().flat_map(|v| v.iter()).map(|r| r * r).sum();
         let together: f64 = views.iter().map(|v| correlated(v, side)).sum();
         let area = (together / sum).max(1.0);
-        let sheet_sum: f64 = sheet.iter().map(|r| r * r).sum();
-        let sheet = self.sheet * (sheet_sum / sheet.len() as f64).sqrt();
+        let sheet = self.sheet * mean_square(sheet).sqrt();
         Self {
             kernel: self.kernel * (sum / count * area).sqrt(),
             sheet: sheet.clamp(SHEET_FLOOR, SHEET_CEILING),
+            plane,
         }
     }
 }
@@ -96,7 +110,7 @@ mod tests {
         let sheet: Vec<f64> = (0..64)
             .map(|i| if i % 2 == 0 { 0.8 } else { -0.8 })
             .collect();
-        let noise = Noise::GUESS.from_residuals(&[view, sheet], side);
+        let noise = Noise::GUESS.from_residuals(&[view, sheet, vec![2.0; 5]], side);
         assert!(
             (noise.kernel / Noise::GUESS.kernel - 2.0).abs() < 0.5,
             "{noise:?}"
@@ -105,5 +119,6 @@ mod tests {
             (noise.sheet / Noise::GUESS.sheet - 0.8).abs() < 1e-9,
             "{noise:?}"
         );
+        assert!((noise.plane - 2.0).abs() < 1e-12, "{noise:?}");
     }
 }

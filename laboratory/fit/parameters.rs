@@ -9,6 +9,7 @@
 //! | `f_number` | 1 | rim of the pupil: sin θ = 1/(2F) |
 //! | `pupil_mm` | mm | how far the exit pupil stands before the sensor: the chief rays' angles |
 //! | `shift_um`, `shift_1` … `shift_5` | µm, µm/mm^k | shift law, beside the chief ray's place |
+//! | `focus_mm` | mm | distance from the sensor that is in focus: of planes alone |
 //! | `centre_x_mm`, `centre_y_mm` | mm | where the lens's axis meets the sensor |
 //! | `blur_px` … `coma_aperture_px` | px | the lens: disk of a point out of focus ([`super::lens_law`]) |
 
@@ -45,6 +46,7 @@ pub enum Name {
     Shift1,
     Shift3,
     Shift5,
+    FocusMm,
     CentreXMm,
     CentreYMm,
     BlurPx,
@@ -83,16 +85,47 @@ pub struct Known {
     pub f_number: f64,
     /// Diameter of the disk that a point makes in the middle of the picture, px of the views.
     pub disk_px: f64,
+    /// Focal length, mm: what changes over the field does so by angles.
+    pub focal_length_mm: f64,
+    /// How far the exit pupil stands before the sensor, mm, where a lens says so.
+    pub pupil_mm: Option<f64>,
+    /// Distance from the sensor that was focused on, mm, where planes were captured.
+    pub focus_mm: Option<f64>,
+    /// Whether kernels tell of the lens.
+    pub has_kernels: bool,
 }
 
+/// Focal length that the priors of what changes over the field are for, mm.
+const PRIOR_FOCAL_LENGTH_MM: f64 = 4.4;
+/// Field at which h of the lens's law is 1, focal lengths.
+const UNIT_FIELD: f64 = 2.8 / 4.4;
+/// Deviations of an exit pupil that a lens tells, and of a focus that a scale tells, parts of them.
+const PUPIL_PART: f64 = 0.05;
+const FOCUS_PART: f64 = 0.03;
+
 impl Known {
+    /// Field at which h of the lens's law is 1, mm on the sensor.
+    pub fn unit_mm(&self) -> f64 {
+        UNIT_FIELD * self.focal_length_mm
+    }
+
     /// The parameters with their priors.
     pub fn parameters(&self) -> Vec<Parameter> {
         let (p, d) = (self.pitch_um, 0.5 * self.disk_px);
-        let lens = |part: f64| (0.0, part * d, [-3.0 * d, 3.0 * d]);
+        let has_lens = if self.has_kernels { 1.0 } else { 0.0 };
+        let lens = |part: f64| (0.0, has_lens * part * d, [-3.0 * d, 3.0 * d]);
+        let larger = self.focal_length_mm / PRIOR_FOCAL_LENGTH_MM;
+        let law = |power: i32, sigma: f64, most: f64| {
+            let part = p / larger.powi(power);
+            (0.0, sigma * part, [-most * part, most * part])
+        };
+        let pupil =
+            (self.pupil_mm).map_or((5.5 * larger, 1.5 * larger), |mm| (mm, PUPIL_PART * mm));
+        let focus = (self.focus_mm).map_or((1e3, 0.0), |mm| (mm, FOCUS_PART * mm));
+        let centre_mm = 0.05 * larger;
         let rows: [(&str, Prior); COUNT] = [
             ("radius_um", (0.85 * p, 0.15 * p, [0.708 * p, 3.0 * p])),
-            ("spacer_um", (0.5, 0.3, [0.0, 2.0])),
+            ("spacer_um", (0.5, 0.3, [0.0, p.max(2.0)])),
             ("silicon_um", (3.0, 0.7, [1.0, 6.0])),
             ("lens_index", (1.56, 0.05, [1.4, 1.9])),
             ("diffusion_um", (0.08 * p, 0.08 * p, [0.0, 0.4 * p])),
@@ -105,15 +138,32 @@ impl Known {
                     [0.7 * self.f_number, 1.4 * self.f_number],
                 ),
             ),
-            ("pupil_mm", (5.5, 1.5, [2.0, 100.0])),
+            (
+                "pupil_mm",
+                (
+                    pupil.0,
+                    pupil.1,
+                    [2.0 * larger.min(1.0), 100.0 * larger.max(1.0)],
+                ),
+            ),
             ("shift_um", (0.0, 0.1 * p, [-0.5 * p, 0.5 * p])),
-            ("shift_1_um_per_mm", (0.0, 0.1 * p, [-p, p])),
-            ("shift_3_um_per_mm3", (0.0, 0.02 * p, [-0.5 * p, 0.5 * p])),
-            ("shift_5_um_per_mm5", (0.0, 0.003 * p, [-0.1 * p, 0.1 * p])),
-            ("centre_x_mm", (0.0, 0.05, [-0.5, 0.5])),
-            ("centre_y_mm", (0.0, 0.05, [-0.5, 0.5])),
-            ("blur_px", (1.5, 0.5, [0.6, 5.0])),
-            ("defocus_px", (d, 0.3 * d, [0.2 * d, 3.0 * d])),
+            ("shift_1_um_per_mm", law(1, 0.1, 1.0)),
+            ("shift_3_um_per_mm3", law(3, 0.02, 0.5)),
+            ("shift_5_um_per_mm5", law(5, 0.003, 0.1)),
+            (
+                "focus_mm",
+                (focus.0, focus.1, [0.5 * focus.0, 2.0 * focus.0]),
+            ),
+            (
+                "centre_x_mm",
+                (0.0, centre_mm, [-10.0 * centre_mm, 10.0 * centre_mm]),
+            ),
+            (
+                "centre_y_mm",
+                (0.0, centre_mm, [-10.0 * centre_mm, 10.0 * centre_mm]),
+            ),
+            ("blur_px", (1.5, 0.5 * has_lens, [0.6, 5.0])),
+            ("defocus_px", (d, 0.3 * d * has_lens, [0.2 * d, 3.0 * d])),
             ("field_px", lens(0.5)),
             ("field_4_px", lens(0.5)),
             ("spherical_px", lens(0.5)),

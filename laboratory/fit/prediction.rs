@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::camera_model::{CameraModel, Set};
 use super::error::FitError;
 use super::figures::{FieldFigures, relative_rms};
-use super::measurements::{FieldKernels, Measurements};
+use super::measurements::{FieldKernels, Measurements, PlaneBlock, PlaneShifts};
 
 /// Steps in which a kernel is laid over the measured one.
 const PLACE_STEPS: usize = 6;
@@ -44,6 +44,37 @@ pub struct SheetPrediction {
     pub predicted: f64,
 }
 
+/// One plane.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlanePrediction {
+    /// From the sensor, mm.
+    pub distance_mm: f64,
+    /// F-number over the camera's.
+    pub stop: f64,
+    /// Wavelength that its channel stands for, nm.
+    pub wavelength_nm: f64,
+    /// Whether the fit saw it.
+    pub held_out: bool,
+    /// Its windows.
+    pub blocks: Vec<BlockPrediction>,
+    /// Mean over the left, the middle and the right third of the picture: as measured, as predicted, px; `None` where
+    /// no window has texture.
+    pub thirds: [Option<[f64; 2]>; 3],
+}
+
+/// One window of a plane.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct BlockPrediction {
+    /// Its middle, mm on the sensor from the middle of the picture.
+    pub place_mm: [f64; 2],
+    /// x_L − x_R, px, as measured.
+    pub measured_px: f64,
+    /// Its standard deviation, px.
+    pub sigma_px: f64,
+    /// As predicted.
+    pub predicted_px: f64,
+}
+
 /// All of it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Prediction {
@@ -51,6 +82,8 @@ pub struct Prediction {
     pub fields: Vec<FieldPrediction>,
     /// From left to right.
     pub sheet: Vec<SheetPrediction>,
+    /// In the order of the description.
+    pub planes: Vec<PlanePrediction>,
 }
 
 impl Prediction {
@@ -67,6 +100,17 @@ impl Prediction {
         let set = model.at(values)?;
         let places = set.places_px(measured);
         let columns = measured.grid[0];
+        let planes = measured.planes.iter().map(|plane| {
+            match plane.wavelength_nm == model.wavelength_nm() {
+                true => Ok(PlanePrediction::new(&set, plane)),
+                // The same values in other light: nothing is fitted per colour.
+                false => {
+                    let other = model.at_wavelength(plane.wavelength_nm)?;
+                    Ok(PlanePrediction::new(&other.at(values)?, plane))
+                }
+            }
+        });
+        let planes = planes.collect::<Result<_, FitError>>()?;
         let field = |(i, (field, &place)): (usize, (&FieldKernels, &[f64; 2]))| {
             let kernels = laid_over(&set, field, place);
             let side = measured.side;
@@ -89,7 +133,40 @@ impl Prediction {
         Ok(Self {
             fields: pairs.into_par_iter().map(field).collect(),
             sheet: sheet.collect(),
+            planes,
         })
+    }
+}
+
+impl PlanePrediction {
+    fn new(set: &Set<'_>, plane: &PlaneShifts) -> Self {
+        let block = |block: &PlaneBlock| BlockPrediction {
+            place_mm: block.place_mm,
+            measured_px: block.shift_px,
+            sigma_px: block.sigma_px,
+            predicted_px: set.plane_shift_px(plane, block.place_mm),
+        };
+        let blocks: Vec<_> = plane.blocks.par_iter().map(block).collect();
+        let half_mm = 0.5 * plane.width_mm;
+        let third = |k: usize| {
+            let inside = |b: &&BlockPrediction| {
+                let part = (b.place_mm[0] / half_mm + 1.0) * 1.5;
+                (part.max(0.0) as usize).min(2) == k
+            };
+            let count = blocks.iter().filter(inside).count() as f64;
+            let mean = |of: &dyn Fn(&BlockPrediction) -> f64| {
+                blocks.iter().filter(inside).map(of).sum::<f64>() / count
+            };
+            (count > 0.0).then(|| [mean(&|b| b.measured_px), mean(&|b| b.predicted_px)])
+        };
+        Self {
+            distance_mm: plane.distance_mm,
+            stop: plane.stop,
+            wavelength_nm: plane.wavelength_nm,
+            held_out: plane.held_out,
+            thirds: [0, 1, 2].map(third),
+            blocks,
+        }
     }
 }
 

@@ -128,6 +128,7 @@ pub fn simulated(
         grid: settings.grid,
         fields: (0..columns * rows).into_par_iter().map(field).collect(),
         sheet: (0..count).map(column).collect(),
+        planes: Vec::new(),
     };
     measured.hold_out_chessboard();
     Ok(measured)

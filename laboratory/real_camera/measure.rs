@@ -1,10 +1,8 @@
 //! The shift between two views over parts of the field.
 
-use glam::{DMat3, DVec3};
 use quadpixel::image::{Image, channel};
-use quadpixel::simd::SimdLevel;
 use quadpixel_algorithms::disparity::{Axes, MatchSettings, Verdict, match_images};
-use quadpixel_algorithms::warp::{Border, Lobes, Map, warp};
+use quadpixel_laboratory::plane_shift::{Window, window_shift_px};
 use std::error::Error;
 
 /// Green.
@@ -16,6 +14,15 @@ pub struct Part {
     pub x: usize,
     pub y: usize,
     pub side: usize,
+}
+
+impl Part {
+    fn window(&self) -> Window {
+        Window {
+            corner: [self.x, self.y],
+            size: [self.side; 2],
+        }
+    }
 }
 
 /// The three windows of 256 × 256 px in the middle row of a 768 × 512 picture.
@@ -60,42 +67,9 @@ pub fn shifts(left: &Image, right: &Image, parts: &[Part]) -> Result<Vec<Shift>,
             .collect();
         found.sort_by(f64::total_cmp);
         Ok(Shift {
-            whole_px: whole_window(&a, &b, part)?,
+            whole_px: window_shift_px(&a, &b, part.window()).unwrap_or(f64::NAN),
             median_px: found.get(found.len() / 2).copied().unwrap_or(f64::NAN),
         })
     };
     parts.iter().map(of).collect()
-}
-
-/// d of a(x) = g b(x + d) + o over one large window, by Gauss-Newton from 0 with the exact Lanczos kernel; d to the
-/// right, px. NaN where it does not settle. (The matcher's own windows end at 31 px.)
-fn whole_window(a: &Image, b: &Image, part: &Part) -> Result<f64, Box<dyn Error>> {
-    // Room for the shift and the kernel.
-    const ROOM: usize = 12;
-    const STEPS: usize = 40;
-    let clip = |from: usize, whole: usize| (from.max(ROOM), (from + part.side).min(whole - ROOM));
-    let ((x0, x1), (y0, y1)) = (clip(part.x, a.width()), clip(part.y, a.height()));
-    let mut d = 0.0;
-    for _ in 0..STEPS {
-        let map = Map::shift(b.width(), b.height(), d, 0.0)?;
-        let moved = warp(b, &map, Lobes::Four, Border::Replicate, SimdLevel::detect()).image;
-        // Unknowns: g, o, and g times the step; normal equations of the three.
-        let (mut m, mut v) = (DMat3::ZERO, DVec3::ZERO);
-        for y in y0..y1 {
-            for x in x0..x1 {
-                let at = |x: usize| f64::from(moved.pixel(x, y)[0]);
-                let slope = (8.0 * (at(x + 1) - at(x - 1)) - (at(x + 2) - at(x - 2))) / 12.0;
-                let row = DVec3::new(at(x), 1.0, slope);
-                m += DMat3::from_cols(row * row.x, row * row.y, row * row.z);
-                v += row * f64::from(a.pixel(x, y)[0]);
-            }
-        }
-        let solved = m.inverse() * v;
-        let step = (solved.z / solved.x).clamp(-0.5, 0.5);
-        d += step;
-        if step.abs() < 1e-4 {
-            return Ok(d);
-        }
-    }
-    Ok(f64::NAN)
 }

@@ -1,52 +1,18 @@
 //! What one pixel sees of a flat texture at a depth, and the shift that a matcher finds between two of its views.
 //!
 //! Ray k of pixel p, of weight w_ik to sub-pixel i, sees the texture (its picture in the sum of all views, T) at p +
-//! δ_k, so
-//!
-//! ```text
-//! I_i(p) = Σ_k w_ik T(p + δ_k)       δ_k = J⁻¹ (q_k − q̄)      O_i(f) = Σ_k w_ik exp(2πi f·δ_k)
-//! D = argmax_d  Σ_f S(f) Re[ O_i(f) O_j*(f) exp(2πi f_x d) ]
-//! ```
-//!
-//! D = x_i − x_j is what least squares over a window finds between views i and j of a texture of the power spectrum S
-//! (Parseval). At low frequencies it is the difference of the centroids of [`super::DisparityField`]; where the blur is
-//! as wide as the texture is fine the two views' blurs differ in shape and D is larger. S is that of natural
-//! pictures, |f|^−2 (Field, J. Opt. Soc. Am. A 4, 2379 (1987)), seen through a square pixel, without what a window of w
-//! px takes for an offset, (1 − sinc(w f_x) sinc(w f_y))². Where the camera has diffraction at its lens's aperture, it
-//! displaces ray k by draws d: to first order exp(2πi f·δ_k) is multiplied by their mean of exp(2πi f·d).
-//! A ray from the rim has the wider ones, so that fine texture is seen by the middle of the pupil and shifts less.
-
-use std::f64::consts::{PI, TAU};
+//! δ_k = p + J⁻¹ (q_k − q̄). Of these offsets [`super::matched_shift_px`] makes the shift. Where the camera has
+//! diffraction at its lens's aperture, it displaces ray k by draws. A ray from the rim has the wider ones, so that fine
+//! texture is seen by the middle of the pupil and shifts less.
 
 use glam::{DMat2, DVec2, Vec2Swizzles};
 
 use super::bundle::Bundle;
 use super::disparity::jacobian_at;
-use super::displaced::{Displaced, FREQUENCIES, ROWS, each_frequency, frequency, row_frequency};
+use super::displaced::Displaced;
+use super::matched::{TextureSpectrum, centroid_shift_px, cross_spectrum, summit};
 use crate::render::Camera;
 use crate::sampling::SobolSet;
-
-/// Shifts tried on each side of the centroids' difference, px, and their distance.
-const SEARCH_PX: f64 = 3.0;
-const STEP_PX: f64 = 0.05;
-
-/// The power spectrum of the texture that is matched.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TextureSpectrum {
-    /// S falls as |f| to minus this.
-    pub exponent: f64,
-    /// Side of the matcher's window, px.
-    pub window_px: f64,
-}
-
-impl Default for TextureSpectrum {
-    fn default() -> Self {
-        Self {
-            exponent: 2.0,
-            window_px: 21.0,
-        }
-    }
-}
 
 /// One pixel's rays; see the module.
 #[derive(Clone, Debug)]
@@ -127,16 +93,8 @@ impl ReceptiveField {
     /// x_i − x_j by the centroids of what sub-pixels i and j see, px.
     pub fn centroid_shift_px(&self, depth_mm: f64, [i, j]: [usize; 2]) -> f64 {
         let offsets = self.offsets_px(depth_mm);
-        let mean = |s: usize| {
-            let (mut sum, mut all) = (0.0, 0.0);
-            for (k, o) in offsets.iter().enumerate() {
-                let w = self.weights(k)[s];
-                sum += w * o.x;
-                all += w;
-            }
-            sum / all
-        };
-        mean(j) - mean(i)
+        let pair = |k: usize| [self.weights(k)[i], self.weights(k)[j]];
+        centroid_shift_px(offsets.iter().enumerate().map(|(k, o)| (*o, pair(k))))
     }
 
     /// x_i − x_j as a matcher finds it on a texture, px.
@@ -146,84 +104,12 @@ impl ReceptiveField {
         [i, j]: [usize; 2],
         texture: &TextureSpectrum,
     ) -> f64 {
-        let start = self.centroid_shift_px(depth_mm, [i, j]);
-        let cross = self.cross_spectrum(depth_mm, [i, j], texture);
-        // Columns of equal f_x have been summed over f_y.
-        let correlation = |d: f64| {
-            let terms = cross.iter().enumerate().map(|(k, [re, im])| {
-                let (sin, cos) = (TAU * frequency(k) * d).sin_cos();
-                re * cos - im * sin
-            });
-            terms.sum::<f64>()
-        };
-        let tries = (SEARCH_PX / STEP_PX).round() as i64;
-        let mut best = (start, f64::NEG_INFINITY);
-        for n in -tries..=tries {
-            let d = start + n as f64 * STEP_PX;
-            let c = correlation(d);
-            if c > best.1 {
-                best = (d, c);
-            }
-        }
-        // The summit of the parabola through the best and its neighbours; the correlation is smooth on this scale.
-        let [before, after] = [-STEP_PX, STEP_PX].map(|s| correlation(best.0 + s));
-        let curvature = before - 2.0 * best.1 + after;
-        if curvature < 0.0 {
-            best.0 + 0.5 * STEP_PX * (before - after) / curvature
-        } else {
-            best.0
-        }
-    }
-
-    /// Σ over f_y of S O_i O_j*, as (real, imaginary), a f_x.
-    fn cross_spectrum(
-        &self,
-        depth_mm: f64,
-        [i, j]: [usize; 2],
-        texture: &TextureSpectrum,
-    ) -> Vec<[f64; 2]> {
         let offsets = self.offsets_px(depth_mm);
-        let mut transfer = vec![[[0.0; 2]; 2]; FREQUENCIES * ROWS];
-        for (k, o) in offsets.iter().enumerate() {
-            let weights = [self.weights(k)[i], self.weights(k)[j]];
-            let displaced = self.displaced.as_ref().map(|d| d.of_ray(k));
-            each_frequency(*o, |i, [re, im]| {
-                let [re, im] = match displaced {
-                    Some(d) => [re * d[i][0] - im * d[i][1], re * d[i][1] + im * d[i][0]],
-                    None => [re, im],
-                };
-                for (to, w) in transfer[i].iter_mut().zip(weights) {
-                    to[0] += w * re;
-                    to[1] += w * im;
-                }
-            });
-        }
-        let column = |c: usize| {
-            let mut sum = [0.0; 2];
-            for r in 0..ROWS {
-                let [a, b] = transfer[c * ROWS + r];
-                let s = texture.power(DVec2::new(frequency(c), row_frequency(r)));
-                sum[0] += s * (a[0] * b[0] + a[1] * b[1]);
-                sum[1] += s * (a[1] * b[0] - a[0] * b[1]);
-            }
-            sum
-        };
-        (0..FREQUENCIES).map(column).collect()
-    }
-}
-
-impl TextureSpectrum {
-    fn power(&self, f: DVec2) -> f64 {
-        let sinc = |x: f64| {
-            if x == 0.0 {
-                1.0
-            } else {
-                (PI * x).sin() / (PI * x)
-            }
-        };
-        let pixel = sinc(f.x) * sinc(f.y);
-        let passed = 1.0 - sinc(self.window_px * f.x) * sinc(self.window_px * f.y);
-        (pixel * passed).powi(2) / f.length_squared().powf(0.5 * self.exponent)
+        let pair = |k: usize| [self.weights(k)[i], self.weights(k)[j]];
+        let rays = || offsets.iter().enumerate().map(|(k, o)| (*o, pair(k)));
+        let displaced = |k: usize| self.displaced.as_ref().map(|d| d.of_ray(k));
+        let with = rays().enumerate().map(|(k, ray)| (ray, displaced(k)));
+        summit(centroid_shift_px(rays()), &cross_spectrum(with, texture))
     }
 }
 
