@@ -293,6 +293,8 @@ fn opens_to(name: &str) -> Result<f64, LensError> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests {
+    use quadpixel::sensor::CollectedAt;
+
     use super::*;
     use crate::assemble;
     use crate::config::DEFAULT_TOML;
@@ -313,6 +315,7 @@ mod tests {
             charge: Charge {
                 diffusion_um: 0.2,
                 crosstalk: 0.1,
+                collected_at: CollectedAt::LitSide,
             },
             microlenses: MicrolensLaw {
                 um: 0.1,

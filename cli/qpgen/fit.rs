@@ -11,6 +11,7 @@ use crate::{out, outln};
 use clap::Args;
 use quadpixel::em::PixelStack;
 use quadpixel::file;
+use quadpixel::sensor::CollectedAt;
 use quadpixel_generators::camera_file::CameraFile;
 use quadpixel_laboratory::fit::camera_file::camera_file;
 use quadpixel_laboratory::fit::camera_model::{CameraModel, Fineness, Optics};
@@ -238,6 +239,7 @@ fn known(
         unit_mm: known.unit_mm(),
         side: measured.side,
         view_pixel_um: measured.view_pixel_um,
+        collected_at: camera.collected_at,
         conjugates,
     };
     Ok((known, optics))
@@ -394,6 +396,7 @@ fn trials(args: &FitArgs, count: u64, progress: &Progress) -> Result<(), Command
         unit_mm: known.unit_mm(),
         side: 61,
         view_pixel_um: 2.8,
+        collected_at: CollectedAt::Anywhere,
         conjugates: Conjugates {
             focal_length_mm: known.focal_length_mm,
             hiatus_mm: 0.0,

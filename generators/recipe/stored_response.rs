@@ -3,7 +3,7 @@
 
 use quadpixel::em::{Level, Preset};
 use quadpixel::range::{OutOfRange, require};
-use quadpixel::sensor::Charge;
+use quadpixel::sensor::{Charge, CollectedAt};
 use quadpixel_datasets::TableColour;
 use serde::{Deserialize, Serialize};
 
@@ -12,13 +12,14 @@ use super::table_choice::{ExactModel, TableChoice};
 /// The name of a response from a file.
 const FILE: &str = "table";
 /// The fields of a table's choice.
-const CHOICE: [&str; 6] = [
+const CHOICE: [&str; 7] = [
     "shifts",
     "preset",
     "colour",
     "exact",
     "diffusion_um",
     "crosstalk",
+    "collected_at",
 ];
 
 /// All fields, those of one sample (`pixel`) and those of a configuration (`pixels`); `Stack` is how a configuration
@@ -53,6 +54,8 @@ pub(crate) struct StoredResponse<Stack = ()> {
     pub diffusion_um: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crosstalk: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub collected_at: Option<CollectedAt>,
 }
 
 /// What a model's name says.
@@ -84,6 +87,7 @@ impl<Stack> StoredResponse<Stack> {
             exact: None,
             diffusion_um: None,
             crosstalk: None,
+            collected_at: None,
         }
     }
 
@@ -92,6 +96,7 @@ impl<Stack> StoredResponse<Stack> {
         Self {
             diffusion_um: given(charge.diffusion_um),
             crosstalk: given(charge.crosstalk),
+            collected_at: Some(charge.collected_at).filter(|at| *at != CollectedAt::Anywhere),
             shifts: choice.shifts,
             preset: Some(choice.preset).filter(|preset| !preset.is_standard()),
             colour: choice.colour,
@@ -114,6 +119,7 @@ impl<Stack> StoredResponse<Stack> {
         let charge = Charge {
             diffusion_um: self.diffusion_um.unwrap_or(0.0),
             crosstalk: self.crosstalk.unwrap_or(0.0),
+            collected_at: self.collected_at.unwrap_or_default(),
         };
         charge.check()?;
         require(charge.diffusion_um == 0.0 || self.shifts.is_some(), || {
@@ -183,6 +189,7 @@ impl<Stack> StoredResponse<Stack> {
             ("exact", self.exact.is_some()),
             ("diffusion_um", self.diffusion_um.is_some()),
             ("crosstalk", self.crosstalk.is_some()),
+            ("collected_at", self.collected_at.is_some()),
             ("focal_length_um", self.focal_length_um.is_some()),
             ("file", self.file.is_some()),
             ("files", self.files.is_some()),

@@ -36,6 +36,7 @@ pub fn camera_file(
         charge: Charge {
             diffusion_um: v(Name::DiffusionUm),
             crosstalk: v(Name::Crosstalk),
+            collected_at: description.camera.collected_at,
         },
         microlenses: law(&set, v(Name::CentreXMm), half_mm),
         pixel: model.pixel(&fitted.values),

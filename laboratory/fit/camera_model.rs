@@ -17,7 +17,7 @@ use glam::DVec2;
 use quadpixel::em::wave::WaveSettings;
 use quadpixel::em::{Material, PixelStack, StackError};
 use quadpixel::render::truth::{TextureSpectrum, matched_shift_px};
-use quadpixel::sensor::Subpixels;
+use quadpixel::sensor::{CollectedAt, Subpixels, Wandering};
 use rayon::prelude::*;
 
 use super::conjugates::Conjugates;
@@ -101,6 +101,8 @@ pub struct Optics {
     pub view_pixel_um: f64,
     /// The lens, for planes.
     pub conjugates: Conjugates,
+    /// Where the pixel collects charge.
+    pub collected_at: CollectedAt,
 }
 
 /// A camera to be fitted.
@@ -122,6 +124,7 @@ pub struct Set<'a> {
     model: &'a CameraModel,
     values: &'a [f64],
     table: Arc<PixelTable>,
+    wandering: Wandering,
 }
 
 impl CameraModel {
@@ -260,10 +263,12 @@ impl CameraModel {
                 table
             }
         };
+        let silicon = self.pixel(values).silicon_at(self.wavelength_nm)?;
         Ok(Set {
             model: self,
             values,
             table,
+            wandering: Wandering::new(self.optics.collected_at, &silicon),
         })
     }
 }
@@ -300,7 +305,9 @@ impl Set<'_> {
         let chief = self.chief_u(x_mm);
         let shift = self.table.shift_for_um(chief) + shift_um;
         let [diffusion, crosstalk] = [Name::DiffusionUm, Name::Crosstalk].map(|n| self.value(n));
-        let halves = self.table.shifted(shift, diffusion, crosstalk);
+        let halves = self
+            .table
+            .shifted(shift, diffusion, crosstalk, &self.wandering);
         let pupil = self.model.pupil.iter();
         pupil
             .map(|[x, y]| halves.at(chief + rim * x, rim * y))

@@ -6,6 +6,7 @@ use quadpixel::em::PixelStack;
 use quadpixel::file::{self, FileError};
 use quadpixel::lens::{Lens, Prescription};
 use quadpixel::range;
+use quadpixel::sensor::CollectedAt;
 use serde::Deserialize;
 
 use super::conjugates::Conjugates;
@@ -52,6 +53,9 @@ pub struct CameraPart {
     /// Distance that was focused on, mm, from the sensor; of planes.
     #[serde(default)]
     pub focus_mm: Option<f64>,
+    /// Where the pixel collects charge, which says how far that of each colour wanders.
+    #[serde(default)]
+    pub collected_at: CollectedAt,
     /// Pitch of the microlenses, µm.
     pub pitch_um: f64,
     /// Wavelength that the channel stands for, nm.

@@ -7,12 +7,12 @@
 //! ```
 //! is exact for what the pixel resolves. Charge that wanders by a Gaussian of deviation σ before it is collected (see
 //! E. G. Stevens, IEEE Trans. Electron Devices 39, 2621 (1992)) is collected as if the light lay elsewhere, so that it
-//! is the mean over shifts: `g_k = exp(−(2π k σ / p)²/2)`. Mirrored pixels give the other sign of u:
+//! is the mean over shifts: `g_k = exp(−(2π k σ / p)²/2)`, or its mean over the depths that the charge comes from. Mirrored pixels give the other sign of u:
 //! P_L(−u, v; s) = P_R(u, v; −s).
 
 use quadpixel::em::wave::{WaveModel, WaveSettings};
 use quadpixel::em::{PixelStack, StackError};
-use quadpixel::sensor::MovingFrame;
+use quadpixel::sensor::{MovingFrame, Wandering};
 use rayon::prelude::*;
 
 /// How finely directions and shifts are taken.
@@ -109,16 +109,14 @@ impl PixelTable {
     }
 
     /// Weights of the shifts at `shift_um`, after diffusion.
-    fn weights(&self, shift_um: f64, diffusion_um: f64) -> Vec<f64> {
+    fn weights(&self, shift_um: f64, kept: &[f64]) -> Vec<f64> {
         let n = self.shifts as f64;
         let wave = 2.0 * std::f64::consts::PI / self.pitch_um;
         (0..self.shifts)
             .map(|j| {
                 let from = shift_um - self.pitch_um * j as f64 / n;
-                let terms = (1..self.shifts.div_ceil(2)).map(|k| {
-                    let q = wave * k as f64;
-                    2.0 * (-0.5 * (q * diffusion_um).powi(2)).exp() * (q * from).cos()
-                });
+                let terms = (kept.iter().enumerate())
+                    .map(|(k, kept)| 2.0 * kept * (wave * (k + 1) as f64 * from).cos());
                 (1.0 + terms.sum::<f64>()) / n
             })
             .collect()
@@ -126,7 +124,18 @@ impl PixelTable {
 
     /// Both halves under a shift of the lens along x, with diffusion, and `crosstalk` of each half's light in the
     /// other.
-    pub fn shifted(&self, shift_um: f64, diffusion_um: f64, crosstalk: f64) -> ShiftedHalves {
+    pub fn shifted(
+        &self,
+        shift_um: f64,
+        diffusion_um: f64,
+        crosstalk: f64,
+        wandering: &Wandering,
+    ) -> ShiftedHalves {
+        let turns = 2.0 * std::f64::consts::PI * diffusion_um / self.pitch_um;
+        let harmonics = 1..self.shifts.div_ceil(2);
+        let kept: Vec<f64> = harmonics
+            .map(|k| wandering.kept(turns * k as f64))
+            .collect();
         let [nodes, rows] = self.nodes;
         let plane = |half: usize, weights: &[f64]| {
             let mut sum = vec![0.0; nodes * rows];
@@ -138,8 +147,8 @@ impl PixelTable {
             }
             sum
         };
-        let ahead = self.weights(shift_um, diffusion_um);
-        let mirrored = self.weights(-shift_um, diffusion_um);
+        let ahead = self.weights(shift_um, &kept);
+        let mirrored = self.weights(-shift_um, &kept);
         let positive = [plane(0, &ahead), plane(1, &ahead)];
         let negative = [plane(1, &mirrored), plane(0, &mirrored)];
         let mut values = Vec::with_capacity(rows * (2 * nodes - 1));

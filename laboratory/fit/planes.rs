@@ -15,9 +15,9 @@ const GRID: [usize; 2] = [6, 3];
 /// Smallest side of a picture, px: windows keep away from its edge.
 const LEAST_PX: usize = 192;
 /// What a shift is known to at best: parts of it, by the texture's spectrum, which the model takes for that of natural
-/// pictures, and px.
+/// pictures, and px, by what a camera's views are registered to.
 const TEXTURE_PART: f64 = 0.02;
-const FLOOR_PX: f64 = 0.004;
+const FLOOR_PX: f64 = 0.01;
 /// Views whose shift has the wrong sign by so many of its standard deviations are in the wrong order.
 const EXCHANGED_SIGMAS: f64 = 4.0;
 

@@ -1,6 +1,7 @@
 //! What is refused.
 
 use quadpixel::image::raster::encode_gray16;
+use quadpixel::sensor::CollectedAt;
 use quadpixel_generators::camera_file::CameraFile;
 
 use super::Fitted;
@@ -41,6 +42,7 @@ fn optics() -> Optics {
         unit_mm: KNOWN.unit_mm(),
         side: SIDE,
         view_pixel_um: 2.8,
+        collected_at: CollectedAt::Anywhere,
         conjugates: Conjugates {
             focal_length_mm: KNOWN.focal_length_mm,
             hiatus_mm: 0.0,

@@ -18,7 +18,8 @@ use serde::{Deserialize, Serialize};
 
 use super::mosaic::{FilterColour, Mosaic};
 use super::{Material, StackError};
-use crate::sensor::{MovingFrame, Subpixels};
+use crate::sensor::{MovingFrame, Silicon, Subpixels};
+use crate::spectrum::ChannelWavelengths;
 
 /// The gapless spherical microlens.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -94,6 +95,22 @@ pub struct PixelStack {
 }
 
 impl PixelStack {
+    /// The silicon as charge is made in it at a wavelength; the reference is that of [`ChannelWavelengths`].
+    ///
+    /// # Errors
+    /// An unknown material, or a wavelength outside its table.
+    pub fn silicon_at(&self, wavelength_nm: f64) -> Result<Silicon, StackError> {
+        let absorption_um = |nm: f64| {
+            let index = self.silicon.index(nm)?;
+            Ok::<_, StackError>(1e-3 * nm / (4.0 * std::f64::consts::PI * index.im.abs()))
+        };
+        Ok(Silicon {
+            depth_um: self.silicon_um,
+            absorption_um: absorption_um(wavelength_nm)?,
+            reference_absorption_um: absorption_um(ChannelWavelengths::default().reference_nm())?,
+        })
+    }
+
     /// The layer of a name.
     pub fn layer(&self, name: &str) -> Option<&Layer> {
         self.layers.iter().find(|l| l.name == name)

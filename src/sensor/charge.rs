@@ -3,6 +3,7 @@
 use quadpixel_datasets::Subpixels;
 use serde::{Deserialize, Serialize};
 
+use super::wandering::{CollectedAt, Wandering};
 use crate::range::{OutOfRange, require};
 
 /// Charge that wanders by a Gaussian of deviation σ before it is collected (E. G. Stevens, IEEE Trans. Electron Devices
@@ -12,17 +13,24 @@ use crate::range::{OutOfRange, require};
 /// ```text
 /// P_i(u, v; s) = Σ_f c_f exp(2π i f·s/pitch)  ─▶  c_f exp(−(2π |f| σ/pitch)²/2)
 /// ```
-/// and part of what each sub-pixel then has is shared evenly by the others of its pixel: crosstalk that no direction
+/// (with the mean of that over the depths it is made at, where these count: [`Wandering`]) and part of what each sub-pixel then has is shared evenly by the others of its pixel: crosstalk that no direction
 /// changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Charge {
-    /// σ, µm.
+    /// σ, µm, RMS over all charge at 550 nm.
     #[serde(default)]
     pub diffusion_um: f64,
+    /// Where it is collected, which says how σ goes with the depth that it is made at.
+    #[serde(default, skip_serializing_if = "is_anywhere")]
+    pub collected_at: CollectedAt,
     /// Part that the others have, 0 to 1.
     #[serde(default)]
     pub crosstalk: f64,
+}
+
+fn is_anywhere(collected_at: &CollectedAt) -> bool {
+    *collected_at == CollectedAt::Anywhere
 }
 
 impl Charge {
@@ -42,6 +50,7 @@ impl Charge {
         let Self {
             diffusion_um,
             crosstalk,
+            ..
         } = *self;
         require(diffusion_um >= 0.0 && diffusion_um.is_finite(), || {
             refused("diffusion_um", diffusion_um, "finite and at least 0")
@@ -52,9 +61,8 @@ impl Charge {
     }
 
     /// What is left of a harmonic of the lens shift: f periods per pitch along one axis.
-    pub(crate) fn kept(&self, harmonic: usize, pitch_um: f64) -> f64 {
-        let turns = std::f64::consts::TAU * harmonic as f64 * self.diffusion_um / pitch_um;
-        (-0.5 * turns * turns).exp()
+    pub(crate) fn kept(&self, wandering: &Wandering, harmonic: usize, pitch_um: f64) -> f64 {
+        wandering.kept(std::f64::consts::TAU * harmonic as f64 * self.diffusion_um / pitch_um)
     }
 
     /// Shares the sub-pixels' parts of `[direction][sub-pixel]`.
@@ -109,6 +117,7 @@ mod tests {
             let charge = Charge {
                 diffusion_um,
                 crosstalk,
+                ..Charge::default()
             };
             assert!(charge.check().unwrap_err().to_string().contains(field));
         }

@@ -9,12 +9,14 @@ mod grid;
 mod microlens;
 mod moving_frame;
 pub mod readout;
+mod wandering;
 
 pub use charge::Charge;
 pub use grid::Sensor;
 pub use microlens::{MicrolensLaw, MicrolensShifts, ShiftRule};
 pub use moving_frame::MovingFrame;
 pub use quadpixel_datasets::{Subpixels, SubpixelsError};
+pub use wandering::{CollectedAt, Silicon, Wandering};
 
 use crate::range::{OutOfRange, require};
 

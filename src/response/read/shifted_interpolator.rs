@@ -17,7 +17,7 @@
 use super::Interpolator;
 use super::axes::Axes;
 use crate::em::ShiftGrid;
-use crate::sensor::{Charge, MovingFrame, Subpixels, by_count};
+use crate::sensor::{Charge, MovingFrame, Subpixels, Wandering, by_count};
 
 /// B-spline shifts a ray reads along each axis.
 const TAPS: usize = 3;
@@ -80,13 +80,15 @@ impl ShiftedInterpolator {
         subpixels: Subpixels,
         frame: MovingFrame,
         axes: Axes,
-        (grid, charge): (&ShiftGrid, &Charge),
+        (grid, charge, wandering): (&ShiftGrid, &Charge, &Wandering),
         plane: impl Fn([usize; 2]) -> Vec<f32>,
     ) -> Self {
         let nodes = grid.per_pitch;
         let knots = (2 * nodes).min(MOST_KNOTS);
         let stored = knots / 2 + 3;
-        let parts = coefficients(nodes, knots, stored, |f| charge.kept(f, grid.pitch_um));
+        let parts = coefficients(nodes, knots, stored, |f| {
+            charge.kept(wandering, f, grid.pitch_um)
+        });
         let count = subpixels.count();
         let size = axes.nu * axes.nv * count;
         let mut table = vec![0f32; stored * stored * size];

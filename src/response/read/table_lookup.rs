@@ -7,6 +7,7 @@ use super::{Interpolator, ShiftedInterpolator};
 use crate::em::ShiftGrid;
 use crate::em::symmetry::{Symmetry, symmetries_of};
 use crate::response::AngularResponse;
+use crate::sensor::Wandering;
 
 impl AngularResponse {
     /// Bilinear lookup of the centred lens at `wavelength_nm`: linear between the two nearest wavelengths of the table,
@@ -24,11 +25,16 @@ impl AngularResponse {
         let symmetries = symmetries_of(self.meta().subpixels);
         let stored = self.stored_shifts(&grid, wavelength_nm);
         let (charge, subpixels) = (self.meta().charge, self.meta().subpixels);
+        // Of a material without a number, of imported tables perhaps, all charge wanders equally far.
+        let silicon = self.meta().pixel.silicon_at(wavelength_nm).ok();
+        let wandering = silicon.map_or_else(Wandering::even, |silicon| {
+            Wandering::new(charge.collected_at, &silicon)
+        });
         Some(ShiftedInterpolator::new(
             subpixels,
             self.meta().frame,
             self.directions(),
-            (&grid, &charge),
+            (&grid, &charge, &wandering),
             |node| {
                 let mut plane = self.unfolded(&grid, &symmetries, &stored, node);
                 charge.share(subpixels, &mut plane);

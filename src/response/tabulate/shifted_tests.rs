@@ -128,6 +128,7 @@ fn symmetry_fills_every_shift_and_direction_from_an_octant() {
     let charge = Charge {
         diffusion_um: 0.25,
         crosstalk: 0.15,
+        ..Charge::default()
     };
     let spread = table.clone().with_charge(charge).unwrap();
     let lookup = spread.shifted_interpolator(550.0).unwrap();
