@@ -82,6 +82,7 @@ impl Network {
             Reshape,
             Resize,
             Shape,
+            Sigmoid,
             Slice,
             Sqrt,
             Squeeze,
