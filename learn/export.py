@@ -17,6 +17,14 @@ from onnx import TensorProto, numpy_helper
 from network import Network
 
 
+def weights_of(archive):
+    """Weights of an archive, as they were rounded."""
+    with zipfile.ZipFile(archive) as entries:
+        model = onnx.load_from_string(entries.read("network.onnx"))
+    weights = {w.name: torch.from_numpy(numpy_helper.to_array(w).copy()) for w in model.graph.initializer}
+    return {name: w for name, w in weights.items() if name.endswith((".weight", ".bias"))}
+
+
 def rounded(model):
     """Weights rounded to half floats. They stay float32, which every runtime reads; their empty bits leave the archive half as large."""
     for weight in model.graph.initializer:

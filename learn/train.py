@@ -15,6 +15,7 @@ from pathlib import Path
 import torch
 
 from batches import LOG_SIGMA, Batches
+from export import weights_of
 from network import WIDTHS, Network
 
 
@@ -41,7 +42,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("configuration", type=Path)
     parser.add_argument("-o", "--out", type=Path, required=True)
-    parser.add_argument("--begin", type=Path, metavar="WEIGHTS", help="weights.pt of another run to begin with; for `matched`, of a run without it")
+    parser.add_argument("--begin", type=Path, metavar="WEIGHTS", help="weights.pt or archive to begin with; for `matched`, of a network without it")
     parser.add_argument("--steps", type=int, help="in the place of the configuration's")
     parser.add_argument("--seed", type=int, help="in the place of the configuration's")
     parser.add_argument("--bfloat16", action="store_true")
@@ -56,7 +57,7 @@ def main():
     if args.device == "cpu":
         network = network.to(memory_format=torch.channels_last)
     if args.begin:
-        weights = torch.load(args.begin, map_location=args.device, weights_only=True)
+        weights = weights_of(args.begin) if args.begin.suffix == ".zip" else torch.load(args.begin, weights_only=True)
         (network.widened if matched else network.load_state_dict)(weights)
     optimizer = torch.optim.AdamW(network.parameters(), lr=1e-3, weight_decay=1e-4)
     drawn = (settings["side_px"], settings["batch"], seed, settings["noise"], settings.get("shape"), matched)

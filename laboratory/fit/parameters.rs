@@ -9,9 +9,9 @@
 //! | `f_number` | 1 | rim of the pupil: sin θ = 1/(2F) |
 //! | `pupil_mm` | mm | how far the exit pupil stands before the sensor: the chief rays' angles |
 //! | `shift_um`, `shift_1` … `shift_5` | µm, µm/mm^k | shift law, beside the chief ray's place |
-//! | `focus_mm` | mm | distance from the sensor that is in focus: of planes alone |
 //! | `centre_x_mm`, `centre_y_mm` | mm | where the lens's axis meets the sensor |
 //! | `blur_px` … `coma_aperture_px` | px | the lens: disk of a point out of focus ([`super::lens_law`]) |
+//! | `focus_mm` | mm | distance from the sensor that is in focus: of planes alone |
 
 use quadpixel::range::OutOfRange;
 use serde::{Deserialize, Serialize};
@@ -46,7 +46,6 @@ pub enum Name {
     Shift1,
     Shift3,
     Shift5,
-    FocusMm,
     CentreXMm,
     CentreYMm,
     BlurPx,
@@ -61,10 +60,11 @@ pub enum Name {
     ComaAperturePx,
     AstigmatismPx,
     EllipticalComaPx,
+    FocusMm,
 }
 
 /// Number of parameters.
-pub const COUNT: usize = Name::EllipticalComaPx as usize + 1;
+pub const COUNT: usize = Name::FocusMm as usize + 1;
 /// Parameters of the layers: each change of one needs new waves.
 pub const LAYERS: [Name; 4] = [
     Name::RadiusUm,
@@ -151,10 +151,6 @@ impl Known {
             ("shift_3_um_per_mm3", law(3, 0.02, 0.5)),
             ("shift_5_um_per_mm5", law(5, 0.003, 0.1)),
             (
-                "focus_mm",
-                (focus.0, focus.1, [0.5 * focus.0, 2.0 * focus.0]),
-            ),
-            (
                 "centre_x_mm",
                 (0.0, centre_mm, [-10.0 * centre_mm, 10.0 * centre_mm]),
             ),
@@ -174,6 +170,10 @@ impl Known {
             ("coma_aperture_px", lens(0.5)),
             ("astigmatism_px", lens(0.5)),
             ("elliptical_coma_px", lens(0.5)),
+            (
+                "focus_mm",
+                (focus.0, focus.1, [0.5 * focus.0, 2.0 * focus.0]),
+            ),
         ];
         let parameter = |(name, (prior, sigma, bounds)): (&str, Prior)| Parameter {
             name: name.to_owned(),
