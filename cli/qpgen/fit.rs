@@ -73,7 +73,8 @@ pub struct FitArgs {
     /// Prior of a parameter instead of its usual one, such as silicon_um=3,0.5; a deviation of 0 holds it.
     #[arg(long, value_name = "NAME=VALUE,SIGMA")]
     prior: Vec<String>,
-    /// Pixel (TOML) whose layers are the start: of 2x1 sub-pixels, with a layer named oxide; absent: a thin one.
+    /// Pixel (built-in name or TOML) whose layers are the start, and stay with planes alone: of 2x1 sub-pixels, with a
+    /// layer named oxide or wiring; absent: a thin one.
     #[arg(long)]
     pixel: Option<PathBuf>,
     /// Coarser waves and pupil: a quick look.
@@ -194,6 +195,10 @@ fn pixel(args: &FitArgs, description: &CaptureDescription) -> Result<PixelStack,
     let Some(path) = &args.pixel else {
         return Ok(description.pixel());
     };
+    let name = path.to_str().unwrap_or_default();
+    if PixelStack::builtin_toml(name).is_some() {
+        return PixelStack::builtin(name).map_err(CommandError::input);
+    }
     let text = file::read_text(path).map_err(CommandError::input)?;
     PixelStack::from_toml(&text, &path.display().to_string()).map_err(CommandError::input)
 }

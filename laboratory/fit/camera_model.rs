@@ -82,6 +82,8 @@ const LARGEST_CHIEF: f64 = 0.5;
 /// the pitch; halvings of that.
 const LARGEST_LEAN: f64 = 0.2;
 const BISECTIONS: usize = 20;
+/// Layers of which the first that a pixel has is its spacer.
+const SPACERS: [&str; 2] = ["oxide", "wiring"];
 /// Sign of the defocus of near points in the lens's law: their light comes together behind the sensor, so that what goes
 /// to the right falls on the left of it.
 const NEAR: f64 = -1.0;
@@ -108,6 +110,8 @@ pub struct Optics {
 /// A camera to be fitted.
 pub struct CameraModel {
     stack: PixelStack,
+    /// Name of its spacer.
+    spacer: &'static str,
     optics: Optics,
     wavelength_nm: f64,
     fineness: Fineness,
@@ -131,7 +135,7 @@ impl CameraModel {
     /// Of a pixel of two columns whose layers are `stack`'s but for those that are fitted.
     ///
     /// # Errors
-    /// A pixel without two columns, or without a layer named `oxide`, whose thickness is fitted.
+    /// A pixel without two columns, or without a spacer, a layer named `oxide` or `wiring`, whose thickness is fitted.
     pub fn new(
         stack: &PixelStack,
         wavelength_nm: f64,
@@ -144,10 +148,11 @@ impl CameraModel {
         if stack.subpixels != Subpixels::DUAL_X {
             return Err(refused("subpixels", stack.subpixels.to_string(), "2x1").into());
         }
-        if stack.layer("oxide").is_none() {
-            let allowed = "one named `oxide`, whose thickness is fitted";
+        let spacer = SPACERS.into_iter().find(|name| stack.layer(name).is_some());
+        let Some(spacer) = spacer else {
+            let allowed = "one named `oxide` or `wiring`, whose thickness is fitted";
             return Err(refused("layers", "without it".into(), allowed).into());
-        }
+        };
         let points = fineness.pupil_points;
         // A sunflower's seeds: even over the disk (H. Vogel, Math. Biosci. 44, 179 (1979)).
         let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
@@ -166,6 +171,7 @@ impl CameraModel {
         let rim = 0.5 / (0.9 * optics.f_number);
         Ok(Self {
             stack: stack.clone(),
+            spacer,
             optics,
             wavelength_nm,
             fineness,
@@ -205,7 +211,7 @@ impl CameraModel {
     /// A microlens of a material whose index is not known at the wavelength.
     pub fn layers(&self) -> Result<[f64; 4], FitError> {
         let stack = &self.stack;
-        let spacer = stack.layer("oxide").map_or(0.0, |l| l.thickness_um);
+        let spacer = stack.layer(self.spacer).map_or(0.0, |l| l.thickness_um);
         let index = stack.lens.material.index(self.wavelength_nm)?;
         Ok([stack.lens.radius_um, spacer, stack.silicon_um, index.re])
     }
@@ -223,7 +229,7 @@ impl CameraModel {
         for layer in stack.layers.iter_mut().filter(|l| l.material == resin) {
             layer.material.clone_from(&stack.lens.material);
         }
-        if let Some(layer) = stack.layer_mut("oxide") {
+        if let Some(layer) = stack.layer_mut(self.spacer) {
             layer.thickness_um = spacer;
         }
         // The lens's lowest points lie on the layers; a pedestal is a part of the spacer.
