@@ -84,8 +84,8 @@ const LARGEST_LEAN: f64 = 0.2;
 const BISECTIONS: usize = 20;
 /// Layers of which the first that a pixel has is its spacer.
 const SPACERS: [&str; 2] = ["oxide", "wiring"];
-/// Sign of the defocus of near points in the lens's law: their light comes together behind the sensor, so that what goes
-/// to the right falls on the left of it.
+/// Sign of the defocus of near points in the lens's law: their light comes together behind the sensor, so that what
+/// goes to the right falls on the left of it.
 const NEAR: f64 = -1.0;
 /// Tables kept, so that a derivative by a parameter of lens or shift law needs no waves.
 const KEPT_TABLES: usize = 8;

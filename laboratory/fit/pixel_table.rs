@@ -7,8 +7,8 @@
 //! ```
 //! is exact for what the pixel resolves. Charge that wanders by a Gaussian of deviation σ before it is collected (see
 //! E. G. Stevens, IEEE Trans. Electron Devices 39, 2621 (1992)) is collected as if the light lay elsewhere, so that it
-//! is the mean over shifts: `g_k = exp(−(2π k σ / p)²/2)`, or its mean over the depths that the charge comes from. Mirrored pixels give the other sign of u:
-//! P_L(−u, v; s) = P_R(u, v; −s).
+//! is the mean over shifts: `g_k = exp(−(2π k σ / p)²/2)`, or its mean over the depths that the charge comes from.
+//! Mirrored pixels give the other sign of u: P_L(−u, v; s) = P_R(u, v; −s).
 
 use quadpixel::em::wave::{WaveModel, WaveSettings};
 use quadpixel::em::{PixelStack, StackError};

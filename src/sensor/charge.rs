@@ -13,8 +13,9 @@ use crate::range::{OutOfRange, require};
 /// ```text
 /// P_i(u, v; s) = Σ_f c_f exp(2π i f·s/pitch)  ─▶  c_f exp(−(2π |f| σ/pitch)²/2)
 /// ```
-/// (with the mean of that over the depths it is made at, where these count: [`Wandering`]) and part of what each sub-pixel then has is shared evenly by the others of its pixel: crosstalk that no direction
-/// changes.
+/// or by the mean of that over the depths that the charge is made at, where these count ([`Wandering`]; of both axes
+/// the product is taken). Part of what each sub-pixel then has is shared evenly by the others of its pixel: crosstalk
+/// that no direction changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Charge {

@@ -3,8 +3,8 @@
 //! Light of the absorption length L is absorbed at the depth z with the density e^(−z/L), down to the depth d that is
 //! counted. Charge wanders about as far to the side as it has to go: σ(z) = σ z/z₀ to photodiodes at the side that is
 //! lit, σ (d − z)/z₀ to those at the far side of a back-illuminated pixel, where z₀ is the RMS of that way at the
-//! reference wavelength. So one σ, that at the reference wavelength, gives all colours theirs: red, which goes deep, blurs
-//! the halves of a pixel that is lit from the photodiodes' side more than blue does.
+//! reference wavelength. So one σ, that at the reference wavelength, gives all colours theirs: red, which goes deep,
+//! mixes the halves of a pixel that is lit from the photodiodes' side more than blue does.
 
 use serde::{Deserialize, Serialize};
 

@@ -65,7 +65,8 @@ pub(super) fn centroid_shift_px(rays: impl Iterator<Item = (DVec2, [f64; 2])>) -
     sums[1] / all[1] - sums[0] / all[0]
 }
 
-/// Σ over f_y of S O_0 O_1*, as (real, imaginary), a f_x, of rays (δ, weights) with their displacement, if they have one.
+/// Σ over f_y of S O_0 O_1*, as (real, imaginary), a f_x, of rays (δ, weights), and what displaces each, if anything
+/// does.
 pub(super) fn cross_spectrum<'a>(
     rays: impl Iterator<Item = ((DVec2, [f64; 2]), Option<&'a [[f64; 2]]>)>,
     texture: &TextureSpectrum,
