@@ -124,7 +124,7 @@ enum Command {
     #[command(verbatim_doc_comment)]
     Accuracy(accuracy::AccuracyArgs),
     /// Fits pixel, lens and shift law of a camera to what was measured of it: kernels of both views over the field and
-    /// white sheets, textured planes at known distances, or all of these. Each parameter comes with its uncertainty, and
+    /// white sheets, textured planes at known distances, or all of these. Each parameter comes with its uncertainty;
     /// what was kept out is predicted. The layers of the pixel are not told one by one, see --trials.
     ///
     /// Example: qpgen fit --print-capture > capture.toml; qpgen fit capture.toml -o my-camera

@@ -28,8 +28,8 @@ impl Noise {
         plane: 1.0,
     };
 
-    /// Of residuals in units of this noise: kernels in all blocks but the last two, the sheet and the planes. What hangs
-    /// together over Σ ρ(lag) pixels counts as one: the noise is larger by its square root.
+    /// Of residuals in units of this noise: kernels in all blocks but the last two, the sheet and the planes. What
+    /// hangs together over Σ ρ(lag) pixels counts as one: the noise is larger by its square root.
     #[must_use]
     pub fn from_residuals(self, residuals: &[Vec<f64>], side: usize) -> Self {
         let Some((planes, residuals)) = residuals.split_last() else {
