@@ -13,6 +13,7 @@ use quadpixel::em::PixelStack;
 use quadpixel::file;
 use quadpixel::sensor::CollectedAt;
 use quadpixel_generators::camera_file::CameraFile;
+use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_laboratory::fit::camera_file::camera_file;
 use quadpixel_laboratory::fit::camera_model::{CameraModel, Fineness, Optics};
 use quadpixel_laboratory::fit::capture::{CaptureDescription, EXAMPLE_TOML};
@@ -66,8 +67,8 @@ pub struct FitArgs {
     /// fit.json (parameters, covariance, goals, predictions) and residuals.png.
     #[arg(long, short, default_value = "camera")]
     out: PathBuf,
-    /// Fits everything. Absent: every other field, as the squares of a chessboard, and the right half of the sheet are
-    /// kept out and predicted.
+    /// Fits everything but planes of another wavelength. Absent: every other field, as the squares of a chessboard, the
+    /// right half of the sheet, and planes with held_out are kept out and predicted.
     #[arg(long)]
     all: bool,
     /// Prior of a parameter instead of its usual one, such as silicon_um=3,0.5; a deviation of 0 holds it.
@@ -118,10 +119,11 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
     let description = CaptureDescription::read(path)?;
     let folder = path.parent().unwrap_or(Path::new("."));
     let mut measured = description.measurements(folder)?;
-    if !args.all {
-        measured.hold_out_chessboard();
-        measured.check()?;
+    match args.all {
+        true => measured.hold_out_nothing(description.camera.wavelength_nm),
+        false => measured.hold_out_chessboard(),
     }
+    measured.check()?;
     file::probe_folder(&args.out)?;
     let camera = &description.camera;
     let (known, optics) = known(&description, folder, &measured)?;
@@ -136,6 +138,13 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
     }
     let parameters = priors(usual, &args.prior)?;
     let fitted = fit(&model, &measured, &parameters, None, &progress)?;
+    if measured
+        .planes
+        .iter()
+        .any(|p| p.wavelength_nm != camera.wavelength_nm)
+    {
+        progress.event(Event::Info("fit: the pixel's answers in other light"));
+    }
     let predicted = Prediction::new(&model, &fitted.values, &measured)?;
     let seconds = began.elapsed().as_secs_f64();
     progress.finish();
@@ -344,10 +353,10 @@ fn print(
     for (a, b, r) in strong {
         outln!("  {a}, {b}: {r:.2}");
     }
-    let held_out = if args.all {
-        "nothing was kept out"
-    } else {
-        "what was kept out"
+    let held_out = match (args.all, predicted.planes.iter().any(|p| p.held_out)) {
+        (true, false) => "nothing was kept out",
+        (true, true) => "planes in other light",
+        _ => "what was kept out",
     };
     for plane in &predicted.planes {
         let kept = if plane.held_out { "kept out" } else { "fitted" };

@@ -285,4 +285,25 @@ mod tests {
             DatasetConfig::from_toml(&toml::to_string(&table).unwrap(), "c.toml").unwrap();
         assert_eq!(without, whole);
     }
+
+    #[test]
+    fn where_charge_is_collected_needs_charge_that_wanders() {
+        let with = |fields: &str| {
+            let text =
+                DEFAULT_TOML.replace("model = \"wave\" ", &format!("{fields}\nmodel = \"wave\" "));
+            assert_ne!(text, DEFAULT_TOML);
+            DatasetConfig::from_toml(&text, "c.toml").map_err(|e| e.to_string())
+        };
+        let why = with("collected_at = \"lit-side\"").unwrap_err();
+        assert!(
+            why.contains("collected_at") && why.contains("diffusion_um"),
+            "{why}"
+        );
+        let why = with("collected_at = \"below\"").unwrap_err();
+        assert!(why.contains("below") && why.contains("far-side"), "{why}");
+        let whole = with("shifts = 8\ndiffusion_um = 0.2\ncollected_at = \"far-side\"").unwrap();
+        let again = toml::to_string(&whole).unwrap();
+        assert!(again.contains("collected_at = \"far-side\""), "{again}");
+        assert_eq!(DatasetConfig::from_toml(&again, "c.toml").unwrap(), whole);
+    }
 }

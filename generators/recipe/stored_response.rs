@@ -96,7 +96,8 @@ impl<Stack> StoredResponse<Stack> {
         Self {
             diffusion_um: given(charge.diffusion_um),
             crosstalk: given(charge.crosstalk),
-            collected_at: Some(charge.collected_at).filter(|at| *at != CollectedAt::Anywhere),
+            collected_at: Some(charge.collected_at)
+                .filter(|at| *at != CollectedAt::Anywhere && charge.diffusion_um != 0.0),
             shifts: choice.shifts,
             preset: Some(choice.preset).filter(|preset| !preset.is_standard()),
             colour: choice.colour,
@@ -125,6 +126,11 @@ impl<Stack> StoredResponse<Stack> {
         require(charge.diffusion_um == 0.0 || self.shifts.is_some(), || {
             let allowed = "0, or with shifts: a table of all lens shifts";
             OutOfRange::new("response", "diffusion_um", charge.diffusion_um, allowed)
+        })?;
+        let is_idle = self.collected_at.is_some() && charge.diffusion_um == 0.0;
+        require(!is_idle, || {
+            let allowed = "together with diffusion_um above 0";
+            OutOfRange::new("response", "collected_at", "alone", allowed)
         })?;
         Ok(charge)
     }

@@ -187,7 +187,12 @@ impl CameraModel {
         self.optics.side
     }
 
-    /// Of the light.
+    /// Directions and lens shifts of a pixel's table: the answers that a new set of layers, or of light, calls for.
+    pub fn table_size(&self) -> [usize; 2] {
+        PixelTable::size(self.reach, &self.fineness.table)
+    }
+
+    /// Of the light, nm.
     pub fn wavelength_nm(&self) -> f64 {
         self.wavelength_nm
     }

@@ -148,7 +148,7 @@ impl CaptureDescription {
         let is_8_bit = |v: &f32| (v * 255.0 - (v * 255.0).round()).abs() < 1e-4;
         if image.data().iter().all(is_8_bit) {
             return refused(
-                "8-bit codes, which cameras write tone-mapped; allowed: 16-bit linear codes".into(),
+                "8-bit codes, which cameras write tone-mapped; allowed: 16-bit linear codes, or srgb = true of a [[plane]]".into(),
             );
         }
         let (black, white) = (self.views.black, self.views.white);

@@ -141,6 +141,13 @@ impl Measurements {
         }
     }
 
+    /// Keeps out nothing but planes of another wavelength than the camera's.
+    pub fn hold_out_nothing(&mut self, wavelength_nm: f64) {
+        (self.fields.iter_mut()).for_each(|field| field.held_out = false);
+        (self.sheet.iter_mut()).for_each(|column| column.held_out = false);
+        (self.planes.iter_mut()).for_each(|p| p.held_out = p.wavelength_nm != wavelength_nm);
+    }
+
     /// Keeps out every other field, as the dark squares of a chessboard, and the right half of the sheet.
     pub fn hold_out_chessboard(&mut self) {
         let columns = self.grid[0];

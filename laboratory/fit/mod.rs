@@ -27,6 +27,9 @@ pub mod noise;
 pub mod parameters;
 pub mod pictures;
 pub mod pixel_table;
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod plane_tests;
 mod planes;
 pub mod prediction;
 pub mod target;
@@ -266,6 +269,11 @@ pub fn fit(
         observer.event(Event::Info(&text));
         !observer.stop_asked()
     };
+    let [directions, shifts] = model.table_size();
+    observer.event(Event::Info(&format!(
+        "fit: answers of the pixel to {directions} directions under {shifts} lens shifts, anew for every stack of layers \
+         (a wide pixel: minutes)"
+    )));
     let (mut values, mut places) = beginning(&residuals, parameters, &watch)?;
     // The weights of sheet, kernels and priors hang on the noise, which only a fit tells.
     let rounds = if noise.is_some() { 1 } else { 2 };

@@ -102,6 +102,13 @@ impl PixelTable {
         })
     }
 
+    /// Directions and lens shifts that such a table holds.
+    pub fn size(reach: [f64; 2], fineness: &TableFineness) -> [usize; 2] {
+        let step = reach[1] / fineness.steps as f64;
+        let along = (reach[0] / step).ceil() as usize + 1;
+        [along * (fineness.steps + 1), fineness.shifts]
+    }
+
     /// The shift of a microlens that brings light of this direction cosine along the split to the middle, to first
     /// order, µm.
     pub fn shift_for_um(&self, u: f64) -> f64 {

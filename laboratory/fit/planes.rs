@@ -73,7 +73,7 @@ impl CaptureDescription {
         match is_exchanged(&plane, self.camera.focus_mm.unwrap_or(f64::NAN)) {
             false => Ok(plane),
             true => {
-                let what = "points nearer than the focus lie farther left in the left view; allowed: the views in their order";
+                let what = "its shift is that of a plane on the other side of the focus; allowed: the views in their order";
                 Err(FitError::capture(folder.join(&part.left), what))
             }
         }

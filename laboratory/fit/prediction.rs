@@ -100,17 +100,22 @@ impl Prediction {
         let set = model.at(values)?;
         let places = set.places_px(measured);
         let columns = measured.grid[0];
-        let planes = measured.planes.iter().map(|plane| {
-            match plane.wavelength_nm == model.wavelength_nm() {
-                true => Ok(PlanePrediction::new(&set, plane)),
-                // The same values in other light: nothing is fitted per colour.
-                false => {
-                    let other = model.at_wavelength(plane.wavelength_nm)?;
-                    Ok(PlanePrediction::new(&other.at(values)?, plane))
-                }
+        // The same values in other light: nothing is fitted per colour.
+        let mut others: Vec<CameraModel> = Vec::new();
+        let mut planes = Vec::new();
+        for plane in &measured.planes {
+            let nm = plane.wavelength_nm;
+            if nm == model.wavelength_nm() {
+                planes.push(PlanePrediction::new(&set, plane));
+                continue;
             }
-        });
-        let planes = planes.collect::<Result<_, FitError>>()?;
+            if others.iter().all(|other| other.wavelength_nm() != nm) {
+                others.push(model.at_wavelength(nm)?);
+            }
+            for other in others.iter().filter(|other| other.wavelength_nm() == nm) {
+                planes.push(PlanePrediction::new(&other.at(values)?, plane));
+            }
+        }
         let field = |(i, (field, &place)): (usize, (&FieldKernels, &[f64; 2]))| {
             let kernels = laid_over(&set, field, place);
             let side = measured.side;

@@ -5,7 +5,8 @@ use std::ops::Range;
 use super::{ChiefRayShifts, ResponseError, ResponseMeta};
 use crate::em::symmetry::symmetries_of;
 use crate::em::{PixelStack, ShiftGrid};
-use crate::sensor::{Charge, MovingFrame, Subpixels, check_simulated};
+use crate::sensor::{Charge, CollectedAt, MovingFrame, Subpixels, check_simulated};
+use crate::spectrum::ChannelWavelengths;
 
 /// What Σ P_i may exceed 1 by: rounding of f32, no more.
 pub(super) const SUM_ROUNDING: f32 = 1e-5;
@@ -84,7 +85,8 @@ impl AngularResponse {
     /// The table of a pixel whose charge wanders.
     ///
     /// # Errors
-    /// Numbers that cannot be; diffusion in a table of the centred lens, which does not know what other shifts give.
+    /// Numbers that cannot be; diffusion in a table of the centred lens, which does not know what other shifts give; a place where
+    /// charge is collected, of a pixel whose silicon is not said to absorb (imported tables).
     pub fn with_charge(mut self, charge: Charge) -> Result<Self, ResponseError> {
         charge.check()?;
         if charge.diffusion_um > 0.0 && self.meta.shift_grid.is_none() {
@@ -92,6 +94,16 @@ impl AngularResponse {
                 "diffusion_um",
                 charge.diffusion_um,
                 "0 for a table of the centred lens; of all lens shifts (shifts = 8 or more) any",
+            ));
+        }
+        let reference_nm = ChannelWavelengths::default().reference_nm();
+        let silicon = self.meta.pixel.silicon_at(reference_nm);
+        let absorbs = silicon.is_ok_and(|silicon| silicon.absorption_um.is_finite());
+        if charge.collected_at != CollectedAt::Anywhere && !absorbs {
+            return Err(ResponseError::value(
+                "collected_at",
+                format!("{:?}", charge.collected_at),
+                "Anywhere for a pixel whose silicon is not said to absorb",
             ));
         }
         self.meta.charge = charge;

@@ -9,7 +9,7 @@ use crate::em::symmetry::Node;
 use crate::em::{Level, ModelChoice, PixelStack, Preset};
 use crate::response::ResponseError;
 use crate::response::TableSettings;
-use crate::sensor::Charge;
+use crate::sensor::{Charge, CollectedAt};
 
 /// A made-up pixel: what a lens at s sends to each sub-pixel, of few harmonics in s, with the symmetries of the square.
 fn shares(u: f64, v: f64, shift_um: [f64; 2], pitch_um: f64) -> Vec<f64> {
@@ -19,7 +19,19 @@ fn shares(u: f64, v: f64, shift_um: [f64; 2], pitch_um: f64) -> Vec<f64> {
 /// The same after charge has wandered by σ: each harmonic is damped.
 fn spread_shares([u, v]: [f64; 2], shift_um: [f64; 2], pitch_um: f64, sigma_um: f64) -> Vec<f64> {
     let turn = 2.0 * std::f64::consts::PI / pitch_um;
-    let kept = |f: f64| (-0.5 * (f * turn * sigma_um).powi(2)).exp();
+    damped_shares([u, v], shift_um, pitch_um, |f| {
+        (-0.5 * (f * turn * sigma_um).powi(2)).exp()
+    })
+}
+
+/// The same of what is kept of each harmonic.
+fn damped_shares(
+    [u, v]: [f64; 2],
+    shift_um: [f64; 2],
+    pitch_um: f64,
+    kept: impl Fn(f64) -> f64,
+) -> Vec<f64> {
+    let turn = 2.0 * std::f64::consts::PI / pitch_um;
     let half = |c: f64, s: f64| {
         let x = turn * s + 2.0 * std::f64::consts::PI * 0.9 * c;
         0.5 + 0.3 * kept(1.0) * x.sin() + 0.05 * kept(3.0) * (3.0 * x).sin()
@@ -145,6 +157,48 @@ fn symmetry_fills_every_shift_and_direction_from_an_octant() {
             );
         }
     }
+    // By the depth that light of 465 nm goes, and of 610 nm: what is kept is the mean over e^(−z/L), z to the silicon's
+    // depth, in steps.
+    let deep = Charge {
+        collected_at: CollectedAt::LitSide,
+        crosstalk: 0.0,
+        ..charge
+    };
+    let spread = table.clone().with_charge(deep).unwrap();
+    let depths: Vec<f64> = (0..2000).map(|k| (k as f64 + 0.5) / 2000.0).collect();
+    let mean = |nm: f64, of: &dyn Fn(f64) -> f64| {
+        let k = stack().silicon.index(nm).unwrap().im.abs();
+        let rate = 4.0 * std::f64::consts::PI * k / (1e-3 * nm);
+        let weights = depths
+            .iter()
+            .map(|z| (-rate * z * stack().silicon_um).exp());
+        let all: f64 = weights.clone().sum();
+        weights.zip(&depths).map(|(w, z)| w * of(*z)).sum::<f64>() / all
+    };
+    let rms = mean(550.0, &|z| z * z).sqrt();
+    for nm in [465.0, 550.0, 610.0] {
+        let lookup = spread.shifted_interpolator(nm).unwrap();
+        let kept = |f: f64| {
+            let turns = f * std::f64::consts::PI * 0.25;
+            mean(nm, &|z| (-0.5 * (turns * z / rms).powi(2)).exp())
+        };
+        let mut p = [0f32; 4];
+        lookup.weights_batch([-0.77, 0.42], &[0.32], &[-0.16], &mut p);
+        let wanted = damped_shares([0.32, -0.16], [-0.77, 0.42], 2.0, kept);
+        for (p, wanted) in p.iter().zip(wanted) {
+            assert!(
+                (f64::from(*p) - wanted).abs() < 1.3e-3,
+                "{nm}: {p} {wanted}"
+            );
+        }
+    }
+    // Of silicon that does not absorb no depth is known.
+    let clear = PixelStack {
+        silicon: crate::em::Material::Constant { n: 4.0, k: 0.0 },
+        ..stack()
+    };
+    let why = table.clone().with_pixel(clear).with_charge(deep);
+    assert!(why.unwrap_err().to_string().contains("collected_at"));
     // A table of the centred lens does not know what other shifts give.
     let centred = crate::response::AngularResponse::new(
         crate::response::ResponseAxes {
