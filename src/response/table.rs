@@ -85,8 +85,8 @@ impl AngularResponse {
     /// The table of a pixel whose charge wanders.
     ///
     /// # Errors
-    /// Numbers that cannot be; diffusion in a table of the centred lens, which does not know what other shifts give; a place where
-    /// charge is collected, of a pixel whose silicon is not said to absorb (imported tables).
+    /// Numbers that cannot be; diffusion in a table of the centred lens, which does not know what other
+    /// shifts give; a place where charge is collected, of a pixel whose silicon is not said to absorb.
     pub fn with_charge(mut self, charge: Charge) -> Result<Self, ResponseError> {
         charge.check()?;
         if charge.diffusion_um > 0.0 && self.meta.shift_grid.is_none() {

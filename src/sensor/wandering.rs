@@ -4,8 +4,8 @@
 //! counted. Charge wanders about as far to the side as it has to go: σ(z) = σ z/z₀ to photodiodes at the side that is
 //! lit, σ (d − z)/z₀ to those at the far side of a back-illuminated pixel, where z₀ is the RMS of that way at the
 //! reference wavelength. So one σ, that at the reference wavelength, gives all colours theirs: red, which goes deep,
-//! mixes the halves of a pixel that is lit from the photodiodes' side more than blue does. That the way to the side is in
-//! proportion to the depth is an assumption, which stands in for solving the charge's diffusion.
+//! mixes the halves of a pixel that is lit from the photodiodes' side more than blue does. That the way to the side is
+//! in proportion to the depth is an assumption, which stands in for solving the charge's diffusion.
 
 use serde::{Deserialize, Serialize};
 
