@@ -61,9 +61,11 @@ pub fn block_shifts(left: &Image, right: &Image, grid: [usize; 2]) -> Vec<BlockS
     (0..grid[0] * grid[1]).filter_map(block).collect()
 }
 
-/// d of a(x) = g b(x + d) + o over a window, by Gauss-Newton from 0; d to the right, px. `None` where it does not settle.
-/// (The matcher's own windows end at 31 px.) Between pixels b is Lagrange's polynomial through eight of them,
-/// which displaces no wave of eight pixels or longer by a thousandth; Lanczos's kernel displaces long ones by 0.013 px.
+/// d of a(x) = g b(x + d) + o over a window, by Gauss-Newton from 0; d to the right, px.
+/// `None` where it does not settle. (The matcher's own windows end at 31 px.)
+///
+/// Between pixels b is Lagrange's polynomial through eight of them, which displaces no wave of eight pixels or
+/// longer by a thousandth; Lanczos's kernel displaces long ones by 0.013 px.
 pub fn window_shift_px(a: &Image, b: &Image, window: Window) -> Option<f64> {
     let whole = [a.width(), a.height()];
     let span = |axis: usize| {
