@@ -93,6 +93,14 @@ impl Subpixels {
     pub fn column_row(self, index: usize) -> (usize, usize) {
         (index % self.m, index / self.m)
     }
+    /// Index of the sub-pixel where one stands in a mirror: left and right exchanged, top and bottom exchanged.
+    pub fn mirrored(self, index: usize, [across, down]: [bool; 2]) -> usize {
+        let (column, row) = self.column_row(index);
+        self.index(
+            if across { self.m - 1 - column } else { column },
+            if down { self.n - 1 - row } else { row },
+        )
+    }
     /// Centre of a sub-pixel from the pixel's centre, in parts of the pitch (−0.5..0.5), sensor frame.
     pub fn centre(self, index: usize) -> (f64, f64) {
         let (c, r) = self.column_row(index);

@@ -23,15 +23,15 @@ impl SensorWindowMm {
     }
 }
 
-/// Of a row-major node of `side`² over a window on the axis: the node of the first quarter that it mirrors, and the
+/// Of a row-major node of nx × ny over a window on the axis: the node of the first quarter that it mirrors, and the
 /// signs of x and y that take what is there to it.
-pub(crate) fn mirrored(node: usize, side: usize) -> (usize, DVec2) {
-    let along = |i: usize| match 2 * i < side {
+pub(crate) fn mirrored(node: usize, (nx, ny): (usize, usize)) -> (usize, DVec2) {
+    let along = |i: usize, side: usize| match 2 * i < side {
         true => (i, 1.0),
         false => (side - 1 - i, -1.0),
     };
-    let ((column, x), (row, y)) = (along(node % side), along(node / side));
-    (row * side + column, DVec2::new(x, y))
+    let ((column, x), (row, y)) = (along(node % nx, nx), along(node / nx, ny));
+    (row * nx + column, DVec2::new(x, y))
 }
 
 /// `components` values at each of nx × ny nodes that span a window.
@@ -183,17 +183,20 @@ impl CubicGrid {
     }
 
     /// Middles of cells, where the error is largest: of those in the corners, along the edges and in between, nine at
-    /// most.
-    pub fn tests_mm(window: SensorWindowMm, (nx, ny): (usize, usize)) -> Vec<DVec2> {
-        let cells = |nodes: usize| {
+    /// most. Of a field that mirrors itself, those whose mirror image is not among them.
+    pub fn tests_mm(
+        window: SensorWindowMm,
+        (nx, ny): (usize, usize),
+        is_mirrored: bool,
+    ) -> Vec<DVec2> {
+        let tested = if is_mirrored { 2 } else { 3 };
+        let along = |nodes: usize| {
             let cells = nodes - 1;
-            [0, cells / 2, cells - 1].map(|cell| 2.0 * (cell as f64 + 0.5) / cells as f64 - 1.0)
+            let tests = [0, cells / 2, cells - 1].into_iter().take(tested);
+            tests.map(move |cell| 2.0 * (cell as f64 + 0.5) / cells as f64 - 1.0)
         };
-        let (along, down) = (cells(nx), cells(ny));
         let half = DVec2::new(window.half_width, window.half_height);
-        let places = down
-            .into_iter()
-            .flat_map(|y| along.map(|x| DVec2::new(x, y)));
+        let places = along(ny).flat_map(|y| along(nx).map(move |x| DVec2::new(x, y)));
         places.map(|at| window.centre + at * half).collect()
     }
 

@@ -40,10 +40,8 @@ impl Symmetry {
     /// The sub-pixel that sub-pixel `i` becomes.
     pub fn sub_pixel(self, s: Subpixels, i: usize) -> usize {
         let (c, r) = s.column_row(i);
-        let (c, r) = if self.swap { (r, c) } else { (c, r) };
-        let c = if self.sign_x < 0 { s.m() - 1 - c } else { c };
-        let r = if self.sign_y < 0 { s.n() - 1 - r } else { r };
-        s.index(c, r)
+        let i = if self.swap { s.index(r, c) } else { i };
+        s.mirrored(i, [self.sign_x < 0, self.sign_y < 0])
     }
 }
 

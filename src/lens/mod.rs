@@ -53,6 +53,7 @@ pub use placed::Lens;
 pub use prescription::{
     PrescribedSurface, Prescription, Stated, Verification, VerifiedElement, VerifiedField,
 };
+pub(crate) use pupil::last_that_pass;
 pub use pupil::{ExitPupilMap, PupilEllipse};
 pub use reflection::{
     Coating, GhostPair, NamedCoating, Reflected, ReflectionSettings, Reflections,

@@ -149,6 +149,11 @@ impl Colours {
         &self.responses[number]
     }
 
+    /// All of them.
+    pub fn responses(&self) -> impl Iterator<Item = &ResponseLookup> {
+        self.responses.iter().map(AsRef::as_ref)
+    }
+
     /// All channels and wavelengths by one tracer.
     pub fn traced_by(&self, system: &OpticalSystem, tracer: &Tracer) -> Self {
         Self {

@@ -7,6 +7,7 @@
 
 mod disparity;
 mod gratings;
+mod mirror;
 mod registration;
 #[path = "../common/shots.rs"]
 mod shots;

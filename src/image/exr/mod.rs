@@ -14,6 +14,7 @@ use super::{Image, ImageError};
 use crate::{file, memory};
 
 mod rows;
+mod zip;
 
 pub use rows::{ExrRows, LayerShape};
 

@@ -13,7 +13,7 @@ use ::exr::prelude as ex;
 use rayon::prelude::*;
 use tempfile::SpooledTempFile;
 
-use super::{Compression, Image, ImageError, Sample};
+use super::{Compression, Image, ImageError, Sample, zip};
 use crate::file::FileError;
 
 /// Packed bytes that are kept in memory; more of them wait in a file.
@@ -205,6 +205,12 @@ impl ExrRows {
     }
 
     fn packed_block(&self, first_line: usize, data: &[u8]) -> Result<Vec<u8>, ImageError> {
+        let deflated = [ex::Compression::ZIP1, ex::Compression::ZIP16];
+        // The lines are as this machine has them, the file's bytes are little-endian.
+        if deflated.contains(&self.header.compression) && cfg!(target_endian = "little") {
+            let packed = zip::packed(data.to_vec());
+            return packed.map_err(|cause| self.encode_error(cause.into()));
+        }
         let lines = data.len() / self.line_bytes();
         let block = UncompressedBlock {
             index: BlockIndex {

@@ -132,3 +132,23 @@ fn truncated_and_garbled_files_are_errors() {
         let _ = decode_layers(path, &garbled);
     }
 }
+
+#[test]
+fn what_deflate_cannot_shrink_comes_back() {
+    let mut noise = Image::zeros(16, 20, 1);
+    let bits = (1u32..).map(|k| k.wrapping_mul(0x9E37_79B9).rotate_left(k % 32) ^ (k << 7));
+    let noise_data = noise.data_mut().iter_mut().zip(bits);
+    noise_data.for_each(|(v, bits)| *v = f32::from_bits(bits));
+    let path = Path::new("noise.exr");
+    let layers = [Layer {
+        name: "",
+        channels: &["Y"],
+        image: &noise,
+        sample: Sample::Float,
+    }];
+    let bytes = encode_layers(path, &layers, Compression::Zip).unwrap();
+    assert!(bytes.len() > 4 * noise.data().len(), "{}", bytes.len());
+    let read = decode_layers(path, &bytes).unwrap();
+    let bits = |image: &Image| image.data().iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+    assert_eq!(bits(&read[0].image), bits(&noise));
+}

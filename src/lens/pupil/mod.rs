@@ -15,6 +15,7 @@
 //! out there. The idea of tabulated bounds is that of Pharr, Jakob & Humphreys, Physically Based Rendering, section
 //! 6.4.5; there they are boxes.
 
+mod edge;
 mod ellipse;
 mod outline;
 
@@ -24,8 +25,9 @@ use rayon::prelude::*;
 use super::packet::PacketTracer;
 use super::paraxial::Paraxial;
 use super::system::OpticalSystem;
-use crate::field::SensorWindowMm;
+use crate::field::{SensorWindowMm, mirrored};
 use crate::simd::SimdLevel;
+pub(crate) use edge::last_that_pass;
 use ellipse::Ellipse;
 use outline::Aim;
 
@@ -79,7 +81,11 @@ impl ExitPupilMap {
         };
         let (plane_z_mm, pupil_semi_mm) = aim_plane(first);
         let systems = few(systems);
+        // What is the same around the axis mirrors itself in a window on it.
+        let is_mirrored =
+            window.is_on_axis() && systems.iter().all(|system| system.is_rotational());
         let aim = Aim {
+            is_mirrored,
             tracers: systems.iter().map(|s| PacketTracer::new(s)).collect(),
             systems,
             plane_z_mm,
@@ -119,7 +125,23 @@ impl ExitPupilMap {
                 _ => aim.outline(map.position_mm(column, row)),
             }
         };
-        let edges: Vec<Vec<DVec2>> = (0..side * side).into_par_iter().map(edge).collect();
+        let first = |i: usize| match aim.is_mirrored {
+            true => mirrored(i, (side, side)),
+            false => (i, DVec2::ONE),
+        };
+        let nodes = (0..side * side).into_par_iter();
+        let mut edges: Vec<Vec<DVec2>> = nodes
+            .map(|i| match first(i).0 == i {
+                true => edge(i),
+                false => Vec::new(),
+            })
+            .collect();
+        for i in 0..edges.len() {
+            let (first, signs) = first(i);
+            if first != i {
+                edges[i] = outline::mirrored(&edges[first], signs);
+            }
+        }
         map.nodes = edges
             .iter()
             .map(|edge| (!edge.is_empty()).then(|| Ellipse::around(edge).grown(MARGIN)))

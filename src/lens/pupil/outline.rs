@@ -2,13 +2,14 @@
 //! sensor.
 //!
 //! A grid of rays around the chief ray finds the bundle; it is widened until no ray on its rim passes and narrowed
-//! until the bundle fills it. From the middle of the bundle the edge is then bisected along evenly spread directions.
+//! until the bundle fills it. From the middle of the bundle the edge is then sought along evenly spread directions.
 
 use glam::DVec2;
 
 use super::super::chief::chief_ray;
 use super::super::packet::PacketTracer;
 use super::super::system::OpticalSystem;
+use super::edge::last_that_pass;
 use crate::frames::camera_from_sensor_mm;
 use crate::rays::RayBatch;
 use crate::simd::SimdLevel;
@@ -17,10 +18,10 @@ use crate::simd::SimdLevel;
 const GRID: usize = 24;
 /// Rays along each side of the wide search for a bundle that the chief ray is not part of.
 const WIDE_GRID: usize = 64;
-/// Directions in which the edge is bisected.
+/// Directions in which the edge is sought.
 const DIRECTIONS: usize = 160;
-/// Bisections: the edge is known to 2⁻¹¹ of the way out.
-const BISECTIONS: usize = 11;
+/// The edge is known to 2⁻¹¹ of the way out.
+const BISECTIONS: u32 = 11;
 const REGRIDS: usize = 12;
 
 /// Rays aimed at a plane through the lens at one or more wavelengths.
@@ -32,6 +33,8 @@ pub(super) struct Aim<'a> {
     /// Semi-diameter of the paraxial exit pupil seen from the sensor in that plane, mm.
     pub pupil_semi_mm: f64,
     pub level: SimdLevel,
+    /// Places mirrored in the axis have mirrored bundles.
+    pub is_mirrored: bool,
 }
 
 /// Rectangle of the plane: centre and half sides.
@@ -48,6 +51,19 @@ impl Patch {
             .map(|i| self.centre + DVec2::new(at(i % side), at(i / side)) * self.half)
             .collect()
     }
+}
+
+/// The outline of the place that mirrors another's; `signs`: of x and y. It begins in the direction of x and goes
+/// around the same way.
+pub(super) fn mirrored(edge: &[DVec2], signs: DVec2) -> Vec<DVec2> {
+    let count = edge.len();
+    let from = |i: usize| match (signs.x < 0.0, signs.y < 0.0) {
+        (false, false) => i,
+        (true, false) => count + count / 2 - i,
+        (false, true) => count - i,
+        (true, true) => i + count / 2,
+    };
+    (0..count).map(|i| signs * edge[from(i) % count]).collect()
 }
 
 impl Aim<'_> {
@@ -68,26 +84,17 @@ impl Aim<'_> {
             })
             .collect();
         // Out to a circle around the patch, which lets nothing pass on its rim.
-        let mut bracket = vec![(0.0, 3.0); DIRECTIONS];
-        for _ in 0..BISECTIONS {
-            let points: Vec<DVec2> = directions
-                .iter()
-                .zip(&bracket)
-                .map(|(d, (low, high))| inside + *d * (0.5 * (low + high)))
+        let end = 1 << BISECTIONS;
+        let place = |number: u32| 3.0 * f64::from(number) / f64::from(end);
+        let last = last_that_pass(vec![None; DIRECTIONS], end, &mut |questions| {
+            let points = questions.iter();
+            let points: Vec<DVec2> = points
+                .map(|&(i, number)| inside + directions[i] * place(number))
                 .collect();
-            for ((low, high), passes) in bracket.iter_mut().zip(self.pass(sensor_mm, &points)) {
-                let middle = 0.5 * (*low + *high);
-                if passes {
-                    *low = middle
-                } else {
-                    *high = middle
-                }
-            }
-        }
-        directions
-            .iter()
-            .zip(&bracket)
-            .map(|(d, (_, high))| inside + *d * *high)
+            self.pass(sensor_mm, &points)
+        });
+        let edge = directions.iter().zip(&last);
+        edge.map(|(d, last)| inside + *d * place(last + 1))
             .collect()
     }
 

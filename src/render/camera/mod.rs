@@ -2,6 +2,7 @@
 //! response.
 
 mod mapped;
+mod mirror;
 mod reduced;
 
 use std::sync::Arc;

@@ -139,7 +139,7 @@ impl LensDiffraction {
         let is_mirrored = self.ellipses.window().is_on_axis() && system.is_rotational();
         let mut of_node: Vec<Option<(usize, DVec2)>> = Vec::with_capacity(count);
         for (node, front) in fronts.iter().enumerate() {
-            let (from, signs) = mirrored(node, STEPS + 1);
+            let (from, signs) = mirrored(node, (STEPS + 1, STEPS + 1));
             let draw = front.as_ref().filter(|front| told(front)).map(|_| {
                 let known = firsts.iter().position(|&first| like(first, node));
                 let mirror = || {

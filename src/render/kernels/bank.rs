@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::depth::{DepthKernels, Support};
 use super::footprint::Footprint;
 use super::node::Node;
-use crate::field::FieldGrid;
+use crate::field::{FieldGrid, mirrored};
 use crate::render::Camera;
 use crate::render::truth::{DisparityField, SightRays};
 use crate::sampling::SobolSet;
@@ -69,12 +69,28 @@ impl KernelBank {
         let (nx, ny) = plan.nodes;
         let samples = SobolSet::new(plan.rays);
         let grid = FieldGrid::new(window, plan.nodes, 1, vec![0.0; nx * ny])?;
-        let nodes: Vec<Option<Node>> = (0..nx * ny)
+        let subpixels = camera.sensor().subpixels();
+        let is_mirrored = camera.is_mirrored();
+        let first = |k: usize| match is_mirrored {
+            true => mirrored(k, plan.nodes),
+            false => (k, DVec2::ONE),
+        };
+        let traced: Vec<Option<Node>> = (0..nx * ny)
             .into_par_iter()
+            .filter(|&k| first(k).0 == k)
             .map(|k| Node::new(camera, sight, fields, grid.place_mm(k), &samples))
             .collect();
-        let nodes = nodes.into_iter().collect::<Option<Vec<_>>>()?;
-        let subpixels = camera.sensor().subpixels();
+        let traced = traced.into_iter().collect::<Option<Vec<_>>>()?;
+        // Those of the first quarter, row by row.
+        let columns = match is_mirrored {
+            true => nx.div_ceil(2),
+            false => nx,
+        };
+        let node = |k: usize| {
+            let (first, signs) = first(k);
+            traced[first / nx * columns + first % nx].mirrored(signs, subpixels)
+        };
+        let nodes: Vec<Node> = (0..nx * ny).into_par_iter().map(node).collect();
         let lanes = lanes_of(fields.len(), subpixels);
         let is_diffracted = camera.lens_diffraction().is_some();
         let depths = plan.inverse_depths_per_mm.par_iter().map(|&inverse| {

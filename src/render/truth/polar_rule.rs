@@ -1,7 +1,7 @@
 //! Centroids of a pixel's bundle by a rule that follows the edge of what passes the lens.
 //!
 //! The pupil's ellipse, of semi-diameters a and b (mm), is the image of the unit disk (r, θ). Along evenly spread θ
-//! the edge ρ(θ) of what passes is bisected from the middle outwards; within it the integral over r is that of Gauss
+//! the edge ρ(θ) of what passes is sought from the middle outwards; within it the integral over r is that of Gauss
 //! and Legendre:
 //!
 //! ```text
@@ -18,7 +18,7 @@ use glam::{DVec2, DVec3};
 
 use super::bundle::Centroid;
 use crate::frames::{camera_from_sensor_mm, uv_from_camera_direction};
-use crate::lens::PupilEllipse;
+use crate::lens::{PupilEllipse, last_that_pass};
 use crate::rays::RayBatch;
 use crate::render::Camera;
 use crate::render::tracer::Tracer;
@@ -41,7 +41,8 @@ const GAUSS: [(f64, f64); 8] = [
 ];
 /// Where the edge is looked for first: what no aperture clips fills the ellipse to about there.
 const FIRST: f64 = 0.95;
-const BISECTIONS: usize = 10;
+/// Places along a direction between which the edge is known.
+const END: u32 = 1 << 10;
 
 /// Centroids of each sub-pixel's rays, and of all together, from the sensor position `xy_mm`, at a channel's
 /// wavelengths. `None` where the rule does not hold: a response with edges of its own, a bundle that its own middle is
@@ -144,27 +145,37 @@ impl Aimed<'_> {
         if *middle != 0 {
             return None;
         }
-        let mut edge = vec![1.0; directions.len()];
-        let inside: Vec<usize> = (0..edge.len()).filter(|&i| rim[i] != 0).collect();
-        let mut bracket = vec![[0.0, 1.0]; inside.len()];
-        for step in 0..BISECTIONS {
-            let next = |[low, high]: &[f64; 2]| match step {
-                0 => FIRST,
-                _ => 0.5 * (low + high),
-            };
-            let tried: Vec<f64> = bracket.iter().map(next).collect();
-            let at = inside.iter().zip(&tried);
-            let points: Vec<DVec2> = at.map(|(&i, r)| *r * directions[i]).collect();
+        let known = rim.iter().map(|status| (*status == 0).then_some(END));
+        let last = last_that_pass(known.collect(), END, &mut |questions| {
+            let points = questions.iter();
+            let points: Vec<DVec2> = points
+                .map(|&(i, place)| bracket(place)[0] * directions[i])
+                .collect();
             let (_, traced) = self.trace(&points);
-            for ((b, r), status) in bracket.iter_mut().zip(tried).zip(&traced.status) {
-                b[if *status == 0 { 0 } else { 1 }] = r;
-            }
-        }
-        for (&i, [low, high]) in inside.iter().zip(&bracket) {
-            edge[i] = 0.5 * (low + high);
-        }
-        Some(edge)
+            traced.status.iter().map(|status| *status == 0).collect()
+        });
+        let edge = last.iter().map(|&last| match last == END {
+            true => 1.0,
+            false => bracket(last).iter().sum::<f64>() / 2.0,
+        });
+        Some(edge.collect())
     }
+}
+
+/// Place `number` of the [`END`] along a direction, and the next: what bisections find whose first one asks at
+/// [`FIRST`].
+fn bracket(number: u32) -> [f64; 2] {
+    let (mut low, mut high) = (0.0, 1.0);
+    let (mut middle, mut half) = (FIRST, END / 2);
+    let mut above = number;
+    while half > 0 {
+        match above >= half {
+            true => (low, above) = (middle, above - half),
+            false => high = middle,
+        }
+        (middle, half) = (0.5 * (low + high), half / 2);
+    }
+    [low, high]
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@ use crate::field::FieldGrid;
 use crate::render::Camera;
 use crate::response::ResponseLookup;
 use crate::sampling::SobolSet;
+use crate::sensor::Subpixels;
 
 /// Rays of a bundle, for a response that is smooth and for one of boxes.
 const RAYS: usize = 8192;
@@ -144,6 +145,23 @@ fn line(c: &[f64]) -> SightLine {
 fn weights(node: &[f64]) -> impl Iterator<Item = f64> {
     let subpixels = node[JACOBIAN + SUM..].chunks_exact(PER_SUBPIXEL);
     subpixels.map(|s| s[PER_SUBPIXEL - 1])
+}
+
+/// What the place that mirrors a node's sees; `signs`: of x and y.
+pub(super) fn mirrored(node: &[f64], signs: DVec2, subpixels: Subpixels) -> Vec<f64> {
+    let signed = |from: &[f64]| {
+        let pairs = from.chunks(2).flat_map(|v| match v {
+            [x, y] => [Some(x * signs.x), Some(y * signs.y)],
+            rest => [rest.first().copied(), None],
+        });
+        pairs.flatten().collect::<Vec<f64>>()
+    };
+    let mut mirrored = signed(&node[..SUM]);
+    for s in 0..subpixels.count() {
+        let from = subpixels.mirrored(s, [signs.x < 0.0, signs.y < 0.0]);
+        mirrored.extend(signed(&node[SUM + PER_SUBPIXEL * from..][..PER_SUBPIXEL]));
+    }
+    mirrored
 }
 
 /// A node without light.

@@ -7,9 +7,9 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::Defocus;
-use super::sight_field::{SUM, Sight};
+use super::sight_field::{SUM, Sight, mirrored as mirrored_node};
 use super::sight_line::SightLine;
-use crate::field::{CubicGrid, FieldGrid};
+use crate::field::{CubicGrid, FieldGrid, mirrored};
 use crate::frames::camera_from_sensor_mm;
 use crate::rays::RayBatch;
 use crate::render::Camera;
@@ -55,11 +55,26 @@ impl SightNodes {
             }
             values
         };
+        let is_mirrored = camera.is_mirrored();
         let cubic = |size: (usize, usize)| {
             let place = |k: usize| FieldGrid::node_mm(window, size, (k % size.0, k / size.0));
-            let nodes: Vec<Vec<f64>> = (0..size.0 * size.1)
-                .into_par_iter()
-                .map(|k| traced(place(k)))
+            let first = |k: usize| match is_mirrored {
+                true => mirrored(k, size),
+                false => (k, DVec2::ONE),
+            };
+            let count = size.0 * size.1;
+            let known = (0..count).into_par_iter();
+            let known: Vec<Vec<f64>> = known
+                .map(|k| match first(k).0 == k {
+                    true => traced(place(k)),
+                    false => Vec::new(),
+                })
+                .collect();
+            let nodes: Vec<Vec<f64>> = (0..count)
+                .map(|k| {
+                    let (first, signs) = first(k);
+                    mirrored_node(&known[first], signs, sensor.subpixels())
+                })
                 .collect();
             CubicGrid::new(window, size, nodes[0].len(), nodes.concat())
                 .unwrap_or_else(|| unreachable!("four nodes a side, as many values each"))
@@ -67,7 +82,7 @@ impl SightNodes {
         let bounds = Bounds::new(camera);
         let slopes = |p: DVec2| guide.as_ref().map(|guide| guide.sample(p));
         let is_met = |cubic: &CubicGrid, size| {
-            let places = CubicGrid::tests_mm(window, size);
+            let places = CubicGrid::tests_mm(window, size, is_mirrored);
             places.par_iter().all(|&p| {
                 let between = with_guide(cubic.sample(p), slopes(p));
                 let [there, ..] = with_guide([traced(p), Vec::new(), Vec::new()], slopes(p));

@@ -3,6 +3,9 @@
 use super::axes::Axes;
 use crate::sensor::{MovingFrame, Subpixels, by_count};
 
+/// Parts of the largest value by which mirror images may differ.
+const MIRRORED: f32 = 1e-6;
+
 /// P_i(u, v) of the centred lens at one wavelength. Made by [`crate::response::AngularResponse::interpolator`].
 #[derive(Clone, Debug)]
 pub struct Interpolator {
@@ -36,6 +39,21 @@ impl Interpolator {
     /// How a lens shift moves the response.
     pub fn frame(&self) -> MovingFrame {
         self.frame
+    }
+
+    /// Whether mirrored directions have mirrored sub-pixels, to a millionth of the largest value.
+    pub fn is_mirrored(&self) -> bool {
+        let Axes { nu, nv, .. } = self.axes;
+        let (subpixels, count) = (self.subpixels, self.subpixels.count());
+        let largest = self.plane.iter().fold(0f32, |m, p| m.max(p.abs()));
+        let near = |a: f32, b: f32| (a - b).abs() <= MIRRORED * largest;
+        self.plane.iter().enumerate().all(|(at, &value)| {
+            let (node, s) = (at / count, at % count);
+            let (i, j) = (node % nu, node / nu);
+            let across = (j * nu + nu - 1 - i) * count + subpixels.mirrored(s, [true, false]);
+            let down = ((nv - 1 - j) * nu + i) * count + subpixels.mirrored(s, [false, true]);
+            near(self.plane[across], value) && near(self.plane[down], value)
+        })
     }
 
     /// The weights of one direction; `out` has one place per sub-pixel (more are left alone).

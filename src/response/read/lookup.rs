@@ -29,6 +29,18 @@ pub enum ResponseLookup {
     Geometric(GeometricResponse),
 }
 
+impl ResponseLookup {
+    /// Whether mirrored directions under a mirrored lens shift have mirrored sub-pixels.
+    pub fn is_mirrored(&self) -> bool {
+        match self {
+            Self::Table(table) => table.is_mirrored(),
+            // Of such tables one quadrant of shifts is kept.
+            Self::Shifted(_) | Self::Geometric(_) => true,
+            Self::Fixed(_) => false,
+        }
+    }
+}
+
 impl Response {
     /// The lookup at `wavelength_nm` (the geometric pixel is the same at all).
     pub fn at(&self, wavelength_nm: f64) -> ResponseLookup {
