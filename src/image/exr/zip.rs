@@ -12,14 +12,15 @@ const LEVEL: u32 = 3;
 
 /// Packs the little-endian bytes of a block.
 pub(super) fn packed(block: Vec<u8>) -> std::io::Result<Vec<u8>> {
-    let (even, odd) = (block.iter().step_by(2), block.iter().skip(1).step_by(2));
-    // So the first byte stays as it is.
-    let mut before = 128;
+    let (pairs, last) = block.as_chunks::<2>();
+    let mut apart = Vec::with_capacity(block.len());
+    apart.extend(pairs.iter().map(|pair| pair[0]));
+    apart.extend(last);
+    apart.extend(pairs.iter().map(|pair| pair[1]));
     let mut differences = Vec::with_capacity(block.len());
-    for &byte in even.chain(odd) {
-        differences.push(byte.wrapping_sub(before).wrapping_add(128));
-        before = byte;
-    }
+    differences.extend(apart.first());
+    let difference = |pair: &[u8]| pair[1].wrapping_sub(pair[0]).wrapping_add(128);
+    differences.extend(apart.windows(2).map(difference));
     let room = Vec::with_capacity(block.len());
     let mut encoder = ZlibEncoder::new(room, Compression::new(LEVEL));
     encoder.write_all(&differences)?;
