@@ -11,6 +11,7 @@ use crate::{out, outln};
 use clap::Args;
 use quadpixel::em::PixelStack;
 use quadpixel::file;
+use quadpixel::response::ResponseCache;
 use quadpixel::sensor::CollectedAt;
 use quadpixel_generators::camera_file::CameraFile;
 use quadpixel_generators::observer::{Event, Observer};
@@ -18,6 +19,7 @@ use quadpixel_laboratory::fit::camera_file::camera_file;
 use quadpixel_laboratory::fit::camera_model::{CameraModel, Fineness, Optics};
 use quadpixel_laboratory::fit::capture::{CaptureDescription, EXAMPLE_TOML};
 use quadpixel_laboratory::fit::conjugates::Conjugates;
+use quadpixel_laboratory::fit::keeping::Keeping;
 use quadpixel_laboratory::fit::measurements::{Measurements, sum_of};
 use quadpixel_laboratory::fit::noise::Noise;
 use quadpixel_laboratory::fit::parameters::{Known, LAYERS, Parameter, with_prior};
@@ -137,6 +139,18 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
         }
     }
     let parameters = priors(usual, &args.prior)?;
+    let cache = ResponseCache::open(ResponseCache::default_dir());
+    let observer: &dyn Observer = &progress;
+    let keeping = Keeping {
+        cache: &cache,
+        progress: &observer,
+    };
+    // Layers that are fitted make hundreds of tables.
+    let are_held = (LAYERS.iter()).all(|&name| parameters[name as usize].sigma == 0.0);
+    let model = match are_held {
+        true => model.keeping(keeping),
+        false => model,
+    };
     let fitted = fit(&model, &measured, &parameters, None, &progress)?;
     if measured
         .planes

@@ -1,13 +1,13 @@
 //! The camera file of a fit.
 
 use glam::{DMat4, DVec4};
-use quadpixel::em::StackError;
 use quadpixel::sensor::{Charge, MicrolensLaw};
 use quadpixel_generators::camera_file::{CameraFile, LensPart};
 
 use super::Fitted;
 use super::camera_model::{CameraModel, Set};
 use super::capture::CaptureDescription;
+use super::error::FitError;
 use super::parameters::Name;
 
 /// Places over the field that the law of the microlenses is taken at.
@@ -23,7 +23,7 @@ pub fn camera_file(
     model: &CameraModel,
     fitted: &Fitted,
     half_mm: f64,
-) -> Result<CameraFile, StackError> {
+) -> Result<CameraFile, FitError> {
     let v = |name: Name| fitted.values[name as usize];
     let set = model.at(&fitted.values)?;
     Ok(CameraFile {

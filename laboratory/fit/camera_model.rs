@@ -15,13 +15,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec2;
 use quadpixel::em::wave::WaveSettings;
-use quadpixel::em::{Material, PixelStack, StackError};
+use quadpixel::em::{Material, PixelStack};
 use quadpixel::render::truth::{TextureSpectrum, matched_shift_px};
 use quadpixel::sensor::{CollectedAt, Subpixels, Wandering};
 use rayon::prelude::*;
 
 use super::conjugates::Conjugates;
 use super::error::FitError;
+use super::keeping::Keeping;
 use super::lens_law::LensLaw;
 use super::measurements::{Measurements, PlaneShifts, centroid_px, sum_of};
 use super::parameters::{LAYERS, Name};
@@ -108,7 +109,7 @@ pub struct Optics {
 }
 
 /// A camera to be fitted.
-pub struct CameraModel {
+pub struct CameraModel<'k> {
     stack: PixelStack,
     /// Name of its spacer.
     spacer: &'static str,
@@ -121,17 +122,18 @@ pub struct CameraModel {
     reach: [f64; 2],
     pupil: Vec<[f64; 2]>,
     tables: Mutex<Vec<(Vec<u64>, Arc<PixelTable>)>>,
+    keeping: Option<Keeping<'k>>,
 }
 
 /// The model at one set of values.
 pub struct Set<'a> {
-    model: &'a CameraModel,
+    model: &'a CameraModel<'a>,
     values: &'a [f64],
     table: Arc<PixelTable>,
     wandering: Wandering,
 }
 
-impl CameraModel {
+impl<'k> CameraModel<'k> {
     /// Of a pixel of two columns whose layers are `stack`'s but for those that are fitted.
     ///
     /// # Errors
@@ -179,7 +181,16 @@ impl CameraModel {
             reach: [rim + LARGEST_CHIEF, rim],
             pupil,
             tables: Mutex::new(Vec::new()),
+            keeping: None,
         })
+    }
+
+    /// The same with its tables kept from run to run: of layers that are held, as each change of them makes another.
+    pub fn keeping(self, keeping: Keeping<'k>) -> Self {
+        Self {
+            keeping: Some(keeping),
+            ..self
+        }
     }
 
     /// Side of the kernels, px.
@@ -202,7 +213,11 @@ impl CameraModel {
     /// # Errors
     /// As of [`Self::new`].
     pub fn at_wavelength(&self, wavelength_nm: f64) -> Result<Self, FitError> {
-        Self::new(&self.stack, wavelength_nm, self.optics, self.fineness)
+        let other = Self::new(&self.stack, wavelength_nm, self.optics, self.fineness)?;
+        Ok(Self {
+            keeping: self.keeping,
+            ..other
+        })
     }
 
     /// Thicknesses this far apart have light that goes to and fro in them in phase, µm.
@@ -245,8 +260,8 @@ impl CameraModel {
     /// The model at a set of values, ready to be asked.
     ///
     /// # Errors
-    /// A pixel that cannot be.
-    pub fn at<'a>(&'a self, values: &'a [f64]) -> Result<Set<'a>, StackError> {
+    /// A pixel that cannot be; a stop that was asked for.
+    pub fn at<'a>(&'a self, values: &'a [f64]) -> Result<Set<'a>, FitError> {
         let key: Vec<u64> = LAYERS
             .iter()
             .map(|&n| values[n as usize].to_bits())
@@ -264,7 +279,13 @@ impl CameraModel {
                 // A hair more than the thickness, so that rounding adds none.
                 let slice_um = (1.0 + 1e-9) * stack.sag_um() / self.slices;
                 fineness.wave.slice_nm = (1e3 * slice_um).max(5.0);
-                let table = PixelTable::new(&stack, self.wavelength_nm, self.reach, &fineness)?;
+                let table = PixelTable::new(
+                    &stack,
+                    self.wavelength_nm,
+                    self.reach,
+                    &fineness,
+                    self.keeping.as_ref(),
+                )?;
                 let table = Arc::new(table);
                 let mut kept = kept();
                 if kept.len() == KEPT_TABLES {

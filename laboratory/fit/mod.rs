@@ -20,6 +20,7 @@ pub mod dots;
 pub mod error;
 pub mod figures;
 pub mod goals;
+pub mod keeping;
 pub mod least_squares;
 pub mod lens_law;
 pub mod measurements;
@@ -118,7 +119,7 @@ impl Fitted {
 
 /// Residuals of what is not held out.
 struct Residuals<'a> {
-    model: &'a CameraModel,
+    model: &'a CameraModel<'a>,
     measured: &'a Measurements,
     fields: Vec<usize>,
     noise: Noise,

@@ -10,13 +10,17 @@
 //! is the mean over shifts: `g_k = exp(−(2π k σ / p)²/2)`, or its mean over the depths that the charge comes from.
 //! Mirrored pixels give the other sign of u: P_L(−u, v; s) = P_R(u, v; −s).
 
-use quadpixel::em::wave::{WaveModel, WaveSettings};
-use quadpixel::em::{PixelStack, StackError};
+use quadpixel::em::PixelStack;
+use quadpixel::em::wave::{MODEL, WaveModel, WaveSettings};
 use quadpixel::sensor::{MovingFrame, Wandering};
 use rayon::prelude::*;
+use serde::Serialize;
+
+use super::error::FitError;
+use super::keeping::Keeping;
 
 /// How finely directions and shifts are taken.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TableFineness {
     /// Steps of direction cosines over the radius of the pupil.
     pub steps: usize,
@@ -50,16 +54,17 @@ pub struct ShiftedHalves {
 
 impl PixelTable {
     /// Of a pixel of two columns, to direction cosines of `reach`: those of the pupil's rim along v, and along u with
-    /// the chief ray's.
+    /// the chief ray's. What was kept of an earlier run is taken from there.
     ///
     /// # Errors
-    /// A pixel that cannot be.
+    /// A pixel that cannot be; a stop that was asked for.
     pub fn new(
         stack: &PixelStack,
         wavelength_nm: f64,
         reach: [f64; 2],
         fineness: &TableFineness,
-    ) -> Result<Self, StackError> {
+        keeping: Option<&Keeping<'_>>,
+    ) -> Result<Self, FitError> {
         let model = WaveModel::new(stack, wavelength_nm, &fineness.wave)?;
         let step = reach[1] / fineness.steps as f64;
         let nodes = [(reach[0] / step).ceil() as usize + 1, fineness.steps + 1];
@@ -69,9 +74,15 @@ impl PixelTable {
             .map(|j| [pitch_um * j as f64 / shifts as f64, 0.0])
             .collect();
         let columns = stack.subpixels.m();
+        let made_of = (MODEL, stack, wavelength_nm, reach, fineness);
+        let kept = keeping.map(|keeping| keeping.answers(&made_of, nodes[0] * nodes[1]));
+        let kept = kept.transpose()?;
         let answers: Vec<Vec<[f64; 2]>> = (0..nodes[0] * nodes[1])
             .into_par_iter()
             .map(|i| {
+                if let Some(answer) = kept.as_ref().and_then(|kept| kept.answer(i)) {
+                    return Ok(answer);
+                }
                 let (u, v) = ((i % nodes[0]) as f64 * step, (i / nodes[0]) as f64 * step);
                 let light = model.solve_shifts(u, v, &places)?;
                 let halves = light.iter().map(|l| {
@@ -81,9 +92,13 @@ impl PixelTable {
                     }
                     sums
                 });
-                Ok(halves.collect())
+                let answer: Vec<[f64; 2]> = halves.collect();
+                match &kept {
+                    Some(kept) => kept.keep(i, answer),
+                    None => Ok(answer),
+                }
             })
-            .collect::<Result<_, StackError>>()?;
+            .collect::<Result<_, FitError>>()?;
         let mut values = vec![0.0; 2 * shifts * nodes[0] * nodes[1]];
         for (i, answer) in answers.iter().enumerate() {
             for (j, halves) in answer.iter().enumerate() {
