@@ -19,7 +19,7 @@ fn example() -> CaptureDescription {
     toml::from_str(EXAMPLE_TOML).unwrap()
 }
 
-pub(super) fn model() -> CameraModel {
+pub(super) fn model() -> CameraModel<'static> {
     let mut fineness = Fineness::draft();
     fineness.pupil_points = 200;
     fineness.table.steps = 3;

@@ -63,6 +63,7 @@ fn what_auto_leaves_out_is_below_the_tolerance_and_saves_rays() {
         name,
         shot,
         leaves_out,
+        by_chance,
     } in scenes::all().into_iter().chain(light::all())
     {
         let auto = planned(&shot, &Choice::Auto);
@@ -79,7 +80,8 @@ fn what_auto_leaves_out_is_below_the_tolerance_and_saves_rays() {
             "{name}: {off} % without {out:?}"
         );
         assert!(rays[1] <= rays[0], "{name}: {rays:?}");
-        if out != leaves_out {
+        let sure = out.iter().filter(|effect| !by_chance.contains(effect));
+        if !sure.eq(&leaves_out) {
             wrong.push(format!("{name}: leaves out {out:?}, not {leaves_out:?}"));
         }
         // What is said of each effect is what was done.

@@ -30,6 +30,8 @@ pub struct Case {
     pub name: &'static str,
     pub shot: Shot,
     pub leaves_out: Vec<Effect>,
+    /// What it may leave out besides: so few rays meet the light that the estimate is noise, of either sign.
+    pub by_chance: &'static [Effect],
 }
 
 /// How a camera is put together.
@@ -197,6 +199,7 @@ fn on_card(name: &'static str, make: &Make<'_>, over_focus: f64, leaves_out: &[E
         name,
         shot: Shot { camera, scene },
         leaves_out: leaves_out.to_vec(),
+        by_chance: &[],
     }
 }
 
@@ -212,6 +215,7 @@ fn in_the_sun(
         name,
         shot: Shot { camera, scene },
         leaves_out: leaves_out.to_vec(),
+        by_chance: &[],
     }
 }
 
@@ -320,6 +324,7 @@ pub fn all() -> Vec<Case> {
                 camera: perturbed_camera,
             },
             leaves_out: vec![],
+            by_chance: &[],
         },
         in_the_sun(
             "a dark corner in the sun",

@@ -5,7 +5,7 @@ use glam::DVec2;
 use quadpixel::lens::{ElementRef, Lens, Misalignment};
 use quadpixel::render::Camera;
 use quadpixel::render::kernels::{BankPlan, Footprint, KernelBank};
-use quadpixel::render::truth::{DisparityField, SightRays};
+use quadpixel::render::truth::{Defocus, DisparityField, SightRays};
 use quadpixel::response::{AngularResponse, Response};
 use quadpixel::sensor::MicrolensLaw;
 
@@ -43,17 +43,21 @@ fn mirrored_places_see_what_they_see_when_they_are_traced() {
             let [a, b] = cameras
                 .each_ref()
                 .map(|camera| DisparityField::of_channels(camera).unwrap());
+            let defocus = Defocus::new(&cameras[0]).unwrap();
             let mut worst = [0f64; 2];
             for place in places(&cameras[0]) {
                 for (a, b) in a.iter().zip(&b) {
                     for depth_mm in [0.6 * case.focus_mm, 3.0 * case.focus_mm] {
+                        // What each of the fields is met to between its nodes.
+                        let blur_mm = defocus.circle_of_confusion_mm(depth_mm).abs();
+                        let bound_px = 0.01 + 1e-3 * blur_mm / cameras[0].sensor().pitch_mm();
                         let [a, b] = [a, b].map(|field| {
                             let mut told = vec![DVec2::ZERO; response.subpixels().count()];
                             field.traced_px(place, depth_mm, &mut told);
                             told
                         });
                         let apart = a.iter().zip(&b).map(|(a, b)| (*a - *b).length());
-                        worst[0] = apart.fold(worst[0], f64::max);
+                        worst[0] = apart.map(|px| px / bound_px).fold(worst[0], f64::max);
                     }
                 }
                 let [a, b] = cameras.each_ref().map(|c| c.pupil_at(place).unwrap());
@@ -61,13 +65,9 @@ fn mirrored_places_see_what_they_see_when_they_are_traced() {
                 worst[1] = worst[1].max((a.centre_mm - b.centre_mm).length() / semi_mm);
                 worst[1] = worst[1].max((a.area_mm2() / b.area_mm2() - 1.0).abs());
             }
-            println!(
-                "{}: {:.1e} px, {:.1e} of the pupil",
-                case.lens, worst[0], worst[1]
-            );
-            // What the fields are met to between their nodes, and what pupils' edges are sought to.
+            println!("{}: {worst:.1e?}", case.lens);
             assert!(
-                worst[0] < 0.01 && worst[1] < 0.01,
+                worst[0] < 1.0 && worst[1] < 0.01,
                 "{}: {worst:?}",
                 case.lens
             );
@@ -83,7 +83,7 @@ fn mirrored_kernels_are_those_that_are_traced() {
     let plan = BankPlan {
         nodes: (5, 4),
         inverse_depths_per_mm: vec![0.5 / case.focus_mm, 1.6 / case.focus_mm],
-        rays: 4096,
+        rays: 16384,
         footprint: Footprint::Sample,
         cut_share: 0.0,
     };
