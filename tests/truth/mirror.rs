@@ -65,7 +65,7 @@ fn mirrored_places_see_what_they_see_when_they_are_traced() {
                 worst[1] = worst[1].max((a.centre_mm - b.centre_mm).length() / semi_mm);
                 worst[1] = worst[1].max((a.area_mm2() / b.area_mm2() - 1.0).abs());
             }
-            println!("{}: {worst:.1e?}", case.lens);
+            println!("{}: {worst:?}", case.lens);
             assert!(
                 worst[0] < 1.0 && worst[1] < 0.01,
                 "{}: {worst:?}",
@@ -78,8 +78,7 @@ fn mirrored_places_see_what_they_see_when_they_are_traced() {
 #[test]
 fn mirrored_kernels_are_those_that_are_traced() {
     let case = &CASES[0];
-    let lens = case.focused();
-    let cameras = pair(&lens, &wave_pixel()).map(Camera::with_lens_diffraction);
+    let cameras = pair(&case.focused(), &wave_pixel());
     let plan = BankPlan {
         nodes: (5, 4),
         inverse_depths_per_mm: vec![0.5 / case.focus_mm, 1.6 / case.focus_mm],
@@ -87,22 +86,26 @@ fn mirrored_kernels_are_those_that_are_traced() {
         footprint: Footprint::Sample,
         cut_share: 0.0,
     };
-    let [a, b] = cameras.map(|camera| {
+    let bank = |camera: Camera| {
         let fields = DisparityField::of_channels(&camera).unwrap();
         let sight = SightRays::centroids(&fields);
         KernelBank::new(&camera, &sight, &fields, &plan).unwrap()
-    });
-    for depth in 0..2 {
-        for node in 0..20 {
-            for channel in 0..a.channels() {
-                for s in 0..4 {
-                    let [a, b] = [&a, &b].map(|bank| bank.figures(depth, node, channel, s));
-                    let apart = (a.centroid_px - b.centroid_px).length();
-                    assert!(apart < 0.02, "{depth} {node} {channel} {s}: {apart}");
-                    assert!((a.white_sr / b.white_sr - 1.0).abs() < 3e-3);
-                }
-            }
+    };
+    let diffracted = cameras.clone().map(Camera::with_lens_diffraction);
+    // Displacements by diffraction are drawn, some of them far: the worst of 480 is at three deviations of 0.02 px.
+    for (cameras, bound_px) in [(cameras, 0.01), (diffracted, 0.1)] {
+        let [a, b] = cameras.map(bank);
+        let channels = a.channels();
+        let mut worst = [0f64; 2];
+        for k in 0..2 * 20 * channels * 4 {
+            let (depth, node, channel) = (k % 2, k / 2 % 20, k / 40 % channels);
+            let of = |bank: &KernelBank| bank.figures(depth, node, channel, k / (40 * channels));
+            let (a, b) = (of(&a), of(&b));
+            worst[0] = worst[0].max((a.centroid_px - b.centroid_px).length());
+            worst[1] = worst[1].max((a.white_sr / b.white_sr - 1.0).abs());
         }
+        println!("{worst:?}");
+        assert!(worst[0] < bound_px && worst[1] < 3e-3, "{worst:?}");
     }
 }
 
