@@ -8,12 +8,15 @@
 /// Directions that are bisected, about.
 const BISECTED: usize = 10;
 
+/// Whether places along directions pass, in the order of the questions.
+type Passes<'a> = dyn FnMut(&[(usize, u32)]) -> Vec<bool> + 'a;
+
 /// The last place that passes along each direction, in order around. `known` holds those that need not be asked;
 /// `passes` answers questions of direction and place. All the questions of a round come at once.
 pub(crate) fn last_that_pass(
     known: Vec<Option<u32>>,
     end: u32,
-    passes: &mut dyn FnMut(&[(usize, u32)]) -> Vec<bool>,
+    passes: &mut Passes<'_>,
 ) -> Vec<u32> {
     let count = known.len();
     let mut last: Vec<u32> = known.iter().map(|k| k.unwrap_or(0)).collect();
@@ -53,11 +56,7 @@ pub(crate) fn last_that_pass(
 }
 
 /// Asks until every search is settled.
-fn settle(
-    mut open: Vec<Search>,
-    last: &mut [u32],
-    passes: &mut dyn FnMut(&[(usize, u32)]) -> Vec<bool>,
-) {
+fn settle(mut open: Vec<Search>, last: &mut [u32], passes: &mut Passes<'_>) {
     loop {
         open.retain(|search| {
             last[search.direction] = search.low;
@@ -178,7 +177,7 @@ mod tests {
 
     #[test]
     fn what_is_known_is_not_asked() {
-        let known = |i: usize| (i % 3 == 0).then_some(64);
+        let known = |i: usize| i.is_multiple_of(3).then_some(64);
         let edge = vec![20.0; 50];
         let (last, _) = found(&edge, (0..50).map(known).collect(), 64);
         for (i, last) in last.iter().enumerate() {
