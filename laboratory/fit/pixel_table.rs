@@ -66,8 +66,7 @@ impl PixelTable {
         keeping: Option<&Keeping<'_>>,
     ) -> Result<Self, FitError> {
         let model = WaveModel::new(stack, wavelength_nm, &fineness.wave)?;
-        let step = reach[1] / fineness.steps as f64;
-        let nodes = [(reach[0] / step).ceil() as usize + 1, fineness.steps + 1];
+        let (step, nodes) = directions(reach, fineness);
         let shifts = fineness.shifts;
         let pitch_um = stack.pitch_um;
         let places: Vec<[f64; 2]> = (0..shifts)
@@ -119,9 +118,8 @@ impl PixelTable {
 
     /// Directions and lens shifts that such a table holds.
     pub fn size(reach: [f64; 2], fineness: &TableFineness) -> [usize; 2] {
-        let step = reach[1] / fineness.steps as f64;
-        let along = (reach[0] / step).ceil() as usize + 1;
-        [along * (fineness.steps + 1), fineness.shifts]
+        let (_, [along, across]) = directions(reach, fineness);
+        [along * across, fineness.shifts]
     }
 
     /// The shift of a microlens that brings light of this direction cosine along the split to the middle, to first
@@ -214,6 +212,13 @@ impl ShiftedHalves {
         }
         sum
     }
+}
+
+/// Distance of the direction cosines of a table, and their number along u and v.
+fn directions(reach: [f64; 2], fineness: &TableFineness) -> (f64, [usize; 2]) {
+    let step = reach[1] / fineness.steps as f64;
+    let along = (reach[0] / step).ceil() as usize + 1;
+    (step, [along, fineness.steps + 1])
 }
 
 /// The node below a place, and how far beyond it.
