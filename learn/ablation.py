@@ -60,7 +60,7 @@ def main():
     parser.add_argument("folders", nargs="+", type=Path, metavar="DATA_DIR")
     parser.add_argument("--steps", type=int, help="in the place of the configuration's")
     parser.add_argument("--side-px", type=int, help="of a crop, in the place of the configuration's")
-    parser.add_argument("--validation", type=Path, default=HERE / "data/validation.npz")
+    parser.add_argument("--validation", type=Path, default=HERE / "data/validation/validation.npz")
     parser.add_argument("-o", "--out", type=Path, required=True)
     args = parser.parse_args()
     settings = tomllib.loads(args.configuration.read_text())

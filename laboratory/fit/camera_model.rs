@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec2;
 use quadpixel::em::wave::WaveSettings;
-use quadpixel::em::{Material, PixelStack};
+use quadpixel::em::{Isolation, Material, PixelStack};
 use quadpixel::render::truth::{TextureSpectrum, matched_shift_px};
 use quadpixel::sensor::{CollectedAt, Subpixels, Wandering};
 use rayon::prelude::*;
@@ -229,18 +229,34 @@ impl<'k> CameraModel<'k> {
     ///
     /// # Errors
     /// A microlens of a material whose index is not known at the wavelength.
-    pub fn layers(&self) -> Result<[f64; 4], FitError> {
+    pub fn layers(&self) -> Result<[f64; 6], FitError> {
         let stack = &self.stack;
         let spacer = stack.layer(self.spacer).map_or(0.0, |l| l.thickness_um);
         let index = stack.lens.material.index(self.wavelength_nm)?;
-        Ok([stack.lens.radius_um, spacer, stack.silicon_um, index.re])
+        let Isolation {
+            split_um,
+            border_um,
+        } = stack.isolation;
+        Ok([
+            stack.lens.radius_um,
+            spacer,
+            stack.silicon_um,
+            index.re,
+            split_um,
+            border_um,
+        ])
     }
 
     /// The pixel of a set of values.
     pub fn pixel(&self, values: &[f64]) -> PixelStack {
         let mut stack = self.stack.clone();
-        let [radius, spacer, silicon, index] = LAYERS.map(|name| values[name as usize]);
+        let [radius, spacer, silicon, index, split_um, border_um] =
+            LAYERS.map(|name| values[name as usize]);
         stack.lens.radius_um = radius;
+        stack.isolation = Isolation {
+            split_um,
+            border_um,
+        };
         stack.silicon_um = silicon;
         let resin = std::mem::replace(
             &mut stack.lens.material,

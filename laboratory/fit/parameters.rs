@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | `radius_um`, `spacer_um`, `silicon_um` | µm | microlens, oxide below the filter, depth of the photodiodes |
 //! | `lens_index` | 1 | refractive index of the microlens and of the resin below it |
+//! | `isolation_split_um`, `isolation_border_um` | µm | strips between photodiodes, along the border: charge is lost |
 //! | `diffusion_um` | µm | how far charge wanders before it is collected: σ, which is the split's width, too |
 //! | `crosstalk` | 1 | part of the light of either half that the other one gets, whatever its direction |
 //! | `f_number` | 1 | rim of the pupil: sin θ = 1/(2F) |
@@ -38,6 +39,8 @@ pub enum Name {
     SpacerUm,
     SiliconUm,
     LensIndex,
+    IsolationSplitUm,
+    IsolationBorderUm,
     DiffusionUm,
     Crosstalk,
     FNumber,
@@ -66,11 +69,13 @@ pub enum Name {
 /// Number of parameters.
 pub const COUNT: usize = Name::FocusMm as usize + 1;
 /// Parameters of the layers: each change of one needs new waves.
-pub const LAYERS: [Name; 4] = [
+pub const LAYERS: [Name; 6] = [
     Name::RadiusUm,
     Name::SpacerUm,
     Name::SiliconUm,
     Name::LensIndex,
+    Name::IsolationSplitUm,
+    Name::IsolationBorderUm,
 ];
 
 /// Prior, its deviation, bounds.
@@ -123,11 +128,14 @@ impl Known {
             (self.pupil_mm).map_or((5.5 * larger, 1.5 * larger), |mm| (mm, PUPIL_PART * mm));
         let focus = (self.focus_mm).map_or((1e3, 0.0), |mm| (mm, FOCUS_PART * mm));
         let centre_mm = 0.05 * larger;
+        let isolation = (0.05 * p, 0.05 * p, [0.0, 0.35 * p]);
         let rows: [(&str, Prior); COUNT] = [
             ("radius_um", (0.85 * p, 0.15 * p, [0.708 * p, 3.0 * p])),
             ("spacer_um", (0.5, 0.3, [0.0, p.max(2.0)])),
             ("silicon_um", (3.0, 0.7, [1.0, 6.0])),
             ("lens_index", (1.56, 0.05, [1.4, 1.9])),
+            ("isolation_split_um", isolation),
+            ("isolation_border_um", isolation),
             ("diffusion_um", (0.08 * p, 0.08 * p, [0.0, 0.4 * p])),
             ("crosstalk", (0.05, 0.05, [0.0, 0.4])),
             (

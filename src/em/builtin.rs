@@ -4,7 +4,7 @@
 //! explains every field. Unless the name says otherwise the paper's pixels have R = h = half the diagonal, the best of
 //! its nine lenses.
 
-use super::{Layer, Material, Microlens, PixelStack, StackError};
+use super::{Isolation, Layer, Material, Microlens, PixelStack, StackError};
 use crate::sensor::Subpixels;
 
 /// Name and file.
@@ -44,6 +44,7 @@ impl PixelStack {
             silicon_um: 4.0,
             silicon: Material::Table("Si_Green2008".into()),
             trench_um: 0.1,
+            isolation: Isolation::default(),
             trench: oxide.clone(),
             layers: vec![
                 layer("planarization", 0.5, &resin),

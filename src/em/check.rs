@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::{PixelStack, StackError};
+use super::{Isolation, PixelStack, StackError};
 use crate::sensor::check_simulated;
 
 /// Most layers that a pixel may list.
@@ -25,6 +25,12 @@ impl PixelStack {
         let widest = 0.8 * self.pitch_um / self.subpixels.m().max(self.subpixels.n()) as f64;
         let allowed = "0 to 0.8 of a sub-pixel";
         within("trench_um", self.trench_um, 0.0..=widest, allowed)?;
+        let Isolation {
+            split_um,
+            border_um,
+        } = self.isolation;
+        within("isolation.split_um", split_um, 0.0..=widest, allowed)?;
+        within("isolation.border_um", border_um, 0.0..=widest, allowed)?;
         if let Some(metal) = &self.metal {
             metal.material.check("metal.material")?;
             within("metal.width_um", metal.width_um, 0.0..=widest, allowed)?;

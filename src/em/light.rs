@@ -44,7 +44,8 @@ pub struct Powers {
     pub reflected: f64,
     /// Passing below the counted silicon.
     pub transmitted: f64,
-    /// Absorbed elsewhere: in lens, layers, walls and trenches; of the geometric pixel, light that misses it.
+    /// Absorbed elsewhere: in lens, layers, walls, trenches and isolation; of the geometric pixel, light that
+    /// misses it.
     pub elsewhere: f64,
 }
 

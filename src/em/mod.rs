@@ -30,4 +30,4 @@ pub use level::{DirectionSteps, Level, Preset};
 pub use material::Material;
 pub use model::{CorrectedSettings, PixelModel};
 pub use shift_grid::ShiftGrid;
-pub use stack::{Layer, MetalWalls, Microlens, PixelStack};
+pub use stack::{Isolation, Layer, MetalWalls, Microlens, PixelStack};

@@ -8,7 +8,8 @@
 //!      ───────────────          │ flat layers: planarization resin, colour filter, oxide in the paper's pixels;
 //!      ▌             ▐          ┘   one of them may hold metal walls, a frame along the pixel's border
 //!      █│█████│█████│█           silicon, parted by trenches between sub-pixels and along the pixel's border;
-//!      █│█████│█████│█           it goes on below the `silicon_um` whose absorption is counted
+//!      █│█████│█████│█           it goes on below the `silicon_um` whose absorption is counted; the charge of
+//!                                strips in the trenches' places, the isolation, is lost
 //! ```
 //! The cell is a square of side `pitch_um`, repeated in x and y. A trench or wall along the border is centred on it, so
 //! that each pixel has half of its width. No anti-reflection layer unless it is listed. Under a mosaic of colour
@@ -60,6 +61,24 @@ pub struct MetalWalls {
     pub material: Material,
 }
 
+/// Strips between photodiodes, centred where trenches are: silicon to light, but its charge is lost (implanted wells,
+/// the sides of trenches) and counts as absorbed elsewhere. Where trenches are wider, they are all that is lost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Isolation {
+    /// Width between the photodiodes of a pixel in µm.
+    pub split_um: f64,
+    /// Width along the pixel's border in µm: each of both pixels has half of it.
+    pub border_um: f64,
+}
+
+impl Isolation {
+    /// Whether there is none.
+    pub fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
 /// One period of the pixel array; under a mosaic a quarter of one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -81,6 +100,9 @@ pub struct PixelStack {
     pub trench_um: f64,
     /// What fills the trenches.
     pub trench: Material,
+    /// Silicon between photodiodes whose charge is lost; absent: none.
+    #[serde(default, skip_serializing_if = "Isolation::is_none")]
+    pub isolation: Isolation,
     /// The microlens.
     pub lens: Microlens,
     /// Flat layers, from the lens down to the silicon.
@@ -95,6 +117,20 @@ pub struct PixelStack {
 }
 
 impl PixelStack {
+    /// Widths between photodiodes, at the split and at the border, that collect no charge, in µm.
+    pub(crate) fn uncollected_um(&self) -> [f64; 2] {
+        let Isolation {
+            split_um,
+            border_um,
+        } = self.isolation;
+        [split_um, border_um].map(|width_um| width_um.max(self.trench_um))
+    }
+
+    /// Whether charge is lost beside the trenches.
+    pub(crate) fn is_isolated(&self) -> bool {
+        self.uncollected_um() != [self.trench_um; 2]
+    }
+
     /// The silicon as charge is made in it at a wavelength; the reference is that of [`ChannelWavelengths`].
     ///
     /// # Errors

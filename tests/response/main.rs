@@ -5,6 +5,7 @@ mod cache;
 mod conformance;
 mod curves;
 mod fdtd;
+mod isolation;
 mod phone;
 #[path = "../common/random.rs"]
 mod random;

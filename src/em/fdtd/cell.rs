@@ -17,6 +17,8 @@ pub(super) struct Cell {
     base: Spectrum,
     inset: Inset,
     air: Spectrum,
+    /// Whether charge is lost between photodiodes.
+    isolated: bool,
 }
 
 /// What else there is in a slab.
@@ -43,7 +45,12 @@ impl Cell {
             Filling::Pedestal | Filling::Lens => (spectrum(&|n| n.lens), Inset::Nothing),
             Filling::Air => (air.clone(), Inset::Nothing),
         };
-        Self { base, inset, air }
+        Self {
+            base,
+            inset,
+            air,
+            isolated: stack.is_isolated(),
+        }
     }
 
     pub fn pattern(&self) -> Option<Pattern> {
@@ -70,8 +77,18 @@ impl Cell {
         }
     }
 
-    /// Part of the absorption of a silicon node that is silicon's.
+    /// Part of the absorption of a silicon node that is a photodiode's.
     pub fn share(&self, fills: &Fills, component: usize, at: usize) -> f64 {
+        let silicon = self.silicon_share(fills, component, at);
+        if !self.isolated || silicon == 0.0 {
+            return silicon;
+        }
+        // Of the voxel's silicon what no isolation takes.
+        let fill = |pattern| fills.at(pattern, component, at).0;
+        silicon * (1.0 - fill(Pattern::Isolation)) / (1.0 - fill(Pattern::Trenches))
+    }
+
+    fn silicon_share(&self, fills: &Fills, component: usize, at: usize) -> f64 {
         let Inset::Bands(inset, pattern) = &self.inset else {
             return 1.0;
         };

@@ -14,6 +14,8 @@ pub(super) type Spectrum = Vec<C>;
 pub(super) enum Pattern {
     /// Trenches between sub-pixels.
     Trenches,
+    /// What collects no charge between photodiodes: trenches, and isolation about them.
+    Isolation,
     /// Metal walls between microlenses.
     Walls,
     /// Microlenses of the first column, or row, of a mosaic.
@@ -49,7 +51,7 @@ fn blend(media: &[(C, f64)], along: f64) -> C {
 pub(super) struct Fills {
     nx: usize,
     /// By pattern, component, lateral axis.
-    parts: [[[Vec<f64>; 2]; 3]; 3],
+    parts: [[[Vec<f64>; 2]; 3]; 4],
 }
 
 impl Fills {
@@ -65,10 +67,11 @@ impl Fills {
             };
             let d = mesh.lateral_um()[axis];
             // Bands centred at (q / lines − 1/2) p, over the pitch or, of a mosaic, from −p to 3/2 p.
-            let (lines, width) = match pattern {
-                Pattern::Trenches => (count[axis], stack.trench_um),
-                Pattern::Walls => (1, wall),
-                Pattern::Microlenses => (2, p),
+            let (lines, [split, border]) = match pattern {
+                Pattern::Trenches => (count[axis], [stack.trench_um; 2]),
+                Pattern::Isolation => (count[axis], stack.uncollected_um()),
+                Pattern::Walls => (1, [wall; 2]),
+                Pattern::Microlenses => (2, [p; 2]),
             };
             let beyond = lines * (mesh.microlenses - 1);
             let all = (0..=lines + 2 * beyond).map(|q| q as f64 - beyond as f64);
@@ -85,6 +88,11 @@ impl Fills {
                         .iter()
                         .map(|q| {
                             let c = (q / lines as f64 - 0.5) * p;
+                            let width = if q % lines as f64 == 0.0 {
+                                border
+                            } else {
+                                split
+                            };
                             (b.min(c + 0.5 * width) - a.max(c - 0.5 * width)).max(0.0)
                         })
                         .sum();
@@ -103,7 +111,13 @@ impl Fills {
         let by = |pattern| [0, 1, 2].map(|c| [0, 1].map(|a| part(pattern, c, a)));
         Self {
             nx: mesh.grid.nx(),
-            parts: [Pattern::Trenches, Pattern::Walls, Pattern::Microlenses].map(by),
+            parts: [
+                Pattern::Trenches,
+                Pattern::Isolation,
+                Pattern::Walls,
+                Pattern::Microlenses,
+            ]
+            .map(by),
         }
     }
 

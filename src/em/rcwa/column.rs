@@ -39,6 +39,11 @@ impl Pixel {
         Grid {
             parts: [(m * microlenses) as i32, (n * microlenses) as i32],
             wall: self.stack.trench_um / self.stack.period_um(),
+            uncollected: self
+                .stack
+                .uncollected_um()
+                .map(|w| w / self.stack.period_um()),
+            of_pixel: [m, n].map(|count| count as i32),
             border: 0.5 / microlenses as f64,
             inside: self.indices.silicon * self.indices.silicon,
             outside: self.indices.trench * self.indices.trench,
@@ -56,6 +61,8 @@ impl Pixel {
                 let walls = metal.filter(|m| m.layer == layer.name).map(|m| Grid {
                     parts: [microlenses as i32; 2],
                     wall: m.width_um / self.stack.period_um(),
+                    uncollected: [0.0; 2],
+                    of_pixel: [1; 2],
                     border: 0.5 / microlenses as f64,
                     inside: epsilon,
                     outside: n.metal * n.metal,

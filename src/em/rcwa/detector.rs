@@ -29,12 +29,11 @@ impl Detector {
         let period = 2.0 * std::f64::consts::PI / lattice.step;
         let places = [0, 1].map(|axis| {
             let m = grid.parts[axis];
-            let side = (1.0 / f64::from(m) - grid.wall) * period;
             let count = nodes_along(grid, axis, whole.cutoff, lattice.step);
             (0..m)
                 .flat_map(|i| {
-                    let middle = ((f64::from(i) + 0.5) / f64::from(m) - grid.border) * period;
-                    let nodes = gauss_legendre(count, middle - 0.5 * side, middle + 0.5 * side);
+                    let [from, to] = grid.collected(axis, i).map(|x| x * period);
+                    let nodes = gauss_legendre(count, from, to);
                     nodes.into_iter().map(move |(x, w)| (i as usize, x, w))
                 })
                 .collect::<Vec<_>>()
@@ -65,12 +64,12 @@ impl Detector {
         }
     }
 
-    /// ∫ e_n* e_n' along an axis over the first photodiode, in periods, of the functions of a component; and the first
+    /// ∫ e_n* e_n' along an axis over photodiode `part`, in periods, of the functions of a component; and the first
     /// function's number.
-    pub fn overlap(&self, component: usize, axis: usize) -> (Matrix, i32) {
+    pub fn overlap(&self, component: usize, axis: usize, part: usize) -> (Matrix, i32) {
         let synthesis = &self.synthesis[component][axis];
         let weight = |p: usize| match self.nodes[axis][p] {
-            (0, weight) => C::from(weight),
+            (at, weight) if at == part => C::from(weight),
             _ => C::ZERO,
         };
         let weighed = Matrix::from_fn(synthesis.nrows(), synthesis.ncols(), |p, n| {
@@ -161,6 +160,10 @@ impl Detector {
 /// Nodes in a photodiode along an axis: |E|² beats at twice the cutoff.
 pub(super) fn nodes_along(grid: &Grid, axis: usize, cutoff: f64, step: f64) -> usize {
     let period = 2.0 * std::f64::consts::PI / step;
-    let side = (1.0 / f64::from(grid.parts[axis]) - grid.wall) * period;
+    let sides = (0..grid.of_pixel[axis]).map(|part| {
+        let [from, to] = grid.collected(axis, part);
+        (to - from) * period
+    });
+    let side = sides.fold(0.0, f64::max);
     (0.5 * cutoff * side) as usize + 8
 }

@@ -6,7 +6,7 @@
 //!   A_i = Im ε C† (Z ∘ Σ F† O_i F) C   Z_mm' = ∫ e^(i(γ_m' − γ_m*) z) dz   O_i: overlaps of the orders on photodiode i
 //! ```
 //! (∘: entry by entry; Σ over E_x, E_y, E_z). Light of class r on photodiode (c, d) is that on photodiode (0, 0) times
-//! e^(2πi (r_x c/m + r_y d/n)), so only the first is integrated, block by block.
+//! e^(2πi (r_x c/m + r_y d/n)), so only the first is integrated, block by block, unless isolation makes them unlike.
 
 use super::basis::Order;
 use super::block::Block;
@@ -21,8 +21,8 @@ pub(super) struct Forms {
     /// E†h at the top, and at the end of the counted depth.
     entering: Matrix,
     leaving: Matrix,
-    /// Whether trenches absorb too.
-    lossy_trenches: bool,
+    /// Whether what lies between the photodiodes absorbs, too.
+    lossy_between: bool,
 }
 
 /// The modes of one class as seen from above.
@@ -47,7 +47,7 @@ impl Forms {
             absorbed: vec![zero.clone(); columns * rows],
             entering: zero.clone(),
             leaving: zero,
-            lossy_trenches: silicon.lossy_trenches(),
+            lossy_between: silicon.lossy_between(),
         };
         for (r, left) in seen.iter().enumerate() {
             for (form, c) in [
@@ -59,20 +59,32 @@ impl Forms {
                 place(form, &part, left.block, left.block, C::ONE);
             }
             for (q, right) in seen.iter().enumerate().skip(r) {
-                let part = absorbed_by_first(&detector, left, right, k0_depth)
-                    * faer::Scale(C::from(silicon.grid.inside.im));
-                let back = part.adjoint().to_owned();
+                let of = |photodiode: [usize; 2]| {
+                    let part = absorbed_by(&detector, photodiode, [left, right], k0_depth)
+                        * faer::Scale(C::from(silicon.grid.inside.im));
+                    let back = part.adjoint().to_owned();
+                    (part, back)
+                };
+                let first = silicon.grid.is_even().then(|| of([0, 0]));
                 for (i, form) in forms.absorbed.iter_mut().enumerate() {
                     let at = [(i % columns, columns), (i / columns, rows)];
+                    let Some((part, back)) = &first else {
+                        let (part, back) = of([at[0].0, at[1].0]);
+                        place(form, &part, left.block, right.block, C::ONE);
+                        if q != r {
+                            place(form, &back, right.block, left.block, C::ONE);
+                        }
+                        continue;
+                    };
                     let turns = [0, 1].map(|axis| {
                         let apart =
                             right.block.class.residue[axis] - left.block.class.residue[axis];
                         f64::from(apart) * at[axis].0 as f64 / at[axis].1 as f64
                     });
                     let turn = C::cis(2.0 * std::f64::consts::PI * (turns[0] + turns[1]));
-                    place(form, &part, left.block, right.block, turn);
+                    place(form, part, left.block, right.block, turn);
                     if q != r {
-                        place(form, &back, right.block, left.block, turn.conj());
+                        place(form, back, right.block, left.block, turn.conj());
                     }
                 }
             }
@@ -88,7 +100,7 @@ impl Forms {
             absorbed: self.absorbed.iter().map(through).collect(),
             entering: through(&self.entering),
             leaving: through(&self.leaving),
-            lossy_trenches: self.lossy_trenches,
+            lossy_between: self.lossy_between,
         }
     }
 
@@ -106,7 +118,7 @@ impl Forms {
         both.enumerate()
             .map(|(j, (entering, leaving))| {
                 let absorbed = absorbed.iter().map(|p| p[j]).collect();
-                InSilicon::new(entering, leaving, absorbed, self.lossy_trenches)
+                InSilicon::new(entering, leaving, absorbed, self.lossy_between)
             })
             .collect()
     }
@@ -132,13 +144,18 @@ fn place(form: &mut Matrix, part: &Matrix, rows: &Block, columns: &Block, by: C)
     }
 }
 
-/// C† (Z ∘ Σ F† O F) C between two classes, on the first photodiode.
-fn absorbed_by_first(detector: &Detector, left: &Seen, right: &Seen, k0_depth: f64) -> Matrix {
+/// C† (Z ∘ Σ F† O F) C between two classes, on a photodiode.
+fn absorbed_by(
+    detector: &Detector,
+    photodiode: [usize; 2],
+    [left, right]: [&Seen; 2],
+    k0_depth: f64,
+) -> Matrix {
     let (a, b) = (&left.block.modes, &right.block.modes);
     let mut sum = Matrix::zeros(a.gamma.len(), b.gamma.len());
     for component in 0..3 {
         let (rows, columns) = (left.block.orders(component), right.block.orders(component));
-        let along = [0, 1].map(|axis| detector.overlap(component, axis));
+        let along = [0, 1].map(|axis| detector.overlap(component, axis, photodiode[axis]));
         let one = |axis: usize, m: &Order, n: &Order| {
             let (overlap, first) = &along[axis];
             overlap[((m.n[axis] - first) as usize, (n.n[axis] - first) as usize)]

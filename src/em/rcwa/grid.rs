@@ -26,6 +26,10 @@ pub(super) struct Grid {
     pub parts: [i32; 2],
     /// Width of the walls in periods.
     pub wall: f64,
+    /// Widths in periods that collect no charge, at a pixel's splits and at its border.
+    pub uncollected: [f64; 2],
+    /// Rectangles of a pixel, along x and y.
+    pub of_pixel: [i32; 2],
     /// Place of a wall in periods, a quarter or a half: half a microlens from the centre of the first.
     pub border: f64,
     /// ε of the rectangles.
@@ -55,6 +59,24 @@ impl Grid {
             -1.0
         };
         -walls * sign * x.sin() / x
+    }
+
+    /// Where rectangle `part` of an axis collects charge, in periods.
+    pub fn collected(&self, axis: usize, part: i32) -> [f64; 2] {
+        let [split, border] = self.uncollected;
+        let edge = |edge: i32, inwards: f64| {
+            let strip = match edge % self.of_pixel[axis] == 0 {
+                true => border,
+                false => split,
+            };
+            f64::from(edge) / f64::from(self.parts[axis]) - self.border + 0.5 * inwards * strip
+        };
+        [edge(part, 1.0), edge(part + 1, -1.0)]
+    }
+
+    /// Whether what is collected is alike, rectangle by rectangle.
+    pub fn is_even(&self) -> bool {
+        self.uncollected[0] == self.uncollected[1]
     }
 
     /// ⟨n| filled |n'⟩.

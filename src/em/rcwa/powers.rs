@@ -43,10 +43,10 @@ pub(super) fn check_finite<'a>(
 pub(super) fn powers(inside: &InSilicon, entering: f64, reflected: f64, unit: f64) -> Powers {
     Powers {
         absorbed: inside.absorbed.iter().map(|p| p * unit).collect(),
-        // Where trenches absorb, what they do is known by this difference only, and both ways are equal.
-        absorbed_by_flux: vec![(inside.entering - inside.leaving - inside.trenches) * unit],
+        // What trenches and isolation absorb is known by this difference only: with them both ways are equal.
+        absorbed_by_flux: vec![(inside.entering - inside.leaving - inside.between) * unit],
         reflected: reflected * unit,
         transmitted: inside.leaving * unit,
-        elsewhere: (entering - inside.entering + inside.trenches) * unit,
+        elsewhere: (entering - inside.entering + inside.between) * unit,
     }
 }

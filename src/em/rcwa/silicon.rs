@@ -31,13 +31,13 @@ pub(super) struct InSilicon {
     pub leaving: f64,
     /// Absorbed in each photodiode, by volume integral: by columns of a row, from half a microlens before the origin.
     pub absorbed: Vec<f64>,
-    /// Absorbed in the trenches, if they absorb at all: what is left of the loss of flux.
-    pub trenches: f64,
+    /// Absorbed in trenches that absorb and in isolation, if there are such: what is left of the loss of flux.
+    pub between: f64,
 }
 
 impl InSilicon {
-    pub fn new(entering: f64, leaving: f64, absorbed: Vec<f64>, lossy_trenches: bool) -> Self {
-        let trenches = match lossy_trenches {
+    pub fn new(entering: f64, leaving: f64, absorbed: Vec<f64>, lossy_between: bool) -> Self {
+        let between = match lossy_between {
             true => entering - leaving - absorbed.iter().sum::<f64>(),
             false => 0.0,
         };
@@ -45,7 +45,7 @@ impl InSilicon {
             entering,
             leaving,
             absorbed,
-            trenches,
+            between,
         }
     }
 }
@@ -77,9 +77,9 @@ impl Silicon {
         self.whole.len()
     }
 
-    /// Whether trenches absorb too.
-    pub fn lossy_trenches(&self) -> bool {
-        self.grid.outside.im > 0.0
+    /// Whether what lies between the photodiodes absorbs, too.
+    pub fn lossy_between(&self) -> bool {
+        self.grid.outside.im > 0.0 || self.grid.uncollected != [self.grid.wall; 2]
     }
 
     /// b of a, `n` functions each.
@@ -154,7 +154,7 @@ impl Silicon {
             .map(|j| {
                 let (entering, leaving) = (flux_at(0.0, j), flux_at(depth, j));
                 let absorbed = detector.absorbed(&self.blocks, &amplitudes, &z, j);
-                InSilicon::new(entering, leaving, absorbed, self.lossy_trenches())
+                InSilicon::new(entering, leaving, absorbed, self.lossy_between())
             })
             .collect()
     }

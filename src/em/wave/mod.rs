@@ -291,12 +291,18 @@ impl WaveModel {
         for a in &mut absorbed {
             *a *= scale / incoming;
         }
+        let not_collected = into_silicon - absorbed.iter().sum::<f64>();
+        // Without isolation all of it passes below.
+        let transmitted = match self.stack.is_isolated() {
+            true => scale * silicon.flux_below(modes, self.stack.silicon_um) / incoming,
+            false => not_collected,
+        };
         Light {
             mean: Powers {
-                transmitted: into_silicon - absorbed.iter().sum::<f64>(),
+                transmitted,
                 absorbed,
                 reflected: 1.0 - scale * entering,
-                elsewhere: scale * entering - into_silicon,
+                elsewhere: scale * entering - into_silicon + (not_collected - transmitted),
                 ..Powers::default()
             },
             imbalance: balance - 1.0,
@@ -341,6 +347,7 @@ impl WaveModel {
         let trenches = Trenches {
             pitch_um: self.stack.pitch_um,
             width_um: self.stack.trench_um,
+            uncollected_um: self.stack.uncollected_um(),
             parts,
             barrier: self.k0 * self.k0 * ((si * si).re - (trench * trench).re),
         };

@@ -24,8 +24,10 @@ pub(super) struct AxisModes {
     pub amplitude: Vec<f64>,
     /// Modes kept for the absorption.
     pub absorbing: usize,
-    /// Per sub-pixel, `∫ φ_i* φ_j dx / pitch` over its silicon: kept × kept.
+    /// Per sub-pixel, `∫ φ_i* φ_j dx / pitch` over the silicon whose charge it collects: kept × kept.
     pub overlap: Vec<Vec<C>>,
+    /// Part of each kept mode that lies in silicon.
+    pub in_silicon: Vec<f64>,
 }
 
 /// The trenches along one axis.
@@ -33,6 +35,8 @@ pub(super) struct AxisModes {
 pub(super) struct Trenches {
     pub pitch_um: f64,
     pub width_um: f64,
+    /// Widths in µm that collect no charge, at the splits and at the borders; no narrower than trenches.
+    pub uncollected_um: [f64; 2],
     /// Photodiodes along the axis; a trench at each border.
     pub parts: usize,
     /// k0² (Re ε_si − Re ε_trench) in 1/µm².
@@ -61,12 +65,21 @@ impl AxisModes {
             .take_while(|&&l| l > -absorbing * absorbing)
             .count()
             .max(1);
-        let overlap = (0..t.parts)
-            .map(|part| {
-                let series: Vec<C> = (0..count).map(|n| t.silicon_series(part, n)).collect();
-                overlap(&amplitude, &series, count, absorbing)
-            })
-            .collect();
+        let overlap_beside = |widths_um: [f64; 2]| -> Vec<Vec<C>> {
+            let one = |part| {
+                let series = (0..count).map(|n| t.series_beside(widths_um, part, n));
+                overlap(&amplitude, &series.collect::<Vec<C>>(), count, absorbing)
+            };
+            (0..t.parts).map(one).collect()
+        };
+        let trenches_um = [t.width_um; 2];
+        let silicon = overlap_beside(trenches_um);
+        let share = |i: usize| silicon.iter().map(|o| o[i * absorbing + i].re).sum();
+        let in_silicon = (0..absorbing).map(share).collect();
+        let overlap = match t.uncollected_um == trenches_um {
+            true => silicon,
+            false => overlap_beside(t.uncollected_um),
+        };
         Self {
             first,
             count,
@@ -74,6 +87,7 @@ impl AxisModes {
             amplitude,
             absorbing,
             overlap,
+            in_silicon,
         }
     }
 }
@@ -90,10 +104,15 @@ impl Trenches {
             .sum()
     }
 
-    /// `∫ e^(2πi n x / p) dx / p` over the silicon of one photodiode.
-    fn silicon_series(&self, part: usize, n: usize) -> C {
-        let width = 1.0 / self.parts as f64 - self.width_um / self.pitch_um;
-        let centre = (part as f64 + 0.5) / self.parts as f64 - 0.5;
+    /// `∫ e^(2πi n x / p) dx / p` over one photodiode, beside strips of these widths at splits and borders.
+    fn series_beside(&self, [split_um, border_um]: [f64; 2], part: usize, n: usize) -> C {
+        let strip = |edge: usize| match edge.is_multiple_of(self.parts) {
+            true => border_um / self.pitch_um,
+            false => split_um / self.pitch_um,
+        };
+        let [before, behind] = [strip(part), strip(part + 1)];
+        let width = 1.0 / self.parts as f64 - 0.5 * (before + behind);
+        let centre = (part as f64 + 0.5) / self.parts as f64 - 0.5 + 0.25 * (before - behind);
         let n = n as f64;
         C::from_polar(
             width * sinc(n * width),
@@ -200,6 +219,7 @@ mod tests {
     const WALLS: Trenches = Trenches {
         pitch_um: 1.6,
         width_um: 0.1,
+        uncollected_um: [0.1; 2],
         parts: 2,
         barrier: 130.5 * 14.5,
     };
@@ -208,6 +228,7 @@ mod tests {
     fn modes_without_trenches_are_the_orders_themselves() {
         let t = Trenches {
             width_um: 0.0,
+            uncollected_um: [0.0; 2],
             ..WALLS
         };
         let modes = AxisModes::new(&t, 2.0, 50.0, 30.0);
@@ -241,6 +262,25 @@ mod tests {
             modes.lambda[0],
             low * low
         );
+    }
+
+    #[test]
+    fn isolation_takes_charge_and_no_light() {
+        let plain = Trenches {
+            width_um: 0.0,
+            uncollected_um: [0.0; 2],
+            ..WALLS
+        };
+        let isolated = Trenches {
+            uncollected_um: [0.2, 0.6],
+            ..plain
+        };
+        let [plain, isolated] = [plain, isolated].map(|t| AxisModes::new(&t, 0.0, 60.0, 20.0));
+        assert_eq!(plain.lambda, isolated.lambda);
+        assert_eq!(plain.in_silicon, isolated.in_silicon);
+        // The lowest mode is the same everywhere: 0.4 of 0.8 µm of each photodiode are left.
+        let share = |modes: &AxisModes| modes.overlap[0][0].re;
+        assert!((share(&plain) - 0.5).abs() < 1e-12 && (share(&isolated) - 0.25).abs() < 1e-12);
     }
 
     #[test]

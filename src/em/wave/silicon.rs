@@ -4,7 +4,7 @@
 //! last layer `(β + Bᵀ Y B) c = 2 Bᵀ Y ψ_d`, with c the mode amplitudes, B the Fourier orders of the modes
 //! ([`super::modes`]), β their propagation constants, and Y the admittance of that layer, chosen per order so that onto
 //! plain silicon it reflects the mean power of s and p. Below, `E = Σ c e^(iβz) φ_i(x) φ_j(y)`, and sub-pixel (a, b)
-//! absorbs `k0² Im ε ∫ |E|²` over its own silicon (trenches absorb nothing).
+//! collects `k0² Im ε ∫ |E|²` over its own silicon (trenches absorb nothing, isolation collects nothing).
 
 use std::sync::Arc;
 
@@ -51,11 +51,7 @@ impl Silicon {
         let mut beta = Vec::with_capacity(x.count * y.count);
         let share = |m: &AxisModes, i: usize| -> f64 {
             // Modes not kept carry next to nothing; they take the loss of plain silicon.
-            if i < m.absorbing {
-                m.overlap.iter().map(|o| o[i * m.absorbing + i].re).sum()
-            } else {
-                1.0
-            }
+            m.in_silicon.get(i).copied().unwrap_or(1.0)
         };
         for i in 0..x.count {
             for j in 0..y.count {
@@ -129,6 +125,13 @@ impl Silicon {
             .zip(&self.beta)
             .map(|(c, b)| b.re * c.norm_sqr())
             .sum()
+    }
+
+    /// Flux of the modes below the first `depth_um`.
+    pub fn flux_below(&self, c: &[C], depth_um: f64) -> f64 {
+        let left = |b: &C| (-2.0 * b.im * depth_um).exp();
+        let both = c.iter().zip(&self.beta);
+        both.map(|(c, b)| b.re * c.norm_sqr() * left(b)).sum()
     }
 
     /// Power absorbed per sub-pixel (row-major, rows along y) in the first `depth_um`, by the mid-point rule on
