@@ -77,7 +77,8 @@ pub struct FitArgs {
     #[arg(long, value_name = "NAME=VALUE,SIGMA")]
     prior: Vec<String>,
     /// Pixel (built-in name or TOML) whose layers are the start, and stay with planes alone: of 2x1 sub-pixels, with a
-    /// layer named oxide or wiring; absent: a thin one.
+    /// layer named oxide or wiring; absent: a thin one. Under a mosaic of colour filters it is solved by Fourier modes,
+    /// and its layers stay; --prior radius_um=1.1,0 and the like choose them.
     #[arg(long)]
     pixel: Option<PathBuf>,
     /// Coarser waves and pupil: a quick look.
@@ -132,13 +133,19 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
     let stack = pixel(args, &description)?;
     let model = CameraModel::new(&stack, camera.wavelength_nm, optics, fineness(args))?;
     let mut usual = known.parameters();
-    if !known.has_kernels {
-        // Shifts alone do not tell layers from each other.
+    if !known.has_kernels || stack.mosaic.is_some() {
+        // Shifts alone do not tell layers from each other, and a table under a mosaic takes a minute.
         for (name, value) in LAYERS.into_iter().zip(model.layers()?) {
             with_prior(&mut usual[name as usize], value, 0.0).map_err(CommandError::input)?;
         }
     }
     let parameters = priors(usual, &args.prior)?;
+    let are_held = (LAYERS.iter()).all(|&name| parameters[name as usize].sigma == 0.0);
+    if stack.mosaic.is_some() && !are_held {
+        let what =
+            "--prior of a layer: under a mosaic of filters layers stay; allowed: a deviation of 0";
+        return Err(CommandError::input(what));
+    }
     let cache = ResponseCache::open(ResponseCache::default_dir());
     let observer: &dyn Observer = &progress;
     let keeping = Keeping {
@@ -146,7 +153,6 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
         progress: &observer,
     };
     // Layers that are fitted make hundreds of tables.
-    let are_held = (LAYERS.iter()).all(|&name| parameters[name as usize].sigma == 0.0);
     let model = match are_held {
         true => model.keeping(keeping),
         false => model,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use quadpixel::em::StackError;
+use quadpixel::em::{SolverError, StackError};
 use quadpixel::file::FileError;
 use quadpixel::image::ImageError;
 use quadpixel::range::OutOfRange;
@@ -17,6 +17,9 @@ pub enum FitError {
     /// The pixel that the fit starts from.
     #[error(transparent)]
     Stack(#[from] StackError),
+    /// The solver of the pixel.
+    #[error(transparent)]
+    Solver(#[from] SolverError),
     /// A capture that cannot be used, with what would do.
     #[error("{}: {what}", path.display())]
     Capture {

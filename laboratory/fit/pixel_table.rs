@@ -1,4 +1,5 @@
-//! What the halves of a pixel get from every direction under every lens shift, by the wave model.
+//! What the halves of a pixel get from every direction under every lens shift: by the wave model, or, under a mosaic of
+//! colour filters, which that model does not know, by Fourier modes.
 //!
 //! P of a half is periodic in the lens shift s along the split, with the pitch p. From N shifts of one period
 //!
@@ -10,8 +11,9 @@
 //! is the mean over shifts: `g_k = exp(−(2π k σ / p)²/2)`, or its mean over the depths that the charge comes from.
 //! Mirrored pixels give the other sign of u: P_L(−u, v; s) = P_R(u, v; −s).
 
-use quadpixel::em::PixelStack;
-use quadpixel::em::wave::{MODEL, WaveModel, WaveSettings};
+use quadpixel::em::rcwa::RcwaSettings;
+use quadpixel::em::wave::WaveSettings;
+use quadpixel::em::{PixelModel, PixelStack};
 use quadpixel::sensor::{MovingFrame, Wandering};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -28,6 +30,16 @@ pub struct TableFineness {
     pub shifts: usize,
     /// The wave model's own.
     pub wave: WaveSettings,
+}
+
+impl TableFineness {
+    /// What solves a pixel.
+    fn model(&self, stack: &PixelStack) -> PixelModel {
+        match stack.mosaic.is_some() {
+            true => PixelModel::Rcwa(RcwaSettings::draft()),
+            false => PixelModel::Wave(self.wave),
+        }
+    }
 }
 
 /// P of both halves, for u ≥ 0 and v ≥ 0, under all shifts.
@@ -65,7 +77,8 @@ impl PixelTable {
         fineness: &TableFineness,
         keeping: Option<&Keeping<'_>>,
     ) -> Result<Self, FitError> {
-        let model = WaveModel::new(stack, wavelength_nm, &fineness.wave)?;
+        let model = fineness.model(stack);
+        let solver = model.solver_of_shifts(stack, wavelength_nm)?;
         let (step, nodes) = directions(reach, fineness);
         let shifts = fineness.shifts;
         let pitch_um = stack.pitch_um;
@@ -73,7 +86,7 @@ impl PixelTable {
             .map(|j| [pitch_um * j as f64 / shifts as f64, 0.0])
             .collect();
         let columns = stack.subpixels.m();
-        let made_of = (MODEL, stack, wavelength_nm, reach, fineness);
+        let made_of = (model.version(), stack, wavelength_nm, reach, fineness);
         let kept = keeping.map(|keeping| keeping.answers(&made_of, nodes[0] * nodes[1]));
         let kept = kept.transpose()?;
         let answers: Vec<Vec<[f64; 2]>> = (0..nodes[0] * nodes[1])
@@ -83,7 +96,7 @@ impl PixelTable {
                     return Ok(answer);
                 }
                 let (u, v) = ((i % nodes[0]) as f64 * step, (i / nodes[0]) as f64 * step);
-                let light = model.solve_shifts(u, v, &places)?;
+                let light = solver.under_shifts(u, v, &places)?;
                 let halves = light.iter().map(|l| {
                     let mut sums = [0.0; 2];
                     for (k, a) in l.mean.absorbed.iter().enumerate() {
