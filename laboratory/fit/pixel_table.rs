@@ -251,3 +251,50 @@ pub(super) fn cubic(t: f64) -> [f64; 4] {
         0.5 * (t3 - t2),
     ]
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use quadpixel::em::Material;
+    use quadpixel::em::mosaic::{FilterColour, Mosaic};
+    use quadpixel::sensor::CollectedAt;
+
+    use super::super::camera_model::Fineness;
+    use super::*;
+
+    /// Left and right from two directions.
+    fn halves(stack: &PixelStack) -> [[f64; 2]; 2] {
+        let fineness = TableFineness {
+            steps: 2,
+            shifts: 3,
+            ..Fineness::draft().table
+        };
+        let table = PixelTable::new(stack, 550.0, [0.2, 0.2], &fineness, None).unwrap();
+        let silicon = stack.silicon_at(550.0).unwrap();
+        let wandering = Wandering::new(CollectedAt::Anywhere, &silicon);
+        let halves = table.shifted(0.0, 0.0, 0.0, &wandering);
+        [0.0, 0.2].map(|u| halves.at(u, 0.0))
+    }
+
+    #[test]
+    fn neighbours_of_other_colours_send_less_light_over() {
+        let mut stack = PixelStack::builtin("1.4um-dual").unwrap();
+        stack.trench_um = 0.0;
+        let alike = halves(&stack);
+        let filter = |name: &str| Material::Table(name.into());
+        stack.mosaic = Some(Mosaic {
+            red: filter("CFA_red_SYNTH"),
+            blue: filter("CFA_blue_SYNTH"),
+            colour: FilterColour::Green,
+        });
+        let unlike = halves(&stack);
+        let straight = unlike[0];
+        assert!(
+            (straight[0] / straight[1] - 1.0).abs() < 1e-3,
+            "{straight:?}"
+        );
+        let less_lit = |of: [f64; 2]| of[0].min(of[1]) / (of[0] + of[1]);
+        let [alike, unlike] = [alike[1], unlike[1]].map(less_lit);
+        assert!(unlike < 0.9 * alike, "{unlike} {alike}");
+    }
+}

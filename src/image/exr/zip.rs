@@ -7,7 +7,7 @@ use std::io::Write;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 
-/// zlib's level. Of float maps 3 takes less than half the time of the encoder in `exr` for 3 % more bytes.
+/// zlib's level. Of float maps 3 takes less than half the time of the encoder in `exr` for 3.5 % more bytes.
 const LEVEL: u32 = 3;
 
 /// Packs the little-endian bytes of a block.
