@@ -265,7 +265,7 @@ mod tests {
     /// Left and right from two directions.
     fn halves(stack: &PixelStack) -> [[f64; 2]; 2] {
         let fineness = TableFineness {
-            steps: 2,
+            steps: 1,
             shifts: 3,
             ..Fineness::draft().table
         };
@@ -295,6 +295,7 @@ mod tests {
         );
         let less_lit = |of: [f64; 2]| of[0].min(of[1]) / (of[0] + of[1]);
         let [alike, unlike] = [alike[1], unlike[1]].map(less_lit);
-        assert!(unlike < 0.9 * alike, "{unlike} {alike}");
+        // Three shifts keep one harmonic: all of it is a sixth.
+        assert!(unlike < 0.95 * alike, "{unlike} {alike}");
     }
 }

@@ -11,7 +11,7 @@ use super::fit;
 use super::measurements::{FieldKernels, Measurements, SheetColumn};
 use super::noise::Noise;
 use super::parameters::Parameter;
-use super::prediction::Prediction;
+use super::prediction::{FieldPrediction, Prediction};
 
 /// What is drawn.
 #[derive(Clone, Debug)]
@@ -39,7 +39,8 @@ pub struct TruthResult {
     pub parameters: Vec<(String, f64, f64, f64)>,
     /// Largest |fitted − drawn| in stated σ.
     pub worst_sigmas: f64,
-    /// RMS over held-out fields of the relative error of shift over disk, against the drawn camera without noise.
+    /// RMS over held-out fields of the error of shift over disk, over the RMS of shift over disk, against the drawn
+    /// camera without noise.
     pub shift_error: f64,
     /// Mean over held-out fields of the RMS difference of the kernels over their RMS, against the same.
     pub kernel_error: f64,
@@ -164,9 +165,12 @@ pub fn trial(
         .collect();
     let fields: Vec<_> = predicted.fields.iter().filter(|f| f.held_out).collect();
     let count = fields.len().max(1) as f64;
-    let shift = fields
-        .iter()
-        .map(|f| (f.predicted.shift_over_disk / f.measured.shift_over_disk - 1.0).powi(2));
+    let square_sum = |value: &dyn Fn(&FieldPrediction) -> f64| -> f64 {
+        fields.iter().map(|f| value(f).powi(2)).sum()
+    };
+    // Over all fields' shift: a drawn camera may have fields where the views do not part, of which no part can be told.
+    let off = square_sum(&|f| f.predicted.shift_over_disk - f.measured.shift_over_disk);
+    let all = square_sum(&|f| f.measured.shift_over_disk);
     let sheet = predicted.sheet.iter().filter(|c| c.held_out);
     Ok(TruthResult {
         seed: settings.seed,
@@ -175,7 +179,7 @@ pub fn trial(
             .map(|r| (r.2 - r.1).abs() / r.3)
             .fold(0.0, f64::max),
         parameters: rows,
-        shift_error: (shift.sum::<f64>() / count).sqrt(),
+        shift_error: (off / all).sqrt(),
         kernel_error: fields.iter().map(|f| f.kernel_rms).sum::<f64>() / count,
         sheet_error: sheet
             .map(|c| (c.predicted / c.measured - 1.0).abs())
