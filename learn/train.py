@@ -47,8 +47,8 @@ class Training:
         self.network, self.short = network, short
         self.device = next(network.parameters()).device
         on_gpu = self.device.type == "cuda"
-        self.rate = torch.tensor(1e-3, device=self.device) if on_gpu else 1e-3
-        self.optimizer = torch.optim.AdamW(network.parameters(), lr=self.rate, weight_decay=1e-4, capturable=on_gpu)
+        rate = torch.tensor(1e-3, device=self.device) if on_gpu else 1e-3
+        self.optimizer = torch.optim.AdamW(network.parameters(), lr=rate, weight_decay=1e-4, capturable=on_gpu)
         self.error, self.taken = torch.zeros((), device=self.device), 0
         self.graph, self.given, self.left = None, None, self.FIRST if on_gpu else None
 

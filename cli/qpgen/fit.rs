@@ -134,7 +134,7 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
     let model = CameraModel::new(&stack, camera.wavelength_nm, optics, fineness(args))?;
     let mut usual = known.parameters();
     if !known.has_kernels || stack.mosaic.is_some() {
-        // Shifts alone do not tell layers from each other, and a table under a mosaic takes a minute.
+        // Shifts alone do not tell layers from each other, and a table under a mosaic takes minutes.
         for (name, value) in LAYERS.into_iter().zip(model.layers()?) {
             with_prior(&mut usual[name as usize], value, 0.0).map_err(CommandError::input)?;
         }

@@ -279,7 +279,6 @@ mod tests {
     #[test]
     fn neighbours_of_other_colours_send_less_light_over() {
         let mut stack = PixelStack::builtin("1.4um-dual").unwrap();
-        stack.trench_um = 0.0;
         let alike = halves(&stack);
         let filter = |name: &str| Material::Table(name.into());
         stack.mosaic = Some(Mosaic {

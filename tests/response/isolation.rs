@@ -56,7 +56,7 @@ fn under_a_flat_lens_it_takes_its_part_of_the_area() {
         stack.lens.height_um = 1e-3 + stack.sag_um();
         stack
     };
-    // Halves of 0.3 × 0.6 µm: along x 0.03 µm less at the split and 0.05 µm at the border, along y 0.05 µm at each end.
+    // Halves of 0.3 × 0.6 µm, less 0.03 µm at the split and 0.05 µm at the border along x, 0.05 µm at each end along y.
     let area = (0.22 / 0.3) * (0.5 / 0.6);
     for (model, name) in levels() {
         let [plain, isolated] = [isolation(0.0, 0.0), isolation(0.06, 0.1)]
@@ -106,7 +106,6 @@ fn maxwells_equations_say_the_same_solved_in_two_ways() {
 fn the_wave_level_says_what_maxwells_equations_say_of_a_phones_pixel() {
     let phone = |isolation| {
         let mut stack = PixelStack::builtin("1.4um-dual").unwrap();
-        stack.trench_um = 0.0;
         stack.isolation = isolation;
         stack
     };

@@ -12,7 +12,8 @@ pub const CASES: [Case; 41] = [
     case(
         "fit",
         "qpgen fit capture/capture.toml --all --draft --out out --prior pupil_mm=5.5,0 --prior f_number=1.73,0 \
-         --prior radius_um=1.19,0 --prior spacer_um=0.5,0 --prior silicon_um=3,0 --prior lens_index=1.56,0 --prior isolation_split_um=0,0 --prior isolation_border_um=0,0",
+         --prior radius_um=1.19,0 --prior spacer_um=0.5,0 --prior silicon_um=3,0 --prior lens_index=1.56,0 \
+         --prior isolation_split_um=0,0 --prior isolation_border_um=0,0",
         "capture/capture.toml capture/left.npy capture/right.png",
         Out::Folder("out"),
     ),
