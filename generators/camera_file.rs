@@ -4,6 +4,7 @@
 //! camera.toml ─┬ lens: a prescription or a stand-in, scaled to the focal length, stopped to the F-number
 //!              ├ pixel: layers ─▶ table of all lens shifts
 //!              ├ charge: diffusion, crosstalk ─▶ added by the table's lookup
+//!              ├ left_over_right ─▶ gains of the read-out, where there is one
 //!              └ microlenses: where they stand beside the place that parts the light of the chief ray's cone equally
 //! ```
 //! What the file says replaces lens, sub-pixels, pitch, microlenses and response; all else stays.
@@ -41,6 +42,9 @@ pub struct CameraFile {
     /// What charge does in the silicon.
     #[serde(default)]
     pub charge: Charge,
+    /// What the left half of a pixel's columns gives over the right half of the same light, 0.5 to 2.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub left_over_right: f64,
     /// Where microlenses stand beside the place at which the sub-pixels share the light equally.
     #[serde(default)]
     pub microlenses: MicrolensLaw,
@@ -49,6 +53,14 @@ pub struct CameraFile {
     /// What was fitted, with deviations: for people.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parameters: Vec<FittedParameter>,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn is_one(value: &f64) -> bool {
+    *value == 1.0
 }
 
 /// The main lens.
@@ -210,6 +222,9 @@ impl FittedCamera {
         sensor.pitch_um = None;
         sensor.microlens_shift = ShiftRule::ChiefRay;
         sensor.microlens_law = self.camera.microlenses;
+        if let Some(readout) = &mut config.readout {
+            readout.left_over_right = Draw::Fixed(self.camera.left_over_right);
+        }
         let given = match &config.response {
             ResponseConfig::Simulated(table) => Some((table.level, table.choice)),
             _ => None,
@@ -236,6 +251,9 @@ impl FittedCamera {
         sensor.pitch_um = self.camera.pixel.pitch_um;
         sensor.microlens_shift = ShiftRule::ChiefRay;
         sensor.microlens_law = self.camera.microlenses;
+        if let Some(readout) = &mut recipe.readout {
+            readout.weigh_halves(self.camera.left_over_right, sensor.subpixels.m());
+        }
         let given = recipe.response.table().map(|t| (t.level, t.choice));
         let (level, choice) = self.table(given);
         recipe.response = ResponseSource::Simulated(TableRecipe {
@@ -256,6 +274,7 @@ impl FittedCamera {
 impl CameraFile {
     fn check(&self) -> Result<(), OutOfRange> {
         self.charge.check()?;
+        quadpixel::range::within("camera", "left_over_right", self.left_over_right, 0.5..=2.0)?;
         let refused = |field: &'static str, value: f64| {
             OutOfRange::new("camera", field, value, "finite and > 0")
         };
@@ -317,6 +336,7 @@ mod tests {
                 crosstalk: 0.1,
                 collected_at: CollectedAt::LitSide,
             },
+            left_over_right: 1.2,
             microlenses: MicrolensLaw {
                 um: 0.1,
                 um_per_mm: -0.05,

@@ -140,7 +140,9 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
         }
     }
     let parameters = priors(usual, &args.prior)?;
-    let are_held = layers_are_held(&stack, &parameters)?;
+    let are_held = LAYERS
+        .iter()
+        .all(|&name| parameters[name as usize].sigma == 0.0);
     let cache = ResponseCache::open(ResponseCache::default_dir());
     let observer: &dyn Observer = &progress;
     let keeping = Keeping {
@@ -405,18 +407,6 @@ fn print(
     Ok(())
 }
 
-/// Whether no layer is fitted; of a pixel under a mosaic of filters, whose tables take minutes, none must be.
-fn layers_are_held(stack: &PixelStack, parameters: &[Parameter]) -> Result<bool, CommandError> {
-    let open = (LAYERS.iter()).find(|&&name| parameters[name as usize].sigma > 0.0);
-    match open {
-        Some(&name) if stack.mosaic.is_some() => Err(CommandError::input(format!(
-            "{} is open, and the pixel has a mosaic, under which layers stay; allowed: --prior with a deviation of 0",
-            parameters[name as usize].name
-        ))),
-        open => Ok(open.is_none()),
-    }
-}
-
 /// Fits to drawn cameras.
 fn trials(args: &FitArgs, count: u64, progress: &Progress) -> Result<(), CommandError> {
     let known = Known {
@@ -443,7 +433,6 @@ fn trials(args: &FitArgs, count: u64, progress: &Progress) -> Result<(), Command
             hiatus_mm: 0.0,
         },
     };
-    layers_are_held(&stack, &parameters)?;
     let model = CameraModel::new(&stack, 550.0, optics, fineness(args))?;
     let mut results: Vec<TruthResult> = Vec::new();
     for seed in args.seed..args.seed + count {

@@ -25,12 +25,19 @@ pub struct ReadoutConfig {
     pub gain_dn_per_e: Option<Draw>,
     /// Standard deviation of the sub-pixels' amplifier gains about 1.
     pub gain_mismatch: Draw,
+    /// What the left half of a pixel's columns gives over the right half of the same light.
+    #[serde(skip_serializing_if = "is_one")]
+    pub left_over_right: Draw,
     /// Digital number of no electrons.
     pub black_level: u16,
     /// Bits of the converter, 2 to 16.
     pub bits: u32,
     /// Whether all samples share one sensor: its PRNU pattern and its sub-pixel gains.
     pub same_sensor: bool,
+}
+
+fn is_one(draw: &Draw) -> bool {
+    *draw == Draw::Fixed(1.0)
 }
 
 impl Default for ReadoutConfig {
@@ -45,6 +52,7 @@ impl Default for ReadoutConfig {
             read_noise_e: between(1.0, 3.0, super::Scale::Linear),
             gain_dn_per_e: None,
             gain_mismatch: Draw::Fixed(0.01),
+            left_over_right: Draw::Fixed(1.0),
             black_level: 64,
             bits: 12,
             same_sensor: false,
@@ -65,6 +73,7 @@ impl ReadoutConfig {
             ("readout.read_noise_e", Some(self.read_noise_e), [0.0, 1e6]),
             ("readout.gain_dn_per_e", self.gain_dn_per_e, [least, 1e6]),
             ("readout.gain_mismatch", Some(self.gain_mismatch), [0.0, 0.1]),
+            ("readout.left_over_right", Some(self.left_over_right), [0.5, 2.0]),
         ];
         number::check(&rows)?;
         let (bits, black) = (self.bits, self.black_level);

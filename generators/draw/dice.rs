@@ -68,6 +68,7 @@ pub(super) enum Purpose {
     Panorama,
     Sky,
     PictureFocus,
+    LeftOverRight,
 }
 
 /// Numbers of one sample.

@@ -28,7 +28,7 @@ pub(super) fn readout(
         1.0 + mismatch * random.normal().clamp(-FARTHEST, FARTHEST)
     };
     let area_um2 = pitch_um * pitch_um / count as f64;
-    ReadoutSettings {
+    let mut settings = ReadoutSettings {
         photons_um2: dice.draw(&config.photons_um2, Purpose::Photons, 0),
         exposure_s: dice.draw(&config.exposure_s, Purpose::ExposureTime, 0),
         dark_current_e_s: dice.draw(&config.dark_current_e_s, Purpose::DarkCurrent, 0),
@@ -41,5 +41,8 @@ pub(super) fn readout(
         subpixel_gains: (0..count).map(gain).collect(),
         sensor_seed: sensor.key(Purpose::Sensor, 0),
         shot_seed: shot.key(Purpose::Shot, 0),
-    }
+    };
+    let left_over_right = sensor.draw(&config.left_over_right, Purpose::LeftOverRight, 0);
+    settings.weigh_halves(left_over_right, subpixels.m());
+    settings
 }

@@ -38,6 +38,7 @@ pub fn camera_file(
             crosstalk: v(Name::Crosstalk),
             collected_at: description.camera.collected_at,
         },
+        left_over_right: v(Name::LeftOverRight),
         microlenses: law(&set, v(Name::CentreXMm), half_mm),
         pixel: model.pixel(&fitted.values),
         parameters: fitted.table(),

@@ -362,11 +362,11 @@ impl Set<'_> {
             .collect()
     }
 
-    /// Light of a white sheet in the left view over that in the right one.
+    /// A white sheet in the left view over that in the right one, as recorded.
     pub fn sheet_ratio(&self, x_mm: f64) -> f64 {
         let weights = self.weights(x_mm);
         let sum = |half: usize| weights.iter().map(|w| w[half]).sum::<f64>();
-        sum(0) / sum(1)
+        self.value(Name::LeftOverRight) * sum(0) / sum(1)
     }
 
     /// How far a microlens stands beside where both halves would get the same of a white sheet, µm along the split.
@@ -391,7 +391,7 @@ impl Set<'_> {
         self.shift_um(x_mm) - 0.5 * (low + high)
     }
 
-    /// Part of the sheet's light that the left view gets.
+    /// Part of the sheet's signal that the left view has.
     pub fn left_part(&self, x_mm: f64) -> f64 {
         let ratio = self.sheet_ratio(x_mm);
         ratio / (1.0 + ratio)

@@ -16,7 +16,7 @@ const DARK: f64 = 0.15;
 pub struct FieldFigures {
     /// x of the left kernel's centroid minus x of the right one's, px.
     pub shift_px: f64,
-    /// Diameter of the disk of both together: of its area above half of its plateau, px.
+    /// Diameter of the disk of both together, of the area within its edge, px.
     pub disk_px: f64,
     /// |shift| over diameter.
     pub shift_over_disk: f64,
@@ -33,7 +33,7 @@ impl FieldFigures {
     pub fn new(views: &[Vec<f64>; 2], left_part: f64, side: usize) -> Self {
         let [left, right] = [0, 1].map(|k| centroid_px(&views[k], side)[0]);
         let sum = sum_of(views, left_part);
-        let (disk_px, centre) = disk(&sum, side);
+        let (disk_px, centre) = Disk { sum: &sum, side }.size_and_middle();
         let pairs = views[0].iter().zip(&views[1]);
         let share = Share::new(views, left_part, side, (disk_px, centre));
         Self {
@@ -47,22 +47,114 @@ impl FieldFigures {
     }
 }
 
-/// Diameter and middle (column, row) of a disk, px.
-fn disk(sum: &[f64], side: usize) -> (f64, [f64; 2]) {
-    let most = sum.iter().copied().fold(0.0, f64::max);
-    let mut bright: Vec<f64> = sum.iter().copied().filter(|s| *s > 0.3 * most).collect();
-    bright.sort_by(f64::total_cmp);
-    let plateau = bright.get(bright.len() / 2).copied().unwrap_or(most);
-    let (mut count, mut x, mut y) = (0.0, 0.0, 0.0);
-    for (i, s) in sum.iter().enumerate() {
-        if *s > 0.5 * plateau {
-            count += 1.0;
-            x += (i % side) as f64;
-            y += (i / side) as f64;
+/// A disk out of focus, as both views together have it.
+///
+/// Its edge lies where the light falls most steeply outwards, as that of a blurred step does, however bright the disk
+/// is there: coma makes one side several times as bright as the other, and one level for all would cut the dim side.
+struct Disk<'a> {
+    sum: &'a [f64],
+    side: usize,
+}
+
+/// Directions that the edge is looked for in, and steps of the search, px; the light is its mean over so many of them.
+const DIRECTIONS: usize = 120;
+const STEP: f64 = 0.25;
+const MEAN_OF: usize = 5;
+/// Part of the radius within which there is no edge.
+const INNER: f64 = 0.5;
+/// Light below this part of the brightest pixel is no disk's.
+const FAINT: f64 = 0.05;
+/// Moves of the middle to that of the area within the edge.
+const MOVES: usize = 3;
+
+impl Disk<'_> {
+    /// Diameter and middle (column, row), px.
+    fn size_and_middle(&self) -> (f64, [f64; 2]) {
+        let most = self.sum.iter().copied().fold(0.0, f64::max);
+        let lit: Vec<[f64; 2]> = (0..self.sum.len())
+            .filter(|&i| self.sum[i] > FAINT * most)
+            .map(|i| [(i % self.side) as f64, (i / self.side) as f64])
+            .collect();
+        let mean = |axis: usize| lit.iter().map(|p| p[axis]).sum::<f64>() / lit.len() as f64;
+        let mut middle = [mean(0), mean(1)];
+        let mut diameter = diameter_of(lit.len() as f64);
+        for _ in 0..MOVES {
+            let inner = INNER * 0.5 * diameter;
+            let edge: Vec<[f64; 2]> = (0..DIRECTIONS)
+                .map(|k| {
+                    let angle = std::f64::consts::TAU * k as f64 / DIRECTIONS as f64;
+                    let (sin, cos) = angle.sin_cos();
+                    let radius = self.edge(middle, [cos, sin], inner);
+                    [middle[0] + radius * cos, middle[1] + radius * sin]
+                })
+                .collect();
+            let (area, centre) = polygon(&edge);
+            (diameter, middle) = (diameter_of(area), centre);
         }
+        (diameter, middle)
     }
-    let diameter = 2.0 * (count / std::f64::consts::PI).sqrt();
-    (diameter, [x / count, y / count])
+
+    /// How far the edge lies from the middle.
+    fn edge(&self, middle: [f64; 2], towards: [f64; 2], inner: f64) -> f64 {
+        let count = (self.side as f64 / STEP) as usize;
+        let light: Vec<f64> = (0..count)
+            .map(|k| {
+                let r = STEP * k as f64;
+                self.at([middle[0] + r * towards[0], middle[1] + r * towards[1]])
+            })
+            .collect();
+        let smooth: Vec<f64> = light
+            .windows(MEAN_OF)
+            .map(|w| w.iter().sum::<f64>())
+            .collect();
+        let falls: Vec<f64> = smooth.windows(2).map(|w| w[0] - w[1]).collect();
+        let first = (inner / STEP) as usize;
+        let steepest = (first..falls.len()).max_by(|&a, &b| falls[a].total_cmp(&falls[b]));
+        let Some(k) = steepest else {
+            return inner;
+        };
+        // The vertex of the parabola through the steepest fall and its neighbours.
+        let around = |k: usize| falls.get(k).copied().unwrap_or(0.0);
+        let (before, here, after) = (around(k.saturating_sub(1)), falls[k], around(k + 1));
+        let bend = before - 2.0 * here + after;
+        let part = match bend < 0.0 {
+            true => (0.5 * (before - after) / bend).clamp(-0.5, 0.5),
+            false => 0.0,
+        };
+        // A fall lies between two means, each of them half a window on from its first sample.
+        STEP * (k as f64 + part + 0.5 * MEAN_OF as f64)
+    }
+
+    /// Linear between pixels; nothing beyond them.
+    fn at(&self, [x, y]: [f64; 2]) -> f64 {
+        let pixel = |x: f64, y: f64| {
+            let inside = |c: f64| (0.0..self.side as f64).contains(&c);
+            match inside(x) && inside(y) {
+                true => self.sum[y as usize * self.side + x as usize],
+                false => 0.0,
+            }
+        };
+        let (left, top) = (x.floor(), y.floor());
+        let (a, b) = (x - left, y - top);
+        let row = |y: f64| (1.0 - a) * pixel(left, y) + a * pixel(left + 1.0, y);
+        (1.0 - b) * row(top) + b * row(top + 1.0)
+    }
+}
+
+fn diameter_of(area: f64) -> f64 {
+    2.0 * (area / std::f64::consts::PI).sqrt()
+}
+
+/// Area and centroid of a polygon.
+fn polygon(corners: &[[f64; 2]]) -> (f64, [f64; 2]) {
+    let (mut area, mut x, mut y) = (0.0, 0.0, 0.0);
+    for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+        let cross = a[0] * b[1] - b[0] * a[1];
+        area += 0.5 * cross;
+        x += cross * (a[0] + b[0]) / 6.0;
+        y += cross * (a[1] + b[1]) / 6.0;
+    }
+    (area, [x / area, y / area])
 }
 
 /// Share of the left view along x through the disk's middle.
@@ -139,6 +231,35 @@ pub fn relative_rms(measured: &[Vec<f64>; 2], predicted: &[Vec<f64>; 2]) -> f64 
 #[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_disk_four_times_as_bright_on_one_side_is_as_wide_as_an_even_one() {
+        // A step blurred by σ = 2 px, summed over a disk of radius 12 px; the light falls by 3/4 from left to right.
+        let (side, radius) = (61, 12.0);
+        let blurred = |x: f64, y: f64| {
+            let mut sum = 0.0;
+            for j in -30..=30 {
+                for i in -30..=30 {
+                    let (a, b) = (0.5 * f64::from(i), 0.5 * f64::from(j));
+                    if a.hypot(b) <= radius {
+                        let weight = 1.0 - 0.6 * a / radius;
+                        let away = (x - 31.0 - a).powi(2) + (y - 29.0 - b).powi(2);
+                        sum += weight * (-away / 8.0).exp();
+                    }
+                }
+            }
+            sum
+        };
+        let sum: Vec<f64> = (0..side * side)
+            .map(|i| blurred((i % side) as f64, (i / side) as f64))
+            .collect();
+        let disk = Disk { sum: &sum, side };
+        let (diameter, middle) = disk.size_and_middle();
+        // A blurred edge that is curved falls most steeply σ²/(2 R) inside.
+        assert!((diameter - 24.0).abs() < 0.6, "{diameter}");
+        assert!((middle[0] - 31.0).abs() < 0.2, "{middle:?}");
+        assert!((middle[1] - 29.0).abs() < 0.05, "{middle:?}");
+    }
 
     #[test]
     fn half_disks_shift_by_0_424_diameters_and_do_not_overlap() {

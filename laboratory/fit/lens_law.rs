@@ -1,13 +1,16 @@
 //! Where the light of a place in the pupil lands, for a point out of focus: a stand-in for a lens whose prescription is
-//! not known, by the transverse aberrations of a rotationally symmetric system (third order and the field's and the
-//! aperture's next terms; W. T. Welford, Aberrations of Optical Systems (1986), ch. 8).
+//! not known, by the transverse aberrations of a rotationally symmetric system: those of third and of fifth order, but
+//! for distortion (W. T. Welford, Aberrations of Optical Systems (1986), ch. 8), and field curvature to h⁴. All are
+//! gradients over the pupil of one wavefront.
 //!
 //! With ρ in the unit disk of the pupil and h the field over a unit, in px:
 //!
 //! ```text
 //! ε = (B + F h² + F₄ h⁴ + S ρ² + S₅ ρ⁴ + S_h h² ρ²) ρ       defocus, field curvature, spherical
-//!   + (C + C_h h² + C_ρ ρ²) (2 (ρ·h) ρ + ρ² h)              coma
-//!   + A (ρ·h) h + E (ρ·h)² h                                astigmatism, elliptical coma
+//!   + (C + C_h h²) (2 (ρ·h) ρ + ρ² h)                       coma
+//!   + C_ρ ρ² (4 (ρ·h) ρ + ρ² h)                             coma of the aperture's fifth power
+//!   + (A + A_h h²) (ρ·h) h + E (ρ·h)² h                     astigmatism, elliptical coma
+//!   + O ((ρ·h)² ρ + ρ² (ρ·h) h)                             oblique spherical, its astigmatic part
 //! ```
 //! The disk's light is denser where the mapping is slower: that, and no loss of light, makes one side brighter.
 
@@ -21,6 +24,7 @@ pub struct LensLaw {
     coma: [f64; 2],
     astigmatism: f64,
     elliptical: f64,
+    oblique: f64,
 }
 
 impl LensLaw {
@@ -41,8 +45,9 @@ impl LensLaw {
                 v(Name::ComaPx) + v(Name::ComaFieldPx) * h2,
                 v(Name::ComaAperturePx),
             ],
-            astigmatism: v(Name::AstigmatismPx),
+            astigmatism: v(Name::AstigmatismPx) + v(Name::AstigmatismFieldPx) * h2,
             elliptical: v(Name::EllipticalComaPx),
+            oblique: v(Name::ObliqueSphericalPx),
         }
     }
 
@@ -58,10 +63,13 @@ impl LensLaw {
         let [hx, hy] = self.field;
         let r2 = x * x + y * y;
         let along = x * hx + y * hy;
-        let radial = self.radial[0] + r2 * (self.radial[1] + r2 * self.radial[2]);
-        let coma = self.coma[0] + r2 * self.coma[1];
-        let far = along * (self.astigmatism + along * self.elliptical);
-        [(x, hx), (y, hy)].map(|(p, h)| radial * p + coma * (2.0 * along * p + r2 * h) + far * h)
+        let coma = self.coma[0] + 2.0 * r2 * self.coma[1];
+        let radial = self.radial[0]
+            + r2 * (self.radial[1] + r2 * self.radial[2])
+            + along * (2.0 * coma + along * self.oblique);
+        let far = along * (self.astigmatism + along * self.elliptical + r2 * self.oblique)
+            + r2 * (self.coma[0] + r2 * self.coma[1]);
+        [(x, hx), (y, hy)].map(|(p, h)| radial * p + far * h)
     }
 }
 
@@ -89,6 +97,25 @@ mod tests {
             let radius = 3.0 * r * r;
             assert!((x - 2.0 * radius - radius * (f64::from(k)).cos()).abs() < 1e-12);
             assert!((y - radius * (f64::from(k)).sin()).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_rays_of_all_terms_belong_to_one_wavefront() {
+        // ∂ε_x/∂y = ∂ε_y/∂x wherever ε is a gradient.
+        let terms = (0..COUNT)
+            .filter(|i| (Name::DefocusPx as usize..=Name::ObliqueSphericalPx as usize).contains(i));
+        for term in terms {
+            let mut values = [0.0; COUNT];
+            values[term] = 3.0;
+            let law = LensLaw::new(&values, [1.9, -0.8], 2.8);
+            let (d, [x, y]) = (1e-5, [0.5, 0.3]);
+            let slope = |axis: usize, to: [f64; 2]| {
+                let [a, b] = [1.0, -1.0].map(|s| law.at([x + s * to[0], y + s * to[1]])[axis]);
+                (a - b) / (2.0 * d)
+            };
+            let [across, down] = [slope(0, [0.0, d]), slope(1, [d, 0.0])];
+            assert!((across - down).abs() < 1e-6, "{term}: {across} {down}");
         }
     }
 

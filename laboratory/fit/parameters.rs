@@ -11,7 +11,8 @@
 //! | `pupil_mm` | mm | how far the exit pupil stands before the sensor: the chief rays' angles |
 //! | `shift_um`, `shift_1` … `shift_5` | µm, µm/mm^k | shift law, beside the chief ray's place |
 //! | `centre_x_mm`, `centre_y_mm` | mm | where the lens's axis meets the sensor |
-//! | `blur_px` … `coma_aperture_px` | px | the lens: disk of a point out of focus ([`super::lens_law`]) |
+//! | `blur_px` … `oblique_spherical_px` | px | the lens: disk of a point out of focus ([`super::lens_law`]) |
+//! | `left_over_right` | 1 | what charge of the left half counts for over that of the right one |
 //! | `focus_mm` | mm | distance from the sensor that is in focus: of planes alone |
 
 use quadpixel::range::OutOfRange;
@@ -63,11 +64,14 @@ pub enum Name {
     ComaAperturePx,
     AstigmatismPx,
     EllipticalComaPx,
+    AstigmatismFieldPx,
+    ObliqueSphericalPx,
     FocusMm,
+    LeftOverRight,
 }
 
 /// Number of parameters.
-pub const COUNT: usize = Name::FocusMm as usize + 1;
+pub const COUNT: usize = Name::LeftOverRight as usize + 1;
 /// Parameters of the layers: each change of one needs new waves.
 pub const LAYERS: [Name; 6] = [
     Name::RadiusUm,
@@ -178,10 +182,13 @@ impl Known {
             ("coma_aperture_px", lens(0.5)),
             ("astigmatism_px", lens(0.5)),
             ("elliptical_coma_px", lens(0.5)),
+            ("astigmatism_field_px", lens(0.5)),
+            ("oblique_spherical_px", lens(0.5)),
             (
                 "focus_mm",
                 (focus.0, focus.1, [0.5 * focus.0, 2.0 * focus.0]),
             ),
+            ("left_over_right", (1.0, 0.1 * has_lens, [0.5, 2.0])),
         ];
         let parameter = |(name, (prior, sigma, bounds)): (&str, Prior)| Parameter {
             name: name.to_owned(),

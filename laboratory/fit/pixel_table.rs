@@ -1,5 +1,4 @@
-//! What the halves of a pixel get from every direction under every lens shift: by the wave model, or, under a mosaic of
-//! colour filters, which that model does not know, by Fourier modes.
+//! What the halves of a pixel get from every direction under every lens shift, by the wave model.
 //!
 //! P of a half is periodic in the lens shift s along the split, with the pitch p. From N shifts of one period
 //!
@@ -11,7 +10,6 @@
 //! is the mean over shifts: `g_k = exp(−(2π k σ / p)²/2)`, or its mean over the depths that the charge comes from.
 //! Mirrored pixels give the other sign of u: P_L(−u, v; s) = P_R(u, v; −s).
 
-use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::em::wave::WaveSettings;
 use quadpixel::em::{PixelModel, PixelStack};
 use quadpixel::sensor::{MovingFrame, Wandering};
@@ -30,16 +28,6 @@ pub struct TableFineness {
     pub shifts: usize,
     /// The wave model's own.
     pub wave: WaveSettings,
-}
-
-impl TableFineness {
-    /// What solves a pixel.
-    fn model(&self, stack: &PixelStack) -> PixelModel {
-        match stack.mosaic.is_some() {
-            true => PixelModel::Rcwa(RcwaSettings::draft()),
-            false => PixelModel::Wave(self.wave),
-        }
-    }
 }
 
 /// P of both halves, for u ≥ 0 and v ≥ 0, under all shifts.
@@ -77,7 +65,7 @@ impl PixelTable {
         fineness: &TableFineness,
         keeping: Option<&Keeping<'_>>,
     ) -> Result<Self, FitError> {
-        let model = fineness.model(stack);
+        let model = PixelModel::Wave(fineness.wave);
         let solver = model.solver_of_shifts(stack, wavelength_nm)?;
         let (step, nodes) = directions(reach, fineness);
         let shifts = fineness.shifts;

@@ -196,6 +196,16 @@ pub trait PixelSolver: Send + Sync {
         watch: &dyn Fn(SolverProgress),
     ) -> Result<Vec<Vec<Light>>, SolverError>;
 
+    /// [`Self::light`] at the first wavelength, on the microlens of the pixel's colour ([`Light::on_microlens`]): of a
+    /// solver that finds one colour without the others.
+    ///
+    /// # Errors
+    /// As there.
+    fn light_on_microlens(&self, waves: &[Incidence]) -> Result<Vec<Light>, SolverError> {
+        let answers = self.light(waves, 1, &|_| ())?.into_iter().flatten();
+        Ok(answers.map(|l| l.on_microlens(self.stack())).collect())
+    }
+
     /// How a lens shift moves the response, to first order.
     ///
     /// # Errors
@@ -264,8 +274,7 @@ impl dyn PixelSolver + '_ {
             shift_um,
         };
         let waves: Vec<Incidence> = shifts_um.iter().map(wave).collect();
-        let answers = self.light(&waves, 1, &|_| ())?.into_iter().flatten();
-        Ok(answers.map(|l| l.on_microlens(self.stack())).collect())
+        self.light_on_microlens(&waves)
     }
 }
 

@@ -8,7 +8,7 @@ use super::geometric::{self, GeometricSolver};
 use super::level::Level;
 use super::light::{PixelSolver, SolverError, SolverTask};
 use super::rcwa::{self, RcwaSettings, RcwaSolver};
-use super::wave::{self, WaveModel, WaveSettings};
+use super::wave::{self, WaveModel, WaveMosaic, WaveSettings};
 use super::{PixelStack, StackError};
 use crate::hash::settings_hash;
 use crate::range::{OutOfRange, require};
@@ -167,6 +167,9 @@ impl PixelModel {
         Ok(match self {
             Self::Geometric { focal_length_um } => {
                 Box::new(GeometricSolver::new(task, nm, *focal_length_um)?)
+            }
+            Self::Wave(settings) if task.stack.mosaic.is_some() => {
+                Box::new(WaveMosaic::new(task.stack, nm, settings)?)
             }
             Self::Wave(settings) => Box::new(WaveModel::new(task.stack, nm, settings)?),
             Self::Rcwa(settings) => Box::new(RcwaSolver::new(task, nm, settings)?),

@@ -43,22 +43,6 @@ fn arguments_that_cannot_be_are_refused() {
 }
 
 #[test]
-fn layers_under_a_mosaic_stay() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("pixel.toml");
-    let mut stack = PixelStack::builtin("1.6um-bayer").unwrap();
-    stack.subpixels = Subpixels::DUAL_X;
-    std::fs::write(&path, toml::to_string(&stack).unwrap()).unwrap();
-    let pixel = ["--trials", "1", "--pixel", path.to_str().unwrap()];
-    refused(
-        &qpgen(&pixel),
-        "radius_um is open, and the pixel has a mosaic",
-    );
-    let held = [&pixel[..], &["--prior", "radius_um=1.2,0"]].concat();
-    refused(&qpgen(&held), "spacer_um is open");
-}
-
-#[test]
 fn the_grid_of_dots_is_printed_with_its_numbers() {
     let printed = qpgen(&[
         "--print-target",

@@ -16,24 +16,24 @@
 //! within 0.04 on the slope where light goes over to the neighbour. On flat layers at 40° it is 6 % off: see the slab
 //! test. Not for metals (tungsten walls): a scalar wave does not know their polarization.
 
+mod kept_modes;
 mod krylov;
 mod lens;
 mod modes;
+mod mosaic;
 mod planar;
 mod settings;
 mod silicon;
 mod spectral;
 mod surface;
 
-use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
-
 use rustfft::num_complex::{Complex32, Complex64};
 
+pub use mosaic::WaveMosaic;
 pub use settings::WaveSettings;
 
+use self::kept_modes::KeptModes;
 use self::lens::{Illumination, LensField, LensRegion};
-use self::modes::{AxisModes, Trenches};
 use self::planar::{FlatLayers, FlatStack, kz};
 use self::silicon::{Silicon, Surface};
 use self::spectral::Order;
@@ -67,21 +67,39 @@ pub struct WaveModel {
     settings: WaveSettings,
     flat: FlatLayers,
     surface: Surface,
-    /// Index of the trenches.
-    trench: C,
     k0: f64,
     /// Largest |k⊥| above the silicon, 1/µm.
     cutoff: f64,
     lens: LensRegion,
-    /// Modes by Bloch wavenumber (bits) and axis: angles on a grid share them.
-    modes: Mutex<HashMap<(u64, usize), Arc<AxisModes>>>,
+    modes: KeptModes,
+}
+
+/// Light of one direction as it comes down onto silicon without trenches, under a centred lens.
+struct Falling {
+    orders: Vec<Order>,
+    /// Power amplitudes in the last layer.
+    down: Vec<C>,
+    budget: Budget,
+    residual: f64,
+}
+
+/// How much of the light on a pixel enters its layers.
+#[derive(Clone, Copy, Debug)]
+struct Budget {
+    /// Flux that falls in.
+    incoming: f64,
+    /// Part of it that enters, and what of all is found again.
+    entering: f64,
+    balance: f64,
+    /// By which all powers below the lens are scaled.
+    scale: f64,
 }
 
 impl WaveModel {
     /// The pixel at one wavelength.
     ///
     /// # Errors
-    /// A pixel, settings or a wavelength out of range; metal walls and mosaics.
+    /// A pixel, settings or a wavelength out of range; metal walls and mosaics, which are [`WaveMosaic`]'s.
     pub fn new(
         stack: &PixelStack,
         wavelength_nm: f64,
@@ -100,7 +118,7 @@ impl WaveModel {
             return Err(StackError::value(
                 "mosaic",
                 "there",
-                "none in the wave model (its layers are flat); use the rcwa or the fdtd model, or leave [mosaic] out",
+                "none in the wave model of a single microlens, which others correct; use the wave, the rcwa or the fdtd model itself, or leave [mosaic] out",
             ));
         }
         let n = stack.indices(wavelength_nm)?;
@@ -119,12 +137,16 @@ impl WaveModel {
                 above: flat.last(),
                 silicon: n.silicon,
             },
-            trench: n.trench,
+            modes: KeptModes::new(
+                stack,
+                [n.silicon, n.trench],
+                k0,
+                settings.silicon_cutoff * n.silicon.re * k0,
+            ),
             flat,
             k0,
             cutoff,
             lens,
-            modes: Mutex::new(HashMap::new()),
         })
     }
 
@@ -151,15 +173,7 @@ impl WaveModel {
         v: f64,
         shifts_um: &[[f64; 2]],
     ) -> Result<Vec<Light>, StackError> {
-        let sine_squared = u * u + v * v;
-        if sine_squared.is_nan() || sine_squared >= 1.0 {
-            return Err(StackError::value(
-                "(u, v)",
-                format!("({u}, {v})"),
-                "u² + v² < 1",
-            ));
-        }
-        let bloch = [u * self.k0, v * self.k0];
+        let bloch = self.bloch(u, v)?;
         let orders = self.orders(bloch);
         let silicon = Silicon::new(
             self.surface,
@@ -167,8 +181,8 @@ impl WaveModel {
             self.stack.pitch_um,
             bloch,
             [
-                self.axis_modes(bloch[0], self.stack.subpixels.m()),
-                self.axis_modes(bloch[1], self.stack.subpixels.n()),
+                self.modes.at(bloch[0], self.stack.subpixels.m()),
+                self.modes.at(bloch[1], self.stack.subpixels.n()),
             ],
         );
         // The lens sees plain silicon below; what the trenches send back otherwise is added as a source, `bounces`
@@ -200,6 +214,48 @@ impl WaveModel {
         };
         let one = |&shift| self.under_shift(&parts, shift, &first, &field);
         Ok(shifts_um.iter().map(one).collect())
+    }
+
+    /// Light from (u, v) as it comes down onto silicon without trenches, under a centred lens.
+    fn falling(&self, u: f64, v: f64) -> Result<Falling, StackError> {
+        let orders = self.orders(self.bloch(u, v)?);
+        let flat = FlatStack::new(&self.flat, self.surface.silicon, self.k0, &orders);
+        let illumination = Illumination {
+            orders: &orders,
+            incident: orders
+                .iter()
+                .position(|o| o.a == 0 && o.b == 0)
+                .unwrap_or(0),
+            resin: self.flat.lens,
+            stack: &flat.seen,
+        };
+        let dark = vec![C::ZERO; orders.len()];
+        let rising = flat.rising(&dark);
+        let tolerance = self.settings.tolerance;
+        let field = self
+            .lens
+            .solve(&illumination, &rising, &mut Vec::new(), tolerance);
+        let (down, entering) = flat.descend(&field.at_bottom, &rising, &dark);
+        let budget = self.budget(&illumination, &field, entering, [u, v]);
+        Ok(Falling {
+            residual: field.residual,
+            orders,
+            down,
+            budget,
+        })
+    }
+
+    /// Bloch wavevector, 1/µm.
+    fn bloch(&self, u: f64, v: f64) -> Result<[f64; 2], StackError> {
+        let sine_squared = u * u + v * v;
+        if sine_squared.is_nan() || sine_squared >= 1.0 {
+            return Err(StackError::value(
+                "(u, v)",
+                format!("({u}, {v})"),
+                "u² + v² < 1",
+            ));
+        }
+        Ok([u * self.k0, v * self.k0])
     }
 
     /// The powers under a shifted lens; `first` is the field that leaves the lens before any light came back from the
@@ -265,26 +321,12 @@ impl WaveModel {
             silicon,
             ..
         } = parts;
-        let orders = illumination.orders;
-        let air = |o: &Order| kz(C::ONE, self.k0, o.k_perp_squared).re;
-        let incoming = air(&orders[illumination.incident]);
-        let mut reflected = 0.0;
-        for (i, (o, psi)) in orders.iter().zip(&f.at_top).enumerate() {
-            let incident = if i == illumination.incident {
-                C::ONE
-            } else {
-                C::ZERO
-            };
-            reflected += air(o) * (psi - incident).norm_sqr() / incoming;
-        }
-        let entering = entering / incoming;
-        // Reflected and entering light add up to one but for the slices and the residual; the powers are scaled so that
-        // they do.
-        let balance = reflected + entering;
-        // The scalar field was reflected by the lens as s light is; the mean of s and p loses less.
-        let [u, v] = parts.direction;
-        let gain = surface::transmission_gain(&self.stack, self.flat.lens.re, u, v);
-        let scale = (gain / balance).min(1.0 / entering);
+        let Budget {
+            incoming,
+            entering,
+            balance,
+            scale,
+        } = self.budget(illumination, f, entering, parts.direction);
         let into_silicon = scale * silicon.flux(modes) / incoming;
         let planes = self.settings.absorption_planes;
         let mut absorbed = silicon.absorbed(modes, self.stack.silicon_um, planes);
@@ -311,57 +353,42 @@ impl WaveModel {
         }
     }
 
-    fn orders(&self, bloch: [f64; 2]) -> Vec<Order> {
-        let g = 2.0 * std::f64::consts::PI / self.stack.pitch_um;
-        let most = self.cutoff;
-        let reach = (most / g).ceil() as i64 + 1 + (self.k0 / g).ceil() as i64;
-        let mut orders = Vec::new();
-        for a in -reach..=reach {
-            for b in -reach..=reach {
-                let (kx, ky) = (bloch[0] + g * a as f64, bloch[1] + g * b as f64);
-                let k_perp_squared = kx * kx + ky * ky;
-                if k_perp_squared <= most * most {
-                    orders.push(Order {
-                        a,
-                        b,
-                        k_perp_squared,
-                    });
-                }
-            }
+    /// How much of the light on the pixel enters the layers, of the field of the lens and the flux into them.
+    fn budget(
+        &self,
+        illumination: &Illumination,
+        f: &LensField,
+        entering: f64,
+        [u, v]: [f64; 2],
+    ) -> Budget {
+        let orders = illumination.orders;
+        let air = |o: &Order| kz(C::ONE, self.k0, o.k_perp_squared).re;
+        let incoming = air(&orders[illumination.incident]);
+        let mut reflected = 0.0;
+        for (i, (o, psi)) in orders.iter().zip(&f.at_top).enumerate() {
+            let incident = if i == illumination.incident {
+                C::ONE
+            } else {
+                C::ZERO
+            };
+            reflected += air(o) * (psi - incident).norm_sqr() / incoming;
         }
-        orders
+        let entering = entering / incoming;
+        // Reflected and entering light add up to one but for the slices and the residual; the powers are scaled so that
+        // they do.
+        let balance = reflected + entering;
+        // The scalar field was reflected by the lens as s light is; the mean of s and p loses less.
+        let gain = surface::transmission_gain(&self.stack, self.flat.lens.re, u, v);
+        Budget {
+            incoming,
+            entering,
+            balance,
+            scale: (gain / balance).min(1.0 / entering),
+        }
     }
 
-    fn axis_modes(&self, bloch: f64, parts: usize) -> Arc<AxisModes> {
-        let key = (bloch.to_bits(), parts);
-        // A poisoned lock only means that another thread stopped; the map is whole between insertions.
-        if let Some(modes) = self
-            .modes
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .get(&key)
-        {
-            return Arc::clone(modes);
-        }
-        let (si, trench) = (self.surface.silicon, self.trench);
-        let trenches = Trenches {
-            pitch_um: self.stack.pitch_um,
-            width_um: self.stack.trench_um,
-            uncollected_um: self.stack.uncollected_um(),
-            parts,
-            barrier: self.k0 * self.k0 * ((si * si).re - (trench * trench).re),
-        };
-        let modes = Arc::new(AxisModes::new(
-            &trenches,
-            bloch,
-            self.settings.silicon_cutoff * si.re * self.k0,
-            si.re * self.k0,
-        ));
-        self.modes
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .insert(key, Arc::clone(&modes));
-        modes
+    fn orders(&self, bloch: [f64; 2]) -> Vec<Order> {
+        orders_within(self.cutoff, self.k0, self.stack.pitch_um, bloch)
     }
 }
 
@@ -384,6 +411,27 @@ impl PixelSolver for WaveModel {
             Ok(self.solve_shifts(u, v, shifts_um)?)
         })
     }
+}
+
+/// The plane-wave orders of a period whose transverse wavenumber is `most` or less.
+fn orders_within(most: f64, k0: f64, period_um: f64, bloch: [f64; 2]) -> Vec<Order> {
+    let g = 2.0 * std::f64::consts::PI / period_um;
+    let reach = (most / g).ceil() as i64 + 1 + (k0 / g).ceil() as i64;
+    let mut orders = Vec::new();
+    for a in -reach..=reach {
+        for b in -reach..=reach {
+            let (kx, ky) = (bloch[0] + g * a as f64, bloch[1] + g * b as f64);
+            let k_perp_squared = kx * kx + ky * ky;
+            if k_perp_squared <= most * most {
+                orders.push(Order {
+                    a,
+                    b,
+                    k_perp_squared,
+                });
+            }
+        }
+    }
+    orders
 }
 
 /// The next FFT length ≥ n of the form 2^k or 3 · 2^k, which have the fastest kernels.

@@ -33,12 +33,15 @@ pub(super) struct AxisModes {
 /// The trenches along one axis.
 #[derive(Clone, Copy)]
 pub(super) struct Trenches {
+    /// Period, µm.
     pub pitch_um: f64,
     pub width_um: f64,
     /// Widths in µm that collect no charge, at the splits and at the borders; no narrower than trenches.
     pub uncollected_um: [f64; 2],
     /// Photodiodes along the axis; a trench at each border.
     pub parts: usize,
+    /// Photodiodes of one pixel: its border lies beside each so many.
+    pub parts_of_pixel: usize,
     /// k0² (Re ε_si − Re ε_trench) in 1/µm².
     pub barrier: f64,
 }
@@ -106,7 +109,7 @@ impl Trenches {
 
     /// `∫ e^(2πi n x / p) dx / p` over one photodiode, beside strips of these widths at splits and borders.
     fn series_beside(&self, [split_um, border_um]: [f64; 2], part: usize, n: usize) -> C {
-        let strip = |edge: usize| match edge.is_multiple_of(self.parts) {
+        let strip = |edge: usize| match edge.is_multiple_of(self.parts_of_pixel) {
             true => border_um / self.pitch_um,
             false => split_um / self.pitch_um,
         };
@@ -221,6 +224,7 @@ mod tests {
         width_um: 0.1,
         uncollected_um: [0.1; 2],
         parts: 2,
+        parts_of_pixel: 2,
         barrier: 130.5 * 14.5,
     };
 

@@ -62,6 +62,19 @@ impl FlatLayers {
         flat
     }
 
+    /// What lies below a plane in layer `filter`, `rest_um` above its lower end.
+    pub fn below_plane(stack: &PixelStack, n: &Indices, filter: usize, rest_um: f64) -> Self {
+        let layers = stack.layers.iter().zip(&n.layers).skip(filter + 1);
+        Self {
+            lens: n.layers[filter],
+            lens_um: rest_um,
+            below: layers
+                .filter(|(layer, _)| layer.thickness_um > 0.0)
+                .map(|(layer, &n)| (n, layer.thickness_um))
+                .collect(),
+        }
+    }
+
     /// Index of what lies on the silicon.
     pub fn last(&self) -> C {
         self.below.last().map_or(self.lens, |l| l.0)
@@ -84,7 +97,7 @@ pub(super) struct Layers {
 }
 
 impl Layers {
-    /// The layers of [`flat_layers`].
+    /// Those layers.
     pub fn new(layers: &FlatLayers, k0: f64, k_perp_squared: f64) -> Self {
         let phase = |n: C, d: f64| (C::I * kz(n, k0, k_perp_squared) * d).exp();
         let mut above = layers.lens;
@@ -110,6 +123,14 @@ impl Layers {
             bottom: e * e * (-r + t2 * self.bottom * loops),
         }
     }
+}
+
+/// ψ in a plane of a layer above silicon without trenches, of the power amplitude in the last layer that it brings down
+/// there; its inverse brings ψ down.
+pub(super) fn plane_per_last(flat: &FlatLayers, silicon: C, k0: f64, k_perp_squared: f64) -> C {
+    let layers = Layers::new(flat, k0, k_perp_squared);
+    let plain = reflection(flat.last(), silicon, k0, k_perp_squared);
+    (1.0 - layers.bottom * plain) / (layers.through * kz(flat.lens, k0, k_perp_squared).sqrt())
 }
 
 /// The flat layers on plain silicon, for all orders. What the trenches send back beyond plain silicon enters as

@@ -1,5 +1,7 @@
 //! The numbers of a sensor's electronics, checked.
 
+use std::cmp::Ordering;
+
 use serde::{Deserialize, Serialize};
 
 use crate::range::{OutOfRange, require, within};
@@ -55,6 +57,19 @@ impl ReadoutSettings {
         let dark = self.dark_current_e_s * self.exposure_s;
         let variance = share + dark + self.read_noise_e.powi(2) + (self.prnu * share).powi(2);
         variance.sqrt() / share
+    }
+
+    /// Weighs the gains so that the left half of a pixel's columns gives `left_over_right` times what the right half
+    /// does of the same light, at the same sum of both; a column in the middle is of neither.
+    pub fn weigh_halves(&mut self, left_over_right: f64, columns: usize) {
+        let right = 2.0 / (1.0 + left_over_right);
+        for (k, gain) in self.subpixel_gains.iter_mut().enumerate() {
+            *gain *= match (2 * (k % columns) + 1).cmp(&columns) {
+                Ordering::Less => 2.0 - right,
+                Ordering::Equal => 1.0,
+                Ordering::Greater => right,
+            };
+        }
     }
 
     /// The largest digital number.
