@@ -77,8 +77,7 @@ pub struct FitArgs {
     #[arg(long, value_name = "NAME=VALUE,SIGMA")]
     prior: Vec<String>,
     /// Pixel (built-in name or TOML) whose layers are the start, and stay with planes alone: of 2x1 sub-pixels, with a
-    /// layer named oxide or wiring; absent: a thin one. Under a mosaic of colour filters it is solved by Fourier modes,
-    /// and its layers stay; --prior radius_um=1.1,0 and the like choose them.
+    /// layer named oxide or wiring, alone or under a mosaic of colour filters; absent: a thin one without.
     #[arg(long)]
     pixel: Option<PathBuf>,
     /// Coarser waves and pupil: a quick look.
@@ -133,8 +132,8 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
     let stack = pixel(args, &description)?;
     let model = CameraModel::new(&stack, camera.wavelength_nm, optics, fineness(args))?;
     let mut usual = known.parameters();
-    if !known.has_kernels || stack.mosaic.is_some() {
-        // Shifts alone do not tell layers from each other, and a table under a mosaic takes minutes.
+    if !known.has_kernels {
+        // Shifts alone do not tell layers from each other.
         for (name, value) in LAYERS.into_iter().zip(model.layers()?) {
             with_prior(&mut usual[name as usize], value, 0.0).map_err(CommandError::input)?;
         }

@@ -9,7 +9,7 @@ use crate::log::Log;
 use crate::progress::Progress;
 use crate::qpgen::pixel_model::PixelModelArgs;
 use clap::{Args, ValueEnum};
-use quadpixel::em::{Level, PixelModel, PixelStack};
+use quadpixel::em::PixelStack;
 use quadpixel::file;
 use quadpixel::response::{ShiftSettings, TableSettings};
 use quadpixel_generators::assemble::pixel;
@@ -78,8 +78,8 @@ enum Kind {
     /// A spot in focus against its place in the pixel: the sum of fields over the lens's cone with their phases, beside
     /// the model, which has none; F/1.7, 2.8 and 8, 550 nm: qpgen study coherent --model rcwa --preset draft.
     Coherent,
-    /// Crosstalk under a mosaic of colour filters against the period of one colour, the paper's worst case; needs a
-    /// vector model: qpgen study mosaic --model rcwa --preset draft --theta-step-deg 5.
+    /// Crosstalk under a mosaic of colour filters against the period of one colour, the paper's worst case:
+    /// qpgen study mosaic --theta-step-deg 5, or with --model rcwa --preset draft.
     Mosaic,
 }
 
@@ -135,7 +135,7 @@ fn studied(args: &StudyArgs, observer: &Progress) -> Result<StudyReport, Command
         }
         Kind::Mosaic => {
             let stack = args.one_pixel("1.6um-bayer")?;
-            let model = args.vector_model()?;
+            let model = args.model.model();
             study::mosaic(&stack, &model, &args.angles()?, out, observer)
         }
         Kind::Coherent => {
@@ -228,21 +228,6 @@ impl StudyArgs {
                 e.step_deg, e.largest_deg, e.allowed
             ))
         })
-    }
-
-    /// The pixel model of the mosaic study.
-    fn vector_model(&self) -> Result<PixelModel, CommandError> {
-        let model = self.model.model();
-        if model.level().is_exact() {
-            return Ok(model);
-        }
-        let exact = Level::ALL.into_iter().filter(|level| level.is_exact());
-        let exact: Vec<&str> = exact.map(Level::name).collect();
-        Err(CommandError::input(format!(
-            "--model is {}; allowed: {} in the mosaic study (the others know no unlike neighbours)",
-            self.model.name(),
-            exact.join(" or ")
-        )))
     }
 
     /// Pixel and table of the flat-field study.

@@ -1,12 +1,13 @@
 //! Where the light of a place in the pupil lands, for a point out of focus: a stand-in for a lens whose prescription is
 //! not known, by the transverse aberrations of a rotationally symmetric system: those of third and of fifth order, but
-//! for distortion (W. T. Welford, Aberrations of Optical Systems (1986), ch. 8), and field curvature to h⁴. All are
-//! gradients over the pupil of one wavefront.
+//! for distortion (W. T. Welford, Aberrations of Optical Systems (1986), ch. 8), on a sensor that may stand askew. All
+//! are gradients over the pupil of one wavefront.
 //!
 //! With ρ in the unit disk of the pupil and h the field over a unit, in px:
 //!
 //! ```text
-//! ε = (B + F h² + F₄ h⁴ + S ρ² + S₅ ρ⁴ + S_h h² ρ²) ρ       defocus, field curvature, spherical
+//! ε = (B + T·h + F h² + F₄ h⁴) ρ                            defocus, tilt of the sensor, field curvature
+//!   + (S ρ² + S₅ ρ⁴ + S_h h² ρ²) ρ                          spherical
 //!   + (C + C_h h²) (2 (ρ·h) ρ + ρ² h)                       coma
 //!   + C_ρ ρ² (4 (ρ·h) ρ + ρ² h)                             coma of the aperture's fifth power
 //!   + (A + A_h h²) (ρ·h) h + E (ρ·h)² h                     astigmatism, elliptical coma
@@ -37,7 +38,10 @@ impl LensLaw {
         Self {
             field: [hx, hy],
             radial: [
-                v(Name::DefocusPx) + v(Name::FieldPx) * h2 + v(Name::Field4Px) * h2 * h2,
+                v(Name::DefocusPx)
+                    + v(Name::TiltXPx) * hx
+                    + v(Name::TiltYPx) * hy
+                    + h2 * (v(Name::FieldPx) + v(Name::Field4Px) * h2),
                 v(Name::SphericalPx) + v(Name::SphericalFieldPx) * h2,
                 v(Name::Spherical5Px),
             ],
@@ -103,8 +107,8 @@ mod tests {
     #[test]
     fn the_rays_of_all_terms_belong_to_one_wavefront() {
         // ∂ε_x/∂y = ∂ε_y/∂x wherever ε is a gradient.
-        let terms = (0..COUNT)
-            .filter(|i| (Name::DefocusPx as usize..=Name::ObliqueSphericalPx as usize).contains(i));
+        let terms =
+            (0..COUNT).filter(|i| (Name::DefocusPx as usize..=Name::TiltYPx as usize).contains(i));
         for term in terms {
             let mut values = [0.0; COUNT];
             values[term] = 3.0;

@@ -289,9 +289,12 @@ pub fn fit(
         let solution = minimise(&residuals, &start, &watch)?;
         (values, places) = (solution.values.clone(), solution.places.clone());
         if noise.is_none() && round + 1 < rounds {
-            residuals.noise = residuals
-                .noise
-                .from_residuals(&solution.residuals, measured.side);
+            let columns = measured.grid[0].max(1);
+            let places: Vec<[usize; 2]> = (residuals.fields.iter())
+                .map(|i| [i % columns, i / columns])
+                .collect();
+            residuals.noise =
+                (residuals.noise).from_residuals(&solution.residuals, measured.side, &places);
         }
         last = Some(solution);
     }

@@ -15,6 +15,8 @@ pub struct Noise {
 
 /// Lags that residuals are held against themselves at, px.
 const LAGS: i64 = 6;
+/// Fields, along each axis of the grid, within which the same may be missed.
+const NEAR_FIELDS: usize = 2;
 /// A sheet is at best this well known: illumination, dust, gain. It has no kernel that a wrong lens could spoil, so
 /// what it is missed by is not called its noise beyond the ceiling.
 const SHEET_FLOOR: f64 = 0.003;
@@ -28,10 +30,16 @@ impl Noise {
         plane: 1.0,
     };
 
-    /// Of residuals in units of this noise: kernels in all blocks but the last two, the sheet and the planes. What
-    /// hangs together over Σ ρ(lag) pixels counts as one: the noise is larger by its square root.
+    /// Of residuals in units of this noise: kernels in all blocks but the last two, the sheet and the planes; `fields`
+    /// are the columns and rows of the kernels in the grid. What hangs together over Σ ρ(lag) pixels counts as one, and
+    /// so does what a model misses alike in fields beside each other: the noise is larger by the square root of both.
     #[must_use]
-    pub fn from_residuals(self, residuals: &[Vec<f64>], side: usize) -> Self {
+    pub fn from_residuals(
+        self,
+        residuals: &[Vec<f64>],
+        side: usize,
+        fields: &[[usize; 2]],
+    ) -> Self {
         let Some((planes, residuals)) = residuals.split_last() else {
             return self;
         };
@@ -54,13 +62,27 @@ impl Noise {
         let sum: f64 = views.iter().flat_map(|v| v.iter()).map(|r| r * r).sum();
         let together: f64 = views.iter().map(|v| correlated(v, side)).sum();
         let area = (together / sum).max(1.0);
+        let alike = (alike_in_fields(kernels, fields) / sum).max(1.0);
         let sheet = self.sheet * mean_square(sheet).sqrt();
         Self {
-            kernel: self.kernel * (sum / count * area).sqrt(),
+            kernel: self.kernel * (sum / count * area * alike).sqrt(),
             sheet: sheet.clamp(SHEET_FLOOR, SHEET_CEILING),
             plane,
         }
     }
+}
+
+/// Σ over pairs of fields near each other, and each with itself, of the product of their residuals.
+fn alike_in_fields(kernels: &[Vec<f64>], fields: &[[usize; 2]]) -> f64 {
+    let mut sum = 0.0;
+    for (a, one) in kernels.iter().zip(fields) {
+        for (b, other) in kernels.iter().zip(fields) {
+            if (0..2).all(|axis| one[axis].abs_diff(other[axis]) <= NEAR_FIELDS) {
+                sum += a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            }
+        }
+    }
+    sum
 }
 
 /// Σ over lags of Σ r(x) r(x + lag), of a picture `side` wide.
@@ -110,7 +132,16 @@ mod tests {
         let sheet: Vec<f64> = (0..64)
             .map(|i| if i % 2 == 0 { 0.8 } else { -0.8 })
             .collect();
-        let noise = Noise::GUESS.from_residuals(&[view, sheet, vec![2.0; 5]], side);
+        let blocks = [view.clone(), sheet.clone(), vec![2.0; 5]];
+        let noise = Noise::GUESS.from_residuals(&blocks, side, &[[0, 0]]);
+        // Three fields that miss the same count as one, if they are near each other.
+        let thrice = [&view, &view, &view, &sheet, &vec![2.0; 5]].map(Clone::clone);
+        for (apart, wanted) in [(1, 3f64), (5, 1.0)] {
+            let places = [0, 1, 2].map(|k| [k * apart, 0]);
+            let of_three = Noise::GUESS.from_residuals(&thrice, side, &places);
+            let ratio = of_three.kernel / noise.kernel;
+            assert!((ratio - wanted.sqrt()).abs() < 1e-9, "{ratio}");
+        }
         assert!(
             (noise.kernel / Noise::GUESS.kernel - 2.0).abs() < 0.5,
             "{noise:?}"

@@ -11,7 +11,8 @@
 //! | `pupil_mm` | mm | how far the exit pupil stands before the sensor: the chief rays' angles |
 //! | `shift_um`, `shift_1` … `shift_5` | µm, µm/mm^k | shift law, beside the chief ray's place |
 //! | `centre_x_mm`, `centre_y_mm` | mm | where the lens's axis meets the sensor |
-//! | `blur_px` … `oblique_spherical_px` | px | the lens: disk of a point out of focus ([`super::lens_law`]) |
+//! | `blur_px` … `tilt_y_px` | px | the lens: disk of a point out of focus ([`super::lens_law`]) |
+//! | `layout_x_mm` | mm | where the middle of the microlenses' layout lies; the law counts from there |
 //! | `left_over_right` | 1 | what charge of the left half counts for over that of the right one |
 //! | `focus_mm` | mm | distance from the sensor that is in focus: of planes alone |
 
@@ -66,12 +67,15 @@ pub enum Name {
     EllipticalComaPx,
     AstigmatismFieldPx,
     ObliqueSphericalPx,
+    TiltXPx,
+    TiltYPx,
     FocusMm,
     LeftOverRight,
+    LayoutXMm,
 }
 
 /// Number of parameters.
-pub const COUNT: usize = Name::LeftOverRight as usize + 1;
+pub const COUNT: usize = Name::LayoutXMm as usize + 1;
 /// Parameters of the layers: each change of one needs new waves.
 pub const LAYERS: [Name; 6] = [
     Name::RadiusUm,
@@ -184,11 +188,21 @@ impl Known {
             ("elliptical_coma_px", lens(0.5)),
             ("astigmatism_field_px", lens(0.5)),
             ("oblique_spherical_px", lens(0.5)),
+            ("tilt_x_px", lens(0.1)),
+            ("tilt_y_px", lens(0.1)),
             (
                 "focus_mm",
                 (focus.0, focus.1, [0.5 * focus.0, 2.0 * focus.0]),
             ),
             ("left_over_right", (1.0, 0.1 * has_lens, [0.5, 2.0])),
+            (
+                "layout_x_mm",
+                (
+                    0.0,
+                    centre_mm * has_lens,
+                    [-10.0 * centre_mm, 10.0 * centre_mm],
+                ),
+            ),
         ];
         let parameter = |(name, (prior, sigma, bounds)): (&str, Prior)| Parameter {
             name: name.to_owned(),

@@ -113,7 +113,11 @@ impl Level {
         match self {
             Self::Geometric => Some(0.0),
             // Measured: `benches/runs/2026-11-21/cra.md`.
-            Self::Wave => Some(1.5e-3 * (stack.pitch_um / 1.6).powi(3)),
+            // A mosaic takes a pass per colour, through four pixels (`benches/runs/2026-11-26/wave_mosaic.md`).
+            Self::Wave => {
+                let mosaic = if stack.mosaic.is_some() { 5.0 } else { 1.0 };
+                Some(mosaic * 1.5e-3 * (stack.pitch_um / 1.6).powi(3))
+            }
             Self::Fdtd | Self::Corrected | Self::Rcwa => None,
         }
     }

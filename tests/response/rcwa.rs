@@ -3,7 +3,7 @@
 use quadpixel::em::PixelStack;
 use quadpixel::em::mosaic::FilterColour;
 use quadpixel::em::rcwa::RcwaSettings;
-use quadpixel::em::{Level, PixelModel, Preset};
+use quadpixel::em::{Level, ModelChoice, PixelModel, Preset};
 use quadpixel::response::{
     AngularResponse, BuiltTable, Response, ResponseCache, ResponseError, ShiftSettings, TablePlan,
     TableSettings, build_table,
@@ -69,6 +69,63 @@ fn a_table_of_all_lens_shifts_holds_what_single_shifts_say() {
     node.weights(-0.2, 0.4, &mut found);
     for (value, p) in found.iter().zip(&answer.mean.absorbed) {
         assert!((f64::from(*value) - p).abs() < 1e-5, "{value} {p}");
+    }
+}
+
+/// Unlike neighbours by scalar waves, beside the supercell by Fourier modes (`benches/runs/2026-11-21/mosaic.md`): P of
+/// a left and a right sub-pixel of the paper's 1.6 µm pixel, of the microlens of each light's own colour.
+#[test]
+fn waves_know_neighbours_of_other_colours_as_modes_do() {
+    use FilterColour::{Blue, Green, Red};
+    const BY_MODES: [(f64, FilterColour, [[f64; 2]; 4]); 3] = [
+        (
+            450.0,
+            Blue,
+            [
+                [0.161, 0.161],
+                [0.020, 0.292],
+                [0.019, 0.227],
+                [0.027, 0.079],
+            ],
+        ),
+        (
+            532.0,
+            Green,
+            [
+                [0.150, 0.150],
+                [0.030, 0.2695],
+                [0.0225, 0.213],
+                [0.041, 0.095],
+            ],
+        ),
+        (
+            620.0,
+            Red,
+            [
+                [0.129, 0.129],
+                [0.032, 0.218],
+                [0.021, 0.171],
+                [0.041, 0.076],
+            ],
+        ),
+    ];
+    let model = ModelChoice::new(Level::Wave, Preset::Standard).model();
+    for (nm, colour, rows) in BY_MODES {
+        let stack = PixelStack::builtin("1.6um-bayer")
+            .unwrap()
+            .with_colour(colour);
+        let solver = model.solver(&stack, nm).unwrap();
+        for (theta, wanted) in (0..).map(|k| f64::from(10 * k)).zip(rows) {
+            let light = solver.on_microlens(theta.to_radians().sin(), 0.0).unwrap();
+            let p = &light.mean.absorbed;
+            for (k, wanted) in wanted.iter().enumerate() {
+                let half = p[k];
+                assert!(
+                    (half - wanted).abs() < 0.015,
+                    "{nm} nm, {theta} deg: {half} {wanted}"
+                );
+            }
+        }
     }
 }
 

@@ -127,10 +127,17 @@ fn a_table_of_each_colour_is_written() {
     let rest = ["reflected", "transmitted", "elsewhere"].map(|n| mean[n].as_f64().unwrap());
     assert!((sum + rest.iter().sum::<f64>() - 1.0).abs() < 1e-9);
 
-    refused(
-        &response(&["--colour", "red", "--theta-deg", "0"]),
-        "none in the wave model",
-    );
+    // The wave level knows it, too; the ideal pixel and what corrects a wave do not.
+    let by_waves = json(&response(&["--colour", "red", "--theta-deg", "10"]));
+    let mean = &by_waves["directions"][0]["powers"]["mean"];
+    assert!(mean["p"]["A"].as_f64().unwrap() > 0.0, "{mean}");
+    for (model, said) in [
+        ("geometric", "mosaic is there"),
+        ("corrected", "none in the wave model of a single microlens"),
+    ] {
+        let asked = ["--model", model, "--colour", "red", "--theta-deg", "0"];
+        refused(&response(&asked), said);
+    }
     refused(
         &response(&["--model", "rcwa", "--colour", "all", "--theta-deg", "0"]),
         "--colour all with",

@@ -22,8 +22,7 @@ use super::curve::Angles;
 use super::{StudyReport, warn_of, write};
 use crate::error::LaboratoryError;
 
-/// Studies the crosstalk under a mosaic, by a vector model (the others know no unlike neighbours). Writes mosaic.csv,
-/// mosaic-summary.csv and mosaic.svg into the folder `out`.
+/// Studies the crosstalk under a mosaic. Writes mosaic.csv, mosaic-summary.csv and mosaic.svg into the folder `out`.
 ///
 /// # Errors
 /// A pixel without a mosaic, a model that cannot be asked, or a disk that fails.

@@ -17,6 +17,27 @@ pub(super) struct Order {
     pub k_perp_squared: f64,
 }
 
+/// The plane-wave orders of a period whose transverse wavenumber is `most` or less.
+pub(super) fn orders_within(most: f64, k0: f64, period_um: f64, bloch: [f64; 2]) -> Vec<Order> {
+    let g = 2.0 * std::f64::consts::PI / period_um;
+    let reach = (most / g).ceil() as i64 + 1 + (k0 / g).ceil() as i64;
+    let mut orders = Vec::new();
+    for a in -reach..=reach {
+        for b in -reach..=reach {
+            let (kx, ky) = (bloch[0] + g * a as f64, bloch[1] + g * b as f64);
+            let k_perp_squared = kx * kx + ky * ky;
+            if k_perp_squared <= most * most {
+                orders.push(Order {
+                    a,
+                    b,
+                    k_perp_squared,
+                });
+            }
+        }
+    }
+    orders
+}
+
 /// FFTs of one length. The scalar planner: the vector ones use fused multiplies where the CPU has them, and a table
 /// would depend on the CPU.
 pub(super) struct Transforms {
