@@ -81,7 +81,7 @@ impl Responses {
                     self.warnings.extend(warnings);
                     made.table
                 }
-                None => self.made_before(recipe, table)?,
+                None => self.of_colours(recipe, table, progress)?,
             },
             ResponseSource::Ideal { .. } => unreachable!("handled above"),
         };
@@ -174,11 +174,13 @@ impl Responses {
         Ok(())
     }
 
-    /// The table of a model that takes up to hours, which a dataset does not begin unasked: shipped or made before.
-    fn made_before(
+    /// The table of a model that takes up to hours, which a dataset does not begin unasked: shipped or made before; or
+    /// of colours under a mosaic, which a quick model makes.
+    fn of_colours(
         &mut self,
         recipe: &Recipe,
         table: &TableRecipe,
+        progress: &dyn Progress,
     ) -> Result<AngularResponse, RecipeError> {
         let stack = stack(recipe, table)?;
         // Shipped tables are of one wavelength.
@@ -209,20 +211,33 @@ impl Responses {
             return self.kept(&plan).ok_or_else(missing);
         };
         let plan = plan.of_mosaic()?;
-        if let Some(colour) = one_colour(colour) {
-            return self.kept(&plan.with_colour(colour)).ok_or_else(missing);
-        }
-        let colours = plan.colours().into_iter();
-        let tables: Option<Vec<_>> = colours
-            .map(|colour| self.kept(&plan.with_colour(colour)))
-            .collect();
-        match tables.as_deref() {
-            Some([red, green, blue]) => Ok(AngularResponse::from_channels(
-                [red, green, blue],
-                &channels,
-            )?),
-            _ => Err(missing()),
-        }
+        let run_s = table.level.quick_run_s(&stack);
+        let tables = match run_s.map(|s| s * plan.count().unwrap_or(usize::MAX) as f64) {
+            Some(seconds) if seconds <= MOST_SECONDS => {
+                let made = self.cache.tables(&plan, progress)?;
+                let warnings = made.warnings.iter().map(ToString::to_string);
+                self.warnings.extend(warnings);
+                Some(made.tables.into_iter().map(|(table, _)| table).collect())
+            }
+            _ => {
+                let colours = plan.colours().into_iter();
+                let kept = colours.map(|colour| self.kept(&plan.with_colour(colour)));
+                kept.collect::<Option<Vec<AngularResponse>>>()
+            }
+        };
+        let tables: Vec<AngularResponse> = tables.ok_or_else(missing)?;
+        let Some(colour) = one_colour(colour) else {
+            return match tables.as_slice() {
+                [red, green, blue] => Ok(AngularResponse::from_channels(
+                    [red, green, blue],
+                    &channels,
+                )?),
+                _ => Err(missing()),
+            };
+        };
+        let mut by_colour = plan.colours().into_iter().zip(tables);
+        let wanted = by_colour.find(|(of, _)| *of == colour);
+        wanted.map(|(_, table)| table).ok_or_else(missing)
     }
 
     /// The kept table of a plan; a file that is something else is a warning.

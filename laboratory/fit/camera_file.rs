@@ -39,7 +39,7 @@ pub fn camera_file(
             collected_at: description.camera.collected_at,
         },
         left_over_right: v(Name::LeftOverRight),
-        microlenses: law(&set, v(Name::LayoutXMm), half_mm),
+        microlenses: law(&set, v(Name::CentreXMm), half_mm),
         pixel: model.pixel(&fitted.values),
         parameters: fitted.table(),
     })

@@ -8,8 +8,8 @@
 //! views' kernels.
 //!
 //! Along the split light comes about the chief ray, and the microlens stands where it brings that ray to the middle of
-//! its pixel (to first order: the moving frame), were the lens's axis over the middle of the layout, but for the fitted
-//! law. Across the split, where nothing divides the light, both chief ray and shift are left out.
+//! its pixel (to first order: the moving frame) but for the fitted law. Across the split, where nothing divides the
+//! light, both chief ray and shift are left out.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -326,10 +326,10 @@ impl Set<'_> {
         self.values[name as usize]
     }
 
-    /// How far a microlens stands beside where it would bring the chief ray of a lens over the layout's middle to the
-    /// middle of its pixel, µm along the split.
+    /// How far a microlens stands beside where it would bring the chief ray to the middle of its pixel, µm along the
+    /// split.
     pub fn shift_um(&self, x_mm: f64) -> f64 {
-        let x = x_mm - self.value(Name::LayoutXMm);
+        let x = x_mm - self.value(Name::CentreXMm);
         let law = self.value(Name::Shift1)
             + x * x * (self.value(Name::Shift3) + x * x * self.value(Name::Shift5));
         self.value(Name::ShiftUm) + x * law
@@ -337,12 +337,8 @@ impl Set<'_> {
 
     /// Direction cosine of the chief ray along the split, from a pupil `pupil_mm` before the sensor.
     pub fn chief_u(&self, x_mm: f64) -> f64 {
-        self.chief_u_of(x_mm - self.value(Name::CentreXMm))
-    }
-
-    /// The same so far from the axis.
-    fn chief_u_of(&self, x_mm: f64) -> f64 {
-        x_mm / x_mm.hypot(self.value(Name::PupilMm))
+        let x = x_mm - self.value(Name::CentreXMm);
+        x / x.hypot(self.value(Name::PupilMm))
     }
 
     /// P of left and right of every place in the pupil.
@@ -355,8 +351,7 @@ impl Set<'_> {
     fn weights_under(&self, x_mm: f64, shift_um: f64, stop: f64) -> Vec<[f64; 2]> {
         let rim = 0.5 / (self.value(Name::FNumber) * stop);
         let chief = self.chief_u(x_mm);
-        let laid_out = self.chief_u_of(x_mm - self.value(Name::LayoutXMm));
-        let shift = self.table.shift_for_um(laid_out) + shift_um;
+        let shift = self.table.shift_for_um(chief) + shift_um;
         let [diffusion, crosstalk] = [Name::DiffusionUm, Name::Crosstalk].map(|n| self.value(n));
         let halves = self
             .table

@@ -12,7 +12,6 @@
 //! | `shift_um`, `shift_1` … `shift_5` | µm, µm/mm^k | shift law, beside the chief ray's place |
 //! | `centre_x_mm`, `centre_y_mm` | mm | where the lens's axis meets the sensor |
 //! | `blur_px` … `tilt_y_px` | px | the lens: disk of a point out of focus ([`super::lens_law`]) |
-//! | `layout_x_mm` | mm | where the middle of the microlenses' layout lies; the law counts from there |
 //! | `left_over_right` | 1 | what charge of the left half counts for over that of the right one |
 //! | `focus_mm` | mm | distance from the sensor that is in focus: of planes alone |
 
@@ -71,11 +70,10 @@ pub enum Name {
     TiltYPx,
     FocusMm,
     LeftOverRight,
-    LayoutXMm,
 }
 
 /// Number of parameters.
-pub const COUNT: usize = Name::LayoutXMm as usize + 1;
+pub const COUNT: usize = Name::LeftOverRight as usize + 1;
 /// Parameters of the layers: each change of one needs new waves.
 pub const LAYERS: [Name; 6] = [
     Name::RadiusUm,
@@ -195,14 +193,6 @@ impl Known {
                 (focus.0, focus.1, [0.5 * focus.0, 2.0 * focus.0]),
             ),
             ("left_over_right", (1.0, 0.1 * has_lens, [0.5, 2.0])),
-            (
-                "layout_x_mm",
-                (
-                    0.0,
-                    centre_mm * has_lens,
-                    [-10.0 * centre_mm, 10.0 * centre_mm],
-                ),
-            ),
         ];
         let parameter = |(name, (prior, sigma, bounds)): (&str, Prior)| Parameter {
             name: name.to_owned(),

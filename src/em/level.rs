@@ -113,10 +113,14 @@ impl Level {
         match self {
             Self::Geometric => Some(0.0),
             // Measured: `benches/runs/2026-11-21/cra.md`.
-            // A mosaic takes a pass per colour, through four pixels (`benches/runs/2026-11-26/wave_mosaic.md`).
+            // A mosaic: a pass per colour through four pixels (`benches/runs/2026-11-26/wave_mosaic.md`).
             Self::Wave => {
-                let mosaic = if stack.mosaic.is_some() { 5.0 } else { 1.0 };
-                Some(mosaic * 1.5e-3 * (stack.pitch_um / 1.6).powi(3))
+                let passes = match (&stack.mosaic, stack.trench_um > 0.0) {
+                    (None, _) => 1.0,
+                    (Some(_), false) => 5.0,
+                    (Some(_), true) => 20.0,
+                };
+                Some(passes * 1.5e-3 * (stack.pitch_um / 1.6).powi(3))
             }
             Self::Fdtd | Self::Corrected | Self::Rcwa => None,
         }
