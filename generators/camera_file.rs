@@ -316,7 +316,7 @@ mod tests {
 
     use super::*;
     use crate::assemble;
-    use crate::config::DEFAULT_TOML;
+    use crate::config::{DEFAULT_TOML, ReadoutConfig};
     use crate::draw;
 
     fn camera(folder: &Path) -> CameraFile {
@@ -362,6 +362,10 @@ mod tests {
         assert_eq!(fitted.camera(), &file);
         assert_eq!(fitted.warnings.len(), 1, "{:?}", fitted.warnings);
         let mut config = DatasetConfig::from_toml(DEFAULT_TOML, "t").unwrap();
+        config.readout = Some(ReadoutConfig {
+            gain_mismatch: Draw::Fixed(0.0),
+            ..ReadoutConfig::default()
+        });
         fitted.put_into(&mut config);
         config.check().unwrap();
         // As it is kept beside a dataset, and read again.
@@ -376,8 +380,16 @@ mod tests {
             (p.efl_mm - 4.4).abs() < 1e-6 && (p.f_number - 2.2).abs() < 1e-3,
             "{p:?}"
         );
+        let gains = |recipe: &Recipe| recipe.readout.as_ref().unwrap().subpixel_gains.clone();
+        let [left, right] = gains(&recipe)[..] else {
+            panic!("{:?}", gains(&recipe))
+        };
+        assert!((left / right - 1.2).abs() < 1e-12 && (left + right - 2.0).abs() < 1e-12);
         // Another recipe takes the same camera.
         let mut other = recipe.clone();
+        if let Some(readout) = &mut other.readout {
+            readout.subpixel_gains = vec![1.0; 2];
+        }
         other.lens.name = "lib_dgauss_50mm".into();
         fitted.put_into_recipe(&mut other);
         assert_eq!(
@@ -385,6 +397,7 @@ mod tests {
             (&recipe.lens.name, &recipe.response)
         );
         assert_eq!(other.sensor.microlens_law, file.microlenses);
+        assert_eq!(gains(&other), gains(&recipe));
     }
 
     #[test]

@@ -110,6 +110,8 @@ pub struct Known {
 const PRIOR_FOCAL_LENGTH_MM: f64 = 4.4;
 /// Field at which h of the lens's law is 1, focal lengths.
 const UNIT_FIELD: f64 = 2.8 / 4.4;
+/// Deviation of each term of the shift law at the unit of the field, of the pitch.
+const LAW_PART: f64 = 0.3;
 /// Deviations of an exit pupil that a lens tells, and of a focus that a scale tells, parts of them.
 const PUPIL_PART: f64 = 0.05;
 const FOCUS_PART: f64 = 0.03;
@@ -126,9 +128,11 @@ impl Known {
         let has_lens = if self.has_kernels { 1.0 } else { 0.0 };
         let lens = |part: f64| (0.0, has_lens * part * d, [-3.0 * d, 3.0 * d]);
         let larger = self.focal_length_mm / PRIOR_FOCAL_LENGTH_MM;
-        let law = |power: i32, sigma: f64, most: f64| {
+        // More than a part of the pitch at the unit of the field, and light would go over to the neighbours.
+        let law = |power: i32, most: f64| {
             let part = p / larger.powi(power);
-            (0.0, sigma * part, [-most * part, most * part])
+            let sigma = LAW_PART * p / self.unit_mm().powi(power);
+            (0.0, sigma, [-most * part, most * part])
         };
         let pupil =
             (self.pupil_mm).map_or((5.5 * larger, 1.5 * larger), |mm| (mm, PUPIL_PART * mm));
@@ -161,9 +165,9 @@ impl Known {
                 ),
             ),
             ("shift_um", (0.0, 0.1 * p, [-0.5 * p, 0.5 * p])),
-            ("shift_1_um_per_mm", law(1, 0.1, 1.0)),
-            ("shift_3_um_per_mm3", law(3, 0.02, 0.5)),
-            ("shift_5_um_per_mm5", law(5, 0.003, 0.1)),
+            ("shift_1_um_per_mm", law(1, 1.0)),
+            ("shift_3_um_per_mm3", law(3, 0.5)),
+            ("shift_5_um_per_mm5", law(5, 0.1)),
             (
                 "centre_x_mm",
                 (0.0, centre_mm, [-10.0 * centre_mm, 10.0 * centre_mm]),

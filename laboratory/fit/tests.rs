@@ -189,7 +189,7 @@ fn captures_that_cannot_be_used_are_named_with_what_would_do() {
 }
 
 /// The parameters that the check of drawn cameras leaves open; the layers of a pixel are not known one by one.
-const OPEN: [&str; 9] = [
+const OPEN: [&str; 10] = [
     "radius_um",
     "diffusion_um",
     "shift_um",
@@ -199,6 +199,7 @@ const OPEN: [&str; 9] = [
     "blur_px",
     "defocus_px",
     "coma_px",
+    "left_over_right",
 ];
 
 /// Cameras drawn, captured with noise and fitted blind. In full: `QUADPIXEL_FIT_TRIALS=100`, which prints them.

@@ -129,6 +129,31 @@ fn waves_know_neighbours_of_other_colours_as_modes_do() {
     }
 }
 
+/// Tables of all lens shifts under a mosaic: red and blue microlenses, which little light of green passes, stand as the
+/// green ones do.
+#[test]
+fn the_microlenses_of_a_mosaic_have_one_layout() {
+    let mut stack = PixelStack::builtin("1.4um-dual").unwrap();
+    stack.mosaic = PixelStack::builtin("1.6um-bayer").unwrap().mosaic;
+    let settings = TableSettings {
+        steps: 4,
+        refine: 2,
+        cosine_max: 0.6,
+        shifts: Some(ShiftSettings {
+            per_pitch: 8,
+            cone_f_number: 2.8,
+        }),
+        ..TableSettings::new(Level::Wave, Preset::Draft, &stack)
+    };
+    let plan = TablePlan::new(&stack, &settings).unwrap();
+    let tables = plan.build_colours(None, &|_, _| ()).unwrap();
+    let layouts: Vec<_> = (tables.iter())
+        .map(|built| built.table.meta().chief_ray_shifts.clone().unwrap())
+        .collect();
+    assert!(layouts.len() == 3 && layouts[0] == layouts[1] && layouts[2] == layouts[1]);
+    assert!(layouts[1].at(0.17, 0.0).shift_um[0] < -0.05);
+}
+
 /// The tables of all colours of a mosaic.
 fn colours(stack: &PixelStack, settings: &TableSettings) -> Vec<BuiltTable> {
     let plan = TablePlan::new(stack, settings).unwrap();

@@ -216,18 +216,28 @@ impl TablePlan {
         };
         let first = solvers.first().map(|solver| solver.frame()).transpose()?;
         let fits = solvers.iter().filter_map(|s| s.correction_fit());
-        let about = AboutPixel {
+        let mut about = AboutPixel {
             frame: match first {
                 Some(frame) => frame,
                 None => self.stack.moving_frame(self.settings.wavelengths_nm[0])?,
             },
             corrections: fits.collect(),
+            layout: None,
         };
-        let table = |colour| {
+        let table = |colour, about: &AboutPixel| {
             let stack = self.stack.with_colour(colour);
-            runs.table(&stack, &self.settings, &about, &simulated)
+            runs.table(&stack, &self.settings, about, &simulated)
         };
-        self.colours().into_iter().map(table).collect()
+        // One layout of microlenses serves all colours: that of green, which light of the reference wavelength has.
+        let green = table(FilterColour::Green, &about)?;
+        about.layout = green.table.meta().chief_ray_shifts.clone();
+        let mut green = Some(green);
+        let colours = self.colours().into_iter();
+        let one = |colour| match green.take_if(|_| colour == FilterColour::Green) {
+            Some(green) => Ok(green),
+            None => table(colour, &about),
+        };
+        colours.map(one).collect()
     }
 
     /// Simulates one part of the directions into `journal`: how many plane waves they are, and how many of them it

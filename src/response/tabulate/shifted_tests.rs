@@ -103,6 +103,7 @@ fn symmetry_fills_every_shift_and_direction_from_an_octant() {
     let about = AboutPixel {
         frame: stack().moving_frame(550.0).unwrap(),
         corrections: Vec::new(),
+        layout: None,
     };
     let table = plan
         .table(&stack(), &settings(), &about, &simulated)

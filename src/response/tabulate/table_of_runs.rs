@@ -21,6 +21,8 @@ use crate::sensor::{Charge, MovingFrame};
 pub(super) struct AboutPixel {
     pub frame: MovingFrame,
     pub corrections: Vec<CorrectionFit>,
+    /// Lens shifts that chief rays need; `None`: those of the table's own colour.
+    pub layout: Option<ChiefRayShifts>,
 }
 
 /// P of all lens shifts at the simulated directions of a wavelength, `[shift][sub-pixel]`.
@@ -75,7 +77,10 @@ impl Runs {
         };
         let mut table = AngularResponse::new(axes, meta, table)?;
         if let Some(shifts) = &settings.shifts {
-            let chief_ray_shifts = ChiefRayShifts::from_table(&table, shifts.cone_f_number)?;
+            let chief_ray_shifts = match &about.layout {
+                Some(layout) => layout.clone(),
+                None => ChiefRayShifts::from_table(&table, shifts.cone_f_number)?,
+            };
             table = table.with_chief_ray_shifts(chief_ray_shifts);
         }
         Ok(BuiltTable { table, report })

@@ -67,6 +67,7 @@ fn built(plan: &Runs, stack: &PixelStack, simulated: &Simulated) -> BuiltTable {
     let about = AboutPixel {
         frame: stack.moving_frame(550.0).unwrap(),
         corrections: Vec::new(),
+        layout: None,
     };
     plan.table(stack, &settings(), &about, simulated).unwrap()
 }
