@@ -77,7 +77,10 @@ fn the_mosaic_study_tells_every_microlens_beside_its_own_colour_around() {
     let svg = fs::read_to_string(folder.path().join("study/mosaic.svg")).unwrap();
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && !svg.contains("NaN"));
 
-    refused(&study(&["--pixel", &pixel]), "--model is wave");
+    refused(
+        &study(&["--pixel", &pixel, "--model", "geometric"]),
+        "mosaic is there",
+    );
     refused(
         &study(&["--model", "rcwa", "--pixel", "1.6um"]),
         "a pixel with [mosaic]",
