@@ -53,7 +53,7 @@ impl WaveModel {
     /// The pixel at one wavelength.
     ///
     /// # Errors
-    /// A pixel, settings or a wavelength out of range; metal walls and mosaics, which are [`WaveMosaic`]'s.
+    /// A pixel, settings or a wavelength out of range; metal walls and mosaics, which are `WaveMosaic`'s.
     pub fn new(
         stack: &PixelStack,
         wavelength_nm: f64,
