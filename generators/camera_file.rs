@@ -252,6 +252,11 @@ impl FittedCamera {
         sensor.microlens_shift = ShiftRule::ChiefRay;
         sensor.microlens_law = self.camera.microlenses;
         if let Some(readout) = &mut recipe.readout {
+            // Gains of other sub-pixels say nothing of these.
+            let count = sensor.subpixels.count();
+            if readout.subpixel_gains.len() != count {
+                readout.subpixel_gains = vec![1.0; count];
+            }
             readout.weigh_halves(self.camera.left_over_right, sensor.subpixels.m());
         }
         let given = recipe.response.table().map(|t| (t.level, t.choice));
@@ -388,7 +393,7 @@ mod tests {
         // Another recipe takes the same camera.
         let mut other = recipe.clone();
         if let Some(readout) = &mut other.readout {
-            readout.subpixel_gains = vec![1.0; 2];
+            readout.subpixel_gains = vec![1.1; 4];
         }
         other.lens.name = "lib_dgauss_50mm".into();
         fitted.put_into_recipe(&mut other);

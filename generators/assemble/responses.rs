@@ -211,9 +211,9 @@ impl Responses {
             return self.kept(&plan).ok_or_else(missing);
         };
         let plan = plan.of_mosaic()?;
-        let run_s = table.level.quick_run_s(&stack);
-        let tables = match run_s.map(|s| s * plan.count().unwrap_or(usize::MAX) as f64) {
-            Some(seconds) if seconds <= MOST_SECONDS => {
+        let count = plan.count()? as f64;
+        let tables = match table.level.quick_run_s(&stack) {
+            Some(run_s) if run_s * count <= MOST_SECONDS => {
                 let made = self.cache.tables(&plan, progress)?;
                 let warnings = made.warnings.iter().map(ToString::to_string);
                 self.warnings.extend(warnings);

@@ -253,8 +253,8 @@ mod tests {
     /// Left and right from two directions.
     fn halves(stack: &PixelStack) -> [[f64; 2]; 2] {
         let fineness = TableFineness {
-            steps: 1,
-            shifts: 3,
+            steps: 2,
+            shifts: 8,
             ..Fineness::draft().table
         };
         let table = PixelTable::new(stack, 550.0, [0.2, 0.2], &fineness, None).unwrap();
@@ -282,7 +282,6 @@ mod tests {
         );
         let less_lit = |of: [f64; 2]| of[0].min(of[1]) / (of[0] + of[1]);
         let [alike, unlike] = [alike[1], unlike[1]].map(less_lit);
-        // Three shifts keep one harmonic: all of it is a sixth.
-        assert!(unlike < 0.95 * alike, "{unlike} {alike}");
+        assert!(unlike < 0.7 * alike, "{unlike} {alike}");
     }
 }

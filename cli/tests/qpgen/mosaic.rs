@@ -203,6 +203,26 @@ fn a_dataset_takes_a_table_of_bands_and_tells_of_crosstalk() {
     for (channel, nm) in [610.0, 550.0, 465.0].into_iter().enumerate() {
         assert_eq!(meta["channels"][channel]["response_wavelength_nm"], nm);
     }
+
+    // By waves the dataset makes its tables itself.
+    let printed = qpgen_in(folder.path(), &["dataset", "--print-config"]);
+    let mut values = values.to_vec();
+    values.retain(|(name, _)| !name.starts_with("response."));
+    let pixels = format!("[{pixel:?}]");
+    values.extend([
+        ("response.model", "\"wave\""),
+        ("response.pixels", pixels.as_str()),
+        ("response.preset", "\"draft\""),
+        ("response.colour", "\"bands\""),
+    ]);
+    let config = with_values(&String::from_utf8(printed.stdout).unwrap(), &values);
+    fs::write(folder.path().join("w.toml"), config).unwrap();
+    let dataset = ["dataset", "--config", "w.toml", "--out", "waves", "--json"];
+    json(&qpgen_in(folder.path(), &dataset));
+    let meta = fs::read_to_string(folder.path().join("waves/samples/000000/meta.json")).unwrap();
+    let meta: serde_json::Value = serde_json::from_str(&meta).unwrap();
+    let simulated = meta["effects"]["simulated"].as_array().unwrap();
+    assert!(simulated.contains(&"colour-crosstalk".into()));
 }
 
 #[test]

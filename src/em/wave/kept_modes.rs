@@ -12,16 +12,18 @@ type C = Complex64;
 
 /// The modes that were found, and how to find the others.
 pub(super) struct KeptModes {
-    pub period_um: f64,
-    pub trench_um: f64,
-    pub uncollected_um: [f64; 2],
+    period_um: f64,
+    trench_um: f64,
+    /// At splits and borders.
+    uncollected_um: [f64; 2],
     /// Microlenses along an axis of the period.
-    pub cells: usize,
+    cells: usize,
     /// k0² (Re ε_si − Re ε_trench) in 1/µm².
-    pub barrier: f64,
-    /// Largest transverse wavenumber of their Fourier series, and of modes that are asked for their absorption, 1/µm.
-    pub cutoff: f64,
-    pub absorbing: f64,
+    barrier: f64,
+    /// Largest transverse wavenumber of their Fourier series, 1/µm.
+    cutoff: f64,
+    /// The same of modes that are asked for their absorption.
+    absorbing: f64,
     kept: Mutex<HashMap<(u64, usize), Arc<AxisModes>>>,
 }
 

@@ -6,9 +6,9 @@
 //!   2×2 pixels   layers, silicon                   orders of half the spacing; absorption of each photodiode
 //! ```
 //! n is the index of the microlens asked for and n(x, y) that of the microlens above each place, so of filters that are
-//! all alike the answer is [`super::WaveModel`]'s. Each colour is a pass of its own. What comes back up from below is
-//! that of filters alike (a second pass through the mosaic is a hundredth of the light), and the sheets are crossed by
-//! all light as straight down.
+//! all alike the answer is [`super::WaveModel`]'s. Each colour is a pass of its own. What comes back up from below
+//! meets filters alike, and the sheets are crossed by all light as straight down. P is within 0.014 of that of the
+//! supercell by Fourier modes to 30°, 0.030 at 40° (`benches/runs/2026-11-26/wave_mosaic.md`).
 
 use rustfft::num_complex::Complex64;
 

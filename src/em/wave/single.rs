@@ -142,15 +142,7 @@ impl WaveModel {
         // The lens sees plain silicon below; what the trenches send back otherwise is added as a source, `bounces`
         // times.
         let flat = FlatStack::new(&self.flat, self.surface.silicon, self.k0, &orders);
-        let illumination = Illumination {
-            orders: &orders,
-            incident: orders
-                .iter()
-                .position(|o| o.a == 0 && o.b == 0)
-                .unwrap_or(0),
-            resin: self.flat.lens,
-            stack: &flat.seen,
-        };
+        let illumination = self.illumination(&orders, &flat);
         // These passes find a few per cent of the light: a rough field is enough.
         let rough = if self.settings.bounces > 0 { 5.0 } else { 1.0 };
         let dark = vec![C::ZERO; orders.len()];
@@ -174,15 +166,7 @@ impl WaveModel {
     pub(super) fn falling(&self, u: f64, v: f64) -> Result<Falling, StackError> {
         let orders = self.orders(self.bloch(u, v)?);
         let flat = FlatStack::new(&self.flat, self.surface.silicon, self.k0, &orders);
-        let illumination = Illumination {
-            orders: &orders,
-            incident: orders
-                .iter()
-                .position(|o| o.a == 0 && o.b == 0)
-                .unwrap_or(0),
-            resin: self.flat.lens,
-            stack: &flat.seen,
-        };
+        let illumination = self.illumination(&orders, &flat);
         let dark = vec![C::ZERO; orders.len()];
         let rising = flat.rising(&dark);
         let tolerance = self.settings.tolerance;
@@ -197,6 +181,19 @@ impl WaveModel {
             down,
             budget,
         })
+    }
+
+    /// A plane wave from above, flat layers on plain silicon below.
+    fn illumination<'a>(&self, orders: &'a [Order], flat: &'a FlatStack) -> Illumination<'a> {
+        Illumination {
+            orders,
+            incident: orders
+                .iter()
+                .position(|o| o.a == 0 && o.b == 0)
+                .unwrap_or(0),
+            resin: self.flat.lens,
+            stack: &flat.seen,
+        }
     }
 
     /// Bloch wavevector, 1/µm.

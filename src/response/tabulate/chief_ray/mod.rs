@@ -69,7 +69,8 @@ impl ChiefRayShifts {
         Self::balanced(&balance, theta_deg, azimuths, progress)
     }
 
-    /// Those of a table of shifted lenses: every 5° up to 40°, as far as the table holds the whole cone.
+    /// Those of a table of shifted lenses: every 5° up to 40°, as far as the table holds the whole cone and a shift is
+    /// found: under a mosaic of filters, light that is steep enough falls on neighbours under any.
     pub(super) fn from_table(
         table: &AngularResponse,
         cone_f_number: f64,
@@ -99,7 +100,9 @@ impl ChiefRayShifts {
             .map(|i| 5.0 * f64::from(i))
             .take_while(|theta| *theta <= 5.0 || theta.to_radians().sin() + reach <= edge)
             .collect();
-        Self::balanced(&balance, &theta_deg, 3, &())
+        let found = |count: usize| Self::balanced(&balance, &theta_deg[..count], 3, &());
+        let farthest = (2..=theta_deg.len()).rev().find_map(|n| found(n).ok());
+        farthest.map_or_else(|| found(1), Ok)
     }
 
     fn balanced(
