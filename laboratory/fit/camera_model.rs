@@ -88,8 +88,9 @@ const SPACERS: [&str; 2] = ["oxide", "wiring"];
 /// Sign of the defocus of near points in the lens's law: their light comes together behind the sensor, so that what
 /// goes to the right falls on the left of it.
 const NEAR: f64 = -1.0;
-/// Tables kept, so that a derivative by a parameter of lens or shift law needs no waves.
-const KEPT_TABLES: usize = 8;
+/// Tables kept, so that a derivative by a parameter of lens or shift law needs no waves, nor do the starts of another
+/// drawn camera.
+const KEPT_TABLES: usize = 128;
 
 /// What a camera is besides its pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -17,6 +17,8 @@ pub const STEPS: usize = 60;
 /// valley the steps are short, and a part of the sum, which is as large as the data are many, ends them too soon.
 const ENOUGH: f64 = 0.05;
 const SMALL_STEPS: usize = 2;
+/// Steps that derivatives by costly parameters are kept for, unless a step fails; the last step has its own.
+const KEPT_STEPS: usize = 4;
 /// Step of the derivatives by places, px.
 const PLACE_STEP: f64 = 0.02;
 /// Step of the derivatives by parameters, in units of their prior's deviation.
@@ -29,6 +31,11 @@ pub trait Forward: Sync {
     /// # Errors
     /// Values that no camera has.
     fn residuals(&self, values: &[f64], places: &[[f64; 2]]) -> Result<Vec<Vec<f64>>, FitError>;
+
+    /// Whether residuals at another value of this parameter take long.
+    fn is_costly(&self, _parameter: usize) -> bool {
+        false
+    }
 }
 
 /// What was found.
@@ -38,8 +45,6 @@ pub struct Solution {
     pub values: Vec<f64>,
     /// Of every block with one.
     pub places: Vec<[f64; 2]>,
-    /// Of the parameters, n × n; 0 of those that are held.
-    pub covariance: Vec<f64>,
     /// At these values.
     pub residuals: Vec<Vec<f64>>,
     /// What was minimised, there.
@@ -90,47 +95,89 @@ pub fn minimise(
     let mut sum = cost(&residuals, parameters, &values);
     let mut damping = 1e-3;
     let (mut steps, mut small) = (0, 0);
-    let mut normal = normal_at(forward, parameters, &free, (&values, &places, &residuals))?;
+    let mut columns = Columns::new(forward, parameters, &free);
+    let mut normal = columns.normal_at((&values, &places, &residuals), true)?;
     while steps < start.steps {
         steps += 1;
         if !watch(steps, sum) {
             return Err(FitError::Stopped);
         }
         let mut better = None;
-        for _ in 0..8 {
+        let mut tries = 0;
+        while tries < 8 && better.is_none() {
+            tries += 1;
             let (next, next_places) = step(&normal, parameters, &free, (&values, &places, damping));
             let tried = forward.residuals(&next, &next_places)?;
             let tried_sum = cost(&tried, parameters, &next);
             if tried_sum < sum {
                 better = Some((next, next_places, tried, tried_sum));
                 damping *= 0.2;
+            } else if columns.age > 0 {
                 break;
+            } else {
+                damping *= 6.0;
             }
-            damping *= 6.0;
         }
         let Some((next, next_places, tried, tried_sum)) = better else {
-            break;
+            if columns.age == 0 {
+                break;
+            }
+            normal = columns.normal_at((&values, &places, &residuals), true)?;
+            continue;
         };
-        small = if sum - tried_sum < ENOUGH {
-            small + 1
-        } else {
-            0
-        };
+        let is_small = sum - tried_sum < ENOUGH;
         (values, places, residuals, sum) = (next, next_places, tried, tried_sum);
-        normal = normal_at(forward, parameters, &free, (&values, &places, &residuals))?;
-        if small == SMALL_STEPS {
-            break;
+        if is_small && columns.age == 0 {
+            small += 1;
+            if small == SMALL_STEPS {
+                break;
+            }
+        } else if !is_small {
+            small = 0;
+        }
+        if steps < start.steps {
+            let anew = is_small || tries > 1 || columns.age + 1 == KEPT_STEPS;
+            normal = columns.normal_at((&values, &places, &residuals), anew)?;
         }
     }
-    let covariance = covariance(&normal.matrix, &free, parameters.len());
     Ok(Solution {
         values,
         places,
-        covariance,
         residuals,
         sum,
         steps,
     })
+}
+
+/// What is then known of the parameters: their covariance, n × n; 0 of those that are held.
+///
+/// # Errors
+/// Values that no camera has.
+pub fn covariance(
+    forward: &dyn Forward,
+    parameters: &[Parameter],
+    solution: &Solution,
+) -> Result<Vec<f64>, FitError> {
+    let free: Vec<usize> = (0..parameters.len())
+        .filter(|&i| parameters[i].sigma > 0.0)
+        .collect();
+    let at = (
+        &solution.values[..],
+        &solution.places[..],
+        &solution.residuals[..],
+    );
+    let normal = Columns::new(forward, parameters, &free).normal_at(at, true)?;
+    let count = parameters.len();
+    let mut all = vec![0.0; count * count];
+    if let Ok(factor) = normal.matrix.llt(Side::Lower) {
+        let inverse = factor.inverse();
+        for (a, &i) in free.iter().enumerate() {
+            for (c, &j) in free.iter().enumerate() {
+                all[i * count + j] = inverse[(a, c)];
+            }
+        }
+    }
+    Ok(all)
 }
 
 fn cost(residuals: &[Vec<f64>], parameters: &[Parameter], values: &[f64]) -> f64 {
@@ -155,61 +202,85 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 type Point<'a> = (&'a [f64], &'a [[f64; 2]], &'a [Vec<f64>]);
 
-fn normal_at(
-    forward: &dyn Forward,
-    parameters: &[Parameter],
-    free: &[usize],
-    (values, places, base): Point,
-) -> Result<Normal, FitError> {
-    let mut by_parameter = Vec::with_capacity(free.len());
-    for &i in free {
-        let p = &parameters[i];
-        // Into the bounds, where a bound is near.
-        let size = STEP * p.sigma;
-        let step = if values[i] + size > p.bounds[1] {
-            -size
-        } else {
-            size
-        };
-        let mut moved = values.to_vec();
-        moved[i] += step;
-        by_parameter.push(slopes(&forward.residuals(&moved, places)?, base, step));
-    }
-    let mut by_place = Vec::with_capacity(2);
-    for axis in 0..2 {
-        let mut moved = places.to_vec();
-        moved.iter_mut().for_each(|p| p[axis] += PLACE_STEP);
-        by_place.push(slopes(
-            &forward.residuals(values, &moved)?,
-            base,
-            PLACE_STEP,
-        ));
-    }
-    let n = free.len();
-    let mut matrix = Mat::<f64>::zeros(n, n);
-    let mut right = Mat::<f64>::zeros(n, 1);
-    for (a, &i) in free.iter().enumerate() {
-        let p = &parameters[i];
-        matrix[(a, a)] += p.sigma.powi(-2);
-        right[(a, 0)] -= (values[i] - p.prior) * p.sigma.powi(-2);
-    }
-    let one = |b: usize| block_of(b, &by_parameter, &by_place, base, b < places.len());
-    let blocks: Vec<Block> = (0..base.len()).into_par_iter().map(one).collect();
-    let mut eliminated = Vec::with_capacity(places.len());
-    for block in blocks {
-        for a in 0..n {
-            right[(a, 0)] -= block.right[a];
-            for c in 0..n {
-                matrix[(a, c)] += block.matrix[a * n + c];
-            }
+/// Derivatives of the residuals by the free parameters; those by costly ones may be of an earlier point.
+struct Columns<'a> {
+    forward: &'a dyn Forward,
+    parameters: &'a [Parameter],
+    free: &'a [usize],
+    by_parameter: Vec<Vec<Vec<f64>>>,
+    /// Points since those by costly ones were taken.
+    age: usize,
+}
+
+impl<'a> Columns<'a> {
+    fn new(forward: &'a dyn Forward, parameters: &'a [Parameter], free: &'a [usize]) -> Self {
+        Self {
+            forward,
+            parameters,
+            free,
+            by_parameter: vec![Vec::new(); free.len()],
+            age: 0,
         }
-        eliminated.extend(block.place);
     }
-    Ok(Normal {
-        matrix,
-        right,
-        places: eliminated,
-    })
+
+    /// The normal equations at a point; `anew` with the derivatives by costly parameters there.
+    fn normal_at(&mut self, (values, places, base): Point, anew: bool) -> Result<Normal, FitError> {
+        let (forward, parameters, free) = (self.forward, self.parameters, self.free);
+        let mut is_old = false;
+        for (column, &i) in self.by_parameter.iter_mut().zip(free) {
+            if !anew && forward.is_costly(i) {
+                is_old = true;
+                continue;
+            }
+            let p = &parameters[i];
+            // Into the bounds, where a bound is near.
+            let size = STEP * p.sigma;
+            let step = if values[i] + size > p.bounds[1] {
+                -size
+            } else {
+                size
+            };
+            let mut moved = values.to_vec();
+            moved[i] += step;
+            *column = slopes(&forward.residuals(&moved, places)?, base, step);
+        }
+        self.age = if is_old { self.age + 1 } else { 0 };
+        let mut by_place = Vec::with_capacity(2);
+        for axis in 0..2 {
+            let mut moved = places.to_vec();
+            moved.iter_mut().for_each(|p| p[axis] += PLACE_STEP);
+            by_place.push(slopes(
+                &forward.residuals(values, &moved)?,
+                base,
+                PLACE_STEP,
+            ));
+        }
+        let n = free.len();
+        let mut matrix = Mat::<f64>::zeros(n, n);
+        let mut right = Mat::<f64>::zeros(n, 1);
+        for (a, &i) in free.iter().enumerate() {
+            let p = &parameters[i];
+            matrix[(a, a)] += p.sigma.powi(-2);
+            right[(a, 0)] -= (values[i] - p.prior) * p.sigma.powi(-2);
+        }
+        let one = |b: usize| block_of(b, &self.by_parameter, &by_place, base, b < places.len());
+        let blocks: Vec<Block> = (0..base.len()).into_par_iter().map(one).collect();
+        let mut eliminated = Vec::with_capacity(places.len());
+        for block in blocks {
+            for a in 0..n {
+                right[(a, 0)] -= block.right[a];
+                for c in 0..n {
+                    matrix[(a, c)] += block.matrix[a * n + c];
+                }
+            }
+            eliminated.extend(block.place);
+        }
+        Ok(Normal {
+            matrix,
+            right,
+            places: eliminated,
+        })
+    }
 }
 
 /// What one block adds.
@@ -313,17 +384,4 @@ fn step(
         }
     }
     (next, next_places)
-}
-
-fn covariance(matrix: &Mat<f64>, free: &[usize], count: usize) -> Vec<f64> {
-    let mut all = vec![0.0; count * count];
-    if let Ok(factor) = matrix.llt(Side::Lower) {
-        let inverse = factor.inverse();
-        for (a, &i) in free.iter().enumerate() {
-            for (c, &j) in free.iter().enumerate() {
-                all[i * count + j] = inverse[(a, c)];
-            }
-        }
-    }
-    all
 }

@@ -141,6 +141,15 @@ impl Measurements {
         }
     }
 
+    /// With kernels under a Gaussian blur of this deviation, px.
+    pub(super) fn blurred(&self, sigma_px: f64) -> Self {
+        let mut all = self.clone();
+        for view in all.fields.iter_mut().flat_map(|field| &mut field.views) {
+            blur(view, self.side, sigma_px);
+        }
+        all
+    }
+
     /// Keeps out nothing but planes of another wavelength than the camera's.
     pub fn hold_out_nothing(&mut self, wavelength_nm: f64) {
         (self.fields.iter_mut()).for_each(|field| field.held_out = false);
@@ -158,6 +167,31 @@ impl Measurements {
             column.held_out = column.x_mm > 0.0;
         }
     }
+}
+
+/// Blurs a kernel by a Gaussian of this deviation, px, inside of its window, and makes its sum 1 again.
+pub(super) fn blur(kernel: &mut [f64], side: usize, sigma_px: f64) {
+    if sigma_px <= 0.0 {
+        return;
+    }
+    let reach = (3.0 * sigma_px).ceil() as usize;
+    let taps: Vec<f64> = (0..=reach)
+        .map(|d| (-0.5 * (d as f64 / sigma_px).powi(2)).exp())
+        .collect();
+    let mut from = kernel.to_vec();
+    for apart in [1, side] {
+        from.copy_from_slice(kernel);
+        for (i, to) in kernel.iter_mut().enumerate() {
+            let place = i / apart % side;
+            let first = i - place * apart;
+            let near = place.saturating_sub(reach)..(place + reach + 1).min(side);
+            *to = near
+                .map(|k| taps[k.abs_diff(place)] * from[first + k * apart])
+                .sum();
+        }
+    }
+    let sum: f64 = kernel.iter().sum();
+    kernel.iter_mut().for_each(|v| *v /= sum);
 }
 
 /// Σ (left + right), weighted by the sheet: what the lens alone does.

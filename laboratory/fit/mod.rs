@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! capture.toml ─ capture ─▶ Measurements ─┐
-//! parameters with priors ─────────────────┴▶ fit ─▶ Fitted: values, σ, correlations ─ report ─▶ tables, camera file
+//! parameters with priors ─────────────────┴▶ search, fit ─▶ Fitted: values, σ, correlations ─▶ tables, camera file
 //!                                             ▲
 //!          lens_law, pixel_table ─▶ camera_model (wave level)          truth: cameras drawn, fitted blind
 //! ```
@@ -33,6 +33,7 @@ pub mod pixel_table;
 mod plane_tests;
 mod planes;
 pub mod prediction;
+mod search;
 pub mod target;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // because tests fail by panicking
@@ -45,21 +46,14 @@ use rayon::prelude::*;
 
 use self::camera_model::CameraModel;
 use self::error::FitError;
-use self::least_squares::{Forward, STEPS, Solution, Start, minimise};
-use self::measurements::Measurements;
+use self::least_squares::{Forward, STEPS, Start, covariance, minimise};
+use self::measurements::{Measurements, blur};
 use self::noise::Noise;
-use self::parameters::{LAYERS, Name, Parameter};
+use self::parameters::{LAYERS, Parameter};
+use self::search::beginning;
 
 /// Part of a prior's σ above which the data are said not to hold a parameter.
 const HELD: f64 = 0.7;
-
-/// Starts of the search per thickness after which light in the spacer is in phase again, how far they go from the
-/// prior, in its deviations, and steps made from each; of how many of them the search goes on, and how far.
-const STARTS_PER_FRINGE: f64 = 2.0;
-const STARTS_SIGMA: f64 = 1.3;
-const FIRST_STEPS: usize = 4;
-const CANDIDATES: usize = 3;
-const CANDIDATE_STEPS: usize = 10;
 
 /// A fitted camera.
 #[derive(Clone, Debug)]
@@ -123,6 +117,8 @@ struct Residuals<'a> {
     measured: &'a Measurements,
     fields: Vec<usize>,
     noise: Noise,
+    /// Blur of the measured kernels, px, that the model's get, too.
+    blur_px: f64,
 }
 
 impl Forward for Residuals<'_> {
@@ -130,7 +126,10 @@ impl Forward for Residuals<'_> {
         let set = self.model.at(values)?;
         let of_field = |(&i, &place): (&usize, &[f64; 2])| {
             let field = &self.measured.fields[i];
-            let model = set.kernels(field.place_mm, place);
+            let model = set.kernels(field.place_mm, place).map(|mut kernel| {
+                blur(&mut kernel, self.measured.side, self.blur_px);
+                kernel
+            });
             let mut residuals = Vec::with_capacity(2 * field.views[0].len());
             for (model, view) in model.iter().zip(&field.views) {
                 let mean_square = view.iter().map(|v| v * v).sum::<f64>() / view.len() as f64;
@@ -158,91 +157,9 @@ impl Forward for Residuals<'_> {
         blocks.push(shifts.collect());
         Ok(blocks)
     }
-}
 
-/// Where a search begins: values, and places of the kernels. Light that is thrown to and fro in the layers is in phase
-/// again at thicknesses λ/2n apart, and each of these may have a least sum of its own, in the microlens's radius as in
-/// the spacer: so all other parameters are fitted to a part of the fields at a grid of both, and all of them from the
-/// best of these.
-fn beginning(
-    residuals: &Residuals<'_>,
-    parameters: &[Parameter],
-    watch: &dyn Fn(usize, f64) -> bool,
-) -> Result<(Vec<f64>, Vec<[f64; 2]>), FitError> {
-    let few = residuals.few();
-    let held: Vec<Parameter> = (parameters.iter().enumerate())
-        .map(
-            |(i, p)| match LAYERS.iter().any(|name| *name as usize == i) {
-                true => Parameter {
-                    sigma: 0.0,
-                    ..p.clone()
-                },
-                false => p.clone(),
-            },
-        )
-        .collect();
-    let mut found = Vec::new();
-    for radius in residuals.starts(&parameters[Name::RadiusUm as usize]) {
-        for spacer in residuals.starts(&parameters[Name::SpacerUm as usize]) {
-            let mut values: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
-            values[Name::RadiusUm as usize] = radius;
-            values[Name::SpacerUm as usize] = spacer;
-            let places = few.places(&values)?;
-            let start = Start {
-                parameters: &held,
-                values: &values,
-                places: &places,
-                steps: FIRST_STEPS,
-            };
-            let there = minimise(&few, &start, watch)?;
-            found.push((there.sum, there.values));
-        }
-    }
-    found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    found.truncate(CANDIDATES);
-    let mut best: Option<Solution> = None;
-    for (_, values) in found {
-        let places = residuals.places(&values)?;
-        let start = Start {
-            parameters,
-            values: &values,
-            places: &places,
-            steps: CANDIDATE_STEPS,
-        };
-        let there = minimise(residuals, &start, watch)?;
-        if best.as_ref().is_none_or(|best| there.sum < best.sum) {
-            best = Some(there);
-        }
-    }
-    let none = || FitError::TooLittle("no start of the fit was tried".into());
-    best.map(|b| (b.values, b.places)).ok_or_else(none)
-}
-
-impl<'a> Residuals<'a> {
-    /// The same of a third of the fields.
-    fn few(&self) -> Self {
-        Self {
-            fields: self.fields.iter().copied().step_by(3).collect(),
-            ..*self
-        }
-    }
-
-    /// Where the kernels of the fields lie, as far as centroids tell.
-    fn places(&self, values: &[f64]) -> Result<Vec<[f64; 2]>, FitError> {
-        let all = self.model.at(values)?.places_px(self.measured);
-        Ok(self.fields.iter().map(|&i| all[i]).collect())
-    }
-
-    /// Values of a thickness about its prior, within its bounds: the prior alone where it is held.
-    fn starts(&self, parameter: &Parameter) -> Vec<f64> {
-        let apart = self.model.fringe_um() / STARTS_PER_FRINGE;
-        let most = (STARTS_SIGMA * parameter.sigma / apart).floor() as i64;
-        let value = |k: i64| parameter.prior + k as f64 * apart;
-        let [low, high] = parameter.bounds;
-        (-most..=most)
-            .map(value)
-            .filter(|v| (low..=high).contains(v))
-            .collect()
+    fn is_costly(&self, parameter: usize) -> bool {
+        LAYERS.iter().any(|name| *name as usize == parameter)
     }
 }
 
@@ -264,6 +181,7 @@ pub fn fit(
         measured,
         fields: (0..measured.fields.len()).filter(is_fitted).collect(),
         noise: noise.unwrap_or(Noise::GUESS),
+        blur_px: 0.0,
     };
     let watch = |step: usize, sum: f64| {
         let text = format!("fit: step {step}, sum of squares {sum:.4e}");
@@ -302,8 +220,8 @@ pub fn fit(
     let solution = last.ok_or_else(none)?;
     Ok(Fitted {
         parameters: parameters.to_vec(),
+        covariance: covariance(&residuals, parameters, &solution)?,
         values: solution.values,
-        covariance: solution.covariance,
         noise: residuals.noise,
         steps: solution.steps,
     })
