@@ -213,3 +213,34 @@ pub fn centroid_px(kernel: &[f64], side: usize) -> [f64; 2] {
     }
     [x / sum, y / sum]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blurs_of_gaussians_add_up_by_squares() {
+        let side = 41;
+        let gaussian = |sigma: f64| {
+            let mut kernel: Vec<f64> = (0..side * side)
+                .map(|i| {
+                    let [x, y] = [i % side, i / side].map(|k| k as f64 - 20.0);
+                    (-0.5 * ((x - 2.0).powi(2) + y * y) / (sigma * sigma)).exp()
+                })
+                .collect();
+            let sum: f64 = kernel.iter().sum();
+            kernel.iter_mut().for_each(|v| *v /= sum);
+            kernel
+        };
+        let mut blurred = gaussian(3.0);
+        blur(&mut blurred, side, 4.0);
+        // Taps end at three deviations, the window at four.
+        let most = gaussian(5.0)[20 * side + 22];
+        for (b, wanted) in blurred.iter().zip(gaussian(5.0)) {
+            assert!((b - wanted).abs() < 5e-3 * most, "{b} {wanted}");
+        }
+        let mut same = gaussian(3.0);
+        blur(&mut same, side, 0.0);
+        assert_eq!(same, gaussian(3.0));
+    }
+}

@@ -46,8 +46,8 @@ use rayon::prelude::*;
 
 use self::camera_model::CameraModel;
 use self::error::FitError;
-use self::least_squares::{Forward, STEPS, Start, covariance, minimise};
-use self::measurements::{Measurements, blur};
+use self::least_squares::{Forward, STEPS, Start, covariance, dot, minimise};
+use self::measurements::{Measurements, SheetColumn, blur};
 use self::noise::Noise;
 use self::parameters::{LAYERS, Parameter};
 use self::search::beginning;
@@ -119,6 +119,8 @@ struct Residuals<'a> {
     noise: Noise,
     /// Blur of the measured kernels, px, that the model's get, too.
     blur_px: f64,
+    /// Columns of the sheet farther from the middle are not looked at, mm.
+    reach_mm: f64,
 }
 
 impl Forward for Residuals<'_> {
@@ -134,13 +136,17 @@ impl Forward for Residuals<'_> {
             for (model, view) in model.iter().zip(&field.views) {
                 let mean_square = view.iter().map(|v| v * v).sum::<f64>() / view.len() as f64;
                 let scale = 1.0 / (self.noise.kernel * mean_square.sqrt());
-                residuals.extend(model.iter().zip(view).map(|(m, v)| scale * (m - v)));
+                // The noise of the whole window is in the sum that the measured kernel was divided by.
+                let [both, own] = [view, model].map(|by| dot(model, by));
+                let part = both / own.max(f64::MIN_POSITIVE);
+                residuals.extend(model.iter().zip(view).map(|(m, v)| scale * (part * m - v)));
             }
             residuals
         };
         let pairs: Vec<_> = self.fields.iter().zip(places).collect();
         let mut blocks: Vec<Vec<f64>> = pairs.into_par_iter().map(of_field).collect();
-        let columns: Vec<_> = self.measured.sheet.iter().filter(|c| !c.held_out).collect();
+        let is_seen = |c: &&SheetColumn| !c.held_out && c.x_mm.abs() <= self.reach_mm;
+        let columns: Vec<_> = self.measured.sheet.iter().filter(is_seen).collect();
         let sheet = columns.into_par_iter().map(|c| {
             let ratio = set.sheet_ratio(c.x_mm);
             (ratio / c.ratio).ln() / self.noise.sheet
@@ -182,6 +188,7 @@ pub fn fit(
         fields: (0..measured.fields.len()).filter(is_fitted).collect(),
         noise: noise.unwrap_or(Noise::GUESS),
         blur_px: 0.0,
+        reach_mm: f64::INFINITY,
     };
     let watch = |step: usize, sum: f64| {
         let text = format!("fit: step {step}, sum of squares {sum:.4e}");

@@ -1,7 +1,9 @@
-//! Where a search begins. The sum of squares has valleys of two kinds:
+//! Where a search begins. The sum of squares has valleys of three kinds:
 //!
 //! - Of the lens: an edge of a disk farther from the measured one than it is wide does not feel it. So kernels that are
 //!   blurred come first, on both sides alike, with the layers at their prior; then as they are.
+//! - Of the microlenses: a pitch farther they do the same again. So the middle of the picture comes first, and the law
+//!   of their shift is followed outwards.
 //! - Of the layers: light that is thrown to and fro in them is in phase again at thicknesses λ/2n apart, in the
 //!   microlens's radius as in the spacer. So all other parameters are fitted at a grid of both, from that lens, and all
 //!   of them from the best of these.
@@ -12,9 +14,12 @@ use super::least_squares::{Start, minimise};
 use super::measurements::{centroid_px, sum_of};
 use super::parameters::{LAYERS, Name, Parameter};
 
-/// Blurs of kernels, one after the other, RMS radii of the measured ones, and steps at most from each.
-const BLURS: [f64; 4] = [1.0, 0.5, 0.25, 0.0];
+/// Blurs of kernels, one after the other, RMS radii of the measured ones; to what part of the picture's half width
+/// fields and sheet are looked at under each; steps at most.
+const STAGES: [(f64, f64); 5] = [(1.0, 0.35), (1.0, 0.6), (0.5, 0.8), (0.25, 1.0), (0.0, 1.0)];
 const LENS_STEPS: usize = 12;
+/// Fields that tell where all of them will lead.
+const FEW: usize = 8;
 /// Starts per thickness after which light in the spacer is in phase again, how far they go from the prior, in its
 /// deviations.
 const STARTS_PER_FRINGE: f64 = 2.0;
@@ -45,10 +50,14 @@ pub fn beginning(
     parameters: &[Parameter],
     watch: &dyn Fn(usize, f64) -> bool,
 ) -> Result<Point, FitError> {
-    let few = residuals.few();
+    let few = Residuals {
+        fields: few(residuals.fields.clone()),
+        ..*residuals
+    };
     let held = holding(parameters, &LAYERS);
     let thicknesses = holding(parameters, &OTHER_LAYERS);
-    let (lens, places) = lens(&few, &held, watch)?;
+    let lens = lens(residuals, &held, watch)?;
+    let places = few.places(&lens)?;
     let mut found = Vec::new();
     for radius in residuals.starts(&parameters[Name::RadiusUm as usize]) {
         for spacer in residuals.starts(&parameters[Name::SpacerUm as usize]) {
@@ -102,41 +111,74 @@ fn holding(parameters: &[Parameter], names: &[Name]) -> Vec<Parameter> {
 
 /// All that is not a layer, from blurred kernels and then from those that were measured.
 fn lens(
-    sharp: &Residuals<'_>,
+    all: &Residuals<'_>,
     held: &[Parameter],
     watch: &dyn Fn(usize, f64) -> bool,
-) -> Result<Point, FitError> {
+) -> Result<Vec<f64>, FitError> {
     let mut values: Vec<f64> = held.iter().map(|p| p.prior).collect();
-    let radius_px = sharp.rms_radius_px();
-    let mut places = sharp.places(&values)?;
-    for blur in BLURS {
+    let radius_px = all.rms_radius_px();
+    let half_width_mm = all.half_width_mm();
+    let stages = match all.fields.is_empty() {
+        true => &STAGES[STAGES.len() - 1..],
+        false => &STAGES[..],
+    };
+    for &(blur, part) in stages {
         let blur_px = blur * radius_px;
-        let measured = sharp.measured.blurred(blur_px);
-        let residuals = &Residuals {
+        let measured = all.measured.blurred(blur_px);
+        let reach_mm = part * half_width_mm;
+        let residuals = Residuals {
             measured: &measured,
-            fields: sharp.fields.clone(),
+            fields: few(all.within(reach_mm)),
             blur_px,
-            ..*sharp
+            reach_mm,
+            ..*all
         };
+        let places = residuals.places(&values)?;
         let start = Start {
             parameters: held,
             values: &values,
             places: &places,
             steps: LENS_STEPS,
         };
-        let there = minimise(residuals, &start, watch)?;
-        (values, places) = (there.values, there.places);
+        values = minimise(&residuals, &start, watch)?.values;
     }
-    Ok((values, places))
+    Ok(values)
+}
+
+/// Some of these fields, evenly.
+fn few(fields: Vec<usize>) -> Vec<usize> {
+    let step = (fields.len() / FEW).max(1);
+    fields.into_iter().step_by(step).collect()
 }
 
 impl Residuals<'_> {
-    /// The same of a third of the fields.
-    fn few(&self) -> Self {
-        Self {
-            fields: self.fields.iter().copied().step_by(3).collect(),
-            ..*self
-        }
+    /// Half the width of what is looked at, mm.
+    fn half_width_mm(&self) -> f64 {
+        let fields = self
+            .fields
+            .iter()
+            .map(|&i| self.measured.fields[i].place_mm[0]);
+        let sheet = self.measured.sheet.iter().filter(|c| !c.held_out);
+        fields
+            .chain(sheet.map(|c| c.x_mm))
+            .fold(0.0, |most, x| most.max(x.abs()))
+    }
+
+    /// Fields this near to the middle; at least [`FEW`] in any case, if there are so many.
+    fn within(&self, reach_mm: f64) -> Vec<usize> {
+        let far_mm = |i: &usize| {
+            let [x, y] = self.measured.fields[*i].place_mm;
+            x.abs().max(y.abs())
+        };
+        let mut by_distance = self.fields.clone();
+        by_distance.sort_by(|a, b| far_mm(a).total_cmp(&far_mm(b)));
+        let count = by_distance
+            .iter()
+            .take_while(|i| far_mm(i) <= reach_mm)
+            .count();
+        by_distance.truncate(count.max(FEW));
+        by_distance.sort_unstable();
+        by_distance
     }
 
     /// Where the kernels of the fields lie, as far as centroids tell.

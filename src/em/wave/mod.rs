@@ -18,6 +18,7 @@
 //! within 0.04 on the slope where light goes over to the neighbour. On flat layers at 40° it is 6 % off: see the slab
 //! test. Not for metals (tungsten walls): a scalar wave does not know their polarization.
 
+mod absorption;
 mod budget;
 mod kept_modes;
 mod krylov;

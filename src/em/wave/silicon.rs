@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use rustfft::num_complex::Complex64;
 
+use super::absorption::Falling;
 use super::krylov::{System, gmres};
 use super::modes::AxisModes;
 use super::planar::{kz, reflection};
@@ -138,59 +139,20 @@ impl Silicon {
     /// `planes` planes.
     pub fn absorbed(&self, c: &[C], depth_um: f64, planes: usize) -> Vec<f64> {
         let (kx, ky, ny) = (self.x.absorbing, self.y.absorbing, self.y.count);
-        let (m, n) = (self.x.overlap.len(), self.y.overlap.len());
         let dz = depth_um / planes as f64;
-        let mut absorbed = vec![0.0; m * n];
-        let mut field: Vec<C> = Vec::with_capacity(kx * ky);
-        let mut step: Vec<C> = Vec::with_capacity(kx * ky);
-        for i in 0..kx {
-            for j in 0..ky {
-                let b = self.beta[i * ny + j];
-                field.push(c[i * ny + j] * (C::I * b * (0.5 * dz)).exp());
-                step.push((C::I * b * dz).exp());
-            }
-        }
-        let mut left = vec![vec![C::ZERO; kx * ky]; m];
-        let mut right = vec![C::ZERO; kx * ky];
-        for _ in 0..planes {
-            for (left, overlap) in left.iter_mut().zip(&self.x.overlap) {
-                // X C
-                left.fill(C::ZERO);
-                for i in 0..kx {
-                    let row = &mut left[i * ky..(i + 1) * ky];
-                    for k in 0..kx {
-                        let o = overlap[i * kx + k];
-                        for (r, f) in row.iter_mut().zip(&field[k * ky..(k + 1) * ky]) {
-                            *r += o * f;
-                        }
-                    }
-                }
-            }
-            for (b, overlap) in self.y.overlap.iter().enumerate() {
-                // C Yᵀ; Y is Hermitian, so row l of Y is the conjugate of its column l.
-                right.fill(C::ZERO);
-                for i in 0..kx {
-                    let row = &mut right[i * ky..(i + 1) * ky];
-                    for l in 0..ky {
-                        let f = field[i * ky + l];
-                        for (r, o) in row.iter_mut().zip(&overlap[l * ky..(l + 1) * ky]) {
-                            *r += f * o.conj();
-                        }
-                    }
-                }
-                for (a, left) in left.iter().enumerate() {
-                    let sum: f64 = left
-                        .iter()
-                        .zip(&right)
-                        .map(|(l, r)| l.re * r.re + l.im * r.im)
-                        .sum();
-                    absorbed[b * m + a] += sum;
-                }
-            }
-            for (f, s) in field.iter_mut().zip(&step) {
-                *f *= s;
-            }
-        }
+        let kept = (0..kx).flat_map(|i| (0..ky).map(move |j| i * ny + j));
+        let upper = kept.clone().map(|m| {
+            let half = (C::I * self.beta[m] * (0.5 * dz)).exp();
+            c[m] * half
+        });
+        let step = kept.map(|m| (C::I * self.beta[m] * dz).exp());
+        let falling = Falling {
+            size: [kx, ky],
+            upper: upper.collect(),
+            step: step.collect(),
+            planes,
+        };
+        let mut absorbed = falling.sums(&self.x.overlap, &self.y.overlap);
         let eps = self.n.silicon * self.n.silicon;
         for a in &mut absorbed {
             *a *= self.k0 * self.k0 * eps.im * dz;
