@@ -10,6 +10,7 @@ use crate::progress::Progress;
 use crate::{out, outln};
 use clap::Args;
 use quadpixel::em::PixelStack;
+use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::file;
 use quadpixel::response::ResponseCache;
 use quadpixel::sensor::CollectedAt;
@@ -19,6 +20,7 @@ use quadpixel_laboratory::fit::camera_file::camera_file;
 use quadpixel_laboratory::fit::camera_model::{CameraModel, Fineness, Optics};
 use quadpixel_laboratory::fit::capture::{CaptureDescription, EXAMPLE_TOML};
 use quadpixel_laboratory::fit::conjugates::Conjugates;
+use quadpixel_laboratory::fit::goals::Goal;
 use quadpixel_laboratory::fit::keeping::Keeping;
 use quadpixel_laboratory::fit::measurements::{Measurements, sum_of};
 use quadpixel_laboratory::fit::noise::Noise;
@@ -44,7 +46,7 @@ pub struct FitArgs {
     #[arg(
         long,
         conflicts_with_all = [
-            "capture", "print_capture", "out", "all", "prior", "pixel", "draft", "trials", "seed", "json",
+            "capture", "print_capture", "out", "all", "prior", "pixel", "draft", "confirm", "trials", "seed", "json",
         ]
     )]
     print_target: bool,
@@ -63,7 +65,7 @@ pub struct FitArgs {
     #[arg(value_parser = number, long, default_value_t = 1.0, requires = "print_target")]
     dot_mm: f64,
     /// Prints an example of the description, with every field, and ends.
-    #[arg(long, conflicts_with_all = ["capture", "out", "all", "prior", "pixel", "draft", "trials", "seed", "json"])]
+    #[arg(long, conflicts_with_all = ["capture", "out", "all", "prior", "pixel", "draft", "confirm", "trials", "seed", "json"])]
     print_capture: bool,
     /// Folder of what is found: camera.toml (which --camera of other commands takes, and --pixel for its pixel),
     /// fit.json (parameters, covariance, goals, predictions) and residuals.png.
@@ -83,6 +85,9 @@ pub struct FitArgs {
     /// Coarser waves and pupil: a quick look.
     #[arg(long)]
     draft: bool,
+    /// Predicts what was kept out by Fourier modes (rcwa), too, with the values that were found by waves: minutes more.
+    #[arg(long, conflicts_with = "trials")]
+    confirm: bool,
     /// Checks the fit itself: draws so many cameras from the priors, captures them with noise, fits them blind, and
     /// says how far the fits are from what was drawn.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
@@ -162,6 +167,10 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
         progress.event(Event::Info("fit: the pixel's answers in other light"));
     }
     let predicted = Prediction::new(&model, &fitted.values, &measured)?;
+    let confirmed = args
+        .confirm
+        .then(|| confirmed(&model, keeping, &fitted, &measured, args));
+    let confirmed = confirmed.transpose()?;
     let seconds = began.elapsed().as_secs_f64();
     progress.finish();
     let half_mm = (measured.sheet.iter().map(|column| column.x_mm.abs()))
@@ -173,6 +182,7 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
     let report = serde_json::json!({
         "camera": camera.name, "parameters": fitted.table(), "covariance": fitted.covariance, "noise": fitted.noise,
         "correlations": fitted.correlations(STRONG), "goals": predicted.goals(), "prediction": predicted,
+        "goals_by_rcwa": confirmed,
         "steps": fitted.steps, "seconds": seconds,
     });
     let picture = args.out.join("residuals.png");
@@ -185,9 +195,27 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
     if args.json {
         outln!("{report}");
     } else {
-        print(&fitted, &predicted, seconds, args)?;
+        print(&fitted, &predicted, confirmed.as_deref(), seconds, args)?;
     }
     Ok(())
+}
+
+/// The goals by Fourier modes.
+fn confirmed<'k>(
+    model: &CameraModel<'k>,
+    keeping: Keeping<'k>,
+    fitted: &Fitted,
+    measured: &Measurements,
+    args: &FitArgs,
+) -> Result<Vec<Goal>, CommandError> {
+    let settings = match args.draft {
+        true => RcwaSettings::draft(),
+        false => RcwaSettings::standard(),
+    };
+    // This stack is not changed any more, so that its answers can be kept.
+    let model = model.by_modes(settings)?.keeping(keeping);
+    let predicted = Prediction::new(&model, &fitted.values, measured)?;
+    Ok(predicted.goals())
 }
 
 /// The grid of dots.
@@ -343,6 +371,7 @@ fn write(
 fn print(
     fitted: &Fitted,
     predicted: &Prediction,
+    confirmed: Option<&[Goal]>,
     seconds: f64,
     args: &FitArgs,
 ) -> Result<(), CommandError> {
@@ -388,11 +417,14 @@ fn print(
             thirds.join("; ")
         );
     }
-    outln!("goals ({held_out}):                                         found   at most");
-    for goal in predicted.goals() {
+    let by_rcwa = confirmed.map_or("", |_| "; by rcwa");
+    outln!("goals ({held_out}):                                         found   at most{by_rcwa}");
+    for (i, goal) in predicted.goals().iter().enumerate() {
         let verdict = if goal.met { "met" } else { "MISSED" };
+        let by_rcwa = confirmed.and_then(|goals| goals.get(i));
+        let by_rcwa = by_rcwa.map_or(String::new(), |goal| format!("; {:.4}", goal.found));
         outln!(
-            "{:<58} {:>8.4}  {:>8.4}  {verdict}",
+            "{:<58} {:>8.4}  {:>8.4}  {verdict}{by_rcwa}",
             goal.what,
             goal.found,
             goal.at_most

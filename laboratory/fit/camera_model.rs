@@ -14,6 +14,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec2;
+use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::em::wave::WaveSettings;
 use quadpixel::em::{Isolation, Material, PixelStack};
 use quadpixel::render::truth::{TextureSpectrum, matched_shift_px};
@@ -49,6 +50,7 @@ impl Fineness {
                     tolerance: TOLERANCE,
                     ..WaveSettings::standard()
                 },
+                modes: None,
             },
             pupil_points: 900,
         }
@@ -65,6 +67,7 @@ impl Fineness {
                     tolerance: TOLERANCE,
                     ..WaveSettings::draft()
                 },
+                modes: None,
             },
             pupil_points: 300,
         }
@@ -221,6 +224,20 @@ impl<'k> CameraModel<'k> {
         })
     }
 
+    /// The same camera with a pixel by Fourier modes, to confirm what waves found.
+    ///
+    /// # Errors
+    /// As of [`Self::new`].
+    pub fn by_modes(&self, settings: RcwaSettings) -> Result<Self, FitError> {
+        let mut fineness = self.fineness;
+        fineness.table.modes = Some(settings);
+        let other = Self::new(&self.stack, self.wavelength_nm, self.optics, fineness)?;
+        Ok(Self {
+            keeping: self.keeping,
+            ..other
+        })
+    }
+
     /// Thicknesses this far apart have light that goes to and fro in them in phase, µm.
     pub fn fringe_um(&self) -> f64 {
         0.5e-3 * self.wavelength_nm / OXIDE_INDEX
@@ -336,36 +353,41 @@ impl Set<'_> {
         self.value(Name::ShiftUm) + x * law
     }
 
-    /// Direction cosine of the chief ray along the split, from a pupil `pupil_mm` before the sensor.
-    pub fn chief_u(&self, x_mm: f64) -> f64 {
-        let x = x_mm - self.value(Name::CentreXMm);
-        x / x.hypot(self.value(Name::PupilMm))
+    /// Direction cosines of the chief ray, from a pupil `pupil_mm` before the sensor.
+    pub fn chief(&self, place_mm: [f64; 2]) -> [f64; 2] {
+        let x = place_mm[0] - self.value(Name::CentreXMm);
+        let y = place_mm[1] - self.value(Name::CentreYMm);
+        let far = x.hypot(y).hypot(self.value(Name::PupilMm));
+        [x / far, y / far]
     }
 
     /// P of left and right of every place in the pupil.
-    fn weights(&self, x_mm: f64) -> Vec<[f64; 2]> {
-        self.weights_under(x_mm, self.shift_um(x_mm), 1.0)
+    fn weights(&self, place_mm: [f64; 2]) -> Vec<[f64; 2]> {
+        self.weights_under(place_mm, self.shift_um(place_mm[0]), 1.0)
     }
 
     /// The same of a microlens so far beside where it would bring the chief ray to the middle, in a pupil of another
-    /// F-number, over the camera's.
-    fn weights_under(&self, x_mm: f64, shift_um: f64, stop: f64) -> Vec<[f64; 2]> {
+    /// F-number, over the camera's. From aside a pupil looks smaller, `∂(u, v)/∂(X, Y) = cos θ (1 − d dᵀ)` with d the
+    /// chief ray: by cos³ θ along the field and cos θ across.
+    fn weights_under(&self, place_mm: [f64; 2], shift_um: f64, stop: f64) -> Vec<[f64; 2]> {
         let rim = 0.5 / (self.value(Name::FNumber) * stop);
-        let chief = self.chief_u(x_mm);
-        let shift = self.table.shift_for_um(chief) + shift_um;
+        let [u, v] = self.chief(place_mm);
+        let smaller = rim * (1.0 - u * u - v * v).sqrt();
+        let [along, both, across] = [1.0 - u * u, -u * v, 1.0 - v * v].map(|part| smaller * part);
+        let shift = self.table.shift_for_um(u) + shift_um;
         let [diffusion, crosstalk] = [Name::DiffusionUm, Name::Crosstalk].map(|n| self.value(n));
         let halves = self
             .table
             .shifted(shift, diffusion, crosstalk, &self.wandering);
         let pupil = self.model.pupil.iter();
         pupil
-            .map(|[x, y]| halves.at(chief + rim * x, rim * y))
+            .map(|[x, y]| halves.at(u + along * x + both * y, both * x + across * y))
             .collect()
     }
 
     /// A white sheet in the left view over that in the right one, as recorded.
     pub fn sheet_ratio(&self, x_mm: f64) -> f64 {
-        let weights = self.weights(x_mm);
+        let weights = self.weights([x_mm, 0.0]);
         let sum = |half: usize| weights.iter().map(|w| w[half]).sum::<f64>();
         self.value(Name::LeftOverRight) * sum(0) / sum(1)
     }
@@ -374,7 +396,7 @@ impl Set<'_> {
     pub fn beside_balance_um(&self, x_mm: f64) -> f64 {
         // The light goes along with the lens.
         let lean = |shift_um: f64| {
-            let weights = self.weights_under(x_mm, shift_um, 1.0);
+            let weights = self.weights_under([x_mm, 0.0], shift_um, 1.0);
             weights
                 .iter()
                 .map(|[left, right]| right - left)
@@ -402,7 +424,7 @@ impl Set<'_> {
     pub fn kernels(&self, field_mm: [f64; 2], place_px: [f64; 2]) -> [Vec<f64>; 2] {
         let side = self.model.optics.side;
         let law = LensLaw::new(self.values, field_mm, self.model.optics.unit_mm);
-        let weights = self.weights(field_mm[0]);
+        let weights = self.weights(field_mm);
         let sigma = self.value(Name::BlurPx);
         let middle = (side as f64 - 1.0) * 0.5;
         let reach = 4.5 * sigma;
@@ -450,7 +472,7 @@ impl Set<'_> {
         let radius_px = NEAR * 1e3 * radius_mm / optics.view_pixel_um;
         let law = LensLaw::new(self.values, place_mm, optics.unit_mm);
         let law = law.defocused(self.values, radius_px);
-        let weights = self.weights_under(place_mm[0], self.shift_um(place_mm[0]), plane.stop);
+        let weights = self.weights_under(place_mm, self.shift_um(place_mm[0]), plane.stop);
         // A pixel sees a texture where its kernel puts a point, the other way.
         let offsets = self.model.pupil.iter().map(|rho| {
             let [x, y] = law.at(rho.map(|r| r / plane.stop));

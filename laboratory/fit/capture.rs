@@ -80,14 +80,27 @@ fn sixteen_bits() -> f64 {
     65535.0
 }
 
-/// Pictures of a textured plane.
+fn usual_window_px() -> f64 {
+    64.0
+}
+
+/// Pictures of a textured plane, or shifts that were measured of one.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlanePart {
     /// File of the left view.
-    pub left: String,
+    #[serde(default)]
+    pub left: Option<String>,
     /// File of the right view.
-    pub right: String,
+    #[serde(default)]
+    pub right: Option<String>,
+    /// In the place of both: x and y on the sensor from the middle of the picture (mm, to the right, downwards as
+    /// stored), x_L − x_R and its standard deviation (px of the views).
+    #[serde(default)]
+    pub shifts: Vec<[f64; 4]>,
+    /// Side of the windows that `shifts` were found in, px of the views.
+    #[serde(default = "usual_window_px")]
+    pub window_px: f64,
     /// From the sensor, mm.
     pub distance_mm: f64,
     /// F-number; absent: the camera's.
@@ -223,6 +236,21 @@ impl CaptureDescription {
             range::within("capture", "plane.f_number", f_number, allowed)?;
             let nm = plane.wavelength_nm.unwrap_or(self.camera.wavelength_nm);
             range::within("capture", "plane.wavelength_nm", nm, 350.0..=1000.0)?;
+            if plane.left.is_some() != plane.right.is_some()
+                || plane.left.is_some() != plane.shifts.is_empty()
+            {
+                let what = "a [[plane]] has neither both views nor `shifts`, or more than one; allowed: `left` and \
+                            `right`, or `shifts`";
+                return Err(FitError::capture(path, what));
+            }
+            let within = |value, allowed| range::within("capture", "plane.shifts", value, allowed);
+            range::within("capture", "plane.window_px", plane.window_px, 8.0..=1e5)?;
+            for [x_mm, y_mm, shift_px, sigma_px] in &plane.shifts {
+                within(*x_mm, -100.0..=100.0)?;
+                within(*y_mm, -100.0..=100.0)?;
+                within(*shift_px, -1e3..=1e3)?;
+                within(*sigma_px, 1e-6..=1e3)?;
+            }
         }
         Ok(())
     }

@@ -1,4 +1,5 @@
-//! What the halves of a pixel get from every direction under every lens shift, by the wave model.
+//! What the halves of a pixel get from every direction under every lens shift, by the wave model; by Fourier modes, to
+//! confirm it.
 //!
 //! P of a half is periodic in the lens shift s along the split, with the pitch p. From N shifts of one period
 //!
@@ -10,6 +11,7 @@
 //! is the mean over shifts: `g_k = exp(−(2π k σ / p)²/2)`, or its mean over the depths that the charge comes from.
 //! Mirrored pixels give the other sign of u: P_L(−u, v; s) = P_R(u, v; −s).
 
+use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::em::wave::WaveSettings;
 use quadpixel::em::{PixelModel, PixelStack};
 use quadpixel::sensor::{MovingFrame, Wandering};
@@ -28,6 +30,9 @@ pub struct TableFineness {
     pub shifts: usize,
     /// The wave model's own.
     pub wave: WaveSettings,
+    /// Fourier modes in the place of waves, to confirm what was found by these.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub modes: Option<RcwaSettings>,
 }
 
 /// P of both halves, for u ≥ 0 and v ≥ 0, under all shifts.
@@ -65,7 +70,10 @@ impl PixelTable {
         fineness: &TableFineness,
         keeping: Option<&Keeping<'_>>,
     ) -> Result<Self, FitError> {
-        let model = PixelModel::Wave(fineness.wave);
+        let model = match fineness.modes {
+            Some(settings) => PixelModel::Rcwa(settings),
+            None => PixelModel::Wave(fineness.wave),
+        };
         let solver = model.solver_of_shifts(stack, wavelength_nm)?;
         let (step, nodes) = directions(reach, fineness);
         let shifts = fineness.shifts;

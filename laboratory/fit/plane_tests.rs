@@ -175,6 +175,59 @@ fn planes_of_pictures_are_measured_and_what_cannot_be_is_named() {
 }
 
 #[test]
+fn shifts_that_another_program_found_are_taken_as_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let camera = "[camera]\nname = \"a\"\nfocal_length_mm = 50\nf_number = 2\npitch_um = 6\nwavelength_nm = 550\n";
+    let with = |plane: &str| {
+        let text = format!(
+            "{camera}focus_mm = 1000\n[views]\npixel_um = 12\n[[plane]]\ndistance_mm = 700\n{plane}\n"
+        );
+        std::fs::write(folder.path().join("capture.toml"), text).unwrap();
+        measured(folder.path())
+    };
+    let shifts =
+        "[[-8, 0, 0.6, 0.02], [-3, 1.5, 0.8, 0.01], [3, -1.5, 0.8, 0.01], [7, 0, 0.5, 0.02]]";
+    let found = with(&format!("shifts = {shifts}\nwindow_px = 80")).unwrap();
+    let plane = &found.planes[0];
+    assert_eq!((plane.window_px, plane.width_mm), (80.0, 16.0));
+    let second = PlaneBlock {
+        place_mm: [-3.0, 1.5],
+        shift_px: 0.8,
+        sigma_px: 0.01,
+    };
+    assert_eq!((plane.blocks.len(), plane.blocks[1]), (4, second));
+    let negative = shifts
+        .replace("0.6", "-0.6")
+        .replace("0.8", "-0.8")
+        .replace("0.5", "-0.5");
+    for (plane, said) in [
+        (
+            format!("shifts = {shifts}\nleft = \"a.png\""),
+            "neither both views nor",
+        ),
+        (String::new(), "neither both views nor"),
+        ("left = \"a.png\"".into(), "neither both views nor"),
+        (
+            format!("shifts = {}", shifts.replace("0.02", "0")),
+            "plane.shifts is 0",
+        ),
+        (
+            format!("shifts = {}", shifts.replace("0.6", "nan")),
+            "plane.shifts is NaN",
+        ),
+        (
+            format!("shifts = {shifts}\nwindow_px = 1"),
+            "plane.window_px is 1",
+        ),
+        ("shifts = [[0, 0, 1]]".into(), "capture.toml"),
+        (format!("shifts = {negative}"), "views in their order"),
+    ] {
+        let error = with(&plane).unwrap_err();
+        assert!(error.contains(said), "{plane}: {error}");
+    }
+}
+
+#[test]
 fn planes_beside_kernels_and_a_sheet_tell_the_focus() {
     let known = Known {
         focus_mm: Some(350.0),

@@ -34,8 +34,37 @@ impl CaptureDescription {
     }
 
     fn plane_of(&self, folder: &Path, part: &PlanePart) -> Result<PlaneShifts, FitError> {
-        let [left, right] =
-            [&part.left, &part.right].map(|name| self.plane_view(folder, part, name));
+        let (windows, named) = match (&part.left, &part.right) {
+            (Some(left), Some(right)) => (self.found(folder, part, [left, right])?, left.as_str()),
+            _ => (given(part), "capture.toml"),
+        };
+        let nm = part.wavelength_nm.unwrap_or(self.camera.wavelength_nm);
+        let plane = PlaneShifts {
+            distance_mm: part.distance_mm,
+            stop: part.f_number.unwrap_or(self.camera.f_number) / self.camera.f_number,
+            wavelength_nm: nm,
+            held_out: part.held_out || nm != self.camera.wavelength_nm,
+            width_mm: windows.width_mm,
+            window_px: windows.side_px,
+            blocks: windows.blocks,
+        };
+        match is_exchanged(&plane, self.camera.focus_mm.unwrap_or(f64::NAN)) {
+            false => Ok(plane),
+            true => {
+                let what = "its shift is that of a plane on the other side of the focus; allowed: the views in their order";
+                Err(FitError::capture(folder.join(named), what))
+            }
+        }
+    }
+
+    /// Shifts found in windows of both views.
+    fn found(
+        &self,
+        folder: &Path,
+        part: &PlanePart,
+        [left_name, right_name]: [&String; 2],
+    ) -> Result<Windows, FitError> {
+        let [left, right] = [left_name, right_name].map(|name| self.plane_view(folder, part, name));
         let (left, right) = (left?, right?);
         let size = |image: &Image| [image.width(), image.height()];
         let ([w, h], [other_w, other_h]) = (size(&left), size(&right));
@@ -44,7 +73,7 @@ impl CaptureDescription {
                 "{other_w} × {other_h} px, and the left picture is {w} × {h} px; allowed: the same size, {LEAST_PX} px \
                  or more each way"
             );
-            return Err(FitError::capture(folder.join(&part.right), what));
+            return Err(FitError::capture(folder.join(right_name), what));
         }
         let found = block_shifts(&left, &right, GRID);
         let blocks: Vec<PlaneBlock> = (found.iter())
@@ -58,25 +87,13 @@ impl CaptureDescription {
             .collect();
         if blocks.is_empty() {
             let what = "no shift is found in any window; allowed: a plane with texture everywhere";
-            return Err(FitError::capture(folder.join(&part.left), what));
+            return Err(FitError::capture(folder.join(left_name), what));
         }
-        let nm = part.wavelength_nm.unwrap_or(self.camera.wavelength_nm);
-        let plane = PlaneShifts {
-            distance_mm: part.distance_mm,
-            stop: part.f_number.unwrap_or(self.camera.f_number) / self.camera.f_number,
-            wavelength_nm: nm,
-            held_out: part.held_out || nm != self.camera.wavelength_nm,
+        Ok(Windows {
             width_mm: 1e-3 * w as f64 * self.views.pixel_um,
-            window_px: (w as f64 / GRID[0] as f64).min(h as f64 / GRID[1] as f64),
+            side_px: (w as f64 / GRID[0] as f64).min(h as f64 / GRID[1] as f64),
             blocks,
-        };
-        match is_exchanged(&plane, self.camera.focus_mm.unwrap_or(f64::NAN)) {
-            false => Ok(plane),
-            true => {
-                let what = "its shift is that of a plane on the other side of the focus; allowed: the views in their order";
-                Err(FitError::capture(folder.join(&part.left), what))
-            }
-        }
+        })
     }
 
     /// Linear light of one channel.
@@ -96,6 +113,30 @@ impl CaptureDescription {
         };
         image.data_mut().iter_mut().for_each(|v| *v = to_linear(*v));
         Ok(image)
+    }
+}
+
+/// Shifts over a picture.
+struct Windows {
+    /// Width of the picture, mm on the sensor.
+    width_mm: f64,
+    /// Of a window.
+    side_px: f64,
+    blocks: Vec<PlaneBlock>,
+}
+
+/// Shifts that the description has itself; the picture reaches as far as they do.
+fn given(part: &PlanePart) -> Windows {
+    let block = |&[x_mm, y_mm, shift_px, sigma_px]: &[f64; 4]| PlaneBlock {
+        place_mm: [x_mm, y_mm],
+        shift_px,
+        sigma_px,
+    };
+    let farthest_mm = part.shifts.iter().fold(0.0, |a: f64, s| a.max(s[0].abs()));
+    Windows {
+        width_mm: 2.0 * farthest_mm,
+        side_px: part.window_px,
+        blocks: part.shifts.iter().map(block).collect(),
     }
 }
 
