@@ -199,11 +199,12 @@ fn drawn_cameras_are_found_again_within_what_is_said() {
     let open = parameters.iter().filter(|p| p.sigma > 0.0).count();
     let asked = std::env::var("QUADPIXEL_FIT_TRIALS");
     let trials = asked.map_or(2, |n| n.parse().unwrap());
-    let (mut beyond, mut worst) = (0, [0.0_f64; 3]);
+    let (mut beyond, mut farthest, mut worst) = (0, 0.0_f64, [0.0_f64; 3]);
     for seed in 1..=trials {
         let found = super::truth::trial(&model, &parameters, &settings(seed), 2.8, &()).unwrap();
         for (name, drawn, fitted, sigma) in &found.parameters {
             let sigmas = (fitted - drawn) / sigma;
+            farthest = farthest.max(sigmas.abs());
             if sigmas.abs() > 3.0 {
                 beyond += 1;
                 println!("{seed}: {name} {fitted:.4} for {drawn:.4}, {sigmas:.2} deviations");
@@ -214,7 +215,12 @@ fn drawn_cameras_are_found_again_within_what_is_said() {
     }
     let of = trials as usize * open;
     println!("{beyond} of {of} beyond three deviations; largest errors {worst:?}");
-    assert!(beyond as f64 <= 0.01 * of as f64, "{beyond} of {of}");
+    // One of fifty-six lies beyond three by chance in one of seven such draws, and beyond four in one of three hundred.
+    let most = (0.01 * of as f64).max(1.0);
+    assert!(
+        beyond as f64 <= most && farthest < 4.5,
+        "{beyond} of {of}, {farthest}"
+    );
     assert!(worst.iter().all(|error| *error < 0.02), "{worst:?}");
 }
 

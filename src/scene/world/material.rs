@@ -27,8 +27,8 @@ const LEAST_COSINE: f32 = 1e-3;
 
 /// See the module. Directions point away from the surface.
 #[derive(Clone, Debug)]
-pub(super) struct Bsdf<'a> {
-    table: &'a AlbedoTable,
+pub(super) struct Bsdf {
+    table: &'static AlbedoTable,
     /// x, y and the shading normal on the viewer's side.
     frame: [Vec3; 3],
     /// The geometric normal on the viewer's side.
@@ -84,7 +84,7 @@ impl World {
         ray: &Ray,
         footprint: &Footprint,
         throughput: Vec3,
-    ) -> Bsdf<'_> {
+    ) -> Bsdf {
         let m = &self.materials[surface.material];
         let view = -ray.direction.as_vec3();
         let is_front = surface.normal.dot(view) >= 0.0;
@@ -98,7 +98,7 @@ impl World {
             * Vec3::from(m.base_colour)
             * texel3(surface.colour);
         let matt = Bsdf {
-            table: &self.albedos,
+            table: AlbedoTable::shared(),
             frame: [x, y, n],
             normal,
             view,
@@ -200,7 +200,7 @@ fn pane_reflectance(cos: f32, ior: f32) -> f32 {
     2.0 * r / (1.0 + r)
 }
 
-impl Bsdf<'_> {
+impl Bsdf {
     fn is_mirror(&self) -> bool {
         self.roughness < Material::SMOOTH_ROUGHNESS
     }

@@ -10,6 +10,8 @@
 //! are drawn by J. Dupuy, A. Benyoub, CGF 42(8) (2023). Light that bounces between facets is lost, as in most
 //! renderers: a rough white metal absorbs up to 0.5.
 
+use std::sync::LazyLock;
+
 use glam::Vec3;
 
 /// A width α of the distribution of normals.
@@ -101,7 +103,14 @@ const COSINES: usize = 64;
 const ROUGHNESSES: usize = 33;
 
 impl AlbedoTable {
-    pub fn new() -> Self {
+    /// The one table there is, made when it is first asked for: half a million samples, as long as a small picture
+    /// takes.
+    pub fn shared() -> &'static Self {
+        static TABLE: LazyLock<AlbedoTable> = LazyLock::new(AlbedoTable::new);
+        &TABLE
+    }
+
+    fn new() -> Self {
         const SIDE: usize = 16;
         let mut entries = Vec::with_capacity(COSINES * ROUGHNESSES);
         for row in 0..ROUGHNESSES {

@@ -7,7 +7,7 @@ use super::description::{Alpha, Material, WorldDescription};
 use super::geometry::Element;
 use super::lamps::{Lamp, lamps};
 use super::texture_map::TextureMap;
-use super::{environment, geometry, lights, microfacet};
+use super::{environment, geometry, lights};
 use crate::range::OutOfRange;
 
 /// A checked world, ready for rays.
@@ -19,7 +19,6 @@ pub struct World {
     pub(super) lights: lights::Lights,
     lamps: Vec<Lamp>,
     pub(super) sky: environment::Sky,
-    pub(super) albedos: microfacet::AlbedoTable,
     /// Whether any material is a cut-out.
     pub(super) has_masks: bool,
     /// Of each material, whether shadow rays may pass, and whether of any.
@@ -55,7 +54,6 @@ impl World {
             has_veils: materials.iter().any(Material::lets_through),
             is_matt: materials.iter().map(Material::is_matt).collect(),
             is_textured: materials.iter().map(Material::is_textured).collect(),
-            albedos: microfacet::AlbedoTable::new(),
             materials: description.materials,
             textures: description.textures,
             stage,

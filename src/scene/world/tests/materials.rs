@@ -26,7 +26,7 @@ fn world_of(material: &Material) -> World {
 }
 
 /// The material at the origin, seen from the direction `view`.
-fn seen_from(world: &World, view: Vec3) -> Bsdf<'_> {
+fn seen_from(world: &World, view: Vec3) -> Bsdf {
     let ray = Ray {
         origin_mm: DVec3::new(0.1, 0.2, 0.0) + view.as_dvec3(),
         direction: -view.as_dvec3(),
