@@ -3,7 +3,7 @@
 //! sub-pixel's columns and rows (Hermitian).
 //!
 //! Most of a table's time goes here: `m k_x² k_y + n k_x k_y²` complex products per plane. Real and imaginary parts lie
-//! apart, rows padded to whole vectors: two to three times as fast as pairs (benches/runs/2026-11-26/absorption.md).
+//! apart, rows padded to whole vectors: half as fast again as pairs (benches/runs/2026-11-26/absorption.md).
 
 use rustfft::num_complex::Complex64;
 
