@@ -86,8 +86,11 @@ fn sums(falling: &Falling, x: &[Vec<C>], y: &[Vec<C>]) -> Vec<f64> {
     let mut field = Parts::new(&falling.upper, ky);
     let step = Parts::new(&falling.step, ky);
     let of_x: Vec<Parts> = x.iter().map(|overlap| Parts::new(overlap, kx)).collect();
-    // Y is Hermitian, so E Yᵀ takes the conjugates of its rows.
-    let of_y: Vec<Parts> = y.iter().map(|overlap| Parts::new(overlap, ky)).collect();
+    // Y is Hermitian, so Yᵀ is its conjugate.
+    let transposed = |overlap: &Vec<C>| -> Vec<C> { overlap.iter().map(C::conj).collect() };
+    let of_y: Vec<Parts> = (y.iter())
+        .map(|overlap| Parts::new(&transposed(overlap), ky))
+        .collect();
     let mut left: Vec<Parts> = x.iter().map(|_| Parts::zeros(kx, field.width)).collect();
     let mut right = Parts::zeros(kx, field.width);
     let mut sums = vec![0.0; x.len() * y.len()];
@@ -110,7 +113,7 @@ fn sums(falling: &Falling, x: &[Vec<C>], y: &[Vec<C>]) -> Vec<f64> {
                 im.fill(0.0);
                 let (fr, fi) = field.row(i);
                 for l in 0..ky {
-                    add_conjugate_product(re, im, (fr[l], fi[l]), overlap.row(l));
+                    add_product(re, im, (fr[l], fi[l]), overlap.row(l));
                 }
             }
             for (a, left) in left.iter().enumerate() {
@@ -131,20 +134,6 @@ fn add_product(re: &mut [f64], im: &mut [f64], (a, b): (f64, f64), (c, d): (&[f6
     for (((re, im), c), d) in re.iter_mut().zip(im).zip(c).zip(d) {
         *re += a * c - b * d;
         *im += a * d + b * c;
-    }
-}
-
-/// `to += factor · row*`.
-#[inline(always)]
-fn add_conjugate_product(
-    re: &mut [f64],
-    im: &mut [f64],
-    (a, b): (f64, f64),
-    (c, d): (&[f64], &[f64]),
-) {
-    for (((re, im), c), d) in re.iter_mut().zip(im).zip(c).zip(d) {
-        *re += a * c + b * d;
-        *im += b * c - a * d;
     }
 }
 

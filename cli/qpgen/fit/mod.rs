@@ -1,5 +1,8 @@
 //! `qpgen fit`: a camera's pixel, lens and shift law from what anybody can measure of it.
 
+mod report;
+mod trials;
+
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -13,7 +16,6 @@ use quadpixel::em::PixelStack;
 use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::file;
 use quadpixel::response::ResponseCache;
-use quadpixel::sensor::CollectedAt;
 use quadpixel_generators::camera_file::CameraFile;
 use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_laboratory::fit::camera_file::camera_file;
@@ -23,17 +25,13 @@ use quadpixel_laboratory::fit::conjugates::Conjugates;
 use quadpixel_laboratory::fit::goals::Goal;
 use quadpixel_laboratory::fit::keeping::Keeping;
 use quadpixel_laboratory::fit::measurements::{Measurements, sum_of};
-use quadpixel_laboratory::fit::noise::Noise;
 use quadpixel_laboratory::fit::parameters::{Known, LAYERS, Parameter, with_prior};
 use quadpixel_laboratory::fit::prediction::Prediction;
 use quadpixel_laboratory::fit::target::DotTarget;
-use quadpixel_laboratory::fit::truth::{TruthResult, TruthSettings, trial};
 use quadpixel_laboratory::fit::{Fitted, fit, pictures};
 
-/// Correlations that are printed.
+/// Correlations that are told.
 const STRONG: f64 = 0.8;
-/// Disk of the cameras that are drawn, px of the views.
-const DRAWN_DISK_PX: f64 = 18.0;
 
 /// Arguments of `qpgen fit`.
 #[derive(Args)]
@@ -115,7 +113,7 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
     }
     let progress = Progress::new(log.json(args.json));
     if let Some(count) = args.trials {
-        return trials(args, count, &progress);
+        return trials::trials(args, count, &progress);
     }
     let Some(path) = &args.capture else {
         return Err(CommandError::input(
@@ -195,7 +193,7 @@ pub fn run(args: &FitArgs, log: Log) -> Result<(), CommandError> {
     if args.json {
         outln!("{report}");
     } else {
-        print(&fitted, &predicted, confirmed.as_deref(), seconds, args)?;
+        report::print(&fitted, &predicted, confirmed.as_deref(), seconds, args)?;
     }
     Ok(())
 }
@@ -366,149 +364,4 @@ fn write(
     let mut files = vec![("fit.json", json), ("camera.toml", toml.into_bytes())];
     files.extend(residuals.map(|bytes| ("residuals.png", bytes)));
     Ok(file::write_reports(&args.out, &files)?)
-}
-
-fn print(
-    fitted: &Fitted,
-    predicted: &Prediction,
-    confirmed: Option<&[Goal]>,
-    seconds: f64,
-    args: &FitArgs,
-) -> Result<(), CommandError> {
-    outln!("parameter                     value      sigma    prior (sigma)");
-    for p in fitted.table() {
-        let note = match (p.at_bound, p.held_by_data) {
-            (true, _) => "  at its bound",
-            (_, false) => "  not held by the data: its prior",
-            _ => "",
-        };
-        let [prior, sigma] = p.prior;
-        outln!(
-            "{:<24} {:>10.4} {:>10.4}    {prior:.4} ({sigma:.4}){note}",
-            p.name,
-            p.value,
-            p.sigma
-        );
-    }
-    let strong = fitted.correlations(STRONG);
-    outln!(
-        "correlations of {STRONG} and more: {}",
-        if strong.is_empty() { "none" } else { "" }
-    );
-    for (a, b, r) in strong {
-        outln!("  {a}, {b}: {r:.2}");
-    }
-    let held_out = match (args.all, predicted.planes.iter().any(|p| p.held_out)) {
-        (true, false) => "nothing was kept out",
-        (true, true) => "planes in other light",
-        _ => "what was kept out",
-    };
-    for plane in &predicted.planes {
-        let kept = if plane.held_out { "kept out" } else { "fitted" };
-        let thirds = plane.thirds.map(|third| match third {
-            Some([measured, predicted]) => format!("{measured:.3} -> {predicted:.3}"),
-            None => "no texture".to_owned(),
-        });
-        outln!(
-            "plane at {} mm, stop {:.2} x F, {} nm, {kept}: x_L - x_R in px, left, middle, right third: {}",
-            plane.distance_mm,
-            plane.stop,
-            plane.wavelength_nm,
-            thirds.join("; ")
-        );
-    }
-    let by_rcwa = confirmed.map_or("", |_| "; by rcwa");
-    outln!("goals ({held_out}):                                         found   at most{by_rcwa}");
-    for (i, goal) in predicted.goals().iter().enumerate() {
-        let verdict = if goal.met { "met" } else { "MISSED" };
-        let by_rcwa = confirmed.and_then(|goals| goals.get(i));
-        let by_rcwa = by_rcwa.map_or(String::new(), |goal| format!("; {:.4}", goal.found));
-        outln!(
-            "{:<58} {:>8.4}  {:>8.4}  {verdict}{by_rcwa}",
-            goal.what,
-            goal.found,
-            goal.at_most
-        );
-    }
-    outln!(
-        "{} steps, {seconds:.1} s; {}",
-        fitted.steps,
-        args.out.display()
-    );
-    Ok(())
-}
-
-/// Fits to drawn cameras.
-fn trials(args: &FitArgs, count: u64, progress: &Progress) -> Result<(), CommandError> {
-    let known = Known {
-        pitch_um: 1.4,
-        f_number: 1.8,
-        disk_px: DRAWN_DISK_PX,
-        focal_length_mm: 4.4,
-        pupil_mm: None,
-        focus_mm: None,
-        has_kernels: true,
-    };
-    let parameters = priors(known.parameters(), &args.prior)?;
-    let description: CaptureDescription =
-        toml::from_str(EXAMPLE_TOML).map_err(CommandError::failed)?;
-    let stack = pixel(args, &description)?;
-    let optics = Optics {
-        f_number: known.f_number,
-        unit_mm: known.unit_mm(),
-        side: 61,
-        view_pixel_um: 2.8,
-        collected_at: CollectedAt::Anywhere,
-        conjugates: Conjugates {
-            focal_length_mm: known.focal_length_mm,
-            hiatus_mm: 0.0,
-        },
-    };
-    let model = CameraModel::new(&stack, 550.0, optics, fineness(args))?;
-    let mut results: Vec<TruthResult> = Vec::new();
-    for seed in args.seed..args.seed + count {
-        let settings = TruthSettings {
-            seed,
-            grid: [8, 6],
-            field_mm: 0.47,
-            sheet_half_mm: 2.8,
-            sheet_columns: 64,
-            noise: Noise {
-                kernel: 0.05,
-                sheet: 0.005,
-                plane: 1.0,
-            },
-        };
-        let result = trial(&model, &parameters, &settings, 2.8, progress)?;
-        if !args.json {
-            outln!(
-                "camera {seed}: worst parameter {:.2} sigma; kept out: shift {:.2} %, kernels {:.2} %, sheet {:.2} %",
-                result.worst_sigmas,
-                100.0 * result.shift_error,
-                100.0 * result.kernel_error,
-                100.0 * result.sheet_error
-            );
-        }
-        results.push(result);
-    }
-    progress.finish();
-    let all: Vec<f64> = results
-        .iter()
-        .flat_map(|r| r.parameters.iter().map(|p| (p.2 - p.1).abs() / p.3))
-        .collect();
-    let within = all.iter().filter(|z| **z <= 3.0).count() as f64 / all.len() as f64;
-    let good = results.iter().filter(|r| r.worst_sigmas <= 3.0).count();
-    if args.json {
-        outln!(
-            "{}",
-            serde_json::json!({ "within_3_sigma": within, "trials": results })
-        );
-    } else {
-        outln!(
-            "parameters within 3 sigma: {:.2} % of {}; cameras with all within: {good} of {count}",
-            100.0 * within,
-            all.len()
-        );
-    }
-    Ok(())
 }
