@@ -202,7 +202,7 @@ fn drawn_cameras_are_found_again_within_what_is_said() {
     let (mut beyond, mut worst) = (0, [0.0_f64; 3]);
     for seed in 1..=trials {
         let mut settings = settings(seed);
-        // A quarter of the fields and columns of `qpgen fit --trials`: half the noise, so that the captures tell as much.
+        // A quarter of the fields and columns of `qpgen fit --trials`, so half the noise: captures tell as much.
         let noise = &mut settings.noise;
         (noise.kernel, noise.sheet) = (0.5 * noise.kernel, 0.5 * noise.sheet);
         let found = super::truth::trial(&model, &parameters, &settings, 2.8, &()).unwrap();
