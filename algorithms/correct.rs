@@ -124,7 +124,11 @@ impl BeforeAfter {
         settings: &SharpnessSettings,
     ) -> Result<Self, SharpnessError> {
         let before = raw.sum(Side::All).ok_or(SharpnessError::Empty)?;
-        let margin_px = margin(&corrected.valid, before.width(), before.height());
+        let (width, height) = (before.width(), before.height());
+        let margin_px = margin(&corrected.valid, width, height);
+        if 2 * margin_px >= width.min(height) {
+            return Err(SharpnessError::NoneValid { width, height });
+        }
         let measured = |image: &Image| sharpness(&crop(image, c, margin_px)?, settings);
         Ok(Self {
             raw: measured(&before)?,

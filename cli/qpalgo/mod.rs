@@ -119,7 +119,7 @@ enum Command {
     /// the disparity x_L - x_R in px with the standard deviation s; and the confidence 1 - s/(0.1 px), at least 0.
     ///
     /// Example: qpalgo depth out/samples/000001 --score -o depth
-    ///          qpalgo depth capture/raw.png --calibration calibration.json --format pfm -o depth
+    ///          qpalgo depth --sparse capture/raw.png --calibration calibration.json --format pfm -o depth
     ///          qpalgo depth --left l.png --right r.png --srgb --curve camera-curve.json -o depth
     #[command(verbatim_doc_comment)]
     Depth(depth::DepthArgs),

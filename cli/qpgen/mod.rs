@@ -131,6 +131,8 @@ enum Command {
     #[command(verbatim_doc_comment)]
     Fit(fit::FitArgs),
     /// Tables and pictures of a main lens.
+    ///
+    /// Example: qpgen lens info wide_US20120327520A1_emb3
     Lens(lens::LensArgs),
     /// Checks a dataset: schema, hashes, sizes, ranges, NaN rules.
     ///

@@ -12,6 +12,7 @@ use crate::qpgen::camera_arg::CameraArg;
 use crate::qpgen::coarse::Coarse;
 use crate::qpgen::effect_args::EffectArgs;
 use crate::qpgen::scene_args::SceneArgs;
+use quadpixel::effects::{Choice, Effect};
 use quadpixel::file;
 use quadpixel::hash::json_hash;
 use quadpixel::render::RayRecord;
@@ -107,8 +108,8 @@ fn first_look(
     Ok(())
 }
 
-/// The rays of a file, if they are those of the recipe.
-fn kept_rays(path: &Path, recipe: &Recipe) -> Result<RayRecord, CommandError> {
+/// The rays of a file, if they are those of the recipe, which then has their wavelengths.
+fn kept_rays(path: &Path, recipe: &mut Recipe) -> Result<RayRecord, CommandError> {
     let input = |e: String| CommandError::input(e);
     let (record, about) = RayRecord::read_npz(path).map_err(|e| input(e.to_string()))?;
     let kept: Recipe = serde_json::from_value(about)
@@ -121,7 +122,15 @@ fn kept_rays(path: &Path, recipe: &Recipe) -> Result<RayRecord, CommandError> {
     expected.exposure_ev = kept.exposure_ev;
     expected.readout.clone_from(&kept.readout);
     expected.sensor.microlens_offset_um = kept.sensor.microlens_offset_um;
+    // Where the recipe leaves it open, the first pixel's call for bands was heard when the rays were traced.
+    expected.spectrum = expected.spectrum.or(kept.spectrum);
     if expected == kept {
+        recipe.spectrum = kept.spectrum;
+        if recipe.spectrum.is_none() && recipe.effects.is_auto() {
+            let bands = [Effect::ResponseSpectrum, Effect::Wavelengths];
+            let others = Effect::SELECTABLE.into_iter();
+            recipe.effects = Choice::Only(others.filter(|e| !bands.contains(e)).collect());
+        }
         return Ok(record);
     }
     Err(input(format!(
@@ -155,11 +164,11 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
         out!("{DEFAULT_TOML}");
         return Ok(());
     }
-    let (recipe, name) = recipe(args, log)?;
+    let (mut recipe, name) = recipe(args, log)?;
     check_outputs(args, &recipe)?;
     let out = &args.out;
     let rays = match (&args.keep_rays, &args.from_rays) {
-        (_, Some(path)) => Rays::Develop(Box::new(kept_rays(path, &recipe)?)),
+        (_, Some(path)) => Rays::Develop(Box::new(kept_rays(path, &mut recipe)?)),
         (Some(_), None) => Rays::Keep,
         (None, None) => Rays::Trace,
     };
@@ -215,9 +224,11 @@ pub fn run(args: &RenderArgs, log: Log) -> Result<(), CommandError> {
         outln!("{object}");
         return Ok(());
     }
-    let spread = d.errors.map_or("none (black)".into(), |e| {
-        format!("{:.2} % (median)", 100.0 * e.median_relative)
-    });
+    let spread = match (d.errors, &args.from_rays) {
+        (Some(e), _) => format!("{:.2} % (median)", 100.0 * e.median_relative),
+        (None, Some(_)) => "not measured (kept rays)".into(),
+        (None, None) => "none (black)".into(),
+    };
     let part = 100.0 * lost as f64 / d.rays.max(1) as f64;
     outln!(
         "{:.1} M rays, {part:.1} % lost, error of a value {spread}; {stages}",

@@ -16,12 +16,15 @@ use quadpixel::em::{PixelModel, PixelStack};
 use quadpixel::hash::settings_hash;
 use quadpixel::journal::Journal;
 use quadpixel::response::TablePlan;
+use quadpixel::sensor::Subpixels;
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
 use quadpixel_datasets::{EstimatedError, Reason};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::pixel_stack;
 use super::responses::{Responses, stack};
+use crate::config::TableConfig;
 use crate::recipe::{Recipe, RecipeError, TableRecipe};
 
 /// Seconds of one core that the tables of the bands of one pixel may take unasked.
@@ -129,12 +132,46 @@ fn costs_nothing(
     stack: &PixelStack,
     nm: &[f64],
 ) -> Result<bool, RecipeError> {
-    if table.choice.colour.is_some() || recipe.rgbd.is_some() {
-        return Ok(false);
+    match table.choice.colour.is_some() || recipe.rgbd.is_some() {
+        true => Ok(false),
+        false => ships(table, stack, nm),
     }
+}
+
+/// Whether the answers to the plane waves of these tables come with the program.
+fn ships(table: &TableRecipe, stack: &PixelStack, nm: &[f64]) -> Result<bool, RecipeError> {
     for nm in nm {
         let settings = table.settings(stack, std::slice::from_ref(nm));
         if !TablePlan::new(stack, &settings)?.is_shipped()? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Whether the answers to all plane waves of a configuration's tables come with the program, at its bands or at the
+/// usual ones.
+///
+/// # Errors
+/// An unknown pixel.
+pub(crate) fn all_ship(
+    config: &TableConfig,
+    subpixels: Subpixels,
+    bands: Option<Bands>,
+) -> Result<bool, RecipeError> {
+    if config.stack.is_some() || config.choice.colour.is_some() {
+        return Ok(false);
+    }
+    let nm = ChannelWavelengths::from_bands(bands.unwrap_or_default())?.all_response_nm();
+    for pixel in &config.pixels {
+        let table = TableRecipe {
+            level: config.level,
+            pixel: pixel.clone(),
+            stack_scale: 1.0,
+            choice: config.choice,
+            charge: config.charge,
+        };
+        if !ships(&table, &pixel_stack(pixel, subpixels)?, &nm)? {
             return Ok(false);
         }
     }

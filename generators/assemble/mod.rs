@@ -24,7 +24,7 @@ use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, RecipeError, 
 use crate::scenes::WorldRecipe;
 use crate::scenes::field_of_view::{centre_at, covering};
 
-pub(crate) use colour::{ColourCall, ColourErrors, with_colour};
+pub(crate) use colour::{ColourCall, ColourErrors, all_ship, with_colour};
 pub use responses::Responses;
 pub(crate) use responses::{check_quick, quick_plan};
 

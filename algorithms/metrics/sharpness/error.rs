@@ -9,6 +9,16 @@ pub enum SharpnessError {
     /// No pixel.
     #[error("the image has no pixel")]
     Empty,
+    /// No pixel in the middle is valid.
+    #[error(
+        "of {width} x {height} px no rectangle in the middle is valid in every view and channel; allowed: larger views, or a calibration made with views of this size"
+    )]
+    NoneValid {
+        /// Columns of the picture.
+        width: usize,
+        /// Rows of the picture.
+        height: usize,
+    },
     /// No such channel.
     #[error("channel {channel}: the image has {channels}")]
     Channel {

@@ -20,7 +20,7 @@ pub struct ResponseArgs {
     /// Sub-pixels, columns x rows, such as 2x1; absent: as the pixel says.
     #[arg(long)]
     pub subpixels: Option<Subpixels>,
-    /// Which microlens of a pixel with a mosaic of colour filters (such as 1.6um-bayer; models rcwa, fdtd): that of a
+    /// Which microlens of a pixel with a mosaic of colour filters (such as 1.6um-bayer; wave, rcwa, fdtd): that of a
     /// colour; all: one table per colour, from one simulation; absent: as the pixel says.
     #[arg(long, value_enum)]
     pub colour: Option<ColourArg>,

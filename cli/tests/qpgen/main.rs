@@ -14,6 +14,7 @@ mod effects;
 mod export;
 mod fit;
 mod fixture;
+mod kept_rays;
 mod lens;
 mod lens_folder;
 mod mosaic;

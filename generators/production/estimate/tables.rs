@@ -35,8 +35,10 @@ pub(super) fn seconds_of_missing(
         let mut timed = None;
         if let (Some(plan), Some(table)) = (assemble::quick_plan(&recipe)?, recipe.response.table())
         {
-            let absent = missing(&cache, plan.stack(), plan.settings());
-            if assemble::check_quick(&recipe, table, &plan, &cache)? {
+            let absent = missing(&cache, plan.stack(), plan.settings())?;
+            if plan.is_shipped().map_err(RecipeError::from)? {
+                // Nothing is left to simulate.
+            } else if assemble::check_quick(&recipe, table, &plan, &cache)? {
                 timed = Some(shifted_table(&plan)?);
             } else if plan.settings().shifts.is_none() && absent > 0 {
                 timed = Some(one_table(plan.stack(), plan.settings(), absent)?);
@@ -51,21 +53,22 @@ pub(super) fn seconds_of_missing(
     Ok(seconds)
 }
 
-/// Wavelengths of a table that are not kept: each is a file of its own.
-fn missing(cache: &ResponseCache, stack: &PixelStack, settings: &TableSettings) -> usize {
-    let kept = |nm: &&f64| {
+/// Wavelengths of a table that are neither kept, each in a file of its own, nor come with the program.
+fn missing(
+    cache: &ResponseCache,
+    stack: &PixelStack,
+    settings: &TableSettings,
+) -> Result<usize, RecipeError> {
+    let mut count = 0;
+    for nm in &settings.wavelengths_nm {
         let one = TableSettings {
-            wavelengths_nm: vec![**nm],
+            wavelengths_nm: vec![*nm],
             ..settings.clone()
         };
-        let key = one.key(stack);
-        key.is_ok_and(|key| matches!(cache.get(&key), Ok(Some(_))))
-    };
-    settings
-        .wavelengths_nm
-        .iter()
-        .filter(|nm| !kept(nm))
-        .count()
+        let is_kept = matches!(cache.get(&one.key(stack)?), Ok(Some(_)));
+        count += usize::from(!is_kept && !TablePlan::new(stack, &one)?.is_shipped()?);
+    }
+    Ok(count)
 }
 
 /// The settings with few directions and one wavelength.
@@ -109,5 +112,27 @@ fn directions(steps: usize, subpixels: Subpixels) -> f64 {
         (steps + 1.0) * (steps + 2.0) / 2.0
     } else {
         (steps + 1.0).powi(2)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+    use quadpixel::em::{Level, ModelChoice, Preset};
+
+    #[test]
+    fn tables_that_come_with_the_program_are_not_missing() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = ResponseCache::open(folder.path().to_owned());
+        let mut stack = assemble::pixel_stack("2.8um", "2x2".parse().unwrap()).unwrap();
+        let choice = ModelChoice::new(Level::Wave, Preset::Standard);
+        let settings = |stack: &PixelStack| TableSettings {
+            wavelengths_nm: vec![550.0],
+            ..TableSettings::for_choice(&choice, stack)
+        };
+        assert_eq!(missing(&cache, &stack, &settings(&stack)).unwrap(), 0);
+        stack.layers[0].thickness_um *= 1.1;
+        assert_eq!(missing(&cache, &stack, &settings(&stack)).unwrap(), 1);
     }
 }
