@@ -289,10 +289,30 @@ impl CameraFile {
         ] {
             quadpixel::range::require(value > 0.0 && value.is_finite(), || refused(field, value))?;
         }
-        quadpixel::range::require(self.microlenses.is_finite(), || {
-            let value = format!("{:?}", self.microlenses);
-            OutOfRange::new("camera", "microlenses", value, "finite numbers")
-        })
+        let (law, pitch_um) = (self.microlenses, self.pixel.pitch_um);
+        for (field, value, most) in [
+            ("microlenses.um", law.um, pitch_um),
+            ("microlenses.um_per_mm", law.um_per_mm, 100.0),
+            ("microlenses.um_per_mm3", law.um_per_mm3, 100.0),
+            ("microlenses.um_per_mm5", law.um_per_mm5, 100.0),
+            ("microlenses.axis_x_mm", law.axis_x_mm, 100.0),
+            (
+                "charge.diffusion_um",
+                self.charge.diffusion_um,
+                10.0 * pitch_um,
+            ),
+        ] {
+            quadpixel::range::within("camera", field, value, -most..=most)?;
+        }
+        // With more of it than this a sub-pixel would have less of its own charge than of its neighbours'.
+        let count = self.pixel.subpixels.count() as f64;
+        let most = (count - 1.0) / count;
+        quadpixel::range::within(
+            "camera",
+            "charge.crosstalk",
+            self.charge.crosstalk,
+            0.0..=most,
+        )
     }
 }
 
@@ -427,5 +447,31 @@ mod tests {
         std::fs::write(&path, toml::to_string(&file).unwrap()).unwrap();
         let why = FittedCamera::read(&path).unwrap_err().to_string();
         assert!(why.contains("diffusion_um"), "{why}");
+    }
+
+    #[test]
+    fn numbers_that_no_camera_has_are_refused_by_their_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("camera.toml");
+        let whole = camera(folder.path());
+        for (change, said) in [
+            (
+                (|c| c.microlenses.axis_x_mm = 1e200) as fn(&mut CameraFile),
+                "microlenses.axis_x_mm",
+            ),
+            (|c| c.microlenses.um = 1000.0, "microlenses.um"),
+            (
+                |c| c.microlenses.um_per_mm5 = f64::NAN,
+                "microlenses.um_per_mm5",
+            ),
+            (|c| c.charge.diffusion_um = 1e300, "charge.diffusion_um"),
+            (|c| c.charge.crosstalk = 0.6, "charge.crosstalk"),
+        ] {
+            let mut bad = whole.clone();
+            change(&mut bad);
+            std::fs::write(&path, toml::to_string(&bad).unwrap()).unwrap();
+            let refused = FittedCamera::read(&path).map(|_| ()).unwrap_err();
+            assert!(refused.to_string().contains(said), "{refused}");
+        }
     }
 }

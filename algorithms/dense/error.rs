@@ -42,6 +42,6 @@ pub enum DenseError {
     #[error(transparent)]
     Network(#[from] NetworkError),
     /// A ratio of disparity to blur that no pupil has.
-    #[error("ratio of disparity to blur {0}: allowed is above 0 to 4/(3π) = 0.424")]
+    #[error("ratio of disparity to blur {0}: allowed is 0.01 to 4/(3π) = 0.424")]
     Ratio(f64),
 }

@@ -8,12 +8,12 @@ use quadpixel::image::Image;
 
 use super::error::DenseError;
 use super::filters::{by_rows, transposed};
-use super::kernels::SHARP_RATIO;
+use super::kernels::{LEAST_RATIO, SHARP_RATIO};
 
 /// Least κ of a field, a part of its mean: the blur that belongs to less is wider than texture.
 const LEAST_OF_MEAN: f64 = 0.3;
 
-/// κ, above 0 to 4/(3π): the distance of the views' centroids over the diameter of the blur.
+/// κ, 0.01 to 4/(3π): the distance of the views' centroids over the diameter of the blur.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BlurRatio {
     /// The same everywhere.
@@ -30,7 +30,7 @@ impl BlurRatio {
         mean: f64,
         at: impl Fn(usize, usize) -> f64 + Sync,
     ) -> Self {
-        if check(mean).is_err() {
+        if check(mean, LEAST_RATIO).is_err() {
             return Self::Whole(mean);
         }
         Self::Field(by_rows(width, height, |y, to| {
@@ -85,7 +85,7 @@ impl BlurRatio {
     /// Whether it serves views of this size.
     pub(super) fn check(&self, size: (usize, usize)) -> Result<(), DenseError> {
         let field = match self {
-            Self::Whole(ratio) => return check(*ratio),
+            Self::Whole(ratio) => return check(*ratio, LEAST_RATIO),
             Self::Field(field) => field,
         };
         if (field.width(), field.height(), field.channels()) != (size.0, size.1, 1) {
@@ -94,12 +94,15 @@ impl BlurRatio {
                 field: (field.width(), field.height()),
             });
         }
-        (field.data().iter()).try_for_each(|ratio| check(f64::from(*ratio)))
+        check(self.mean(), LEAST_RATIO)?;
+        let least = 0.99 * LEAST_OF_MEAN * LEAST_RATIO;
+        (field.data().iter()).try_for_each(|ratio| check(f64::from(*ratio), least))
     }
 }
 
-fn check(ratio: f64) -> Result<(), DenseError> {
-    match ratio > 0.0 && ratio <= SHARP_RATIO {
+/// Values of a field go down to a part of its mean.
+fn check(ratio: f64, least: f64) -> Result<(), DenseError> {
+    match ratio >= least && ratio <= SHARP_RATIO {
         true => Ok(()),
         false => Err(DenseError::Ratio(ratio)),
     }

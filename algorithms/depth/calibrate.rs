@@ -23,6 +23,10 @@ const BLOCKS: [usize; 2] = [16, 10];
 const NODES: [usize; 2] = [9, 7];
 /// Fewest trusted shifts in a part that count.
 const LEAST_SHIFTS: usize = 16;
+/// Farthest plane, m.
+const MOST_M: f64 = 1e6;
+/// Mean gains that a pixel could have.
+const GAINS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 /// Planes as near to each other as this in 1/Z, as a part of the largest, say nothing of δ.
 const LEAST_SPAN: f64 = 0.1;
 /// The shifts of one plane: x_L − x_R at each pixel, row-major.
@@ -77,7 +81,7 @@ pub enum CalibrateError {
     )]
     Distances(String),
     /// A distance that is none.
-    #[error("a distance is {0} m; allowed: above 0")]
+    #[error("a distance is {0} m; allowed: above 0 to 1000000")]
     Distance(f64),
     /// A picture of another size.
     #[error("the plane at {distance_m} m has {size} px; allowed: the curve's {curve}")]
@@ -94,8 +98,10 @@ pub enum CalibrateError {
         "the plane at {0} m has no part with 16 trusted matches; allowed: a plane with texture that fills the picture"
     )]
     NoTexture(f64),
-    /// The search does not end at a gain above 0.
-    #[error("no gain and focus fit the planes: the search ended at a gain of {0}")]
+    /// The search does not end at a gain that a pixel could have.
+    #[error(
+        "no gain and focus fit the planes: the search ended at a gain of {0}; allowed: 0.1 to 10 (are the distances in m, and counted as the curve counts?)"
+    )]
     NoFit(f64),
 }
 
@@ -114,6 +120,9 @@ pub fn calibrate(
         blocks.extend(parts_of(curve, plane, BLOCKS)?);
     }
     let GainFit { gain, delta, sigma } = GainField::fit(curve, &blocks)?;
+    if !GAINS.contains(&gain.mean()) {
+        return Err(CalibrateError::NoFit(gain.mean()));
+    }
     for part in parts.iter_mut().chain(&mut blocks) {
         part.after_px = gain.at(part.at_px) * value(curve, part, delta)[0];
     }
@@ -156,7 +165,7 @@ pub fn calibrate_by<E: From<CalibrateError>>(
 }
 
 fn check_distances(planes: &[PlaneShifts]) -> Result<(), CalibrateError> {
-    let is_distance = |z: f64| z > 0.0 && z.is_finite();
+    let is_distance = |z: f64| z > 0.0 && z <= MOST_M;
     if let Some(plane) = planes.iter().find(|p| !is_distance(p.distance_m)) {
         return Err(CalibrateError::Distance(plane.distance_m));
     }

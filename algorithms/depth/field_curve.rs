@@ -16,7 +16,10 @@ use serde::{Deserialize, Serialize};
 
 use super::curve::Depth;
 use super::halves::Measured;
-use crate::dense::{BlurRatio, SHARP_RATIO};
+use crate::dense::{BlurRatio, LEAST_RATIO, SHARP_RATIO};
+
+/// Largest side of the views of a curve.
+const MOST_SIDE_PX: usize = 32_768;
 
 /// A curve that is no curve.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -88,6 +91,22 @@ impl FieldCurve {
                 ));
             }
         }
+        // A focus farther than the simulated one may put the farthest sample beyond infinity.
+        let last = self.inverse_distances_per_m.len() - 1;
+        let nearest = self.inverse_distances_per_m[last];
+        if nearest <= 0.0 {
+            return Err(format!(
+                "inverse_distances_per_m ends at {nearest}; allowed: 1/Z of places in front of the camera, above 0"
+            ));
+        }
+        for (name, side) in [("width_px", self.width_px), ("height_px", self.height_px)] {
+            if !(1..=MOST_SIDE_PX).contains(&side) {
+                return Err(format!("{name} is {side}; allowed: 1 to {MOST_SIDE_PX}"));
+            }
+        }
+        if self.matched_window_px == Some(0) {
+            return Err("matched_window_px is 0; allowed: the side of a window, px".to_owned());
+        }
         for (name, value) in [
             ("relative_error", self.relative_error),
             ("offset_error_px", self.offset_error_px),
@@ -97,10 +116,10 @@ impl FieldCurve {
             }
         }
         if let Some(ratio) = self.blur_ratio
-            && !(ratio > 0.0 && ratio <= SHARP_RATIO)
+            && !(LEAST_RATIO..=SHARP_RATIO).contains(&ratio)
         {
             return Err(format!(
-                "blur_ratio is {ratio}; allowed: above 0 to 4/(3π) = 0.424"
+                "blur_ratio is {ratio}; allowed: 0.01 to 4/(3π) = 0.424"
             ));
         }
         let (rows, columns, samples) = (
@@ -290,6 +309,14 @@ mod tests {
             (text(|c| c.disparity_px[0].truncate(1)), "rows of 2 columns"),
             (text(|c| c.relative_error = -1.0), "relative_error is -1"),
             (text(|c| c.blur_ratio = Some(0.5)), "blur_ratio is 0.5"),
+            (text(|c| c.blur_ratio = Some(1e-30)), "blur_ratio is 0.00"),
+            (text(|c| c.width_px = 0), "width_px is 0"),
+            (text(|c| c.height_px = 1 << 40), "height_px is 10995"),
+            (text(|c| c.matched_window_px = Some(0)), "matched_window_px"),
+            (
+                text(|c| c.inverse_distances_per_m.iter_mut().for_each(|v| *v -= 9.0)),
+                "ends at -7",
+            ),
             ("{}".to_owned(), "missing field"),
         ] {
             let e = FieldCurve::from_json(&bad, "c.json")

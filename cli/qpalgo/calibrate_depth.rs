@@ -11,7 +11,7 @@ use quadpixel::file;
 use quadpixel_algorithms::capture::Capture;
 use quadpixel_algorithms::dense::BlurRatio;
 use quadpixel_algorithms::depth::{
-    DepthCalibration, FieldCurve, PlaneShifts, Shifts, calibrate_by,
+    CalibrateError, DepthCalibration, FieldCurve, PlaneShifts, Shifts, calibrate_by,
 };
 use quadpixel_algorithms::disparity::MatchSettings;
 
@@ -111,7 +111,18 @@ pub fn run(args: &CalibrateDepthArgs, progress: Progress) -> Result<(), CommandE
     let mut captures = Vec::new();
     for plane in &planes {
         progress.stage(format!("reading {}", plane.path().display()));
-        captures.push(plane.capture(args.srgb)?);
+        let capture = plane.capture(args.srgb)?;
+        if let Some(view) = capture.views.images().first()
+            && (view.width(), view.height()) != (curve.width_px, curve.height_px)
+        {
+            let size = CalibrateError::Size {
+                distance_m: plane.distance_m,
+                size: format!("{} x {}", view.width(), view.height()),
+                curve: format!("{} x {}", curve.width_px, curve.height_px),
+            };
+            return Err(in_file(plane.path())(size));
+        }
+        captures.push(capture);
     }
     let found = calibrate_by(&curve, |ratios| {
         let matched = planes.iter().zip(&captures).map(|(plane, capture)| {

@@ -65,7 +65,7 @@ pub struct DisparityArgs {
     dense: bool,
     #[command(flatten)]
     pub network: NetworkArgs,
-    /// With --dense or --network: ratio of disparity to the blur's diameter, above 0 to 0.424, small where a pixel
+    /// With --dense or --network: ratio of disparity to the blur's diameter, 0.01 to 0.424, small where a pixel
     /// hardly parts a narrow pupil; absent: by the capture's camera, or 0.25.
     #[arg(value_parser = number, long, requires = "every_pixel")]
     pub ratio: Option<f64>,

@@ -36,7 +36,7 @@ pub struct CurveArgs {
     /// File of the curve (JSON).
     #[arg(long, short, default_value = "curve.json")]
     out: PathBuf,
-    /// Nearest distance, m; absent: half of that in focus.
+    /// Nearest distance, m; absent: half of that in focus, 5 m where that is infinity.
     #[arg(value_parser = number, long)]
     nearest_m: Option<f64>,
     /// Farthest distance, m, or inf.
@@ -84,6 +84,9 @@ pub fn run(args: &CurveArgs, log: Log) -> Result<(), CommandError> {
             args.out.display()
         )));
     }
+    let focus_m = recipe.lens.focus_mm.map(|mm| 1e-3 * mm);
+    let inverse_distances_per_m = inverse_distances(args, focus_m.unwrap_or(10.0))?;
+    let window_px = args.window.map(window).transpose()?;
     file::probe_file(&args.out)?;
     let progress = Progress::new(log.json(args.json));
     let observer: &dyn Observer = &progress;
@@ -93,22 +96,19 @@ pub fn run(args: &CurveArgs, log: Log) -> Result<(), CommandError> {
     for warning in responses.take_warnings() {
         progress.warn(&warning);
     }
-    let focus_m = match recipe.lens.focus_mm {
-        Some(mm) => 1e-3 * mm,
-        None => 10.0,
-    };
+    let focus = focus_m.map_or("at infinity".into(), |m| format!("{m} m"));
     let plan = CurvePlan {
         source: format!(
-            "simulated: {}, lens {}, focus {focus_m} m",
+            "simulated: {}, lens {}, focus {focus}",
             name, recipe.lens.name
         ),
         counted_from: match args.counted_from {
             From::Vertex => CountedFrom::Vertex,
             From::Sensor => CountedFrom::Sensor,
         },
-        inverse_distances_per_m: inverse_distances(args, focus_m)?,
+        inverse_distances_per_m,
         nodes,
-        window_px: args.window.map(window).transpose()?,
+        window_px,
     };
     let asked = plan.inverse_distances_per_m.len();
     let curve = field_curve(&camera, plan).map_err(CommandError::input)?;

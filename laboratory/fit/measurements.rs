@@ -95,6 +95,16 @@ impl Measurements {
     /// sheet to fit; without these, fewer than four windows of planes.
     pub fn check(&self) -> Result<(), FitError> {
         for (i, field) in self.fields.iter().enumerate() {
+            let part = field.left_part;
+            require(part > 0.0 && part < 1.0, || {
+                let allowed = "above 0 and below 1: light of the white sheet in both views where the field lies";
+                OutOfRange::new(
+                    format!("field {i}"),
+                    "left part of the light",
+                    part,
+                    allowed,
+                )
+            })?;
             for (name, view) in ["left", "right"].iter().zip(&field.views) {
                 let bad = |value: String, allowed: &'static str| {
                     move || OutOfRange::new(format!("{name} kernel {i}"), "values", value, allowed)

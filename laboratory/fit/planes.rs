@@ -36,7 +36,7 @@ impl CaptureDescription {
     fn plane_of(&self, folder: &Path, part: &PlanePart) -> Result<PlaneShifts, FitError> {
         let (windows, named) = match (&part.left, &part.right) {
             (Some(left), Some(right)) => (self.found(folder, part, [left, right])?, left.as_str()),
-            _ => (given(part), "capture.toml"),
+            _ => (given(part), ""),
         };
         let nm = part.wavelength_nm.unwrap_or(self.camera.wavelength_nm);
         let plane = PlaneShifts {
@@ -51,7 +51,11 @@ impl CaptureDescription {
         match is_exchanged(&plane, self.camera.focus_mm.unwrap_or(f64::NAN)) {
             false => Ok(plane),
             true => {
-                let what = "its shift is that of a plane on the other side of the focus; allowed: the views in their order";
+                let what = format!(
+                    "the shift of the plane at {} mm is that of one on the other side of the focus; allowed: the views in \
+                     their order, distances and focus in mm from the sensor",
+                    part.distance_mm
+                );
                 Err(FitError::capture(folder.join(named), what))
             }
         }

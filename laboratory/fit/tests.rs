@@ -90,6 +90,11 @@ fn too_few_fields_and_kernels_that_are_none_are_refused() {
     );
     let dark = message(&|m| m.fields[2].views[1].fill(f64::NAN));
     assert!(dark.contains("right kernel 2"), "{dark}");
+    let unlit = message(&|m| m.fields[0].left_part = f64::NAN);
+    assert!(
+        unlit.contains("field 0") && unlit.contains("NaN") && unlit.contains("white sheet"),
+        "{unlit}"
+    );
     let sheet = message(&|m| m.sheet[0].ratio = -1.0);
     assert!(sheet.contains("left over right is -1"), "{sheet}");
 }
