@@ -16,7 +16,7 @@ const LOBES: f64 = 2.0;
 pub(super) const LINEAR_RATIO: f64 = 0.25;
 /// Least κ that is taken for one: a pixel that parts the pupil less shows shifts of hundredths of a px only, and the
 /// blur that belongs to one px would be wider than a window.
-pub const LEAST_RATIO: f64 = 0.01;
+pub(super) const LEAST_RATIO: f64 = 0.01;
 /// κ of a pupil parted sharply, 4/(3π).
 pub const SHARP_RATIO: f64 = 4.0 / (3.0 * std::f64::consts::PI);
 

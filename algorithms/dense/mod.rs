@@ -40,7 +40,7 @@ mod smoother;
 use quadpixel::image::Image;
 
 pub use error::DenseError;
-pub use kernels::{LEAST_RATIO, SHARP_RATIO};
+pub use kernels::SHARP_RATIO;
 pub use network::{Network, NetworkError};
 pub use of_capture::Halves;
 pub use opposite::{OppositePair, OppositeViews};

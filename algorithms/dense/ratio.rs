@@ -24,21 +24,22 @@ pub enum BlurRatio {
 
 impl BlurRatio {
     /// Of a field with this mean over `width` × `height` pixels, by `at(column, row)`; numbers that are none, and those
-    /// below a third of the mean or above 4/(3π), are brought there. A mean that no pupil has stands alone.
+    /// below a third of the mean, below 0.01 or above 4/(3π), are brought there. A mean that no pupil has stands alone.
     pub fn of_field(
         [width, height]: [usize; 2],
         mean: f64,
         at: impl Fn(usize, usize) -> f64 + Sync,
     ) -> Self {
-        if check(mean, LEAST_RATIO).is_err() {
+        if !(mean > 0.0 && mean <= SHARP_RATIO) {
             return Self::Whole(mean);
         }
+        let least = (LEAST_OF_MEAN * mean).max(LEAST_RATIO);
         Self::Field(by_rows(width, height, |y, to| {
             for (x, to) in to.iter_mut().enumerate() {
                 let ratio = at(x, y);
                 let ratio = if ratio.is_nan() { mean } else { ratio };
-                // As f32 the upper end is above what it stands for.
-                *to = ratio.clamp(LEAST_OF_MEAN * mean, SHARP_RATIO - 1e-7) as f32;
+                // As f32 the ends lie beside what they stand for.
+                *to = ratio.clamp(least + 1e-7, SHARP_RATIO - 1e-7) as f32;
             }
         }))
     }
@@ -85,7 +86,7 @@ impl BlurRatio {
     /// Whether it serves views of this size.
     pub(super) fn check(&self, size: (usize, usize)) -> Result<(), DenseError> {
         let field = match self {
-            Self::Whole(ratio) => return check(*ratio, LEAST_RATIO),
+            Self::Whole(ratio) => return check(*ratio),
             Self::Field(field) => field,
         };
         if (field.width(), field.height(), field.channels()) != (size.0, size.1, 1) {
@@ -94,16 +95,33 @@ impl BlurRatio {
                 field: (field.width(), field.height()),
             });
         }
-        check(self.mean(), LEAST_RATIO)?;
-        let least = 0.99 * LEAST_OF_MEAN * LEAST_RATIO;
-        (field.data().iter()).try_for_each(|ratio| check(f64::from(*ratio), least))
+        (field.data().iter()).try_for_each(|ratio| check(f64::from(*ratio)))
     }
 }
 
-/// Values of a field go down to a part of its mean.
-fn check(ratio: f64, least: f64) -> Result<(), DenseError> {
-    match ratio >= least && ratio <= SHARP_RATIO {
+fn check(ratio: f64) -> Result<(), DenseError> {
+    match (LEAST_RATIO..=SHARP_RATIO).contains(&ratio) {
         true => Ok(()),
         false => Err(DenseError::Ratio(ratio)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ratio_below_every_pixel_of_a_description_is_brought_to_the_least_and_given_by_hand_refused()
+     {
+        for mean in [1e-30, 0.004, 0.05, SHARP_RATIO] {
+            let field = BlurRatio::of_field([3, 2], mean, |x, _| mean * 0.1 * x as f64);
+            assert_eq!(field.check((3, 2)), Ok(()), "{mean}");
+            assert!(field.mean() >= LEAST_RATIO);
+        }
+        for bad in [0.0, 1e-300, 0.004, 0.5, f64::NAN] {
+            assert!(BlurRatio::Whole(bad).check((3, 2)).is_err(), "{bad}");
+        }
+        let none = BlurRatio::of_field([3, 2], -1.0, |_, _| 0.1);
+        assert_eq!(none, BlurRatio::Whole(-1.0));
     }
 }
