@@ -12,6 +12,9 @@ use serde::Deserialize;
 use super::conjugates::Conjugates;
 use super::error::FitError;
 
+/// Farthest plane, mm.
+const MOST_DISTANCE_MM: f64 = 1e7;
+
 /// An example of the description, with every field.
 pub const EXAMPLE_TOML: &str = include_str!("capture.toml");
 
@@ -164,7 +167,8 @@ impl CaptureDescription {
     pub fn read(path: &Path) -> Result<Self, FitError> {
         let refused = |what: String| FitError::capture(path, what);
         let text = file::read_text(path).map_err(|e| refused(unread(&e)))?;
-        let this: Self = toml::from_str(&text).map_err(|e| refused(e.message().to_owned()))?;
+        let this: Self =
+            toml::from_str(&text).map_err(|e| refused(e.to_string().trim_end().to_owned()))?;
         let checks = [
             (
                 "camera.focal_length_mm",
@@ -230,6 +234,8 @@ impl CaptureDescription {
         lens.check("camera.focus_mm", focus_mm)?;
         for plane in &self.planes {
             lens.check("plane.distance_mm", plane.distance_mm)?;
+            let allowed = 0.0..=MOST_DISTANCE_MM;
+            range::within("capture", "plane.distance_mm", plane.distance_mm, allowed)?;
             let f_number = plane.f_number.unwrap_or(self.camera.f_number);
             // A wider pupil than the camera's would need answers beyond its table.
             let allowed = self.camera.f_number..=64.0;
@@ -245,9 +251,11 @@ impl CaptureDescription {
             }
             let within = |value, allowed| range::within("capture", "plane.shifts", value, allowed);
             range::within("capture", "plane.window_px", plane.window_px, 8.0..=1e5)?;
+            // As far out as a lens sees at 63° from the axis.
+            let most_mm = 2.0 * self.camera.focal_length_mm;
             for [x_mm, y_mm, shift_px, sigma_px] in &plane.shifts {
-                within(*x_mm, -100.0..=100.0)?;
-                within(*y_mm, -100.0..=100.0)?;
+                within(*x_mm, -most_mm..=most_mm)?;
+                within(*y_mm, -most_mm..=most_mm)?;
                 within(*shift_px, -1e3..=1e3)?;
                 within(*sigma_px, 1e-6..=1e3)?;
             }

@@ -14,6 +14,8 @@ use super::measurements::{FieldKernels, Measurements, SheetColumn};
 const SHEET_COLUMNS: usize = 64;
 /// Part of a sheet's pixels that may be at the white level.
 const SATURATED: f64 = 1e-3;
+/// Sum of the sizes of a kernel's values, over the sum of the values: below zero there is noise only.
+const MOST_SIZE: f64 = 2.0;
 
 /// Place of a field, px from the middle, and the kernels of its views.
 type PlacedKernels = ([f64; 2], [Vec<f64>; 2]);
@@ -261,6 +263,13 @@ fn kernels_of(
             ));
         }
         let kernel: Vec<f64> = k.iter().map(|v| f64::from(*v) / sum).collect();
+        let size: f64 = kernel.iter().map(|v| v.abs()).sum();
+        if size > MOST_SIZE {
+            return refused(format!(
+                "kernel {i} has the sum 1, but its values' sizes add up to {size:.3}; allowed: {MOST_SIZE}, the light of a point \
+                 with the noise of its measurement"
+            ));
+        }
         let border = (0..side * side).filter(|at| {
             let (x, y) = (at % side, at / side);
             x == 0 || y == 0 || x == side - 1 || y == side - 1
@@ -289,7 +298,7 @@ fn read_npy(path: &Path) -> Result<([usize; 3], Vec<f32>), FitError> {
     }
     let view = ArrayView3::<f64>::view_npy(&bytes).map_err(|e| {
         refused(format!(
-            "{e}; allowed: .npy of (fields, side, side), f32 or f64"
+            "is no array of three axes, f32 or f64 ({e}); allowed: .npy of (fields, side, side), f32 or f64"
         ))
     })?;
     Ok((

@@ -191,6 +191,24 @@ fn captures_that_cannot_be_used_are_named_with_what_would_do() {
         "field 0 lies beside the sheet",
     );
     refused(&edit("[sheet]", "[shet]"), "capture.toml");
+    refused(&edit("f_number = 1.73", "f_number = \"wide\""), "line");
+    refused(
+        &|f| {
+            let flat = ndarray::Array2::<f32>::ones((21, 21));
+            ndarray_npy::write_npy(f.join("k_right.npy"), &flat).unwrap();
+        },
+        "no array of three axes",
+    );
+    refused(
+        &|f| {
+            let mut ringing = ndarray::Array3::<f32>::zeros((4, 21, 21));
+            for k in 0..4 {
+                (ringing[[k, 10, 10]], ringing[[k, 10, 12]]) = (5.0, -4.0);
+            }
+            ndarray_npy::write_npy(f.join("k_right.npy"), &ringing).unwrap();
+        },
+        "add up to 9.000",
+    );
 }
 
 /// Cameras drawn, captured with noise and fitted blind. In full: `QUADPIXEL_FIT_TRIALS=100`, which prints them.

@@ -75,7 +75,7 @@ pub struct ResponseArgs {
     #[command(flatten)]
     pub shard: ShardArgs,
     /// Table to write, an .npz that NumPy reads; absent: NAME-MODEL.npz.
-    #[arg(long, short)]
+    #[arg(long, short, conflicts_with = "theta_deg")]
     pub output: Option<PathBuf>,
     /// Prints the pixel as a TOML file with comments, to start from, and stops.
     #[arg(long)]

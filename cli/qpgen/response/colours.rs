@@ -9,7 +9,7 @@ use quadpixel::spectrum::{Bands, ChannelWavelengths};
 use std::path::Path;
 
 use super::args::{ColourArg, ResponseArgs};
-use super::tables::{default_output, nodes, part, written};
+use super::tables::{default_output, nodes, part, unnamed, written};
 use crate::log::Log;
 use crate::progress::Progress;
 use quadpixel_generators::observer::Observer;
@@ -78,9 +78,10 @@ pub(super) fn tables(
     };
     let table = AngularResponse::from_channels([red, green, blue], &channels);
     let table = table.map_err(CommandError::input)?;
-    let path = args.output.clone();
-    let path =
-        path.unwrap_or_else(|| default_output(stack, &format!("{}-bands", args.model.name())));
+    let path = match &args.output {
+        Some(path) => path.clone(),
+        None => default_output(stack, &format!("{}-bands", args.model.name()))?,
+    };
     band_table(args, &table, &path, seconds)
 }
 
@@ -125,12 +126,15 @@ fn colour_tables(
     let mut rows = Vec::new();
     for (colour, (table, report)) in plan.colours().into_iter().zip(&made.tables) {
         let colour = colour.name();
+        // All names are looked at before the first is written.
         let path = match &args.output {
-            Some(path) => path.with_extension(format!("{colour}.npz")),
-            None => default_output(plan.stack(), &format!("{}-{colour}", args.model.name())),
+            Some(path) => unnamed(path.with_extension(format!("{colour}.npz")))?,
+            None => default_output(plan.stack(), &format!("{}-{colour}", args.model.name()))?,
         };
-        written(table, &path)?;
         rows.push((colour, path, table, report));
+    }
+    for (_, path, table, _) in &rows {
+        written(table, path)?;
     }
     if args.json {
         let tables = rows.iter().map(|(colour, path, table, report)| {

@@ -37,10 +37,10 @@ pub(super) fn table(args: &ResponseArgs, stack: &PixelStack, log: Log) -> Result
     if !shard.is_whole() {
         return part(args, &plan(args, stack)?, shard, &progress);
     }
-    let path = args
-        .output
-        .clone()
-        .unwrap_or_else(|| default_output(stack, args.model.name()));
+    let path = match &args.output {
+        Some(path) => path.clone(),
+        None => default_output(stack, args.model.name())?,
+    };
     file::probe_file(&path)?;
     let began = std::time::Instant::now();
     let made = made(args, stack, &angles)?;
@@ -163,10 +163,10 @@ pub(super) fn import(
         symmetric: args.symmetric,
     };
     let response = AngularResponse::read_csv(csv, stack, &settings).map_err(CommandError::input)?;
-    let path = args
-        .output
-        .clone()
-        .unwrap_or_else(|| default_output(stack, "import"));
+    let path = match &args.output {
+        Some(path) => path.clone(),
+        None => default_output(stack, "import")?,
+    };
     written(&response, &path)?;
     let wavelengths = &response.axes().wavelengths_nm;
     if args.json {
@@ -191,8 +191,22 @@ pub(super) fn written(response: &AngularResponse, path: &Path) -> Result<(), Com
 }
 
 /// `NAME-what.npz` in the working folder, whatever a file calls its pixel.
-pub(super) fn default_output(stack: &PixelStack, what: &str) -> PathBuf {
-    PathBuf::from(format!("{}-{what}.npz", sanitised(&stack.name)))
+pub(super) fn default_output(stack: &PixelStack, what: &str) -> Result<PathBuf, CommandError> {
+    unnamed(PathBuf::from(format!(
+        "{}-{what}.npz",
+        sanitised(&stack.name)
+    )))
+}
+
+/// A file that was not named as the output: only a table of ours is replaced.
+pub(super) fn unnamed(path: PathBuf) -> Result<PathBuf, CommandError> {
+    match path.symlink_metadata().is_ok() && AngularResponse::read_npz(&path).is_err() {
+        false => Ok(path),
+        true => Err(CommandError::input(format!(
+            "{}: is there already, and is no table of angular responses; move it away, or give another name by --output",
+            path.display()
+        ))),
+    }
 }
 
 pub(super) fn nodes(response: &AngularResponse) -> usize {

@@ -295,6 +295,25 @@ fn bad_directions_tables_and_pixels_are_refused() {
 }
 
 #[test]
+fn a_file_of_others_under_a_name_that_was_not_given_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let theirs = folder.path().join("1.6um-wave.npz");
+    fs::write(&theirs, b"measured last year").unwrap();
+    let arguments = "response --pixel 1.6um --preset draft --grid 2";
+    let arguments: Vec<&str> = arguments.split(' ').collect();
+    let run = || {
+        let mut command = command(folder.path(), &arguments);
+        command.current_dir(folder.path()).output().unwrap()
+    };
+    refused(&run(), "1.6um-wave.npz");
+    assert_eq!(fs::read(&theirs).unwrap(), b"measured last year");
+    fs::remove_file(&theirs).unwrap();
+    // A table of ours is made again.
+    assert!(run().status.success() && run().status.success());
+    assert!(fs::read(&theirs).unwrap().starts_with(b"PK"));
+}
+
+#[test]
 fn a_table_made_in_parts_has_the_bytes_of_one_made_in_one_go() {
     let folder = tempfile::tempdir().unwrap();
     let table = |cache: &str, more: &[&str]| {
