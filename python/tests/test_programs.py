@@ -1,5 +1,6 @@
 """The commands `qpgen` and `qpalgo` of the wheel are the programs: the same words, exit codes, bytes and Ctrl-C."""
 
+import functools
 import os
 import pathlib
 import signal
@@ -64,7 +65,10 @@ class Programs(unittest.TestCase):
 
     def test_ctrl_c_ends_what_does_not_listen_at_once(self):
         with tempfile.TemporaryDirectory() as folder:
-            run = subprocess.Popen(command("qpgen", "accuracy", "rays", "--out", f"{folder}/out"), stderr=subprocess.PIPE)
+            args = command("qpgen", "accuracy", "rays", "--out", f"{folder}/out")
+            # A shell that began the tests in the background has them ignore the signal, and what they start.
+            heeds = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+            run = subprocess.Popen(args, stderr=subprocess.PIPE, preexec_fn=heeds)
             time.sleep(1.0)
             self.assertIsNone(run.poll())
             run.send_signal(signal.SIGINT)
