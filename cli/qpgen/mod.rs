@@ -81,7 +81,7 @@ enum Command {
     ///
     /// Example: qpgen render out/samples/000003/meta.json --out again
     ///
-    /// Example: qpgen render --scene shop.glb --focus-mm 1200 --size 640x480 --out shop
+    /// Example: qpgen render --scene shop.glb --focus-mm 1200 --size 400x300 --out shop
     #[command(verbatim_doc_comment)]
     Render(render::RenderArgs),
     /// Kernels (point-spread functions) of every sub-pixel as numbers: over field, depth and colour, with energy and

@@ -11,7 +11,7 @@ pub enum SharpnessError {
     Empty,
     /// No pixel in the middle is valid.
     #[error(
-        "of {width} x {height} px no rectangle in the middle is valid in every view and channel; allowed: larger views, or a calibration made with views of this size"
+        "of {width} x {height} px no rectangle in the middle is valid in every view and channel after the correction; allowed: larger views"
     )]
     NoneValid {
         /// Columns of the picture.
