@@ -161,3 +161,33 @@ fn crop(image: &Image, c: usize, margin: usize) -> Result<Plane, SharpnessError>
         .collect();
     Plane::new(width, height, values)
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+    use quadpixel::sensor::Subpixels;
+
+    #[test]
+    fn views_without_a_valid_middle_are_refused_by_their_size() {
+        let view = Image::from_vec(8, 6, 1, vec![0.5; 48]).unwrap();
+        let views = Views::new(Subpixels::DUAL_X, vec![view.clone(), view.clone()]).unwrap();
+        let measure = |hole: Option<usize>| {
+            let mut valid = vec![true; 48];
+            if let Some(at) = hole {
+                valid[at] = false;
+            }
+            let corrected = Corrected {
+                views: views.clone(),
+                sum: view.clone(),
+                valid,
+            };
+            let settings = SharpnessSettings::wee_abstract();
+            BeforeAfter::measure(&views, &corrected, 0, &settings).map(|found| found.margin_px)
+        };
+        assert_eq!(measure(None), Ok(0));
+        assert_eq!(measure(Some(8 + 3)), Ok(2));
+        let middle = measure(Some(3 * 8 + 4)).unwrap_err();
+        assert!(middle.to_string().starts_with("of 8 x 6 px"), "{middle}");
+    }
+}
