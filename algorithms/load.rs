@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use quadpixel::image::exr::{NamedLayer, read_layers};
 use quadpixel::image::{Image, ImageError, raster};
+use rayon::prelude::*;
 
 /// A picture that is no input.
 #[derive(Debug, thiserror::Error)]
@@ -64,8 +65,7 @@ pub fn image(path: &Path) -> Result<Image, LoadError> {
 /// # Errors
 /// The file cannot be read, is no picture, is empty, or holds a number that is not finite.
 pub fn layers(path: &Path) -> Result<Vec<NamedLayer>, LoadError> {
-    let is_exr = (path.extension()).is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-    let layers = if is_exr {
+    let layers = if is_exr(path) {
         read_layers(path)?
     } else {
         let image = raster::read(path)?;
@@ -83,14 +83,24 @@ pub fn layers(path: &Path) -> Result<Vec<NamedLayer>, LoadError> {
     Ok(layers)
 }
 
+/// Whether a picture's numbers are parts of a full scale: those of an EXR have none.
+pub(crate) fn has_full_scale(path: &Path) -> bool {
+    !is_exr(path)
+}
+
+fn is_exr(path: &Path) -> bool {
+    (path.extension()).is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+}
+
 /// Reads pictures that must have one size and one number of channels.
 ///
 /// # Errors
 /// One of them cannot be read (see [`image`]) or differs from the first.
 pub fn alike(paths: &[PathBuf]) -> Result<Vec<Image>, LoadError> {
     let mut images: Vec<Image> = Vec::with_capacity(paths.len());
-    for path in paths {
-        let next = image(path)?;
+    let read: Vec<Result<Image, LoadError>> = paths.par_iter().map(|path| image(path)).collect();
+    for (path, next) in paths.iter().zip(read) {
+        let next = next?;
         if let Some(first) = images.first()
             && size_of(first) != size_of(&next)
         {

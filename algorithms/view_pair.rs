@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use quadpixel::image::Image;
 use quadpixel::image::srgb::to_linear;
+use rayon::prelude::*;
 
 use crate::load::{self, LoadError};
 
@@ -40,6 +41,31 @@ pub enum PairError {
         /// Columns and rows that there are.
         size: [usize; 2],
     },
+    /// A white sheet that was exposed too long.
+    #[error(
+        "{}: {percent:.1} % of the white sheet are saturated; allowed: 1 % at most, by a shorter exposure",
+        path.display()
+    )]
+    SaturatedSheet {
+        /// The sheet's view.
+        path: PathBuf,
+        /// Part of its values at the file's full scale.
+        percent: f64,
+    },
+    /// Two views of a sheet that are no two halves of one exposure.
+    #[error(
+        "{}: the white sheet is {ratio:.3} times as bright as that of {}; allowed: 0.25 to 4, two views of one exposure \
+         in files of one kind",
+        path.display(), reference.display()
+    )]
+    SheetsDiffer {
+        /// The right view.
+        path: PathBuf,
+        /// The left view.
+        reference: PathBuf,
+        /// The right one's mean over the left one's.
+        ratio: f64,
+    },
     /// A white sheet without light.
     #[error("{}: pixel (x {x}, y {y}) of the white sheet has no light in its surroundings", path.display())]
     DarkSheet {
@@ -54,13 +80,18 @@ pub enum PairError {
 
 /// The least light of a white sheet, of full scale: a code of 16 bits.
 const LEAST_LIGHT: f32 = 1.0 / 65535.0;
+/// Most of a white sheet that may be at the full scale of its file.
+const SATURATED: f64 = 0.01;
+/// Most by which one view of a white sheet may be brighter than the other.
+const MOST_RATIO: f64 = 4.0;
 /// Half the side of the square over which the sheet is averaged, px.
 const SHEET_HALF_PX: usize = 50;
 
 /// Reads the left and the right view; the right one is brought to the left one's brightness by the white sheet.
 ///
 /// # Errors
-/// Files that are no pictures or differ, black at white or above, a crop that does not fit, a sheet without light.
+/// Files that are no pictures or differ, black at white or above, a crop that does not fit, a sheet without light or
+/// saturated, or whose views differ.
 pub fn read_pair(
     left: &Path,
     right: &Path,
@@ -72,16 +103,21 @@ pub fn read_pair(
     let mut paths = vec![left.to_path_buf(), right.to_path_buf()];
     paths.extend(options.white_sheet.iter().flatten().cloned());
     let mut images = load::alike(&paths)?;
-    for value in images.iter_mut().flat_map(|image| image.data_mut()) {
+    for (sheet, path) in images.iter().zip(&paths).skip(2) {
+        check_exposure(sheet, path)?;
+    }
+    let linear = |value: &mut f32| {
         let light = ((f64::from(*value) - options.black) / (1.0 - options.black)).max(0.0) as f32;
         *value = if options.is_srgb {
             to_linear(light)
         } else {
             light
         };
-    }
+    };
+    (images.par_iter_mut()).for_each(|image| image.data_mut().iter_mut().for_each(linear));
     if let [_, right, white_left, white_right] = images.as_mut_slice() {
-        let sheets = [&*white_left, &*white_right].map(|sheet| box_mean(sheet, SHEET_HALF_PX));
+        let mean = |sheet: &Image| box_mean(sheet, SHEET_HALF_PX);
+        let sheets = <[Image; 2]>::from(rayon::join(|| mean(white_left), || mean(white_right)));
         for (sheet, path) in sheets.iter().zip(&paths[2..]) {
             if let Some(i) = sheet.data().iter().position(|&v| v < LEAST_LIGHT) {
                 let pixel = i / sheet.channels();
@@ -92,6 +128,15 @@ pub fn read_pair(
                     y,
                 });
             }
+        }
+        let light = |sheet: &Image| sheet.data().iter().map(|&v| f64::from(v)).sum::<f64>();
+        let ratio = light(&sheets[1]) / light(&sheets[0]);
+        if !(1.0 / MOST_RATIO..=MOST_RATIO).contains(&ratio) {
+            return Err(PairError::SheetsDiffer {
+                path: paths[3].clone(),
+                reference: paths[2].clone(),
+                ratio,
+            });
         }
         let ratio = sheets[0].data().iter().zip(sheets[1].data());
         right
@@ -116,6 +161,22 @@ pub fn read_pair(
     }
     let right = images.remove(1);
     Ok([images.remove(0), right])
+}
+
+/// Refuses a sheet of integers of which much is at their largest. Floats have no full scale.
+fn check_exposure(sheet: &Image, path: &Path) -> Result<(), PairError> {
+    if !load::has_full_scale(path) {
+        return Ok(());
+    }
+    let full = sheet.data().iter().filter(|v| **v >= 1.0).count();
+    let part = full as f64 / sheet.data().len() as f64;
+    match part > SATURATED {
+        true => Err(PairError::SaturatedSheet {
+            path: path.to_path_buf(),
+            percent: 100.0 * part,
+        }),
+        false => Ok(()),
+    }
 }
 
 /// The middle `width` × `height` pixels.
@@ -156,6 +217,8 @@ fn box_mean(image: &Image, half: usize) -> Image {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests {
+    use quadpixel::image::raster::{Levels, write_png16};
+
     use super::*;
     use crate::pictures::encode_float;
 
@@ -205,7 +268,33 @@ mod tests {
             })
             .contains("black level 1")
         );
+        write(&dim, |_, _| 0.1 + 0.9 * 0.1);
+        assert!(refused(options.clone()).contains("0.125 times as bright"));
         write(&dim, |_, _| 0.1);
         assert!(refused(options).contains("no light"));
+    }
+
+    #[test]
+    fn a_saturated_sheet_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let [view, sheet] = ["v.png", "s.png"].map(|n| folder.path().join(n));
+        let picture = |path: &Path, saturated: usize| {
+            let value = |i: usize| if i < saturated { 1.0 } else { 0.6 };
+            let image = Image::from_vec(20, 10, 1, (0..200).map(value).collect()).unwrap();
+            write_png16(path, &image, Levels::full_range(1.0)).unwrap();
+        };
+        picture(&view, 0);
+        let options = PairOptions {
+            white_sheet: Some([view.clone(), sheet.clone()]),
+            ..PairOptions::default()
+        };
+        picture(&sheet, 2);
+        assert!(read_pair(&view, &view, &options).is_ok());
+        picture(&sheet, 5);
+        let refused = read_pair(&view, &view, &options).unwrap_err().to_string();
+        assert!(
+            refused.contains("s.png") && refused.contains("2.5 %"),
+            "{refused}"
+        );
     }
 }

@@ -191,7 +191,8 @@ impl FittedCamera {
                 "{file}: names no lens; {lens}, scaled to {focal_length_mm} mm, stands in: disparity and blur are its, not the camera's own"
             ));
         }
-        if *f_number < open {
+        // A lens opened to what its maker's figure was rounded from.
+        if *f_number < open - 0.005 {
             warnings.push(format!(
                 "{file}: F/{f_number:.2} is asked for; {lens} opens to F/{open:.2}, which is taken"
             ));

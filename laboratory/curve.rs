@@ -49,6 +49,16 @@ pub enum CurvePlanError {
     /// A node in the dark.
     #[error("no light reaches the sensor at column {0:.0}, row {1:.0}")]
     Dark(f64, f64),
+    /// Where no scene can be.
+    #[error(
+        "the distance {distance_m} m lies within the lens, whose first vertex is at {first_m:.4} m; allowed: farther"
+    )]
+    WithinLens {
+        /// The nearest distance.
+        distance_m: f64,
+        /// The lens's first vertex, counted alike.
+        first_m: f64,
+    },
     /// The shift does not grow with 1/Z over two distances.
     #[error(
         "the shift grows with 1/Z over less than three of the distances; allowed: distances nearer to the focus, where the blur is smaller than the matcher's window"
@@ -80,6 +90,13 @@ pub fn field_curve(camera: &Camera, plan: CurvePlan) -> Result<FieldCurve, Curve
         CountedFrom::Vertex => 0.0,
         CountedFrom::Sensor => camera.sensor_z_mm(),
     };
+    let nearest_m = (plan.inverse_distances_per_m.last()).map_or(f64::INFINITY, |i| 1.0 / i);
+    if 1e3 * nearest_m <= zero_mm {
+        return Err(CurvePlanError::WithinLens {
+            distance_m: nearest_m,
+            first_m: 1e-3 * zero_mm,
+        });
+    }
     let columns_px = places(plan.nodes.0, sensor.width());
     let rows_px = places(plan.nodes.1, sensor.height());
     let node = |x: f64, y: f64| -> Result<Vec<f64>, CurvePlanError> {

@@ -131,6 +131,7 @@ pub mod image;
 pub mod journal;
 pub mod lens;
 pub use quadpixel_datasets::memory;
+pub mod npy;
 mod npz;
 pub mod progress;
 pub mod range;

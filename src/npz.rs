@@ -2,11 +2,12 @@
 
 use std::io::{Read, Seek, SeekFrom};
 
-use ndarray::{Array, ArrayView, Dimension};
-use ndarray_npy::{ViewElement, ViewNpyExt};
+use ndarray::{Array, Dimension};
+use ndarray_npy::ViewElement;
 use zip::ZipArchive;
 
 use crate::hash::ContentHash;
+use crate::npy;
 
 /// The array that holds the hash of all others, as hexadecimal digits.
 pub(crate) const HASH: &str = "blake3";
@@ -79,7 +80,7 @@ impl<R: Read + Seek> Npz<R> {
         entry
             .read_to_end(&mut bytes)
             .map_err(|e| wrong(e.to_string()))?;
-        let view = ArrayView::<T, D>::view_npy(&bytes).map_err(|e| wrong(e.to_string()))?;
+        let view = npy::view::<T, D>(&bytes).map_err(|e| wrong(e.to_string()))?;
         Ok(view.to_owned())
     }
 }

@@ -15,6 +15,7 @@ pub(super) struct Direction {
     pyramid: Pyramid,
     ratio: BlurRatio,
     pupils: Pupils,
+    is_ratio_known: bool,
     /// Rows of the first direction are columns here.
     is_turned: bool,
     /// Disparity here over that of the first direction, the means over the picture.
@@ -31,6 +32,7 @@ impl Direction {
             pyramid: Pyramid::new(&a, &b)?,
             pupils: Pupils::new(&ratio, ratio.mean(), (a.width(), a.height())),
             ratio,
+            is_ratio_known: pair.ratio.is_some(),
             is_turned: false,
             scale: 1.0,
         })
@@ -55,6 +57,7 @@ impl Direction {
         Ok(Self {
             pyramid: Pyramid::new(&a, &b)?,
             pupils: Pupils::new(&ratio, mean, (a.width(), a.height())),
+            is_ratio_known: pair.ratio.is_some(),
             is_turned: true,
             scale: ratio.mean() / mean,
             ratio,
@@ -64,6 +67,19 @@ impl Direction {
     /// The views at every resolution.
     pub fn pyramid(&self) -> &Pyramid {
         &self.pyramid
+    }
+
+    /// κ, pixel by pixel as the first direction sees them.
+    pub fn ratio(&self) -> BlurRatio {
+        match self.is_turned {
+            true => self.ratio.turned(),
+            false => self.ratio.clone(),
+        }
+    }
+
+    /// Whether κ was told.
+    pub fn is_ratio_known(&self) -> bool {
+        self.is_ratio_known
     }
 
     /// Whether its rows are columns of the first direction.

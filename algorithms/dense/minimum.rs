@@ -40,9 +40,12 @@ pub(super) fn minima(volume: &Volume) -> Minima {
 
 /// The median; 0 where there is none.
 pub(super) fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+    let mut values = values.to_vec();
+    let middle = values.len() / 2;
+    match middle < values.len() {
+        true => *values.select_nth_unstable_by(middle, f64::total_cmp).1,
+        false => 0.0,
+    }
 }
 
 #[cfg(test)]

@@ -51,7 +51,7 @@ use directions::{Direction, volume_of};
 use filters::{enlarged_by_guide, transposed};
 use minimum::{median, minima};
 use refine::refined;
-use sigma::{Evidence, deviations};
+use sigma::{Evidence, MODEL_ASSUMED, MODEL_KNOWN, deviations};
 use smoother::Stiffness;
 
 /// Contrast across which a pixel takes little from a coarse one, parts of white.
@@ -170,6 +170,10 @@ fn matched(directions: &[Direction]) -> DenseMap {
         weights: &weights,
         // Eight paths meet at a pixel.
         curvature: typical / 8.0 * range::STEPS_PER_PX * range::STEPS_PER_PX,
+        model: match directions[0].is_ratio_known() {
+            true => MODEL_KNOWN,
+            false => MODEL_ASSUMED,
+        },
         range: (range_px[1] - range_px[0]) / unit,
     });
     let mut disparity = Image::zeros(costs.width, costs.height, 1);

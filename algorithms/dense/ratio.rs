@@ -55,6 +55,14 @@ impl BlurRatio {
         }
     }
 
+    /// At a pixel of the views, by its row-major number.
+    pub(super) fn at(&self, pixel: usize) -> f64 {
+        match self {
+            Self::Whole(ratio) => *ratio,
+            Self::Field(field) => f64::from(field.data()[pixel]),
+        }
+    }
+
     /// Rows as columns.
     pub(super) fn turned(&self) -> Self {
         match self {

@@ -17,8 +17,9 @@ use super::filters::gaussian;
 /// a, b.
 const SCATTER: f64 = 4.0;
 const SPREAD: f64 = 0.5;
-/// m.
-const MODEL: f64 = 0.08;
+/// m where κ is known, and where it is assumed: that the scale of d is free then is not in σ.
+pub(super) const MODEL_KNOWN: f64 = 0.05;
+pub(super) const MODEL_ASSUMED: f64 = 0.08;
 /// Floor, px of the level.
 const FLOOR_PX: f64 = 0.03;
 /// Deviation of the window, px of the level.
@@ -36,6 +37,8 @@ pub(super) struct Evidence<'a> {
     pub weights: &'a [f64],
     /// Curvature of the costs whose weight is 1, per px².
     pub curvature: f64,
+    /// m.
+    pub model: f64,
     /// Width of the range of the candidates.
     pub range: f64,
 }
@@ -64,7 +67,7 @@ pub(super) fn deviations(e: &Evidence<'_>) -> Image {
         let variance = SCATTER * scatter
             + SPREAD * spread
             + 1.0 / information.max(f64::MIN_POSITIVE)
-            + (MODEL * e.surface[i]).powi(2)
+            + (e.model * e.surface[i]).powi(2)
             + FLOOR_PX * FLOOR_PX;
         *to = variance.sqrt().min(e.range) as f32;
     });

@@ -107,12 +107,12 @@ impl FieldCurve {
         if self.matched_window_px == Some(0) {
             return Err("matched_window_px is 0; allowed: the side of a window, px".to_owned());
         }
-        for (name, value) in [
-            ("relative_error", self.relative_error),
-            ("offset_error_px", self.offset_error_px),
+        for (name, value, most) in [
+            ("relative_error", self.relative_error, 1.0),
+            ("offset_error_px", self.offset_error_px, MOST_SIDE_PX as f64),
         ] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(format!("{name} is {value}; allowed: 0 or more"));
+            if !(0.0..=most).contains(&value) {
+                return Err(format!("{name} is {value}; allowed: 0 to {most}"));
             }
         }
         if let Some(ratio) = self.blur_ratio
@@ -308,6 +308,8 @@ mod tests {
             (text(|c| c.disparity_px[0][1][3] = 9.0), "grow with 1/Z"),
             (text(|c| c.disparity_px[0].truncate(1)), "rows of 2 columns"),
             (text(|c| c.relative_error = -1.0), "relative_error is -1"),
+            (text(|c| c.relative_error = 1e300), "relative_error is 1"),
+            (text(|c| c.offset_error_px = 1e300), "offset_error_px is 1"),
             (text(|c| c.blur_ratio = Some(0.5)), "blur_ratio is 0.5"),
             (text(|c| c.width_px = 0), "width_px is 0"),
             (text(|c| c.height_px = 1 << 40), "height_px is 10995"),

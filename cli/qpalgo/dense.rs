@@ -95,21 +95,24 @@ fn files(format: MapFormat, map: &DenseMap, vertical: bool) -> Result<Files, Ima
         channels: &channels,
         maps: &[(String::new(), numbers)],
     };
-    let mut files = maps.encode(format)?;
     let most = largest(&map.disparity_px).max(f32::MIN_POSITIVE);
     let signed = |v: f32| blue_white_red(0.5 + 0.5 * v / most);
     let widest = largest(&map.sigma_px).max(f32::MIN_POSITIVE);
     let sure = |v: f32| viridis(v / widest);
-    let picture = |image: &Image, colour: &dyn Fn(f32) -> [u8; 3]| -> Vec<u8> {
-        image.data().iter().flat_map(|v| colour(*v)).collect()
-    };
-    for (name, codes) in [
-        ("disparity.png", picture(&map.disparity_px, &signed)),
-        ("sigma.png", picture(&map.sigma_px, &sure)),
-    ] {
+    let picture = |name: &str, image: &Image, colour: &dyn Fn(f32) -> [u8; 3]| {
+        let codes: Vec<u8> = image.data().iter().flat_map(|v| colour(*v)).collect();
         let bytes = encode_png8(Path::new(name), &codes, width, height, 3)?;
-        files.push((name.to_owned(), bytes));
-    }
+        Ok::<_, ImageError>((name.to_owned(), bytes))
+    };
+    let (numbers, pictures) = rayon::join(
+        || maps.encode(format),
+        || {
+            let disparity = picture("disparity.png", &map.disparity_px, &signed)?;
+            Ok::<_, ImageError>([disparity, picture("sigma.png", &map.sigma_px, &sure)?])
+        },
+    );
+    let mut files = numbers?;
+    files.extend(pictures?);
     Ok(files)
 }
 
@@ -120,8 +123,11 @@ fn largest(image: &Image) -> f32 {
 
 fn median(image: &Image) -> f32 {
     let mut values = image.data().to_vec();
-    values.sort_by(f32::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+    let middle = values.len() / 2;
+    match middle < values.len() {
+        true => *values.select_nth_unstable_by(middle, f32::total_cmp).1,
+        false => 0.0,
+    }
 }
 
 fn report(

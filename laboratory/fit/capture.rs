@@ -182,7 +182,12 @@ impl CaptureDescription {
                 this.camera.wavelength_nm,
                 350.0..=1000.0,
             ),
-            ("views.pixel_um", this.views.pixel_um, 0.4..=200.0),
+            // A pixel of the views is one microlens at least.
+            (
+                "views.pixel_um",
+                this.views.pixel_um,
+                this.camera.pitch_um..=200.0,
+            ),
             ("views.black", this.views.black, 0.0..=65534.0),
             (
                 "views.white",

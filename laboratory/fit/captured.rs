@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use quadpixel::file;
 use quadpixel::image::{Image, raster};
+use quadpixel::{file, npy};
 
 use super::capture::{CaptureDescription, FieldsPart, SheetPart, unread};
 use super::dots;
@@ -288,15 +288,14 @@ fn kernels_of(
 
 /// A `.npy` of three axes, f32 or f64.
 fn read_npy(path: &Path) -> Result<([usize; 3], Vec<f32>), FitError> {
-    use ndarray::ArrayView3;
-    use ndarray_npy::ViewNpyExt;
+    use ndarray::Ix3;
     let refused = |what: String| FitError::capture(path, what);
     let bytes = file::read(path).map_err(|e| refused(unread(&e)))?;
     let shape = |shape: &[usize]| [shape[0], shape[1], shape[2]];
-    if let Ok(view) = ArrayView3::<f32>::view_npy(&bytes) {
+    if let Ok(view) = npy::view::<f32, Ix3>(&bytes) {
         return Ok((shape(view.shape()), view.iter().copied().collect()));
     }
-    let view = ArrayView3::<f64>::view_npy(&bytes).map_err(|e| {
+    let view = npy::view::<f64, Ix3>(&bytes).map_err(|e| {
         refused(format!(
             "is no array of three axes, f32 or f64 ({e}); allowed: .npy of (fields, side, side), f32 or f64"
         ))

@@ -215,7 +215,7 @@ impl Known {
 pub fn with_prior(parameter: &mut Parameter, value: f64, sigma: f64) -> Result<(), OutOfRange> {
     let [low, high] = parameter.bounds;
     quadpixel::range::within("prior", parameter.name.clone(), value, low..=high)?;
-    quadpixel::range::within("prior", "sigma", sigma, 0.0..=f64::MAX)?;
+    quadpixel::range::within("prior", "sigma", sigma, 0.0..=1e9)?;
     (parameter.prior, parameter.sigma) = (value, sigma);
     Ok(())
 }

@@ -5,12 +5,12 @@
 
 use std::path::Path;
 
-use ndarray::{ArrayD, ArrayViewD};
-use ndarray_npy::{ViewElement, ViewNpyError, ViewNpyExt};
+use ndarray::{ArrayD, IxDyn};
+use ndarray_npy::{ViewElement, ViewNpyError};
 
 use super::exr::{NamedLayer, read_layers};
 use super::{Image, ImageError, raster};
-use crate::file;
+use crate::{file, npy};
 
 /// Reads maps: the layers of an EXR, a NPY of f32, f64 or whole numbers (rows, columns), with channels behind or maps
 /// before them too, a PFM, or any picture.
@@ -84,7 +84,7 @@ fn numbers(path: &Path, bytes: &[u8]) -> Result<ArrayD<f32>, ImageError> {
         bytes: &[u8],
         to: fn(T) -> f32,
     ) -> Option<Result<ArrayD<f32>, String>> {
-        match ArrayViewD::<T>::view_npy(bytes) {
+        match npy::view::<T, IxDyn>(bytes) {
             Ok(array) => Some(Ok(array.mapv(to))),
             Err(ViewNpyError::WrongDescriptor(_)) => None,
             Err(error) => Some(Err(error.to_string())),

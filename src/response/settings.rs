@@ -91,9 +91,9 @@ impl TableSettings {
         };
         self.model.check()?;
         let (end, steps, refine) = (self.cosine_max, self.steps, self.refine);
-        let allowed = "above 0, at most 0.99";
+        let allowed = "0.01 to 0.99";
         require(
-            end > 0.0 && end <= 0.99,
+            (0.01..=0.99).contains(&end),
             error("cosine_max", end.to_string(), allowed),
         )?;
         require(

@@ -2,6 +2,8 @@
 
 #![allow(dead_code)] // because each test binary uses its own part
 
+use std::sync::LazyLock;
+
 use glam::{DVec2, DVec3};
 use quadpixel::em::PixelModel;
 use quadpixel::em::PixelStack;
@@ -29,7 +31,9 @@ pub fn boxes(m: usize, n: usize, pitch_um: f64, focal_um: f64) -> Response {
 
 /// A coarse wave table of a small pixel.
 pub fn wave_pixel() -> Response {
-    wave_pixel_at(vec![550.0])
+    // Made once for all tests of a program.
+    static PIXEL: LazyLock<Response> = LazyLock::new(|| wave_pixel_at(vec![550.0]));
+    PIXEL.clone()
 }
 
 /// The same at some wavelengths, nm.

@@ -44,7 +44,7 @@ pub(super) fn tables(
 ) -> Result<(), CommandError> {
     if !args.theta_deg.is_empty() || args.import.is_some() {
         return Err(CommandError::input(
-            "--colour all with --theta-deg or --import; allowed: tables (or one colour)",
+            "--colour all or bands with --theta-deg or --import; allowed: tables (or one colour)",
         ));
     }
     let channels = channels(args)?;

@@ -143,7 +143,7 @@ fn a_table_of_each_colour_is_written() {
     }
     refused(
         &response(&["--model", "rcwa", "--colour", "all", "--theta-deg", "0"]),
-        "--colour all with",
+        "--colour all or bands with",
     );
     let plain = ["response", "--pixel", "1.6um", "--colour", "red"];
     refused(
