@@ -23,9 +23,16 @@ use quadpixel::simd::SimdLevel;
 /// Settings that have no refocused image.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RefocusError {
-    /// D is no shift.
-    #[error("disparity: {0} px must be a finite number")]
-    Disparity(f64),
+    /// D is no shift of such views.
+    #[error(
+        "disparity: {px:e} px; allowed: at most {most} px, the views' longer side, to either side"
+    )]
+    Disparity {
+        /// D.
+        px: f64,
+        /// Longer side of the views, px.
+        most: usize,
+    },
     /// Not one weight per view.
     #[error("weights: {found} given, {expected} views")]
     Count {
@@ -68,15 +75,16 @@ pub fn shifts_px(subpixels: Subpixels, d_px: f64) -> Vec<(f64, f64)> {
 /// for equal ones. A pixel is valid where all weighted views are; beyond their edge views are replicated.
 ///
 /// # Errors
-/// A disparity that is not finite; weights that are not one per view, negative, or all 0.
+/// A disparity beyond the views' longer side; weights that are not one per view, negative, or all 0.
 pub fn refocus(
     views: &Views,
     d_px: f64,
     weights: Option<&[f64]>,
     lobes: Lobes,
 ) -> Result<Warped, RefocusError> {
-    if !d_px.is_finite() {
-        return Err(RefocusError::Disparity(d_px));
+    let most = views.images()[0].width().max(views.images()[0].height());
+    if !(d_px.abs() <= most as f64) {
+        return Err(RefocusError::Disparity { px: d_px, most });
     }
     let count = views.images().len();
     let weights = weights.map_or_else(|| vec![1.0; count], <[f64]>::to_vec);
@@ -146,6 +154,17 @@ mod tests {
         };
         let images = shifts_px(subpixels, d_px).into_iter().map(view).collect();
         Views::new(subpixels, images).unwrap()
+    }
+
+    #[test]
+    fn a_shift_beyond_the_views_is_refused() {
+        let views = plane_at(1.0, 2, 2);
+        let of = |d_px| refocus(&views, d_px, None, Lobes::Four).err();
+        assert_eq!(of(40.0), None);
+        for d_px in [41.0, -1e300, f64::INFINITY, f64::NAN] {
+            let told = of(d_px).map(|e| e.to_string()).unwrap_or_default();
+            assert!(told.contains("at most 40 px"), "{d_px}: {told}");
+        }
     }
 
     #[test]

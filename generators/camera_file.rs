@@ -20,6 +20,7 @@ use quadpixel::spectrum::ChannelWavelengths;
 use serde::{Deserialize, Serialize};
 
 use crate::config::{DatasetConfig, Draw, ResponseConfig, TableConfig};
+use crate::recipe::check::F_NUMBERS;
 use crate::recipe::table_choice::TableChoice;
 use crate::recipe::{Recipe, ResponseSource, TableRecipe};
 
@@ -284,9 +285,10 @@ impl CameraFile {
         let refused = |field: &'static str, value: f64| {
             OutOfRange::new("camera", field, value, "finite and > 0")
         };
+        quadpixel::range::within("camera", "lens.f_number", self.lens.f_number, F_NUMBERS)?;
         for (field, value) in [
             ("lens.focal_length_mm", self.lens.focal_length_mm),
-            ("lens.f_number", self.lens.f_number),
+            ("pixel.pitch_um", self.pixel.pitch_um),
         ] {
             quadpixel::range::require(value > 0.0 && value.is_finite(), || refused(field, value))?;
         }

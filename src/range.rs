@@ -48,10 +48,19 @@ pub fn within(
     value: f64,
     allowed: RangeInclusive<f64>,
 ) -> Result<(), OutOfRange> {
-    let ends = || format!("{} to {}", allowed.start(), allowed.end());
+    let ends = || format!("{} to {}", shown(*allowed.start()), shown(*allowed.end()));
     require(allowed.contains(&value), || {
-        OutOfRange::new(what, field, value, ends())
+        OutOfRange::new(what, field, shown(value), ends())
     })
+}
+
+/// A number as people write it: 1e300 has 301 digits.
+fn shown(value: f64) -> String {
+    let is_plain = value == 0.0 || (1e-6..1e15).contains(&value.abs());
+    match is_plain {
+        true => value.to_string(),
+        false => format!("{value:e}"),
+    }
 }
 
 /// Checks a condition that is no interval; `error` is made only where it does not hold.
@@ -71,8 +80,14 @@ mod tests {
         for value in [0.0, 0.25, 0.5] {
             assert_eq!(within("readout", "prnu", value, 0.0..=0.5), Ok(()));
         }
-        for value in [-f64::EPSILON, 0.75, f64::NAN, f64::INFINITY] {
-            let error = OutOfRange::new("readout", "prnu", value, "0 to 0.5");
+        for (value, shown) in [
+            (-f64::EPSILON, "-2.220446049250313e-16"),
+            (0.75, "0.75"),
+            (1e300, "1e300"),
+            (f64::NAN, "NaN"),
+            (f64::INFINITY, "inf"),
+        ] {
+            let error = OutOfRange::new("readout", "prnu", shown, "0 to 0.5");
             assert_eq!(within("readout", "prnu", value, 0.0..=0.5), Err(error));
         }
     }

@@ -55,7 +55,7 @@ pub struct CorrectArgs {
     /// What to line up: the centroids of the spots (what depth needs), or the chart's texture as block matching does.
     #[arg(long, value_enum, default_value_t = AlignArg::Centroid)]
     align: AlignArg,
-    /// Smoothing before centroids are fitted (σ, px, 1.5 or more); absent: what the views ask for.
+    /// With --align centroid: smoothing before centroids are fitted (σ, px, 1.5 to 100); absent: as views ask for.
     #[arg(value_parser = number, long)]
     smoothing: Option<f64>,
     /// Kind of the pictures; a PNG of a view is full at the mosaic's white, one of the sum at that times the views.
@@ -90,7 +90,7 @@ fn calibrate(args: &CorrectArgs, progress: Progress, chart: &Path) -> Result<(),
         },
         degree: args.degree,
         align: args.align.into(),
-        smoothing_px: smoothing(args.smoothing)?,
+        smoothing_px: smoothing(args.smoothing, args.align)?,
     };
     progress.stage("matching every view and channel against the sum");
     let calibration =
@@ -149,13 +149,19 @@ fn apply(
     Ok(())
 }
 
-/// Checks --smoothing.
-pub(crate) fn smoothing(px: Option<f64>) -> Result<Option<f64>, CommandError> {
-    match px {
-        Some(px) if !(px.is_finite() && px > 0.0) => Err(CommandError::input(format!(
-            "--smoothing {px}: allowed is a positive number of px"
-        ))),
-        px => Ok(px),
+/// Smoothing that centroids can be fitted after, px.
+const SMOOTHING_PX: std::ops::RangeInclusive<f64> = 1.5..=100.0;
+
+/// Checks --smoothing, which texture has no use for.
+pub(crate) fn smoothing(px: Option<f64>, align: AlignArg) -> Result<Option<f64>, CommandError> {
+    match (px, align) {
+        (Some(_), AlignArg::Texture) => Err(CommandError::input(
+            "--smoothing is of centroids; allowed: with --align centroid",
+        )),
+        (Some(px), AlignArg::Centroid) if !SMOOTHING_PX.contains(&px) => Err(CommandError::input(
+            format!("--smoothing is {px:e} px; allowed: 1.5 to 100"),
+        )),
+        (px, _) => Ok(px),
     }
 }
 

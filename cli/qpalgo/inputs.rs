@@ -103,6 +103,12 @@ impl PairArgs {
                 )));
             }
         };
+        if !(0.0..65535.0).contains(&self.black_level) {
+            return Err(CommandError::input(format!(
+                "--black-level is {}; allowed: 0 to below 65535",
+                self.black_level
+            )));
+        }
         let crop_px = self.crop.as_ref().map(|text| crop(text)).transpose()?;
         let options = PairOptions {
             black: self.black_level / 65535.0,

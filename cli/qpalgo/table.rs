@@ -37,7 +37,7 @@ pub struct TableArgs {
     /// What to line up: the chart's texture by block matching, as the paper does, or the centroids of the spots.
     #[arg(long, value_enum, default_value_t = AlignArg::Texture)]
     align: AlignArg,
-    /// Smoothing before centroids are fitted (σ, px, 1.5 or more); absent: what the views ask for.
+    /// With --align centroid: smoothing before centroids are fitted (σ, px, 1.5 to 100); absent: as views ask for.
     #[arg(value_parser = number, long)]
     smoothing: Option<f64>,
     /// Prints one JSON object on stdout instead of the table.
@@ -65,7 +65,7 @@ pub fn run(args: &TableArgs, progress: Progress) -> Result<(), CommandError> {
         },
         degree: args.degree,
         align: args.align.into(),
-        smoothing_px: smoothing(args.smoothing)?,
+        smoothing_px: smoothing(args.smoothing, args.align)?,
     };
     let folder = args.list.parent().unwrap_or(Path::new(""));
     let rows = (list.row.iter().enumerate())

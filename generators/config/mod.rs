@@ -36,6 +36,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::field_error::FieldError;
 use crate::lens_tracing;
+use crate::recipe::check::F_NUMBERS;
 use crate::recipe::{CameraPicturesRecipe, is_no_law};
 
 /// The default configuration, with comments.
@@ -252,7 +253,7 @@ impl DatasetConfig {
         #[rustfmt::skip] // because it is a table
         let rows = [
             ("lens.focus_mm", Some(lens.focus_mm), [1.0, f64::INFINITY]),
-            ("lens.f_number", lens.f_number, [0.5, 64.0]),
+            ("lens.f_number", lens.f_number, [*F_NUMBERS.start(), *F_NUMBERS.end()]),
             ("lens.focus_error_um", lens.focus_error_um, [-1e4, 1e4]),
             ("sensor.microlens_offset_um", sensor.microlens_offset_um, [-10.0, 10.0]),
             ("sensor.pitch_um", sensor.pitch_um, [0.1, 100.0]),

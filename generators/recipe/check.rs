@@ -5,6 +5,8 @@ use crate::field_error::FieldError;
 
 /// Most stops of exposure, up or down: beyond, no light is left or none fits.
 const LARGEST_EV: f64 = 64.0;
+/// Of a lens that is stopped down.
+pub(crate) const F_NUMBERS: std::ops::RangeInclusive<f64> = 0.5..=64.0;
 
 impl Recipe {
     /// Checks the numbers that no part of the camera checks when it is made.
@@ -26,7 +28,9 @@ impl Recipe {
             }
             _ => Ok(()),
         };
-        positive("lens.f_number", self.lens.f_number)?;
+        if let Some(f_number) = self.lens.f_number.filter(|f| !F_NUMBERS.contains(f)) {
+            return Err(FieldError::new("lens.f_number", f_number, "0.5 to 64").into());
+        }
         positive("lens.focus_mm", self.lens.focus_mm)?;
         positive("framing_focus_mm", self.framing_focus_mm)?;
         positive("sensor.pitch_um", Some(self.sensor.pitch_um))?;
@@ -63,6 +67,7 @@ mod tests {
             ),
             ("exposure_ev", |r| r.exposure_ev = 1e3),
             ("lens.f_number", |r| r.lens.f_number = Some(-1.0)),
+            ("lens.f_number is 1000", |r| r.lens.f_number = Some(1000.0)),
             ("lens.focus_mm", |r| r.lens.focus_mm = Some(f64::NAN)),
             ("sensor.pitch_um", |r| r.sensor.pitch_um = 0.0),
             ("environment", |r| r.environment[1] = f32::INFINITY),

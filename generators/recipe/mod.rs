@@ -3,7 +3,7 @@
 //! alone.
 
 pub mod camera_pictures;
-mod check;
+pub(crate) mod check;
 mod error;
 pub mod response;
 mod short;

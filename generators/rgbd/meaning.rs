@@ -130,6 +130,19 @@ impl Meaning {
             let value = value.unwrap_or_default();
             return Err(format!("{field} is {value}; allowed: a positive number"));
         }
+        let of_disparity = [
+            ("baseline_m", self.baseline_m),
+            ("disparity_offset_px", self.disparity_offset_px),
+        ];
+        let kind = self.kind.unwrap_or_default();
+        if kind != DepthKind::Disparity
+            && let Some((field, _)) = of_disparity.iter().find(|(_, v)| v.is_some())
+        {
+            let kind = kind.name();
+            return Err(format!(
+                "{field} beside a depth of kind {kind}; allowed: with kind disparity"
+            ));
+        }
         match self.hfov_deg {
             Some(deg) if !(deg > 0.0 && deg < 179.0) => {
                 Err(format!("hfov_deg is {deg}; allowed: above 0, below 179"))

@@ -4,10 +4,11 @@ use std::io::{Cursor, Write};
 
 use quadpixel::image::Image;
 use quadpixel_algorithms::dense::{
-    DenseMap, Network, OppositeViews, dense_disparity_of, learned_disparity_of,
+    BlurRatio, DenseMap, Network, OppositePair, OppositeViews, dense_disparity_of,
+    learned_disparity_of,
 };
 
-use crate::blurred::{errors, knows_nothing, opposite, pair, parted, without_texture};
+use crate::blurred::{errors, knows_nothing, of_ratio, opposite, pair, parted, without_texture};
 
 fn told(left_right: Option<&[Image; 2]>, top_bottom: Option<&[Image; 2]>) -> DenseMap {
     let views = OppositeViews {
@@ -51,6 +52,27 @@ fn a_depth_step_is_where_it_is() {
     let found = errors(&map, truth);
     let mean = found.iter().sum::<f64>() / found.len() as f64;
     assert!(mean < 0.25, "{mean}");
+}
+
+#[test]
+fn a_ratio_far_from_a_phones_is_heeded_though_the_network_is_not_told() {
+    let (blur_px, ratio) = (10.0, 0.08);
+    let truth = blur_px * ratio;
+    let views = of_ratio(blur_px, |_| ratio);
+    let error_of = |ratio: Option<&BlurRatio>| {
+        let left_right = OppositePair {
+            views: views.each_ref(),
+            ratio,
+        };
+        let views = OppositeViews {
+            left_right: Some(left_right),
+            ..OppositeViews::default()
+        };
+        let map = learned_disparity_of(views, &Network::shipped().unwrap()).unwrap();
+        median_error(&map, truth)
+    };
+    let (told, assumed) = (error_of(Some(&BlurRatio::Whole(ratio))), error_of(None));
+    assert!(told < 0.05 && told < 0.5 * assumed, "{told}, {assumed}");
 }
 
 #[test]

@@ -67,7 +67,14 @@ pub struct ResponseArgs {
     pub phi_deg: Vec<f64>,
     /// Makes the table of a CSV file of another tool, with the columns theta_deg, phi_deg, subpixel, P (and
     /// wavelength_nm, if there are several).
-    #[arg(long, value_name = "CSV", conflicts_with = "theta_deg")]
+    #[arg(
+        long,
+        value_name = "CSV",
+        conflicts_with_all = [
+            "theta_deg", "shifts", "grid", "cosine_max", "band_wavelengths", "model", "preset", "exact", "exact_preset",
+            "exact_runs", "focal_length_um", "shard"
+        ]
+    )]
     pub import: Option<PathBuf>,
     /// With --import: the file holds a part of the directions; the pixel's symmetry gives the others.
     #[arg(long, requires = "import")]

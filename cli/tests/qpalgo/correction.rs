@@ -73,6 +73,23 @@ fn calibrated(folder: &Path) -> Calibration {
 }
 
 #[test]
+fn a_smoothing_that_is_none_is_refused_before_it_takes_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    write_exr(&folder.path().join("raw.exr"), &mosaic());
+    for (more, why) in [
+        (&["--smoothing", "1e300"][..], "1.5 to 100"),
+        (&["--smoothing", "0.5"], "1.5 to 100"),
+        (
+            &["--smoothing", "2", "--align", "texture"],
+            "with --align centroid",
+        ),
+    ] {
+        let run = qpalgo(&[&CALIBRATE[..], &["c.json"], more].concat(), folder.path());
+        common::refused(&run, why);
+    }
+}
+
+#[test]
 fn known_fields_come_back_and_the_corrected_sum_is_the_texture() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();

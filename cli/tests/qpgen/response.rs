@@ -114,6 +114,11 @@ fn an_exported_response_comes_back_by_import_and_serves_a_dataset() {
         json(&import(&at("power.csv")))["wavelengths_nm"],
         serde_json::json!([550.0])
     );
+    // What only a simulated table has use for.
+    for more in [["--shifts", "8"], ["--model", "rcwa"], ["--grid", "5"]] {
+        let arguments = [&["response", "--import", "power.csv"][..], &more].concat();
+        refused(&qpgen(folder.path(), &arguments), "cannot be used with");
+    }
     let files = format!("[{:?}]", at("x.npz"));
     let values = [
         ("response.model", "\"table\""),

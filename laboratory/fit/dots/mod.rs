@@ -76,6 +76,13 @@ pub fn kernels(
             width.max(0.0)
         ));
     }
+    let [columns, rows] = grid;
+    if columns * rows > dots.len() {
+        return Err(format!(
+            "{columns} x {rows} fields for {} dots; allowed: at least one whole dot in each, so fewer and larger fields",
+            dots.len()
+        ));
+    }
     let half = (0.5 * WINDOW * width).ceil();
     let apart = median(
         dots.iter()
@@ -94,7 +101,6 @@ pub fn kernels(
         half: half as usize,
     };
     let side = 2 * window.half + 1;
-    let [columns, rows] = grid;
     let empty = || DotField {
         place_px: [0.0; 2],
         dots: 0,

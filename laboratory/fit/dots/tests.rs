@@ -78,6 +78,9 @@ fn pictures_that_give_no_kernels_are_told_what_would_do() {
         half.contains("column 3") && half.contains("no whole dot"),
         "{half}"
     );
+    // More fields than dots: refused before there is a kernel for each.
+    let fields = told(&pictures(48.0, 0.5), [1000, 1000], 1.0);
+    assert!(fields.contains("1000 x 1000 fields"), "{fields}");
     let dark = [Image::zeros(64, 64, 1), Image::zeros(64, 64, 1)];
     let dark = told(&dark, [2, 2], 30.0);
     assert!(dark.contains("0 dots"), "{dark}");
