@@ -135,7 +135,7 @@ fn bad_input_ends_with_exit_code_2_and_writes_nothing() {
             "a.exr",
             "a.exr",
             vec!["--black-level", "65535"],
-            "black level",
+            "--black-level is 65535",
         ),
         (
             "a.exr",
