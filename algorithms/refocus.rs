@@ -14,6 +14,7 @@
 //! 2005-02.
 
 use quadpixel::image::Image;
+use quadpixel::range::{self, OutOfRange};
 use quadpixel::sensor::Subpixels;
 
 use crate::sai::{Side, Views};
@@ -23,16 +24,9 @@ use quadpixel::simd::SimdLevel;
 /// Settings that have no refocused image.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RefocusError {
-    /// D is no shift of such views.
-    #[error(
-        "disparity: {px:e} px; allowed: at most {most} px, the views' longer side, to either side"
-    )]
-    Disparity {
-        /// D.
-        px: f64,
-        /// Longer side of the views, px.
-        most: usize,
-    },
+    /// D is beyond the views' longer side.
+    #[error(transparent)]
+    Disparity(#[from] OutOfRange),
     /// Not one weight per view.
     #[error("weights: {found} given, {expected} views")]
     Count {
@@ -82,11 +76,10 @@ pub fn refocus(
     weights: Option<&[f64]>,
     lobes: Lobes,
 ) -> Result<Warped, RefocusError> {
-    let most = views.images()[0].width().max(views.images()[0].height());
-    let side_px = most as f64;
-    if !(-side_px..=side_px).contains(&d_px) {
-        return Err(RefocusError::Disparity { px: d_px, most });
-    }
+    let first = &views.images()[0];
+    let (width, height) = (first.width(), first.height());
+    let most = width.max(height) as f64;
+    range::within("disparity", "px", d_px, -most..=most)?;
     let count = views.images().len();
     let weights = weights.map_or_else(|| vec![1.0; count], <[f64]>::to_vec);
     if weights.len() != count {
@@ -102,8 +95,6 @@ pub fn refocus(
     if !(total > 0.0 && total.is_finite()) {
         return Err(RefocusError::Weight(total));
     }
-    let first = &views.images()[0];
-    let (width, height) = (first.width(), first.height());
     let mut sums = vec![0.0f64; first.data().len()];
     let mut valid = vec![true; width * height];
     let shifted = views
@@ -164,7 +155,7 @@ mod tests {
         assert_eq!(of(40.0), None);
         for d_px in [41.0, -1e300, f64::INFINITY, f64::NAN] {
             let told = of(d_px).map(|e| e.to_string()).unwrap_or_default();
-            assert!(told.contains("at most 40 px"), "{d_px}: {told}");
+            assert!(told.contains("allowed: -40 to 40"), "{d_px}: {told}");
         }
     }
 

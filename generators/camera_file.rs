@@ -469,6 +469,8 @@ mod tests {
             ),
             (|c| c.charge.diffusion_um = 1e300, "charge.diffusion_um"),
             (|c| c.charge.crosstalk = 0.6, "charge.crosstalk"),
+            (|c| c.lens.f_number = 1000.0, "lens.f_number is 1000"),
+            (|c| c.pixel.pitch_um = 0.0, "pixel.pitch_um is 0"),
         ] {
             let mut bad = whole.clone();
             change(&mut bad);

@@ -46,6 +46,7 @@ mod tests {
 
     use super::*;
 
+    /// A file's bytes: magic string, version, length, header, numbers.
     fn bytes(version: u8, stated: &[u8], header: &str, numbers: &[f32]) -> Vec<u8> {
         let mut all = b"\x93NUMPY".to_vec();
         all.extend([version, 0]);
@@ -58,30 +59,27 @@ mod tests {
     #[test]
     fn a_header_longer_than_the_file_asks_for_no_memory() {
         let text = "{'descr': '<f4', 'fortran_order': False, 'shape': (2,), }";
-        let header = format!("{text:63}\n");
-        let length = u32::try_from(header.len()).unwrap().to_le_bytes();
+        // Padded as the format says, so that the numbers begin at a multiple of 64.
+        let headers = [118, 116].map(|length| format!("{text:0$}\n", length - 1));
+        let [short, long] = headers.each_ref();
+        let length = |header: &str| u32::try_from(header.len()).unwrap().to_le_bytes();
         let numbers = [1.5, -2.0];
         for whole in [
-            bytes(1, &length[..2], &header, &numbers),
-            bytes(3, &length, &header, &numbers),
+            bytes(1, &length(short)[..2], short, &numbers),
+            bytes(3, &length(long), long, &numbers),
         ] {
-            let aligned: Vec<u8> = whole.clone();
-            match view::<f32, Ix1>(&aligned) {
-                Ok(array) => assert_eq!(array.to_vec(), numbers),
-                Err(error) => assert!(matches!(error, ViewNpyError::MisalignedData), "{error}"),
-            }
+            assert_eq!(view::<f32, Ix1>(&whole).unwrap().to_vec(), numbers);
             for end in 0..whole.len() {
                 assert!(view::<f32, Ix1>(&whole[..end]).is_err(), "{end} bytes");
             }
         }
         for (version, stated) in [(1, &[0xff; 2][..]), (2, &[0xff; 4]), (3, &[0xff; 4])] {
-            let error = view::<f32, Ix1>(&bytes(version, stated, &header, &numbers)).unwrap_err();
+            let error = view::<f32, Ix1>(&bytes(version, stated, short, &numbers)).unwrap_err();
             assert!(error.to_string().contains("its header states"), "{error}");
         }
         // Nested deeper than a reader's stack may be.
         let nested = "(".repeat(100_000);
-        let length = u32::try_from(nested.len()).unwrap().to_le_bytes();
-        let error = view::<f32, Ix1>(&bytes(3, &length, &nested, &[])).unwrap_err();
+        let error = view::<f32, Ix1>(&bytes(3, &length(&nested), &nested, &[])).unwrap_err();
         assert!(error.to_string().contains("100000 bytes"), "{error}");
     }
 }

@@ -22,12 +22,12 @@ const REACH_PX: f64 = 2.5;
 /// Most pixels of it.
 const MOST_PX: usize = 1 << 22;
 /// σ over the mean absolute error that the network expects. Of Laplace's density, by which it was trained, 68 % would
-/// lie within 1.14 and 95 % within 3; on scenes that it was not trained on it errs by a quarter more than it expects.
+/// lie within 1.14; chosen on scenes that it was not trained on (benches/runs/2026-11-26/sigma.md).
 const SIGMA_OF_ERROR: f32 = 1.4;
-/// κ of the cameras that it knows. It is not told κ.
+/// κ of pixels like those that it was trained behind, 0.22 to 0.26. It is not told κ.
 const KNOWN_RATIO: f64 = 0.24;
 /// Part of a disparity by which an estimate for one κ errs at another, over the logarithm of their ratio: so much did
-/// matching (benches/runs/2026-11-25/ratio.md).
+/// matching (benches/runs/2026-11-23/dense.md: 0.83 px for κ = 0.10, 1.09 px for 0.25).
 const ERROR_OF_RATIO: f64 = 0.3;
 /// Logarithms of the least and largest σ that the network is told, as in training, px.
 const LOG_SIGMA: [f32; 2] = [-5.0, 3.0];

@@ -6,9 +6,9 @@ use crate::print::say;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use quadpixel::file;
 use quadpixel::image::ImageError;
 use quadpixel::image::raster::encode_png8;
+use quadpixel::{file, range};
 
 use crate::exit::CommandError;
 use crate::progress::Progress;
@@ -149,19 +149,16 @@ fn apply(
     Ok(())
 }
 
-/// Smoothing that centroids can be fitted after, px.
-const SMOOTHING_PX: std::ops::RangeInclusive<f64> = 1.5..=100.0;
-
 /// Checks --smoothing, which texture has no use for.
 pub(crate) fn smoothing(px: Option<f64>, align: AlignArg) -> Result<Option<f64>, CommandError> {
     match (px, align) {
         (Some(_), AlignArg::Texture) => Err(CommandError::input(
             "--smoothing is of centroids; allowed: with --align centroid",
         )),
-        (Some(px), AlignArg::Centroid) if !SMOOTHING_PX.contains(&px) => Err(CommandError::input(
-            format!("--smoothing is {px:e} px; allowed: 1.5 to 100"),
-        )),
-        (px, _) => Ok(px),
+        (Some(px), AlignArg::Centroid) => range::within("--smoothing", "px", px, 1.5..=100.0)
+            .map(|()| Some(px))
+            .map_err(CommandError::input),
+        (None, _) => Ok(None),
     }
 }
 

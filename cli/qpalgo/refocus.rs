@@ -22,7 +22,8 @@ pub struct RefocusArgs {
     raw: PathBuf,
     #[command(flatten)]
     source: CaptureArgs,
-    /// Left-right disparity (x_L − x_R), px, of what shall be sharp; above 0: nearer than the focus.
+    /// Left-right disparity (x_L − x_R), px, of what shall be sharp; above 0: nearer than the focus. At most the views'
+    /// longer side, to either side.
     #[arg(value_parser = number, long, allow_negative_numbers = true)]
     disparity: f64,
     /// Weight of each view in index order (2x2: B,A,D,C), separated by commas, such as 1,0,1,0; absent: all equal.

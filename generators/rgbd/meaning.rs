@@ -169,3 +169,34 @@ impl Meaning {
         ])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_only_a_disparity_has_is_refused_beside_other_kinds() {
+        let of = |kind, baseline_m, disparity_offset_px| {
+            let meaning = Meaning {
+                kind,
+                baseline_m,
+                disparity_offset_px,
+                ..Meaning::default()
+            };
+            meaning.check()
+        };
+        assert_eq!(of(Some(DepthKind::Disparity), Some(0.1), Some(3.0)), Ok(()));
+        for (told, named) in [
+            (
+                of(None, Some(0.1), None),
+                "baseline_m beside a depth of kind z",
+            ),
+            (
+                of(Some(DepthKind::Ray), None, Some(3.0)),
+                "disparity_offset_px",
+            ),
+        ] {
+            assert!(told.is_err_and(|e| e.contains(named)), "{named}");
+        }
+    }
+}

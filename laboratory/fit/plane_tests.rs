@@ -178,13 +178,14 @@ fn planes_of_pictures_are_measured_and_what_cannot_be_is_named() {
 fn shifts_that_another_program_found_are_taken_as_they_are() {
     let folder = tempfile::tempdir().unwrap();
     let camera = "[camera]\nname = \"a\"\nfocal_length_mm = 50\nf_number = 2\npitch_um = 6\nwavelength_nm = 550\n";
-    let with = |plane: &str| {
+    let seen = |pixel_um: f64, plane: &str| {
         let text = format!(
-            "{camera}focus_mm = 1000\n[views]\npixel_um = 12\n[[plane]]\ndistance_mm = 700\n{plane}\n"
+            "{camera}focus_mm = 1000\n[views]\npixel_um = {pixel_um}\n[[plane]]\ndistance_mm = 700\n{plane}\n"
         );
         std::fs::write(folder.path().join("capture.toml"), text).unwrap();
         measured(folder.path())
     };
+    let with = |plane: &str| seen(12.0, plane);
     let shifts =
         "[[-8, 0, 0.6, 0.02], [-3, 1.5, 0.8, 0.01], [3, -1.5, 0.8, 0.01], [7, 0, 0.5, 0.02]]";
     let found = with(&format!("shifts = {shifts}\nwindow_px = 80")).unwrap();
@@ -196,6 +197,11 @@ fn shifts_that_another_program_found_are_taken_as_they_are() {
         sigma_px: 0.01,
     };
     assert_eq!((plane.blocks.len(), plane.blocks[1]), (4, second));
+    let below_the_pitch = seen(3.0, &format!("shifts = {shifts}")).unwrap_err();
+    assert!(
+        below_the_pitch.contains("views.pixel_um is 3"),
+        "{below_the_pitch}"
+    );
     let negative = shifts
         .replace("0.6", "-0.6")
         .replace("0.8", "-0.8")

@@ -183,7 +183,7 @@ class Arrays(unittest.TestCase):
             (lambda: quadpixel.refocus(good[:3], 0.0), "2x2 sub-pixels need"),
             (lambda: quadpixel.refocus(good[:, :0], 0.0), "at least one element"),
             (lambda: quadpixel.refocus(spoilt, 0.0), r"element \(1, 2, 3, 0\) is nan"),
-            (lambda: quadpixel.refocus(good, float("inf")), "at most 40 px"),
+            (lambda: quadpixel.refocus(good, float("inf")), "-40 to 40"),
             (lambda: quadpixel.refocus(good, 0.0, weights=[1.0]), "1 given"),
             (lambda: quadpixel.refocus(good, 0.0, lobes=5), "lobes"),
             (lambda: quadpixel.refocus(good, 0.0, subpixels="0x2"), "sub"),

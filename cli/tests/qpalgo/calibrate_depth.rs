@@ -133,6 +133,10 @@ fn planes_and_curves_that_are_none_are_refused() {
             "curve s.toml --nearest-m 3 --farthest-m 2",
             "--nearest-m is 3",
         ),
+        (
+            "curve s.toml --nearest-m 0.001 --counted-from sensor",
+            "0.001 m lies within the lens",
+        ),
         ("curve s.toml --window 8", "--window is 8"),
         ("curve s.toml --fields 0x3", "--fields is 0x3"),
     ] {

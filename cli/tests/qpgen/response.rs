@@ -119,6 +119,8 @@ fn an_exported_response_comes_back_by_import_and_serves_a_dataset() {
         let arguments = [&["response", "--import", "power.csv"][..], &more].concat();
         refused(&qpgen(folder.path(), &arguments), "cannot be used with");
     }
+    let narrow = ["response", "--cosine-max", "1e-300"];
+    refused(&qpgen(folder.path(), &narrow), "cosine_max");
     let files = format!("[{:?}]", at("x.npz"));
     let values = [
         ("response.model", "\"table\""),
