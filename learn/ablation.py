@@ -1,38 +1,33 @@
 """Trains one network per pixel and seed, and tests each on real pictures: ablation.py CONFIGURATION.toml DATA_DIR [DATA_DIR ...] -o FOLDER
 
-DATA_DIR as of scripts/benchmark-real. Each network is asked by `qpalgo disparity --network=FILE`, unchanged. Goes on where it stopped; writes
-table.md in FOLDER: mean and spread over the seeds of AI(1), AI(2), 1 - |rho|, and of the mean error on validation pairs.
+DATA_DIR as of scripts/benchmark-real. Each network is asked by `qpalgo disparity --network=FILE`, unchanged. Goes on where it stopped, also after
+variants.py, which trains alone; writes table.md in FOLDER: mean and spread over the seeds of AI(1), AI(2), 1 - |rho|, and of the mean error on
+validation pairs, px.
 """
 
 import argparse
 import json
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import numpy as np
 import quadpixel
 
-HERE = Path(__file__).resolve().parent
+from score import errors
+from variants import HERE, options, runs, settings_of, trained
+
 sys.path.insert(0, str(HERE.parent / "scripts"))
 from benchmark.estimators import everywhere  # noqa: E402
 from benchmark.scores import score  # noqa: E402
 from benchmark.sets import scenes  # noqa: E402
 
-from score import errors  # noqa: E402
 
-
-def trained(settings, variant, seed, folder):
-    """The archive of a network, trained if it is not there."""
-    archive = folder / "network.zip"
+def exported(weights):
+    """The archive of a network that answers alone, not joined with matching."""
+    archive = weights.with_name("network.zip")
     if not archive.exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        common = {k: settings[k] for k in ("side_px", "batch", "rate", "steps", "shape")}
-        run = {**common, "seed": seed, "pairs": variant["pairs"], "noise": variant["noise"]}
-        (folder / "run.toml").write_text("".join(f"{k} = {json.dumps(v)}\n" for k, v in run.items()))
-        subprocess.run([sys.executable, HERE / "train.py", folder / "run.toml", "-o", folder], check=True)
-        subprocess.run([sys.executable, HERE / "export.py", folder / "weights.pt", "--alone", "-o", archive], check=True)
+        subprocess.run([sys.executable, HERE / "export.py", weights, "--alone", "-o", archive], check=True)
     return archive
 
 
@@ -50,47 +45,47 @@ def tested(archive, sets, validation):
     def told(left, right):
         return quadpixel.dense_disparity(left, right, network=str(archive))
 
-    found["validation"] = [errors(told, np.load(validation), 0.02, np.random.default_rng(1))[1]]
+    rows = [errors(told, np.load(file), 0.02, np.random.default_rng(1))[1] for file in validation]
+    found["validation"] = [float(np.mean(rows))]
     return found
+
+
+def table(sets, results):
+    """Markdown: mean and standard deviation over the seeds."""
+    heads = [f"{c}: AI(1), AI(2), 1 − abs ρ" for c in sets] + ["validation, noise 2 %: EPE, px"]
+    lines = [f"| pixel | {' | '.join(heads)} |\n", f"|{'---|' * (len(heads) + 1)}\n"]
+    for name, kept in results.items():
+        cells = []
+        for column in [*sets, "validation"]:
+            numbers = np.array([run[column] for run in kept])
+            means = [f"{mean:.3f}" for mean in numbers.mean(axis=0)]
+            # One seed has no spread.
+            spread = [f" ± {s:.3f}" for s in numbers.std(axis=0, ddof=1)] if len(kept) > 1 else [""] * len(means)
+            cells.append(", ".join(map("".join, zip(means, spread, strict=True))))
+        lines.append(f"| {name} | {' | '.join(cells)} |\n")
+    return "".join(lines)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("configuration", type=Path)
+    options(parser)
     parser.add_argument("folders", nargs="+", type=Path, metavar="DATA_DIR")
-    parser.add_argument("--steps", type=int, help="in the place of the configuration's")
-    parser.add_argument("--side-px", type=int, help="of a crop, in the place of the configuration's")
-    parser.add_argument("--validation", type=Path, default=HERE / "data/validation/validation.npz")
-    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser.add_argument("--validation", type=Path, action="append", help="pairs of pack.py; absent: learn/data/validation/validation.npz")
     args = parser.parse_args()
-    settings = tomllib.loads(args.configuration.read_text())
-    settings |= {key: value for key in ("steps", "side_px") if (value := getattr(args, key)) is not None}
+    settings = settings_of(args)
+    validation = args.validation or [HERE / "data/validation/validation.npz"]
     sets = {folder.name: list(scenes(folder)) for folder in args.folders}
     results = {}
-    # Seed after seed, so that what was stopped has one number of each.
-    for seed in settings["seeds"]:
-        for variant in settings["variant"]:
-            folder = args.out / f"{variant['name'].replace(' ', '-')}-{seed}"
-            kept = folder / "tested.json"
-            if not kept.exists():
-                numbers = tested(trained(settings, variant, seed, folder), sets, args.validation)
-                kept.write_text(json.dumps(numbers))
-            results.setdefault(variant["name"], []).append(json.loads(kept.read_text()))
-            print(variant["name"], seed, results[variant["name"]][-1], flush=True)
-    columns = [*sets, "validation"]
-    heads = [f"{c}: AI(1), AI(2), 1 − abs ρ" for c in sets] + ["validation, noise 2 %: EPE, px"]
-    lines = [f"| pixel | {' | '.join(heads)} |\n", f"|{'---|' * (len(heads) + 1)}\n"]
-    for name, runs in results.items():
-        cells = []
-        for column in columns:
-            numbers = np.array([run[column] for run in runs])
-            means = [f"{mean:.3f}" for mean in numbers.mean(axis=0)]
-            # One seed has no spread.
-            spread = [f" ± {half:.3f}" for half in np.ptp(numbers, axis=0) / 2] if len(runs) > 1 else [""] * len(means)
-            cells.append(", ".join(map("".join, zip(means, spread, strict=True))))
-        lines.append(f"| {name} | {' | '.join(cells)} |\n")
-    (args.out / "table.md").write_text("".join(lines), encoding="utf8")
-    print("".join(lines))
+    for variant, seed, folder in runs(settings, args.out):
+        kept = folder / "tested.json"
+        if not kept.exists():
+            numbers = tested(exported(trained(settings, variant, seed, folder)), sets, validation)
+            kept.write_text(json.dumps(numbers), encoding="utf8")
+        results.setdefault(variant["name"], []).append(json.loads(kept.read_text(encoding="utf8")))
+        print(variant["name"], seed, results[variant["name"]][-1], flush=True)
+    found = table(sets, results)
+    (args.out / "table.md").write_text(found, encoding="utf8")
+    print(found)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from torch.nn import functional
 
 #: Least and largest logarithm of a standard deviation in px that the network is told.
 LOG_SIGMA = (-5.0, 3.0)
-#: Largest part of a view's light that its pixels give to the other view.
+#: Largest part of a view's light that its pixels give to the other view, where nothing else is said.
 CROSSTALK = 0.35
 
 
@@ -54,15 +54,15 @@ class Draw:
         return self.uniform() < part
 
 
-def captured(both, noise, draw):
+def captured(both, noise, draw, most_crosstalk=CROSSTALK):
     """Pairs (n, 2, green and grey, H, W), linear, as captures have them (n, 2, H, W), and what the disparity (n, 1, 1, 1) is multiplied by.
 
-    Half of them have a part of grey in their colour; half have crosstalk: a part c of each view's light lies in the other, so that centroids
-    move together by 1 - 2 c. Most have noise, up to `noise` at white, with some of it at black.
+    Half of them have a part of grey in their colour; half have crosstalk: a part c of each view's light, up to `most_crosstalk`, lies in the
+    other, so that centroids move together by 1 - 2 c. Most have noise, up to `noise` at white, with some of it at black.
     """
     grey = torch.where(draw.chance(0.5), draw.uniform(), 0.0)
     views = (1 - grey) * both[:, :, 0].float() + grey * both[:, :, 1].float()
-    crosstalk = torch.where(draw.chance(0.5), draw.uniform(0, CROSSTALK), 0.0)
+    crosstalk = torch.where(draw.chance(0.5), draw.uniform(0, most_crosstalk), 0.0)
     views = views + crosstalk * (views.flip(1) - views)
     deviation = torch.where(draw.chance(0.15), 0.0, noise * 10 ** draw.uniform(-1.5, 0))
     floor = 10 ** draw.uniform(-3, -1.3)
@@ -73,14 +73,14 @@ def captured(both, noise, draw):
 class Batches:
     """Draws of crops, seeded: batch number `n` is the same whatever was drawn before, on one kind of device.
 
-    `files` are of `pack.py`; `noise` is the largest standard deviation of a view at white, a part of white, or 0; `shape`: rows and
-    columns of the pairs that are taken, or None; `matched`: with what `match.py` found, and its captures in the place of drawn ones.
+    `files` are of `pack.py`; `noise` is the largest standard deviation of a view at white, a part of white, or 0; `crosstalk`: the largest
+    part of a view's light in the other; `shape`: rows and columns of the pairs that are taken, or None; `matched`: with what `match.py` found, and its captures in the place of drawn ones.
     Everything lies on `device`, pixel after pixel.
     """
 
-    def __init__(self, files, side, size, seed, noise, shape=None, matched=False, device="cpu"):
-        self.side, self.size, self.seed, self.noise = side, size, seed, noise
-        self.matched, self.device = matched, device
+    def __init__(self, files, side, size, seed, noise, crosstalk=CROSSTALK, shape=None, matched=False, device="cpu"):
+        self.side, self.size, self.seed = side, size, seed
+        self.noise, self.crosstalk, self.matched, self.device = noise, crosstalk, matched, device
         kept = {kind: [] for kind in ("views", "disparity", "weight", *(("taken", "truth", "matched") if matched else ()))}
         places, chosen, begin = [], [], 0
         for file, times in Counter(files).items():
@@ -147,7 +147,7 @@ class Batches:
             maps = [self.kept["truth"][chosen[:, None, None], index].float(), weight, *found.unbind(1)]
         else:
             both = self.kept["views"][:, index].unflatten(0, (2, 2)).movedim(2, 0)
-            views, less = captured(both, self.noise, draw)
+            views, less = captured(both, self.noise, draw, self.crosstalk)
             maps = [self.kept["disparity"][0, index].float() * less[:, 0], weight]
         # In a mirror left is right: the disparity stays.
         views = torch.where(mirrored, views.flip(1), views)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import torch
 
-from batches import LOG_SIGMA, Batches, pair_files
+from batches import CROSSTALK, LOG_SIGMA, Batches, pair_files
 from export import weights_of
 from network import WIDTHS, Network
 
@@ -122,8 +122,9 @@ def main():
     if args.begin:
         weights = weights_of(args.begin) if args.begin.suffix == ".zip" else torch.load(args.begin, weights_only=True, map_location="cpu")
         (network.widened if matched else network.load_state_dict)(weights)
-    drawn = (settings["side_px"], settings["batch"], seed, settings["noise"], settings.get("shape"), matched, args.device)
-    batches = Batches(pair_files(settings["pairs"], args.data), *drawn)
+    drawn = {"shape": settings.get("shape"), "crosstalk": settings.get("crosstalk", CROSSTALK), "matched": matched, "device": args.device}
+    files = pair_files(settings["pairs"], args.data)
+    batches = Batches(files, settings["side_px"], settings["batch"], seed, settings["noise"], **drawn)
     training = Training(network, short=args.bfloat16 or args.device == "cuda")
     state, begin = args.out / "state.pt", 0
     if state.exists():

@@ -5,10 +5,16 @@ use rayon::prelude::*;
 
 use super::cost::{Candidates, Volume, volume};
 use super::error::DenseError;
+use super::filters::mean;
 use super::opposite::OppositePair;
 use super::prepare::Pyramid;
 use super::pupils::Pupils;
 use super::ratio::BlurRatio;
+
+/// What noise does not exceed, in its standard deviations.
+const NOISE_DEVIATIONS: f64 = 6.0;
+/// What is less comes of short numbers, parts of white: less than a step of 16 bits.
+const ROUNDING: f64 = 1e-5;
 
 /// A pair of views, rows along the direction in which it parts the pupil.
 pub(super) struct Direction {
@@ -90,6 +96,21 @@ impl Direction {
     /// Disparity here over that of the first direction, the means over the picture.
     pub fn scale(&self) -> f64 {
         self.scale
+    }
+
+    /// Whether no pixel of the sum differs from its surroundings by more than noise, at any resolution, and what there
+    /// is is not alike in both views, as a texture as fine as noise would be.
+    pub fn is_flat(&self) -> bool {
+        let is_flat = |k: usize| {
+            let most = NOISE_DEVIATIONS * self.pyramid.most_noise(k).sqrt();
+            let most = most.max(ROUNDING) as f32;
+            let level = self.pyramid.level(k);
+            let square = |image: &Image| mean(image, |v| f64::from(v).powi(2));
+            let alike = 2.0 * square(&level.difference) + ROUNDING * ROUNDING;
+            level.sum.data().iter().all(|v| v.abs() <= most) && square(&level.sum) <= alike
+        };
+        // The coarsest first, which takes no time and has texture in most pictures.
+        (0..self.pyramid.depth()).rev().all(is_flat)
     }
 
     /// Numbers of pixels of the mean κ, as those of each pixel's own.

@@ -31,8 +31,6 @@ const KNOWN_RATIO: f64 = 0.24;
 const ERROR_OF_RATIO: f64 = 0.3;
 /// Logarithms of the least and largest σ that the network is told, as in training, px.
 const LOG_SIGMA: [f32; 2] = [-5.0, 3.0];
-/// What noise does not exceed, in its standard deviations.
-const NOISE_DEVIATIONS: f64 = 6.0;
 
 /// A disparity and its σ, on one grid.
 struct Answer {
@@ -73,20 +71,10 @@ pub(super) fn learned(directions: &[Direction], network: &Network) -> Result<Den
         halvings: fine,
     };
     let mut map = refined(told, &directions[0]);
-    // σ is never beyond what was looked for; it is that of a picture without texture, of which a network may say
-    // anything.
+    // σ is never beyond what was looked for.
     let widest = (range_px[1] - range_px[0]) as f32;
-    let is_flat = directions.iter().all(|d| is_flat(d, fine));
-    (map.sigma_px.data_mut().iter_mut())
-        .for_each(|s| *s = if is_flat { widest } else { s.min(widest) });
+    (map.sigma_px.data_mut().iter_mut()).for_each(|s| *s = s.min(widest));
     Ok(map)
-}
-
-/// Whether no pixel of the sum differs from its surroundings by more than noise.
-fn is_flat(direction: &Direction, level: usize) -> bool {
-    let level = direction.pyramid().level(level);
-    let most = (NOISE_DEVIATIONS * NOISE_DEVIATIONS * level.noise) as f32;
-    level.sum.data().iter().all(|v| v * v <= most)
 }
 
 /// At every pixel, px of full resolution.

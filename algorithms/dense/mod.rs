@@ -129,6 +129,10 @@ fn estimated(
     views: OppositeViews<'_>,
     map_of: impl Fn(&[Direction]) -> Result<DenseMap, DenseError>,
 ) -> Result<DenseMap, DenseError> {
+    let map_of = |directions: &[Direction]| match directions.iter().all(Direction::is_flat) {
+        true => Ok(unknown(&directions[0])),
+        false => map_of(directions),
+    };
     match (views.left_right, views.top_bottom) {
         (None, None) => Err(DenseError::NoPair),
         (Some(pair), None) => map_of(&[Direction::first(&pair, false)?]),
@@ -145,6 +149,20 @@ fn estimated(
                 ..map
             })
         }
+    }
+}
+
+/// What a picture without texture says: 0, and a σ as wide as all that is looked for.
+fn unknown(direction: &Direction) -> DenseMap {
+    let full = &direction.pyramid().guides[0];
+    let range_px = range::widest(full);
+    let mut sigma_px = Image::zeros(full.width(), full.height(), 1);
+    (sigma_px.data_mut()).fill((range_px[1] - range_px[0]) as f32);
+    DenseMap {
+        disparity_px: Image::zeros(full.width(), full.height(), 1),
+        sigma_px,
+        range_px,
+        halvings: 0,
     }
 }
 

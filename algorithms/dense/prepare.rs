@@ -110,6 +110,12 @@ impl Pyramid {
         (0.5 * self.noise[k]).sqrt()
     }
 
+    /// What the variance of the noise in L + R is at most at resolution `k`: white noise once through 1-4-6-4-1 on both
+    /// axes, then noise that neighbours share, of which each halving leaves up to a quarter.
+    pub fn most_noise(&self, k: usize) -> f64 {
+        self.noise[k.min(1)] * 0.25f64.powi(k as i32 - k.min(1) as i32)
+    }
+
     /// The texture at resolution `k`.
     pub fn level(&self, k: usize) -> Level {
         let [left, right] = &self.views[k];

@@ -1,5 +1,7 @@
 //! Which disparities there are, found at a coarse resolution; and the resolution at which their blur leaves texture.
 
+use quadpixel::image::Image;
+
 use super::cost::Candidates;
 use super::directions::{Direction, volume_of};
 use super::minimum::minima;
@@ -24,8 +26,7 @@ pub(super) fn range(directions: &[Direction]) -> [f64; 2] {
     let side = full.width().min(full.height()) as f64;
     let k = ((side / SIDE_PX).log2().floor().max(0.0) as usize).min(pyramid.depth() - 1);
     let step_px = f64::from(1u32 << k) / STEPS_PER_PX;
-    let most = full.width() as f64 * MOST_OF_WIDTH;
-    let candidates = Candidates::new([-most, most], step_px);
+    let candidates = Candidates::new(widest(full), step_px);
     let costs = volume_of(directions, &[k], candidates);
     let mut found = minima(&aggregated(&costs, &pyramid.guides[k])).disparity_px;
     found.sort_by(f64::total_cmp);
@@ -33,6 +34,12 @@ pub(super) fn range(directions: &[Direction]) -> [f64; 2] {
     let (low, high) = (at(TAIL), at(1.0 - TAIL));
     let margin = 0.25 * (high - low).max(0.5) + step_px;
     [low - margin, high + margin]
+}
+
+/// All that is looked for in a picture, px.
+pub(super) fn widest(picture: &Image) -> [f64; 2] {
+    let most = picture.width() as f64 * MOST_OF_WIDTH;
+    [-most, most]
 }
 
 /// The levels that are matched: that at which the range is [`REACH_PX`], and the next coarser one.

@@ -1,5 +1,6 @@
 //! Which pixel model a command asks, and how finely it computes.
 
+use crate::exit::CommandError;
 use crate::number::number;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -15,22 +16,18 @@ pub struct PixelModelArgs {
     /// How finely the model computes; finer takes longer.
     #[arg(long, value_parser = presets(|_| None), default_value_t = Preset::default())]
     preset: Preset,
-    /// Exact model that corrects the wave model (--model corrected).
-    #[arg(
-        long,
-        value_parser = levels(Level::ALL.into_iter().filter(|l| l.is_exact())),
-        default_value_t = ModelChoice::EXACT.0
-    )]
-    exact: Level,
-    /// How finely that exact model computes.
-    #[arg(long, value_parser = presets(|_| None), default_value_t = ModelChoice::EXACT.1)]
-    exact_preset: Preset,
-    /// Number of runs of the exact model that the correction is fitted to.
-    #[arg(long, default_value_t = ModelChoice::EXACT.2)]
-    exact_runs: usize,
-    /// Focal length of the ideal microlens of the geometric model, µm.
-    #[arg(value_parser = number, long, default_value_t = 7.0)]
-    focal_length_um: f64,
+    /// With --model corrected: exact model that corrects the wave model; absent: fdtd.
+    #[arg(long, value_parser = levels(Level::ALL.into_iter().filter(|l| l.is_exact())))]
+    exact: Option<Level>,
+    /// With --model corrected: how finely that exact model computes; absent: draft.
+    #[arg(long, value_parser = presets(|_| None))]
+    exact_preset: Option<Preset>,
+    /// With --model corrected: number of runs of the exact model that the correction is fitted to; absent: 16.
+    #[arg(long)]
+    exact_runs: Option<usize>,
+    /// With --model geometric: focal length of the ideal microlens, µm; absent: 7.
+    #[arg(value_parser = number, long)]
+    focal_length_um: Option<f64>,
 }
 
 /// Models by name, each with a line of help.
@@ -47,13 +44,56 @@ pub fn presets(about: fn(Preset) -> Option<&'static str>) -> impl TypedValuePars
 }
 
 impl PixelModelArgs {
+    /// An option of another model is refused, not passed over. `is_corrected`: that is asked whatever the model.
+    ///
+    /// # Errors
+    /// The option, and the model that it is of.
+    pub fn check(&self, is_corrected: bool) -> Result<(), CommandError> {
+        let is_exact = is_corrected || self.model == Level::Corrected;
+        let options = [
+            ("exact", self.exact.is_some(), is_exact, Level::Corrected),
+            (
+                "exact-preset",
+                self.exact_preset.is_some(),
+                is_exact,
+                Level::Corrected,
+            ),
+            (
+                "exact-runs",
+                self.exact_runs.is_some(),
+                is_exact,
+                Level::Corrected,
+            ),
+            (
+                "focal-length-um",
+                self.focal_length_um.is_some(),
+                self.model == Level::Geometric,
+                Level::Geometric,
+            ),
+        ];
+        match options
+            .iter()
+            .find(|(_, given, applies, _)| *given && !applies)
+        {
+            Some((option, _, _, level)) => Err(CommandError::input(format!(
+                "--{option} with --model {}; allowed: with --model {level}",
+                self.model
+            ))),
+            None => Ok(()),
+        }
+    }
+
     /// The model by name.
     pub fn choice(&self) -> ModelChoice {
         ModelChoice {
             level: self.model,
             preset: self.preset,
-            exact: (self.exact, self.exact_preset, self.exact_runs),
-            focal_length_um: self.focal_length_um,
+            exact: (
+                self.exact.unwrap_or(ModelChoice::EXACT.0),
+                self.exact_preset.unwrap_or(ModelChoice::EXACT.1),
+                self.exact_runs.unwrap_or(ModelChoice::EXACT.2),
+            ),
+            focal_length_um: self.focal_length_um.unwrap_or(7.0),
         }
     }
 

@@ -164,6 +164,7 @@ impl StudyArgs {
             Coherent, Corrected, Cra, Filter, FlatField, Microlens, Mosaic, Pitch, Rejection, Size,
             Tungsten, Wavelength,
         };
+        self.model.check(self.kind == Corrected)?;
         let over_angles = [
             Rejection, Microlens, Pitch, Wavelength, Filter, Tungsten, Mosaic,
         ];

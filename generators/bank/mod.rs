@@ -11,7 +11,7 @@ use quadpixel::file::{self, FileError};
 use quadpixel::image::{ImageError, raster};
 use quadpixel::memory::{self, MemoryError};
 use quadpixel::render::Camera;
-use quadpixel::render::kernels::{BankPlan, KernelBank};
+use quadpixel::render::kernels::{BankPlan, KernelBank, KernelError};
 use quadpixel::render::truth::{DisparityField, SightRays};
 
 use crate::field_error::FieldError;
@@ -19,10 +19,8 @@ use crate::field_error::FieldError;
 pub use arrays::BankArrays;
 pub use request::BankRequest;
 
-/// Bytes per value of a kernel while a bank is made and written.
-const BYTES_PER_VALUE: u64 = 24;
-/// Most pixels of a kernel's side that are expected of a camera, to bound its memory before it is traced.
-const WIDEST_PX: u64 = 65;
+/// Bytes per value of a kernel while a bank is written.
+const BYTES_PER_VALUE: u64 = 20;
 /// Most rays per field node and channel.
 const MOST_RAYS: usize = 1 << 22;
 
@@ -55,6 +53,15 @@ pub enum BankError {
         /// Why.
         why: String,
     },
+}
+
+impl From<KernelError> for BankError {
+    fn from(error: KernelError) -> Self {
+        match error {
+            KernelError::Memory(error) => Self::Memory(error),
+            KernelError::Dark => Self::Dark,
+        }
+    }
 }
 
 impl BankError {
@@ -90,13 +97,19 @@ pub fn trace(camera: &Camera, plan: &BankPlan) -> Result<KernelBank, BankError> 
         let allowed = format!("16 to {MOST_RAYS}");
         return Err(FieldError::new("rays", plan.rays, allowed).into());
     }
-    let depths = plan.inverse_depths_per_mm.len() as u64;
-    let lanes = 3 * camera.sensor().subpixels().count() as u64;
-    let values = (nx * ny) as u64 * depths * lanes * WIDEST_PX * WIDEST_PX;
-    memory::check("a bank of kernels", values * BYTES_PER_VALUE)?;
     let fields = DisparityField::of_channels(camera).ok_or(BankError::Dark)?;
     let sight = SightRays::centroids(&fields);
-    KernelBank::new(camera, &sight, &fields, plan).ok_or(BankError::Dark)
+    let kernels = KernelBank::new(camera, &sight, &fields, plan)?;
+    // The arrays have the support that holds all.
+    let support = kernels.support();
+    let pixels = support.map_or(0, |s| s.width as u64 * s.height as u64);
+    let depths = plan.inverse_depths_per_mm.len() as u64;
+    let values = (nx * ny * kernels.lanes()) as u64 * depths;
+    memory::check(
+        "arrays of kernels",
+        pixels.saturating_mul(values * BYTES_PER_VALUE),
+    )?;
+    Ok(kernels)
 }
 
 /// Writes the numbers to `path` (`.npz`), and beside it the pictures (`.exr`) and the contact sheet (`.png`). Returns

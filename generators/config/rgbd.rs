@@ -67,6 +67,11 @@ impl RgbdConfig {
                 "scene.rgbd has one of image and depth; allowed: both, image and preset, or pairs",
             );
         }
+        if self.depth.is_some() && self.preset.is_some() {
+            return together(
+                "scene.rgbd has depth and preset; allowed: one of them, as a preset says where the depths lie",
+            );
+        }
         if self.pairs.is_empty() && self.image.is_none() {
             return together("scene.rgbd has no picture; allowed: image and depth, or pairs");
         }

@@ -29,7 +29,7 @@ pub(super) fn of(stored: &Stored, path: &Path, meaning: &Meaning) -> Result<Imag
     let (width, height) = (stored.image.width(), stored.image.height());
     let to_m = to_metres(stored, meaning, (width, height)).map_err(refused)?;
     let nearest_m = meaning.nearest_m.unwrap_or(0.0);
-    let channel = channel(stored);
+    let channel = channel(stored).map_err(refused)?;
     let pixels = stored.image.data().chunks_exact(stored.image.channels());
     let data = pixels.enumerate().map(|(i, p)| {
         let number = f64::from(p[channel]);
@@ -53,9 +53,22 @@ pub(super) fn of(stored: &Stored, path: &Path, meaning: &Meaning) -> Result<Imag
         .ok_or_else(|| refused("its size does not match its data".into()))
 }
 
-fn channel(stored: &Stored) -> usize {
+/// The named one, or any where they are alike.
+fn channel(stored: &Stored) -> Result<usize, String> {
     let named = |name: &&str| stored.channels.iter().position(|c| c == name);
-    CHANNELS.iter().find_map(named).unwrap_or(0)
+    if let Some(channel) = CHANNELS.iter().find_map(named) {
+        return Ok(channel);
+    }
+    let channels = stored.image.channels();
+    let is_alike = |p: &[f32]| p.iter().all(|v| v.to_bits() == p[0].to_bits());
+    match stored.image.data().chunks_exact(channels).all(is_alike) {
+        true => Ok(0),
+        false => Err(format!(
+            "a depth of {channels} channels that differ, as of a picture in false colours; allowed: one channel, channels \
+             alike, or one named {}",
+            CHANNELS.join(", ")
+        )),
+    }
 }
 
 type ToMetres = Box<dyn Fn(f64, usize, usize) -> f64>;

@@ -21,6 +21,8 @@ const CUT: f64 = 2.5e-4;
 const TILE: usize = 64;
 /// Pixels that the target's diffraction reaches at most.
 const LEAST_MARGIN: usize = 12;
+/// Pixels that diffraction adds to a blur.
+const DIFFRACTION_PX: usize = 8;
 
 /// What is converted, and by what.
 #[derive(Clone, Copy)]
@@ -105,46 +107,41 @@ impl<'a> Conversion<'a> {
         }
     }
 
-    /// Pixels around the picture that its own may see, or that the target's diffraction reaches.
-    pub(super) fn margin(&self, bank: &KernelBank) -> usize {
-        let reach = bank.support().map_or(0, |s| s.reach());
-        (reach + 1).max(LEAST_MARGIN)
+    /// Pixels around the picture that its own may see (of [`Self::reach_px`]), or that the target's diffraction
+    /// reaches.
+    pub(super) fn margin(&self, reach_px: usize) -> usize {
+        (reach_px + DIFFRACTION_PX).max(LEAST_MARGIN)
     }
 
-    fn trace_bank(&self, plan: &BankPlan) -> Result<KernelBank, RgbdError> {
-        KernelBank::new(self.camera, self.sight, self.fields, plan).ok_or(RgbdError::Dark)
-    }
-
-    /// The kernels of the nearest and the farthest depth by few rays: a blur that is too large is found before it takes
-    /// memory.
-    pub(super) fn bank_of_ends(&self, levels: &Levels) -> Result<KernelBank, RgbdError> {
+    /// How far the nearest and the farthest depth are blurred, px, by few rays: a blur that is too large is found
+    /// before it takes memory.
+    pub(super) fn reach_px(&self, levels: &Levels) -> Result<usize, RgbdError> {
         let (width, height) = self.check_window()?;
         let depths = levels.inverse_depths_per_mm();
-        let ends = vec![depths[0], depths[depths.len() - 1]];
-        let few = self.trace_bank(&plan(ends, (2, 2), 64))?;
-        let reach = few.support().map_or(0, |s| s.reach());
-        match 2 * reach >= width.min(height) {
+        let few = plan(vec![depths[0], depths[depths.len() - 1]], (2, 2), 64);
+        let reach_px = KernelBank::reach_px(self.camera, self.sight, self.fields, &few)?;
+        match 2 * reach_px >= width.min(height) {
             true => Err(RgbdError::Blur {
                 nearest_m: 1e-3 / depths[0],
-                reach_px: reach,
+                reach_px,
                 width,
                 height,
             }),
-            false => Ok(few),
+            false => Ok(reach_px),
         }
     }
 
     pub(super) fn bank(&self, levels: &Levels) -> Result<KernelBank, RgbdError> {
         let (width, height) = self.check_window()?;
         let along = |px: usize| (px.div_ceil(NODE_PX) + 1).clamp(*NODES.start(), *NODES.end());
-        let few = self.bank_of_ends(levels)?;
-        let reach = few.support().map_or(0, |s| s.reach());
-        let depths = levels.inverse_depths_per_mm();
         let nodes = (along(width), along(height));
-        let pixels: u64 = (depths.len() * (2 * reach + 1).pow(2)) as u64;
-        let values = pixels * (nodes.0 * nodes.1 * few.lanes()) as u64;
-        memory::check("kernels of all depths", 4 * values / 2)?;
-        self.trace_bank(&plan(depths, nodes, RAYS))
+        let plan = plan(levels.inverse_depths_per_mm(), nodes, RAYS);
+        Ok(KernelBank::new(
+            self.camera,
+            self.sight,
+            self.fields,
+            &plan,
+        )?)
     }
 }
 

@@ -1,5 +1,7 @@
 //! Why a picture with depth cannot be converted.
 
+use crate::render::kernels::KernelError;
+
 /// Why a picture with depth cannot be converted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -79,4 +81,13 @@ pub enum RgbdError {
     /// It would take more memory than is allowed.
     #[error(transparent)]
     Memory(#[from] crate::memory::MemoryError),
+}
+
+impl From<KernelError> for RgbdError {
+    fn from(error: KernelError) -> Self {
+        match error {
+            KernelError::Memory(error) => Self::Memory(error),
+            KernelError::Dark => Self::Dark,
+        }
+    }
 }

@@ -44,8 +44,11 @@ impl Spread {
             return Err(RgbdError::Subpixels { subpixels });
         }
         let levels = Levels::new(camera, conversion.picture.inverse_range_per_mm())?;
+        let reach_px = conversion.reach_px(&levels)?;
         let bank = conversion.bank(&levels)?;
-        let margin = conversion.margin(&bank);
+        // Few rays bound a blur nearly.
+        let least = bank.support().map_or(0, |s| s.reach() + 1);
+        let margin = conversion.margin(reach_px).max(least);
         let white = WhiteField::from_fields(camera, conversion.fields);
         Ok(Self {
             relief: Relief::new(conversion.picture, &levels, margin),

@@ -33,7 +33,7 @@ impl Conversion<'_> {
         let camera = self.camera;
         let (width, height) = self.check_window()?;
         let levels = Levels::new(camera, self.picture.inverse_range_per_mm())?;
-        let margin = self.margin(&self.bank_of_ends(&levels)?);
+        let margin = self.margin(self.reach_px(&levels)?);
         let pixels = ((width + 2 * margin) * (height + 2 * margin)) as u64;
         memory::check("surfaces of a picture", RELIEF_BYTES * pixels)?;
         let relief = Relief::new(self.picture, &levels, margin);

@@ -1,6 +1,7 @@
 //! Views of planes whose blur is a sum over points of the pupil, and how far a map is from the truth.
 
 use quadpixel::image::Image;
+use quadpixel::sampling::uniform;
 use quadpixel_algorithms::dense::{DenseMap, OppositePair};
 
 pub const SIDE: usize = 128;
@@ -89,16 +90,28 @@ pub fn opposite(pair: &[Image; 2]) -> Option<OppositePair<'_>> {
     })
 }
 
-/// Pairs that show nothing: grey, and black.
-pub fn without_texture() -> [[Image; 2]; 2] {
-    let flat = Image::from_vec(SIDE, SIDE, 1, vec![0.4; SIDE * SIDE]).unwrap();
-    let black = Image::zeros(SIDE, SIDE, 1);
-    [[flat.clone(), flat], [black.clone(), black]]
+/// Pairs that show nothing: grey, black, and noise, another in each view.
+pub fn without_texture() -> [[Image; 2]; 3] {
+    let view = |value: &dyn Fn(usize) -> f64| {
+        let values = (0..SIDE * SIDE).map(|i| value(i) as f32);
+        Image::from_vec(SIDE, SIDE, 1, values.collect()).unwrap()
+    };
+    let noise = |seed: u64| view(&|i| 0.4 + 0.02 * (uniform(seed, &[i as u64]) - 0.5));
+    let (grey, black) = (view(&|_| 0.4), view(&|_| 0.0));
+    [
+        [grey.clone(), grey],
+        [black.clone(), black],
+        [noise(1), noise(2)],
+    ]
 }
 
-/// Whether σ is the whole range everywhere, and every disparity a number.
+/// Whether σ is a sixteenth of the width everywhere, all that is looked for, and every disparity in its middle.
 pub fn knows_nothing(map: &DenseMap) -> bool {
-    let range = (map.range_px[1] - map.range_px[0]) as f32;
-    map.disparity_px.data().iter().all(|d| d.is_finite())
-        && map.sigma_px.data().iter().all(|s| *s > 0.99 * range)
+    let widest = SIDE as f32 / 16.0;
+    map.disparity_px.data().iter().all(|d| d.abs() < 1e-6)
+        && map
+            .sigma_px
+            .data()
+            .iter()
+            .all(|s| (s - widest).abs() < 1e-3)
 }

@@ -1,6 +1,7 @@
 //! Matching by a family of kernels.
 
 use quadpixel::image::Image;
+use quadpixel::sampling::uniform;
 use quadpixel_algorithms::dense::{
     BlurRatio, DenseError, DenseMap, DenseSettings, OppositePair, OppositeViews, dense_disparity,
     dense_disparity_of,
@@ -154,6 +155,19 @@ fn no_texture_is_no_knowledge() {
     for views in without_texture() {
         assert!(knows_nothing(&matched(&views)));
     }
+}
+
+#[test]
+fn a_texture_as_fine_as_noise_is_texture() {
+    let view = |shift: u64| {
+        let dot = |i: usize| uniform(1, &[(i % SIDE) as u64 + shift, (i / SIDE) as u64]) as f32;
+        Image::from_vec(SIDE, SIDE, 1, (0..SIDE * SIDE).map(dot).collect()).unwrap()
+    };
+    let map = matched(&[view(0), view(2)]);
+    assert!(!knows_nothing(&map));
+    // Sharp copies are not what the kernels expect.
+    let found = errors(&map, |_| 2.0);
+    assert!(found[found.len() / 2] < 1.0, "{}", found[found.len() / 2]);
 }
 
 #[test]

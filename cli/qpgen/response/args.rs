@@ -40,10 +40,10 @@ pub struct ResponseArgs {
     pub wavelength_nm: Vec<f64>,
     /// Number of steps between simulated directions, from the normal to the table's end, along u and along v; absent:
     /// as the preset says.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "theta_deg")]
     pub grid: Option<usize>,
     /// The table's end: largest direction cosines |u| and |v|, such as 0.8; absent: as the preset says.
-    #[arg(value_parser = number, long)]
+    #[arg(value_parser = number, long, conflicts_with = "theta_deg")]
     pub cosine_max: Option<f64>,
     /// Makes a table of all microlens shifts (5D), for sensors whose microlenses follow the chief ray: N shifts per
     /// pitch along x and along y, even, 4 to 32. Exact from 4 n pitch / λ on, n of the layer above the silicon: 18 at

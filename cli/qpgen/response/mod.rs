@@ -24,6 +24,7 @@ pub fn run(args: &ResponseArgs, log: Log) -> Result<(), CommandError> {
         check_simulated("pixel", subpixels).map_err(CommandError::input)?;
         stack.subpixels = subpixels;
     }
+    args.model.check(false)?;
     let all_colours = match args.colour {
         Some(colour) => colours::choose(colour, &mut stack)?,
         None => false,

@@ -290,6 +290,11 @@ fn bad_input_is_refused_with_its_file_and_a_remedy() {
         &try_depth("mm.png", &["--depth-unit", "inch"]),
         "allowed: m, cm, mm",
     );
+    write_png8(&root.join("false.png"), &codes(), WIDTH, HEIGHT, 3).unwrap();
+    refused(
+        &try_depth("false.png", &["--depth-unit", "mm"]),
+        "a depth of 3 channels that differ",
+    );
     write_npy(&root.join("none.npy"), &map(|_, _| f32::NAN));
     refused(
         &try_depth("none.npy", &[]),
@@ -355,6 +360,12 @@ fn pictures_with_depth_are_a_scene_of_a_dataset_with_noise_and_splits() {
     let scenes = [0, 1, 2].map(|i| meta(&data, i).scene.id);
     assert!(scenes[0] == scenes[2] && scenes[0] != scenes[1]);
     assert!(raster::read(&data.join("samples/000002/noisy_mosaic.png")).is_ok());
+    // A preset says where the depths lie.
+    let both = with_values(&text, &[("scene.rgbd.preset", "\"pairs\"")]);
+    refused(
+        &attempt(root, "both", &both, &[]),
+        "scene.rgbd has depth and preset; allowed: one of them",
+    );
     // A sample again, alone, from its description.
     let sample = data.join("samples/000001");
     let again = root.join("again");

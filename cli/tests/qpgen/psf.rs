@@ -130,3 +130,16 @@ fn a_depth_that_is_none_is_refused() {
         "--fields is 5",
     );
 }
+
+#[test]
+fn kernels_and_rays_beyond_what_memory_may_be_taken_are_refused_before_they_are_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let within = |more: &[&str]| {
+        let arguments = [&["psf", "--max-memory", "300M"][..], more].concat();
+        qpgen(folder.path(), &arguments)
+    };
+    let near = within(&["--depths-m", "0.001", "--rays", "64"]);
+    refused(&near, "kernels of all depths takes");
+    let rays = within(&["--fields", "64x64", "--rays", "4000000"]);
+    refused(&rays, "rays of kernels takes");
+}

@@ -243,6 +243,11 @@ fn a_study_writes_its_curves_ranges_and_plot() {
         &study("pitch", "5", "30", "1.6um"),
         "--pixel does not apply to this study; allowed: with rejection",
     );
+    let runs = qpgen(folder.path(), &["study", "rejection", "--exact-runs", "8"]);
+    refused(
+        &runs,
+        "--exact-runs with --model wave; allowed: with --model corrected",
+    );
     let chart = qpgen(folder.path(), &["study", "size", "--theta-step-deg", "5"]);
     refused(&chart, "--theta-step-deg does not apply");
     refused(&study("rejection", "5", "30", "9um"), "9um");
@@ -288,6 +293,14 @@ fn bad_directions_tables_and_pixels_are_refused() {
     refused(
         &response(&["--model", "geometric", "--focal-length-um", "0"]),
         "focal_length_um",
+    );
+    refused(
+        &response(&["--focal-length-um", "5"]),
+        "--focal-length-um with --model wave; allowed: with --model geometric",
+    );
+    refused(
+        &response(&["--theta-deg", "0", "--grid", "7"]),
+        "cannot be used with",
     );
     let old = folder.path().join("old.toml");
     fs::write(

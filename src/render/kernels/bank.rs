@@ -4,9 +4,11 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::depth::{DepthKernels, Support};
+use super::error::KernelError;
 use super::footprint::Footprint;
-use super::node::Node;
+use super::node::{Node, NodeRays};
 use crate::field::{FieldGrid, mirrored};
+use crate::memory;
 use crate::render::Camera;
 use crate::render::truth::{DisparityField, SightRays};
 use crate::sampling::SobolSet;
@@ -58,49 +60,36 @@ pub struct LaneFigures {
 
 impl KernelBank {
     /// Traces a camera. `fields`: its channels' ([`DisparityField::of_channels`]); `sight`: what a pixel of the picture
-    /// refers to. `None` where a node of the window is dark.
+    /// refers to.
+    ///
+    /// # Errors
+    /// A dark node of the window; more memory than is allowed.
     pub fn new(
         camera: &Camera,
         sight: &SightRays,
         fields: &[DisparityField],
         plan: &BankPlan,
-    ) -> Option<Self> {
-        let window = camera.sensor().window_mm();
-        let (nx, ny) = plan.nodes;
-        let samples = SobolSet::new(plan.rays);
-        let grid = FieldGrid::new(window, plan.nodes, 1, vec![0.0; nx * ny])?;
+    ) -> Result<Self, KernelError> {
+        let (grid, nodes) = traced(camera, sight, fields, plan)?;
         let subpixels = camera.sensor().subpixels();
-        let is_mirrored = camera.is_mirrored();
-        let first = |k: usize| match is_mirrored {
-            true => mirrored(k, plan.nodes),
-            false => (k, DVec2::ONE),
-        };
-        let traced: Vec<Option<Node>> = (0..nx * ny)
-            .into_par_iter()
-            .filter(|&k| first(k).0 == k)
-            .map(|k| Node::new(camera, sight, fields, grid.place_mm(k), &samples))
-            .collect();
-        let traced = traced.into_iter().collect::<Option<Vec<_>>>()?;
-        // Those of the first quarter, row by row.
-        let columns = match is_mirrored {
-            true => nx.div_ceil(2),
-            false => nx,
-        };
-        let node = |k: usize| {
-            let (first, signs) = first(k);
-            traced[first / nx * columns + first % nx].mirrored(signs, subpixels)
-        };
-        let nodes: Vec<Node> = (0..nx * ny).into_par_iter().map(node).collect();
         let lanes = lanes_of(fields.len(), subpixels);
-        let is_diffracted = camera.lens_diffraction().is_some();
-        let depths = plan.inverse_depths_per_mm.par_iter().map(|&inverse| {
-            let kernels = DepthKernels::new(&nodes, lanes, plan.footprint, inverse, is_diffracted);
+        let more = DepthKernels::margin_px(camera.lens_diffraction().is_some());
+        let depths = plan.inverse_depths_per_mm.iter();
+        let depths: Vec<_> = depths
+            .map(|&inverse| (inverse, Support::of_nodes(&nodes, inverse, more)))
+            .collect();
+        memory::check(
+            "kernels of all depths",
+            kernel_bytes(&depths, nodes.len() * lanes),
+        )?;
+        let depths = depths.into_par_iter().map(|(inverse, support)| {
+            let kernels = DepthKernels::new(&nodes, lanes, plan.footprint, inverse, support);
             match plan.cut_share > 0.0 {
                 true => kernels.trimmed(plan.cut_share),
                 false => kernels,
             }
         });
-        Some(Self {
+        Ok(Self {
             subpixels,
             channels: fields.len(),
             size: plan.nodes,
@@ -110,6 +99,22 @@ impl KernelBank {
                 .flat_map(|rays| rays.weights_sr.iter().copied())
                 .collect(),
         })
+    }
+
+    /// How far from its point the farthest ray of a plan lands, px: no kernel is made, so that it takes no memory.
+    ///
+    /// # Errors
+    /// As of [`Self::new`].
+    pub fn reach_px(
+        camera: &Camera,
+        sight: &SightRays,
+        fields: &[DisparityField],
+        plan: &BankPlan,
+    ) -> Result<usize, KernelError> {
+        let (_, nodes) = traced(camera, sight, fields, plan)?;
+        let supports = plan.inverse_depths_per_mm.iter();
+        let reach = supports.map(|&inverse| Support::of_nodes(&nodes, inverse, 0).reach());
+        Ok(reach.max().unwrap_or(0))
     }
 
     /// What diffraction at the lens's aperture does to a picture, one lane per channel, with as many displacements per
@@ -214,6 +219,56 @@ impl KernelBank {
             beyond: kernels.beyond(node)[lane],
         }
     }
+}
+
+/// The nodes of a plan and their rays.
+fn traced(
+    camera: &Camera,
+    sight: &SightRays,
+    fields: &[DisparityField],
+    plan: &BankPlan,
+) -> Result<(FieldGrid, Vec<Node>), KernelError> {
+    let window = camera.sensor().window_mm();
+    let (nx, ny) = plan.nodes;
+    let subpixels = camera.sensor().subpixels();
+    let rays = (nx * ny * fields.len()) as u64 * plan.rays as u64;
+    memory::check("rays of kernels", rays * NodeRays::bytes(subpixels))?;
+    let samples = SobolSet::new(plan.rays);
+    let grid =
+        FieldGrid::new(window, plan.nodes, 1, vec![0.0; nx * ny]).ok_or(KernelError::Dark)?;
+    let is_mirrored = camera.is_mirrored();
+    let first = |k: usize| match is_mirrored {
+        true => mirrored(k, plan.nodes),
+        false => (k, DVec2::ONE),
+    };
+    let traced: Vec<Option<Node>> = (0..nx * ny)
+        .into_par_iter()
+        .filter(|&k| first(k).0 == k)
+        .map(|k| Node::new(camera, sight, fields, grid.place_mm(k), &samples))
+        .collect();
+    let traced = traced.into_iter().collect::<Option<Vec<_>>>();
+    let traced = traced.ok_or(KernelError::Dark)?;
+    // Those of the first quarter, row by row.
+    let columns = match is_mirrored {
+        true => nx.div_ceil(2),
+        false => nx,
+    };
+    let node = |k: usize| {
+        let (first, signs) = first(k);
+        traced[first / nx * columns + first % nx].mirrored(signs, subpixels)
+    };
+    let nodes = (0..nx * ny).into_par_iter().map(node).collect();
+    Ok((grid, nodes))
+}
+
+/// Bytes of the kernels of all depths, `lanes` values per pixel of a support, and of two more of the largest depth.
+fn kernel_bytes(depths: &[(f64, Support)], lanes: usize) -> u64 {
+    let pixels = depths
+        .iter()
+        .map(|(_, s)| (s.width as u64) * (s.height as u64));
+    let (all, largest) = pixels.fold((0u64, 0u64), |(all, largest), p| (all + p, largest.max(p)));
+    // What is trimmed is copied.
+    (all + 2 * largest).saturating_mul((lanes * size_of::<f32>()) as u64)
 }
 
 fn lanes_of(channels: usize, subpixels: Subpixels) -> usize {

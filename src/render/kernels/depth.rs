@@ -7,6 +7,8 @@ use super::node::Node;
 
 /// Pixels around the rays that diffraction reaches: beyond is the asymptote, one or two thousandths of the light.
 const DIFFRACTION_REACH: i32 = 8;
+/// Where rays that land farther from their point are thought to, px: such kernels are refused for their size.
+const FARTHEST_PX: f64 = 1e6;
 
 /// Pixels of a kernel, from the point's own pixel (0, 0): x right, y down as stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,10 +45,22 @@ impl Support {
         far.into_iter().fold(0, u32::max) as usize
     }
 
-    /// Of rays that land within these bounds, px, spread to the pixels beside.
+    /// Of all rays of the nodes at an inverse depth, and so many pixels on each side.
+    pub(super) fn of_nodes(nodes: &[Node], inverse_depth_per_mm: f64, more: i32) -> Self {
+        let bounds = nodes.iter().map(|n| n.bounds_px(inverse_depth_per_mm));
+        let start = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        Self::around(
+            bounds.fold(start, |a, b| (a.0.min(b.0), a.1.max(b.1))),
+            more,
+        )
+    }
+
+    /// Of rays that land within these bounds, px, and so many pixels on each side.
     fn around((low, high): (DVec2, DVec2), more: i32) -> Self {
-        let (left, top) = (low.x.round() as i32 - more, low.y.round() as i32 - more);
-        let (right, bottom) = (high.x.round() as i32 + more, high.y.round() as i32 + more);
+        let far = DVec2::splat(FARTHEST_PX);
+        let low = low.round().clamp(-far, far).as_ivec2() - more;
+        let high = high.round().clamp(-far, far).as_ivec2() + more;
+        let ([left, top], [right, bottom]) = (low.to_array(), high.to_array());
         Self {
             left,
             top,
@@ -70,21 +84,22 @@ pub struct DepthKernels {
 }
 
 impl DepthKernels {
-    /// From the rays of the nodes, `lanes` values per pixel: channels outermost, sub-pixels, padding.
+    /// Pixels around the rays that their kernels take.
+    pub(super) fn margin_px(is_diffracted: bool) -> i32 {
+        if is_diffracted { DIFFRACTION_REACH } else { 1 }
+    }
+
+    /// From the rays of the nodes, `lanes` values per pixel of a support: channels outermost, sub-pixels, padding.
     pub(super) fn new(
         nodes: &[Node],
         lanes: usize,
         footprint: Footprint,
         inverse_depth_per_mm: f64,
-        is_diffracted: bool,
+        support: Support,
     ) -> Self {
-        let bounds = nodes.iter().map(|n| n.bounds_px(inverse_depth_per_mm));
-        let start = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        let bounds = bounds.fold(start, |a, b| (a.0.min(b.0), a.1.max(b.1)));
-        let more = if is_diffracted { DIFFRACTION_REACH } else { 1 };
         let mut kernels = Self {
             inverse_depth_per_mm,
-            support: Support::around(bounds, more),
+            support,
             lanes,
             values: Vec::new(),
             beyond: Vec::new(),

@@ -15,9 +15,11 @@
 
 mod bank;
 mod depth;
+mod error;
 mod footprint;
 mod node;
 
 pub use bank::{BankPlan, KernelBank, LaneFigures};
 pub use depth::{DepthKernels, Support};
+pub use error::KernelError;
 pub use footprint::Footprint;

@@ -92,6 +92,11 @@ impl Node {
 }
 
 impl NodeRays {
+    /// Bytes per ray.
+    pub fn bytes(subpixels: Subpixels) -> u64 {
+        (size_of::<[DVec2; 2]>() + size_of::<f64>() * subpixels.count()) as u64
+    }
+
     fn new(bundle: &Bundle, [q0, q1_mm]: [DVec2; 2]) -> Self {
         let subpixels = bundle.subpixels;
         let mut sums = vec![0.0; subpixels];
