@@ -74,8 +74,8 @@ class Batches:
     """Draws of crops, seeded: batch number `n` is the same whatever was drawn before, on one kind of device.
 
     `files` are of `pack.py`; `noise` is the largest standard deviation of a view at white, a part of white, or 0; `crosstalk`: the largest
-    part of a view's light in the other; `shape`: rows and columns of the pairs that are taken, or None; `matched`: with what `match.py` found, and its captures in the place of drawn ones.
-    Everything lies on `device`, pixel after pixel.
+    part of a view's light in the other; `shape`: rows and columns of the pairs that are taken, or None; `matched`: with what `match.py`
+    found, and its captures in the place of drawn ones. Everything lies on `device`, pixel after pixel.
     """
 
     def __init__(self, files, side, size, seed, noise, crosstalk=CROSSTALK, shape=None, matched=False, device="cpu"):
