@@ -247,10 +247,14 @@ fn text(bytes: &[u8], read: impl Fn(&str) -> bool) -> bool {
     std::str::from_utf8(bytes).is_ok_and(read)
 }
 
+/// Memory that the process may have, less than libFuzzer is told: a file that states more is refused, not read.
+const MEMORY_BYTES: u64 = 2 << 30;
+
 fn as_file(bytes: &[u8], ending: &str, read: impl Fn(&Path) -> bool) -> bool {
     in_folder(|folder| {
         let path = folder.join(format!("a.{ending}"));
         write(&path, bytes);
+        quadpixel_datasets::memory::set_limit(MEMORY_BYTES);
         read(&path)
     })
 }
