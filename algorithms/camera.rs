@@ -87,6 +87,7 @@ impl From<MetaCamera> for CameraDescription {
             },
             disparity: DisparityCurves::default(),
             matching: MatchingCurves::default(),
+            blur: None,
         }
     }
 }

@@ -5,6 +5,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::blur_rays::BlurRays;
 use crate::camera::{Focus, Intrinsics, Response};
 use crate::subpixels::Subpixels;
 
@@ -46,6 +47,9 @@ pub struct CameraDescription {
     pub disparity: DisparityCurves,
     /// What a matcher finds in the place of the centroids' disparity.
     pub matching: MatchingCurves,
+    /// The blurs of opposite halves, ray by ray; absent where nobody knows them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub blur: Option<BlurRays>,
 }
 
 /// What of a camera's description only a calibration knows, or its lens and response.
@@ -57,6 +61,8 @@ pub struct CameraCurves {
     pub disparity: DisparityCurves,
     /// See [`CameraDescription::matching`].
     pub matching: MatchingCurves,
+    /// See [`CameraDescription::blur`].
+    pub blur: Option<BlurRays>,
 }
 
 impl CameraDescription {
@@ -66,6 +72,7 @@ impl CameraDescription {
             disparity_ratio: self.disparity_ratio.clone(),
             disparity: self.disparity.clone(),
             matching: self.matching.clone(),
+            blur: self.blur.clone(),
         }
     }
 }

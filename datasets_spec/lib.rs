@@ -32,6 +32,7 @@
 //! # }
 //! ```
 
+mod blur_rays;
 mod camera;
 mod camera_description;
 mod camera_pictures;
@@ -53,6 +54,7 @@ mod split;
 mod subpixels;
 mod version;
 
+pub use blur_rays::BlurRays;
 pub use camera::{
     Channel, ChannelBand, ChannelOptics, CraShift, Element, ExitPupil, Exposure, Focus, FocusBy,
     Intrinsics, Lens, MicrolensRule, Misalignment, Part, Response, Sensor, TableColour,

@@ -102,6 +102,7 @@ impl SampleMeta {
             disparity_ratio: curves.disparity_ratio,
             disparity: curves.disparity,
             matching: curves.matching,
+            blur: curves.blur,
         }
     }
 }

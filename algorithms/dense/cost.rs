@@ -6,7 +6,7 @@
 //!
 //! The right d leaves noise. energy_d is the mean of the blurred views over the picture, so that a wide blur, which
 //! leaves little of any texture, is no cheaper than a narrow one; a window counts by its texture. ε is the part of the
-//! energy that differs in spite of the right d (other depths in the window, a pupil that is not quite the family's).
+//! energy that differs in spite of the right d (other depths in the window, a pupil that is not quite as told).
 //! Each pixel has the kernels of its own κ; energy_d is that of the middle one.
 
 use quadpixel::image::Image;
@@ -19,8 +19,6 @@ use super::pupils::Pupils;
 
 /// Deviation of the window, px of the level.
 const WINDOW_PX: f64 = 1.0;
-/// ε.
-const MODEL_ERROR: f64 = 0.05;
 /// Every so many rows enter the mean energy.
 const ENERGY_STRIDE: usize = 8;
 
@@ -68,22 +66,20 @@ pub(super) fn volume(
     let fine = levels[0];
     let guide = &pyramid.guides[fine];
     let (width, height) = (guide.width(), guide.height());
-    let most = candidates.disparity_px(candidates.count as f64 - 1.0).abs();
-    let most = most.max(candidates.first_px.abs());
-    let widest = pupils.blur_px(most);
+    let all: Vec<f64> = (0..candidates.count)
+        .map(|i| candidates.disparity_px(i as f64))
+        .collect();
     let padded: Vec<Padded> = (levels.iter())
         .map(|&k| {
-            let margin = Kernels::radius(widest / (1u32 << k) as f64);
-            Padded::new(&pyramid.level(k), margin)
+            let radii = all.iter().map(|candidate| pupils.radius(*candidate, k));
+            Padded::new(&pyramid.level(k), radii.max().unwrap_or(0))
         })
         .collect();
-    let layers: Vec<Image> = (0..candidates.count)
-        .into_par_iter()
-        .map(|i| {
-            let disparity = candidates.disparity_px(i as f64);
+    let layers: Vec<Image> = (all.par_iter())
+        .map(|candidate| {
             let mut sum = Image::zeros(width, height, 1);
             for (&k, pair) in levels.iter().zip(&padded) {
-                let cost = pair.cost(pupils, k, disparity / (1u32 << k) as f64);
+                let cost = pair.cost(pupils, k, *candidate);
                 let cost = enlarged(&cost, k - fine, width, height);
                 (sum.data_mut().iter_mut().zip(cost.data())).for_each(|(s, c)| *s += c);
             }
@@ -137,11 +133,11 @@ impl Padded {
     }
 
     /// The window's cost of a candidate at each pixel of the level, `k`.
-    fn cost(&self, pupils: &Pupils, k: usize, candidate: f64) -> Image {
-        let kernels = pupils.kernels(candidate);
+    fn cost(&self, pupils: &Pupils, k: usize, candidate_px: f64) -> Image {
+        let kernels = pupils.kernels(candidate_px, k);
         let energy = self.energy(&kernels[kernels.len() / 2]);
         let scale = |kernels: &Kernels| {
-            let expected = self.noise * kernels.energy() + MODEL_ERROR * energy;
+            let expected = self.noise * kernels.energy() + pupils.model_error() * energy;
             if expected > 0.0 {
                 (1.0 / expected) as f32
             } else {
@@ -185,19 +181,20 @@ impl Padded {
         let length = to.len() + 2 * radius;
         let row = |which: usize, y: usize| &self.rows[which][y * stride + begin..][..length];
         let mut folded = [vec![0.0f32; length], vec![0.0f32; length]];
-        // Both kernels are symmetric in y.
-        for j in 0..=radius {
-            let (up, down) = (y + self.margin - j, y + self.margin + j);
+        // The kernel's row and column j reach what lies on the other side. Of symmetric ones two rows are one.
+        let first = if kernels.is_symmetric { radius } else { 0 };
+        for j in first..side {
+            let (up, down) = (y + self.margin + radius - j, y + self.margin + j - radius);
             for (to, which) in folded.iter_mut().zip([even, odd]) {
-                let half = if j == 0 { 0.5 } else { 1.0 };
+                if !kernels.is_symmetric || j == radius {
+                    to.copy_from_slice(row(which, up));
+                    continue;
+                }
                 let pair = row(which, up).iter().zip(row(which, down));
-                to.iter_mut()
-                    .zip(pair)
-                    .for_each(|(to, (u, d))| *to = half * (u + d));
+                to.iter_mut().zip(pair).for_each(|(to, (u, d))| *to = u + d);
             }
-            let line = (radius + j) * side;
+            let line = j * side;
             for i in 0..side {
-                // A convolution: the kernel's column i reaches what lies on the other side.
                 let (a, b) = (kernels.even[line + i], kernels.odd[line + i]);
                 if a == 0.0 && b == 0.0 {
                     continue;

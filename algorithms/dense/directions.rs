@@ -1,6 +1,7 @@
 //! The directions in which a pixel parts the pupil, each with its pair of views: what both cost together.
 
 use quadpixel::image::Image;
+use quadpixel_datasets::BlurRays;
 use rayon::prelude::*;
 
 use super::cost::{Candidates, Volume, volume};
@@ -10,6 +11,7 @@ use super::opposite::OppositePair;
 use super::prepare::Pyramid;
 use super::pupils::Pupils;
 use super::ratio::BlurRatio;
+use super::ray_pupil::RayPupil;
 
 /// What noise does not exceed, in its standard deviations.
 const NOISE_DEVIATIONS: f64 = 6.0;
@@ -21,6 +23,8 @@ pub(super) struct Direction {
     pyramid: Pyramid,
     ratio: BlurRatio,
     pupils: Pupils,
+    /// Of the camera's own pixel.
+    rays: Option<RayPupil>,
     is_ratio_known: bool,
     /// Rows of the first direction are columns here.
     is_turned: bool,
@@ -30,13 +34,19 @@ pub(super) struct Direction {
 
 impl Direction {
     /// Of the pair that is told first; `is_turned`: its rows are columns of the views.
-    pub fn first(pair: &OppositePair<'_>, is_turned: bool) -> Result<Self, DenseError> {
+    pub fn first(
+        pair: &OppositePair<'_>,
+        is_turned: bool,
+        blur: Option<&BlurRays>,
+    ) -> Result<Self, DenseError> {
         let ratio = pair.ratio()?;
         let ratio = if is_turned { ratio.turned() } else { ratio };
         let [a, b] = pair.aligned(is_turned, None)?;
+        let rays = blur.and_then(|blur| RayPupil::new(blur, is_turned));
         Ok(Self {
             pyramid: Pyramid::new(&a, &b)?,
-            pupils: Pupils::new(&ratio, ratio.mean(), (a.width(), a.height())),
+            pupils: Pupils::new(&ratio, ratio.mean(), (a.width(), a.height()), rays.as_ref()),
+            rays,
             ratio,
             is_ratio_known: pair.ratio.is_some(),
             is_turned: false,
@@ -49,6 +59,7 @@ impl Direction {
         pair: &OppositePair<'_>,
         first: &Self,
         astigmatism_px: Option<&Image>,
+        blur: Option<&BlurRays>,
     ) -> Result<Self, DenseError> {
         let size = |image: &Image| (image.width(), image.height());
         let wanted = size(&first.pyramid.guides[0]);
@@ -60,9 +71,13 @@ impl Direction {
         }
         let ratio = pair.ratio()?.turned();
         let (mean, [a, b]) = (first.ratio.mean(), pair.aligned(true, astigmatism_px)?);
+        let rays = (first.rays.as_ref().zip(blur)).and_then(|(first, blur)| {
+            RayPupil::new(blur, true)?.beside(first, astigmatism_px.is_some())
+        });
         Ok(Self {
             pyramid: Pyramid::new(&a, &b)?,
-            pupils: Pupils::new(&ratio, mean, (a.width(), a.height())),
+            pupils: Pupils::new(&ratio, mean, (a.width(), a.height()), rays.as_ref()),
+            rays,
             is_ratio_known: pair.ratio.is_some(),
             is_turned: true,
             scale: ratio.mean() / mean,
@@ -81,6 +96,11 @@ impl Direction {
             true => self.ratio.turned(),
             false => self.ratio.clone(),
         }
+    }
+
+    /// Whether the blurs are those of the camera's own rays.
+    pub fn has_rays(&self) -> bool {
+        self.pupils.has_rays()
     }
 
     /// Whether κ was told.

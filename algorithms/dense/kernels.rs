@@ -11,7 +11,7 @@
 //! ```
 
 /// Lobes of the Lanczos kernel by which the disk's points reach the pixels: it keeps their phase.
-const LOBES: f64 = 2.0;
+pub(super) const LOBES: f64 = 2.0;
 /// κ of shares that fall linearly over the pupil.
 pub(super) const LINEAR_RATIO: f64 = 0.25;
 /// Least κ that is taken for one: a pixel that parts the pupil less shows shifts of hundredths of a px only, and the
@@ -20,7 +20,7 @@ pub(super) const LEAST_RATIO: f64 = 0.01;
 /// κ of a pupil parted sharply, 4/(3π).
 pub const SHARP_RATIO: f64 = 4.0 / (3.0 * std::f64::consts::PI);
 
-/// Even and odd part of a pair of kernels, (2 R + 1)² numbers each, row-major; symmetric in y.
+/// Even and odd part of a pair of kernels, (2 R + 1)² numbers each, row-major.
 #[derive(Clone, Debug)]
 pub(super) struct Kernels {
     /// R, px.
@@ -29,6 +29,8 @@ pub(super) struct Kernels {
     pub even: Vec<f32>,
     /// B.
     pub odd: Vec<f32>,
+    /// Whether both are symmetric in y.
+    pub is_symmetric: bool,
 }
 
 impl Kernels {
@@ -87,6 +89,27 @@ impl Kernels {
             radius,
             even: scaled(even),
             odd: scaled(odd),
+            is_symmetric: true,
+        }
+    }
+
+    /// Of k_L and k_R.
+    pub fn of_views(radius: usize, [left, right]: [Vec<f64>; 2]) -> Self {
+        let pairs = || left.iter().zip(&right);
+        Self {
+            radius,
+            even: pairs().map(|(l, r)| (0.5 * (l + r)) as f32).collect(),
+            odd: pairs().map(|(l, r)| (0.5 * (r - l)) as f32).collect(),
+            is_symmetric: false,
+        }
+    }
+
+    /// Where the pupil is parted `gain` times as much.
+    pub fn parted(&self, gain: f64) -> Self {
+        let odd = self.odd.iter().map(|v| (f64::from(*v) * gain) as f32);
+        Self {
+            odd: odd.collect(),
+            ..self.clone()
         }
     }
 
@@ -102,7 +125,7 @@ impl Kernels {
 }
 
 /// The pixels that a point at `x` reaches along an axis: the first, counted from −`radius`, and the weight of each.
-fn taps(x: f64, radius: usize) -> (usize, Vec<f64>) {
+pub(super) fn taps(x: f64, radius: usize) -> (usize, Vec<f64>) {
     let reach = radius as i64;
     let from = ((x - LOBES).ceil() as i64).max(-reach);
     let to = ((x + LOBES).floor() as i64).min(reach);

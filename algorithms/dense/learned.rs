@@ -56,13 +56,18 @@ pub(super) fn learned(directions: &[Direction], network: &Network) -> Result<Den
             answers.push(answer(direction, level, network, &found)?);
         }
     }
-    let mut answer = joined(&answers);
+    let mut answer = joined(&answers, Errors::Alike);
     if !network.takes_matched() {
         let matched = Answer {
             disparity: found.disparity_px,
             sigma: found.sigma_px,
         };
-        answer = joined(&[answer, matched]);
+        // The network errs by its training; the camera's own rays do not.
+        let errors = match directions[0].has_rays() {
+            true => Errors::Apart,
+            false => Errors::Alike,
+        };
+        answer = joined(&[answer, matched], errors);
     }
     let told = DenseMap {
         disparity_px: answer.disparity,
@@ -132,8 +137,17 @@ fn answer(
     Ok(Answer { disparity, sigma })
 }
 
-/// Means of the answers and of their σ, by 1/σ². Their errors are alike, so that more answers do not make σ smaller.
-fn joined(answers: &[Answer]) -> Answer {
+/// How the errors of answers go together.
+#[derive(Clone, Copy)]
+enum Errors {
+    /// More answers do not make σ smaller.
+    Alike,
+    /// They do: one knows nothing of the other.
+    Apart,
+}
+
+/// Means of the answers, and of their σ if the errors are alike, by 1/σ².
+fn joined(answers: &[Answer], errors: Errors) -> Answer {
     let first = &answers[0].disparity;
     let [mut disparity, mut sigma] =
         [(); 2].map(|()| Image::zeros(first.width(), first.height(), 1));
@@ -146,7 +160,11 @@ fn joined(answers: &[Answer]) -> Answer {
             sums = [sums[0] + weight * d, sums[1] + weight * s];
             weights += weight;
         }
-        (*disparity, *sigma) = (sums[0] / weights, sums[1] / weights);
+        let of_mean = match errors {
+            Errors::Alike => sums[1] / weights,
+            Errors::Apart => weights.sqrt().recip(),
+        };
+        (*disparity, *sigma) = (sums[0] / weights, of_mean);
     }
     Answer { disparity, sigma }
 }
@@ -169,8 +187,11 @@ mod tests {
 
     #[test]
     fn the_surer_answer_counts_by_its_variance() {
-        let both = joined(&[answer(1.0, 0.1), answer(2.0, 0.2)]);
+        let answers = [answer(1.0, 0.1), answer(2.0, 0.2)];
+        let both = joined(&answers, Errors::Alike);
         assert!((both.disparity.data()[0] - 1.2).abs() < 1e-5);
         assert!((both.sigma.data()[0] - 0.12).abs() < 1e-6);
+        let both = joined(&answers, Errors::Apart);
+        assert!((both.sigma.data()[0] - 0.2 / 5f32.sqrt()).abs() < 1e-6);
     }
 }

@@ -32,6 +32,7 @@ mod prepare;
 mod pupils;
 mod range;
 mod ratio;
+mod ray_pupil;
 mod refine;
 mod semi_global;
 mod sigma;
@@ -51,7 +52,7 @@ use directions::{Direction, volume_of};
 use filters::{enlarged_by_guide, transposed};
 use minimum::{median, minima};
 use refine::refined;
-use sigma::{Evidence, MODEL_ASSUMED, MODEL_KNOWN, deviations};
+use sigma::{ASSUMED, Evidence, KNOWN, OWN_RAYS, deviations};
 use smoother::Stiffness;
 
 /// Contrast across which a pixel takes little from a coarse one, parts of white.
@@ -135,14 +136,14 @@ fn estimated(
     };
     match (views.left_right, views.top_bottom) {
         (None, None) => Err(DenseError::NoPair),
-        (Some(pair), None) => map_of(&[Direction::first(&pair, false)?]),
+        (Some(pair), None) => map_of(&[Direction::first(&pair, false, views.blur)?]),
         (Some(pair), Some(other)) => {
-            let first = Direction::first(&pair, false)?;
-            let across = Direction::across(&other, &first, views.astigmatism_px)?;
+            let first = Direction::first(&pair, false, views.blur)?;
+            let across = Direction::across(&other, &first, views.astigmatism_px, views.blur)?;
             map_of(&[first, across])
         }
         (None, Some(pair)) => {
-            let map = map_of(&[Direction::first(&pair, true)?])?;
+            let map = map_of(&[Direction::first(&pair, true, views.blur)?])?;
             Ok(DenseMap {
                 disparity_px: transposed(&map.disparity_px),
                 sigma_px: transposed(&map.sigma_px),
@@ -188,9 +189,10 @@ fn matched(directions: &[Direction]) -> DenseMap {
         weights: &weights,
         // Eight paths meet at a pixel.
         curvature: typical / 8.0 * range::STEPS_PER_PX * range::STEPS_PER_PX,
-        model: match directions[0].is_ratio_known() {
-            true => MODEL_KNOWN,
-            false => MODEL_ASSUMED,
+        model: match (directions[0].has_rays(), directions[0].is_ratio_known()) {
+            (true, _) => OWN_RAYS,
+            (false, true) => KNOWN,
+            (false, false) => ASSUMED,
         },
         range: (range_px[1] - range_px[0]) / unit,
     });

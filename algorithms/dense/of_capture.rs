@@ -1,7 +1,9 @@
 //! The opposite views of a capture, matched at every pixel.
 
 use quadpixel::image::{Image, channel};
-use quadpixel_datasets::{CameraDescription, DisparityCurve, DisparityCurves, RatioField};
+use quadpixel_datasets::{
+    BlurRays, CameraDescription, DisparityCurve, DisparityCurves, RatioField,
+};
 
 use super::filters::by_rows;
 use super::{
@@ -17,6 +19,7 @@ pub struct Halves {
     left_right: Option<Pair>,
     top_bottom: Option<Pair>,
     astigmatism_px: Option<Image>,
+    blur: Option<BlurRays>,
 }
 
 #[derive(Clone, Debug)]
@@ -46,13 +49,15 @@ impl Halves {
                 .and_then(|(pair, camera)| astigmatism_px(camera, name, &pair.views[0])),
             left_right,
             top_bottom,
+            blur: camera.and_then(|c| c.blur.clone()),
         }
     }
 
-    /// With a ratio of disparity to blur that is known otherwise.
+    /// With a ratio of disparity to blur that is known otherwise; blurs are then those of the family.
     pub fn with_ratio(mut self, ratio: &BlurRatio) -> Self {
         let pairs = [&mut self.left_right, &mut self.top_bottom];
         (pairs.into_iter().flatten()).for_each(|pair| pair.ratio = Some(ratio.clone()));
+        self.blur = None;
         self
     }
 
@@ -88,6 +93,7 @@ impl Halves {
             left_right: self.left_right.as_ref().map(Pair::opposite),
             top_bottom: self.top_bottom.as_ref().map(Pair::opposite),
             astigmatism_px: self.astigmatism_px.as_ref(),
+            blur: self.blur.as_ref(),
         }
     }
 }

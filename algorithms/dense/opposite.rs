@@ -2,6 +2,7 @@
 
 use quadpixel::image::Image;
 use quadpixel::simd::SimdLevel;
+use quadpixel_datasets::BlurRays;
 
 use super::error::DenseError;
 use super::filters::transposed;
@@ -29,6 +30,8 @@ pub struct OppositeViews<'a> {
     /// y_T − y_B of what has the same place in left and right, px, at each pixel of the sum: the lens's astigmatism;
     /// absent: none.
     pub astigmatism_px: Option<&'a Image>,
+    /// Rays of the camera's own pixel, whose blurs take the place of the family's; absent: the family.
+    pub blur: Option<&'a BlurRays>,
 }
 
 impl OppositePair<'_> {

@@ -7,58 +7,106 @@ use std::collections::BTreeMap;
 
 use super::kernels::{Kernels, steepness};
 use super::ratio::BlurRatio;
+use super::ray_pupil::RayPupil;
 
 /// Step of ln κ within which pixels share their kernels: it moves the disparity by about half of that, in parts of it.
 const STEP: f64 = 0.02;
 
+/// ε of [`super::cost`] for the family's disk, and for the camera's own rays.
+const MODEL_ERROR: [f64; 2] = [0.05, 0.03];
+
 /// Groups of pixels by their pupils.
 #[derive(Clone, Debug)]
 pub(super) struct Pupils {
-    /// Steepness of the shares of each group, that of the least κ first.
-    steepness: Vec<f64>,
+    /// κ of each group, the least first.
+    ratios: Vec<f64>,
+    shape: Shape,
     /// Number of each pixel's group, row by row; empty: all are of the only one.
     of_pixel: Vec<u16>,
     size: (usize, usize),
     mean: f64,
 }
 
+/// What the pupil's image is.
+#[derive(Clone, Debug)]
+enum Shape {
+    /// The family's disk, with the steepness of each group's shares.
+    Disk(Vec<f64>),
+    /// The rays of the pixel in the middle of the views, and its κ.
+    Rays { pupil: RayPupil, ratio: f64 },
+}
+
 impl Pupils {
-    /// Of views of `size` and their κ; `mean`: κ of the pixels whose disparity names the candidates.
-    pub fn new(ratio: &BlurRatio, mean: f64, size: (usize, usize)) -> Self {
-        let field = match ratio {
-            BlurRatio::Field(field) => field,
-            BlurRatio::Whole(ratio) => {
-                return Self {
-                    steepness: vec![steepness(*ratio)],
-                    of_pixel: Vec::new(),
-                    size,
-                    mean,
-                };
+    /// Of views of `size` and their κ; `mean`: κ of the pixels whose disparity names the candidates. `rays`: of the
+    /// camera's own pixel, where they are known.
+    pub fn new(
+        ratio: &BlurRatio,
+        mean: f64,
+        size: (usize, usize),
+        rays: Option<&RayPupil>,
+    ) -> Self {
+        let key = |ratio: &f32| (f64::from(*ratio).ln() / STEP).round() as i32;
+        let (ratios, of_pixel) = match ratio {
+            BlurRatio::Whole(ratio) => (vec![*ratio], Vec::new()),
+            BlurRatio::Field(field) => {
+                let keys: Vec<i32> = field.data().iter().map(key).collect();
+                let mut numbers: BTreeMap<i32, u16> = keys.iter().map(|key| (*key, 0)).collect();
+                (numbers.values_mut().zip(0..)).for_each(|(own, number)| *own = number);
+                let of_key = |key: &i32| (f64::from(*key) * STEP).exp();
+                let ratios = numbers.keys().map(of_key).collect();
+                (ratios, keys.iter().map(|key| numbers[key]).collect())
             }
         };
-        let key = |ratio: &f32| (f64::from(*ratio).ln() / STEP).round() as i32;
-        let keys: Vec<i32> = field.data().iter().map(key).collect();
-        let mut numbers: BTreeMap<i32, u16> = keys.iter().map(|key| (*key, 0)).collect();
-        (numbers.values_mut().zip(0..)).for_each(|(own, number)| *own = number);
-        let of_key = |key: &i32| steepness((f64::from(*key) * STEP).exp());
+        let shape = match rays {
+            Some(pupil) => Shape::Rays {
+                pupil: pupil.clone(),
+                ratio: ratio.at(size.1 / 2 * size.0 + size.0 / 2),
+            },
+            None => Shape::Disk(ratios.iter().map(|ratio| steepness(*ratio)).collect()),
+        };
         Self {
-            steepness: numbers.keys().map(of_key).collect(),
-            of_pixel: keys.iter().map(|key| numbers[key]).collect(),
+            ratios,
+            shape,
+            of_pixel,
             size,
             mean,
         }
     }
 
-    /// The kernels of a candidate for each group.
-    pub fn kernels(&self, candidate_px: f64) -> Vec<Kernels> {
-        let blur_px = candidate_px.signum() * self.blur_px(candidate_px);
-        let steepness = self.steepness.iter();
-        steepness.map(|p| Kernels::new(blur_px, *p)).collect()
+    /// The kernels of a candidate for each group, at level `k`.
+    pub fn kernels(&self, candidate_px: f64, k: usize) -> Vec<Kernels> {
+        let unit = f64::from(1u32 << k);
+        match &self.shape {
+            Shape::Disk(steepness) => {
+                let blur_px = candidate_px / self.mean / unit;
+                let steepness = steepness.iter();
+                steepness.map(|p| Kernels::new(blur_px, *p)).collect()
+            }
+            Shape::Rays { pupil, ratio } => {
+                let kernels = pupil.kernels(candidate_px * ratio / self.mean, unit);
+                let ratios = self.ratios.iter();
+                ratios.map(|own| kernels.parted(own / ratio)).collect()
+            }
+        }
     }
 
-    /// Diameter of a candidate's blur, px.
-    pub fn blur_px(&self, candidate_px: f64) -> f64 {
-        candidate_px.abs() / self.mean
+    /// Part of the energy that differs in spite of the right candidate.
+    pub fn model_error(&self) -> f64 {
+        MODEL_ERROR[usize::from(self.has_rays())]
+    }
+
+    /// Whether the blurs are those of the camera's own rays.
+    pub fn has_rays(&self) -> bool {
+        matches!(self.shape, Shape::Rays { .. })
+    }
+
+    /// R of a candidate's kernels at level `k`.
+    pub fn radius(&self, candidate_px: f64, k: usize) -> usize {
+        let unit = f64::from(1u32 << k);
+        match &self.shape {
+            Shape::Disk(_) => Kernels::radius(candidate_px.abs() / self.mean / unit),
+            Shape::Rays { pupil, ratio } => pupil.radius(candidate_px * ratio / self.mean, unit),
+        }
     }
 
     /// Runs of pixels of one group in row `y` of level `k`, which has `width` columns: where each ends, and its number.
@@ -87,12 +135,12 @@ mod tests {
     #[test]
     fn pixels_of_one_ratio_share_their_kernels_and_a_candidate_has_one_blur() {
         let field = BlurRatio::of_field([6, 4], 0.2, |x, _| if x < 2 { 0.1 } else { 0.2 });
-        let pupils = Pupils::new(&field, field.mean(), (6, 4));
+        let pupils = Pupils::new(&field, field.mean(), (6, 4), None);
         assert_eq!(pupils.runs(0, 6, 3), [(2, 0), (6, 1)]);
         assert_eq!(pupils.runs(1, 3, 1), [(1, 0), (3, 1)]);
-        let kernels = pupils.kernels(1.5);
+        let kernels = pupils.kernels(1.5, 0);
         assert_eq!(kernels.len(), 2);
-        let radius = Kernels::radius(pupils.blur_px(1.5));
+        let radius = pupils.radius(1.5, 0);
         let centroid = |k: &Kernels| {
             let side = 2 * k.radius + 1;
             let column = |i: usize| (i % side) as f64 - k.radius as f64;

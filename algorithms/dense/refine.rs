@@ -67,7 +67,7 @@ mod tests {
             views: [&view, &view],
             ratio: None,
         };
-        let direction = Direction::first(&pair, false).unwrap();
+        let direction = Direction::first(&pair, false, None).unwrap();
         // The step lies three pixels beside that of the picture, where σ says that it is not known.
         let told = DenseMap {
             disparity_px: columns(&|x| if x < 35 { 0.0 } else { 1.0 }),

@@ -6,26 +6,48 @@
 //!
 //! scatter: of the numbers about the surface, weighted as they are in it; spread: of the surface itself nearby, which a
 //! window at a depth step mixes; information: the curvature of the costs in a window, which a picture without texture
-//! does not have; m: what another pupil than the family's makes of d. a, b, m and the floor were chosen on samples of
-//! ours with known truth.
+//! does not have; m: what another pupil than is told makes of d. a, b, m and the floor were chosen on samples of ours
+//! with known truth.
 
 use quadpixel::image::Image;
 use rayon::prelude::*;
 
 use super::filters::gaussian;
 
-/// a, b.
-const SCATTER: f64 = 4.0;
+/// b.
 const SPREAD: f64 = 0.5;
-/// m where κ is known, and where it is assumed: that the scale of d is free then is not in σ.
-pub(super) const MODEL_KNOWN: f64 = 0.05;
-pub(super) const MODEL_ASSUMED: f64 = 0.08;
-/// Floor, px of the level.
-const FLOOR_PX: f64 = 0.03;
+/// By the family, κ assumed: that the scale of d is free then is not in σ.
+pub(super) const ASSUMED: Model = Model {
+    scatter: 4.0,
+    part: 0.08,
+    floor_px: 0.03,
+};
+/// By the family, κ known.
+pub(super) const KNOWN: Model = Model {
+    part: 0.05,
+    ..ASSUMED
+};
+/// By the camera's own rays.
+pub(super) const OWN_RAYS: Model = Model {
+    scatter: 2.0,
+    part: 0.01,
+    floor_px: 0.02,
+};
 /// Deviation of the window, px of the level.
 const WINDOW_PX: f64 = 3.0;
 /// Largest weight of one number, in medians.
 const MOST: f64 = 10.0;
+
+/// How well the kernels are known.
+#[derive(Clone, Copy)]
+pub(super) struct Model {
+    /// a.
+    scatter: f64,
+    /// m.
+    part: f64,
+    /// Floor, px of the level.
+    floor_px: f64,
+}
 
 /// What σ is made of; lengths in px of the level, `size` its columns and rows.
 pub(super) struct Evidence<'a> {
@@ -37,8 +59,8 @@ pub(super) struct Evidence<'a> {
     pub weights: &'a [f64],
     /// Curvature of the costs whose weight is 1, per px².
     pub curvature: f64,
-    /// m.
-    pub model: f64,
+    /// How well the kernels are known.
+    pub model: Model,
     /// Width of the range of the candidates.
     pub range: f64,
 }
@@ -64,11 +86,11 @@ pub(super) fn deviations(e: &Evidence<'_>) -> Image {
         let scatter = at(&off) / at(&weights).max(f64::MIN_POSITIVE);
         let spread = (at(&squares) - at(&mean).powi(2)).max(0.0);
         let information = area * at(&weights) * e.curvature;
-        let variance = SCATTER * scatter
+        let variance = e.model.scatter * scatter
             + SPREAD * spread
             + 1.0 / information.max(f64::MIN_POSITIVE)
-            + (e.model * e.surface[i]).powi(2)
-            + FLOOR_PX * FLOOR_PX;
+            + (e.model.part * e.surface[i]).powi(2)
+            + e.model.floor_px.powi(2);
         *to = variance.sqrt().min(e.range) as f32;
     });
     sigma

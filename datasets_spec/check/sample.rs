@@ -141,6 +141,12 @@ fn check_camera(meta: &SampleMeta, folder: &str, contents: &Contents, report: &m
             "disparity: a curve has not finite coefficients at each of its nodes",
         );
     }
+    if camera.blur.as_ref().is_some_and(|rays| !rays.is_sound()) {
+        report.add(
+            &path,
+            "blur: lists of unequal length, or numbers that are none",
+        );
+    }
     let fields = [
         ("left_right", &ratio.left_right, subpixels.m()),
         ("top_bottom", &ratio.top_bottom, subpixels.n()),

@@ -8,7 +8,8 @@ use quadpixel::hash::settings_hash;
 use quadpixel::lens::{ElementRef, Misalignment};
 use quadpixel::render::truth::DisparityField;
 use quadpixel::render::{
-    Camera, RenderStats, SamplingErrors, disparity_curves, disparity_ratio, matching_curves,
+    Camera, RenderStats, SamplingErrors, blur_rays, disparity_curves, disparity_ratio,
+    matching_curves,
 };
 use quadpixel::response::{Response, ResponseLookup};
 use quadpixel::sensor::ShiftRule;
@@ -102,6 +103,7 @@ fn curves(camera: &Camera, fields: &[DisparityField]) -> Option<spec::CameraCurv
         disparity_ratio: disparity_ratio(camera)?,
         disparity: disparity_curves(camera, fields)?,
         matching: matching_curves(camera)?,
+        blur: blur_rays(camera).map(spec::BlurRays::rounded),
     })
 }
 

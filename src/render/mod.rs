@@ -13,6 +13,7 @@
 //! channel's band, at which the lens bends it and the pixel absorbs it ([`crate::spectrum`]).
 
 mod aiming;
+mod blur_rays;
 mod camera;
 mod colours;
 mod control;
@@ -36,6 +37,7 @@ mod tracer;
 pub mod truth;
 mod workspace;
 
+pub use blur_rays::blur_rays;
 pub use camera::{Camera, CameraError};
 pub use disparity_curve::{LUMINANCE, disparity_curves};
 pub use disparity_ratio::disparity_ratio;

@@ -7,7 +7,7 @@ use quadpixel_algorithms::dense::{DenseMap, OppositePair};
 pub const SIDE: usize = 128;
 
 /// White noise of the cells of a lattice, smoothed by a cubic: a texture that is known everywhere.
-fn texture(x: f64, y: f64) -> f64 {
+pub fn texture(x: f64, y: f64) -> f64 {
     let noise = |i: i64, j: i64| {
         let mut h = (i as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
             ^ (j as u64).wrapping_mul(0xC2B2_AE3D_27D4_EB4F);

@@ -64,6 +64,7 @@ fn both_pairs_agree_once_the_astigmatism_is_out_of_the_second() {
             left_right: opposite(&across),
             top_bottom: opposite(&down),
             astigmatism_px,
+            ..OppositeViews::default()
         };
         middle_error(views, truth)
     };
@@ -75,6 +76,7 @@ fn both_pairs_agree_once_the_astigmatism_is_out_of_the_second() {
         left_right: opposite(&across),
         top_bottom: opposite(&down),
         astigmatism_px: Some(&small),
+        ..OppositeViews::default()
     };
     assert!(matches!(
         dense_disparity_of(views),

@@ -4,3 +4,4 @@
 mod blurred;
 mod kernels;
 mod network;
+mod rays;

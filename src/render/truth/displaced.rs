@@ -49,22 +49,7 @@ pub(super) struct Displaced {
 impl Displaced {
     /// Of the rays from the sensor position `xy_mm`; `None` for a camera without diffraction.
     pub fn new(camera: &Camera, xy_mm: DVec2, bundle: &Bundle) -> Option<Self> {
-        let here = camera.lens_diffraction()?.at(xy_mm, PUPIL_KEY);
-        let pitch_mm = camera.sensor().pitch_mm();
-        let rays = bundle.directions.iter().zip(&bundle.wavelengths_mm);
-        let draws_px = rays
-            .enumerate()
-            .flat_map(|(k, (direction, wavelength_mm))| {
-                // Columns grow with x of the sensor frame, against that of the camera frame.
-                let to_px = wavelength_mm / pitch_mm * DVec2::new(-1.0, 1.0);
-                let begin = uniform(PUPIL_KEY, &[k as u64]);
-                let here = &here;
-                (0..DRAWS).map(move |m| {
-                    let sample = (m as f64 + begin) / DRAWS as f64;
-                    to_px * here.displacement(k * DRAWS + m, *direction, sample)
-                })
-            });
-        Some(Self::of(draws_px.collect()))
+        draws_px(camera, xy_mm, bundle, DRAWS).map(Self::of)
     }
 
     fn of(draws_px: Vec<DVec2>) -> Self {
@@ -94,6 +79,32 @@ impl Displaced {
             false => Self::of(draws_px),
         }
     }
+}
+
+/// Displacements of the rays from the sensor position `xy_mm`, px, x right, y down as stored: so many of each ray, one
+/// after the other, that all are as likely. `None` for a camera without diffraction.
+pub(in crate::render) fn draws_px(
+    camera: &Camera,
+    xy_mm: DVec2,
+    bundle: &Bundle,
+    draws: usize,
+) -> Option<Vec<DVec2>> {
+    let here = camera.lens_diffraction()?.at(xy_mm, PUPIL_KEY);
+    let pitch_mm = camera.sensor().pitch_mm();
+    let rays = bundle.directions.iter().zip(&bundle.wavelengths_mm);
+    let of_rays = rays
+        .enumerate()
+        .flat_map(|(k, (direction, wavelength_mm))| {
+            // Columns grow with x of the sensor frame, against that of the camera frame.
+            let to_px = wavelength_mm / pitch_mm * DVec2::new(-1.0, 1.0);
+            let begin = uniform(PUPIL_KEY, &[k as u64]);
+            let here = &here;
+            (0..draws).map(move |m| {
+                let sample = (m as f64 + begin) / draws as f64;
+                to_px * here.displacement(k * draws + m, *direction, sample)
+            })
+        });
+    Some(of_rays.collect())
 }
 
 #[cfg(test)]

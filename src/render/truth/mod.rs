@@ -32,4 +32,5 @@ pub(super) use bundle::Bundle;
 pub(crate) use bundle::{Centroid, centroids};
 pub(super) use disparity::Seen;
 pub(crate) use disparity::jacobian_at;
+pub(super) use displaced::draws_px;
 pub(crate) use white::white_sum_sr;
