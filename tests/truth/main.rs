@@ -8,6 +8,7 @@
 mod disparity;
 mod gratings;
 mod mirror;
+mod rays;
 mod registration;
 #[path = "../common/shots.rs"]
 mod shots;
