@@ -4,16 +4,16 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Where the rays of the pixel in the middle of the window look beside it, and what each is worth to the halves of
-/// the pixel, in green. With t = 1/(Z + `intrinsics.pinhole_behind_vertex_m`), per metre, ray k of the pixel p sees
-/// what the sum of all sub-pixels shows at
+/// the pixel, in green. With t = 1/(Z + `intrinsics.pinhole_behind_vertex_m`), per metre, and t_f that of
+/// `focus.distance_m` (0 for infinity), ray k of the pixel p sees what the sum of all sub-pixels shows at
 ///
 /// ```text
-/// p + a_k + b_k t + d_km    px,
+/// p + o_km,    o_km = a_k + b_k (t − t_f) + d_km    px,
 /// ```
 ///
-/// so that a point's picture in the left half is Σ left_k δ(x + a_k + b_k t + d_km) over k and the M displacements d_km
-/// of each, divided by M: lens, aberrations, diffraction at the lens's aperture (d) and response are in it.
-/// The weights of all sub-pixels' rays add up to 1.
+/// so that a point's picture in the left half is Σ left_k δ(x + o_km) over k and the M displacements d_km of each,
+/// divided by M: lens, aberrations, diffraction at the lens's aperture (d) and response are in it. The weights of all
+/// sub-pixels' rays add up to 1.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BlurRays {

@@ -1,9 +1,9 @@
 //! The blurs of a pair of opposite views by the rays of a camera's own pixel: lens, aberrations, diffraction and
 //! response as they are, where [`Kernels::new`] has a sharp disk.
 //!
-//! Ray k sees what lies a_k + b_k t + d_km beside the pixel, t = 1/(Z + p) ([`BlurRays`]), so it shows a point on the
-//! other side. Candidates are named by disparities. That of the centroids without d is linear in t, which gives the t
-//! of a candidate.
+//! Ray k sees what lies a_k + b_k t + d_km beside the pixel, t = 1/(Z + p) less its value in focus ([`BlurRays`]), so
+//! it shows a point on the other side. Candidates are named by disparities. That of the centroids without d is linear
+//! in t, which gives the t of a candidate.
 
 use quadpixel_datasets::BlurRays;
 

@@ -3,8 +3,8 @@
 //!
 //! Ray k sees the texture at δ_k = J⁻¹ (q_k − q̄) from the pixel ([`super::truth::ReceptiveField`]), with q and J
 //! linear in 1/Z. With t = 1/(Z + e), e the entrance pupil's distance behind the first vertex, δ_k is a straight line
-//! but for the aberrations of the pupils, so δ_k = a_k + b_k t, by least squares over depths on both sides of the
-//! focus.
+//! but for the aberrations of the pupils, so δ_k = a_k + b_k (t − t_f), t_f in focus, by least squares over depths on
+//! both sides of it.
 
 use glam::DVec2;
 use quadpixel_datasets::BlurRays;
@@ -33,6 +33,7 @@ pub fn blur_rays(camera: &Camera) -> Option<BlurRays> {
     let depths_mm = COC_PX.map(|coc_px| defocus.depth_of_coc_mm(coc_px * sensor.pitch_mm()));
     let depths_mm: Vec<f64> = depths_mm.into_iter().flatten().collect();
     let per_m = |depth_mm: f64| 1.0 / ((depth_mm + pupil_mm) * M_PER_MM);
+    let focus = per_m(camera.focus_distance_mm());
     let n = bundle.subpixels;
     let weights = |k: usize| &bundle.weights[k * n..(k + 1) * n];
     let all: f64 = bundle.weights.iter().sum();
@@ -43,7 +44,7 @@ pub fn blur_rays(camera: &Camera) -> Option<BlurRays> {
     let (mut sums, mut lines) = ([0.0; 2], vec![[DVec2::ZERO; 2]; bundle.q0.len()]);
     let share = 1.0 / depths_mm.len() as f64;
     for &depth_mm in &depths_mm {
-        let (inverse, t) = (1.0 / depth_mm, per_m(depth_mm));
+        let (inverse, t) = (1.0 / depth_mm, per_m(depth_mm) - focus);
         let solve = (j0 + inverse * j1).inverse();
         let offset = |k: usize| solve * (bundle.q0[k] + inverse * bundle.q1_mm[k]);
         let weighted = |k: usize| weights(k).iter().sum::<f64>() * offset(k);

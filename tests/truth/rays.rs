@@ -11,7 +11,8 @@ use super::{CASES, centroid, depths_mm, spot};
 /// Mean of what rays of these weights show at `depth_mm`, px, and the variance along x and y.
 fn moments(rays: &BlurRays, weights: &[f64], camera: &Camera, depth_mm: f64) -> [DVec2; 2] {
     let pupil_mm = camera.paraxial().unwrap().entrance_pupil_z_mm;
-    let t = 1e3 / (depth_mm + pupil_mm);
+    let per_m = |depth_mm: f64| 1e3 / (depth_mm + pupil_mm);
+    let t = per_m(depth_mm) - per_m(camera.focus_distance_mm());
     let (mut all, mut sum, mut squares) = (0.0, DVec2::ZERO, DVec2::ZERO);
     for ((x, y), w) in rays.x_px.iter().zip(&rays.y_px).zip(weights) {
         let at = -DVec2::new(x[0] + x[1] * t, y[0] + y[1] * t);
