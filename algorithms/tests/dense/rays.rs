@@ -73,10 +73,10 @@ fn an_aberrated_lens_is_matched_by_its_own_rays() {
             middle_error(views, truth)
         };
         let (own, family) = (error(Some(&rays)), error(None));
-        assert!(own < 0.015 + 0.02 * truth.abs(), "{truth}: {own}");
+        assert!(own < 0.03 + 0.02 * truth.abs(), "{truth}: {own}");
         (with, without) = (with + own, without + family);
     }
-    assert!(without > 4.0 * with, "{without}, {with}");
+    assert!(without > 2.0 * with, "{without}, {with}");
 }
 
 #[test]
@@ -103,14 +103,14 @@ fn top_and_bottom_are_matched_where_left_and_right_put_them() {
             blur: Some(&rays),
         };
         let error = middle_error(both, truth);
-        assert!(error < 0.015 + 0.02 * truth.abs(), "{truth}: {error}");
+        assert!(error < 0.03 + 0.02 * truth.abs(), "{truth}: {error}");
         let alone = OppositeViews {
             top_bottom: opposite(&down),
             blur: Some(&rays),
             ..OppositeViews::default()
         };
         let error = middle_error(alone, of_down);
-        assert!(error < 0.015 + 0.02 * of_down.abs(), "{of_down}: {error}");
+        assert!(error < 0.03 + 0.02 * of_down.abs(), "{of_down}: {error}");
     }
 }
 
