@@ -23,8 +23,6 @@ pub(super) struct Direction {
     pyramid: Pyramid,
     ratio: BlurRatio,
     pupils: Pupils,
-    /// Of the camera's own pixel.
-    rays: Option<RayPupil>,
     is_ratio_known: bool,
     /// Rows of the first direction are columns here.
     is_turned: bool,
@@ -45,8 +43,7 @@ impl Direction {
         let rays = blur.and_then(|blur| RayPupil::new(blur, is_turned));
         Ok(Self {
             pyramid: Pyramid::new(&a, &b)?,
-            pupils: Pupils::new(&ratio, ratio.mean(), (a.width(), a.height()), rays.as_ref()),
-            rays,
+            pupils: Pupils::new(&ratio, ratio.mean(), (a.width(), a.height()), rays),
             ratio,
             is_ratio_known: pair.ratio.is_some(),
             is_turned: false,
@@ -71,13 +68,12 @@ impl Direction {
         }
         let ratio = pair.ratio()?.turned();
         let (mean, [a, b]) = (first.ratio.mean(), pair.aligned(true, astigmatism_px)?);
-        let rays = (first.rays.as_ref().zip(blur)).and_then(|(first, blur)| {
+        let rays = (first.pupils.rays().zip(blur)).and_then(|(first, blur)| {
             RayPupil::new(blur, true)?.beside(first, astigmatism_px.is_some())
         });
         Ok(Self {
             pyramid: Pyramid::new(&a, &b)?,
-            pupils: Pupils::new(&ratio, mean, (a.width(), a.height()), rays.as_ref()),
-            rays,
+            pupils: Pupils::new(&ratio, mean, (a.width(), a.height()), rays),
             is_ratio_known: pair.ratio.is_some(),
             is_turned: true,
             scale: ratio.mean() / mean,
@@ -100,7 +96,7 @@ impl Direction {
 
     /// Whether the blurs are those of the camera's own rays.
     pub fn has_rays(&self) -> bool {
-        self.pupils.has_rays()
+        self.pupils.rays().is_some()
     }
 
     /// Whether κ was told.

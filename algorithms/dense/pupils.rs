@@ -39,12 +39,7 @@ enum Shape {
 impl Pupils {
     /// Of views of `size` and their κ; `mean`: κ of the pixels whose disparity names the candidates. `rays`: of the
     /// camera's own pixel, where they are known.
-    pub fn new(
-        ratio: &BlurRatio,
-        mean: f64,
-        size: (usize, usize),
-        rays: Option<&RayPupil>,
-    ) -> Self {
+    pub fn new(ratio: &BlurRatio, mean: f64, size: (usize, usize), rays: Option<RayPupil>) -> Self {
         let key = |ratio: &f32| (f64::from(*ratio).ln() / STEP).round() as i32;
         let (ratios, of_pixel) = match ratio {
             BlurRatio::Whole(ratio) => (vec![*ratio], Vec::new()),
@@ -59,7 +54,7 @@ impl Pupils {
         };
         let shape = match rays {
             Some(pupil) => Shape::Rays {
-                pupil: pupil.clone(),
+                pupil,
                 ratio: ratio.at(size.1 / 2 * size.0 + size.0 / 2),
             },
             None => Shape::Disk(ratios.iter().map(|ratio| steepness(*ratio)).collect()),
@@ -92,12 +87,15 @@ impl Pupils {
 
     /// Part of the energy that differs in spite of the right candidate.
     pub fn model_error(&self) -> f64 {
-        MODEL_ERROR[usize::from(self.has_rays())]
+        MODEL_ERROR[usize::from(self.rays().is_some())]
     }
 
-    /// Whether the blurs are those of the camera's own rays.
-    pub fn has_rays(&self) -> bool {
-        matches!(self.shape, Shape::Rays { .. })
+    /// The rays of the camera's own pixel, if the blurs are theirs.
+    pub fn rays(&self) -> Option<&RayPupil> {
+        match &self.shape {
+            Shape::Disk(_) => None,
+            Shape::Rays { pupil, .. } => Some(pupil),
+        }
     }
 
     /// R of a candidate's kernels at level `k`.
