@@ -8,11 +8,12 @@ use serde::{Deserialize, Serialize};
 /// `focus.distance_m` (0 for infinity), ray k of the pixel p sees what the sum of all sub-pixels shows at
 ///
 /// ```text
-/// p + o_km,    o_km = a_k + b_k (t − t_f) + d_km    px,
+/// p + o_km,    o_km = a_k + b_k (t − t_f) ± d_km    px,
 /// ```
 ///
-/// so that a point's picture in the left half is Σ left_k δ(x + o_km) over k and the M displacements d_km of each,
-/// divided by M: lens, aberrations, diffraction at the lens's aperture (d) and response are in it. The weights of all
+/// so that a point's picture in the left half is Σ left_k δ(x + o_km) over k, the M displacements d_km of each and both
+/// signs, divided by 2 M: lens, aberrations, diffraction at the lens's aperture (d, to either side alike) and response
+/// are in it. The weights of all
 /// sub-pixels' rays add up to 1.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

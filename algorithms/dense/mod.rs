@@ -177,7 +177,7 @@ fn matched(directions: &[Direction]) -> DenseMap {
     let candidates = Candidates::new(range_px, unit / range::STEPS_PER_PX);
     let costs = volume_of(directions, &levels, candidates);
     let guide = &pyramid.guides[k];
-    let found = minima(&semi_global::aggregated(&costs, guide));
+    let found = minima(&semi_global::aggregated(&costs, guide, range::STEPS_PER_PX));
     let typical = median(&found.curvature);
     let weights: Vec<f64> = found.curvature.iter().map(|c| c / typical).collect();
     let numbers: Vec<f64> = found.disparity_px.iter().map(|d| d / unit).collect();

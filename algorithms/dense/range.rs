@@ -16,8 +16,8 @@ const SIDE_PX: f64 = 48.0;
 const TAIL: f64 = 0.01;
 /// The largest disparity at the level that is matched, px: texture finer than that is blurred away.
 const REACH_PX: f64 = 2.0;
-/// Candidates per px of a level.
-pub(super) const STEPS_PER_PX: f64 = 8.0;
+/// Candidates per px of a level: the paths of semi-global matching hold on to them, by a quarter of their step.
+pub(super) const STEPS_PER_PX: f64 = 24.0;
 
 /// Least and largest disparity, px of full resolution, with a margin.
 pub(super) fn range(directions: &[Direction]) -> [f64; 2] {
@@ -28,7 +28,7 @@ pub(super) fn range(directions: &[Direction]) -> [f64; 2] {
     let step_px = f64::from(1u32 << k) / STEPS_PER_PX;
     let candidates = Candidates::new(widest(full), step_px);
     let costs = volume_of(directions, &[k], candidates);
-    let mut found = minima(&aggregated(&costs, &pyramid.guides[k])).disparity_px;
+    let mut found = minima(&aggregated(&costs, &pyramid.guides[k], STEPS_PER_PX)).disparity_px;
     found.sort_by(f64::total_cmp);
     let at = |share: f64| found[((found.len() - 1) as f64 * share).round() as usize];
     let (low, high) = (at(TAIL), at(1.0 - TAIL));

@@ -1,7 +1,7 @@
 //! The blurs of a pair of opposite views by the rays of a camera's own pixel: lens, aberrations, diffraction and
 //! response as they are, where [`Kernels::new`] has a sharp disk.
 //!
-//! Ray k sees what lies a_k + b_k t + d_km beside the pixel, t = 1/(Z + p) less its value in focus ([`BlurRays`]), so
+//! Ray k sees what lies a_k + b_k t ± d_km beside the pixel, t = 1/(Z + p) less its value in focus ([`BlurRays`]), so
 //! it shows a point on the other side. Candidates are named by disparities. That of the centroids without d is linear
 //! in t, which gives the t of a candidate.
 
@@ -14,7 +14,7 @@ const HELD: f64 = 0.98;
 /// Widest kernel in focus, px: beyond is no camera's.
 const MOST_IN_FOCUS_PX: usize = 32;
 
-/// A pair's rays, one of each displacement.
+/// A pair's rays, one of each displacement to either side.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RayPupil {
     rays: Vec<Ray>,
@@ -48,11 +48,12 @@ impl RayPupil {
         let none = [[0.0; 2]];
         let rays = (0..along.len()).flat_map(|k| {
             let draws = blur.displaced_px.get(k).map_or(&none[..], |draws| draws);
-            draws.iter().map(move |&[x, y]| Ray {
+            let both = draws.iter().flat_map(|&[x, y]| [[x, y], [-x, -y]]);
+            both.map(move |[x, y]| Ray {
                 along: along[k],
                 across: across[k],
                 displaced: if is_turned { [y, x] } else { [x, y] },
-                parts: [0, 1].map(|i| pair[i][k] / light[i] / draws.len() as f64),
+                parts: [0, 1].map(|i| 0.5 * pair[i][k] / light[i] / draws.len() as f64),
             })
         });
         let rays: Vec<Ray> = rays.collect();

@@ -1,77 +1,109 @@
 //! Semi-global matching (Hirschmüller, PAMI 30, 328 (2008)): costs summed along eight paths to each pixel, on which a
-//! step of one candidate costs P₁ and a farther one P₂, less across edges of the picture.
+//! step from one disparity to the next costs P₁ and a farther one P₂, less across edges of the picture.
+//!
+//! Four of the paths run with the rows and four against them, so that only a band of rows of each has to be kept.
 
 use quadpixel::image::Image;
 use rayon::prelude::*;
 
 use super::cost::Volume;
 
-/// P₁, in units of the cost.
-const NEAR: f32 = 0.5;
+/// P₁ of a step of one px of the level, in units of the cost.
+const NEAR: f32 = 4.0;
 /// P₂ where the picture is flat.
 const FAR: f32 = 5.0;
 /// Contrast across which P₂ is e times less, parts of white.
 const EDGE: f32 = 0.05;
 
-/// Directions of the paths: steps of x and y.
-const STEPS: [[isize; 2]; 8] = [
-    [1, 0],
-    [-1, 0],
-    [0, 1],
-    [0, -1],
-    [1, 1],
-    [-1, -1],
-    [1, -1],
-    [-1, 1],
-];
+/// Rows of a band.
+const BAND: usize = 16;
 
-/// The summed costs.
-pub(super) fn aggregated(volume: &Volume, guide: &Image) -> Volume {
-    let paths: Vec<Vec<f32>> = (STEPS.par_iter())
-        .map(|&step| along(volume, guide, step))
-        .collect();
-    let mut sum = volume.clone();
-    let line = volume.width * volume.candidates.count;
-    (sum.costs.par_chunks_mut(line).enumerate()).for_each(|(y, to)| {
-        to.fill(0.0);
-        for path in &paths {
-            to.iter_mut()
-                .zip(&path[y * line..])
-                .for_each(|(to, v)| *to += v);
-        }
-    });
-    sum
+/// Steps of x and y along the paths that run with the rows; the others are their opposites.
+const STEPS: [[isize; 2]; 4] = [[1, 0], [0, 1], [1, 1], [-1, 1]];
+
+/// The summed costs of candidates of which so many lie in one px of the level.
+pub(super) fn aggregated(volume: &Volume, guide: &Image, steps_per_px: f64) -> Volume {
+    let near = NEAR / steps_per_px as f32;
+    let paths = Paths {
+        volume,
+        guide,
+        near,
+    };
+    let (mut costs, back) = rayon::join(|| paths.summed(1), || paths.summed(-1));
+    (costs.par_iter_mut().zip(&back)).for_each(|(sum, v)| *sum += v);
+    Volume { costs, ..*volume }
 }
 
-/// One direction.
-fn along(volume: &Volume, guide: &Image, [dx, dy]: [isize; 2]) -> Vec<f32> {
-    let (width, height, n) = (volume.width, volume.height, volume.candidates.count);
-    let mut path = vec![0.0f32; volume.costs.len()];
-    let mut before = vec![f32::INFINITY; n + 2];
-    let rows: Box<dyn Iterator<Item = usize>> = if dy < 0 {
-        Box::new((0..height).rev())
-    } else {
-        Box::new(0..height)
-    };
-    for y in rows {
-        for i in 0..width {
-            let x = if dx < 0 { width - 1 - i } else { i };
-            let at = y * width + x;
-            let from = (x.checked_add_signed(-dx).filter(|x| *x < width))
-                .zip(y.checked_add_signed(-dy).filter(|y| *y < height));
-            let cost = &volume.costs[at * n..][..n];
-            let Some((fx, fy)) = from else {
-                path[at * n..][..n].copy_from_slice(cost);
-                continue;
-            };
-            let from = fy * width + fx;
-            before[1..=n].copy_from_slice(&path[from * n..][..n]);
-            let contrast = (guide.data()[at] - guide.data()[from]).abs();
-            let far = (FAR * (-contrast / EDGE).exp()).max(NEAR);
-            step(cost, &before, NEAR, far, &mut path[at * n..][..n]);
+struct Paths<'a> {
+    volume: &'a Volume,
+    guide: &'a Image,
+    near: f32,
+}
+
+impl Paths<'_> {
+    /// Of the four paths that run with the rows (`sign` 1) or against them (−1).
+    fn summed(&self, sign: isize) -> Vec<f32> {
+        let (height, line) = (self.volume.height, self.line());
+        let mut sum = vec![0.0f32; self.volume.costs.len()];
+        let mut paths: [Path; 4] = STEPS.map(|[dx, dy]| Path {
+            step: [sign * dx, sign * dy],
+            rows: vec![0.0; (BAND + 1) * line],
+        });
+        let order: Vec<usize> = match sign {
+            1 => (0..height).collect(),
+            _ => (0..height).rev().collect(),
+        };
+        for band in order.chunks(BAND) {
+            (paths.par_iter_mut()).for_each(|path| self.advance(path, band));
+            for (j, &y) in band.iter().enumerate() {
+                let to = &mut sum[y * line..][..line];
+                let [a, b, c, d] = paths.each_ref().map(|path| &path.rows[(j + 1) * line..]);
+                let four = a.iter().zip(b).zip(c.iter().zip(d));
+                (to.iter_mut().zip(four)).for_each(|(to, ((a, b), (c, d)))| *to = a + b + c + d);
+            }
+        }
+        sum
+    }
+
+    /// Floats of a row.
+    fn line(&self) -> usize {
+        self.volume.width * self.volume.candidates.count
+    }
+
+    /// Brings a path through a band of rows.
+    fn advance(&self, path: &mut Path, band: &[usize]) {
+        let (width, height) = (self.volume.width, self.volume.height);
+        let (n, line) = (self.volume.candidates.count, self.line());
+        let [dx, dy] = path.step;
+        path.rows.copy_within(BAND * line.., 0);
+        let mut before = vec![f32::INFINITY; n + 2];
+        for (j, &y) in band.iter().enumerate() {
+            let (done, rest) = path.rows.split_at_mut((j + 1) * line);
+            let (last, row) = (&done[j * line..], &mut rest[..line]);
+            for i in 0..width {
+                let x = if dx < 0 { width - 1 - i } else { i };
+                let at = y * width + x;
+                let cost = &self.volume.costs[at * n..][..n];
+                let from = (x.checked_add_signed(-dx).filter(|x| *x < width))
+                    .zip(y.checked_add_signed(-dy).filter(|y| *y < height));
+                let Some((fx, fy)) = from else {
+                    row[x * n..][..n].copy_from_slice(cost);
+                    continue;
+                };
+                let own: &[f32] = if dy == 0 { row } else { last };
+                before[1..=n].copy_from_slice(&own[fx * n..][..n]);
+                let contrast = (self.guide.data()[at] - self.guide.data()[fy * width + fx]).abs();
+                let far = (FAR * (-contrast / EDGE).exp()).max(self.near);
+                step(cost, &before, self.near, far, &mut row[x * n..][..n]);
+            }
         }
     }
-    path
+}
+
+/// What has been summed along one path at each pixel of a band of rows, after that of the row before them.
+struct Path {
+    step: [isize; 2],
+    rows: Vec<f32>,
 }
 
 /// cost + min(before, neighbours + near, least + far) − least; `before` has a margin of ∞ on both sides.
@@ -114,7 +146,7 @@ mod tests {
             candidates,
             costs,
         };
-        let summed = aggregated(&volume, &Image::zeros(width, height, 1));
+        let summed = aggregated(&volume, &Image::zeros(width, height, 1), 8.0);
         for c in summed.costs.chunks_exact(5) {
             assert!((0..5).all(|d| c[1] <= c[d]), "{c:?}");
         }

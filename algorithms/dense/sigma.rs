@@ -29,9 +29,9 @@ pub(super) const KNOWN: Model = Model {
 };
 /// By the camera's own rays.
 pub(super) const OWN_RAYS: Model = Model {
-    scatter: 2.0,
+    scatter: 1.6,
     part: 0.01,
-    floor_px: 0.02,
+    floor_px: 0.012,
 };
 /// Deviation of the window, px of the level.
 const WINDOW_PX: f64 = 3.0;

@@ -55,9 +55,9 @@ fn middle_error(views: OppositeViews<'_>, truth: f64) -> f64 {
     found[found.len() / 2]
 }
 
-/// Largest error of a plane, px: near the focus a quarter of the step of the candidates, an eighth of a px.
+/// Largest error of a plane, px.
 fn allowed(truth: f64) -> f64 {
-    0.03 + 0.02 * truth.abs()
+    0.01 + 0.01 * truth.abs()
 }
 
 #[test]
