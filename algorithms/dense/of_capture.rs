@@ -61,6 +61,11 @@ impl Halves {
         self
     }
 
+    /// Whether the description has the rays of the camera's own pixel.
+    pub fn has_rays(&self) -> bool {
+        self.blur.is_some()
+    }
+
     /// Whether there are neither left nor right: the disparity is that of top and bottom.
     pub fn is_vertical(&self) -> bool {
         self.left_right.is_none()

@@ -12,6 +12,8 @@ use super::kernels::{LEAST_RATIO, SHARP_RATIO};
 
 /// Least κ of a field, a part of its mean: the blur that belongs to less is wider than texture.
 const LEAST_OF_MEAN: f64 = 0.3;
+/// κ of a square pupil with a sharp split, the most of any: a stop of blades lies between it and a disk.
+const SQUARE_RATIO: f64 = 0.5;
 
 /// κ, 0.01 to 4/(3π): the distance of the views' centroids over the diameter of the blur.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,14 +25,15 @@ pub enum BlurRatio {
 }
 
 impl BlurRatio {
-    /// Of a field with this mean over `width` × `height` pixels, by `at(column, row)`; numbers that are none, and those
-    /// below a third of the mean, below 0.01 or above 4/(3π), are brought there. A mean that no pupil has stands alone.
+    /// Of a field with this mean over `width` × `height` pixels, by `at(column, row)`; numbers that are none, and
+    /// those below a third of the mean, below 0.01 or above 4/(3π), are brought there. A mean that no pupil has (above
+    /// that of a square one) stands alone.
     pub fn of_field(
         [width, height]: [usize; 2],
         mean: f64,
         at: impl Fn(usize, usize) -> f64 + Sync,
     ) -> Self {
-        if !(mean > 0.0 && mean <= SHARP_RATIO) {
+        if !(mean > 0.0 && mean <= SQUARE_RATIO) {
             return Self::Whole(mean);
         }
         let least = (LEAST_OF_MEAN * mean).max(LEAST_RATIO);
@@ -121,7 +124,7 @@ mod tests {
     #[test]
     fn a_ratio_below_every_pixel_of_a_description_is_brought_to_the_least_and_given_by_hand_refused()
      {
-        for mean in [1e-30, 0.004, 0.05, SHARP_RATIO] {
+        for mean in [1e-30, 0.004, 0.05, SHARP_RATIO, 0.43] {
             let field = BlurRatio::of_field([3, 2], mean, |x, _| mean * 0.1 * x as f64);
             assert_eq!(field.check((3, 2)), Ok(()), "{mean}");
             assert!(field.mean() >= LEAST_RATIO);
@@ -129,7 +132,9 @@ mod tests {
         for bad in [0.0, 1e-300, 0.004, 0.5, f64::NAN] {
             assert!(BlurRatio::Whole(bad).check((3, 2)).is_err(), "{bad}");
         }
-        let none = BlurRatio::of_field([3, 2], -1.0, |_, _| 0.1);
-        assert_eq!(none, BlurRatio::Whole(-1.0));
+        for none in [-1.0, 0.51] {
+            let field = BlurRatio::of_field([3, 2], none, |_, _| 0.1);
+            assert_eq!(field, BlurRatio::Whole(none));
+        }
     }
 }

@@ -45,11 +45,12 @@ fn sides(axes: Axes) -> ([Side; 2], usize) {
     }
 }
 
+/// κ of a curve serves where the capture does not bring the rays of its own pixel, which tell more.
 fn halves_of(capture: &Capture, ratio: Option<&BlurRatio>) -> Halves {
     let halves = Halves::new(capture);
     match ratio {
-        Some(ratio) => halves.with_ratio(ratio),
-        None => halves,
+        Some(ratio) if !halves.has_rays() => halves.with_ratio(ratio),
+        _ => halves,
     }
 }
 
