@@ -1,6 +1,6 @@
 //! Ours against OpenCV in one run, one thread each: the Lanczos warp, dense matching, and the accuracy of the matchers.
 //!
-//! `cargo bench --manifest-path tests/opencv/Cargo.toml`
+//! `cargo bench -p opencv_checks --features opencv`
 
 use std::error::Error;
 use std::time::Instant;

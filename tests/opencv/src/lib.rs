@@ -1,6 +1,7 @@
 //! The algorithms side by side with OpenCV: what the tests and the benchmark share.
 //!
 //! OpenCV is an independent code, not a reference for truth: where it rounds or stops early the tests say so.
+#![cfg(feature = "opencv")]
 
 pub mod accuracy;
 pub mod convert;
