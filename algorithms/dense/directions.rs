@@ -1,13 +1,13 @@
 //! The directions in which a pixel parts the pupil, each with its pair of views: what both cost together.
 
 use quadpixel::image::Image;
-use quadpixel_datasets::BlurRays;
 use rayon::prelude::*;
 
 use super::cost::{Candidates, Volume, volume};
 use super::error::DenseError;
 use super::filters::mean;
-use super::opposite::OppositePair;
+use super::guide::Guide;
+use super::opposite::{OppositePair, OppositeViews};
 use super::prepare::Pyramid;
 use super::pupils::Pupils;
 use super::ratio::BlurRatio;
@@ -31,18 +31,19 @@ pub(super) struct Direction {
 }
 
 impl Direction {
-    /// Of the pair that is told first; `is_turned`: its rows are columns of the views.
+    /// Of the pair that is told first, as one of `views`; `is_turned`: its rows are columns of the views.
     pub fn first(
         pair: &OppositePair<'_>,
         is_turned: bool,
-        blur: Option<&BlurRays>,
+        views: &OppositeViews<'_>,
     ) -> Result<Self, DenseError> {
         let ratio = pair.ratio()?;
         let ratio = if is_turned { ratio.turned() } else { ratio };
         let [a, b] = pair.aligned(is_turned, None)?;
-        let rays = blur.and_then(|blur| RayPupil::new(blur, is_turned));
+        let rays = (views.blur).and_then(|blur| RayPupil::new(blur, is_turned));
+        let guide = views.picture.map(|picture| Guide::new(picture, is_turned));
         Ok(Self {
-            pyramid: Pyramid::new(&a, &b)?,
+            pyramid: Pyramid::new(&a, &b, guide)?,
             pupils: Pupils::new(&ratio, ratio.mean(), (a.width(), a.height()), rays),
             ratio,
             is_ratio_known: pair.ratio.is_some(),
@@ -55,11 +56,14 @@ impl Direction {
     pub fn across(
         pair: &OppositePair<'_>,
         first: &Self,
-        astigmatism_px: Option<&Image>,
-        blur: Option<&BlurRays>,
+        views: &OppositeViews<'_>,
     ) -> Result<Self, DenseError> {
+        let astigmatism_px = views.astigmatism_px;
         let size = |image: &Image| (image.width(), image.height());
-        let wanted = size(&first.pyramid.guides[0]);
+        let wanted = (
+            first.pyramid.guides[0].width(),
+            first.pyramid.guides[0].height(),
+        );
         if size(pair.views[0]) != wanted {
             return Err(DenseError::Size {
                 left: wanted,
@@ -68,11 +72,11 @@ impl Direction {
         }
         let ratio = pair.ratio()?.turned();
         let (mean, [a, b]) = (first.ratio.mean(), pair.aligned(true, astigmatism_px)?);
-        let rays = (first.pupils.rays().zip(blur)).and_then(|(first, blur)| {
+        let rays = (first.pupils.rays().zip(views.blur)).and_then(|(first, blur)| {
             RayPupil::new(blur, true)?.beside(first, astigmatism_px.is_some())
         });
         Ok(Self {
-            pyramid: Pyramid::new(&a, &b)?,
+            pyramid: Pyramid::new(&a, &b, None)?,
             pupils: Pupils::new(&ratio, mean, (a.width(), a.height()), rays),
             is_ratio_known: pair.ratio.is_some(),
             is_turned: true,

@@ -3,6 +3,8 @@
 use quadpixel::image::Image;
 use rayon::prelude::*;
 
+use super::guide::Guide;
+
 /// Index `i` mirrored into `0..n` about the first and last sample.
 pub(super) fn mirrored(i: isize, n: usize) -> usize {
     let last = n as isize - 1;
@@ -117,15 +119,14 @@ pub(super) fn enlarged(coarse: &Image, levels: usize, width: usize, height: usiz
 /// `guide`; `edge` is the contrast that counts.
 pub(super) fn enlarged_by_guide(
     coarse: &Image,
-    coarse_guide: &Image,
+    coarse_guide: &Guide,
     levels: usize,
-    guide: &Image,
+    guide: &Guide,
     edge: f32,
 ) -> Image {
     let step = (1usize << levels) as f32;
     by_rows(guide.width(), guide.height(), |y, to| {
         let at_y = y as f32 / step;
-        let own = row_of(guide, y);
         for (x, to) in to.iter_mut().enumerate() {
             let at_x = x as f32 / step;
             let (mut sum, mut weights) = (0.0f32, 0.0f32);
@@ -134,7 +135,8 @@ pub(super) fn enlarged_by_guide(
                 {
                     let (dx, dy) = (i as f32 - at_x, j as f32 - at_y);
                     let near = (1.0 - 0.25 * dx * dx).max(0.0) * (1.0 - 0.25 * dy * dy).max(0.0);
-                    let c = (row_of(coarse_guide, j)[i] - own[x]) / edge;
+                    let (own, other) = (y * guide.width() + x, j * coarse.width() + i);
+                    let c = guide.contrast_with(own, coarse_guide, other) / edge;
                     let alike = 1.0 / (1.0 + c * c);
                     let weight = near * near * (alike * alike + 1e-4);
                     sum += weight * row_of(coarse, j)[i];

@@ -12,7 +12,7 @@ use quadpixel::image::Image;
 
 use super::directions::Direction;
 use super::error::DenseError;
-use super::filters::{by_rows, enlarged_by_guide, halved, row_of, transposed};
+use super::filters::{by_rows, enlarged_by_guide, row_of, transposed};
 use super::network::{Network, Told};
 use super::refine::refined;
 use super::{DenseMap, EDGE, matched, range};
@@ -45,7 +45,7 @@ pub(super) fn learned(directions: &[Direction], network: &Network) -> Result<Den
     let most = range_px[0].abs().max(range_px[1].abs());
     let mut fine = (most / REACH_PX).log2().ceil().max(0.0) as usize;
     let top = pyramid.depth() - 1;
-    while fine < top && pyramid.guides[fine].data().len() > MOST_PX {
+    while fine < top && pyramid.guides[fine].width() * pyramid.guides[fine].height() > MOST_PX {
         fine += 1;
     }
     let fine = fine.min(top);
@@ -116,7 +116,7 @@ fn answer(
     };
     let told = network.told(views, &matched)?;
     // The network's pixels are those of the next level.
-    let guide = halved(&pyramid.guides[level]);
+    let guide = pyramid.guides[level].halved();
     let full = |coarse: &Image| {
         let image = enlarged_by_guide(coarse, &guide, level + 1, &pyramid.guides[0], EDGE);
         if direction.is_turned() {

@@ -22,6 +22,7 @@ mod cost;
 mod directions;
 mod error;
 mod filters;
+mod guide;
 mod kernels;
 mod learned;
 mod minimum;
@@ -106,8 +107,8 @@ pub fn dense_disparity(
 /// The disparity of opposite views, by one pair or by both.
 ///
 /// # Errors
-/// No pair; more than one channel, numbers that are not finite, unequal sizes, less than 16 pixels a side; a ratio that
-/// no pupil has.
+/// No pair; views of more than one channel, numbers that are not finite, unequal sizes, less than 16 pixels a side; a
+/// ratio that no pupil has.
 pub fn dense_disparity_of(views: OppositeViews<'_>) -> Result<DenseMap, DenseError> {
     estimated(views, |directions| {
         Ok(refined(matched(directions), &directions[0]))
@@ -134,16 +135,17 @@ fn estimated(
         true => Ok(unknown(&directions[0])),
         false => map_of(directions),
     };
+    views.check_picture()?;
     match (views.left_right, views.top_bottom) {
         (None, None) => Err(DenseError::NoPair),
-        (Some(pair), None) => map_of(&[Direction::first(&pair, false, views.blur)?]),
+        (Some(pair), None) => map_of(&[Direction::first(&pair, false, &views)?]),
         (Some(pair), Some(other)) => {
-            let first = Direction::first(&pair, false, views.blur)?;
-            let across = Direction::across(&other, &first, views.astigmatism_px, views.blur)?;
+            let first = Direction::first(&pair, false, &views)?;
+            let across = Direction::across(&other, &first, &views)?;
             map_of(&[first, across])
         }
         (None, Some(pair)) => {
-            let map = map_of(&[Direction::first(&pair, true, views.blur)?])?;
+            let map = map_of(&[Direction::first(&pair, true, &views)?])?;
             Ok(DenseMap {
                 disparity_px: transposed(&map.disparity_px),
                 sigma_px: transposed(&map.sigma_px),

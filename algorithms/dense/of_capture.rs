@@ -20,6 +20,7 @@ pub struct Halves {
     top_bottom: Option<Pair>,
     astigmatism_px: Option<Image>,
     blur: Option<BlurRays>,
+    picture: Option<Image>,
 }
 
 #[derive(Clone, Debug)]
@@ -50,6 +51,7 @@ impl Halves {
             left_right,
             top_bottom,
             blur: camera.and_then(|c| c.blur.clone()),
+            picture: capture.views.sum(Side::All),
         }
     }
 
@@ -99,6 +101,7 @@ impl Halves {
             top_bottom: self.top_bottom.as_ref().map(Pair::opposite),
             astigmatism_px: self.astigmatism_px.as_ref(),
             blur: self.blur.as_ref(),
+            picture: self.picture.as_ref(),
         }
     }
 }

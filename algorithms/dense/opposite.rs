@@ -1,6 +1,6 @@
 //! What is matched: opposite views, and what is known of their camera.
 
-use quadpixel::image::Image;
+use quadpixel::image::{Image, channel};
 use quadpixel::simd::SimdLevel;
 use quadpixel_datasets::BlurRays;
 
@@ -32,6 +32,27 @@ pub struct OppositeViews<'a> {
     pub astigmatism_px: Option<&'a Image>,
     /// Rays of the camera's own pixel, whose blurs take the place of the family's; absent: the family.
     pub blur: Option<&'a BlurRays>,
+    /// The picture whose edges count, in colour (linear, black at 0, any number of channels); absent: the mean of the
+    /// first pair.
+    pub picture: Option<&'a Image>,
+}
+
+impl OppositeViews<'_> {
+    /// The picture has the size of the views, and numbers that are finite.
+    pub(super) fn check_picture(&self) -> Result<(), DenseError> {
+        let size = |image: &Image| (image.width(), image.height());
+        let pair = self.left_right.as_ref().or(self.top_bottom.as_ref());
+        let Some((picture, pair)) = self.picture.zip(pair) else {
+            return Ok(());
+        };
+        if size(picture) != size(pair.views[0]) {
+            return Err(DenseError::Size {
+                left: size(pair.views[0]),
+                right: size(picture),
+            });
+        }
+        (0..picture.channels()).try_for_each(|c| Ok(PlaneError::check(&channel(picture, c))?))
+    }
 }
 
 impl OppositePair<'_> {

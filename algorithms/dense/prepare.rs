@@ -4,6 +4,7 @@ use quadpixel::image::Image;
 
 use super::error::DenseError;
 use super::filters::{by_rows, enlarged, gaussian, halved, mean, quantile, row_of};
+use super::guide::Guide;
 use super::smoother::{Edges, Stiffness};
 use crate::plane_error::PlaneError;
 
@@ -31,40 +32,37 @@ pub(super) struct Pyramid {
     views: Vec<[Image; 2]>,
     /// Variance of the noise in L − R and in L + R, alike.
     noise: Vec<f64>,
-    /// √ of the mean of both views, its 99th percentile 1, at every level.
-    pub guides: Vec<Image>,
+    /// The picture whose edges count at every level.
+    pub guides: Vec<Guide>,
 }
 
 impl Pyramid {
     /// Of linear views with black at 0: the right one is brought to the left one's local brightness, and the square
-    /// root makes light's noise alike everywhere.
-    pub fn new(left: &Image, right: &Image) -> Result<Self, DenseError> {
+    /// root makes light's noise alike everywhere. Edges are those of `guide`, or of the mean of the views.
+    pub fn new(left: &Image, right: &Image, guide: Option<Guide>) -> Result<Self, DenseError> {
         check(left, right)?;
         let (width, height) = (left.width(), left.height());
         let right = &evened(left, right);
-        let guide = by_rows(width, height, |y, to| {
+        let mean = by_rows(width, height, |y, to| {
             let pair = row_of(left, y).iter().zip(row_of(right, y));
             to.iter_mut()
                 .zip(pair)
-                .for_each(|(to, (l, r))| *to = (0.5 * (l + r)).max(0.0).sqrt());
+                .for_each(|(to, (l, r))| *to = 0.5 * (l + r));
         });
-        let bright = quantile(guide.data().to_vec(), 0.99);
+        let bright = quantile(mean.data().to_vec(), 0.99).max(0.0).sqrt();
         let scale = if bright > 0.0 { 1.0 / bright } else { 0.0 };
-        let scaled = |image: &Image, root: bool| {
+        let scaled = |image: &Image| {
             by_rows(width, height, |y, to| {
-                let values = row_of(image, y).iter();
-                let value = |v: f32| if root { v.max(0.0).sqrt() } else { v };
-                to.iter_mut()
-                    .zip(values)
-                    .for_each(|(to, &v)| *to = scale * value(v));
+                let values = to.iter_mut().zip(row_of(image, y));
+                values.for_each(|(to, v)| *to = scale * v.max(0.0).sqrt());
             })
         };
-        let (mut l, mut r) = (scaled(left, true), scaled(right, true));
+        let (mut l, mut r) = (scaled(left), scaled(right));
         let mut noise = noise_variance(&l) + noise_variance(&r);
         let mut pyramid = Self {
             views: Vec::new(),
             noise: Vec::new(),
-            guides: vec![scaled(&guide, false)],
+            guides: vec![guide.unwrap_or_else(|| Guide::new(&mean, false))],
         };
         loop {
             let halves = [halved(&l), halved(&r)];
@@ -76,7 +74,7 @@ impl Pyramid {
             [l, r] = halves;
             // White noise through 1-4-6-4-1 on both axes, (70/256)²; later levels a little less.
             noise *= (70.0f64 / 256.0).powi(2);
-            let guide = halved(&pyramid.guides[pyramid.guides.len() - 1]);
+            let guide = pyramid.guides[pyramid.guides.len() - 1].halved();
             pyramid.guides.push(guide);
         }
     }
@@ -216,13 +214,12 @@ mod tests {
             let values = (0..96 * 96).map(|i| (0.5 + 0.02 * normal(seed, i)) as f32);
             Image::from_vec(96, 96, 1, values.collect()).unwrap()
         };
-        let pyramid = Pyramid::new(&view(1), &view(2)).unwrap();
+        let pyramid = Pyramid::new(&view(1), &view(2), None).unwrap();
         for (k, least) in [(0, 0.9), (1, 0.5)] {
             let guide = &pyramid.guides[k];
-            let squares = guide.data().chunks(guide.width()).flat_map(|row| {
-                let pairs = row.windows(2);
-                pairs.map(|p| f64::from(p[1] - p[0]).powi(2))
-            });
+            let (width, count) = (guide.width(), guide.width() * guide.height());
+            let firsts = (0..count).filter(|i| (i + 1) % width > 0);
+            let squares = firsts.map(|i| f64::from(guide.contrast(i, i + 1)).powi(2));
             let squares: Vec<f64> = squares.collect();
             let found = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
             let told = pyramid.contrast_noise(k);

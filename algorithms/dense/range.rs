@@ -1,9 +1,8 @@
 //! Which disparities there are, found at a coarse resolution; and the resolution at which their blur leaves texture.
 
-use quadpixel::image::Image;
-
 use super::cost::Candidates;
 use super::directions::{Direction, volume_of};
+use super::guide::Guide;
 use super::minimum::minima;
 use super::prepare::Pyramid;
 use super::semi_global::aggregated;
@@ -37,7 +36,7 @@ pub(super) fn range(directions: &[Direction]) -> [f64; 2] {
 }
 
 /// All that is looked for in a picture, px.
-pub(super) fn widest(picture: &Image) -> [f64; 2] {
+pub(super) fn widest(picture: &Guide) -> [f64; 2] {
     let most = picture.width() as f64 * MOST_OF_WIDTH;
     [-most, most]
 }

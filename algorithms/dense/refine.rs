@@ -51,7 +51,7 @@ pub(super) fn refined(map: DenseMap, direction: &Direction) -> DenseMap {
 #[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests {
     use super::*;
-    use crate::dense::opposite::OppositePair;
+    use crate::dense::opposite::{OppositePair, OppositeViews};
 
     #[test]
     fn what_is_unsure_gives_in_and_a_step_moves_to_the_edge_of_the_picture() {
@@ -62,12 +62,6 @@ mod tests {
                 row.for_each(|(x, to)| *to = value(x));
             })
         };
-        let view = columns(&|x| if x < 32 { 0.2 } else { 0.8 });
-        let pair = OppositePair {
-            views: [&view, &view],
-            ratio: None,
-        };
-        let direction = Direction::first(&pair, false, None).unwrap();
         // The step lies three pixels beside that of the picture, where σ says that it is not known.
         let told = DenseMap {
             disparity_px: columns(&|x| if x < 35 { 0.0 } else { 1.0 }),
@@ -75,11 +69,32 @@ mod tests {
             range_px: [0.0, 1.0],
             halvings: 0,
         };
-        let found = refined(told, &direction).disparity_px;
-        for x in 0..width {
-            let wanted = if x < 32 { 0.0 } else { 1.0 };
-            let off = (found.pixel(x, 24)[0] - wanted).abs();
-            assert!(off < 0.15, "column {x}: off by {off}");
-        }
+        let largest_error = |view: &Image, picture: Option<&Image>| {
+            let pair = OppositePair {
+                views: [view, view],
+                ratio: None,
+            };
+            let views = OppositeViews {
+                picture,
+                ..OppositeViews::default()
+            };
+            let direction = Direction::first(&pair, false, &views).unwrap();
+            let found = refined(told.clone(), &direction).disparity_px;
+            let off = |x: usize| (found.pixel(x, 24)[0] - if x < 32 { 0.0 } else { 1.0 }).abs();
+            (0..width).map(off).fold(0.0, f32::max)
+        };
+        let edge = columns(&|x| if x < 32 { 0.2 } else { 0.8 });
+        let off = largest_error(&edge, None);
+        assert!(off < 0.15, "{off}");
+        // An edge in blue alone.
+        let even = columns(&|_| 0.5);
+        let pixels = even.data().iter().zip(edge.data());
+        let colours = pixels
+            .flat_map(|(even, edge)| [*even, *even, *edge])
+            .collect();
+        let picture = Image::from_vec(width, height, 3, colours).unwrap();
+        assert!(largest_error(&even, None) > 0.5);
+        let off = largest_error(&even, Some(&picture));
+        assert!(off < 0.15, "{off}");
     }
 }

@@ -3,10 +3,10 @@
 //!
 //! Four of the paths run with the rows and four against them, so that only a band of rows of each has to be kept.
 
-use quadpixel::image::Image;
 use rayon::prelude::*;
 
 use super::cost::Volume;
+use super::guide::Guide;
 
 /// P₁ of a step of one px of the level, in units of the cost.
 const NEAR: f32 = 4.0;
@@ -22,7 +22,7 @@ const BAND: usize = 16;
 const STEPS: [[isize; 2]; 4] = [[1, 0], [0, 1], [1, 1], [-1, 1]];
 
 /// The summed costs of candidates of which so many lie in one px of the level.
-pub(super) fn aggregated(volume: &Volume, guide: &Image, steps_per_px: f64) -> Volume {
+pub(super) fn aggregated(volume: &Volume, guide: &Guide, steps_per_px: f64) -> Volume {
     let near = NEAR / steps_per_px as f32;
     let paths = Paths {
         volume,
@@ -36,7 +36,7 @@ pub(super) fn aggregated(volume: &Volume, guide: &Image, steps_per_px: f64) -> V
 
 struct Paths<'a> {
     volume: &'a Volume,
-    guide: &'a Image,
+    guide: &'a Guide,
     near: f32,
 }
 
@@ -92,7 +92,7 @@ impl Paths<'_> {
                 };
                 let own: &[f32] = if dy == 0 { row } else { last };
                 before[1..=n].copy_from_slice(&own[fx * n..][..n]);
-                let contrast = (self.guide.data()[at] - self.guide.data()[fy * width + fx]).abs();
+                let contrast = self.guide.contrast(at, fy * width + fx);
                 let far = (FAR * (-contrast / EDGE).exp()).max(self.near);
                 step(cost, &before, self.near, far, &mut row[x * n..][..n]);
             }
@@ -120,6 +120,7 @@ fn step(cost: &[f32], before: &[f32], near: f32, far: f32, to: &mut [f32]) {
 mod tests {
     use super::*;
     use crate::dense::cost::Candidates;
+    use quadpixel::image::Image;
 
     #[test]
     fn a_single_wrong_pixel_gives_in_to_its_surroundings() {
@@ -146,7 +147,8 @@ mod tests {
             candidates,
             costs,
         };
-        let summed = aggregated(&volume, &Image::zeros(width, height, 1), 8.0);
+        let flat = Guide::new(&Image::zeros(width, height, 1), false);
+        let summed = aggregated(&volume, &flat, 8.0);
         for c in summed.costs.chunks_exact(5) {
             assert!((0..5).all(|d| c[1] <= c[d]), "{c:?}");
         }

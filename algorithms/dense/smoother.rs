@@ -8,10 +8,9 @@
 //! give in, ψ (Charbonnier) lets a depth step stay one. Each round of reweighted least squares is solved by conjugate
 //! gradients.
 
-use quadpixel::image::Image;
 use rayon::prelude::*;
 
-use super::filters::row_of;
+use super::guide::Guide;
 
 /// How stiff the surface is.
 #[derive(Clone, Copy)]
@@ -25,7 +24,7 @@ pub(super) struct Stiffness {
 /// Where, and how much, the surface may bend.
 pub(super) struct Edges<'a> {
     /// The picture whose edges count.
-    pub guide: &'a Image,
+    pub guide: &'a Guide,
     /// Standard deviation of the noise of a contrast between its neighbours, parts of white.
     pub noise: f64,
     /// Between the edges, and across them.
@@ -50,19 +49,19 @@ pub(super) fn surface(v: &[f64], c: &[f64], edges: &Edges<'_>) -> Vec<f64> {
     let (width, height) = (guide.width(), guide.height());
     let Stiffness { weight, contrast } = edges.stiffness;
     let contrast = contrast.hypot(DEVIATIONS * edges.noise);
-    let edge = |a: f32, b: f32| {
-        let alike = (-f64::from((a - b).abs()) / contrast).exp();
+    let edge = |i: usize, j: usize| {
+        let alike = (-f64::from(guide.contrast(i, j)) / contrast).exp();
         weight * (alike + LEAST)
     };
     let (mut right, mut down) = (vec![0.0f32; v.len()], vec![0.0f32; v.len()]);
     for y in 0..height {
-        let row = row_of(guide, y);
         for x in 0..width {
+            let i = y * width + x;
             if x + 1 < width {
-                right[y * width + x] = edge(row[x], row[x + 1]) as f32;
+                right[i] = edge(i, i + 1) as f32;
             }
             if y + 1 < height {
-                down[y * width + x] = edge(row[x], row_of(guide, y + 1)[x]) as f32;
+                down[i] = edge(i, i + width) as f32;
             }
         }
     }
@@ -197,13 +196,14 @@ fn dot(a: &[f32], b: &[f32]) -> f64 {
 #[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests {
     use super::*;
+    use quadpixel::image::Image;
 
     #[test]
     fn a_step_at_an_edge_stays_and_an_outlier_goes() {
         let (width, height) = (24, 16);
         let step = |i: usize| if i % width < 12 { 0.0 } else { 1.0 };
         let guide = (0..width * height).map(|i| step(i) as f32).collect();
-        let guide = Image::from_vec(width, height, 1, guide).unwrap();
+        let guide = Guide::new(&Image::from_vec(width, height, 1, guide).unwrap(), false);
         let mut v: Vec<f64> = (0..width * height).map(|i| 2.0 * step(i)).collect();
         let mut c = vec![1.0; v.len()];
         (v[8 * width + 5], c[8 * width + 5]) = (3.0, 0.3);

@@ -9,6 +9,7 @@ use crate::progress::Progress;
 use quadpixel::file;
 use quadpixel::image::colour::{blue_white_red, viridis};
 use quadpixel::image::raster::encode_png8;
+use quadpixel::image::views::sum_of;
 use quadpixel::image::{Image, ImageError, channel};
 use quadpixel_algorithms::dense::{
     BlurRatio, DenseMap, Halves, OppositePair, OppositeViews, dense_disparity_of,
@@ -31,7 +32,9 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
             ));
         }
         Some(reference) => {
-            let [left, right] = of_pair(args, reference)?;
+            let pair = args.pair.read(&args.view, reference)?;
+            let [left, right] = pair.each_ref().map(of_reference);
+            let picture = sum_of(&pair);
             progress.stage("matching");
             let pair = OppositePair {
                 views: [&left, &right],
@@ -39,6 +42,7 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
             };
             let views = OppositeViews {
                 left_right: Some(pair),
+                picture: picture.as_ref(),
                 ..OppositeViews::default()
             };
             let map = match &network {
@@ -70,10 +74,9 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
     report(args, &map, &files, ratio_is_free)
 }
 
-/// Green of two pictures in colour, else their first channel.
-fn of_pair(args: &DisparityArgs, reference: &Path) -> Result<[Image; 2], CommandError> {
-    let pair = args.pair.read(&args.view, reference)?;
-    Ok(pair.map(|image| channel(&image, if image.channels() >= 3 { 1 } else { 0 })))
+/// Green of a picture in colour, else its first channel.
+fn of_reference(image: &Image) -> Image {
+    channel(image, if image.channels() >= 3 { 1 } else { 0 })
 }
 
 type Files = Vec<(String, Vec<u8>)>;

@@ -82,6 +82,20 @@ fn both_pairs_agree_once_the_astigmatism_is_out_of_the_second() {
         dense_disparity_of(views),
         Err(DenseError::Size { .. })
     ));
+    let mut holed = Image::zeros(SIDE, SIDE, 3);
+    holed.data_mut()[5] = f32::NAN;
+    for picture in [&small, &holed] {
+        let views = OppositeViews {
+            left_right: opposite(&across),
+            picture: Some(picture),
+            ..OppositeViews::default()
+        };
+        let refused = dense_disparity_of(views).unwrap_err();
+        assert!(
+            matches!(refused, DenseError::Size { .. } | DenseError::Plane(_)),
+            "{refused}"
+        );
+    }
     let none = dense_disparity_of(OppositeViews::default());
     assert_eq!(none.unwrap_err(), DenseError::NoPair);
 }

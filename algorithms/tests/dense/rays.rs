@@ -106,6 +106,7 @@ fn top_and_bottom_are_matched_where_left_and_right_put_them() {
             top_bottom: opposite(&down),
             astigmatism_px: Some(&astigmatism),
             blur: Some(&rays),
+            ..OppositeViews::default()
         };
         let error = middle_error(both, truth);
         assert!(error < allowed(truth), "{truth}: {error}");
