@@ -10,6 +10,8 @@
 //!      ─ smoother again, by σ ─▶ the map
 //! ```
 //!
+//! Edges are those of the picture in any of its channels ([`OppositeViews::picture`]); costs are of one.
+//!
 //! The kernels are a family of one parameter, the ratio κ of disparity to blur ([`BlurRatio`]), which may change over
 //! the picture. It does not scale the disparity: that is the distance of the kernels' centroids, in px. Without a
 //! camera's description κ = ¼.
