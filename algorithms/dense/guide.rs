@@ -1,4 +1,4 @@
-//! The picture whose edges count, as planes of its channels: an edge in any colour is one.
+//! The picture whose edges count: an edge in any of its channels is one.
 
 use quadpixel::image::{Image, channel};
 
@@ -6,7 +6,7 @@ use super::filters::{by_rows, halved, quantile, row_of, transposed};
 
 /// Roots of linear light, the 99th percentile of each channel 1.
 pub(super) struct Guide {
-    planes: Vec<Image>,
+    picture: Image,
 }
 
 impl Guide {
@@ -21,23 +21,24 @@ impl Guide {
             mapped(&root, |v| scale * v)
         };
         Self {
-            planes: (0..picture.channels()).map(plane).collect(),
+            picture: side_by_side((0..picture.channels()).map(plane).collect()),
         }
     }
 
     /// At half the resolution.
     pub fn halved(&self) -> Self {
+        let plane = |c: usize| halved(&channel(&self.picture, c));
         Self {
-            planes: self.planes.iter().map(halved).collect(),
+            picture: side_by_side((0..self.picture.channels()).map(plane).collect()),
         }
     }
 
     pub fn width(&self) -> usize {
-        self.planes[0].width()
+        self.picture.width()
     }
 
     pub fn height(&self) -> usize {
-        self.planes[0].height()
+        self.picture.height()
     }
 
     /// Largest contrast of a channel between the pixels `i` and `j`, row by row, parts of white.
@@ -49,11 +50,25 @@ impl Guide {
     /// As [`Self::contrast`], with pixel `j` of another guide of the same picture.
     #[inline]
     pub fn contrast_with(&self, i: usize, other: &Self, j: usize) -> f32 {
-        let pairs = self.planes.iter().zip(&other.planes);
-        pairs.fold(0.0, |most, (a, b)| {
-            most.max((a.data()[i] - b.data()[j]).abs())
-        })
+        let n = self.picture.channels();
+        let (own, other) = (self.picture.data(), other.picture.data());
+        if n == 1 {
+            return (own[i] - other[j]).abs();
+        }
+        let pairs = own[i * n..][..n].iter().zip(&other[j * n..][..n]);
+        pairs.fold(0.0, |most, (a, b)| most.max((a - b).abs()))
     }
+}
+
+/// Planes of one size as the channels of a picture.
+fn side_by_side(planes: Vec<Image>) -> Image {
+    let n = planes.len();
+    let mut picture = Image::zeros(planes[0].width(), planes[0].height(), n);
+    for (c, plane) in planes.iter().enumerate() {
+        let to = picture.data_mut()[c..].iter_mut().step_by(n);
+        to.zip(plane.data()).for_each(|(to, v)| *to = *v);
+    }
+    picture
 }
 
 fn mapped(image: &Image, f: impl Fn(f32) -> f32 + Sync) -> Image {

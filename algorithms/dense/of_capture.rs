@@ -51,7 +51,9 @@ impl Halves {
             left_right,
             top_bottom,
             blur: camera.and_then(|c| c.blur.clone()),
-            picture: capture.views.sum(Side::All),
+            picture: (capture.channels.len() > 1)
+                .then(|| capture.views.sum(Side::All))
+                .flatten(),
         }
     }
 

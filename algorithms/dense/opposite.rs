@@ -33,7 +33,7 @@ pub struct OppositeViews<'a> {
     /// Rays of the camera's own pixel, whose blurs take the place of the family's; absent: the family.
     pub blur: Option<&'a BlurRays>,
     /// The picture whose edges count, in colour (linear, black at 0, any number of channels); absent: the mean of the
-    /// first pair.
+    /// first pair, one brought to the brightness of the other.
     pub picture: Option<&'a Image>,
 }
 

@@ -34,7 +34,11 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
         Some(reference) => {
             let pair = args.pair.read(&args.view, reference)?;
             let [left, right] = pair.each_ref().map(of_reference);
-            let picture = sum_of(&pair);
+            let picture = if pair[0].channels() > 1 {
+                sum_of(&pair)
+            } else {
+                None
+            };
             progress.stage("matching");
             let pair = OppositePair {
                 views: [&left, &right],
