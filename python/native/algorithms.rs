@@ -114,7 +114,7 @@ fn network_of(path: &Path) -> Result<Network, CommandError> {
 }
 
 /// x_L − x_R at every pixel and its deviation, (H, W) each, px, of one channel of two opposite halves; `ratios`: in the
-/// place of `ratio`, one at each pixel.
+/// place of `ratio`, one at each pixel; `picture`: whose edges count, (H, W, C).
 #[pyfunction]
 pub fn dense<'py>(
     py: Python<'py>,
@@ -122,6 +122,7 @@ pub fn dense<'py>(
     right: Given<'_>,
     ratio: Option<f64>,
     ratios: Option<Given<'_>>,
+    picture: Option<Given<'_>>,
     network: Option<PathBuf>,
 ) -> PyResult<(Array<'py, f32>, Array<'py, f32>)> {
     let (left, right) = (image(&left, "left")?, image(&right, "right")?);
@@ -129,6 +130,7 @@ pub fn dense<'py>(
         Some(ratios) => Some(BlurRatio::Field(image(ratios, "ratio")?)),
         None => ratio.map(BlurRatio::Whole),
     };
+    let picture = (picture.as_ref().map(|picture| image(picture, "picture"))).transpose()?;
     let map = run(py, None, move |_| {
         let network = network.as_deref().map(network_of).transpose()?;
         let views = OppositeViews {
@@ -136,6 +138,7 @@ pub fn dense<'py>(
                 views: [&left, &right],
                 ratio: ratio.as_ref(),
             }),
+            picture: picture.as_ref(),
             ..OppositeViews::default()
         };
         let map = match &network {

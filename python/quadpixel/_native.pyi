@@ -36,7 +36,12 @@ def convert(
 def correct(views: _Floats, camera: str, calibration: str) -> Tuple[_Floats, _Floats, NDArray[np.bool_]]: ...
 def default_configuration() -> str: ...
 def dense(
-    left: _Floats, right: _Floats, ratio: Optional[float], ratios: Optional[_Floats], network: Optional[str]
+    left: _Floats,
+    right: _Floats,
+    ratio: Optional[float],
+    ratios: Optional[_Floats],
+    picture: Optional[_Floats],
+    network: Optional[str],
 ) -> Tuple[_Floats, _Floats]: ...
 def depth(
     views: _Floats, camera: str, kappa: Optional[float], windows_px: Optional[_Lengths], network: Optional[str]

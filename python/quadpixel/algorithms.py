@@ -111,12 +111,13 @@ def _network(network: Union[bool, str, "os.PathLike[str]"]) -> Optional[str]:
 
 
 def dense_disparity(
-    left: Any, right: Any, ratio: Any = None, *, network: Union[bool, str, "os.PathLike[str]"] = False
+    left: Any, right: Any, ratio: Any = None, *, picture: Any = None, network: Union[bool, str, "os.PathLike[str]"] = False
 ) -> Tuple[Floats, Floats]:
     """x_L - x_R at every pixel and its standard deviation, px, as `qpalgo disparity --dense`: expects the halves' two different blurs.
 
     left, right  (H, W) float32, linear, black at 0: one channel of two opposite halves of the pupil, at least 16 px a side
     ratio        of disparity to the blur's diameter: a number, or an array (H, W) as of `disparity_ratio`; None: 1/4
+    picture      whose edges count, (H, W) or (H, W, C), linear: both halves' sum in colour, as the program takes; None: the mean of left and right
     network      True: as the trained network and matching tell it together (`--network`); a path: with another network
     returns      two arrays (H, W) float32
 
@@ -129,7 +130,8 @@ def dense_disparity(
     everywhere = None if ratio is None or np.ndim(ratio) > 0 else float(ratio)
     ratios = floats(ratio, "ratio", (2,)) if np.ndim(ratio) > 0 else None
     pair = (floats(left, "left", (2,)), floats(right, "right", (2,)))
-    return _native.dense(*pair, everywhere, ratios, _network(network))
+    edges = None if picture is None else floats(picture, "picture", (2, 3))
+    return _native.dense(*pair, everywhere, ratios, edges, _network(network))
 
 
 def depth(

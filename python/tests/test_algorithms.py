@@ -71,11 +71,13 @@ class SameNumbers(unittest.TestCase):
         halves = self.out + "-halves"
         run("sai", self.folder, "--out", halves)
         pair = [os.path.join(halves, f"sum_{side}.exr") for side in "LR"]
-        left, right = (quadpixel.read_exr(file)["G"] for file in pair)
+        halves = [quadpixel.read_exr(file) for file in pair]
+        left, right = (half["G"] for half in halves)
+        picture = np.stack([halves[0][c] + halves[1][c] for c in "RGB"], axis=-1)
         for flag, settings in (("--dense", {}), ("--network", {"network": True})):
             run("disparity", *pair, flag, "--out", self.out, "--format", "npy")
             theirs = np.load(os.path.join(self.out, "disparity.npy"))
-            shift, sigma = quadpixel.dense_disparity(left, right, **settings)
+            shift, sigma = quadpixel.dense_disparity(left, right, picture=picture, **settings)
             np.testing.assert_array_equal(shift, theirs[..., 0])
             np.testing.assert_array_equal(sigma, theirs[..., 1])
             self.assertGreater(np.median(shift), 0.1)
@@ -196,6 +198,7 @@ class Arrays(unittest.TestCase):
             (lambda: quadpixel.dense_disparity(good[0], good[0]), "dimensions"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, :20, :, 0]), "size|40"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], ratio=2.0), "ratio"),
+            (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], picture=good[0, :20]), "size"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], np.full((3, 4), 0.2)), "4 × 3"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], network=""), "network"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], network=__file__), "zip"),
