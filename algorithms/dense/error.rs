@@ -25,6 +25,14 @@ pub enum DenseError {
         /// Of the ratio.
         field: (usize, usize),
     },
+    /// A picture whose edges count, of other views.
+    #[error("the picture has {} × {} pixels and the views {} × {}: both must be of one size", .picture.0, .picture.1, .views.0, .views.1)]
+    PictureSize {
+        /// Columns and rows of the views.
+        views: (usize, usize),
+        /// Of the picture.
+        picture: (usize, usize),
+    },
     /// Too small for windows.
     #[error("{width} × {height} pixels: dense matching needs at least {least} × {least}")]
     TooSmall {

@@ -46,9 +46,9 @@ impl OppositeViews<'_> {
             return Ok(());
         };
         if size(picture) != size(pair.views[0]) {
-            return Err(DenseError::Size {
-                left: size(pair.views[0]),
-                right: size(picture),
+            return Err(DenseError::PictureSize {
+                views: size(pair.views[0]),
+                picture: size(picture),
             });
         }
         (0..picture.channels()).try_for_each(|c| Ok(PlaneError::check(&channel(picture, c))?))

@@ -198,7 +198,7 @@ class Arrays(unittest.TestCase):
             (lambda: quadpixel.dense_disparity(good[0], good[0]), "dimensions"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, :20, :, 0]), "size|40"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], ratio=2.0), "ratio"),
-            (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], picture=good[0, :20]), "size"),
+            (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], picture=good[0, :20]), "the picture has"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], np.full((3, 4), 0.2)), "4 × 3"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], network=""), "network"),
             (lambda: quadpixel.dense_disparity(good[0, ..., 0], good[0, ..., 0], network=__file__), "zip"),

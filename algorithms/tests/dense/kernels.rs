@@ -92,7 +92,10 @@ fn both_pairs_agree_once_the_astigmatism_is_out_of_the_second() {
         };
         let refused = dense_disparity_of(views).unwrap_err();
         assert!(
-            matches!(refused, DenseError::Size { .. } | DenseError::Plane(_)),
+            matches!(
+                refused,
+                DenseError::PictureSize { .. } | DenseError::Plane(_)
+            ),
             "{refused}"
         );
     }
