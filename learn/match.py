@@ -16,9 +16,9 @@ import torch
 from batches import LOG_SIGMA, Draw, captured, matched_file
 
 
-def matched(both, disparity, draw, noise):
+def matched(both, disparity, draw, noise, crosstalk):
     """A capture of one pair, its truth, and what is found of it."""
-    views, less = captured(torch.from_numpy(both)[None], noise, draw)
+    views, less = captured(torch.from_numpy(both)[None], noise, draw, crosstalk)
     left, right = views[0].numpy()
     found, sigma = quadpixel.dense_disparity(left, right)
     answers = np.stack([found, np.log(sigma).clip(*LOG_SIGMA)])
@@ -31,6 +31,7 @@ def main():
     parser.add_argument("--draws", type=int, default=1)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--noise", type=float, default=0.06, help="largest standard deviation of a view at white, a part of white")
+    parser.add_argument("--crosstalk", type=float, default=0.0, help="largest part of a view's light in the other")
     args = parser.parse_args()
     for file in args.pairs:
         if matched_file(file).exists():
@@ -41,7 +42,7 @@ def main():
             rows = []
             for index, (both, disparity) in enumerate(zip(arrays[f"views_{size}"], arrays[f"disparity_{size}"], strict=True)):
                 draw = Draw(1, 1000 * args.seed + index, "cpu")
-                draws = [matched(both, disparity, draw, args.noise) for _ in range(args.draws)]
+                draws = [matched(both, disparity, draw, args.noise, args.crosstalk) for _ in range(args.draws)]
                 rows.append([np.stack(values) for values in zip(*draws, strict=True)])
             for kind, values in zip(("taken", "truth", "matched"), zip(*rows, strict=True), strict=True):
                 found[f"{kind}_{size}"] = np.stack(values)

@@ -29,6 +29,9 @@ const KNOWN_RATIO: f64 = 0.24;
 /// Part of a disparity by which an estimate for one κ errs at another, over the logarithm of their ratio: so much did
 /// matching (benches/runs/2026-11-23/dense.md: 0.83 px for κ = 0.10, 1.09 px for 0.25).
 const ERROR_OF_RATIO: f64 = 0.3;
+/// Correlation of the network's errors with those of matching by the camera's own rays, 0.25 to 0.36 on four sets of
+/// samples (benches/runs/2026-11-27/more-scenes.md): at depth steps both err.
+const CORRELATION_WITH_RAYS: f32 = 0.3;
 /// Logarithms of the least and largest σ that the network is told, as in training, px.
 const LOG_SIGMA: [f32; 2] = [-5.0, 3.0];
 
@@ -56,18 +59,17 @@ pub(super) fn learned(directions: &[Direction], network: &Network) -> Result<Den
             answers.push(answer(direction, level, network, &found)?);
         }
     }
-    let mut answer = joined(&answers, Errors::Alike);
+    let mut answer = joined(&answers, 1.0);
     if !network.takes_matched() {
         let matched = Answer {
             disparity: found.disparity_px,
             sigma: found.sigma_px,
         };
-        // The network errs by its training; the camera's own rays do not.
-        let errors = match directions[0].has_rays() {
-            true => Errors::Apart,
-            false => Errors::Alike,
+        let correlation = match directions[0].has_rays() {
+            true => CORRELATION_WITH_RAYS,
+            false => 1.0,
         };
-        answer = joined(&[answer, matched], errors);
+        answer = joined(&[answer, matched], correlation);
     }
     let told = DenseMap {
         disparity_px: answer.disparity,
@@ -137,17 +139,8 @@ fn answer(
     Ok(Answer { disparity, sigma })
 }
 
-/// How the errors of answers go together.
-#[derive(Clone, Copy)]
-enum Errors {
-    /// More answers do not make σ smaller.
-    Alike,
-    /// They do: one knows nothing of the other.
-    Apart,
-}
-
-/// Means of the answers, and of their σ if the errors are alike, by 1/σ².
-fn joined(answers: &[Answer], errors: Errors) -> Answer {
+/// Means of the answers by 1/σ², whose errors have one correlation. At 1 more answers do not make σ smaller.
+fn joined(answers: &[Answer], correlation: f32) -> Answer {
     let first = &answers[0].disparity;
     let [mut disparity, mut sigma] =
         [(); 2].map(|()| Image::zeros(first.width(), first.height(), 1));
@@ -160,11 +153,9 @@ fn joined(answers: &[Answer], errors: Errors) -> Answer {
             sums = [sums[0] + weight * d, sums[1] + weight * s];
             weights += weight;
         }
-        let of_mean = match errors {
-            Errors::Alike => sums[1] / weights,
-            Errors::Apart => weights.sqrt().recip(),
-        };
-        (*disparity, *sigma) = (sums[0] / weights, of_mean);
+        let [mean, deviation] = sums.map(|sum| sum / weights);
+        let variance = correlation * deviation * deviation + (1.0 - correlation) / weights;
+        (*disparity, *sigma) = (mean, variance.sqrt());
     }
     Answer { disparity, sigma }
 }
@@ -188,10 +179,14 @@ mod tests {
     #[test]
     fn the_surer_answer_counts_by_its_variance() {
         let answers = [answer(1.0, 0.1), answer(2.0, 0.2)];
-        let both = joined(&answers, Errors::Alike);
+        let both = joined(&answers, 1.0);
         assert!((both.disparity.data()[0] - 1.2).abs() < 1e-5);
         assert!((both.sigma.data()[0] - 0.12).abs() < 1e-6);
-        let both = joined(&answers, Errors::Apart);
+        let both = joined(&answers, 0.0);
         assert!((both.sigma.data()[0] - 0.2 / 5f32.sqrt()).abs() < 1e-6);
+        // The sum of w² σ² and 2 ρ w₁ σ₁ w₂ σ₂, w = 0.8 and 0.2.
+        let both = joined(&answers, 0.3);
+        let variance = 0.08f32.powi(2) + 0.04f32.powi(2) + 0.6 * 0.08 * 0.04;
+        assert!((both.sigma.data()[0] - variance.sqrt()).abs() < 1e-6);
     }
 }
