@@ -9,10 +9,11 @@ use quadpixel::shard::Shard;
 use quadpixel_datasets::paths;
 
 use crate::observer::{Event, Observer};
-use crate::production::dataset::{finish, shard_folders};
+use crate::production::dataset::finish;
 use crate::production::error::GenerateError;
 use crate::production::folder_error::FolderError;
 use crate::production::identity::Identity;
+use crate::production::out_folder::shard_folders;
 use crate::production::run_folder::RunFolder;
 use crate::writer::{Foreign, Pages, half_made, half_made_prefix, is_half_made_sample};
 

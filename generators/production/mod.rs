@@ -9,5 +9,6 @@ pub mod estimate;
 pub mod folder_error;
 pub mod identity;
 pub mod merge;
+mod out_folder;
 pub mod recipes;
 pub mod run_folder;
