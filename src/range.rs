@@ -32,7 +32,7 @@ impl OutOfRange {
         Self {
             what: what.into(),
             field: field.into(),
-            value: value.to_string(),
+            value: short(&value),
             allowed: allowed.into(),
         }
     }
@@ -48,18 +48,21 @@ pub fn within(
     value: f64,
     allowed: RangeInclusive<f64>,
 ) -> Result<(), OutOfRange> {
-    let ends = || format!("{} to {}", shown(*allowed.start()), shown(*allowed.end()));
+    let ends = || format!("{} to {}", short(allowed.start()), short(allowed.end()));
     require(allowed.contains(&value), || {
-        OutOfRange::new(what, field, shown(value), ends())
+        OutOfRange::new(what, field, value, ends())
     })
 }
 
-/// A number as people write it: 1e300 has 301 digits.
-fn shown(value: f64) -> String {
-    let is_plain = value == 0.0 || (1e-6..1e15).contains(&value.abs());
-    match is_plain {
-        true => value.to_string(),
-        false => format!("{value:e}"),
+/// The longest whole number of 64 bits.
+const MOST_DIGITS: usize = 20;
+
+/// A value as people write it: 1e300 has 301 digits.
+pub fn short(value: &impl Display) -> String {
+    let text = value.to_string();
+    match text.parse::<f64>() {
+        Ok(number) if text.len() > MOST_DIGITS => format!("{number:e}"),
+        _ => text,
     }
 }
 
@@ -89,6 +92,27 @@ mod tests {
         ] {
             let error = OutOfRange::new("readout", "prnu", shown, "0 to 0.5");
             assert_eq!(within("readout", "prnu", value, 0.0..=0.5), Err(error));
+        }
+    }
+
+    #[test]
+    fn values_of_every_kind_are_short() {
+        for (error, value) in [
+            (OutOfRange::new("lens", "radius_mm", 1e30, ""), "1e30"),
+            (
+                OutOfRange::new("lens", "radius_mm", -2.5e-19, ""),
+                "-2.5e-19",
+            ),
+            (
+                OutOfRange::new("run", "seed", u64::MAX, ""),
+                "18446744073709551615",
+            ),
+            (
+                OutOfRange::new("lens", "name", "nanometre", ""),
+                "nanometre",
+            ),
+        ] {
+            assert_eq!(error.value, value);
         }
     }
 

@@ -1,12 +1,39 @@
 //! From a disparity to a depth, by the camera's own numbers.
 
+/// A place beyond infinity, or nearer than the lens, by more standard deviations than this is no noise: what was
+/// matched is wrong, or the curve is another camera's.
+const POSSIBLE_SIGMAS: f64 = 3.0;
+
 /// Depth and its standard deviation, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Depth {
-    /// Z; +inf at infinity and where the noise leads beyond it.
+    /// Z; +inf at infinity and where the noise leads beyond it, 0 where it leads nearer than the lens.
     pub z_m: f64,
     /// Standard deviation of Z.
     pub sigma_m: f64,
+    /// Whether a point could be there: not by more than three standard deviations beyond infinity or nearer than the
+    /// lens.
+    pub is_possible: bool,
+}
+
+impl Depth {
+    /// Of 1/d and its standard deviation, 1/m; d counts from `pupil_behind_vertex_m`.
+    pub fn of_nearness(per_m: f64, sigma_per_m: f64, pupil_behind_vertex_m: f64) -> Self {
+        let margin = POSSIBLE_SIGMAS * sigma_per_m;
+        if per_m <= 0.0 {
+            return Self {
+                z_m: f64::INFINITY,
+                sigma_m: f64::INFINITY,
+                is_possible: per_m >= -margin,
+            };
+        }
+        let d = 1.0 / per_m;
+        Self {
+            z_m: (d - pupil_behind_vertex_m).max(0.0),
+            sigma_m: d * d * sigma_per_m,
+            is_possible: (per_m - margin) * pupil_behind_vertex_m < 1.0,
+        }
+    }
 }
 
 /// A camera's own relation of disparity and depth.
@@ -24,15 +51,11 @@ impl DepthCurve {
     /// Depth of a disparity with its standard deviation, px.
     pub fn depth(&self, disparity_px: f64, sigma_px: f64) -> Depth {
         let inverse = self.inverse_focus_per_m + disparity_px / self.gain_px_m;
-        if inverse <= 0.0 {
-            let [z_m, sigma_m] = [f64::INFINITY; 2];
-            return Depth { z_m, sigma_m };
-        }
-        let d = 1.0 / inverse;
-        Depth {
-            z_m: d - self.pupil_behind_vertex_m,
-            sigma_m: d * d * sigma_px / self.gain_px_m,
-        }
+        Depth::of_nearness(
+            inverse,
+            sigma_px / self.gain_px_m,
+            self.pupil_behind_vertex_m,
+        )
     }
 
     /// Disparity of a depth, px.
@@ -59,6 +82,27 @@ mod tests {
             assert!((CURVE.depth(disparity, 0.01).z_m / z - 1.0).abs() < 1e-12);
         }
         assert_eq!(CURVE.depth(-1e3, 0.01).z_m, f64::INFINITY);
+    }
+
+    #[test]
+    fn what_no_noise_explains_is_not_possible() {
+        let at = |inverse: f64| CURVE.depth((inverse - 1.0 / 0.75) * CURVE.gain_px_m, 0.01);
+        let sigma = 0.01 / CURVE.gain_px_m;
+        let lens = 1.0 / CURVE.pupil_behind_vertex_m;
+        for (inverse, z_m, is_possible) in [
+            (-2.9 * sigma, f64::INFINITY, true),
+            (-3.1 * sigma, f64::INFINITY, false),
+            (lens + 2.9 * sigma, 0.0, true),
+            (lens + 3.1 * sigma, 0.0, false),
+        ] {
+            let depth = at(inverse);
+            assert_eq!(
+                (depth.z_m, depth.is_possible),
+                (z_m, is_possible),
+                "{inverse}"
+            );
+        }
+        assert!(at(1.0).is_possible);
     }
 
     #[test]

@@ -116,15 +116,7 @@ impl DescribedCurve {
             return None;
         }
         let (per_m, sigma) = (sum / weights, (1.0 / weights).sqrt());
-        let z_m = 1.0 / per_m - self.pupil_behind_vertex_m;
-        if per_m <= 0.0 || z_m <= 0.0 {
-            let [z_m, sigma_m] = [f64::INFINITY; 2];
-            return Some(Depth { z_m, sigma_m });
-        }
-        Some(Depth {
-            z_m,
-            sigma_m: sigma / (per_m * per_m),
-        })
+        Some(Depth::of_nearness(per_m, sigma, self.pupil_behind_vertex_m))
     }
 
     fn nearness(&self, along: Along, [x, y]: [usize; 2], measured: Measured) -> Option<Nearness> {

@@ -199,17 +199,10 @@ impl FieldCurve {
         // 1/m a px.
         let slope = (inverse[k] - inverse[k - 1]) / (d[k] - d[k - 1]);
         let inverse_z = inverse[k - 1] + slope * (measured.disparity_px - d[k - 1]);
-        if inverse_z <= 0.0 {
-            let [z_m, sigma_m] = [f64::INFINITY; 2];
-            return Depth { z_m, sigma_m };
-        }
         let relative = self.relative_error * measured.disparity_px;
         let sigma_px =
             (measured.sigma_px.powi(2) + relative.powi(2) + self.offset_error_px.powi(2)).sqrt();
-        Depth {
-            z_m: 1.0 / inverse_z,
-            sigma_m: slope * sigma_px / (inverse_z * inverse_z),
-        }
+        Depth::of_nearness(inverse_z, slope * sigma_px, 0.0)
     }
 }
 

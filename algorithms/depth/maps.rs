@@ -21,7 +21,8 @@ impl DepthMaps {
     /// Names of the channels of [`Self::confidence`].
     pub const CONFIDENCE_CHANNELS: [&str; 3] = ["confidence", "sigma_m", "disparity_px"];
 
-    /// Converts shifts by the camera's curve. The confidence is 1 − s/`deviation_limit_px`, at least 0.
+    /// Converts shifts by the camera's curve. The confidence is 1 − s/`deviation_limit_px`, at least 0, and 0
+    /// where no point could be ([`Depth::is_possible`](super::Depth)).
     pub fn new(shifts: &Shifts, curve: &CameraCurve, deviation_limit_px: f64) -> Self {
         let [width, height] = shifts.size_px;
         let mut depth_m = Image::zeros(width, height, 1);
@@ -42,7 +43,10 @@ impl DepthMaps {
                 continue;
             };
             *to = depth.z_m as f32;
-            let trust = (1.0 - shift.sigma_px / deviation_limit_px).max(0.0);
+            let trust = match depth.is_possible {
+                true => (1.0 - shift.sigma_px / deviation_limit_px).max(0.0),
+                false => 0.0,
+            };
             beside.copy_from_slice(&[
                 trust as f32,
                 depth.sigma_m as f32,

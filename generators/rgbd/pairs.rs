@@ -1,6 +1,7 @@
 //! Pairs of picture and depth: two files, or two folders whose files have the same stems.
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use super::error::PictureError;
@@ -78,7 +79,7 @@ fn in_folders(image: &Path, depth: &Path) -> Result<(Vec<Pair>, Vec<String>), Pi
     }
 }
 
-fn by_stem(folder: &Path) -> Result<BTreeMap<String, PathBuf>, PictureError> {
+fn by_stem(folder: &Path) -> Result<BTreeMap<OsString, PathBuf>, PictureError> {
     let failed = |what: String| PictureError::File {
         path: folder.to_owned(),
         what,
@@ -88,7 +89,7 @@ fn by_stem(folder: &Path) -> Result<BTreeMap<String, PathBuf>, PictureError> {
         let path = entry
             .map_err(|e| failed(format!("cannot be read: {e}")))?
             .path();
-        let Some(stem) = path.file_stem().and_then(|s| s.to_str()) else {
+        let Some(stem) = path.file_stem() else {
             continue;
         };
         if !is_picture(&path) {

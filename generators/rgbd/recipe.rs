@@ -58,7 +58,7 @@ impl RgbdRecipe {
     /// where there is one; and what a disparity then leaves open from Middlebury's `calib.txt` beside it.
     ///
     /// # Errors
-    /// A sidecar that cannot be read, or numbers that are none.
+    /// A sidecar that cannot be read, or numbers that are none; a path that is no UTF-8, as recipes are.
     pub fn new(image: &Path, depth: &Path, meaning: &Meaning) -> Result<Self, PictureError> {
         let mut meaning = meaning.clone();
         for path in [depth, image].map(|p| p.with_extension("json")) {
@@ -77,8 +77,8 @@ impl RgbdRecipe {
             what,
         })?;
         Ok(Self {
-            image: image.display().to_string(),
-            depth: depth.display().to_string(),
+            image: text(image)?,
+            depth: text(depth)?,
             meaning,
             level: Level::default(),
             focus_share: None,
@@ -152,6 +152,15 @@ impl RgbdRecipe {
     pub(crate) fn is_known(made_up: f32) -> bool {
         made_up <= MADE_UP_SHARE
     }
+}
+
+/// A path as a recipe writes it.
+fn text(path: &Path) -> Result<String, PictureError> {
+    let text = path.to_str().map(str::to_owned);
+    text.ok_or_else(|| PictureError::File {
+        path: path.to_owned(),
+        what: "its path is no UTF-8, and recipes are; allowed: the same under another name".into(),
+    })
 }
 
 fn sidecar(path: &Path) -> Result<Meaning, PictureError> {

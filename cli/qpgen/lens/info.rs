@@ -5,6 +5,7 @@ use std::fmt::Write;
 use quadpixel::lens::Field;
 use quadpixel::lens::FieldFigures;
 use quadpixel::lens::{Lens, LensError, Paraxial};
+use quadpixel::range::short;
 use quadpixel::units::D_LINE_NM;
 use serde_json::{Value, json};
 
@@ -49,21 +50,26 @@ impl Info {
     fn write_head(&self, out: &mut String) -> std::fmt::Result {
         let (p, lens) = (&self.paraxial, self.lens.prescription());
         writeln!(out, "{}\n{}\n", lens.title(), lens.source)?;
-        writeln!(out, "EFL            {:>10.4} mm", p.efl_mm)?;
-        writeln!(out, "BFL            {:>10.4} mm", p.bfl_mm)?;
-        writeln!(out, "F-number       {:>10.4}", p.f_number)?;
-        let pupil = |z: f64, semi: f64| format!("z {z:>10.4} mm, diameter {:>9.4} mm", 2.0 * semi);
+        writeln!(out, "EFL            {:>10} mm", fixed(p.efl_mm, 4))?;
+        writeln!(out, "BFL            {:>10} mm", fixed(p.bfl_mm, 4))?;
+        writeln!(out, "F-number       {:>10}", fixed(p.f_number, 4))?;
+        let pupil = |z: f64, semi: f64| {
+            let (z, diameter) = (fixed(z, 4), fixed(2.0 * semi, 4));
+            format!("z {z:>10} mm, diameter {diameter:>9} mm")
+        };
         let entrance = pupil(p.entrance_pupil_z_mm, p.entrance_pupil_semi_mm);
         writeln!(out, "entrance pupil {entrance}")?;
         let exit = pupil(p.exit_pupil_z_mm, p.exit_pupil_semi_mm);
         writeln!(out, "exit pupil     {exit}")?;
         let (sensor, focus) = (self.lens.sensor_z_mm(), self.lens.focus_distance_mm());
-        writeln!(
-            out,
-            "sensor         z {sensor:>10.4} mm, focus at {focus} mm"
-        )?;
+        let (sensor, focus) = (fixed(sensor, 4), short(&focus));
+        writeln!(out, "sensor         z {sensor:>10} mm, focus at {focus} mm")?;
         if let Some(z_mm) = lens.fold_z_mm() {
-            writeln!(out, "fold mirror    z {z_mm:>10.4} mm (unfolded here)")?;
+            writeln!(
+                out,
+                "fold mirror    z {:>10} mm (unfolded here)",
+                fixed(z_mm, 4)
+            )?;
         }
         if !lens.is_dispersive() {
             writeln!(
@@ -84,7 +90,7 @@ impl Info {
             let radius = if s.curvature == 0.0 {
                 "plane".into()
             } else {
-                format!("{:.5}", 1.0 / s.curvature)
+                fixed(1.0 / s.curvature, 5)
             };
             let (nd, vd) = match s.glass.map(|g| g.nd_vd()) {
                 None => (String::new(), String::new()),
@@ -95,8 +101,11 @@ impl Info {
             let mark = if s.is_stop { " (stop)" } else { "" };
             writeln!(
                 out,
-                "{i:>3} {radius:>11} {:>13.6} {nd:>8} {vd:>7} {:>10.4} {:>8.4} {terms:>6}  {}{mark}",
-                s.thickness_mm, s.conic, s.semi_aperture_mm, s.label
+                "{i:>3} {radius:>11} {:>13} {nd:>8} {vd:>7} {:>10} {:>8} {terms:>6}  {}{mark}",
+                fixed(s.thickness_mm, 6),
+                fixed(s.conic, 4),
+                fixed(s.semi_aperture_mm, 4),
+                s.label
             )?;
         }
         Ok(())
@@ -168,5 +177,13 @@ impl Info {
 /// A number with some decimals, or a dash.
 fn number(value: Option<f64>, decimals: usize) -> String {
     // Adding 0 turns −0 into 0.
-    value.map_or("-".into(), |v| format!("{:.decimals$}", v + 0.0))
+    value.map_or("-".into(), |v| fixed(v + 0.0, decimals))
+}
+
+/// With some decimals, and by its power of ten where it would have dozens of digits.
+fn fixed(value: f64, decimals: usize) -> String {
+    match value.abs() >= 1e12 && value.is_finite() {
+        true => format!("{value:.3e}"),
+        false => format!("{value:.decimals$}"),
+    }
 }

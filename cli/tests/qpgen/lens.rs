@@ -34,6 +34,34 @@ fn info_of_the_default_lens_is_its_patents_focal_length() {
 }
 
 #[test]
+fn no_number_of_a_lens_is_shown_with_dozens_of_digits() {
+    let folder = tempfile::tempdir().unwrap();
+    let surface = |radius_mm: f64, nd: Option<f64>, is_stop: bool| {
+        serde_json::json!({
+            "radius_mm": radius_mm, "thickness_mm": 2.0, "nd": nd, "vd": null, "conic": 0.0,
+            "semi_aperture_mm": 1.0, "is_stop": is_stop,
+        })
+    };
+    let surfaces = [surface(1e30, Some(1.5), true), surface(-10.0, None, false)];
+    let lens =
+        serde_json::json!({ "name": "nearly plane", "source": "a test", "surfaces": surfaces });
+    std::fs::write(folder.path().join("lens.json"), lens.to_string()).unwrap();
+    let output = qpgen_in(folder.path(), &["info", "lens.json"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert!(text.contains("1.000e30"), "{text}");
+    let longest = text
+        .split(|c: char| !c.is_ascii_digit())
+        .map(str::len)
+        .max();
+    assert!(longest < Some(13), "{text}");
+}
+
+#[test]
 fn list_and_check_cover_the_library() {
     let listed = json(&["list", "--json"])["lenses"]
         .as_array()

@@ -214,3 +214,48 @@ fn files_that_lie_about_their_size_are_left_out_of_a_batch() {
     }
     assert!(said(&output).contains("skipped"));
 }
+
+#[test]
+#[cfg(unix)]
+fn a_name_that_a_recipe_cannot_hold_is_told() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
+    let depth = root.join("data/depth");
+    fs::create_dir_all(&depth).unwrap();
+    let pair = |name: &[u8]| {
+        let name = OsStr::from_bytes(name);
+        png(&root.join("data/rgb").join(name).with_extension("png"));
+        let path = depth.join(name).with_extension("npy");
+        write_npy(&path, &map(depth_m));
+    };
+    pair(b"a\xff");
+    let [rgb, depth] = ["data/rgb", "data/depth"].map(|name| root.join(name).display().to_string());
+    let out = root.join("alone").display().to_string();
+    let folders = [
+        "convert",
+        "--image",
+        &rgb,
+        "--depth",
+        &depth,
+        "--depth-unit",
+        "m",
+    ];
+    refused(
+        &qpgen(&[&folders[..], &["-o", &out]].concat()),
+        "its path is no UTF-8",
+    );
+    pair(b"b");
+    let object = json(&by_preset(root, "pairs", &["--depth-unit", "m"]));
+    assert_eq!(object["samples"], 1);
+    let skipped = object["skipped"].as_array().unwrap();
+    assert_eq!(skipped.len(), 1, "{skipped:?}");
+    assert!(
+        skipped[0]
+            .as_str()
+            .unwrap()
+            .contains("its path is no UTF-8")
+    );
+}
