@@ -13,8 +13,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// so that a point's picture in the left half is Σ left_k δ(x + o_km) over k, the M displacements d_km of each and both
 /// signs, divided by 2 M: lens, aberrations, diffraction at the lens's aperture (d, to either side alike) and response
-/// are in it. The weights of all
-/// sub-pixels' rays add up to 1.
+/// are in it. The weights of all sub-pixels' rays add up to 1.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BlurRays {

@@ -34,6 +34,7 @@
 
 mod blur_rays;
 mod camera;
+mod camera_curves;
 mod camera_description;
 mod camera_pictures;
 #[cfg(feature = "check")]
@@ -45,9 +46,11 @@ mod lens_tracing;
 #[cfg(feature = "check")]
 mod load;
 mod manifest;
+mod matching_curve;
 pub mod memory;
 mod mosaic;
 pub mod paths;
+mod ratio_field;
 mod readout;
 mod sample;
 mod split;
@@ -60,10 +63,8 @@ pub use camera::{
     Intrinsics, Lens, MicrolensRule, Misalignment, Part, Response, Sensor, TableColour,
     TablePreset,
 };
-pub use camera_description::{
-    CameraCurves, CameraDescription, DisparityCurve, DisparityCurves, DisparityRatio,
-    MatchingCurve, MatchingCurves, RatioField, RawFormat, RawLevels,
-};
+pub use camera_curves::{CameraCurves, DisparityCurve, DisparityCurves, DisparityRatio};
+pub use camera_description::{CameraDescription, RawFormat, RawLevels};
 pub use camera_pictures::{CameraPictures, Development, DevelopmentError};
 #[cfg(feature = "check")]
 pub use check::{Finding, Progress, Report, check_dataset, check_hashes};
@@ -71,7 +72,9 @@ pub use effects::{Effect, Effects, EstimatedError, LeftOut, Reason};
 pub use layout::{COLOUR_SHIFTS, Optional, SUM_LAYER, is_sample_file, sample_files};
 pub use lens_tracing::{LensMap, LensMethod, LensTracing, MapError};
 pub use manifest::{DatasetManifest, FileEntry, SampleEntry, Tool, conventions, units};
+pub use matching_curve::{MatchingCurve, MatchingCurves};
 pub use mosaic::{CodeLevels, Mosaic, MosaicPattern};
+pub use ratio_field::RatioField;
 pub use readout::Readout;
 pub use sample::{
     CocDisparity, FileKind, LostRays, Noise, Range, Ranges, Raw, Registration, RenderStatistics,

@@ -7,7 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{Channel, Exposure, Focus, Intrinsics, Lens, Response, Sensor};
-use crate::camera_description::{CameraCurves, CameraDescription, RawFormat, RawLevels};
+use crate::camera_curves::CameraCurves;
+use crate::camera_description::{CameraDescription, RawFormat, RawLevels};
 use crate::camera_pictures::CameraPictures;
 use crate::effects::Effects;
 use crate::lens_tracing::LensTracing;

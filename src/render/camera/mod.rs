@@ -1,61 +1,31 @@
 //! A camera ready to render: the lens at each channel's wavelengths, its pupils over the window, the sensor, the
 //! response.
 
+mod error;
+mod lens_effects;
 mod mapped;
+mod microlenses;
 mod mirror;
 mod reduced;
 
 use std::sync::Arc;
 
 use glam::DVec2;
-use rayon::prelude::*;
 
 use super::colours::Colours;
-use crate::field::FieldGrid;
-use crate::frames::uv_from_camera_direction;
 use crate::lens::{
     ExitPupilMap, Lens, LensError, LensMap, OpticalSystem, Paraxial, PupilEllipse, Reflections,
     chief_ray,
 };
-use crate::response::{ChiefRayShifts, Response, ResponseLookup};
+use crate::response::{Response, ResponseLookup};
 use crate::sensor::{MicrolensLaw, MicrolensShifts, MovingFrame, Sensor, ShiftRule};
 use crate::spectrum::ChannelWavelengths;
 
 use super::diffraction::LensDiffraction;
 use super::lens_maps::LensMaps;
 use super::tracer::Tracer;
-
-/// Why a camera cannot be put together.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum CameraError {
-    /// The lens fails at one of the wavelengths.
-    #[error(transparent)]
-    Lens(#[from] LensError),
-    /// Part of the window gets no light.
-    #[error(
-        "sensor window: no light reaches the place ({x_mm:.3}, {y_mm:.3}) mm, {height_mm:.3} mm from the axis: it lies outside \
-         the image circle of the lens; allowed: a window inside it"
-    )]
-    OutsideImageCircle {
-        /// Sensor position, mm.
-        x_mm: f64,
-        /// Sensor position, mm.
-        y_mm: f64,
-        /// Distance from the axis, mm.
-        height_mm: f64,
-    },
-    /// The response belongs to another pixel.
-    #[error(
-        "response: it has {response} sub-pixels and the sensor has {sensor}; allowed: the same m×n"
-    )]
-    SubpixelsDiffer {
-        /// m×n of the response.
-        response: String,
-        /// m×n of the sensor.
-        sensor: String,
-    },
-}
+pub use error::CameraError;
+use microlenses::Microlenses;
 
 /// Where the rays of a pixel are aimed.
 #[derive(Clone, Debug)]
@@ -113,10 +83,6 @@ impl Camera {
             vec![reference.clone()]
         };
         let window = sensor.window_mm();
-        let size = (
-            FieldGrid::nodes_for(sensor.width()),
-            FieldGrid::nodes_for(sensor.height()),
-        );
         let pupils = ExitPupilMap::new(&with_ends(lens, &systems, &wavelengths)?, window);
         if let Some(dark) = corners(&sensor)
             .into_iter()
@@ -128,26 +94,7 @@ impl Camera {
                 height_mm: dark.length(),
             });
         }
-        let mut beyond = 0.0;
-        let shifts = match rule {
-            ShiftRule::Centred => MicrolensShifts::Centred,
-            ShiftRule::Linear { um_per_mm } => MicrolensShifts::Linear { um_per_mm },
-            ShiftRule::ChiefRay => {
-                let chief_uv = chief_field(&reference, &sensor, size);
-                match response.chief_ray_shifts() {
-                    None => MicrolensShifts::ChiefRay {
-                        chief_uv,
-                        frame: response.frame(),
-                    },
-                    Some(map) => {
-                        let (shift_um, clamped) =
-                            shifts_of_chief_rays(map, &chief_uv, &sensor, size);
-                        beyond = clamped;
-                        MicrolensShifts::Found { shift_um }
-                    }
-                }
-            }
-        };
+        let placed = Microlenses::new(rule, &reference, &sensor, response);
         Ok(Self {
             reference_tracer: Tracer::surfaces(&reference),
             colours: Colours::for_lens(lens, response, &wavelengths)?,
@@ -158,8 +105,8 @@ impl Camera {
             sensor,
             systems,
             pupils: Pupils::ByField(pupils),
-            shifts,
-            chief_rays_beyond: beyond,
+            shifts: placed.shifts,
+            chief_rays_beyond: placed.beyond,
             microlens_offset_um: DVec2::ZERO,
             microlens_law: MicrolensLaw::default(),
             wavelengths,
@@ -222,48 +169,6 @@ impl Camera {
             microlens_offset_um: offset_um,
             ..self
         }
-    }
-
-    /// The camera with diffraction at the lens's aperture, as each place of the window sees it; as it was for bare
-    /// pixels.
-    pub fn with_lens_diffraction(self) -> Self {
-        let lens_diffraction = match &self.pupils {
-            Pupils::ByField(map) => LensDiffraction::new(map, self.sensor_z_mm()),
-            Pupils::Fixed(_) => None,
-        };
-        let system = self.system(ChannelWavelengths::REFERENCE);
-        let lens_diffraction = lens_diffraction.map(|diffraction| {
-            Arc::new(match self.is_real_lens() {
-                true => diffraction.with_phases(system, self.focus_distance_mm),
-                false => diffraction,
-            })
-        });
-        Self {
-            lens_diffraction,
-            ..self
-        }
-    }
-
-    /// The camera with light that two surfaces of its lens, or one and the sensor, reflect: a [`Render`](super::Render)
-    /// adds it to the image. As it was where nothing reflects.
-    pub fn with_reflections(self, reflections: Reflections) -> Self {
-        let ghosts = !reflections
-            .pairs(self.system(ChannelWavelengths::REFERENCE))
-            .is_empty();
-        Self {
-            reflections: ghosts.then(|| Arc::new(reflections)),
-            ..self
-        }
-    }
-
-    /// What reflects in the lens, where that is simulated.
-    pub fn reflections(&self) -> Option<&Reflections> {
-        self.reflections.as_deref()
-    }
-
-    /// Diffraction at the lens's aperture, where it is simulated.
-    pub(super) fn lens_diffraction(&self) -> Option<&LensDiffraction> {
-        self.lens_diffraction.as_deref()
     }
 
     /// What became of the maps that were asked for; see [`Camera::with_lens_maps`].
@@ -415,35 +320,4 @@ fn corners(sensor: &Sensor) -> [DVec2; 5] {
         at(-1.0, 1.0),
         at(1.0, 1.0),
     ]
-}
-
-/// The shifts found for the chief rays of a field, and the part of its nodes that lie beyond those.
-fn shifts_of_chief_rays(
-    map: &ChiefRayShifts,
-    chief_uv: &FieldGrid,
-    sensor: &Sensor,
-    size: (usize, usize),
-) -> (FieldGrid, f64) {
-    let chief = chief_uv.data().chunks_exact(2);
-    let found: Vec<_> = chief.map(|uv| map.at(uv[0], uv[1])).collect();
-    let clamped = found.iter().filter(|f| f.clamped).count();
-    let data = found.iter().flat_map(|f| f.shift_um).collect();
-    let field = FieldGrid::new(sensor.window_mm(), size, 2, data)
-        .unwrap_or_else(|| unreachable!("two values a node"));
-    (field, clamped as f64 / found.len() as f64)
-}
-
-/// Direction cosines of the chief ray where it arrives, over the window. Where none passes, the value of the axis.
-fn chief_field(system: &OpticalSystem, sensor: &Sensor, (nx, ny): (usize, usize)) -> FieldGrid {
-    let window = sensor.window_mm();
-    let data = (0..nx * ny)
-        .into_par_iter()
-        .flat_map_iter(|k| {
-            let p = FieldGrid::node_mm(window, (nx, ny), (k % nx, k / nx));
-            let uv = chief_ray(system, p.x, p.y)
-                .map_or(DVec2::ZERO, |ray| uv_from_camera_direction(-ray.direction));
-            [uv.x, uv.y]
-        })
-        .collect();
-    FieldGrid::new(window, (nx, ny), 2, data).unwrap_or_else(|| unreachable!("two values a node"))
 }

@@ -4,44 +4,16 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use super::cache_warning::CacheWarning;
 use crate::journal::JournalError;
 use crate::progress::Progress;
 use crate::response::tabulate::RunJournal;
 use crate::response::{AngularResponse, BuildReport, BuiltTable, ResponseError, TablePlan};
-use crate::shard::Shard;
 
 /// A folder of tables.
 #[derive(Clone, Debug)]
 pub struct ResponseCache {
-    dir: PathBuf,
-}
-
-/// The table is right, but the cache is not.
-#[derive(Debug)]
-pub enum CacheWarning {
-    /// A file was there and was no such table; it was simulated anew.
-    Rebuilt {
-        /// The file.
-        path: PathBuf,
-        /// What was wrong with it.
-        why: String,
-    },
-    /// Results in a journal were damaged; they are made anew.
-    DamagedResults {
-        /// The journal.
-        path: PathBuf,
-        /// How many.
-        count: usize,
-    },
-    /// Runs could not be kept while it was made.
-    NoJournal(String),
-    /// The table could not be kept.
-    NotKept {
-        /// The file.
-        path: PathBuf,
-        /// Why not.
-        why: String,
-    },
+    pub(super) dir: PathBuf,
 }
 
 /// A table from the cache or made for it.
@@ -62,33 +34,6 @@ pub struct CachedTables {
     pub tables: Vec<TableOfColour>,
     /// What is wrong with the cache.
     pub warnings: Vec<CacheWarning>,
-}
-
-impl std::fmt::Display for CacheWarning {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Rebuilt { path, why } => {
-                write!(
-                    f,
-                    "{}: not the table it should be ({why}); set aside as .npz.damaged and made anew",
-                    path.display()
-                )
-            }
-            Self::DamagedResults { path, count } => {
-                write!(
-                    f,
-                    "{}: {count} results are damaged; made anew",
-                    path.display()
-                )
-            }
-            Self::NoJournal(why) => {
-                write!(f, "{why}: a build that stops would begin anew")
-            }
-            Self::NotKept { path, why } => {
-                write!(f, "{}: the table could not be kept ({why})", path.display())
-            }
-        }
-    }
 }
 
 /// What one of several tables tells, as a part of all: a wavelength has as many directions as any other.
@@ -308,62 +253,10 @@ impl ResponseCache {
         }
         Ok((tables.len() == plan.colours().len()).then_some(tables))
     }
-
-    /// Simulates one part of the directions of a plan, each under all its lens shifts, into a journal beside the
-    /// tables. When all parts have, [`Self::table`] in the same folder makes the table of them, with the bytes of one
-    /// made in one go; what a part did not do, it does itself.
-    ///
-    /// # Errors
-    /// A pixel that the model has no answer for, or a folder that the journal cannot be kept in.
-    pub fn make_part(
-        &self,
-        plan: &TablePlan,
-        shard: Shard,
-        progress: &dyn Progress,
-    ) -> Result<PartOfTable, ResponseError> {
-        let key = plan.simulation_key()?;
-        let name = format!("{key}.{}-of-{}.journal", shard.number(), shard.count());
-        let journal = RunJournal::open(&self.dir.join(name), &key, progress)?;
-        let (runs, reused) = plan.build_part(shard, &journal, progress)?;
-        let path = journal.path().to_owned();
-        match journal.trouble() {
-            None => Ok(PartOfTable { path, runs, reused }),
-            Some(trouble) => Err(ResponseError::Io {
-                path,
-                source: std::io::Error::other(trouble),
-            }),
-        }
-    }
-
-    /// The journals of parts of a table, in the order of their names.
-    fn parts(&self, key: &str) -> Vec<PathBuf> {
-        let Ok(entries) = std::fs::read_dir(&self.dir) else {
-            return Vec::new();
-        };
-        let of_key = |path: &PathBuf| {
-            let name = path.file_name().and_then(|n| n.to_str());
-            let part = name.and_then(|n| n.strip_prefix(key)?.strip_suffix(".journal"));
-            part.is_some_and(|part| part.contains("-of-"))
-        };
-        let mut parts: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(of_key).collect();
-        parts.sort();
-        parts
-    }
 }
 
 /// A table and, if it was made just now, the report of its making.
 type TableOfColour = (AngularResponse, Option<BuildReport>);
-
-/// What was done for a part of a table.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PartOfTable {
-    /// The journal that holds it.
-    pub path: PathBuf,
-    /// Plane waves in it.
-    pub runs: usize,
-    /// Those of them that an earlier, interrupted call had done.
-    pub reused: usize,
-}
 
 /// The table of all wavelengths of these.
 fn joined(

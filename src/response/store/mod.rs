@@ -2,9 +2,13 @@
 //! other programs.
 
 mod cache;
+mod cache_parts;
+mod cache_warning;
 mod file;
 mod import;
 mod shipped;
 
-pub use cache::{CacheWarning, CachedTable, CachedTables, PartOfTable, ResponseCache};
+pub use cache::{CachedTable, CachedTables, ResponseCache};
+pub use cache_parts::PartOfTable;
+pub use cache_warning::CacheWarning;
 pub use import::ImportSettings;

@@ -9,6 +9,8 @@
 //! Places are f64, so that a depth is as exact as its vertices; the walk through the trees and all shading are f32,
 //! whose rounding is far below the noise of the paths.
 
+mod bsdf;
+mod builder;
 mod bvh;
 mod camera_rays;
 mod check;

@@ -12,8 +12,8 @@
 use glam::{DVec3, Vec3};
 
 use super::World;
+use super::bsdf::{Kind, Scattered};
 use super::geometry::Element;
-use super::material::{Kind, Scattered};
 use super::sampler::PathSamples;
 use super::surface::{Footprint, Surface};
 use super::trace::{QueryResult, RayQuery};

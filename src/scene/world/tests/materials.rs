@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use crate::rays::Ray;
 use crate::sampling::uniform;
-use crate::scene::world::material::{Bsdf, Kind};
+use crate::scene::world::bsdf::{Bsdf, Kind};
 use crate::scene::world::surface::Footprint;
 use crate::scene::world::walk::Walks;
 use crate::scene::world::{Alpha, Material, TriangleMesh, World, WorldDescription};

@@ -6,17 +6,24 @@
 //! torn by the kill is cut off. A journal is locked while it is open: a second process that wants the same waits for
 //! the first, and says so.
 
+mod lock;
+mod seal;
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests;
+
 use std::collections::BTreeMap;
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, Instant};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::progress::Progress;
+use lock::lock;
+use seal::{sealed, unsealed};
 
 #[derive(Serialize, Deserialize)]
 struct Head {
@@ -49,9 +56,6 @@ pub enum JournalError {
     },
 }
 
-/// How often a journal that is open elsewhere is tried, and how often that is told.
-const TRY_EVERY: Duration = Duration::from_millis(50);
-const TELL_EVERY: Duration = Duration::from_secs(10);
 /// The largest journal that is read, bytes.
 const LARGEST_BYTES: u64 = 4 << 30;
 
@@ -92,30 +96,6 @@ where
         }
     }
     Some((done, damaged))
-}
-
-/// What a sealed line begins with, before the hash and after it.
-const SEAL: [&str; 2] = ["{\"blake3\":\"", "\","];
-
-fn hash(key: &str, result: &str) -> String {
-    let mut hash = blake3::Hasher::new();
-    hash.update(key.as_bytes());
-    hash.update(b"\n");
-    hash.update(result.as_bytes());
-    hash.finalize().to_hex().to_string()
-}
-
-/// `{…}` of a result with its hash as the first field.
-fn sealed(key: &str, result: &str) -> String {
-    let fields = result.strip_prefix('{').unwrap_or(result);
-    format!("{}{}{}{fields}", SEAL[0], hash(key, result), SEAL[1])
-}
-
-/// The result in a line whose hash is that of its content.
-fn unsealed(line: &str, key: &str) -> Option<String> {
-    let (stated, fields) = line.strip_prefix(SEAL[0])?.split_once(SEAL[1])?;
-    let result = format!("{{{fields}");
-    (hash(key, &result) == stated).then_some(result)
 }
 
 impl<Id, Outcome> Journal<Id, Outcome>
@@ -256,142 +236,4 @@ fn append(mut file: &File, line: &impl Serialize) -> std::io::Result<()> {
     let mut text = serde_json::to_string(line)?;
     text.push('\n');
     file.write_all(text.as_bytes())
-}
-
-/// Waits until no other process has it open.
-fn lock(file: &File, path: &Path, progress: &dyn Progress) -> Result<(), JournalError> {
-    let began = Instant::now();
-    let mut told: Option<Instant> = None;
-    // A file system without locks: two processes may then do the same work; lines are written whole.
-    while matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
-        if progress.stop_asked() {
-            return Err(JournalError::Stopped {
-                path: path.to_owned(),
-            });
-        }
-        if told.is_none_or(|at| at.elapsed() > TELL_EVERY) {
-            told = Some(Instant::now());
-            progress.waiting(path, began.elapsed());
-        }
-        std::thread::sleep(TRY_EVERY);
-    }
-    Ok(())
-}
-
-#[cfg(test)]
-#[allow(clippy::unwrap_used)] // because tests fail by panicking
-mod tests {
-    use super::*;
-
-    type Runs = Journal<(usize, (i64, i64), usize), Vec<f64>>;
-
-    fn answer(p: f64) -> Vec<f64> {
-        vec![p, 1.0 / 3.0, -0.1 * p]
-    }
-
-    #[test]
-    fn a_torn_line_and_a_broken_one_are_runs_not_done() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("deep/a.journal");
-        let journal = Runs::open(&path, "k", &()).unwrap();
-        for i in 0..3 {
-            journal.keep((0, (i, 1), 0), &answer(0.1 * i as f64));
-        }
-        drop(journal);
-        let text = std::fs::read_to_string(&path).unwrap();
-        let broken = text.replacen("\"id\":[0,[1,1],0]", "\"id\":[0,[1],0]", 1);
-        std::fs::write(&path, &broken[..broken.len() - 5]).unwrap();
-        let journal = Runs::open(&path, "k", &()).unwrap();
-        assert_eq!(journal.outcome(&(0, (0, 1), 0)), Some(&answer(0.0)));
-        assert_eq!(journal.outcome(&(0, (1, 1), 0)), None);
-        assert_eq!(journal.outcome(&(0, (2, 1), 0)), None);
-        journal.keep((0, (2, 1), 0), &answer(0.7));
-        drop(journal);
-        let journal = Runs::open(&path, "k", &()).unwrap();
-        assert_eq!(journal.outcome(&(0, (2, 1), 0)), Some(&answer(0.7)));
-        assert_eq!(journal.remove(), None);
-        assert!(!path.exists());
-    }
-
-    #[test]
-    fn a_changed_number_is_no_result_and_neither_is_one_of_another_key() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.journal");
-        let journal = Runs::open(&path, "one", &()).unwrap();
-        journal.keep((0, (0, 0), 0), &answer(0.5));
-        journal.keep((0, (1, 0), 0), &answer(0.5));
-        drop(journal);
-        let text = std::fs::read_to_string(&path).unwrap();
-        // Still JSON, and a number that might have been computed.
-        let changed = text.replacen("[0.5,", "[0.6,", 1);
-        assert_ne!(changed, text);
-        std::fs::write(&path, &changed).unwrap();
-        let journal = Runs::open(&path, "one", &()).unwrap();
-        assert_eq!(journal.outcome(&(0, (0, 0), 0)), None);
-        assert_eq!(journal.outcome(&(0, (1, 0), 0)), Some(&answer(0.5)));
-        assert_eq!(journal.damaged(), Some((path.as_path(), 1)));
-        drop(journal);
-        // The lines of one table under the key of another.
-        std::fs::write(&path, text.replace("\"key\":\"one\"", "\"key\":\"two\"")).unwrap();
-        let journal = Runs::open(&path, "two", &()).unwrap();
-        assert_eq!(journal.damaged(), Some((path.as_path(), 2)));
-    }
-
-    #[test]
-    fn who_waits_for_another_process_is_told_and_may_stop() {
-        struct Impatient(std::sync::atomic::AtomicUsize);
-        impl Progress for Impatient {
-            fn waiting(&self, path: &Path, _: Duration) {
-                assert!(path.ends_with("a.journal"));
-                self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            }
-            fn stop_asked(&self) -> bool {
-                self.0.load(std::sync::atomic::Ordering::Relaxed) > 0
-            }
-        }
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.journal");
-        let first = Runs::open(&path, "k", &()).unwrap();
-        let second = Runs::open(&path, "k", &Impatient(0.into())).err().unwrap();
-        assert!(matches!(second, JournalError::Stopped { .. }), "{second}");
-        drop(first);
-        Runs::open(&path, "k", &Impatient(0.into())).unwrap();
-    }
-
-    #[test]
-    fn journals_of_parts_are_joined_and_go_with_the_whole() {
-        let folder = tempfile::tempdir().unwrap();
-        let [a, b, other, whole] = ["a", "b", "other", "whole"].map(|n| folder.path().join(n));
-        for (i, (path, key)) in [(&a, "k"), (&b, "k"), (&other, "x")]
-            .into_iter()
-            .enumerate()
-        {
-            let part = Runs::open(path, key, &()).unwrap();
-            part.keep((0, (i as i64, 0), 0), &answer(i as f64));
-            assert_eq!(part.trouble(), None);
-        }
-        // The last line of a part that still runs, or was killed, is not whole.
-        let text = std::fs::read_to_string(&b).unwrap();
-        std::fs::write(&b, format!("{text}{{\"id")).unwrap();
-        let mut journal = Runs::open(&whole, "k", &()).unwrap();
-        for part in [&a, &b, &other, &folder.path().join("none")] {
-            journal.join(part, "k");
-        }
-        assert_eq!(journal.outcome(&(0, (0, 0), 0)), Some(&answer(0.0)));
-        assert_eq!(journal.outcome(&(0, (1, 0), 0)), Some(&answer(1.0)));
-        assert_eq!(journal.outcome(&(0, (2, 0), 0)), None);
-        journal.remove();
-        assert!(!a.exists() && !b.exists() && !whole.exists() && other.exists());
-    }
-
-    #[test]
-    fn another_tables_journal_is_begun_anew() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.journal");
-        let journal = Runs::open(&path, "one", &()).unwrap();
-        journal.keep((0, (0, 0), 0), &answer(0.5));
-        drop(journal);
-        let journal = Runs::open(&path, "two", &()).unwrap();
-        assert_eq!(journal.outcome(&(0, (0, 0), 0)), None);
-    }
 }
