@@ -116,7 +116,9 @@ enum Command {
     /// Metric depth and its confidence from the shift between opposite views.
     ///
     /// Z in m from the first lens vertex, by the camera's relation of disparity and depth; its standard deviation in m;
-    /// the disparity x_L - x_R in px with the standard deviation s; and the confidence 1 - s/(0.1 px), at least 0.
+    /// the disparity x_L - x_R in px with the standard deviation s; and the confidence 1 - s/(0.1 px), at least 0, and
+    /// 0 where the disparity is none of this camera's: beyond infinity, or nearer than the lens, by more than three
+    /// standard deviations.
     ///
     /// Example: qpalgo depth out/samples/000001 --score -o depth
     ///          qpalgo depth --sparse capture/raw.png --calibration calibration.json --format pfm -o depth

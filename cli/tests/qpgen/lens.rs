@@ -38,13 +38,12 @@ fn no_number_of_a_lens_is_shown_with_dozens_of_digits() {
     let folder = tempfile::tempdir().unwrap();
     let surface = |radius_mm: f64, nd: Option<f64>, is_stop: bool| {
         serde_json::json!({
-            "radius_mm": radius_mm, "thickness_mm": 2.0, "nd": nd, "vd": null, "conic": 0.0,
+            "radius_mm": radius_mm, "thickness_mm": 2.0, "nd": nd, "vd": null, "conic": 0.0, "coefficients": {},
             "semi_aperture_mm": 1.0, "is_stop": is_stop,
         })
     };
     let surfaces = [surface(1e30, Some(1.5), true), surface(-10.0, None, false)];
-    let lens =
-        serde_json::json!({ "name": "nearly plane", "source": "a test", "surfaces": surfaces });
+    let lens = serde_json::json!({ "name": "nearly plane", "source": "a test", "wavelengths": [587.56], "surfaces": surfaces });
     std::fs::write(folder.path().join("lens.json"), lens.to_string()).unwrap();
     let output = qpgen_in(folder.path(), &["info", "lens.json"]);
     let text = String::from_utf8(output.stdout).unwrap();

@@ -269,7 +269,7 @@ fn devices_and_pipes_stay_what_they_are() {
 #[test]
 fn a_signal_ends_an_export_and_an_estimate_and_nothing_half_made_stays() {
     let folder = tempfile::tempdir().unwrap();
-    let generator = Generator::new(folder.path(), 40);
+    let generator = Generator::new(folder.path(), 12);
     generator.make("data", &[]);
     let data = folder.path().join("data");
     let export = |out: &Path| {
