@@ -60,3 +60,47 @@ impl DepthMaps {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::depth::{FieldCurve, Measured};
+
+    #[test]
+    fn a_shift_of_no_distance_is_given_no_confidence() {
+        let curve = FieldCurve {
+            source: "a test".into(),
+            counted_from: "sensor".into(),
+            width_px: 4,
+            height_px: 1,
+            inverse_distances_per_m: vec![0.5, 1.0, 2.0],
+            columns_px: vec![0.0, 3.0],
+            rows_px: vec![0.0],
+            disparity_px: vec![vec![vec![-0.5, 0.0, 1.0]; 2]],
+            relative_error: 0.0,
+            offset_error_px: 0.0,
+            blur_ratio: None,
+            matched_window_px: None,
+        };
+        // Infinity is at −1 px.
+        let measured = [Some(0.0), Some(-1.02), Some(-1.2), None].map(|disparity| {
+            disparity.map(|disparity_px| Measured {
+                disparity_px,
+                sigma_px: 0.02,
+            })
+        });
+        let shifts = Shifts {
+            size_px: [4, 1],
+            left_right: Some(measured.to_vec()),
+            top_bottom: None,
+        };
+        let maps = DepthMaps::new(&shifts, &CameraCurve::Field(curve), 0.1);
+        let inf = f32::INFINITY;
+        assert_eq!(maps.depth_m.data()[..3], [1.0, inf, inf]);
+        assert!(maps.depth_m.data()[3].is_nan());
+        let confidence: Vec<f32> = maps.confidence.data().iter().step_by(3).copied().collect();
+        let wanted = [0.8, 0.8, 0.0, 0.0];
+        let is_near = |(a, b): (&f32, f32)| (a - b).abs() < 1e-6;
+        assert!(confidence.iter().zip(wanted).all(is_near), "{confidence:?}");
+    }
+}
