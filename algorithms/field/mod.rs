@@ -11,8 +11,12 @@
 //! median of the q over that of two normal components, so it also holds when the polynomial and not the noise limits
 //! the fit.
 
+mod error;
+mod loss;
 mod solve;
 
+pub use error::FieldError;
+pub use loss::Loss;
 pub(crate) use solve::solve_positive_definite;
 
 use solve::Normal;
@@ -32,31 +36,6 @@ const HUBER_REJECTS: f64 = 4.0;
 /// Weights settle within this many rounds or not at all.
 const ROUNDS: usize = 30;
 
-/// What an outlier may weigh.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Loss {
-    /// All the same: least squares.
-    Squares,
-    /// Huber's, k = 1.345: linear in the tail.
-    Huber,
-    /// Tukey's biweight, k = 4.685, started from Huber's fit: nothing beyond k scales.
-    Tukey,
-}
-
-impl Loss {
-    /// Weight ρ'(t)/t at t scales.
-    fn weight(self, t: f64) -> f64 {
-        match self {
-            Self::Squares => 1.0,
-            Self::Huber => (1.345 / t).min(1.0),
-            Self::Tukey => {
-                let rest = 1.0 - (t / 4.685) * (t / 4.685);
-                if rest > 0.0 { rest * rest } else { 0.0 }
-            }
-        }
-    }
-}
-
 /// A shift measured at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observation {
@@ -66,35 +45,6 @@ pub struct Observation {
     pub shift_px: [f64; 2],
     /// Covariance xx, xy, yy, px²; positive semidefinite. Zero on an axis that is known (one-dimensional matching).
     pub covariance_px2: [f64; 3],
-}
-
-/// A fit that cannot be made.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum FieldError {
-    /// Degree out of range.
-    #[error("degree {0}: allowed is 0 to {LARGEST_DEGREE}")]
-    Degree(usize),
-    /// Fewer observations than coefficients.
-    #[error("{found} observations: a field of degree {degree} needs at least {needed}")]
-    TooFew {
-        /// Observations.
-        found: usize,
-        /// Coefficients a component.
-        needed: usize,
-        /// Degree.
-        degree: usize,
-    },
-    /// The places do not fix all coefficients, or the loss left too few of them.
-    #[error(
-        "the matches lie so (on a line, in one corner) that they do not fix a field of degree {0}"
-    )]
-    Singular(usize),
-    /// NaN, infinity or a covariance that is none.
-    #[error("match {index}: not finite, or its covariance is not positive semidefinite")]
-    Observation {
-        /// Index of the observation.
-        index: usize,
-    },
 }
 
 /// A polynomial field of shifts.

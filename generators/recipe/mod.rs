@@ -5,31 +5,33 @@
 pub mod camera_pictures;
 pub(crate) mod check;
 mod error;
+mod lens;
+mod plane;
+mod read;
 pub mod response;
+mod sensor;
 mod short;
 pub(crate) mod stored_response;
 pub mod table_choice;
 
-use std::path::Path;
-
 use quadpixel::effects::{Choice, Tolerance};
-use quadpixel::file;
-use quadpixel::lens::{Coating, Deviation, Misalignment, ReflectionSettings};
 use quadpixel::render::{LensTracing, RenderSettings};
 use quadpixel::sensor::readout::ReadoutSettings;
-use quadpixel::sensor::{MicrolensLaw, ShiftRule, Subpixels};
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
-use quadpixel_datasets::{MosaicPattern, Registration};
+use quadpixel_datasets::Registration;
 use serde::{Deserialize, Serialize};
 
-use crate::charts::ChartSpec;
-use crate::charts::Mask;
 use crate::rgbd::{Level, RgbdRecipe};
 use crate::scenes::WorldRecipe;
 
 pub use camera_pictures::CameraPicturesRecipe;
 pub use error::RecipeError;
+pub use lens::LensRecipe;
+pub use plane::{Cutout, ExtentRecipe, PlaneRecipe};
+pub use read::{parse_json, parse_recipe, read_recipe};
 pub use response::{ResponseSource, TableRecipe};
+pub(crate) use sensor::is_no_law;
+pub use sensor::{SensorRecipe, WindowRecipe};
 
 /// One sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -130,230 +132,4 @@ pub struct SampleId {
     pub index: u32,
     /// Hash of the configuration that it was drawn from.
     pub configuration_blake3: String,
-}
-
-/// Main lens.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LensRecipe {
-    /// Name in the lens library, or a `.json`, `.zmx` or `.seq` file.
-    pub name: String,
-    /// Scales all its lengths to this focal length, mm; absent: as it is.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub focal_length_mm: Option<f64>,
-    /// Depth that is in focus, mm from the first lens vertex; absent (or `inf`): infinity.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub focus_mm: Option<f64>,
-    /// Stops the lens down to this F-number; absent: wide open.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub f_number: Option<f64>,
-    /// Misplaced elements.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub misalignments: Vec<Misalignment>,
-    /// Surfaces whose radius or glass is not as prescribed.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub deviations: Vec<Deviation>,
-    /// What its surfaces and the sensor reflect; absent: a usual coating, and a sensor under microlenses.
-    #[serde(default, skip_serializing_if = "ReflectionSettings::is_default")]
-    pub reflections: ReflectionSettings,
-    /// How far the sensor stands behind (+) where `focus_mm` is in focus, µm; it comes no nearer than where infinity is
-    /// in focus.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub focus_error_um: f64,
-}
-
-impl LensRecipe {
-    /// Whether anything in the lens reflects by its settings.
-    pub(crate) fn reflects(&self) -> bool {
-        self.reflections.sensor > 0.0 || self.reflections.coating != Coating::Reflectance(0.0)
-    }
-}
-
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
-}
-
-/// Sensor window.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SensorRecipe {
-    /// Pitch of the microlenses, µm.
-    pub pitch_um: f64,
-    /// Sub-pixels below each microlens.
-    pub subpixels: Subpixels,
-    /// Microlenses in a row of the window.
-    pub width: usize,
-    /// Rows of microlenses in the window.
-    pub height: usize,
-    /// Where on the sensor the window is.
-    #[serde(default)]
-    pub window: WindowRecipe,
-    /// How microlenses follow the chief ray.
-    #[serde(default = "chief_ray")]
-    pub microlens_shift: ShiftRule,
-    /// By how much all microlenses are out of place besides, (x, y) µm, sensor frame.
-    #[serde(default, skip_serializing_if = "is_origin")]
-    pub microlens_offset_um: [f64; 2],
-    /// How far microlenses stand beside where the rule puts them.
-    #[serde(default, skip_serializing_if = "is_no_law")]
-    pub microlens_law: MicrolensLaw,
-    /// Colours of the filters over the microlenses: what such a sensor reads, beside all channels; absent: not.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mosaic: Option<MosaicPattern>,
-}
-
-fn is_origin(offset: &[f64; 2]) -> bool {
-    *offset == [0.0; 2]
-}
-
-pub(crate) fn is_no_law(law: &MicrolensLaw) -> bool {
-    *law == MicrolensLaw::default()
-}
-
-fn chief_ray() -> ShiftRule {
-    ShiftRule::ChiefRay
-}
-
-/// Where the window is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields, tag = "at")]
-pub enum WindowRecipe {
-    /// Around the optical axis.
-    #[default]
-    Centre,
-    /// Around a place on the sensor.
-    Position {
-        /// Sensor frame, mm: grows with the stored columns.
-        x_mm: f64,
-        /// Sensor frame, mm: grows with the stored rows.
-        y_mm: f64,
-    },
-    /// Around the place where the main lens's chief ray arrives at this angle.
-    ChiefRayAngle {
-        /// Angle to the axis, deg.
-        theta_deg: f64,
-        /// Azimuth in the sensor frame, deg.
-        phi_deg: f64,
-    },
-}
-
-/// A flat card.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PlaneRecipe {
-    /// What is printed on it; in a file also the name of its kind, or the path of an image.
-    #[serde(deserialize_with = "short::chart")]
-    pub chart: ChartSpec,
-    /// Seed of the chart.
-    #[serde(default)]
-    pub chart_seed: u64,
-    /// Side of the chart's texture, texels.
-    #[serde(default = "texture_px")]
-    pub texture_px: usize,
-    /// Depth of its middle, mm from the first lens vertex.
-    pub distance_mm: f64,
-    /// Its place and size.
-    #[serde(default)]
-    pub extent: ExtentRecipe,
-    /// Tilt about the horizontal axis, deg; positive: the upper edge goes away.
-    #[serde(default)]
-    pub tilt_x_deg: f64,
-    /// Tilt about the vertical axis, deg; positive: the right edge goes away.
-    #[serde(default)]
-    pub tilt_y_deg: f64,
-    /// Turn in its own plane, deg.
-    #[serde(default)]
-    pub roll_deg: f64,
-    /// Shape that is cut from it; absent: the whole rectangle.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cutout: Option<Cutout>,
-}
-
-/// A shape cut from a card.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Cutout {
-    /// Family of outlines.
-    pub shape: Mask,
-    /// Seed of its proportions.
-    #[serde(default)]
-    pub seed: u64,
-}
-
-fn texture_px() -> usize {
-    1024
-}
-
-/// Place and size of a card.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields, tag = "of")]
-pub enum ExtentRecipe {
-    /// Fills the window's field of view, with a margin for blur.
-    #[default]
-    Fill,
-    /// In parts of the window: (0, 0) is its upper left corner as stored, (1, 1) its lower right one.
-    Window {
-        /// Centre, fraction of the window's width.
-        x: f64,
-        /// Centre, fraction of the window's height.
-        y: f64,
-        /// Side, as a fraction of the window's width.
-        size: f64,
-    },
-    /// In mm in the camera frame.
-    Mm {
-        /// Centre: to the photographer's right.
-        x_mm: f64,
-        /// Centre: up.
-        y_mm: f64,
-        /// Width.
-        width_mm: f64,
-        /// Height.
-        height_mm: f64,
-    },
-}
-
-/// A recipe in TOML; `name` names the text in errors.
-///
-/// # Errors
-/// No recipe: names the place.
-pub fn parse_recipe(text: &str, name: &str) -> Result<Recipe, RecipeError> {
-    toml::from_str(text)
-        .map(Recipe::completed)
-        .map_err(|cause| RecipeError::Toml {
-            name: name.to_owned(),
-            cause: Box::new(cause),
-        })
-}
-
-/// Reads a recipe: TOML, or the `scene.parameters` of a sample's `meta.json`.
-///
-/// # Errors
-/// A file that cannot be read, or is no recipe: names the file and the place.
-pub fn read_recipe(path: &Path) -> Result<Recipe, RecipeError> {
-    let text = file::read_text(path).map_err(|e| RecipeError::File {
-        path: e.path,
-        cause: e.cause,
-    })?;
-    let name = path.display().to_string();
-    if path.extension().is_some_and(|e| e == "json") {
-        return parse_json(&text, &name);
-    }
-    parse_recipe(&text, &name)
-}
-
-/// A recipe in JSON, or the `scene.parameters` of a sample's `meta.json`; `name` names the text in errors.
-///
-/// # Errors
-/// No recipe: names the place.
-pub fn parse_json(text: &str, name: &str) -> Result<Recipe, RecipeError> {
-    let read = || {
-        let meta: serde_json::Value = serde_json::from_str(text)?;
-        let parameters = meta.pointer("/scene/parameters").unwrap_or(&meta).clone();
-        serde_json::from_value(parameters)
-    };
-    let name = name.to_owned();
-    read()
-        .map(Recipe::completed)
-        .map_err(|cause| RecipeError::Json { name, cause })
 }

@@ -1,102 +1,38 @@
 //! `qpgen fit`: a camera's pixel, lens and shift law from what anybody can measure of it.
 
+mod args;
+mod known;
 mod report;
 mod trials;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use crate::exit::CommandError;
 use crate::log::Log;
-use crate::number::number;
 use crate::progress::Progress;
 use crate::{out, outln};
-use clap::Args;
-use quadpixel::em::PixelStack;
 use quadpixel::em::rcwa::RcwaSettings;
 use quadpixel::file;
 use quadpixel::response::ResponseCache;
 use quadpixel_generators::camera_file::CameraFile;
 use quadpixel_generators::observer::{Event, Observer};
 use quadpixel_laboratory::fit::camera_file::camera_file;
-use quadpixel_laboratory::fit::camera_model::{CameraModel, Fineness, Optics};
+use quadpixel_laboratory::fit::camera_model::{CameraModel, Fineness};
 use quadpixel_laboratory::fit::capture::{CaptureDescription, EXAMPLE_TOML};
-use quadpixel_laboratory::fit::conjugates::Conjugates;
 use quadpixel_laboratory::fit::goals::Goal;
 use quadpixel_laboratory::fit::keeping::Keeping;
-use quadpixel_laboratory::fit::measurements::{Measurements, sum_of};
-use quadpixel_laboratory::fit::parameters::{Known, LAYERS, Parameter, with_prior};
+use quadpixel_laboratory::fit::measurements::Measurements;
+use quadpixel_laboratory::fit::parameters::{LAYERS, with_prior};
 use quadpixel_laboratory::fit::prediction::Prediction;
 use quadpixel_laboratory::fit::target::DotTarget;
 use quadpixel_laboratory::fit::{Fitted, fit, pictures};
 
+pub use args::FitArgs;
+use known::{known, pixel, priors};
+
 /// Correlations that are told.
 const STRONG: f64 = 0.8;
-
-/// Arguments of `qpgen fit`.
-#[derive(Args)]
-pub struct FitArgs {
-    /// What was captured (TOML, see --print-capture): measured kernels of both views over the field and white sheets,
-    /// textured planes at known distances, or all of these; the files that it names stand beside it.
-    #[arg(required_unless_present_any = ["print_capture", "print_target", "trials"])]
-    capture: Option<PathBuf>,
-    /// Prints the grid of dots that is photographed out of focus (SVG in mm, white on black), and ends.
-    #[arg(
-        long,
-        conflicts_with_all = [
-            "capture", "print_capture", "out", "all", "prior", "pixel", "draft", "confirm", "trials", "seed", "json",
-        ]
-    )]
-    print_target: bool,
-    /// Sheet of --print-target, mm, such as 297x210.
-    #[arg(
-        long,
-        default_value = "420x297",
-        value_name = "WxH",
-        requires = "print_target"
-    )]
-    target_mm: String,
-    /// Distance of its dots, mm: on the sensor at least 1.4 widths of a dot out of focus.
-    #[arg(value_parser = number, long, default_value_t = 20.0, requires = "print_target")]
-    dot_pitch_mm: f64,
-    /// Diameter of its dots, mm: in focus a pixel or less on the sensor.
-    #[arg(value_parser = number, long, default_value_t = 1.0, requires = "print_target")]
-    dot_mm: f64,
-    /// Prints an example of the description, with every field, and ends.
-    #[arg(long, conflicts_with_all = ["capture", "out", "all", "prior", "pixel", "draft", "confirm", "trials", "seed", "json"])]
-    print_capture: bool,
-    /// Folder of what is found: camera.toml (which --camera of other commands takes, and --pixel for its pixel),
-    /// fit.json (parameters, covariance, goals, predictions) and residuals.png.
-    #[arg(long, short, default_value = "camera")]
-    out: PathBuf,
-    /// Fits everything but planes of another wavelength. Absent: every other field, as the squares of a chessboard, the
-    /// right half of the sheet, and planes with held_out are kept out and predicted.
-    #[arg(long)]
-    all: bool,
-    /// Prior of a parameter instead of its usual one, such as silicon_um=3,0.5; a deviation of 0 holds it.
-    #[arg(long, value_name = "NAME=VALUE,SIGMA")]
-    prior: Vec<String>,
-    /// Pixel (built-in name or TOML) whose layers are the start, and stay with planes alone: of 2x1 sub-pixels, with a
-    /// layer named oxide or wiring, alone or under a mosaic of colour filters; absent: a thin one without.
-    #[arg(long)]
-    pixel: Option<PathBuf>,
-    /// Coarser waves and pupil: a quick look.
-    #[arg(long)]
-    draft: bool,
-    /// Predicts what was kept out by Fourier modes (rcwa), too, with the values that were found by waves: minutes more.
-    #[arg(long, conflicts_with = "trials")]
-    confirm: bool,
-    /// Checks the fit itself: draws so many cameras from the priors, captures them with noise, fits them blind, and
-    /// says how far the fits are from what was drawn.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    trials: Option<u64>,
-    /// Seed of the first drawn camera.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Prints one JSON object on stdout.
-    #[arg(long)]
-    pub json: bool,
-}
 
 /// Fits, predicts and writes.
 ///
@@ -240,117 +176,6 @@ fn fineness(args: &FitArgs) -> Fineness {
         true => Fineness::draft(),
         false => Fineness::standard(),
     }
-}
-
-fn pixel(args: &FitArgs, description: &CaptureDescription) -> Result<PixelStack, CommandError> {
-    let Some(path) = &args.pixel else {
-        return Ok(description.pixel());
-    };
-    let name = path.to_str().unwrap_or_default();
-    if PixelStack::builtin_toml(name).is_some() {
-        return PixelStack::builtin(name).map_err(CommandError::input);
-    }
-    let text = file::read_text(path).map_err(CommandError::input)?;
-    PixelStack::from_toml(&text, &path.display().to_string()).map_err(CommandError::input)
-}
-
-/// What is known of the camera before the fit.
-fn known(
-    description: &CaptureDescription,
-    folder: &Path,
-    measured: &Measurements,
-) -> Result<(Known, Optics), CommandError> {
-    let camera = &description.camera;
-    let mut conjugates = Conjugates {
-        focal_length_mm: camera.focal_length_mm,
-        hiatus_mm: 0.0,
-    };
-    let mut pupil_mm = None;
-    if let Some(lens) = description.lens(folder)? {
-        let lens = lens
-            .paraxial(camera.wavelength_nm)
-            .map_err(CommandError::input)?;
-        // A lens that stands in for another one is scaled to its focal length.
-        let scale = camera.focal_length_mm / lens.efl_mm;
-        conjugates.hiatus_mm = scale * (lens.rear_principal_z_mm - lens.front_principal_z_mm);
-        let picture_mm = lens.rear_principal_z_mm + lens.efl_mm;
-        pupil_mm = Some(scale * (picture_mm - lens.exit_pupil_z_mm));
-    }
-    let has_kernels = !measured.fields.is_empty();
-    let disk_px = match has_kernels {
-        true => middle_disk_px(measured),
-        false => largest_disk_px(description, &conjugates),
-    };
-    let known = Known {
-        pitch_um: camera.pitch_um,
-        f_number: camera.f_number,
-        disk_px,
-        focal_length_mm: camera.focal_length_mm,
-        pupil_mm: pupil_mm.filter(|mm| *mm > 0.0 && mm.is_finite()),
-        focus_mm: camera.focus_mm.filter(|_| !measured.planes.is_empty()),
-        has_kernels,
-    };
-    let optics = Optics {
-        f_number: camera.f_number,
-        unit_mm: known.unit_mm(),
-        side: measured.side,
-        view_pixel_um: measured.view_pixel_um,
-        collected_at: camera.collected_at,
-        conjugates,
-    };
-    Ok((known, optics))
-}
-
-/// Diameter of the largest disk of the planes, px.
-fn largest_disk_px(description: &CaptureDescription, lens: &Conjugates) -> f64 {
-    let focus_mm = description.camera.focus_mm.unwrap_or(f64::NAN);
-    let tangent = 0.5 / description.camera.f_number;
-    let radius = |mm: f64| lens.disk_radius_mm(focus_mm, mm, tangent).abs();
-    let radii = description
-        .planes
-        .iter()
-        .map(|plane| radius(plane.distance_mm));
-    2e3 * radii.fold(0.0, f64::max) / description.views.pixel_um
-}
-
-/// Diameter of the disk in the middle of the picture, px.
-fn middle_disk_px(measured: &Measurements) -> f64 {
-    let [columns, rows] = measured.grid;
-    let field = &measured.fields[rows / 2 * columns + columns / 2];
-    let sum = sum_of(&field.views, field.left_part);
-    let figures = quadpixel_laboratory::fit::figures::FieldFigures::new(
-        &[sum.clone(), sum],
-        0.5,
-        measured.side,
-    );
-    figures.disk_px
-}
-
-/// The usual priors, but for those that are given.
-fn priors(
-    mut parameters: Vec<Parameter>,
-    given: &[String],
-) -> Result<Vec<Parameter>, CommandError> {
-    for text in given {
-        let refused = |why: String| CommandError::input(format!("--prior {text}: {why}"));
-        let parts = text.split_once('=').and_then(|(name, numbers)| {
-            let (value, sigma) = numbers.split_once(',')?;
-            Some((name, value.parse().ok()?, sigma.parse().ok()?))
-        });
-        let Some((name, value, sigma)) = parts else {
-            return Err(refused("allowed: such as silicon_um=3,0.5".into()));
-        };
-        let names: Vec<String> = parameters.iter().map(|p| p.name.clone()).collect();
-        let found = parameters.iter_mut().find(|p| p.name == name);
-        let Some(parameter) = found else {
-            return Err(refused(format!(
-                "there is no such parameter; there are: {}",
-                names.join(", ")
-            )));
-        };
-        with_prior(parameter, value, sigma).map_err(|e| refused(e.to_string()))?;
-    }
-    Ok(parameters)
 }
 
 fn write(
