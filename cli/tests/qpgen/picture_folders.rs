@@ -9,7 +9,7 @@ use quadpixel::image::{Image, exr};
 
 use crate::common::small::{SMALL, attempt, with_values};
 use crate::common::{done, files, json, qpgen, refused, said};
-use crate::convert::{
+use crate::pictures::{
     HEIGHT, WIDTH, codes, config, depth_m, map, write_depth_exr, write_npy, write_pfm,
 };
 
