@@ -12,6 +12,7 @@ pub mod field_of_view;
 mod file_world;
 mod finish;
 mod flying_shapes;
+mod furniture;
 mod object;
 mod pictures;
 mod room;

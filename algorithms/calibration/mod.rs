@@ -12,14 +12,17 @@
 //! right and down, px; T: see [`crate::field`]. [`Calibration`] is the JSON file, self-describing: a reader needs
 //! nothing but it.
 
+mod error;
+
 use quadpixel::image::{Image, channel};
 use serde::{Deserialize, Serialize};
 
 use crate::calibrated_camera::CalibratedCamera;
 use crate::centroid::Reference;
-use crate::disparity::{MatchError, MatchSettings, match_images};
-use crate::field::{FieldError, FieldFit, Loss, SmoothField};
+use crate::disparity::{MatchSettings, match_images};
+use crate::field::{FieldFit, Loss, SmoothField};
 use crate::sai::{Side, Views};
+pub use error::CalibrationError;
 
 /// First line of the file; another one is another kind of file.
 const FORMAT: &str = "quadpixel aberration calibration";
@@ -105,44 +108,6 @@ pub struct CalibratedField {
     pub rejected_share: f64,
     /// Share of the matches that were valid, 0 to 1.
     pub valid_share: f64,
-}
-
-/// A capture that gives no calibration, or a file that is none.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum CalibrationError {
-    /// It cannot be matched.
-    #[error("view {view}, channel {channel}: {error}")]
-    Match {
-        /// Sub-pixel.
-        view: String,
-        /// Channel.
-        channel: String,
-        /// Why.
-        error: MatchError,
-    },
-    /// The sum shows no texture, or is too small.
-    #[error(
-        "sum of the views: {error}: is the chart textured, in focus and large enough (centroids need a hundred px; `--align texture` fewer)?"
-    )]
-    Reference {
-        /// Why.
-        error: FieldError,
-    },
-    /// No field fits.
-    #[error(
-        "view {view}, channel {channel}: {error}: is the chart textured, in focus and large enough (centroids need a hundred px; `--align texture` fewer)?"
-    )]
-    Field {
-        /// Sub-pixel.
-        view: String,
-        /// Channel.
-        channel: String,
-        /// Why.
-        error: FieldError,
-    },
-    /// Not such a file.
-    #[error("no calibration: {0}")]
-    File(String),
 }
 
 impl Calibration {

@@ -4,6 +4,8 @@
 //! view. No truth can come with it: of a sample's folder only the raw mosaic and the camera's own description are read
 //! (see [`crate::camera`]).
 
+mod error;
+
 use std::path::{Path, PathBuf};
 
 use quadpixel::image::exr::NamedLayer;
@@ -13,8 +15,9 @@ use quadpixel::sensor::Subpixels;
 use quadpixel_datasets::{CameraDescription, RawFormat, RawLevels, paths};
 
 use crate::camera::{self, CameraError};
-use crate::load::{self, LoadError};
-use crate::sai::{SaiError, Side, Views};
+use crate::load;
+use crate::sai::{Side, Views};
+pub use error::CaptureError;
 
 /// Views with what is known of their camera.
 #[derive(Clone, Debug)]
@@ -38,77 +41,6 @@ pub struct CaptureOptions {
     pub camera: Option<PathBuf>,
     /// A `meta.json`, of which the camera's fields are read.
     pub meta: Option<PathBuf>,
-}
-
-/// A file or folder that is no capture.
-#[derive(Debug, thiserror::Error)]
-pub enum CaptureError {
-    /// A picture cannot be read.
-    #[error(transparent)]
-    Load(#[from] LoadError),
-    /// A description cannot be read.
-    #[error(transparent)]
-    Camera(#[from] CameraError),
-    /// A folder without a description.
-    #[error("{}: {} is missing: allowed is a sample's folder, such as DATASET/samples/000000", path.display(), wanted.display())]
-    Missing {
-        /// The folder.
-        path: PathBuf,
-        /// What should be in it.
-        wanted: PathBuf,
-    },
-    /// Levels without a slope.
-    #[error("{}: raw: white_level {white} must be above black_level {black}", path.display())]
-    Levels {
-        /// The description.
-        path: PathBuf,
-        /// White level.
-        white: u16,
-        /// Black level.
-        black: u16,
-    },
-    /// A mosaic that cannot be parted, or views that are no set.
-    #[error("{}: {error}", path.display())]
-    Views {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        error: SaiError,
-    },
-    /// An EXR of views without one of them.
-    #[error("{}: it has no view {name}", path.display())]
-    NoView {
-        /// The file.
-        path: PathBuf,
-        /// Name of the sub-pixel.
-        name: String,
-    },
-    /// An EXR of views of unlike channels.
-    #[error("{}: view {name} has other channels", path.display())]
-    Channels {
-        /// The file.
-        path: PathBuf,
-        /// Name of the sub-pixel.
-        name: String,
-    },
-    /// Views of another size than the description says.
-    #[error("{}: views of {} × {} pixels where {} says {} × {}", path.display(), found[0], found[1], description.display(), expected[0], expected[1])]
-    Size {
-        /// The mosaic.
-        path: PathBuf,
-        /// Columns and rows of its views.
-        found: [usize; 2],
-        /// The description.
-        description: PathBuf,
-        /// Its columns and rows.
-        expected: [usize; 2],
-    },
-    /// Neither a description nor names of views tell the sub-pixels.
-    #[error("{}: no description of the camera lies beside it: its sub-pixels must be given, such as 2x2", path.display())]
-    NoSubpixels {
-        /// The mosaic.
-        path: PathBuf,
-    },
 }
 
 /// One channel of a view, and of what it is compared with.
