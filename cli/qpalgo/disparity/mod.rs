@@ -21,7 +21,6 @@ use crate::progress::Progress;
 use crate::qpalgo::dense;
 use crate::qpalgo::inputs::{CaptureArgs, MapFormatArg, PairArgs, in_file};
 use crate::qpalgo::network::NetworkArgs;
-
 use quadpixel_algorithms::capture::ViewPair;
 use quadpixel_algorithms::disparity::{Axes, MatchSettings, match_images};
 use quadpixel_algorithms::load;
