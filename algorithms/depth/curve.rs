@@ -17,7 +17,8 @@ pub struct Depth {
 }
 
 impl Depth {
-    /// Of 1/d and its standard deviation, 1/m; d counts from `pupil_behind_vertex_m`.
+    /// Of n = 1/(Z + p) and its standard deviation, 1/m, with p the pupil's place behind the first vertex, m:
+    /// Z = 1/n − p, σ_Z = σ_n/n².
     pub fn of_nearness(per_m: f64, sigma_per_m: f64, pupil_behind_vertex_m: f64) -> Self {
         let margin = POSSIBLE_SIGMAS * sigma_per_m;
         if per_m <= 0.0 {

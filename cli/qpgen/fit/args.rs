@@ -36,7 +36,12 @@ pub struct FitArgs {
     #[arg(value_parser = number, long, default_value_t = 1.0, requires = "print_target")]
     pub(super) dot_mm: f64,
     /// Prints an example of the description, with every field, and ends.
-    #[arg(long, conflicts_with_all = ["capture", "out", "all", "prior", "pixel", "draft", "confirm", "trials", "seed", "json"])]
+    #[arg(
+        long,
+        conflicts_with_all = [
+            "capture", "out", "all", "prior", "pixel", "draft", "confirm", "trials", "seed", "json",
+        ]
+    )]
     pub(super) print_capture: bool,
     /// Folder of what is found: camera.toml (which --camera of other commands takes, and --pixel for its pixel),
     /// fit.json (parameters, covariance, goals, predictions) and residuals.png.
