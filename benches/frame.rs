@@ -3,7 +3,7 @@
 //! cores, diffractive about 20 % slower than classic).
 //!
 //! Modes: classic (the ideal box), diffractive by the table of the centred lens (2D) and by that of all lens shifts
-//! (4D), and bands of wavelengths in the place of one per channel.
+//! (4D), and bands of wavelengths in the place of one per channel; of sizes that pay for them, by maps of the lens too.
 //!
 //! ```text
 //! cargo bench --bench frame
@@ -18,7 +18,7 @@ mod support;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use quadpixel::em::{Level, ModelChoice, Preset, ShiftGrid};
-use quadpixel::render::Camera;
+use quadpixel::render::{Camera, LensMaps};
 use quadpixel::response::{GeometricResponse, Response, TableSettings};
 use quadpixel::spectrum::{Bands, ChannelWavelengths};
 use support::{Frame, RAYS_PER_SUBPIXEL, made_up_table};
@@ -104,13 +104,21 @@ fn sizes(c: &mut Criterion) {
     let frame = Frame::new().unwrap();
     let mut group = c.benchmark_group("frame/size");
     let given = std::env::var("QUADPIXEL_BENCH_SIDES");
-    let sides = given.unwrap_or_else(|_| "24,48,96".into());
+    let sides = given.unwrap_or_else(|_| "24,48,192".into());
     for side in sides.split(',').map(|side| side.parse().unwrap()) {
         group.throughput(rays(&frame, side));
+        let exact = table_camera(&frame, side, false, None);
+        let mapped = frame.mapped(exact.clone());
+        let is_mapped = matches!(mapped.lens_maps(), LensMaps::Mapped { .. });
         for (name, camera) in [
             ("classic", classic_camera(&frame, side)),
-            ("2D", table_camera(&frame, side, false, None)),
+            ("2D", exact),
+            ("2D, lens maps", mapped),
         ] {
+            // Few rays are traced exactly in the place of maps.
+            if name == "2D, lens maps" && !is_mapped {
+                continue;
+            }
             let id = BenchmarkId::new(name, format!("{side}x{side}"));
             group.bench_function(id, |b| b.iter(|| frame.shot(&camera)));
         }

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use quadpixel::em::PixelStack;
 use quadpixel::em::ShiftGrid;
 use quadpixel::lens::{FocusBy, Lens, Prescription};
-use quadpixel::render::{Camera, Render, RenderSettings, Rendered};
+use quadpixel::render::{Camera, LensTracing, Render, RenderSettings, Rendered};
 use quadpixel::response::{
     AngularResponse, Provenance, Response, ResponseAxes, ResponseMeta, TableSettings,
 };
@@ -69,10 +69,19 @@ impl Frame {
         )?)
     }
 
+    /// The same camera with maps of its lens, as `qpgen render` has them.
+    pub fn mapped(&self, camera: Camera) -> Camera {
+        camera.with_lens_maps(&LensTracing::default(), self.rays_per_pixel())
+    }
+
+    fn rays_per_pixel(&self) -> usize {
+        RAYS_PER_SUBPIXEL * self.stack.subpixels.count()
+    }
+
     /// Renders.
     pub fn shot(&self, camera: &Camera) -> Rendered {
         let settings = RenderSettings {
-            rays_per_pixel: RAYS_PER_SUBPIXEL * self.stack.subpixels.count(),
+            rays_per_pixel: self.rays_per_pixel(),
             seed: 1,
         };
         Render::new(camera, &self.scene, &settings).run()

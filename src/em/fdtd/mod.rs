@@ -30,6 +30,7 @@ mod dispersion;
 mod error;
 mod fields;
 mod fills;
+mod footprint;
 mod grid;
 mod incident;
 mod kernel;

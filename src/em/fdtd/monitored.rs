@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use rustfft::num_complex::Complex64;
 
+use super::footprint::Footprint;
 use super::incident::Incident;
 use super::matter::{Matter, members};
 use super::mesh::Mesh;
 use super::phasors::Phasors;
-use super::powers::{Absorbed, Fields, Footprint, Side};
+use super::powers::{Absorbed, Fields, Side};
 use super::pulse::Pulse;
 use super::{Domain, Member, Simulation, SolverError, Source};
 use crate::em::PixelStack;

@@ -116,10 +116,16 @@ impl PhaseDraw {
     }
 
     fn sorted(half: f64, places: &[DVec2], displacements: &[DVec2]) -> Self {
-        let mut cells = vec![Vec::new(); CELLS * CELLS];
+        let mut cells: Vec<Vec<DVec2>> = vec![Vec::new(); CELLS * CELLS];
         for (place, d) in places.iter().zip(displacements) {
             // The wave's place is that of the ray, less its displacement.
             cells[cell(*place, half)].push(-*d);
+        }
+        // From inwards to outwards, so that the samples of neighbouring rays, which differ, take them to both sides.
+        for (c, displacements) in cells.iter_mut().enumerate() {
+            let corner = DVec2::new((c % CELLS) as f64, (c / CELLS) as f64);
+            let outwards = corner + 0.5 - 0.5 * CELLS as f64;
+            displacements.sort_by(|a, b| a.dot(outwards).total_cmp(&b.dot(outwards)));
         }
         let filled: Vec<usize> = (0..cells.len()).filter(|&c| !cells[c].is_empty()).collect();
         let mut sorted = Self {
