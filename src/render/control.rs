@@ -19,6 +19,10 @@ use super::{Camera, RenderSettings};
 /// W/Ŵ beyond which a pixel's own rays say too little of the pupil, at its dark edge, and the sum stays as it is.
 const LARGEST: f64 = 2.0;
 
+/// Fewest rays per pixel and channel over its sub-pixels with which a render is brought to the known light of a white
+/// wall: with so many the bias is below a quarter of the noise.
+pub const LEAST_RAYS_PER_SUBPIXEL: usize = 6;
+
 /// See the module.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Control<'a> {
@@ -26,12 +30,9 @@ pub(super) struct Control<'a> {
 }
 
 impl<'a> Control<'a> {
-    /// Fewest rays per sub-pixel: with 6 the bias is below a quarter of the noise.
-    pub const FEWEST: usize = 6;
-
     /// `None` for too few rays.
     pub fn new(camera: &Camera, settings: &RenderSettings, white: &'a WhiteField) -> Option<Self> {
-        let fewest = Self::FEWEST * camera.sensor().subpixels().count();
+        let fewest = LEAST_RAYS_PER_SUBPIXEL * camera.sensor().subpixels().count();
         (settings.rays_per_pixel >= fewest).then_some(Self { white })
     }
 

@@ -39,6 +39,7 @@ mod workspace;
 
 pub use blur_rays::blur_rays;
 pub use camera::{Camera, CameraError};
+pub use control::LEAST_RAYS_PER_SUBPIXEL;
 pub use disparity_curve::{LUMINANCE, disparity_curves};
 pub use disparity_ratio::disparity_ratio;
 pub use ghosts::{GhostBlocks, ghost_blocks};

@@ -263,7 +263,7 @@ fn spread(pictures: &[Vec<f32>]) -> Spread {
 #[test]
 fn rays_towards_small_lamps_take_their_speckles_and_no_light() {
     // Kept rays are drawn without those towards lamps: the plain estimator.
-    const SEEDS: u64 = 16;
+    const SEEDS: u64 = 24;
     let lens = focused(PHONE, 750.0);
     let camera = shots::camera(&lens, &boxes(2, 2, 2.8, 6.0), (32, 32), DVec2::ZERO);
     let blurred = Camera::clone(&camera).with_lens_diffraction();

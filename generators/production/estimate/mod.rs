@@ -12,6 +12,7 @@ use std::time::Instant;
 
 use quadpixel::em::{Level, Preset};
 use quadpixel::file::{self, FolderAside};
+use quadpixel::render::LEAST_RAYS_PER_SUBPIXEL;
 use quadpixel::shard::Shard;
 use quadpixel_datasets::Effects;
 use serde::Serialize;
@@ -205,8 +206,13 @@ fn rendered(
 ) -> Result<(Sample, usize), GenerateError> {
     let mut recipe = recipe.clone();
     let all_rays = recipe.render.rays_per_pixel;
-    let rays =
-        (recipe.render.rays_per_pixel / part).max(LEAST_RAYS.min(recipe.render.rays_per_pixel));
+    // Noise is that of renders which know a wall's light, if all rays are enough for it.
+    let known = LEAST_RAYS_PER_SUBPIXEL * recipe.sensor.subpixels.count();
+    let least = match part == PART && all_rays >= known {
+        true => known,
+        false => LEAST_RAYS,
+    };
+    let rays = (all_rays / part).max(least.min(all_rays));
     recipe.render.rays_per_pixel = rays;
     let id = SampleId {
         index: 0,
