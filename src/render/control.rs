@@ -19,8 +19,8 @@ use super::{Camera, RenderSettings};
 /// W/Ŵ beyond which a pixel's own rays say too little of the pupil, at its dark edge, and the sum stays as it is.
 const LARGEST: f64 = 2.0;
 
-/// Fewest rays per pixel and channel over its sub-pixels with which a render is brought to the known light of a white
-/// wall: with so many the bias is below a quarter of the noise.
+/// Fewest rays per pixel and channel, over the pixel's sub-pixels, with which [`Render::white`](super::Render::white)
+/// changes anything: with so many the bias is below a quarter of the noise.
 pub const LEAST_RAYS_PER_SUBPIXEL: usize = 6;
 
 /// See the module.

@@ -79,7 +79,8 @@ impl<'a> Render<'a> {
     }
 
     /// With less noise by what a white wall gives this camera: each sub-pixel is scaled by that over what its own rays
-    /// give of such a wall. It changes nothing where there are fewer than 6 rays per sub-pixel, or rays are kept.
+    /// give of such a wall. It changes nothing where there are fewer than
+    /// [`LEAST_RAYS_PER_SUBPIXEL`](super::LEAST_RAYS_PER_SUBPIXEL), or rays are kept.
     pub fn white(self, white: &'a WhiteField) -> Self {
         Self {
             white: Some(white),

@@ -94,14 +94,14 @@ fn noise_is_less_and_the_mean_stays() {
         let reference = plain(&camera, &scene, 16384, 9);
         let known = WhiteField::new(&camera);
         for (rays, seeds) in [(24, 64), (96, 16)] {
-            let error = |shots: &[Vec<f32>]| {
+            let noise = |shots: &[Vec<f32>]| {
                 let squares = shots.iter().map(|shot| rms(shot, &reference).powi(2));
                 (squares.sum::<f64>() / shots.len() as f64).sqrt()
             };
             let with = (1..=seeds).map(|seed| known_shot(&camera, &scene, rays, seed, &known));
             let with: Vec<Vec<f32>> = with.collect();
             let without = (1..=seeds).map(|seed| plain(&camera, &scene, rays, seed));
-            let (error, before) = (error(&with), error(&without.collect::<Vec<_>>()));
+            let (error, before) = (noise(&with), noise(&without.collect::<Vec<_>>()));
             let off =
                 with.iter().map(|shot| mean(shot)).sum::<f64>() / seeds as f64 / mean(&reference)
                     - 1.0;

@@ -1,9 +1,9 @@
 //! What a dataset will take, said before it is begun: time, memory, disk, noise.
 //!
 //! Nothing is a constant of some machine: a few samples of the very configuration, spread over it, are made whole with
-//! a quarter of their rays and written where the dataset will be, each while the next is rendered, and measured. What a
-//! ray costs, and the size of noisy files, is followed from a sixteenth to a quarter of the rays, and on to all; noise
-//! falls by a known power. Response tables that are not kept yet are timed on a coarser grid.
+//! a quarter of their rays, or a few more, and written where the dataset will be, each while the next is rendered, and
+//! measured. What a ray costs, and the size of noisy files, is followed from a sixteenth to a quarter of the rays, and
+//! on to all; noise falls by a known power. Response tables that are not kept yet are timed on a coarser grid.
 
 mod tables;
 
@@ -108,7 +108,11 @@ pub fn estimate(
     let folder = FolderAside::new(out, format!("{name}-estimate-"))?;
     let mut responses = Responses::new();
     let response_seconds = tables::seconds_of_missing(config, &recipes, &mut responses)?;
-    let few = rendered(&drawn[0], PART * PART, &mut responses)?;
+    let few = rendered(
+        &drawn[0],
+        part_of_rays(&drawn[0], PART * PART),
+        &mut responses,
+    )?;
     let few = written(&few, folder.path())?;
     // As a dataset is made: one sample is written while the next is rendered.
     let began = Instant::now();
@@ -119,7 +123,7 @@ pub fn estimate(
             return Err(GenerateError::EstimateStopped);
         }
         let (next, trial) = rayon::join(
-            || rendered(recipe, PART, &mut responses),
+            || rendered(recipe, tried_rays(recipe), &mut responses),
             || last.as_ref().map(|sample| written(sample, folder.path())),
         );
         trials.extend(trial.transpose()?);
@@ -198,21 +202,30 @@ fn expected(
     }
 }
 
-/// A sample with a part of its rays, and how many.
+/// One part of so many of a recipe's rays.
+fn part_of_rays(recipe: &Recipe, parts: usize) -> usize {
+    let all = recipe.render.rays_per_pixel;
+    (all / parts).max(LEAST_RAYS.min(all))
+}
+
+/// Rays that tell the noise of all: enough for the known light of a white wall, if all of them are.
+fn tried_rays(recipe: &Recipe) -> usize {
+    let known = LEAST_RAYS_PER_SUBPIXEL * recipe.sensor.subpixels.count();
+    let part = part_of_rays(recipe, PART);
+    match recipe.render.rays_per_pixel >= known {
+        true => part.max(known),
+        false => part,
+    }
+}
+
+/// A sample with so many of its rays, and how many.
 fn rendered(
     recipe: &Recipe,
-    part: usize,
+    rays: usize,
     responses: &mut Responses,
 ) -> Result<(Sample, usize), GenerateError> {
     let mut recipe = recipe.clone();
     let all_rays = recipe.render.rays_per_pixel;
-    // Noise is that of renders which know a wall's light, if all rays are enough for it.
-    let known = LEAST_RAYS_PER_SUBPIXEL * recipe.sensor.subpixels.count();
-    let least = match part == PART && all_rays >= known {
-        true => known,
-        false => LEAST_RAYS,
-    };
-    let rays = (all_rays / part).max(least.min(all_rays));
     recipe.render.rays_per_pixel = rays;
     let id = SampleId {
         index: 0,

@@ -115,8 +115,8 @@ impl Simulation {
         Ok(set * members.iter().map(Member::sets).sum::<usize>())
     }
 
-    /// Steps forward in time: by AVX2 also where there is AVX-512, which is 4 to 9 % faster on one processor and 7 to
-    /// 37 % slower on another (`benches/runs/2026-11-28/speed.md`).
+    /// Steps forward in time: by AVX2 also where there is AVX-512, which is up to 9 % faster on one processor and 7
+    /// to 37 % slower on another (`benches/runs/2026-11-28/speed.md`).
     pub fn advance(&mut self, steps: usize) {
         self.advance_at(steps, SimdLevel::detect().min(SimdLevel::Avx2));
     }
