@@ -4,14 +4,19 @@
 //! sub-pixel. Two sets of rays have independent errors, as in [`super::signal`]: d² = ⟨a₁ a₂⟩, and
 //! RMS ≤ √(d² + 2 s/√n). What else is left out adds up with it as errors do that know nothing of each other, in
 //! squares.
+//!
+//! A short look at charts comes first: most have ghosts far below the tolerance. Lamps and suns, whose ghosts few rays
+//! find, are looked at for long at once.
 
 use super::{Choice, Decision, Effect, Estimate, Planned, Shot, Tolerance, Verdict};
-use crate::render::{Execution, RenderSettings, ghost_blocks, probe};
+use crate::render::{Execution, GhostLook, RenderSettings, ghost_blocks, probe};
 use crate::sampling::hash;
 
 /// Pixels on a side of the window, and rays of each, whose mean is the signal.
 const SIDE: usize = 8;
 const RAYS: usize = 16;
+/// A short look is believed where so many times the ghosts that it finds are still below the tolerance.
+const ROOM: f64 = 4.0;
 /// Keeps these random numbers apart from others.
 const KEY: u64 = 0x6105_7EED;
 
@@ -24,10 +29,7 @@ pub(super) fn decide(
     tolerance: &Tolerance,
 ) -> Planned {
     let wanted = choice.asks_for(Effect::LensReflections);
-    let estimate = (*choice != Choice::All).then(|| Estimate {
-        signal_percent: Some(100.0 * ghosts_over_mean(whole, settings)),
-        shift_px: None,
-    });
+    let estimate = (*choice != Choice::All).then(|| estimate(whole, &planned, settings, tolerance));
     let verdict = match (wanted, estimate) {
         (Some(true), _) => Verdict::Simulated,
         (Some(false), _) => Verdict::NotAsked,
@@ -54,6 +56,30 @@ pub(super) fn decide(
     }
 }
 
+/// What leaving out the ghosts does: by a short look where that is enough.
+fn estimate(
+    whole: &Shot,
+    planned: &Planned,
+    settings: &RenderSettings,
+    tolerance: &Tolerance,
+) -> Estimate {
+    let by = |look| Estimate {
+        signal_percent: Some(100.0 * ghosts_over_mean(whole, settings, look)),
+        shift_px: None,
+    };
+    if whole.scene.world().is_none() {
+        let short = by(GhostLook::Short);
+        let worse = Estimate {
+            signal_percent: short.signal_percent.map(|ghosts| ROOM * ghosts),
+            ..short
+        };
+        if tolerance.allows(&with_others(worse, planned)) {
+            return short;
+        }
+    }
+    by(GhostLook::Long)
+}
+
 /// The ghosts with the other effects that are below the tolerance and left out.
 fn with_others(alone: Estimate, planned: &Planned) -> Estimate {
     let below = |d: &&Decision| d.verdict == Verdict::Below;
@@ -70,9 +96,9 @@ fn with_others(alone: Estimate, planned: &Planned) -> Estimate {
 }
 
 /// RMS of the ghosts over the mean light of a sub-pixel; 0 where there are none, infinite where there is nothing else.
-fn ghosts_over_mean(whole: &Shot, settings: &RenderSettings) -> f64 {
+fn ghosts_over_mean(whole: &Shot, settings: &RenderSettings, look: GhostLook) -> f64 {
     let seed = hash(settings.seed, &[KEY]);
-    let Some(blocks) = ghost_blocks(&whole.camera, &whole.scene, seed) else {
+    let Some(blocks) = ghost_blocks(&whole.camera, &whole.scene, seed, look) else {
         return 0.0;
     };
     let [a, b] = &blocks.values;

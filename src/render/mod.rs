@@ -42,7 +42,7 @@ pub use camera::{Camera, CameraError};
 pub use control::LEAST_RAYS_PER_SUBPIXEL;
 pub use disparity_curve::{LUMINANCE, disparity_curves};
 pub use disparity_ratio::disparity_ratio;
-pub use ghosts::{GhostBlocks, ghost_blocks};
+pub use ghosts::{GhostBlocks, GhostLook, ghost_blocks};
 pub use image::SubPixelImage;
 pub use lens_maps::{LensMaps, LensTracing};
 pub use matching_curve::matching_curves;

@@ -148,7 +148,7 @@ fn block<V: Lanes, const N: usize>(
         &mut batch.dz,
     ];
     for (column, ray) in columns.into_iter().zip(&ray.0) {
-        column[start..start + count].copy_from_slice(&ray[..count]);
+        store(ray, column, (start, count));
     }
     let (mut status, mut surface, mut any) = ([0u8; N], [0u16; N], 0);
     for i in 0..N {
@@ -157,8 +157,8 @@ fn block<V: Lanes, const N: usize>(
         surface[i] = if lost { map.stop } else { 0 };
         any |= code.0[i] & IS_DOUBTFUL;
     }
-    batch.status[start..start + count].copy_from_slice(&status[..count]);
-    batch.surface[start..start + count].copy_from_slice(&surface[..count]);
+    store(&status, &mut batch.status, (start, count));
+    store(&surface, &mut batch.surface, (start, count));
     if any != 0 {
         let each = code.0[..count].iter().enumerate();
         doubtful.extend(
@@ -174,9 +174,28 @@ fn load<const N: usize>(
     (start, count): (usize, usize),
     fill: f64,
 ) -> Aligned<f64, N> {
+    let column = &column[start..start + count];
+    // A whole block is moved without a call.
+    if let Ok(whole) = <[f64; N]>::try_from(column) {
+        return Aligned(whole);
+    }
     let mut out = Aligned([fill; N]);
-    out.0[..count].copy_from_slice(&column[start..start + count]);
+    out.0[..count].copy_from_slice(column);
     out
+}
+
+/// Writes a block's lanes back.
+#[inline(always)]
+fn store<T: Copy, const N: usize>(
+    lanes: &[T; N],
+    column: &mut [T],
+    (start, count): (usize, usize),
+) {
+    let column = &mut column[start..start + count];
+    match <&mut [T; N]>::try_from(&mut *column) {
+        Ok(whole) => *whole = *lanes,
+        Err(_) => column.copy_from_slice(&lanes[..count]),
+    }
 }
 
 /// What becomes of each ray.

@@ -22,6 +22,8 @@ pub(super) struct Doubtful {
 /// Buffers for one map, which a thread takes from place to place; places of one row share work.
 #[derive(Clone, Debug, Default)]
 pub struct PlaceBuffers {
+    /// Where it is.
+    at_mm: Option<DVec2>,
     /// y of the row that is blended, mm.
     row: Option<f64>,
     row_constants: Vec<f64>,
@@ -94,6 +96,10 @@ pub(super) struct Place {
 impl PlaceBuffers {
     /// Goes to a place.
     pub(super) fn go(&mut self, map: &LensMap, place_mm: DVec2, level: SimdLevel) {
+        if self.at_mm == Some(place_mm) {
+            return;
+        }
+        self.at_mm = Some(place_mm);
         match level.min(SimdLevel::detect()) {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `detect` found AVX-512 F, DQ and VL on this CPU.
@@ -103,6 +109,13 @@ impl PlaceBuffers {
             SimdLevel::Avx2 => unsafe { go_avx2(self, map, place_mm) },
             _ => self.blend_at(map, place_mm),
         }
+    }
+
+    /// Goes to a place where every ray passes.
+    pub(super) fn go_unbounded(&mut self, map: &LensMap, place_mm: DVec2) {
+        self.go(map, place_mm, SimdLevel::detect());
+        self.place.edge = Edge::default();
+        self.at_mm = None;
     }
 
     /// Blends the nodes around a place: the same bits with all instructions, as nothing is contracted.

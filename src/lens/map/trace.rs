@@ -6,9 +6,12 @@ use glam::DVec2;
 
 use super::kernel::run;
 use super::lens_map::LensMap;
-use super::place::{Doubtful, Edge, PlaceBuffers};
+use super::place::{Doubtful, PlaceBuffers};
 use crate::rays::RayBatch;
 use crate::simd::SimdLevel;
+
+/// Of the number of pixels that a map reaches.
+const ROUNDING: f64 = 1e-6;
 
 impl LensMap {
     /// Takes every ray of `batch` in place from the sensor into the scene, as
@@ -49,26 +52,36 @@ impl LensMap {
         self.trace_doubtful(batch, buffers, level)
     }
 
-    /// Pixels of a row, one after the other, with their rays, by places near enough to both for the map to hold: as
-    /// many pixels together as leave half of its reach to rays that start beside their pixel.
+    /// Pixels of a row, one after the other, with their rays, by places that stand evenly over the window: as many
+    /// pixels share one as leave half of the map's reach to rays that start beside their pixel.
     pub fn places(
         &self,
         pixels: impl Iterator<Item = (DVec2, Range<usize>)>,
         pitch_mm: f64,
     ) -> impl Iterator<Item = (DVec2, Range<usize>)> {
-        let together_mm = (self.reach_mm - pitch_mm).max(0.0);
         let mut pixels = pixels.peekable();
         std::iter::from_fn(move || {
             let (first, mut rays) = pixels.next()?;
-            let mut last = first;
-            while let Some((place, more)) =
-                pixels.next_if(|(place, _)| (*place - first).length() <= together_mm)
-            {
-                last = place;
+            let place = self.shared_place(first, pitch_mm);
+            let is_there = |pixel: &DVec2| self.shared_place(*pixel, pitch_mm) == place;
+            while let Some((_, more)) = pixels.next_if(|(pixel, _)| is_there(pixel)) {
                 rays.end = more.end;
             }
-            Some((0.5 * (first + last), rays))
+            Some((place, rays))
         })
+    }
+
+    /// The place of a pixel and those beside it in its row: the middle of as many columns as the map reaches, counted
+    /// from the window's edge.
+    fn shared_place(&self, pixel_mm: DVec2, pitch_mm: f64) -> DVec2 {
+        let left = self.window.centre.x - self.window.half_width;
+        let columns = (2.0 * self.window.half_width / pitch_mm).round();
+        let together = (self.reach_mm / pitch_mm + ROUNDING).floor().max(1.0);
+        let column = ((pixel_mm.x - left) / pitch_mm).floor();
+        let first = (column / together).floor() * together;
+        // The last ones may be fewer.
+        let end = (first + together).min(columns.max(column + 1.0));
+        DVec2::new(left + 0.5 * (first + end) * pitch_mm, pixel_mm.y)
     }
 
     /// The polynomials alone, also beyond the edge.
@@ -78,8 +91,7 @@ impl LensMap {
         place_mm: DVec2,
         buffers: &mut PlaceBuffers,
     ) {
-        buffers.go(self, place_mm, SimdLevel::detect());
-        buffers.place.edge = Edge::default();
+        buffers.go_unbounded(self, place_mm);
         self.begin(batch, buffers);
         self.map_rays(batch, 0..batch.len(), buffers, SimdLevel::detect());
         self.trace_doubtful(batch, buffers, SimdLevel::detect());

@@ -43,8 +43,8 @@ const SHARE: usize = 64;
 const RAYS: [usize; 2] = [1 << 14, 1 << 22];
 /// Rays of a batch.
 const BATCH: usize = 1024;
-/// Rays of each of the two sets of an estimate.
-const ESTIMATE_RAYS: usize = 1 << 13;
+/// Cells on a side of the square around the front disk.
+const CELLS: usize = 4;
 /// Blocks on a side of the window of an estimate.
 const BLOCKS: usize = 8;
 /// Keeps these random numbers apart from others.
@@ -61,7 +61,7 @@ pub(super) fn ghost_light(
     let image_rays = sensor.width() * sensor.height() * settings.rays_per_pixel;
     let rays = (image_rays / SHARE).clamp(RAYS[0], RAYS[1]);
     let seed = hash(settings.seed, &[KEY]);
-    let ghosts = Ghosts::new(camera, scene, seed)?;
+    let ghosts = Ghosts::new(camera, scene, CELLS, seed)?;
     let all = ghosts.follow(rays, seed);
     let spread = Spread::new(&all, sensor);
     let splatter = Splatter::new(camera, rays);
@@ -70,6 +70,33 @@ pub(super) fn ghost_light(
         splatter.add(landed, &spread.pixels(landed), &mut mosaic);
     }
     Some(mosaic)
+}
+
+/// How closely ghosts are looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GhostLook {
+    /// Enough to tell ghosts that are far below a tolerance; a quarter of the time.
+    Short,
+    /// Enough to tell them from a tolerance.
+    Long,
+}
+
+impl GhostLook {
+    /// Cells on a side of the square around the front disk.
+    fn cells(self) -> usize {
+        match self {
+            Self::Short => CELLS / 2,
+            Self::Long => CELLS,
+        }
+    }
+
+    /// Rays of each of the two sets.
+    fn rays(self) -> usize {
+        match self {
+            Self::Short => 1 << 11,
+            Self::Long => 1 << 13,
+        }
+    }
 }
 
 /// Ghosts in blocks of the window, twice.
@@ -81,17 +108,22 @@ pub struct GhostBlocks {
 }
 
 /// A coarse look at the ghosts of an image: in blocks, by few rays; `None` where the camera simulates none.
-pub fn ghost_blocks(camera: &Camera, scene: &Scene, seed: u64) -> Option<GhostBlocks> {
+pub fn ghost_blocks(
+    camera: &Camera,
+    scene: &Scene,
+    seed: u64,
+    look: GhostLook,
+) -> Option<GhostBlocks> {
     let sensor = camera.sensor();
     let (columns, rows) = (BLOCKS.min(sensor.width()), BLOCKS.min(sensor.height()));
-    let ghosts = Ghosts::new(camera, scene, hash(seed, &[KEY]))?;
+    let ghosts = Ghosts::new(camera, scene, look.cells(), hash(seed, &[KEY]))?;
     let per_block = (sensor.width() * sensor.height()) as f64 / (columns * rows) as f64;
     let scale = 1.0 / (per_block * sensor.subpixels().count() as f64);
-    let splatter = Splatter::new(camera, ESTIMATE_RAYS);
+    let splatter = Splatter::new(camera, look.rays());
     let values = [1, 2].map(|set| {
         let mut blocks = vec![0.0; 3 * columns * rows];
         let seed = hash(seed, &[KEY, set]);
-        for landed in &ghosts.follow(ESTIMATE_RAYS, seed) {
+        for landed in &ghosts.follow(look.rays(), seed) {
             let column = landed.column * columns / sensor.width();
             let row = landed.row * rows / sensor.height();
             let block = 3 * (row * columns + column);
@@ -114,10 +146,10 @@ struct Ghosts<'a> {
 
 impl<'a> Ghosts<'a> {
     /// `None` where nothing reflects, no light comes, or none of it comes near the window.
-    fn new(camera: &'a Camera, scene: &'a Scene, seed: u64) -> Option<Self> {
+    fn new(camera: &'a Camera, scene: &'a Scene, cells: usize, seed: u64) -> Option<Self> {
         let reflections = camera.reflections()?;
         let front = FrontDisk::new(camera)?;
-        let table = GhostTable::new(camera, reflections, scene, &front, seed)?;
+        let table = GhostTable::new(camera, reflections, scene, &front, cells, seed)?;
         Some(Self {
             camera,
             scene,

@@ -13,8 +13,6 @@ use crate::sampling::{hash, uniform};
 use crate::scene::Scene;
 use crate::spectrum::ChannelWavelengths;
 
-/// Cells on a side of the square around the front disk.
-const PLACES: usize = 4;
 /// Part of the rays that go by brightness alone.
 const BLIND: f64 = 0.2;
 /// Places of a cell that are tried for one that light goes through.
@@ -29,6 +27,8 @@ const SLACK: f64 = 1.25;
 /// See the module.
 pub(super) struct GhostTable {
     pub pairs: Vec<GhostPair>,
+    /// Cells on a side of the square around the front disk.
+    cells: usize,
     sources: Vec<Source>,
     /// `[source][pair][place]`.
     bins: Vec<Bin>,
@@ -58,12 +58,13 @@ pub(super) struct Drawn {
 }
 
 impl GhostTable {
-    /// `None` where no light comes near the window.
+    /// With so many cells on a side of the square around the front disk; `None` where no light comes near the window.
     pub fn new(
         camera: &Camera,
         reflections: &Reflections,
         scene: &Scene,
         front: &FrontDisk,
+        cells: usize,
         seed: u64,
     ) -> Option<Self> {
         let system = camera.system(ChannelWavelengths::REFERENCE);
@@ -71,16 +72,17 @@ impl GhostTable {
         let (sources, bright): (Vec<_>, Vec<_>) = sources(camera, scene, front, hash(seed, &[2]))
             .into_iter()
             .unzip();
-        let bins = sources.len() * pairs.len() * PLACES * PLACES;
+        let bins = sources.len() * pairs.len() * cells * cells;
         let pilot = Pilot {
             system,
             reflections,
             front,
+            cells,
             window: camera.sensor().window_mm(),
             seed: hash(seed, &[3]),
         };
         let bins = (0..bins).into_par_iter().map(|number| {
-            let (source, pair, place) = split(number, pairs.len());
+            let (source, pair, place) = split(number, pairs.len(), cells);
             let (found, part) = pilot.look(&sources[source], pairs[pair], place, number as u64);
             Bin {
                 aimed: bright[source] * found,
@@ -105,6 +107,7 @@ impl GhostTable {
         Some(Self {
             sums: sums.collect(),
             pairs,
+            cells,
             sources,
             bins,
         })
@@ -117,22 +120,23 @@ impl GhostTable {
         let along = all * (number as f64 + random(0)) / rays as f64;
         let chosen = self.sums.partition_point(|sum| *sum <= along);
         let chosen = chosen.min(self.sums.len() - 1);
-        let (source, pair, place) = split(chosen, self.pairs.len());
+        let (source, pair, place) = split(chosen, self.pairs.len(), self.cells);
         let bin = &self.bins[chosen];
         let part = match random(5) * (bin.aimed + bin.blind) < bin.aimed {
             true => bin.part,
             false => PlaceBox::WHOLE,
         };
         let within = part.least + DVec2::new(random(1), random(2)) * part.size();
-        let place_mm = front.place_mm(place_at(place, within))?;
+        let place_mm = front.place_mm(place_at(place, self.cells, within))?;
         let direction = self.sources[source].direction(place_mm, random(3), random(4))?;
         let of_source = |(source, of): (usize, &Source)| {
-            let bin = &self.bins[(source * self.pairs.len() + pair) * PLACES * PLACES + place];
+            let row = source * self.pairs.len() + pair;
+            let bin = &self.bins[row * self.cells * self.cells + place];
             let chance = bin.blind + bin.aimed * bin.part.density(within);
             chance * of.density(place_mm, direction)
         };
         let density: f64 = self.sources.iter().enumerate().map(of_source).sum();
-        let side = front.side_mm() / PLACES as f64;
+        let side = front.side_mm() / self.cells as f64;
         Some(Drawn {
             pair,
             place_mm,
@@ -143,15 +147,15 @@ impl GhostTable {
 }
 
 /// Source, pair and place of a bin.
-fn split(bin: usize, pairs: usize) -> (usize, usize, usize) {
-    let (row, place) = (bin / (PLACES * PLACES), bin % (PLACES * PLACES));
+fn split(bin: usize, pairs: usize, cells: usize) -> (usize, usize, usize) {
+    let (row, place) = (bin / (cells * cells), bin % (cells * cells));
     (row / pairs, row % pairs, place)
 }
 
 /// −1 to 1 along each side of the square around the front disk, of a place `within` the cell, 0 to 1.
-fn place_at(place: usize, within: DVec2) -> DVec2 {
-    let cell = DVec2::new((place % PLACES) as f64, (place / PLACES) as f64);
-    (cell + within) * (2.0 / PLACES as f64) - 1.0
+fn place_at(place: usize, cells: usize, within: DVec2) -> DVec2 {
+    let cell = DVec2::new((place % cells) as f64, (place / cells) as f64);
+    (cell + within) * (2.0 / cells as f64) - 1.0
 }
 
 /// A part of a cell of the front disk, which goes from 0 to 1 along both sides.
@@ -199,6 +203,7 @@ struct Pilot<'a> {
     system: &'a OpticalSystem,
     reflections: &'a Reflections,
     front: &'a FrontDisk,
+    cells: usize,
     window: SensorWindowMm,
     seed: u64,
 }
@@ -227,7 +232,7 @@ impl Pilot<'_> {
         let step = DVec2::splat(1.0 / GRID as f64);
         for k in 0..GRID * GRID {
             let within = step * (DVec2::new((k % GRID) as f64, (k / GRID) as f64) + 0.5);
-            let Some(place_mm) = self.front.place_mm(place_at(place, within)) else {
+            let Some(place_mm) = self.front.place_mm(place_at(place, self.cells, within)) else {
                 continue;
             };
             let Some(direction) = source.direction(place_mm, middle[0], middle[1]) else {
@@ -260,7 +265,7 @@ impl Pilot<'_> {
         let nothing = (0.0, PlaceBox::WHOLE);
         let [middle, edges @ ..] = source.outline();
         let land = |within: DVec2, [a, b]: [f64; 2]| -> Option<(DVec2, f64)> {
-            let place_mm = self.front.place_mm(place_at(place, within))?;
+            let place_mm = self.front.place_mm(place_at(place, self.cells, within))?;
             let light = inwards(place_mm, source.direction(place_mm, a, b)?);
             let landed = (self.reflections).trace_pair(self.system, pair, light)?;
             Some((
