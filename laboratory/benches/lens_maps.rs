@@ -82,8 +82,10 @@ fn row(name: &str, height: f64) {
     let report = map.report();
     let (exact, mapped, share) = speeds(&task, &map);
     println!(
-        "| {name} | {height_mm:.1} | {} | {} × {} | {:.4} | {:.3} | {:.2} % | {made_ms:.0} | {exact:.1} | {mapped:.1} | {:.1} |",
+        "| {name} | {height_mm:.1} | {}, {}, {} | {} × {} | {:.4} | {:.3} | {:.2} % | {made_ms:.0} | {exact:.1} | {mapped:.1} | {:.1} |",
         report.degree,
+        report.place_degree,
+        report.change_degree,
         report.nodes.0,
         report.nodes.1,
         report.rms_px,

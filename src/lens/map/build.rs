@@ -6,7 +6,7 @@ use glam::DVec2;
 use super::held_out::{RAYS_PER_CELL, RayErrors};
 use super::lens_map::LensMap;
 use super::maker::{Choice, Maker};
-use super::node::{Design, Fitter};
+use super::node::{Design, Designs, Fitter};
 use super::task::{MapFailure, MapTask};
 
 /// Degrees that are tried, of a ray's place and slopes and of their change within a pixel.
@@ -38,7 +38,8 @@ impl LensMap {
             let maker = Maker::new(*task, Some(like))?;
             let mut fitter = maker.fitter(Some(like));
             let choice = Choice {
-                main: Design::new(like.degree),
+                slope: Design::new(like.degree),
+                place: Design::new(like.place_degree),
                 change: Design::new(like.change_degree),
                 reach_mm: like.reach_mm,
             };
@@ -51,7 +52,7 @@ impl LensMap {
         let maker = Maker::new(*task, None)?;
         let mut fitter = maker.fitter(None);
         let choice = maker.choice(&mut fitter)?;
-        let node_rays = fitter.work_rays(&choice.main, &choice.change);
+        let node_rays = fitter.work_rays(choice.designs());
         let mut work_rays = 0.0;
         let mut best: Option<Self> = None;
         for size in maker.sizes() {
@@ -102,12 +103,17 @@ impl Maker<'_> {
         let mut work_rays = 0.0;
         for degree in DEGREES {
             let main = Design::new(degree);
-            work_rays += places.len() as f64 * fitter.work_rays(&main, &lowest);
+            let designs = Designs {
+                slope: &main,
+                place: &main,
+                change: &lowest,
+            };
+            work_rays += places.len() as f64 * fitter.work_rays(designs);
             if !self.task.pays(work_rays) {
                 break;
             }
             let least = best.as_ref().map_or(places.len() / 2, |(count, _)| *count);
-            let found = self.errors_alone(fitter, &places, (&main, &lowest), false);
+            let found = self.errors_alone(fitter, &places, designs, false);
             let meets = |e: &RayErrors| e.meet(&self.task.bound, 1.0);
             let good: Vec<DVec2> = (places.iter().zip(&found))
                 .filter_map(|(place, e)| e.filter(meets).map(|_| *place))
@@ -118,7 +124,8 @@ impl Maker<'_> {
             }
             if let Some((change, reach_mm)) = self.change(fitter, &good, &main) {
                 let choice = Choice {
-                    main,
+                    place: self.place(fitter, &good, (&main, &change)),
+                    slope: main,
                     change,
                     reach_mm,
                 };
@@ -144,14 +151,52 @@ impl Maker<'_> {
         for reach in REACHES {
             fitter.step_mm = reach * self.task.pitch_mm;
             for change in CHANGE_DEGREES.map(Design::new) {
-                let errors = self.errors_alone(fitter, places, (main, &change), true);
-                let all: Option<Vec<RayErrors>> = errors.into_iter().collect();
-                if RayErrors::sum(all?.into_iter()).meet(&self.task.bound, SHARES[1]) {
+                let designs = Designs {
+                    slope: main,
+                    place: main,
+                    change: &change,
+                };
+                if self.all_meet(fitter, places, designs)? {
                     return Some((change, fitter.step_mm));
                 }
             }
         }
         None
+    }
+
+    /// The least degree of a ray's place that does: with the slopes' degree, slopes are what errs.
+    fn place(
+        &self,
+        fitter: &Fitter<'_>,
+        places: &[DVec2],
+        (slope, change): (&Design, &Design),
+    ) -> Design {
+        let lower = DEGREES
+            .iter()
+            .filter(|d| 2 * **d >= slope.degree && **d < slope.degree);
+        let does = |place: &Design| {
+            let designs = Designs {
+                slope,
+                place,
+                change,
+            };
+            self.all_meet(fitter, places, designs) == Some(true)
+        };
+        let found = lower.map(|d| Design::new(*d)).find(does);
+        found.unwrap_or_else(|| Design::new(slope.degree))
+    }
+
+    /// Whether the errors of places with a node of their own, and around them, leave enough of the bound; `None` where
+    /// too little passes.
+    fn all_meet(
+        &self,
+        fitter: &Fitter<'_>,
+        places: &[DVec2],
+        designs: Designs<'_>,
+    ) -> Option<bool> {
+        let errors = self.errors_alone(fitter, places, designs, true);
+        let all: Option<Vec<RayErrors>> = errors.into_iter().collect();
+        Some(RayErrors::sum(all?.into_iter()).meet(&self.task.bound, SHARES[1]))
     }
 
     /// Numbers of nodes along both sides, the fewest first.

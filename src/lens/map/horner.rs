@@ -102,13 +102,28 @@ pub(super) mod x86 {
     }
 }
 
-/// Vectors that go through the terms together: so many sums hide each other's latency.
-const TOGETHER: usize = 2;
+/// Sums that hide each other's latency.
+const SUMS: usize = 8;
 
 /// K polynomials by Horner's rule, in q of those in p. `coefficients`: of all K of a term, term after term. N is a
-/// multiple of what goes through together.
+/// multiple of two vectors.
 #[inline(always)]
 pub(super) fn polynomial<V: Lanes, const N: usize, const K: usize>(
+    coefficients: &[f32],
+    degree: usize,
+    at: (&[f32; N], &[f32; N]),
+    out: &mut [[f32; N]; K],
+) {
+    // Vectors that go through the terms together.
+    if N.is_multiple_of(4 * V::COUNT) && 4 * K <= SUMS {
+        sums::<V, N, K, 4>(coefficients, degree, at, out);
+    } else {
+        sums::<V, N, K, 2>(coefficients, degree, at, out);
+    }
+}
+
+#[inline(always)]
+fn sums<V: Lanes, const N: usize, const K: usize, const TOGETHER: usize>(
     coefficients: &[f32],
     degree: usize,
     (p, q): (&[f32; N], &[f32; N]),

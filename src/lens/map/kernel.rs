@@ -10,6 +10,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use super::basis::terms;
 use super::edge::{DIRECTIONS, direction};
 use super::frame::{CHANGES, OUTPUTS};
 use super::horner::{Lanes, polynomial};
@@ -93,11 +94,14 @@ fn block<V: Lanes, const N: usize>(
         (off.0[0][i], off.0[1][i]) = (off_x, off_y);
     }
     let code = classes(map, place, (&p.0, &q.0), (&off.0, &dz.0));
-    let (coefficients, changes) = place
-        .values
-        .split_at(super::basis::terms(map.degree) * OUTPUTS);
+    let (places, rest) = place.values.split_at(2 * terms(map.place_degree));
+    let (slopes, changes) = rest.split_at(2 * terms(map.degree));
     let mut main = Aligned([[0f32; N]; OUTPUTS]);
-    polynomial::<V, N, OUTPUTS>(coefficients, map.degree, (&p.0, &q.0), &mut main.0);
+    for (half, coefficients, degree) in [(0, places, map.place_degree), (2, slopes, map.degree)] {
+        let mut two = Aligned([[0f32; N]; 2]);
+        polynomial::<V, N, 2>(coefficients, degree, (&p.0, &q.0), &mut two.0);
+        main.0[half..half + 2].copy_from_slice(&two.0);
+    }
     let mut change = Aligned([[0f32; N]; CHANGES]);
     polynomial::<V, N, CHANGES>(changes, map.change_degree, (&p.0, &q.0), &mut change.0);
     let constants = &place.constants;

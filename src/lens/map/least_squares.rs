@@ -48,15 +48,16 @@ impl Factor {
         Some(Self { count, lower })
     }
 
-    /// (BᵀB)⁻¹ x, in the place of x.
+    /// (BᵀB)⁻¹ x, in the place of x. With fewer values than `count`, of that many first basis functions alone: the
+    /// factor of a leading part is the leading part of the factor.
     pub fn solve(&self, x: &mut [f64]) {
-        let n = self.count;
+        let n = x.len().min(self.count);
         for i in 0..n {
-            let row = &self.lower[i * n..][..i + 1];
+            let row = &self.lower[i * self.count..][..i + 1];
             x[i] = (x[i] - dot(&row[..i], &x[..i])) / row[i];
         }
         for i in (0..n).rev() {
-            let row = &self.lower[i * n..][..i + 1];
+            let row = &self.lower[i * self.count..][..i + 1];
             x[i] /= row[i];
             let value = x[i];
             for (x, l) in x[..i].iter_mut().zip(row) {
@@ -119,8 +120,31 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
 mod tests {
     use super::*;
+
+    #[test]
+    fn fewer_basis_functions_are_solved_as_alone() {
+        let (rows, count, few) = (40, 10, 6);
+        let at = |k: usize, i: usize| ((7 * k + 3 * i * i) % 17) as f64 - 8.0;
+        let all: Vec<f64> = (0..rows * count)
+            .map(|v| at(v / count, v % count))
+            .collect();
+        let part: Vec<f64> = (0..rows * few).map(|v| at(v / few, v % few)).collect();
+        let taken: Vec<u32> = (0..rows as u32).collect();
+        let (all, part) = (
+            Factor::new(&all, count, &taken).unwrap(),
+            Factor::new(&part, few, &taken).unwrap(),
+        );
+        let mut x: Vec<f64> = (0..few).map(|i| 1.0 + i as f64).collect();
+        let mut y = x.clone();
+        all.solve(&mut x);
+        part.solve(&mut y);
+        for (x, y) in x.iter().zip(&y) {
+            assert!((x - y).abs() < 1e-12 * y.abs().max(1e-3), "{x} {y}");
+        }
+    }
 
     #[test]
     fn squares_of_every_level_are_those_of_the_definition() {

@@ -2,7 +2,7 @@
 
 use super::basis::terms;
 use super::edge::DIRECTIONS;
-use super::frame::{CHANGES, OUTPUTS, PupilFrame, SceneFrame};
+use super::frame::{CHANGES, PupilFrame, SceneFrame};
 use super::task::MapReport;
 use crate::field::SensorWindowMm;
 use crate::lens::PacketTracer;
@@ -16,7 +16,10 @@ pub struct LensMap {
     /// The lens itself.
     pub(super) tracer: PacketTracer,
     pub(super) stop: u16,
+    /// Of a ray's slopes.
     pub(super) degree: usize,
+    /// Of its place.
+    pub(super) place_degree: usize,
     pub(super) change_degree: usize,
     /// Surfaces that limit the bundle.
     pub(super) limiting: Vec<usize>,
@@ -34,9 +37,14 @@ pub struct LensMap {
 impl LensMap {
     /// f32 values of a node.
     pub(super) fn stride(&self) -> usize {
-        OUTPUTS * terms(self.degree)
+        2 * (terms(self.place_degree) + terms(self.degree))
             + CHANGES * terms(self.change_degree)
             + self.limiting.len() * DIRECTIONS
+    }
+
+    /// Of slopes, place and change.
+    pub(super) fn degrees(&self) -> [usize; 3] {
+        [self.degree, self.place_degree, self.change_degree]
     }
 
     /// What was measured.

@@ -7,7 +7,7 @@ use super::edge;
 use super::frame::{PupilFrame, SceneFrame};
 use super::held_out::{HeldOut, RayErrors, edge_bands};
 use super::lens_map::LensMap;
-use super::node::{Design, Fitter, Node, enlarged, passing, rays};
+use super::node::{Design, Designs, Fitter, Node, enlarged, passing, rays};
 use super::task::{MapFailure, MapReport, MapTask};
 use crate::field::FieldGrid;
 use crate::frames::camera_from_sensor_mm;
@@ -34,9 +34,20 @@ fn middle_frame(task: &MapTask<'_>) -> Result<SceneFrame, MapFailure> {
 
 /// Numbers with which a map was made: those of the same lens at another wavelength will do as well, or nearly.
 pub(super) struct Choice {
-    pub main: Design,
+    pub slope: Design,
+    pub place: Design,
     pub change: Design,
     pub reach_mm: f64,
+}
+
+impl Choice {
+    pub fn designs(&self) -> Designs<'_> {
+        Designs {
+            slope: &self.slope,
+            place: &self.place,
+            change: &self.change,
+        }
+    }
 }
 
 /// The lens and its coordinates.
@@ -139,11 +150,11 @@ impl<'a> Maker<'a> {
         &self,
         fitter: &Fitter<'_>,
         places: &[DVec2],
-        designs: (&Design, &Design),
+        designs: Designs<'_>,
         beside: bool,
     ) -> Vec<Option<RayErrors>> {
         let errors = places.par_iter().map(|&place| {
-            let node = fitter.node(place, designs.0, designs.1)?;
+            let node = fitter.node(place, designs)?;
             let map = self.of_nodes(fitter, (4, 4), designs, &[&node; 16]);
             Some(self.held_out().at(&map, place, beside))
         });
@@ -157,12 +168,12 @@ impl<'a> Maker<'a> {
         size: (usize, usize),
         choice: &Choice,
     ) -> Option<LensMap> {
-        let designs = (&choice.main, &choice.change);
+        let designs = choice.designs();
         let nodes: Option<Vec<Node>> = (0..size.0 * size.1)
             .into_par_iter()
             .map(|k| {
                 let place = FieldGrid::node_mm(self.task.window, size, (k % size.0, k / size.0));
-                fitter.node(place, designs.0, designs.1)
+                fitter.node(place, designs)
             })
             .collect();
         let nodes = nodes?;
@@ -193,6 +204,7 @@ impl<'a> Maker<'a> {
         let edges = kept.iter().map(|k| bands[*k].1);
         map.report = MapReport {
             degree: map.degree,
+            place_degree: map.place_degree,
             change_degree: map.change_degree,
             nodes: size,
             limiting_surfaces: map.limiting.len(),
@@ -211,7 +223,7 @@ impl<'a> Maker<'a> {
         let mut values = vec![0.0; first.values.len()];
         for (map, weight) in maps {
             let is_alike = map.nodes == first.nodes
-                && (map.degree, map.change_degree) == (first.degree, first.change_degree)
+                && map.degrees() == first.degrees()
                 && map.values.len() == values.len();
             if !is_alike {
                 return None;
@@ -233,7 +245,7 @@ impl<'a> Maker<'a> {
         &self,
         fitter: &Fitter<'_>,
         size: (usize, usize),
-        (main, change): (&Design, &Design),
+        designs: Designs<'_>,
         nodes: &[&Node],
     ) -> LensMap {
         LensMap {
@@ -242,8 +254,9 @@ impl<'a> Maker<'a> {
             scene: self.scene,
             tracer: self.exact.clone(),
             stop: self.task.system.stop as u16,
-            degree: main.degree,
-            change_degree: change.degree,
+            degree: designs.slope.degree,
+            place_degree: designs.place.degree,
+            change_degree: designs.change.degree,
             limiting: fitter.limiting.iter().map(|(s, _)| *s).collect(),
             reach_mm: fitter.step_mm,
             nodes: size,

@@ -59,6 +59,15 @@ pub(super) struct Design {
     powers: Vec<f64>,
 }
 
+/// Those of a map.
+#[derive(Clone, Copy)]
+pub(super) struct Designs<'a> {
+    pub slope: &'a Design,
+    /// Of the slopes' degree or a lower one.
+    pub place: &'a Design,
+    pub change: &'a Design,
+}
+
 struct Points {
     at: Vec<DVec2>,
     /// Values of all polynomials, point after point.
@@ -99,12 +108,13 @@ impl Design {
         }
     }
 
-    /// Coefficients of the powers, term after term, of the `K` values that `trace` gives at the points; `None` where
-    /// too few pass.
+    /// Coefficients of the powers of each of the `K` values that `trace` gives at the points, each of a design of this
+    /// degree or a lower one; `None` where too few pass.
     fn fit<const K: usize>(
         &self,
+        of: [&Design; K],
         trace: impl Fn(&[DVec2]) -> Vec<Option<[f64; K]>>,
-    ) -> Option<Vec<[f64; K]>> {
+    ) -> Option<[Vec<f64>; K]> {
         let count = self.count;
         let mut set = 0;
         while let Some(points) = self.sets.get(set) {
@@ -140,13 +150,14 @@ impl Design {
                     sums.iter_mut().zip(row).for_each(|(s, r)| *s += value * r);
                 }
             }
-            let mut out = vec![[0.0; K]; count];
-            for (k, sums) in sums.chunks_exact_mut(count).enumerate() {
+            let mut out = of.map(|design| vec![0.0; design.count]);
+            for ((design, out), sums) in of.iter().zip(&mut out).zip(sums.chunks_exact_mut(count)) {
+                let sums = &mut sums[..design.count];
                 factor.solve(sums);
-                for (weight, powers) in sums.iter().zip(self.powers.chunks_exact(count)) {
+                for (weight, powers) in sums.iter().zip(design.powers.chunks_exact(design.count)) {
                     out.iter_mut()
                         .zip(powers)
-                        .for_each(|(o, p)| o[k] += weight * p);
+                        .for_each(|(o, p)| *o += weight * p);
                 }
             }
             return Some(out);
@@ -157,14 +168,14 @@ impl Design {
 
 impl Fitter<'_> {
     /// The work of a node in rays that would take as long to be traced exactly.
-    pub fn work_rays(&self, main: &Design, change: &Design) -> f64 {
+    pub fn work_rays(&self, Designs { slope, change, .. }: Designs<'_>) -> f64 {
         let fit = |design: &Design, sides: f64| {
             let count = design.count as f64;
             let points = WANTED_POINTS * count;
             sides * points + points * count * count / PRODUCTS_PER_RAY
         };
         let outlines = (self.limiting.len() * edge::RAYS) as f64;
-        fit(main, 1.0) + fit(change, 4.0) + outlines
+        fit(slope, 1.0) + fit(change, 4.0) + outlines
     }
 }
 
@@ -185,8 +196,8 @@ pub(super) struct Node {
 }
 
 impl Fitter<'_> {
-    /// The node of a place, of polynomials of two degrees; `None` where the lens lets too little pass.
-    pub fn node(&self, place_mm: DVec2, main: &Design, change: &Design) -> Option<Node> {
+    /// The node of a place; `None` where the lens lets too little pass.
+    pub fn node(&self, place_mm: DVec2, designs: Designs<'_>) -> Option<Node> {
         let disk = self.pupil.at(place_mm);
         let origin = camera_from_sensor_mm(place_mm, self.sensor_z_mm);
         let targets = |points: &[DVec2], off: DVec2| -> Vec<DVec2> {
@@ -195,9 +206,16 @@ impl Fitter<'_> {
         let traced = |points: &[DVec2], off: DVec2| {
             self.traced(origin + off.extend(0.0), &targets(points, off))
         };
-        let mut coefficients = main.fit(|points| traced(points, DVec2::ZERO))?;
+        let Designs {
+            slope,
+            place,
+            change,
+        } = designs;
+        let mut main = slope.fit([place, place, slope, slope], |points| {
+            traced(points, DVec2::ZERO)
+        })?;
         let h = self.step_mm;
-        let mut changes = change.fit(|points| {
+        let mut changes = change.fit([change; CHANGES], |points| {
             let sides =
                 [-DVec2::X, DVec2::X, -DVec2::Y, DVec2::Y].map(|side| traced(points, h * side));
             (0..points.len())
@@ -213,10 +231,18 @@ impl Fitter<'_> {
                 .collect()
         })?;
         let mut constants = [0.0; CONSTANTS];
-        constants[..OUTPUTS].copy_from_slice(&std::mem::take(coefficients.last_mut()?));
-        constants[OUTPUTS..].copy_from_slice(&std::mem::take(changes.last_mut()?));
-        let mut values: Vec<f32> = coefficients.iter().flatten().map(|&x| x as f32).collect();
-        values.extend(changes.iter().flatten().map(|&x| x as f32));
+        for (constant, of) in constants
+            .iter_mut()
+            .zip(main.iter_mut().chain(&mut changes))
+        {
+            *constant = std::mem::take(of.last_mut()?);
+        }
+        let mut values = Vec::new();
+        for together in [&main[..2], &main[2..], &changes[..]] {
+            let terms = together[0].len();
+            let term = |k: usize| together.iter().map(move |of| of[k] as f32);
+            values.extend((0..terms).flat_map(term));
+        }
         for (_, tracer) in &self.limiting {
             let pass = |points: &[DVec2]| {
                 passing(

@@ -89,8 +89,10 @@ impl MapTask<'_> {
 /// What was measured of a map.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MapReport {
-    /// Total degree over the pupil of a ray's place and slopes.
+    /// Total degree over the pupil of a ray's slopes.
     pub degree: usize,
+    /// That of its place, for which less accuracy does.
+    pub place_degree: usize,
     /// That of their change within a pixel.
     pub change_degree: usize,
     /// Nodes along the window's width and height.
@@ -113,6 +115,7 @@ impl MapReport {
         let (a, b) = (self.nodes, other.nodes);
         Self {
             degree: self.degree.max(other.degree),
+            place_degree: self.place_degree.max(other.place_degree),
             change_degree: self.change_degree.max(other.change_degree),
             nodes: (a.0.max(b.0), a.1.max(b.1)),
             limiting_surfaces: self.limiting_surfaces.max(other.limiting_surfaces),
