@@ -60,6 +60,9 @@ fn levels_groupings_and_threads_give_the_same_bits() {
     }
 }
 
+/// Farther than any map of these pixels reaches.
+const FAR_OFF_MM: f64 = 0.4;
+
 #[test]
 fn rays_from_farther_off_and_rays_that_are_none_are_traced_exactly() {
     let case = Case::phone("wide_US20120327520A1_emb3", [1.0, 0.4]);
@@ -69,7 +72,7 @@ fn rays_from_farther_off_and_rays_that_are_none_are_traced_exactly() {
         &case,
         &pupils,
         system.sensor_z_mm,
-        place + DVec2::splat(0.03),
+        place + DVec2::splat(FAR_OFF_MM),
         100,
     );
     let origin = start.ray(0).origin_mm;

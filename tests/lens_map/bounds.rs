@@ -4,7 +4,7 @@ use quadpixel::lens::{
     ElementRef, MapBound, MapFailure, Misalignment, builtin_names, table1_defects,
 };
 
-use crate::support::{Case, errors, lens};
+use crate::support::{Case, errors, far_errors, lens};
 
 /// Misjudged rays that are let pass: of the flux.
 const MISJUDGED: f64 = 2e-4;
@@ -30,6 +30,28 @@ fn a_phone_s_lens_in_the_middle_and_at_half_the_field() {
 fn at_the_edge_of_the_image_circle() {
     meets_its_bound(&Case::phone("wide_US20120327520A1_emb3", [1.7, 1.5]));
     meets_its_bound(&Case::phone("wide_US11940605B2_emb1", [-2.0, 0.6]));
+}
+
+/// Rays that diffraction displaces by more than the map's reach.
+#[test]
+fn rays_from_far_beside_their_place_err_by_a_hundredth_of_the_way() {
+    for (name, centre) in [
+        ("wide_US20120327520A1_emb3", [0.3, -0.2]),
+        ("wide_US20120327520A1_emb3", [1.7, 1.5]),
+        ("wide_US11940605B2_emb1", [1.0, 0.6]),
+    ] {
+        let case = Case::phone(name, centre);
+        let (far_px, errors) = far_errors(&case);
+        println!("{name}: {far_px} px, {errors:?}");
+        assert!(far_px >= 16.0, "{name}: {far_px}");
+        for (rms, worst) in errors.rms_px.iter().zip(&errors.worst_px) {
+            assert!(*rms <= 0.01 && *worst <= 0.1, "{name}: {errors:?}");
+        }
+        assert!(
+            errors.misjudged <= 2e-3 && errors.exact < 0.1,
+            "{name}: {errors:?}"
+        );
+    }
 }
 
 #[test]

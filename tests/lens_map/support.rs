@@ -108,31 +108,61 @@ pub struct Errors {
 
 /// A map's errors by the plain tracer: 12 × 12 places, 48 rays each.
 pub fn errors(case: &Case) -> Errors {
-    let (system, pupils, map) = case.map().unwrap();
+    let parts = case.map().unwrap();
+    let errors = errors_from(case, &parts, |_| DVec2::ZERO, |px, _| px);
+    println!("{:?}\n{errors:?}", parts.2.report());
+    errors
+}
+
+/// How far its map serves rays, px, and its errors for those that start farther from their place than two pixels, over
+/// the way.
+pub fn far_errors(case: &Case) -> (f64, Errors) {
+    let parts = case.map().unwrap();
+    let far_px = parts.2.report().far_px;
+    let off_px = |k: u64| {
+        let u = |d: u64| uniform(0xFA2, &[k, d]);
+        let angle = std::f64::consts::TAU * u(0);
+        DVec2::from_angle(angle) * (2.0 + u(1) * (far_px - 3.0))
+    };
+    let errors = errors_from(case, &parts, off_px, |px, way_px| px / way_px);
+    (far_px, errors)
+}
+
+/// The errors of rays that start at some ways (px, of a number) from their place, as `count` has them of an error and
+/// the way's length, px.
+fn errors_from(
+    case: &Case,
+    (system, pupils, map): &(OpticalSystem, ExitPupilMap, LensMap),
+    off_px: impl Fn(u64) -> DVec2,
+    count: impl Fn(f64, f64) -> f64,
+) -> Errors {
     let focus_mm = case.focus_mm.min(1e6);
     let depths_mm = [0.5 * focus_mm, focus_mm, f64::INFINITY];
     let mut buffers = PlaceBuffers::default();
     let (mut errors, mut passed, mut all) = (Errors::default(), 0.0, 0.0);
-    for k in 0..144 {
+    for k in 0..144_u64 {
         let part = DVec2::new((k % 12) as f64 + 0.37, (k / 12) as f64 + 0.71) / 6.0 - 1.0;
         let place = case.centre_mm + part * case.half_mm;
-        let start = rays(case, &pupils, system.sensor_z_mm, place, 48);
+        let off_px = off_px(k);
+        let beside = place + off_px * (case.pitch_um * 1e-3);
+        let start = rays(case, pupils, system.sensor_z_mm, beside, 48);
         let mut mapped = start.clone();
         let exact = map.trace_backward(&mut mapped, place, &mut buffers, SimdLevel::detect());
         errors.exact += exact as f64;
         for i in 0..start.len() {
             all += 1.0;
-            let truth = trace_backward(&system, start.ray(i));
+            let truth = trace_backward(system, start.ray(i));
             errors.misjudged += f64::from(truth.is_err() != mapped.get(i).is_err());
             let (Ok(truth), Ok(ray)) = (truth, mapped.get(i)) else {
                 continue;
             };
             let both = [truth, ray];
-            let Some(px) = errors_px(&system, start.ray(i), both, depths_mm, case.pitch_um) else {
+            let Some(px) = errors_px(system, start.ray(i), both, depths_mm, case.pitch_um) else {
                 continue;
             };
             passed += 1.0;
             for (depth, px) in px.into_iter().enumerate() {
+                let px = count(px, off_px.length());
                 errors.rms_px[depth] += px * px;
                 errors.worst_px[depth] = errors.worst_px[depth].max(px);
             }
@@ -141,7 +171,6 @@ pub fn errors(case: &Case) -> Errors {
     errors.rms_px = errors.rms_px.map(|sum: f64| (sum / passed).sqrt());
     errors.misjudged /= all;
     errors.exact /= all;
-    println!("{:?}\n{errors:?}", map.report());
     errors
 }
 

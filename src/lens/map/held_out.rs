@@ -24,6 +24,16 @@ const RAYS: u64 = 256;
 const EDGES: usize = 64;
 /// Factor of the largest error of the edge that was found.
 const EDGE_ROOM: f64 = 1.5;
+/// How far beyond its reach a map is asked to serve rays that diffraction displaces, in units of its reach.
+const FAR: [f64; 4] = [16.0, 8.0, 4.0, 2.0];
+/// By what part of that way they may err.
+const FAR_ERRORS: MapBound = MapBound {
+    rms_px: 0.01,
+    worst_px: 0.1,
+};
+/// Places a side at which that is tried, and rays of each.
+const FAR_PLACES: usize = 3;
+const FAR_RAYS: u64 = 64;
 /// Where rays start on average, of the map's reach.
 const USUAL_REACH: f64 = 0.25;
 /// Least half width of the band: what bisection leaves.
@@ -140,18 +150,53 @@ impl HeldOut<'_> {
 
     /// Errors of rays that pass, of one place; `beside`: from where the map still holds around it.
     pub fn at(&self, map: &LensMap, place: DVec2, beside: bool) -> RayErrors {
-        let disk = self.pupil.at(place);
         let reach = if beside { 0.999 * map.reach_mm } else { 0.0 };
+        let mut errors = RayErrors::default();
+        self.each(map, place, (RAYS, reach), |_, px| errors.count(px));
+        errors
+    }
+
+    /// How far rays may start from the place that they are said to start at, mm, if the place that they are mapped from
+    /// errs by no more than a part of that way ([`FAR_ERRORS`]): the map's reach at least. By some rays of some places.
+    pub fn far_mm(&self, map: &LensMap) -> f64 {
+        let does = |far: &f64| {
+            let far_mm = far * map.reach_mm;
+            let places = self.task.places_mm(FAR_PLACES);
+            let all = places.par_iter().map(|place| {
+                let mut errors = RayErrors::default();
+                self.each(map, *place, (FAR_RAYS, far_mm), |off, px| {
+                    let way_px = off.length() / self.task.pitch_mm;
+                    errors.count(px / way_px);
+                });
+                errors
+            });
+            let all: Vec<RayErrors> = all.collect();
+            RayErrors::sum(all.into_iter()).meet(&FAR_ERRORS, 1.0)
+        };
+        FAR.iter().find(|far| does(far)).unwrap_or(&1.0) * map.reach_mm
+    }
+
+    /// The ways from the place to the starts, mm, and the errors, px, of those of so many rays that pass.
+    fn each(
+        &self,
+        map: &LensMap,
+        place: DVec2,
+        (rays, reach): (u64, f64),
+        mut take: impl FnMut(DVec2, f64),
+    ) {
+        let disk = self.pupil.at(place);
         let key = place.x.to_bits() ^ place.y.to_bits().rotate_left(17);
         let middle = camera_from_sensor_mm(place, self.task.system.sensor_z_mm);
-        let mut batch = RayBatch::with_capacity(RAYS as usize);
-        for i in 0..RAYS {
+        let mut batch = RayBatch::with_capacity(rays as usize);
+        let mut starts = Vec::with_capacity(rays as usize);
+        for i in 0..rays {
             let u = |k: u64| uniform(key, &[i, k]);
             let (p, q) = concentric_disk(u(0), u(1));
             let off = DVec2::new(2.0 * u(2) - 1.0, 2.0 * u(3) - 1.0) * reach;
             let target = disk.target(DVec2::new(p, q), off).extend(self.pupil.z_mm);
             let start = middle + off.extend(0.0);
             batch.push(start, (target - start).normalize());
+            starts.push(off);
         }
         let mut exact = batch.clone();
         self.exact.trace_backward(&mut exact, SimdLevel::detect());
@@ -160,8 +205,7 @@ impl HeldOut<'_> {
         let near_mm =
             0.5 * self.task.focus_mm.min(FAR_MM) / self.scene.axes.z_axis.z.abs().max(0.1);
         let changes = &buffers.place.constants[OUTPUTS..];
-        let mut errors = RayErrors::default();
-        for i in 0..RAYS as usize {
+        for (i, off) in starts.into_iter().enumerate() {
             let Ok(exact) = exact.get(i) else { continue };
             let exact = self.scene.coordinates(exact).unwrap_or([f64::NAN; OUTPUTS]);
             let ray = self
@@ -176,9 +220,8 @@ impl HeldOut<'_> {
                     DMat2::from_cols(shift(&changes[..OUTPUTS]), shift(&changes[OUTPUTS..]));
                 (jacobian.inverse() * shift(&e)).length() / self.task.pitch_mm
             };
-            errors.count(at(1.0, near_mm).max(at(0.0, 1.0)));
+            take(off, at(1.0, near_mm).max(at(0.0, 1.0)));
         }
-        errors
     }
 
     /// The largest errors of the outline in directions between those that were traced, for rays from the place and from

@@ -232,14 +232,17 @@ fn classes<const N: usize>(
         corner[i] = place.edge.corner[k];
     }
     let mut code = Aligned([0u32; N]);
-    let (reach, [here, beside]) = (map.reach_mm, place.band);
-    let slope = (beside - here) / reach as f32;
+    let [here, beside] = place.band;
+    let (far_mm, per_reach) = (map.far_mm, 1.0 / map.reach_mm);
     for i in 0..N {
         let edge = low[i] + part[i] * (high[i] - low[i]);
         let (off_x, off_y) = (off[0][i].abs(), off[1][i].abs());
-        let starts_near = (off_x <= reach) & (off_y <= reach);
-        let near = starts_near & (dz[i] < 0.0);
-        let band = here + slope * if off_x > off_y { off_x } else { off_y } as f32;
+        let way = if off_x > off_y { off_x } else { off_y };
+        let near = (way <= far_mm) & (dz[i] < 0.0);
+        // What a straight line leaves grows as the square of the way.
+        let reaches = (way * per_reach) as f32;
+        let growth = if reaches > 1.0 { reaches } else { 1.0 };
+        let band = here + (beside - here) * (reaches * growth);
         // Written so that a NaN is doubtful.
         let inside = far[i] <= edge - band;
         let outside = far[i] >= edge + band + corner[i];

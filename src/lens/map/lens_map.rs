@@ -25,6 +25,8 @@ pub struct LensMap {
     pub(super) limiting: Vec<usize>,
     /// How far a ray may start from the place that it is said to start at, along x and y, mm.
     pub(super) reach_mm: f64,
+    /// The same for a ray that diffraction displaces: the farther it goes, the more it may err.
+    pub(super) far_mm: f64,
     /// Rays nearer to the edge than this are doubtful: for each cell of four nodes, row after row, of rays from the
     /// place itself and from as far beside it as the map reaches. Infinite where it does not hold.
     pub(super) bands: Vec<[f32; 2]>,

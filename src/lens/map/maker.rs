@@ -183,6 +183,9 @@ impl<'a> Maker<'a> {
     /// The map with what was measured of it: its cells beyond the bound are unmapped. `None` where none is left.
     pub fn measured(&self, mut map: LensMap) -> Option<LensMap> {
         let size = map.nodes;
+        // Those of a map that it was blended from hide what this one cannot do.
+        map.bands.fill([0.0; 2]);
+        map.far_mm = f64::INFINITY;
         let cells = self.held_out().cells(&map);
         let bands = edge_bands(&cells, size.0 - 1);
         let bound = &self.task.bound;
@@ -202,6 +205,7 @@ impl<'a> Maker<'a> {
         map.bands = vec![[f32::INFINITY; 2]; cells.len()];
         (kept.iter()).for_each(|k| map.bands[*k] = bands[*k].0.map(|width| width as f32));
         let edges = kept.iter().map(|k| bands[*k].1);
+        map.far_mm = self.held_out().far_mm(&map);
         map.report = MapReport {
             degree: map.degree,
             place_degree: map.place_degree,
@@ -210,6 +214,7 @@ impl<'a> Maker<'a> {
             limiting_surfaces: map.limiting.len(),
             rms_px: errors.rms_px(),
             worst_px: errors.worst_px(),
+            far_px: map.far_mm / self.task.pitch_mm,
             edge_share: edges.sum::<f64>() / kept.len() as f64,
             unmapped_share: 1.0 - kept.len() as f64 / cells.len() as f64,
         };
@@ -259,6 +264,7 @@ impl<'a> Maker<'a> {
             change_degree: designs.change.degree,
             limiting: fitter.limiting.iter().map(|(s, _)| *s).collect(),
             reach_mm: fitter.step_mm,
+            far_mm: f64::INFINITY,
             nodes: size,
             bands: vec![[0.0; 2]; (size.0 - 1) * (size.1 - 1)],
             constants: nodes.iter().flat_map(|n| n.constants).collect(),

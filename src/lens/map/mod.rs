@@ -13,7 +13,8 @@
 //! The bundle's edge is kept as the outline that each limiting surface gives it, along many directions; the least of
 //! them counts. Rays that come nearer to it than it is known there, and rays that start farther off than the map
 //! reaches, are traced exactly: so no light is lost at the edge. It reaches up to eight pixels, so pixels next to each
-//! other share a place, and most rays that diffraction displaces are mapped.
+//! other share a place. Rays that diffraction displaces farther are mapped, too, where they err by no more than a
+//! hundredth of that way.
 //!
 //! Wavelengths between those of some maps take their weighted sum, measured as every other map is.
 //!

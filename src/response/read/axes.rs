@@ -51,10 +51,11 @@ impl Axes {
     /// The cell that holds a direction, or is nearest to it; a mirrored axis has minus its scale.
     #[inline(always)]
     pub fn cell(&self, scale: [f32; 2], u: f32, v: f32) -> Cell {
-        let x = (u * scale[0] + self.centre[0]).clamp(0.0, (self.nu - 1) as f32);
-        let y = (v * scale[1] + self.centre[1]).clamp(0.0, (self.nv - 1) as f32);
-        let i = (x as usize).min(self.nu - 2);
-        let j = (y as usize).min(self.nv - 2);
+        let x = within(u * scale[0] + self.centre[0], (self.nu - 1) as f32);
+        let y = within(v * scale[1] + self.centre[1], (self.nv - 1) as f32);
+        // To 32 bits: a single instruction, to 64 many.
+        let i = (x as i32 as usize).min(self.nu - 2);
+        let j = (y as i32 as usize).min(self.nv - 2);
         let (a, b) = (x - i as f32, y - j as f32);
         Cell {
             i,
@@ -62,4 +63,11 @@ impl Axes {
             weights: [(1.0 - a) * (1.0 - b), a * (1.0 - b), (1.0 - a) * b, a * b],
         }
     }
+}
+
+/// From 0 to `end`; a NaN is 0.
+#[inline(always)]
+fn within(x: f32, end: f32) -> f32 {
+    let x = if x > 0.0 { x } else { 0.0 };
+    if x < end { x } else { end }
 }
