@@ -166,8 +166,9 @@ fn cell(x: f64, half: f64, n: usize) -> (usize, f64) {
         return (0, 0.0);
     }
     let f = ((x / half + 1.0) * 0.5 * (n - 1) as f64).clamp(0.0, (n - 1) as f64);
-    let i = (f as usize).min(n - 2);
-    (i, f - i as f64)
+    // To 32 bits: a single instruction, to 64 many.
+    let i = (f as i32 as usize).min(n - 2);
+    (i, f - f64::from(i as i32))
 }
 
 /// A field that is dear to compute, at few nodes, four a side at least, cubic between them. Its error is at most

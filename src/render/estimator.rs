@@ -2,6 +2,7 @@
 
 use super::camera::Camera;
 use super::control::Control;
+use super::diffraction::PlaceDiffraction;
 use super::lamp_rays::lamp_sketches;
 use super::occlusion::Occlusion;
 use super::pixel_aim::PixelAim;
@@ -128,15 +129,21 @@ impl<'a> Estimator<'a> {
             pixels => BLOCK / pixels + 1,
         };
         let mut next = [0; RUN];
+        let diffraction = self.camera.lens_diffraction();
+        let draws: Vec<PlaceDiffraction<'_>> = (tasks.iter())
+            .filter_map(|task| Some(diffraction?.at(task.aim.position_mm, task.aim.key)))
+            .collect();
         for wavelength in 0..colours.count() {
             self.find_lamps(wavelength, tasks, work);
             loop {
                 work.clear();
-                for (task, next) in tasks.iter().zip(&mut next) {
+                for (number, (task, next)) in tasks.iter().zip(&mut next).enumerate() {
                     let left = colours.end_of_share(wavelength, rays, task.aim.key) - *next;
                     let part = (*next, left.min(most));
                     work.aim(self.camera, &self.sobol, task.aim, part, &self.execution);
-                    work.diffract(self.camera, &self.sobol, task.aim);
+                    if let Some(here) = draws.get(number) {
+                        work.diffract(here, &self.sobol, task.aim);
+                    }
                     *next += part.1;
                 }
                 if work.measure.is_empty() {

@@ -7,6 +7,7 @@ use glam::DVec2;
 use super::Execution;
 use super::aiming::{Target, displace, sample};
 use super::camera::Camera;
+use super::diffraction::PlaceDiffraction;
 use super::lamp_rays::{LampSketch, lamp_key, rays_per_sketch, weight};
 use super::occlusion::Occlusion;
 use super::pixel_aim::PixelAim;
@@ -147,11 +148,9 @@ impl Workspace {
         }
     }
 
-    /// Draws where the rays of the last pixel start that lens diffraction takes to the aimed places, if the camera has
-    /// it.
-    pub fn diffract(&mut self, camera: &Camera, sobol: &SobolSet, aim: &PixelAim) {
-        let (Some(diffraction), Some(segment)) = (camera.lens_diffraction(), self.segments.last())
-        else {
+    /// Draws where the rays of the last pixel start that lens diffraction takes to the aimed places.
+    pub fn diffract(&mut self, here: &PlaceDiffraction<'_>, sobol: &SobolSet, aim: &PixelAim) {
+        let Some(segment) = self.segments.last() else {
             return;
         };
         let Segment {
@@ -170,7 +169,6 @@ impl Workspace {
         for (k, x) in to_lamps.chunks_mut(each.max(1)).enumerate() {
             sobol.fill(4, lamp_key(aim.key, k, *first), 0, x);
         }
-        let here = diffraction.at(aim.position_mm, aim.key);
         let [_, _, _, dx, dy, _] = &self.aimed;
         let (dx, dy) = (&dx[rays.clone()], &dy[rays.clone()]);
         for (i, (x, y)) in x.iter_mut().zip(y).enumerate() {
@@ -196,15 +194,9 @@ impl Workspace {
             (self.u[i], self.v[i]) = (u as f32, v as f32);
         }
         self.weights.resize(n * n_sub, 0.0);
-        for (segment, shift_um) in self.segments.iter().zip(shifts_um) {
-            let Range { start, end } = segment.rays;
-            response.weights_under(
-                shift_um.to_array(),
-                &mut self.u[start..end],
-                &mut self.v[start..end],
-                &mut self.weights[start * n_sub..end * n_sub],
-            );
-        }
+        let parts = (self.segments.iter().zip(shifts_um))
+            .map(|(segment, shift_um)| (segment.rays.clone(), shift_um.to_array()));
+        response.weights_of_parts(parts, [&mut self.u, &mut self.v], &mut self.weights);
     }
 
     /// Traces the aimed rays from the sensor into the scene, by a map where there is one, and counts them.

@@ -264,7 +264,9 @@ impl PlaceDiffraction<'_> {
     /// The nodes take turns by their weights.
     #[inline]
     fn pick(&self, number: usize) -> NodeDraw<'_> {
-        let mut rest = (self.turn + number as f64 * GOLDEN).fract();
+        let turns = self.turn + number as f64 * GOLDEN;
+        // What is left of a whole number: `fract` is a call where processors may lack the instruction.
+        let mut rest = turns - f64::from(turns as i32);
         for (node, weight) in &self.kernels {
             if rest < *weight {
                 return *node;

@@ -52,8 +52,8 @@ pub(super) const PLASTIC: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998
 /// Displacements by the place in the pupil, in the units of [`Kernel`].
 #[derive(Clone, Debug)]
 pub(super) struct PhaseDraw {
-    /// Half of the side of the square that the cells divide.
-    half: f64,
+    /// Cells per unit along the sides of the square that they divide.
+    per_unit: f64,
     /// Where the particles of each cell begin, row by row; one more: where the last ends.
     first: Vec<u32>,
     displacements: Vec<DVec2>,
@@ -110,16 +110,17 @@ impl PhaseDraw {
     /// The displacement of the ray through the point `q` of the pupil; `sample` in [0, 1).
     #[inline]
     pub fn displacement(&self, q: DVec2, sample: f64) -> DVec2 {
-        let cell = cell(q, self.half);
-        let (first, last) = (self.first[cell] as usize, self.first[cell + 1] as usize);
-        self.displacements[first + (sample * (last - first) as f64) as usize]
+        let cell = cell(q, self.per_unit);
+        let (first, last) = (self.first[cell], self.first[cell + 1]);
+        self.displacements[first as usize + (sample * f64::from(last - first)) as i32 as usize]
     }
 
     fn sorted(half: f64, places: &[DVec2], displacements: &[DVec2]) -> Self {
+        let per_unit = 0.5 * CELLS as f64 / half;
         let mut cells: Vec<Vec<DVec2>> = vec![Vec::new(); CELLS * CELLS];
         for (place, d) in places.iter().zip(displacements) {
             // The wave's place is that of the ray, less its displacement.
-            cells[cell(*place, half)].push(-*d);
+            cells[cell(*place, per_unit)].push(-*d);
         }
         // From inwards to outwards, so that the samples of neighbouring rays, which differ, take them to both sides.
         for (c, displacements) in cells.iter_mut().enumerate() {
@@ -129,7 +130,7 @@ impl PhaseDraw {
         }
         let filled: Vec<usize> = (0..cells.len()).filter(|&c| !cells[c].is_empty()).collect();
         let mut sorted = Self {
-            half,
+            per_unit,
             first: vec![0],
             displacements: Vec::new(),
         };
@@ -154,9 +155,12 @@ impl PhaseDraw {
     }
 }
 
-fn cell(q: DVec2, half: f64) -> usize {
-    let along =
-        |x: f64| ((x / half + 1.0) * (0.5 * CELLS as f64)).clamp(0.0, CELLS as f64 - 1.0) as usize;
+#[inline]
+fn cell(q: DVec2, per_unit: f64) -> usize {
+    let along = |x: f64| {
+        let at = x * per_unit + 0.5 * CELLS as f64;
+        (at.max(0.0) as i32).min(CELLS as i32 - 1) as usize
+    };
     along(q.y) * CELLS + along(q.x)
 }
 

@@ -14,6 +14,7 @@ pub(super) struct Axes {
 }
 
 /// The four nodes around a direction.
+#[derive(Clone, Copy, Default)]
 pub(super) struct Cell {
     /// Its lowest node along u and v.
     pub i: usize,

@@ -1,8 +1,10 @@
 //! Bilinear lookup in one wavelength's table: the renderer's inner loop.
 
-use super::axes::Axes;
+use super::axes::{Axes, Cell};
 use crate::sensor::{MovingFrame, Subpixels, by_count};
 
+/// Directions whose cells are found together.
+const TOGETHER: usize = 64;
 /// Parts of the largest value by which mirror images may differ.
 const MIRRORED: f32 = 1e-6;
 
@@ -73,15 +75,24 @@ impl Interpolator {
     fn batch<const N: usize>(&self, u: &[f32], v: &[f32], out: &mut [f32]) {
         let (nodes, _) = self.plane.as_chunks::<N>();
         let (out, _) = out.as_chunks_mut::<N>();
+        let n = u.len().min(v.len()).min(out.len());
+        let (u, v, out) = (&u[..n], &v[..n], &mut out[..n]);
         let axes = self.axes;
-        for ((&u, &v), out) in u.iter().zip(v).zip(out) {
-            let cell = axes.cell(axes.scale, u, v);
-            let at = cell.j * axes.nu + cell.i;
-            // Two rows of two neighbouring nodes, each one contiguous read.
-            let (r0, r1) = (&nodes[at..at + 2], &nodes[at + axes.nu..at + axes.nu + 2]);
-            let [w00, w10, w01, w11] = cell.weights;
-            for k in 0..N {
-                out[k] = w00 * r0[0][k] + w10 * r0[1][k] + w01 * r1[0][k] + w11 * r1[1][k];
+        // The cells of some directions first: then the processor fetches the nodes of many at a time.
+        let mut cells = [Cell::default(); TOGETHER];
+        let directions = u.chunks(TOGETHER).zip(v.chunks(TOGETHER));
+        for ((u, v), out) in directions.zip(out.chunks_mut(TOGETHER)) {
+            for ((cell, &u), &v) in cells.iter_mut().zip(u).zip(v) {
+                *cell = axes.cell(axes.scale, u, v);
+            }
+            for (cell, out) in cells.iter().zip(out) {
+                let at = cell.j * axes.nu + cell.i;
+                // Two rows of two neighbouring nodes, each one contiguous read.
+                let (r0, r1) = (&nodes[at..at + 2], &nodes[at + axes.nu..at + axes.nu + 2]);
+                let [w00, w10, w01, w11] = cell.weights;
+                for k in 0..N {
+                    out[k] = w00 * r0[0][k] + w10 * r0[1][k] + w01 * r1[0][k] + w11 * r1[1][k];
+                }
             }
         }
     }

@@ -1,5 +1,7 @@
 //! One call for the renderer, whatever the pixel model.
 
+use std::ops::Range;
+
 use super::{Interpolator, ShiftedInterpolator};
 use crate::em::geometric::GeometricResponse;
 use crate::response::{AngularResponse, ChiefRayShifts};
@@ -133,6 +135,32 @@ impl ResponseLookup {
             Self::Fixed(t) => t.weights_batch(u, v, out),
             Self::Table(_) | Self::Geometric(_) => {
                 self.frame().centred_batch(shift_um, u, v);
+                self.weights_batch(u, v, out);
+            }
+        }
+    }
+    /// [`Self::weights_under`] for parts of the directions that each have a shift of their own, and which together are
+    /// all of them.
+    pub(crate) fn weights_of_parts(
+        &self,
+        parts: impl Iterator<Item = (Range<usize>, [f64; 2])>,
+        [u, v]: [&mut [f32]; 2],
+        out: &mut [f32],
+    ) {
+        match self {
+            Self::Shifted(t) => {
+                let count = t.subpixels().count();
+                for (part, shift_um) in parts {
+                    let out = &mut out[part.start * count..part.end * count];
+                    t.weights_batch(shift_um, &u[part.clone()], &v[part], out);
+                }
+            }
+            Self::Fixed(t) => t.weights_batch(u, v, out),
+            Self::Table(_) | Self::Geometric(_) => {
+                for (part, shift_um) in parts {
+                    let (u, v) = (&mut u[part.clone()], &mut v[part]);
+                    self.frame().centred_batch(shift_um, u, v);
+                }
                 self.weights_batch(u, v, out);
             }
         }
