@@ -17,6 +17,8 @@ const SIDE: usize = 8;
 const RAYS: usize = 16;
 /// A short look is believed where so many times the ghosts that it finds are still below the tolerance.
 const ROOM: f64 = 4.0;
+/// And where both of its sets find light in this part of the blocks: few rays that land tell little.
+const LIT: f64 = 0.25;
 /// Keeps these random numbers apart from others.
 const KEY: u64 = 0x6105_7EED;
 
@@ -63,21 +65,22 @@ fn estimate(
     settings: &RenderSettings,
     tolerance: &Tolerance,
 ) -> Estimate {
-    let by = |look| Estimate {
-        signal_percent: Some(100.0 * ghosts_over_mean(whole, settings, look)),
+    let percent = |over_mean: f64| Estimate {
+        signal_percent: Some(100.0 * over_mean),
         shift_px: None,
     };
     if whole.scene.world().is_none() {
-        let short = by(GhostLook::Short);
+        let found = ghosts_over_mean(whole, settings, GhostLook::Short);
+        let short = percent(found.over_mean);
         let worse = Estimate {
             signal_percent: short.signal_percent.map(|ghosts| ROOM * ghosts),
             ..short
         };
-        if tolerance.allows(&with_others(worse, planned)) {
+        if found.lit >= LIT && tolerance.allows(&with_others(worse, planned)) {
             return short;
         }
     }
-    by(GhostLook::Long)
+    percent(ghosts_over_mean(whole, settings, GhostLook::Long).over_mean)
 }
 
 /// The ghosts with the other effects that are below the tolerance and left out.
@@ -95,11 +98,22 @@ fn with_others(alone: Estimate, planned: &Planned) -> Estimate {
     }
 }
 
-/// RMS of the ghosts over the mean light of a sub-pixel; 0 where there are none, infinite where there is nothing else.
-fn ghosts_over_mean(whole: &Shot, settings: &RenderSettings, look: GhostLook) -> f64 {
+/// What a look finds.
+struct Found {
+    /// RMS of the ghosts over the mean light of a sub-pixel; 0 where there are none, infinite where there is nothing
+    /// else.
+    over_mean: f64,
+    /// Part of the blocks in which both sets of rays found some.
+    lit: f64,
+}
+
+fn ghosts_over_mean(whole: &Shot, settings: &RenderSettings, look: GhostLook) -> Found {
     let seed = hash(settings.seed, &[KEY]);
     let Some(blocks) = ghost_blocks(&whole.camera, &whole.scene, seed, look) else {
-        return 0.0;
+        return Found {
+            over_mean: 0.0,
+            lit: 0.0,
+        };
     };
     let [a, b] = &blocks.values;
     let products: Vec<f64> = a.iter().zip(b).map(|(a, b)| a * b).collect();
@@ -107,9 +121,12 @@ fn ghosts_over_mean(whole: &Shot, settings: &RenderSettings, look: GhostLook) ->
     let mean = products.iter().sum::<f64>() / n;
     let variance = products.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
     let square = mean + 2.0 * (variance / n).sqrt();
-    match square.max(0.0).sqrt() {
-        0.0 => 0.0,
-        rms => rms / mean_light(whole, seed),
+    Found {
+        over_mean: match square.max(0.0).sqrt() {
+            0.0 => 0.0,
+            rms => rms / mean_light(whole, seed),
+        },
+        lit: products.iter().filter(|p| **p > 0.0).count() as f64 / n,
     }
 }
 

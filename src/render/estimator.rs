@@ -224,10 +224,10 @@ impl<'a> Estimator<'a> {
                     }
                 }
                 let sums = (pixel * 3 + channel) * n_sub..(pixel * 3 + channel + 1) * n_sub;
-                if self.control.is_some() {
-                    work.splat_wall(pixel, sums.clone(), n_sub);
+                match self.control {
+                    Some(_) => work.splat_with_wall(channel, pixel, &mut out[sums.clone()], sums),
+                    None => work.splat(channel, pixel, &mut out[sums]),
                 }
-                work.splat(channel, pixel, &mut out[sums]);
                 if channel == ChannelWavelengths::REFERENCE
                     && let Some(occlusion) = &mut task.occlusion
                 {

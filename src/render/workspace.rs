@@ -282,36 +282,43 @@ impl Workspace {
 
     /// out[s] += Σ radiance · weight · measure over those rays of a pixel that passed.
     pub fn splat(&mut self, channel: usize, pixel: usize, out: &mut [f64]) {
-        let (n_sub, range) = (out.len(), self.segments[pixel].rays.clone());
-        let rays = self.radiance[channel][range.clone()]
-            .iter()
+        add_weighted(self.weighted(channel, pixel, out.len()), [out]);
+    }
+
+    /// The same, and walls[sums] += Σ weight · measure.
+    pub fn splat_with_wall(
+        &mut self,
+        channel: usize,
+        pixel: usize,
+        out: &mut [f64],
+        sums: Range<usize>,
+    ) {
+        let mut walls = std::mem::take(&mut self.walls);
+        let rays = self.weighted::<2>(channel, pixel, out.len());
+        add_weighted(rays, [out, &mut walls[sums]]);
+        self.walls = walls;
+    }
+
+    /// What each ray of a pixel carries, with its weights: radiance · measure, and measure where both are asked for.
+    #[inline(always)]
+    fn weighted<const K: usize>(
+        &self,
+        channel: usize,
+        pixel: usize,
+        n_sub: usize,
+    ) -> impl Iterator<Item = ([f64; K], &[f32])> {
+        let range = self.segments[pixel].rays.clone();
+        let rays = (self.radiance[channel][range.clone()].iter())
             .zip(&self.measure[range.clone()])
             .zip(self.weights[range.start * n_sub..].chunks_exact(n_sub))
             .zip(&self.batch.status[range]);
-        let rays = rays.map(|(((&radiance, &measure), weights), &status)| {
+        rays.map(|(((&radiance, &measure), weights), &status)| {
             // A lost ray carries nothing; its radiance may be that of a meaningless hit.
             let passes = status == 0;
-            let value = if passes {
-                f64::from(radiance) * measure
-            } else {
-                0.0
-            };
-            (value, weights)
-        });
-        add_weighted(rays, out);
-    }
-
-    /// walls[sums] += Σ weight · measure over those rays of a pixel that passed.
-    pub fn splat_wall(&mut self, pixel: usize, sums: Range<usize>, n_sub: usize) {
-        let range = self.segments[pixel].rays.clone();
-        let rays = (self.measure[range.clone()].iter())
-            .zip(self.weights[range.start * n_sub..].chunks_exact(n_sub))
-            .zip(&self.batch.status[range]);
-        let rays = rays.map(|((&measure, weights), &status)| {
-            let value = if status == 0 { measure } else { 0.0 };
-            (value, weights)
-        });
-        add_weighted(rays, &mut self.walls[sums]);
+            let both = [f64::from(radiance) * measure, measure];
+            let values = std::array::from_fn(|k| if passes { both[k] } else { 0.0 });
+            (values, weights)
+        })
     }
 
     /// How much of a pixel's pupil sees another surface than the ray of sight.
@@ -327,23 +334,36 @@ impl Workspace {
     }
 }
 
-/// out[s] += Σ value · weight[s] over rays.
+/// out_k[s] += Σ value_k · weight[s] over rays.
 #[inline(always)]
-fn add_weighted<'a>(rays: impl Iterator<Item = (f64, &'a [f32])>, out: &mut [f64]) {
+fn add_weighted<'a, const K: usize>(
+    rays: impl Iterator<Item = ([f64; K], &'a [f32])>,
+    outs: [&mut [f64]; K],
+) {
     // Four sub-pixels stay in registers.
-    if let Ok(four) = <&mut [f64; 4]>::try_from(&mut *out) {
-        let mut sums = *four;
-        for (value, weights) in rays {
+    if outs.iter().all(|out| out.len() == 4) {
+        let mut sums = [[0.0; 4]; K];
+        for (sums, out) in sums.iter_mut().zip(&outs) {
+            sums.copy_from_slice(out);
+        }
+        for (values, weights) in rays {
             if let Ok(weights) = <&[f32; 4]>::try_from(weights) {
-                (0..4).for_each(|s| sums[s] += value * f64::from(weights[s]));
+                for (sums, value) in sums.iter_mut().zip(values) {
+                    (0..4).for_each(|s| sums[s] += value * f64::from(weights[s]));
+                }
             }
         }
-        *four = sums;
+        for (out, sums) in outs.into_iter().zip(&sums) {
+            out.copy_from_slice(sums);
+        }
         return;
     }
-    for (value, weights) in rays {
-        for (o, &w) in out.iter_mut().zip(weights) {
-            *o += value * f64::from(w);
+    let mut outs = outs;
+    for (values, weights) in rays {
+        for (out, value) in outs.iter_mut().zip(values) {
+            for (o, &w) in out.iter_mut().zip(weights) {
+                *o += value * f64::from(w);
+            }
         }
     }
 }
