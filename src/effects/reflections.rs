@@ -5,8 +5,9 @@
 //! RMS ≤ √(d² + 2 s/√n). What else is left out adds up with it as errors do that know nothing of each other, in
 //! squares.
 //!
-//! A short look at charts comes first: most have ghosts far below the tolerance. Lamps and suns, whose ghosts few rays
-//! find, are looked at for long at once.
+//! A short look at charts comes first: most have ghosts far below the tolerance. So few rays land that a block lit in
+//! both sets is rare; the RMS of a set itself, a² for a₁ a₂, has its noise in it and is too large on average, which is
+//! enough to tell that ghosts are small. Lamps and suns, whose ghosts few rays find, are looked at for long at once.
 
 use super::{Choice, Decision, Effect, Estimate, Planned, Shot, Tolerance, Verdict};
 use crate::render::{Execution, GhostLook, RenderSettings, ghost_blocks, probe};
@@ -15,10 +16,8 @@ use crate::sampling::hash;
 /// Pixels on a side of the window, and rays of each, whose mean is the signal.
 const SIDE: usize = 8;
 const RAYS: usize = 16;
-/// A short look is believed where so many times the ghosts that it finds are still below the tolerance.
-const ROOM: f64 = 4.0;
-/// And where both of its sets find light in this part of the blocks: few rays that land tell little.
-const LIT: f64 = 0.25;
+/// A short look that finds any light is believed where so many times that are still below the tolerance.
+const ROOM: f64 = 2.0;
 /// Keeps these random numbers apart from others.
 const KEY: u64 = 0x6105_7EED;
 
@@ -71,12 +70,12 @@ fn estimate(
     };
     if whole.scene.world().is_none() {
         let found = ghosts_over_mean(whole, settings, GhostLook::Short);
-        let short = percent(found.over_mean);
+        let short = percent(found.with_noise);
         let worse = Estimate {
             signal_percent: short.signal_percent.map(|ghosts| ROOM * ghosts),
             ..short
         };
-        if found.lit >= LIT && tolerance.allows(&with_others(worse, planned)) {
+        if found.with_noise > 0.0 && tolerance.allows(&with_others(worse, planned)) {
             return short;
         }
     }
@@ -103,8 +102,8 @@ struct Found {
     /// RMS of the ghosts over the mean light of a sub-pixel; 0 where there are none, infinite where there is nothing
     /// else.
     over_mean: f64,
-    /// Part of the blocks in which both sets of rays found some.
-    lit: f64,
+    /// The same with the noise of one set.
+    with_noise: f64,
 }
 
 fn ghosts_over_mean(whole: &Shot, settings: &RenderSettings, look: GhostLook) -> Found {
@@ -112,7 +111,7 @@ fn ghosts_over_mean(whole: &Shot, settings: &RenderSettings, look: GhostLook) ->
     let Some(blocks) = ghost_blocks(&whole.camera, &whole.scene, seed, look) else {
         return Found {
             over_mean: 0.0,
-            lit: 0.0,
+            with_noise: 0.0,
         };
     };
     let [a, b] = &blocks.values;
@@ -121,12 +120,15 @@ fn ghosts_over_mean(whole: &Shot, settings: &RenderSettings, look: GhostLook) ->
     let mean = products.iter().sum::<f64>() / n;
     let variance = products.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
     let square = mean + 2.0 * (variance / n).sqrt();
+    let squares = a.iter().chain(b).map(|x| x * x).sum::<f64>() / (2.0 * n);
+    let light = mean_light(whole, seed);
+    let over_mean = |square: f64| match square.max(0.0).sqrt() {
+        0.0 => 0.0,
+        rms => rms / light,
+    };
     Found {
-        over_mean: match square.max(0.0).sqrt() {
-            0.0 => 0.0,
-            rms => rms / mean_light(whole, seed),
-        },
-        lit: products.iter().filter(|p| **p > 0.0).count() as f64 / n,
+        over_mean: over_mean(square),
+        with_noise: over_mean(squares),
     }
 }
 
