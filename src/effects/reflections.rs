@@ -5,9 +5,10 @@
 //! RMS ≤ √(d² + 2 s/√n). What else is left out adds up with it as errors do that know nothing of each other, in
 //! squares.
 //!
-//! A short look at charts comes first: most have ghosts far below the tolerance. So few rays land that a block lit in
-//! both sets is rare; the RMS of a set itself, a² for a₁ a₂, has its noise in it and is too large on average, which is
-//! enough to tell that ghosts are small. Lamps and suns, whose ghosts few rays find, are looked at for long at once.
+//! A short look at charts comes first: most have ghosts far below the tolerance. So few of its rays land that a block
+//! lit in both sets is rare. The mean square of a set itself, ⟨a²⟩ for ⟨a₁ a₂⟩, has the set's noise in it and is too
+//! large on average, which is enough to tell that ghosts are small. Lamps and suns, whose ghosts few rays find, are
+//! looked at for long at once.
 
 use super::{Choice, Decision, Effect, Estimate, Planned, Shot, Tolerance, Verdict};
 use crate::render::{Execution, GhostLook, RenderSettings, ghost_blocks, probe};

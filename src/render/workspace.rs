@@ -281,7 +281,7 @@ impl Workspace {
     }
 
     /// out[s] += Σ radiance · weight · measure over those rays of a pixel that passed.
-    pub fn splat(&mut self, channel: usize, pixel: usize, out: &mut [f64]) {
+    pub fn splat(&self, channel: usize, pixel: usize, out: &mut [f64]) {
         add_weighted(self.weighted(channel, pixel, out.len()), [out]);
     }
 

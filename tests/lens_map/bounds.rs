@@ -41,16 +41,17 @@ fn rays_from_far_beside_their_place_err_by_a_hundredth_of_the_way() {
         ("wide_US11940605B2_emb1", [1.0, 0.6]),
     ] {
         let case = Case::phone(name, centre);
-        let (far_px, errors) = far_errors(&case);
-        println!("{name}: {far_px} px, {errors:?}");
-        assert!(far_px >= 16.0, "{name}: {far_px}");
-        for (rms, worst) in errors.rms_px.iter().zip(&errors.worst_px) {
-            assert!(*rms <= 0.01 && *worst <= 0.1, "{name}: {errors:?}");
+        // The band at the pupil's edge that is traced exactly widens with the way: most rays go a part of it only.
+        for (part, most_exact) in [(0.25, 0.1), (1.0, 1.0)] {
+            let (far_px, errors) = far_errors(&case, part);
+            println!("{name}: {part} of {far_px} px, {errors:?}");
+            assert!(far_px >= 16.0, "{name}: {far_px}");
+            for (rms, worst) in errors.rms_px.iter().zip(&errors.worst_px) {
+                assert!(*rms <= 0.01 && *worst <= 0.1, "{name}: {errors:?}");
+            }
+            assert!(errors.misjudged <= MISJUDGED, "{name}: {errors:?}");
+            assert!(errors.exact < most_exact, "{name}: {errors:?}");
         }
-        assert!(
-            errors.misjudged <= MISJUDGED && errors.exact < 0.5,
-            "{name}: {errors:?}"
-        );
     }
 }
 

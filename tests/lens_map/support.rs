@@ -114,15 +114,15 @@ pub fn errors(case: &Case) -> Errors {
     errors
 }
 
-/// How far its map serves rays, px, and its errors for those that start farther from their place than two pixels, over
-/// the way.
-pub fn far_errors(case: &Case) -> (f64, Errors) {
+/// How far its map serves rays, px, and its errors for those that start from two pixels to this part of that way from
+/// their place, over the way.
+pub fn far_errors(case: &Case, part: f64) -> (f64, Errors) {
     let parts = case.map().unwrap();
-    let far_px = parts.2.report().far_px;
+    let far_px = parts.2.far_mm() / (case.pitch_um * 1e-3);
     let off_px = |k: u64| {
         let u = |d: u64| uniform(0xFA2, &[k, d]);
         let angle = std::f64::consts::TAU * u(0);
-        DVec2::from_angle(angle) * (2.0 + u(1) * (far_px - 3.0))
+        DVec2::from_angle(angle) * (2.0 + u(1) * (part * far_px - 3.0))
     };
     let errors = errors_from(case, &parts, off_px, |px, way_px| px / way_px);
     (far_px, errors)

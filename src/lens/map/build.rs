@@ -164,7 +164,8 @@ impl Maker<'_> {
         None
     }
 
-    /// The least degree of a ray's place that does: with the slopes' degree, slopes are what errs.
+    /// The least degree of a ray's place, from half that of its slopes on, that leaves enough of the bound: errors of
+    /// slopes grow with the distance, those of places do not.
     fn place(
         &self,
         fitter: &Fitter<'_>,

@@ -214,7 +214,6 @@ impl<'a> Maker<'a> {
             limiting_surfaces: map.limiting.len(),
             rms_px: errors.rms_px(),
             worst_px: errors.worst_px(),
-            far_px: map.far_mm / self.task.pitch_mm,
             edge_share: edges.sum::<f64>() / kept.len() as f64,
             unmapped_share: 1.0 - kept.len() as f64 / cells.len() as f64,
         };

@@ -11,10 +11,10 @@
 //!
 //! The coefficients are fitted at nodes over the window; between them, polynomials through six nodes a side are taken.
 //! The bundle's edge is kept as the outline that each limiting surface gives it, along many directions; the least of
-//! them counts. Rays that come nearer to it than it is known there, and rays that start farther off than the map
-//! reaches, are traced exactly: so no light is lost at the edge. It reaches up to eight pixels, so pixels next to each
-//! other share a place. Rays that diffraction displaces farther are mapped, too, where they err by no more than a
-//! hundredth of that way.
+//! them counts. Rays that come nearer to it than it is known there are traced exactly: so no light is lost at the edge.
+//! The map reaches up to eight pixels, so pixels next to each other share a place. Rays that start farther off, which
+//! diffraction displaces, are mapped as far as they err by no more than a hundredth of that way, and beyond it traced
+//! exactly. A ray's place and slopes have degrees of their own: errors of slopes grow with the distance.
 //!
 //! Wavelengths between those of some maps take their weighted sum, measured as every other map is.
 //!

@@ -103,9 +103,6 @@ pub struct MapReport {
     pub rms_px: f64,
     /// Largest error of a held-out ray, px.
     pub worst_px: f64,
-    /// How far from their place rays are mapped that diffraction displaces, along x and y, px: they err by a hundredth
-    /// of that way.
-    pub far_px: f64,
     /// Part of the bundle so near to its edge that rays are traced exactly.
     pub edge_share: f64,
     /// Part of the window where the bound is not met: all rays are traced exactly there.
@@ -124,7 +121,6 @@ impl MapReport {
             limiting_surfaces: self.limiting_surfaces.max(other.limiting_surfaces),
             rms_px: self.rms_px.max(other.rms_px),
             worst_px: self.worst_px.max(other.worst_px),
-            far_px: self.far_px.min(other.far_px),
             edge_share: self.edge_share.max(other.edge_share),
             unmapped_share: self.unmapped_share.max(other.unmapped_share),
         }

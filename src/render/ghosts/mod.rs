@@ -75,7 +75,7 @@ pub(super) fn ghost_light(
 /// How closely ghosts are looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GhostLook {
-    /// Enough to tell ghosts that are far below a tolerance; a quarter of the time.
+    /// Enough to tell ghosts that are far below a tolerance: a quarter of the bins, and of the rays.
     Short,
     /// Enough to tell them from a tolerance.
     Long,
@@ -107,7 +107,8 @@ pub struct GhostBlocks {
     pub values: [Vec<f64>; 2],
 }
 
-/// A coarse look at the ghosts of an image: in blocks, by few rays; `None` where the camera simulates none.
+/// A coarse look at the ghosts of an image, in blocks, by few rays: as many as `look` says. `None` where the camera
+/// simulates none.
 pub fn ghost_blocks(
     camera: &Camera,
     scene: &Scene,

@@ -130,14 +130,11 @@ impl ResponseLookup {
     /// [`Self::weights_batch`] under a lens shifted by `shift_um`; a table of the centred lens moves the directions in
     /// place.
     pub fn weights_under(&self, shift_um: [f64; 2], u: &mut [f32], v: &mut [f32], out: &mut [f32]) {
-        match self {
-            Self::Shifted(t) => t.weights_batch(shift_um, u, v, out),
-            Self::Fixed(t) => t.weights_batch(u, v, out),
-            Self::Table(_) | Self::Geometric(_) => {
-                self.frame().centred_batch(shift_um, u, v);
-                self.weights_batch(u, v, out);
-            }
-        }
+        let n = u
+            .len()
+            .min(v.len())
+            .min(out.len() / self.subpixels().count());
+        self.weights_of_parts(std::iter::once((0..n, shift_um)), [u, v], out);
     }
     /// [`Self::weights_under`] for parts of the directions that each have a shift of their own, and which together are
     /// all of them.
