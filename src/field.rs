@@ -135,6 +135,26 @@ impl FieldGrid {
         }
     }
 
+    /// So many of its components from `first` on along the line of a y (clamped to the window).
+    pub(crate) fn row(&self, y_mm: f64, first: usize, count: usize) -> FieldRow {
+        let (window, components) = (self.window, self.components);
+        let (j, fy) = cell(y_mm - window.centre.y, window.half_height, self.ny);
+        let row = |j: usize| self.data[j * self.nx * components..].chunks_exact(components);
+        let nodes = row(j).zip(row((j + 1).min(self.ny - 1))).take(self.nx);
+        let between = |(a, b): (&f64, &f64)| a + fy * (b - a);
+        let values = nodes.flat_map(|(a, b)| {
+            let pairs = a[first..].iter().zip(&b[first..]);
+            pairs.take(count).map(between)
+        });
+        FieldRow {
+            middle_mm: window.centre.x,
+            half_mm: window.half_width,
+            nx: self.nx,
+            components: count,
+            data: values.collect(),
+        }
+    }
+
     /// The four nodes (row-major numbers) around `xy_mm` (clamped to the window) and their bilinear weights.
     pub fn around(&self, xy_mm: DVec2) -> [(usize, f64); 4] {
         let [(i, fx), (j, fy)] = self.cells(xy_mm);
@@ -156,6 +176,34 @@ impl FieldGrid {
             cell(offset.x, self.window.half_width, self.nx),
             cell(offset.y, self.window.half_height, self.ny),
         ]
+    }
+}
+
+/// A field along a line of one y: what is the same all along is done once.
+#[derive(Clone, Debug)]
+pub(crate) struct FieldRow {
+    middle_mm: f64,
+    half_mm: f64,
+    nx: usize,
+    components: usize,
+    data: Vec<f64>,
+}
+
+impl FieldRow {
+    /// Values per place.
+    pub fn components(&self) -> usize {
+        self.components
+    }
+
+    /// Writes its components at an x (clamped to the window) into `out`: as many as it holds.
+    #[inline]
+    pub fn sample(&self, x_mm: f64, out: &mut [f64]) {
+        let (i, fx) = cell(x_mm - self.middle_mm, self.half_mm, self.nx);
+        let node = |i: usize| &self.data[i * self.components..][..self.components];
+        let (a, b) = (node(i), node((i + 1).min(self.nx - 1)));
+        for (out, (a, b)) in out.iter_mut().zip(a.iter().zip(b)) {
+            *out = a + fx * (b - a);
+        }
     }
 }
 
@@ -345,6 +393,8 @@ mod tests {
             DVec2::new(1.2, -0.4),
         ] {
             grid.sample(p, &mut out);
+            assert!((out[0] - f(p)).abs() < 1e-12);
+            grid.row(p.y, 0, 1).sample(p.x, &mut out);
             assert!((out[0] - f(p)).abs() < 1e-12);
         }
         grid.sample(DVec2::new(9.0, 9.0), &mut out);

@@ -33,9 +33,8 @@ fn filled(lines: &[&str], to: &mut String) {
             continue;
         };
         at += list.len();
-        let whole = joined(list);
         let (inside, end) = (&list[1..list.len() - 1], list[list.len() - 1]);
-        if indent(line) + whole.len() <= WIDTH {
+        if let Some(whole) = joined(list, WIDTH.saturating_sub(indent(line))) {
             to.push_str(&" ".repeat(indent(line)));
             to.push_str(&whole);
         } else {
@@ -60,7 +59,8 @@ fn list<'a, 'b>(lines: &'b [&'a str]) -> Option<&'b [&'a str]> {
     (!list.iter().any(|line| line.ends_with('{'))).then_some(list)
 }
 
-fn joined(list: &[&str]) -> String {
+/// The list in one line, if that has so many bytes at most.
+fn joined(list: &[&str], most: usize) -> Option<String> {
     let mut text = String::new();
     for line in list {
         let line = line.trim_start();
@@ -68,8 +68,11 @@ fn joined(list: &[&str]) -> String {
             text.push(' ');
         }
         text.push_str(line);
+        if text.len() > most {
+            return None;
+        }
     }
-    text
+    Some(text)
 }
 
 /// Values, as many in a line as it holds.

@@ -3,12 +3,13 @@
 use quadpixel::image::Image;
 use quadpixel::image::views::Side;
 use quadpixel::sensor::Subpixels;
+use rayon::prelude::*;
 
 use super::files::SampleFiles;
 
-/// Disparities are stored as multiples of 1/this, px: a tenth of what they are known to, and their bytes pack to a
-/// fifth of those of all digits.
-const DISPARITY_STEPS: f32 = 16384.0;
+/// Disparities and shifts are stored as multiples of 1/this, px: a tenth of what they are known to, and their bytes
+/// pack to a fifth of those of all digits.
+const STEPS: f32 = 16384.0;
 
 /// The float maps with NaN exactly where `valid` is false, as they are stored.
 #[derive(Clone, Debug)]
@@ -58,24 +59,45 @@ pub(super) fn masked(sample: &SampleFiles<'_>) -> Truth {
         }
         map
     };
-    let pairs = sample.traced_px.iter().zip(sample.paraxial_px);
+    let pairs = (sample.traced_px.par_iter()).zip(sample.paraxial_px.par_iter());
     Truth {
         depth_m: mask(sample.depth_m.clone()),
         distance_m: mask(sample.distance_m.clone()),
         disparity_px: pairs.map(|(a, b)| mask(side_by_side(a, b))).collect(),
         coc_px: mask(sample.coc_px.clone()),
-        chief_to_sum_px: mask(sample.chief_to_sum_px.clone()),
-        channel_shifts_px: channels.iter().map(|map| mask(map.clone())).collect(),
+        chief_to_sum_px: mask(rounded(sample.chief_to_sum_px)),
+        channel_shifts_px: (channels.par_iter().map(|map| mask(rounded(map)))).collect(),
         normals: sample.seen.map(|seen| mask(seen.normals.clone())),
         valid,
     }
+}
+
+/// As it is stored.
+#[inline]
+fn stored(value: &f32) -> f32 {
+    // 1.5 · 2²³: beside it floats are whole numbers, so that the sum is rounded to one. `round` is a call.
+    const WHOLE: f32 = 12_582_912.0;
+    let steps = value * STEPS;
+    let rounded = (steps + WHOLE) - WHOLE;
+    // Larger ones, 256 px and more, have no digits beyond a step or two.
+    let stored = if steps.abs() < 0.25 * WHOLE {
+        rounded
+    } else {
+        steps
+    };
+    stored / STEPS
+}
+
+fn rounded(map: &Image) -> Image {
+    let mut rounded = map.clone();
+    rounded.data_mut().iter_mut().for_each(|v| *v = stored(v));
+    rounded
 }
 
 fn side_by_side(traced: &Image, paraxial: &Image) -> Image {
     let mut both = Image::zeros(traced.width(), traced.height(), 4);
     let pairs = traced.data().chunks(2).zip(paraxial.data().chunks(2));
     for (to, (a, b)) in both.data_mut().chunks_mut(4).zip(pairs) {
-        let stored = |value: &f32| (value * DISPARITY_STEPS).round() / DISPARITY_STEPS;
         (to.iter_mut().zip(a.iter().chain(b))).for_each(|(to, value)| *to = stored(value));
     }
     both

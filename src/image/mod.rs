@@ -123,6 +123,18 @@ impl Image {
     }
 }
 
+/// Each row of all of some images of one height.
+pub(crate) fn rows_of(images: &mut [Image]) -> Vec<Vec<&mut [f32]>> {
+    let height = images.first().map_or(0, Image::height);
+    let mut rows: Vec<Vec<&mut [f32]>> = (0..height).map(|_| Vec::new()).collect();
+    for image in images {
+        let length = (image.width * image.channels).max(1);
+        let all = rows.iter_mut().zip(image.data.chunks_exact_mut(length));
+        all.for_each(|(row, values)| row.push(values));
+    }
+    rows
+}
+
 /// One channel of `image` as a picture of its own.
 pub fn channel(image: &Image, index: usize) -> Image {
     let mut plane = Image::zeros(image.width(), image.height(), 1);

@@ -16,23 +16,49 @@ pub(crate) struct DiskPolynomial {
     powers: Vec<f64>,
 }
 
-impl DiskPolynomial {
-    /// By least squares; `None` where the points leave a term open.
-    pub fn fitted(degree: usize, points: &[(DVec2, f64)]) -> Option<Self> {
+/// The least-squares fit of a degree to values at given points.
+pub(crate) struct DiskFit {
+    degree: usize,
+    points: Vec<DVec2>,
+    /// The orthonormal polynomials at each point.
+    rows: Vec<f64>,
+    factor: Factor,
+}
+
+impl DiskFit {
+    /// `None` where the points leave a term open.
+    pub fn new(degree: usize, points: Vec<DVec2>) -> Option<Self> {
         let count = terms(degree);
         let mut rows = vec![0.0; count * points.len()];
-        let mut orthonormal = vec![0.0; count];
-        for ((point, value), row) in points.iter().zip(rows.chunks_exact_mut(count)) {
+        for (point, row) in points.iter().zip(rows.chunks_exact_mut(count)) {
             basis::values(degree, point.x, point.y, row);
+        }
+        let all: Vec<u32> = (0..points.len() as u32).collect();
+        let factor = Factor::new(&rows, count, &all)?;
+        Some(Self {
+            degree,
+            points,
+            rows,
+            factor,
+        })
+    }
+
+    /// The polynomial through values; `None` where there is none at a point.
+    pub fn of(&self, value: impl Fn(DVec2) -> Option<f64>) -> Option<DiskPolynomial> {
+        let count = terms(self.degree);
+        let mut orthonormal = vec![0.0; count];
+        for (point, row) in self.points.iter().zip(self.rows.chunks_exact(count)) {
+            let value = value(*point)?;
             for (sum, b) in orthonormal.iter_mut().zip(row) {
                 *sum += *b * value;
             }
         }
-        let all: Vec<u32> = (0..points.len() as u32).collect();
-        Factor::new(&rows, count, &all)?.solve(&mut orthonormal);
-        Some(Self::of(degree, orthonormal))
+        self.factor.solve(&mut orthonormal);
+        Some(DiskPolynomial::of(self.degree, orthonormal))
     }
+}
 
+impl DiskPolynomial {
     fn of(degree: usize, orthonormal: Vec<f64>) -> Self {
         let count = terms(degree);
         let mut powers = vec![0.0; count];
@@ -113,11 +139,8 @@ mod tests {
             DVec2::new(x, -4.0 * p.y + p.x.powi(3) - 3.0 * p.y.powi(5))
         };
         let at = |k: usize| concentric_disk((k as f64 + 0.5) / 300.0, (k as f64 * 0.618).fract());
-        let points: Vec<(DVec2, f64)> = (0..300)
-            .map(|k| DVec2::from(at(k)))
-            .map(|p| (p, f(p)))
-            .collect();
-        let fitted = DiskPolynomial::fitted(8, &points).unwrap();
+        let points = (0..300).map(|k| DVec2::from(at(k))).collect();
+        let fitted = DiskFit::new(8, points).unwrap().of(|p| Some(f(p))).unwrap();
         for p in [(0.3, -0.7), (0.0, 0.0), (-0.9, 0.1)].map(DVec2::from) {
             assert!((fitted.value(p) - f(p)).abs() < 1e-8);
             assert!((fitted.gradient(p) - slope(p)).length() < 1e-7);
@@ -129,10 +152,9 @@ mod tests {
     fn the_root_mean_square_is_that_over_the_disk() {
         // r² has mean 1/2 and mean square 1/3: 1/√12 about its mean.
         let at = |k: usize| concentric_disk((k as f64 + 0.5) / 99.0, (k as f64 * 0.618).fract());
-        let points = (0..99)
-            .map(|k| DVec2::from(at(k)))
-            .map(|p| (p, 7.0 + p.x + p.length_squared()));
-        let fitted = DiskPolynomial::fitted(4, &points.collect::<Vec<_>>()).unwrap();
+        let points = (0..99).map(|k| DVec2::from(at(k))).collect();
+        let value = |p: DVec2| Some(7.0 + p.x + p.length_squared());
+        let fitted = DiskFit::new(4, points).unwrap().of(value).unwrap();
         assert!((fitted.rms_beyond_tilt() - 1.0 / 12f64.sqrt()).abs() < 1e-6);
     }
 }

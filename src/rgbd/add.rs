@@ -21,6 +21,16 @@ pub(super) struct Taps<const L: usize> {
     pub values: Vec<[f32; L]>,
 }
 
+impl<const L: usize> Taps<L> {
+    /// Zeros.
+    pub fn empty(support: Support) -> Self {
+        Self {
+            support,
+            values: vec![[0.0; L]; support.width * support.height],
+        }
+    }
+}
+
 /// Adds the points to sums of `width` columns.
 pub(super) fn add<const L: usize>(
     taps: &Taps<L>,

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::halo::Parts;
 use super::relief::Relief;
 use super::spread::over_tiles;
 use super::tile::Scatter;
@@ -32,7 +33,8 @@ pub(super) fn target(
     (sensor, rows): (&Sensor, Range<usize>),
     tile: usize,
 ) -> Image {
-    let scatter = Scatter::<LANES>::new(bank, relief, sensor, true);
+    let parts = Parts::of_bank(bank);
+    let scatter = Scatter::<LANES>::new((bank, &parts), relief, sensor, true);
     let width = sensor.width();
     let mut image = Image::zeros(width, rows.len(), 3);
     over_tiles(&scatter, (width, rows), tile, |x, y, light, _| {

@@ -24,6 +24,7 @@ mod add;
 mod apart;
 mod convert;
 mod error;
+mod halo;
 mod levels;
 mod picture;
 mod relief;

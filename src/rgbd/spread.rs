@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::apart;
 use super::convert::{Conversion, Converted, RAYS};
 use super::error::RgbdError;
+use super::halo::Parts;
 use super::levels::Levels;
 use super::relief::Relief;
 use super::tile::{Scatter, Tile};
@@ -25,6 +26,7 @@ const MOST_LANES: usize = 48;
 pub struct Spread {
     sensor: Sensor,
     bank: KernelBank,
+    parts: Vec<Parts>,
     /// Diffraction at the lens's aperture, for the target.
     aperture: KernelBank,
     relief: Relief,
@@ -56,6 +58,7 @@ impl Spread {
             shading: white.grid(sensor),
             sensor: sensor.clone(),
             tile: conversion.tile,
+            parts: Parts::of_bank(&bank),
             rays: (bank.size().0 * bank.size().1 * conversion.fields.len() * RAYS) as u64,
             bank,
         })
@@ -97,7 +100,8 @@ impl Spread {
 
     fn rows_in<const L: usize>(&self, rows: Range<usize>) -> Converted {
         let sensor = &self.sensor.rows(rows.clone());
-        let scatter = Scatter::<L>::new(&self.bank, &self.relief, &self.sensor, false);
+        let scatter =
+            Scatter::<L>::new((&self.bank, &self.parts), &self.relief, &self.sensor, false);
         let (width, height) = (sensor.width(), sensor.height());
         let (m, n) = (sensor.subpixels().m(), sensor.subpixels().n());
         let mut converted = Converted {

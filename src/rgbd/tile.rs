@@ -3,12 +3,15 @@
 use glam::DVec2;
 
 use super::add::{Point, Sum, Taps, add};
+use super::halo::{self, Parts};
 use super::relief::Relief;
 use crate::render::kernels::KernelBank;
 use crate::sensor::Sensor;
 
 /// Side of the cells that have one kernel per layer, px: kernels change slowly over the field.
 const CELL: usize = 16;
+/// Cells along each side that share their halo.
+const HALO_CELLS: usize = 4;
 /// By how much a slant may stretch what a sub-pixel sees.
 const STRETCH: [f32; 2] = [0.25, 4.0];
 /// Layers beside a pixel's own that are its own surface: half a layer of interpolation, and the tear.
@@ -17,6 +20,8 @@ const OWN_LAYERS: f32 = 1.5;
 /// What all tiles share.
 pub(super) struct Scatter<'a, const L: usize> {
     bank: &'a KernelBank,
+    /// Of each depth of the bank.
+    parts: &'a [Parts],
     relief: &'a Relief,
     sensor: &'a Sensor,
     /// Everything in one layer, with neither slant nor background.
@@ -70,9 +75,9 @@ struct Pixel<const L: usize> {
 }
 
 impl<'a, const L: usize> Scatter<'a, L> {
-    /// Of kernels and surfaces; flat: every source in the first layer.
+    /// Of kernels, their parts, and surfaces; flat: every source in the first layer.
     pub fn new(
-        bank: &'a KernelBank,
+        (bank, parts): (&'a KernelBank, &'a [Parts]),
         relief: &'a Relief,
         sensor: &'a Sensor,
         is_flat: bool,
@@ -96,6 +101,7 @@ impl<'a, const L: usize> Scatter<'a, L> {
         let all: f32 = (0..subpixels).map(light).sum();
         Self {
             bank,
+            parts,
             relief,
             sensor,
             is_flat,
@@ -111,6 +117,7 @@ impl<'a, const L: usize> Scatter<'a, L> {
     pub fn tile(&self, tile: Tile) -> TileSums<L> {
         let layers = self.layers(tile);
         let mut pixels = self.pixels(tile);
+        let origin = [tile.x, tile.y].map(|at| at + self.relief.margin);
         let mut sums: Vec<Sum<L>> = vec![[[0.0; L]; 2]; tile.width * tile.height];
         for (key, sources) in layers.iter().enumerate() {
             if sources.is_empty() {
@@ -118,12 +125,22 @@ impl<'a, const L: usize> Scatter<'a, L> {
             }
             let (level, is_made_up) = level_of(key);
             sums.fill([[0.0; L]; 2]);
-            let mut points = Vec::new();
+            let (mut points, mut blocks) = (Vec::new(), Vec::new());
+            let mut around_halo = None;
             for cell in sources.chunk_by(|a, b| a.cell == b.cell) {
-                let (taps, drift) = self.taps(cell[0].cell, level);
+                let around = self.around(cell[0].cell, CELL);
+                let drift = self.drift(around);
                 points.clear();
                 points.extend(cell.iter().map(|s| self.point(s, &drift)));
-                add(&taps, &points, tile.width, &mut sums);
+                add(&self.core(around, level), &points, tile.width, &mut sums);
+                let place = [cell[0].cell.0 / HALO_CELLS, cell[0].cell.1 / HALO_CELLS];
+                if around_halo.as_ref().is_none_or(|(at, _)| *at != place) {
+                    around_halo = self.halo(place, level).map(|taps| (place, taps));
+                }
+                if let Some((_, taps)) = &around_halo {
+                    halo::blocks(&points, origin, &mut blocks);
+                    add(taps, &blocks, tile.width, &mut sums);
+                }
             }
             for (pixel, sum) in pixels.iter_mut().zip(&sums) {
                 self.lay_under(pixel, sum, level as f32, is_made_up);
@@ -136,9 +153,14 @@ impl<'a, const L: usize> Scatter<'a, L> {
     fn layers(&self, tile: Tile) -> Vec<Vec<Source>> {
         let relief = self.relief;
         let mut layers: Vec<Vec<Source>> = vec![Vec::new(); key_of(self.bank.depths().len(), true)];
-        let first = |at: usize| at + relief.margin - self.reach;
-        let columns = first(tile.x)..first(tile.x) + tile.width + 2 * self.reach;
-        let rows = first(tile.y)..first(tile.y) + tile.height + 2 * self.reach;
+        // Whole blocks, whatever the tile.
+        let reaching = |at: usize, len: usize, most: usize| {
+            let first = at + relief.margin - self.reach;
+            let end = first + len + 2 * self.reach;
+            first / halo::BLOCK * halo::BLOCK..end.next_multiple_of(halo::BLOCK).min(most)
+        };
+        let columns = reaching(tile.x, tile.width, relief.width);
+        let rows = reaching(tile.y, tile.height, relief.height);
         for cell_row in rows.start / CELL..=(rows.end - 1) / CELL {
             for cell_column in columns.start / CELL..=(columns.end - 1) / CELL {
                 let cell = (cell_column, cell_row);
@@ -193,35 +215,74 @@ impl<'a, const L: usize> Scatter<'a, L> {
         }
     }
 
-    /// The kernel of a cell in a layer, and how each sub-pixel's centroid drifts there.
-    fn taps(&self, cell: (usize, usize), level: usize) -> (Taps<L>, Vec<DVec2>) {
+    /// The nodes around a cell of a side, and their weights.
+    fn around(&self, cell: (usize, usize), side: usize) -> [(usize, f64); 4] {
         let middle =
-            |cell: usize| (cell * CELL + CELL / 2) as f64 - 0.5 - self.relief.margin as f64;
-        let place = self.sensor.position_mm(middle(cell.0), middle(cell.1));
-        let around = self.bank.around(place);
-        let depth = &self.bank.depths()[level];
-        let (lanes, channels) = (self.bank.lanes(), self.bank.channels());
+            |cell: usize| (cell * side + side / 2) as f64 - 0.5 - self.relief.margin as f64;
+        (self.bank).around(self.sensor.position_mm(middle(cell.0), middle(cell.1)))
+    }
+
+    /// How each sub-pixel's centroid drifts there per layer, px.
+    fn drift(&self, around: [(usize, f64); 4]) -> Vec<DVec2> {
         let subpixels = self.shares.len();
-        let support = depth.support();
-        let mut values = vec![[0f32; L]; support.width * support.height];
         let mut drift = vec![DVec2::ZERO; subpixels];
         for (node, weight) in around {
-            let part = weight as f32;
-            let kernels = depth.of_node(node).chunks_exact(lanes);
-            for (to, from) in values.iter_mut().zip(kernels) {
-                for c in 0..3 {
-                    let from = &from[c.min(channels - 1) * subpixels..][..subpixels];
-                    let to = &mut to[c * subpixels..][..subpixels];
-                    to.iter_mut().zip(from).for_each(|(t, f)| *t += part * f);
-                }
-            }
             let own = &self.drift[node * subpixels..][..subpixels];
             drift
                 .iter_mut()
                 .zip(own)
                 .for_each(|(t, d)| *t += weight * *d);
         }
-        (Taps { support, values }, drift)
+        drift
+    }
+
+    /// The core of the kernel there in a layer.
+    fn core(&self, around: [(usize, f64); 4], level: usize) -> Taps<L> {
+        let depth = &self.bank.depths()[level];
+        let (whole, core) = (depth.support(), self.parts[level].core);
+        let (left, top) = (core.left - whole.left, core.top - whole.top);
+        let mut taps = Taps::empty(core);
+        for (node, weight) in around {
+            let rows = depth
+                .of_node(node)
+                .chunks_exact(whole.width * self.bank.lanes());
+            let rows = rows.skip(top as usize);
+            for (to, from) in taps.values.chunks_exact_mut(core.width).zip(rows) {
+                self.mix(
+                    to,
+                    &from[left as usize * self.bank.lanes()..],
+                    weight as f32,
+                );
+            }
+        }
+        taps
+    }
+
+    /// What is around the cores of some cells in a layer, of a block, if anything.
+    fn halo(&self, cells: [usize; 2], level: usize) -> Option<Taps<L>> {
+        let halo = self.parts[level].halo.as_ref()?;
+        let around = self.around(cells.into(), HALO_CELLS * CELL);
+        let mut taps = Taps::empty(halo.support);
+        for (node, weight) in around {
+            self.mix(&mut taps.values, halo.of_node(node), weight as f32);
+        }
+        Some(taps)
+    }
+
+    /// Adds a part of a bank's values to those of all colours.
+    fn mix(&self, to: &mut [[f32; L]], from: &[f32], part: f32) {
+        let (subpixels, channels) = (self.shares.len(), self.bank.channels());
+        if self.bank.lanes() == L && channels == 3 {
+            let both = to.as_flattened_mut().iter_mut().zip(from);
+            return both.for_each(|(t, f)| *t += part * f);
+        }
+        for (to, from) in to.iter_mut().zip(from.chunks_exact(self.bank.lanes())) {
+            for c in 0..3 {
+                let from = &from[c.min(channels - 1) * subpixels..][..subpixels];
+                let to = &mut to[c * subpixels..][..subpixels];
+                to.iter_mut().zip(from).for_each(|(t, f)| *t += part * f);
+            }
+        }
     }
 
     fn point(&self, source: &Source, drift: &[DVec2]) -> Point<L> {

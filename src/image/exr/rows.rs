@@ -161,12 +161,20 @@ impl ExrRows {
             let length = image.width() * image.channels();
             let line = &image.data()[row * length..][..length];
             let values = line.iter().skip(channel).step_by(image.channels());
-            match self.layers[layer].sample {
+            let begin = self.waiting.len();
+            let sample = self.layers[layer].sample;
+            let bytes = match sample {
+                Sample::Float => size_of::<f32>(),
+                Sample::Half => size_of::<ex::f16>(),
+            };
+            (self.waiting).resize(begin + bytes * image.width(), 0);
+            let line = self.waiting[begin..].chunks_exact_mut(bytes).zip(values);
+            match sample {
                 Sample::Float => {
-                    (self.waiting).extend(values.flat_map(|value| value.to_ne_bytes()));
+                    line.for_each(|(to, value)| to.copy_from_slice(&value.to_ne_bytes()));
                 }
                 Sample::Half => {
-                    for &value in values {
+                    for (to, &value) in line {
                         let half = ex::f16::from_f32(value);
                         if half.is_finite() != value.is_finite() {
                             return Err(ImageError::HalfOverflow {
@@ -175,7 +183,7 @@ impl ExrRows {
                                 value,
                             });
                         }
-                        self.waiting.extend(half.to_ne_bytes());
+                        to.copy_from_slice(&half.to_ne_bytes());
                     }
                 }
             }
@@ -208,7 +216,7 @@ impl ExrRows {
         let deflated = [ex::Compression::ZIP1, ex::Compression::ZIP16];
         // The lines are as this machine has them, the file's bytes are little-endian.
         if deflated.contains(&self.header.compression) && cfg!(target_endian = "little") {
-            let packed = zip::packed(data.to_vec());
+            let packed = zip::packed(data);
             return packed.map_err(|cause| self.encode_error(cause.into()));
         }
         let lines = data.len() / self.line_bytes();

@@ -11,22 +11,26 @@ use flate2::write::ZlibEncoder;
 const LEVEL: u32 = 3;
 
 /// Packs the little-endian bytes of a block.
-pub(super) fn packed(block: Vec<u8>) -> std::io::Result<Vec<u8>> {
+pub(super) fn packed(block: &[u8]) -> std::io::Result<Vec<u8>> {
+    let mut apart = vec![0; block.len()];
+    let (even, odd) = apart.split_at_mut(block.len().div_ceil(2));
     let (pairs, last) = block.as_chunks::<2>();
-    let mut apart = Vec::with_capacity(block.len());
-    apart.extend(pairs.iter().map(|pair| pair[0]));
-    apart.extend(last);
-    apart.extend(pairs.iter().map(|pair| pair[1]));
-    let mut differences = Vec::with_capacity(block.len());
-    differences.extend(apart.first());
-    let difference = |pair: &[u8]| pair[1].wrapping_sub(pair[0]).wrapping_add(128);
-    differences.extend(apart.windows(2).map(difference));
+    let both = even.iter_mut().zip(odd.iter_mut()).zip(pairs);
+    both.for_each(|((even, odd), pair)| [*even, *odd] = *pair);
+    if let ([last], Some(to)) = (last, even.last_mut()) {
+        *to = *last;
+    }
+    let mut differences = apart.clone();
+    let pairs = apart.iter().zip(apart.iter().skip(1));
+    for (to, (before, byte)) in differences.iter_mut().skip(1).zip(pairs) {
+        *to = byte.wrapping_sub(*before).wrapping_add(128);
+    }
     let room = Vec::with_capacity(block.len());
     let mut encoder = ZlibEncoder::new(room, Compression::new(LEVEL));
     encoder.write_all(&differences)?;
     let packed = encoder.finish()?;
     Ok(match packed.len() < block.len() {
         true => packed,
-        false => block,
+        false => block.to_vec(),
     })
 }

@@ -122,7 +122,8 @@ fn rays_displaced_by_their_place_in_the_pupil_follow_the_waves() {
             }
             largest
         };
-        let front = Wavefront::fitted(1.0, |q| Some((aberration.phase)(q))).unwrap();
+        let fit = Wavefront::fit().unwrap();
+        let front = Wavefront::fitted(1.0, &fit, |q| Some((aberration.phase)(q))).unwrap();
         let phases = PhaseDraw::new(&kernel, &front).unwrap();
         let draws: [&dyn Fn(usize) -> DVec2; 4] = [
             &|_| DVec2::ZERO,

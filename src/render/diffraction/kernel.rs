@@ -66,13 +66,16 @@ impl Kernel {
 
     /// Farthest point of the outline.
     pub fn radius(&self) -> f64 {
-        self.edge.as_ref().map_or(1.0, Edge::farthest)
+        self.edge.as_ref().map_or(1.0, |edge| edge.bounds[1])
     }
 
     /// Whether a point lies in the pupil.
     pub fn is_inside(&self, q: DVec2) -> bool {
-        let radius = self.edge.as_ref().map_or(1.0, |edge| edge.at(q).0);
-        q.length_squared() < radius * radius
+        let squared = q.length_squared();
+        let [nearest, farthest] = self.edge.as_ref().map_or([1.0; 2], |edge| edge.bounds);
+        squared < nearest * nearest
+            || squared < farthest * farthest
+                && (self.edge.as_ref()).is_some_and(|edge| squared < edge.at(q).0.powi(2))
     }
 
     /// The displacement of the ray through the point `q` of the pupil, in the units of the outline; `sample` in [0, 1).
@@ -137,6 +140,8 @@ fn cell(x: f64, cells: usize) -> (usize, f64) {
 struct Edge {
     /// Radius, and the share of the area up to there, at even angles from 0 on, the last a whole turn.
     at: Vec<(f64, f64)>,
+    /// The least and the largest radius.
+    bounds: [f64; 2],
 }
 
 impl Edge {
@@ -155,14 +160,11 @@ impl Edge {
         }
         let all = at[Self::COUNT].1;
         at.iter_mut().for_each(|(_, share)| *share /= all);
-        Self { at }
-    }
-
-    fn farthest(&self) -> f64 {
-        self.at
-            .iter()
-            .map(|(radius, _)| *radius)
-            .fold(0.0, f64::max)
+        let radii = at.iter().map(|(radius, _)| *radius);
+        let bounds = radii.fold([f64::INFINITY, 0.0], |[least, most], r| {
+            [least.min(r), most.max(r)]
+        });
+        Self { at, bounds }
     }
 
     /// The radius in the direction of a point, and the share of the area before it.

@@ -111,6 +111,15 @@ impl LensDiffraction {
     /// The same by waves with the phases of a lens that is in focus at a depth (mm, may be infinite), at the lens's
     /// wavelength; others are taken to have the same phases.
     pub fn with_phases(self, system: &OpticalSystem, depth_mm: f64) -> Self {
+        let Some(fit) = Wavefront::fit() else {
+            return self;
+        };
+        // A lens that is the same around its axis mirrors itself in a window on it.
+        let is_mirrored = self.ellipses.window().is_on_axis() && system.is_rotational();
+        let first = |node: usize| match is_mirrored {
+            true => mirrored(node, (STEPS + 1, STEPS + 1)),
+            false => (node, DVec2::ONE),
+        };
         let front = |node: usize| {
             let place_mm = self.nodes.place_mm(node);
             let (middle, to_disk) = self.ellipse(place_mm);
@@ -122,10 +131,13 @@ impl LensDiffraction {
                 middle,
                 to_disk,
             };
-            Wavefront::traced(&sight, self.kernel(node).radius())
+            Wavefront::traced(&sight, self.kernel(node).radius(), &fit)
         };
         let count = self.nodes.data().len();
-        let fronts: Vec<Option<Wavefront>> = (0..count).into_par_iter().map(front).collect();
+        let fronts: Vec<Option<Wavefront>> = (0..count)
+            .into_par_iter()
+            .map(|node| (first(node).0 == node).then(|| front(node)).flatten())
+            .collect();
         // Nodes with the same pupil and the same phases share a draw: the first of them.
         let told = |front: &Wavefront| front.rms_waves() >= PHASES_TOLD;
         let like = |a: usize, b: usize| match (&fronts[a], &fronts[b]) {
@@ -135,23 +147,21 @@ impl LensDiffraction {
             _ => false,
         };
         let mut firsts: Vec<usize> = Vec::new();
-        // A lens that is the same around its axis mirrors itself in a window on it.
-        let is_mirrored = self.ellipses.window().is_on_axis() && system.is_rotational();
         let mut of_node: Vec<Option<(usize, DVec2)>> = Vec::with_capacity(count);
         for (node, front) in fronts.iter().enumerate() {
-            let (from, signs) = mirrored(node, (STEPS + 1, STEPS + 1));
-            let draw = front.as_ref().filter(|front| told(front)).map(|_| {
+            let (from, signs) = first(node);
+            let own = || {
+                front.as_ref().filter(|front| told(front))?;
                 let known = firsts.iter().position(|&first| like(first, node));
-                let mirror = || {
-                    let (first, own) = (*of_node.get(from)?)?;
-                    is_mirrored.then_some((first, signs * own))
-                };
-                let known = known.map(|first| (first, DVec2::ONE)).or_else(mirror);
-                known.unwrap_or_else(|| {
-                    firsts.push(node);
-                    (firsts.len() - 1, DVec2::ONE)
-                })
-            });
+                Some((known.unwrap_or(firsts.len()), DVec2::ONE))
+            };
+            let draw = match from == node {
+                true => own(),
+                false => of_node[from].map(|(first, turned)| (first, signs * turned)),
+            };
+            if draw.is_some_and(|(first, _)| first == firsts.len()) {
+                firsts.push(node);
+            }
             of_node.push(draw);
         }
         let draw =

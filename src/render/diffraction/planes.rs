@@ -5,6 +5,7 @@ use glam::DVec2;
 use super::kernel::Kernel;
 use super::phase_draw::PLASTIC;
 use super::wavefront::Wavefront;
+use crate::simd::SimdLevel;
 
 /// Points over the square around the pupil that the phase is summed at, along each side.
 const POINTS: usize = 64;
@@ -79,6 +80,7 @@ impl Turns {
     }
 
     /// Σ wave · exp(−i κ q) at the k-th κ, in eight sums side by side.
+    #[inline(always)]
     fn sum(&self, k: usize, real: &[f32], imaginary: &[f32]) -> (f32, f32) {
         let (turn_real, turn_imaginary) = (&self.real[k], &self.imaginary[k]);
         let (mut re, mut im) = ([0f32; 8], [0f32; 8]);
@@ -112,34 +114,57 @@ impl Plane {
         let wave = pupil.wave.iter().zip(&pupil.squared).map(turned);
         let (real, imaginary): (Vec<f32>, Vec<f32>) =
             wave.map(|w| (w.x as f32, w.y as f32)).unzip();
+        let mut plane = Self {
+            side,
+            reach,
+            sums: Vec::with_capacity(side * side),
+        };
+        match SimdLevel::detect() {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `detect` found AVX2 (or more) on this CPU.
+            SimdLevel::Avx2 | SimdLevel::Avx512 => unsafe {
+                plane.add_avx2(turns, &real, &imaginary);
+            },
+            _ => plane.add(turns, &real, &imaginary),
+        }
+        plane
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn add_avx2(&mut self, turns: &Turns, real: &[f32], imaginary: &[f32]) {
+        self.add(turns, real, imaginary);
+    }
+
+    /// Sums the intensities of a wave. The same bits at every level.
+    #[inline(always)]
+    fn add(&mut self, turns: &Turns, real: &[f32], imaginary: &[f32]) {
         // Along rows: [κ_x][row]; then along columns.
         let rows = || {
             real.chunks_exact(POINTS)
                 .zip(imaginary.chunks_exact(POINTS))
         };
         let (mut column_real, mut column_imaginary) = (Vec::new(), Vec::new());
-        for k in 0..side {
+        for k in 0..self.side {
             for (re, im) in rows() {
                 let (re, im) = turns.sum(k, re, im);
                 column_real.push(re);
                 column_imaginary.push(im);
             }
         }
-        let mut sums = Vec::with_capacity(side * side);
         let mut all = 0.0;
         let beside = |k: usize| (k.abs_diff(turns.count) as f64 * STEP).powi(2);
-        for y in 0..side {
-            for x in 0..side {
-                if beside(x) + beside(y) <= reach * reach {
+        for y in 0..self.side {
+            for x in 0..self.side {
+                if beside(x) + beside(y) <= self.reach * self.reach {
                     let column = x * POINTS..(x + 1) * POINTS;
                     let (re, im) =
                         turns.sum(y, &column_real[column.clone()], &column_imaginary[column]);
                     all += f64::from(re * re + im * im);
                 }
-                sums.push(all);
+                self.sums.push(all);
             }
         }
-        Self { side, reach, sums }
     }
 
     /// Places spread as the intensity.

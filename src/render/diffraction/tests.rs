@@ -181,7 +181,7 @@ fn slopes_of_the_phases_are_where_rays_to_the_point_start() {
         to_disk,
     };
     let kernel = field.kernel(0);
-    let front = Wavefront::traced(&sight, kernel.radius()).unwrap();
+    let front = Wavefront::traced(&sight, kernel.radius(), &Wavefront::fit().unwrap()).unwrap();
     let reached = |start: DVec2, q: DVec2| {
         let w = middle + to_disk.inverse() * q;
         let ray = Ray {

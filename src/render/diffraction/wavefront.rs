@@ -14,7 +14,7 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-use crate::lens::polynomial::{DiskPolynomial, terms};
+use crate::lens::polynomial::{DiskFit, DiskPolynomial, terms};
 use crate::lens::{Clipping, OpticalSystem, Travel, trace_visiting};
 use crate::rays::Ray;
 use crate::sampling::concentric_disk;
@@ -51,9 +51,18 @@ pub(super) struct Wavefront {
 }
 
 impl Wavefront {
+    /// What W is fitted by, over the unit disk.
+    pub fn fit() -> Option<DiskFit> {
+        let point = |k: usize| {
+            let (s, t) = ((k as f64 + 0.5) / RAYS as f64, (k as f64 * GOLDEN).fract());
+            DVec2::from(concentric_disk(s, t))
+        };
+        DiskFit::new(DEGREE, (0..RAYS).map(point).collect())
+    }
+
     /// For directions with |q| up to `radius`; `None` where rays do not pass the lens's surfaces, clear apertures left
     /// aside.
-    pub fn traced(sight: &Sight<'_>, radius: f64) -> Option<Self> {
+    pub fn traced(sight: &Sight<'_>, radius: f64, fit: &DiskFit) -> Option<Self> {
         let from_disk = sight.to_disk.inverse();
         let follow = |q: DVec2, beside: DVec2| {
             let w = sight.middle + from_disk * q;
@@ -104,18 +113,16 @@ impl Wavefront {
             let phase = to_phase * (path + rest - chief_path);
             phase.is_finite().then_some(phase)
         };
-        Self::fitted(radius, phase)
+        Self::fitted(radius, fit, phase)
     }
 
     /// From W at places of the disk.
-    pub fn fitted(radius: f64, phase: impl Fn(DVec2) -> Option<f64>) -> Option<Self> {
-        let mut points = Vec::with_capacity(RAYS);
-        for k in 0..RAYS {
-            let (s, t) = ((k as f64 + 0.5) / RAYS as f64, (k as f64 * GOLDEN).fract());
-            let q = DVec2::from(concentric_disk(s, t));
-            points.push((q, phase(radius * q)?));
-        }
-        let polynomial = DiskPolynomial::fitted(DEGREE, &points)?;
+    pub fn fitted(
+        radius: f64,
+        fit: &DiskFit,
+        phase: impl Fn(DVec2) -> Option<f64>,
+    ) -> Option<Self> {
+        let polynomial = fit.of(|q| phase(radius * q))?;
         Some(Self { polynomial, radius })
     }
 

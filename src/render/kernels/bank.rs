@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use super::depth::{DepthKernels, Support};
 use super::error::KernelError;
 use super::footprint::Footprint;
-use super::node::{Node, NodeRays};
-use crate::field::{FieldGrid, mirrored};
+use super::traced::Traced;
+use crate::field::FieldGrid;
 use crate::memory;
 use crate::render::Camera;
 use crate::render::truth::{DisparityField, SightRays};
@@ -70,20 +70,21 @@ impl KernelBank {
         fields: &[DisparityField],
         plan: &BankPlan,
     ) -> Result<Self, KernelError> {
-        let (grid, nodes) = traced(camera, sight, fields, plan)?;
+        let traced = Traced::new(camera, sight, fields, plan)?;
         let subpixels = camera.sensor().subpixels();
         let lanes = lanes_of(fields.len(), subpixels);
         let more = DepthKernels::margin_px(camera.lens_diffraction().is_some());
         let depths = plan.inverse_depths_per_mm.iter();
         let depths: Vec<_> = depths
-            .map(|&inverse| (inverse, Support::of_nodes(&nodes, inverse, more)))
+            .map(|&inverse| (inverse, traced.support(inverse, more)))
             .collect();
         memory::check(
             "kernels of all depths",
-            kernel_bytes(&depths, nodes.len() * lanes),
+            kernel_bytes(&depths, traced.images.len() * lanes),
         )?;
         let depths = depths.into_par_iter().map(|(inverse, support)| {
-            let kernels = DepthKernels::new(&nodes, lanes, plan.footprint, inverse, support);
+            let kernels = DepthKernels::new(&traced.nodes, lanes, plan.footprint, inverse, support)
+                .mirrored(&traced.images, subpixels);
             match plan.cut_share > 0.0 {
                 true => kernels.trimmed(plan.cut_share),
                 false => kernels,
@@ -93,11 +94,9 @@ impl KernelBank {
             subpixels,
             channels: fields.len(),
             size: plan.nodes,
-            fields: grid,
             depths: depths.collect(),
-            white_sr: (nodes.iter().flat_map(|n| &n.channels))
-                .flat_map(|rays| rays.weights_sr.iter().copied())
-                .collect(),
+            white_sr: traced.white_sr(subpixels),
+            fields: traced.grid,
         })
     }
 
@@ -111,9 +110,9 @@ impl KernelBank {
         fields: &[DisparityField],
         plan: &BankPlan,
     ) -> Result<usize, KernelError> {
-        let (_, nodes) = traced(camera, sight, fields, plan)?;
+        let traced = Traced::new(camera, sight, fields, plan)?;
         let supports = plan.inverse_depths_per_mm.iter();
-        let reach = supports.map(|&inverse| Support::of_nodes(&nodes, inverse, 0).reach());
+        let reach = supports.map(|&inverse| traced.support(inverse, 0).reach());
         Ok(reach.max().unwrap_or(0))
     }
 
@@ -219,46 +218,6 @@ impl KernelBank {
             beyond: kernels.beyond(node)[lane],
         }
     }
-}
-
-/// The nodes of a plan and their rays.
-fn traced(
-    camera: &Camera,
-    sight: &SightRays,
-    fields: &[DisparityField],
-    plan: &BankPlan,
-) -> Result<(FieldGrid, Vec<Node>), KernelError> {
-    let window = camera.sensor().window_mm();
-    let (nx, ny) = plan.nodes;
-    let subpixels = camera.sensor().subpixels();
-    let rays = (nx * ny * fields.len()) as u64 * plan.rays as u64;
-    memory::check("rays of kernels", rays * NodeRays::bytes(subpixels))?;
-    let samples = SobolSet::new(plan.rays);
-    let grid =
-        FieldGrid::new(window, plan.nodes, 1, vec![0.0; nx * ny]).ok_or(KernelError::Dark)?;
-    let is_mirrored = camera.is_mirrored();
-    let first = |k: usize| match is_mirrored {
-        true => mirrored(k, plan.nodes),
-        false => (k, DVec2::ONE),
-    };
-    let traced: Vec<Option<Node>> = (0..nx * ny)
-        .into_par_iter()
-        .filter(|&k| first(k).0 == k)
-        .map(|k| Node::new(camera, sight, fields, grid.place_mm(k), &samples))
-        .collect();
-    let traced = traced.into_iter().collect::<Option<Vec<_>>>();
-    let traced = traced.ok_or(KernelError::Dark)?;
-    // Those of the first quarter, row by row.
-    let columns = match is_mirrored {
-        true => nx.div_ceil(2),
-        false => nx,
-    };
-    let node = |k: usize| {
-        let (first, signs) = first(k);
-        traced[first / nx * columns + first % nx].mirrored(signs, subpixels)
-    };
-    let nodes = (0..nx * ny).into_par_iter().map(node).collect();
-    Ok((grid, nodes))
 }
 
 /// Bytes of the kernels of all depths, `lanes` values per pixel of a support, and of two more of the largest depth.

@@ -4,6 +4,8 @@ use glam::DVec2;
 
 use super::footprint::Footprint;
 use super::node::Node;
+use super::traced::MirrorImage;
+use crate::sensor::Subpixels;
 
 /// Pixels around the rays that diffraction reaches: beyond is the asymptote, one or two thousandths of the light.
 const DIFFRACTION_REACH: i32 = 8;
@@ -45,18 +47,8 @@ impl Support {
         far.into_iter().fold(0, u32::max) as usize
     }
 
-    /// Of all rays of the nodes at an inverse depth, and so many pixels on each side.
-    pub(super) fn of_nodes(nodes: &[Node], inverse_depth_per_mm: f64, more: i32) -> Self {
-        let bounds = nodes.iter().map(|n| n.bounds_px(inverse_depth_per_mm));
-        let start = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        Self::around(
-            bounds.fold(start, |a, b| (a.0.min(b.0), a.1.max(b.1))),
-            more,
-        )
-    }
-
     /// Of rays that land within these bounds, px, and so many pixels on each side.
-    fn around((low, high): (DVec2, DVec2), more: i32) -> Self {
+    pub(super) fn around((low, high): (DVec2, DVec2), more: i32) -> Self {
         let far = DVec2::splat(FARTHEST_PX);
         let low = low.round().clamp(-far, far).as_ivec2() - more;
         let high = high.round().clamp(-far, far).as_ivec2() + more;
@@ -138,6 +130,42 @@ impl DepthKernels {
         kernels
     }
 
+    /// Those of all nodes of a field, on a support that is symmetric where any is turned about.
+    pub(super) fn mirrored(self, images: &[MirrorImage], subpixels: Subpixels) -> Self {
+        let Support { width, height, .. } = self.support;
+        let (lanes, count) = (self.lanes, subpixels.count());
+        if images.len() * lanes == self.beyond.len() {
+            return self;
+        }
+        let mut values = Vec::with_capacity(images.len() * width * height * lanes);
+        let mut beyond = Vec::with_capacity(images.len() * lanes);
+        for image in images {
+            let [x, y] = image.turned;
+            // Padding stays where it is.
+            let from = |lane: usize| match lane < lanes / count * count {
+                true => lane - lane % count + subpixels.mirrored(lane % count, image.turned),
+                false => lane,
+            };
+            let from: Vec<usize> = (0..lanes).map(from).collect();
+            let kernel = self.of_node(image.of);
+            for row in 0..height {
+                let row = if y { height - 1 - row } else { row };
+                for column in 0..width {
+                    let column = if x { width - 1 - column } else { column };
+                    let pixel = &kernel[(row * width + column) * lanes..][..lanes];
+                    values.extend(from.iter().map(|&lane| pixel[lane]));
+                }
+            }
+            let own = self.beyond(image.of);
+            beyond.extend(from.iter().map(|&lane| own[lane]));
+        }
+        Self {
+            values,
+            beyond,
+            ..self
+        }
+    }
+
     fn add(&mut self, node: &Node, footprint: Footprint) {
         let mut sums = self.empty();
         let to_px = node.to_px(self.inverse_depth_per_mm);
@@ -188,8 +216,7 @@ impl DepthKernels {
                 for (i, along) in along.into_iter().enumerate() {
                     let pixel = (row as usize + j - 1) * width + column as usize + i - 1;
                     let to = &mut sums[pixel * lanes + first..][..shares.len()];
-                    let part = along * down;
-                    to.iter_mut().zip(shares).for_each(|(t, s)| *t += part * s);
+                    add_scaled(to, shares, along * down);
                 }
             }
         }
@@ -232,13 +259,11 @@ impl DepthKernels {
         &self.beyond[node * self.lanes..][..self.lanes]
     }
 
-    /// On the smallest support beside which no kernel has more than `share` of its light on any side; what is cut is
-    /// made up for in the rest.
-    pub(super) fn trimmed(self, share: f64) -> Self {
+    /// The smallest support beside which no kernel has more than `share` of its light on any side.
+    pub(crate) fn core(&self, share: f64) -> Support {
         let Support { width, height, .. } = self.support;
         let (mut columns, mut rows) = (vec![0f64; width], vec![0f64; height]);
-        let kernel = width * height * self.lanes;
-        for values in self.values.chunks_exact(kernel) {
+        for values in self.values.chunks_exact(width * height * self.lanes) {
             let [along, down] = marginals(values, width, self.lanes);
             let most = |to: &mut [f64], from: &[f64]| {
                 for (to, lanes) in to.iter_mut().zip(from.chunks_exact(self.lanes)) {
@@ -250,12 +275,22 @@ impl DepthKernels {
         }
         let (left, right) = kept(&columns, share);
         let (top, bottom) = kept(&rows, share);
-        let support = Support {
+        Support {
             left: self.support.left + left as i32,
             top: self.support.top + top as i32,
             width: right - left,
             height: bottom - top,
-        };
+        }
+    }
+
+    /// On its [`Self::core`]; what is cut is made up for in the rest.
+    pub(super) fn trimmed(self, share: f64) -> Self {
+        let support = self.core(share);
+        let Support { width, height, .. } = self.support;
+        let kernel = width * height * self.lanes;
+        let left = (support.left - self.support.left) as usize;
+        let top = (support.top - self.support.top) as usize;
+        let (right, bottom) = (left + support.width, top + support.height);
         let mut values = Vec::with_capacity(self.beyond.len() * support.width * support.height);
         for from in self.values.chunks_exact(kernel) {
             let first = values.len();
@@ -279,6 +314,18 @@ impl DepthKernels {
             ..self
         }
     }
+}
+
+/// to += part · shares.
+#[inline(always)]
+fn add_scaled(to: &mut [f64], shares: &[f64], part: f64) {
+    // Four sub-pixels are a vector.
+    if let (Ok(to), Ok(shares)) = (<&mut [f64; 4]>::try_from(&mut *to), shares.try_into()) {
+        let shares: &[f64; 4] = shares;
+        (0..4).for_each(|k| to[k] += part * shares[k]);
+        return;
+    }
+    to.iter_mut().zip(shares).for_each(|(t, s)| *t += part * s);
 }
 
 /// Sum of each lane.

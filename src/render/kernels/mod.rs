@@ -18,6 +18,7 @@ mod depth;
 mod error;
 mod footprint;
 mod node;
+mod traced;
 
 pub use bank::{BankPlan, KernelBank, LaneFigures};
 pub use depth::{DepthKernels, Support};

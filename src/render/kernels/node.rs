@@ -59,17 +59,6 @@ impl Node {
         })
     }
 
-    /// The place that mirrors it; `signs`: of x and y.
-    pub fn mirrored(&self, signs: DVec2, subpixels: Subpixels) -> Self {
-        let all = |rays: &[NodeRays]| rays.iter().map(|r| r.mirrored(signs, subpixels)).collect();
-        let turn = DMat2::from_diagonal(signs);
-        Self {
-            channels: all(&self.channels),
-            undiffracted: all(&self.undiffracted),
-            jacobian: self.jacobian.map(|j| turn * j * turn),
-        }
-    }
-
     /// From directions to px of the picture at an inverse depth.
     pub fn to_px(&self, inverse_depth_per_mm: f64) -> DMat2 {
         (self.jacobian[0] + inverse_depth_per_mm * self.jacobian[1]).inverse()
@@ -112,22 +101,6 @@ impl NodeRays {
             beside: seen.map(|(a, b)| [*a - q0, *b - q1_mm]).collect(),
             shares: bundle.weights.iter().enumerate().map(part).collect(),
             weights_sr: sums.iter().map(|s| s * bundle.scale).collect(),
-        }
-    }
-
-    fn mirrored(&self, signs: DVec2, subpixels: Subpixels) -> Self {
-        let count = subpixels.count();
-        let from = |i: usize| {
-            let s = subpixels.mirrored(i % count, [signs.x < 0.0, signs.y < 0.0]);
-            i - i % count + s
-        };
-        let beside = self.beside.iter();
-        Self {
-            beside: beside.map(|seen| seen.map(|q| signs * q)).collect(),
-            shares: (0..self.shares.len())
-                .map(|i| self.shares[from(i)])
-                .collect(),
-            weights_sr: (0..count).map(|i| self.weights_sr[from(i)]).collect(),
         }
     }
 

@@ -8,7 +8,8 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::disparity::{DisparityField, shift_to_sum, traced};
-use crate::image::Image;
+use super::sight_field::SightRow;
+use crate::image::{Image, rows_of};
 use crate::render::Camera;
 use crate::spectrum::ChannelWavelengths;
 
@@ -30,35 +31,30 @@ pub fn channel_shifts(
     let (width, height) = (depth_mm.width(), depth_mm.height());
     let subpixels = reference.subpixels();
     let layers = subpixels + 1;
-    let mut rows = vec![0f32; height * width * layers * 4];
-    (rows.par_chunks_mut((width * layers * 4).max(1)).enumerate()).for_each(|(row, out)| {
+    let mut images = vec![Image::zeros(width, height, 4); layers];
+    (rows_of(&mut images).par_iter_mut().enumerate()).for_each(|(row, out)| {
+        let first = camera.sensor().position_mm(0.0, row as f64);
+        let along: Vec<SightRow> = fields.iter().map(|f| f.sight().row(first.y)).collect();
         let mut green = vec![DVec2::ZERO; subpixels];
         let mut other = green.clone();
-        let mut sight = reference.sight().at(camera.sensor().centre_mm());
-        for (column, out) in out.chunks_exact_mut(layers * 4).enumerate() {
+        let mut sight = along[0].at(first.x);
+        for column in 0..width {
             let place = camera.sensor().position_mm(column as f64, row as f64);
             let depth = f64::from(depth_mm.pixel(column, row)[0]);
-            reference.sight().read(place, &mut sight);
+            along[ChannelWavelengths::REFERENCE].read(place.x, &mut sight);
             traced(&sight, depth, &mut green);
             let line = sight.line();
             for (k, channel) in OTHERS.into_iter().enumerate() {
-                let field = &fields[channel];
-                field.sight().read(place, &mut sight);
+                along[channel].read(place.x, &mut sight);
                 traced(&sight, depth, &mut other);
                 let beside = other.iter().zip(&green).map(|(a, b)| *a - *b);
                 let lateral = shift_to_sum(&sight, depth, line);
-                for (out, shift) in out.chunks_exact_mut(4).zip(beside.chain([lateral])) {
-                    out[2 * k..][..2].copy_from_slice(&shift.as_vec2().to_array());
+                for (out, shift) in out.iter_mut().zip(beside.chain([lateral])) {
+                    let to = &mut out[4 * column + 2 * k..][..2];
+                    to.copy_from_slice(&shift.as_vec2().to_array());
                 }
             }
         }
     });
-    let layer = |l: usize| {
-        let pixels = rows.chunks_exact(4).skip(l).step_by(layers);
-        let mut data = Vec::with_capacity(width * height * 4);
-        pixels.for_each(|pixel| data.extend_from_slice(pixel));
-        Image::from_vec(width, height, 4, data)
-            .unwrap_or_else(|| unreachable!("four values a pixel"))
-    };
-    Some((0..layers).into_par_iter().map(layer).collect())
+    Some(images)
 }

@@ -19,7 +19,7 @@ use super::Defocus;
 use super::bundle::{Centroid, centroids};
 use super::sight_field::{Sight, SightField};
 use super::sight_line::SightLine;
-use crate::image::Image;
+use crate::image::{Image, rows_of};
 use crate::render::Camera;
 use crate::sampling::SobolSet;
 use crate::spectrum::ChannelWavelengths;
@@ -150,35 +150,33 @@ impl DisparityField {
     pub fn maps(&self, camera: &Camera, depth_mm: &Image) -> DisparityMaps {
         let sensor = camera.sensor();
         let (width, height, subpixels) = (sensor.width(), sensor.height(), self.subpixels());
-        // Of a row's pixels: traced, then paraxial, of every sub-pixel.
-        let row = |row: usize| -> Vec<f32> {
-            let mut sight = self.sight.at(sensor.centre_mm());
+        // Traced, then paraxial, of every sub-pixel.
+        let mut images = vec![Image::zeros(width, height, 2); 2 * subpixels];
+        let row = |(row, out): (usize, &mut Vec<&mut [f32]>)| {
+            let first = sensor.position_mm(0.0, row as f64);
+            let along = self.sight.row(first.y);
+            let mut sight = along.at(first.x);
             let mut shifts = vec![DVec2::ZERO; 2 * subpixels];
-            let mut out = Vec::with_capacity(4 * subpixels * width);
             for column in 0..width {
                 let depth = f64::from(depth_mm.pixel(column, row)[0]);
                 let place = sensor.position_mm(column as f64, row as f64);
-                self.sight.read(place, &mut sight);
+                along.read(place.x, &mut sight);
                 let (of_lens, of_ideal) = shifts.split_at_mut(subpixels);
                 traced(&sight, depth, of_lens);
                 self.paraxial(&sight, depth, of_ideal);
-                out.extend(shifts.iter().flat_map(|s| s.as_vec2().to_array()));
+                for (out, shift) in out.iter_mut().zip(&shifts) {
+                    out[2 * column..][..2].copy_from_slice(&shift.as_vec2().to_array());
+                }
             }
-            out
         };
-        let rows: Vec<Vec<f32>> = (0..height).into_par_iter().map(row).collect();
-        let map = |number: usize| {
-            let pixels = rows.iter().flat_map(|row| row.chunks_exact(4 * subpixels));
-            let data = pixels.flat_map(|pixel| pixel[2 * number..][..2].iter().copied());
-            Image::from_vec(width, height, 2, data.collect())
-                .unwrap_or_else(|| unreachable!("two values a pixel"))
-        };
+        rows_of(&mut images)
+            .par_iter_mut()
+            .enumerate()
+            .for_each(row);
+        let paraxial = images.split_off(subpixels);
         DisparityMaps {
-            traced: (0..subpixels).into_par_iter().map(map).collect(),
-            paraxial: (subpixels..2 * subpixels)
-                .into_par_iter()
-                .map(map)
-                .collect(),
+            traced: images,
+            paraxial,
         }
     }
 

@@ -204,9 +204,15 @@ impl SightRays {
                 tracer.trace_backward(&mut batch, SimdLevel::detect());
             }
             By::Centroid(fields) => {
-                let field = &fields[channel.min(fields.len() - 1)];
+                let sight = fields[channel.min(fields.len() - 1)].sight();
+                let mut lines = None;
                 for (column, row) in places {
-                    let line = field.sight_line(camera.sensor().position_mm(column, row));
+                    let place = camera.sensor().position_mm(column, row);
+                    let (_, along) = match lines.take_if(|(y, _)| *y == place.y) {
+                        Some(same) => lines.insert(same),
+                        None => lines.insert((place.y, sight.lines(place.y))),
+                    };
+                    let line = along.at(place.x);
                     batch.push(line.q1_mm.extend(0.0), line.q0.extend(-1.0).normalize());
                 }
                 for i in 0..batch.len() {
@@ -232,11 +238,13 @@ impl SightRays {
         (shifts.data_mut().par_chunks_mut(2 * width).enumerate()).for_each(|(row, out)| {
             let places = (0..width).map(|c| (c as f64, row as f64));
             let batch = self.rays(camera, ChannelWavelengths::REFERENCE, places);
-            let mut seen = field.sight().at(camera.sensor().centre_mm());
+            let first = camera.sensor().position_mm(0.0, row as f64);
+            let along = field.sight().row(first.y);
+            let mut seen = along.at(first.x);
             for (column, out) in out.chunks_exact_mut(2).enumerate() {
                 let place = camera.sensor().position_mm(column as f64, row as f64);
                 let depth = f64::from(depth_mm.pixel(column, row)[0]);
-                field.sight().read(place, &mut seen);
+                along.read(place.x, &mut seen);
                 let shift = batch.get(column).map_or(DVec2::NAN, |ray| {
                     shift_to_sum(&seen, depth, SightLine::from_ray(&ray))
                 });

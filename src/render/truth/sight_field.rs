@@ -10,7 +10,7 @@ use glam::{DMat2, DVec2};
 use super::bundle::centroids;
 use super::sight_line::SightLine;
 use super::sight_nodes::SightNodes;
-use crate::field::FieldGrid;
+use crate::field::{FieldGrid, FieldRow};
 use crate::render::Camera;
 use crate::response::ResponseLookup;
 use crate::sampling::SobolSet;
@@ -35,6 +35,37 @@ pub(super) struct SightField {
 /// What one place of the window sees.
 #[derive(Clone, Debug)]
 pub(super) struct Sight(Vec<f64>);
+
+/// What the places along a line of one y see.
+pub(super) struct SightRow(FieldRow);
+
+/// The lines of sight of the places along a line of one y.
+pub(super) struct SightLines(FieldRow);
+
+impl SightRow {
+    /// At an x.
+    pub fn at(&self, x_mm: f64) -> Sight {
+        let mut sight = Sight(vec![0.0; self.0.components()]);
+        self.read(x_mm, &mut sight);
+        sight
+    }
+
+    /// The same into a sight that was had before.
+    #[inline]
+    pub fn read(&self, x_mm: f64, sight: &mut Sight) {
+        self.0.sample(x_mm, &mut sight.0);
+    }
+}
+
+impl SightLines {
+    /// At an x.
+    #[inline]
+    pub fn at(&self, x_mm: f64) -> SightLine {
+        let mut c = [0.0; SUM];
+        self.0.sample(x_mm, &mut c);
+        line(&c)
+    }
+}
 
 impl SightField {
     /// Tabulates the camera's window in a channel.
@@ -70,13 +101,18 @@ impl SightField {
     /// What the pixel at `xy_mm` sees.
     pub fn at(&self, xy_mm: DVec2) -> Sight {
         let mut sight = Sight(vec![0.0; self.grid.components()]);
-        self.read(xy_mm, &mut sight);
+        self.grid.sample(xy_mm, &mut sight.0);
         sight
     }
 
-    /// The same into a sight that was had before.
-    pub fn read(&self, xy_mm: DVec2, sight: &mut Sight) {
-        self.grid.sample(xy_mm, &mut sight.0);
+    /// What the pixels along the line of a y see.
+    pub fn row(&self, y_mm: f64) -> SightRow {
+        SightRow(self.grid.row(y_mm, 0, self.grid.components()))
+    }
+
+    /// Only the lines that all sub-pixels together see from there.
+    pub fn lines(&self, y_mm: f64) -> SightLines {
+        SightLines(self.grid.row(y_mm, JACOBIAN, SUM))
     }
 
     /// The line of the places that all sub-pixels together see from `xy_mm`.
