@@ -265,15 +265,18 @@ fn white_stays_white_on_a_slant_and_no_tile_or_thread_changes_a_bit() {
         done.made_up.pixel(40, 40)[0]
     );
     let coloured = picture(side, |x, y| (waves(x as f64, y as f64, 0.5), slant(x)));
-    let first = convert(&camera, &coloured, 64);
-    for (tile, threads) in [(23, 1), (200, 3)] {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        let again = pool.install(|| convert(&camera, &coloured, tile));
-        assert!(first.image == again.image && first.target == again.target);
-        assert!(first.occlusion == again.occlusion && first.made_up == again.made_up);
+    // With diffraction kernels have halos, which are spread by blocks.
+    for camera in [camera.clone(), camera.with_lens_diffraction()] {
+        let first = convert(&camera, &coloured, 64);
+        for (tile, threads) in [(23, 1), (200, 3)] {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            let again = pool.install(|| convert(&camera, &coloured, tile));
+            assert!(first.image == again.image && first.target == again.target);
+            assert!(first.occlusion == again.occlusion && first.made_up == again.made_up);
+        }
     }
 }
 
@@ -290,6 +293,7 @@ fn rows_alone_are_the_rows_of_the_whole_picture_and_of_its_truths() {
     let lens = shots::focused(shots::PHONE, FOCUS_MM);
     let aside = DVec2::new(0.4, -0.3);
     let camera = shots::camera(&lens, &geometric(2, 2, 3.5), (side, side), aside);
+    let camera = camera.with_lens_diffraction();
     // A card before a slanted wall with a hole: made-up places, edges, slants.
     let picture = picture(side, |x, y| {
         let depth = match (x, y) {

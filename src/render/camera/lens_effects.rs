@@ -45,6 +45,11 @@ impl Camera {
         self.reflections.as_deref()
     }
 
+    /// Whether diffraction at the lens's aperture is simulated.
+    pub(crate) fn is_diffracted(&self) -> bool {
+        self.lens_diffraction.is_some()
+    }
+
     /// Diffraction at the lens's aperture, where it is simulated.
     pub(in crate::render) fn lens_diffraction(&self) -> Option<&LensDiffraction> {
         self.lens_diffraction.as_deref()
