@@ -1,7 +1,12 @@
 //! The inner loop: points spread by one kernel into the sums of a tile.
 
+use std::ops::Range;
+
 use crate::render::kernels::Support;
 use crate::simd::SimdLevel;
+
+/// Most lanes of which two pixels' sums stay in registers.
+const ABREAST: usize = 12;
 
 /// A point to be spread: its pixel from the tile's first one, its light and its coverage per lane.
 #[derive(Clone, Copy, Debug)]
@@ -75,28 +80,62 @@ fn add_all<const L: usize>(taps: &Taps<L>, points: &[Point<L>], width: usize, su
         for row in (-top).max(0)..(height - top).min(rows as i32) {
             let values = &taps.values[row as usize * columns..][..columns];
             let sums = &mut sums[(top + row) as usize * width..][..width];
-            let mut reaching = 0..0;
-            for x in begin..end {
-                // The columns of the kernel of a point at x − left − tap.
-                let tap = |point: &Point<L>| (x - left - point.x) as usize;
-                while reaching.end < points.len() && points[reaching.end].x + left <= x {
-                    reaching.end += 1;
+            // Kernel column of a point at x.
+            let tap = |point: &Point<L>, x: i32| (x - left - point.x) as usize;
+            // The points that reach x, of those that reach the pixel before it.
+            let reach = |x: i32, before: Range<usize>| {
+                let Range { mut start, mut end } = before;
+                while end < points.len() && points[end].x + left <= x {
+                    end += 1;
                 }
-                while reaching.start < reaching.end && tap(&points[reaching.start]) >= columns {
-                    reaching.start += 1;
+                while start < end && tap(&points[start], x) >= columns {
+                    start += 1;
                 }
-                let sum = &mut sums[x as usize];
-                let [mut light, mut cover] = *sum;
-                for point in &points[reaching.clone()] {
-                    let value = &values[tap(point)];
-                    for l in 0..L {
-                        light[l] += value[l] * point.light[l];
-                        cover[l] += value[l] * point.cover[l];
-                    }
+                start..end
+            };
+            let mut x = begin;
+            let mut here = reach(x, 0..0);
+            // Two pixels abreast, so that no sum waits for itself, as far as both stay in registers. Each has its
+            // points in their order.
+            while L <= ABREAST && x + 1 < end {
+                let next = reach(x + 1, here.clone());
+                let [mut first, mut second] = [sums[x as usize], sums[x as usize + 1]];
+                let both = next.start..here.end.max(next.start);
+                for point in &points[here.start..here.end.min(next.start)] {
+                    add_tap(&mut first, &values[tap(point, x)], point);
                 }
-                *sum = [light, cover];
+                for point in &points[both.clone()] {
+                    let [a, b] = &values[tap(point, x)..][..2] else {
+                        continue;
+                    };
+                    add_tap(&mut first, a, point);
+                    add_tap(&mut second, b, point);
+                }
+                for point in &points[both.end..next.end] {
+                    add_tap(&mut second, &values[tap(point, x + 1)], point);
+                }
+                [sums[x as usize], sums[x as usize + 1]] = [first, second];
+                here = reach(x + 2, next);
+                x += 2;
+            }
+            while x < end {
+                let mut sum = sums[x as usize];
+                for point in &points[here.clone()] {
+                    add_tap(&mut sum, &values[tap(point, x)], point);
+                }
+                sums[x as usize] = sum;
+                x += 1;
+                here = reach(x, here);
             }
         }
+    }
+}
+
+#[inline(always)]
+fn add_tap<const L: usize>([light, cover]: &mut Sum<L>, value: &[f32; L], point: &Point<L>) {
+    for l in 0..L {
+        light[l] += value[l] * point.light[l];
+        cover[l] += value[l] * point.cover[l];
     }
 }
 

@@ -28,17 +28,17 @@ pub(super) fn aperture(camera: &Camera, margin: usize) -> Option<KernelBank> {
 /// Mean radiance over each pixel of some rows of a sensor, three channels, blurred by diffraction at the lens's
 /// aperture where the camera has it: no camera sees more.
 pub(super) fn target(
-    bank: &KernelBank,
+    (bank, parts): (&KernelBank, &[Parts]),
     relief: &Relief,
     (sensor, rows): (&Sensor, Range<usize>),
     tile: usize,
 ) -> Image {
-    let parts = Parts::of_bank(bank);
-    let scatter = Scatter::<LANES>::new((bank, &parts), relief, sensor, true);
+    let scatter = Scatter::<LANES>::new((bank, parts), relief, sensor, true);
     let width = sensor.width();
     let mut image = Image::zeros(width, rows.len(), 3);
-    over_tiles(&scatter, (width, rows), tile, |x, y, light, _| {
-        image.pixel_mut(x, y).copy_from_slice(&light[..3]);
+    let make = |t| scatter.tile(t);
+    over_tiles((width, rows), tile, make, |x, y, i, sums| {
+        image.pixel_mut(x, y).copy_from_slice(&sums.light[i][..3]);
     });
     image
 }

@@ -4,14 +4,16 @@
 //! The halo changes little from pixel to pixel, so it is spread from whole blocks of sources: with the mean of the
 //! block's halos, so that nothing is lost but what the light in a block has to do with a source's place in it.
 
+use rayon::prelude::*;
+
 use super::add::Point;
 use crate::render::kernels::{DepthKernels, KernelBank, Support};
 
 /// Side of a block, px.
 pub(super) const BLOCK: usize = 4;
-/// Part of a kernel's light that may lie beside its core on each side, and in all: what a kernel of 4096 rays errs by
-/// is twice what blocks of that err by.
-const BESIDE: f64 = 0.02;
+/// Parts of a kernel's light that may lie beside its core on each side: the first with which the halo is dim enough.
+const BESIDE: [f64; 3] = [0.02, 0.01, 0.005];
+/// Most light of a halo: what a kernel of 4096 rays errs by is twice what blocks of that err by.
 const HALO: f64 = 0.03;
 /// Taps of a core and of a halo per source, over those of the whole kernel, above which it stays whole.
 const MOST: f64 = 0.8;
@@ -36,7 +38,7 @@ impl Parts {
     /// Of each depth of a bank of kernels that diffraction widens.
     pub fn of_bank(bank: &KernelBank) -> Vec<Self> {
         let (nodes, lanes) = (bank.size().0 * bank.size().1, bank.lanes());
-        let depths = bank.depths().iter();
+        let depths = bank.depths().par_iter();
         depths.map(|d| Self::new(d, nodes, lanes)).collect()
     }
 
@@ -50,7 +52,17 @@ impl Parts {
     }
 
     fn new(depth: &DepthKernels, nodes: usize, lanes: usize) -> Self {
-        let (whole, core) = (depth.support(), depth.core(BESIDE));
+        let tried = BESIDE.iter().map(|&beside| depth.core(beside));
+        let parts = tried.map(|core| Self::with_core(depth, nodes, lanes, core));
+        parts.flatten().next().unwrap_or_else(|| Self {
+            core: depth.support(),
+            halo: None,
+        })
+    }
+
+    /// `None` where it does not pay, or where the halo is too bright.
+    fn with_core(depth: &DepthKernels, nodes: usize, lanes: usize, core: Support) -> Option<Self> {
+        let whole = depth.support();
         let area = |s: Support| (s.width * s.height) as f64;
         let support = Support {
             width: whole.width + BLOCK - 1,
@@ -58,14 +70,14 @@ impl Parts {
             ..whole
         };
         let taps = area(core) + area(support) / (BLOCK * BLOCK) as f64;
+        if taps > MOST * area(whole) {
+            return None;
+        }
         let rings = (0..nodes).map(|k| ring(depth.of_node(k), lanes, whole, core));
         let rings: Vec<Vec<f32>> = rings.collect();
         let most = rings.iter().map(|ring| most_light(ring, lanes));
-        if taps > MOST * area(whole) || most.fold(0.0, f64::max) > HALO {
-            return Self {
-                core: whole,
-                halo: None,
-            };
+        if most.fold(0.0, f64::max) > HALO {
+            return None;
         }
         let means = rings.iter().flat_map(|ring| block_mean(ring, lanes, whole));
         let halo = Halo {
@@ -73,10 +85,10 @@ impl Parts {
             lanes,
             values: means.collect(),
         };
-        Self {
+        Some(Self {
             core,
             halo: Some(halo),
-        }
+        })
     }
 }
 

@@ -29,6 +29,7 @@ pub struct Spread {
     parts: Vec<Parts>,
     /// Diffraction at the lens's aperture, for the target.
     aperture: KernelBank,
+    aperture_parts: Vec<Parts>,
     relief: Relief,
     /// What a white wall gives each channel and sub-pixel.
     shading: FieldGrid,
@@ -52,9 +53,11 @@ impl Spread {
         let least = bank.support().map_or(0, |s| s.reach() + 1);
         let margin = conversion.margin(reach_px).max(least);
         let white = WhiteField::from_fields(camera, conversion.fields);
+        let aperture = apart::aperture(camera, margin).ok_or(RgbdError::Dark)?;
         Ok(Self {
             relief: Relief::new(conversion.picture, &levels, margin),
-            aperture: apart::aperture(camera, margin).ok_or(RgbdError::Dark)?,
+            aperture_parts: Parts::of_bank(&aperture),
+            aperture,
             shading: white.grid(sensor),
             sensor: sensor.clone(),
             tile: conversion.tile,
@@ -94,7 +97,7 @@ impl Spread {
 
     fn target(&self, rows: Range<usize>) -> Image {
         apart::target(
-            &self.aperture,
+            (&self.aperture, &self.aperture_parts),
             &self.relief,
             (&self.sensor, rows),
             self.tile,
@@ -117,38 +120,55 @@ impl Spread {
             made_up: Image::zeros(width, height, 1),
             rays: self.rays,
         };
+        let tile = |tile: Tile| {
+            let mut sums = scatter.tile(tile);
+            let white = self.shade(tile, &mut sums.light);
+            (sums, white)
+        };
+        over_tiles((width, rows), self.tile, tile, |x, y, i, (sums, white)| {
+            converted.occlusion.pixel_mut(x, y)[0] = sums.other[i];
+            converted.made_up.pixel_mut(x, y)[0] = sums.made_up[i];
+            for (lane, light) in sums.light[i].iter().take(3 * m * n).enumerate() {
+                let (c, s) = (lane / (m * n), lane % (m * n));
+                let to = (converted.image.mosaic).pixel_mut(x * m + s % m, y * n + s / m);
+                to[c] = *light;
+            }
+            let target = converted.target.pixel_mut(x, y);
+            target.iter_mut().zip(white[i]).for_each(|(t, w)| *t *= w);
+        });
+        converted
+    }
+
+    /// Brings the radiance of a tile's pixels to what their sub-pixels get of it, and gives what the sum gets of a
+    /// white wall, per colour.
+    fn shade<const L: usize>(&self, tile: Tile, light: &mut [[f32; L]]) -> Vec<[f32; 3]> {
+        let subpixels = self.sensor.subpixels().count();
         let mut here = vec![0.0; self.shading.components()];
-        over_tiles(
-            &scatter,
-            (width, rows),
-            self.tile,
-            |x, y, light, [other, made_up]| {
-                converted.occlusion.pixel_mut(x, y)[0] = other;
-                converted.made_up.pixel_mut(x, y)[0] = made_up;
-                let place = sensor.position_mm(x as f64, y as f64);
-                self.shading.sample(place, &mut here);
+        let mut all = Vec::with_capacity(light.len());
+        for (row, light) in light.chunks_exact_mut(tile.width).enumerate() {
+            let place = |x: usize| self.sensor.position_mm(x as f64, (tile.y + row) as f64);
+            let along = self.shading.row(place(0).y, 0, here.len());
+            for (column, light) in light.iter_mut().enumerate() {
+                along.sample(place(tile.x + column).x, &mut here);
                 let mut sum = [0.0; 3];
                 for (lane, white) in here.iter().enumerate() {
-                    let (c, s) = (lane / (m * n), lane % (m * n));
-                    let to = (converted.image.mosaic).pixel_mut(x * m + s % m, y * n + s / m);
-                    to[c] = light[lane] * *white as f32;
-                    sum[c] += *white as f32;
+                    light[lane] *= *white as f32;
+                    sum[lane / subpixels] += *white as f32;
                 }
-                let target = converted.target.pixel_mut(x, y);
-                target.iter_mut().zip(sum).for_each(|(t, w)| *t *= w);
-            },
-        );
-        converted
+                all.push(sum);
+            }
+        }
+        all
     }
 }
 
-/// Calls `give(x, y, light, [other, made-up])` for every pixel of some rows, counted from the first of them, a row of
-/// tiles after the other.
-pub(super) fn over_tiles<const L: usize>(
-    scatter: &Scatter<'_, L>,
+/// Calls `give(x, y, i, tile)` for every pixel of some rows, counted from the first of them, a row of tiles after the
+/// other; i: the pixel's number in its tile.
+pub(super) fn over_tiles<T: Send>(
     (width, rows): (usize, Range<usize>),
     side: usize,
-    mut give: impl FnMut(usize, usize, &[f32; L], [f32; 2]),
+    make: impl Fn(Tile) -> T + Sync,
+    mut give: impl FnMut(usize, usize, usize, &T),
 ) {
     for y in rows.clone().step_by(side) {
         let tile = |x: usize| Tile {
@@ -158,11 +178,11 @@ pub(super) fn over_tiles<const L: usize>(
             height: side.min(rows.end - y),
         };
         let tiles: Vec<Tile> = (0..width).step_by(side).map(tile).collect();
-        let done: Vec<_> = tiles.par_iter().map(|t| scatter.tile(*t)).collect();
-        for (tile, sums) in tiles.iter().zip(&done) {
-            for (i, light) in sums.light.iter().enumerate() {
+        let done: Vec<T> = tiles.par_iter().map(|t| make(*t)).collect();
+        for (tile, done) in tiles.iter().zip(&done) {
+            for i in 0..tile.width * tile.height {
                 let (x, y) = (tile.x + i % tile.width, y - rows.start + i / tile.width);
-                give(x, y, light, [sums.other[i], sums.made_up[i]]);
+                give(x, y, i, done);
             }
         }
     }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::apart;
 use super::convert::{Conversion, Converted};
 use super::error::RgbdError;
+use super::halo::Parts;
 use super::levels::Levels;
 use super::relief::Relief;
 use super::surfaces::Surfaces;
@@ -39,7 +40,8 @@ impl Conversion<'_> {
         let relief = Relief::new(self.picture, &levels, margin);
         let aperture = apart::aperture(camera, margin).ok_or(RgbdError::Dark)?;
         let all = (camera.sensor(), 0..height);
-        let mut target = apart::target(&aperture, &relief, all, self.tile);
+        let parts = Parts::of_bank(&aperture);
+        let mut target = apart::target((&aperture, &parts), &relief, all, self.tile);
         let surfaces = Surfaces::new(camera, self.sight, &relief, &levels)?;
         let scene = surfaces.scene();
         let seen = self.sight.geometry(camera, &scene).surfaces;
