@@ -14,6 +14,10 @@
 //! has no seams: its layers' coverages sum to 1. j_i = 1 + ∂Δ_i/∂(1/D) · ∇(1/D) is by how much the slant stretches what
 //! sub-pixel i sees. Behind depth edges the background goes on ([`Relief`]).
 //!
+//! Kernels that diffraction widens are spread in two parts: their core pixel by pixel, the halo around it (at most
+//! 3 % of the light) from blocks of 4 × 4 pixels with the mean of the block's halos. Of white noise, the worst there
+//! is, that errs by 0.25 % of the mean (root mean square); the kernels' rays by 0.4 %.
+//!
 //! That is [`Conversion::run`], or row by row [`Spread::rows`]. [`Conversion::trace`] renders the same relief as
 //! surfaces of shining patches, ray by ray: exact where the above is of first order in the field and of layers in
 //! depth, and slower.

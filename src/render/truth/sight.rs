@@ -103,8 +103,7 @@ impl SightRays {
         rows.zip(others)
             .enumerate()
             .for_each(|(row, ((depth, distance), (surfaces, normals)))| {
-                let places = (0..width).map(|c| (c as f64, row as f64));
-                let batch = self.rays(camera, ChannelWavelengths::REFERENCE, places);
+                let batch = self.rays_of_row(camera, row);
                 let hits = met(scene, &batch);
                 for i in 0..width {
                     let (z, d) = match (batch.get(i), hits.surface[i]) {
@@ -157,8 +156,7 @@ impl SightRays {
         let mut distance = Image::zeros(width, height, 1);
         let rows = distance.data_mut().par_chunks_mut(width).enumerate();
         rows.for_each(|(row, out)| {
-            let places = (0..width).map(|c| (c as f64, row as f64));
-            let batch = self.rays(camera, ChannelWavelengths::REFERENCE, places);
+            let batch = self.rays_of_row(camera, row);
             for (column, out) in out.iter_mut().enumerate() {
                 let depth = f64::from(depth_mm.pixel(column, row)[0]);
                 *out = batch.get(column).map_or(f32::NAN, |ray| {
@@ -204,25 +202,43 @@ impl SightRays {
                 tracer.trace_backward(&mut batch, SimdLevel::detect());
             }
             By::Centroid(fields) => {
-                let sight = fields[channel.min(fields.len() - 1)].sight();
-                let mut lines = None;
-                for (column, row) in places {
-                    let place = camera.sensor().position_mm(column, row);
-                    let (_, along) = match lines.take_if(|(y, _)| *y == place.y) {
-                        Some(same) => lines.insert(same),
-                        None => lines.insert((place.y, sight.lines(place.y))),
-                    };
-                    let line = along.at(place.x);
-                    batch.push(line.q1_mm.extend(0.0), line.q0.extend(-1.0).normalize());
-                }
-                for i in 0..batch.len() {
-                    if !batch.dx[i].is_finite() {
-                        batch.status[i] = RayStatus::Vignetted as u8;
-                    }
-                }
+                let field = &fields[channel.min(fields.len() - 1)];
+                let places = places.map(|(column, row)| camera.sensor().position_mm(column, row));
+                batch = along(places.map(|place| field.sight_line(place)));
             }
         }
         batch
+    }
+
+    /// Rays of sight, in front of the lens, of rows of places a pixel apart, each from a column and row on over the
+    /// sensor's width.
+    pub(super) fn rays_of_rows(
+        &self,
+        camera: &Camera,
+        channel: usize,
+        rows: impl Iterator<Item = (f64, f64)>,
+    ) -> RayBatch {
+        let columns = |first: f64| (0..camera.sensor().width()).map(move |c| c as f64 + first);
+        match &self.by {
+            By::ChiefRay(_) => {
+                let places = rows.flat_map(|(first, row)| columns(first).map(move |c| (c, row)));
+                self.rays(camera, channel, places)
+            }
+            By::Centroid(fields) => {
+                let sight = fields[channel.min(fields.len() - 1)].sight();
+                along(rows.flat_map(|(first, row)| {
+                    let lines = sight.lines(camera.sensor().position_mm(first, row).y);
+                    let places = columns(first).map(move |c| camera.sensor().position_mm(c, row));
+                    places.map(move |place| lines.at(place.x))
+                }))
+            }
+        }
+    }
+
+    /// Those of the pixels of a row in the reference channel.
+    fn rays_of_row(&self, camera: &Camera, row: usize) -> RayBatch {
+        let row = std::iter::once((0.0, row as f64));
+        self.rays_of_rows(camera, ChannelWavelengths::REFERENCE, row)
     }
 
     /// Where the sum shows, at each pixel, the point that the chief ray meets there at the depths of a W × H × 1 map in
@@ -236,8 +252,7 @@ impl SightRays {
         let (width, height) = (depth_mm.width(), depth_mm.height());
         let mut shifts = Image::zeros(width, height, 2);
         (shifts.data_mut().par_chunks_mut(2 * width).enumerate()).for_each(|(row, out)| {
-            let places = (0..width).map(|c| (c as f64, row as f64));
-            let batch = self.rays(camera, ChannelWavelengths::REFERENCE, places);
+            let batch = self.rays_of_row(camera, row);
             let first = camera.sensor().position_mm(0.0, row as f64);
             let along = field.sight().row(first.y);
             let mut seen = along.at(first.x);
@@ -253,6 +268,20 @@ impl SightRays {
         });
         shifts
     }
+}
+
+/// Rays along lines of sight; those that are not finite are lost.
+fn along(lines: impl Iterator<Item = SightLine>) -> RayBatch {
+    let mut batch = RayBatch::default();
+    for line in lines {
+        batch.push(line.q1_mm.extend(0.0), line.q0.extend(-1.0).normalize());
+    }
+    for i in 0..batch.len() {
+        if !batch.dx[i].is_finite() {
+            batch.status[i] = RayStatus::Vignetted as u8;
+        }
+    }
+    batch
 }
 
 /// What a batch of rays meets.

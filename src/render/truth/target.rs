@@ -93,14 +93,12 @@ impl Sampler<'_> {
         let mut out = vec![0.0; 3 * n];
         let mut radiance = [0; 3].map(|_| vec![0.0; n]);
         for channels in self.channels_of_a_ray() {
-            let places = (0..width).flat_map(|column| {
-                offsets().map(move |[dx, dy]| (column as f64 + dx, row as f64 + dy))
-            });
+            let rows = offsets().map(|[dx, dy]| (dx, row as f64 + dy));
             let channel = match channels.len() {
                 1 => channels.start,
                 _ => ChannelWavelengths::REFERENCE,
             };
-            let batch = self.sight.rays(self.camera, channel, places);
+            let batch = self.sight.rays_of_rows(self.camera, channel, rows);
             let mut hits = met(self.scene, &batch);
             for path in 0..paths {
                 let key = PathKey {
@@ -113,7 +111,7 @@ impl Sampler<'_> {
                 for channel in channels.clone() {
                     for (i, &l) in radiance[channel].iter().enumerate() {
                         let lost = if batch.status[i] == 0 { 0.0 } else { f32::NAN };
-                        let (column, place) = (i / PLACES, i % PLACES);
+                        let (place, column) = (i / width, i % width);
                         out[(column * 3 + channel) * PLACES + place] += (l + lost) / paths as f32;
                     }
                 }
