@@ -4,6 +4,7 @@ use super::error::RgbdError;
 use super::levels::Levels;
 use super::picture::DepthPicture;
 use super::spread::Spread;
+use super::tile::CELL;
 use crate::image::Image;
 use crate::memory;
 use crate::render::kernels::{BankPlan, Footprint, KernelBank};
@@ -108,9 +109,10 @@ impl<'a> Conversion<'a> {
     }
 
     /// Pixels around the picture that its own may see (of [`Self::reach_px`]), or that the target's diffraction
-    /// reaches.
+    /// reaches: whole cells, so that those of the picture are the same whatever it is.
     pub(super) fn margin(&self, reach_px: usize) -> usize {
-        (reach_px + DIFFRACTION_PX).max(LEAST_MARGIN)
+        let least = (reach_px + DIFFRACTION_PX).max(LEAST_MARGIN);
+        least.next_multiple_of(CELL)
     }
 
     /// How far the nearest and the farthest depth are blurred, px, by few rays: a blur that is too large is found

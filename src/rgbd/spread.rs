@@ -51,7 +51,7 @@ impl Spread {
         let bank = conversion.bank(&levels)?;
         // Few rays bound a blur nearly.
         let least = bank.support().map_or(0, |s| s.reach() + 1);
-        let margin = conversion.margin(reach_px).max(least);
+        let margin = conversion.margin(reach_px.max(least));
         let white = WhiteField::from_fields(camera, conversion.fields);
         let aperture = apart::aperture(camera, margin).ok_or(RgbdError::Dark)?;
         Ok(Self {

@@ -9,7 +9,7 @@ use crate::render::kernels::KernelBank;
 use crate::sensor::Sensor;
 
 /// Side of the cells that have one kernel per layer, px: kernels change slowly over the field.
-const CELL: usize = 16;
+pub(super) const CELL: usize = 16;
 /// Cells along each side that share their halo.
 const HALO_CELLS: usize = 4;
 /// By how much a slant may stretch what a sub-pixel sees.
