@@ -1,10 +1,10 @@
 //! What is converted, and the bank of its camera and depths.
 
+use super::cell_kernels::CELL;
 use super::error::RgbdError;
 use super::levels::Levels;
 use super::picture::DepthPicture;
 use super::spread::Spread;
-use super::tile::CELL;
 use crate::image::Image;
 use crate::memory;
 use crate::render::kernels::{BankPlan, Footprint, KernelBank};

@@ -26,6 +26,7 @@
 
 mod add;
 mod apart;
+mod cell_kernels;
 mod convert;
 mod error;
 mod halo;

@@ -2,16 +2,13 @@
 
 use glam::DVec2;
 
-use super::add::{Point, Sum, Taps, add};
+use super::add::{Point, Sum, add};
+use super::cell_kernels::{CELL, CellKernels, HALO_CELLS};
 use super::halo::{self, Parts};
 use super::relief::Relief;
 use crate::render::kernels::KernelBank;
 use crate::sensor::Sensor;
 
-/// Side of the cells that have one kernel per layer, px: kernels change slowly over the field.
-pub(super) const CELL: usize = 16;
-/// Cells along each side that share their halo.
-const HALO_CELLS: usize = 4;
 /// By how much a slant may stretch what a sub-pixel sees.
 const STRETCH: [f32; 2] = [0.25, 4.0];
 /// Layers beside a pixel's own that are its own surface: half a layer of interpolation, and the tear.
@@ -19,16 +16,11 @@ const OWN_LAYERS: f32 = 1.5;
 
 /// What all tiles share.
 pub(super) struct Scatter<'a, const L: usize> {
-    bank: &'a KernelBank,
-    /// Of each depth of the bank.
-    parts: &'a [Parts],
+    kernels: CellKernels<'a, L>,
     relief: &'a Relief,
-    sensor: &'a Sensor,
     /// Everything in one layer, with neither slant nor background.
     is_flat: bool,
     reach: usize,
-    /// `[node][sub-pixel]`: change of the centroid per layer, px.
-    drift: Vec<DVec2>,
     /// Part of the light of each sub-pixel in the middle of the window.
     shares: Vec<f32>,
 }
@@ -85,28 +77,14 @@ impl<'a, const L: usize> Scatter<'a, L> {
         let subpixels = bank.subpixels().count();
         let (nx, ny) = bank.size();
         let channel = (bank.channels() - 1).min(1);
-        let last = bank.depths().len() - 1;
-        let drift = |k: usize| {
-            let (node, s) = (k / subpixels, k % subpixels);
-            let [near, far] = [0, last].map(|d| bank.figures(d, node, channel, s).centroid_px);
-            let drift = (far - near) / last.max(1) as f64;
-            if drift.is_finite() {
-                drift
-            } else {
-                DVec2::ZERO
-            }
-        };
         let middle = ny / 2 * nx + nx / 2;
         let light = |s| bank.figures(0, middle, channel, s).white_sr as f32;
         let all: f32 = (0..subpixels).map(light).sum();
         Self {
-            bank,
-            parts,
+            kernels: CellKernels::new((bank, parts), sensor),
             relief,
-            sensor,
             is_flat,
             reach: bank.support().map_or(0, |s| s.reach()),
-            drift: (0..nx * ny * subpixels).map(drift).collect(),
             shares: (0..subpixels)
                 .map(|s| light(s) / all.max(f32::MIN_POSITIVE))
                 .collect(),
@@ -128,14 +106,17 @@ impl<'a, const L: usize> Scatter<'a, L> {
             let (mut points, mut blocks) = (Vec::new(), Vec::new());
             let mut around_halo = None;
             for cell in sources.chunk_by(|a, b| a.cell == b.cell) {
-                let around = self.around(cell[0].cell, CELL);
-                let drift = self.drift(around);
+                let place = [cell[0].cell.0, cell[0].cell.1]
+                    .map(|i| i as i32 - (self.relief.margin / CELL) as i32);
+                let around = self.kernels.around(place);
+                let drift = self.kernels.drift(around);
                 points.clear();
                 points.extend(cell.iter().map(|s| self.point(s, &drift)));
-                add(&self.core(around, level), &points, tile.width, &mut sums);
-                let place = [cell[0].cell.0 / HALO_CELLS, cell[0].cell.1 / HALO_CELLS];
+                let core = self.kernels.core(around, level);
+                add(&core, &points, tile.width, &mut sums);
+                let place = place.map(|i| i.div_euclid(HALO_CELLS));
                 if around_halo.as_ref().is_none_or(|(at, _)| *at != place) {
-                    around_halo = self.halo(place, level).map(|taps| (place, taps));
+                    around_halo = self.kernels.halo(place, level).map(|taps| (place, taps));
                 }
                 if let Some((_, taps)) = &around_halo {
                     halo::blocks(&points, origin, &mut blocks);
@@ -152,7 +133,8 @@ impl<'a, const L: usize> Scatter<'a, L> {
     /// Sources that reach the tile by their keys, cell by cell.
     fn layers(&self, tile: Tile) -> Vec<Vec<Source>> {
         let relief = self.relief;
-        let mut layers: Vec<Vec<Source>> = vec![Vec::new(); key_of(self.bank.depths().len(), true)];
+        let mut layers: Vec<Vec<Source>> =
+            vec![Vec::new(); key_of(self.kernels.bank.depths().len(), true)];
         // Whole blocks, whatever the tile.
         let reaching = |at: usize, len: usize, most: usize| {
             let first = at + relief.margin - self.reach;
@@ -215,76 +197,6 @@ impl<'a, const L: usize> Scatter<'a, L> {
         }
     }
 
-    /// The nodes around a cell of a side, and their weights.
-    fn around(&self, cell: (usize, usize), side: usize) -> [(usize, f64); 4] {
-        let middle =
-            |cell: usize| (cell * side + side / 2) as f64 - 0.5 - self.relief.margin as f64;
-        (self.bank).around(self.sensor.position_mm(middle(cell.0), middle(cell.1)))
-    }
-
-    /// How each sub-pixel's centroid drifts there per layer, px.
-    fn drift(&self, around: [(usize, f64); 4]) -> Vec<DVec2> {
-        let subpixels = self.shares.len();
-        let mut drift = vec![DVec2::ZERO; subpixels];
-        for (node, weight) in around {
-            let own = &self.drift[node * subpixels..][..subpixels];
-            drift
-                .iter_mut()
-                .zip(own)
-                .for_each(|(t, d)| *t += weight * *d);
-        }
-        drift
-    }
-
-    /// The core of the kernel there in a layer.
-    fn core(&self, around: [(usize, f64); 4], level: usize) -> Taps<L> {
-        let depth = &self.bank.depths()[level];
-        let (whole, core) = (depth.support(), self.parts[level].core);
-        let (left, top) = (core.left - whole.left, core.top - whole.top);
-        let mut taps = Taps::empty(core);
-        for (node, weight) in around {
-            let rows = depth
-                .of_node(node)
-                .chunks_exact(whole.width * self.bank.lanes());
-            let rows = rows.skip(top as usize);
-            for (to, from) in taps.values.chunks_exact_mut(core.width).zip(rows) {
-                self.mix(
-                    to,
-                    &from[left as usize * self.bank.lanes()..],
-                    weight as f32,
-                );
-            }
-        }
-        taps
-    }
-
-    /// What is around the cores of some cells in a layer, of a block, if anything.
-    fn halo(&self, cells: [usize; 2], level: usize) -> Option<Taps<L>> {
-        let halo = self.parts[level].halo.as_ref()?;
-        let around = self.around(cells.into(), HALO_CELLS * CELL);
-        let mut taps = Taps::empty(halo.support);
-        for (node, weight) in around {
-            self.mix(&mut taps.values, halo.of_node(node), weight as f32);
-        }
-        Some(taps)
-    }
-
-    /// Adds a part of a bank's values to those of all colours.
-    fn mix(&self, to: &mut [[f32; L]], from: &[f32], part: f32) {
-        let (subpixels, channels) = (self.shares.len(), self.bank.channels());
-        if self.bank.lanes() == L && channels == 3 {
-            let both = to.as_flattened_mut().iter_mut().zip(from);
-            return both.for_each(|(t, f)| *t += part * f);
-        }
-        for (to, from) in to.iter_mut().zip(from.chunks_exact(self.bank.lanes())) {
-            for c in 0..3 {
-                let from = &from[c.min(channels - 1) * subpixels..][..subpixels];
-                let to = &mut to[c * subpixels..][..subpixels];
-                to.iter_mut().zip(from).for_each(|(t, f)| *t += part * f);
-            }
-        }
-    }
-
     fn point(&self, source: &Source, drift: &[DVec2]) -> Point<L> {
         let mut point = Point {
             x: source.x,
@@ -306,7 +218,7 @@ impl<'a, const L: usize> Scatter<'a, L> {
 
     fn pixels(&self, tile: Tile) -> Vec<Pixel<L>> {
         let relief = self.relief;
-        let depths = self.bank.depths();
+        let depths = self.kernels.bank.depths();
         let mut pixels = Vec::with_capacity(tile.width * tile.height);
         for row in tile.y..tile.y + tile.height {
             for column in tile.x..tile.x + tile.width {
