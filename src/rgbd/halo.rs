@@ -42,6 +42,16 @@ impl Parts {
         depths.map(|d| Self::new(d, nodes, lanes)).collect()
     }
 
+    /// Memory of the halos of a bank, at most, bytes: they are as large as its kernels, and the rings of one depth come
+    /// beside them while they are made.
+    pub fn bytes(bank: &KernelBank) -> u64 {
+        let area = |s: Support| ((s.width + BLOCK - 1) * (s.height + BLOCK - 1)) as u64;
+        let areas = bank.depths().iter().map(|d| area(d.support()));
+        let (all, largest) = areas.fold((0, 0u64), |(all, largest), a| (all + a, largest.max(a)));
+        let per_pixel = bank.size().0 * bank.size().1 * bank.lanes() * size_of::<f32>();
+        (all + largest).saturating_mul(per_pixel as u64)
+    }
+
     /// Whole kernels of each depth of a bank.
     pub fn whole(bank: &KernelBank) -> Vec<Self> {
         let whole = |depth: &DepthKernels| Self {

@@ -13,6 +13,7 @@ use super::relief::Relief;
 use super::tile::{Scatter, Tile};
 use crate::field::FieldGrid;
 use crate::image::Image;
+use crate::memory;
 use crate::render::SubPixelImage;
 use crate::render::kernels::KernelBank;
 use crate::render::truth::WhiteField;
@@ -62,7 +63,10 @@ impl Spread {
             sensor: sensor.clone(),
             tile: conversion.tile,
             parts: match camera.is_diffracted() {
-                true => Parts::of_bank(&bank),
+                true => {
+                    memory::check("halos of kernels", Parts::bytes(&bank))?;
+                    Parts::of_bank(&bank)
+                }
                 false => Parts::whole(&bank),
             },
             rays: (bank.size().0 * bank.size().1 * conversion.fields.len() * RAYS) as u64,
