@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use super::files::SampleFiles;
 
-/// Disparities and shifts are stored as multiples of 1/this, px: a tenth of what they are known to, and their bytes
-/// pack to a fifth of those of all digits.
+/// Disparities and shifts are stored as multiples of 1/this, px: a tenth of what they are known to. The bytes of
+/// disparities pack to a fifth of those of all digits, those of shifts to nine tenths.
 const STEPS: f32 = 16384.0;
 
 /// The float maps with NaN exactly where `valid` is false, as they are stored.
@@ -75,17 +75,16 @@ pub(super) fn masked(sample: &SampleFiles<'_>) -> Truth {
 /// As it is stored.
 #[inline]
 fn stored(value: &f32) -> f32 {
-    // 1.5 · 2²³: beside it floats are whole numbers, so that the sum is rounded to one. `round` is a call.
+    // 1.5 · 2²³: sums with it are whole numbers, so that the addition rounds. `round` is a call.
     const WHOLE: f32 = 12_582_912.0;
+    // 2²²: the sums of larger ones leave the numbers between 2²³ and 2²⁴, which are the whole ones.
+    const LARGE: f32 = 4_194_304.0;
     let steps = value * STEPS;
-    let rounded = (steps + WHOLE) - WHOLE;
-    // Larger ones, 256 px and more, have no digits beyond a step or two.
-    let stored = if steps.abs() < 0.25 * WHOLE {
-        rounded
-    } else {
-        steps
+    let whole = match steps.abs() < LARGE {
+        true => (steps + WHOLE) - WHOLE,
+        false => steps.round(),
     };
-    stored / STEPS
+    whole / STEPS
 }
 
 fn rounded(map: &Image) -> Image {
@@ -124,4 +123,29 @@ pub(super) fn left_right_px(
         }
     }
     Some(map)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_stored_is_the_nearest_step_however_large() {
+        for value in [
+            0.0,
+            1e-6,
+            0.123_456,
+            -3.3,
+            200.000_02,
+            -255.999_98,
+            256.000_03,
+            4e4,
+            -1e9,
+        ] {
+            let nearest = (value * STEPS).round() / STEPS;
+            assert_eq!(stored(&value), nearest, "{value}");
+        }
+        assert!(stored(&f32::NAN).is_nan());
+        assert_eq!(stored(&f32::INFINITY), f32::INFINITY);
+    }
 }

@@ -73,7 +73,7 @@ impl KernelBank {
         let traced = Traced::new(camera, sight, fields, plan)?;
         let subpixels = camera.sensor().subpixels();
         let lanes = lanes_of(fields.len(), subpixels);
-        let more = DepthKernels::margin_px(camera.lens_diffraction().is_some());
+        let more = DepthKernels::margin_px(camera.is_diffracted());
         let depths = plan.inverse_depths_per_mm.iter();
         let depths: Vec<_> = depths
             .map(|&inverse| (inverse, traced.support(inverse, more)))
