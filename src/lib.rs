@@ -107,7 +107,7 @@
 //! assert!(room.warnings().lines().is_empty());
 //! let (origin, direction) = (DVec3::ZERO, DVec3::NEG_Z);
 //! assert!(room.first_hit(origin, direction).is_some_and(|hit| hit.distance_mm > 0.0));
-//! let key = |first| PathKey { key: 7, first, spread: 0.0 };
+//! let key = |number| PathKey { key: 7, number, spread: 0.0 };
 //! let paths = 64;
 //! let green: f32 = (0..paths)
 //!     .map(|i| room.radiance_along(origin, direction, &PathSettings::default(), &key(i))[1])

@@ -246,11 +246,12 @@ impl<'a> Estimator<'a> {
             true => channel..channel + 1,
             false => 0..3,
         };
-        let key = PathKey {
+        let first = work.segments[0].first;
+        let key = |ray| PathKey {
             key: task.aim.key,
-            first: work.segments[0].first as u32,
+            number: (first + ray) as u32,
             spread: self.spread,
         };
-        work.look(scene, served, &key);
+        work.look(scene, served, key);
     }
 }

@@ -132,13 +132,14 @@ impl Scene {
     }
 
     /// Radiance of colour channels along rays whose first hits are known, into those of `out` (each of the rays'
-    /// number). A world follows one path per ray for all the channels together.
+    /// number). A world follows one path per ray for all the channels together, with the random numbers that `key` has
+    /// for the ray.
     pub fn radiance(
         &self,
         rays: RaySlices<'_>,
         hits: &mut Hits,
         channels: Range<usize>,
-        key: &PathKey,
+        key: impl Fn(usize) -> PathKey,
         out: &mut [Vec<f32>; 3],
     ) {
         match &self.kind {

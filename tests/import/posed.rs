@@ -174,7 +174,7 @@ fn light_has_the_interpolated_colour_of_the_vertices() {
     let world = World::new(world).unwrap();
     let key = PathKey {
         key: 1,
-        first: 0,
+        number: 0,
         spread: 0.0,
     };
     // Weights 1/2, 1/4, 1/4 of the corners.

@@ -26,7 +26,7 @@ fn mean(
         // A key each: independent paths, so that the error can be told.
         let key = PathKey {
             key: 0xA11_0000 + u64::from(first),
-            first: 0,
+            number: 0,
             spread: 0.0,
         };
         let l = world.radiance_along(origin, direction, settings, &key);

@@ -150,7 +150,7 @@ fn a_texture_far_away_is_filtered_to_its_mean() {
         let d = DVec3::new(0.0123 + 1.01e-5 * f64::from(k), 0.007_666, -1.0).normalize();
         let key = quadpixel::scene::world::PathKey {
             key: 1,
-            first: k,
+            number: k,
             spread,
         };
         world.radiance_along(DVec3::ZERO, d, &PathSettings::default(), &key)[0]
@@ -191,7 +191,7 @@ fn a_slanted_texture_is_blurred_along_the_view_and_not_across_it() {
         let world = World::new(world).unwrap();
         let key = quadpixel::scene::world::PathKey {
             key: 1,
-            first: 0,
+            number: 0,
             spread: 4.0 / 707.0,
         };
         let seen = (0..16).map(|k| {

@@ -175,13 +175,13 @@ pub(super) fn radiance(
     batch.status.clear();
     batch.status.resize(batch.len(), 0);
     let mut out: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; batch.len()]);
-    let key = PathKey {
+    let key = |number| PathKey {
         key,
-        first: 0,
+        number: number as u32,
         spread: camera.ray_spread(1),
     };
     let (rays, mut hits) = (RaySlices::from_batch(batch), Hits::default());
     scene.intersect(rays, &mut hits);
-    scene.radiance(rays, &mut hits, 0..3, &key, &mut out);
+    scene.radiance(rays, &mut hits, 0..3, key, &mut out);
     out
 }

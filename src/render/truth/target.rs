@@ -101,13 +101,13 @@ impl Sampler<'_> {
             let batch = self.sight.rays_of_rows(self.camera, channel, rows);
             let mut hits = met(self.scene, &batch);
             for path in 0..paths {
-                let key = PathKey {
-                    key: hash(self.settings.seed, &[KEY, row as u64]),
-                    first: (path * n) as u32,
+                let key = |ray| PathKey {
+                    key: hash(self.settings.seed, &[KEY, row as u64, (ray % width) as u64]),
+                    number: (path * PLACES + ray / width) as u32,
                     spread: self.camera.ray_spread(paths * PLACES),
                 };
                 let rays = RaySlices::from_batch(&batch);
-                (self.scene).radiance(rays, &mut hits, channels.clone(), &key, &mut radiance);
+                (self.scene).radiance(rays, &mut hits, channels.clone(), key, &mut radiance);
                 for channel in channels.clone() {
                     for (i, &l) in radiance[channel].iter().enumerate() {
                         let lost = if batch.status[i] == 0 { 0.0 } else { f32::NAN };

@@ -21,13 +21,13 @@ pub struct FirstHit {
     pub object_id: u16,
 }
 
-/// Which random numbers a batch of camera rays uses, and how finely they sample the image.
+/// Which random numbers the path of a camera ray uses, and how finely such rays sample the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathKey {
     /// Shared by rays that are averaged: those of a pixel.
     pub key: u64,
-    /// Number of the batch's first ray among them.
-    pub first: u32,
+    /// Number of the ray among them.
+    pub number: u32,
     /// By how much a ray's share of the image grows with distance, mm per mm: for N rays per pixel, its angle over √N.
     pub spread: f32,
 }
@@ -39,7 +39,7 @@ pub struct CameraRay {
     pub origin_mm: DVec3,
     /// Unit vector away from the camera.
     pub direction: DVec3,
-    /// The path's random numbers: `first` is its own.
+    /// The path's random numbers.
     pub key: PathKey,
 }
 
@@ -68,7 +68,7 @@ impl World {
         }
     }
 
-    /// Radiance along a ray (camera frame, mm; unit direction) by one path, number `key.first` of those of `key.key`
+    /// Radiance along a ray (camera frame, mm; unit direction) by one path, number `key.number` of those of `key.key`
     /// that are averaged.
     pub fn radiance_along(
         &self,
@@ -115,7 +115,7 @@ impl World {
                     ray: query.ray,
                     hit: query.nearest_element(),
                     spread: ray.key.spread,
-                    samples: PathSamples::new(ray.key.key, ray.key.first),
+                    samples: PathSamples::new(ray.key.key, ray.key.number),
                 });
             workspace.paths.start(starts);
             self.radiance(settings, workspace, |number, l| visit(number, l.to_array()));
@@ -145,23 +145,26 @@ impl World {
         }
     }
 
-    /// Radiance along camera rays (each with its number) whose first hits are known. A ray's number is added to the
-    /// key's. Rays of one number and different wavelengths meet nearly the same places and follow paths of the same
+    /// Radiance along camera rays (each with its number) whose first hits are known; `key` says a ray's random numbers.
+    /// Rays of one number and different wavelengths meet nearly the same places and follow paths of the same
     /// random numbers, whatever channel is wanted of them: what a path misses or finds by luck it does in all colours,
     /// so that its error is one of brightness and not of colour.
     pub(in crate::scene) fn radiances_of_hits(
         &self,
         rays: impl Iterator<Item = ((usize, Ray), Option<Element>)>,
-        (settings, key): (&PathSettings, &PathKey),
+        (settings, key): (&PathSettings, impl Fn(usize) -> PathKey),
         workspace: &mut PathWorkspace,
         mut visit: impl FnMut(usize, Vec3),
     ) {
-        let mut starts = rays.map(|((number, ray), hit)| Start {
-            number,
-            ray,
-            hit,
-            spread: key.spread,
-            samples: PathSamples::new(key.key, key.first.wrapping_add(number as u32)),
+        let mut starts = rays.map(|((number, ray), hit)| {
+            let key = key(number);
+            Start {
+                number,
+                ray,
+                hit,
+                spread: key.spread,
+                samples: PathSamples::new(key.key, key.number),
+            }
         });
         while workspace.paths.start(starts.by_ref().take(TOGETHER)) {
             self.radiance(settings, workspace, &mut visit);

@@ -13,7 +13,7 @@ use super::repeated::drop_repeated;
 use super::triangles::Packet;
 
 /// A triangle of a placed geometry, by its lane in a packet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(in crate::scene) struct Element {
     pub placed: u32,
     pub packet: u32,

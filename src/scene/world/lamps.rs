@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::geometry::{Element, Stage};
-use super::lights::Lights;
+use super::lights::{Lights, Shining};
 
 /// A body that shines.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,13 +22,11 @@ const MOST: usize = 256;
 /// What shines of each mesh where it stands, in falling order of power.
 pub(super) fn lamps(stage: &Stage, lights: &Lights) -> Vec<Lamp> {
     let mut bodies: BTreeMap<(u32, u32), (f64, Vec<Element>)> = BTreeMap::new();
-    let mut sum_before = 0.0;
-    for (&element, &sum) in lights.triangles.iter().zip(&lights.triangle_sums) {
+    for &Shining { element, power, .. } in &lights.triangles {
         let geometry = &stage.geometries[stage.placed[element.placed as usize].geometry];
         let part = geometry.packets[element.packet as usize].parts[usize::from(element.lane)];
-        let (power, elements) = bodies.entry((element.placed, part)).or_default();
-        *power += sum - sum_before;
-        sum_before = sum;
+        let (sum, elements) = bodies.entry((element.placed, part)).or_default();
+        *sum += power;
         elements.push(element);
     }
     let mut bodies: Vec<(f64, Vec<Element>)> = bodies.into_values().collect();

@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::World;
 use super::environment::Sky;
+use super::light_tree::Receiver;
 use super::lights::LightKind;
 use super::surface::Footprint;
 
@@ -43,10 +44,12 @@ impl World {
         }
     }
 
-    /// A light for the place `from`; `None` if there is none, or none of it arrives.
+    /// A light for the place `from`, which receives on the side of `normal`; `None` if there is none, or none of it
+    /// arrives.
     pub(super) fn sample_light(
         &self,
         from: DVec3,
+        normal: Vec3,
         choice: f32,
         pair: [f32; 2],
     ) -> Option<LightSample> {
@@ -57,27 +60,31 @@ impl World {
             .get((scaled as usize).min(lights.kinds.len().checked_sub(1)?))?;
         let rest = scaled.fract();
         match kind {
-            LightKind::Triangles => self.sample_triangle(from, rest, pair),
+            LightKind::Triangles => self.sample_triangle(from, normal, rest, pair),
             LightKind::Suns => self.sample_sun(rest, pair),
-            LightKind::Points => self.sample_point(from, rest),
+            LightKind::Points => self.sample_point(from, normal, rest),
             LightKind::Panorama => self.sample_panorama(pair),
         }
     }
 
-    fn sample_triangle(&self, from: DVec3, u: f64, pair: [f32; 2]) -> Option<LightSample> {
+    fn sample_triangle(
+        &self,
+        from: DVec3,
+        normal: Vec3,
+        u: f64,
+        pair: [f32; 2],
+    ) -> Option<LightSample> {
         let lights = &self.lights;
-        let (index, ..) = draw(&lights.triangle_sums, u)?;
-        let surface = self.surface_sample(lights.triangles[index], pair);
+        let receiver = Receiver::new(from, normal);
+        let (index, chance) = lights.triangle_tree.draw(&receiver, u as f32)?;
+        let surface = self.surface_sample(lights.triangles[index].element, pair);
         let way = surface.position - from;
         let distance = way.length();
         let direction = (way / distance).as_vec3();
         let is_front = surface.normal.dot(direction) < 0.0;
         let radiance = self.emission(&surface, is_front, &Footprint::POINT);
-        let density = lights.triangle_density(
-            surface.material,
-            surface.normal.dot(direction),
-            distance as f32,
-        );
+        let cos = surface.normal.dot(direction);
+        let density = lights.density_of(index, chance, cos, distance as f32);
         (radiance != Vec3::ZERO && density > 0.0 && direction.is_finite()).then(|| LightSample {
             direction,
             distance: distance as f32 * SHORTENED,
@@ -114,9 +121,10 @@ impl World {
         })
     }
 
-    fn sample_point(&self, from: DVec3, u: f64) -> Option<LightSample> {
+    fn sample_point(&self, from: DVec3, normal: Vec3, u: f64) -> Option<LightSample> {
         let lights = &self.lights;
-        let (index, chance, _) = draw(&lights.point_sums, u)?;
+        let receiver = Receiver::new(from, normal);
+        let (index, chance) = lights.point_tree.draw(&receiver, u as f32)?;
         let point = &lights.points[index];
         let way = point.position - from;
         let distance = way.length() as f32;
@@ -130,7 +138,7 @@ impl World {
             direction,
             distance: distance * SHORTENED,
             weight: point.intensity
-                * (share / (distance * distance * chance as f32 * self.lights.kind_chance())),
+                * (share / (distance * distance * chance * self.lights.kind_chance())),
             density: None,
         })
     }

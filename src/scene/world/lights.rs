@@ -1,27 +1,38 @@
 //! The lights of a world, by kind, and the chances with which they are drawn.
 //!
-//! Kinds that are present (surfaces that shine, suns, points, a panorama) get equal chances; within a kind the chance
-//! is proportional to power. An even environment is not drawn: scattering finds it as well.
+//! Kinds that are present (surfaces that shine, suns, points, a panorama) get equal chances. Shining triangles and
+//! points are drawn by what they may give the place ([`LightTree`]), suns by their power. An even environment is not
+//! drawn: scattering finds it as well.
 
 use glam::{DVec3, Vec3};
 
 use super::description::{Light, Material, WorldDescription};
 use super::environment::Sky;
 use super::geometry::{Element, Stage};
+use super::light_bounds::LightBounds;
+use super::light_tree::{LightTree, Receiver};
 
 /// The lights of a world.
 #[derive(Clone, Debug)]
 pub(super) struct Lights {
-    /// Shining triangles and the running sums of their power.
-    pub(super) triangles: Vec<Element>,
-    pub(super) triangle_sums: Vec<f64>,
-    /// Mean radiance of each material, which weighs its triangles.
-    pub(super) brightness: Vec<f64>,
+    /// Shining triangles, in the order of their elements.
+    pub(super) triangles: Vec<Shining>,
+    pub(super) triangle_tree: LightTree,
     pub(super) suns: Vec<Sun>,
     pub(super) sun_sums: Vec<f64>,
     pub(super) points: Vec<Point>,
-    pub(super) point_sums: Vec<f64>,
+    pub(super) point_tree: LightTree,
     pub(super) kinds: Vec<LightKind>,
+}
+
+/// A triangle that shines.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shining {
+    pub element: Element,
+    /// mm².
+    pub area: f32,
+    /// Mean radiance × area.
+    pub power: f64,
 }
 
 /// What a light is drawn from first.
@@ -67,17 +78,15 @@ fn running(weights: impl Iterator<Item = f64>) -> Vec<f64> {
 
 impl Lights {
     pub fn new(world: &WorldDescription, stage: &Stage, sky: &Sky) -> Self {
-        let brightness: Vec<f64> = world
-            .materials
-            .iter()
-            .map(|m| mean_brightness(m, world))
-            .collect();
-        let (triangles, powers) = shining_triangles(stage, &brightness);
+        let (triangles, bounds) = shining_triangles(stage, world);
+        let triangle_tree = LightTree::new(&bounds);
         let (suns, points) = suns_and_points(&world.lights);
         let power = |c: Vec3| f64::from(c.element_sum());
         let sun_sums = running(suns.iter().map(|s| power(s.irradiance)));
-        let point_sums = running(points.iter().map(|p| power(p.intensity)));
-        let triangle_sums = running(powers.into_iter());
+        let shining = points.iter().filter(|p| power(p.intensity) > 0.0);
+        let points: Vec<Point> = shining.cloned().collect();
+        let bounds = |p: &Point| LightBounds::point(p.position.as_vec3(), power(p.intensity));
+        let point_tree = LightTree::new(&points.iter().map(bounds).collect::<Vec<_>>());
         let mut kinds = Vec::new();
         let mut add = |kind, present: bool| {
             if present {
@@ -85,18 +94,17 @@ impl Lights {
             }
         };
         let shines = |sums: &[f64]| sums.last().is_some_and(|s| *s > 0.0);
-        add(LightKind::Triangles, shines(&triangle_sums));
+        add(LightKind::Triangles, !triangle_tree.is_empty());
         add(LightKind::Suns, shines(&sun_sums));
-        add(LightKind::Points, shines(&point_sums));
+        add(LightKind::Points, !point_tree.is_empty());
         add(LightKind::Panorama, matches!(sky, Sky::Map(_)));
         Self {
             triangles,
-            triangle_sums,
-            brightness,
+            triangle_tree,
             suns,
             sun_sums,
             points,
-            point_sums,
+            point_tree,
             kinds,
         }
     }
@@ -122,15 +130,28 @@ impl Lights {
         (radiance, density)
     }
 
-    /// The density, per solid angle from a place `distance` mm away, of drawing a place on a shining triangle of this
-    /// material, whose normal makes an angle of this cosine with the way there.
-    pub fn triangle_density(&self, material: usize, cos: f32, distance: f32) -> f32 {
-        let Some(total) = self.triangle_sums.last().filter(|t| **t > 0.0) else {
-            return 0.0;
-        };
+    /// The density, per solid angle from the receiver `distance` mm away, of drawing a place on a shining triangle,
+    /// whose normal makes an angle of this cosine with the way there; 0 of one that does not shine.
+    pub fn triangle_density(
+        &self,
+        element: Element,
+        receiver: &Receiver,
+        cos: f32,
+        distance: f32,
+    ) -> f32 {
+        match (self.triangles).binary_search_by_key(&element, |t| t.element) {
+            Ok(index) => {
+                let chance = self.triangle_tree.chance(index, receiver);
+                self.density_of(index, chance, cos, distance)
+            }
+            Err(_) => 0.0,
+        }
+    }
+
+    /// The same of a triangle by its index, whose chance in the tree is known.
+    pub fn density_of(&self, index: usize, chance: f32, cos: f32, distance: f32) -> f32 {
         let cos = cos.abs().max(1e-6);
-        let per_area = (self.brightness[material] / total) as f32;
-        self.kind_chance() * per_area * distance * distance / cos
+        self.kind_chance() * chance / self.triangles[index].area * distance * distance / cos
     }
 }
 
@@ -148,31 +169,45 @@ impl Sun {
     }
 }
 
-/// The triangles that shine, and the brightness × area of each.
-fn shining_triangles(stage: &Stage, brightness: &[f64]) -> (Vec<Element>, Vec<f64>) {
+/// The triangles that shine, and what is known of each.
+fn shining_triangles(stage: &Stage, world: &WorldDescription) -> (Vec<Shining>, Vec<LightBounds>) {
+    let brightness: Vec<f64> = (world.materials.iter())
+        .map(|m| mean_brightness(m, world))
+        .collect();
     let mut triangles = Vec::new();
-    let mut powers = Vec::new();
+    let mut bounds = Vec::new();
     for (slot, placed) in stage.placed.iter().enumerate() {
         let geometry = &stage.geometries[placed.geometry];
         for (packet, lanes) in geometry.packets.iter().enumerate() {
             for lane in 0..lanes.len() {
-                let part = geometry.parts[lanes.parts[lane] as usize];
-                let bright = brightness[part.material as usize];
-                if bright > 0.0 {
-                    let [p, q, r] = lanes
-                        .corners(lane)
-                        .map(|p| placed.camera_from_mesh.transform_point3(p.as_dvec3()));
-                    triangles.push(Element {
+                let material = geometry.parts[lanes.parts[lane] as usize].material as usize;
+                let [p, mut q, mut r] = lanes
+                    .corners(lane)
+                    .map(|p| placed.camera_from_mesh.transform_point3(p.as_dvec3()));
+                if placed.mirrored {
+                    (q, r) = (r, q);
+                }
+                let area = 0.5 * (q - p).cross(r - p).length();
+                let power = brightness[material] * area;
+                if power > 0.0 {
+                    let element = Element {
                         placed: slot as u32,
                         packet: packet as u32,
                         lane: lane as u8,
+                    };
+                    triangles.push(Shining {
+                        element,
+                        area: area as f32,
+                        power,
                     });
-                    powers.push(bright * 0.5 * (q - p).cross(r - p).length());
+                    let corners = [p, q, r].map(|p| p.as_vec3());
+                    let two_sided = world.materials[material].two_sided;
+                    bounds.push(LightBounds::triangle(corners, two_sided, power));
                 }
             }
         }
     }
-    (triangles, powers)
+    (triangles, bounds)
 }
 
 /// Lights in the camera frame.

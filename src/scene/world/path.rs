@@ -14,6 +14,7 @@ use glam::{DVec3, Vec3};
 use super::World;
 use super::bsdf::{Kind, Scattered};
 use super::geometry::Element;
+use super::light_tree::Receiver;
 use super::sampler::PathSamples;
 use super::surface::{Footprint, Surface};
 use super::trace::{QueryResult, RayQuery};
@@ -64,6 +65,8 @@ struct LastScattering {
     /// Density of its direction; `None` if connections could not have found it (the camera's ray, mirrors).
     density: Option<f32>,
     origin: DVec3,
+    /// Of the side from which it went out.
+    normal: Vec3,
 }
 
 /// A ray of the camera and what it meets.
@@ -141,6 +144,7 @@ impl Path {
             last: LastScattering {
                 density: None,
                 origin: start.ray.origin_mm,
+                normal: Vec3::Z,
             },
             cone: Cone {
                 width_mm: 0.0,
@@ -154,8 +158,14 @@ impl Path {
         }
     }
 
-    /// Goes on in a scattered direction; false if the path is at its end.
-    fn turn(&mut self, surface: &Surface, next: &Scattered, settings: &PathSettings) -> bool {
+    /// Goes on in a scattered direction from the side of `normal`; false if the path is at its end.
+    fn turn(
+        &mut self,
+        surface: &Surface,
+        normal: Vec3,
+        next: &Scattered,
+        settings: &PathSettings,
+    ) -> bool {
         self.throughput *= next.weight;
         match next.kind {
             Kind::Passed => {
@@ -190,6 +200,7 @@ impl Path {
                 return false;
             }
             self.last.origin = surface.position;
+            self.last.normal = normal;
             if self.bounces > settings.roulette_after {
                 let survival = (self.throughput.max_element() * self.denser).min(MOST_SURVIVAL);
                 if self.samples.pair()[0] >= survival {
@@ -271,7 +282,8 @@ impl World {
         // What is seen directly or in mirrors is worth the sharper filter.
         let is_sharp = path.last.density.is_none();
         let footprint = surface.footprint(path.cone.width_mm, direction, is_sharp);
-        *found += path.throughput * self.shine(&surface, direction, &path.last, &footprint);
+        let shine = self.shine(element, &surface, direction, &path.last, &footprint);
+        *found += path.throughput * shine;
         if path.bounces == settings.max_bounces && !self.lets_through[surface.material] {
             return;
         }
@@ -280,7 +292,8 @@ impl World {
         let (scatter_pair, light_pair) = (path.samples.pair(), path.samples.pair());
         if bsdf.is_spread()
             && path.bounces < settings.max_bounces
-            && let Some(light) = self.sample_light(surface.position, light_choice, light_pair)
+            && let Some(light) =
+                self.sample_light(surface.position, bsdf.normal, light_choice, light_pair)
         {
             let (value, density) = bsdf.value(light.direction);
             if value != Vec3::ZERO {
@@ -291,7 +304,7 @@ impl World {
             }
         }
         if let Some(next) = bsdf.sample(choice, scatter_pair)
-            && path.turn(&surface, &next, settings)
+            && path.turn(&surface, bsdf.normal, &next, settings)
         {
             queries.push(RayQuery::nearest(number, path.ray));
         }
@@ -311,6 +324,7 @@ impl World {
     /// Radiance that a surface itself sends against the ray, weighed as scattering's share.
     fn shine(
         &self,
+        element: Element,
         surface: &Surface,
         direction: Vec3,
         last: &LastScattering,
@@ -321,11 +335,9 @@ impl World {
         match last.density {
             Some(density) if radiance != Vec3::ZERO => {
                 let distance = (surface.position - last.origin).length() as f32;
-                let as_light = (self.lights).triangle_density(
-                    surface.material,
-                    surface.normal.dot(direction),
-                    distance,
-                );
+                let receiver = Receiver::new(last.origin, last.normal);
+                let cos = surface.normal.dot(direction);
+                let as_light = (self.lights).triangle_density(element, &receiver, cos, distance);
                 radiance * power_share(density, as_light)
             }
             _ => radiance,

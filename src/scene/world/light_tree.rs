@@ -1,0 +1,365 @@
+//! Many lights, each drawn about as often as it matters where it is drawn for.
+//!
+//! A tree of balls around lights; a node has up to eight. A light is drawn from the root down, at each node a child by
+//! its importance for the place (A. Conty Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree
+//! splitting*, Proc. ACM Comput. Graph. Interact. Tech. 1(2), 25 (2018)): its power over the square of the distance,
+//! times the largest cosines at which any light in the ball can send and the place can receive. An importance is 0 only
+//! where nothing arrives, so that what is drawn is right whatever the tree; a good one makes it less noisy.
+
+use glam::{DVec3, Vec3};
+
+use super::light_bounds::LightBounds;
+#[cfg(target_arch = "x86_64")]
+use crate::simd::SimdLevel;
+
+/// Children of a node.
+const WIDTH: usize = 8;
+
+/// Where light is to be received.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Receiver {
+    /// Camera frame, mm.
+    pub place: Vec3,
+    /// Unit normal of the side that receives: nothing arrives from behind it.
+    pub normal: Vec3,
+}
+
+impl Receiver {
+    /// A place in the camera frame, mm.
+    pub fn new(place: DVec3, normal: Vec3) -> Self {
+        Self {
+            place: place.as_vec3(),
+            normal,
+        }
+    }
+}
+
+/// Lights, by their place in the list that the tree was made of.
+#[derive(Clone, Debug, Default)]
+pub(super) struct LightTree {
+    nodes: Vec<Node>,
+    /// Of each light, its node and lane.
+    lights: Vec<Parent>,
+}
+
+/// A node and a lane in it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Parent {
+    node: u32,
+    lane: u32,
+}
+
+/// What a lane leads to.
+#[derive(Clone, Copy, Debug, Default)]
+enum Child {
+    #[default]
+    Nothing,
+    Light(u32),
+    Node(u32),
+}
+
+/// Up to eight children, field by field.
+#[derive(Clone, Debug, Default)]
+struct Node {
+    parent: Option<Parent>,
+    children: [Child; WIDTH],
+    /// Middles of their balls.
+    x: [f32; WIDTH],
+    y: [f32; WIDTH],
+    z: [f32; WIDTH],
+    radius_squared: [f32; WIDTH],
+    /// Middle of the directions of all normals, and cosine and sine of the largest angle to it.
+    axis_x: [f32; WIDTH],
+    axis_y: [f32; WIDTH],
+    axis_z: [f32; WIDTH],
+    cos: [f32; WIDTH],
+    sin: [f32; WIDTH],
+    power: [f32; WIDTH],
+}
+
+/// Balls are larger by this part, for rounding.
+const ROOM: f32 = 1.0 + 1e-4;
+/// Square of the least distance that counts, mm².
+const LEAST_SQUARED: f32 = 1e-12;
+
+impl Node {
+    fn set(&mut self, lane: usize, child: Child, bounds: &LightBounds) {
+        let (centre, radius) = bounds.ball();
+        let rounding = centre.abs().max_element() * (4.0 * f32::EPSILON);
+        self.children[lane] = child;
+        [self.x[lane], self.y[lane], self.z[lane]] = centre.to_array();
+        self.radius_squared[lane] = (radius * ROOM + rounding).powi(2);
+        [self.axis_x[lane], self.axis_y[lane], self.axis_z[lane]] = bounds.axis.to_array();
+        self.cos[lane] = bounds.cos;
+        self.sin[lane] = (1.0 - bounds.cos * bounds.cos).max(0.0).sqrt();
+        self.power[lane] = bounds.power as f32;
+    }
+
+    /// Importance of each child.
+    #[inline]
+    fn importances(&self, receiver: &Receiver) -> [f32; WIDTH] {
+        #[cfg(target_arch = "x86_64")]
+        if SimdLevel::detect() >= SimdLevel::Avx2 {
+            // SAFETY: `detect` found AVX2 on this CPU.
+            return unsafe { self.importances_avx2(receiver) };
+        }
+        self.importances_by(receiver)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn importances_avx2(&self, receiver: &Receiver) -> [f32; WIDTH] {
+        self.importances_by(receiver)
+    }
+
+    #[inline(always)]
+    fn importances_by(&self, receiver: &Receiver) -> [f32; WIDTH] {
+        let Receiver { place, normal } = *receiver;
+        let mut importances = [0.0; WIDTH];
+        for (i, importance) in importances.iter_mut().enumerate() {
+            let (x, y, z) = (
+                self.x[i] - place.x,
+                self.y[i] - place.y,
+                self.z[i] - place.z,
+            );
+            let squared = x * x + y * y + z * z;
+            let radius_squared = self.radius_squared[i];
+            let inverse = 1.0 / at_least(squared, LEAST_SQUARED).sqrt();
+            // Half of the angle at which the ball is seen.
+            let ball = with_cosine((radius_squared * inverse * inverse).sqrt());
+            let cos_out = -(self.axis_x[i] * x + self.axis_y[i] * y + self.axis_z[i] * z) * inverse;
+            let cos_in = (normal.x * x + normal.y * y + normal.z * z) * inverse;
+            let [sends, _] = less(less(with_sine(cos_out), [self.cos[i], self.sin[i]]), ball);
+            let [receives, _] = less(with_sine(cos_in), ball);
+            let cosines = match squared > radius_squared {
+                true => at_least(sends, 0.0) * at_least(receives, 0.0),
+                false => 1.0,
+            };
+            let nearest = at_least(at_least(squared, radius_squared), LEAST_SQUARED);
+            *importance = self.power[i] * cosines / nearest;
+        }
+        importances
+    }
+}
+
+/// The larger one; `f32::max` has NaN to mind.
+#[inline(always)]
+fn at_least(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+#[inline(always)]
+fn with_sine(cos: f32) -> [f32; 2] {
+    [cos, at_least(1.0 - cos * cos, 0.0).sqrt()]
+}
+
+#[inline(always)]
+fn with_cosine(sin: f32) -> [f32; 2] {
+    [at_least(1.0 - sin * sin, 0.0).sqrt(), sin]
+}
+
+/// Cosine and sine of an angle less another, 0 at least.
+#[inline(always)]
+fn less([cos_a, sin_a]: [f32; 2], [cos_b, sin_b]: [f32; 2]) -> [f32; 2] {
+    let difference = [cos_a * cos_b + sin_a * sin_b, sin_a * cos_b - cos_a * sin_b];
+    match cos_a > cos_b {
+        true => [1.0, 0.0],
+        false => difference,
+    }
+}
+
+impl LightTree {
+    /// Of lights whose power is above 0.
+    pub fn new(lights: &[LightBounds]) -> Self {
+        let mut tree = Self {
+            nodes: Vec::new(),
+            lights: vec![Parent::default(); lights.len()],
+        };
+        let mut all: Vec<(u32, LightBounds)> = (0..).zip(lights.iter().copied()).collect();
+        if !all.is_empty() {
+            tree.add_node(&mut all, None);
+        }
+        tree
+    }
+
+    fn add_node(&mut self, lights: &mut [(u32, LightBounds)], parent: Option<Parent>) -> u32 {
+        let number = self.nodes.len() as u32;
+        self.nodes.push(Node {
+            parent,
+            ..Node::default()
+        });
+        for (lane, group) in LightBounds::groups(lights, WIDTH).into_iter().enumerate() {
+            let here = Parent {
+                node: number,
+                lane: lane as u32,
+            };
+            let bounds = LightBounds::of(group);
+            let child = match group {
+                [(light, _)] => {
+                    self.lights[*light as usize] = here;
+                    Child::Light(*light)
+                }
+                _ => Child::Node(self.add_node(group, Some(here))),
+            };
+            self.nodes[number as usize].set(lane, child, &bounds);
+        }
+        number
+    }
+
+    /// Whether there are no lights.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// The light that `u` in 0..1 falls on, and its chance; `None` where nothing of any light arrives.
+    pub fn draw(&self, receiver: &Receiver, mut u: f32) -> Option<(usize, f32)> {
+        let mut node = self.nodes.first()?;
+        let mut chance = 1.0;
+        loop {
+            let importances = node.importances(receiver);
+            let sum: f32 = importances.iter().sum();
+            // Also false for an infinite or undefined one.
+            if !(sum > 0.0 && sum < f32::INFINITY) {
+                return None;
+            }
+            let mut rest = u * sum;
+            // The last child that has a share is for what rounding leaves.
+            let mut lane = importances.iter().rposition(|i| *i > 0.0)?;
+            for (i, importance) in importances[..lane].iter().enumerate() {
+                if rest < *importance {
+                    lane = i;
+                    break;
+                }
+                rest -= importance;
+            }
+            u = (rest / importances[lane]).clamp(0.0, 1.0 - f32::EPSILON);
+            chance *= importances[lane] / sum;
+            match node.children[lane] {
+                Child::Light(light) => return Some((light as usize, chance)),
+                Child::Node(next) => node = &self.nodes[next as usize],
+                Child::Nothing => return None,
+            }
+        }
+    }
+
+    /// The chance of a light to be drawn.
+    pub fn chance(&self, light: usize, receiver: &Receiver) -> f32 {
+        let mut chance = 1.0;
+        let mut way = self.lights.get(light).copied();
+        while let Some(Parent { node, lane }) = way {
+            let node = &self.nodes[node as usize];
+            let importances = node.importances(receiver);
+            let sum: f32 = importances.iter().sum();
+            if !(sum > 0.0 && sum < f32::INFINITY) {
+                return 0.0;
+            }
+            chance *= importances[lane as usize] / sum;
+            way = node.parent;
+        }
+        chance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::uniform;
+
+    /// Lights as small triangles: 300 of them, half in a cluster.
+    fn lights() -> Vec<LightBounds> {
+        let u = |k: usize, d: u64| uniform(5, &[k as u64, d]) as f32;
+        (0..300)
+            .map(|k| {
+                let size = if k % 2 == 0 { 3.0 } else { 1000.0 };
+                let at = |d| size * (Vec3::new(u(k, d), u(k, d + 1), u(k, d + 2)) - 0.5);
+                let corners = [0, 3, 6].map(|d| at(20) + 0.05 * at(d));
+                LightBounds::triangle(corners, k % 7 == 0, f64::from(0.1 + u(k, 11)))
+            })
+            .collect()
+    }
+
+    fn receivers() -> impl Iterator<Item = Receiver> {
+        (0..40u64).map(|k| {
+            let u = |d| uniform(6, &[k, d]) as f32 - 0.5;
+            Receiver {
+                place: 1200.0 * Vec3::new(u(0), u(1), u(2)),
+                normal: Vec3::new(u(3), u(4), u(5)).normalize(),
+            }
+        })
+    }
+
+    #[test]
+    fn chances_add_up_and_are_those_with_which_lights_are_drawn() {
+        let lights = lights();
+        let tree = LightTree::new(&lights);
+        for receiver in receivers() {
+            let chances: Vec<f32> = (0..lights.len())
+                .map(|i| tree.chance(i, &receiver))
+                .collect();
+            let sum: f32 = chances.iter().sum();
+            assert!((sum - 1.0).abs() < 1e-4, "{sum}");
+            let draws = 20_000;
+            let mut found = vec![0.0; lights.len()];
+            for i in 0..draws {
+                let u = (i as f32 + 0.5) / draws as f32;
+                let (light, chance) = tree.draw(&receiver, u).unwrap();
+                assert!((chance / chances[light] - 1.0).abs() < 1e-4);
+                found[light] += 1.0 / draws as f32;
+            }
+            for (chance, found) in chances.iter().zip(found) {
+                // A light's u are one interval.
+                assert!((chance - found).abs() < 1.5e-4, "{chance} {found}");
+            }
+        }
+    }
+
+    /// What nothing is drawn from gives nothing: every corner of a light of chance 0 is behind the receiver, or the
+    /// receiver behind the light.
+    #[test]
+    fn only_lights_of_which_nothing_arrives_have_no_chance() {
+        let u = |k: u64, d: u64| uniform(5, &[k, d]) as f32;
+        let corners: Vec<[Vec3; 3]> = (0..200u64)
+            .map(|k| {
+                let at = |d| Vec3::new(u(k, d), u(k, d + 1), u(k, d + 2)) - 0.5;
+                [0, 3, 6].map(|d| 500.0 * at(20) + 100.0 * at(d))
+            })
+            .collect();
+        let lights: Vec<LightBounds> = corners
+            .iter()
+            .map(|c| LightBounds::triangle(*c, false, 1.0))
+            .collect();
+        let tree = LightTree::new(&lights);
+        let mut without = 0;
+        for receiver in receivers() {
+            for (i, c) in corners.iter().enumerate() {
+                let front = (c[1] - c[0]).cross(c[2] - c[0]).normalize();
+                let is_lit = front.dot(receiver.place - c[0]) > 1e-3
+                    && c.iter()
+                        .any(|p| receiver.normal.dot(*p - receiver.place) > 1e-3);
+                let chance = tree.chance(i, &receiver);
+                assert!(chance > 0.0 || !is_lit, "light {i}");
+                without += usize::from(chance == 0.0);
+            }
+        }
+        // And half of all others are left out indeed.
+        assert!(without > 200 * 40 / 3, "{without}");
+    }
+
+    #[test]
+    fn a_tree_of_no_light_of_one_and_of_many_at_one_place() {
+        let receiver = Receiver {
+            place: Vec3::ZERO,
+            normal: Vec3::Z,
+        };
+        assert!(LightTree::new(&[]).draw(&receiver, 0.5).is_none());
+        let one = LightBounds::point(Vec3::Z, 1.0);
+        assert_eq!(LightTree::new(&[one]).draw(&receiver, 0.5), Some((0, 1.0)));
+        let tree = LightTree::new(&[one; 1000]);
+        let (light, chance) = tree.draw(&receiver, 0.7).unwrap();
+        assert!((chance - 1e-3).abs() < 1e-6);
+        assert!((tree.chance(light, &receiver) - chance).abs() < 1e-9);
+        // Where the place is the light's own.
+        let inside = LightTree::new(&[LightBounds::point(Vec3::ZERO, 1.0); 2]);
+        assert!(inside.draw(&receiver, 0.7).is_some());
+    }
+}
