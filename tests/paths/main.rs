@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 mod closed_forms;
+mod many_lights;
 mod plain;
 mod render;
 #[path = "../common/shots.rs"]

@@ -24,7 +24,12 @@ impl Plain {
                     let p = mesh.positions_mm[v as usize].map(f64::from);
                     i.camera_from_mesh.transform_point3(DVec3::from(p))
                 };
-                (t.map(corner), material)
+                // A mirror image's front is the front's mirror image.
+                let mut corners = t.map(corner);
+                if i.camera_from_mesh.matrix3.determinant() < 0.0 {
+                    corners.swap(1, 2);
+                }
+                (corners, material)
             })
         });
         Self {
@@ -59,7 +64,7 @@ impl Plain {
                 break;
             };
             let m = &self.materials[material];
-            if front.dot(d) < 0.0 {
+            if m.two_sided || front.dot(d) < 0.0 {
                 sum += weight * DVec3::from(m.emission.map(f64::from));
             }
             let n = if front.dot(d) < 0.0 { front } else { -front };
@@ -98,6 +103,11 @@ fn a_plain_path_tracer_without_connections_agrees_within_its_variance() {
         3,
     );
     world.add(lamp, 1);
+    agrees(world);
+}
+
+/// Both tracers along 36 rays into a world: equal within what their paths vary.
+pub fn agrees(world: WorldDescription) {
     let plain = Plain::new(&world);
     let world = World::new(world).unwrap();
     let settings = bounces(4);

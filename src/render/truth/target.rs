@@ -31,8 +31,9 @@ const COLUMNS: usize = 16;
 
 impl SightRays {
     /// The target, W × H × 3, in the unit of the sum image: radiance × what a white wall would give there. NaN where
-    /// there is no ray of sight. A world of meshes is given as many paths per pixel as `settings` has rays, 16 at
-    /// least.
+    /// there is no ray of sight. A world of meshes is given half as many paths per pixel as `settings` has rays, 16 at
+    /// least: with them the target errs about as much as the sum image, or less
+    /// (benches/runs/2026-11-28/lights.md).
     pub fn target(
         &self,
         camera: &Camera,
@@ -87,7 +88,7 @@ impl Sampler<'_> {
         let n = width * PLACES;
         // Cards need no light to be followed.
         let paths = match self.scene.world() {
-            Some(_) => self.settings.rays_per_pixel.div_ceil(PLACES),
+            Some(_) => self.settings.rays_per_pixel.div_ceil(2 * PLACES),
             None => 1,
         };
         let mut out = vec![0.0; 3 * n];

@@ -60,10 +60,10 @@ impl LightBounds {
         self.power += other.power;
     }
 
-    /// Middle and radius of a ball around the box, mm.
-    pub fn ball(&self) -> (Vec3, f32) {
-        let centre = 0.5 * (self.least + self.greatest);
-        (centre, (self.greatest - centre).length())
+    /// Middle of the box and half of its sides, mm.
+    pub fn middle_and_half(&self) -> (Vec3, Vec3) {
+        let middle = self.middle();
+        (middle, self.greatest - middle)
     }
 
     fn middle(&self) -> Vec3 {

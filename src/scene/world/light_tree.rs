@@ -63,11 +63,14 @@ enum Child {
 struct Node {
     parent: Option<Parent>,
     children: [Child; WIDTH],
-    /// Middles of their balls.
+    /// Middles of their boxes, half of the boxes' sides, radius of the balls around them.
     x: [f32; WIDTH],
     y: [f32; WIDTH],
     z: [f32; WIDTH],
-    radius_squared: [f32; WIDTH],
+    half_x: [f32; WIDTH],
+    half_y: [f32; WIDTH],
+    half_z: [f32; WIDTH],
+    radius: [f32; WIDTH],
     /// Middle of the directions of all normals, and cosine and sine of the largest angle to it.
     axis_x: [f32; WIDTH],
     axis_y: [f32; WIDTH],
@@ -77,18 +80,19 @@ struct Node {
     power: [f32; WIDTH],
 }
 
-/// Balls are larger by this part, for rounding.
+/// Boxes and balls are larger by this part, for rounding.
 const ROOM: f32 = 1.0 + 1e-4;
 /// Square of the least distance that counts, mm².
 const LEAST_SQUARED: f32 = 1e-12;
 
 impl Node {
     fn set(&mut self, lane: usize, child: Child, bounds: &LightBounds) {
-        let (centre, radius) = bounds.ball();
-        let rounding = centre.abs().max_element() * (4.0 * f32::EPSILON);
+        let (centre, half) = bounds.middle_and_half();
+        let half = half * ROOM + centre.abs().max_element() * (4.0 * f32::EPSILON);
         self.children[lane] = child;
         [self.x[lane], self.y[lane], self.z[lane]] = centre.to_array();
-        self.radius_squared[lane] = (radius * ROOM + rounding).powi(2);
+        [self.half_x[lane], self.half_y[lane], self.half_z[lane]] = half.to_array();
+        self.radius[lane] = half.length() * ROOM;
         [self.axis_x[lane], self.axis_y[lane], self.axis_z[lane]] = bounds.axis.to_array();
         self.cos[lane] = bounds.cos;
         self.sin[lane] = (1.0 - bounds.cos * bounds.cos).max(0.0).sqrt();
@@ -123,19 +127,25 @@ impl Node {
                 self.z[i] - place.z,
             );
             let squared = x * x + y * y + z * z;
-            let radius_squared = self.radius_squared[i];
+            let radius = self.radius[i];
             let inverse = 1.0 / at_least(squared, LEAST_SQUARED).sqrt();
             // Half of the angle at which the ball is seen.
-            let ball = with_cosine((radius_squared * inverse * inverse).sqrt());
+            let ball = with_cosine(radius * inverse);
             let cos_out = -(self.axis_x[i] * x + self.axis_y[i] * y + self.axis_z[i] * z) * inverse;
-            let cos_in = (normal.x * x + normal.y * y + normal.z * z) * inverse;
+            let height = normal.x * x + normal.y * y + normal.z * z;
+            let rise = normal.x.abs() * self.half_x[i]
+                + normal.y.abs() * self.half_y[i]
+                + normal.z.abs() * self.half_z[i];
             let [sends, _] = less(less(with_sine(cos_out), [self.cos[i], self.sin[i]]), ball);
-            let [receives, _] = less(with_sine(cos_in), ball);
-            let cosines = match squared > radius_squared {
-                true => at_least(sends, 0.0) * at_least(receives, 0.0),
+            let [receives, _] = less(with_sine(height * inverse), ball);
+            // Nothing in the box is higher above the receiver's plane, nor nearer than the ball.
+            let distance = squared * inverse;
+            let steepest = (height + rise) / at_least(distance - radius, LEAST_SQUARED);
+            let cosines = match distance > radius {
+                true => at_least(sends, 0.0) * at_least(at_most(receives, steepest), 0.0),
                 false => 1.0,
             };
-            let nearest = at_least(at_least(squared, radius_squared), LEAST_SQUARED);
+            let nearest = at_least(at_least(squared, radius * radius), LEAST_SQUARED);
             *importance = self.power[i] * cosines / nearest;
         }
         importances
@@ -146,6 +156,11 @@ impl Node {
 #[inline(always)]
 fn at_least(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
+}
+
+#[inline(always)]
+fn at_most(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }
 
 #[inline(always)]
@@ -211,7 +226,8 @@ impl LightTree {
         self.nodes.is_empty()
     }
 
-    /// The light that `u` in 0..1 falls on, and its chance; `None` where nothing of any light arrives.
+    /// The light that `u` in 0..1 falls on, and its chance; `None` for the `u` (all of them, if nothing arrives at all)
+    /// of lights of which, on a closer look, nothing arrives.
     pub fn draw(&self, receiver: &Receiver, mut u: f32) -> Option<(usize, f32)> {
         let mut node = self.nodes.first()?;
         let mut chance = 1.0;
@@ -257,109 +273,5 @@ impl LightTree {
             way = node.parent;
         }
         chance
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sampling::uniform;
-
-    /// Lights as small triangles: 300 of them, half in a cluster.
-    fn lights() -> Vec<LightBounds> {
-        let u = |k: usize, d: u64| uniform(5, &[k as u64, d]) as f32;
-        (0..300)
-            .map(|k| {
-                let size = if k % 2 == 0 { 3.0 } else { 1000.0 };
-                let at = |d| size * (Vec3::new(u(k, d), u(k, d + 1), u(k, d + 2)) - 0.5);
-                let corners = [0, 3, 6].map(|d| at(20) + 0.05 * at(d));
-                LightBounds::triangle(corners, k % 7 == 0, f64::from(0.1 + u(k, 11)))
-            })
-            .collect()
-    }
-
-    fn receivers() -> impl Iterator<Item = Receiver> {
-        (0..40u64).map(|k| {
-            let u = |d| uniform(6, &[k, d]) as f32 - 0.5;
-            Receiver {
-                place: 1200.0 * Vec3::new(u(0), u(1), u(2)),
-                normal: Vec3::new(u(3), u(4), u(5)).normalize(),
-            }
-        })
-    }
-
-    #[test]
-    fn chances_add_up_and_are_those_with_which_lights_are_drawn() {
-        let lights = lights();
-        let tree = LightTree::new(&lights);
-        for receiver in receivers() {
-            let chances: Vec<f32> = (0..lights.len())
-                .map(|i| tree.chance(i, &receiver))
-                .collect();
-            let sum: f32 = chances.iter().sum();
-            assert!((sum - 1.0).abs() < 1e-4, "{sum}");
-            let draws = 20_000;
-            let mut found = vec![0.0; lights.len()];
-            for i in 0..draws {
-                let u = (i as f32 + 0.5) / draws as f32;
-                let (light, chance) = tree.draw(&receiver, u).unwrap();
-                assert!((chance / chances[light] - 1.0).abs() < 1e-4);
-                found[light] += 1.0 / draws as f32;
-            }
-            for (chance, found) in chances.iter().zip(found) {
-                // A light's u are one interval.
-                assert!((chance - found).abs() < 1.5e-4, "{chance} {found}");
-            }
-        }
-    }
-
-    /// What nothing is drawn from gives nothing: every corner of a light of chance 0 is behind the receiver, or the
-    /// receiver behind the light.
-    #[test]
-    fn only_lights_of_which_nothing_arrives_have_no_chance() {
-        let u = |k: u64, d: u64| uniform(5, &[k, d]) as f32;
-        let corners: Vec<[Vec3; 3]> = (0..200u64)
-            .map(|k| {
-                let at = |d| Vec3::new(u(k, d), u(k, d + 1), u(k, d + 2)) - 0.5;
-                [0, 3, 6].map(|d| 500.0 * at(20) + 100.0 * at(d))
-            })
-            .collect();
-        let lights: Vec<LightBounds> = corners
-            .iter()
-            .map(|c| LightBounds::triangle(*c, false, 1.0))
-            .collect();
-        let tree = LightTree::new(&lights);
-        let mut without = 0;
-        for receiver in receivers() {
-            for (i, c) in corners.iter().enumerate() {
-                let front = (c[1] - c[0]).cross(c[2] - c[0]).normalize();
-                let is_lit = front.dot(receiver.place - c[0]) > 1e-3
-                    && c.iter()
-                        .any(|p| receiver.normal.dot(*p - receiver.place) > 1e-3);
-                let chance = tree.chance(i, &receiver);
-                assert!(chance > 0.0 || !is_lit, "light {i}");
-                without += usize::from(chance == 0.0);
-            }
-        }
-        // And half of all others are left out indeed.
-        assert!(without > 200 * 40 / 3, "{without}");
-    }
-
-    #[test]
-    fn a_tree_of_no_light_of_one_and_of_many_at_one_place() {
-        let receiver = Receiver {
-            place: Vec3::ZERO,
-            normal: Vec3::Z,
-        };
-        assert!(LightTree::new(&[]).draw(&receiver, 0.5).is_none());
-        let one = LightBounds::point(Vec3::Z, 1.0);
-        assert_eq!(LightTree::new(&[one]).draw(&receiver, 0.5), Some((0, 1.0)));
-        let tree = LightTree::new(&[one; 1000]);
-        let (light, chance) = tree.draw(&receiver, 0.7).unwrap();
-        assert!((chance - 1e-3).abs() < 1e-6);
-        assert!((tree.chance(light, &receiver) - chance).abs() < 1e-9);
-        // Where the place is the light's own.
-        let inside = LightTree::new(&[LightBounds::point(Vec3::ZERO, 1.0); 2]);
-        assert!(inside.draw(&receiver, 0.7).is_some());
     }
 }

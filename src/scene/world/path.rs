@@ -39,7 +39,7 @@ impl Default for PathSettings {
     fn default() -> Self {
         Self {
             max_bounces: 16,
-            roulette_after: 4,
+            roulette_after: 3,
             clamp: None,
         }
     }
@@ -202,7 +202,8 @@ impl Path {
             self.last.origin = surface.position;
             self.last.normal = normal;
             if self.bounces > settings.roulette_after {
-                let survival = (self.throughput.max_element() * self.denser).min(MOST_SURVIVAL);
+                let left = self.throughput.max_element() * self.denser;
+                let survival = left.sqrt().min(MOST_SURVIVAL);
                 if self.samples.pair()[0] >= survival {
                     return false;
                 }

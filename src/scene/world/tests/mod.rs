@@ -1,4 +1,5 @@
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
+mod light_tree;
 mod materials;
 mod rays;

@@ -1,0 +1,110 @@
+//! Chances of many lights: they add up, and none is 0 of a light that lights.
+
+use glam::Vec3;
+
+use super::super::light_bounds::LightBounds;
+use super::super::light_tree::{LightTree, Receiver};
+use crate::sampling::uniform;
+
+/// Lights as small triangles: 300 of them, half in a cluster.
+fn lights() -> Vec<LightBounds> {
+    let u = |k: usize, d: u64| uniform(5, &[k as u64, d]) as f32;
+    (0..300)
+        .map(|k| {
+            let size = if k % 2 == 0 { 3.0 } else { 1000.0 };
+            let at = |d| size * (Vec3::new(u(k, d), u(k, d + 1), u(k, d + 2)) - 0.5);
+            let corners = [0, 3, 6].map(|d| at(20) + 0.05 * at(d));
+            LightBounds::triangle(corners, k % 7 == 0, f64::from(0.1 + u(k, 11)))
+        })
+        .collect()
+}
+
+fn receivers() -> impl Iterator<Item = Receiver> {
+    (0..40u64).map(|k| {
+        let u = |d| uniform(6, &[k, d]) as f32 - 0.5;
+        Receiver {
+            place: 1200.0 * Vec3::new(u(0), u(1), u(2)),
+            normal: Vec3::new(u(3), u(4), u(5)).normalize(),
+        }
+    })
+}
+
+#[test]
+fn chances_add_up_and_are_those_with_which_lights_are_drawn() {
+    let lights = lights();
+    let tree = LightTree::new(&lights);
+    for receiver in receivers() {
+        let chances: Vec<f32> = (0..lights.len())
+            .map(|i| tree.chance(i, &receiver))
+            .collect();
+        let draws = 20_000;
+        let mut found = vec![0.0; lights.len()];
+        let mut without = 0.0;
+        for i in 0..draws {
+            let u = (i as f32 + 0.5) / draws as f32;
+            let Some((light, chance)) = tree.draw(&receiver, u) else {
+                without += 1.0 / draws as f32;
+                continue;
+            };
+            assert!((chance / chances[light] - 1.0).abs() < 1e-4);
+            found[light] += 1.0 / draws as f32;
+        }
+        // A node may lead to lights of which, on a closer look, nothing arrives.
+        let sum: f32 = chances.iter().sum();
+        assert!((sum + without - 1.0).abs() < 1e-3, "{sum}, {without}");
+        for (chance, found) in chances.iter().zip(found) {
+            // A light's u are one interval.
+            assert!((chance - found).abs() < 1.5e-4, "{chance} {found}");
+        }
+    }
+}
+
+/// What nothing is drawn from gives nothing: every corner of a light of chance 0 is behind the receiver, or the
+/// receiver behind the light.
+#[test]
+fn only_lights_of_which_nothing_arrives_have_no_chance() {
+    let u = |k: u64, d: u64| uniform(5, &[k, d]) as f32;
+    let corners: Vec<[Vec3; 3]> = (0..200u64)
+        .map(|k| {
+            let at = |d| Vec3::new(u(k, d), u(k, d + 1), u(k, d + 2)) - 0.5;
+            [0, 3, 6].map(|d| 500.0 * at(20) + 100.0 * at(d))
+        })
+        .collect();
+    let lights: Vec<LightBounds> = corners
+        .iter()
+        .map(|c| LightBounds::triangle(*c, false, 1.0))
+        .collect();
+    let tree = LightTree::new(&lights);
+    let mut without = 0;
+    for receiver in receivers() {
+        for (i, c) in corners.iter().enumerate() {
+            let front = (c[1] - c[0]).cross(c[2] - c[0]).normalize();
+            let is_lit = front.dot(receiver.place - c[0]) > 1e-3
+                && c.iter()
+                    .any(|p| receiver.normal.dot(*p - receiver.place) > 1e-3);
+            let chance = tree.chance(i, &receiver);
+            assert!(chance > 0.0 || !is_lit, "light {i}");
+            without += usize::from(chance == 0.0);
+        }
+    }
+    // And half of all others are left out indeed.
+    assert!(without > 200 * 40 / 3, "{without}");
+}
+
+#[test]
+fn a_tree_of_no_light_of_one_and_of_many_at_one_place() {
+    let receiver = Receiver {
+        place: Vec3::ZERO,
+        normal: Vec3::Z,
+    };
+    assert!(LightTree::new(&[]).draw(&receiver, 0.5).is_none());
+    let one = LightBounds::point(Vec3::Z, 1.0);
+    assert_eq!(LightTree::new(&[one]).draw(&receiver, 0.5), Some((0, 1.0)));
+    let tree = LightTree::new(&[one; 1000]);
+    let (light, chance) = tree.draw(&receiver, 0.7).unwrap();
+    assert!((chance - 1e-3).abs() < 1e-6);
+    assert!((tree.chance(light, &receiver) - chance).abs() < 1e-9);
+    // Where the place is the light's own.
+    let inside = LightTree::new(&[LightBounds::point(Vec3::ZERO, 1.0); 2]);
+    assert!(inside.draw(&receiver, 0.7).is_some());
+}
