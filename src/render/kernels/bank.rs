@@ -3,9 +3,10 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::depth::{DepthKernels, Support};
+use super::depth::DepthKernels;
 use super::error::KernelError;
 use super::footprint::Footprint;
+use super::support::Support;
 use super::traced::Traced;
 use crate::field::FieldGrid;
 use crate::memory;

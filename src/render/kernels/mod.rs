@@ -18,9 +18,11 @@ mod depth;
 mod error;
 mod footprint;
 mod node;
+mod support;
 mod traced;
 
 pub use bank::{BankPlan, KernelBank, LaneFigures};
-pub use depth::{DepthKernels, Support};
+pub use depth::DepthKernels;
 pub use error::KernelError;
 pub use footprint::Footprint;
+pub use support::Support;

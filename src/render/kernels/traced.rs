@@ -4,9 +4,9 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::bank::BankPlan;
-use super::depth::Support;
 use super::error::KernelError;
 use super::node::{Node, NodeRays};
+use super::support::Support;
 use crate::field::{FieldGrid, mirrored};
 use crate::memory;
 use crate::render::Camera;

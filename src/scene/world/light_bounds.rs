@@ -47,7 +47,7 @@ impl LightBounds {
     }
 
     /// Of all lights of a group, one at least.
-    pub fn of(group: &[(u32, Self)]) -> Self {
+    fn of(group: &[(u32, Self)]) -> Self {
         let mut all = group[0].1;
         group[1..].iter().for_each(|(_, one)| all.join(one));
         all
@@ -86,21 +86,21 @@ impl LightBounds {
         self.power * f64::from(size) * f64::from(solid.max(0.0) + 1e-3)
     }
 
-    /// Parts lights into at most `most` groups, the costliest first.
-    pub fn groups(lights: &mut [(u32, Self)], most: usize) -> Vec<&mut [(u32, Self)]> {
-        let mut groups = vec![lights];
+    /// Parts lights, one at least, into at most `most` groups that lie together, each with its bounds.
+    pub fn groups(lights: &mut [(u32, Self)], most: usize) -> Vec<(Self, &mut [(u32, Self)])> {
+        let mut groups = vec![(Self::of(lights), lights)];
         while groups.len() < most {
-            let costs = groups.iter().map(|group| match group.len() {
+            let costs = groups.iter().map(|(bounds, group)| match group.len() {
                 1 => -1.0,
-                _ => Self::of(group).cost(),
+                _ => bounds.cost(),
             });
             let costliest = costs.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
             let Some((costliest, _)) = costliest.filter(|(_, cost)| *cost >= 0.0) else {
                 break;
             };
-            let (a, b) = parted(groups.swap_remove(costliest));
-            groups.push(a);
-            groups.push(b);
+            let (_, group) = groups.swap_remove(costliest);
+            let (a, b) = parted(group);
+            groups.extend([a, b].map(|group| (Self::of(group), group)));
         }
         groups
     }
@@ -108,6 +108,10 @@ impl LightBounds {
 
 /// The cone around two.
 fn joined((axis_a, cos_a): (Vec3, f32), (axis_b, cos_b): (Vec3, f32)) -> (Vec3, f32) {
+    // Most of many lights: balls and points.
+    if cos_a == -1.0 || cos_b == -1.0 {
+        return (Vec3::Z, -1.0);
+    }
     let [half_a, half_b] = [cos_a, cos_b].map(|c| c.clamp(-1.0, 1.0).acos());
     let between = axis_a.dot(axis_b).clamp(-1.0, 1.0).acos();
     let pi = std::f32::consts::PI;
@@ -165,8 +169,14 @@ fn parted(
     }
     let half = match best {
         Some((_, axis, first)) => {
-            lights.sort_by_key(|(light, b)| (bin(b, axis) >= first, *light));
-            lights.partition_point(|(_, b)| bin(b, axis) < first)
+            let mut below = 0;
+            for i in 0..lights.len() {
+                if bin(&lights[i].1, axis) < first {
+                    lights.swap(i, below);
+                    below += 1;
+                }
+            }
+            below
         }
         // All at one place.
         None => lights.len() / 2,

@@ -203,12 +203,12 @@ impl LightTree {
             parent,
             ..Node::default()
         });
-        for (lane, group) in LightBounds::groups(lights, WIDTH).into_iter().enumerate() {
+        let groups = LightBounds::groups(lights, WIDTH).into_iter();
+        for (lane, (bounds, group)) in groups.enumerate() {
             let here = Parent {
                 node: number,
                 lane: lane as u32,
             };
-            let bounds = LightBounds::of(group);
             let child = match group {
                 [(light, _)] => {
                     self.lights[*light as usize] = here;

@@ -18,6 +18,7 @@ mod crowd;
 mod description;
 mod environment;
 mod fold;
+mod found_light;
 mod geometry;
 mod lamps;
 mod lanes;

@@ -9,14 +9,14 @@
 //! Texture lookups are filtered by a cone around the path (T. Akenine-Möller et al., *Ray Tracing Gems* (2019), ch.
 //! 20): as wide as the sampling of the image asks for, wider after each rough surface.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 use super::World;
 use super::bsdf::{Kind, Scattered};
+use super::found_light::{LastScattering, power_share};
 use super::geometry::Element;
-use super::light_tree::Receiver;
 use super::sampler::PathSamples;
-use super::surface::{Footprint, Surface};
+use super::surface::Surface;
 use super::trace::{QueryResult, RayQuery};
 use super::walk::Walks;
 use crate::rays::Ray;
@@ -57,16 +57,6 @@ const DIFFUSE_SPREAD: f32 = 0.2;
 struct Cone {
     width_mm: f32,
     spread: f32,
-}
-
-/// What the next hit of a path needs to know of the last scattering.
-#[derive(Clone, Copy, Debug)]
-struct LastScattering {
-    /// Density of its direction; `None` if connections could not have found it (the camera's ray, mirrors).
-    density: Option<f32>,
-    origin: DVec3,
-    /// Of the side from which it went out.
-    normal: Vec3,
 }
 
 /// A ray of the camera and what it meets.
@@ -310,47 +300,6 @@ impl World {
             queries.push(RayQuery::nearest(number, path.ray));
         }
     }
-
-    /// Radiance from beyond everything, weighed as scattering's share.
-    fn background(&self, direction: Vec3, last: &LastScattering) -> Vec3 {
-        let sky = self.sky.radiance(direction);
-        let (disc, disc_density) = self.lights.sun_disc(direction);
-        let Some(density) = last.density else {
-            return sky + disc;
-        };
-        sky * power_share(density, self.sky_density(direction))
-            + disc * power_share(density, disc_density)
-    }
-
-    /// Radiance that a surface itself sends against the ray, weighed as scattering's share.
-    fn shine(
-        &self,
-        element: Element,
-        surface: &Surface,
-        direction: Vec3,
-        last: &LastScattering,
-        footprint: &Footprint,
-    ) -> Vec3 {
-        let is_front = surface.normal.dot(direction) < 0.0;
-        let radiance = self.emission(surface, is_front, footprint);
-        match last.density {
-            Some(density) if radiance != Vec3::ZERO => {
-                let distance = (surface.position - last.origin).length() as f32;
-                let receiver = Receiver::new(last.origin, last.normal);
-                let cos = surface.normal.dot(direction);
-                let as_light = (self.lights).triangle_density(element, &receiver, cos, distance);
-                radiance * power_share(density, as_light)
-            }
-            _ => radiance,
-        }
-    }
-}
-
-/// Share of the technique of density `a` beside one of density `b`; `a` > 0.
-fn power_share(a: f32, b: f32) -> f32 {
-    // As a ratio, so that large densities do not overflow.
-    let ratio = b / a;
-    1.0 / (1.0 + ratio * ratio)
 }
 
 /// A ray away from a surface, from so far beside it that rounding to f32 leaves it on the same side.
