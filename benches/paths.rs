@@ -86,7 +86,7 @@ impl Shot {
             direction: DVec3::new(place(column, 0), -place(row, 1), -1.0).normalize(),
             key: PathKey {
                 key,
-                first: sample,
+                number: sample,
                 spread: 1e-3,
             },
         }

@@ -171,7 +171,7 @@ fn shoot(world: &World, camera: &Camera, paths: u64) -> (Image, Image) {
             let origin = camera.radius_mm * DVec3::new(a, b, 0.0);
             let key = PathKey {
                 key,
-                first: 0,
+                number: 0,
                 spread: 0.0,
             };
             let direction = (target - origin).normalize();

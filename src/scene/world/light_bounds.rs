@@ -16,6 +16,9 @@ pub(super) struct LightBounds {
     pub power: f64,
 }
 
+/// Lights, each with its place in the list of all, that are parted in place.
+pub(super) type Group<'a> = &'a mut [(u32, LightBounds)];
+
 /// Bins of an axis in the search of a place to part lights.
 const BINS: usize = 12;
 
@@ -87,7 +90,7 @@ impl LightBounds {
     }
 
     /// Parts lights, one at least, into at most `most` groups that lie together, each with its bounds.
-    pub fn groups(lights: &mut [(u32, Self)], most: usize) -> Vec<(Self, &mut [(u32, Self)])> {
+    pub fn groups(lights: Group<'_>, most: usize) -> Vec<(Self, Group<'_>)> {
         let mut groups = vec![(Self::of(lights), lights)];
         while groups.len() < most {
             let costs = groups.iter().map(|(bounds, group)| match group.len() {
@@ -133,9 +136,7 @@ fn joined((axis_a, cos_a): (Vec3, f32), (axis_b, cos_b): (Vec3, f32)) -> (Vec3, 
 }
 
 /// Two groups of two or more lights, neither empty.
-fn parted(
-    lights: &mut [(u32, LightBounds)],
-) -> (&mut [(u32, LightBounds)], &mut [(u32, LightBounds)]) {
+fn parted(lights: Group<'_>) -> (Group<'_>, Group<'_>) {
     let middles = || lights.iter().map(|(_, b)| b.middle());
     let least = middles().fold(Vec3::INFINITY, Vec3::min);
     let greatest = middles().fold(Vec3::NEG_INFINITY, Vec3::max);

@@ -8,7 +8,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::light_bounds::LightBounds;
+use super::light_bounds::{Group, LightBounds};
 #[cfg(target_arch = "x86_64")]
 use crate::simd::SimdLevel;
 
@@ -197,7 +197,7 @@ impl LightTree {
         tree
     }
 
-    fn add_node(&mut self, lights: &mut [(u32, LightBounds)], parent: Option<Parent>) -> u32 {
+    fn add_node(&mut self, lights: Group<'_>, parent: Option<Parent>) -> u32 {
         let number = self.nodes.len() as u32;
         self.nodes.push(Node {
             parent,
