@@ -254,6 +254,40 @@ fn a_square_lamp_lights_a_floor_by_its_form_factor() {
 }
 
 #[test]
+fn a_lamp_close_to_a_floor_far_away_lights_it_by_its_form_factor() {
+    // As above, 8 mm above a floor 3 m away: rounding of places is thousands of times that of their distance.
+    let (a, h, far) = (5.0, 8.0, DVec3::new(300.0, -900.0, -3000.0));
+    let mut world = WorldDescription {
+        materials: vec![Material::emitter([3.0; 3]), Material::diffuse([0.5; 3])],
+        ..WorldDescription::default()
+    };
+    let corner = far + DVec3::new(-a, h, -a);
+    let mut lamp = TriangleMesh::rectangle(corner, DVec3::X * 2.0 * a, DVec3::Z * 2.0 * a, 0);
+    for [_, b, c] in &mut lamp.triangles {
+        std::mem::swap(b, c);
+    }
+    world.add(lamp, 1);
+    let corner = far + DVec3::new(-50.0, 0.0, -50.0);
+    world.add(
+        TriangleMesh::rectangle(corner, DVec3::Z * 100.0, DVec3::X * 100.0, 1),
+        2,
+    );
+    let world = World::new(world).unwrap();
+    let x: f64 = a / h;
+    let root = (1.0 + x * x).sqrt();
+    let form = 4.0 / std::f64::consts::PI * (x / root) * (x / root).atan();
+    // From between lamp and floor.
+    let eye = far + DVec3::new(7.0, 1.0, 0.0);
+    let direction = (far - eye).normalize();
+    let [(value, error), ..] = mean(&world, (eye, direction), &bounces(1), 20_000);
+    let exact = 0.5 * 3.0 * form;
+    assert!(
+        (value - exact).abs() < 4.0 * error + 1e-3 * exact && error < 0.01 * exact,
+        "{value} ± {error}, exact {exact}"
+    );
+}
+
+#[test]
 fn a_panorama_lights_a_floor_by_the_integral_over_its_cells() {
     // A dark sky with one bright cell and a gradient; the sum over cells is the closed form of the interpolated picture
     // within 1 %, so the map is fine and smooth.

@@ -14,16 +14,13 @@ use super::surface::Footprint;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightSample {
     pub direction: Vec3,
-    /// To just before the light, mm.
-    pub distance: f32,
+    /// Just before the light, camera frame, mm; `None` for one at infinity.
+    pub place: Option<DVec3>,
     /// Radiance / density.
     pub weight: Vec3,
     /// Per solid angle, the light's choice included; `None` for a light that scattering cannot find.
     pub density: Option<f32>,
 }
-
-/// Rays end this share before a light's surface.
-const SHORTENED: f32 = 1.0 - 2e-5;
 
 /// The entry that `u` in 0..1 falls on, its chance, and `u` stretched over it.
 fn draw(sums: &[f64], u: f64) -> Option<(usize, f64, f64)> {
@@ -87,7 +84,7 @@ impl World {
         let density = lights.density_of(index, chance, cos, distance as f32);
         (radiance != Vec3::ZERO && density > 0.0 && direction.is_finite()).then(|| LightSample {
             direction,
-            distance: distance as f32 * SHORTENED,
+            place: Some(surface.beside(-direction)),
             weight: radiance / density,
             density: Some(density),
         })
@@ -101,7 +98,7 @@ impl World {
         if !sun.is_disc() {
             return Some(LightSample {
                 direction: sun.direction,
-                distance: f32::INFINITY,
+                place: None,
                 weight: sun.irradiance / chance,
                 density: None,
             });
@@ -115,7 +112,7 @@ impl World {
         let (radiance, density) = lights.sun_disc(direction);
         (density > 0.0).then(|| LightSample {
             direction,
-            distance: f32::INFINITY,
+            place: None,
             weight: radiance / density,
             density: Some(density),
         })
@@ -136,7 +133,7 @@ impl World {
         });
         (share > 0.0 && distance > 0.0).then(|| LightSample {
             direction,
-            distance: distance * SHORTENED,
+            place: Some(point.position),
             weight: point.intensity
                 * (share / (distance * distance * chance * self.lights.kind_chance())),
             density: None,
@@ -151,7 +148,7 @@ impl World {
         let density = density * self.lights.kind_chance();
         (density > 0.0).then(|| LightSample {
             direction,
-            distance: f32::INFINITY,
+            place: None,
             weight: self.sky.radiance(direction) / density,
             density: Some(density),
         })

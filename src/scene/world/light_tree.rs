@@ -4,7 +4,12 @@
 //! its importance for the place (A. Conty Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree
 //! splitting*, Proc. ACM Comput. Graph. Interact. Tech. 1(2), 25 (2018)): its power over the square of the distance,
 //! times the largest cosines at which any light in the ball can send and the place can receive. An importance is 0 only
-//! where nothing arrives, so that what is drawn is right whatever the tree; a good one makes it less noisy.
+//! where nothing arrives.
+//!
+//! Importances do not know what stands in the way. Where the nearest light is hidden, the others would be drawn so
+//! seldom, with such weights, that pictures of any affordable number of paths miss them. So a part of the draws goes by
+//! power alone (T. Hesterberg, *Technometrics* 37(2), 185 (1995): defensive mixtures), and no weight is larger than
+//! one over that part of what power alone would give.
 
 use glam::{DVec3, Vec3};
 
@@ -40,7 +45,12 @@ pub(super) struct LightTree {
     nodes: Vec<Node>,
     /// Of each light, its node and lane.
     lights: Vec<Parent>,
+    /// Running sums of the lights' parts of all power.
+    shares: Vec<f64>,
 }
+
+/// Part of the draws that goes by power alone.
+const BY_POWER: f32 = 0.125;
 
 /// A node and a lane in it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -82,6 +92,8 @@ struct Node {
 
 /// Boxes and balls are larger by this part, for rounding.
 const ROOM: f32 = 1.0 + 1e-4;
+/// Normals within 2 mrad of their axis are alike.
+const FLAT: f32 = 1.0 - 2e-6;
 /// Square of the least distance that counts, mm².
 const LEAST_SQUARED: f32 = 1e-12;
 
@@ -136,15 +148,22 @@ impl Node {
             let rise = normal.x.abs() * self.half_x[i]
                 + normal.y.abs() * self.half_y[i]
                 + normal.z.abs() * self.half_z[i];
+            // Of normals that are all alike, what is behind all of their planes gets nothing.
+            let is_behind = self.cos[i] > FLAT
+                && cos_out * squared * inverse
+                    + self.axis_x[i].abs() * self.half_x[i]
+                    + self.axis_y[i].abs() * self.half_y[i]
+                    + self.axis_z[i].abs() * self.half_z[i]
+                    <= 0.0;
             let [sends, _] = less(less(with_sine(cos_out), [self.cos[i], self.sin[i]]), ball);
             let [receives, _] = less(with_sine(height * inverse), ball);
             // Nothing in the box is higher above the receiver's plane, nor nearer than the ball.
             let distance = squared * inverse;
             let steepest = (height + rise) / at_least(distance - radius, LEAST_SQUARED);
-            let cosines = match distance > radius {
-                true => at_least(sends, 0.0) * at_least(at_most(receives, steepest), 0.0),
-                false => 1.0,
-            };
+            let outside = at_least(sends, 0.0) * at_least(at_most(receives, steepest), 0.0);
+            let near = if height + rise > 0.0 { 1.0 } else { 0.0 };
+            let cosines = if distance > radius { outside } else { near };
+            let cosines = if is_behind { 0.0 } else { cosines };
             let nearest = at_least(at_least(squared, radius * radius), LEAST_SQUARED);
             *importance = self.power[i] * cosines / nearest;
         }
@@ -186,9 +205,16 @@ fn less([cos_a, sin_a]: [f32; 2], [cos_b, sin_b]: [f32; 2]) -> [f32; 2] {
 impl LightTree {
     /// Of lights whose power is above 0.
     pub fn new(lights: &[LightBounds]) -> Self {
+        let total: f64 = lights.iter().map(|l| l.power).sum();
+        let mut sum = 0.0;
+        let shares = lights.iter().map(|l| {
+            sum += l.power / total;
+            sum
+        });
         let mut tree = Self {
             nodes: Vec::new(),
             lights: vec![Parent::default(); lights.len()],
+            shares: shares.collect(),
         };
         let mut all: Vec<(u32, LightBounds)> = (0..).zip(lights.iter().copied()).collect();
         if !all.is_empty() {
@@ -226,9 +252,33 @@ impl LightTree {
         self.nodes.is_empty()
     }
 
-    /// The light that `u` in 0..1 falls on, and its chance; `None` for the `u` (all of them, if nothing arrives at all)
-    /// of lights of which, on a closer look, nothing arrives.
-    pub fn draw(&self, receiver: &Receiver, mut u: f32) -> Option<(usize, f32)> {
+    /// The light that `u` in 0..1 falls on, and its chance; `None` for the `u` of lights of which, on a closer look,
+    /// nothing arrives.
+    pub fn draw(&self, receiver: &Receiver, u: f32) -> Option<(usize, f32)> {
+        if u < BY_POWER {
+            let target = f64::from(u / BY_POWER);
+            let light = self.shares.partition_point(|s| *s <= target);
+            let light = light.min(self.shares.len().checked_sub(1)?);
+            return Some((light, self.chance(light, receiver)));
+        }
+        let u = (u - BY_POWER) / (1.0 - BY_POWER);
+        let (light, importance) = self.draw_by_importance(receiver, u)?;
+        Some((light, self.mixed(light, importance)))
+    }
+
+    /// The chance of a light to be drawn.
+    pub fn chance(&self, light: usize, receiver: &Receiver) -> f32 {
+        self.mixed(light, self.chance_by_importance(light, receiver))
+    }
+
+    /// Of a light, from its chance by importance.
+    fn mixed(&self, light: usize, by_importance: f32) -> f32 {
+        let before = light.checked_sub(1).map_or(0.0, |i| self.shares[i]);
+        let by_power = (self.shares[light] - before) as f32;
+        by_importance + BY_POWER * (by_power - by_importance)
+    }
+
+    fn draw_by_importance(&self, receiver: &Receiver, mut u: f32) -> Option<(usize, f32)> {
         let mut node = self.nodes.first()?;
         let mut chance = 1.0;
         loop {
@@ -258,8 +308,7 @@ impl LightTree {
         }
     }
 
-    /// The chance of a light to be drawn.
-    pub fn chance(&self, light: usize, receiver: &Receiver) -> f32 {
+    pub(super) fn chance_by_importance(&self, light: usize, receiver: &Receiver) -> f32 {
         let mut chance = 1.0;
         let mut way = self.lights.get(light).copied();
         while let Some(Parent { node, lane }) = way {

@@ -15,6 +15,7 @@ use super::World;
 use super::bsdf::{Kind, Scattered};
 use super::found_light::{LastScattering, power_share};
 use super::geometry::Element;
+use super::light_sampling::LightSample;
 use super::sampler::PathSamples;
 use super::surface::Surface;
 use super::trace::{QueryResult, RayQuery};
@@ -290,8 +291,8 @@ impl World {
             if value != Vec3::ZERO {
                 let share = light.density.map_or(1.0, |d| power_share(d, density));
                 path.expected = path.throughput * value * light.weight * share;
-                let to_light = leave(&surface, light.direction);
-                queries.push(RayQuery::transmittance(number, to_light, light.distance));
+                let (to_light, reach) = connection(&surface, &light);
+                queries.push(RayQuery::transmittance(number, to_light, reach));
             }
         }
         if let Some(next) = bsdf.sample(choice, scatter_pair)
@@ -304,15 +305,28 @@ impl World {
 
 /// A ray away from a surface, from so far beside it that rounding to f32 leaves it on the same side.
 fn leave(surface: &Surface, direction: Vec3) -> Ray {
-    let reach = surface.position.abs().max_element();
-    let step = reach * (8.0 * f64::from(f32::EPSILON));
-    let side = if surface.normal.dot(direction) < 0.0 {
-        -1.0
-    } else {
-        1.0
-    };
     Ray {
-        origin_mm: surface.position + surface.normal.as_dvec3() * (side * step),
+        origin_mm: surface.beside(direction),
         direction: direction.as_dvec3(),
     }
+}
+
+/// A ray to a light, and how far it goes, mm.
+fn connection(surface: &Surface, light: &LightSample) -> (Ray, f32) {
+    let Some(place) = light.place else {
+        return (leave(surface, light.direction), f32::INFINITY);
+    };
+    // From beside the surface to beside the light: neither may stand in the way, however near they are.
+    let origin_mm = surface.beside(light.direction);
+    let way = place - origin_mm;
+    let distance = way.length();
+    let direction = match distance > 0.0 {
+        true => way / distance,
+        false => light.direction.as_dvec3(),
+    };
+    let ray = Ray {
+        origin_mm,
+        direction,
+    };
+    (ray, distance as f32)
 }

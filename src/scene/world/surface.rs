@@ -52,6 +52,17 @@ impl Footprint {
 }
 
 impl Surface {
+    /// The place, moved to the side of a direction so far that rounding to f32 leaves it on that side.
+    pub fn beside(&self, direction: Vec3) -> DVec3 {
+        let step = self.position.abs().max_element() * (8.0 * f64::from(f32::EPSILON));
+        let side = if self.normal.dot(direction) < 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
+        self.position + self.normal.as_dvec3() * (side * step)
+    }
+
     /// What a cone of the width `width_mm` covers that comes along `direction`: an ellipse, longer by 1/cos along the
     /// view. A sharp one is a row of squares (P. Heckbert's ellipse, by the probes of J. McCormack et al., *Feline*,
     /// SIGGRAPH 1999); others are the square of the long side.
