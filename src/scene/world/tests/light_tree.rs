@@ -103,7 +103,8 @@ fn a_tree_of_no_light_of_one_and_of_many_at_one_place() {
     let (light, chance) = tree.draw(&receiver, 0.7).unwrap();
     assert!((chance - 1e-3).abs() < 1e-6);
     assert!((tree.chance(light, &receiver) - chance).abs() < 1e-9);
-    // Where the place is the light's own.
+    // Where the place is the light's own it gives nothing, and is drawn by power alone.
     let inside = LightTree::new(&[LightBounds::point(Vec3::ZERO, 1.0); 2]);
-    assert!(inside.draw(&receiver, 0.7).is_some());
+    assert!(inside.draw(&receiver, 0.7).is_none());
+    assert!(inside.draw(&receiver, 0.05).is_some());
 }
