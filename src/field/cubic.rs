@@ -121,15 +121,12 @@ fn linear(first: usize, f: f64) -> ([f64; 4], [f64; 4]) {
 mod tests {
     // because tests fail by panicking
     #![allow(clippy::unwrap_used)]
+    use super::super::TESTED;
     use super::*;
 
     #[test]
     fn a_cubic_field_comes_with_its_slopes_and_a_hole_stays_small() {
-        let window = SensorWindowMm {
-            centre: DVec2::new(1.0, -2.0),
-            half_width: 0.5,
-            half_height: 2.0,
-        };
+        let window = TESTED;
         let f = |p: DVec2| 3.0 + p.x.powi(3) - p.y * p.y * p.x + p.y.powi(3);
         let size = (5, 6);
         let node = |k: usize| f(FieldGrid::node_mm(window, size, (k % 5, k / 5)));

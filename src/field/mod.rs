@@ -223,6 +223,14 @@ fn cell(x: f64, half: f64, n: usize) -> (usize, f64) {
     (i, f - f64::from(i as i32))
 }
 
+/// The window of the tests.
+#[cfg(test)]
+const TESTED: SensorWindowMm = SensorWindowMm {
+    centre: DVec2::new(1.0, -2.0),
+    half_width: 0.5,
+    half_height: 2.0,
+};
+
 #[cfg(test)]
 mod tests {
     // because tests fail by panicking
@@ -231,11 +239,7 @@ mod tests {
 
     #[test]
     fn a_bilinear_field_is_reproduced_and_clamped_outside() {
-        let window = SensorWindowMm {
-            centre: DVec2::new(1.0, -2.0),
-            half_width: 0.5,
-            half_height: 2.0,
-        };
+        let window = TESTED;
         let f = |p: DVec2| 3.0 + 2.0 * p.x - p.y + 0.5 * p.x * p.y;
         let size = (5, 4);
         let data: Vec<f64> = (0..4)

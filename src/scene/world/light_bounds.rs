@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-/// A box of lights, a cone of their normals and the sum of their power.
+/// A box of lights (camera frame, mm), a cone of their normals and the sum of their power.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LightBounds {
     least: Vec3,
@@ -12,7 +12,7 @@ pub(super) struct LightBounds {
     pub axis: Vec3,
     /// Cosine of half of its angle; −1 holds all directions.
     pub cos: f32,
-    /// Radiance × area, or what corresponds to it.
+    /// Radiance × mm² of a surface, radiance × mm² (intensity) of a point: only ratios within one tree count.
     pub power: f64,
 }
 
@@ -23,7 +23,7 @@ pub(super) type Group<'a> = &'a mut [(u32, LightBounds)];
 const BINS: usize = 12;
 
 impl LightBounds {
-    /// Shines from one side, its front, or from both.
+    /// A triangle by its corners, counter-clockwise seen from the front. It shines from there, or from both sides.
     pub fn triangle(corners: [Vec3; 3], two_sided: bool, power: f64) -> Self {
         let [p, q, r] = corners;
         let normal = (q - p).cross(r - p).normalize_or_zero();
@@ -38,7 +38,7 @@ impl LightBounds {
         }
     }
 
-    /// Shines everywhere.
+    /// A point, which shines everywhere.
     pub fn point(place: Vec3, power: f64) -> Self {
         Self {
             least: place,

@@ -14,7 +14,7 @@ use super::surface::Footprint;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightSample {
     pub direction: Vec3,
-    /// Just before the light, camera frame, mm; `None` for one at infinity.
+    /// On the light, moved off its surface by what rounding asks for, camera frame, mm; `None` for one at infinity.
     pub place: Option<DVec3>,
     /// Radiance / density.
     pub weight: Vec3,
@@ -56,10 +56,11 @@ impl World {
             .kinds
             .get((scaled as usize).min(lights.kinds.len().checked_sub(1)?))?;
         let rest = scaled.fract();
+        let receiver = Receiver::new(from, normal);
         match kind {
-            LightKind::Triangles => self.sample_triangle(from, normal, rest, pair),
+            LightKind::Triangles => self.sample_triangle(from, &receiver, rest, pair),
             LightKind::Suns => self.sample_sun(rest, pair),
-            LightKind::Points => self.sample_point(from, normal, rest),
+            LightKind::Points => self.sample_point(from, &receiver, rest),
             LightKind::Panorama => self.sample_panorama(pair),
         }
     }
@@ -67,20 +68,18 @@ impl World {
     fn sample_triangle(
         &self,
         from: DVec3,
-        normal: Vec3,
+        receiver: &Receiver,
         u: f64,
         pair: [f32; 2],
     ) -> Option<LightSample> {
         let lights = &self.lights;
-        let receiver = Receiver::new(from, normal);
-        let (index, chance) = lights.triangle_tree.draw(&receiver, u as f32)?;
+        let (index, chance) = lights.triangle_tree.draw(receiver, u as f32)?;
         let surface = self.surface_sample(lights.triangles[index].element, pair);
         let way = surface.position - from;
         let distance = way.length();
         let direction = (way / distance).as_vec3();
-        let is_front = surface.normal.dot(direction) < 0.0;
-        let radiance = self.emission(&surface, is_front, &Footprint::POINT);
         let cos = surface.normal.dot(direction);
+        let radiance = self.emission(&surface, cos < 0.0, &Footprint::POINT);
         let density = lights.density_of(index, chance, cos, distance as f32);
         (radiance != Vec3::ZERO && density > 0.0 && direction.is_finite()).then(|| LightSample {
             direction,
@@ -118,10 +117,9 @@ impl World {
         })
     }
 
-    fn sample_point(&self, from: DVec3, normal: Vec3, u: f64) -> Option<LightSample> {
+    fn sample_point(&self, from: DVec3, receiver: &Receiver, u: f64) -> Option<LightSample> {
         let lights = &self.lights;
-        let receiver = Receiver::new(from, normal);
-        let (index, chance) = lights.point_tree.draw(&receiver, u as f32)?;
+        let (index, chance) = lights.point_tree.draw(receiver, u as f32)?;
         let point = &lights.points[index];
         let way = point.position - from;
         let distance = way.length() as f32;

@@ -2,14 +2,18 @@
 //!
 //! A tree of balls around lights; a node has up to eight. A light is drawn from the root down, at each node a child by
 //! its importance for the place (A. Conty Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree
-//! splitting*, Proc. ACM Comput. Graph. Interact. Tech. 1(2), 25 (2018)): its power over the square of the distance,
-//! times the largest cosines at which any light in the ball can send and the place can receive. An importance is 0 only
-//! where nothing arrives.
+//! splitting*, Proc. ACM Comput. Graph. Interact. Tech. 1(2), 25 (2018)):
 //!
-//! Importances do not know what stands in the way. Where the nearest light is hidden, the others would be drawn so
-//! seldom, with such weights, that pictures of any affordable number of paths miss them. So a part of the draws goes by
-//! power alone (T. Hesterberg, *Technometrics* 37(2), 185 (1995): defensive mixtures), and no weight is larger than
-//! one over that part of what power alone would give.
+//! ```text
+//! I = Φ max(0, cos θ_out) max(0, cos θ_in) / max(d², r²)
+//! ```
+//!
+//! Φ the power of the lights in the ball, d from the place to its middle, r its radius, and the largest cosines at
+//! which any light in it can send (Lambert's law) and the place can receive. I is 0 only where nothing arrives.
+//!
+//! Importances do not know what stands in the way. Where the nearest light is hidden, the others would be drawn seldom
+//! and with large weights. So a part of the draws goes by power alone (T. Hesterberg, *Technometrics* 37(2), 185
+//! (1995): defensive mixtures), and no weight is larger than one over that part of what power alone would give.
 
 use glam::{DVec3, Vec3};
 
@@ -143,19 +147,22 @@ impl Node {
             let inverse = 1.0 / at_least(squared, LEAST_SQUARED).sqrt();
             // Half of the angle at which the ball is seen.
             let ball = with_cosine(radius * inverse);
-            let cos_out = -(self.axis_x[i] * x + self.axis_y[i] * y + self.axis_z[i] * z) * inverse;
+            let ahead = -(self.axis_x[i] * x + self.axis_y[i] * y + self.axis_z[i] * z);
             let height = normal.x * x + normal.y * y + normal.z * z;
             let rise = normal.x.abs() * self.half_x[i]
                 + normal.y.abs() * self.half_y[i]
                 + normal.z.abs() * self.half_z[i];
             // Of normals that are all alike, what is behind all of their planes gets nothing.
             let is_behind = self.cos[i] > FLAT
-                && cos_out * squared * inverse
+                && ahead
                     + self.axis_x[i].abs() * self.half_x[i]
                     + self.axis_y[i].abs() * self.half_y[i]
                     + self.axis_z[i].abs() * self.half_z[i]
                     <= 0.0;
-            let [sends, _] = less(less(with_sine(cos_out), [self.cos[i], self.sin[i]]), ball);
+            let [sends, _] = less(
+                less(with_sine(ahead * inverse), [self.cos[i], self.sin[i]]),
+                ball,
+            );
             let [receives, _] = less(with_sine(height * inverse), ball);
             // Nothing in the box is higher above the receiver's plane, nor nearer than the ball.
             let distance = squared * inverse;

@@ -29,7 +29,8 @@ pub struct PathSettings {
     /// Surfaces at which a path is scattered at most: 0 sees lights only, 1 direct light, … Light of longer paths is
     /// missing.
     pub max_bounces: u32,
-    /// Surfaces after which Russian roulette begins.
+    /// Surfaces after which Russian roulette begins: a path goes on with a chance of √w, 0.95 at most, w the largest
+    /// of its weights of R, G and B, refractions' squeezing of radiance taken out.
     pub roulette_after: u32,
     /// Largest radiance, of any channel, that one path may add beyond what its ray sees directly; `None` (the default)
     /// cuts nothing. It removes bright speckles and with them light: an image rendered with it is too dark.

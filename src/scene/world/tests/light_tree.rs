@@ -86,7 +86,7 @@ fn only_lights_of_which_nothing_arrives_have_no_importance() {
             without += usize::from(chance == 0.0);
         }
     }
-    // And half of all others are left out indeed.
+    // A third of all pairs or more are left out indeed: half of the lights turn away, half lie behind.
     assert!(without > 200 * 40 / 3, "{without}");
 }
 
