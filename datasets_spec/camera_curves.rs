@@ -110,18 +110,22 @@ impl DisparityCurve {
 
     /// Whether there are two nodes or more in each direction and finite coefficients at each.
     pub fn is_sound(&self) -> bool {
+        self.is_whole() && self.coefficients.iter().flatten().all(|c| c.is_finite())
+    }
+
+    fn is_whole(&self) -> bool {
         let count = u64::from(self.columns) * u64::from(self.rows);
-        let finite = self.coefficients.iter().flatten().all(|c| c.is_finite());
-        self.columns > 1 && self.rows > 1 && self.coefficients.len() as u64 == count && finite
+        self.columns > 1 && self.rows > 1 && self.coefficients.len() as u64 == count
     }
 
     /// The coefficients at column x and row y of a window of `size_px` (pixel centres have integer coordinates); beside
-    /// the window those of its edge. `None` if the curve is not [sound](Self::is_sound).
+    /// the window those of its edge. `None` if the curve is not [sound](Self::is_sound) around there.
     pub fn at(&self, at: [f64; 2], size_px: [u32; 2]) -> Option<[f64; 3]> {
-        self.is_sound().then(|| {
-            bilinear(at, size_px, [self.columns, self.rows], |i| {
-                self.coefficients[i]
-            })
-        })
+        if !self.is_whole() {
+            return None;
+        }
+        let nodes = [self.columns, self.rows];
+        let here = bilinear(at, size_px, nodes, |i| self.coefficients[i]);
+        here.iter().all(|c| c.is_finite()).then_some(here)
     }
 }

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 
 use super::filters::{by_rows, enlarged, gaussian, mirrored, row_of};
 use super::kernels::Kernels;
+use super::lines;
 use super::prepare::{Level, Pyramid};
 use super::pupils::Pupils;
 
@@ -180,31 +181,31 @@ impl Padded {
         let begin = x + self.margin - radius;
         let length = to.len() + 2 * radius;
         let row = |which: usize, y: usize| &self.rows[which][y * stride + begin..][..length];
+        let line = |j: usize| [&kernels.even, &kernels.odd].map(|k| &k[j * side..][..side]);
+        // The kernel's row and column j reach what lies on the other side.
+        let opposite = |j: usize| y + self.margin + radius - j;
+        if !kernels.is_symmetric {
+            for j in 0..side {
+                let of = [even, odd].map(|which| row(which, opposite(j)));
+                lines::add(of, line(j), to);
+            }
+            return;
+        }
+        // Of symmetric ones two rows are one.
+        lines::add(
+            [even, odd].map(|which| row(which, opposite(radius))),
+            line(radius),
+            to,
+        );
         let mut folded = [vec![0.0f32; length], vec![0.0f32; length]];
-        // The kernel's row and column j reach what lies on the other side. Of symmetric ones two rows are one.
-        let first = if kernels.is_symmetric { radius } else { 0 };
-        for j in first..side {
-            let (up, down) = (y + self.margin + radius - j, y + self.margin + j - radius);
+        for j in radius + 1..side {
+            let (up, down) = (opposite(j), y + self.margin + j - radius);
             for (to, which) in folded.iter_mut().zip([even, odd]) {
-                if !kernels.is_symmetric || j == radius {
-                    to.copy_from_slice(row(which, up));
-                    continue;
-                }
                 let pair = row(which, up).iter().zip(row(which, down));
                 to.iter_mut().zip(pair).for_each(|(to, (u, d))| *to = u + d);
             }
-            let line = j * side;
-            for i in 0..side {
-                let (a, b) = (kernels.even[line + i], kernels.odd[line + i]);
-                if a == 0.0 && b == 0.0 {
-                    continue;
-                }
-                let (of_even, of_odd) = (&folded[0][side - 1 - i..], &folded[1][side - 1 - i..]);
-                let pair = of_even.iter().zip(of_odd);
-                to.iter_mut()
-                    .zip(pair)
-                    .for_each(|(to, (e, o))| *to += a * e + b * o);
-            }
+            let [of_even, of_odd] = &folded;
+            lines::add([of_even, of_odd], line(j), to);
         }
     }
 }

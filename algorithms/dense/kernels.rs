@@ -53,7 +53,7 @@ impl Kernels {
             0
         };
         let places: Vec<f64> = (-count..=count).map(|i| i as f64 * step).collect();
-        let taps: Vec<(usize, Vec<f64>)> = places.iter().map(|x| taps(*x, radius)).collect();
+        let taps: Vec<Taps> = places.iter().map(|x| Taps::new(*x, radius)).collect();
         let (mut of_even, mut of_odd) = (vec![0.0f64; side], vec![0.0f64; side]);
         let mut sum = 0.0;
         for (y, down) in places.iter().zip(&taps) {
@@ -71,13 +71,13 @@ impl Kernels {
                 // A point nearer than the focus is imaged behind the sensor: its left view lies on the right.
                 let odd_share = -along * blur_px.signum();
                 sum += 1.0;
-                for (i, weight) in across.1.iter().enumerate() {
-                    of_even[across.0 + i] += weight;
-                    of_odd[across.0 + i] += weight * odd_share;
+                for (i, weight) in across.weights().iter().enumerate() {
+                    of_even[across.first + i] += weight;
+                    of_odd[across.first + i] += weight * odd_share;
                 }
             }
-            for (j, weight) in down.1.iter().enumerate() {
-                let line = (down.0 + j) * side;
+            for (j, weight) in down.weights().iter().enumerate() {
+                let line = (down.first + j) * side;
                 for i in 0..side {
                     even[line + i] += weight * of_even[i];
                     odd[line + i] += weight * of_odd[i];
@@ -124,24 +124,45 @@ impl Kernels {
     }
 }
 
-/// The pixels that a point at `x` reaches along an axis: the first, counted from −`radius`, and the weight of each.
-pub(super) fn taps(x: f64, radius: usize) -> (usize, Vec<f64>) {
-    let reach = radius as i64;
-    let from = ((x - LOBES).ceil() as i64).max(-reach);
-    let to = ((x + LOBES).floor() as i64).min(reach);
-    let weights = (from..=to).map(|i| lanczos(i as f64 - x)).collect();
-    ((from + reach) as usize, weights)
+/// The pixels that a point reaches along an axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Taps {
+    /// The first of them, counted from −R.
+    pub first: usize,
+    weights: [f64; 4],
+    /// Those of `weights` that are within R.
+    within: [usize; 2],
 }
 
-fn lanczos(t: f64) -> f64 {
-    let sinc = |t: f64| {
-        let t = std::f64::consts::PI * t;
-        if t.abs() < 1e-9 { 1.0 } else { t.sin() / t }
-    };
-    if t.abs() < LOBES {
-        sinc(t) * sinc(t / LOBES)
-    } else {
-        0.0
+impl Taps {
+    /// Of a point at `x` and an R: by the Lanczos kernel of two lobes, sinc t · sinc t/2.
+    pub fn new(x: f64, radius: usize) -> Self {
+        let below = x.floor();
+        let part = x - below;
+        // sin π t · sin π t/2 at t = −1 − f, −f, 1 − f, 2 − f is sin π f times −cos, sin, cos, −sin of π f/2.
+        let (sin, cos) = (0.5 * std::f64::consts::PI * part).sin_cos();
+        let product = 2.0 * sin * cos;
+        let weight = |k: usize| {
+            let t = std::f64::consts::PI * (k as f64 - 1.0 - part);
+            match t.abs() < 1e-9 {
+                true => 1.0,
+                false => product * [-cos, sin, cos, -sin][k] * 2.0 / (t * t),
+            }
+        };
+        // As a float has it: a point that is far away reaches nothing.
+        let reach = radius as f64;
+        let first = (-reach - (below - 1.0)).clamp(0.0, 4.0) as usize;
+        let end = (reach - (below - 1.0) + 1.0).clamp(0.0, 4.0) as usize;
+        Self {
+            first: ((below - 1.0 + first as f64 + reach).max(0.0) as usize).min(2 * radius),
+            weights: std::array::from_fn(weight),
+            within: [first, end.max(first)],
+        }
+    }
+
+    /// Of each, from the first on; none where the point is too far away.
+    pub fn weights(&self) -> &[f64] {
+        &self.weights[self.within[0]..self.within[1]]
     }
 }
 
@@ -205,6 +226,25 @@ mod tests {
                 (-2.0 * odd / sum - disparity).abs() < 0.06 * disparity.abs(),
                 "{ratio} {disparity} {odd}"
             );
+        }
+    }
+
+    #[test]
+    fn taps_are_those_of_the_lanczos_kernel_within_the_radius() {
+        let sinc = |t: f64| if t == 0.0 { 1.0 } else { t.sin() / t };
+        let pi = std::f64::consts::PI;
+        for x in [0.0, 1e-12, 0.3, -0.3, 1.0, -2.6, 3.999, 5.2, -7.5, 300.0] {
+            let taps = Taps::new(x, 4);
+            let mut line = [0.0; 9];
+            for (i, weight) in taps.weights().iter().enumerate() {
+                line[taps.first + i] += weight;
+            }
+            for (i, found) in line.iter().enumerate() {
+                let t = i as f64 - 4.0 - x;
+                let wanted = sinc(pi * t) * sinc(0.5 * pi * t);
+                let wanted = if t.abs() < LOBES { wanted } else { 0.0 };
+                assert!((found - wanted).abs() < 1e-12, "{x} {i} {found} {wanted}");
+            }
         }
     }
 

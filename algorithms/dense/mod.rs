@@ -27,6 +27,7 @@ mod filters;
 mod guide;
 mod kernels;
 mod learned;
+mod lines;
 mod minimum;
 mod network;
 mod of_capture;

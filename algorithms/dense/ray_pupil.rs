@@ -7,10 +7,13 @@
 
 use quadpixel_datasets::BlurRays;
 
-use super::kernels::{Kernels, LEAST_RATIO, LOBES, taps};
+use super::kernels::{Kernels, LEAST_RATIO, LOBES, Taps};
 
 /// Part of the light that a kernel holds: diffraction sends single rays far away.
-const HELD: f64 = 0.98;
+const HELD: f64 = 0.95;
+/// Parts of a px to which the reach of light is known, and all of them: farther than any kernel.
+const PARTS_PER_PX: f64 = 16.0;
+const MOST_PARTS: usize = 2048;
 /// Widest kernel in focus, px: beyond is no camera's.
 const MOST_IN_FOCUS_PX: usize = 32;
 
@@ -96,16 +99,18 @@ impl RayPupil {
     /// R of a candidate's kernels at a resolution of 1/`unit`.
     pub fn radius(&self, candidate_px: f64, unit: f64) -> usize {
         let t = self.nearness(candidate_px);
-        let reach = |ray: &Ray| ray.at(t).map(f64::abs).into_iter().fold(0.0, f64::max);
-        let light = |ray: &Ray| 0.5 * (ray.parts[0] + ray.parts[1]);
-        let mut rays: Vec<[f64; 2]> = self.rays.iter().map(|r| [reach(r), light(r)]).collect();
-        rays.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let mut light = vec![0.0; MOST_PARTS];
+        for ray in &self.rays {
+            let reach = ray.at(t).map(f64::abs).into_iter().fold(0.0, f64::max);
+            let part = ((reach * PARTS_PER_PX) as usize).min(MOST_PARTS - 1);
+            light[part] += 0.5 * (ray.parts[0] + ray.parts[1]);
+        }
         let mut held = 0.0;
-        let last = rays.iter().find(|[_, light]| {
+        let last = light.iter().position(|light| {
             held += light;
             held >= HELD
         });
-        let reach = last.or(rays.last()).map_or(0.0, |[reach, _]| *reach);
+        let reach = (last.unwrap_or(MOST_PARTS - 1) + 1) as f64 / PARTS_PER_PX;
         ((reach + 0.5 * self.aligned_px.abs()) / unit + LOBES).floor() as usize
     }
 
@@ -113,27 +118,33 @@ impl RayPupil {
     pub fn kernels(&self, candidate_px: f64, unit: f64) -> Kernels {
         let radius = self.radius(candidate_px, unit);
         let (side, t) = (2 * radius + 1, self.nearness(candidate_px));
-        let view = |i: usize| {
-            let mut kernel = vec![0.0f64; side * side];
-            let moved = [-0.5, 0.5][i] * self.aligned_px;
-            for ray in &self.rays {
-                let [x, y] = ray.at(t);
-                let (column, across) = taps((moved - x) / unit, radius);
-                let (row, down) = taps(-y / unit, radius);
-                if across.is_empty() {
-                    continue;
-                }
-                for (j, down) in down.iter().enumerate() {
-                    let line = &mut kernel[(row + j) * side + column..];
-                    let weight = ray.parts[i] * down;
-                    (line.iter_mut().zip(&across)).for_each(|(to, w)| *to += weight * w);
+        let mut views = [0, 1].map(|_| vec![0.0f64; side * side]);
+        for ray in &self.rays {
+            let [x, y] = ray.at(t);
+            let down = Taps::new(-y / unit, radius);
+            let mut across = None;
+            for (i, kernel) in views.iter_mut().enumerate() {
+                let moved = [-0.5, 0.5][i] * self.aligned_px;
+                // Both views are as one where they were not moved.
+                let own = || Taps::new((moved - x) / unit, radius);
+                let across = match self.aligned_px == 0.0 {
+                    true => *across.get_or_insert_with(own),
+                    false => own(),
+                };
+                for (j, weight) in down.weights().iter().enumerate() {
+                    let line = (down.first + j) * side + across.first;
+                    let line = &mut kernel[line..][..across.weights().len()];
+                    let weight = ray.parts[i] * weight;
+                    let both = line.iter_mut().zip(across.weights());
+                    both.for_each(|(to, w)| *to += weight * w);
                 }
             }
+        }
+        for kernel in &mut views {
             let sum: f64 = kernel.iter().sum();
             kernel.iter_mut().for_each(|v| *v /= sum);
-            kernel
-        };
-        Kernels::of_views(radius, [view(0), view(1)])
+        }
+        Kernels::of_views(radius, views)
     }
 
     /// t of a candidate.
