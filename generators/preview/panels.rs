@@ -87,13 +87,14 @@ fn left_and_right(views: &[Image], subpixels: Subpixels) -> Image {
     let (Some(left), Some(right)) = (half(Side::Left), half(Side::Right)) else {
         return Image::zeros(0, 0, 3);
     };
+    let channels = left.channels();
+    let luma = |pixel: &[f32]| pixel.iter().sum::<f32>() / channels as f32;
     let mut both = Image::zeros(left.width(), left.height(), 3);
-    let luma = |p: &[f32]| p.iter().sum::<f32>() / p.len() as f32;
-    for y in 0..left.height() {
-        for x in 0..left.width() {
-            let (l, r) = (luma(left.pixel(x, y)), luma(right.pixel(x, y)));
-            both.pixel_mut(x, y).copy_from_slice(&[l, r, r]);
-        }
+    let [left, right] = [&left, &right].map(|half| half.data().chunks_exact(channels));
+    let (pixels, _) = both.data_mut().as_chunks_mut::<3>();
+    for (both, (left, right)) in pixels.iter_mut().zip(left.zip(right)) {
+        let (l, r) = (luma(left), luma(right));
+        *both = [l, r, r];
     }
     both
 }

@@ -1,6 +1,6 @@
 //! A picture reduced to a square while its rows come.
 
-use quadpixel::image::Image;
+use quadpixel::image::{Image, finite_ranges};
 
 /// An image fitted into a square: reduced by box averages, or enlarged by whole source pixels' copies.
 #[derive(Clone, Debug)]
@@ -46,22 +46,23 @@ impl Thumbnail {
         let here = self.rows..self.rows + rows.height();
         self.rows = here.end;
         let [columns, lines] = self.shown;
+        let channels = self.channels;
         for j in 0..lines {
             let own = self.own(1, j);
+            let sums = &mut self.sums[j * columns * channels..][..columns * channels];
             for y in own.start.max(here.start)..own.end.min(here.end) {
-                for i in 0..columns {
-                    let sums = &mut self.sums[(j * columns + i) * self.channels..][..self.channels];
-                    for x in boxed(i, self.source[0], columns) {
-                        let pixel = rows.pixel(x, y - here.start);
-                        (sums.iter_mut().zip(pixel)).for_each(|(sum, value)| *sum += value);
-                    }
+                let length = rows.width() * channels;
+                let row = &rows.data()[(y - here.start) * length..][..length];
+                for (i, sums) in sums.chunks_exact_mut(channels).enumerate() {
+                    let own = boxed(i, self.source[0], columns);
+                    add_pixels(sums, &row[own.start * channels..own.end * channels]);
                 }
             }
         }
-        let finite = rows.data().iter().copied().filter(|v| v.is_finite());
-        self.range = finite.fold(self.range, |range, v| {
-            let (low, high) = range.unwrap_or((v, v));
-            Some((v.min(low), v.max(high)))
+        let ranges = finite_ranges(rows).into_iter().flatten();
+        self.range = ranges.fold(self.range, |range, [least, largest]| {
+            let (low, high) = range.unwrap_or((least, largest));
+            Some((least.min(low), largest.max(high)))
         });
     }
 
@@ -86,6 +87,29 @@ impl Thumbnail {
     /// Smallest and largest finite value of the source, of all channels.
     pub fn range(&self) -> Option<(f32, f32)> {
         self.range
+    }
+}
+
+/// Adds pixels to the sums of their channels, one after the other.
+fn add_pixels(sums: &mut [f32], pixels: &[f32]) {
+    fn of<const N: usize>(sums: &mut [f32], pixels: &[f32]) {
+        let ([sums], _) = sums.as_chunks_mut::<N>() else {
+            return;
+        };
+        for pixel in pixels.as_chunks::<N>().0 {
+            sums.iter_mut()
+                .zip(pixel)
+                .for_each(|(sum, value)| *sum += value);
+        }
+    }
+    match sums.len() {
+        1 => of::<1>(sums, pixels),
+        3 => of::<3>(sums, pixels),
+        channels => {
+            for pixel in pixels.chunks_exact(channels) {
+                (sums.iter_mut().zip(pixel)).for_each(|(sum, value)| *sum += value);
+            }
+        }
     }
 }
 

@@ -151,7 +151,7 @@ pub fn described(
     check(sample, &name, given.sensor.height_px as usize)?;
     let rows = Rows::new(sample, &name, 0)?;
     let mut findings = Findings::default();
-    findings.add(&rows.truth, given.sensor.subpixels);
+    findings.add(&rows.truth);
     let clipped = match sample.raw_encoding {
         RawEncoding::Png(levels) => {
             let values = sample.raw.data().iter();

@@ -1,9 +1,9 @@
 //! What `meta.json` says of the values of the truth, found while their rows come.
 
-use quadpixel::sensor::Subpixels;
+use quadpixel::image::{Image, finite_ranges};
 use quadpixel_datasets::{CocDisparity, Range, Ranges};
 
-use super::truth::{Truth, left_right_px};
+use super::truth::Truth;
 
 /// Root-mean-square circle of confusion, px, below which its ratio to the disparity means nothing.
 const LEAST_DEFOCUS_PX: f64 = 0.5;
@@ -29,21 +29,20 @@ struct Ratio {
 
 impl Findings {
     /// Goes on with some rows.
-    pub fn add(&mut self, truth: &Truth, subpixels: Subpixels) {
+    pub fn add(&mut self, truth: &Truth) {
         self.invalid += truth.valid.iter().filter(|valid| !**valid).count() as u64;
         let depth = truth.depth_m.data();
-        grow(&mut self.ranges.depth_m, depth.iter());
         self.ranges.sky_pixels += depth.iter().filter(|z| z.is_infinite()).count() as u64;
+        let ranges = &mut self.ranges;
+        grow([&mut ranges.depth_m], &truth.depth_m);
+        grow([&mut ranges.coc_px], &truth.coc_px);
         for map in &truth.disparity_px {
-            let values = |channel: usize| map.data().iter().skip(channel).step_by(4);
-            grow(&mut self.ranges.dx_px, values(0));
-            grow(&mut self.ranges.dy_px, values(1));
+            grow([&mut ranges.dx_px, &mut ranges.dy_px], map);
         }
-        grow(&mut self.ranges.coc_px, truth.coc_px.data().iter());
-        for (ratio, channel) in self.ratios.iter_mut().zip([0, 2]) {
-            let Some(map) = left_right_px(&truth.disparity_px, subpixels, channel) else {
-                continue;
-            };
+        let Some(maps) = &truth.left_right_px else {
+            return;
+        };
+        for (ratio, map) in self.ratios.iter_mut().zip(maps) {
             let sums = ratio.get_or_insert_default();
             for (&d, &c) in map.data().iter().zip(truth.coc_px.data()) {
                 if d.is_finite() && c.is_finite() {
@@ -69,10 +68,13 @@ impl Findings {
     }
 }
 
-fn grow<'a>(range: &mut Option<Range>, values: impl Iterator<Item = &'a f32>) {
-    for value in values.filter(|value| value.is_finite()) {
-        let value = f64::from(*value);
-        let (min, max) = range.map_or((value, value), |r| (r.min.min(value), r.max.max(value)));
+/// Takes the values of a map's first channels into their ranges.
+fn grow<const N: usize>(ranges: [&mut Option<Range>; N], map: &Image) {
+    for (range, own) in ranges.into_iter().zip(finite_ranges(map)) {
+        let Some([least, largest]) = own.map(|own| own.map(f64::from)) else {
+            continue;
+        };
+        let (min, max) = range.map_or((least, largest), |r| (r.min.min(least), r.max.max(largest)));
         *range = Some(Range { min, max });
     }
 }

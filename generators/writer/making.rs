@@ -105,8 +105,7 @@ impl SampleWriter {
             || rows.shown_by(panels),
         );
         stored?;
-        let subpixels = rows.sample.description.sensor.subpixels;
-        self.findings.add(&rows.truth, subpixels);
+        self.findings.add(&rows.truth);
         self.rows += rows.sample.depth_m.height();
         Ok(())
     }

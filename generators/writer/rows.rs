@@ -55,13 +55,13 @@ impl<'a> Rows<'a> {
 
     /// What a contact sheet shows of them.
     pub fn shown_by(&self, panels: &mut preview::Panels) {
-        let subpixels = self.sample.description.sensor.subpixels;
+        let left_right_px = self.truth.left_right_px.as_ref();
         panels.add(preview::Rows {
             views: &self.views,
             sum: &self.sum,
             target: self.sample.target,
             depth_m: &self.truth.depth_m,
-            left_right_px: truth::left_right_px(&self.truth.disparity_px, subpixels, 0).as_ref(),
+            left_right_px: left_right_px.map(|[traced, _]| traced),
             coc_px: &self.truth.coc_px,
             occlusion: self.sample.occlusion,
         });

@@ -6,11 +6,13 @@ pub mod colour;
 pub mod exr;
 pub mod maps;
 mod png_rows;
+mod ranges;
 pub mod raster;
 pub mod srgb;
 pub mod views;
 
 pub use png_rows::{PngRows, PngShape};
+pub use ranges::finite_ranges;
 
 use std::path::PathBuf;
 

@@ -93,7 +93,10 @@ pub(super) fn encode(path: &Path, shape: PngShape, codes: &[u8]) -> Result<Vec<u
 
 /// 16-bit codes as a file has them.
 pub(super) fn big_endian(codes: &[u16]) -> Vec<u8> {
-    codes.iter().flat_map(|code| code.to_be_bytes()).collect()
+    let mut bytes = vec![0; 2 * codes.len()];
+    let (pairs, _) = bytes.as_chunks_mut::<2>();
+    (pairs.iter_mut().zip(codes)).for_each(|(pair, code)| *pair = code.to_be_bytes());
+    bytes
 }
 
 /// What was written fails here for good: the encoder writes its last bytes where it is dropped, and tells nobody how

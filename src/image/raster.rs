@@ -25,6 +25,9 @@ pub struct Levels {
     pub linear_at_white: f32,
 }
 
+/// Values that are coded at a time.
+const BLOCK: usize = 1024;
+
 impl Levels {
     /// Code 0 is 0 and code 65535 is `linear_at_white`.
     pub fn full_range(linear_at_white: f32) -> Self {
@@ -60,15 +63,22 @@ impl Levels {
         if !(gain > 0.0 && gain.is_finite()) {
             return Err("the white level must be above the black level");
         }
-        let mut clipped = 0;
-        let mut codes = Vec::with_capacity(values.len());
-        for &value in values {
-            let code = self.code(value);
-            if code.is_nan() {
-                return Err("NaN cannot be stored as an integer");
+        let black = f64::from(self.black);
+        let mut codes = vec![0; values.len()];
+        let (mut clipped, mut is_nan) = (0u64, false);
+        for (codes, values) in codes.chunks_mut(BLOCK).zip(values.chunks(BLOCK)) {
+            // Half a code more, as what is behind the point is dropped.
+            let mut beside = 0u32;
+            for (to, value) in codes.iter_mut().zip(values) {
+                let code = black + f64::from(*value) * gain + 0.5;
+                beside += u32::from(!(code >= 0.0)) + u32::from(code >= 65536.0);
+                is_nan |= code.is_nan();
+                *to = code.clamp(0.0, 65535.0) as i32 as u16;
             }
-            clipped += u64::from(!(0.0..=65535.0).contains(&code));
-            codes.push(code as u16); // `as` saturates
+            clipped += u64::from(beside);
+        }
+        if is_nan {
+            return Err("NaN cannot be stored as an integer");
         }
         Ok((codes, clipped))
     }

@@ -7,6 +7,9 @@
 use super::Image;
 use crate::sensor::Subpixels;
 
+/// Values that are summed at a time.
+const BLOCK: usize = 512;
+
 /// The view of each sub-pixel in stored order, row by row; columns and rows of the mosaic beyond a whole pixel are left
 /// out.
 pub fn split_views(raw: &Image, subpixels: Subpixels) -> Vec<Image> {
@@ -14,11 +17,13 @@ pub fn split_views(raw: &Image, subpixels: Subpixels) -> Vec<Image> {
     let (width, height) = (raw.width() / columns, raw.height() / rows);
     let view = |index: usize| {
         let (i, j) = subpixels.column_row(index);
-        let mut view = Image::zeros(width, height, raw.channels());
-        for y in 0..height {
-            for x in 0..width {
-                let from = raw.pixel(x * columns + i, y * rows + j);
-                view.pixel_mut(x, y).copy_from_slice(from);
+        let channels = raw.channels();
+        let mut view = Image::zeros(width, height, channels);
+        for (y, to) in (view.data_mut().chunks_exact_mut((width * channels).max(1))).enumerate() {
+            let from = &raw.data()[(y * rows + j) * raw.width() * channels..];
+            let from = from[i * channels..].chunks(columns * channels);
+            for (to, from) in to.chunks_exact_mut(channels).zip(from) {
+                to.copy_from_slice(&from[..channels]);
             }
         }
         view
@@ -31,13 +36,17 @@ pub fn sum_of<'a>(images: impl IntoIterator<Item = &'a Image>) -> Option<Image> 
     let images: Vec<&Image> = images.into_iter().collect();
     let first = images.first()?;
     let (width, height, channels) = (first.width(), first.height(), first.channels());
-    let total = |i: usize| {
-        images
-            .iter()
-            .map(|image| f64::from(image.data()[i]))
-            .sum::<f64>() as f32
-    };
-    let data = (0..first.data().len()).map(total).collect();
+    let mut data = Vec::with_capacity(first.data().len());
+    let mut sums = [0.0f64; BLOCK];
+    for (k, values) in first.data().chunks(BLOCK).enumerate() {
+        let sums = &mut sums[..values.len()];
+        sums.fill(0.0);
+        for image in &images {
+            let values = &image.data()[k * BLOCK..];
+            (sums.iter_mut().zip(values)).for_each(|(sum, value)| *sum += f64::from(*value));
+        }
+        data.extend(sums.iter().map(|sum| *sum as f32));
+    }
     Image::from_vec(width, height, channels, data)
 }
 

@@ -13,6 +13,7 @@ use ::exr::prelude::{ReadChannels, ReadLayers};
 use super::{Image, ImageError};
 use crate::{file, memory};
 
+mod line;
 mod rows;
 mod zip;
 

@@ -13,7 +13,7 @@ use ::exr::prelude as ex;
 use rayon::prelude::*;
 use tempfile::SpooledTempFile;
 
-use super::{Compression, Image, ImageError, Sample, zip};
+use super::{Compression, Image, ImageError, Sample, line, zip};
 use crate::file::FileError;
 
 /// Packed bytes that are kept in memory; more of them wait in a file.
@@ -147,6 +147,7 @@ impl ExrRows {
                 )));
             }
         }
+        self.waiting.reserve(rows * self.line_bytes());
         for row in 0..rows {
             self.wait(images, row)?;
         }
@@ -160,31 +161,16 @@ impl ExrRows {
             let image = images[layer];
             let length = image.width() * image.channels();
             let line = &image.data()[row * length..][..length];
-            let values = line.iter().skip(channel).step_by(image.channels());
-            let begin = self.waiting.len();
-            let sample = self.layers[layer].sample;
-            let bytes = match sample {
-                Sample::Float => size_of::<f32>(),
-                Sample::Half => size_of::<ex::f16>(),
-            };
-            (self.waiting).resize(begin + bytes * image.width(), 0);
-            let line = self.waiting[begin..].chunks_exact_mut(bytes).zip(values);
-            match sample {
-                Sample::Float => {
-                    line.for_each(|(to, value)| to.copy_from_slice(&value.to_ne_bytes()));
-                }
+            let place = (image.channels(), channel);
+            match self.layers[layer].sample {
+                Sample::Float => line::floats(line, place, &mut self.waiting),
                 Sample::Half => {
-                    for (to, &value) in line {
-                        let half = ex::f16::from_f32(value);
-                        if half.is_finite() != value.is_finite() {
-                            return Err(ImageError::HalfOverflow {
-                                path: self.path.clone(),
-                                channel: self.layers[layer].full_name(channel),
-                                value,
-                            });
-                        }
-                        to.copy_from_slice(&half.to_ne_bytes());
-                    }
+                    let stored = line::halves(line, place, &mut self.waiting);
+                    stored.map_err(|value| ImageError::HalfOverflow {
+                        path: self.path.clone(),
+                        channel: self.layers[layer].full_name(channel),
+                        value,
+                    })?;
                 }
             }
         }

@@ -63,6 +63,16 @@ impl Ellipse {
         }
     }
 
+    /// The ellipse with the signs of x and y.
+    pub(super) fn mirrored(self, signs: DVec2) -> Ellipse {
+        let turned = signs.x * signs.y;
+        let [x, y] = [self.shape.x_axis, self.shape.y_axis];
+        Ellipse {
+            centre: signs * self.centre,
+            shape: DMat2::from_cols(DVec2::new(x.x, turned * x.y), DVec2::new(turned * y.x, y.y)),
+        }
+    }
+
     /// By which factor the ellipse must grow to hold all `points` (below 1 when there is room).
     pub(super) fn reach(&self, points: &[DVec2]) -> f64 {
         let inverse = self.shape.inverse();
@@ -113,6 +123,19 @@ mod tests {
         assert!(e.reach(&points) < 1.0 + 1e-12);
         assert!((e.shape.determinant() / shape.determinant() - 1.0).abs() < 5e-3);
         assert!((e.centre - centre).length() < 5e-3);
+    }
+
+    #[test]
+    fn the_mirror_image_is_that_of_mirrored_points() {
+        let points =
+            [(0.1, 0.3), (1.2, 0.4), (0.9, 2.0), (-0.2, 1.1), (0.5, -0.7)].map(DVec2::from);
+        for signs in [(1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)].map(DVec2::from) {
+            let mirrored = Ellipse::around(&points).mirrored(signs);
+            let own = Ellipse::around(&points.map(|p| signs * p));
+            assert!((mirrored.centre - own.centre).length() < 1e-12);
+            assert!((mirrored.shape - own.shape).determinant().abs() < 1e-12);
+            assert!((mirrored.shape.x_axis - own.shape.x_axis).length() < 1e-12);
+        }
     }
 
     #[test]

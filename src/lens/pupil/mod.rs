@@ -136,16 +136,16 @@ impl ExitPupilMap {
                 false => Vec::new(),
             })
             .collect();
+        map.nodes = (edges.par_iter())
+            .map(|edge| (!edge.is_empty()).then(|| Ellipse::around(edge).grown(MARGIN)))
+            .collect();
         for i in 0..edges.len() {
             let (first, signs) = first(i);
             if first != i {
                 edges[i] = outline::mirrored(&edges[first], signs);
+                map.nodes[i] = map.nodes[first].map(|ellipse| ellipse.mirrored(signs));
             }
         }
-        map.nodes = edges
-            .iter()
-            .map(|edge| (!edge.is_empty()).then(|| Ellipse::around(edge).grown(MARGIN)))
-            .collect();
         let patches = side / 2;
         map.growth = (0..patches * patches)
             .map(|i| map.growth_of_patch(2 * (i % patches), 2 * (i / patches), &edges))

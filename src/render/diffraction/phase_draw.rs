@@ -184,19 +184,15 @@ struct Near<'a> {
     numbers: &'a [usize],
 }
 
-/// Bits of a particle's number in a key that orders particles by place: enough for all [`PARTICLES`].
-const NUMBER_BITS: u32 = 12;
-
-const _: () = assert!(PARTICLES as f64 * 4.0 / PI < (1u32 << NUMBER_BITS) as f64);
-
 /// Memory of a step.
 #[derive(Default)]
 struct Buffers {
     places: Vec<f32>,
+    /// Particles in the order of their places.
     order: Vec<u32>,
+    along: Vec<f32>,
+    /// Places of the target in their order.
     target: Vec<u32>,
-    /// For the sort.
-    aside: Vec<u32>,
     moves: Vec<DVec2>,
 }
 
@@ -218,14 +214,14 @@ impl Buffers {
                 let at = near.slopes[i] + defocus * near.places[i] + displacements[i];
                 at.dot(along) as f32
             }));
-            self.sort_places();
-            self.target.clear();
-            let target = target.iter().map(|t| ascending(t.dot(along) as f32));
-            self.target.extend(target);
-            sort_bits(&mut self.target, &mut self.aside, 0);
-            for (key, to) in self.order.iter().zip(&self.target) {
-                let k = (key & ((1 << NUMBER_BITS) - 1)) as usize;
-                let way = f64::from(from_ascending(*to) - self.places[k]);
+            self.along.clear();
+            self.along
+                .extend(target.iter().map(|t| t.dot(along) as f32));
+            sort(&self.places, &mut self.order);
+            sort(&self.along, &mut self.target);
+            for (&k, &to) in self.order.iter().zip(&self.target) {
+                let (k, to) = (k as usize, to as usize);
+                let way = f64::from(self.along[to] - self.places[k]);
                 self.moves[k] += part * way.clamp(-LONGEST, LONGEST) * along;
             }
         }
@@ -235,82 +231,53 @@ impl Buffers {
     }
 }
 
-impl Buffers {
-    /// Keys in the order of the places, to a millionth of what they span.
-    fn sort_places(&mut self) {
-        let first = self.places.iter().copied().fold(f32::INFINITY, f32::min);
-        let last = self
-            .places
-            .iter()
-            .copied()
-            .fold(f32::NEG_INFINITY, f32::max);
-        let steps = (1u32 << (32 - NUMBER_BITS)) as f32 / (last - first).max(f32::MIN_POSITIVE);
-        self.order.clear();
-        let most = (1 << (32 - NUMBER_BITS)) - 1;
-        let key = |(k, place): (usize, &f32)| {
-            (((place - first) * steps) as u32).min(most) << NUMBER_BITS | k as u32
-        };
-        self.order.extend(self.places.iter().enumerate().map(key));
-        // The numbers ascend already.
-        sort_bits(&mut self.order, &mut self.aside, NUMBER_BITS);
+/// Parts of the values' span that [`sort`] tells apart: at the largest reach a thirtieth of the pattern's rings.
+const PARTS: usize = 1 << 11;
+
+/// Numbers of the values in their order, to a part of what they span: counted, then placed.
+fn sort(values: &[f32], order: &mut Vec<u32>) {
+    let first = values.iter().copied().fold(f32::INFINITY, f32::min);
+    let last = values.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    let per_unit = (PARTS - 1) as f32 / (last - first).max(f32::MIN_POSITIVE);
+    let part = |value: f32| ((value - first) * per_unit) as usize & (PARTS - 1);
+    let mut next = [0u32; PARTS];
+    values.iter().for_each(|value| next[part(*value)] += 1);
+    let mut begin = 0;
+    for next in &mut next {
+        (*next, begin) = (begin, begin + *next);
     }
-}
-
-/// Bits of a digit of [`sort_bits`].
-const DIGIT: u32 = 11;
-
-/// Sorts by the bits from `first` on, those of equal ones staying in their order: digit by digit, from the last
-/// (D. Knuth, *The Art of Computer Programming* 3, 5.2.5). Twice to three times as fast as by comparison.
-fn sort_bits(keys: &mut Vec<u32>, aside: &mut Vec<u32>, first: u32) {
-    aside.resize(keys.len(), 0);
-    for shift in (first..u32::BITS).step_by(DIGIT as usize) {
-        let digit = |key: u32| (key >> shift) as usize & ((1 << DIGIT) - 1);
-        let mut next = [0u32; 1 << DIGIT];
-        keys.iter().for_each(|key| next[digit(*key)] += 1);
-        let mut begin = 0;
-        for next in &mut next {
-            (*next, begin) = (begin, begin + *next);
-        }
-        for key in keys.iter() {
-            let at = &mut next[digit(*key)];
-            aside[*at as usize] = *key;
-            *at += 1;
-        }
-        std::mem::swap(keys, aside);
+    order.clear();
+    order.resize(values.len(), 0);
+    for (k, value) in values.iter().enumerate() {
+        let at = &mut next[part(*value)];
+        order[*at as usize] = k as u32;
+        *at += 1;
     }
-}
-
-/// Bits in the order of the numbers.
-fn ascending(x: f32) -> u32 {
-    let bits = x.to_bits();
-    bits ^ (((bits as i32 >> 31) as u32) | 0x8000_0000)
-}
-
-fn from_ascending(bits: u32) -> f32 {
-    let mask = if bits & 0x8000_0000 == 0 {
-        u32::MAX
-    } else {
-        0x8000_0000
-    };
-    f32::from_bits(bits ^ mask)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sampling::hash;
+    use crate::sampling::uniform;
 
     #[test]
-    fn keys_are_sorted_as_by_comparison() {
-        let keys: Vec<u32> = (0..5000).map(|k| hash(7, &[k]) as u32).collect();
-        let (mut sorted, mut by_digits, mut aside) = (keys.clone(), keys.clone(), Vec::new());
-        sorted.sort_unstable();
-        sort_bits(&mut by_digits, &mut aside, 0);
-        assert_eq!(by_digits, sorted);
-        // By the upper bits only: as a stable sort has them.
-        let (mut stable, mut by_digits) = (keys.clone(), keys);
-        stable.sort_by_key(|key| key >> NUMBER_BITS);
-        sort_bits(&mut by_digits, &mut aside, NUMBER_BITS);
-        assert_eq!(by_digits, stable);
+    fn values_are_in_order_to_a_part_of_their_span() {
+        let values: Vec<f32> = (0..5000)
+            .map(|k| uniform(7, &[k]) as f32 * 30.0 - 11.0)
+            .collect();
+        let mut order = Vec::new();
+        sort(&values, &mut order);
+        let mut numbers = order.clone();
+        numbers.sort_unstable();
+        assert!(numbers.iter().copied().eq(0..5000));
+        let mut highest = f32::NEG_INFINITY;
+        for &k in &order {
+            assert!(values[k as usize] > highest - 30.0 / (PARTS - 1) as f32);
+            highest = highest.max(values[k as usize]);
+        }
+        sort(&[4.0; 3], &mut order);
+        assert_eq!(order, [0, 1, 2]);
+        sort(&[], &mut order);
+        assert!(order.is_empty());
     }
 }
