@@ -5,12 +5,14 @@
 //! bundle. By the **centroid**: the line of the mean of what the sum of the sub-pixels sees at each depth
 //! ([`SightLine`]), so that the maps and the target stand where the sum stands, coma and clipped pupils included.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::disparity::{DisparityField, shift_to_sum};
+use super::sight_field::SightLines;
 use super::sight_line::SightLine;
 use crate::field::FieldGrid;
+use crate::frames::camera_from_sensor_mm;
 use crate::image::Image;
 use crate::rays::{RayBatch, RaySlices, RayStatus};
 use crate::render::Camera;
@@ -27,8 +29,8 @@ pub struct SightRays {
 
 #[derive(Clone, Debug)]
 enum By {
-    /// Slopes (dx/dz, dy/dz) of the chief rays at the sensor.
-    ChiefRay(FieldGrid),
+    /// Slopes (dx/dz, dy/dz) of the chief rays at the sensor, and their lines in front of the lens.
+    ChiefRay { slopes: FieldGrid, lines: FieldGrid },
     /// One for all channels, or one each.
     Centroid(Vec<DisparityField>),
 }
@@ -56,26 +58,38 @@ impl SightRays {
             FieldGrid::nodes_for(sensor.width()),
             FieldGrid::nodes_for(sensor.height()),
         );
-        let data = (0..size.0 * size.1)
-            .into_par_iter()
-            .flat_map_iter(|k| {
-                let p = FieldGrid::node_mm(window, size, (k % size.0, k / size.0));
-                let slope = match (camera.chief_slope(p), camera.pupil_at(p)) {
-                    (Some(slope), _) => slope,
-                    (None, Some(pupil)) => {
-                        let e = pupil.centre_mm
-                            - crate::frames::camera_from_sensor_mm(p, camera.sensor_z_mm());
-                        e.truncate() / e.z
-                    }
-                    (None, None) => DVec2::NAN,
-                };
-                [slope.x, slope.y]
-            })
-            .collect();
-        let slopes = FieldGrid::new(window, size, 2, data)
-            .unwrap_or_else(|| unreachable!("two values a node"));
+        let places = (0..size.0 * size.1)
+            .map(|k| FieldGrid::node_mm(window, size, (k % size.0, k / size.0)));
+        let places: Vec<DVec2> = places.collect();
+        let slope = |p: &DVec2| match (camera.chief_slope(*p), camera.pupil_at(*p)) {
+            (Some(slope), _) => slope,
+            (None, Some(pupil)) => {
+                let e = pupil.centre_mm - camera_from_sensor_mm(*p, camera.sensor_z_mm());
+                e.truncate() / e.z
+            }
+            (None, None) => DVec2::NAN,
+        };
+        let slopes: Vec<DVec2> = places.par_iter().map(slope).collect();
+        let mut batch = RayBatch::default();
+        for (place, slope) in places.iter().zip(&slopes) {
+            let origin = camera_from_sensor_mm(*place, camera.sensor_z_mm());
+            batch.push(origin, away(*slope));
+        }
+        (camera.reference_tracer()).trace_backward(&mut batch, SimdLevel::detect());
+        let lines = (0..batch.len()).flat_map(|k| {
+            let line = batch.get(k).map(|ray| SightLine::from_ray(&ray));
+            let [q0, q1] = line.map_or([DVec2::NAN; 2], |line| [line.q0, line.q1_mm]);
+            [q0.x, q0.y, q1.x, q1.y]
+        });
+        let grid = |components: usize, data: Vec<f64>| {
+            FieldGrid::new(window, size, components, data)
+                .unwrap_or_else(|| unreachable!("components a node"))
+        };
         Self {
-            by: By::ChiefRay(slopes),
+            by: By::ChiefRay {
+                lines: grid(4, lines.collect()),
+                slopes: grid(2, slopes.iter().flat_map(|s| [s.x, s.y]).collect()),
+            },
         }
     }
 
@@ -190,13 +204,12 @@ impl SightRays {
     ) -> RayBatch {
         let mut batch = RayBatch::default();
         match &self.by {
-            By::ChiefRay(slopes) => {
+            By::ChiefRay { slopes, .. } => {
                 for (column, row) in places {
                     let mut slope = [0.0; 2];
                     slopes.sample(camera.sensor().position_mm(column, row), &mut slope);
-                    // Away from the sensor, towards negative z.
-                    let direction = -DVec2::from(slope).extend(1.0).normalize();
-                    batch.push(pixel_origin_mm(camera, column, row), direction);
+                    let origin = pixel_origin_mm(camera, column, row);
+                    batch.push(origin, away(DVec2::from(slope)));
                 }
                 let tracer = camera.reference_tracer();
                 tracer.trace_backward(&mut batch, SimdLevel::detect());
@@ -220,7 +233,7 @@ impl SightRays {
     ) -> RayBatch {
         let columns = |first: f64| (0..camera.sensor().width()).map(move |c| c as f64 + first);
         match &self.by {
-            By::ChiefRay(_) => {
+            By::ChiefRay { .. } => {
                 let places = rows.flat_map(|(first, row)| columns(first).map(move |c| (c, row)));
                 self.rays(camera, channel, places)
             }
@@ -243,6 +256,7 @@ impl SightRays {
 
     /// Where the sum shows, at each pixel, the point that the chief ray meets there at the depths of a W × H × 1 map in
     /// mm, from that pixel: W × H × 2 (ΔX right, ΔY down), px, NaN where not valid. `field` is the reference channel's.
+    /// Chief rays are taken between nodes as the sum's lines are, so that what both err by falls out.
     pub fn chief_to_sum_px(
         &self,
         camera: &Camera,
@@ -252,22 +266,35 @@ impl SightRays {
         let (width, height) = (depth_mm.width(), depth_mm.height());
         let mut shifts = Image::zeros(width, height, 2);
         (shifts.data_mut().par_chunks_mut(2 * width).enumerate()).for_each(|(row, out)| {
-            let batch = self.rays_of_row(camera, row);
             let first = camera.sensor().position_mm(0.0, row as f64);
-            let along = field.sight().row(first.y);
+            let (along, lines) = (field.sight().row(first.y), self.lines(first.y));
             let mut seen = along.at(first.x);
             for (column, out) in out.chunks_exact_mut(2).enumerate() {
                 let place = camera.sensor().position_mm(column as f64, row as f64);
                 let depth = f64::from(depth_mm.pixel(column, row)[0]);
                 along.read(place.x, &mut seen);
-                let shift = batch.get(column).map_or(DVec2::NAN, |ray| {
-                    shift_to_sum(&seen, depth, SightLine::from_ray(&ray))
-                });
+                let shift = shift_to_sum(&seen, depth, lines.at(place.x));
                 out.copy_from_slice(&shift.as_vec2().to_array());
             }
         });
         shifts
     }
+
+    /// The lines of sight along a line of one y, in the reference channel, between nodes.
+    fn lines(&self, y_mm: f64) -> SightLines {
+        match &self.by {
+            By::ChiefRay { lines, .. } => SightLines::of(lines, y_mm),
+            By::Centroid(fields) => {
+                let channel = ChannelWavelengths::REFERENCE.min(fields.len() - 1);
+                fields[channel].sight().lines(y_mm)
+            }
+        }
+    }
+}
+
+/// The direction of a slope away from the sensor, towards negative z.
+fn away(slope: DVec2) -> DVec3 {
+    -slope.extend(1.0).normalize()
 }
 
 /// Rays along lines of sight; those that are not finite are lost.

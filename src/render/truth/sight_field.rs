@@ -58,6 +58,11 @@ impl SightRow {
 }
 
 impl SightLines {
+    /// Of a field of q₀ (2) and q₁ (2, mm).
+    pub fn of(lines: &FieldGrid, y_mm: f64) -> Self {
+        Self(lines.row(y_mm, 0, SUM))
+    }
+
     /// At an x.
     #[inline]
     pub fn at(&self, x_mm: f64) -> SightLine {
