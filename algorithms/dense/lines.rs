@@ -5,8 +5,8 @@ use quadpixel::simd::SimdLevel;
 /// Pixels whose sums stay in registers while all taps are gone through.
 const BLOCK: usize = 32;
 
-/// Adds Σ_i a_i e(x + n − 1 − i) + b_i o(x + n − 1 − i) to pixel x, tap by tap, for n taps a and b. `of`: e and o, n − 1
-/// longer than `to`. The same bits by any instructions.
+/// Adds Σ_i a_i e(x + n − 1 − i) + b_i o(x + n − 1 − i) to pixel x, tap by tap, for n taps a and b. `of`: e and o, both
+/// n − 1 longer than `to`. The same bits by any instructions.
 pub(super) fn add(of: [&[f32]; 2], taps: [&[f32]; 2], to: &mut [f32]) {
     match SimdLevel::detect() {
         #[cfg(target_arch = "x86_64")]
