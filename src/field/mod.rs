@@ -145,17 +145,17 @@ impl FieldGrid {
         let (j, fy) = cell(y_mm - window.centre.y, window.half_height, self.ny);
         let row = |j: usize| self.data[j * self.nx * components..].chunks_exact(components);
         let nodes = row(j).zip(row((j + 1).min(self.ny - 1))).take(self.nx);
-        let between = |(a, b): (&f64, &f64)| a + fy * (b - a);
-        let values = nodes.flat_map(|(a, b)| {
-            let pairs = a[first..].iter().zip(&b[first..]);
-            pairs.take(count).map(between)
-        });
+        let mut data = Vec::with_capacity(self.nx * count);
+        for (a, b) in nodes {
+            let pairs = a[first..][..count].iter().zip(&b[first..][..count]);
+            data.extend(pairs.map(|(a, b)| a + fy * (b - a)));
+        }
         FieldRow {
             middle_mm: window.centre.x,
             half_mm: window.half_width,
             nx: self.nx,
             components: count,
-            data: values.collect(),
+            data,
         }
     }
 

@@ -87,13 +87,14 @@ impl SightField {
         let many = [sensor.width(), sensor.height()].map(FieldGrid::nodes_for);
         let many = (many[0], many[1]);
         let pitch_mm = sensor.pitch_mm();
-        let refined = (0..many.0 * many.1).flat_map(|k| {
+        let mut refined = Vec::with_capacity(many.0 * many.1 * (JACOBIAN + components));
+        for k in 0..many.0 * many.1 {
             let p = FieldGrid::node_mm(window, many, (k % many.0, k / many.0));
             let [values, dx, dy] = nodes.sample(p);
-            let jacobians = jacobians([&dx, &dy], pitch_mm);
-            jacobians.concat().into_iter().chain(values)
-        });
-        let grid = FieldGrid::new(window, many, JACOBIAN + components, refined.collect())
+            refined.extend(jacobians([&dx, &dy], pitch_mm).as_flattened());
+            refined.extend(values);
+        }
+        let grid = FieldGrid::new(window, many, JACOBIAN + components, refined)
             .unwrap_or_else(|| unreachable!("components a node"));
         Self { grid, subpixels }
     }
