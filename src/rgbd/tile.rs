@@ -1,5 +1,7 @@
 //! One tile of the converted picture: its sources by layers, spread and laid over each other from the front.
 
+use std::ops::Range;
+
 use glam::DVec2;
 
 use super::add::{Point, Sum, add};
@@ -102,7 +104,10 @@ impl<'a, const L: usize> Scatter<'a, L> {
                 continue;
             }
             let (level, is_made_up) = level_of(key);
-            sums.fill([[0.0; L]; 2]);
+            // A layer is in the way of its own rows alone.
+            let reached = self.rows_reached(sources, level, tile.height);
+            let reached = reached.start * tile.width..reached.end * tile.width;
+            sums[reached.clone()].fill([[0.0; L]; 2]);
             let (mut points, mut blocks) = (Vec::new(), Vec::new());
             let mut around_halo = None;
             for cell in sources.chunk_by(|a, b| a.cell == b.cell) {
@@ -123,7 +128,7 @@ impl<'a, const L: usize> Scatter<'a, L> {
                     add(taps, &blocks, tile.width, &mut sums);
                 }
             }
-            for (pixel, sum) in pixels.iter_mut().zip(&sums) {
+            for (pixel, sum) in pixels[reached.clone()].iter_mut().zip(&sums[reached]) {
                 self.lay_under(pixel, sum, level as f32, is_made_up);
             }
         }
@@ -195,6 +200,15 @@ impl<'a, const L: usize> Scatter<'a, L> {
         if let Some(behind) = relief.behind(place) {
             put(behind.level, true, behind.light, [0.0; 2]);
         }
+    }
+
+    /// Rows of a tile that sources of a layer may reach, their halos included.
+    fn rows_reached(&self, sources: &[Source], level: usize, height: usize) -> Range<usize> {
+        let rows = sources.iter().map(|source| source.y);
+        let (first, last) = rows.fold((i32::MAX, i32::MIN), |(a, b), y| (a.min(y), b.max(y)));
+        let reach = (self.kernels.bank.depths()[level].support().reach() + halo::BLOCK) as i32;
+        let within = |row: i32| row.clamp(0, height as i32) as usize;
+        within(first - reach)..within(last + reach + 1)
     }
 
     fn point(&self, source: &Source, drift: &[DVec2]) -> Point<L> {
@@ -315,6 +329,6 @@ fn level_of(key: usize) -> (usize, bool) {
 }
 
 /// The part of a cell that lies in a range.
-fn within(cell: usize, range: &std::ops::Range<usize>) -> std::ops::Range<usize> {
+fn within(cell: usize, range: &Range<usize>) -> Range<usize> {
     (cell * CELL).max(range.start)..((cell + 1) * CELL).min(range.end)
 }
