@@ -71,7 +71,7 @@ impl Levels {
             let mut beside = 0u32;
             for (to, value) in codes.iter_mut().zip(values) {
                 let code = black + f64::from(*value) * gain + 0.5;
-                beside += u32::from(!(code >= 0.0)) + u32::from(code >= 65536.0);
+                beside += u32::from(code < 0.0) + u32::from(code >= 65536.0);
                 is_nan |= code.is_nan();
                 *to = code.clamp(0.0, 65535.0) as i32 as u16;
             }
