@@ -2,7 +2,7 @@ use glam::DVec2;
 use quadpixel::render::RenderSettings;
 use quadpixel::render::truth::{DisparityField, SightRays, WhiteField, channel_shifts};
 
-use super::shots::{boxes, shoot};
+use super::shots::{self, boxes, shoot};
 use super::{CASES, centroid, depths_mm, spot};
 
 const SIDE: usize = 40;
@@ -72,6 +72,45 @@ fn the_target_by_the_centroid_stands_where_the_sum_stands_and_the_shift_map_tell
                     assert!(apart <= 0.02, "{} {field}: lateral {apart}", case.lens);
                 }
             }
+        }
+    }
+}
+
+/// Lines of sight are bilinear between nodes 16 px apart, and err there by more than the shift does: the chief ray's
+/// err alike. A window moved by half a cell has a node where the first has none.
+#[test]
+fn the_shift_from_the_chief_ray_does_not_know_where_the_nodes_are() {
+    const SIDE: usize = 256;
+    for case in &CASES[..2] {
+        let lens = case.focused();
+        let response = boxes(2, 2, case.pitch_um, 2.5 * case.pitch_um);
+        let first = case.camera(&lens, &response, 1, SIDE);
+        let moved = first.sensor().position_mm(135.5, 135.5);
+        let moved = shots::camera(&lens, &response, (SIDE, SIDE), moved);
+        for depth_mm in depths_mm(&first, 4.0) {
+            let depth = vec![depth_mm as f32; SIDE * SIDE];
+            let depth = quadpixel::image::Image::from_vec(SIDE, SIDE, 1, depth).unwrap();
+            let [between, at_node] = [(&first, 136), (&moved, 128)].map(|(camera, at)| {
+                let field = DisparityField::new(camera, 1).unwrap();
+                let chief = SightRays::chief_rays(camera);
+                let shifts = chief.chief_to_sum_px(camera, &field, &depth);
+                let place = camera.sensor().position_mm(at as f64, at as f64);
+                let step = DVec2::X * camera.sensor().pitch_mm();
+                let seen = |xy_mm: DVec2| {
+                    let line = field.sight_line(xy_mm);
+                    line.q0 * depth_mm + line.q1_mm
+                };
+                let shift = DVec2::from([0, 1].map(|k| f64::from(shifts.pixel(at, at)[k])));
+                (shift, seen(place), seen(place + step).distance(seen(place)))
+            });
+            let apart = between.0.distance(at_node.0);
+            let of_lines = between.1.distance(at_node.1) / at_node.2;
+            println!(
+                "{} {depth_mm:.0} mm: {apart:.5} px, lines {of_lines:.5}",
+                case.lens
+            );
+            assert!(apart < 6e-4, "{} {depth_mm:.0}: {apart}", case.lens);
+            assert!(apart < 0.5 * of_lines, "{apart} {of_lines}");
         }
     }
 }
