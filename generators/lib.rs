@@ -32,7 +32,7 @@
 //! config.sensor.pitch_um = Some(Draw::Fixed(8.0));
 //! config.response = ResponseConfig::Ideal;
 //! config.scene.texture_px = 64;
-//! config.rays_per_pixel = 4;
+//! config.rays_per_pixel = Some(4);
 //! config.effects = Choice::All;
 //! # let folder = tempfile::tempdir()?;
 //! # let out = folder.path().join("tiny");

@@ -227,6 +227,7 @@ impl SceneArgs {
             framing_focus_mm: None,
             environment: [0.0; 3],
             exposure_ev: self.exposure_ev.unwrap_or(0.0),
+            footprints: true,
             lens_tracing: LensTracing::default(),
             registration: Registration::default(),
             render: RenderSettings {

@@ -27,6 +27,7 @@ pub use tolerances::ToleranceConfig;
 pub use world::{WorldConfig, WorldFileConfig};
 
 use quadpixel::effects::{Choice, Tolerance};
+use quadpixel::em::Preset;
 use quadpixel::lens::ReflectionSettings;
 use quadpixel::render::LensTracing;
 use quadpixel::sensor::{MicrolensLaw, ShiftRule, Subpixels, check_simulated};
@@ -37,7 +38,7 @@ use serde::{Deserialize, Serialize};
 use crate::field_error::FieldError;
 use crate::lens_tracing;
 use crate::recipe::check::F_NUMBERS;
-use crate::recipe::{CameraPicturesRecipe, is_no_law};
+use crate::recipe::{CameraPicturesRecipe, is_no_law, is_yes, yes};
 
 /// The default configuration, with comments.
 pub const DEFAULT_TOML: &str = include_str!("default.toml");
@@ -67,8 +68,12 @@ pub struct DatasetConfig {
     /// The surface that a pixel of the maps and of the target refers to; see the recipe.
     #[serde(default)]
     pub registration: Registration,
-    /// Rays a microlens and colour channel.
-    pub rays_per_pixel: usize,
+    /// Rays a microlens and colour channel; absent: as of [`preset`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rays_per_pixel: Option<usize>,
+    /// Whether a ray looks up a card's picture over the area that its pixel sees; see the recipe.
+    #[serde(default = "yes", skip_serializing_if = "is_yes")]
+    pub footprints: bool,
     /// How rays go through the lens: `"map"` (the default), `"exact"` or the bound of its maps.
     #[serde(default, skip_serializing_if = "LensTracing::is_default")]
     pub lens_tracing: LensTracing,
@@ -186,6 +191,11 @@ impl DatasetConfig {
         Ok(config)
     }
 
+    /// Rays a microlens and colour channel.
+    pub fn rays(&self) -> usize {
+        (self.rays_per_pixel).unwrap_or_else(|| preset::rays(Preset::Standard, self))
+    }
+
     /// Checks every field that a recipe does not check again.
     ///
     /// # Errors
@@ -195,7 +205,7 @@ impl DatasetConfig {
             ("count", self.count),
             ("sensor.width", self.sensor.width),
             ("sensor.height", self.sensor.height),
-            ("rays_per_pixel", self.rays_per_pixel),
+            ("rays_per_pixel", self.rays()),
             ("scene.charts", self.scene.charts.len()),
             ("scene.texture_px", self.scene.texture_px),
         ])?;

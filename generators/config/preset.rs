@@ -1,8 +1,8 @@
 //! Three points between speed and accuracy.
 //!
-//! 2.9 times the rays halve the noise of a chart (`benches/runs/2026-11-21/accuracy.md`); the grid of directions is
+//! 3.2 times the rays halve the noise of a chart (`benches/runs/2026-11-29/footprints.md`); the grid of directions is
 //! that of [`quadpixel::response::TableSettings`]. Where channels have bands, 2, 4 or 8 wavelengths stand for each. The
-//! reference traces its rays through the lens surface by surface, the others by maps.
+//! reference traces its rays through the lens surface by surface and looks charts up at points, the others have maps and areas.
 
 use quadpixel::em::Preset;
 use quadpixel::render::LensTracing;
@@ -14,24 +14,38 @@ use crate::config::{DatasetConfig, ResponseConfig};
 pub fn about(preset: Preset) -> &'static str {
     match preset {
         Preset::Draft => {
-            "32 rays per microlens and channel; response tables that do not come with the program are coarse ones: half the time, twice the noise"
+            "24 rays per microlens and channel, 32 in worlds; response tables that do not come with the program are coarse ones: 1.5 times the noise"
         }
-        Preset::Standard => "96 rays per microlens and channel: the default",
+        Preset::Standard => "48 rays per microlens and channel, 96 in worlds: the default",
         Preset::Reference => {
-            "512 rays per microlens and channel, converged response tables: many times the time, 0.4 of the noise"
+            "512 rays per microlens and channel, each for a point, through the lens surface by surface; converged response tables: many times the time, half the noise"
         }
+    }
+}
+
+/// Rays a microlens and colour channel of a preset: of cards, whose pictures rays look up over areas, half as many as
+/// where each ray stands for a point.
+pub fn rays(preset: Preset, config: &DatasetConfig) -> usize {
+    let is_of_cards = config.scene.world.is_none() && config.scene.rgbd.is_none();
+    match (preset, is_of_cards) {
+        (Preset::Draft, true) => 24,
+        (Preset::Draft, false) => 32,
+        (Preset::Standard, true) => 48,
+        (Preset::Standard, false) => 96,
+        (Preset::Reference, _) => 512,
     }
 }
 
 /// Puts a preset's numbers in the place of the configuration's.
 pub fn apply(preset: Preset, config: &mut DatasetConfig) {
-    let (rays, wavelengths) = match preset {
-        Preset::Draft => (32, 2),
-        Preset::Standard => (96, 4),
-        Preset::Reference => (512, 8),
+    let wavelengths = match preset {
+        Preset::Draft => 2,
+        Preset::Standard => 4,
+        Preset::Reference => 8,
     };
-    config.rays_per_pixel = rays;
+    config.rays_per_pixel = Some(rays(preset, config));
     if preset == Preset::Reference {
+        config.footprints = false;
         config.lens_tracing = LensTracing::EXACT;
     }
     if let Some(bands) = &mut config.spectrum {

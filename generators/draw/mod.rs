@@ -81,9 +81,10 @@ pub fn recipe(
         exposure_ev: dice.draw(&config.exposure_ev, Purpose::Exposure, 0),
         registration: config.registration,
         render: RenderSettings {
-            rays_per_pixel: config.rays_per_pixel,
+            rays_per_pixel: config.rays(),
             seed: shot.key(Purpose::Render, 0),
         },
+        footprints: config.footprints,
         lens_tracing: config.lens_tracing,
         effects: config.effects.clone(),
         tolerance: config.tolerance,

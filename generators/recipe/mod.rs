@@ -71,6 +71,10 @@ pub struct Recipe {
     pub registration: Registration,
     /// Rays and the seed of their samples.
     pub render: RenderSettings,
+    /// Whether a ray looks up a card's picture over the area that its pixel sees there, for less noise, and what
+    /// diffraction takes far is smoothed over neighbouring pixels; else each ray stands for a point.
+    #[serde(default = "yes", skip_serializing_if = "is_yes")]
+    pub footprints: bool,
     /// How rays go through the lens: `"map"` (polynomials over the pupil, fitted to the lens), `"exact"` (surface by
     /// surface) or the bound of its maps, `{ rms_px = 0.01, worst_px = 0.1 }`.
     #[serde(default, skip_serializing_if = "LensTracing::is_default")]
@@ -92,6 +96,16 @@ pub struct Recipe {
     /// 8-bit sRGB pictures of the sum and of the views, as a camera writes them; absent: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera_pictures: Option<CameraPicturesRecipe>,
+}
+
+/// Of fields that are on where they are absent.
+pub(crate) fn yes() -> bool {
+    true
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // because serde calls it so
+pub(crate) fn is_yes(value: &bool) -> bool {
+    *value
 }
 
 impl Recipe {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use quadpixel::effects::{Choice, Shot, plan};
 use quadpixel::render::truth::{DisparityField, SightRays, WhiteField};
-use quadpixel::render::{Camera, RayRecord, RecordError, Render};
+use quadpixel::render::{Camera, Footprints, RayRecord, RecordError, Render};
 use quadpixel::response::Response;
 use quadpixel::rgbd::DepthPicture;
 use quadpixel::scene::Scene;
@@ -160,8 +160,14 @@ impl Prepared {
         let several = self.scene.planes().len() > 1 || self.scene.world().is_some();
         let surfaces = several.then_some(geometry.surfaces.as_slice());
         let white = WhiteField::from_fields(&self.camera, &fields);
+        let footprints = timed(&mut self.stages.rays_s, || {
+            (self.recipe.footprints)
+                .then(|| Footprints::new(&self.camera, &self.scene))
+                .flatten()
+        });
         let shot = Render::new(&self.camera, &self.scene, settings)
             .white(&white)
+            .footprints(footprints.as_ref())
             .occlusion(surfaces)
             .progress(&observer);
         let (rendered, record) = timed(&mut self.stages.rays_s, || match rays {

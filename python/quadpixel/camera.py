@@ -28,7 +28,7 @@ class Camera:
     window           where on the sensor: None (around the axis), or as in a configuration ``{"at": "chief-ray-angle", "theta_deg": 10,
                      "phi_deg": 45}``
     microlens_shift  "chief-ray", "centred", or ``{"rule": "linear", "um_per_mm": 0.3}``
-    settings         other words of a configuration: mosaic, readout, spectrum, effects, registration, tolerance, lens_tracing
+    settings         other words of a configuration: mosaic, readout, spectrum, effects, registration, tolerance, footprints, lens_tracing
 
     >>> camera = Camera("wide_US20120327520A1_emb3", Pixel.ideal(8.0), focus_mm=500.0, width=12, height=8)
     >>> sample = camera.render(Scene.cards(card("noise", 400.0, texture_px=64)), rays_per_pixel=4)
@@ -49,7 +49,7 @@ class Camera:
         microlens_shift: Union[str, Mapping[str, Any]] = "chief-ray",
         **settings: Any,
     ):
-        known = ("mosaic", "readout", "spectrum", "effects", "registration", "tolerance", "lens_tracing")
+        known = ("mosaic", "readout", "spectrum", "effects", "registration", "tolerance", "footprints", "lens_tracing")
         unknown = [name for name in settings if name not in known]
         if unknown:
             raise ValueError(f"settings: {unknown[0]!r}; allowed: {', '.join(known)}")
@@ -103,7 +103,7 @@ class Camera:
             recipe["world"] = scene.world
         return recipe
 
-    def configuration(self, scene: DrawnScene, rays_per_pixel: int = 96, exposure_ev: float = 0.0) -> Dict[str, Any]:
+    def configuration(self, scene: DrawnScene, rays_per_pixel: Optional[int] = None, exposure_ev: float = 0.0) -> Dict[str, Any]:
         """The configuration of `qpgen dataset` whose sample ``scene.index`` is this camera's picture of the scene."""
         if self.focus_mm is None:
             raise ValueError("focus_mm is infinite; drawn scenes need a finite one, their depths are multiples of it")
@@ -123,7 +123,7 @@ class Camera:
             "response": response,
             "scene": scene.settings,
             "exposure_ev": exposure_ev,
-            "rays_per_pixel": rays_per_pixel,
+            **({} if rays_per_pixel is None else {"rays_per_pixel": rays_per_pixel}),
             **self._settings,
         }
 
@@ -131,14 +131,14 @@ class Camera:
         self,
         scene: Union[Scene, DrawnScene],
         *,
-        rays_per_pixel: int = 96,
+        rays_per_pixel: Optional[int] = None,
         exposure_ev: float = 0.0,
         seed: int = 1,
         progress: Optional[Progress] = None,
     ) -> Sample:
         """Renders a scene, with its truth: the same numbers as `qpgen render`, and for a drawn scene as `qpgen dataset`.
 
-        rays_per_pixel  per microlens and colour channel; each is added to all sub-pixels
+        rays_per_pixel  per microlens and colour channel; each is added to all sub-pixels; None: 48, and 96 of worlds
         exposure_ev     stops; at 0 a white wall gives a sum of 1 in the middle of the window
         seed            of the rays; a drawn scene has its own
         progress        called with rays done and rays of all, in this thread
@@ -156,6 +156,8 @@ class Camera:
             return self._renderer.render(json.loads(recipe), scene.index, hash, progress)
         described = self._recipe(scene)
         described["exposure_ev"] = exposure_ev
+        if rays_per_pixel is None:
+            rays_per_pixel = 48 if scene.world is None else 96
         described["render"] = {"rays_per_pixel": rays_per_pixel, "seed": seed}
         return self._renderer.render(described, progress=progress)
 

@@ -38,12 +38,20 @@ impl<'a> Control<'a> {
 
     /// Brings the sums of the pixel at a sensor position, channels outermost, then sub-pixels, to the known light of
     /// the wall; `walls`: the same rays' sums over it. `buffer` is used again from pixel to pixel.
-    pub fn apply(&self, xy_mm: DVec2, walls: &[f64], values: &mut [f64], buffer: &mut Vec<f64>) {
+    pub fn apply<const K: usize>(
+        &self,
+        xy_mm: DVec2,
+        walls: &[f64],
+        mut sums: [&mut [f64]; K],
+        buffer: &mut Vec<f64>,
+    ) {
         self.white.read_subpixels_sr(xy_mm, buffer);
-        for ((value, wall), known) in values.iter_mut().zip(walls).zip(buffer.iter()) {
+        for (i, (wall, known)) in walls.iter().zip(buffer.iter()).enumerate() {
             let ratio = known / wall;
             if (1.0 / LARGEST..=LARGEST).contains(&ratio) {
-                *value *= ratio;
+                sums.iter_mut()
+                    .filter_map(|sum| sum.get_mut(i))
+                    .for_each(|value| *value *= ratio);
             }
         }
     }

@@ -3,6 +3,8 @@
 use super::camera::Camera;
 use super::control::Control;
 use super::diffraction::PlaceDiffraction;
+use super::far;
+use super::footprints::Footprints;
 use super::lamp_rays::lamp_sketches;
 use super::occlusion::Occlusion;
 use super::pixel_aim::PixelAim;
@@ -67,6 +69,8 @@ pub(super) struct Estimator<'a> {
     /// Of the scene.
     lamps: &'a [Lamp],
     control: Option<Control<'a>>,
+    footprints: Option<&'a Footprints>,
+    tells_far: bool,
 }
 
 impl<'a> Estimator<'a> {
@@ -87,12 +91,33 @@ impl<'a> Estimator<'a> {
                 .and_then(Scene::world)
                 .map_or(&[], |(world, _)| world.lamps()),
             control: None,
+            footprints: None,
+            tells_far: false,
         }
     }
 
     /// With what a white wall is known to give.
     pub fn control(self, control: Option<Control<'a>>) -> Self {
         Self { control, ..self }
+    }
+
+    /// With what rays stand for on the scene's cards; `far`: rays that diffraction displaces far are told from others
+    /// ([`Workspace::far`]).
+    pub fn footprints(self, footprints: Option<&'a Footprints>, far: bool) -> Self {
+        Self {
+            scene: match (self.scene, footprints) {
+                (Some(_), Some(footprints)) => Some(footprints.scene()),
+                (scene, _) => scene,
+            },
+            footprints,
+            tells_far: far && footprints.is_some() && self.camera.lens_diffraction().is_some(),
+            ..self
+        }
+    }
+
+    /// See [`Self::footprints`].
+    pub fn tells_far(&self) -> bool {
+        self.tells_far
     }
 
     /// Entries of a [`RadianceRecord`] per pixel.
@@ -118,9 +143,19 @@ impl<'a> Estimator<'a> {
             return;
         }
         out.fill(0.0);
+        work.stand_for(
+            self.footprints,
+            tasks.iter().map(|task| task.aim.position_mm),
+        );
         work.walls.clear();
         if self.control.is_some() {
             work.walls.resize(out.len(), 0.0);
+        }
+        work.far.iter_mut().for_each(Vec::clear);
+        if self.tells_far {
+            work.far
+                .iter_mut()
+                .for_each(|far| far.resize(out.len(), 0.0));
         }
         let rays = self.settings.rays_per_pixel;
         let colours = self.camera.colours();
@@ -155,11 +190,24 @@ impl<'a> Estimator<'a> {
         let each = out.len() / tasks.len();
         for (pixel, (task, values)) in tasks.iter().zip(out.chunks_exact_mut(each)).enumerate() {
             let scale = task.aim.pupil.area_mm2() / rays as f64;
-            values.iter_mut().for_each(|x| *x *= scale);
+            let [light, whites] = (work.far.each_mut()).map(|all| {
+                all.get_mut(pixel * each..(pixel + 1) * each)
+                    .unwrap_or_default()
+            });
+            let sums = [values, light, whites];
+            let mut sums = sums.map(|sum| {
+                sum.iter_mut().for_each(|x| *x *= scale);
+                sum
+            });
             if let Some(control) = &self.control {
                 let walls = &mut work.walls[pixel * each..][..each];
                 walls.iter_mut().for_each(|x| *x *= scale);
-                control.apply(task.aim.position_mm, walls, values, &mut work.known);
+                control.apply(
+                    task.aim.position_mm,
+                    walls,
+                    sums.each_mut().map(|s| &mut **s),
+                    &mut work.known,
+                );
             }
         }
     }
@@ -224,10 +272,10 @@ impl<'a> Estimator<'a> {
                     }
                 }
                 let sums = (pixel * 3 + channel) * n_sub..(pixel * 3 + channel + 1) * n_sub;
-                match self.control {
-                    Some(_) => work.splat_with_wall(channel, pixel, &mut out[sums.clone()], sums),
-                    None => work.splat(channel, pixel, &mut out[sums]),
-                }
+                let wavelength_mm = colours.traced_nm(channel, wavelength) * 1e-6;
+                let far_from =
+                    far::from(work.segments[pixel].phase, wavelength_mm, sensor.pitch_mm());
+                work.splat((channel, pixel), far_from, &mut out[sums.clone()], sums);
                 if channel == ChannelWavelengths::REFERENCE
                     && let Some(occlusion) = &mut task.occlusion
                 {
@@ -252,6 +300,9 @@ impl<'a> Estimator<'a> {
             number: (first + ray) as u32,
             spread: self.spread,
         };
-        work.look(scene, served, key);
+        match self.footprints {
+            Some(footprints) => work.look_around(footprints, served, key),
+            None => work.look(scene, served, key),
+        }
     }
 }

@@ -5,6 +5,8 @@ use rayon::prelude::*;
 use super::camera::Camera;
 use super::control::Control;
 use super::estimator::{Estimator, PixelTask, RadianceRecord};
+use super::far::{FarLight, smoothed_pair};
+use super::footprints::Footprints;
 use super::ghosts::ghost_light;
 use super::occlusion::Occlusion;
 use super::pixel_aim::PixelAim;
@@ -47,6 +49,7 @@ pub struct Render<'a> {
     execution: Execution,
     chief_surfaces: Option<&'a [u16]>,
     white: Option<&'a WhiteField>,
+    footprints: Option<&'a Footprints>,
     progress: &'a dyn Progress,
 }
 
@@ -60,6 +63,7 @@ impl<'a> Render<'a> {
             execution: Execution::default(),
             chief_surfaces: None,
             white: None,
+            footprints: None,
             progress: &(),
         }
     }
@@ -88,6 +92,14 @@ impl<'a> Render<'a> {
         }
     }
 
+    /// With less noise by what rays stand for on the cards of the scene, of which these are.
+    pub fn footprints(self, footprints: impl Into<Option<&'a Footprints>>) -> Self {
+        Self {
+            footprints: footprints.into(),
+            ..self
+        }
+    }
+
     /// `progress` hears of the rays of each finished row.
     pub fn progress(self, progress: &'a dyn Progress) -> Self {
         Self { progress, ..self }
@@ -112,6 +124,7 @@ impl<'a> Render<'a> {
     }
 
     fn run_into(self, record: RadianceRecord<'_>) -> Rendered {
+        let far = matches!(record, RadianceRecord::None);
         let (ghosts, control) = match record {
             RadianceRecord::None => (
                 ghost_light(self.camera, self.scene, self.settings),
@@ -122,7 +135,7 @@ impl<'a> Render<'a> {
         let estimator =
             Estimator::new(self.camera, Some(self.scene), self.settings, self.execution);
         let mut rendered = Job {
-            estimator: estimator.control(control),
+            estimator: estimator.control(control).footprints(self.footprints, far),
             chief_surfaces: self.chief_surfaces,
             progress: self.progress,
         }
@@ -171,6 +184,8 @@ struct Job<'a> {
 struct Row<'a> {
     number: usize,
     mosaic: &'a mut [f32],
+    /// Light and walls of [`FarLight`]; empty without.
+    far: [&'a mut [f32]; 2],
     occlusion: &'a mut [f32],
     record: RadianceRecord<'a>,
 }
@@ -186,14 +201,22 @@ impl Job<'_> {
             Some(map) => map.data_mut().chunks_mut(width).collect(),
             None => (0..height).map(|_| &mut [][..]).collect(),
         };
+        let mut far = (self.estimator.tells_far()).then(|| FarLight::like(&mosaic));
+        let line = width * m * n * 3;
+        let mut far_rows: Vec<[&mut [f32]; 2]> = match &mut far {
+            Some(far) => far.rows_mut(line).collect(),
+            None => (0..height).map(|_| [&mut [][..], &mut []]).collect(),
+        };
         let record_rows = record.split(self.estimator.record_len() * width, height);
-        let rows: Vec<Row<'_>> = (mosaic.data_mut().chunks_mut(width * m * n * 3))
+        let rows: Vec<Row<'_>> = (mosaic.data_mut().chunks_mut(line))
+            .zip(far_rows.drain(..))
             .zip(occlusion_rows.drain(..))
             .zip(record_rows)
             .enumerate()
-            .map(|(number, ((mosaic, occlusion), record))| Row {
+            .map(|(number, (((mosaic, far), occlusion), record))| Row {
                 number,
                 mosaic,
+                far,
                 occlusion,
                 record,
             })
@@ -201,6 +224,9 @@ impl Job<'_> {
         // Collected in row order and summed in it, so that even the sums' rounding does not depend on the threads.
         let tallies: Vec<Tally> = (rows.into_par_iter().map(|row| self.render_row(row))).collect();
         let tally = tallies.into_iter().fold(Tally::default(), Tally::merge);
+        if let Some(far) = &far {
+            far.add_to(&mut mosaic, (m, n));
+        }
         let stats = tally.stats(mosaic.data());
         Rendered {
             image: SubPixelImage { subpixels, mosaic },
@@ -213,6 +239,7 @@ impl Job<'_> {
         let Row {
             number,
             mosaic,
+            mut far,
             occlusion,
             record,
         } = row;
@@ -250,29 +277,37 @@ impl Job<'_> {
                 .iter()
                 .map(|task| task.occlusion.as_ref().and_then(Occlusion::share))
                 .collect();
+            let run_far = work.far.each_mut().map(std::mem::take);
             let each = lit.iter().zip(values.chunks_exact(3 * count)).zip(shares);
-            for (((column, aim), values), share) in each {
+            for (pixel, (((column, aim), values), share)) in each.enumerate() {
+                let own = pixel * 3 * count..(pixel + 1) * 3 * count;
+                let own_far =
+                    (run_far.each_ref()).map(|all| all.get(own.clone()).unwrap_or_default());
                 if let Some(share) = share {
                     occlusion[*column] = share;
                 }
                 let is_repeated = number % SPREAD_STRIDE == 0 && column % SPREAD_STRIDE == 0;
                 if estimator.scene.is_some() && is_repeated {
-                    self.repeat((*column, number), aim, &mut work, values);
+                    self.repeat((*column, number), aim, &mut work, (values, own_far));
                 }
                 self.store(*column, values, mosaic);
+                for (far, own) in far.iter_mut().zip(own_far) {
+                    self.store(*column, own, far);
+                }
             }
+            work.far = run_far;
         }
         self.progress.rays(work.tally.rays);
         work.tally
     }
 
-    /// Renders a pixel with other samples and tallies the difference to its `values`.
+    /// Renders a pixel with other samples and tallies the difference to its `values` and far light.
     fn repeat(
         &self,
         (column, row): (usize, usize),
         aim: &PixelAim,
         work: &mut Workspace,
-        values: &[f64],
+        (values, far): (&[f64], [&[f64]; 2]),
     ) {
         let second_seed = hash(self.estimator.settings.seed, &[0x5EC0_11D0]);
         let aim = PixelAim {
@@ -281,7 +316,11 @@ impl Job<'_> {
         };
         let mut again = vec![0.0; values.len()];
         (self.estimator).run(&mut [PixelTask::image_only(&aim)], work, &mut again);
-        for (&a, &b) in values.iter().zip(&again) {
+        for (i, (&a, &b)) in values.iter().zip(&again).enumerate() {
+            let at = |far: &[f64]| far.get(i).copied().unwrap_or(0.0);
+            let [first, second] = [far, work.far.each_ref().map(Vec::as_slice)]
+                .map(|[light, walls]| (at(light), at(walls)));
+            let (a, b) = smoothed_pair((a, first), (b, second));
             work.tally.count_pair(a, b);
         }
     }
@@ -290,6 +329,9 @@ impl Job<'_> {
     fn store(&self, column: usize, values: &[f64], mosaic: &mut [f32]) {
         let sensor = self.estimator.camera.sensor();
         let (width, m) = (sensor.width(), sensor.subpixels().m());
+        if values.is_empty() {
+            return;
+        }
         for (channel, subpixels) in values.chunks_exact(values.len() / 3).enumerate() {
             for (index, &value) in subpixels.iter().enumerate() {
                 let (x, y) = (column * m + index % m, index / m);

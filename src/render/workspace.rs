@@ -8,6 +8,7 @@ use super::Execution;
 use super::aiming::{Target, displace, sample};
 use super::camera::Camera;
 use super::diffraction::PlaceDiffraction;
+use super::footprints::{Footprints, Places};
 use super::lamp_rays::{LampSketch, lamp_key, rays_per_sketch, weight};
 use super::occlusion::Occlusion;
 use super::pixel_aim::PixelAim;
@@ -34,6 +35,8 @@ pub(super) struct Segment {
     pub position_mm: DVec2,
     /// From the sensor to the plane of the pupil, mm.
     pupil_z_mm: f64,
+    /// Displacement over wavelength of phase 1 at the pupil's edge; 0 without diffraction.
+    pub phase: f64,
 }
 
 /// Buffers that a thread reuses from block to block. The columns hold the rays of all pixels of a block.
@@ -55,6 +58,16 @@ pub(super) struct Workspace {
     pub v: Vec<f32>,
     pub weights: Vec<f32>,
     pub batch: RayBatch,
+    /// How each card is met beside each pixel of a run, where rays stand for areas: pixels outermost.
+    slopes: Vec<[f32; 4]>,
+    /// Of each ray of a block, its pixel in the run.
+    pixels: Vec<u32>,
+    /// What the mirror images of rays in their pixels meet, and its radiance.
+    mirrored: Hits,
+    other: Vec<f32>,
+    /// Of a run of pixels, light of rays that are displaced far, and what they would bring from a white wall: as the
+    /// run's own values. Empty where they are not told from others.
+    pub far: [Vec<f64>; 2],
     /// One per wavelength that has a map.
     pub maps: Vec<PlaceBuffers>,
     pub hits: Hits,
@@ -107,6 +120,7 @@ impl Workspace {
             first,
             position_mm: aim.position_mm,
             pupil_z_mm: target.pupil.centre_mm.z - target.sensor_z_mm,
+            phase: 0.0,
         });
         let uniform = (self.samples.each_mut()).map(|s| &mut s[begin..begin + n]);
         sample(sobol, aim.key, first, uniform, execution.simd);
@@ -150,15 +164,16 @@ impl Workspace {
 
     /// Draws where the rays of the last pixel start that lens diffraction takes to the aimed places.
     pub fn diffract(&mut self, here: &PlaceDiffraction<'_>, sobol: &SobolSet, aim: &PixelAim) {
-        let Some(segment) = self.segments.last() else {
+        let Some(segment) = self.segments.last_mut() else {
             return;
         };
+        segment.phase = here.phase();
         let Segment {
             rays,
             uniform,
             first,
             ..
-        } = segment;
+        } = &*segment;
         let [x, y] = &mut self.displacements;
         x.resize(rays.end, 0.0);
         y.resize(rays.end, 0.0);
@@ -248,11 +263,70 @@ impl Workspace {
         }
     }
 
+    /// Finds what the rays of a run of pixels stand for.
+    pub fn stand_for(
+        &mut self,
+        footprints: Option<&Footprints>,
+        places_mm: impl Iterator<Item = DVec2>,
+    ) {
+        self.slopes.clear();
+        if let Some(footprints) = footprints {
+            places_mm.for_each(|place_mm| footprints.add_slopes(place_mm, &mut self.slopes));
+        }
+    }
+
     /// The radiance of the channels along the traced rays.
     pub fn look(&mut self, scene: &Scene, channels: Range<usize>, key: impl Fn(usize) -> PathKey) {
         let rays = RaySlices::from_batch(&self.batch);
         scene.intersect(rays, &mut self.hits);
         scene.radiance(rays, &mut self.hits, channels, key, &mut self.radiance);
+    }
+
+    /// The same over the areas that rays stand for, in the footprints' scene: the mean of a quarter of the pixel and of
+    /// the opposite one.
+    pub fn look_around(
+        &mut self,
+        footprints: &Footprints,
+        channels: Range<usize>,
+        key: impl Fn(usize) -> PathKey,
+    ) {
+        let scene = footprints.scene();
+        let rays = RaySlices::from_batch(&self.batch);
+        self.pixels.clear();
+        for (pixel, segment) in self.segments.iter().enumerate() {
+            self.pixels.resize(segment.rays.end, pixel as u32);
+        }
+        let [x, y, ..] = &self.samples;
+        let places = Places {
+            cards: scene.planes().len(),
+            slopes: &self.slopes,
+            pixels: &self.pixels,
+            x,
+            y,
+        };
+        let (hits, mirrored) = (&mut self.hits, &mut self.mirrored);
+        scene.intersect(rays, hits);
+        match hits.surface.first() {
+            // Where a run of pixels sees one card alone, all mirror images meet it.
+            Some(&card) if hits.surface.iter().all(|other| *other == card) => {
+                places.centre_on(card, hits, mirrored);
+            }
+            _ => {
+                let beside = |card, ray| places.to_mirrored(card, ray);
+                scene.intersect_beside(rays, beside, mirrored);
+                places.centre(hits, false);
+                places.centre(mirrored, true);
+            }
+        }
+        for channel in channels {
+            let each = channel..channel + 1;
+            scene.radiance(rays, mirrored, each.clone(), &key, &mut self.radiance);
+            self.other.clone_from(&self.radiance[channel]);
+            scene.radiance(rays, hits, each, &key, &mut self.radiance);
+            for (own, other) in self.radiance[channel].iter_mut().zip(&self.other) {
+                *own = 0.5 * (*own + other);
+            }
+        }
     }
 
     /// Takes the radiance of a channel along a pixel's rays from a record.
@@ -280,47 +354,6 @@ impl Workspace {
         }
     }
 
-    /// out[s] += Σ radiance · weight · measure over those rays of a pixel that passed.
-    pub fn splat(&self, channel: usize, pixel: usize, out: &mut [f64]) {
-        add_weighted(self.weighted(channel, pixel, out.len()), [out]);
-    }
-
-    /// The same, and walls[sums] += Σ weight · measure.
-    pub fn splat_with_wall(
-        &mut self,
-        channel: usize,
-        pixel: usize,
-        out: &mut [f64],
-        sums: Range<usize>,
-    ) {
-        let mut walls = std::mem::take(&mut self.walls);
-        let rays = self.weighted::<2>(channel, pixel, out.len());
-        add_weighted(rays, [out, &mut walls[sums]]);
-        self.walls = walls;
-    }
-
-    /// What each ray of a pixel carries, with its weights: radiance · measure, and measure where both are asked for.
-    #[inline(always)]
-    fn weighted<const K: usize>(
-        &self,
-        channel: usize,
-        pixel: usize,
-        n_sub: usize,
-    ) -> impl Iterator<Item = ([f64; K], &[f32])> {
-        let range = self.segments[pixel].rays.clone();
-        let rays = (self.radiance[channel][range.clone()].iter())
-            .zip(&self.measure[range.clone()])
-            .zip(self.weights[range.start * n_sub..].chunks_exact(n_sub))
-            .zip(&self.batch.status[range]);
-        rays.map(|(((&radiance, &measure), weights), &status)| {
-            // A lost ray carries nothing; its radiance may be that of a meaningless hit.
-            let passes = status == 0;
-            let both = [f64::from(radiance) * measure, measure];
-            let values = std::array::from_fn(|k| if passes { both[k] } else { 0.0 });
-            (values, weights)
-        })
-    }
-
     /// How much of a pixel's pupil sees another surface than the ray of sight.
     pub fn count_others(&self, pixel: usize, occlusion: &mut Occlusion) {
         for i in self.segments[pixel].rays.clone() {
@@ -329,40 +362,6 @@ impl Workspace {
                 if self.hits.surface[i] != occlusion.chief_surface {
                     occlusion.other += self.measure[i];
                 }
-            }
-        }
-    }
-}
-
-/// out_k[s] += Σ value_k · weight[s] over rays.
-#[inline(always)]
-fn add_weighted<'a, const K: usize>(
-    rays: impl Iterator<Item = ([f64; K], &'a [f32])>,
-    outs: [&mut [f64]; K],
-) {
-    // Four sub-pixels stay in registers.
-    if outs.iter().all(|out| out.len() == 4) {
-        let mut sums = [[0.0; 4]; K];
-        for (sums, out) in sums.iter_mut().zip(&outs) {
-            sums.copy_from_slice(out);
-        }
-        for (values, weights) in rays {
-            if let Ok(weights) = <&[f32; 4]>::try_from(weights) {
-                for (sums, value) in sums.iter_mut().zip(values) {
-                    (0..4).for_each(|s| sums[s] += value * f64::from(weights[s]));
-                }
-            }
-        }
-        for (out, sums) in outs.into_iter().zip(&sums) {
-            out.copy_from_slice(sums);
-        }
-        return;
-    }
-    let mut outs = outs;
-    for (values, weights) in rays {
-        for (out, value) in outs.iter_mut().zip(values) {
-            for (o, &w) in out.iter_mut().zip(weights) {
-                *o += value * f64::from(w);
             }
         }
     }

@@ -30,6 +30,10 @@ impl Cards {
         &self.planes
     }
 
+    pub fn environment(&self) -> [f32; 3] {
+        self.environment
+    }
+
     /// First hits of all rays, into hits that have been reset.
     pub fn intersect(&self, rays: RaySlices<'_>, hits: &mut Hits) {
         for (index, (plane, solver)) in self.planes.iter().zip(&self.solvers).enumerate() {
@@ -39,6 +43,39 @@ impl Cards {
                 });
             } else {
                 update(solver, rays, hits, index as u16, |_, _| true);
+            }
+        }
+    }
+
+    /// First hits of rays beside these, into hits that have been reset: `beside` has by how much s and t of a ray's
+    /// crossing (second number) with a card (first number) change.
+    pub fn intersect_beside(
+        &self,
+        rays: RaySlices<'_>,
+        beside: impl Fn(usize, usize) -> [f32; 2],
+        hits: &mut Hits,
+    ) {
+        let level = SimdLevel::detect();
+        let n = hits.distance_mm.len();
+        let mut met = Crossings::NONE;
+        for (index, (plane, solver)) in self.planes.iter().zip(&self.solvers).enumerate() {
+            for start in (0..n).step_by(BLOCK) {
+                let block = start..n.min(start + BLOCK);
+                let origins = rays.origin_mm.map(|a| &a[block.clone()]);
+                let directions = rays.direction.map(|a| &a[block.clone()]);
+                let distance = &mut hits.distance_mm[block.clone()];
+                met.find(solver, [origins, directions], distance, level);
+                for (i, ray) in block.enumerate() {
+                    let [ds, dt] = beside(index, ray);
+                    let (s, t) = (met.s[i] as f32 + ds, met.t[i] as f32 + dt);
+                    let within = |x: f32| (0.0..=1.0).contains(&x);
+                    let before = met.tau[i] > 0.0 && met.tau[i] < distance[i];
+                    if before && within(s) && within(t) && plane.is_solid_at(s.into(), t.into()) {
+                        distance[i] = met.tau[i];
+                        (hits.cards.s[ray], hits.cards.t[ray]) = (s, t);
+                        hits.surface[ray] = index as u16;
+                    }
+                }
             }
         }
     }

@@ -87,6 +87,15 @@ impl Scene {
         }
     }
 
+    /// The same environment behind other cards.
+    pub(crate) fn with_planes(&self, planes: Vec<TexturedPlane>) -> Self {
+        let environment = match &self.kind {
+            Kind::Cards(cards) => cards.environment(),
+            Kind::World(..) | Kind::Patches(..) => [0.0; 3],
+        };
+        Self::new(planes, environment)
+    }
+
     /// The world and its settings, if it is one.
     pub fn world(&self) -> Option<(&Arc<World>, &PathSettings)> {
         match &self.kind {
@@ -128,6 +137,20 @@ impl Scene {
                     met.normal[i] = hit.normal;
                 });
             }
+        }
+    }
+
+    /// First hits with cards of rays beside these: `beside` has by how much s and t of a ray's crossing (second number)
+    /// with a card (first number) change. Of other scenes none.
+    pub(crate) fn intersect_beside(
+        &self,
+        rays: RaySlices<'_>,
+        beside: impl Fn(usize, usize) -> [f32; 2],
+        hits: &mut Hits,
+    ) {
+        hits.reset_for_cards(rays.origin_mm[0].len());
+        if let Kind::Cards(cards) = &self.kind {
+            cards.intersect_beside(rays, beside, hits);
         }
     }
 

@@ -5,10 +5,11 @@
 
 use std::sync::Arc;
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use super::texture::Texture;
 use crate::range::{OutOfRange, require};
+use crate::rays::Ray;
 
 /// A textured rectangle in the camera frame.
 #[derive(Clone, Debug)]
@@ -94,6 +95,27 @@ impl TexturedPlane {
     /// Its picture.
     pub fn texture(&self) -> &Texture {
         &self.texture
+    }
+
+    /// The same card with another picture.
+    pub(crate) fn with_texture(&self, texture: Arc<Texture>) -> Self {
+        Self {
+            texture,
+            ..self.clone()
+        }
+    }
+
+    /// (s, t) where a ray crosses the card's plane in front of its origin, on the card or beside it.
+    pub(crate) fn crossing(&self, ray: &Ray) -> Option<DVec2> {
+        let solver = self.solver();
+        let tau =
+            (solver.offset - solver.normal.dot(ray.origin_mm)) / solver.normal.dot(ray.direction);
+        let p = ray.origin_mm + tau * ray.direction;
+        let met = DVec2::new(
+            solver.s_axis.dot(p) + solver.s0,
+            solver.t_axis.dot(p) + solver.t0,
+        );
+        (tau > 0.0 && met.is_finite()).then_some(met)
     }
 
     /// The coefficients of the hit: `τ = (offset − n·o) / n·d`, then `s = S·p + s0`, `t = T·p + t0` for the point p.

@@ -7,6 +7,7 @@
 mod control;
 mod disparity;
 mod execution;
+mod footprints;
 mod ghosts;
 mod kernels;
 mod radiometry;

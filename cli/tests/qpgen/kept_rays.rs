@@ -13,7 +13,7 @@ fn recipe(changes: &[(&str, &str)]) -> String {
     let small = [
         ("width = 200", "width = 24"),
         ("height = 200", "height = 20"),
-        ("rays_per_pixel = 96", "rays_per_pixel = 8"),
+        ("rays_per_pixel = 48", "rays_per_pixel = 8"),
     ];
     for (from, to) in small.iter().chain(changes) {
         assert!(text.contains(from), "{from}");

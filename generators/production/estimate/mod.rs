@@ -37,8 +37,8 @@ const LEAST_BY_RAYS: f64 = 0.5;
 /// Fewest rays: below, a ray costs more.
 const LEAST_RAYS: usize = 8;
 /// Power of the number of rays with which a sub-pixel's error falls, as measured from 24 to 96 rays on charts with
-/// diffraction at the lens (`benches/runs/2026-11-23/fewer_nodes.md`): little faster than of independent samples.
-const SPREAD_FALLS: f64 = -0.56;
+/// diffraction at the lens (`benches/runs/2026-11-29/footprints.md`).
+const SPREAD_FALLS: f64 = -0.6;
 
 /// What to expect.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -157,7 +157,7 @@ fn expected(
 ) -> Expected {
     let Tried { few, more, seconds } = tried;
     let n = more.len() as f64;
-    let rays = config.rays_per_pixel as f64;
+    let rays = config.rays() as f64;
     // The part of the rays' stage that each ray adds to, by the sample that was rendered twice.
     let a_ray_s = (more[0].rays_s - few.rays_s) / (more[0].rays as f64 - few.rays as f64);
     let by_rays = (a_ray_s * more[0].rays as f64 / more[0].rays_s).clamp(LEAST_BY_RAYS, 1.0);

@@ -64,7 +64,7 @@ pub struct MapTask<'a> {
 }
 
 /// Part of the time of tracing all rays exactly that making a map may take.
-const MAKING_SHARE: f64 = 0.3;
+const MAKING_SHARE: f64 = 0.5;
 
 impl MapTask<'_> {
     /// Whether work of so many rays, traced exactly, pays.

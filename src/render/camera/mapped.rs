@@ -13,7 +13,7 @@ const TRACED_WAVELENGTHS: usize = 4;
 
 impl Camera {
     /// The camera with maps of its lens in the place of its surfaces, for renders of so many rays per pixel and
-    /// channel: they pay where each wavelength has more than a million. The lens is traced exactly where it cannot be
+    /// channel: they pay where each map that is traced serves more than a million. The lens is traced exactly where it cannot be
     /// mapped within the bound ([`Camera::lens_maps`] tells why), and so is everything but a
     /// [`Render`](crate::render::Render).
     pub fn with_lens_maps(self, tracing: &LensTracing, rays_per_pixel: usize) -> Self {
@@ -22,7 +22,8 @@ impl Camera {
         };
         let sensor = self.sensor();
         let rays = sensor.width() * sensor.height() * rays_per_pixel / self.colours().count();
-        if rays < LEAST_RAYS {
+        let wavelengths = self.colours().systems().len();
+        if shared(rays, wavelengths) < LEAST_RAYS {
             return self.mapped(Vec::new(), LensMaps::TooFewRays);
         }
         match self.maps(bound, rays) {
@@ -64,8 +65,7 @@ impl Camera {
                 .total_cmp(&systems[*b].wavelength_nm)
         });
         let traced = spread(order.len());
-        // What a map takes to be made is shared by the wavelengths that it serves.
-        let served = rays * order.len() / traced.len().max(1);
+        let served = shared(rays, order.len());
         let mut maps: Vec<Option<LensMap>> = vec![None; systems.len()];
         let mut like: Option<usize> = None;
         for &place in &traced {
@@ -104,6 +104,11 @@ impl Camera {
         }
         Ok(maps.into_iter().flatten().collect())
     }
+}
+
+/// Rays that a traced map serves: what it takes to be made is shared by the wavelengths between.
+fn shared(rays: usize, wavelengths: usize) -> usize {
+    rays * wavelengths / wavelengths.clamp(1, TRACED_WAVELENGTHS)
 }
 
 /// Places of [`TRACED_WAVELENGTHS`] of `count` sorted wavelengths: the extrema of Chebyshev's polynomial, or all.

@@ -271,6 +271,11 @@ impl PlaceDiffraction<'_> {
             }
     }
 
+    /// Displacement over wavelength of phase 1 at the pupil's edge.
+    pub fn phase(&self) -> f64 {
+        self.scale.determinant().abs().sqrt()
+    }
+
     /// The nodes take turns by their weights.
     #[inline]
     fn pick(&self, number: usize) -> NodeDraw<'_> {

@@ -9,6 +9,9 @@
 //! so that the four taps need no clamping of their own.
 
 mod lookup;
+mod smooth;
+
+pub use smooth::WindowMoments;
 
 use crate::scene::mip::Halving;
 use rayon::prelude::*;
