@@ -2,7 +2,8 @@
 //!
 //! 3.2 times the rays halve the noise of a chart (`benches/runs/2026-11-29/footprints.md`); the grid of directions is
 //! that of [`quadpixel::response::TableSettings`]. Where channels have bands, 2, 4 or 8 wavelengths stand for each. The
-//! reference traces its rays through the lens surface by surface and looks charts up at points, the others have maps and areas.
+//! reference traces its rays through the lens surface by surface and looks charts up at points; the others have maps
+//! and areas.
 
 use quadpixel::em::Preset;
 use quadpixel::render::LensTracing;

@@ -1,11 +1,11 @@
-//! What a ray stands for on a card: not a point of its picture but the area that the whole pixel sees.
+//! What a ray stands for on a card: not a point of its picture but the area that a quarter of its pixel sees.
 //!
 //! All places of a quarter of a pixel that look through one point of the pupil meet a card in a parallelogram (H.
-//! Igehy, *Tracing ray differentials*, SIGGRAPH 1999; the differentials are found here by tracing at the nodes of a grid
-//! over the window). So a ray looks up the mean over that parallelogram, in a picture that was averaged once, by its
-//! second moments ([`WindowMoments`]); and so does its mirror image in the pixel, through the same point of the pupil,
-//! which may meet another card. Quarters have as many rays each. What a pixel holds of fine detail is hardly noise any
-//! more. Contrast is that of points to some thousandths up to two pixels a period.
+//! Igehy, *Tracing ray differentials*, SIGGRAPH 1999; the differentials are found here by tracing at the nodes of a
+//! grid over the window). So a ray looks up the mean over that parallelogram, in a picture that was averaged once,
+//! by its second moments ([`WindowMoments`]). Its mirror image in the pixel, through the same point of the pupil, does
+//! so, too; it may meet another card. Quarters have as many rays each. What a pixel holds of fine detail is hardly
+//! noise any more. Contrast is that of points to some thousandths up to two pixels a period.
 //!
 //! Cards that are seen at angles too different for that are looked up at points.
 

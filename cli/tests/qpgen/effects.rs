@@ -143,7 +143,7 @@ fn unknown_effects_and_tolerances_without_meaning_are_refused() {
 #[test]
 fn an_estimate_is_what_happens_then() {
     let full = std::env::var_os("QUADPIXEL_ESTIMATE").is_some();
-    let (side, rays, count) = if full { (192, 128, 8) } else { (64, 64, 4) };
+    let (side, rays, count) = if full { (192, 128, 8) } else { (128, 64, 4) };
     let text = SMALL
         .replace("width = 40", &format!("width = {side}"))
         .replace("height = 32", &format!("height = {side}"))

@@ -108,11 +108,9 @@ pub fn estimate(
     let folder = FolderAside::new(out, format!("{name}-estimate-"))?;
     let mut responses = Responses::new();
     let response_seconds = tables::seconds_of_missing(config, &recipes, &mut responses)?;
-    let few = rendered(
-        &drawn[0],
-        part_of_rays(&drawn[0], PART * PART),
-        &mut responses,
-    )?;
+    let half = tried_rays(&drawn[0]).div_ceil(2);
+    let few = half.max(LEAST_RAYS.min(drawn[0].render.rays_per_pixel));
+    let few = rendered(&drawn[0], few, &mut responses)?;
     let few = written(&few, folder.path())?;
     // As a dataset is made: one sample is written while the next is rendered.
     let began = Instant::now();
@@ -202,18 +200,13 @@ fn expected(
     }
 }
 
-/// One part of so many of a recipe's rays.
-fn part_of_rays(recipe: &Recipe, parts: usize) -> usize {
-    let all = recipe.render.rays_per_pixel;
-    (all / parts).max(LEAST_RAYS.min(all))
-}
-
-/// Rays that tell the noise of all: enough for the known light of a white wall, if all of them are.
+/// Rays that tell the noise of all: half of them enough for the known light of a white wall, if all of them are.
 fn tried_rays(recipe: &Recipe) -> usize {
+    let all = recipe.render.rays_per_pixel;
     let known = LEAST_RAYS_PER_SUBPIXEL * recipe.sensor.subpixels.count();
-    let part = part_of_rays(recipe, PART);
-    match recipe.render.rays_per_pixel >= known {
-        true => part.max(known),
+    let part = (all / PART).max(LEAST_RAYS.min(all));
+    match all >= known {
+        true => part.max(2 * known).min(all),
         false => part,
     }
 }

@@ -13,8 +13,8 @@ const TRACED_WAVELENGTHS: usize = 4;
 
 impl Camera {
     /// The camera with maps of its lens in the place of its surfaces, for renders of so many rays per pixel and
-    /// channel: they pay where each map that is traced serves more than a million. The lens is traced exactly where it cannot be
-    /// mapped within the bound ([`Camera::lens_maps`] tells why), and so is everything but a
+    /// channel: they pay where each map that is traced serves more than a million. The lens is traced exactly where it
+    /// cannot be mapped within the bound ([`Camera::lens_maps`] tells why), and so is everything but a
     /// [`Render`](crate::render::Render).
     pub fn with_lens_maps(self, tracing: &LensTracing, rays_per_pixel: usize) -> Self {
         let Some(bound) = tracing.bound().filter(|_| self.lens_pupils().is_some()) else {
