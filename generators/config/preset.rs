@@ -1,6 +1,6 @@
 //! Three points between speed and accuracy.
 //!
-//! 3.2 times the rays halve the noise of a chart (`benches/runs/2026-11-29/footprints.md`); the grid of directions is
+//! 3 times the rays halve the noise of a chart (`benches/runs/2026-11-29/footprints.md`); the grid of directions is
 //! that of [`quadpixel::response::TableSettings`]. Where channels have bands, 2, 4 or 8 wavelengths stand for each. The
 //! reference traces its rays through the lens surface by surface and looks charts up at points; the others have maps
 //! and areas.
@@ -19,7 +19,7 @@ pub fn about(preset: Preset) -> &'static str {
         }
         Preset::Standard => "48 rays per microlens and channel, 96 in worlds: the default",
         Preset::Reference => {
-            "512 rays per microlens and channel, each for a point, through the lens surface by surface; converged response tables: many times the time, half the noise"
+            "512 rays per microlens and channel, each for a point, through the lens surface by surface; converged response tables: many times the time, 0.4 of the noise"
         }
     }
 }

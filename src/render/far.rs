@@ -1,8 +1,8 @@
 //! Light that diffraction takes far, smoothed over neighbouring pixels.
 //!
-//! A few rays of a hundred are displaced far, and what they meet has little to do with the pixel: they are half of the
-//! noise. Their pattern is broad where they land, so their mean radiance may be taken over the 3 × 3 pixels around, by
-//! binomial weights: as if far displacements were 0.7 px uncertain, RMS, along each axis.
+//! A few rays of a hundred are displaced far, and what they meet has little to do with the pixel. Their pattern is
+//! broad where they land, so their mean radiance is taken over the 3 × 3 pixels around, by binomial weights: as if far
+//! displacements were 0.7 px uncertain, RMS, along each axis.
 //!
 //! ```text
 //! E = E_near + W_far · ⟨E_far⟩ / ⟨W_far⟩
@@ -31,8 +31,8 @@ pub(super) fn from(scale: f64, wavelength_mm: f64, pitch_mm: f64) -> f64 {
 
 /// Light of far rays, and what they would bring from a white wall, in the layout of the mosaic.
 pub(super) struct FarLight {
-    pub light: Image,
-    pub walls: Image,
+    light: Image,
+    walls: Image,
 }
 
 impl FarLight {

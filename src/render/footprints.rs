@@ -5,7 +5,8 @@
 //! grid over the window). So a ray looks up the mean over that parallelogram, in a picture that was averaged once,
 //! by its second moments ([`WindowMoments`]). Its mirror image in the pixel, through the same point of the pupil, does
 //! so, too; it may meet another card. Quarters have as many rays each. What a pixel holds of fine detail is hardly
-//! noise any more. Contrast is that of points to some thousandths up to two pixels a period.
+//! noise any more. Contrast is that of points to some thousandths, down to periods of two
+//! pixels.
 //!
 //! Cards that are seen at angles too different for that are looked up at points.
 
@@ -28,7 +29,7 @@ const TRANSFER: f64 = 0.005;
 /// A card's nodes are those that see it, or what lies so far beside it, in parts of its sides.
 const BESIDE: f64 = 0.5;
 
-/// The cards of a scene as pixels see them.
+/// The cards of a scene as pixels see them: for [`Render::footprints`](super::Render::footprints).
 #[derive(Clone, Debug)]
 pub struct Footprints {
     scene: Scene,
@@ -186,7 +187,7 @@ impl Sights {
         Self { batch, pitch_mm }
     }
 
-    /// What the nodes see of a card; where no light passes, as the first where it does. `None` where there is none.
+    /// What the nodes see of a card; where a node does not, as the nearest that does. `None` where there is none.
     fn on(&self, plane: &TexturedPlane) -> Option<Vec<Node>> {
         let at = |node: usize| {
             let rays = node * AROUND.len()..(node + 1) * AROUND.len();
@@ -205,17 +206,21 @@ impl Sights {
             })
         };
         let nodes: Vec<Option<Node>> = (0..NODES * NODES).map(at).collect();
-        let first = nodes.iter().flatten().next().copied()?;
-        let beside = Node {
-            is_seen: false,
-            ..first
+        let nearest = |number: usize| {
+            let apart = |other: usize| {
+                let along = |a: usize, b: usize| a.abs_diff(b).pow(2);
+                along(number % NODES, other % NODES) + along(number / NODES, other / NODES)
+            };
+            let known = (0..nodes.len()).filter(|&other| nodes[other].is_some());
+            let node = nodes[known.min_by_key(|&other| apart(other))?]?;
+            Some(Node {
+                is_seen: false,
+                ..node
+            })
         };
-        Some(
-            nodes
-                .into_iter()
-                .map(|node| node.unwrap_or(beside))
-                .collect(),
-        )
+        (0..nodes.len())
+            .map(|number| nodes[number].or_else(|| nearest(number)))
+            .collect()
     }
 }
 

@@ -1,8 +1,8 @@
-//! A texture averaged over a small window of its own: three running means, along rows, columns and a diagonal.
+//! A texture averaged over a small window of its own: means along rows, then columns, then a diagonal.
 //!
 //! A mean over 2n + 1 texels and a part of the next one on either side has any variance that is asked for. So the three
-//! together have the second moments of any window that is not much longer than wide: a mean over that window agrees
-//! with theirs to the fourth order of the frequency.
+//! together have the second moments of any window that is not much longer than wide, and their transfer function is
+//! that window's but for terms of the fourth order in the frequency.
 
 use std::sync::OnceLock;
 
