@@ -4,9 +4,8 @@
 //! Igehy, *Tracing ray differentials*, SIGGRAPH 1999; the differentials are found here by tracing at the nodes of a
 //! grid over the window). So a ray looks up the mean over that parallelogram, in a picture that was averaged once,
 //! by its second moments ([`WindowMoments`]). Its mirror image in the pixel, through the same point of the pupil, does
-//! so, too; it may meet another card. Quarters have as many rays each. What a pixel holds of fine detail is hardly
-//! noise any more. Contrast is that of points to some thousandths, down to periods of two
-//! pixels.
+//! so, too; it may meet another card (`look.rs`). Quarters have as many rays each. What a pixel holds of fine detail is
+//! hardly noise any more. Contrast is that of points to some thousandths, down to periods of two pixels.
 //!
 //! Cards that are seen at angles too different for that are looked up at points.
 
@@ -19,7 +18,7 @@ use crate::field::FieldGrid;
 use crate::frames::camera_from_sensor_mm;
 use crate::rays::RayBatch;
 use crate::scene::texture::{Texture, WindowMoments};
-use crate::scene::{Hits, Scene, TexturedPlane};
+use crate::scene::{Scene, TexturedPlane};
 use crate::simd::SimdLevel;
 
 /// Nodes along each side of the window.
@@ -39,7 +38,7 @@ pub struct Footprints {
 }
 
 /// How s and t of a card change with the place in a pixel, per px.
-type Slopes = [f32; 4];
+pub(super) type Slopes = [f32; 4];
 
 impl Footprints {
     /// Of the cards that a camera sees; `None` where no card has any.
@@ -86,77 +85,6 @@ impl Footprints {
             }
             here.map(|slope| (slope * self.pitch_mm) as f32)
         }));
-    }
-}
-
-/// How s and t of the cards change over the pixels of a run, and where in their pixels a block's rays start.
-pub(super) struct Places<'a> {
-    /// Cards of the scene.
-    pub cards: usize,
-    /// Pixels outermost.
-    pub slopes: &'a [Slopes],
-    /// Of each ray its pixel.
-    pub pixels: &'a [u32],
-    /// Places in the pixel, 0 to 1.
-    pub x: &'a [f64],
-    pub y: &'a [f64],
-}
-
-impl Places<'_> {
-    /// From a ray's place to its mirror image in its pixel, in s and t of a card.
-    #[inline]
-    pub fn to_mirrored(&self, card: usize, ray: usize) -> [f32; 2] {
-        self.way(card, ray, |x| 1.0 - 2.0 * x)
-    }
-
-    /// From a ray's place to the middle of its quarter of the pixel; the mirror image's way is the opposite one.
-    #[inline]
-    pub fn to_middle(&self, card: usize, ray: usize) -> [f32; 2] {
-        self.way(card, ray, |x| if x < 0.5 { 0.25 - x } else { 0.75 - x })
-    }
-
-    #[inline]
-    fn way(&self, card: usize, ray: usize, along: impl Fn(f32) -> f32) -> [f32; 2] {
-        let pixel = self.pixels[ray] as usize * self.cards;
-        let [sx, tx, sy, ty] = self.slopes[pixel + card];
-        let (dx, dy) = (along(self.x[ray] as f32), along(self.y[ray] as f32));
-        [sx * dx + sy * dy, tx * dx + ty * dy]
-    }
-
-    /// Moves where rays that all meet one card (or nothing) meet it to where the middles of their quarters would, and
-    /// writes where those of their mirror images do.
-    pub fn centre_on(&self, card: u16, hits: &mut Hits, mirrored: &mut Hits) {
-        mirrored.surface.clone_from(&hits.surface);
-        mirrored.cards.clone_from(&hits.cards);
-        let number = card as usize;
-        if number >= self.cards {
-            return;
-        }
-        let rays = (hits.cards.s.iter_mut().zip(&mut hits.cards.t))
-            .zip(mirrored.cards.s.iter_mut().zip(&mut mirrored.cards.t))
-            .zip(self.x.iter().zip(self.y));
-        for (((own, other), (&x, &y)), &pixel) in rays.zip(self.pixels) {
-            let [sx, tx, sy, ty] = self.slopes[pixel as usize * self.cards + number];
-            let (x, y) = (x as f32 - 0.5, y as f32 - 0.5);
-            let (middle_s, middle_t) = (*own.0 - (sx * x + sy * y), *own.1 - (tx * x + ty * y));
-            let (qx, qy) = (0.25f32.copysign(x), 0.25f32.copysign(y));
-            let (ds, dt) = (sx * qx + sy * qy, tx * qx + ty * qy);
-            (*own.0, *own.1) = (middle_s + ds, middle_t + dt);
-            (*other.0, *other.1) = (middle_s - ds, middle_t - dt);
-        }
-    }
-
-    /// Moves where rays (or, `mirrored`, their mirror images) meet cards to where the middles of their quarters would.
-    pub fn centre(&self, hits: &mut Hits, mirrored: bool) {
-        let sign = if mirrored { -1.0 } else { 1.0 };
-        for ray in 0..hits.surface.len() {
-            let card = hits.surface[ray] as usize;
-            if card < self.cards {
-                let [ds, dt] = self.to_middle(card, ray);
-                hits.cards.s[ray] += sign * ds;
-                hits.cards.t[ray] += sign * dt;
-            }
-        }
     }
 }
 

@@ -28,6 +28,7 @@ mod image;
 pub mod kernels;
 mod lamp_rays;
 mod lens_maps;
+mod look;
 mod matching_curve;
 mod occlusion;
 mod pixel_aim;

@@ -8,19 +8,18 @@ use super::Execution;
 use super::aiming::{Target, displace, sample};
 use super::camera::Camera;
 use super::diffraction::PlaceDiffraction;
-use super::footprints::{Footprints, Places};
 use super::lamp_rays::{LampSketch, lamp_key, rays_per_sketch, weight};
+use super::look::Areas;
 use super::occlusion::Occlusion;
 use super::pixel_aim::PixelAim;
 use super::stats::Tally;
 use super::tracer::Tracer;
 use crate::frames::uv_from_traced_direction;
 use crate::lens::{LensMap, PlaceBuffers};
-use crate::rays::{RayBatch, RaySlices};
+use crate::rays::RayBatch;
 use crate::response::ResponseLookup;
 use crate::sampling::SobolSet;
-use crate::scene::world::PathKey;
-use crate::scene::{Hits, Scene};
+use crate::scene::Hits;
 use crate::simd::SimdLevel;
 
 /// One pixel's part of a block.
@@ -58,13 +57,8 @@ pub(super) struct Workspace {
     pub v: Vec<f32>,
     pub weights: Vec<f32>,
     pub batch: RayBatch,
-    /// How each card is met beside each pixel of a run, where rays stand for areas: pixels outermost.
-    slopes: Vec<[f32; 4]>,
-    /// Of each ray of a block, its pixel in the run.
-    pixels: Vec<u32>,
-    /// What the mirror images of rays in their pixels meet, and its radiance.
-    mirrored: Hits,
-    other: Vec<f32>,
+    /// What is looked up where rays stand for areas.
+    pub areas: Areas,
     /// Of a run of pixels, light of rays that are displaced far, and what they would bring from a white wall: as the
     /// run's own values. Empty where they are not told from others.
     pub far: [Vec<f64>; 2],
@@ -260,72 +254,6 @@ impl Workspace {
                 [wavelength_mm, segment.pupil_z_mm],
                 simd,
             );
-        }
-    }
-
-    /// Finds what the rays of a run of pixels stand for.
-    pub fn stand_for(
-        &mut self,
-        footprints: Option<&Footprints>,
-        places_mm: impl Iterator<Item = DVec2>,
-    ) {
-        self.slopes.clear();
-        if let Some(footprints) = footprints {
-            places_mm.for_each(|place_mm| footprints.add_slopes(place_mm, &mut self.slopes));
-        }
-    }
-
-    /// The radiance of the channels along the traced rays.
-    pub fn look(&mut self, scene: &Scene, channels: Range<usize>, key: impl Fn(usize) -> PathKey) {
-        let rays = RaySlices::from_batch(&self.batch);
-        scene.intersect(rays, &mut self.hits);
-        scene.radiance(rays, &mut self.hits, channels, key, &mut self.radiance);
-    }
-
-    /// The same over the areas that rays stand for, in the footprints' scene: the mean of a quarter of the pixel and of
-    /// the opposite one.
-    pub fn look_around(
-        &mut self,
-        footprints: &Footprints,
-        channels: Range<usize>,
-        key: impl Fn(usize) -> PathKey,
-    ) {
-        let scene = footprints.scene();
-        let rays = RaySlices::from_batch(&self.batch);
-        self.pixels.clear();
-        for (pixel, segment) in self.segments.iter().enumerate() {
-            self.pixels.resize(segment.rays.end, pixel as u32);
-        }
-        let [x, y, ..] = &self.samples;
-        let places = Places {
-            cards: scene.planes().len(),
-            slopes: &self.slopes,
-            pixels: &self.pixels,
-            x,
-            y,
-        };
-        let (hits, mirrored) = (&mut self.hits, &mut self.mirrored);
-        scene.intersect(rays, hits);
-        match hits.surface.first() {
-            // Where a run of pixels sees one card alone, all mirror images meet it.
-            Some(&card) if hits.surface.iter().all(|other| *other == card) => {
-                places.centre_on(card, hits, mirrored);
-            }
-            _ => {
-                let beside = |card, ray| places.to_mirrored(card, ray);
-                scene.intersect_beside(rays, beside, mirrored);
-                places.centre(hits, false);
-                places.centre(mirrored, true);
-            }
-        }
-        for channel in channels {
-            let each = channel..channel + 1;
-            scene.radiance(rays, mirrored, each.clone(), &key, &mut self.radiance);
-            self.other.clone_from(&self.radiance[channel]);
-            scene.radiance(rays, hits, each, &key, &mut self.radiance);
-            for (own, other) in self.radiance[channel].iter_mut().zip(&self.other) {
-                *own = 0.5 * (*own + other);
-            }
         }
     }
 

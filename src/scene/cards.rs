@@ -1,12 +1,11 @@
 //! Flat cards: which one each ray of a batch meets first, where, and its radiance there.
 
+use std::ops::Range;
+
+use super::crossings::{BLOCK, Crossings, Ways};
 use super::hits::{Hits, NO_SURFACE};
 use super::plane::{Solver, TexturedPlane};
 use crate::rays::RaySlices;
-use crate::simd::SimdLevel;
-
-/// Rays whose crossings with a card's plane are found together.
-const BLOCK: usize = 128;
 
 /// Flat cards in front of an even environment.
 #[derive(Clone, Debug, Default)]
@@ -36,48 +35,83 @@ impl Cards {
 
     /// First hits of all rays, into hits that have been reset.
     pub fn intersect(&self, rays: RaySlices<'_>, hits: &mut Hits) {
-        for (index, (plane, solver)) in self.planes.iter().zip(&self.solvers).enumerate() {
-            if plane.has_coverage() {
-                update(solver, rays, hits, index as u16, |s, t| {
-                    plane.is_solid_at(s, t)
-                });
-            } else {
-                update(solver, rays, hits, index as u16, |_, _| true);
+        let n = hits.distance_mm.len();
+        self.find(
+            rays,
+            n,
+            |_| 0.0,
+            |number, block, met| {
+                self.take(number, block, met, &Ways::NONE, hits);
+            },
+        );
+    }
+
+    /// First hits of pairs of rays that lie beside these, into hits that have been reset. `reach`: the most by which s
+    /// or t differs on a card for any of them; `ways` fills in how some of the rays (second) lie beside the crossings
+    /// with a card (first).
+    pub fn intersect_pairs(
+        &self,
+        rays: RaySlices<'_>,
+        reach: impl Fn(usize) -> f64,
+        ways: impl Fn(usize, Range<usize>, &mut [Ways; 2]),
+        mut pairs: [&mut Hits; 2],
+    ) {
+        let n = rays.origin_mm[0].len();
+        let mut beside = [Ways::NONE; 2];
+        self.find(rays, n, reach, |number, block, met| {
+            ways(number, block.clone(), &mut beside);
+            for (beside, hits) in beside.iter().zip(&mut pairs) {
+                self.take(number, block.clone(), met, beside, hits);
+            }
+        });
+    }
+
+    /// Calls `take` with the crossings of blocks of the first `n` rays with cards that they come near.
+    #[inline(always)]
+    fn find(
+        &self,
+        rays: RaySlices<'_>,
+        n: usize,
+        reach: impl Fn(usize) -> f64,
+        mut take: impl FnMut(usize, Range<usize>, &mut Crossings),
+    ) {
+        let mut met = Crossings::NONE;
+        for (number, solver) in self.solvers.iter().enumerate() {
+            let reach = reach(number);
+            for start in (0..n).step_by(BLOCK) {
+                let block = start..n.min(start + BLOCK);
+                let rays =
+                    [rays.origin_mm, rays.direction].map(|all| all.map(|a| &a[block.clone()]));
+                if met.find(solver, rays, reach) {
+                    take(number, block, &mut met);
+                }
             }
         }
     }
 
-    /// First hits of rays beside these, into hits that have been reset: `beside` has by how much s and t of a ray's
-    /// crossing (second number) with a card (first number) change.
-    pub fn intersect_beside(
+    /// Writes down the rays of a block that meet a card before what they met so far.
+    fn take(
         &self,
-        rays: RaySlices<'_>,
-        beside: impl Fn(usize, usize) -> [f32; 2],
+        number: usize,
+        block: Range<usize>,
+        met: &mut Crossings,
+        ways: &Ways,
         hits: &mut Hits,
     ) {
-        let level = SimdLevel::detect();
-        let n = hits.distance_mm.len();
-        let mut met = Crossings::NONE;
-        for (index, (plane, solver)) in self.planes.iter().zip(&self.solvers).enumerate() {
-            for start in (0..n).step_by(BLOCK) {
-                let block = start..n.min(start + BLOCK);
-                let origins = rays.origin_mm.map(|a| &a[block.clone()]);
-                let directions = rays.direction.map(|a| &a[block.clone()]);
-                let distance = &mut hits.distance_mm[block.clone()];
-                met.find(solver, [origins, directions], distance, level);
-                for (i, ray) in block.enumerate() {
-                    let [ds, dt] = beside(index, ray);
-                    let (s, t) = (met.s[i] as f32 + ds, met.t[i] as f32 + dt);
-                    let within = |x: f32| (0.0..=1.0).contains(&x);
-                    let before = met.tau[i] > 0.0 && met.tau[i] < distance[i];
-                    if before && within(s) && within(t) && plane.is_solid_at(s.into(), t.into()) {
-                        distance[i] = met.tau[i];
-                        (hits.cards.s[ray], hits.cards.t[ray]) = (s, t);
-                        hits.surface[ray] = index as u16;
-                    }
-                }
-            }
+        let distance_mm = &mut hits.distance_mm[block.clone()];
+        met.choose(ways, distance_mm);
+        let plane = &self.planes[number];
+        if plane.has_coverage() {
+            met.leave_out(ways, block.len(), |s, t| !plane.is_solid_at(s, t));
         }
+        let places = [&mut hits.cards.s, &mut hits.cards.t].map(|x| &mut x[block.clone()]);
+        met.take(
+            number as u16,
+            ways,
+            distance_mm,
+            &mut hits.surface[block],
+            places,
+        );
     }
 
     /// Radiance of colour channel `channel` at each hit, into `out` (same length).
@@ -86,133 +120,51 @@ impl Cards {
         let seen = hits.surface.iter().find(|s| **s != NO_SURFACE);
         let first = seen.copied().unwrap_or(NO_SURFACE);
         let (s, t) = (&hits.cards.s, &hits.cards.t);
-        if let Some(plane) = self.planes.get(first as usize) {
-            (plane.texture()).sample_channel_batch(s, t, channel, out);
+        match self.planes.get(first as usize) {
+            Some(plane) => (plane.texture()).sample_channel_batch(s, t, channel, out),
+            None => out.fill(self.environment[channel]),
         }
-        for (i, o) in out.iter_mut().enumerate() {
-            let surface = hits.surface[i];
-            if surface != first || surface == NO_SURFACE {
-                *o = match self.planes.get(surface as usize) {
-                    Some(plane) => plane.texture().sample_channel(s[i], t[i], channel),
-                    None => self.environment[channel],
-                };
+        let parts = (hits.surface.chunks(BLOCK).zip(out.chunks_mut(BLOCK)))
+            .zip(s.chunks(BLOCK).zip(t.chunks(BLOCK)));
+        for ((surfaces, out), (s, t)) in parts {
+            if surfaces.iter().all(|surface| *surface == first) {
+                continue;
+            }
+            for (number, plane) in self.planes.iter().enumerate() {
+                if number != first as usize {
+                    let met = |i: &usize| surfaces[*i] as usize == number;
+                    sample_some(
+                        (0..surfaces.len()).filter(met),
+                        [s, t],
+                        |[s, t], values| {
+                            plane.texture().sample_channel_batch(s, t, channel, values);
+                        },
+                        out,
+                    );
+                }
+            }
+            for (out, surface) in out.iter_mut().zip(surfaces) {
+                if *surface == NO_SURFACE {
+                    *out = self.environment[channel];
+                }
             }
         }
     }
 }
 
-/// Takes over the rays that meet this plane before what they met so far.
-#[inline(always)]
-fn update(
-    plane: &Solver,
-    rays: RaySlices<'_>,
-    hits: &mut Hits,
-    index: u16,
-    solid: impl Fn(f64, f64) -> bool,
+/// Looks up those of a block's points whose numbers are given, side by side.
+fn sample_some(
+    numbers: impl Iterator<Item = usize>,
+    [s, t]: [&[f32]; 2],
+    sample: impl Fn([&[f32]; 2], &mut [f32]),
+    out: &mut [f32],
 ) {
-    let level = SimdLevel::detect();
-    let n = hits.distance_mm.len();
-    let mut met = Crossings::NONE;
-    for start in (0..n).step_by(BLOCK) {
-        let block = start..n.min(start + BLOCK);
-        let distance = &mut hits.distance_mm[block.clone()];
-        let origins = rays.origin_mm.map(|a| &a[block.clone()]);
-        let directions = rays.direction.map(|a| &a[block.clone()]);
-        if !met.find(plane, [origins, directions], distance, level) {
-            continue;
-        }
-        for (i, ray) in block.enumerate() {
-            let (s, t) = (met.s[i], met.t[i]);
-            if met.inside[i] != 0 && solid(s, t) {
-                distance[i] = met.tau[i];
-                hits.cards.s[ray] = s as f32;
-                hits.cards.t[ray] = t as f32;
-                hits.surface[ray] = index;
-            }
-        }
+    let (mut from, mut count) = ([0; BLOCK], 0);
+    let (mut points, mut values) = ([[0.0; BLOCK]; 2], [0.0; BLOCK]);
+    for i in numbers {
+        (from[count], points[0][count], points[1][count]) = (i, s[i], t[i]);
+        count += 1;
     }
-}
-
-/// Where rays cross a card's plane.
-struct Crossings {
-    /// Distance along each ray.
-    tau: [f64; BLOCK],
-    s: [f64; BLOCK],
-    t: [f64; BLOCK],
-    /// Not 0: within the card, and before what the ray met so far.
-    inside: [u64; BLOCK],
-}
-
-impl Crossings {
-    const NONE: Self = Self {
-        tau: [0.0; BLOCK],
-        s: [0.0; BLOCK],
-        t: [0.0; BLOCK],
-        inside: [0; BLOCK],
-    };
-
-    /// Of rays by their origins and directions, as many as there are distances. Whether any lies within the card. The
-    /// `level` changes the speed only.
-    fn find(
-        &mut self,
-        plane: &Solver,
-        rays: [[&[f64]; 3]; 2],
-        distance_mm: &[f64],
-        level: SimdLevel,
-    ) -> bool {
-        match level {
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: `detect` found AVX-512 F, DQ and VL on this CPU.
-            SimdLevel::Avx512 => unsafe { find_avx512(self, plane, rays, distance_mm) },
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: `detect` found AVX2 (or more) on this CPU.
-            SimdLevel::Avx2 => unsafe { find_avx2(self, plane, rays, distance_mm) },
-            _ => find(self, plane, rays, distance_mm),
-        }
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn find_avx2(met: &mut Crossings, plane: &Solver, rays: [[&[f64]; 3]; 2], far: &[f64]) -> bool {
-    find(met, plane, rays, far)
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq,avx512vl")]
-fn find_avx512(met: &mut Crossings, plane: &Solver, rays: [[&[f64]; 3]; 2], far: &[f64]) -> bool {
-    find(met, plane, rays, far)
-}
-
-/// Straight-line arithmetic, in one order at every SIMD level.
-#[inline(always)]
-fn find(
-    met: &mut Crossings,
-    plane: &Solver,
-    [origins, directions]: [[&[f64]; 3]; 2],
-    distance_mm: &[f64],
-) -> bool {
-    let n = distance_mm.len().min(BLOCK);
-    let [ox, oy, oz] = origins.map(|a| &a[..n]);
-    let [dx, dy, dz] = directions.map(|a| &a[..n]);
-    let (taus, ss, ts) = (&mut met.tau[..n], &mut met.s[..n], &mut met.t[..n]);
-    let (insides, distance_mm) = (&mut met.inside[..n], &distance_mm[..n]);
-    let mut any = 0;
-    for i in 0..n {
-        let (o, d) = (
-            glam::DVec3::new(ox[i], oy[i], oz[i]),
-            glam::DVec3::new(dx[i], dy[i], dz[i]),
-        );
-        let tau = (plane.offset - plane.normal.dot(o)) / plane.normal.dot(d);
-        let p = o + tau * d;
-        let s = plane.s_axis.dot(p) + plane.s0;
-        let t = plane.t_axis.dot(p) + plane.t0;
-        // Written so that NaN (a lost ray, or one along the plane) is no hit.
-        let within = |x: f64| (0.0..=1.0).contains(&x);
-        let inside = (tau > 0.0) & (tau < distance_mm[i]) & within(s) & within(t);
-        (taus[i], ss[i], ts[i]) = (tau, s, t);
-        insides[i] = u64::from(inside);
-        any |= insides[i];
-    }
-    any != 0
+    sample(points.each_ref().map(|x| &x[..count]), &mut values[..count]);
+    (from[..count].iter().zip(values)).for_each(|(&i, value)| out[i] = value);
 }

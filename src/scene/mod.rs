@@ -5,6 +5,7 @@
 //! under even light); a [`world`] of meshes, materials and lights; or the shining [`Patches`] of a picture with depth.
 
 mod cards;
+mod crossings;
 mod hits;
 mod mip;
 mod plane;
@@ -14,6 +15,7 @@ pub mod import;
 pub mod texture;
 pub mod world;
 
+pub(crate) use crossings::Ways;
 pub use hits::{CardHits, Hits, NO_SURFACE, WorldHits};
 pub use plane::TexturedPlane;
 
@@ -140,17 +142,23 @@ impl Scene {
         }
     }
 
-    /// First hits with cards of rays beside these: `beside` has by how much s and t of a ray's crossing (second number)
-    /// with a card (first number) change. Of other scenes none.
-    pub(crate) fn intersect_beside(
+    /// First hits with cards of pairs of rays that lie beside these. `reach`: the most by which s or t differs on a card
+    /// for any of them; `ways` fills in how some of the rays (second) lie beside the crossings with a card (first). Of
+    /// other scenes none.
+    pub(crate) fn intersect_pairs(
         &self,
         rays: RaySlices<'_>,
-        beside: impl Fn(usize, usize) -> [f32; 2],
-        hits: &mut Hits,
+        reach: impl Fn(usize) -> f64,
+        ways: impl Fn(usize, Range<usize>, &mut [Ways; 2]),
+        pairs: [&mut Hits; 2],
     ) {
-        hits.reset_for_cards(rays.origin_mm[0].len());
+        let n = rays.origin_mm[0].len();
+        let pairs = pairs.map(|hits| {
+            hits.reset_for_cards(n);
+            hits
+        });
         if let Kind::Cards(cards) = &self.kind {
-            cards.intersect_beside(rays, beside, hits);
+            cards.intersect_pairs(rays, reach, ways, pairs);
         }
     }
 

@@ -135,10 +135,8 @@ impl TexturedPlane {
 
     /// Whether the card is solid at (s, t) in [0, 1]².
     #[inline]
-    pub(super) fn is_solid_at(&self, s: f64, t: f64) -> bool {
-        self.coverage
-            .as_ref()
-            .is_none_or(|c| c.covers(s as f32, t as f32))
+    pub(super) fn is_solid_at(&self, s: f32, t: f32) -> bool {
+        self.coverage.as_ref().is_none_or(|c| c.covers(s, t))
     }
 
     /// Whether it has a cut-out.
