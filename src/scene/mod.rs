@@ -5,7 +5,6 @@
 //! under even light); a [`world`] of meshes, materials and lights; or the shining [`Patches`] of a picture with depth.
 
 mod cards;
-mod crossings;
 mod hits;
 mod mip;
 mod plane;
@@ -15,7 +14,7 @@ pub mod import;
 pub mod texture;
 pub mod world;
 
-pub(crate) use crossings::Ways;
+pub(crate) use cards::Ways;
 pub use hits::{CardHits, Hits, NO_SURFACE, WorldHits};
 pub use plane::TexturedPlane;
 
@@ -142,9 +141,9 @@ impl Scene {
         }
     }
 
-    /// First hits with cards of pairs of rays that lie beside these. `reach`: the most by which s or t differs on a card
-    /// for any of them; `ways` fills in how some of the rays (second) lie beside the crossings with a card (first). Of
-    /// other scenes none.
+    /// First hits with cards of pairs of rays that lie beside these. `reach`: the most by which s or t differs on a
+    /// card for any of them; `ways` fills in how some of the rays (second) lie beside the crossings with a card
+    /// (first). Of other scenes none.
     pub(crate) fn intersect_pairs(
         &self,
         rays: RaySlices<'_>,

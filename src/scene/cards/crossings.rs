@@ -2,7 +2,7 @@
 //!
 //! Straight-line arithmetic, in one order at every SIMD level: the level changes the speed only.
 
-use super::plane::Solver;
+use crate::scene::plane::Solver;
 use crate::simd::SimdLevel;
 
 /// Rays whose crossings with a card's plane are found together.
@@ -102,7 +102,10 @@ impl Crossings {
     }
 }
 
-by_simd_level!(find(met: &mut Crossings, plane: &Solver, rays: [[&[f64]; 3]; 2], reach: f64) -> bool, find_plainly);
+by_simd_level!(
+    find(met: &mut Crossings, plane: &Solver, rays: [[&[f64]; 3]; 2], reach: f64) -> bool,
+    find_plainly
+);
 
 #[inline(always)]
 fn find_plainly(
@@ -150,7 +153,14 @@ fn choose_plainly(met: &mut Crossings, ways: &Ways, distance_mm: &[f64]) {
 }
 
 by_simd_level!(
-    take(met: &Crossings, index: u16, ways: &Ways, distance_mm: &mut [f64], surface: &mut [u16], places: [&mut [f32]; 2]),
+    take(
+        met: &Crossings,
+        index: u16,
+        ways: &Ways,
+        distance_mm: &mut [f64],
+        surface: &mut [u16],
+        places: [&mut [f32]; 2]
+    ),
     take_plainly
 );
 

@@ -1,8 +1,14 @@
 //! Flat cards: which one each ray of a batch meets first, where, and its radiance there.
 
+mod crossings;
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests;
+
 use std::ops::Range;
 
-use super::crossings::{BLOCK, Crossings, Ways};
+pub(crate) use self::crossings::Ways;
+use self::crossings::{BLOCK, Crossings};
 use super::hits::{Hits, NO_SURFACE};
 use super::plane::{Solver, TexturedPlane};
 use crate::rays::RaySlices;
