@@ -188,3 +188,53 @@ fn take_plainly(
         t[i] = if is_met { place_t } else { t[i] };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn lanes_change_no_bit() {
+        let plane = Solver {
+            normal: DVec3::new(0.1, -0.2, 0.9),
+            offset: -120.0,
+            s_axis: DVec3::new(0.011, 0.001, 0.0),
+            s0: 0.5,
+            t_axis: DVec3::new(0.002, -0.013, 0.001),
+            t0: 0.6,
+        };
+        let column = |k: usize| -> Vec<f64> {
+            let value = |i: usize| ((i * 7 + k * 3) as f64 * 0.61).sin();
+            (0..BLOCK - 3).map(value).collect()
+        };
+        let [ox, oy, oz, dx, dy] = [0, 1, 2, 3, 4].map(column);
+        // Some rays go away from the plane.
+        let dz: Vec<f64> = column(5).iter().map(|z| 3.0 * z - 2.0).collect();
+        let rays = [[&ox[..], &oy, &oz], [&dx, &dy, &dz]];
+        let far: Vec<f64> = column(6).iter().map(|x| 150.0 * (1.0 + x)).collect();
+        let mut ways = Ways::NONE;
+        let way = |k: usize| std::array::from_fn(|i| 0.1 * ((i * 5 + k) as f32).cos());
+        (ways.to_card, ways.to_place) = ([way(0), way(1)], [way(2), way(3)]);
+        let run = |plainly: bool| {
+            let mut met = Crossings::NONE;
+            let (mut distance, mut surface) = (far.clone(), vec![9; far.len()]);
+            let mut places = [(); 2].map(|()| vec![0.0; far.len()]);
+            let [s, t] = places.each_mut().map(|x| &mut x[..]);
+            if plainly {
+                assert!(find_plainly(&mut met, &plane, rays, 0.1));
+                choose_plainly(&mut met, &ways, &distance);
+                take_plainly(&met, 4, &ways, &mut distance, &mut surface, [s, t]);
+            } else {
+                assert!(met.find(&plane, rays, 0.1));
+                met.choose(&ways, &distance);
+                met.take(4, &ways, &mut distance, &mut surface, [s, t]);
+            }
+            (distance, surface, places)
+        };
+        let plain = run(true);
+        assert_eq!(run(false), plain);
+        let met = plain.1.iter().filter(|surface| **surface == 4).count();
+        assert!((10..far.len() - 10).contains(&met), "{met} met");
+    }
+}
