@@ -18,6 +18,9 @@ const ERRORS: [(f64, f64, f64); 3] = [(1.6, 0.15, 0.12), (2.8, 0.38, 0.16), (3.5
 const PITCHES_UM: std::ops::RangeInclusive<f64> = 1.4..=3.7;
 const F_NUMBERS: std::ops::RangeInclusive<f64> = 1.7..=8.0;
 
+/// Sums side by side.
+const LANES: usize = 8;
+
 /// Enters the effect, which is never simulated.
 pub(super) fn enter(camera: &Camera, contrast: &FineContrast, ledger: &mut Effects) {
     let effect = Effect::LensPixelCoherence;
@@ -77,25 +80,21 @@ impl FineContrast {
         let [m, n] = [self.subpixels.m(), self.subpixels.n()];
         let last = mosaic.height().saturating_sub(n);
         let above = self.above.take();
+        let row = mosaic.width() * mosaic.channels();
         for y in 0..mosaic.height() {
-            for x in 0..mosaic.width() {
-                let here = mosaic.pixel(x, y);
-                self.light += here.iter().map(|v| f64::from(*v)).sum::<f64>();
-                let left = (x >= m).then(|| mosaic.pixel(x - m, y));
-                let above = match y >= n {
-                    true => Some(mosaic.pixel(x, y - n)),
-                    false => above.as_ref().map(|above| above.pixel(x, y)),
-                };
-                for other in [left, above].into_iter().flatten() {
-                    for (a, b) in here.iter().zip(other) {
-                        self.squares += 0.5 * f64::from(a - b).powi(2);
-                        self.differences += 1;
-                    }
-                }
+            let here = &mosaic.data()[y * row..][..row];
+            self.light += sum(here, here, |light, _| f64::from(light));
+            let right = here.get(m * mosaic.channels()..).unwrap_or_default();
+            let before = match y.checked_sub(n) {
+                Some(before) => Some(&mosaic.data()[before * row..][..row]),
+                None => above.as_ref().map(|above| &above.data()[y * row..][..row]),
+            };
+            for other in [Some(right), before].into_iter().flatten() {
+                self.squares += sum(other, here, |a, b| 0.5 * f64::from(a - b).powi(2));
+                self.differences += other.len() as u64;
             }
         }
         self.values += mosaic.data().len() as u64;
-        let row = mosaic.width() * mosaic.channels();
         let kept = mosaic.data()[last * row..].to_vec();
         self.above = Image::from_vec(mosaic.width(), n, mosaic.channels(), kept);
     }
@@ -109,6 +108,15 @@ impl FineContrast {
             false => 0.0,
         }
     }
+}
+
+/// Σ of a function of pairs of values, in lanes.
+fn sum(a: &[f32], b: &[f32], of: impl Fn(f32, f32) -> f64) -> f64 {
+    let mut sums = [0.0; LANES];
+    for (a, b) in a.chunks(LANES).zip(b.chunks(LANES)) {
+        (sums.iter_mut().zip(a.iter().zip(b))).for_each(|(sum, (a, b))| *sum += of(*a, *b));
+    }
+    sums.iter().sum()
 }
 
 #[cfg(test)]

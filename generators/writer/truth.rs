@@ -86,16 +86,17 @@ pub(super) fn masked(sample: &SampleFiles<'_>) -> Truth {
 /// As it is stored.
 #[inline]
 fn stored(value: &f32) -> f32 {
-    // 1.5 · 2²³: sums with it are whole numbers, so that the addition rounds. `round` is a call.
-    const WHOLE: f32 = 12_582_912.0;
-    // 2²²: the sums of larger ones leave the numbers between 2²³ and 2²⁴, which are the whole ones.
-    const LARGE: f32 = 4_194_304.0;
+    // 2²³: from there on all numbers are whole, so that the addition rounds. `round` is a call, one value at a time.
+    const WHOLE: f32 = 8_388_608.0;
     let steps = value * STEPS;
-    let whole = match steps.abs() < LARGE {
-        true => (steps + WHOLE) - WHOLE,
-        false => steps.round(),
+    let size = steps.abs();
+    let whole = if size < WHOLE {
+        (size + WHOLE) - WHOLE
+    } else {
+        size
     };
-    whole / STEPS
+    // 0 has no sign.
+    whole.copysign(steps) / STEPS + 0.0
 }
 
 fn rounded(map: &Image) -> Image {
@@ -162,12 +163,15 @@ mod tests {
             200.000_02,
             -255.999_98,
             256.000_03,
+            -1025.000_1,
+            1536.000_2,
             4e4,
             -1e9,
         ] {
             let nearest = (value * STEPS).round() / STEPS;
             assert_eq!(stored(&value), nearest, "{value}");
         }
+        assert!(stored(&-1e-6).is_sign_positive());
         assert!(stored(&f32::NAN).is_nan());
         assert_eq!(stored(&f32::INFINITY), f32::INFINITY);
     }

@@ -60,31 +60,35 @@ impl CubicGrid {
         let (wx, dx) = lagrange(fx + (i - i0) as f64);
         let (wy, dy) = lagrange(fy + (j - j0) as f64);
         let (lx, ly) = (linear(i - i0, fx), linear(j - j0, fy));
-        let mut out = [0; 3].map(|_| vec![0.0; grid.components]);
-        let [values, slopes_x, slopes_y] = &mut out;
-        let rows = values.iter_mut().zip(slopes_x).zip(slopes_y);
-        for (k, ((at, along_x), along_y)) in rows.enumerate() {
-            let value =
-                |a: usize, b: usize| grid.data[((j0 + b) * grid.nx + i0 + a) * grid.components + k];
-            let is_finite = (0..16).all(|n| value(n % 4, n / 4).is_finite());
-            let [(vx, vdx), (vy, vdy)] = match is_finite {
-                true => [(wx, dx), (wy, dy)],
-                false => [lx, ly],
-            };
-            let sum = |x: &[f64; 4], y: &[f64; 4]| {
-                let mut sum = 0.0;
-                for (b, y) in y.iter().enumerate() {
-                    for (a, x) in x.iter().enumerate() {
-                        if x * y != 0.0 {
-                            sum += x * y * value(a, b);
-                        }
+        let count = grid.components;
+        let node =
+            |a: usize, b: usize| &grid.data[((j0 + b) * grid.nx + i0 + a) * count..][..count];
+        // Of values, and of slopes along x and y.
+        let weights = |[(wx, dx), (wy, dy)]: [([f64; 4], [f64; 4]); 2], a: usize, b: usize| {
+            [wx[a] * wy[b], dx[a] * wy[b] * per_x, wx[a] * dy[b] * per_y]
+        };
+        let mut out = [0; 3].map(|_| vec![0.0; count]);
+        let all = || (0..16).map(|n| (n % 4, n / 4));
+        for (a, b) in all() {
+            let values = node(a, b);
+            for (out, weight) in out.iter_mut().zip(weights([(wx, dx), (wy, dy)], a, b)) {
+                (out.iter_mut().zip(values)).for_each(|(sum, value)| *sum += weight * value);
+            }
+        }
+        for k in 0..count {
+            // Whatever its weight, a value that is not finite leaves its mark.
+            if out[0][k].is_finite() {
+                continue;
+            }
+            let mut sums = [0.0; 3];
+            for (a, b) in all() {
+                for (sum, weight) in sums.iter_mut().zip(weights([lx, ly], a, b)) {
+                    if weight != 0.0 {
+                        *sum += weight * node(a, b)[k];
                     }
                 }
-                sum
-            };
-            *at = sum(&vx, &vy);
-            *along_x = sum(&vdx, &vy) * per_x;
-            *along_y = sum(&vx, &vdy) * per_y;
+            }
+            (out.iter_mut().zip(sums)).for_each(|(out, sum)| out[k] = sum);
         }
         out
     }

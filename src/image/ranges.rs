@@ -21,20 +21,14 @@ pub fn finite_ranges(image: &Image) -> Vec<Option<[f32; 2]>> {
 /// Of no value.
 const NONE: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
 
-#[inline]
+#[inline(always)]
 fn grown([least, largest]: [f32; 2], value: f32) -> [f32; 2] {
     let is_finite = value.abs() < f32::INFINITY;
+    let [low, high] = if is_finite { [value; 2] } else { NONE };
+    // Not `min` and `max`, which look after NaN, too.
     [
-        if is_finite & (value < least) {
-            value
-        } else {
-            least
-        },
-        if is_finite & (value > largest) {
-            value
-        } else {
-            largest
-        },
+        if low < least { low } else { least },
+        if high > largest { high } else { largest },
     ]
 }
 
@@ -43,13 +37,16 @@ fn found([least, largest]: [f32; 2]) -> Option<[f32; 2]> {
 }
 
 fn by_lanes<const N: usize>(data: &[f32], channels: usize) -> Vec<Option<[f32; 2]>> {
-    let mut lanes = [NONE; N];
+    let [mut least, mut largest] = NONE.map(|none| [none; N]);
     let (whole, rest) = data.as_chunks::<N>();
     for values in whole {
-        for (lane, value) in lanes.iter_mut().zip(values) {
-            *lane = grown(*lane, *value);
+        for i in 0..N {
+            [least[i], largest[i]] = grown([least[i], largest[i]], values[i]);
         }
     }
+    let mut lanes: Vec<[f32; 2]> = (least.into_iter().zip(largest))
+        .map(|(a, b)| [a, b])
+        .collect();
     (lanes.iter_mut().zip(rest)).for_each(|(lane, value)| *lane = grown(*lane, *value));
     let of_channel = |c: usize| {
         let lanes = lanes.iter().skip(c).step_by(channels);

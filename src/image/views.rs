@@ -15,20 +15,31 @@ const BLOCK: usize = 512;
 pub fn split_views(raw: &Image, subpixels: Subpixels) -> Vec<Image> {
     let (columns, rows) = (subpixels.m(), subpixels.n());
     let (width, height) = (raw.width() / columns, raw.height() / rows);
+    let channels = raw.channels();
     let view = |index: usize| {
         let (i, j) = subpixels.column_row(index);
-        let channels = raw.channels();
         let mut view = Image::zeros(width, height, channels);
-        for (y, to) in (view.data_mut().chunks_exact_mut((width * channels).max(1))).enumerate() {
+        let lines = view.data_mut().chunks_exact_mut((width * channels).max(1));
+        for (y, to) in lines.enumerate() {
             let from = &raw.data()[(y * rows + j) * raw.width() * channels..];
-            let from = from[i * channels..].chunks(columns * channels);
-            for (to, from) in to.chunks_exact_mut(channels).zip(from) {
-                to.copy_from_slice(&from[..channels]);
-            }
+            every(columns, &from[i * channels..], channels, to);
         }
         view
     };
     (0..subpixels.count()).map(view).collect()
+}
+
+/// Copies every `columns`-th pixel of a line.
+fn every(columns: usize, from: &[f32], channels: usize, to: &mut [f32]) {
+    if channels == 3 {
+        let (from, to) = (from.as_chunks::<3>().0, to.as_chunks_mut::<3>().0);
+        let from = from.iter().step_by(columns);
+        return to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+    }
+    let from = from.chunks(columns * channels);
+    for (to, from) in to.chunks_exact_mut(channels).zip(from) {
+        to.copy_from_slice(&from[..channels]);
+    }
 }
 
 /// The sum of images of one size, added in f64 in the order given; `None` without an image.

@@ -1,8 +1,9 @@
 //! The chief ray of a sensor position: backward, through the centre of the stop.
 //!
 //! Newton's method on the two slopes m = (D_x, D_y)/D_z at the sensor, so that the ray meets the stop's own plane at
-//! its own (0, 0); the Jacobian by differences. The start is the paraxial exit pupil. Where the ray from there does not
-//! reach the stop (wide lenses far off the axis) the position is walked to from the axis.
+//! its own (0, 0); the Jacobian by differences, and from step to step by what the last one brought (C. G. Broyden, Math.
+//! Comp. 19, 577 (1965)). The start is the paraxial exit pupil. Where the ray from there does not reach the stop (wide
+//! lenses far off the axis) the position is walked to from the axis.
 
 use glam::{DMat2, DVec2, DVec3};
 
@@ -17,6 +18,8 @@ const NEWTON_LIMIT: usize = 30;
 /// Distance from the stop's centre that is close enough, mm.
 const CENTRED_MM: f64 = 1e-10;
 const SLOPE_DIFFERENCE: f64 = 1e-6;
+/// What a step may leave of the distance to the centre, for its Jacobian to be kept.
+const FOLLOWS: f64 = 0.1;
 const WALK_STEPS: usize = 24;
 
 /// The ray from the sensor position (`x_mm`, `y_mm`) (sensor frame) through the centre of the stop, at the sensor, with
@@ -40,13 +43,55 @@ pub fn chief_ray(system: &OpticalSystem, x_mm: f64, y_mm: f64) -> Result<Ray, Ra
             DVec2::ZERO
         }
     };
-    let slope = match settle(system, target, paraxial_slope(target)) {
-        Ok(slope) => slope,
-        Err(_) => (0..=WALK_STEPS).try_fold(DVec2::ZERO, |slope, step| {
-            settle(system, target * (step as f64 / WALK_STEPS as f64), slope)
+    let from = |slope: DVec2| Start {
+        slope,
+        jacobian: None,
+    };
+    let found = match settle(system, target, from(paraxial_slope(target))) {
+        Ok(found) => found,
+        Err(_) => (0..=WALK_STEPS).try_fold(from(DVec2::ZERO), |start, step| {
+            let here = target * (step as f64 / WALK_STEPS as f64);
+            settle(system, here, from(start.slope))
         })?,
     };
-    Ok(ray(system, target, slope))
+    Ok(ray(system, target, found.slope))
+}
+
+/// The same for positions in a row: each is sought from those before it, which takes a third of the rays.
+pub fn chief_rays(
+    system: &OpticalSystem,
+    row_mm: impl IntoIterator<Item = DVec2>,
+) -> Vec<Result<Ray, RayFailure>> {
+    let mut before: [Option<Start>; 2] = [None; 2];
+    let one = |at: DVec2| {
+        let start = match before {
+            [Some(first), Some(last)] => Some(Start {
+                slope: 2.0 * last.slope - first.slope,
+                ..last
+            }),
+            [_, last] => last,
+        };
+        if let Some(found) = start.and_then(|start| settle(system, at, start).ok()) {
+            before = [before[1], Some(found)];
+            return Ok(ray(system, at, found.slope));
+        }
+        let found = chief_ray(system, at.x, at.y);
+        let slope = |ray: &Ray| ray.direction.truncate() / ray.direction.z;
+        let last = found.as_ref().ok().map(|ray| Start {
+            slope: slope(ray),
+            jacobian: None,
+        });
+        before = [None, last];
+        found
+    };
+    row_mm.into_iter().map(one).collect()
+}
+
+/// What is known of a chief ray: its slope, and how the point in the stop changes with that.
+#[derive(Clone, Copy)]
+struct Start {
+    slope: DVec2,
+    jacobian: Option<DMat2>,
 }
 
 fn ray(system: &OpticalSystem, at_mm: DVec2, slope: DVec2) -> Ray {
@@ -56,32 +101,48 @@ fn ray(system: &OpticalSystem, at_mm: DVec2, slope: DVec2) -> Ray {
     }
 }
 
-/// Slope of the chief ray of `at_mm`, from the slope of a ray near it.
-fn settle(system: &OpticalSystem, at_mm: DVec2, start: DVec2) -> Result<DVec2, RayFailure> {
+/// The chief ray of `at_mm`, from a ray near it.
+fn settle(system: &OpticalSystem, at_mm: DVec2, start: Start) -> Result<Start, RayFailure> {
     let on_stop = |slope: DVec2| stop_point_mm(system, ray(system, at_mm, slope));
     let lost = RayFailure::Missed {
         surface: system.stop,
     };
-    let mut slope = start;
+    let Start {
+        mut slope,
+        mut jacobian,
+    } = start;
     let mut off = on_stop(slope)?;
     for _ in 0..NEWTON_LIMIT {
         if off.length() < CENTRED_MM {
-            return Ok(slope);
+            return Ok(Start { slope, jacobian });
         }
         let column = |d: DVec2| Ok((on_stop(slope + d)? - off) / SLOPE_DIFFERENCE);
-        let jacobian = DMat2::from_cols(
-            column(DVec2::X * SLOPE_DIFFERENCE)?,
-            column(DVec2::Y * SLOPE_DIFFERENCE)?,
-        );
-        let step = jacobian.inverse() * off;
+        let known = match jacobian {
+            Some(known) => known,
+            None => DMat2::from_cols(
+                column(DVec2::X * SLOPE_DIFFERENCE)?,
+                column(DVec2::Y * SLOPE_DIFFERENCE)?,
+            ),
+        };
+        let step = known.inverse() * off;
         // Half as far, until it reaches the stop and comes nearer to its centre.
-        (slope, off) = (0..12)
+        let nearer = (0..12)
             .map(|halvings| slope - step * 0.5_f64.powi(halvings))
             .find_map(|next| {
                 let there = on_stop(next).ok()?;
                 (there.length() < off.length()).then_some((next, there))
-            })
-            .ok_or(lost)?;
+            });
+        let Some((next, there)) = nearer else {
+            // The known one was another place's, perhaps.
+            jacobian.take().ok_or(lost)?;
+            continue;
+        };
+        let (way, change) = (next - slope, there - off);
+        let unforeseen = (change - known * way) / way.length_squared();
+        let follows = there.length() < FOLLOWS * off.length();
+        jacobian =
+            follows.then(|| known + DMat2::from_cols(unforeseen * way.x, unforeseen * way.y));
+        (slope, off) = (next, there);
     }
     Err(lost)
 }
@@ -99,5 +160,40 @@ fn stop_point_mm(system: &OpticalSystem, ray: Ray) -> Result<DVec2, RayFailure> 
         (None, Err(failure)) => Err(failure),
         // A lens without surfaces: nothing to aim at.
         (None, Ok(_)) => Ok(DVec2::ZERO),
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+    use crate::lens::{FocusBy, Lens, Prescription};
+
+    /// Positions in a row are those one by one, also where they begin beyond the last that a ray reaches.
+    #[test]
+    fn chief_rays_in_a_row_are_those_of_each_position() {
+        for (name, edge_mm) in [
+            ("wide_US20120327520A1_emb3", 3.2),
+            ("lib_dgauss_50mm", 25.0),
+            ("lib_fisheye_10mm", 14.0),
+        ] {
+            let lens = Lens::new(&Prescription::builtin(name).unwrap()).unwrap();
+            let lens = lens.focused_at(800.0, FocusBy::Sensor, 550.0).unwrap();
+            let system = lens.at(550.0).unwrap();
+            let place = |k: usize| DVec2::new(edge_mm * (k as f64 / 20.0 - 1.0), 0.3 * edge_mm);
+            let places: Vec<DVec2> = (0..41).map(place).collect();
+            let row = chief_rays(&system, places.iter().copied());
+            let mut found = 0;
+            for (place, in_row) in places.iter().zip(row) {
+                let alone = chief_ray(&system, place.x, place.y);
+                assert_eq!(in_row.is_ok(), alone.is_ok(), "{name} {place}");
+                if let (Ok(in_row), Ok(alone)) = (in_row, alone) {
+                    let apart = in_row.direction.distance(alone.direction);
+                    assert!(apart < 1e-10, "{name} {place}: {apart}");
+                    found += 1;
+                }
+            }
+            assert!(found > 20, "{name}: {found}");
+        }
     }
 }

@@ -36,7 +36,7 @@ mod zmx;
 
 pub use aim::{Aim, Field};
 pub use analysis::{FieldFigures, SPOT_LINES_NM, Spot, pupil_grid, rms_radius};
-pub use chief::chief_ray;
+pub use chief::{chief_ray, chief_rays};
 pub use deviation::{Deviation, LARGEST_INDEX_DEVIATION, LARGEST_RADIUS_PERCENT};
 pub use error::LensError;
 pub use focus::FocusBy;

@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use crate::frames::camera_from_sensor_mm;
-use crate::lens::{IdealLens, OpticalSystem, PacketTracer, chief_ray};
+use crate::lens::{IdealLens, OpticalSystem, PacketTracer, chief_rays};
 use crate::rays::RayBatch;
 use crate::simd::SimdLevel;
 
@@ -30,17 +30,21 @@ impl Tracer {
         }
     }
 
-    /// Slope (dx/dz, dy/dz), camera frame, at the sensor position `xy_mm` of the ray through the centre of the stop of
-    /// `system`, whose tracer this is; `None` where there is none.
-    pub fn chief_slope(&self, system: &OpticalSystem, xy_mm: DVec2) -> Option<DVec2> {
+    /// Slopes (dx/dz, dy/dz), camera frame, at the sensor positions of a row of the rays through the centre of the stop
+    /// of `system`, whose tracer this is; `None` where there is none.
+    pub fn chief_slopes(&self, system: &OpticalSystem, row_mm: &[DVec2]) -> Vec<Option<DVec2>> {
+        let row = row_mm.iter().copied();
         match self {
-            Self::Surfaces(_) => {
-                let ray = chief_ray(system, xy_mm.x, xy_mm.y).ok()?;
-                Some(ray.direction.truncate() / ray.direction.z)
-            }
-            Self::Ideal(ideal) => {
-                Some(ideal.chief_slope(camera_from_sensor_mm(xy_mm, 0.0).truncate()))
-            }
+            Self::Surfaces(_) => (chief_rays(system, row).into_iter())
+                .map(|ray| {
+                    ray.ok()
+                        .map(|ray| ray.direction.truncate() / ray.direction.z)
+                })
+                .collect(),
+            Self::Ideal(ideal) => row
+                .map(|xy_mm| camera_from_sensor_mm(xy_mm, 0.0).truncate())
+                .map(|at_mm| Some(ideal.chief_slope(at_mm)))
+                .collect(),
         }
     }
 }

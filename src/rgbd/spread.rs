@@ -129,13 +129,19 @@ impl Spread {
             let white = self.shade(tile, &mut sums.light);
             (sums, white)
         };
+        // Where each value of a pixel lies in the mosaic, from its first one.
+        let line = 3 * width * m;
+        let beside = |lane: usize| {
+            let (c, s) = (lane / (m * n), lane % (m * n));
+            s / m * line + 3 * (s % m) + c
+        };
+        let beside: Vec<usize> = (0..3 * m * n).map(beside).collect();
         over_tiles((width, rows), self.tile, tile, |x, y, i, (sums, white)| {
             converted.occlusion.pixel_mut(x, y)[0] = sums.other[i];
             converted.made_up.pixel_mut(x, y)[0] = sums.made_up[i];
-            for (lane, light) in sums.light[i].iter().take(3 * m * n).enumerate() {
-                let (c, s) = (lane / (m * n), lane % (m * n));
-                let to = (converted.image.mosaic).pixel_mut(x * m + s % m, y * n + s / m);
-                to[c] = *light;
+            let mosaic = &mut converted.image.mosaic.data_mut()[y * n * line + 3 * x * m..];
+            for (beside, light) in beside.iter().zip(&sums.light[i]) {
+                mosaic[*beside] = *light;
             }
             let target = converted.target.pixel_mut(x, y);
             target.iter_mut().zip(white[i]).for_each(|(t, w)| *t *= w);

@@ -8,8 +8,11 @@ const BLOCK: usize = 256;
 
 /// Appends channel `channel` of `channels` of a row as f32.
 pub(super) fn floats(row: &[f32], (channels, channel): (usize, usize), to: &mut Vec<u8>) {
+    let mut bytes = [[0; 4]; BLOCK];
     by_blocks(row, (channels, channel), |values| {
-        to.extend(values.iter().flat_map(|value| value.to_ne_bytes()));
+        let bytes = &mut bytes[..values.len()];
+        (bytes.iter_mut().zip(values)).for_each(|(to, value)| *to = value.to_ne_bytes());
+        to.extend_from_slice(bytes.as_flattened());
     });
 }
 
@@ -22,7 +25,7 @@ pub(super) fn halves(
     (channels, channel): (usize, usize),
     to: &mut Vec<u8>,
 ) -> Result<(), f32> {
-    let mut halves = [f16::ZERO; BLOCK];
+    let (mut halves, mut bytes) = ([f16::ZERO; BLOCK], [[0; 2]; BLOCK]);
     let mut too_large = None;
     by_blocks(row, (channels, channel), |values| {
         let halves = &mut halves[..values.len()];
@@ -34,7 +37,9 @@ pub(super) fn halves(
                 .find(|(v, h)| h.is_infinite() && v.is_finite())
                 .map(|(v, _)| *v));
         }
-        to.extend(halves.iter().flat_map(|half| half.to_ne_bytes()));
+        let bytes = &mut bytes[..values.len()];
+        (bytes.iter_mut().zip(halves.iter())).for_each(|(to, half)| *to = half.to_ne_bytes());
+        to.extend_from_slice(bytes.as_flattened());
     });
     too_large.map_or(Ok(()), Err)
 }

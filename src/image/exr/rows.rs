@@ -16,6 +16,8 @@ use tempfile::SpooledTempFile;
 use super::{Compression, Image, ImageError, Sample, line, zip};
 use crate::file::FileError;
 
+/// Bytes of lines that are packed together, about.
+const AT_ONCE: usize = 2 << 20;
 /// Packed bytes that are kept in memory; more of them wait in a file.
 const IN_MEMORY: usize = 8 << 20;
 
@@ -147,12 +149,21 @@ impl ExrRows {
                 )));
             }
         }
-        self.waiting.reserve(rows * self.line_bytes());
+        // Packed as they come, so that what waits stays in the caches.
+        let at_once = self.block_bytes() * AT_ONCE.div_ceil(self.block_bytes());
         for row in 0..rows {
             self.wait(images, row)?;
+            self.taken += 1;
+            if self.waiting.len() >= at_once || self.taken == height {
+                self.pack()?;
+            }
         }
-        self.taken += rows;
-        self.pack()
+        Ok(())
+    }
+
+    /// Of a block of lines.
+    fn block_bytes(&self) -> usize {
+        self.header.max_block_pixel_size().height() * self.line_bytes()
     }
 
     /// Puts a row of the images among the waiting lines.
@@ -180,7 +191,7 @@ impl ExrRows {
     /// Packs the blocks that are full, or the last.
     fn pack(&mut self) -> Result<(), ImageError> {
         let lines = self.header.max_block_pixel_size().height();
-        let block = lines * self.line_bytes();
+        let block = self.block_bytes();
         let full = match self.taken == self.size().1 {
             true => self.waiting.len(),
             false => self.waiting.len() / block * block,

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::field::FieldGrid;
 use crate::frames::uv_from_camera_direction;
-use crate::lens::{OpticalSystem, chief_ray};
+use crate::lens::{OpticalSystem, chief_rays};
 use crate::response::{ChiefRayShifts, Response};
 use crate::sensor::{MicrolensShifts, Sensor, ShiftRule};
 
@@ -71,14 +71,14 @@ fn shifts_of_chief_rays(
 /// Direction cosines of the chief ray where it arrives, over the window. Where none passes, the value of the axis.
 fn chief_field(system: &OpticalSystem, sensor: &Sensor, (nx, ny): (usize, usize)) -> FieldGrid {
     let window = sensor.window_mm();
-    let data = (0..nx * ny)
-        .into_par_iter()
-        .flat_map_iter(|k| {
-            let p = FieldGrid::node_mm(window, (nx, ny), (k % nx, k / nx));
-            let uv = chief_ray(system, p.x, p.y)
-                .map_or(DVec2::ZERO, |ray| uv_from_camera_direction(-ray.direction));
+    let row = |row: usize| {
+        let places = (0..nx).map(|k| FieldGrid::node_mm(window, (nx, ny), (k, row)));
+        let rays = chief_rays(system, places).into_iter();
+        rays.flat_map(|ray| {
+            let uv = ray.map_or(DVec2::ZERO, |ray| uv_from_camera_direction(-ray.direction));
             [uv.x, uv.y]
         })
-        .collect();
+    };
+    let data = (0..ny).into_par_iter().flat_map_iter(row).collect();
     FieldGrid::new(window, (nx, ny), 2, data).unwrap_or_else(|| unreachable!("two values a node"))
 }

@@ -247,11 +247,11 @@ impl Camera {
     pub(super) fn colours(&self) -> &Colours {
         &self.colours
     }
-    /// Slope (dx/dz, dy/dz), camera frame, of the chief ray of a sensor position at the reference wavelength; `None`
-    /// where there is none.
-    pub(super) fn chief_slope(&self, xy_mm: DVec2) -> Option<DVec2> {
+    /// Slopes (dx/dz, dy/dz), camera frame, of the chief rays of sensor positions in a row at the reference wavelength;
+    /// `None` where there is none.
+    pub(super) fn chief_slopes(&self, row_mm: &[DVec2]) -> Vec<Option<DVec2>> {
         let system = self.system(ChannelWavelengths::REFERENCE);
-        self.reference_tracer.chief_slope(system, xy_mm)
+        self.reference_tracer.chief_slopes(system, row_mm)
     }
     /// Bounds of the bundle that passes the lens from a sensor position.
     pub fn pupil_at(&self, xy_mm: DVec2) -> Option<PupilEllipse> {

@@ -233,13 +233,14 @@ impl Buffers {
 
 /// Parts of the values' span that [`sort`] tells apart: at the largest reach a thirtieth of the pattern's rings.
 const PARTS: usize = 1 << 11;
+/// Values that are compared side by side.
+const LANES: usize = 8;
 
 /// Numbers of the values in their order, to a part of what they span: counted, then placed.
 fn sort(values: &[f32], order: &mut Vec<u32>) {
-    let first = values.iter().copied().fold(f32::INFINITY, f32::min);
-    let last = values.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    let [first, last] = span(values);
     let per_unit = (PARTS - 1) as f32 / (last - first).max(f32::MIN_POSITIVE);
-    let part = |value: f32| ((value - first) * per_unit) as usize & (PARTS - 1);
+    let part = |value: f32| ((value - first) * per_unit) as i32 as usize & (PARTS - 1);
     let mut next = [0u32; PARTS];
     values.iter().for_each(|value| next[part(*value)] += 1);
     let mut begin = 0;
@@ -253,6 +254,23 @@ fn sort(values: &[f32], order: &mut Vec<u32>) {
         order[*at as usize] = k as u32;
         *at += 1;
     }
+}
+
+/// Least and largest of the values, in lanes.
+fn span(values: &[f32]) -> [f32; 2] {
+    let mut spans = [[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]];
+    for values in values.chunks(LANES) {
+        let [least, largest] = &mut spans;
+        for (value, (least, largest)) in values.iter().zip(least.iter_mut().zip(largest)) {
+            *least = if value < least { *value } else { *least };
+            *largest = if value > largest { *value } else { *largest };
+        }
+    }
+    let [least, largest] = spans;
+    [
+        least.into_iter().fold(f32::INFINITY, f32::min),
+        largest.into_iter().fold(f32::NEG_INFINITY, f32::max),
+    ]
 }
 
 #[cfg(test)]

@@ -61,7 +61,7 @@ impl SightRays {
         let places = (0..size.0 * size.1)
             .map(|k| FieldGrid::node_mm(window, size, (k % size.0, k / size.0)));
         let places: Vec<DVec2> = places.collect();
-        let slope = |p: &DVec2| match (camera.chief_slope(*p), camera.pupil_at(*p)) {
+        let slope = |(p, chief): (&DVec2, Option<DVec2>)| match (chief, camera.pupil_at(*p)) {
             (Some(slope), _) => slope,
             (None, Some(pupil)) => {
                 let e = pupil.centre_mm - camera_from_sensor_mm(*p, camera.sensor_z_mm());
@@ -69,7 +69,9 @@ impl SightRays {
             }
             (None, None) => DVec2::NAN,
         };
-        let slopes: Vec<DVec2> = places.par_iter().map(slope).collect();
+        let slopes: Vec<DVec2> = (places.par_chunks(size.0))
+            .flat_map_iter(|row| row.iter().zip(camera.chief_slopes(row)).map(slope))
+            .collect();
         let mut batch = RayBatch::default();
         for (place, slope) in places.iter().zip(&slopes) {
             let origin = camera_from_sensor_mm(*place, camera.sensor_z_mm());
