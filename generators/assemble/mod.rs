@@ -1,6 +1,7 @@
 //! From a recipe to the camera and the scene that it describes.
 
 mod colour;
+mod kept;
 mod responses;
 
 use std::path::Path;
@@ -78,9 +79,13 @@ fn scaled(lens: &Prescription, focal_length_mm: f64) -> Result<Prescription, Len
 /// # Errors
 /// What a field of the recipe is and may be.
 pub fn camera(recipe: &Recipe, response: &Response) -> Result<Camera, RecipeError> {
-    let lens = lens(&recipe.lens)?;
-    let reflections = Reflections::new(&lens, &recipe.lens.reflections)?;
-    let camera = focused_camera(recipe, &lens, response)?;
+    camera_behind(&lens(&recipe.lens)?, recipe, response)
+}
+
+/// The camera of a recipe behind its lens.
+fn camera_behind(lens: &Lens, recipe: &Recipe, response: &Response) -> Result<Camera, RecipeError> {
+    let reflections = Reflections::new(lens, &recipe.lens.reflections)?;
+    let camera = focused_camera(recipe, lens, response)?;
     Ok(camera.with_lens_diffraction().with_reflections(reflections))
 }
 

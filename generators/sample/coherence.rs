@@ -112,11 +112,14 @@ impl FineContrast {
 
 /// Σ of a function of pairs of values, in lanes.
 fn sum(a: &[f32], b: &[f32], of: impl Fn(f32, f32) -> f64) -> f64 {
+    let length = a.len().min(b.len());
+    let ((a, a_rest), (b, b_rest)) = (a[..length].as_chunks(), b[..length].as_chunks());
     let mut sums = [0.0; LANES];
-    for (a, b) in a.chunks(LANES).zip(b.chunks(LANES)) {
-        (sums.iter_mut().zip(a.iter().zip(b))).for_each(|(sum, (a, b))| *sum += of(*a, *b));
+    for (a, b) in a.iter().zip(b) {
+        (0..LANES).for_each(|i| sums[i] += of(a[i], b[i]));
     }
-    sums.iter().sum()
+    let rest = a_rest.iter().zip(b_rest).map(|(a, b)| of(*a, *b));
+    sums.iter().sum::<f64>() + rest.sum::<f64>()
 }
 
 #[cfg(test)]

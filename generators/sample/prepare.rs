@@ -62,7 +62,7 @@ fn put_together(
     let (recipe, colours) = (&called.0, called.1);
     let response = timed(&mut stages.response_s, || responses.get(recipe, &observer))?;
     let (camera, scene, warnings) = timed(&mut stages.scene_s, || {
-        let camera = assemble::camera(recipe, &response)?;
+        let camera = responses.camera(recipe, &response)?;
         let framing = assemble::framing_camera(recipe, &response)?;
         let framing = framing.as_ref().unwrap_or(&camera);
         let (scene, warnings) = assemble::scene_and_warnings(recipe, framing)?;

@@ -42,7 +42,7 @@ impl Kind {
             .into_iter()
             .chain(noisy);
         // In this the views are: they add up to the sum.
-        let above = |image: &Image| image.data().iter().any(|v| v.abs() > LARGEST_HALF);
+        let above = |image: &Image| image.any(|v| v.abs() > LARGEST_HALF);
         Self {
             raw: sample.raw_encoding,
             channels_differ: sample.channel_shifts_px.is_some(),
@@ -153,13 +153,10 @@ pub fn described(
     let mut findings = Findings::default();
     findings.add(&rows.truth);
     let clipped = match sample.raw_encoding {
-        RawEncoding::Png(levels) => {
-            let values = sample.raw.data().iter();
-            values.filter(|v| levels.clips(**v)).count()
-        }
+        RawEncoding::Png(levels) => levels.clipped(sample.raw.data()),
         RawEncoding::Exr => 0,
     };
-    let meta = Kind::of(&rows).describe(given.clone(), &name, &findings, clipped as u64);
+    let meta = Kind::of(&rows).describe(given.clone(), &name, &findings, clipped);
     let camera = meta.camera(given.curves.clone());
     Ok((meta, camera, rows.truth))
 }

@@ -72,10 +72,10 @@ pub(super) fn check(sample: &SampleFiles<'_>, name: &str, height: usize) -> Resu
         return Err(input(name, what));
     }
     for (what, image) in [("raw", sample.raw), ("target", sample.target)] {
-        let dark = |v: &f32| !((*v >= 0.0) & (*v < f32::INFINITY));
-        // All of them first, which goes by lanes.
-        let any = image.data().iter().fold(false, |any, v| any | dark(v));
-        if any && let Some(at) = image.data().iter().position(dark) {
+        let dark = |v: f32| !((v >= 0.0) & (v < f32::INFINITY));
+        if image.any(dark)
+            && let Some(at) = image.data().iter().position(|v| dark(*v))
+        {
             let (value, at) = (image.data()[at], at / image.channels());
             let (x, y) = (at % image.width(), at / image.width());
             let what = format!(

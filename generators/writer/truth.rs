@@ -50,10 +50,9 @@ pub(super) fn masked(sample: &SampleFiles<'_>) -> Truth {
     let normals = sample.seen.map(|seen| seen.normals);
     let maps = maps.into_iter().chain(normals);
     let maps = maps.chain(sample.traced_px).chain(sample.paraxial_px);
-    let is_nan = |values: &[f32]| values.iter().fold(false, |any, v| any | v.is_nan());
-    for map in maps.chain(channels).filter(|map| is_nan(map.data())) {
+    for map in maps.chain(channels).filter(|map| map.any(f32::is_nan)) {
         for (valid, values) in valid.iter_mut().zip(map.data().chunks(map.channels())) {
-            *valid &= !is_nan(values);
+            *valid &= !values.iter().any(|value| value.is_nan());
         }
     }
     let are_all = valid.iter().all(|valid| *valid);
@@ -68,16 +67,22 @@ pub(super) fn masked(sample: &SampleFiles<'_>) -> Truth {
         }
         map
     };
-    let pairs = (sample.traced_px.par_iter()).zip(sample.paraxial_px.par_iter());
-    let disparity_px: Vec<Image> = pairs.map(|(a, b)| mask(side_by_side(a, b))).collect();
+    let disparities = || {
+        let pairs = (sample.traced_px.par_iter()).zip(sample.paraxial_px.par_iter());
+        let disparity_px: Vec<Image> = pairs.map(|(a, b)| mask(side_by_side(a, b))).collect();
+        let left_right_px = left_right_px(&disparity_px, sample.description.sensor.subpixels);
+        (disparity_px, left_right_px)
+    };
+    let shifts = || channels.par_iter().map(|map| mask(rounded(map))).collect();
+    let ((disparity_px, left_right_px), channel_shifts_px) = rayon::join(disparities, shifts);
     Truth {
         depth_m: mask(sample.depth_m.clone()),
         distance_m: mask(sample.distance_m.clone()),
-        left_right_px: left_right_px(&disparity_px, sample.description.sensor.subpixels),
+        left_right_px,
         disparity_px,
         coc_px: mask(sample.coc_px.clone()),
         chief_to_sum_px: mask(rounded(sample.chief_to_sum_px)),
-        channel_shifts_px: (channels.par_iter().map(|map| mask(rounded(map)))).collect(),
+        channel_shifts_px,
         normals: sample.seen.map(|seen| mask(seen.normals.clone())),
         valid,
     }

@@ -86,8 +86,20 @@ pub fn of_images<'py>(
         .map_or((0, 0), |first| (first.height(), first.width()));
     let mut data = Vec::with_capacity(images.len() * height * width * channels.len());
     for image in images {
-        let pixels = image.data().chunks_exact(image.channels());
-        pixels.for_each(|pixel| data.extend_from_slice(&pixel[channels.clone()]));
+        // The usual ones, which are copied at once.
+        match (image.channels(), channels.clone()) {
+            (count, all) if all == (0..count) => data.extend_from_slice(image.data()),
+            (4, std::ops::Range { start, end: _ }) if channels.len() == 2 => {
+                let (begin, pixels) = (data.len(), image.data().as_chunks::<4>().0);
+                data.resize(begin + 2 * pixels.len(), 0.0);
+                let (pairs, _) = data[begin..].as_chunks_mut::<2>();
+                for (pair, pixel) in pairs.iter_mut().zip(pixels) {
+                    *pair = [pixel[start], pixel[start + 1]];
+                }
+            }
+            (count, some) => (image.data().chunks_exact(count))
+                .for_each(|pixel| data.extend_from_slice(&pixel[some.clone()])),
+        }
     }
     shaped(py, data, &[images.len(), height, width, channels.len()])
 }

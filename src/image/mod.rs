@@ -16,6 +16,8 @@ pub use ranges::finite_ranges;
 
 use std::path::PathBuf;
 
+use rayon::prelude::*;
+
 use crate::file::FileError;
 
 /// A picture that could not be written or read.
@@ -70,7 +72,17 @@ pub struct Image {
     data: Vec<f32>,
 }
 
+/// Values that are looked at together.
+const LOOKED_AT: usize = 1 << 14;
+
 impl Image {
+    /// Whether any value is so.
+    pub fn any(&self, is: impl Fn(f32) -> bool + Sync) -> bool {
+        // All of a part, which goes by lanes.
+        let part = |values: &[f32]| values.iter().map(|v| u32::from(is(*v))).sum::<u32>() > 0;
+        self.data.par_chunks(LOOKED_AT).any(part)
+    }
+
     /// An image of zeros.
     pub fn zeros(width: usize, height: usize, channels: usize) -> Self {
         Self {

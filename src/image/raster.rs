@@ -9,6 +9,7 @@ use std::path::Path;
 use ::image::codecs::jpeg::JpegEncoder;
 use ::image::metadata::Orientation;
 use ::image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader};
+use rayon::prelude::*;
 
 use super::png_rows::{self, PngShape, big_endian};
 use super::{Image, ImageError, exr};
@@ -44,14 +45,14 @@ impl Levels {
         ((f64::from(code) - f64::from(self.black)) * f64::from(self.linear_at_white) / span) as f32
     }
 
-    /// Whether a value is beyond the codes that there are, so that it is stored as the nearest of them.
-    pub fn clips(&self, value: f32) -> bool {
-        !(0.0..=65535.0).contains(&self.code(value))
-    }
-
-    /// The code of a linear value, rounded but not clipped; NaN for NaN.
-    fn code(&self, value: f32) -> f64 {
-        (f64::from(self.black) + f64::from(value) * self.gain()).round()
+    /// How many values are beyond the codes that there are, so that each is stored as the nearest of them.
+    pub fn clipped(&self, values: &[f32]) -> u64 {
+        let (black, gain) = (f64::from(self.black), self.gain());
+        let beside = |values: &[f32]| {
+            let codes = values.iter().map(|v| half_up(black, gain, *v));
+            u64::from(codes.map(is_beside).sum::<u32>())
+        };
+        values.par_chunks(BLOCK).map(beside).sum()
     }
 
     /// Codes of linear values, and how many were clipped.
@@ -67,11 +68,10 @@ impl Levels {
         let mut codes = vec![0; values.len()];
         let (mut clipped, mut is_nan) = (0u64, false);
         for (codes, values) in codes.chunks_mut(BLOCK).zip(values.chunks(BLOCK)) {
-            // Half a code more, as what is behind the point is dropped.
             let mut beside = 0u32;
             for (to, value) in codes.iter_mut().zip(values) {
-                let code = black + f64::from(*value) * gain + 0.5;
-                beside += u32::from(code < 0.0) + u32::from(code >= 65536.0);
+                let code = half_up(black, gain, *value);
+                beside += is_beside(code);
                 is_nan |= code.is_nan();
                 *to = code.clamp(0.0, 65535.0) as i32 as u16;
             }
@@ -86,6 +86,18 @@ impl Levels {
     fn gain(&self) -> f64 {
         (f64::from(self.white) - f64::from(self.black)) / f64::from(self.linear_at_white)
     }
+}
+
+/// A value's code and half of one more, as what is behind the point is dropped.
+#[inline(always)]
+fn half_up(black: f64, gain: f64, value: f32) -> f64 {
+    black + f64::from(value) * gain + 0.5
+}
+
+/// 1: such a code is clipped.
+#[inline(always)]
+fn is_beside(half_up: f64) -> u32 {
+    u32::from(half_up < 0.0) + u32::from(half_up >= 65536.0)
 }
 
 /// Writes a 16-bit PNG (1 channel: gray, 3: RGB) and returns the number of values that were clipped.

@@ -4,11 +4,13 @@
 //! view_{j·m+i}(x, y) = raw(x·m + i, y·n + j)          0 ≤ i < m (columns), 0 ≤ j < n (rows)
 //! ```
 
+use rayon::prelude::*;
+
 use super::Image;
 use crate::sensor::Subpixels;
 
 /// Values that are summed at a time.
-const BLOCK: usize = 512;
+const BLOCK: usize = 4096;
 
 /// The view of each sub-pixel in stored order, row by row; columns and rows of the mosaic beyond a whole pixel are left
 /// out.
@@ -26,7 +28,7 @@ pub fn split_views(raw: &Image, subpixels: Subpixels) -> Vec<Image> {
         }
         view
     };
-    (0..subpixels.count()).map(view).collect()
+    (0..subpixels.count()).into_par_iter().map(view).collect()
 }
 
 /// Copies every `columns`-th pixel of a line.
@@ -47,17 +49,16 @@ pub fn sum_of<'a>(images: impl IntoIterator<Item = &'a Image>) -> Option<Image> 
     let images: Vec<&Image> = images.into_iter().collect();
     let first = images.first()?;
     let (width, height, channels) = (first.width(), first.height(), first.channels());
-    let mut data = Vec::with_capacity(first.data().len());
-    let mut sums = [0.0f64; BLOCK];
-    for (k, values) in first.data().chunks(BLOCK).enumerate() {
-        let sums = &mut sums[..values.len()];
-        sums.fill(0.0);
+    let mut data = vec![0.0; first.data().len()];
+    (data.par_chunks_mut(BLOCK).enumerate()).for_each(|(k, data)| {
+        let mut sums = [0.0f64; BLOCK];
+        let sums = &mut sums[..data.len()];
         for image in &images {
             let values = &image.data()[k * BLOCK..];
             (sums.iter_mut().zip(values)).for_each(|(sum, value)| *sum += f64::from(*value));
         }
-        data.extend(sums.iter().map(|sum| *sum as f32));
-    }
+        (data.iter_mut().zip(sums)).for_each(|(to, sum)| *to = *sum as f32);
+    });
     Image::from_vec(width, height, channels, data)
 }
 

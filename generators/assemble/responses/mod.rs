@@ -16,6 +16,7 @@ use quadpixel::sensor::Charge;
 use quadpixel::spectrum::ChannelWavelengths;
 
 use super::colour::ColourErrors;
+use super::kept::Kept;
 use super::{lens, pixel_stack};
 use crate::recipe::table_choice::one_colour;
 use crate::recipe::{Recipe, RecipeError, ResponseSource, TableRecipe};
@@ -23,8 +24,9 @@ use crate::recipe::{Recipe, RecipeError, ResponseSource, TableRecipe};
 /// Seconds of one core that a dataset spends on a table unasked.
 const MOST_SECONDS: f64 = 900.0;
 
-/// Angular responses that several samples share, loaded or computed once.
+/// Angular responses that several samples share, loaded or computed once; and the last sample's camera.
 pub struct Responses {
+    pub(super) camera: Option<Kept>,
     pub(super) cache: ResponseCache,
     loaded: BTreeMap<String, Arc<Response>>,
     /// What leaving colour out of a pixel's response does, by pixel and F-number.
@@ -37,6 +39,7 @@ impl Responses {
     pub fn new() -> Self {
         Self {
             cache: ResponseCache::open(ResponseCache::default_dir()),
+            camera: None,
             loaded: BTreeMap::new(),
             colours: BTreeMap::new(),
             warnings: Vec::new(),

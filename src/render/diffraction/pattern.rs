@@ -18,6 +18,7 @@
 //! Along a ray of k each edge's factor at the next radius is the one before turned by a fixed phase.
 
 use glam::DVec2;
+use rayon::prelude::*;
 
 /// Distance of samples along the radius; rings are π apart.
 pub(super) const STEP: f64 = std::f64::consts::PI / 9.0;
@@ -42,9 +43,12 @@ impl Pattern {
         let mut intensity = vec![[1.0; ANGLES]; RADII];
         let mut far = [0.0; ANGLES];
         let last_rings = RADII - 36;
-        for angle in 0..ANGLES {
-            let direction = DVec2::from_angle(std::f64::consts::PI * angle as f64 / ANGLES as f64);
-            for (j, amplitude) in along(outline, direction).into_iter().enumerate() {
+        let direction =
+            |angle: usize| DVec2::from_angle(std::f64::consts::PI * angle as f64 / ANGLES as f64);
+        let angles = (0..ANGLES).into_par_iter();
+        let amplitudes: Vec<Vec<f64>> = angles.map(|k| along(outline, direction(k))).collect();
+        for (angle, amplitudes) in amplitudes.into_iter().enumerate() {
+            for (j, amplitude) in amplitudes.into_iter().enumerate() {
                 let value = amplitude / (area * area);
                 intensity[j + 1][angle] = value;
                 if j + 1 >= last_rings {

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use glam::DVec2;
+use rayon::prelude::*;
 
 use super::bundle::{Bundle, PUPIL_KEY};
 use crate::render::Camera;
@@ -54,15 +55,16 @@ impl Displaced {
 
     fn of(draws_px: Vec<DVec2>) -> Self {
         let mut transfer = vec![[0.0; 2]; draws_px.len() / DRAWS * FREQUENCIES * ROWS];
-        let rays = draws_px.chunks_exact(DRAWS);
-        for (to, draws) in transfer.chunks_exact_mut(FREQUENCIES * ROWS).zip(rays) {
+        let rays = draws_px.par_chunks_exact(DRAWS);
+        let transfers = transfer.par_chunks_exact_mut(FREQUENCIES * ROWS);
+        transfers.zip(rays).for_each(|(to, draws)| {
             for draw in draws {
                 each_frequency(*draw, |i, [re, im]| {
                     to[i][0] += re / DRAWS as f64;
                     to[i][1] += im / DRAWS as f64;
                 });
             }
-        }
+        });
         Self { draws_px, transfer }
     }
 

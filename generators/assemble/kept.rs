@@ -1,0 +1,116 @@
+//! The camera that was put together last: many pictures are taken through one lens, with one focus.
+
+use std::sync::Arc;
+
+use quadpixel::lens::{Lens, ReflectionSettings};
+use quadpixel::render::Camera;
+use quadpixel::response::Response;
+use quadpixel::spectrum::Bands;
+
+use super::{Responses, camera_behind, lens};
+use crate::recipe::{Recipe, RecipeError, SensorRecipe};
+
+/// A camera, and what it is made of.
+pub(super) struct Kept {
+    /// As it is focused and stopped down.
+    lens: Lens,
+    reflections: ReflectionSettings,
+    sensor: SensorRecipe,
+    spectrum: Option<Bands>,
+    response: Arc<Response>,
+    camera: Camera,
+}
+
+impl Kept {
+    fn is_of(&self, recipe: &Recipe, lens: &Lens, response: &Arc<Response>) -> bool {
+        self.lens == *lens
+            && self.reflections == recipe.lens.reflections
+            && self.sensor == recipe.sensor
+            && self.spectrum == recipe.spectrum
+            && Arc::ptr_eq(&self.response, response)
+    }
+}
+
+impl Responses {
+    /// The camera of a recipe with its response; that of the last one where it is the same.
+    ///
+    /// # Errors
+    /// What a field of the recipe is and may be.
+    pub(crate) fn camera(
+        &mut self,
+        recipe: &Recipe,
+        response: &Arc<Response>,
+    ) -> Result<Camera, RecipeError> {
+        let lens = lens(&recipe.lens)?;
+        let kept = self.camera.as_ref();
+        if let Some(kept) = kept.filter(|kept| kept.is_of(recipe, &lens, response)) {
+            return Ok(kept.camera.clone());
+        }
+        let camera = camera_behind(&lens, recipe, response)?;
+        self.camera = Some(Kept {
+            lens,
+            reflections: recipe.lens.reflections,
+            sensor: recipe.sensor.clone(),
+            spectrum: recipe.spectrum,
+            response: response.clone(),
+            camera: camera.clone(),
+        });
+        Ok(camera)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use super::*;
+    use crate::config::{DEFAULT_TOML, DatasetConfig};
+    use crate::draw;
+
+    #[test]
+    fn a_change_of_any_part_makes_another_camera_and_none_the_same() {
+        let mut config = DatasetConfig::from_toml(DEFAULT_TOML, "t").unwrap();
+        config.response = toml::from_str("model = \"geometric\"").unwrap();
+        config.sensor.pitch_um = Some(serde_json::from_str("2.8").unwrap());
+        let first = draw::recipe(&config, 0, &|_| Ok(1.6)).unwrap();
+        let mut responses = Responses::new();
+        let response = responses.get(&first, &|_, _| ()).unwrap();
+        let other_response = Arc::new(response.as_ref().clone());
+        let changed = |change: &dyn Fn(&mut Recipe)| {
+            let mut recipe = first.clone();
+            change(&mut recipe);
+            recipe
+        };
+        let recipes = [
+            changed(&|_| ()),
+            changed(&|r| r.lens.focus_mm = Some(1234.5)),
+            changed(&|r| r.lens.f_number = Some(5.6)),
+            changed(&|r| r.lens.reflections.sensor = 0.3),
+            changed(&|r| r.sensor.width += 2),
+            changed(&|r| r.spectrum = None),
+        ];
+        let looks = |camera: &Camera| {
+            let tenth = camera.sensor().position_mm(10.0, 10.0);
+            format!(
+                "{} {:?} {:?} {:?} {:?}",
+                camera.focus_distance_mm(),
+                camera.wavelengths(),
+                camera.sensor(),
+                camera.pupil_at(tenth),
+                camera.without_reflections().is_some(),
+            )
+        };
+        let mut seen = Vec::new();
+        for recipe in &recipes {
+            let fresh = super::super::camera(recipe, &response).unwrap();
+            for response in [&response, &response, &other_response] {
+                let camera = responses.camera(recipe, response).unwrap();
+                assert_eq!(looks(&camera), looks(&fresh));
+                let kept = responses.camera.as_ref().unwrap();
+                assert!(Arc::ptr_eq(&kept.response, response));
+            }
+            seen.push(looks(&fresh));
+        }
+        seen.dedup();
+        assert!(seen.len() >= 5, "{}", seen.len());
+    }
+}
