@@ -1,14 +1,36 @@
 //! The camera that was put together last: many pictures are taken through one lens, with one focus.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use quadpixel::lens::{Lens, ReflectionSettings};
 use quadpixel::render::Camera;
+use quadpixel::render::truth::DisparityField;
 use quadpixel::response::Response;
 use quadpixel::spectrum::Bands;
+use quadpixel_datasets::CameraCurves;
 
-use super::{Responses, camera_behind, lens};
+use super::camera::camera_behind;
+use super::{Responses, lens};
 use crate::recipe::{Recipe, RecipeError, SensorRecipe};
+
+/// What is known of a camera whatever it is shown: found with its first picture.
+#[derive(Default)]
+pub(crate) struct OfCamera {
+    fields: OnceLock<Vec<DisparityField>>,
+    curves: OnceLock<CameraCurves>,
+}
+
+impl OfCamera {
+    /// The disparity of its channels; `found`, where it is the first time.
+    pub fn fields(&self, found: impl FnOnce() -> Vec<DisparityField>) -> Vec<DisparityField> {
+        self.fields.get_or_init(found).clone()
+    }
+
+    /// Its curves; `found`, where it is the first time.
+    pub fn curves(&self, found: impl FnOnce() -> CameraCurves) -> CameraCurves {
+        self.curves.get_or_init(found).clone()
+    }
+}
 
 /// A camera, and what it is made of.
 pub(super) struct Kept {
@@ -19,20 +41,27 @@ pub(super) struct Kept {
     spectrum: Option<Bands>,
     response: Arc<Response>,
     camera: Camera,
+    known: Arc<OfCamera>,
 }
 
 impl Kept {
+    fn has(&self, response: &Arc<Response>) -> bool {
+        // A table is large, a box is made anew each time.
+        let is_box = matches!(**response, Response::Geometric(_));
+        Arc::ptr_eq(&self.response, response) || is_box && self.response == *response
+    }
+
     fn is_of(&self, recipe: &Recipe, lens: &Lens, response: &Arc<Response>) -> bool {
         self.lens == *lens
             && self.reflections == recipe.lens.reflections
             && self.sensor == recipe.sensor
             && self.spectrum == recipe.spectrum
-            && Arc::ptr_eq(&self.response, response)
+            && self.has(response)
     }
 }
 
 impl Responses {
-    /// The camera of a recipe with its response; that of the last one where it is the same.
+    /// The camera of a recipe with its response, and what is known of it; those of the last one where it is the same.
     ///
     /// # Errors
     /// What a field of the recipe is and may be.
@@ -40,13 +69,14 @@ impl Responses {
         &mut self,
         recipe: &Recipe,
         response: &Arc<Response>,
-    ) -> Result<Camera, RecipeError> {
+    ) -> Result<(Camera, Arc<OfCamera>), RecipeError> {
         let lens = lens(&recipe.lens)?;
         let kept = self.camera.as_ref();
         if let Some(kept) = kept.filter(|kept| kept.is_of(recipe, &lens, response)) {
-            return Ok(kept.camera.clone());
+            return Ok((kept.camera.clone(), kept.known.clone()));
         }
         let camera = camera_behind(&lens, recipe, response)?;
+        let known = Arc::<OfCamera>::default();
         self.camera = Some(Kept {
             lens,
             reflections: recipe.lens.reflections,
@@ -54,8 +84,9 @@ impl Responses {
             spectrum: recipe.spectrum,
             response: response.clone(),
             camera: camera.clone(),
+            known: known.clone(),
         });
-        Ok(camera)
+        Ok((camera, known))
     }
 }
 
@@ -74,7 +105,6 @@ mod tests {
         let first = draw::recipe(&config, 0, &|_| Ok(1.6)).unwrap();
         let mut responses = Responses::new();
         let response = responses.get(&first, &|_, _| ()).unwrap();
-        let other_response = Arc::new(response.as_ref().clone());
         let changed = |change: &dyn Fn(&mut Recipe)| {
             let mut recipe = first.clone();
             change(&mut recipe);
@@ -101,13 +131,14 @@ mod tests {
         };
         let mut seen = Vec::new();
         for recipe in &recipes {
-            let fresh = super::super::camera(recipe, &response).unwrap();
-            for response in [&response, &response, &other_response] {
-                let camera = responses.camera(recipe, response).unwrap();
-                assert_eq!(looks(&camera), looks(&fresh));
-                let kept = responses.camera.as_ref().unwrap();
-                assert!(Arc::ptr_eq(&kept.response, response));
-            }
+            let fresh = super::super::camera::camera(recipe, &response).unwrap();
+            let (camera, known) = responses.camera(recipe, &response).unwrap();
+            assert_eq!(looks(&camera), looks(&fresh));
+            // A box of the same size.
+            let again = Arc::new(response.as_ref().clone());
+            let (camera, kept) = responses.camera(recipe, &again).unwrap();
+            assert_eq!(looks(&camera), looks(&fresh));
+            assert!(Arc::ptr_eq(&known, &kept));
             seen.push(looks(&fresh));
         }
         seen.dedup();

@@ -1,5 +1,6 @@
 //! From a recipe to the camera and the scene that it describes.
 
+mod camera;
 mod colour;
 mod kept;
 mod responses;
@@ -7,25 +8,26 @@ mod responses;
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec3};
 use quadpixel::em::PixelStack;
 use quadpixel::file;
-use quadpixel::lens::{FocusBy, Lens, LensError, Prescription, Reflections, trace_backward};
+use quadpixel::lens::{FocusBy, Lens, LensError, Prescription, trace_backward};
 use quadpixel::render::Camera;
-use quadpixel::response::Response;
 use quadpixel::scene::world::World;
 use quadpixel::scene::{Scene, TexturedPlane};
-use quadpixel::sensor::{Sensor, Subpixels};
+use quadpixel::sensor::Subpixels;
 use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel::units::MM_PER_UM;
 
 use crate::camera_file::CameraFile;
 use crate::field_error::FieldError;
-use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, RecipeError, WindowRecipe};
+use crate::recipe::{ExtentRecipe, LensRecipe, PlaneRecipe, Recipe, RecipeError};
 use crate::scenes::WorldRecipe;
-use crate::scenes::field_of_view::{centre_at, covering};
+use crate::scenes::field_of_view::covering;
 
+pub use camera::{camera, framing_camera};
 pub(crate) use colour::{ColourCall, ColourErrors, all_ship, with_colour};
+pub(crate) use kept::OfCamera;
 pub use responses::Responses;
 pub(crate) use responses::{check_quick, quick_plan};
 
@@ -72,80 +74,6 @@ fn scaled(lens: &Prescription, focal_length_mm: f64) -> Result<Prescription, Len
     let wavelength = ChannelWavelengths::default().reference_nm();
     let own_mm = Lens::new(lens)?.paraxial(wavelength)?.efl_mm;
     lens.scaled(focal_length_mm / own_mm)
-}
-
-/// The camera of a recipe.
-///
-/// # Errors
-/// What a field of the recipe is and may be.
-pub fn camera(recipe: &Recipe, response: &Response) -> Result<Camera, RecipeError> {
-    camera_behind(&lens(&recipe.lens)?, recipe, response)
-}
-
-/// The camera of a recipe behind its lens.
-fn camera_behind(lens: &Lens, recipe: &Recipe, response: &Response) -> Result<Camera, RecipeError> {
-    let reflections = Reflections::new(lens, &recipe.lens.reflections)?;
-    let camera = focused_camera(recipe, lens, response)?;
-    Ok(camera.with_lens_diffraction().with_reflections(reflections))
-}
-
-/// The camera of a recipe with its lens focused as given.
-fn focused_camera(
-    recipe: &Recipe,
-    lens: &Lens,
-    response: &Response,
-) -> Result<Camera, RecipeError> {
-    let wavelengths = recipe.wavelengths()?;
-    let centre = match recipe.sensor.window {
-        WindowRecipe::Centre => DVec2::ZERO,
-        WindowRecipe::Position { x_mm, y_mm } => DVec2::new(x_mm, y_mm),
-        WindowRecipe::ChiefRayAngle { theta_deg, phi_deg } => {
-            let system = lens.at(wavelengths.reference_nm())?;
-            centre_at(&system, theta_deg, phi_deg)?
-        }
-    };
-    let size = (recipe.sensor.width, recipe.sensor.height);
-    let sensor = Sensor::new(
-        recipe.sensor.pitch_um,
-        recipe.sensor.subpixels,
-        size,
-        centre,
-    )?;
-    let offset_um = DVec2::from(recipe.sensor.microlens_offset_um);
-    if !offset_um.is_finite() {
-        let field = "sensor.microlens_offset_um";
-        return Err(FieldError::new(field, offset_um, "finite lengths").into());
-    }
-    let camera = Camera::new(
-        lens,
-        sensor,
-        recipe.sensor.microlens_shift,
-        response,
-        wavelengths,
-    )?;
-    let law = recipe.sensor.microlens_law;
-    if !law.is_finite() {
-        let field = "sensor.microlens_law";
-        return Err(FieldError::new(field, format!("{law:?}"), "finite numbers").into());
-    }
-    Ok(camera
-        .with_microlens_law(law)
-        .with_microlens_offset_um(offset_um))
-}
-
-/// The camera in front of which the recipe's cards are laid out, where that is not its own.
-///
-/// # Errors
-/// What a field of the recipe is and may be.
-pub fn framing_camera(recipe: &Recipe, response: &Response) -> Result<Option<Camera>, RecipeError> {
-    let framing = |focus_mm| {
-        let aligned = LensRecipe {
-            focus_mm: Some(focus_mm),
-            ..recipe.lens.clone()
-        };
-        focused_camera(recipe, &lens(&aligned)?, response)
-    };
-    recipe.framing_focus_mm.map(framing).transpose()
 }
 
 /// The scene of a recipe, laid out in front of a camera: its own, or that of its framing.

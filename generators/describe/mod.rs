@@ -89,8 +89,10 @@ pub(crate) struct RenderedLight<'a> {
     pub white_sr: [f64; 3],
     /// Rays of the render.
     pub stats: &'a RenderStats,
-    /// Disparity of the channels, or of all.
-    pub fields: &'a [DisparityField],
+    /// Whether the channels have a disparity each.
+    pub channels_differ: bool,
+    /// See [`curves`].
+    pub curves: spec::CameraCurves,
     /// The ledger of effects.
     pub effects: spec::Effects,
     /// The readout, where there is one.
@@ -98,7 +100,7 @@ pub(crate) struct RenderedLight<'a> {
 }
 
 /// What `camera.json` says of disparity; `None` for bare pixels.
-fn curves(camera: &Camera, fields: &[DisparityField]) -> Option<spec::CameraCurves> {
+pub(crate) fn curves(camera: &Camera, fields: &[DisparityField]) -> Option<spec::CameraCurves> {
     Some(spec::CameraCurves {
         disparity_ratio: disparity_ratio(camera)?,
         disparity: disparity_curves(camera, fields)?,
@@ -161,12 +163,11 @@ pub(crate) fn describe(
             )
         }),
         intrinsics: intrinsics(camera),
-        curves: curves(camera, exposed.fields)
-            .unwrap_or_else(|| unreachable!("a camera with a lens")),
+        curves: exposed.curves,
         truth: spec::Truth {
             registration: recipe.registration,
             channel: "G".to_owned(),
-            channels_differ: exposed.fields.len() > 1,
+            channels_differ: exposed.channels_differ,
         },
         effects: exposed.effects,
         rays_per_pixel: recipe.render.rays_per_pixel as u32,

@@ -159,6 +159,10 @@ mod tests {
 
     /// A picture whose light is up to `white`, before a camera with all files that a sample can have.
     fn prepared(white: f32) -> Prepared {
+        prepared_with(white, &mut Responses::new())
+    }
+
+    fn prepared_with(white: f32, responses: &mut Responses) -> Prepared {
         let text = format!(
             r#"
             environment = [0, 0, 0]
@@ -188,7 +192,7 @@ mod tests {
         let (light, depth) = (stored(light.collect(), 3), stored(depth.collect(), 1));
         let (rgbd, picture) = RgbdRecipe::of_arrays(&light, &depth, &Meaning::default()).unwrap();
         recipe.rgbd = Some(rgbd);
-        prepare_picture(&recipe, picture, &mut Responses::new(), &()).unwrap()
+        prepare_picture(&recipe, picture, responses, &()).unwrap()
     }
 
     fn id() -> SampleId {
@@ -225,5 +229,18 @@ mod tests {
             }
             assert_eq!(whole.len(), by_rows.len());
         }
+    }
+    #[test]
+    fn a_second_picture_through_the_same_camera_is_as_through_a_new_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let written = |prepared: Prepared, name: &str| {
+            let (sample, _) = prepared.render(id(), Rays::Trace, &()).unwrap();
+            write_alone(&folder.path().join(name), &sample.files()).unwrap();
+            files(&folder.path().join(name))
+        };
+        let mut shared = Responses::new();
+        written(prepared_with(1.0, &mut shared), "first");
+        let second = written(prepared_with(0.5, &mut shared), "second");
+        assert_eq!(second, written(prepared(0.5), "alone"));
     }
 }

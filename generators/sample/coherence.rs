@@ -113,7 +113,8 @@ impl FineContrast {
 /// Σ of a function of pairs of values, in lanes.
 fn sum(a: &[f32], b: &[f32], of: impl Fn(f32, f32) -> f64) -> f64 {
     let length = a.len().min(b.len());
-    let ((a, a_rest), (b, b_rest)) = (a[..length].as_chunks(), b[..length].as_chunks());
+    let (a, a_rest) = a[..length].as_chunks::<LANES>();
+    let (b, b_rest) = b[..length].as_chunks::<LANES>();
     let mut sums = [0.0; LANES];
     for (a, b) in a.iter().zip(b) {
         (0..LANES).for_each(|i| sums[i] += of(a[i], b[i]));

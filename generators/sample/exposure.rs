@@ -18,7 +18,7 @@ use super::planned;
 use super::prepared::Prepared;
 use super::rendered::{Made, Maps, Pictures, Sample, Shifts, raw_white, saturation};
 use crate::assemble;
-use crate::describe::{Description, RenderedLight, describe};
+use crate::describe::{Description, RenderedLight, curves, describe};
 use crate::recipe::{RecipeError, SampleId};
 
 /// What is known of a sample before its pixels.
@@ -84,7 +84,11 @@ impl Exposure {
             gain,
             white_sr: white.middle_sr(),
             stats: &known.stats,
-            fields: &known.fields,
+            channels_differ: known.fields.len() > 1,
+            curves: (prepared.known).curves(|| {
+                curves(camera, &known.fields)
+                    .unwrap_or_else(|| unreachable!("a camera with a lens"))
+            }),
             effects: ledger(recipe, camera, response, called, tolerance),
             noise: noise.map_or(spec::Noise::None, spec::Noise::Readout),
         };

@@ -1,6 +1,7 @@
 //! A sample of a picture with depth: converted by kernels or rays, with the truths of every sample.
 
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Instant;
 
 use quadpixel::effects::{Choice, Planned, Shot, plan};
@@ -85,6 +86,10 @@ impl Begun {
             plan(whole, depths_mm, &settings, &choice, &tolerance)
         });
         prepared.camera = planned.shot.camera.clone();
+        if choice != Choice::All || rgbd.level != Level::Psf {
+            // Of another camera, perhaps.
+            prepared.known = Arc::default();
+        }
         if rgbd.level == Level::Rays {
             let tracing = prepared.recipe.lens_tracing;
             let maps_for = prepared.maps_for;
@@ -97,8 +102,10 @@ impl Begun {
         let camera = &prepared.camera;
         let registration = prepared.recipe.registration;
         let (fields, sight) = timed(&mut prepared.stages.truth_s, || {
-            let fields = DisparityField::of_channels(camera)
-                .unwrap_or_else(|| unreachable!("a camera with a lens has a focus"));
+            let fields = prepared.known.fields(|| {
+                DisparityField::of_channels(camera)
+                    .unwrap_or_else(|| unreachable!("a camera with a lens has a focus"))
+            });
             let sight = match registration {
                 spec::Registration::Centroid => SightRays::centroids(&fields),
                 spec::Registration::ChiefRay => SightRays::chief_rays(camera),

@@ -61,12 +61,12 @@ fn put_together(
     })?;
     let (recipe, colours) = (&called.0, called.1);
     let response = timed(&mut stages.response_s, || responses.get(recipe, &observer))?;
-    let (camera, scene, warnings) = timed(&mut stages.scene_s, || {
-        let camera = responses.camera(recipe, &response)?;
+    let (camera, known, scene, warnings) = timed(&mut stages.scene_s, || {
+        let (camera, known) = responses.camera(recipe, &response)?;
         let framing = assemble::framing_camera(recipe, &response)?;
         let framing = framing.as_ref().unwrap_or(&camera);
         let (scene, warnings) = assemble::scene_and_warnings(recipe, framing)?;
-        Ok::<_, RecipeError>((camera, scene, warnings))
+        Ok::<_, RecipeError>((camera, known, scene, warnings))
     })?;
     for warning in &assemble::lens(&recipe.lens)?.prescription().warnings {
         responses.warn(warning.clone());
@@ -83,6 +83,7 @@ fn put_together(
         colours,
         response,
         camera,
+        known,
         scene,
         picture,
         warnings,

@@ -15,7 +15,7 @@ use super::planned;
 use super::prepare::prepare;
 use super::rendered::Sample;
 use super::stages::{Stages, timed};
-use crate::assemble::{ColourCall, Responses};
+use crate::assemble::{ColourCall, OfCamera, Responses};
 use crate::lens_tracing;
 use crate::observer::Observer;
 use crate::recipe::{Recipe, RecipeError, SampleId};
@@ -62,6 +62,8 @@ pub struct Prepared {
     pub(super) colours: ColourCall,
     pub(super) response: Arc<Response>,
     pub(super) camera: Camera,
+    /// Of this camera, with or without reflections.
+    pub(super) known: Arc<OfCamera>,
     pub(super) scene: Scene,
     /// In the place of the scene.
     pub(super) picture: Option<DepthPicture>,
@@ -141,6 +143,8 @@ impl Prepared {
             plan(whole, depths_mm, settings, &choice, tolerance)
         });
         (self.camera, self.scene) = (planned.shot.camera, planned.shot.scene);
+        // Of another camera, perhaps.
+        self.known = Arc::default();
         // Of the camera that is left: without aberrations, what a pixel sees has moved.
         let (fields, sight, geometry) = timed(&mut self.stages.truth_s, || {
             let fields = DisparityField::of_channels(&self.camera)

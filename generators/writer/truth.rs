@@ -12,7 +12,7 @@ use super::files::SampleFiles;
 const STEPS: f32 = 4096.0;
 
 /// Pixels that are summed at a time.
-const PIXELS: usize = 256;
+const PIXELS: usize = 1024;
 
 /// The float maps with NaN exactly where `valid` is false, as they are stored.
 #[derive(Clone, Debug)]
@@ -127,30 +127,30 @@ fn left_right_px(disparity_px: &[Image], subpixels: Subpixels) -> Option<[Image;
     let first = disparity_px.first().filter(|_| !left.is_empty())?;
     let (width, height) = (first.width(), first.height());
     let mut maps = [0, 1].map(|_| Image::zeros(width, height, 1));
-    let [traced, paraxial] = maps.each_mut().map(Image::data_mut);
-    // dx, traced and paraxial, of as many pixels as are summed at a time.
-    let mut sums = [[[0.0f64; 2]; PIXELS]; 2];
-    for first in (0..width * height).step_by(PIXELS) {
-        let count = PIXELS.min(width * height - first);
+    let [traced, paraxial] = maps
+        .each_mut()
+        .map(|map| map.data_mut().par_chunks_mut(PIXELS));
+    (traced.zip(paraxial).enumerate()).for_each(|(part, (traced, paraxial))| {
+        // dx, traced and paraxial.
+        let mut sums = [[[0.0f64; 2]; PIXELS]; 2];
         for (sums, side) in sums.iter_mut().zip([&left, &right]) {
-            sums.fill([0.0; 2]);
             for &i in side {
-                let (pixels, _) = disparity_px[i].data()[4 * first..].as_chunks::<4>();
-                for (sum, [dx, _, paraxial_dx, _]) in sums[..count].iter_mut().zip(pixels) {
+                let (pixels, _) = disparity_px[i].data()[4 * part * PIXELS..].as_chunks::<4>();
+                for (sum, [dx, _, paraxial_dx, _]) in sums[..traced.len()].iter_mut().zip(pixels) {
                     sum[0] += f64::from(*dx);
                     sum[1] += f64::from(*paraxial_dx);
                 }
             }
         }
         let [left_sums, right_sums] = &sums;
-        for k in 0..count {
+        for k in 0..traced.len() {
             let mean = |c: usize| {
                 let (l, r) = (left_sums[k][c], right_sums[k][c]);
                 (l / left.len() as f64 - r / right.len() as f64) as f32
             };
-            (traced[first + k], paraxial[first + k]) = (mean(0), mean(1));
+            (traced[k], paraxial[k]) = (mean(0), mean(1));
         }
-    }
+    });
     Some(maps)
 }
 

@@ -1,9 +1,9 @@
 //! The chief ray of a sensor position: backward, through the centre of the stop.
 //!
 //! Newton's method on the two slopes m = (D_x, D_y)/D_z at the sensor, so that the ray meets the stop's own plane at
-//! its own (0, 0); the Jacobian by differences, and from step to step by what the last one brought (C. G. Broyden, Math.
-//! Comp. 19, 577 (1965)). The start is the paraxial exit pupil. Where the ray from there does not reach the stop (wide
-//! lenses far off the axis) the position is walked to from the axis.
+//! its own (0, 0); the Jacobian by differences, and from step to step by what the last one brought (C. G. Broyden,
+//! Mathematics of Computation 19, 577 (1965)). The start is the paraxial exit pupil. Where the ray from there does not
+//! reach the stop (wide lenses far off the axis) the position is walked to from the axis.
 
 use glam::{DMat2, DVec2, DVec3};
 
