@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""What converting pictures with depth costs from Python: python python/examples/convert_speed.py [COUNT [ROUNDS]]. Prints Markdown. Needs PyTorch.
+"""What converting pictures with depth costs from Python: python python/examples/convert_speed.py [COUNT [ROUNDS [SIZE [PIXEL [SUBPIXELS]]]]].
+Prints Markdown.
 
-COUNT (6) pictures of 768 x 512 are converted, on two threads in all, by `qpgen convert` into a dataset, by a DataLoader of two workers, and by
-`Camera.convert` in this process: in turn, ROUNDS (3) times. The program writes its samples; the two others do not. Of each, wall and CPU seconds
-per picture: what else the machine does counts little in the latter.
+COUNT (6) pictures of SIZE (768x512) are converted for a PIXEL (2.8um) with SUBPIXELS (2x2), on two threads in all, by `qpgen convert` into a dataset,
+by a DataLoader of two workers (where there is PyTorch), and by `Camera.convert` in this process, of one camera and of a new one for each picture with a
+focus of its own: in turn, ROUNDS (3) times. The program writes its samples; the others do not. Of each, wall and CPU seconds per picture: what else the
+machine does counts little in the latter.
 """
 
 import os
@@ -15,15 +17,21 @@ import tempfile
 import time
 
 import numpy as np
-import torch.utils.data
 
 import quadpixel
-from quadpixel.torch import OnTheFly
+
+try:
+    import torch.utils.data
+
+    from quadpixel.torch import OnTheFly
+except ImportError:
+    torch = None
 
 QPGEN = os.environ.get("QPGEN", "target/release/qpgen")
-COUNT = int(sys.argv[1]) if len(sys.argv) > 1 else 6
-ROUNDS = int(sys.argv[2]) if len(sys.argv) > 2 else 3
-WIDTH, HEIGHT = 768, 512
+given = dict(enumerate(sys.argv))
+COUNT, ROUNDS = int(given.get(1, 6)), int(given.get(2, 3))
+WIDTH, HEIGHT = map(int, given.get(3, "768x512").split("x"))
+PIXEL, SUBPIXELS = given.get(4, "2.8um"), given.get(5, "2x2")
 LENS, FOCUS_M = "wide_US20120327520A1_emb3", 0.8
 
 
@@ -58,37 +66,58 @@ def write(folder, pairs):
             np.save(os.path.join(folder, name, f"{i:03}.npy"), array)
 
 
+def configured(folder):
+    """The default configuration with the pixel, the window and the lens of here."""
+    text = subprocess.run([QPGEN, "dataset", "--print-config"], check=True, capture_output=True, text=True).stdout
+    here = {"subpixels": f'"{SUBPIXELS}"', "window": '{ at = "centre" }', "pixels": f'["{PIXEL}"]'}
+    lines = [f"{name} = {here[name]}" if (name := line.split(" = ")[0]) in here else line for line in text.splitlines()]
+    path = os.path.join(folder, "configuration.toml")
+    with open(path, "w") as file:
+        file.write("\n".join(lines))
+    return path
+
+
 def main():
     pairs = [pair(seed) for seed in range(COUNT)]
     pictures = quadpixel.Pictures([light for light, _ in pairs], [depth for _, depth in pairs])
-    camera = quadpixel.Camera(LENS, quadpixel.Pixel.builtin("2.8um"), focus_mm=1000 * FOCUS_M)
-    camera.convert(pictures[0])  # makes the response's table
+
+    def camera(focus_m):
+        return quadpixel.Camera(LENS, quadpixel.Pixel.builtin(PIXEL, subpixels=SUBPIXELS), focus_mm=1000 * focus_m)
+
+    one = camera(FOCUS_M)
+    one.convert(pictures[0])  # makes the response's table
     quadpixel.set_threads(2)
-    data = OnTheFly(pictures, camera, length=COUNT, threads=1)
     with tempfile.TemporaryDirectory() as folder:
         write(folder, pairs)
-        command = [QPGEN, "--threads", "2", "convert", "--image", os.path.join(folder, "image"), "--depth", os.path.join(folder, "depth"),
-                   "--lens", LENS, "--focus-m", str(FOCUS_M), "--out"]
+        command = [QPGEN, "--threads", "2", "convert", "--config", configured(folder), "--image", os.path.join(folder, "image"), "--depth",
+                   os.path.join(folder, "depth"), "--lens", LENS, "--focus-m", str(FOCUS_M), "--out"]
 
         def program(number):
             subprocess.run([*command, os.path.join(folder, f"out{number}")], check=True, capture_output=True)
 
         def loader():
+            data = OnTheFly(pictures, one, length=COUNT, threads=1)
             for _ in torch.utils.data.DataLoader(data, batch_size=None, num_workers=2):
                 pass
 
         def calls():
             for picture in pictures:
-                camera.convert(picture)
+                one.convert(picture)
 
-        rounds = [(seconds(lambda: program(number)), seconds(loader), seconds(calls)) for number in range(ROUNDS)]
-    print(f"{COUNT} pictures of {WIDTH} x {HEIGHT}, two threads; wall, CPU s per picture\n")
-    print("| round | qpgen convert, written | DataLoader, 2 workers | Camera.convert |\n|---|---|---|---|")
-    for number, ways in enumerate(rounds, 1):
-        print(f"| {number} | " + " | ".join(f"{wall:.2f}, {cpu:.2f}" for wall, cpu in ways) + " |")
-    for kind, name in enumerate(("wall", "CPU")):
-        ratio = [statistics.median(ways[way][kind] / ways[0][kind] for ways in rounds) for way in (1, 2)]
-        print(f"\nMedian {name} over that of the program: DataLoader {ratio[0]:.2f}, Camera.convert {ratio[1]:.2f}.")
+        def cameras(number):
+            for k, picture in enumerate(pictures):
+                camera(FOCUS_M + 0.01 * (1 + k + COUNT * number)).convert(picture)
+
+        ways = {"qpgen convert, written": program, "Camera.convert": lambda _: calls(), "the same, a camera each": cameras}
+        if torch:
+            ways["DataLoader, 2 workers"] = lambda _: loader()
+        rounds = [[seconds(lambda: way(number)) for way in ways.values()] for number in range(ROUNDS)]
+    print(f"{COUNT} pictures of {WIDTH} x {HEIGHT}, pixel {PIXEL} ({SUBPIXELS}), two threads; wall, CPU s per picture\n")
+    print("| round | " + " | ".join(ways) + " |\n|---" + "|---" * len(ways) + "|")
+    for number, times in enumerate(rounds, 1):
+        print(f"| {number} | " + " | ".join(f"{wall:.2f}, {cpu:.2f}" for wall, cpu in times) + " |")
+    median = [[statistics.median(times[way][kind] for times in rounds) for kind in (0, 1)] for way in range(len(ways))]
+    print("| median | " + " | ".join(f"{wall:.2f}, {cpu:.2f}" for wall, cpu in median) + " |")
 
 
 if __name__ == "__main__":

@@ -169,12 +169,13 @@ mod tests {
     use super::*;
     use crate::lens::{FocusBy, Lens, Prescription};
 
-    /// Positions in a row are those one by one, also where they begin beyond the last that a ray reaches.
+    /// Steps in a row may reach positions by the edge that the walk from the axis does not.
     #[test]
     fn chief_rays_in_a_row_are_those_of_each_position() {
         for (name, edge_mm) in [
             ("wide_US20120327520A1_emb3", 3.2),
             ("lib_dgauss_50mm", 25.0),
+            ("lib_double_gauss_100mm_glass", 25.0),
             ("lib_fisheye_10mm", 14.0),
         ] {
             let lens = Lens::new(&Prescription::builtin(name).unwrap()).unwrap();
@@ -186,8 +187,13 @@ mod tests {
             let mut found = 0;
             for (place, in_row) in places.iter().zip(row) {
                 let alone = chief_ray(&system, place.x, place.y);
-                assert_eq!(in_row.is_ok(), alone.is_ok(), "{name} {place}");
-                if let (Ok(in_row), Ok(alone)) = (in_row, alone) {
+                let Ok(in_row) = in_row else {
+                    assert!(alone.is_err(), "{name} {place}");
+                    continue;
+                };
+                let off = stop_point_mm(&system, in_row).unwrap().length();
+                assert!(off < 2.0 * CENTRED_MM, "{name} {place}: {off}");
+                if let Ok(alone) = alone {
                     let apart = in_row.direction.distance(alone.direction);
                     assert!(apart < 1e-10, "{name} {place}: {apart}");
                     found += 1;
