@@ -1,9 +1,10 @@
 //! The chief ray of a sensor position: backward, through the centre of the stop.
 //!
 //! Newton's method on the two slopes m = (D_x, D_y)/D_z at the sensor, so that the ray meets the stop's own plane at
-//! its own (0, 0); the Jacobian by differences, and from step to step by what the last one brought (C. G. Broyden,
-//! Mathematics of Computation 19, 577 (1965)). The start is the paraxial exit pupil. Where the ray from there does not
-//! reach the stop (wide lenses far off the axis) the position is walked to from the axis.
+//! its own (0, 0); the Jacobian by differences. The start is the paraxial exit pupil. Where the ray from there does not
+//! reach the stop (wide lenses far off the axis) the position is walked to from the axis. Along a row of positions each
+//! start is the ray before, and so is the Jacobian, which follows by what each step brought (C. G. Broyden, Mathematics
+//! of Computation 19, 577 (1965)).
 
 use glam::{DMat2, DVec2, DVec3};
 
@@ -18,7 +19,7 @@ const NEWTON_LIMIT: usize = 30;
 /// Distance from the stop's centre that is close enough, mm.
 const CENTRED_MM: f64 = 1e-10;
 const SLOPE_DIFFERENCE: f64 = 1e-6;
-/// What a step may leave of the distance to the centre, for its Jacobian to be kept.
+/// What a step along a row may leave of the distance to the centre, for its Jacobian to be kept.
 const FOLLOWS: f64 = 0.1;
 const WALK_STEPS: usize = 24;
 
@@ -47,11 +48,11 @@ pub fn chief_ray(system: &OpticalSystem, x_mm: f64, y_mm: f64) -> Result<Ray, Ra
         slope,
         jacobian: None,
     };
-    let found = match settle(system, target, from(paraxial_slope(target))) {
+    let found = match settle(system, target, from(paraxial_slope(target)), 0.0) {
         Ok(found) => found,
         Err(_) => (0..=WALK_STEPS).try_fold(from(DVec2::ZERO), |start, step| {
             let here = target * (step as f64 / WALK_STEPS as f64);
-            settle(system, here, from(start.slope))
+            settle(system, here, from(start.slope), 0.0)
         })?,
     };
     Ok(ray(system, target, found.slope))
@@ -71,7 +72,7 @@ pub fn chief_rays(
             }),
             [_, last] => last,
         };
-        if let Some(found) = start.and_then(|start| settle(system, at, start).ok()) {
+        if let Some(found) = start.and_then(|start| settle(system, at, start, FOLLOWS).ok()) {
             before = [before[1], Some(found)];
             return Ok(ray(system, at, found.slope));
         }
@@ -101,8 +102,14 @@ fn ray(system: &OpticalSystem, at_mm: DVec2, slope: DVec2) -> Ray {
     }
 }
 
-/// The chief ray of `at_mm`, from a ray near it.
-fn settle(system: &OpticalSystem, at_mm: DVec2, start: Start) -> Result<Start, RayFailure> {
+/// The chief ray of `at_mm`, from a ray near it. A step that leaves less than `follows` of the distance to the stop's
+/// centre keeps the Jacobian, brought up to date; after others it is found anew.
+fn settle(
+    system: &OpticalSystem,
+    at_mm: DVec2,
+    start: Start,
+    follows: f64,
+) -> Result<Start, RayFailure> {
     let on_stop = |slope: DVec2| stop_point_mm(system, ray(system, at_mm, slope));
     let lost = RayFailure::Missed {
         surface: system.stop,
@@ -139,9 +146,8 @@ fn settle(system: &OpticalSystem, at_mm: DVec2, start: Start) -> Result<Start, R
         };
         let (way, change) = (next - slope, there - off);
         let unforeseen = (change - known * way) / way.length_squared();
-        let follows = there.length() < FOLLOWS * off.length();
-        jacobian =
-            follows.then(|| known + DMat2::from_cols(unforeseen * way.x, unforeseen * way.y));
+        let keeps = there.length() < follows * off.length();
+        jacobian = keeps.then(|| known + DMat2::from_cols(unforeseen * way.x, unforeseen * way.y));
         (slope, off) = (next, there);
     }
     Err(lost)
