@@ -3,7 +3,6 @@
 //! OpenCV is an independent code, not a reference for truth: where it rounds or stops early the tests say so.
 #![cfg(feature = "opencv")]
 
-#[cfg(feature = "matchers")]
 pub mod accuracy;
 pub mod convert;
 #[path = "../../../algorithms/tests/matching/texture.rs"]

@@ -1,16 +1,15 @@
-//! Matching against `matchTemplate`.
+//! Matching against `matchTemplate`, and side by side with OpenCV's matchers on pairs whose shift is known.
 #![allow(clippy::unwrap_used)] // because tests fail by panicking
 
 use opencv::core::{Mat, Rect, no_array};
 use opencv::imgproc::{TM_CCOEFF_NORMED, match_template};
 use opencv::prelude::*;
+use opencv_checks::accuracy::{WINDOW_PX, planar, stereo};
 use opencv_checks::convert::{samples, to_mat};
 use opencv_checks::{CHANGES, Change, pair};
 use quadpixel::image::Image;
 use quadpixel_algorithms::disparity::{MatchSettings, Verdict, match_images, zncc_surfaces};
 
-/// Side of the window, px.
-const WINDOW_PX: usize = 21;
 /// Largest shift searched, px.
 const SEARCH_PX: i32 = 4;
 
@@ -112,4 +111,37 @@ fn whole_pixel_matches_are_those_of_match_template() {
     }
     println!("same whole-pixel shift at {valid} of {valid} valid nodes (of {nodes})");
     assert!(valid as f64 > 0.95 * nodes as f64, "{valid} of {nodes}");
+}
+
+#[test]
+fn errors_are_below_those_of_opencvs_flows_and_phase_correlation() {
+    for change in CHANGES {
+        let rms = planar(change).unwrap();
+        println!("{change:?}: {rms:.4?}");
+        assert!(rms.valid > 0.95, "{rms:?}");
+        for theirs in [
+            rms.farneback[0],
+            rms.farneback[1],
+            rms.pyr_lk,
+            rms.phase_correlate,
+        ] {
+            assert!(rms.ours < theirs, "{rms:?}");
+        }
+    }
+}
+
+#[test]
+fn errors_are_below_those_of_opencvs_stereo_matchers() {
+    for change in CHANGES {
+        let rms = stereo(change).unwrap();
+        println!("{change:?}: {rms:.4?}");
+        assert!(
+            rms.valid > 0.95 && rms.bm_valid > 0.5 && rms.sgbm_valid > 0.5,
+            "{rms:?}"
+        );
+        assert!(
+            rms.ours_at_bm < rms.bm && rms.ours_at_sgbm < rms.sgbm,
+            "{rms:?}"
+        );
+    }
 }
