@@ -72,7 +72,7 @@ pub(super) fn check(sample: &SampleFiles<'_>, name: &str, height: usize) -> Resu
         return Err(input(name, what));
     }
     for (what, image) in [("raw", sample.raw), ("target", sample.target)] {
-        let dark = |v: f32| !((v >= 0.0) & (v < f32::INFINITY));
+        let dark = |v: f32| !(0.0..f32::INFINITY).contains(&v);
         if image.any(dark)
             && let Some(at) = image.data().iter().position(|v| dark(*v))
         {
