@@ -24,7 +24,7 @@ use quadpixel_cli::exit::CommandError;
 use quadpixel_datasets::CameraDescription;
 
 use crate::arrays::{Array, Given, image, of_image, of_images, of_plane, shaped, views as set_of};
-use crate::call::run;
+use crate::call::{on_threads, run};
 use crate::json::{read, refused, text};
 
 /// What is wrong with the input.
@@ -37,7 +37,7 @@ fn input(error: impl ToString) -> CommandError {
 pub fn views<'py>(py: Python<'py>, raw: Given<'_>, subpixels: &str) -> PyResult<Array<'py, f32>> {
     let mosaic = image(&raw, "raw")?;
     let subpixels = subpixels.parse().map_err(refused)?;
-    let views = Views::from_mosaic(&mosaic, subpixels).map_err(refused)?;
+    let views = on_threads(py, || Views::from_mosaic(&mosaic, subpixels))?.map_err(refused)?;
     of_images(py, views.images(), 0..mosaic.channels())
 }
 

@@ -1,12 +1,16 @@
 //! Pictures between NumPy and the libraries. The Python code has checked dtype, order and finiteness.
 
+use std::ops::Range;
+
 use numpy::ndarray::{Array1, ArrayD, IxDyn};
 use numpy::{Element, IntoPyArray, PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use quadpixel::image::Image;
 use quadpixel::sensor::Subpixels;
 use quadpixel_algorithms::sai::Views;
+use rayon::prelude::*;
 
+use crate::call::on_threads;
 use crate::json::refused;
 
 /// An array of Python's.
@@ -79,27 +83,35 @@ pub fn of_plane<'py>(py: Python<'py>, image: &Image) -> PyResult<Array<'py, f32>
 pub fn of_images<'py>(
     py: Python<'py>,
     images: &[Image],
-    channels: std::ops::Range<usize>,
+    channels: Range<usize>,
 ) -> PyResult<Array<'py, f32>> {
     let (height, width) = images
         .first()
         .map_or((0, 0), |first| (first.height(), first.width()));
-    let mut data = Vec::with_capacity(images.len() * height * width * channels.len());
-    for image in images {
-        // The usual ones, which are copied at once.
-        match (image.channels(), channels.clone()) {
-            (count, all) if all == (0..count) => data.extend_from_slice(image.data()),
-            (4, std::ops::Range { start, end: _ }) if channels.len() == 2 => {
-                let (begin, pixels) = (data.len(), image.data().as_chunks::<4>().0);
-                data.resize(begin + 2 * pixels.len(), 0.0);
-                let (pairs, _) = data[begin..].as_chunks_mut::<2>();
-                for (pair, pixel) in pairs.iter_mut().zip(pixels) {
-                    *pair = [pixel[start], pixel[start + 1]];
-                }
-            }
-            (count, some) => (image.data().chunks_exact(count))
-                .for_each(|pixel| data.extend_from_slice(&pixel[some.clone()])),
-        }
-    }
+    let each = height * width * channels.len();
+    let mut data = vec![0.0; images.len() * each];
+    on_threads(py, || {
+        let parts = data.par_chunks_mut(each.max(1)).zip(images);
+        parts.for_each(|(to, image)| copy(image, channels.clone(), to));
+    })?;
     shaped(py, data, &[images.len(), height, width, channels.len()])
+}
+
+/// Copies some channels of an image.
+fn copy(image: &Image, channels: Range<usize>, to: &mut [f32]) {
+    let (from, first, count) = (image.data(), channels.start, channels.len());
+    // The usual ones go by lanes.
+    if count == image.channels() {
+        to.copy_from_slice(from);
+    } else if (count, image.channels()) == (2, 4) {
+        let pixels = from.as_chunks::<4>().0.iter();
+        let pairs = to.as_chunks_mut::<2>().0.iter_mut();
+        pairs
+            .zip(pixels)
+            .for_each(|(pair, pixel)| *pair = [pixel[first], pixel[first + 1]]);
+    } else if count > 0 {
+        let pixels = from.chunks_exact(image.channels());
+        (to.chunks_exact_mut(count).zip(pixels))
+            .for_each(|(to, pixel)| to.copy_from_slice(&pixel[channels.clone()]));
+    }
 }

@@ -63,6 +63,15 @@ fn pool(_: Python<'_>) -> PyResult<Arc<ThreadPool>> {
     Ok(pool)
 }
 
+/// Does what takes milliseconds on the process's threads, without hearing signals meanwhile. Rayon's own pool is no
+/// place for it: a forked process has none of its threads, and would wait for them.
+///
+/// # Errors
+/// Threads that cannot be had.
+pub fn on_threads<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    Ok(pool(py)?.install(work))
+}
+
 /// Sets the number of threads of this process and of those forked from it; 0: one per core.
 #[pyfunction]
 pub fn set_threads(py: Python<'_>, count: usize) -> PyResult<()> {

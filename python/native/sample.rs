@@ -18,7 +18,7 @@ use quadpixel_generators::sample::{Prepared, Rays, Sample};
 use quadpixel_generators::writer::{Truth, described, picked, write_alone};
 
 use crate::arrays::{of_image, of_images, of_plane, shaped};
-use crate::call::{Watch, run};
+use crate::call::{Watch, on_threads, run};
 use crate::json::{raised, read, text};
 
 fn configured(config: Result<DatasetConfig, ConfigError>) -> PyResult<DatasetConfig> {
@@ -119,10 +119,17 @@ impl Rendered {
         let files = self.sample.files();
         let (truth, items) = (&self.truth, PyDict::new(py));
         let subpixels = self.meta.sensor.subpixels;
-        let views = split_views(files.raw, subpixels);
+        let taken_apart = |mosaic: &Image| {
+            on_threads(py, || {
+                let views = split_views(mosaic, subpixels);
+                let sum = sum_of(&views);
+                (views, sum)
+            })
+        };
+        let (views, sum) = taken_apart(files.raw)?;
         items.set_item("raw", of_image(py, files.raw)?)?;
         items.set_item("views", of_images(py, &views, 0..files.raw.channels())?)?;
-        if let Some(sum) = sum_of(&views) {
+        if let Some(sum) = sum {
             items.set_item("sum", of_image(py, &sum)?)?;
         }
         items.set_item("target", of_image(py, files.target)?)?;
@@ -143,7 +150,7 @@ impl Rendered {
         let codes = |image: &Image| image.data().iter().map(|v| *v as u16).collect::<Vec<u16>>();
         let mosaic = |image: &Image| picked(files.description, image, 0);
         if let Some(noisy) = files.noisy {
-            let linear = split_views(noisy.linear, subpixels);
+            let (linear, sum) = taken_apart(noisy.linear)?;
             let shape = [
                 noisy.codes.height(),
                 noisy.codes.width(),
@@ -154,7 +161,7 @@ impl Rendered {
                 "noisy_views",
                 of_images(py, &linear, 0..noisy.linear.channels())?,
             )?;
-            if let Some(sum) = sum_of(&linear) {
+            if let Some(sum) = sum {
                 items.set_item("noisy_sum", of_image(py, &sum)?)?;
             }
             items.set_item(
