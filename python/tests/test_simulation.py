@@ -14,6 +14,7 @@ import unittest
 import numpy as np
 import quadpixel
 from quadpixel import Camera, Charts, Configuration, Lens, Pixel, Scene, Worlds, card
+from quadpixel.algorithms import views
 
 LENS = "wide_US20120327520A1_emb3"
 QPGEN = os.path.abspath(os.environ["QPGEN"])
@@ -211,12 +212,12 @@ class Calls(unittest.TestCase):
 
     def test_a_process_forked_after_threads_renders_too(self):
         scene = Charts(texture_px=64)[0]
-        own = camera().render(scene, rays_per_pixel=4)["raw"]
+        own = views(camera().render(scene, rays_per_pixel=4)["raw"])
         reader, writer = os.pipe()
         child = os.fork()
         if child == 0:
             try:
-                os.write(writer, camera().render(scene, rays_per_pixel=4)["raw"].tobytes()[:4096])
+                os.write(writer, views(camera().render(scene, rays_per_pixel=4)["raw"]).tobytes()[:4096])
             finally:
                 os._exit(0)
         os.close(writer)
