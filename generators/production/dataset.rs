@@ -6,22 +6,17 @@ use quadpixel::file;
 use quadpixel::shard::Shard;
 use quadpixel_datasets::{DatasetManifest, FileEntry, paths};
 
-use crate::assemble::Responses;
 use crate::config::DatasetConfig;
 use crate::observer::{Event, Observer};
 use crate::production::error::GenerateError;
 use crate::production::folder_error::FolderError;
 use crate::production::identity::Identity;
+use crate::production::line::{Line, Writer};
 use crate::production::out_folder::{check_folder, refuse_fewer, shard_neighbours};
 use crate::production::recipes::Recipes;
 use crate::production::run_folder::RunFolder;
-use crate::recipe::{Recipe, SampleId};
-use crate::sample::stages::{Stages, timed};
-use crate::sample::{Rays, Sample, SampleError, prepare};
-use crate::writer::{
-    Dataset, EarlierSample, Foreign, Pages, Place, WriteError, earlier_sample, finish_dataset,
-    is_whole_sample, write_sample,
-};
+use crate::sample::stages::Stages;
+use crate::writer::{Dataset, Foreign, Pages, finish_dataset, is_whole_sample};
 
 /// Licence of what is made: charts and fonts allow it.
 pub const LICENCE: &str = "CC0-1.0";
@@ -35,13 +30,13 @@ pub struct Summary {
     pub reused: usize,
     /// The gallery; none for a part.
     pub gallery: Option<PathBuf>,
-    /// Where the time went; one sample is written while the next is rendered.
+    /// Where the time went; one sample is rendered while the last is written and the next put together.
     pub stages: Stages,
 }
 
 impl Summary {
     /// Counts a sample that was made.
-    fn add(&mut self, stages: Stages) {
+    pub(super) fn add(&mut self, stages: Stages) {
         self.samples += 1;
         self.stages = self.stages.plus(stages);
     }
@@ -94,14 +89,12 @@ pub fn make_part(
         hash: identity.hash(),
         observer,
     };
-    let mut responses = Responses::new();
     let mut done = Summary::default();
     observer.event(Event::Start {
         samples: recipes.indices.len(),
         rays: recipes.rays,
     });
-    // One sample is written while the next is rendered; of a large picture both go together.
-    let mut rendered: Option<Sample> = None;
+    let mut line = Line::new(&writer);
     for &index in &recipes.indices {
         let recipe = recipes.draw(config, index)?;
         if (in_whole && writer.has(out, index)?) || writer.has(&place, index)? {
@@ -112,26 +105,12 @@ pub fn make_part(
             continue;
         }
         if observer.stop_asked() {
+            line.leave_prepared();
             break;
         }
-        let (next, written) = rayon::join(
-            || writer.render(&recipe, index, &mut responses),
-            || rendered.as_ref().map(|sample| writer.write(sample)),
-        );
-        if let Some(stages) = written {
-            done.add(stages?);
-        }
-        rendered = match next? {
-            Rendered::Whole(sample) => Some(*sample),
-            Rendered::Written(stages) => {
-                done.add(stages);
-                None
-            }
-        };
+        line.advance(Some((&recipe, index)), &mut done)?;
     }
-    if let Some(last) = rendered {
-        done.add(writer.write(&last)?);
-    }
+    line.end(&mut done)?;
     if done.samples < recipes.indices.len() {
         observer.event(Event::End);
         return Err(GenerateError::Stopped {
@@ -212,89 +191,6 @@ fn reused(
         gallery: Some(out.join(paths::INDEX)),
         stages: Stages::default(),
     })
-}
-
-/// Where the samples of a part go.
-struct Writer<'a> {
-    folder: RunFolder,
-    /// Hash of the configuration.
-    hash: String,
-    observer: &'a dyn Observer,
-}
-
-impl Writer<'_> {
-    /// Whether an earlier run finished a sample below `root`; what is broken is reported and taken away.
-    fn has(&self, root: &Path, index: u32) -> Result<bool, WriteError> {
-        match earlier_sample(root, index, &self.hash)? {
-            EarlierSample::Whole => Ok(true),
-            EarlierSample::Nothing => Ok(false),
-            EarlierSample::Broken(what) => {
-                let text = format!("sample {index} was damaged ({what}); it is made again");
-                self.observer.event(Event::Warning(&text));
-                Ok(false)
-            }
-        }
-    }
-
-    /// Renders a sample; one of a large picture is written with it.
-    fn render(
-        &self,
-        recipe: &Recipe,
-        index: u32,
-        responses: &mut Responses,
-    ) -> Result<Rendered, GenerateError> {
-        let id = SampleId {
-            index,
-            configuration_blake3: self.hash.clone(),
-        };
-        let failed = |e: SampleError| GenerateError::Sample {
-            index,
-            cause: Box::new(e),
-        };
-        let prepared = prepare(recipe, responses, self.observer);
-        let prepared = prepared.map_err(|e| failed(e.into()))?;
-        for warning in responses.take_warnings() {
-            self.observer.event(Event::Warning(&warning));
-        }
-        let name = format!("sample {index}");
-        if prepared.is_large() {
-            self.folder.still_there()?;
-            let rows = prepared.by_rows(id).map_err(failed)?;
-            let made = rows.write(Place::Dataset(self.folder.path()), self.observer)?;
-            made.report(self.observer, &name);
-            self.tell(index, made.stages);
-            return Ok(Rendered::Written(made.stages));
-        }
-        let (sample, _) = (prepared.render(id, Rays::Trace, self.observer)).map_err(failed)?;
-        sample.made.report(self.observer, &name);
-        Ok(Rendered::Whole(Box::new(sample)))
-    }
-
-    /// Writes a sample. Where the time went.
-    fn write(&self, sample: &Sample) -> Result<Stages, GenerateError> {
-        self.folder.still_there()?;
-        let mut stages = sample.made.stages;
-        timed(&mut stages.writing_s, || {
-            write_sample(self.folder.path(), &sample.files())
-        })?;
-        self.tell(sample.made.description.index, stages);
-        Ok(stages)
-    }
-
-    /// Tells that a sample is done.
-    fn tell(&self, index: u32, stages: Stages) {
-        let detail = format!("sample {index}: {stages}");
-        self.observer.event(Event::Detail(&detail));
-        self.observer.event(Event::SampleDone);
-    }
-}
-
-/// A sample that was rendered.
-enum Rendered {
-    /// It is to be written.
-    Whole(Box<Sample>),
-    /// It is written; where the time went.
-    Written(Stages),
 }
 
 /// Makes the dataset of the samples in `out` whole.

@@ -8,6 +8,7 @@ pub mod error;
 pub mod estimate;
 pub mod folder_error;
 pub mod identity;
+mod line;
 pub mod merge;
 mod out_folder;
 pub mod recipes;

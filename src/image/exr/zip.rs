@@ -8,7 +8,7 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 
 /// zlib's level. Of float maps 3 takes less than half the time of the encoder in `exr` for 3.5 % more bytes.
-const LEVEL: u32 = 3;
+const LEVEL: u32 = 2;
 
 /// Packs the little-endian bytes of a block.
 pub(super) fn packed(block: &[u8]) -> std::io::Result<Vec<u8>> {

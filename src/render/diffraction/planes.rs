@@ -1,4 +1,5 @@
-//! The light of a point in planes beside its focus, |∫ exp(i (W(q) + c |q|² − κ·q)) d²q|², summed directly.
+//! The light of a point in planes beside its focus, |∫ exp(i (W(q) + c |q|² − κ·q)) d²q|², summed directly: along rows,
+//! then along columns, κ and −κ at a time.
 
 use glam::DVec2;
 
@@ -50,28 +51,32 @@ impl Pupil {
     }
 }
 
-/// exp(−i κ q) by κ and q, real and imaginary parts apart.
+/// Sums side by side.
+const LANES: usize = 8;
+
+/// cos and sin of κ q by q and κ = 0, [`STEP`], …
 pub(super) struct Turns {
     /// Steps of κ to either side.
     count: usize,
-    real: Vec<[f32; POINTS]>,
-    imaginary: Vec<[f32; POINTS]>,
+    /// Numbers per q: κ up to the reach, and as many more as fill the lanes.
+    width: usize,
+    cos: Vec<f32>,
+    sin: Vec<f32>,
 }
 
 impl Turns {
     pub fn new(axis: &[f64; POINTS], reach: f64) -> Self {
         let count = (reach / STEP).ceil() as usize;
-        let angle = |k: usize, q: f64| (count as f64 - k as f64) * STEP * q;
-        let all = 0..2 * count + 1;
+        let width = (count + 1).next_multiple_of(LANES);
+        let angles = || {
+            let of = |q: f64| (0..width).map(move |j| j as f64 * STEP * q);
+            axis.iter().flat_map(move |&q| of(q))
+        };
         Self {
             count,
-            real: all
-                .clone()
-                .map(|k| axis.map(|q| angle(k, q).cos() as f32))
-                .collect(),
-            imaginary: all
-                .map(|k| axis.map(|q| angle(k, q).sin() as f32))
-                .collect(),
+            width,
+            cos: angles().map(|a| a.cos() as f32).collect(),
+            sin: angles().map(|a| a.sin() as f32).collect(),
         }
     }
 
@@ -79,22 +84,54 @@ impl Turns {
         2 * self.count + 1
     }
 
-    /// Σ wave · exp(−i κ q) at the k-th κ, in eight sums side by side.
-    #[inline(always)]
-    fn sum(&self, k: usize, real: &[f32], imaginary: &[f32]) -> (f32, f32) {
-        let (turn_real, turn_imaginary) = (&self.real[k], &self.imaginary[k]);
-        let (mut re, mut im) = ([0f32; 8], [0f32; 8]);
-        for first in (0..POINTS).step_by(8) {
-            let part = first..first + 8;
-            let (a, b) = (&real[part.clone()], &imaginary[part.clone()]);
-            let (c, d) = (&turn_real[part.clone()], &turn_imaginary[part]);
-            for i in 0..8 {
-                re[i] += a[i] * c[i] - b[i] * d[i];
-                im[i] += a[i] * d[i] + b[i] * c[i];
-            }
-        }
-        (re.iter().sum(), im.iter().sum())
+    /// κ and −κ of all widths' numbers: their places from the least κ to the largest.
+    fn places(&self, j: usize) -> [usize; 2] {
+        [self.count - j, self.count + j]
     }
+}
+
+/// Σ (a + i b)(cos ± i sin): the four sums of products that κ and −κ share.
+#[derive(Clone, Copy, Default)]
+struct Products {
+    a_cos: [f32; LANES],
+    b_sin: [f32; LANES],
+    a_sin: [f32; LANES],
+    b_cos: [f32; LANES],
+}
+
+impl Products {
+    #[inline(always)]
+    fn add(&mut self, [a, b]: [&[f32; LANES]; 2], [cos, sin]: [&[f32; LANES]; 2]) {
+        for i in 0..LANES {
+            self.a_cos[i] += a[i] * cos[i];
+            self.b_sin[i] += b[i] * sin[i];
+            self.a_sin[i] += a[i] * sin[i];
+            self.b_cos[i] += b[i] * cos[i];
+        }
+    }
+
+    /// Real and imaginary parts with + i sin, and with − i sin.
+    #[inline(always)]
+    fn sums(&self) -> [[[f32; LANES]; 2]; 2] {
+        let of = |f: &dyn Fn(usize) -> f32| std::array::from_fn(f);
+        [
+            [
+                of(&|i| self.a_cos[i] - self.b_sin[i]),
+                of(&|i| self.b_cos[i] + self.a_sin[i]),
+            ],
+            [
+                of(&|i| self.a_cos[i] + self.b_sin[i]),
+                of(&|i| self.b_cos[i] - self.a_sin[i]),
+            ],
+        ]
+    }
+}
+
+/// The wave of a plane, or its transform along rows: real and imaginary parts apart, row by row.
+struct Columns {
+    width: usize,
+    real: Vec<f32>,
+    imaginary: Vec<f32>,
 }
 
 /// The intensity in a plane beside the focus, up to the reach.
@@ -108,62 +145,30 @@ pub(super) struct Plane {
 impl Plane {
     /// `defocus`: phase at |q| = 1, rad.
     pub fn new(pupil: &Pupil, turns: &Turns, defocus: f64, reach: f64) -> Self {
-        let side = turns.side();
         let turned =
             |(wave, squared): (&DVec2, &f64)| DVec2::from_angle(defocus * squared).rotate(*wave);
         let wave = pupil.wave.iter().zip(&pupil.squared).map(turned);
-        let (real, imaginary): (Vec<f32>, Vec<f32>) =
-            wave.map(|w| (w.x as f32, w.y as f32)).unzip();
-        let mut plane = Self {
-            side,
-            reach,
-            sums: Vec::with_capacity(side * side),
+        let (real, imaginary) = wave.map(|w| (w.x as f32, w.y as f32)).unzip();
+        let wave = Columns {
+            width: POINTS,
+            real,
+            imaginary,
         };
-        match SimdLevel::detect() {
+        let intensities = match SimdLevel::detect() {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `detect` found AVX2 (or more) on this CPU.
-            SimdLevel::Avx2 | SimdLevel::Avx512 => unsafe {
-                plane.add_avx2(turns, &real, &imaginary);
-            },
-            _ => plane.add(turns, &real, &imaginary),
-        }
-        plane
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn add_avx2(&mut self, turns: &Turns, real: &[f32], imaginary: &[f32]) {
-        self.add(turns, real, imaginary);
-    }
-
-    /// Sums the intensities of a wave. The same bits at every level.
-    #[inline(always)]
-    fn add(&mut self, turns: &Turns, real: &[f32], imaginary: &[f32]) {
-        // Along rows: [κ_x][row]; then along columns.
-        let rows = || {
-            real.chunks_exact(POINTS)
-                .zip(imaginary.chunks_exact(POINTS))
+            SimdLevel::Avx2 | SimdLevel::Avx512 => unsafe { intensities_avx2(turns, &wave, reach) },
+            _ => intensities(turns, &wave, reach),
         };
-        let (mut column_real, mut column_imaginary) = (Vec::new(), Vec::new());
-        for k in 0..self.side {
-            for (re, im) in rows() {
-                let (re, im) = turns.sum(k, re, im);
-                column_real.push(re);
-                column_imaginary.push(im);
-            }
-        }
         let mut all = 0.0;
-        let beside = |k: usize| (k.abs_diff(turns.count) as f64 * STEP).powi(2);
-        for y in 0..self.side {
-            for x in 0..self.side {
-                if beside(x) + beside(y) <= self.reach * self.reach {
-                    let column = x * POINTS..(x + 1) * POINTS;
-                    let (re, im) =
-                        turns.sum(y, &column_real[column.clone()], &column_imaginary[column]);
-                    all += f64::from(re * re + im * im);
-                }
-                self.sums.push(all);
-            }
+        let sums = intensities.iter().map(|intensity| {
+            all += f64::from(*intensity);
+            all
+        });
+        Self {
+            side: turns.side(),
+            reach,
+            sums: sums.collect(),
         }
     }
 
@@ -182,5 +187,119 @@ impl Plane {
             ((cell + part) * STEP).clamp_length_max(self.reach)
         };
         (0..count).map(sample).collect()
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn intensities_avx2(turns: &Turns, wave: &Columns, reach: f64) -> Vec<f32> {
+    intensities(turns, wave, reach)
+}
+
+/// Of a wave, row by row; 0 beyond the reach. The same bits at every level.
+#[inline(always)]
+fn intensities(turns: &Turns, wave: &Columns, reach: f64) -> Vec<f32> {
+    along_columns(turns, &along_rows(turns, wave), reach)
+}
+
+/// Σ wave · exp(∓i κ q) along each row: those of κ, then those of −κ.
+#[inline(always)]
+fn along_rows(turns: &Turns, wave: &Columns) -> Columns {
+    let width = 2 * turns.width;
+    let [mut real, mut imaginary] = [(); 2].map(|()| vec![0.0; width * POINTS]);
+    let rows = (wave.real.chunks_exact(POINTS)).zip(wave.imaginary.chunks_exact(POINTS));
+    let to_rows = (real.chunks_exact_mut(width)).zip(imaginary.chunks_exact_mut(width));
+    for ((a, b), (to_real, to_imaginary)) in rows.zip(to_rows) {
+        for first in (0..turns.width).step_by(LANES) {
+            let mut products = Products::default();
+            for (p, (a, b)) in a.iter().zip(b).enumerate() {
+                let at = p * turns.width + first;
+                let turn = [lanes(&turns.cos, at), lanes(&turns.sin, at)];
+                products.add([&[*a; LANES], &[*b; LANES]], turn);
+            }
+            for (sums, first) in products.sums().iter().zip([first, turns.width + first]) {
+                to_real[first..first + LANES].copy_from_slice(&sums[0]);
+                to_imaginary[first..first + LANES].copy_from_slice(&sums[1]);
+            }
+        }
+    }
+    Columns {
+        width,
+        real,
+        imaginary,
+    }
+}
+
+/// The squares of the sums along the columns of [`along_rows`].
+#[inline(always)]
+fn along_columns(turns: &Turns, columns: &Columns, reach: f64) -> Vec<f32> {
+    let side = turns.side();
+    let mut intensities = vec![0.0; side * side];
+    let squared = |j: usize| (j as f64 * STEP).powi(2);
+    for j in 0..=turns.count {
+        let turn: [[[f32; LANES]; 2]; POINTS] = std::array::from_fn(|p| {
+            let at = p * turns.width + j;
+            [[turns.cos[at]; LANES], [turns.sin[at]; LANES]]
+        });
+        let within = |i: usize| i <= turns.count && squared(i) + squared(j) <= reach * reach;
+        for (half, first) in [0, 1].map(|half| (half, half * turns.width)) {
+            for begin in (0..turns.width).step_by(LANES) {
+                if !within(begin) {
+                    break;
+                }
+                let mut products = Products::default();
+                for (p, [cos, sin]) in turn.iter().enumerate() {
+                    let at = p * columns.width + first + begin;
+                    let ab = [lanes(&columns.real, at), lanes(&columns.imaginary, at)];
+                    products.add(ab, [cos, sin]);
+                }
+                for ([re, im], y) in products.sums().iter().zip(turns.places(j)) {
+                    for i in (0..LANES).filter(|i| within(begin + i)) {
+                        let x = turns.places(begin + i)[half];
+                        intensities[y * side + x] = re[i] * re[i] + im[i] * im[i];
+                    }
+                }
+            }
+        }
+    }
+    intensities
+}
+
+#[inline(always)]
+fn lanes(values: &[f32], at: usize) -> &[f32; LANES] {
+    values[at..].first_chunk().unwrap_or(&[0.0; LANES])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intensities_are_the_squares_of_sums_of_the_wave() {
+        let axis: [f64; POINTS] = std::array::from_fn(|i| (i as f64 + 0.5) / 32.0 - 1.0);
+        let turns = Turns::new(&axis, 40.0);
+        let q = |k: usize| DVec2::new(axis[k % POINTS], axis[k / POINTS]);
+        // Neither even nor odd along x or y.
+        let wave = |q: DVec2| match q.length() < 1.0 {
+            true => DVec2::from_angle(5.0 * q.x - 3.0 * q.y + 2.0 * q.x * q.x * q.y + q.x),
+            false => DVec2::ZERO,
+        };
+        let waves: Vec<DVec2> = (0..POINTS * POINTS).map(|k| wave(q(k))).collect();
+        let columns = Columns {
+            width: POINTS,
+            real: waves.iter().map(|w| w.x as f32).collect(),
+            imaginary: waves.iter().map(|w| w.y as f32).collect(),
+        };
+        let found = intensities(&turns, &columns, 40.0);
+        let (side, largest) = (turns.side(), found.iter().copied().fold(0.0, f32::max));
+        for [x, y] in [[80, 80], [85, 78], [70, 92], [30, 100], [95, 20], [80, 140]] {
+            let kappa = STEP * (DVec2::new(x as f64, y as f64) - 80.0);
+            let turned = |k: usize| DVec2::from_angle(-kappa.dot(q(k))).rotate(waves[k]);
+            let sum: DVec2 = (0..POINTS * POINTS).map(turned).sum();
+            let off = (f64::from(found[y * side + x]) - sum.length_squared()).abs();
+            assert!(off < 1e-5 * f64::from(largest), "{x} {y}: {off}");
+        }
+        // Beyond the reach there is nothing.
+        assert_eq!(found[0], 0.0);
     }
 }
