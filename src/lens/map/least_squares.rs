@@ -85,16 +85,35 @@ fn squares(rows: &[f64], count: usize, taken: &[u32], lower: &mut [f64]) {
         }
     }
     for four in fours {
-        let [a, b, c, d] = [0, 1, 2, 3].map(|k| row(four[k]));
-        for i in 0..count {
-            let sums = &mut lower[i * count..][..i + 1];
-            let (ai, bi, ci, di) = (a[i], b[i], c[i], d[i]);
-            let (a, b, c, d) = (&a[..i + 1], &b[..i + 1], &c[..i + 1], &d[..i + 1]);
-            for j in 0..i + 1 {
-                sums[j] += (ai * a[j] + bi * b[j]) + (ci * c[j] + di * d[j]);
+        let four = [0, 1, 2, 3].map(|k| row(four[k]));
+        // Two rows of sums at a time: what they are multiplied with is read once.
+        let (pairs, last) = lower.split_at_mut(count / 2 * 2 * count);
+        for (k, pair) in pairs.chunks_exact_mut(2 * count).enumerate() {
+            let i = 2 * k;
+            let (first, second) = pair.split_at_mut(count);
+            let factors = [i, i + 1].map(|i| four.map(|row| row[i]));
+            let rows = four.map(|row| &row[..i + 1]);
+            let both = first[..i + 1].iter_mut().zip(&mut second[..i + 1]);
+            for (j, (first, second)) in both.enumerate() {
+                let values = rows.map(|row| row[j]);
+                *first += product(&factors[0], &values);
+                *second += product(&factors[1], &values);
+            }
+            second[i + 1] += product(&factors[1], &factors[1]);
+        }
+        if count % 2 == 1 {
+            let factors = four.map(|row| row[count - 1]);
+            let rows = four.map(|row| &row[..count]);
+            for (j, sum) in last[..count].iter_mut().enumerate() {
+                *sum += product(&factors, &rows.map(|row| row[j]));
             }
         }
     }
+}
+
+#[inline(always)]
+fn product(a: &[f64; 4], b: &[f64; 4]) -> f64 {
+    (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3])
 }
 
 #[cfg(target_arch = "x86_64")]

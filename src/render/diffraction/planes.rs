@@ -114,15 +114,11 @@ impl Products {
     #[inline(always)]
     fn sums(&self) -> [[[f32; LANES]; 2]; 2] {
         let of = |f: &dyn Fn(usize) -> f32| std::array::from_fn(f);
+        let (a, b) = (&self.a_cos, &self.b_sin);
+        let (c, d) = (&self.b_cos, &self.a_sin);
         [
-            [
-                of(&|i| self.a_cos[i] - self.b_sin[i]),
-                of(&|i| self.b_cos[i] + self.a_sin[i]),
-            ],
-            [
-                of(&|i| self.a_cos[i] + self.b_sin[i]),
-                of(&|i| self.b_cos[i] - self.a_sin[i]),
-            ],
+            [of(&|i| a[i] - b[i]), of(&|i| c[i] + d[i])],
+            [of(&|i| a[i] + b[i]), of(&|i| c[i] - d[i])],
         ]
     }
 }

@@ -218,8 +218,9 @@ impl SightRays {
             }
             By::Centroid(fields) => {
                 let field = &fields[channel.min(fields.len() - 1)];
+                let count = places.size_hint().0;
                 let places = places.map(|(column, row)| camera.sensor().position_mm(column, row));
-                batch = along(places.map(|place| field.sight_line(place)));
+                batch = along(places.map(|place| field.sight_line(place)), count);
             }
         }
         batch
@@ -241,11 +242,13 @@ impl SightRays {
             }
             By::Centroid(fields) => {
                 let sight = fields[channel.min(fields.len() - 1)].sight();
-                along(rows.flat_map(|(first, row)| {
+                let count = rows.size_hint().0 * camera.sensor().width();
+                let lines = rows.flat_map(|(first, row)| {
                     let lines = sight.lines(camera.sensor().position_mm(first, row).y);
                     let places = columns(first).map(move |c| camera.sensor().position_mm(c, row));
                     places.map(move |place| lines.at(place.x))
-                }))
+                });
+                along(lines, count)
             }
         }
     }
@@ -299,17 +302,29 @@ fn away(slope: DVec2) -> DVec3 {
     -slope.extend(1.0).normalize()
 }
 
-/// Rays along lines of sight; those that are not finite are lost.
-fn along(lines: impl Iterator<Item = SightLine>) -> RayBatch {
-    let mut batch = RayBatch::default();
+/// Rays along `count` lines of sight; those that are not finite are lost.
+fn along(lines: impl Iterator<Item = SightLine>, count: usize) -> RayBatch {
+    let mut batch = RayBatch::with_capacity(count);
     for line in lines {
-        batch.push(line.q1_mm.extend(0.0), line.q0.extend(-1.0).normalize());
+        batch.ox.push(line.q1_mm.x);
+        batch.oy.push(line.q1_mm.y);
+        batch.dx.push(line.q0.x);
+        batch.dy.push(line.q0.y);
     }
-    for i in 0..batch.len() {
-        if !batch.dx[i].is_finite() {
-            batch.status[i] = RayStatus::Vignetted as u8;
-        }
+    let count = batch.ox.len();
+    batch.oz.resize(count, 0.0);
+    batch.dz.resize(count, -1.0);
+    batch.surface.resize(count, 0);
+    let slopes = batch.dx.iter_mut().zip(&mut batch.dy);
+    for ((x, y), z) in slopes.zip(&mut batch.dz) {
+        let inverse = 1.0 / (*x * *x + *y * *y + 1.0).sqrt();
+        (*x, *y, *z) = (*x * inverse, *y * inverse, -inverse);
     }
+    let status = |x: &f64| match x.is_finite() {
+        true => RayStatus::Ok as u8,
+        false => RayStatus::Vignetted as u8,
+    };
+    batch.status.extend(batch.dx.iter().map(status));
     batch
 }
 

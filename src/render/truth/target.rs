@@ -171,13 +171,19 @@ impl Sampler<'_> {
             let end = (start + COLUMNS).min(width);
             let middle = (0.5 * (start + end - 1) as f64, row as f64);
             let place: DVec2 = self.camera.sensor().position_mm(middle.0, middle.1);
-            let blurs = blurs.each_ref().map(|b| b.at(place));
-            for column in start..end {
-                for (channel, blur) in blurs.iter().enumerate() {
-                    let at = column * 3 + channel;
-                    let samples = &samples[at * PLACES..][..PLACES];
+            for (channel, blur) in blurs.iter().enumerate() {
+                let blur = blur.at(place);
+                let samples_at = |at: usize| &samples[at * PLACES..][..PLACES];
+                let ats = || (start..end).map(|column| column * 3 + channel);
+                let are_finite = ats().all(|at| samples_at(at).iter().all(|s| s.is_finite()));
+                if are_finite {
+                    let first = spread.place(start, channel);
+                    blur.spread_weights(end - start, spread.line, &mut spread.weight[first..]);
+                }
+                for (column, at) in (start..end).zip(ats()) {
+                    let samples = samples_at(at);
                     spread.dark[at] = samples.iter().any(|s| s.is_nan());
-                    spread.add(blur, samples, column, channel);
+                    spread.add(&blur, samples, (column, channel), !are_finite);
                 }
             }
         }
@@ -189,6 +195,8 @@ impl Sampler<'_> {
 /// columns beside the picture: channels outermost.
 struct Spread {
     width: usize,
+    /// Values of a row, with the columns beside it.
+    line: usize,
     light: Vec<f32>,
     weight: Vec<f32>,
     /// Pixels and channels of the row itself without a ray of sight.
@@ -200,25 +208,33 @@ const REACHED: usize = 2 * PixelBlur::reach() + 1;
 
 impl Spread {
     fn new(width: usize) -> Self {
-        let len = REACHED * (width + REACHED - 1) * 3;
+        let line = width + REACHED - 1;
+        let len = REACHED * line * 3;
         Self {
             width,
+            line,
             light: vec![0.0; len],
             weight: vec![0.0; len],
             dark: vec![false; width * 3],
         }
     }
 
-    /// Values of a row, with the columns beside it.
-    fn line(&self) -> usize {
-        self.width + REACHED - 1
+    /// Where the pixels begin that a pixel of the row reaches.
+    fn place(&self, column: usize, channel: usize) -> usize {
+        channel * REACHED * self.line + column
     }
 
-    fn add(&mut self, blur: &PixelBlur, samples: &[f32], column: usize, channel: usize) {
-        let line = self.line();
-        let first = channel * REACHED * line + column;
-        let (light, weight) = (&mut self.light[first..], &mut self.weight[first..]);
-        blur.spread(samples, line, light, weight);
+    /// What the samples of a pixel give; weights, too, or light alone.
+    fn add(
+        &mut self,
+        blur: &PixelBlur,
+        samples: &[f32],
+        (column, channel): (usize, usize),
+        has_weight: bool,
+    ) {
+        let first = self.place(column, channel);
+        let weight = has_weight.then(|| &mut self.weight[first..]);
+        blur.spread(samples, self.line, &mut self.light[first..], weight);
     }
 
     /// Adds what falls on rows of the picture; this is `row`'s.
@@ -233,7 +249,7 @@ impl Spread {
             };
             let weight = &mut weight[to * picture_line..][..picture_line];
             for channel in 0..3 {
-                let first = (channel * REACHED + k) * self.line() + PixelBlur::reach();
+                let first = (channel * REACHED + k) * self.line + PixelBlur::reach();
                 let from = [&self.light, &self.weight].map(|all| &all[first..][..self.width]);
                 for (to, from) in [&mut *light, &mut *weight].into_iter().zip(from) {
                     let to = to.iter_mut().skip(channel).step_by(3);
