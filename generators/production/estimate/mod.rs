@@ -112,7 +112,7 @@ pub fn estimate(
     let few = half.max(LEAST_RAYS.min(drawn[0].render.rays_per_pixel));
     let few = rendered(&drawn[0], few, &mut responses)?;
     let few = written(&few, folder.path())?;
-    // As a dataset is made: one sample is written while the next is rendered.
+    // Nearly as a dataset is made: one sample is written while the next is put together and rendered.
     let began = Instant::now();
     let mut trials = Vec::new();
     let mut last: Option<(Sample, usize)> = None;
