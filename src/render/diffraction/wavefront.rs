@@ -9,8 +9,8 @@
 //! ```
 //!
 //! Rays are traced from the sensor, each from where it meets the point (by one step of Newton's method), and a
-//! polynomial is fitted to W. The foot of the *point* on the rays from the place would be simpler, but its error, the square of a
-//! miss at the scale of the scene, is a tenth of a wave and more where a place is out of focus.
+//! polynomial is fitted to W. The foot of the *point* on the rays from the place would be simpler, but its error, the
+//! square of a miss at the scale of the scene, is a tenth of a wave and more where a place is out of focus.
 
 use glam::{DMat2, DVec2, DVec3};
 
