@@ -105,7 +105,6 @@ pub fn make_part(
             continue;
         }
         if observer.stop_asked() {
-            line.leave_prepared();
             break;
         }
         line.advance(Some((&recipe, index)), &mut done)?;

@@ -77,16 +77,14 @@ impl<'a> Line<'a> {
         Ok(())
     }
 
-    /// Leaves aside what is not rendered yet: the run is to stop.
-    pub fn leave_prepared(&mut self) {
-        self.prepared = None;
-    }
-
-    /// Renders and writes what is left.
+    /// Renders and writes what is left; where the run is to stop, what is rendered alone is written.
     ///
     /// # Errors
     /// As of [`Self::advance`].
     pub fn end(&mut self, done: &mut Summary) -> Result<(), GenerateError> {
+        if self.writer.observer.stop_asked() {
+            self.prepared = None;
+        }
         while self.prepared.is_some() || self.rendered.is_some() {
             self.advance(None, done)?;
         }
@@ -182,5 +180,73 @@ fn failed(index: u32, cause: SampleError) -> GenerateError {
     GenerateError::Sample {
         index,
         cause: Box::new(cause),
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // because tests fail by panicking
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+    use crate::config::DatasetConfig;
+    use crate::production::dataset::make;
+
+    const CONFIG: &str = r#"
+count = 3
+seed = 5
+rays_per_pixel = 4
+exposure_ev = 0
+[lens]
+names = ["lib_triplet_US2453260"]
+focus_mm = { min = 800, max = 1600 }
+[sensor]
+subpixels = "2x2"
+width = 32
+height = 24
+window = { at = "random", max_height_mm = 1.0 }
+microlens_shift = { rule = "chief-ray" }
+pitch_um = 2.0
+[response]
+model = "geometric"
+[scene]
+charts = ["noise"]
+background_over_focus = 1.5
+tilt_deg = { min = -10, max = 10 }
+cards = 1
+card_over_focus = 0.7
+card_size = 0.4
+texture_px = 32
+"#;
+
+    /// Asks for an end once the first sample is written.
+    #[derive(Default)]
+    struct First(AtomicUsize);
+
+    impl Observer for First {
+        fn event(&self, event: Event<'_>) {
+            if matches!(event, Event::SampleDone) {
+                self.0.fetch_add(1, Ordering::SeqCst);
+            }
+        }
+
+        fn stop_asked(&self) -> bool {
+            self.0.load(Ordering::SeqCst) > 0
+        }
+    }
+
+    #[test]
+    fn a_run_that_is_to_stop_writes_what_is_rendered_and_renders_no_more() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = DatasetConfig::from_toml(CONFIG, "t").unwrap();
+        let (out, first) = (folder.path().join("out"), First::default());
+        // The first is written while the second is rendered and the third, the last, put together.
+        let stopped = make(&config, &out, &first).unwrap_err();
+        let [done, samples] = match stopped {
+            GenerateError::Stopped { done, samples } => [done, samples],
+            other => panic!("{other}"),
+        };
+        assert_eq!([done, samples], [2, 3]);
+        assert_eq!(make(&config, &out, &()).unwrap().reused, 2);
     }
 }
