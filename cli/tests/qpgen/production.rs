@@ -155,8 +155,8 @@ fn two_runs_do_not_write_to_one_folder() {
 /// holds (its images, 0.4 MB at the least) must not stay. The least of the first and of the last third lie about two
 /// thirds of the samples apart: they may differ by an eighth of that, 1 MB of 30 samples.
 ///
-/// glibc keeps freed blocks of up to 32 MB by then in each thread's heap, and 19 to 33 MB are resident by turns; what
-/// a process holds is seen where blocks from 64 KiB on go back at once.
+/// glibc keeps freed blocks in its heaps, so that 19 to 37 MB are resident by turns. What the process itself holds is
+/// seen where freed blocks from 64 KiB on go back at once.
 #[test]
 #[cfg(target_os = "linux")]
 fn memory_stays_flat() {

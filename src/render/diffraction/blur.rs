@@ -270,6 +270,7 @@ mod tests {
             }
         }
     }
+
     #[test]
     fn weights_of_pixels_side_by_side_are_those_of_each() {
         let random = |k: u64, d: u64| 12.0 * (uniform(4, &[k, d]) - 0.5);

@@ -1,5 +1,5 @@
-//! The light of a point in planes beside its focus, |∫ exp(i (W(q) + c |q|² − κ·q)) d²q|², summed directly: along rows,
-//! then along columns, κ and −κ at a time.
+//! The light of a point in planes beside its focus, |∫ exp(i (W(q) + c |q|² − κ·q)) d²q|², summed directly:
+//! along rows, then along columns, κ and −κ at a time.
 
 use glam::DVec2;
 
@@ -84,7 +84,7 @@ impl Turns {
         2 * self.count + 1
     }
 
-    /// κ and −κ of all widths' numbers: their places from the least κ to the largest.
+    /// Where −κ and κ lie that are `j` steps from 0, counted from the least κ to the largest.
     fn places(&self, j: usize) -> [usize; 2] {
         [self.count - j, self.count + j]
     }
@@ -198,7 +198,7 @@ fn intensities(turns: &Turns, wave: &Columns, reach: f64) -> Vec<f32> {
     along_columns(turns, &along_rows(turns, wave), reach)
 }
 
-/// Σ wave · exp(∓i κ q) along each row: those of κ, then those of −κ.
+/// Σ wave · exp(±i κ q) along each row: those of −κ, then those of κ.
 #[inline(always)]
 fn along_rows(turns: &Turns, wave: &Columns) -> Columns {
     let width = 2 * turns.width;
