@@ -29,9 +29,10 @@ const KNOWN_RATIO: f64 = 0.24;
 /// Part of a disparity by which an estimate for one κ errs at another, over the logarithm of their ratio: so much did
 /// matching (benches/runs/2026-11-23/dense.md: 0.83 px for κ = 0.10, 1.09 px for 0.25).
 const ERROR_OF_RATIO: f64 = 0.3;
-/// Correlation of the network's errors with those of matching by the camera's own rays, 0.25 to 0.36 on four sets of
-/// samples (benches/runs/2026-11-27/more-scenes.md): at depth steps both err.
-const CORRELATION_WITH_RAYS: f32 = 0.3;
+/// Correlation of the network's errors with those of matching, 0.25 to 0.36 on four sets of samples
+/// (benches/runs/2026-11-27/more-scenes.md): at depth steps both err. Measured by the camera's own rays, taken for the
+/// family of blurs, too (benches/runs/2026-11-29/free-scale.md).
+const CORRELATION_WITH_MATCHING: f32 = 0.3;
 /// Logarithms of the least and largest σ that the network is told, as in training, px.
 const LOG_SIGMA: [f32; 2] = [-5.0, 3.0];
 
@@ -65,11 +66,7 @@ pub(super) fn learned(directions: &[Direction], network: &Network) -> Result<Den
             disparity: found.disparity_px,
             sigma: found.sigma_px,
         };
-        let correlation = match directions[0].has_rays() {
-            true => CORRELATION_WITH_RAYS,
-            false => 1.0,
-        };
-        answer = joined(&[answer, matched], correlation);
+        answer = joined(&[answer, matched], CORRELATION_WITH_MATCHING);
     }
     let told = DenseMap {
         disparity_px: answer.disparity,

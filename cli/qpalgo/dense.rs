@@ -74,8 +74,7 @@ pub fn run(args: &DisparityArgs, progress: Progress) -> Result<(), CommandError>
     let files = files(args.format.into(), &map, vertical).map_err(CommandError::failed)?;
     file::write_reports(&args.out, &files)?;
     drop(progress);
-    let ratio_is_free = !is_known && network.is_none();
-    report(args, &map, &files, ratio_is_free)
+    report(args, &map, &files, is_known)
 }
 
 /// Green of a picture in colour, else its first channel.
@@ -141,14 +140,14 @@ fn report(
     args: &DisparityArgs,
     map: &DenseMap,
     files: &Files,
-    ratio_is_free: bool,
+    is_blur_known: bool,
 ) -> Result<(), CommandError> {
     let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
     let (disparity, sigma) = (median(&map.disparity_px), median(&map.sigma_px));
     if args.json {
         let object = serde_json::json!({
             "files": names, "median_px": disparity, "median_sigma_px": sigma, "range_px": map.range_px,
-            "halvings": map.halvings, "blur_known": !ratio_is_free,
+            "halvings": map.halvings, "blur_known": is_blur_known,
         });
         outln!("{object}");
         return Ok(());
@@ -160,9 +159,9 @@ fn report(
         map.range_px[1],
         1u32 << map.halvings
     );
-    if ratio_is_free {
+    if !is_blur_known {
         outln!(
-            "no description of the camera: the blur is assumed, its ratio to the disparity is free"
+            "no description of the camera: the blur is assumed; scale and zero of the disparity are free, and sigma leaves them out"
         );
     }
     Ok(())

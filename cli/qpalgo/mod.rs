@@ -76,7 +76,8 @@ enum Command {
     /// 7 inconsistent, 8 not converged.
     ///
     /// With --dense every pixel has a disparity and its sigma: dx and sigma of the left view (VIEW) against the right
-    /// one. Of a pair without a description the blur is that of shares which fall linearly over the pupil; px are px.
+    /// one. Of a pair without a description the blur is that of shares which fall linearly over the pupil; px are px,
+    /// but scale and zero of the disparity are free then, and sigma leaves them out.
     ///
     /// Example: qpalgo disparity views/sum_L.exr views/sum_R.exr --one-dimensional horizontal -o shift
     ///          qpalgo disparity out/samples/000001 -o shifts     (each view against the sum of all)

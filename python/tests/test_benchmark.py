@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
-from benchmark import scores, sets  # noqa: E402
+from benchmark import metric, scores, sets  # noqa: E402
 
 HEIGHT, WIDTH = 40, 56
 
@@ -70,6 +70,15 @@ class Layouts(unittest.TestCase):
         self.assertTrue(scene.is_inverse_depth and np.isnan(scene.truth[0, 0]))
         np.testing.assert_allclose(scene.truth[1:], self.truth[1:], rtol=1e-3)
 
+    def test_metric_captures(self):
+        self.views("box/l.png", "box/r.png", "flat/1500/f4/l.png", "flat/1500/f4/r.png", "flat/1500/f20/l.png")
+        self.write("box/d.png", np.full((2 * HEIGHT, 2 * WIDTH), 51, np.uint8))
+        plane, box = metric.captures(self.root)
+        self.assertEqual((plane[0], box[0]), ("plane at 1500 mm", "box"))
+        self.assertTrue(plane[1].exists() and plane[2].exists() and box[2].exists())
+        np.testing.assert_allclose(plane[3], np.full((HEIGHT, WIDTH), 1.5))
+        np.testing.assert_allclose(box[3], np.full((HEIGHT, WIDTH), 2.0))
+
     def test_dslr(self):
         self.views("0001_L.png", "0001_R.png", "0001_B.png", dtype=np.uint16)
         self.write("0001_D.tif", self.truth.astype(np.float32))
@@ -117,6 +126,14 @@ class Scores(unittest.TestCase):
         self.assertAlmostEqual(found[6], 0.683, delta=0.01)
         self.assertAlmostEqual(found[7], 0.954, delta=0.01)
         self.assertTrue(np.isnan(found[3:6]).all())
+
+    def test_errors_in_metres(self):
+        truth = np.array([0.0, 1.0, 2.0, 4.0, 8.0, 30.0])
+        depth = np.array([9.0, 1.1, 2.0, np.nan, 12.0, 1.0])
+        sigma = np.array([1.0, 0.08, 0.1, 1.0, 1.0, 1.0])
+        # Errors 0.1, 0, 6 and 2 m: 0 and beyond 10 m count nowhere, and what is not found lies at 10 m.
+        found = metric.errors(depth, sigma, truth)
+        np.testing.assert_allclose(found, [8.1 / 4, (0.1 + 0 + 1.5 + 0.25) / 4, 0.5, 0.25, 0.5])
 
     def test_a_constant_says_nothing(self):
         truth = np.linspace(0, 1, 400).reshape(20, 20)

@@ -1,4 +1,4 @@
-"""Scores estimators of disparity on real dual-pixel pictures: scripts/benchmark-real DATA_DIR [DATA_DIR ...] [--out FILE]
+"""Scores estimators of disparity on real dual-pixel pictures: scripts/benchmark-real DATA_DIR [DATA_DIR ...] [--curve FILE] [--out FILE]
 
 Writes FILE (absent: docs/benchmark.md). Needs cargo, and Python 3 with numpy and opencv-python-headless. A minute per
 scene. The layouts that are known stand in scripts/benchmark/sets.py. No estimator sees the truth; it is read beside the views and used
@@ -15,9 +15,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from . import metric
 from .estimators import ESTIMATORS
 from .scores import score
-from .sets import UnknownLayout, scenes
+from .sets import FARTHEST_M, UnknownLayout, scenes
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -25,10 +26,10 @@ HEAD = """# Disparity on real dual-pixel pictures
 
 Written by `scripts/benchmark-real DATA_DIR ...`. AI(1), AI(2): affine-invariant errors, min over a, b of (mean |truth − (a estimate + b)|^p)^(1/p);
 ρ: Spearman's rank correlation; over all pixels with a truth. What an estimator does not claim takes the nearest claim. MAE, AbsRel, δ1 (part of the
-pixels within a factor of 1.25): of depth, and "within σ": after the fit of AI(1), which takes errors of scale out. OpenCV's run on one thread on
-8-bit square roots, evened by the white sheet where there is one; their time is without reading and writing, that of `qpalgo` with them.
-The constants of `--dense` were chosen on pixel4's scenes 002, 006, 011 and 014 and on samples of `qpgen dataset`: other captures decide.
-The network saw pictures of this project only; pixel4's white sheet and kernels, not its scenes, made one of its training cameras.
+pixels within a factor of 1.25): of depth, and "within σ": after the fit of AI(1), which takes errors of scale and zero out, as σ leaves them out where
+no camera is known. OpenCV's run on one thread on 8-bit square roots, evened by the white sheet where there is one; their time is without reading and
+writing, that of `qpalgo` with them. The constants of `--dense` were chosen on pixel4's scenes 002, 006, 011 and 014 and on samples of `qpgen dataset`:
+other captures decide. The network saw pictures of this project only; pixel4's white sheet and kernels, not its scenes, made one of its training cameras.
 """
 
 
@@ -63,9 +64,12 @@ def table(found):
 def main():
     parser = argparse.ArgumentParser(prog="scripts/benchmark-real", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folders", nargs="+", type=Path, metavar="DATA_DIR")
+    parser.add_argument("--curve", type=Path, help="curve file of the camera of a folder as of DP119 (qpgen curve, qpalgo calibrate-depth): depth in m, too")
     parser.add_argument("--out", type=Path, default=ROOT / "docs/benchmark.md")
     args = parser.parse_args()
     cv2.setNumThreads(1)
+    if args.curve is not None and not args.curve.is_file():
+        sys.exit(f"scripts/benchmark-real: {args.curve}: no such file")
     sets = []
     try:
         for folder in args.folders:
@@ -79,6 +83,8 @@ def main():
         kind = "none" if all(scene.truth is None for scene in found) else kind
         names = ", ".join(scene.name for scene in found)
         text += f"\n## {folder.name}: {names}\n\nTruth: {kind}. Means over {len(found)} scenes.\n\n{table(found)}"
+        if args.curve is not None and found[0].is_inverse_depth:
+            text += f"\nDepth in m by {args.curve.name}, depths beyond {FARTHEST_M:g} m taken for that:\n\n{metric.table(folder, args.curve)}"
     aside = args.out.with_suffix(".aside")
     aside.write_text(text, encoding="utf8")
     aside.rename(args.out)

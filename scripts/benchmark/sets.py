@@ -87,13 +87,18 @@ def phone(folder):
         yield Scene(name, left, right, flags, pair, np.where(truth > 0, truth, np.nan))
 
 
+def read_depth(path, size):
+    """Depth of DP119 in m, 0 unknown, at the views' size."""
+    raw = read(path)
+    metres = raw / 1000 if raw.dtype == np.uint16 else raw * (10 / 255)
+    return fitted(metres if metres.ndim == 2 else metres[..., 0], size)
+
+
 def dp119(folder):
     for depth in sorted(folder.glob("*/d.png")):
         left, right = depth.with_name("l.png"), depth.with_name("r.png")
         pair = (linear(left), linear(right))
-        raw = read(depth)
-        metres = raw / 1000 if raw.dtype == np.uint16 else raw * (10 / 255)
-        metres = fitted(metres if metres.ndim == 2 else metres[..., 0], pair[0].shape)
+        metres = read_depth(depth, pair[0].shape)
         known = (metres > NEAREST_M) & (metres < FARTHEST_M)
         truth = np.where(known, 1 / np.where(known, metres, 1), np.nan)
         yield Scene(depth.parent.name, left, right, ["--srgb"], pair, truth, is_inverse_depth=True)
