@@ -167,6 +167,12 @@ impl FieldCurve {
         }))
     }
 
+    /// ∂D/∂(1/Z) where D is 0, in the middle of the picture, px m.
+    pub(super) fn slope_in_the_middle(&self) -> f64 {
+        let middle = [self.width_px, self.height_px].map(|n| 0.5 * (n as f64 - 1.0));
+        self.slope_in_focus(&self.disparities_px(middle))
+    }
+
     /// ∂D/∂(1/Z) of a node where D is 0, px m.
     fn slope_in_focus(&self, node: &[f64]) -> f64 {
         let k = node.partition_point(|&d| d < 0.0).clamp(1, node.len() - 1);

@@ -23,11 +23,11 @@ mod curve;
 mod curve_error;
 mod described_curve;
 mod field_curve;
-mod gain_field;
 mod halves;
 mod maps;
 mod score;
 mod shifts;
+mod slow_fields;
 
 pub use calibrate::{
     CalibrateError, DepthCalibration, Part, PlaneShifts, REGIONS, calibrate, calibrate_by,

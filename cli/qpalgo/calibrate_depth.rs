@@ -148,11 +148,13 @@ pub fn run(args: &CalibrateDepthArgs, progress: Progress) -> Result<(), CommandE
 fn report(args: &CalibrateDepthArgs, found: &DepthCalibration) -> Result<(), CommandError> {
     let ([g, sigma_g], [delta, sigma_delta]) = (found.gain, found.shift_per_m);
     let [least, largest] = found.gain_range;
+    // A focus nearer by δ is a curve shifted by −δ.
+    let [farthest, nearest] = [found.shift_range_per_m[1], found.shift_range_per_m[0]].map(|d| -d);
     if args.json {
         let object = serde_json::json!({
             "file": args.out.display().to_string(), "gain": g, "gain_sigma": sigma_g,
             "gain_range": found.gain_range, "focus_shift_per_m": -delta,
-            "focus_shift_sigma_per_m": sigma_delta, "rms_px": found.rms_px, "parts": found.parts,
+            "focus_shift_sigma_per_m": sigma_delta, "focus_shift_range_per_m": [farthest, nearest], "rms_px": found.rms_px, "parts": found.parts,
         });
         outln!("{object}");
         return Ok(());
@@ -169,7 +171,7 @@ fn report(args: &CalibrateDepthArgs, found: &DepthCalibration) -> Result<(), Com
         );
     }
     outln!(
-        "{}: gain {g:.4} ± {sigma_g:.4} ({least:.3} to {largest:.3} over the picture), focus {:+.4} ± {sigma_delta:.4} per m from the curve's; {:.3} px RMS left",
+        "{}: gain {g:.4} ± {sigma_g:.4} ({least:.3} to {largest:.3} over the picture), focus {:+.4} ± {sigma_delta:.4} per m from the curve's ({farthest:+.4} to {nearest:+.4}); {:.3} px RMS left",
         args.out.display(),
         -delta,
         found.rms_px

@@ -1,14 +1,14 @@
 //! Focus and gain of a real camera from planes at known distances.
 //!
 //! A simulated curve C(x, y, 1/Z) has the right shape where the camera differs from its simulation in where it is
-//! focused and in how far its pixel parts the pupil, which changes slowly over the picture:
+//! focused and in how far its pixel parts the pupil. Both change slowly over the picture:
 //!
 //! ```text
-//! D(x, y, 1/Z) = γ(x, y) C(x, y, 1/Z + δ)          γ: gain        δ: 1/m, focus at 1/Z_f − δ in the place of 1/Z_f
+//! D(x, y, 1/Z) = γ(x, y) C(x, y, 1/Z + δ(x, y))    γ: gain        δ: 1/m, focus at 1/Z_f − δ in the place of 1/Z_f
 //! ```
 //!
 //! Each plane is measured in blocks of the picture, by the median of the trusted shifts, so that no patch of bad
-//! matches counts; γ and δ are those that fit them best (see `gain_field`). [`REGIONS`]² parts say how well.
+//! matches counts; γ and δ are those that fit them best (see `slow_fields`). [`REGIONS`]² parts say how well.
 
 mod error;
 #[cfg(test)]
@@ -16,8 +16,8 @@ mod error;
 mod tests;
 
 use super::field_curve::FieldCurve;
-use super::gain_field::{GainField, GainFit};
 use super::halves::Measured;
+use super::slow_fields::{FieldFit, SlowField, fit};
 use crate::dense::{BlurRatio, SHARP_RATIO};
 pub use error::CalibrateError;
 
@@ -69,8 +69,10 @@ pub struct DepthCalibration {
     pub gain: [f64; 2],
     /// Least and largest γ.
     pub gain_range: [f64; 2],
-    /// δ and its standard deviation, 1/m.
+    /// Mean of δ over the picture and its standard deviation, 1/m.
     pub shift_per_m: [f64; 2],
+    /// Least and largest δ, 1/m.
+    pub shift_range_per_m: [f64; 2],
     /// Root mean square of what is left, px.
     pub rms_px: f64,
     /// The parts with enough trusted shifts.
@@ -93,27 +95,34 @@ pub fn calibrate(
         parts.extend(parts_of(curve, plane, [REGIONS; 2])?);
         blocks.extend(parts_of(curve, plane, BLOCKS)?);
     }
-    let GainFit { gain, delta, sigma } = GainField::fit(curve, &blocks)?;
+    let FieldFit { gain, focus, sigma } = fit(curve, &blocks)?;
     if !GAINS.contains(&gain.mean()) {
         return Err(CalibrateError::NoFit(gain.mean()));
     }
     for part in parts.iter_mut().chain(&mut blocks) {
-        part.after_px = gain.at(part.at_px) * value(curve, part, delta)[0];
+        part.after_px = gain.at(part.at_px) * value(curve, part, focus.at(part.at_px))[0];
     }
     let square = |p: &Part| (p.measured_px - p.after_px).powi(2);
     let rms_px = (blocks.iter().map(square).sum::<f64>() / blocks.len() as f64).sqrt();
-    let curve = calibrated(curve, (&gain, delta), sigma[0] / gain.mean(), rms_px);
-    let (rows, columns) = (&curve.rows_px, &curve.columns_px);
-    let nodes = rows.iter().flat_map(|y| columns.iter().map(|x| [*x, *y]));
-    let gains: Vec<f64> = nodes.map(|at_px| gain.at(at_px)).collect();
-    let least = gains.iter().copied().fold(f64::INFINITY, f64::min);
-    if least <= 0.0 {
-        return Err(CalibrateError::NoFit(least));
+    let curve = calibrated(curve, (&gain, &focus), sigma[0] / gain.mean(), rms_px);
+    let range = |field: &SlowField| {
+        let (rows, columns) = (&curve.rows_px, &curve.columns_px);
+        let nodes = rows.iter().flat_map(|y| columns.iter().map(|x| [*x, *y]));
+        nodes
+            .map(|at_px| field.at(at_px))
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| {
+                [a.min(v), b.max(v)]
+            })
+    };
+    let gain_range = range(&gain);
+    if gain_range[0] <= 0.0 {
+        return Err(CalibrateError::NoFit(gain_range[0]));
     }
     Ok(DepthCalibration {
         gain: [gain.mean(), sigma[0]],
-        gain_range: [least, gains.iter().copied().fold(0.0, f64::max)],
-        shift_per_m: [delta, sigma[1]],
+        gain_range,
+        shift_per_m: [focus.mean(), sigma[1]],
+        shift_range_per_m: range(&focus),
         rms_px,
         curve,
         parts,
@@ -205,20 +214,22 @@ fn parts_of(
 
 /// C of the part at 1/Z + δ, and its slope.
 pub(super) fn value(curve: &FieldCurve, part: &Part, delta: f64) -> [f64; 2] {
-    let (d, inverse) = (
-        curve.disparities_px(part.at_px),
-        &curve.inverse_distances_per_m,
-    );
-    let at = 1.0 / part.distance_m + delta;
+    let samples = curve.disparities_px(part.at_px);
+    between(curve, &samples, 1.0 / part.distance_m + delta)
+}
+
+/// Disparity and slope at a 1/Z, by a place's samples; straight on beyond them.
+fn between(curve: &FieldCurve, d: &[f64], at: f64) -> [f64; 2] {
+    let inverse = &curve.inverse_distances_per_m;
     let k = inverse.partition_point(|&i| i < at).clamp(1, d.len() - 1);
     let slope = (d[k] - d[k - 1]) / (inverse[k] - inverse[k - 1]);
     [d[k - 1] + slope * (at - inverse[k - 1]), slope]
 }
 
-/// γ C(1/Z + δ): the same samples at 1/Z − δ, times γ, at enough nodes for it.
+/// γ C(1/Z + δ), with samples at 1/Z less the mean of δ, at enough nodes for both.
 fn calibrated(
     curve: &FieldCurve,
-    (gain, delta): (&GainField, f64),
+    (gain, focus): (&SlowField, &SlowField),
     relative_error: f64,
     offset_error_px: f64,
 ) -> FieldCurve {
@@ -233,22 +244,23 @@ fn calibrated(
     };
     let columns_px = nodes(&curve.columns_px, NODES[0], curve.width_px);
     let rows_px = nodes(&curve.rows_px, NODES[1], curve.height_px);
+    let inverse = &curve.inverse_distances_per_m;
     let node = |at_px: [f64; 2]| -> Vec<f64> {
-        let own = gain.at(at_px);
-        let before = curve.disparities_px(at_px).into_iter();
-        before.map(|d| own * d).collect()
+        let (own, beside) = (gain.at(at_px), focus.at(at_px) - focus.mean());
+        let before = curve.disparities_px(at_px);
+        let moved = inverse.iter().map(|i| between(curve, &before, i + beside));
+        moved.map(|[d, _]| own * d).collect()
     };
     let row = |y: &f64| columns_px.iter().map(|x| node([*x, *y])).collect();
     let middle = [curve.width_px, curve.height_px].map(|n| 0.5 * (n as f64 - 1.0));
-    let inverse = curve.inverse_distances_per_m.iter();
     FieldCurve {
         source: format!(
-            "{}; gain {:.4} (mean) and 1/Z {:+.4} per m by planes at known distances",
+            "{}; gain {:.4} and 1/Z {:+.4} per m (means) by planes at known distances",
             curve.source,
             gain.mean(),
-            -delta
+            -focus.mean()
         ),
-        inverse_distances_per_m: inverse.map(|inverse| inverse - delta).collect(),
+        inverse_distances_per_m: inverse.iter().map(|i| i - focus.mean()).collect(),
         disparity_px: rows_px.iter().map(row).collect(),
         // The blur stays as it was.
         blur_ratio: (curve.blur_ratio).map(|ratio| (gain.at(middle) * ratio).min(SHARP_RATIO)),

@@ -30,8 +30,14 @@ fn risen(gain: f64, column: usize) -> f64 {
 
 /// The shifts of a camera with another gain and focus, at each place, with one bad match of fifty.
 fn plane(distance_m: f64, gain: f64, delta: f64) -> Vec<Option<Measured>> {
+    tilted(distance_m, gain, |_| delta)
+}
+
+/// As [`plane`], of a focus that changes over the picture.
+fn tilted(distance_m: f64, gain: f64, delta: impl Fn([usize; 2]) -> f64) -> Vec<Option<Measured>> {
     let curve = curve();
     let at = |i: usize| {
+        let delta = delta([i % 90, i / 90]);
         let part = Part {
             distance_m,
             at_px: [(i % 90) as f64, (i / 90) as f64],
@@ -78,6 +84,30 @@ fn two_planes_give_back_focus_and_gain_over_the_picture_and_a_third_is_predicted
         let measured = third[at[1] as usize * 90 + at[0] as usize + 1].unwrap();
         let z = found.curve.depth(at, measured).z_m;
         assert!((z / 0.9 - 1.0).abs() < 0.01, "{z} at {at:?}");
+    }
+}
+
+#[test]
+fn a_tilted_sensor_and_a_curved_field_are_found_and_a_far_plane_is_predicted() {
+    let delta = |[x, y]: [usize; 2]| {
+        let (u, v) = (x as f64 / 44.5 - 1.0, y as f64 / 29.5 - 1.0);
+        0.03 + 0.04 * u - 0.03 * v + 0.02 * u * u
+    };
+    let made = [0.6, 1.5].map(|z| (z, tilted(z, 0.9, delta)));
+    let found = found(&made).unwrap();
+    assert!(
+        (found.shift_per_m[0] - (0.03 + 0.02 / 3.0)).abs() < 2e-3,
+        "{:?}",
+        found.shift_per_m
+    );
+    let [least, largest] = found.shift_range_per_m;
+    assert!(largest - least > 0.08 && found.rms_px < 5e-3);
+    let far = tilted(6.0, 0.9, delta);
+    for at in [[10.0, 5.0], [44.0, 30.0], [80.0, 50.0]] {
+        let measured = far[at[1] as usize * 90 + at[0] as usize + 1].unwrap();
+        let z = found.curve.depth(at, measured).z_m;
+        // 0.04 per m at the left would be 24 %.
+        assert!((z / 6.0 - 1.0).abs() < 0.03, "{z} at {at:?}");
     }
 }
 
