@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! γ(x, y) = Σ c_ij P_i(u) P_j(v),   i ≤ 4, j ≤ 2, i + j ≤ 4;   u, v: −1 to 1 over the picture; P: Legendre
-//! δ(x, y) = Σ e_ij P_i(u) P_j(v),   i + j ≤ 2: a tilt of the sensor, a curved field
+//! δ(x, y) = Σ e_ij P_i(u) P_j(v),   i + j ≤ 1: a tilt; how the lens curves the field is in C
 //! ```
 //!
 //! c and e minimise Σ ((D − γ C(1/Z + δ))/s)² + Σ (c_ij/c_s)² + Σ (e_ij/e_s)², of all but c₀₀ and e₀₀, the means, by
@@ -20,7 +20,7 @@ const GAIN_SPREAD: f64 = 0.2;
 const FOCUS_SPREAD_PX: f64 = 0.1;
 /// Degrees along x, along y, and of both together.
 const GAIN_DEGREES: [usize; 3] = [4, 2, 4];
-const FOCUS_DEGREES: [usize; 3] = [2, 2, 2];
+const FOCUS_DEGREES: [usize; 3] = [1, 1, 1];
 /// Steps of the search, at most, and the step at which it ends.
 const STEPS: usize = 50;
 const SMALL: f64 = 1e-10;

@@ -88,18 +88,15 @@ fn two_planes_give_back_focus_and_gain_over_the_picture_and_a_third_is_predicted
 }
 
 #[test]
-fn a_tilted_sensor_and_a_curved_field_are_found_and_a_far_plane_is_predicted() {
+fn a_tilted_sensor_is_found_and_a_far_plane_is_predicted() {
     let delta = |[x, y]: [usize; 2]| {
         let (u, v) = (x as f64 / 44.5 - 1.0, y as f64 / 29.5 - 1.0);
-        0.03 + 0.04 * u - 0.03 * v + 0.02 * u * u
+        0.03 + 0.04 * u - 0.03 * v
     };
     let made = [0.6, 1.5].map(|z| (z, tilted(z, 0.9, delta)));
     let found = found(&made).unwrap();
-    assert!(
-        (found.shift_per_m[0] - (0.03 + 0.02 / 3.0)).abs() < 2e-3,
-        "{:?}",
-        found.shift_per_m
-    );
+    let error = (found.shift_per_m[0] - 0.03).abs();
+    assert!(error < 2e-3, "{:?}", found.shift_per_m);
     let [least, largest] = found.shift_range_per_m;
     assert!(largest - least > 0.08 && found.rms_px < 5e-3);
     let far = tilted(6.0, 0.9, delta);
