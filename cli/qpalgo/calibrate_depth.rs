@@ -148,7 +148,7 @@ pub fn run(args: &CalibrateDepthArgs, progress: Progress) -> Result<(), CommandE
 fn report(args: &CalibrateDepthArgs, found: &DepthCalibration) -> Result<(), CommandError> {
     let ([g, sigma_g], [delta, sigma_delta]) = (found.gain, found.shift_per_m);
     let [least, largest] = found.gain_range;
-    // A focus nearer by δ is a curve shifted by −δ.
+    // 1/Z of the focus, less the curve's, is −δ.
     let [farthest, nearest] = [found.shift_range_per_m[1], found.shift_range_per_m[0]].map(|d| -d);
     if args.json {
         let object = serde_json::json!({

@@ -116,10 +116,10 @@ def dense_disparity(
     """x_L - x_R at every pixel and its standard deviation, px, as `qpalgo disparity --dense`: expects the halves' two different blurs.
 
     left, right  (H, W) float32, linear, black at 0: one channel of two opposite halves of the pupil, at least 16 px a side
-    ratio        of disparity to the blur's diameter: a number, or an array (H, W) as of `disparity_ratio`; None: 1/4, and the deviation leaves out that scale and zero are free
+    ratio        of disparity to the blur's diameter: a number, or an array (H, W) as of `disparity_ratio`; None: 1/4
     picture      whose edges count, (H, W) or (H, W, C), linear: both halves' sum in colour, as the program takes; None: the mean of left and right
     network      True: as the trained network and matching tell it together (`--network`); a path: with another network
-    returns      two arrays (H, W) float32
+    returns      two arrays (H, W) float32; without a ratio the shift's scale and zero are free, and its deviation leaves them out
 
     >>> y, x = np.mgrid[:32, :48].astype(np.float32)
     >>> picture = 1.5 + np.sin(0.7 * x + 0.2 * y)

@@ -6,6 +6,7 @@ after the maps are made.
 """
 
 import argparse
+import json
 import os
 import subprocess
 import sys
@@ -68,8 +69,10 @@ def main():
     parser.add_argument("--out", type=Path, default=ROOT / "docs/benchmark.md")
     args = parser.parse_args()
     cv2.setNumThreads(1)
-    if args.curve is not None and not args.curve.is_file():
-        sys.exit(f"scripts/benchmark-real: {args.curve}: no such file")
+    try:
+        source = json.loads(args.curve.read_text(encoding="utf8"))["source"] if args.curve else None
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        sys.exit(f"scripts/benchmark-real: {args.curve}: no curve file: {error!r}")
     sets = []
     try:
         for folder in args.folders:
@@ -84,7 +87,8 @@ def main():
         names = ", ".join(scene.name for scene in found)
         text += f"\n## {folder.name}: {names}\n\nTruth: {kind}. Means over {len(found)} scenes.\n\n{table(found)}"
         if args.curve is not None and found[0].is_inverse_depth:
-            text += f"\nDepth in m by {args.curve.name}, depths beyond {FARTHEST_M:g} m taken for that:\n\n{metric.table(folder, args.curve)}"
+            text += f"\nDepth in m by {args.curve.name} ({source}). Depths beyond {FARTHEST_M:g} m are taken for that; planes that\n"
+            text += f"the curve was calibrated on are fits, not predictions.\n\n{metric.table(folder, args.curve)}"
     aside = args.out.with_suffix(".aside")
     aside.write_text(text, encoding="utf8")
     aside.rename(args.out)

@@ -14,19 +14,19 @@ ESTIMATORS = {"`qpalgo depth`": [], "`qpalgo depth --network`": ["--network"]}
 
 
 def captures(folder):
-    """Name, left, right and true depth in m (0 unknown) of a folder as of DP119, and of its planes in flat/MILLIMETRES/f4."""
+    """Name, left, right and true depth in m (0 unknown) of planes in flat/MILLIMETRES/f4, and of captures as of DP119."""
     for left in sorted(Path(folder).glob("flat/*/f4/l.png")):
         distance = left.parents[1].name
         if distance.isdigit():
             size = read(left).shape[:2]
-            yield f"plane at {distance} mm", left, left.with_name("r.png"), np.full(size, int(distance) / 1000)
+            yield f"plane at {int(distance)} mm", left, left.with_name("r.png"), np.full(size, int(distance) / 1000)
     for truth in sorted(Path(folder).glob("*/d.png")):
         left = truth.with_name("l.png")
         yield truth.parent.name, left, truth.with_name("r.png"), read_depth(truth, read(left).shape[:2])
 
 
 def depth_of(left, right, curve, flags):
-    """Depth in m, its sigma, and seconds; what has no depth lies at the farthest."""
+    """Depth in m (NaN where there is none), its sigma in m, and seconds."""
     with tempfile.TemporaryDirectory() as folder:
         command = [QPALGO, "--quiet", "depth", "--left", left, "--right", right, "--srgb", "--curve", curve, *flags]
         command += ["--format", "npy", "-o", folder]
@@ -41,7 +41,10 @@ def depth_of(left, right, curve, flags):
 
 
 def errors(depth, sigma, truth):
-    """MAE in m, AbsRel, δ1 and the parts within one and two sigma, at all pixels known to less than `FARTHEST_M`; beyond it all depths are one."""
+    """MAE in m, AbsRel, δ1 and the parts within one and two sigma, at all pixels known to less than `FARTHEST_M`.
+
+    Estimates beyond that are taken for it.
+    """
     known = (truth > 0) & (truth < FARTHEST_M)
     found = np.minimum(np.where(np.isfinite(depth), depth, FARTHEST_M), FARTHEST_M)[known]
     true = truth[known]
