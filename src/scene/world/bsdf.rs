@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::description::Material;
 use super::microfacet::{AlbedoTable, Ggx, fresnel, schlick};
+use super::sampler::SurfaceNumbers;
 
 /// A surface at one place ([`super::material`]). Directions point away from the surface.
 #[derive(Clone, Debug)]
@@ -128,6 +129,9 @@ impl Bsdf {
 
     /// f cos θ_i towards `direction` and the density of drawing it, of the parts that spread.
     pub fn value(&self, direction: Vec3) -> (Vec3, f32) {
+        if self.f90 == 0.0 {
+            return self.diffuse_value(direction);
+        }
         let i = self.to_local(direction);
         // Behind the surface itself, whatever its shading normal says.
         if i.z <= 0.0 || self.normal.dot(direction) <= 0.0 {
@@ -135,7 +139,7 @@ impl Bsdf {
         }
         let mut value = self.diffuse * (Vec3::ONE - self.own_reflectance(i.z)) * i.z;
         let mut density = self.chances[4] * i.z * std::f32::consts::FRAC_1_PI;
-        if !self.is_mirror() && self.f90 > 0.0 {
+        if !self.is_mirror() {
             let ggx = Ggx::new(self.roughness);
             let h = (self.o + i).normalize();
             value += self.fresnel(self.o.dot(h)) * ggx.reflected(self.o, i, h);
@@ -144,8 +148,18 @@ impl Bsdf {
         (self.layered * value, density)
     }
 
-    /// Draws a direction by three numbers; `None` where the light is absorbed or the drawn direction is not possible.
-    pub fn sample(&self, choice: f32, pair: [f32; 2]) -> Option<Scattered> {
+    /// Of a surface without a layer.
+    fn diffuse_value(&self, direction: Vec3) -> (Vec3, f32) {
+        let cos = self.frame[2].dot(direction);
+        if cos <= 0.0 || self.normal.dot(direction) <= 0.0 {
+            return (Vec3::ZERO, 0.0);
+        }
+        let density = self.chances[4] * cos * std::f32::consts::FRAC_1_PI;
+        (self.layered * self.diffuse * cos, density)
+    }
+
+    /// Draws a direction; `None` where the light is absorbed or the drawn direction is not possible.
+    pub fn sample(&self, numbers: &SurfaceNumbers) -> Option<Scattered> {
         let [pass, clear, pane, gloss, diffuse] = self.chances;
         let mirrored = |direction: Vec3, weight: Vec3, denser: f32| {
             Some(Scattered {
@@ -155,7 +169,7 @@ impl Bsdf {
             })
         };
         let mirror_image = || self.to_world(Vec3::new(-self.o.x, -self.o.y, self.o.z));
-        let mut left = choice;
+        let mut left = numbers.choice;
         if left < pass {
             return Some(Scattered {
                 direction: -self.view,
@@ -197,7 +211,7 @@ impl Bsdf {
             return None;
         }
         let direction = if is_diffuse {
-            let (x, y) = disk(pair);
+            let [x, y] = numbers.disk;
             self.to_world(Vec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt()))
         } else if self.is_mirror() {
             let direction = mirror_image();
@@ -207,7 +221,7 @@ impl Bsdf {
             let weight = self.layered * self.fresnel(self.o.z) / gloss;
             return mirrored(direction, weight, 1.0);
         } else {
-            let h = Ggx::new(self.roughness).sample_normal(self.o, pair);
+            let h = Ggx::new(self.roughness).sample_normal(self.o, numbers.scatter);
             self.to_world(2.0 * self.o.dot(h) * h - self.o)
         };
         let (value, density) = self.value(direction);
@@ -220,10 +234,4 @@ impl Bsdf {
             },
         })
     }
-}
-
-/// Evenly over the unit disk.
-fn disk([s, t]: [f32; 2]) -> (f32, f32) {
-    let (x, y) = crate::sampling::concentric_disk(f64::from(s), f64::from(t));
-    (x as f32, y as f32)
 }

@@ -4,8 +4,8 @@ use glam::{DVec3, Vec3};
 
 use super::World;
 use super::geometry::Element;
-use super::path::{PathSettings, PathWorkspace, Start, TOGETHER};
-use super::sampler::PathSamples;
+use super::path::{PathSettings, PathWorkspace, Start};
+use super::sampler::{PathSamples, TOGETHER};
 use super::trace::RayQuery;
 use super::walk::Walks;
 use crate::rays::Ray;

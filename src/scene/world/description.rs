@@ -136,28 +136,6 @@ impl Material {
     /// Roughness below which reflection is a mirror's: the GGX lobe would be narrower than 0.06°.
     pub const SMOOTH_ROUGHNESS: f32 = 0.03;
 
-    /// Whether it is diffuse and nothing else, so that its parts need not be weighed.
-    pub(super) fn is_matt(&self) -> bool {
-        self.alpha == Alpha::Opaque
-            && self.metallic == 0.0
-            && self.ior == 1.0
-            && self.transmission == 0.0
-            && self.normal_map.is_none()
-    }
-
-    /// Whether shadow rays may pass.
-    pub(super) fn lets_through(&self) -> bool {
-        matches!(self.alpha, Alpha::Blend { .. }) || (self.thin_walled && self.transmission > 0.0)
-    }
-
-    /// Whether it asks for texture coordinates.
-    pub(super) fn is_textured(&self) -> bool {
-        self.base_colour_texture.is_some()
-            || self.metallic_roughness_texture.is_some()
-            || self.emission_texture.is_some()
-            || self.normal_map.is_some()
-    }
-
     /// A diffuse surface without a gloss.
     pub fn diffuse(reflectance: [f32; 3]) -> Self {
         Self {

@@ -38,6 +38,9 @@ impl World {
         last: &LastScattering,
         footprint: &Footprint,
     ) -> Vec3 {
+        if !self.traits[surface.material].shines {
+            return Vec3::ZERO;
+        }
         let is_front = surface.normal.dot(direction) < 0.0;
         let radiance = self.emission(surface, is_front, footprint);
         match last.density {

@@ -6,9 +6,10 @@ use glam::{DVec3, Vec3};
 
 use super::World;
 use super::environment::Sky;
+use super::facet::even_weights;
 use super::light_tree::Receiver;
 use super::lights::LightKind;
-use super::surface::Footprint;
+use super::surface::{Footprint, beside};
 
 /// A way to a light.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +38,7 @@ impl World {
     pub(super) fn sky_density(&self, direction: Vec3) -> f32 {
         match &self.sky {
             Sky::Even(_) => 0.0,
-            Sky::Map(panorama) => panorama.density(direction) * self.lights.kind_chance(),
+            Sky::Map(panorama) => panorama.density(direction) * self.lights.kind_chance,
         }
     }
 
@@ -52,10 +53,9 @@ impl World {
     ) -> Option<LightSample> {
         let lights = &self.lights;
         let scaled = f64::from(choice) * lights.kinds.len() as f64;
-        let kind = lights
-            .kinds
-            .get((scaled as usize).min(lights.kinds.len().checked_sub(1)?))?;
-        let rest = scaled.fract();
+        // Also `None` for the kind of a `choice` of 1, which is not drawn.
+        let kind = lights.kinds.get(scaled as usize)?;
+        let rest = scaled - (scaled as u32) as f64;
         let receiver = Receiver::new(from, normal);
         match kind {
             LightKind::Triangles => self.sample_triangle(from, &receiver, rest, pair),
@@ -74,16 +74,25 @@ impl World {
     ) -> Option<LightSample> {
         let lights = &self.lights;
         let (index, chance) = lights.triangle_tree.draw(receiver, u as f32)?;
-        let surface = self.surface_sample(lights.triangles[index].element, pair);
-        let way = surface.position - from;
+        let light = &lights.triangles[index];
+        let weights = even_weights(pair);
+        let position = light.facet.place(weights);
+        let way = position - from;
         let distance = way.length();
         let direction = (way / distance).as_vec3();
-        let cos = surface.normal.dot(direction);
-        let radiance = self.emission(&surface, cos < 0.0, &Footprint::POINT);
+        let cos = light.normal.dot(direction);
+        let is_front = cos < 0.0;
+        let radiance = light.radiance.map_or_else(
+            || {
+                let surface = self.surface_at(light.element, &light.facet, weights);
+                self.emission(&surface, is_front, &Footprint::POINT)
+            },
+            |[front, back]| if is_front { front } else { back },
+        );
         let density = lights.density_of(index, chance, cos, distance as f32);
         (radiance != Vec3::ZERO && density > 0.0 && direction.is_finite()).then(|| LightSample {
             direction,
-            place: Some(surface.beside(-direction)),
+            place: Some(beside(position, light.normal, -direction)),
             weight: radiance / density,
             density: Some(density),
         })
@@ -93,7 +102,7 @@ impl World {
         let lights = &self.lights;
         let (index, chance, _) = draw(&lights.sun_sums, u)?;
         let sun = &lights.suns[index];
-        let chance = chance as f32 * self.lights.kind_chance();
+        let chance = chance as f32 * self.lights.kind_chance;
         if !sun.is_disc() {
             return Some(LightSample {
                 direction: sun.direction,
@@ -133,7 +142,7 @@ impl World {
             direction,
             place: Some(point.position),
             weight: point.intensity
-                * (share / (distance * distance * chance * self.lights.kind_chance())),
+                * (share / (distance * distance * chance * self.lights.kind_chance)),
             density: None,
         })
     }
@@ -143,7 +152,7 @@ impl World {
             return None;
         };
         let (direction, density) = panorama.sample(pair);
-        let density = density * self.lights.kind_chance();
+        let density = density * self.lights.kind_chance;
         (density > 0.0).then(|| LightSample {
             direction,
             place: None,

@@ -18,7 +18,6 @@
 use glam::{DVec3, Vec3};
 
 use super::light_bounds::{Group, LightBounds};
-#[cfg(target_arch = "x86_64")]
 use crate::simd::SimdLevel;
 
 /// Children of a node.
@@ -44,13 +43,14 @@ impl Receiver {
 }
 
 /// Lights, by their place in the list that the tree was made of.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct LightTree {
     nodes: Vec<Node>,
     /// Of each light, its node and lane.
     lights: Vec<Parent>,
     /// Running sums of the lights' parts of all power.
     shares: Vec<f64>,
+    simd: SimdLevel,
 }
 
 /// Part of the draws that goes by power alone.
@@ -115,12 +115,12 @@ impl Node {
         self.power[lane] = bounds.power as f32;
     }
 
-    /// Importance of each child.
+    /// Importance of each child; `simd` is of this CPU.
     #[inline]
-    fn importances(&self, receiver: &Receiver) -> [f32; WIDTH] {
+    fn importances(&self, receiver: &Receiver, simd: SimdLevel) -> Importances {
         #[cfg(target_arch = "x86_64")]
-        if SimdLevel::detect() >= SimdLevel::Avx2 {
-            // SAFETY: `detect` found AVX2 on this CPU.
+        if simd >= SimdLevel::Avx2 {
+            // SAFETY: the level says that the CPU has AVX2.
             return unsafe { self.importances_avx2(receiver) };
         }
         self.importances_by(receiver)
@@ -128,12 +128,12 @@ impl Node {
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn importances_avx2(&self, receiver: &Receiver) -> [f32; WIDTH] {
+    fn importances_avx2(&self, receiver: &Receiver) -> Importances {
         self.importances_by(receiver)
     }
 
     #[inline(always)]
-    fn importances_by(&self, receiver: &Receiver) -> [f32; WIDTH] {
+    fn importances_by(&self, receiver: &Receiver) -> Importances {
         let Receiver { place, normal } = *receiver;
         let mut importances = [0.0; WIDTH];
         for (i, importance) in importances.iter_mut().enumerate() {
@@ -174,7 +174,48 @@ impl Node {
             let nearest = at_least(at_least(squared, radius * radius), LEAST_SQUARED);
             *importance = self.power[i] * cosines / nearest;
         }
-        importances
+        let mut sum = 0.0;
+        let running = importances.map(|i| {
+            sum += i;
+            sum
+        });
+        Importances {
+            each: importances,
+            running,
+        }
+    }
+}
+
+/// Of the children of a node.
+struct Importances {
+    each: [f32; WIDTH],
+    /// Sums up to each.
+    running: [f32; WIDTH],
+}
+
+impl Importances {
+    /// Of all; `None` for 0, and for an infinite or undefined one.
+    #[inline]
+    fn sum(&self) -> Option<f32> {
+        let sum = self.running[WIDTH - 1];
+        (sum > 0.0 && sum < f32::INFINITY).then_some(sum)
+    }
+
+    /// The child that `u` in 0..1 falls on, its chance, and `u` stretched over it.
+    #[inline]
+    fn draw(&self, u: f32) -> Option<(usize, f32, f32)> {
+        let sum = self.sum()?;
+        let target = u * sum;
+        let passed: usize = self.running.iter().map(|r| usize::from(*r <= target)).sum();
+        // The last child that has a share is for what rounding leaves.
+        let lane = match passed < WIDTH {
+            true => passed,
+            false => self.each.iter().rposition(|i| *i > 0.0)?,
+        };
+        let before = lane.checked_sub(1).map_or(0.0, |i| self.running[i]);
+        let own = self.each[lane];
+        let rest = ((target - before) / own).clamp(0.0, 1.0 - f32::EPSILON);
+        Some((lane, own / sum, rest))
     }
 }
 
@@ -222,6 +263,7 @@ impl LightTree {
             nodes: Vec::new(),
             lights: vec![Parent::default(); lights.len()],
             shares: shares.collect(),
+            simd: SimdLevel::detect(),
         };
         let mut all: Vec<(u32, LightBounds)> = (0..).zip(lights.iter().copied()).collect();
         if !all.is_empty() {
@@ -289,24 +331,9 @@ impl LightTree {
         let mut node = self.nodes.first()?;
         let mut chance = 1.0;
         loop {
-            let importances = node.importances(receiver);
-            let sum: f32 = importances.iter().sum();
-            // Also false for an infinite or undefined one.
-            if !(sum > 0.0 && sum < f32::INFINITY) {
-                return None;
-            }
-            let mut rest = u * sum;
-            // The last child that has a share is for what rounding leaves.
-            let mut lane = importances.iter().rposition(|i| *i > 0.0)?;
-            for (i, importance) in importances[..lane].iter().enumerate() {
-                if rest < *importance {
-                    lane = i;
-                    break;
-                }
-                rest -= importance;
-            }
-            u = (rest / importances[lane]).clamp(0.0, 1.0 - f32::EPSILON);
-            chance *= importances[lane] / sum;
+            let (lane, share, rest) = node.importances(receiver, self.simd).draw(u)?;
+            u = rest;
+            chance *= share;
             match node.children[lane] {
                 Child::Light(light) => return Some((light as usize, chance)),
                 Child::Node(next) => node = &self.nodes[next as usize],
@@ -320,12 +347,11 @@ impl LightTree {
         let mut way = self.lights.get(light).copied();
         while let Some(Parent { node, lane }) = way {
             let node = &self.nodes[node as usize];
-            let importances = node.importances(receiver);
-            let sum: f32 = importances.iter().sum();
-            if !(sum > 0.0 && sum < f32::INFINITY) {
+            let importances = node.importances(receiver, self.simd);
+            let Some(sum) = importances.sum() else {
                 return 0.0;
-            }
-            chance *= importances[lane as usize] / sum;
+            };
+            chance *= importances.each[lane as usize] / sum;
             way = node.parent;
         }
         chance

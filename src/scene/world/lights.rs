@@ -6,8 +6,9 @@
 
 use glam::{DVec3, Vec3};
 
-use super::description::{Light, Material, WorldDescription};
+use super::description::{Alpha, Light, Material, WorldDescription};
 use super::environment::Sky;
+use super::facet::Facet;
 use super::geometry::{Element, Stage};
 use super::light_bounds::LightBounds;
 use super::light_tree::{LightTree, Receiver};
@@ -23,12 +24,19 @@ pub(super) struct Lights {
     pub(super) points: Vec<Point>,
     pub(super) point_tree: LightTree,
     pub(super) kinds: Vec<LightKind>,
+    /// The chance of each kind that is present.
+    pub(super) kind_chance: f32,
 }
 
 /// A triangle that shines.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shining {
     pub element: Element,
+    pub facet: Facet,
+    /// Unit normal of the front.
+    pub normal: Vec3,
+    /// Of the front, and of the back; `None` where it is not the same all over.
+    pub radiance: Option<[Vec3; 2]>,
     /// mm².
     pub area: f32,
     /// Mean radiance × area.
@@ -105,13 +113,9 @@ impl Lights {
             sun_sums,
             points,
             point_tree,
+            kind_chance: 1.0 / kinds.len() as f32,
             kinds,
         }
-    }
-
-    /// The chance of each kind that is present.
-    pub fn kind_chance(&self) -> f32 {
-        1.0 / self.kinds.len() as f32
     }
 
     /// Radiance of the suns' discs in a direction, and the density of drawing it as a light.
@@ -124,7 +128,7 @@ impl Lights {
             if 0.5 * (direction - sun.direction).length_squared() <= sun.rise {
                 radiance += sun.radiance();
                 density +=
-                    sun.irradiance.element_sum() / total / sun.solid_angle() * self.kind_chance();
+                    sun.irradiance.element_sum() / total / sun.solid_angle() * self.kind_chance;
             }
         }
         (radiance, density)
@@ -151,7 +155,7 @@ impl Lights {
     /// The same of a triangle by its index, whose chance in the tree is known.
     pub fn density_of(&self, index: usize, chance: f32, cos: f32, distance: f32) -> f32 {
         let cos = cos.abs().max(1e-6);
-        self.kind_chance() * chance / self.triangles[index].area * distance * distance / cos
+        self.kind_chance * chance / self.triangles[index].area * distance * distance / cos
     }
 }
 
@@ -195,8 +199,12 @@ fn shining_triangles(stage: &Stage, world: &WorldDescription) -> (Vec<Shining>, 
                         packet: packet as u32,
                         lane: lane as u8,
                     };
+                    let facet = stage.facet(element);
                     triangles.push(Shining {
                         element,
+                        facet,
+                        normal: facet.normal(placed.mirrored),
+                        radiance: even_radiance(&world.materials[material]),
                         area: area as f32,
                         power,
                     });
@@ -208,6 +216,18 @@ fn shining_triangles(stage: &Stage, world: &WorldDescription) -> (Vec<Shining>, 
         }
     }
     (triangles, bounds)
+}
+
+/// Radiance of the front and of the back, where no picture changes it.
+fn even_radiance(material: &Material) -> Option<[Vec3; 2]> {
+    let is_even = material.emission_texture.is_none() && material.alpha == Alpha::Opaque;
+    let front = Vec3::from(material.emission);
+    let back = if material.two_sided {
+        front
+    } else {
+        Vec3::ZERO
+    };
+    is_even.then_some([front, back])
 }
 
 /// Lights in the camera frame.

@@ -43,8 +43,6 @@ impl World {
         let normal = surface.normal * side;
         let n = facing(self.bumped(m, surface, footprint) * side, view);
         let (x, y) = n.any_orthonormal_pair();
-        let o = Vec3::new(x.dot(view), y.dot(view), n.dot(view).max(LEAST_COSINE)).normalize();
-
         let base = texel3(self.texel(m.base_colour_texture, surface.uv, footprint))
             * Vec3::from(m.base_colour)
             * texel3(surface.colour);
@@ -53,7 +51,8 @@ impl World {
             frame: [x, y, n],
             normal,
             view,
-            o,
+            // Only a layer asks for it.
+            o: Vec3::Z,
             pass: Vec3::ZERO,
             clear: Vec3::ZERO,
             tint: base,
@@ -66,7 +65,7 @@ impl World {
             roughness: 1.0,
             chances: [0.0, 0.0, 0.0, 0.0, f32::from(base.dot(throughput) > 0.0)],
         };
-        if self.is_matt[surface.material] {
+        if self.traits[surface.material].is_matt {
             return matt;
         }
         let [_, g, b, _] = self.texel(m.metallic_roughness_texture, surface.uv, footprint);
@@ -77,6 +76,7 @@ impl World {
         let single = ((m.ior - 1.0) / (m.ior + 1.0)).powi(2);
         let f0 = Vec3::splat(single).lerp(base, metallic);
         let f90 = (50.0 * f0.max_element()).min(1.0);
+        let o = Vec3::new(x.dot(view), y.dot(view), n.dot(view).max(LEAST_COSINE)).normalize();
         let mut pass = Vec3::splat(1.0 - opacity);
         let (mut pane, mut solid) = (Vec3::ZERO, Vec3::ZERO);
         if clear > 0.0 && m.thin_walled {
@@ -87,6 +87,7 @@ impl World {
             solid = Vec3::splat(clear);
         }
         let mut bsdf = Bsdf {
+            o,
             pass,
             clear: solid,
             eta: if is_front { m.ior } else { 1.0 / m.ior },
@@ -103,7 +104,7 @@ impl World {
 
     /// Share of light that a material passes straight on along a ray.
     pub(super) fn passes(&self, element: Element, ray: &Ray) -> Vec3 {
-        if !self.lets_through[self.material_of(element)] {
+        if !self.traits[self.material_of(element)].lets_through {
             return Vec3::ZERO;
         }
         let surface = self.surface(element, ray);

@@ -17,6 +17,7 @@ mod check;
 mod crowd;
 mod description;
 mod environment;
+mod facet;
 mod fold;
 mod found_light;
 mod geometry;
@@ -38,6 +39,7 @@ mod shapes;
 mod surface;
 mod texture_map;
 mod trace;
+mod traits;
 mod triangles;
 mod walk;
 

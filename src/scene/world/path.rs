@@ -16,7 +16,7 @@ use super::bsdf::{Kind, Scattered};
 use super::found_light::{LastScattering, power_share};
 use super::geometry::Element;
 use super::light_sampling::LightSample;
-use super::sampler::PathSamples;
+use super::sampler::{NumberColumns, PathSamples, SurfaceNumbers};
 use super::surface::Surface;
 use super::trace::{QueryResult, RayQuery};
 use super::walk::Walks;
@@ -104,6 +104,7 @@ pub(in crate::scene) struct PathWorkspace {
     pub(super) paths: Paths,
     pub(super) queries: Vec<RayQuery>,
     pub(super) walks: Walks,
+    numbers: NumberColumns,
 }
 
 /// Paths that are followed together.
@@ -118,10 +119,6 @@ impl Paths {
         !self.0.is_empty()
     }
 }
-
-/// How many paths are followed together: enough rays to fill the processor while memory is waited for, few enough for
-/// its nearest cache.
-pub(super) const TOGETHER: usize = 64;
 
 impl Path {
     fn new(start: &Start) -> Self {
@@ -219,11 +216,13 @@ impl World {
             paths: Paths(paths),
             queries,
             walks,
+            numbers,
         } = workspace;
         while !paths.is_empty() {
             queries.clear();
+            numbers.draw(paths.iter_mut().map(|path| &mut path.samples));
             for (i, path) in paths.iter_mut().enumerate() {
-                self.advance(i, path, settings, queries);
+                self.advance(i, path, (settings, &numbers.of(i)), queries);
             }
             self.trace(queries, walks);
             // A path that asked for nothing more is at its end.
@@ -257,7 +256,7 @@ impl World {
         &self,
         number: usize,
         path: &mut Path,
-        settings: &PathSettings,
+        (settings, numbers): (&PathSettings, &SurfaceNumbers),
         queries: &mut Vec<RayQuery>,
     ) {
         let found = match path.bounces {
@@ -277,16 +276,18 @@ impl World {
         let footprint = surface.footprint(path.cone.width_mm, direction, is_sharp);
         let shine = self.shine(element, &surface, direction, &path.last, &footprint);
         *found += path.throughput * shine;
-        if path.bounces == settings.max_bounces && !self.lets_through[surface.material] {
+        if path.bounces == settings.max_bounces && !self.traits[surface.material].lets_through {
             return;
         }
         let bsdf = self.bsdf(&surface, &ray, &footprint, path.throughput);
-        let [choice, light_choice] = path.samples.pair();
-        let (scatter_pair, light_pair) = (path.samples.pair(), path.samples.pair());
         if bsdf.is_spread()
             && path.bounces < settings.max_bounces
-            && let Some(light) =
-                self.sample_light(surface.position, bsdf.normal, light_choice, light_pair)
+            && let Some(light) = self.sample_light(
+                surface.position,
+                bsdf.normal,
+                numbers.light_choice,
+                numbers.light,
+            )
         {
             let (value, density) = bsdf.value(light.direction);
             if value != Vec3::ZERO {
@@ -296,7 +297,7 @@ impl World {
                 queries.push(RayQuery::transmittance(number, to_light, reach));
             }
         }
-        if let Some(next) = bsdf.sample(choice, scatter_pair)
+        if let Some(next) = bsdf.sample(numbers)
             && path.turn(&surface, bsdf.normal, &next, settings)
         {
             queries.push(RayQuery::nearest(number, path.ray));

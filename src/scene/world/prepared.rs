@@ -3,10 +3,11 @@
 use glam::DVec3;
 
 use super::check::{self, WorldWarnings};
-use super::description::{Alpha, Material, WorldDescription};
+use super::description::{Material, WorldDescription};
 use super::geometry::Element;
 use super::lamps::{Lamp, lamps};
 use super::texture_map::TextureMap;
+use super::traits::Traits;
 use super::{environment, geometry, lights};
 use crate::range::OutOfRange;
 
@@ -19,15 +20,12 @@ pub struct World {
     pub(super) lights: lights::Lights,
     lamps: Vec<Lamp>,
     pub(super) sky: environment::Sky,
+    /// One a material.
+    pub(super) traits: Vec<Traits>,
     /// Whether any material is a cut-out.
     pub(super) has_masks: bool,
-    /// Of each material, whether shadow rays may pass, and whether of any.
-    pub(super) lets_through: Vec<bool>,
+    /// Whether shadow rays may pass any material.
     pub(super) has_veils: bool,
-    /// Of each material, whether it is diffuse and nothing else.
-    pub(super) is_matt: Vec<bool>,
-    /// Of each material, whether it asks for texture coordinates.
-    pub(super) is_textured: Vec<bool>,
     pub(super) warnings: WorldWarnings,
 }
 
@@ -42,18 +40,14 @@ impl World {
         let mut warnings = WorldWarnings::default();
         let stage = geometry::Stage::new(&description, &mut warnings);
         let sky = environment::Sky::new(&description.environment);
-        let materials = &description.materials;
+        let traits: Vec<Traits> = description.materials.iter().map(Traits::new).collect();
         let lights = lights::Lights::new(&description, &stage, &sky);
         Ok(Self {
             lamps: lamps(&stage, &lights),
             lights,
-            has_masks: materials
-                .iter()
-                .any(|m| matches!(m.alpha, Alpha::Mask { .. })),
-            lets_through: materials.iter().map(Material::lets_through).collect(),
-            has_veils: materials.iter().any(Material::lets_through),
-            is_matt: materials.iter().map(Material::is_matt).collect(),
-            is_textured: materials.iter().map(Material::is_textured).collect(),
+            has_masks: traits.iter().any(|t| t.is_cut_out),
+            has_veils: traits.iter().any(|t| t.lets_through),
+            traits,
             materials: description.materials,
             textures: description.textures,
             stage,
@@ -103,10 +97,6 @@ impl World {
     /// Whether a triangle may have holes.
     #[inline]
     pub(super) fn is_masked(&self, element: Element) -> bool {
-        self.has_masks
-            && matches!(
-                self.materials[self.material_of(element)].alpha,
-                Alpha::Mask { .. }
-            )
+        self.has_masks && self.traits[self.material_of(element)].is_cut_out
     }
 }

@@ -5,7 +5,8 @@
 //! and scrambled values, both by hashed Owen scrambling with keys of their own (B. Burley, *Practical hash-based Owen
 //! scrambling*, JCGT 10(4) (2020)). A number depends on (key, sample, pair) and on nothing else.
 
-use crate::sampling::{mix, owen_scramble};
+use crate::sampling::{concentric_disk, mix, owen_scramble};
+use crate::simd::SimdLevel;
 
 /// The numbers of one path, drawn pair by pair.
 #[derive(Clone, Copy, Debug)]
@@ -29,16 +30,139 @@ impl PathSamples {
     #[inline]
     pub fn pair(&mut self) -> [f32; 2] {
         self.pair += 1;
-        let a = mix(self.key ^ self.pair.wrapping_mul(0x9E37_79B9_7F4A_7C15));
-        let b = mix(a);
-        // Scrambling the reversed index permutes within aligned blocks of every power of two.
-        let index = owen_scramble(self.sample.reverse_bits(), a as u32);
-        // The first dimension is the reversed index, the second the reversed image of the index; scrambling takes
-        // reversed values.
-        [
-            unit(owen_scramble(index, (a >> 32) as u32)),
-            unit(owen_scramble(pascal(index), b as u32)),
-        ]
+        pair(self.key, self.sample, self.pair)
+    }
+}
+
+#[inline(always)]
+fn pair(key: u64, sample: u32, pair: u64) -> [f32; 2] {
+    let [a, b] = hashes(key, pair);
+    scrambled(sample, [a as u32, (a >> 32) as u32, b as u32])
+}
+
+#[inline(always)]
+fn hashes(key: u64, pair: u64) -> [u64; 2] {
+    let a = mix(key ^ pair.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+    [a, mix(a)]
+}
+
+/// The pair of a sample, by the seeds of its order and of its two dimensions.
+#[inline(always)]
+fn scrambled(sample: u32, [order, first, second]: [u32; 3]) -> [f32; 2] {
+    // Scrambling the reversed index permutes within aligned blocks of every power of two.
+    let index = owen_scramble(sample.reverse_bits(), order);
+    // The first dimension is the reversed index, the second the reversed image of the index; scrambling takes
+    // reversed values.
+    [
+        unit(owen_scramble(index, first)),
+        unit(owen_scramble(pascal(index), second)),
+    ]
+}
+
+/// Paths whose numbers are drawn together.
+pub(super) const TOGETHER: usize = 64;
+/// Pairs that a path asks for at a surface.
+const PAIRS: usize = 3;
+
+/// What a path asks for at a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SurfaceNumbers {
+    /// Of a part of the material, and of a light.
+    pub choice: f32,
+    pub light_choice: f32,
+    /// Of a direction; the same as a point of the unit disk; of a place on the light.
+    pub scatter: [f32; 2],
+    pub disk: [f32; 2],
+    pub light: [f32; 2],
+}
+
+/// The numbers of many paths at their surfaces, as columns.
+#[derive(Clone, Debug)]
+pub(super) struct NumberColumns {
+    key: [u64; TOGETHER],
+    sample: [u32; TOGETHER],
+    pair: [u64; TOGETHER],
+    drawn: [[f32; TOGETHER]; 2 * PAIRS],
+    disk: [[f32; TOGETHER]; 2],
+}
+
+impl Default for NumberColumns {
+    fn default() -> Self {
+        Self {
+            key: [0; TOGETHER],
+            sample: [0; TOGETHER],
+            pair: [0; TOGETHER],
+            drawn: [[0.0; TOGETHER]; 2 * PAIRS],
+            disk: [[0.0; TOGETHER]; 2],
+        }
+    }
+}
+
+impl NumberColumns {
+    /// Draws the next pairs of up to [`TOGETHER`] paths.
+    pub fn draw<'a>(&mut self, paths: impl Iterator<Item = &'a mut PathSamples>) {
+        for (i, path) in paths.take(TOGETHER).enumerate() {
+            (self.key[i], self.sample[i], self.pair[i]) = (path.key, path.sample, path.pair);
+            path.pair += PAIRS as u64;
+        }
+        #[cfg(target_arch = "x86_64")]
+        match SimdLevel::detect() {
+            // SAFETY: `detect` found AVX-512 on this CPU.
+            SimdLevel::Avx512 => return unsafe { self.fill_avx512() },
+            // SAFETY: `detect` found AVX2 on this CPU.
+            SimdLevel::Avx2 => return unsafe { self.fill_avx2() },
+            SimdLevel::Scalar => {}
+        }
+        self.fill();
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl")]
+    fn fill_avx512(&mut self) {
+        self.fill();
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn fill_avx2(&mut self) {
+        self.fill();
+    }
+
+    #[inline(always)]
+    fn fill(&mut self) {
+        // Loops of one kind of operation each, over columns of their own, become vectors.
+        let mut seeds = [[0u32; TOGETHER]; 3];
+        for (k, [out_x, out_y]) in self.drawn.as_chunks_mut().0.iter_mut().enumerate() {
+            for i in 0..TOGETHER {
+                let [a, b] = hashes(self.key[i], self.pair[i] + 1 + k as u64);
+                seeds[0][i] = a as u32;
+                seeds[1][i] = (a >> 32) as u32;
+                seeds[2][i] = b as u32;
+            }
+            for i in 0..TOGETHER {
+                let seeds = [seeds[0][i], seeds[1][i], seeds[2][i]];
+                [out_x[i], out_y[i]] = scrambled(self.sample[i], seeds);
+            }
+        }
+        for i in 0..TOGETHER {
+            let [s, t] = [2, 3].map(|k| f64::from(self.drawn[k][i]));
+            let (x, y) = concentric_disk(s, t);
+            self.disk[0][i] = x as f32;
+            self.disk[1][i] = y as f32;
+        }
+    }
+
+    /// Those of a path, by its place.
+    #[inline]
+    pub fn of(&self, path: usize) -> SurfaceNumbers {
+        let [choice, light_choice, s, t, u, v] = std::array::from_fn(|k| self.drawn[k][path]);
+        SurfaceNumbers {
+            choice,
+            light_choice,
+            scatter: [s, t],
+            disk: [self.disk[0][path], self.disk[1][path]],
+            light: [u, v],
+        }
     }
 }
 

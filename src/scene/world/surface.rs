@@ -4,6 +4,7 @@ use glam::{DVec3, Vec2, Vec3};
 
 use super::World;
 use super::description::{Alpha, Material, TextureRef};
+use super::facet::Facet;
 use super::geometry::Element;
 use crate::rays::Ray;
 
@@ -54,27 +55,24 @@ impl Footprint {
 impl Surface {
     /// The place, moved to the side of a direction so far that rounding to f32 leaves it on that side.
     pub fn beside(&self, direction: Vec3) -> DVec3 {
-        let step = self.position.abs().max_element() * (8.0 * f64::from(f32::EPSILON));
-        let side = if self.normal.dot(direction) < 0.0 {
-            -1.0
-        } else {
-            1.0
-        };
-        self.position + self.normal.as_dvec3() * (side * step)
+        beside(self.position, self.normal, direction)
     }
 
     /// What a cone of the width `width_mm` covers that comes along `direction`: an ellipse, longer by 1/cos along the
     /// view. A sharp one is a row of squares (P. Heckbert's ellipse, by the probes of J. McCormack et al., *Feline*,
     /// SIGGRAPH 1999); others are the square of the long side.
     pub fn footprint(&self, width_mm: f32, direction: Vec3, is_sharp: bool) -> Footprint {
+        if self.uv_per_mm == 0.0 {
+            return Footprint::POINT;
+        }
         let along_normal = self.normal.dot(direction);
         let ratio = 1.0 / along_normal.abs().max(0.05);
         let square = Footprint {
             width: width_mm * ratio * self.uv_per_mm,
             ..Footprint::POINT
         };
-        let probes = ratio.min(MAX_PROBES).round();
-        if !is_sharp || self.uv_per_mm == 0.0 || probes < 2.0 {
+        let probes = (ratio.min(MAX_PROBES) + 0.5) as u32;
+        if !is_sharp || probes < 2 {
             return square;
         }
         let along =
@@ -88,74 +86,48 @@ impl Surface {
             return square;
         }
         Footprint {
-            width: square.width / probes,
+            width: square.width / probes as f32,
             row,
-            probes: probes as u32,
+            probes,
         }
     }
 }
 
-/// A triangle in the camera frame: its first corner, the edges from it, their cross product and its square.
-struct Facet {
-    p0: DVec3,
-    e1: DVec3,
-    e2: DVec3,
-    cross: DVec3,
-    squared: f64,
+/// A place on a surface of this normal, moved to the side of a direction ([`Surface::beside`]).
+#[inline]
+pub(super) fn beside(position: DVec3, normal: Vec3, direction: Vec3) -> DVec3 {
+    let step = position.abs().max_element() * (8.0 * f64::from(f32::EPSILON));
+    let side = if normal.dot(direction) < 0.0 {
+        -1.0
+    } else {
+        1.0
+    };
+    position + normal.as_dvec3() * (side * step)
 }
 
 impl World {
-    fn facet(&self, element: Element) -> Facet {
-        let [p0, p1, p2] = self.corners(element);
-        let (e1, e2) = (p1 - p0, p2 - p0);
-        let cross = e1.cross(e2);
-        Facet {
-            p0,
-            e1,
-            e2,
-            cross,
-            squared: cross.length_squared(),
-        }
-    }
-
-    /// A triangle's corners in the camera frame.
-    fn corners(&self, element: Element) -> [DVec3; 3] {
-        let placed = &self.stage.placed[element.placed as usize];
-        let geometry = &self.stage.geometries[placed.geometry];
-        let packet = &geometry.packets[element.packet as usize];
-        let [a, b, c] = packet.corners(usize::from(element.lane));
-        let [a, b, c] = [a.as_dvec3(), b.as_dvec3(), c.as_dvec3()];
-        if placed.object_id.is_none() {
-            return [a, b, c];
-        }
-        let place = |p| placed.camera_from_mesh.transform_point3(p);
-        [place(a), place(b), place(c)]
-    }
-
     /// Where a ray meets a triangle that it is known to meet: rounding is taken back to the triangle's border.
     pub(super) fn surface(&self, element: Element, ray: &Ray) -> Surface {
-        let facet = self.facet(element);
+        let facet = self.stage.facet(element);
         let mut surface = self.surface_at(element, &facet, facet.barycentric(ray));
         surface.distance = (surface.position - ray.origin_mm).dot(ray.direction);
         surface
     }
 
-    /// The place of a triangle for a point (s, t) of the unit square, evenly over its area.
-    pub(super) fn surface_sample(&self, element: Element, [s, t]: [f32; 2]) -> Surface {
-        let root = f64::from(s).sqrt();
-        let weights = [root * (1.0 - f64::from(t)), root * f64::from(t)];
-        self.surface_at(element, &self.facet(element), weights)
-    }
-
-    fn surface_at(&self, element: Element, facet: &Facet, [b1, b2]: [f64; 2]) -> Surface {
+    /// A place of a triangle, by the weights of its second and third corner.
+    pub(super) fn surface_at(
+        &self,
+        element: Element,
+        facet: &Facet,
+        [b1, b2]: [f64; 2],
+    ) -> Surface {
         let placed = &self.stage.placed[element.placed as usize];
         let geometry = &self.stage.geometries[placed.geometry];
         let packet = &geometry.packets[element.packet as usize];
         let lane = usize::from(element.lane);
-        let Facet { p0, e1, e2, .. } = *facet;
-        let double_area = facet.squared.sqrt();
-        let outward = if placed.mirrored { -1.0 } else { 1.0 };
-        let normal = (facet.cross * (outward / double_area)).as_vec3();
+        let Facet { e1, e2, .. } = *facet;
+        let double_area = facet.double_area();
+        let normal = facet.normal(placed.mirrored);
         let b = [1.0 - b1 - b2, b1, b2].map(|x| x as f32);
         let part = geometry.parts[packet.parts[lane] as usize];
         let vertices = || {
@@ -179,7 +151,7 @@ impl World {
         }
 
         let (mut uv, mut uv_per_mm, mut along_uv) = ([0.0; 2], 0.0, [Vec3::ZERO; 2]);
-        if !geometry.uvs.is_empty() && self.is_textured[part.material as usize] {
+        if !geometry.uvs.is_empty() && self.traits[part.material as usize].is_textured {
             let at = vertices().map(|v| geometry.uvs[v]);
             uv = std::array::from_fn(|i| b[0] * at[0][i] + b[1] * at[1][i] + b[2] * at[2][i]);
             let [d1, d2] = [1, 2].map(|k| [at[k][0] - at[0][0], at[k][1] - at[0][1]]);
@@ -199,7 +171,7 @@ impl World {
             colour = std::array::from_fn(|i| b[0] * c0[i] + b[1] * c1[i] + b[2] * c2[i]);
         }
         Surface {
-            position: p0 + b1 * e1 + b2 * e2,
+            position: facet.place([b1, b2]),
             distance: 0.0,
             normal,
             shading,
@@ -287,26 +259,5 @@ impl World {
         Vec3::from(material.emission)
             * Vec3::new(r, g, b)
             * self.opacity(material, surface, footprint)
-    }
-}
-
-impl Facet {
-    /// Weights of the second and third corner where the ray meets the triangle, moved into it where rounding left it.
-    fn barycentric(&self, ray: &Ray) -> [f64; 2] {
-        let Self {
-            p0,
-            e1,
-            e2,
-            cross: n,
-            squared,
-        } = *self;
-        let t = n.dot(p0 - ray.origin_mm) / n.dot(ray.direction);
-        let q = ray.origin_mm + t * ray.direction - p0;
-        // A ray along the plane makes t infinite and these NaN: then the first corner serves.
-        let within = |x: f64| if x > 0.0 { x.min(1.0) } else { 0.0 };
-        let b1 = within(n.dot(q.cross(e2)) / squared);
-        let b2 = within(n.dot(e1.cross(q)) / squared);
-        let over = (b1 + b2).max(1.0);
-        [b1 / over, b2 / over]
     }
 }
