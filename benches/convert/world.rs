@@ -43,7 +43,7 @@ pub fn scene(field: &DisparityField, sensor: &Sensor) -> Scene {
             waves(u * columns, v * rows, kind as f64)
         });
         let wrap = [Wrap::Clamp; 2];
-        (world.textures).push(TextureMap::from_texture(Arc::new(texture.unwrap()), wrap));
+        (world.textures).push(TextureMap::from_texture(&texture.unwrap(), wrap));
         world.materials.push(Material {
             emission: [1.0; 3],
             emission_texture: Some(TextureRef::new(kind)),

@@ -3,8 +3,6 @@
 //! Patterns are sums of value noise (a hashed lattice with smooth interpolation) that repeats with the picture, so that
 //! it can be laid side by side.
 
-use std::sync::Arc;
-
 use quadpixel::scene::texture::{Texture, TextureError};
 use quadpixel::scene::world::{Encoding, TextureMap, Wrap};
 
@@ -39,7 +37,7 @@ pub(super) fn picture(kind: &str, key: Key) -> Result<TextureMap, ChartError> {
     };
     // A chart drawn once has borders of its own; its mirror image fits on each side.
     let wrap = [Wrap::Mirror; 2];
-    Ok(TextureMap::from_texture(Arc::new(texture), wrap))
+    Ok(TextureMap::from_texture(&texture, wrap))
 }
 
 /// The outline of a lacy leaf as an alpha mask: holes of many sizes.

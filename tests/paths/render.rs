@@ -40,7 +40,7 @@ fn a_shining_rectangle_is_the_same_picture_as_a_card() {
     .unwrap();
     let cards = Scene::new(vec![card], [0.0; 3]);
     let mut world = WorldDescription {
-        textures: vec![TextureMap::from_texture(picture, [Wrap::Clamp; 2])],
+        textures: vec![TextureMap::from_texture(&picture, [Wrap::Clamp; 2])],
         materials: vec![Material {
             emission_texture: Some(TextureRef::new(0)),
             ..Material::emitter([1.0; 3])
@@ -173,7 +173,7 @@ fn a_slanted_texture_is_blurred_along_the_view_and_not_across_it() {
             let place = if is_across { y } else { x };
             [0.5 + 0.5 * (std::f32::consts::TAU * (place as f32 + 0.5) / 16.0).cos()]
         });
-        let map = TextureMap::from_texture(Arc::new(stripes.unwrap()), [Wrap::Repeat; 2]);
+        let map = TextureMap::from_texture(&stripes.unwrap(), [Wrap::Repeat; 2]);
         let mut world = WorldDescription {
             textures: vec![map],
             materials: vec![Material {

@@ -37,6 +37,7 @@ mod repeated;
 mod sampler;
 mod shapes;
 mod surface;
+mod texture_levels;
 mod texture_map;
 mod trace;
 mod traits;

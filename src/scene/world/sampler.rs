@@ -186,6 +186,45 @@ mod tests {
     use super::*;
 
     #[test]
+    fn many_paths_draw_what_each_would_alone_at_every_simd_level() {
+        let mut paths: Vec<_> = (0..50)
+            .map(|i| {
+                let mut samples = PathSamples::new(mix(i), 3 * i as u32);
+                (0..i % 5).for_each(|_| drop(samples.pair()));
+                samples
+            })
+            .collect();
+        let mut columns = NumberColumns::default();
+        let drawn =
+            |columns: &NumberColumns| -> Vec<_> { (0..50).map(|i| columns.of(i)).collect() };
+        let before = paths.clone();
+        columns.draw(paths.iter_mut());
+        let best = drawn(&columns);
+        columns.fill();
+        assert_eq!(drawn(&columns), best);
+        #[cfg(target_arch = "x86_64")]
+        if SimdLevel::detect() >= SimdLevel::Avx2 {
+            // SAFETY: `detect` found AVX2 on this CPU.
+            unsafe { columns.fill_avx2() };
+            assert_eq!(drawn(&columns), best);
+        }
+        for ((mut alone, after), together) in before.into_iter().zip(&mut paths).zip(best) {
+            let [choice, light_choice] = alone.pair();
+            let (scatter, light) = (alone.pair(), alone.pair());
+            let (x, y) = concentric_disk(f64::from(scatter[0]), f64::from(scatter[1]));
+            let expected = SurfaceNumbers {
+                choice,
+                light_choice,
+                scatter,
+                disk: [x as f32, y as f32],
+                light,
+            };
+            assert_eq!(together, expected);
+            assert_eq!(alone.pair(), after.pair());
+        }
+    }
+
+    #[test]
     fn every_pair_is_stratified_in_all_elementary_intervals_and_differs() {
         let pairs = |skip: usize| -> Vec<[f32; 2]> {
             (0..256)

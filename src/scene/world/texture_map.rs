@@ -3,8 +3,9 @@
 //! A lookup is trilinear in a pyramid of halved pictures (Williams, SIGGRAPH 1983). Pictures of files stay 8-bit (5.3
 //! bytes a texel with the pyramid; a film set has hundreds), those of generators are [`Texture`]s.
 
-use std::sync::Arc;
+use glam::Vec4;
 
+use super::texture_levels::{Raster, Taps};
 use crate::image::srgb;
 use crate::scene::texture::{Texture, TextureError};
 
@@ -36,29 +37,11 @@ pub struct TextureMap {
     wrap: [Wrap; 2],
 }
 
-#[derive(Clone, Debug)]
-enum Raster {
-    Float(Arc<Texture>),
-    /// The picture and its halvings down to 1×1.
-    Bytes {
-        levels: Vec<Level>,
-        /// Linear value of a code of R, G and B.
-        decode: Box<[f32; 256]>,
-    },
-}
-
-#[derive(Clone, Debug)]
-struct Level {
-    width: usize,
-    height: usize,
-    texels: Vec<[u8; 4]>,
-}
-
 impl TextureMap {
     /// A linear picture without alpha.
-    pub fn from_texture(texture: Arc<Texture>, wrap: [Wrap; 2]) -> Self {
+    pub fn from_texture(texture: &Texture, wrap: [Wrap; 2]) -> Self {
         Self {
-            raster: Raster::Float(texture),
+            raster: Raster::from_texture(texture),
             wrap,
         }
     }
@@ -92,43 +75,20 @@ impl TextureMap {
                 Encoding::Linear => value,
             }
         }));
-        let mut levels = vec![Level {
-            width,
-            height,
-            texels,
-        }];
-        while let Some(next) = levels.last().and_then(|l| l.halved(&decode, encoding)) {
-            levels.push(next);
-        }
         Ok(Self {
-            raster: Raster::Bytes { levels, decode },
+            raster: Raster::from_bytes((width, height), texels, encoding, decode),
             wrap,
         })
     }
 
     /// Columns and rows.
     pub fn size(&self) -> (usize, usize) {
-        self.level_size(0)
+        self.raster.size(0)
     }
 
     /// Mean of linear R, G, B and A.
     pub fn mean(&self) -> [f32; 4] {
-        match &self.raster {
-            Raster::Float(texture) => {
-                let [r, g, b] = texture.mean();
-                [r as f32, g as f32, b as f32, 1.0]
-            }
-            Raster::Bytes { levels, decode } => {
-                let mut sum = [0f64; 4];
-                for texel in &levels[0].texels {
-                    let linear = linear(*texel, decode);
-                    sum.iter_mut()
-                        .zip(linear)
-                        .for_each(|(s, x)| *s += f64::from(x));
-                }
-                sum.map(|s| (s / levels[0].texels.len() as f64) as f32)
-            }
-        }
+        self.raster.mean()
     }
 
     /// Linear R, G, B and A at `uv` (see [`super::TriangleMesh::uvs`]), averaged over about a square of the side
@@ -136,7 +96,7 @@ impl TextureMap {
     pub fn sample(&self, uv: [f32; 2], footprint: f32) -> [f32; 4] {
         let (width, height) = self.size();
         let texels = footprint * width.max(height) as f32;
-        let last = self.level_count() - 1;
+        let last = self.raster.level_count() - 1;
         // NaN and anything below a texel is the full picture.
         let level = if texels > 1.0 {
             texels.log2().min(last as f32)
@@ -146,124 +106,66 @@ impl TextureMap {
         let (whole, share) = (level as usize, level.fract());
         let fine = self.bilinear(whole, uv);
         if share == 0.0 {
-            return fine;
+            return fine.to_array();
         }
         let coarse = self.bilinear(whole + 1, uv);
-        std::array::from_fn(|c| fine[c] + (coarse[c] - fine[c]) * share)
+        (fine + (coarse - fine) * share).to_array()
     }
 
-    fn level_count(&self) -> usize {
-        match &self.raster {
-            Raster::Float(texture) => 1 + texture.levels().len(),
-            Raster::Bytes { levels, .. } => levels.len(),
-        }
-    }
-
-    fn level_size(&self, level: usize) -> (usize, usize) {
-        match &self.raster {
-            Raster::Float(texture) => {
-                let t = texture.level(level);
-                (t.width(), t.height())
-            }
-            Raster::Bytes { levels, .. } => (levels[level].width, levels[level].height),
-        }
-    }
-
-    fn bilinear(&self, level: usize, [u, v]: [f32; 2]) -> [f32; 4] {
-        let (width, height) = self.level_size(level);
-        let ([x0, x1], fx) = taps(u, width, self.wrap[0]);
-        let ([y0, y1], fy) = taps(v, height, self.wrap[1]);
-        let corners = [(x0, y0), (x1, y0), (x0, y1), (x1, y1)];
-        let [a, b, c, d] = match &self.raster {
-            Raster::Float(texture) => {
-                let level = texture.level(level);
-                corners.map(|(x, y)| {
-                    let [r, g, b] = level.texel(x, y);
-                    [r, g, b, 1.0]
-                })
-            }
-            Raster::Bytes { levels, decode } => {
-                let texels = &levels[level].texels;
-                corners.map(|(x, y)| linear(texels[y * width + x], decode))
-            }
-        };
-        std::array::from_fn(|i| {
-            let upper = a[i] + (b[i] - a[i]) * fx;
-            let lower = c[i] + (d[i] - c[i]) * fx;
-            upper + (lower - upper) * fy
-        })
+    #[inline]
+    fn bilinear(&self, level: usize, [u, v]: [f32; 2]) -> Vec4 {
+        let (width, height) = self.raster.size(level);
+        let across = taps(u, width, self.wrap[0]);
+        let down = taps(v, height, self.wrap[1]);
+        self.raster.bilinear(level, across, down)
     }
 }
 
+/// The two texels around `u` (texel centres at (i + ½)/n).
 #[inline]
-fn linear([r, g, b, a]: [u8; 4], decode: &[f32; 256]) -> [f32; 4] {
-    [
-        decode[usize::from(r)],
-        decode[usize::from(g)],
-        decode[usize::from(b)],
-        f32::from(a) / 255.0,
-    ]
-}
-
-/// The two texels around `u` (texel centres at (i + ½)/n) and the weight of the second.
-#[inline]
-fn taps(u: f32, n: usize, wrap: Wrap) -> ([usize; 2], f32) {
+fn taps(u: f32, n: usize, wrap: Wrap) -> Taps {
     // Periods are taken off before the product, so that a far coordinate keeps its digits; NaN becomes 0.
     let reduced = match wrap {
-        Wrap::Repeat => u - u.floor(),
-        Wrap::Mirror => u - 2.0 * (0.5 * u).floor(),
+        Wrap::Repeat => u - floor(u),
+        Wrap::Mirror => u - 2.0 * floor(0.5 * u),
         Wrap::Clamp => u.clamp(0.0, 1.0),
     };
     let x = if reduced.is_finite() { reduced } else { 0.0 } * n as f32 - 0.5;
-    let first = x.floor();
-    let place = |i: i64| -> usize {
-        let n = n as i64;
+    let below = floor(x);
+    let (first, n) = (below as i32, n as i32);
+    // Within −1..=n, or 2n for mirrored pictures: once around at most.
+    let around = |i: i32, period: i32| match i {
+        i if i < 0 => i + period,
+        i if i >= period => i - period,
+        i => i,
+    };
+    let place = |i: i32| -> usize {
         let i = match wrap {
-            Wrap::Repeat => i.rem_euclid(n),
+            Wrap::Repeat => around(i, n),
             Wrap::Mirror => {
-                let j = i.rem_euclid(2 * n);
+                let j = around(i, 2 * n);
                 j.min(2 * n - 1 - j)
             }
             Wrap::Clamp => i.clamp(0, n - 1),
         };
         i as usize
     };
-    ([place(first as i64), place(first as i64 + 1)], x - first)
+    Taps {
+        texels: [place(first), place(first + 1)],
+        share: x - below,
+    }
 }
 
-impl Level {
-    /// Half the sides (rounded up): each texel the mean of up to 2×2, in linear light. An odd side's last texel stands
-    /// alone.
-    fn halved(&self, decode: &[f32; 256], encoding: Encoding) -> Option<Level> {
-        if self.width == 1 && self.height == 1 {
-            return None;
-        }
-        let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
-        let code = |x: f32| match encoding {
-            Encoding::Srgb => srgb::code_from_linear(x),
-            Encoding::Linear => (x * 255.0).round() as u8,
-        };
-        let mut texels = Vec::with_capacity(width * height);
-        for y in 0..height {
-            for x in 0..width {
-                let mut sum = [0.0f32; 4];
-                let mut count = 0.0;
-                for j in 2 * y..(2 * y + 2).min(self.height) {
-                    for i in 2 * x..(2 * x + 2).min(self.width) {
-                        let texel = linear(self.texels[j * self.width + i], decode);
-                        sum.iter_mut().zip(texel).for_each(|(s, t)| *s += t);
-                        count += 1.0;
-                    }
-                }
-                let [r, g, b, a] = sum.map(|s| s / count);
-                texels.push([code(r), code(g), code(b), (a * 255.0).round() as u8]);
-            }
-        }
-        Some(Level {
-            width,
-            height,
-            texels,
-        })
+/// The same as [`f32::floor`], which is a call where the target has no instruction for it.
+#[inline]
+fn floor(x: f32) -> f32 {
+    // Above, all numbers are whole.
+    const WHOLE: f32 = 8_388_608.0;
+    if x.abs() < WHOLE {
+        let near = x as i32 as f32;
+        if near > x { near - 1.0 } else { near }
+    } else {
+        x
     }
 }
 

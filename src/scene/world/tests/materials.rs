@@ -3,8 +3,9 @@
 use glam::{DVec3, Vec3};
 
 use crate::rays::Ray;
-use crate::sampling::uniform;
+use crate::sampling::{concentric_disk, uniform};
 use crate::scene::world::bsdf::{Bsdf, Kind};
+use crate::scene::world::sampler::SurfaceNumbers;
 use crate::scene::world::surface::Footprint;
 use crate::scene::world::walk::Walks;
 use crate::scene::world::{Alpha, Material, TriangleMesh, World, WorldDescription};
@@ -113,13 +114,24 @@ fn each_material_is_reciprocal() {
     }
 }
 
+fn numbers(choice: f32, scatter: [f32; 2]) -> SurfaceNumbers {
+    let (x, y) = concentric_disk(f64::from(scatter[0]), f64::from(scatter[1]));
+    SurfaceNumbers {
+        choice,
+        light_choice: 0.0,
+        scatter,
+        disk: [x as f32, y as f32],
+        light: [0.0; 2],
+    }
+}
+
 /// Light returned of even light from everywhere, seen under `cos`: mean and standard error.
 fn returned(world: &World, cos: f32, n: u64) -> (f64, f64) {
     let bsdf = seen_from(world, direction(cos, 0.7));
     let (mut sum, mut squares) = (0.0f64, 0.0f64);
     for k in 0..n {
         let u = |d| uniform(2, &[k, d]) as f32;
-        let weight = bsdf.sample(u(0), [u(1), u(2)]).map_or(0.0, |s| {
+        let weight = bsdf.sample(&numbers(u(0), [u(1), u(2)])).map_or(0.0, |s| {
             let here = match s.kind {
                 // Radiance is denser beyond; energy is not.
                 Kind::Mirrored { denser } => denser,
@@ -176,7 +188,7 @@ fn each_sampler_draws_directions_by_its_density() {
             let mut lost = 0.0;
             for k in 0..n {
                 let u = |d| uniform(3, &[k, d]) as f32;
-                match bsdf.sample(u(0), [u(1), u(2)]) {
+                match bsdf.sample(&numbers(u(0), [u(1), u(2)])) {
                     Some(s) if matches!(s.kind, Kind::Spread { .. }) => {
                         let phi = s.direction.y.atan2(s.direction.x).rem_euclid(6.283_185_5);
                         let c = ((s.direction.z * COS as f32) as usize).min(COS - 1);
@@ -238,7 +250,7 @@ fn a_weight_is_value_over_density() {
         let bsdf = seen_from(&world, direction(0.6, 2.0));
         for k in 0..500 {
             let u = |d| uniform(4, &[k, d]) as f32;
-            if let Some(s) = bsdf.sample(u(0), [u(1), u(2)])
+            if let Some(s) = bsdf.sample(&numbers(u(0), [u(1), u(2)]))
                 && let Kind::Spread { density, .. } = s.kind
             {
                 let (value, again) = bsdf.value(s.direction);
@@ -257,7 +269,7 @@ fn refraction_follows_snell_and_a_slab_gives_back_the_direction() {
     let view = direction(0.6, 0.0);
     let bsdf = seen_from(&world, view);
     let refracted = (0..200)
-        .filter_map(|k| bsdf.sample(uniform(5, &[k]) as f32, [0.5; 2]))
+        .filter_map(|k| bsdf.sample(&numbers(uniform(5, &[k]) as f32, [0.5; 2])))
         .find(|s| s.direction.z < 0.0)
         .unwrap();
     let sin = (1.0 - refracted.direction.z.powi(2)).sqrt();
@@ -265,7 +277,7 @@ fn refraction_follows_snell_and_a_slab_gives_back_the_direction() {
     // From inside: the square is seen from below with the inverse ratio.
     let inside = seen_from(&world, refracted.direction);
     let out = (0..200)
-        .filter_map(|k| inside.sample(uniform(6, &[k]) as f32, [0.5; 2]))
+        .filter_map(|k| inside.sample(&numbers(uniform(6, &[k]) as f32, [0.5; 2])))
         .find(|s| s.direction.z > 0.0)
         .unwrap();
     assert!((out.direction - view).length() < 1e-5);
