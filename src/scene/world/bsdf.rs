@@ -1,6 +1,6 @@
 //! The parts of a surface at one place: their values, and drawing directions from them.
 
-use glam::Vec3;
+use glam::Vec3A as Vec3;
 
 use super::description::Material;
 use super::microfacet::{AlbedoTable, Ggx, fresnel, schlick};

@@ -167,7 +167,7 @@ impl World {
             }
         });
         while workspace.paths.start(starts.by_ref().take(TOGETHER)) {
-            self.radiance(settings, workspace, &mut visit);
+            self.radiance(settings, workspace, |number, l| visit(number, l.into()));
         }
     }
 }

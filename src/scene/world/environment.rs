@@ -7,7 +7,7 @@
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
 
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Vec3A as Vec3};
 
 use super::description::Environment;
 use crate::image::Image;

@@ -1,6 +1,6 @@
 //! A triangle as a plane and two edges, f64: places on it.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3A as Vec3};
 
 use super::geometry::{Element, Stage};
 use crate::rays::Ray;
@@ -55,7 +55,7 @@ impl Facet {
     /// Unit normal of the front; `mirrored` if its mesh is placed so.
     pub fn normal(&self, mirrored: bool) -> Vec3 {
         let outward = if mirrored { -1.0 } else { 1.0 };
-        (self.cross * (outward / self.double_area())).as_vec3()
+        (self.cross * (outward / self.double_area())).as_vec3a()
     }
 
     /// A place, by the weights of the second and third corner.
@@ -76,10 +76,11 @@ impl Facet {
         } = *self;
         let t = n.dot(p0 - ray.origin_mm) / n.dot(ray.direction);
         let q = ray.origin_mm + t * ray.direction - p0;
+        let inverse = 1.0 / squared;
         // A ray along the plane makes t infinite and these NaN: then the first corner serves.
         let within = |x: f64| if x > 0.0 { x.min(1.0) } else { 0.0 };
-        let b1 = within(n.dot(q.cross(e2)) / squared);
-        let b2 = within(n.dot(e1.cross(q)) / squared);
+        let b1 = within(n.dot(q.cross(e2)) * inverse);
+        let b2 = within(n.dot(e1.cross(q)) * inverse);
         let over = b1 + b2;
         if over > 1.0 {
             return [b1 / over, b2 / over];

@@ -1,6 +1,6 @@
 //! Light that a scattered ray finds, weighed as scattering's share beside connections.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3A as Vec3};
 
 use super::World;
 use super::geometry::Element;

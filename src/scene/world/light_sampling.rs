@@ -2,7 +2,7 @@
 //!
 //! A kind of light is drawn first, then one of its lights, then a place on it ([`super::lights`]).
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3A as Vec3};
 
 use super::World;
 use super::environment::Sky;
@@ -79,7 +79,7 @@ impl World {
         let position = light.facet.place(weights);
         let way = position - from;
         let distance = way.length();
-        let direction = (way / distance).as_vec3();
+        let direction = (way / distance).as_vec3a();
         let cos = light.normal.dot(direction);
         let is_front = cos < 0.0;
         let radiance = light.radiance.map_or_else(
@@ -132,7 +132,7 @@ impl World {
         let point = &lights.points[index];
         let way = point.position - from;
         let distance = way.length() as f32;
-        let direction = (way / way.length()).as_vec3();
+        let direction = (way / way.length()).as_vec3a();
         let share = point.cone.map_or(1.0, |(axis, inner, outer)| {
             // glTF's falloff: the square of a ramp in the cosine.
             let ramp = (-direction.dot(axis) - outer) / (inner - outer).max(1e-6);

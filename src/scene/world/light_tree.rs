@@ -15,7 +15,7 @@
 //! and with large weights. So a part of the draws goes by power alone (T. Hesterberg, *Technometrics* 37(2), 185
 //! (1995): defensive mixtures), and no weight is larger than one over that part of what power alone would give.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3A as Vec3};
 
 use super::light_bounds::{Group, LightBounds};
 use crate::simd::SimdLevel;
@@ -36,7 +36,7 @@ impl Receiver {
     /// A place in the camera frame, mm.
     pub fn new(place: DVec3, normal: Vec3) -> Self {
         Self {
-            place: place.as_vec3(),
+            place: place.as_vec3a(),
             normal,
         }
     }
@@ -115,25 +115,9 @@ impl Node {
         self.power[lane] = bounds.power as f32;
     }
 
-    /// Importance of each child; `simd` is of this CPU.
-    #[inline]
-    fn importances(&self, receiver: &Receiver, simd: SimdLevel) -> Importances {
-        #[cfg(target_arch = "x86_64")]
-        if simd >= SimdLevel::Avx2 {
-            // SAFETY: the level says that the CPU has AVX2.
-            return unsafe { self.importances_avx2(receiver) };
-        }
-        self.importances_by(receiver)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn importances_avx2(&self, receiver: &Receiver) -> Importances {
-        self.importances_by(receiver)
-    }
-
+    /// Importance of each child.
     #[inline(always)]
-    fn importances_by(&self, receiver: &Receiver) -> Importances {
+    fn importances(&self, receiver: &Receiver) -> Importances {
         let Receiver { place, normal } = *receiver;
         let mut importances = [0.0; WIDTH];
         for (i, importance) in importances.iter_mut().enumerate() {
@@ -195,14 +179,14 @@ struct Importances {
 
 impl Importances {
     /// Of all; `None` for 0, and for an infinite or undefined one.
-    #[inline]
+    #[inline(always)]
     fn sum(&self) -> Option<f32> {
         let sum = self.running[WIDTH - 1];
         (sum > 0.0 && sum < f32::INFINITY).then_some(sum)
     }
 
     /// The child that `u` in 0..1 falls on, its chance, and `u` stretched over it.
-    #[inline]
+    #[inline(always)]
     fn draw(&self, u: f32) -> Option<(usize, f32, f32)> {
         let sum = self.sum()?;
         let target = u * sum;
@@ -303,6 +287,7 @@ impl LightTree {
 
     /// The light that `u` in 0..1 falls on, and its chance; `None` for the `u` of lights of which, on a closer look,
     /// nothing arrives.
+    #[inline]
     pub fn draw(&self, receiver: &Receiver, u: f32) -> Option<(usize, f32)> {
         if u < BY_POWER {
             let target = f64::from(u / BY_POWER);
@@ -321,17 +306,34 @@ impl LightTree {
     }
 
     /// Of a light, from its chance by importance.
+    #[inline]
     fn mixed(&self, light: usize, by_importance: f32) -> f32 {
         let before = light.checked_sub(1).map_or(0.0, |i| self.shares[i]);
         let by_power = (self.shares[light] - before) as f32;
         by_importance + BY_POWER * (by_power - by_importance)
     }
 
-    fn draw_by_importance(&self, receiver: &Receiver, mut u: f32) -> Option<(usize, f32)> {
+    fn draw_by_importance(&self, receiver: &Receiver, u: f32) -> Option<(usize, f32)> {
+        #[cfg(target_arch = "x86_64")]
+        if self.simd >= SimdLevel::Avx2 {
+            // SAFETY: the level says that the CPU has AVX2.
+            return unsafe { self.descend_avx2(receiver, u) };
+        }
+        self.descend(receiver, u)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn descend_avx2(&self, receiver: &Receiver, u: f32) -> Option<(usize, f32)> {
+        self.descend(receiver, u)
+    }
+
+    #[inline(always)]
+    fn descend(&self, receiver: &Receiver, mut u: f32) -> Option<(usize, f32)> {
         let mut node = self.nodes.first()?;
         let mut chance = 1.0;
         loop {
-            let (lane, share, rest) = node.importances(receiver, self.simd).draw(u)?;
+            let (lane, share, rest) = node.importances(receiver).draw(u)?;
             u = rest;
             chance *= share;
             match node.children[lane] {
@@ -343,11 +345,27 @@ impl LightTree {
     }
 
     pub(super) fn chance_by_importance(&self, light: usize, receiver: &Receiver) -> f32 {
+        #[cfg(target_arch = "x86_64")]
+        if self.simd >= SimdLevel::Avx2 {
+            // SAFETY: the level says that the CPU has AVX2.
+            return unsafe { self.ascend_avx2(light, receiver) };
+        }
+        self.ascend(light, receiver)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn ascend_avx2(&self, light: usize, receiver: &Receiver) -> f32 {
+        self.ascend(light, receiver)
+    }
+
+    #[inline(always)]
+    fn ascend(&self, light: usize, receiver: &Receiver) -> f32 {
         let mut chance = 1.0;
         let mut way = self.lights.get(light).copied();
         while let Some(Parent { node, lane }) = way {
             let node = &self.nodes[node as usize];
-            let importances = node.importances(receiver, self.simd);
+            let importances = node.importances(receiver);
             let Some(sum) = importances.sum() else {
                 return 0.0;
             };

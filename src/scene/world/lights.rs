@@ -4,7 +4,7 @@
 //! points are drawn by what they may give the place ([`LightTree`]), suns by their power. An even environment is not
 //! drawn: scattering finds it as well.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3A as Vec3};
 
 use super::description::{Alpha, Light, Material, WorldDescription};
 use super::environment::Sky;
@@ -240,7 +240,7 @@ fn suns_and_points(lights: &[Light]) -> (Vec<Sun>, Vec<Point>) {
                 irradiance,
                 half_angle_deg,
             } => suns.push(Sun {
-                direction: -direction.normalize().as_vec3(),
+                direction: -direction.normalize().as_vec3a(),
                 irradiance: Vec3::from(irradiance),
                 // 1 − cos x = 2 sin²(x/2), exact for small angles.
                 rise: (2.0 * (0.5 * half_angle_deg.to_radians()).sin().powi(2)) as f32,
@@ -263,7 +263,7 @@ fn suns_and_points(lights: &[Light]) -> (Vec<Sun>, Vec<Point>) {
                 position: position_mm,
                 intensity: Vec3::from(intensity_m2) * MM2_PER_M2,
                 cone: Some((
-                    direction.normalize().as_vec3(),
+                    direction.normalize().as_vec3a(),
                     inner_deg.to_radians().cos() as f32,
                     outer_deg.to_radians().cos() as f32,
                 )),

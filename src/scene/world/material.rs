@@ -13,7 +13,7 @@
 //! glTF's own mixture, which it replaces, is neither. Light that passes straight on, through veils and thin panes, is a
 //! part of its own: shadow rays follow it too.
 
-use glam::Vec3;
+use glam::Vec3A as Vec3;
 
 use super::World;
 use super::bsdf::Bsdf;
@@ -37,7 +37,7 @@ impl World {
         throughput: Vec3,
     ) -> Bsdf {
         let m = &self.materials[surface.material];
-        let view = -ray.direction.as_vec3();
+        let view = -ray.direction.as_vec3a();
         let is_front = surface.normal.dot(view) >= 0.0;
         let side = if is_front { 1.0 } else { -1.0 };
         let normal = surface.normal * side;

@@ -12,7 +12,7 @@
 
 use std::sync::LazyLock;
 
-use glam::Vec3;
+use glam::Vec3A as Vec3;
 
 /// A width α of the distribution of normals.
 #[derive(Clone, Copy, Debug)]

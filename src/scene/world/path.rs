@@ -9,7 +9,7 @@
 //! Texture lookups are filtered by a cone around the path (T. Akenine-Möller et al., *Ray Tracing Gems* (2019), ch.
 //! 20): as wide as the sampling of the image asks for, wider after each rough surface.
 
-use glam::Vec3;
+use glam::Vec3A as Vec3;
 
 use super::World;
 use super::bsdf::{Kind, Scattered};
@@ -264,7 +264,7 @@ impl World {
             _ => &mut path.indirect,
         };
         let ray = path.ray;
-        let direction = ray.direction.as_vec3();
+        let direction = ray.direction.as_vec3a();
         let Some(element) = path.hit else {
             *found += path.throughput * self.background(direction, &path.last);
             return;

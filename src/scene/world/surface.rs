@@ -1,6 +1,6 @@
 //! The place where a ray meets a triangle, computed in f64, and the material there.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3A as Vec3};
 
 use super::World;
 use super::description::{Alpha, Material, TextureRef};
@@ -137,7 +137,7 @@ impl World {
 
         let mut shading = normal;
         if !geometry.normals.is_empty() {
-            let [n0, n1, n2] = vertices().map(|v| geometry.normals[v]);
+            let [n0, n1, n2] = vertices().map(|v| Vec3::from(geometry.normals[v]));
             let is_smooth = n0 != Vec3::ZERO && n1 != Vec3::ZERO && n2 != Vec3::ZERO;
             let mut n = b[0] * n0 + b[1] * n1 + b[2] * n2;
             if placed.object_id.is_some() {
@@ -157,7 +157,7 @@ impl World {
             let [d1, d2] = [1, 2].map(|k| [at[k][0] - at[0][0], at[k][1] - at[0][1]]);
             let det = d1[0] * d2[1] - d1[1] * d2[0];
             if det != 0.0 {
-                let (e1, e2) = (e1.as_vec3(), e2.as_vec3());
+                let (e1, e2) = (e1.as_vec3a(), e2.as_vec3a());
                 along_uv = [
                     (e1 * d2[1] - e2 * d1[1]) / det,
                     (e2 * d1[0] - e1 * d2[0]) / det,

@@ -3,7 +3,7 @@
 //! The walk works in f32; what it finds is computed again in f64 ([`super::surface`]), so that depths are exact to the
 //! vertices' own rounding.
 
-use glam::Vec3;
+use glam::Vec3A as Vec3;
 
 use super::World;
 use super::geometry::{Element, Geometry};

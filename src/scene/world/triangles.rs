@@ -44,11 +44,13 @@ impl WalkRay {
                 1.0 / x
             }
         };
+        let inverse = d.map(finite);
+        let scale = inverse[z];
         Self {
             origin,
-            inverse: Vec3::new(finite(d[0]), finite(d[1]), finite(d[2])),
+            inverse: Vec3::from(inverse),
             axes: [x, y, z],
-            shear: Vec3::new(d[x] / d[z], d[y] / d[z], 1.0 / d[z]),
+            shear: Vec3::new(d[x] * scale, d[y] * scale, scale),
         }
     }
 }
