@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3A as Vec3};
 
 use super::World;
 use super::geometry::Element;
-use super::light_tree::Receiver;
+use super::light_node::Receiver;
 use super::surface::{Footprint, Surface};
 
 /// What the next hit of a path needs to know of the last scattering.

@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3A as Vec3};
 use super::World;
 use super::environment::Sky;
 use super::facet::even_weights;
-use super::light_tree::Receiver;
+use super::light_node::Receiver;
 use super::lights::LightKind;
 use super::surface::{Footprint, beside};
 

@@ -11,7 +11,8 @@ use super::environment::Sky;
 use super::facet::Facet;
 use super::geometry::{Element, Stage};
 use super::light_bounds::LightBounds;
-use super::light_tree::{LightTree, Receiver};
+use super::light_node::Receiver;
+use super::light_tree::LightTree;
 
 /// The lights of a world.
 #[derive(Clone, Debug)]

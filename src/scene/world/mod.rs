@@ -24,6 +24,7 @@ mod geometry;
 mod lamps;
 mod lanes;
 mod light_bounds;
+mod light_node;
 mod light_sampling;
 mod light_tree;
 mod lights;

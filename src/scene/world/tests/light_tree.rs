@@ -3,7 +3,8 @@
 use glam::Vec3;
 
 use super::super::light_bounds::LightBounds;
-use super::super::light_tree::{LightTree, Receiver};
+use super::super::light_node::Receiver;
+use super::super::light_tree::LightTree;
 use crate::sampling::uniform;
 
 /// Lights as small triangles: 300 of them, half in a cluster.
