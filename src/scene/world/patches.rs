@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 
 use super::bvh::{Bounds, Bvh};
 use super::triangles::{Packet, WalkRay};
-use super::walk::{Visit, Walk, Walks, prefetch};
+use super::walk::{Visit, Walks, prefetch};
 use crate::rays::RaySlices;
 use crate::scene::hits::NO_SURFACE;
 
@@ -91,15 +91,16 @@ impl Patches {
     ) {
         hits.met.clear();
         hits.met.resize(distance_mm.len(), (NONE, [0.0; 2]));
-        hits.walks.outer.resize(TOGETHER, Walk::default());
         let mut alive = rays.alive();
         loop {
             let mut some = [None; TOGETHER];
+            let walks = &mut hits.walks.outer;
+            walks.clear();
             let mut count = 0;
             for (k, (number, ray)) in alive.by_ref().take(TOGETHER).enumerate() {
                 some[k] = Some((number, ray));
                 let walk = WalkRay::new(ray.origin_mm.as_vec3(), ray.direction.as_vec3());
-                hits.walks.outer[k].start(k as u32, walk, f32::INFINITY);
+                walks.add(k as u32, walk, f32::INFINITY);
                 count = k + 1;
             }
             if count == 0 {
@@ -122,7 +123,7 @@ impl Patches {
                     prefetch(packet);
                 }
             };
-            (self.bvh).walk_all(&mut hits.walks.outer[..count], leaf, expect);
+            self.bvh.walk_all(walks, leaf, expect);
             for ((number, ray), id) in some.iter().flatten().zip(nearest) {
                 if id != NONE {
                     let (distance, place) = self.place(id, [ray.origin_mm, ray.direction]);

@@ -8,7 +8,7 @@ use glam::Vec3A as Vec3;
 use super::World;
 use super::geometry::{Element, Geometry};
 use super::triangles::WalkRay;
-use super::walk::{Visit, Walk, Walks, prefetch};
+use super::walk::{Visit, Walks, prefetch};
 use crate::rays::Ray;
 
 /// A ray and the question put to the world about it.
@@ -72,14 +72,11 @@ impl World {
     /// Answers all queries.
     pub(super) fn trace(&self, queries: &mut [RayQuery], walks: &mut Walks) {
         let Walks { outer, inner } = walks;
-        if outer.len() < queries.len() {
-            outer.resize(queries.len(), Walk::default());
-        }
-        let outer = &mut outer[..queries.len()];
-        for (i, (walk, query)) in outer.iter_mut().zip(queries.iter()).enumerate() {
+        outer.clear();
+        for (i, query) in (0..).zip(queries.iter()) {
             let (origin, direction) = (query.ray.origin_mm, query.ray.direction);
             let ray = WalkRay::new(origin.as_vec3(), direction.as_vec3());
-            walk.start(i as u32, ray, query.reach_mm);
+            outer.add(i, ray, query.reach_mm);
         }
         if let [placed] = self.stage.placed.as_slice()
             && placed.object_id.is_none()
@@ -105,17 +102,15 @@ impl World {
                     ),
                 };
                 let geometry = &self.stage.geometries[placed.geometry];
-                inner.start(0, ray, *v.t_max);
+                inner.clear();
+                inner.add(0, ray, *v.t_max);
                 let mut is_ended = false;
                 let leaf = |v: Visit<'_>| {
                     is_ended = self.meet_packet(geometry, slot, query, v);
                     is_ended
                 };
-                let inner_walks = std::slice::from_mut(&mut *inner);
-                geometry
-                    .bvh
-                    .walk_all(inner_walks, leaf, |l| geometry.expect(l));
-                *v.t_max = inner.t_max;
+                geometry.bvh.walk_all(inner, leaf, |l| geometry.expect(l));
+                *v.t_max = inner.first_t_max();
                 is_ended
             })
         };

@@ -1,10 +1,13 @@
 //! Rays on their way through a tree, many at a time.
 //!
-//! A step of a walk is a chain of dependent operations behind a read that often misses the caches; a processor has room
-//! for several such chains. So walks take a step each in turn, and what a walk reads next is asked for a round before.
-//! Each meets the same nodes and leaves in the same order as it would alone.
+//! A step of a walk is a chain of dependent operations behind a read that often misses the caches, and ends in branches
+//! that nobody can foretell. So walks go in rounds. First all that are at a leaf visit it; then the boxes of all that are
+//! at a node are tested, without a branch, so that the processor works at many of them at once; then each goes on to
+//! what it has met, which is known by then: a branch foretold wrongly costs little. What a walk reads next is asked for
+//! a round before. Each walk meets the same nodes and leaves in the same order as it would alone.
 
-use super::bvh::{Bvh, Child};
+use super::bvh::{Bvh, Child, Node};
+use super::fold::WIDTH;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::avx::Avx;
 use super::lanes::{Lanes, Portable};
@@ -17,12 +20,12 @@ const FAR_FACTOR: f32 = 1.000_000_5;
 
 /// A ray on its way.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Walk {
+struct Walk {
     ray: WalkRay,
     /// Bounds of each axis that the ray meets first: the least if it runs up.
     near: [usize; 3],
     /// Only what is nearer counts; leaves may lower it.
-    pub t_max: f32,
+    t_max: f32,
     /// The caller's number of the ray.
     number: u32,
     current: Child,
@@ -30,12 +33,32 @@ pub(super) struct Walk {
     waiting: Vec<(f32, Child)>,
 }
 
+/// Where a ray meets the boxes of a node.
+#[derive(Clone, Copy, Debug, Default)]
+struct Met {
+    enter: [f32; WIDTH],
+    /// Bit i: child i is met.
+    hits: u32,
+}
+
+/// Rays that go through a tree together. The room that they need is used again and again.
+#[derive(Clone, Debug, Default)]
+pub(super) struct WalkGroup {
+    walks: Vec<Walk>,
+    /// Of those that have set out.
+    count: usize,
+    /// Walks that are at a node, and at a leaf: the first so many of each list.
+    at_nodes: Vec<u32>,
+    at_leaves: Vec<u32>,
+    met: Vec<Met>,
+}
+
 /// Room for walks, used again and again.
 #[derive(Clone, Debug, Default)]
 pub(in crate::scene) struct Walks {
-    pub(super) outer: Vec<Walk>,
+    pub(super) outer: WalkGroup,
     /// Within an instance's own tree.
-    pub(super) inner: Walk,
+    pub(super) inner: WalkGroup,
 }
 
 /// What a walk shows at a leaf.
@@ -46,44 +69,131 @@ pub(super) struct Visit<'a> {
     pub leaf: usize,
     /// Items in the leaf.
     pub items: u32,
-    /// See [`Walk::t_max`].
+    /// Only what is nearer counts; may be lowered.
     pub t_max: &'a mut f32,
 }
 
-impl Walk {
-    /// Sets out from the root.
+impl WalkGroup {
+    /// Forgets all walks.
+    pub fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// One more ray, to set out from the root.
     #[inline]
-    pub fn start(&mut self, number: u32, ray: WalkRay, t_max: f32) {
-        self.near = [
+    pub fn add(&mut self, number: u32, ray: WalkRay, t_max: f32) {
+        if self.count == self.walks.len() {
+            self.walks.push(Walk::default());
+            self.at_nodes.push(0);
+            self.at_leaves.push(0);
+            self.met.push(Met::default());
+        }
+        let walk = &mut self.walks[self.count];
+        self.count += 1;
+        walk.near = [
             usize::from(ray.inverse.x.is_sign_negative()),
             2 + usize::from(ray.inverse.y.is_sign_negative()),
             4 + usize::from(ray.inverse.z.is_sign_negative()),
         ];
-        self.ray = ray;
-        self.t_max = t_max;
-        self.number = number;
-        self.waiting.clear();
+        walk.ray = ray;
+        walk.t_max = t_max;
+        walk.number = number;
+        walk.waiting.clear();
+    }
+
+    /// How far the first ray went, or may still go.
+    pub fn first_t_max(&self) -> f32 {
+        self.walks.first().map_or(0.0, |w| w.t_max)
+    }
+}
+
+impl Walk {
+    /// Tests the boxes of a node.
+    #[inline(always)]
+    fn meet<L: Lanes>(&self, node: &Node) -> Met {
+        let (o, inv) = (self.ray.origin, self.ray.inverse);
+        let origin = [L::splat(o.x), L::splat(o.y), L::splat(o.z)];
+        let inverse = [L::splat(inv.x), L::splat(inv.y), L::splat(inv.z)];
+        let near = self.near;
+        let slab = |axis: usize, bound: usize| {
+            L::load(&node.bounds[bound])
+                .minus(origin[axis])
+                .times(inverse[axis])
+        };
+        let enter = slab(0, near[0])
+            .greatest(slab(1, near[1]))
+            .greatest(slab(2, near[2]).greatest(L::splat(0.0)));
+        let leave = slab(0, near[0] ^ 1)
+            .least(slab(1, near[1] ^ 1))
+            .least(slab(2, near[2] ^ 1))
+            .times(L::splat(FAR_FACTOR));
+        Met {
+            enter: enter.store(),
+            hits: enter.at_most(leave.least(L::splat(self.t_max))),
+        }
+    }
+
+    /// Goes on to the nearest child that is met; false at the end.
+    #[inline(always)]
+    fn go_on(&mut self, node: &Node, met: &Met) -> bool {
+        let mut hits = met.hits;
+        if hits == 0 {
+            return self.go_back();
+        }
+        let first = hits.trailing_zeros() as usize;
+        hits &= hits - 1;
+        self.current = node.children[first];
+        let mut nearest = met.enter[first];
+        let kept = self.waiting.len();
+        while hits != 0 {
+            let lane = hits.trailing_zeros() as usize;
+            hits &= hits - 1;
+            let mut entry = (met.enter[lane], node.children[lane]);
+            if entry.0 < nearest {
+                std::mem::swap(&mut entry.0, &mut nearest);
+                std::mem::swap(&mut entry.1, &mut self.current);
+            }
+            // Far ones lie deeper.
+            self.waiting.push(entry);
+            let mut i = self.waiting.len() - 1;
+            while i > kept && self.waiting[i - 1].0 < self.waiting[i].0 {
+                self.waiting.swap(i - 1, i);
+                i -= 1;
+            }
+        }
+        true
+    }
+
+    /// Goes on to the nearest of what still waits; false if nothing does.
+    #[inline(always)]
+    fn go_back(&mut self) -> bool {
+        while let Some((enter, child)) = self.waiting.pop() {
+            if enter <= self.t_max {
+                self.current = child;
+                return true;
+            }
+        }
+        false
     }
 }
 
 impl Bvh {
     /// Visits the leaves that each ray may meet before its `t_max`, about from near to far: `leaf` may lower it and
-    /// ends that ray's walk by returning true; `expect(leaf)` hears of a leaf that will be visited soon. The walks'
-    /// order in the list changes.
+    /// ends that ray's walk by returning true; `expect(leaf)` hears of a leaf that will be visited soon.
     #[inline(always)]
     pub fn walk_all(
         &self,
-        walks: &mut [Walk],
+        group: &mut WalkGroup,
         leaf: impl FnMut(Visit<'_>) -> bool,
         expect: impl Fn(usize),
     ) {
         #[cfg(target_arch = "x86_64")]
         if self.simd >= SimdLevel::Avx2 {
             // SAFETY: the level says that the CPU has AVX2.
-            unsafe { self.walk_all_avx2(walks, leaf, expect) };
+            unsafe { self.walk_all_avx2(group, leaf, expect) };
             return;
         }
-        self.walk_all_by::<Portable>(walks, leaf, expect);
+        self.walk_all_by::<Portable>(group, leaf, expect);
     }
 
     /// # Safety
@@ -92,115 +202,84 @@ impl Bvh {
     #[target_feature(enable = "avx2")]
     unsafe fn walk_all_avx2(
         &self,
-        walks: &mut [Walk],
+        group: &mut WalkGroup,
         leaf: impl FnMut(Visit<'_>) -> bool,
         expect: impl Fn(usize),
     ) {
-        self.walk_all_by::<Avx>(walks, leaf, expect);
+        self.walk_all_by::<Avx>(group, leaf, expect);
     }
 
     #[inline(always)]
     fn walk_all_by<L: Lanes>(
         &self,
-        walks: &mut [Walk],
+        group: &mut WalkGroup,
         mut leaf: impl FnMut(Visit<'_>) -> bool,
         expect: impl Fn(usize),
     ) {
         let Some(root) = self.root else {
             return;
         };
+        let count = group.count;
+        let walks = &mut group.walks[..count];
+        let (at_nodes, at_leaves) = (&mut group.at_nodes[..count], &mut group.at_leaves[..count]);
+        let met = &mut group.met[..count];
+        let (mut nodes, mut leaves) = (0, 0);
         walks.iter_mut().for_each(|w| w.current = root);
-        let mut open = walks.len();
-        while open > 0 {
-            let mut i = 0;
-            while i < open {
-                if self.step::<L>(&mut walks[i], &mut leaf) {
-                    open -= 1;
-                    walks.swap(i, open);
-                    continue;
+        match root.is_leaf() {
+            true => leaves = count,
+            false => nodes = count,
+        }
+        (0..).zip(&mut *at_nodes).for_each(|(i, at)| *at = i);
+        (0..).zip(&mut *at_leaves).for_each(|(i, at)| *at = i);
+        while nodes + leaves > 0 {
+            let visited = std::mem::take(&mut leaves);
+            for k in 0..visited {
+                let i = at_leaves[k];
+                let walk = &mut walks[i as usize];
+                let visit = Visit {
+                    number: walk.number as usize,
+                    ray: &walk.ray,
+                    leaf: walk.current.number() as usize,
+                    items: walk.current.items(),
+                    t_max: &mut walk.t_max,
+                };
+                if !leaf(visit) && walk.go_back() {
+                    self.ask_for(walk.current, &expect);
+                    at_nodes[nodes] = i;
+                    at_leaves[leaves] = i;
+                    let is_leaf = usize::from(walk.current.is_leaf());
+                    leaves += is_leaf;
+                    nodes += 1 - is_leaf;
                 }
-                let next = walks[i].current;
-                if next.is_leaf() {
-                    expect(next.number() as usize);
-                } else if let Some(node) = self.nodes.get(next.number() as usize) {
-                    prefetch(node);
+            }
+            for (&i, met) in at_nodes[..nodes].iter().zip(&mut *met) {
+                let walk = &walks[i as usize];
+                *met = walk.meet::<L>(&self.nodes[walk.current.number() as usize]);
+            }
+            let tested = std::mem::take(&mut nodes);
+            for k in 0..tested {
+                let i = at_nodes[k];
+                let walk = &mut walks[i as usize];
+                let node = &self.nodes[walk.current.number() as usize];
+                if walk.go_on(node, &met[k]) {
+                    self.ask_for(walk.current, &expect);
+                    at_nodes[nodes] = i;
+                    at_leaves[leaves] = i;
+                    let is_leaf = usize::from(walk.current.is_leaf());
+                    leaves += is_leaf;
+                    nodes += 1 - is_leaf;
                 }
-                i += 1;
             }
         }
     }
 
-    /// Tests the children of a node, or visits a leaf, and goes on to the nearest child that is left. True at the end.
     #[inline(always)]
-    fn step<L: Lanes>(&self, walk: &mut Walk, leaf: &mut impl FnMut(Visit<'_>) -> bool) -> bool {
-        let current = walk.current;
-        if current.is_leaf() {
-            let visit = Visit {
-                number: walk.number as usize,
-                ray: &walk.ray,
-                leaf: current.number() as usize,
-                items: current.items(),
-                t_max: &mut walk.t_max,
-            };
-            if leaf(visit) {
-                return true;
-            }
-        } else {
-            let node = &self.nodes[current.number() as usize];
-            let (o, inv) = (walk.ray.origin, walk.ray.inverse);
-            let origin = [L::splat(o.x), L::splat(o.y), L::splat(o.z)];
-            let inverse = [L::splat(inv.x), L::splat(inv.y), L::splat(inv.z)];
-            let near = walk.near;
-            let slab = |axis: usize, bound: usize| {
-                L::load(&node.bounds[bound])
-                    .minus(origin[axis])
-                    .times(inverse[axis])
-            };
-            let enter = slab(0, near[0])
-                .greatest(slab(1, near[1]))
-                .greatest(slab(2, near[2]).greatest(L::splat(0.0)));
-            let leave = slab(0, near[0] ^ 1)
-                .least(slab(1, near[1] ^ 1))
-                .least(slab(2, near[2] ^ 1))
-                .times(L::splat(FAR_FACTOR));
-            let mut hits = enter.at_most(leave.least(L::splat(walk.t_max)));
-            if hits != 0 {
-                let first = hits.trailing_zeros() as usize;
-                hits &= hits - 1;
-                walk.current = node.children[first];
-                if hits == 0 {
-                    return false;
-                }
-                let enter = enter.store();
-                let mut nearest = enter[first];
-                let waiting = &mut walk.waiting;
-                let kept = waiting.len();
-                while hits != 0 {
-                    let lane = hits.trailing_zeros() as usize;
-                    hits &= hits - 1;
-                    let mut entry = (enter[lane], node.children[lane]);
-                    if entry.0 < nearest {
-                        std::mem::swap(&mut entry.0, &mut nearest);
-                        std::mem::swap(&mut entry.1, &mut walk.current);
-                    }
-                    // Far ones lie deeper.
-                    waiting.push(entry);
-                    let mut i = waiting.len() - 1;
-                    while i > kept && waiting[i - 1].0 < waiting[i].0 {
-                        waiting.swap(i - 1, i);
-                        i -= 1;
-                    }
-                }
-                return false;
-            }
+    fn ask_for(&self, next: Child, expect: &impl Fn(usize)) {
+        if next.is_leaf() {
+            expect(next.number() as usize);
+        } else if let Some(node) = self.nodes.get(next.number() as usize) {
+            prefetch(node);
         }
-        while let Some((enter, child)) = walk.waiting.pop() {
-            if enter <= walk.t_max {
-                walk.current = child;
-                return false;
-            }
-        }
-        true
     }
 }
 
