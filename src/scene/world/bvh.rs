@@ -33,6 +33,16 @@ impl Child {
     }
 
     #[inline(always)]
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+
+    #[inline(always)]
+    pub fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
+    #[inline(always)]
     pub fn is_leaf(self) -> bool {
         self.0 >> 31 == 1
     }

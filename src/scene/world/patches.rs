@@ -7,8 +7,8 @@
 use glam::{DVec3, Vec3};
 
 use super::bvh::{Bounds, Bvh};
-use super::triangles::{Packet, WalkRay};
-use super::walk::{Visit, Walks, prefetch};
+use super::triangles::{Packet, PacketHits, WalkRay};
+use super::walk::{Leaves, Visit, Walks, prefetch};
 use crate::rays::RaySlices;
 use crate::scene::hits::NO_SURFACE;
 
@@ -47,6 +47,36 @@ pub struct PatchHits {
     /// Number of the patch, and the place in it from its middle, −½ to ½ to the right and down.
     met: Vec<(u32, [f32; 2])>,
     walks: Walks,
+}
+
+/// The nearest triangle of each ray on its way.
+struct NearestPatches<'a> {
+    packets: &'a [Packet],
+    nearest: [u32; TOGETHER],
+}
+
+impl Leaves for NearestPatches<'_> {
+    #[inline(always)]
+    fn test(&self, ray: &WalkRay, t_max: f32, leaf: usize, items: u32) -> PacketHits {
+        self.packets[leaf].intersect(ray, t_max, items)
+    }
+
+    fn visit(&mut self, v: Visit<'_>, found: &PacketHits) -> bool {
+        for lane in (0..4).filter(|lane| found.mask >> lane & 1 == 1) {
+            if found.t[lane] < *v.t_max {
+                *v.t_max = found.t[lane];
+                self.nearest[v.number] = self.packets[v.leaf].ids[lane];
+            }
+        }
+        false
+    }
+
+    #[inline(always)]
+    fn expect(&self, leaf: usize) {
+        if let Some(packet) = self.packets.get(leaf) {
+            prefetch(packet);
+        }
+    }
 }
 
 impl Patches {
@@ -106,25 +136,12 @@ impl Patches {
             if count == 0 {
                 return;
             }
-            let mut nearest = [NONE; TOGETHER];
-            let leaf = |v: Visit<'_>| {
-                let packet = &self.packets[v.leaf];
-                let met = packet.intersect(v.ray, *v.t_max, v.items);
-                for lane in (0..4).filter(|lane| met.mask >> lane & 1 == 1) {
-                    if met.t[lane] < *v.t_max {
-                        *v.t_max = met.t[lane];
-                        nearest[v.number] = packet.ids[lane];
-                    }
-                }
-                false
+            let mut leaves = NearestPatches {
+                packets: &self.packets,
+                nearest: [NONE; TOGETHER],
             };
-            let expect = |l: usize| {
-                if let Some(packet) = self.packets.get(l) {
-                    prefetch(packet);
-                }
-            };
-            self.bvh.walk_all(walks, leaf, expect);
-            for ((number, ray), id) in some.iter().flatten().zip(nearest) {
+            self.bvh.walk_all(walks, &mut leaves);
+            for ((number, ray), id) in some.iter().flatten().zip(leaves.nearest) {
                 if id != NONE {
                     let (distance, place) = self.place(id, [ray.origin_mm, ray.direction]);
                     distance_mm[*number] = distance;

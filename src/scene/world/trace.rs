@@ -7,8 +7,8 @@ use glam::Vec3A as Vec3;
 
 use super::World;
 use super::geometry::{Element, Geometry};
-use super::triangles::WalkRay;
-use super::walk::{Visit, Walks, prefetch};
+use super::triangles::{PacketHits, WalkRay};
+use super::walk::{Leaves, Visit, WalkGroup, Walks, prefetch};
 use crate::rays::Ray;
 
 /// A ray and the question put to the world about it.
@@ -81,53 +81,106 @@ impl World {
         if let [placed] = self.stage.placed.as_slice()
             && placed.object_id.is_none()
         {
-            let geometry = &self.stage.geometries[placed.geometry];
-            let leaf = |v: Visit<'_>| {
-                let query = &mut queries[v.number];
-                self.meet_packet(geometry, 0, query, v)
+            let mut leaves = Packets {
+                world: self,
+                geometry: &self.stage.geometries[placed.geometry],
+                slot: 0,
+                queries,
+                is_ended: false,
             };
-            geometry.bvh.walk_all(outer, leaf, |l| geometry.expect(l));
+            leaves.geometry.bvh.walk_all(outer, &mut leaves);
             return;
         }
-        let leaf = |v: Visit<'_>| {
-            let query = &mut queries[v.number];
-            let slots = &self.stage.slots[v.leaf][..v.items as usize];
-            slots.iter().any(|&slot| {
-                let placed = &self.stage.placed[slot as usize];
-                let ray = match placed.object_id {
-                    None => *v.ray,
-                    Some(_) => WalkRay::new(
-                        (placed.mesh_from_camera).transform_point3(query.ray.origin_mm.as_vec3()),
-                        (placed.mesh_from_camera).transform_vector3(query.ray.direction.as_vec3()),
-                    ),
-                };
-                let geometry = &self.stage.geometries[placed.geometry];
-                inner.clear();
-                inner.add(0, ray, *v.t_max);
-                let mut is_ended = false;
-                let leaf = |v: Visit<'_>| {
-                    is_ended = self.meet_packet(geometry, slot, query, v);
-                    is_ended
-                };
-                geometry.bvh.walk_all(inner, leaf, |l| geometry.expect(l));
-                *v.t_max = inner.first_t_max();
-                is_ended
-            })
+        let mut leaves = Slots {
+            world: self,
+            queries,
+            inner,
         };
-        self.stage.bvh.walk_all(outer, leaf, |_| ());
+        self.stage.bvh.walk_all(outer, &mut leaves);
+    }
+}
+
+/// The triangles of a geometry.
+struct Packets<'a> {
+    world: &'a World,
+    geometry: &'a Geometry,
+    slot: u32,
+    /// Of all rays.
+    queries: &'a mut [RayQuery],
+    /// Whether the last visit ended a walk.
+    is_ended: bool,
+}
+
+impl Leaves for Packets<'_> {
+    #[inline(always)]
+    fn test(&self, ray: &WalkRay, t_max: f32, leaf: usize, items: u32) -> PacketHits {
+        self.geometry.packets[leaf].intersect(ray, t_max, items)
     }
 
-    /// Tests a packet of triangles for an query; true if its answer is final.
+    fn visit(&mut self, visit: Visit<'_>, found: &PacketHits) -> bool {
+        let query = &mut self.queries[visit.number];
+        self.is_ended = self.world.meet(self.slot, query, visit, found);
+        self.is_ended
+    }
+
     #[inline(always)]
-    fn meet_packet(
-        &self,
-        geometry: &Geometry,
-        slot: u32,
-        query: &mut RayQuery,
-        visit: Visit<'_>,
-    ) -> bool {
-        let packet = &geometry.packets[visit.leaf];
-        let hits = packet.intersect(visit.ray, *visit.t_max, visit.items);
+    fn expect(&self, leaf: usize) {
+        if let Some(packet) = self.geometry.packets.get(leaf) {
+            prefetch(packet);
+        }
+    }
+}
+
+/// Geometries where they stand, each with a tree of its own.
+struct Slots<'a> {
+    world: &'a World,
+    queries: &'a mut [RayQuery],
+    /// The way through a geometry's tree.
+    inner: &'a mut WalkGroup,
+}
+
+impl Leaves for Slots<'_> {
+    /// What is met only a walk through their trees tells.
+    fn test(&self, _ray: &WalkRay, _t_max: f32, _leaf: usize, _items: u32) -> PacketHits {
+        PacketHits::SOME
+    }
+
+    fn visit(&mut self, v: Visit<'_>, _found: &PacketHits) -> bool {
+        let stage = &self.world.stage;
+        let slots = &stage.slots[v.leaf][..v.items as usize];
+        slots.iter().any(|&slot| {
+            let placed = &stage.placed[slot as usize];
+            let query = &mut self.queries[v.number..=v.number];
+            let (origin, direction) = (query[0].ray.origin_mm, query[0].ray.direction);
+            let mesh = &placed.mesh_from_camera;
+            let ray = match placed.object_id {
+                None => *v.ray,
+                Some(_) => WalkRay::new(
+                    mesh.transform_point3(origin.as_vec3()),
+                    mesh.transform_vector3(direction.as_vec3()),
+                ),
+            };
+            self.inner.clear();
+            self.inner.add(0, ray, *v.t_max);
+            let mut leaves = Packets {
+                world: self.world,
+                geometry: &stage.geometries[placed.geometry],
+                slot,
+                queries: query,
+                is_ended: false,
+            };
+            leaves.geometry.bvh.walk_all(self.inner, &mut leaves);
+            *v.t_max = self.inner.first_t_max();
+            leaves.is_ended
+        })
+    }
+
+    fn expect(&self, _leaf: usize) {}
+}
+
+impl World {
+    /// What the triangles that a ray meets mean for its query; true if its answer is final.
+    fn meet(&self, slot: u32, query: &mut RayQuery, visit: Visit<'_>, hits: &PacketHits) -> bool {
         let mut mask = hits.mask;
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize;
@@ -160,15 +213,5 @@ impl World {
             }
         }
         false
-    }
-}
-
-impl Geometry {
-    /// A packet will be read soon.
-    #[inline(always)]
-    fn expect(&self, packet: usize) {
-        if let Some(packet) = self.packets.get(packet) {
-            prefetch(packet);
-        }
     }
 }

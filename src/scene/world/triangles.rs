@@ -67,11 +67,20 @@ pub(super) struct Packet {
 }
 
 /// What a ray meets of a packet.
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PacketHits {
     /// Distance in units of the direction.
     pub t: [f32; 4],
     /// Bit i: lane i is met.
     pub mask: u32,
+}
+
+impl PacketHits {
+    /// Something may be met.
+    pub const SOME: Self = Self {
+        t: [0.0; 4],
+        mask: 1,
+    };
 }
 
 impl Packet {
@@ -135,12 +144,6 @@ impl Packet {
         let inside = (u.cmpge(zero) & v.cmpge(zero) & w.cmpge(zero))
             | (u.cmple(zero) & v.cmple(zero) & w.cmple(zero));
         let lanes = (1u32 << count) - 1;
-        if inside.bitmask() & lanes == 0 {
-            return PacketHits {
-                t: [0.0; 4],
-                mask: 0,
-            };
-        }
         let det = u + v + w;
         let t = sz * (u * az + v * bz + w * cz) / det;
         // A vanishing determinant makes t infinite or NaN, which fails.

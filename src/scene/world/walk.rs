@@ -11,7 +11,7 @@ use super::fold::WIDTH;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::avx::Avx;
 use super::lanes::{Lanes, Portable};
-use super::triangles::WalkRay;
+use super::triangles::{PacketHits, WalkRay};
 #[cfg(target_arch = "x86_64")]
 use crate::simd::SimdLevel;
 
@@ -29,8 +29,10 @@ struct Walk {
     /// The caller's number of the ray.
     number: u32,
     current: Child,
-    /// What is still to be visited: entry distance and child.
-    waiting: Vec<(f32, Child)>,
+    /// What is still to be visited, the first so many, and room for more: entry distance (its bits, which are in the
+    /// order of the numbers, as none is below 0) above the child.
+    waiting: Vec<u64>,
+    left: usize,
 }
 
 /// Where a ray meets the boxes of a node.
@@ -51,6 +53,7 @@ pub(super) struct WalkGroup {
     at_nodes: Vec<u32>,
     at_leaves: Vec<u32>,
     met: Vec<Met>,
+    found: Vec<PacketHits>,
 }
 
 /// Room for walks, used again and again.
@@ -87,6 +90,7 @@ impl WalkGroup {
             self.at_nodes.push(0);
             self.at_leaves.push(0);
             self.met.push(Met::default());
+            self.found.push(PacketHits::default());
         }
         let walk = &mut self.walks[self.count];
         self.count += 1;
@@ -98,7 +102,7 @@ impl WalkGroup {
         walk.ray = ray;
         walk.t_max = t_max;
         walk.number = number;
-        walk.waiting.clear();
+        walk.left = 0;
     }
 
     /// How far the first ray went, or may still go.
@@ -140,36 +144,42 @@ impl Walk {
         if hits == 0 {
             return self.go_back();
         }
-        let first = hits.trailing_zeros() as usize;
-        hits &= hits - 1;
-        self.current = node.children[first];
-        let mut nearest = met.enter[first];
-        let kept = self.waiting.len();
-        while hits != 0 {
-            let lane = hits.trailing_zeros() as usize;
-            hits &= hits - 1;
-            let mut entry = (met.enter[lane], node.children[lane]);
-            if entry.0 < nearest {
-                std::mem::swap(&mut entry.0, &mut nearest);
-                std::mem::swap(&mut entry.1, &mut self.current);
-            }
-            // Far ones lie deeper.
-            self.waiting.push(entry);
-            let mut i = self.waiting.len() - 1;
-            while i > kept && self.waiting[i - 1].0 < self.waiting[i].0 {
-                self.waiting.swap(i - 1, i);
-                i -= 1;
-            }
+        if self.waiting.len() < self.left + WIDTH {
+            self.waiting.resize(2 * (self.left + WIDTH), 0);
         }
+        let entry = |hits: u32| {
+            let lane = hits.trailing_zeros() as usize % WIDTH;
+            u64::from(met.enter[lane].to_bits()) << 32 | u64::from(node.children[lane].bits())
+        };
+        let mut nearest = entry(hits);
+        hits &= hits - 1;
+        let waiting = &mut self.waiting[self.left..][..WIDTH];
+        let mut more = 0;
+        while hits != 0 {
+            let next = entry(hits);
+            hits &= hits - 1;
+            waiting[more] = nearest.max(next);
+            nearest = nearest.min(next);
+            // Far ones lie deeper. Without a branch that depends on which is farther.
+            for i in (0..more).rev() {
+                let [a, b] = [waiting[i], waiting[i + 1]];
+                (waiting[i], waiting[i + 1]) = (a.max(b), a.min(b));
+            }
+            more += 1;
+        }
+        self.left += more;
+        self.current = Child::from_bits(nearest as u32);
         true
     }
 
     /// Goes on to the nearest of what still waits; false if nothing does.
     #[inline(always)]
     fn go_back(&mut self) -> bool {
-        while let Some((enter, child)) = self.waiting.pop() {
-            if enter <= self.t_max {
-                self.current = child;
+        while let Some(left) = self.left.checked_sub(1) {
+            self.left = left;
+            let entry = self.waiting[left];
+            if f32::from_bits((entry >> 32) as u32) <= self.t_max {
+                self.current = Child::from_bits(entry as u32);
                 return true;
             }
         }
@@ -177,63 +187,62 @@ impl Walk {
     }
 }
 
+/// What a tree's leaves stand for.
+pub(super) trait Leaves {
+    /// What a ray meets of a leaf before `t_max`: it is asked of all rays that are at leaves, one after the other.
+    fn test(&self, ray: &WalkRay, t_max: f32, leaf: usize, items: u32) -> PacketHits;
+
+    /// A ray is at a leaf, of which it meets `found`: may lower its `t_max`, and ends its walk by returning true.
+    fn visit(&mut self, visit: Visit<'_>, found: &PacketHits) -> bool;
+
+    /// A leaf will be visited soon.
+    fn expect(&self, leaf: usize);
+}
+
 impl Bvh {
-    /// Visits the leaves that each ray may meet before its `t_max`, about from near to far: `leaf` may lower it and
-    /// ends that ray's walk by returning true; `expect(leaf)` hears of a leaf that will be visited soon.
+    /// Visits the leaves that each ray may meet before its `t_max`, about from near to far.
     #[inline(always)]
-    pub fn walk_all(
-        &self,
-        group: &mut WalkGroup,
-        leaf: impl FnMut(Visit<'_>) -> bool,
-        expect: impl Fn(usize),
-    ) {
+    pub fn walk_all(&self, group: &mut WalkGroup, leaves: &mut impl Leaves) {
         #[cfg(target_arch = "x86_64")]
         if self.simd >= SimdLevel::Avx2 {
             // SAFETY: the level says that the CPU has AVX2.
-            unsafe { self.walk_all_avx2(group, leaf, expect) };
+            unsafe { self.walk_all_avx2(group, leaves) };
             return;
         }
-        self.walk_all_by::<Portable>(group, leaf, expect);
+        self.walk_all_by::<Portable>(group, leaves);
     }
 
     /// # Safety
     /// The CPU must have AVX2.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    unsafe fn walk_all_avx2(
-        &self,
-        group: &mut WalkGroup,
-        leaf: impl FnMut(Visit<'_>) -> bool,
-        expect: impl Fn(usize),
-    ) {
-        self.walk_all_by::<Avx>(group, leaf, expect);
+    unsafe fn walk_all_avx2(&self, group: &mut WalkGroup, leaves: &mut impl Leaves) {
+        self.walk_all_by::<Avx>(group, leaves);
     }
 
     #[inline(always)]
-    fn walk_all_by<L: Lanes>(
-        &self,
-        group: &mut WalkGroup,
-        mut leaf: impl FnMut(Visit<'_>) -> bool,
-        expect: impl Fn(usize),
-    ) {
+    fn walk_all_by<L: Lanes>(&self, group: &mut WalkGroup, leaves: &mut impl Leaves) {
         let Some(root) = self.root else {
             return;
         };
         let count = group.count;
         let walks = &mut group.walks[..count];
         let (at_nodes, at_leaves) = (&mut group.at_nodes[..count], &mut group.at_leaves[..count]);
-        let met = &mut group.met[..count];
-        let (mut nodes, mut leaves) = (0, 0);
+        let (met, found) = (&mut group.met[..count], &mut group.found[..count]);
         walks.iter_mut().for_each(|w| w.current = root);
-        match root.is_leaf() {
-            true => leaves = count,
-            false => nodes = count,
-        }
         (0..).zip(&mut *at_nodes).for_each(|(i, at)| *at = i);
         (0..).zip(&mut *at_leaves).for_each(|(i, at)| *at = i);
-        while nodes + leaves > 0 {
-            let visited = std::mem::take(&mut leaves);
-            for k in 0..visited {
+        let (mut nodes, mut ends) = match root.is_leaf() {
+            true => (0, count),
+            false => (count, 0),
+        };
+        while nodes + ends > 0 {
+            for (&i, found) in at_leaves[..ends].iter().zip(&mut *found) {
+                let walk = &walks[i as usize];
+                let (leaf, items) = (walk.current.number() as usize, walk.current.items());
+                *found = leaves.test(&walk.ray, walk.t_max, leaf, items);
+            }
+            for k in 0..std::mem::take(&mut ends) {
                 let i = at_leaves[k];
                 let walk = &mut walks[i as usize];
                 let visit = Visit {
@@ -243,40 +252,38 @@ impl Bvh {
                     items: walk.current.items(),
                     t_max: &mut walk.t_max,
                 };
-                if !leaf(visit) && walk.go_back() {
-                    self.ask_for(walk.current, &expect);
-                    at_nodes[nodes] = i;
-                    at_leaves[leaves] = i;
+                let is_ended = found[k].mask != 0 && leaves.visit(visit, &found[k]);
+                if !is_ended && walk.go_back() {
+                    self.ask_for(walk.current, leaves);
+                    (at_nodes[nodes], at_leaves[ends]) = (i, i);
                     let is_leaf = usize::from(walk.current.is_leaf());
-                    leaves += is_leaf;
                     nodes += 1 - is_leaf;
+                    ends += is_leaf;
                 }
             }
             for (&i, met) in at_nodes[..nodes].iter().zip(&mut *met) {
                 let walk = &walks[i as usize];
                 *met = walk.meet::<L>(&self.nodes[walk.current.number() as usize]);
             }
-            let tested = std::mem::take(&mut nodes);
-            for k in 0..tested {
+            for k in 0..std::mem::take(&mut nodes) {
                 let i = at_nodes[k];
                 let walk = &mut walks[i as usize];
                 let node = &self.nodes[walk.current.number() as usize];
                 if walk.go_on(node, &met[k]) {
-                    self.ask_for(walk.current, &expect);
-                    at_nodes[nodes] = i;
-                    at_leaves[leaves] = i;
+                    self.ask_for(walk.current, leaves);
+                    (at_nodes[nodes], at_leaves[ends]) = (i, i);
                     let is_leaf = usize::from(walk.current.is_leaf());
-                    leaves += is_leaf;
                     nodes += 1 - is_leaf;
+                    ends += is_leaf;
                 }
             }
         }
     }
 
     #[inline(always)]
-    fn ask_for(&self, next: Child, expect: &impl Fn(usize)) {
+    fn ask_for(&self, next: Child, leaves: &impl Leaves) {
         if next.is_leaf() {
-            expect(next.number() as usize);
+            leaves.expect(next.number() as usize);
         } else if let Some(node) = self.nodes.get(next.number() as usize) {
             prefetch(node);
         }
