@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 
 use super::bvh::{Bounds, Bvh};
 use super::triangles::{Packet, PacketHits, WalkRay};
-use super::walk::{Leaves, Visit, Walks, prefetch};
+use super::walk::{Leaves, Visit, Walks};
 use crate::rays::RaySlices;
 use crate::scene::hits::NO_SURFACE;
 
@@ -72,10 +72,8 @@ impl Leaves for NearestPatches<'_> {
     }
 
     #[inline(always)]
-    fn expect(&self, leaf: usize) {
-        if let Some(packet) = self.packets.get(leaf) {
-            prefetch(packet);
-        }
+    fn address(&self, leaf: usize) -> *const u8 {
+        self.packets.as_ptr().wrapping_add(leaf).cast()
     }
 }
 

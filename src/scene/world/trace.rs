@@ -8,7 +8,7 @@ use glam::Vec3A as Vec3;
 use super::World;
 use super::geometry::{Element, Geometry};
 use super::triangles::{PacketHits, WalkRay};
-use super::walk::{Leaves, Visit, WalkGroup, Walks, prefetch};
+use super::walk::{Leaves, Visit, WalkGroup, Walks};
 use crate::rays::Ray;
 
 /// A ray and the question put to the world about it.
@@ -124,10 +124,8 @@ impl Leaves for Packets<'_> {
     }
 
     #[inline(always)]
-    fn expect(&self, leaf: usize) {
-        if let Some(packet) = self.geometry.packets.get(leaf) {
-            prefetch(packet);
-        }
+    fn address(&self, leaf: usize) -> *const u8 {
+        self.geometry.packets.as_ptr().wrapping_add(leaf).cast()
     }
 }
 
@@ -175,7 +173,10 @@ impl Leaves for Slots<'_> {
         })
     }
 
-    fn expect(&self, _leaf: usize) {}
+    #[inline(always)]
+    fn address(&self, leaf: usize) -> *const u8 {
+        self.world.stage.slots.as_ptr().wrapping_add(leaf).cast()
+    }
 }
 
 impl World {
