@@ -20,22 +20,23 @@ pub(super) struct WalkRay {
     shear: Vec3,
 }
 
+/// Axes of the sheared frame by its z, and in the order that keeps the winding if the ray runs down it.
+const AXES: [[[usize; 3]; 2]; 3] = [
+    [[1, 2, 0], [2, 1, 0]],
+    [[2, 0, 1], [0, 2, 1]],
+    [[0, 1, 2], [1, 0, 2]],
+];
+
 impl WalkRay {
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         let d = direction.to_array();
         let [a, b, c] = d.map(f32::abs);
-        let z = if a > b && a > c {
-            0
-        } else if b > c {
-            1
-        } else {
-            2
-        };
-        let (mut x, mut y) = ((z + 1) % 3, (z + 2) % 3);
-        // Keeps the winding.
-        if d[z] < 0.0 {
-            std::mem::swap(&mut x, &mut y);
-        }
+        // The longest component, without branches that nobody can foretell.
+        let is_x = (a > b) & (a > c);
+        let is_y = !is_x & (b > c);
+        let z = 2 - 2 * usize::from(is_x) - usize::from(is_y);
+        let axes = AXES[z][usize::from(d[z] < 0.0)];
+        let [x, y, _] = axes;
         // A direction component of 0 becomes so small a one that the box test stays finite.
         let finite = |x: f32| {
             if x.abs() < 1e-30 {
@@ -49,7 +50,7 @@ impl WalkRay {
         Self {
             origin,
             inverse: Vec3::from(inverse),
-            axes: [x, y, z],
+            axes,
             shear: Vec3::new(d[x] * scale, d[y] * scale, scale),
         }
     }
