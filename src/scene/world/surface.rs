@@ -1,6 +1,6 @@
 //! The place where a ray meets a triangle, computed in f64, and the material there.
 
-use glam::{DVec3, Vec2, Vec3A as Vec3};
+use glam::{DVec3, Vec2, Vec3A as Vec3, Vec4};
 
 use super::World;
 use super::description::{Alpha, Material, TextureRef};
@@ -194,24 +194,23 @@ impl World {
         let Some(r) = reference else {
             return [1.0; 4];
         };
+        let map = &self.textures[r.texture];
         let width = footprint.width * r.uv_from_mesh.matrix2.determinant().abs().sqrt();
+        let filter = map.filter(width);
         let at = |uv: Vec2| {
             let moved = r.uv_from_mesh.transform_point2(uv).to_array();
-            self.textures[r.texture].sample(moved, width)
+            map.filtered(&filter, moved)
         };
         if footprint.probes == 1 {
-            return at(uv.into());
+            return at(uv.into()).to_array();
         }
         let share = 1.0 / footprint.probes as f32;
-        let mut mean = [0.0; 4];
+        let mut mean = Vec4::ZERO;
         for k in 0..footprint.probes {
             let place = (k as f32 + 0.5) * share - 0.5;
-            let texel = at(Vec2::from(uv) + Vec2::from(footprint.row) * place);
-            mean.iter_mut()
-                .zip(texel)
-                .for_each(|(m, t)| *m += t * share);
+            mean += at(Vec2::from(uv) + Vec2::from(footprint.row) * place) * share;
         }
-        mean
+        mean.to_array()
     }
 
     /// Alpha of a material at a place: 1 where opaque; 0 or 1 for a cut-out.

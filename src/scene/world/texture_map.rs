@@ -37,6 +37,14 @@ pub struct TextureMap {
     wrap: [Wrap; 2],
 }
 
+/// Levels of the pyramid that a lookup is between.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Filter {
+    fine: usize,
+    /// Weight of the next coarser one.
+    coarse_share: f32,
+}
+
 impl TextureMap {
     /// A linear picture without alpha.
     pub fn from_texture(texture: &Texture, wrap: [Wrap; 2]) -> Self {
@@ -94,6 +102,11 @@ impl TextureMap {
     /// Linear R, G, B and A at `uv` (see [`super::TriangleMesh::uvs`]), averaged over about a square of the side
     /// `footprint`, in units of `uv`.
     pub fn sample(&self, uv: [f32; 2], footprint: f32) -> [f32; 4] {
+        self.filtered(&self.filter(footprint), uv).to_array()
+    }
+
+    /// The levels of the pyramid for squares of this side.
+    pub(super) fn filter(&self, footprint: f32) -> Filter {
         let (width, height) = self.size();
         let texels = footprint * width.max(height) as f32;
         let last = self.raster.level_count() - 1;
@@ -103,13 +116,22 @@ impl TextureMap {
         } else {
             0.0
         };
-        let (whole, share) = (level as usize, level.fract());
-        let fine = self.bilinear(whole, uv);
-        if share == 0.0 {
-            return fine.to_array();
+        let fine = level as usize;
+        Filter {
+            fine,
+            coarse_share: level - fine as f32,
         }
-        let coarse = self.bilinear(whole + 1, uv);
-        (fine + (coarse - fine) * share).to_array()
+    }
+
+    /// [`Self::sample`] by levels that are known.
+    #[inline]
+    pub(super) fn filtered(&self, filter: &Filter, uv: [f32; 2]) -> Vec4 {
+        let fine = self.bilinear(filter.fine, uv);
+        if filter.coarse_share == 0.0 {
+            return fine;
+        }
+        let coarse = self.bilinear(filter.fine + 1, uv);
+        fine + (coarse - fine) * filter.coarse_share
     }
 
     #[inline]
