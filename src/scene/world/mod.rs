@@ -44,6 +44,7 @@ mod trace;
 mod traits;
 mod triangles;
 mod walk;
+mod walk_step;
 
 #[cfg(test)]
 mod tests;

@@ -1,47 +1,19 @@
 //! Rays on their way through a tree, many at a time.
 //!
 //! A step of a walk is a chain of dependent operations behind a read that often misses the caches, and ends in branches
-//! that nobody can foretell. So walks go in rounds. First all that are at a leaf visit it; then the boxes of all that are
-//! at a node are tested, without a branch, so that the processor works at many of them at once; then each goes on to
-//! what it has met, which is known by then: a branch foretold wrongly costs little. What a walk reads next is asked for
-//! a round before. Each walk meets the same nodes and leaves in the same order as it would alone.
+//! that nobody can foretell. So walks go in rounds: the triangles of all that are at a leaf are tested, then the boxes
+//! of all that are at a node, without branches, so that the processor works at many of them at once. Each then goes on
+//! to what it has met, which is known by that time: a branch foretold wrongly costs little. What a walk reads next is
+//! asked for a round before. Each walk meets the same nodes and leaves in the same order as it would alone.
 
-use super::bvh::{Bvh, Child, Node};
-use super::fold::WIDTH;
+use super::bvh::{Bvh, Child};
 #[cfg(target_arch = "x86_64")]
 use super::lanes::avx::Avx;
 use super::lanes::{Lanes, Portable};
 use super::triangles::{PacketHits, WalkRay};
+use super::walk_step::{Met, Walk};
 #[cfg(target_arch = "x86_64")]
 use crate::simd::SimdLevel;
-
-/// Rounding of the six products and differences of a box test, with room (T. Ize, JCGT 2(2), 12 (2013)).
-const FAR_FACTOR: f32 = 1.000_000_5;
-
-/// A ray on its way.
-#[derive(Clone, Debug, Default)]
-struct Walk {
-    ray: WalkRay,
-    /// Bounds of each axis that the ray meets first: the least if it runs up.
-    near: [usize; 3],
-    /// Only what is nearer counts; leaves may lower it.
-    t_max: f32,
-    /// The caller's number of the ray.
-    number: u32,
-    current: Child,
-    /// What is still to be visited, the first so many, and room for more: entry distance (its bits, which are in the
-    /// order of the numbers, as none is below 0) above the child.
-    waiting: Vec<u64>,
-    left: usize,
-}
-
-/// Where a ray meets the boxes of a node.
-#[derive(Clone, Copy, Debug, Default)]
-struct Met {
-    enter: [f32; WIDTH],
-    /// Bit i: child i is met.
-    hits: u32,
-}
 
 /// Rays that go through a tree together. The room that they need is used again and again.
 #[derive(Clone, Debug, Default)]
@@ -92,98 +64,13 @@ impl WalkGroup {
             self.met.push(Met::default());
             self.found.push(PacketHits::default());
         }
-        let walk = &mut self.walks[self.count];
+        self.walks[self.count].start(number, ray, t_max);
         self.count += 1;
-        walk.near = [
-            usize::from(ray.inverse.x.is_sign_negative()),
-            2 + usize::from(ray.inverse.y.is_sign_negative()),
-            4 + usize::from(ray.inverse.z.is_sign_negative()),
-        ];
-        walk.ray = ray;
-        walk.t_max = t_max;
-        walk.number = number;
-        walk.left = 0;
     }
 
     /// How far the first ray went, or may still go.
     pub fn first_t_max(&self) -> f32 {
         self.walks.first().map_or(0.0, |w| w.t_max)
-    }
-}
-
-impl Walk {
-    /// Tests the boxes of a node.
-    #[inline(always)]
-    fn meet<L: Lanes>(&self, node: &Node) -> Met {
-        let (o, inv) = (self.ray.origin, self.ray.inverse);
-        let origin = [L::splat(o.x), L::splat(o.y), L::splat(o.z)];
-        let inverse = [L::splat(inv.x), L::splat(inv.y), L::splat(inv.z)];
-        let near = self.near;
-        let slab = |axis: usize, bound: usize| {
-            L::load(&node.bounds[bound])
-                .minus(origin[axis])
-                .times(inverse[axis])
-        };
-        let enter = slab(0, near[0])
-            .greatest(slab(1, near[1]))
-            .greatest(slab(2, near[2]).greatest(L::splat(0.0)));
-        let leave = slab(0, near[0] ^ 1)
-            .least(slab(1, near[1] ^ 1))
-            .least(slab(2, near[2] ^ 1))
-            .times(L::splat(FAR_FACTOR));
-        Met {
-            enter: enter.store(),
-            hits: enter.at_most(leave.least(L::splat(self.t_max))),
-        }
-    }
-
-    /// Goes on to the nearest child that is met; false at the end.
-    #[inline(always)]
-    fn go_on(&mut self, node: &Node, met: &Met) -> bool {
-        let mut hits = met.hits;
-        if hits == 0 {
-            return self.go_back();
-        }
-        if self.waiting.len() < self.left + WIDTH {
-            self.waiting.resize(2 * (self.left + WIDTH), 0);
-        }
-        let entry = |hits: u32| {
-            let lane = hits.trailing_zeros() as usize % WIDTH;
-            u64::from(met.enter[lane].to_bits()) << 32 | u64::from(node.children[lane].bits())
-        };
-        let mut nearest = entry(hits);
-        hits &= hits - 1;
-        let waiting = &mut self.waiting[self.left..][..WIDTH];
-        let mut more = 0;
-        while hits != 0 {
-            let next = entry(hits);
-            hits &= hits - 1;
-            waiting[more] = nearest.max(next);
-            nearest = nearest.min(next);
-            // Far ones lie deeper. Without a branch that depends on which is farther.
-            for i in (0..more).rev() {
-                let [a, b] = [waiting[i], waiting[i + 1]];
-                (waiting[i], waiting[i + 1]) = (a.max(b), a.min(b));
-            }
-            more += 1;
-        }
-        self.left += more;
-        self.current = Child::from_bits(nearest as u32);
-        true
-    }
-
-    /// Goes on to the nearest of what still waits; false if nothing does.
-    #[inline(always)]
-    fn go_back(&mut self) -> bool {
-        while let Some(left) = self.left.checked_sub(1) {
-            self.left = left;
-            let entry = self.waiting[left];
-            if f32::from_bits((entry >> 32) as u32) <= self.t_max {
-                self.current = Child::from_bits(entry as u32);
-                return true;
-            }
-        }
-        false
     }
 }
 
@@ -203,13 +90,26 @@ impl Bvh {
     /// Visits the leaves that each ray may meet before its `t_max`, about from near to far.
     #[inline(always)]
     pub fn walk_all(&self, group: &mut WalkGroup, leaves: &mut impl Leaves) {
-        #[cfg(target_arch = "x86_64")]
-        if self.simd >= SimdLevel::Avx2 {
+        match self.simd {
+            // SAFETY: the level says that the CPU has AVX-512.
+            #[cfg(target_arch = "x86_64")]
+            SimdLevel::Avx512 => unsafe { self.walk_all_avx512(group, leaves) },
             // SAFETY: the level says that the CPU has AVX2.
-            unsafe { self.walk_all_avx2(group, leaves) };
-            return;
+            #[cfg(target_arch = "x86_64")]
+            SimdLevel::Avx2 => unsafe { self.walk_all_avx2(group, leaves) },
+            _ => self.walk_all_by::<Portable>(group, leaves),
         }
-        self.walk_all_by::<Portable>(group, leaves);
+    }
+
+    /// The same vectors as for AVX2, of which there are twice as many, and comparisons in registers of their own: 2 %
+    /// faster.
+    ///
+    /// # Safety
+    /// The CPU must have AVX-512 F, DQ and VL.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl")]
+    unsafe fn walk_all_avx512(&self, group: &mut WalkGroup, leaves: &mut impl Leaves) {
+        self.walk_all_by::<Avx>(group, leaves);
     }
 
     /// # Safety

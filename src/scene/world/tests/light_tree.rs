@@ -1,6 +1,6 @@
 //! Chances of many lights: they add up, and none is 0 of a light that lights.
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 
 use super::super::light_bounds::LightBounds;
 use super::super::light_node::Receiver;
@@ -24,8 +24,8 @@ fn receivers() -> impl Iterator<Item = Receiver> {
     (0..40u64).map(|k| {
         let u = |d| uniform(6, &[k, d]) as f32 - 0.5;
         Receiver {
-            place: 1200.0 * Vec3::new(u(0), u(1), u(2)),
-            normal: Vec3::new(u(3), u(4), u(5)).normalize(),
+            place: 1200.0 * Vec3A::new(u(0), u(1), u(2)),
+            normal: Vec3A::new(u(3), u(4), u(5)).normalize(),
         }
     })
 }
@@ -79,9 +79,9 @@ fn only_lights_of_which_nothing_arrives_have_no_importance() {
     for receiver in receivers() {
         for (i, c) in corners.iter().enumerate() {
             let front = (c[1] - c[0]).cross(c[2] - c[0]).normalize();
-            let is_lit = front.dot(receiver.place - c[0]) > 1e-3
+            let is_lit = front.dot(Vec3::from(receiver.place) - c[0]) > 1e-3
                 && c.iter()
-                    .any(|p| receiver.normal.dot(*p - receiver.place) > 1e-3);
+                    .any(|p| receiver.normal.dot(Vec3A::from(*p) - receiver.place) > 1e-3);
             let chance = tree.chance_by_importance(i, &receiver);
             assert!(chance > 0.0 || !is_lit, "light {i}");
             without += usize::from(chance == 0.0);
@@ -94,8 +94,8 @@ fn only_lights_of_which_nothing_arrives_have_no_importance() {
 #[test]
 fn a_tree_of_no_light_of_one_and_of_many_at_one_place() {
     let receiver = Receiver {
-        place: Vec3::ZERO,
-        normal: Vec3::Z,
+        place: Vec3A::ZERO,
+        normal: Vec3A::Z,
     };
     assert!(LightTree::new(&[]).draw(&receiver, 0.5).is_none());
     let one = LightBounds::point(Vec3::Z, 1.0);

@@ -1,6 +1,6 @@
 //! Every material: reciprocity, energy, and its sampler against its own density and value.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3A as Vec3};
 
 use crate::rays::Ray;
 use crate::sampling::{concentric_disk, uniform};

@@ -1,9 +1,10 @@
 //! Rays against triangles: no holes, and the same nearest hit as a plain search in f64.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3A as Vec3};
 
 use crate::rays::Ray;
 use crate::sampling::uniform;
+use crate::scene::world::trace::{QueryResult, RayQuery};
 use crate::scene::world::walk::Walks;
 use crate::scene::world::{Instance, Material, TriangleMesh, World, WorldDescription};
 use crate::simd::SimdLevel;
@@ -232,31 +233,60 @@ fn a_fan_of_triangles_is_built_at_once_and_searched_right() {
 }
 
 #[test]
-fn every_level_of_instructions_finds_the_same_triangle() {
+fn every_level_of_instructions_finds_the_same_triangle_for_rays_alone_and_together() {
     let (steps, rays) = if cfg!(miri) { (6, 30) } else { (40, 2000) };
-    let best = World::new(ball(
+    let mut world = World::new(ball(
         steps,
         DVec3::new(3.0, 2.0, -9.0),
         DVec3::new(2.0, 1.0, 3.0),
     ))
     .unwrap();
-    let mut plain = best.clone();
-    for geometry in &mut plain.stage.geometries {
-        geometry.bvh.set_simd(SimdLevel::Scalar);
-    }
-    let mut walks = Walks::default();
-    for k in 0..rays {
+    let ray = |k: u64| {
         let origin = DVec3::new(3.0, 2.0, -9.0) + 4.0 * random_direction(k);
         let aim = DVec3::new(3.0, 2.0, -9.0) + 2.0 * random_direction(9000 + k);
-        let ray = Ray {
+        Ray {
             origin_mm: origin,
             direction: (aim - origin).normalize(),
-        };
+        }
+    };
+    // Every third asks for light from 2 mm away.
+    let query = |k: u64| match k % 3 {
+        0 => RayQuery::transmittance(k as usize, ray(k), 2.0),
+        _ => RayQuery::nearest(k as usize, ray(k)),
+    };
+    let mut walks = Walks::default();
+    let mut found: Option<Vec<QueryResult>> = None;
+    let best = SimdLevel::detect();
+    for simd in SimdLevel::ALL.into_iter().filter(|level| *level <= best) {
+        for geometry in &mut world.stage.geometries {
+            geometry.bvh.set_simd(simd);
+        }
+        let mut together: Vec<RayQuery> = (0..rays).map(query).collect();
+        for some in together.chunks_mut(100) {
+            world.trace(some, &mut walks);
+        }
+        let alone: Vec<QueryResult> = (0..rays)
+            .map(|k| {
+                let mut query = query(k);
+                world.trace(std::slice::from_mut(&mut query), &mut walks);
+                query.result
+            })
+            .collect();
+        let together: Vec<QueryResult> = together.iter().map(|q| q.result).collect();
+        assert_eq!(together, alone, "{simd:?}");
         assert_eq!(
-            best.closest(&ray, &mut walks),
-            plain.closest(&ray, &mut walks)
+            *found.get_or_insert_with(|| alone.clone()),
+            alone,
+            "{simd:?}"
         );
     }
+    let found = found.unwrap_or_default();
+    let count = |result| found.iter().filter(|r| **r == result).count();
+    let (open, dark) = (
+        count(QueryResult::Transmittance(Vec3::ONE)),
+        count(QueryResult::Transmittance(Vec3::ZERO)),
+    );
+    assert!(open > 0 && dark > 0, "{open} and {dark}");
 }
 
 #[test]
