@@ -190,7 +190,9 @@ mod tests {
         let mut paths: Vec<_> = (0..50)
             .map(|i| {
                 let mut samples = PathSamples::new(mix(i), 3 * i as u32);
-                (0..i % 5).for_each(|_| drop(samples.pair()));
+                for _ in 0..i % 5 {
+                    samples.pair();
+                }
                 samples
             })
             .collect();
