@@ -128,6 +128,7 @@ impl NumberColumns {
         self.fill();
     }
 
+    #[allow(clippy::needless_range_loop)] // because columns of four lists side by side are plainer by their index
     #[inline(always)]
     fn fill(&mut self) {
         // Loops of one kind of operation each, over columns of their own, become vectors.
