@@ -20,7 +20,7 @@ pub struct World {
     pub(super) lights: lights::Lights,
     lamps: Vec<Lamp>,
     pub(super) sky: environment::Sky,
-    /// One a material.
+    /// One per material.
     pub(super) traits: Vec<Traits>,
     /// Whether any material is a cut-out.
     pub(super) has_masks: bool,

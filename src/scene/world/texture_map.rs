@@ -1,7 +1,7 @@
 //! Pictures on surfaces: repeated, mirrored or held at their borders, and filtered by the footprint of a ray.
 //!
 //! A lookup is trilinear in a pyramid of halved pictures (Williams, SIGGRAPH 1983). Pictures of files stay 8-bit (5.3
-//! bytes a texel with the pyramid; a film set has hundreds), those of generators are [`Texture`]s.
+//! bytes per texel with the pyramid; a film set has hundreds), those of [`Texture`]s are f32 (21 bytes per texel).
 
 use glam::Vec4;
 
