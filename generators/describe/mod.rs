@@ -8,11 +8,12 @@ use quadpixel::hash::settings_hash;
 use quadpixel::lens::{ElementRef, Misalignment};
 use quadpixel::render::truth::DisparityField;
 use quadpixel::render::{
-    Camera, RenderStats, SamplingErrors, blur_rays, disparity_curves, disparity_ratio,
+    Camera, RenderStats, SamplingErrors, blur_rays, disparity_curves, disparity_ratio_in,
     matching_curves,
 };
 use quadpixel::response::{Response, ResponseLookup};
 use quadpixel::sensor::ShiftRule;
+use quadpixel::spectrum::ChannelWavelengths;
 use quadpixel::units::M_PER_MM;
 use quadpixel_datasets as spec;
 
@@ -101,8 +102,9 @@ pub(crate) struct RenderedLight<'a> {
 
 /// What `camera.json` says of disparity; `None` for bare pixels.
 pub(crate) fn curves(camera: &Camera, fields: &[DisparityField]) -> Option<spec::CameraCurves> {
+    let field = (fields.get(ChannelWavelengths::REFERENCE)).or(fields.first())?;
     Some(spec::CameraCurves {
-        disparity_ratio: disparity_ratio(camera)?,
+        disparity_ratio: disparity_ratio_in(camera, field)?,
         disparity: disparity_curves(camera, fields)?,
         matching: matching_curves(camera)?,
         blur: blur_rays(camera).map(spec::BlurRays::rounded),

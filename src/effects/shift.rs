@@ -22,23 +22,33 @@ const LEAST_LIGHT: f64 = 0.01;
 pub(super) struct SubpixelViews {
     /// `[place][channel]`: the sub-pixels, then all together.
     seen: Vec<Vec<Option<Vec<Centroid>>>>,
-    places: Vec<DVec2>,
+}
+
+/// The views of the whole, and what turns a change of what is seen there into one of the place.
+pub(super) struct ReferenceViews {
+    views: SubpixelViews,
+    /// J₀ and J₁ at each place; `None` where it is dark.
+    jacobians: Vec<Option<[DMat2; 2]>>,
+}
+
+/// The middle and the corners of a camera's window.
+fn places(camera: &Camera) -> [DVec2; 5] {
+    let w = camera.sensor().window_mm();
+    let corner = |x: f64, y: f64| w.centre + DVec2::new(x * w.half_width, y * w.half_height);
+    [
+        w.centre,
+        corner(-1.0, -1.0),
+        corner(1.0, -1.0),
+        corner(-1.0, 1.0),
+        corner(1.0, 1.0),
+    ]
 }
 
 impl SubpixelViews {
     /// Of a camera, in the middle and the corners of its window.
     pub fn new(camera: &Camera) -> Self {
-        let w = camera.sensor().window_mm();
-        let corner = |x: f64, y: f64| w.centre + DVec2::new(x * w.half_width, y * w.half_height);
-        let places = vec![
-            w.centre,
-            corner(-1.0, -1.0),
-            corner(1.0, -1.0),
-            corner(-1.0, 1.0),
-            corner(1.0, 1.0),
-        ];
         let samples = SobolSet::new(RAYS);
-        let seen = places.par_iter().map(|&place| {
+        let seen = places(camera).into_par_iter().map(|place| {
             let channel_views = |channel| {
                 let (mut views, all) = centroids(camera, channel, place, &samples)?;
                 views.push(all);
@@ -48,24 +58,32 @@ impl SubpixelViews {
         });
         Self {
             seen: seen.collect(),
-            places,
+        }
+    }
+}
+
+impl ReferenceViews {
+    /// Of a camera, as [`SubpixelViews::new`].
+    pub fn new(camera: &Camera) -> Self {
+        let jacobians = places(camera)
+            .into_par_iter()
+            .map(|place| jacobian_at(camera, ChannelWavelengths::REFERENCE, place));
+        Self {
+            views: SubpixelViews::new(camera),
+            jacobians: jacobians.collect(),
         }
     }
 
-    /// The largest shift, px, of another camera's views against these, those of `camera`, at the depths from `near_mm`
-    /// to `far_mm` (+∞ allowed).
-    pub fn largest_shift_px(
-        &self,
-        camera: &Camera,
-        other: &Self,
-        [near_mm, far_mm]: [f64; 2],
-    ) -> f64 {
-        let place_shift = |(i, &place): (usize, &DVec2)| {
-            let Some([j0, j1]) = jacobian_at(camera, ChannelWavelengths::REFERENCE, place) else {
-                return 0.0;
+    /// The largest shift, px, of another camera's views against these at the depths from `near_mm` to `far_mm` (+∞
+    /// allowed).
+    pub fn largest_shift_px(&self, other: &SubpixelViews, [near_mm, far_mm]: [f64; 2]) -> f64 {
+        let mut largest: f64 = 0.0;
+        let places = self.views.seen.iter().zip(&other.seen).zip(&self.jacobians);
+        for ((ours, theirs), jacobians) in places {
+            let Some([j0, j1]) = jacobians else {
+                continue;
             };
-            let mut largest: f64 = 0.0;
-            for (ours, theirs) in self.seen[i].iter().zip(&other.seen[i]) {
+            for (ours, theirs) in ours.iter().zip(theirs) {
                 // Dark in one only: nothing that a shift could tell.
                 let (Some(ours), Some(theirs)) = (ours, theirs) else {
                     let alike = ours.is_some() == theirs.is_some();
@@ -73,15 +91,12 @@ impl SubpixelViews {
                     continue;
                 };
                 for inverse in [1.0 / near_mm, 1.0 / far_mm] {
-                    let to_px = (j0 + inverse * j1).inverse();
+                    let to_px = (*j0 + inverse * *j1).inverse();
                     largest = largest.max(shift_px(ours, theirs, to_px, inverse));
                 }
             }
-            largest
-        };
-        let places: Vec<_> = self.places.iter().enumerate().collect();
-        let shifts: Vec<f64> = places.into_par_iter().map(place_shift).collect();
-        shifts.into_iter().fold(0.0, f64::max)
+        }
+        largest
     }
 }
 

@@ -9,7 +9,8 @@
 //! ```
 //!
 //! estimates the squared difference of the converged images without bias; s is the standard deviation of the products
-//! of the n pixels.
+//! of the n pixels. An effect that moves the rays is looked at with few rays first: where the difference is above the
+//! tolerance by three of its standard errors, that is answer enough.
 
 use super::Shot;
 use crate::render::truth::white_sum_sr;
@@ -27,6 +28,24 @@ const MOVED_RAYS: usize = 128;
 /// Keeps the probes' random numbers apart from the image's.
 const KEY: u64 = 0x0EFF_EC75;
 
+/// What an effect does to the rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Look {
+    /// They stay as they are, or few are asked for.
+    Same,
+    /// They are moved.
+    Moved,
+}
+
+/// How far two shots differ, by their probes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Difference {
+    /// By three standard errors less.
+    pub at_least: f64,
+    /// By two more.
+    pub at_most: f64,
+}
+
 /// The probed pixels of the whole.
 pub(super) struct Probes {
     places: Vec<(usize, usize)>,
@@ -38,8 +57,8 @@ pub(super) struct Probes {
 }
 
 impl Probes {
-    /// Of a shot that is to be rendered with `settings`, for an effect that moves the rays or does not.
-    pub fn new(shot: &Shot, settings: &RenderSettings, moves_rays: bool) -> Self {
+    /// Of a shot that is to be rendered with `settings`.
+    pub fn new(shot: &Shot, settings: &RenderSettings, look: Look) -> Self {
         let sensor = shot.camera.sensor();
         let seed = hash(settings.seed, &[KEY]);
         // The middle pixel of each cell would fall in step with charts' patterns, so a random one is taken.
@@ -63,9 +82,9 @@ impl Probes {
             RAYS
         };
         let settings = [1, 2].map(|set| RenderSettings {
-            rays_per_pixel: match moves_rays {
-                true => MOVED_RAYS,
-                false => settings.rays_per_pixel.min(most),
+            rays_per_pixel: match look {
+                Look::Moved => MOVED_RAYS,
+                Look::Same => settings.rays_per_pixel.min(most),
             },
             seed: hash(seed, &[set]),
         });
@@ -81,9 +100,8 @@ impl Probes {
         }
     }
 
-    /// Upper bound of the RMS difference of another shot, over the mean; 0 where both are black, infinite where this
-    /// one alone is.
-    pub fn difference(&self, other: &Shot) -> f64 {
+    /// The RMS difference of another shot, over the mean; 0 where both are black, infinite where this one alone is.
+    pub fn difference(&self, other: &Shot) -> Difference {
         let others = self.settings.map(|s| probed(other, &s, &self.places));
         let off = |set: usize, k: usize| others[set][k] - self.values[set][k];
         let products: Vec<f64> = (0..self.places.len())
@@ -96,10 +114,14 @@ impl Probes {
         let mean = products.iter().sum::<f64>() / n;
         let variance =
             products.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-        let square = mean + 2.0 * (variance / n).sqrt();
-        match square.max(0.0).sqrt() {
+        let error = (variance / n).sqrt();
+        let over_mean = |square: f64| match square.max(0.0).sqrt() {
             0.0 => 0.0,
             rms => rms / self.mean,
+        };
+        Difference {
+            at_least: over_mean(mean - 3.0 * error),
+            at_most: over_mean(mean + 2.0 * error),
         }
     }
 }

@@ -56,7 +56,7 @@ pub use prescription::{
 pub(crate) use pupil::last_that_pass;
 pub use pupil::{ExitPupilMap, PupilEllipse};
 pub use reflection::{
-    Coating, GhostPair, NamedCoating, Reflected, ReflectionSettings, Reflections,
+    Coating, GhostPair, GhostPairs, NamedCoating, Reflected, ReflectionSettings, Reflections,
 };
 pub use section::{Section, SectionLine};
 pub use surface::Travel;

@@ -43,18 +43,22 @@ impl DiskFit {
         })
     }
 
-    /// The polynomial through values; `None` where there is none at a point.
-    pub fn of(&self, value: impl Fn(DVec2) -> Option<f64>) -> Option<DiskPolynomial> {
+    /// Where values are asked for.
+    pub fn points(&self) -> &[DVec2] {
+        &self.points
+    }
+
+    /// The polynomial through values at the points.
+    pub fn of(&self, values: &[f64]) -> DiskPolynomial {
         let count = terms(self.degree);
         let mut orthonormal = vec![0.0; count];
-        for (point, row) in self.points.iter().zip(self.rows.chunks_exact(count)) {
-            let value = value(*point)?;
+        for (value, row) in values.iter().zip(self.rows.chunks_exact(count)) {
             for (sum, b) in orthonormal.iter_mut().zip(row) {
                 *sum += *b * value;
             }
         }
         self.factor.solve(&mut orthonormal);
-        Some(DiskPolynomial::of(self.degree, orthonormal))
+        DiskPolynomial::of(self.degree, orthonormal)
     }
 }
 
@@ -139,8 +143,9 @@ mod tests {
             DVec2::new(x, -4.0 * p.y + p.x.powi(3) - 3.0 * p.y.powi(5))
         };
         let at = |k: usize| concentric_disk((k as f64 + 0.5) / 300.0, (k as f64 * 0.618).fract());
-        let points = (0..300).map(|k| DVec2::from(at(k))).collect();
-        let fitted = DiskFit::new(8, points).unwrap().of(|p| Some(f(p))).unwrap();
+        let points: Vec<DVec2> = (0..300).map(|k| DVec2::from(at(k))).collect();
+        let values: Vec<f64> = points.iter().map(|p| f(*p)).collect();
+        let fitted = DiskFit::new(8, points).unwrap().of(&values);
         for p in [(0.3, -0.7), (0.0, 0.0), (-0.9, 0.1)].map(DVec2::from) {
             assert!((fitted.value(p) - f(p)).abs() < 1e-8);
             assert!((fitted.gradient(p) - slope(p)).length() < 1e-7);
@@ -152,9 +157,10 @@ mod tests {
     fn the_root_mean_square_is_that_over_the_disk() {
         // r² has mean 1/2 and mean square 1/3: 1/√12 about its mean.
         let at = |k: usize| concentric_disk((k as f64 + 0.5) / 99.0, (k as f64 * 0.618).fract());
-        let points = (0..99).map(|k| DVec2::from(at(k))).collect();
-        let value = |p: DVec2| Some(7.0 + p.x + p.length_squared());
-        let fitted = DiskFit::new(4, points).unwrap().of(value).unwrap();
+        let points: Vec<DVec2> = (0..99).map(|k| DVec2::from(at(k))).collect();
+        let value = |p: &DVec2| 7.0 + p.x + p.length_squared();
+        let values: Vec<f64> = points.iter().map(value).collect();
+        let fitted = DiskFit::new(4, points).unwrap().of(&values);
         assert!((fitted.rms_beyond_tilt() - 1.0 / 12f64.sqrt()).abs() < 1e-6);
     }
 }

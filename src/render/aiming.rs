@@ -1,8 +1,6 @@
 //! Where the rays of a block start and go, with the best instructions there are: straight-line arithmetic over columns,
 //! nothing contracted, so that every [`SimdLevel`] gives the same bits.
 
-use std::ops::Range;
-
 use glam::{DVec2, DVec3};
 
 use super::camera::Camera;
@@ -138,53 +136,66 @@ fn samples(sobol: &SobolSet, key: u64, first: usize, mut out: [&mut [f64]; 4]) {
     }
 }
 
-/// Moves some rays of a batch that are aimed at points of the pupil by displacements over wavelength, each towards its
-/// point; the wavelength and the way from the sensor to the pupil's plane: mm.
+/// Moves the rays of a batch that are aimed at points of the pupil by displacements over wavelength, each towards its
+/// point; the wavelength and each ray's way from the sensor to the pupil's plane: mm.
 pub(super) fn displace(
     batch: &mut RayBatch,
-    rays: Range<usize>,
     displacements: [&[f64]; 2],
-    lengths_mm: [f64; 2],
+    pupil_z_mm: &[f64],
+    wavelength_mm: f64,
     level: SimdLevel,
 ) {
-    let RayBatch {
-        ox, oy, dx, dy, dz, ..
-    } = batch;
-    let batch = [ox, oy, dx, dy, dz].map(|column| &mut column[rays.clone()]);
+    let moves = Moves {
+        displacements,
+        pupil_z_mm,
+        wavelength_mm,
+    };
     match level.min(SimdLevel::detect()) {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: `detect` found AVX-512 F, DQ and VL on this CPU.
-        SimdLevel::Avx512 => unsafe { moved_avx512(batch, displacements, lengths_mm) },
+        SimdLevel::Avx512 => unsafe { moved_avx512(batch, &moves) },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: `detect` found AVX2 (or more) on this CPU.
-        SimdLevel::Avx2 => unsafe { moved_avx2(batch, displacements, lengths_mm) },
-        _ => moved(batch, displacements, lengths_mm),
+        SimdLevel::Avx2 => unsafe { moved_avx2(batch, &moves) },
+        _ => moved(batch, &moves),
     }
+}
+
+/// See [`displace`].
+struct Moves<'a> {
+    displacements: [&'a [f64]; 2],
+    pupil_z_mm: &'a [f64],
+    wavelength_mm: f64,
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn moved_avx2(batch: [&mut [f64]; 5], displacements: [&[f64]; 2], lengths_mm: [f64; 2]) {
-    moved(batch, displacements, lengths_mm);
+fn moved_avx2(batch: &mut RayBatch, moves: &Moves<'_>) {
+    moved(batch, moves);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl")]
-fn moved_avx512(batch: [&mut [f64]; 5], displacements: [&[f64]; 2], lengths_mm: [f64; 2]) {
-    moved(batch, displacements, lengths_mm);
+fn moved_avx512(batch: &mut RayBatch, moves: &Moves<'_>) {
+    moved(batch, moves);
 }
 
 #[inline(always)]
-fn moved(b: [&mut [f64]; 5], [x, y]: [&[f64]; 2], [wavelength, pupil_z]: [f64; 2]) {
-    let n = x.len();
-    let y = &y[..n];
-    let [ox, oy, dx, dy, dz] = b.map(|column| &mut column[..n]);
+fn moved(batch: &mut RayBatch, moves: &Moves<'_>) {
+    let n = batch.ox.len();
+    let [x, y] = moves.displacements.map(|d| &d[..n]);
+    let (pupil_z, wavelength) = (&moves.pupil_z_mm[..n], moves.wavelength_mm);
+    let RayBatch {
+        ox, oy, dx, dy, dz, ..
+    } = batch;
+    let (ox, oy) = (&mut ox[..n], &mut oy[..n]);
+    let (dx, dy, dz) = (&mut dx[..n], &mut dy[..n], &mut dz[..n]);
     for i in 0..n {
-        let (x, y) = (wavelength * x[i], wavelength * y[i]);
-        let length = pupil_z / dz[i];
+        let (x, y, z) = (wavelength * x[i], wavelength * y[i], pupil_z[i]);
+        let length = z / dz[i];
         let (ex, ey) = (dx[i] * length - x, dy[i] * length - y);
-        let inverse = 1.0 / (ex * ex + ey * ey + pupil_z * pupil_z).sqrt();
+        let inverse = 1.0 / (ex * ex + ey * ey + z * z).sqrt();
         (ox[i], oy[i]) = (ox[i] + x, oy[i] + y);
-        (dx[i], dy[i], dz[i]) = (ex * inverse, ey * inverse, pupil_z * inverse);
+        (dx[i], dy[i], dz[i]) = (ex * inverse, ey * inverse, z * inverse);
     }
 }

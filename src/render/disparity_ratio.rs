@@ -16,7 +16,7 @@ use quadpixel_datasets::{DisparityRatio, RatioField};
 use rayon::prelude::*;
 
 use super::Camera;
-use super::truth::{Centroid, Defocus, centroids};
+use super::truth::{Defocus, DisparityField, centroids};
 use crate::field::FieldGrid;
 use crate::image::views::Side;
 use crate::sampling::SobolSet;
@@ -24,23 +24,42 @@ use crate::spectrum::ChannelWavelengths;
 
 /// Nodes along each side of the window: κ changes as slowly as the pupil's outline does.
 const NODES: usize = 9;
-/// Rays of a bundle.
+/// Rays of a bundle, where the polar rule does not hold.
 const RAYS: usize = 4096;
+
+/// Mean slope of the light that each sub-pixel gets, from one that all have in common; `None`: it gets none.
+type Slopes = Vec<Option<DVec2>>;
 
 /// κ over a camera's window, in the reference channel; `None` for bare pixels, which have no focus.
 pub fn disparity_ratio(camera: &Camera) -> Option<DisparityRatio> {
+    let samples = SobolSet::new(RAYS);
+    over_window(camera, |place| {
+        let (seen, _) = centroids(camera, ChannelWavelengths::REFERENCE, place, &samples)?;
+        let slopes = seen.iter().map(|s| (s.weight > 0.0).then_some(s.slope));
+        Some(slopes.collect())
+    })
+}
+
+/// The same from what is known of the disparity in a channel, without a ray.
+pub fn disparity_ratio_in(camera: &Camera, field: &DisparityField) -> Option<DisparityRatio> {
+    over_window(camera, |place| Some(field.slopes(place)))
+}
+
+fn over_window(
+    camera: &Camera,
+    slopes: impl Fn(DVec2) -> Option<Slopes> + Sync,
+) -> Option<DisparityRatio> {
     let pupil_slope = Defocus::new(camera)?.pupil_slope();
     let window = camera.sensor().window_mm();
-    let samples = SobolSet::new(RAYS);
-    let seen: Vec<Option<Vec<Centroid>>> = (0..NODES * NODES)
+    let seen: Vec<Option<Slopes>> = (0..NODES * NODES)
         .into_par_iter()
         .map(|k| {
-            let place = FieldGrid::node_mm(window, (NODES, NODES), (k % NODES, k / NODES));
-            centroids(camera, ChannelWavelengths::REFERENCE, place, &samples).map(|c| c.0)
+            let node = (k % NODES, k / NODES);
+            slopes(FieldGrid::node_mm(window, (NODES, NODES), node))
         })
         .collect();
-    let field = |[a, b]: [Side; 2], along: DVec2| {
-        let ratio = |seen: &Option<Vec<Centroid>>| {
+    let ratios = |[a, b]: [Side; 2], along: DVec2| {
+        let ratio = |seen: &Option<Slopes>| {
             let seen = seen.as_ref()?;
             let difference = mean_slope(camera, seen, a)? - mean_slope(camera, seen, b)?;
             Some(difference.dot(along) / pupil_slope)
@@ -49,16 +68,15 @@ pub fn disparity_ratio(camera: &Camera) -> Option<DisparityRatio> {
         RatioField::new(NODES as u32, NODES as u32, &values)
     };
     Some(DisparityRatio {
-        left_right: field([Side::Left, Side::Right], DVec2::X),
-        top_bottom: field([Side::Bottom, Side::Top], DVec2::Y),
+        left_right: ratios([Side::Left, Side::Right], DVec2::X),
+        top_bottom: ratios([Side::Bottom, Side::Top], DVec2::Y),
     })
 }
 
-/// Mean slope of what a side's sub-pixels see; `None` without a sub-pixel on that side, or if one of them is dark.
-fn mean_slope(camera: &Camera, seen: &[Centroid], side: Side) -> Option<DVec2> {
-    let subpixels = camera.sensor().subpixels();
-    let members = side.members(subpixels);
-    let lit = members.iter().all(|&i| seen[i].weight > 0.0);
-    let sum: DVec2 = members.iter().map(|&i| seen[i].slope).sum();
-    (lit && !members.is_empty()).then(|| sum / members.len() as f64)
+/// Mean slope of what a side's sub-pixels get; `None` without a sub-pixel on that side, or if one of them is dark.
+fn mean_slope(camera: &Camera, slopes: &Slopes, side: Side) -> Option<DVec2> {
+    let members = side.members(camera.sensor().subpixels());
+    let slopes: Option<Vec<DVec2>> = members.iter().map(|&i| slopes[i]).collect();
+    let slopes = slopes.filter(|slopes| !slopes.is_empty())?;
+    Some(slopes.iter().sum::<DVec2>() / slopes.len() as f64)
 }

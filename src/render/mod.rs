@@ -45,7 +45,7 @@ pub use blur_rays::blur_rays;
 pub use camera::{Camera, CameraError};
 pub use control::LEAST_RAYS_PER_SUBPIXEL;
 pub use disparity_curve::{LUMINANCE, disparity_curves};
-pub use disparity_ratio::disparity_ratio;
+pub use disparity_ratio::{disparity_ratio, disparity_ratio_in};
 pub use footprints::Footprints;
 pub use ghosts::{GhostBlocks, GhostLook, ghost_blocks};
 pub use image::SubPixelImage;

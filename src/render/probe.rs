@@ -19,16 +19,25 @@ pub fn probe(
 ) -> Vec<f64> {
     let estimator = Estimator::new(camera, Some(scene), settings, *execution);
     let count = 3 * camera.sensor().subpixels().count();
-    let pixel = |work: &mut Workspace, &(column, row): &(usize, usize)| {
-        let mut values = vec![0.0; count];
-        if let Some(aim) = PixelAim::new(camera, settings.seed, column, row) {
-            estimator.run(&mut [PixelTask::image_only(&aim)], work, &mut values);
-        }
-        values
+    let run = |work: &mut Workspace, places: &[(usize, usize)]| {
+        let aims: Vec<Option<PixelAim>> = (places.iter())
+            .map(|&(column, row)| PixelAim::new(camera, settings.seed, column, row))
+            .collect();
+        let lit: Vec<&PixelAim> = aims.iter().flatten().collect();
+        let mut tasks: Vec<PixelTask<'_>> = lit.into_iter().map(PixelTask::image_only).collect();
+        let mut found = vec![0.0; count * tasks.len()];
+        estimator.run(&mut tasks, work, &mut found);
+        let mut found = found.chunks_exact(count);
+        let dark = vec![0.0; count];
+        let values = (aims.iter()).flat_map(|aim| match aim {
+            Some(_) => found.next().unwrap_or(&dark),
+            None => &dark,
+        });
+        values.copied().collect::<Vec<f64>>()
     };
     let values: Vec<Vec<f64>> = places
-        .par_iter()
-        .map_init(Workspace::default, pixel)
+        .par_chunks(estimator.run_length())
+        .map_init(Workspace::default, |work, places| run(work, places))
         .collect();
     values.concat()
 }

@@ -51,6 +51,8 @@ pub(super) struct Workspace {
     pub displacements: [Vec<f64>; 2],
     /// Origins on the sensor and unit directions away from it, camera frame.
     pub aimed: [Vec<f64>; 6],
+    /// Of each ray, from the sensor to the plane of its pixel's pupil, mm; without displacements empty.
+    pub pupil_z_mm: Vec<f64>,
     /// cos θ dω of each ray per area on the pupil's plane, Δz²/ℓ⁴, sr/mm².
     pub measure: Vec<f64>,
     pub u: Vec<f32>,
@@ -89,6 +91,7 @@ impl Workspace {
         self.segments.clear();
         self.samples.iter_mut().for_each(Vec::clear);
         self.displacements.iter_mut().for_each(Vec::clear);
+        self.pupil_z_mm.clear();
         self.aimed.iter_mut().for_each(Vec::clear);
         self.measure.clear();
     }
@@ -168,6 +171,7 @@ impl Workspace {
             first,
             ..
         } = &*segment;
+        self.pupil_z_mm.resize(rays.end, segment.pupil_z_mm);
         let [x, y] = &mut self.displacements;
         x.resize(rays.end, 0.0);
         y.resize(rays.end, 0.0);
@@ -180,10 +184,7 @@ impl Workspace {
         }
         let [_, _, _, dx, dy, _] = &self.aimed;
         let (dx, dy) = (&dx[rays.clone()], &dy[rays.clone()]);
-        for (i, (x, y)) in x.iter_mut().zip(y).enumerate() {
-            let d = here.displacement(first + i, DVec2::new(dx[i], dy[i]), *x);
-            (*x, *y) = (d.x, d.y);
-        }
+        here.displacements(*first, [dx, dy], [x, y]);
     }
 
     /// The response's weight of each ray on each sub-pixel; `shifts_um`: of each pixel's microlens.
@@ -244,17 +245,14 @@ impl Workspace {
         if self.displacements[0].is_empty() {
             return;
         }
-        for segment in &self.segments {
-            displace(
-                &mut self.batch,
-                segment.rays.clone(),
-                self.displacements
-                    .each_ref()
-                    .map(|d| &d[segment.rays.clone()]),
-                [wavelength_mm, segment.pupil_z_mm],
-                simd,
-            );
-        }
+        let displacements = self.displacements.each_ref().map(Vec::as_slice);
+        displace(
+            &mut self.batch,
+            displacements,
+            &self.pupil_z_mm,
+            wavelength_mm,
+            simd,
+        );
     }
 
     /// Takes the radiance of a channel along a pixel's rays from a record.

@@ -23,7 +23,7 @@ mod path;
 #[cfg(test)]
 mod tests;
 
-pub use path::{GhostPair, Reflected};
+pub use path::{GhostPair, GhostPairs, Reflected};
 
 use super::error::LensError;
 use super::placed::Lens;

@@ -29,6 +29,7 @@ pub struct Reflected {
 }
 
 /// A ray on its way.
+#[derive(Clone)]
 struct Walk<'a> {
     system: &'a OpticalSystem,
     reflections: &'a Reflections,
@@ -86,28 +87,87 @@ impl Reflections {
         pair: GhostPair,
         ray: Ray,
     ) -> Option<Reflected> {
-        let count = system.surfaces.len();
         let mut walk = Walk::new(self, system, ray);
         walk.forward(0..pair.back)?;
-        match pair.back < count {
-            true => walk.meet(pair.back, Travel::Forward, true)?,
-            false => {
-                let there = walk.to_sensor()?;
-                walk.share = self.sensor * there.share;
-                walk.last_mm = Some(there.ray.origin_mm);
-                let d = there.ray.direction;
-                walk.ray = Ray {
-                    direction: DVec3::new(d.x, d.y, -d.z),
-                    ..there.ray
-                };
-            }
-        }
+        walk.turn_back(pair.back)?;
         for i in (pair.front + 1..pair.back).rev() {
             walk.meet(i, Travel::Backward, false)?;
         }
-        walk.meet(pair.front, Travel::Backward, true)?;
-        walk.forward(pair.front + 1..count)?;
-        walk.to_sensor()
+        walk.turn_forth(pair.front)
+    }
+
+    /// [`Self::trace_pair`] of those pairs whose number is `wanted`: what their ways have in common is traced once.
+    pub fn trace_pairs(
+        &self,
+        system: &OpticalSystem,
+        pairs: &GhostPairs,
+        ray: Ray,
+        wanted: impl Fn(usize) -> bool,
+    ) -> Vec<Option<Reflected>> {
+        let mut landed = vec![None; pairs.pairs.len()];
+        let mut forth = Walk::new(self, system, ray);
+        let mut passed = 0;
+        for (back, fronts) in &pairs.by_back {
+            let fronts = fronts.iter().filter(|(_, number)| wanted(*number));
+            let mut fronts = fronts.peekable();
+            if fronts.peek().is_none() {
+                continue;
+            }
+            if forth.forward(passed..*back).is_none() {
+                break;
+            }
+            passed = *back;
+            let mut walk = forth.clone();
+            let mut way = walk.turn_back(*back);
+            let mut next = *back;
+            for (front, number) in fronts {
+                for i in (front + 1..next).rev() {
+                    way = way.and_then(|()| walk.meet(i, Travel::Backward, false));
+                }
+                // What comes to a surface may go through it as well.
+                landed[*number] = way.and_then(|()| walk.clone().turn_forth(*front));
+                next = front + 1;
+            }
+        }
+        landed
+    }
+}
+
+/// All pairs of surfaces that reflect.
+#[derive(Clone, Debug)]
+pub struct GhostPairs {
+    pairs: Vec<GhostPair>,
+    /// By the surface of the first reflection, from the scene's side: the fronts, those next to it first, and the
+    /// numbers of the pairs.
+    by_back: Vec<(usize, Vec<(usize, usize)>)>,
+}
+
+impl GhostPairs {
+    /// Of a lens.
+    pub fn new(reflections: &Reflections, system: &OpticalSystem) -> Self {
+        let pairs = reflections.pairs(system);
+        let mut backs: Vec<usize> = pairs.iter().map(|pair| pair.back).collect();
+        backs.sort_unstable();
+        backs.dedup();
+        let fronts = |back: &usize| {
+            let of_back = (pairs.iter().enumerate()).filter(|(_, pair)| pair.back == *back);
+            let mut fronts: Vec<_> = of_back.map(|(number, pair)| (pair.front, number)).collect();
+            fronts.sort_unstable_by(|a, b| b.cmp(a));
+            (*back, fronts)
+        };
+        Self {
+            by_back: backs.iter().map(fronts).collect(),
+            pairs,
+        }
+    }
+}
+
+impl std::ops::Deref for GhostPairs {
+    type Target = [GhostPair];
+
+    /// In the order of their numbers.
+    fn deref(&self) -> &[GhostPair] {
+        &self.pairs
     }
 }
 
@@ -124,6 +184,29 @@ impl<'a> Walk<'a> {
 
     fn forward(&mut self, mut surfaces: std::ops::Range<usize>) -> Option<()> {
         surfaces.try_for_each(|i| self.meet(i, Travel::Forward, false))
+    }
+
+    /// Is reflected a first time: at a surface, or at the sensor.
+    fn turn_back(&mut self, back: usize) -> Option<()> {
+        if back < self.system.surfaces.len() {
+            return self.meet(back, Travel::Forward, true);
+        }
+        let there = self.to_sensor()?;
+        self.share = self.reflections.sensor * there.share;
+        self.last_mm = Some(there.ray.origin_mm);
+        let d = there.ray.direction;
+        self.ray = Ray {
+            direction: DVec3::new(d.x, d.y, -d.z),
+            ..there.ray
+        };
+        Some(())
+    }
+
+    /// Is reflected a second time, and goes on to the sensor.
+    fn turn_forth(mut self, front: usize) -> Option<Reflected> {
+        self.meet(front, Travel::Backward, true)?;
+        self.forward(front + 1..self.system.surfaces.len())?;
+        self.to_sensor()
     }
 
     /// Goes through surface `i`, or is reflected there.

@@ -159,3 +159,36 @@ fn the_sensors_reflection_comes_back_from_a_plate() {
     let bare = fresnel(angle.cos(), 1.0, N);
     assert!((ghost.share / direct.share - 0.1 * bare).abs() < 1e-14);
 }
+
+/// A lens of two plates and a sensor: its pairs are the same traced together as one by one, with some left out.
+#[test]
+fn pairs_traced_together_are_those_traced_alone() {
+    let mut plates = element([0.05, -0.03], 2.0, 10.0);
+    let mut others = element([-0.02, 0.04], 1.5, 10.0).surfaces;
+    for surface in &mut others {
+        surface.pose.vertex_mm.z += 4.0;
+    }
+    // What is reflected far out is clipped by the third.
+    others[0].aperture.semi_mm = 2.5;
+    plates.surfaces.extend(others);
+    plates.sensor_z_mm = 15.0;
+    let reflections = Reflections {
+        surfaces: vec![None; 4],
+        sensor: 0.1,
+    };
+    let pairs = GhostPairs::new(&reflections, &plates);
+    assert_eq!(pairs.len(), 10);
+    let (mut landed, mut lost) = (0, 0);
+    for x in [0.0, 0.7, 1.9, 2.6, 4.9] {
+        for wanted in [|_| true, |number| number % 3 == 1] {
+            let together = reflections.trace_pairs(&plates, &pairs, parallel(x), wanted);
+            for (number, together) in together.into_iter().enumerate() {
+                let alone = reflections.trace_pair(&plates, pairs[number], parallel(x));
+                assert_eq!(together, alone.filter(|_| wanted(number)), "{x} {number}");
+                landed += usize::from(together.is_some());
+                lost += usize::from(alone.is_none());
+            }
+        }
+    }
+    assert!(landed > 20 && lost > 10, "{landed} {lost}");
+}

@@ -123,7 +123,10 @@ fn rays_displaced_by_their_place_in_the_pupil_follow_the_waves() {
             largest
         };
         let fit = Wavefront::fit().unwrap();
-        let front = Wavefront::fitted(1.0, &fit, |q| Some((aberration.phase)(q))).unwrap();
+        let at_points: Vec<f64> = (fit.points().iter())
+            .map(|q| (aberration.phase)(*q))
+            .collect();
+        let front = Wavefront::fitted(1.0, &fit, &at_points);
         let phases = PhaseDraw::new(&kernel, &front).unwrap();
         let draws: [&dyn Fn(usize) -> DVec2; 4] = [
             &|_| DVec2::ZERO,

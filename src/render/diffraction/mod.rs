@@ -41,7 +41,7 @@ pub(super) use blur::{BlurField, PixelBlur};
 use kernel::Kernel;
 use phase_draw::PhaseDraw;
 use shape::Shape;
-use wavefront::{Sight, Wavefront};
+use wavefront::{Sight, Wavefront, opened};
 
 /// Steps from kernel to kernel along each side of the window: every second or fourth node of the pupil's map has one.
 const STEPS: usize = 4;
@@ -120,12 +120,14 @@ impl LensDiffraction {
             true => mirrored(node, (STEPS + 1, STEPS + 1)),
             false => (node, DVec2::ONE),
         };
+        let open = opened(system);
         let front = |node: usize| {
             let place_mm = self.nodes.place_mm(node);
             let (middle, to_disk) = self.ellipse(place_mm);
             let place_mm = camera_from_sensor_mm(place_mm, system.sensor_z_mm);
             let sight = Sight {
                 system,
+                open: &open,
                 place_mm,
                 depth_mm,
                 middle,
@@ -271,23 +273,46 @@ impl PlaceDiffraction<'_> {
             }
     }
 
+    /// The same of rays from number `first` on: `x` holds their samples, and takes displacements along x.
+    pub fn displacements(&self, first: usize, [dx, dy]: [&[f64]; 2], [x, y]: [&mut [f64]; 2]) {
+        let [a, b, c, d] = self.kernels.map(|(node, _)| node.phases);
+        let (Some(a), Some(b), Some(c), Some(d)) = (a, b, c, d) else {
+            for (i, (x, y)) in x.iter_mut().zip(y).enumerate() {
+                let d = self.displacement(first + i, DVec2::new(dx[i], dy[i]), *x);
+                (*x, *y) = (d.x, d.y);
+            }
+            return;
+        };
+        // Which node a ray draws from is not to be foretold: no branch depends on it.
+        let nodes = [a, b, c, d];
+        for (i, (x, y)) in x.iter_mut().zip(y).enumerate() {
+            let q = self.to_disk * (DVec2::new(dx[i], dy[i]) - self.middle);
+            let NodePhases { draw, signs } = nodes[self.turn_of(first + i)];
+            let d = self.scale * (*signs * draw.displacement(*signs * q, *x));
+            (*x, *y) = (d.x, d.y);
+        }
+    }
+
     /// Displacement over wavelength of phase 1 at the pupil's edge.
     pub fn phase(&self) -> f64 {
         self.scale.determinant().abs().sqrt()
     }
 
-    /// The nodes take turns by their weights.
+    /// The node whose turn it is.
     #[inline]
     fn pick(&self, number: usize) -> NodeDraw<'_> {
+        self.kernels[self.turn_of(number)].0
+    }
+
+    /// The nodes take turns by their weights.
+    #[inline]
+    fn turn_of(&self, number: usize) -> usize {
         let turns = self.turn + number as f64 * GOLDEN;
         // What is left of a whole number: `fract` is a call where processors may lack the instruction.
-        let mut rest = turns - f64::from(turns as i32);
-        for (node, weight) in &self.kernels {
-            if rest < *weight {
-                return *node;
-            }
-            rest -= weight;
-        }
-        self.kernels[0].0
+        let rest = turns - f64::from(turns as i32);
+        let [a, b, c, d] = self.kernels.map(|(_, weight)| weight);
+        let past = [a, a + b, a + b + c, a + b + c + d].map(|sum| usize::from(rest >= sum));
+        // Weights that rounding leaves below 1.
+        past.iter().sum::<usize>() & 3
     }
 }

@@ -18,7 +18,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::DVec2;
+use glam::{DVec2, Vec2};
 
 use super::kernel::Kernel;
 use super::planes::{Plane, Pupil, Turns};
@@ -56,7 +56,7 @@ pub(super) struct PhaseDraw {
     per_unit: f64,
     /// Where the particles of each cell begin, row by row; one more: where the last ends.
     first: Vec<u32>,
-    displacements: Vec<DVec2>,
+    displacements: Vec<Vec2>,
 }
 
 impl PhaseDraw {
@@ -112,7 +112,8 @@ impl PhaseDraw {
     pub fn displacement(&self, q: DVec2, sample: f64) -> DVec2 {
         let cell = cell(q, self.per_unit);
         let (first, last) = (self.first[cell], self.first[cell + 1]);
-        self.displacements[first as usize + (sample * f64::from(last - first)) as i32 as usize]
+        let number = first as usize + (sample * f64::from(last - first)) as i32 as usize;
+        self.displacements[number].as_dvec2()
     }
 
     fn sorted(half: f64, places: &[DVec2], displacements: &[DVec2]) -> Self {
@@ -148,7 +149,7 @@ impl PhaseDraw {
                 .min_by_key(|other| apart(other))
                 .copied()
                 .unwrap_or(c);
-            sorted.displacements.extend(&cells[nearest]);
+            (sorted.displacements).extend(cells[nearest].iter().map(|d| d.as_vec2()));
             sorted.first.push(sorted.displacements.len() as u32);
         }
         sorted

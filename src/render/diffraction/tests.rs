@@ -173,8 +173,10 @@ fn slopes_of_the_phases_are_where_rays_to_the_point_start() {
     let field = LensDiffraction::new(&pupils, system.sensor_z_mm).unwrap();
     let (middle, to_disk) = field.ellipse(place);
     let place_mm = camera_from_sensor_mm(place, system.sensor_z_mm);
+    let open = opened(&system);
     let sight = Sight {
         system: &system,
+        open: &open,
         place_mm,
         depth_mm: 750.0,
         middle,

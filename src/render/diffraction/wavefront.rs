@@ -15,9 +15,10 @@
 use glam::{DMat2, DVec2, DVec3};
 
 use crate::lens::polynomial::{DiskFit, DiskPolynomial, terms};
-use crate::lens::{Clipping, OpticalSystem, Travel, trace_visiting};
-use crate::rays::Ray;
+use crate::lens::{Clipping, OpticalSystem, PacketTracer, Travel, trace_visiting};
+use crate::rays::{Ray, RayBatch};
 use crate::sampling::concentric_disk;
+use crate::simd::SimdLevel;
 
 /// Total degree of the polynomial.
 const DEGREE: usize = 12;
@@ -31,6 +32,8 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// A point of the scene, and the directions to it.
 pub(super) struct Sight<'a> {
     pub system: &'a OpticalSystem,
+    /// The same without any aperture.
+    pub open: &'a PacketTracer,
     /// Camera frame.
     pub place_mm: DVec3,
     /// Depth of the point, which lies on the ray of the middle direction; may be infinite.
@@ -38,6 +41,14 @@ pub(super) struct Sight<'a> {
     /// q = `to_disk` (w − `middle`).
     pub middle: DVec2,
     pub to_disk: DMat2,
+}
+
+/// A lens without apertures.
+pub(super) fn opened(system: &OpticalSystem) -> PacketTracer {
+    let mut system = system.clone();
+    let surfaces = system.surfaces.iter_mut();
+    surfaces.for_each(|surface| surface.aperture.semi_mm = f64::INFINITY);
+    PacketTracer::new(&system)
 }
 
 /// W over a disk of directions, rad.
@@ -94,11 +105,18 @@ impl Wavefront {
         let per_start = DMat2::from_cols(moved(STEP_MM * DVec2::X)?, moved(STEP_MM * DVec2::Y)?);
         let to_start = per_start.inverse();
         let to_phase = std::f64::consts::TAU / (sight.system.wavelength_nm * 1e-6);
-        let phase = |q: DVec2| {
+        let mut starts = RayBatch::with_capacity(fit.points().len());
+        for point in fit.points() {
+            let w = sight.middle + from_disk * (radius * *point);
+            let direction = w.extend(-(1.0 - w.length_squared()).sqrt());
+            starts.push(sight.place_mm, direction);
+        }
+        sight.open.trace_backward(&mut starts, SimdLevel::detect());
+        let phase = |(number, q): (usize, &DVec2)| {
             // What a step leaves is the square of the miss, by the part that the lens is not linear, and W errs by the
             // square of what is left. A second step changes W of the built-in lenses by 6e-5 waves at most.
-            let beside = -(to_start * miss(&follow(q, DVec2::ZERO)?.0));
-            let (exit, path) = follow(q, beside)?;
+            let beside = -(to_start * miss(&starts.get(number).ok()?));
+            let (exit, path) = follow(radius * *q, beside)?;
             let rest = match along.is_finite() {
                 true => exit.direction.dot(point - exit.origin_mm) - along,
                 // To the plane across the middle ray.
@@ -110,17 +128,14 @@ impl Wavefront {
             let phase = to_phase * (path + rest - chief_path);
             phase.is_finite().then_some(phase)
         };
-        Self::fitted(radius, fit, phase)
+        let phases: Option<Vec<f64>> = fit.points().iter().enumerate().map(phase).collect();
+        Some(Self::fitted(radius, fit, &phases?))
     }
 
-    /// From W at places of the disk.
-    pub fn fitted(
-        radius: f64,
-        fit: &DiskFit,
-        phase: impl Fn(DVec2) -> Option<f64>,
-    ) -> Option<Self> {
-        let polynomial = fit.of(|q| phase(radius * q))?;
-        Some(Self { polynomial, radius })
+    /// From W at `radius` times the points of the fit.
+    pub fn fitted(radius: f64, fit: &DiskFit, phases: &[f64]) -> Self {
+        let polynomial = fit.of(phases);
+        Self { polynomial, radius }
     }
 
     /// W, rad.

@@ -22,6 +22,7 @@
 //! the squares.
 
 mod front;
+mod pilot;
 mod sources;
 mod splat;
 mod spread;

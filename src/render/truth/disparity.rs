@@ -100,6 +100,14 @@ impl DisparityField {
         &self.sight
     }
 
+    /// Mean slope of the light that each sub-pixel gets at a sensor position, from the sum's; `None`: it is dark.
+    pub(in crate::render) fn slopes(&self, xy_mm: DVec2) -> Vec<Option<DVec2>> {
+        let sight = self.sight.at(xy_mm);
+        let seen = sight.beside().zip(sight.weights_sr());
+        let slopes = seen.map(|([_, _, slope], weight)| (weight > 0.0).then_some(slope));
+        slopes.map(|s| s.filter(|s| s.is_finite())).collect()
+    }
+
     /// Sub-pixels of a pixel.
     pub fn subpixels(&self) -> usize {
         self.sight.subpixels()
