@@ -33,8 +33,7 @@ impl DiskFit {
         for (point, row) in points.iter().zip(rows.chunks_exact_mut(count)) {
             basis::values(degree, point.x, point.y, row);
         }
-        let all: Vec<u32> = (0..points.len() as u32).collect();
-        let factor = Factor::new(&rows, count, &all)?;
+        let factor = Factor::new(&rows, count)?;
         Some(Self {
             degree,
             points,

@@ -16,9 +16,9 @@ use crate::scene::world::{Lamp, PathKey};
 use crate::spectrum::ChannelWavelengths;
 
 /// Rays handled together: their arrays stay in the L1 and L2 caches.
-const BLOCK: usize = 512;
+const BLOCK: usize = 1024;
 /// Pixels handled together, at most, where a wavelength's share of a pixel's rays is less than a block.
-const RUN: usize = 64;
+const RUN: usize = 128;
 
 /// Radiance of rays, one entry per pixel, channel and ray (pixels outermost, lost rays 0): not kept, written, or read.
 pub(super) enum RadianceRecord<'a> {

@@ -62,8 +62,7 @@ impl PupilFrame {
             ellipses.push((part, place, [c.x, c.y, a.x, 0.5 * (a.y + b.x), b.y]));
         }
         let rows: Vec<f64> = ellipses.iter().flat_map(|e| squares(e.0)).collect();
-        let all: Vec<u32> = (0..ellipses.len() as u32).collect();
-        let factor = super::least_squares::Factor::new(&rows, 6, &all)?;
+        let factor = super::least_squares::Factor::new(&rows, 6)?;
         let mut terms = [[0.0; 5]; 6];
         for component in 0..5 {
             let mut x = [0.0; 6];

@@ -7,18 +7,22 @@ use crate::simd::SimdLevel;
 /// Of the mean of a basis function's square.
 const RIDGE: f64 = 1e-11;
 
-/// BᵀB of the rows that were taken, factored.
+/// BᵀB of rows.
 #[derive(Clone, Debug)]
-pub(in crate::lens) struct Factor {
+pub(in crate::lens) struct Squares {
     count: usize,
-    /// Lower triangle L of L Lᵀ, row by row of `count` each.
+    /// Lower triangle, row by row of `count` each.
     lower: Vec<f64>,
 }
 
-impl Factor {
-    /// Of those of the `rows` (of `count` values each) whose number is in `taken`; `None` where they leave a direction
-    /// open.
-    pub fn new(rows: &[f64], count: usize, taken: &[u32]) -> Option<Self> {
+impl Squares {
+    /// Of all rows, of `count` values each.
+    pub fn new(rows: &[f64], count: usize) -> Self {
+        let all: Vec<u32> = (0..(rows.len() / count) as u32).collect();
+        Self::of(rows, count, &all)
+    }
+
+    fn of(rows: &[f64], count: usize, taken: &[u32]) -> Self {
         let mut lower = vec![0.0; count * count];
         match SimdLevel::detect() {
             #[cfg(target_arch = "x86_64")]
@@ -29,6 +33,46 @@ impl Factor {
             SimdLevel::Avx2 => unsafe { squares_avx2(rows, count, taken, &mut lower) },
             _ => squares(rows, count, taken, &mut lower),
         }
+        Self { count, lower }
+    }
+
+    /// Of those whose number is in `taken`, in order: these squares less those of the others.
+    fn without(&self, rows: &[f64], taken: &[u32]) -> Vec<f64> {
+        let mut next = taken.iter().copied().peekable();
+        let left_out: Vec<u32> = (0..(rows.len() / self.count) as u32)
+            .filter(|k| next.next_if_eq(k).is_none())
+            .collect();
+        let mut lower = Self::of(rows, self.count, &left_out).lower;
+        for (sum, all) in lower.iter_mut().zip(&self.lower) {
+            *sum = all - *sum;
+        }
+        lower
+    }
+}
+
+/// BᵀB of the rows that were taken, factored.
+#[derive(Clone, Debug)]
+pub(in crate::lens) struct Factor {
+    count: usize,
+    /// Lower triangle L of L Lᵀ, row by row of `count` each.
+    lower: Vec<f64>,
+}
+
+impl Factor {
+    /// Of all the `rows`, of `count` values each; `None` where they leave a direction open.
+    pub fn new(rows: &[f64], count: usize) -> Option<Self> {
+        let all: Vec<u32> = (0..(rows.len() / count) as u32).collect();
+        Self::of_taken(&Squares::new(rows, count), rows, &all)
+    }
+
+    /// Of those of the rows whose number is in `taken`, in order; `all`: the squares of all rows.
+    pub fn of_taken(all: &Squares, rows: &[f64], taken: &[u32]) -> Option<Self> {
+        let count = all.count;
+        let mut lower = match 2 * taken.len() < rows.len() / count {
+            true => Squares::of(rows, count, taken).lower,
+            // What is left out is less work.
+            false => all.without(rows, taken),
+        };
         for i in 0..count {
             lower[i * count + i] += RIDGE * taken.len() as f64;
         }
@@ -170,10 +214,9 @@ mod tests {
             .map(|v| at(v / count, v % count))
             .collect();
         let part: Vec<f64> = (0..rows * few).map(|v| at(v / few, v % few)).collect();
-        let taken: Vec<u32> = (0..rows as u32).collect();
         let (all, part) = (
-            Factor::new(&all, count, &taken).unwrap(),
-            Factor::new(&part, few, &taken).unwrap(),
+            Factor::new(&all, count).unwrap(),
+            Factor::new(&part, few).unwrap(),
         );
         let mut x: Vec<f64> = (0..few).map(|i| 1.0 + i as f64).collect();
         let mut y = x.clone();
@@ -205,6 +248,7 @@ mod tests {
                 assert_eq!(plain[i * count + j], taken.iter().map(sum).sum::<f64>());
             }
         }
+        assert_eq!(Squares::new(&values, count).without(&values, &taken), plain);
         #[cfg(target_arch = "x86_64")]
         {
             let best = SimdLevel::detect();

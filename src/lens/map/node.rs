@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use super::basis;
 use super::edge;
 use super::frame::{CHANGES, CONSTANTS, OUTPUTS, PupilFrame, SceneFrame};
-use super::least_squares::Factor;
+use super::least_squares::{Factor, Squares};
 use crate::frames::camera_from_sensor_mm;
 use crate::lens::{OpticalSystem, PacketTracer};
 use crate::rays::{RayBatch, RayStatus};
@@ -72,6 +72,8 @@ struct Points {
     at: Vec<DVec2>,
     /// Values of all polynomials, point after point.
     rows: Vec<f64>,
+    /// Of all rows.
+    squares: Squares,
     /// Where every point is taken.
     whole: Option<Factor>,
 }
@@ -84,11 +86,17 @@ impl Points {
         for (row, at) in rows.chunks_exact_mut(count).zip(&at) {
             basis::values(degree, at.x, at.y, row);
         }
+        let squares = Squares::new(&rows, count);
         let all: Vec<u32> = (0..at.len() as u32).collect();
         let whole = (points == POINTS[0] * count)
-            .then(|| Factor::new(&rows, count, &all))
+            .then(|| Factor::of_taken(&squares, &rows, &all))
             .flatten();
-        Self { at, rows, whole }
+        Self {
+            at,
+            rows,
+            squares,
+            whole,
+        }
     }
 }
 
@@ -136,7 +144,7 @@ impl Design {
             let factor = match &points.whole {
                 Some(whole) if is_whole => whole,
                 _ => {
-                    own = Factor::new(&points.rows, count, &taken)?;
+                    own = Factor::of_taken(&points.squares, &points.rows, &taken)?;
                     &own
                 }
             };

@@ -45,6 +45,13 @@ impl Texture {
         [w[0], w[1], w[self.stride], w[self.stride + 1]]
     }
 
+    /// The same, two and two.
+    #[inline(always)]
+    fn corner_pairs(&self, plane: &[f32], offset: usize) -> [[f32; 2]; 2] {
+        let w = &plane[offset..offset + self.stride + 2];
+        [[w[0], w[1]], [w[self.stride], w[self.stride + 1]]]
+    }
+
     #[inline(always)]
     fn blend(&self, plane: &[f32], taps: Taps) -> f32 {
         blend(self.corners(plane, taps.offset), taps.fx, taps.fy)
@@ -98,14 +105,14 @@ impl Texture {
                 offsets[i] = taps.offset as u32;
                 (fx[i], fy[i]) = (taps.fx, taps.fy);
             }
-            let mut corners = [[0.0; BLOCK]; 4];
-            for (i, &offset) in offsets.iter().enumerate().take(out.len()) {
-                let fetched = self.corners(plane, offset as usize);
-                (0..4).for_each(|k| corners[k][i] = fetched[k]);
+            let [mut upper, mut lower] = [[[0.0; 2]; BLOCK]; 2];
+            let pairs = upper.iter_mut().zip(&mut lower).zip(&offsets);
+            for ((upper, lower), &offset) in pairs.take(out.len()) {
+                [*upper, *lower] = self.corner_pairs(plane, offset as usize);
             }
-            let [a, b, c, d] = &corners;
             for (i, out) in out.iter_mut().enumerate() {
-                *out = blend([a[i], b[i], c[i], d[i]], fx[i], fy[i]);
+                let ([a, b], [c, d]) = (upper[i], lower[i]);
+                *out = blend([a, b, c, d], fx[i], fy[i]);
             }
         }
     }
