@@ -57,6 +57,7 @@ pub(super) enum Kind {
 }
 
 impl Bsdf {
+    #[inline(always)]
     fn is_mirror(&self) -> bool {
         self.roughness < Material::SMOOTH_ROUGHNESS
     }
@@ -108,26 +109,31 @@ impl Bsdf {
         }
     }
 
+    #[inline(always)]
     fn fresnel(&self, cos: f32) -> Vec3 {
         self.f0 + (Vec3::splat(self.f90) - self.f0) * schlick(cos)
     }
 
+    #[inline(always)]
     fn to_world(&self, v: Vec3) -> Vec3 {
         let [x, y, z] = self.frame;
         x * v.x + y * v.y + z * v.z
     }
 
+    #[inline(always)]
     fn to_local(&self, v: Vec3) -> Vec3 {
         let [x, y, z] = self.frame;
         Vec3::new(x.dot(v), y.dot(v), z.dot(v))
     }
 
     /// Whether light can be connected to: some part spreads it.
+    #[inline(always)]
     pub fn is_spread(&self) -> bool {
         self.chances[4] > 0.0 || (self.chances[3] > 0.0 && !self.is_mirror())
     }
 
     /// f cos θ_i towards `direction` and the density of drawing it, of the parts that spread.
+    #[inline(always)]
     pub fn value(&self, direction: Vec3) -> (Vec3, f32) {
         if self.f90 == 0.0 {
             return self.diffuse_value(direction);
@@ -149,6 +155,7 @@ impl Bsdf {
     }
 
     /// Of a surface without a layer.
+    #[inline(always)]
     fn diffuse_value(&self, direction: Vec3) -> (Vec3, f32) {
         let cos = self.frame[2].dot(direction);
         if cos <= 0.0 || self.normal.dot(direction) <= 0.0 {
@@ -159,6 +166,7 @@ impl Bsdf {
     }
 
     /// Draws a direction; `None` where the light is absorbed or the drawn direction is not possible.
+    #[inline(always)]
     pub fn sample(&self, numbers: &SurfaceNumbers) -> Option<Scattered> {
         let [pass, clear, pane, gloss, diffuse] = self.chances;
         let mirrored = |direction: Vec3, weight: Vec3, denser: f32| {

@@ -17,7 +17,7 @@ pub(super) struct Facet {
 
 impl Stage {
     /// A triangle as it stands.
-    #[inline]
+    #[inline(always)]
     pub fn facet(&self, element: Element) -> Facet {
         let [p0, p1, p2] = self.corners(element);
         let (e1, e2) = (p1 - p0, p2 - p0);
@@ -32,6 +32,7 @@ impl Stage {
     }
 
     /// A triangle's corners in the camera frame.
+    #[inline(always)]
     fn corners(&self, element: Element) -> [DVec3; 3] {
         let placed = &self.placed[element.placed as usize];
         let geometry = &self.geometries[placed.geometry];
@@ -48,24 +49,26 @@ impl Stage {
 
 impl Facet {
     /// Twice its area, mm².
+    #[inline(always)]
     pub fn double_area(&self) -> f64 {
         self.squared.sqrt()
     }
 
     /// Unit normal of the front; `mirrored` if its mesh is placed so.
+    #[inline(always)]
     pub fn normal(&self, mirrored: bool) -> Vec3 {
         let outward = if mirrored { -1.0 } else { 1.0 };
         (self.cross * (outward / self.double_area())).as_vec3a()
     }
 
     /// A place, by the weights of the second and third corner.
-    #[inline]
+    #[inline(always)]
     pub fn place(&self, [b1, b2]: [f64; 2]) -> DVec3 {
         self.p0 + b1 * self.e1 + b2 * self.e2
     }
 
     /// Weights of the second and third corner where the ray meets the triangle, moved into it where rounding left it.
-    #[inline]
+    #[inline(always)]
     pub fn barycentric(&self, ray: &Ray) -> [f64; 2] {
         let Self {
             p0,
@@ -90,7 +93,7 @@ impl Facet {
 }
 
 /// Weights of the second and third corner for a point (s, t) of the unit square, evenly over the area.
-#[inline]
+#[inline(always)]
 pub(super) fn even_weights([s, t]: [f32; 2]) -> [f64; 2] {
     let root = f64::from(s).sqrt();
     [root * (1.0 - f64::from(t)), root * f64::from(t)]

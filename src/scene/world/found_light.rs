@@ -19,6 +19,7 @@ pub(super) struct LastScattering {
 
 impl World {
     /// Radiance from beyond everything, weighed as scattering's share.
+    #[inline(always)]
     pub(super) fn background(&self, direction: Vec3, last: &LastScattering) -> Vec3 {
         let sky = self.sky.radiance(direction);
         let (disc, disc_density) = self.lights.sun_disc(direction);
@@ -30,6 +31,7 @@ impl World {
     }
 
     /// Radiance that a surface itself sends against the ray, weighed as scattering's share.
+    #[inline(always)]
     pub(super) fn shine(
         &self,
         element: Element,
@@ -57,6 +59,7 @@ impl World {
 }
 
 /// Share of the technique of density `a` beside one of density `b`; `a` > 0.
+#[inline(always)]
 pub(super) fn power_share(a: f32, b: f32) -> f32 {
     // As a ratio, so that large densities do not overflow.
     let ratio = b / a;

@@ -44,6 +44,7 @@ impl World {
 
     /// A light for the place `from`, which receives on the side of `normal`; `None` if there is none, or none of it
     /// arrives.
+    #[inline(always)]
     pub(super) fn sample_light(
         &self,
         from: DVec3,
@@ -65,6 +66,7 @@ impl World {
         }
     }
 
+    #[inline(always)]
     fn sample_triangle(
         &self,
         from: DVec3,

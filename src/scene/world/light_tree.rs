@@ -17,7 +17,6 @@
 
 use super::light_bounds::{Group, LightBounds};
 use super::light_node::{Child, Node, Parent, Receiver, WIDTH};
-use crate::simd::SimdLevel;
 
 /// Lights, by their place in the list that the tree was made of.
 #[derive(Clone, Debug)]
@@ -27,7 +26,6 @@ pub(super) struct LightTree {
     lights: Vec<Parent>,
     /// Running sums of the lights' parts of all power.
     shares: Vec<f64>,
-    simd: SimdLevel,
 }
 
 /// Part of the draws that goes by power alone.
@@ -46,7 +44,6 @@ impl LightTree {
             nodes: Vec::new(),
             lights: vec![Parent::default(); lights.len()],
             shares: shares.collect(),
-            simd: SimdLevel::detect(),
         };
         let mut all: Vec<(u32, LightBounds)> = (0..).zip(lights.iter().copied()).collect();
         if !all.is_empty() {
@@ -83,7 +80,7 @@ impl LightTree {
 
     /// The light that `u` in 0..1 falls on, and its chance; `None` for the `u` of lights of which, on a closer look,
     /// nothing arrives.
-    #[inline]
+    #[inline(always)]
     pub fn draw(&self, receiver: &Receiver, u: f32) -> Option<(usize, f32)> {
         if u < BY_POWER {
             let target = f64::from(u / BY_POWER);
@@ -97,35 +94,21 @@ impl LightTree {
     }
 
     /// The chance of a light to be drawn.
+    #[inline(always)]
     pub fn chance(&self, light: usize, receiver: &Receiver) -> f32 {
         self.mixed(light, self.chance_by_importance(light, receiver))
     }
 
     /// Of a light, from its chance by importance.
-    #[inline]
+    #[inline(always)]
     fn mixed(&self, light: usize, by_importance: f32) -> f32 {
         let before = light.checked_sub(1).map_or(0.0, |i| self.shares[i]);
         let by_power = (self.shares[light] - before) as f32;
         by_importance + BY_POWER * (by_power - by_importance)
     }
 
-    fn draw_by_importance(&self, receiver: &Receiver, u: f32) -> Option<(usize, f32)> {
-        #[cfg(target_arch = "x86_64")]
-        if self.simd >= SimdLevel::Avx2 {
-            // SAFETY: the level says that the CPU has AVX2.
-            return unsafe { self.descend_avx2(receiver, u) };
-        }
-        self.descend(receiver, u)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn descend_avx2(&self, receiver: &Receiver, u: f32) -> Option<(usize, f32)> {
-        self.descend(receiver, u)
-    }
-
     #[inline(always)]
-    fn descend(&self, receiver: &Receiver, mut u: f32) -> Option<(usize, f32)> {
+    fn draw_by_importance(&self, receiver: &Receiver, mut u: f32) -> Option<(usize, f32)> {
         let mut node = self.nodes.first()?;
         let mut chance = 1.0;
         loop {
@@ -140,23 +123,8 @@ impl LightTree {
         }
     }
 
-    pub(super) fn chance_by_importance(&self, light: usize, receiver: &Receiver) -> f32 {
-        #[cfg(target_arch = "x86_64")]
-        if self.simd >= SimdLevel::Avx2 {
-            // SAFETY: the level says that the CPU has AVX2.
-            return unsafe { self.ascend_avx2(light, receiver) };
-        }
-        self.ascend(light, receiver)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn ascend_avx2(&self, light: usize, receiver: &Receiver) -> f32 {
-        self.ascend(light, receiver)
-    }
-
     #[inline(always)]
-    fn ascend(&self, light: usize, receiver: &Receiver) -> f32 {
+    pub(super) fn chance_by_importance(&self, light: usize, receiver: &Receiver) -> f32 {
         let mut chance = 1.0;
         let mut way = self.lights.get(light).copied();
         while let Some(Parent { node, lane }) = way {

@@ -137,6 +137,7 @@ impl Lights {
 
     /// The density, per solid angle from the receiver `distance` mm away, of drawing a place on a shining triangle,
     /// whose normal makes an angle of this cosine with the way there; 0 of one that does not shine.
+    #[inline(always)]
     pub fn triangle_density(
         &self,
         element: Element,
@@ -154,6 +155,7 @@ impl Lights {
     }
 
     /// The same of a triangle by its index, whose chance in the tree is known.
+    #[inline(always)]
     pub fn density_of(&self, index: usize, chance: f32, cos: f32, distance: f32) -> f32 {
         let cos = cos.abs().max(1e-6);
         self.kind_chance * chance / self.triangles[index].area * distance * distance / cos

@@ -29,6 +29,7 @@ const LEAST_COSINE: f32 = 1e-3;
 impl World {
     /// The material at a place seen along `ray` by light of the colour `throughput`, which weighs the chances of its
     /// parts.
+    #[inline(always)]
     pub(super) fn bsdf(
         &self,
         surface: &Surface,
@@ -112,6 +113,7 @@ impl World {
     }
 
     /// The shading normal on the front's side, with the normal map.
+    #[inline(always)]
     fn bumped(&self, m: &Material, surface: &Surface, footprint: &Footprint) -> Vec3 {
         let Some(map) = m.normal_map else {
             return surface.shading;
@@ -132,11 +134,13 @@ impl World {
     }
 }
 
+#[inline(always)]
 fn texel3([r, g, b, _]: [f32; 4]) -> Vec3 {
     Vec3::new(r, g, b)
 }
 
 /// A normal bent as little as needed for the viewer to be above it.
+#[inline(always)]
 fn facing(n: Vec3, view: Vec3) -> Vec3 {
     let c = n.dot(view);
     if c >= LEAST_COSINE {

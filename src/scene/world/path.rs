@@ -21,6 +21,7 @@ use super::surface::Surface;
 use super::trace::{QueryResult, RayQuery};
 use super::walk::Walks;
 use crate::rays::Ray;
+use crate::simd::SimdLevel;
 
 /// How paths are followed. Part of what changes the image: it is recorded with it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -148,6 +149,7 @@ impl Path {
     }
 
     /// Goes on in a scattered direction from the side of `normal`; false if the path is at its end.
+    #[inline(always)]
     fn turn(
         &mut self,
         surface: &Surface,
@@ -210,6 +212,34 @@ impl World {
         &self,
         settings: &PathSettings,
         workspace: &mut PathWorkspace,
+        visit: impl FnMut(usize, Vec3),
+    ) {
+        match SimdLevel::detect() {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `detect` found AVX2 (or more) on this CPU.
+            SimdLevel::Avx2 | SimdLevel::Avx512 => unsafe {
+                self.follow_avx2(settings, workspace, visit);
+            },
+            _ => self.follow(settings, workspace, visit),
+        }
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn follow_avx2(
+        &self,
+        settings: &PathSettings,
+        workspace: &mut PathWorkspace,
+        visit: impl FnMut(usize, Vec3),
+    ) {
+        self.follow(settings, workspace, visit);
+    }
+
+    #[inline(always)]
+    fn follow(
+        &self,
+        settings: &PathSettings,
+        workspace: &mut PathWorkspace,
         mut visit: impl FnMut(usize, Vec3),
     ) {
         let PathWorkspace {
@@ -252,6 +282,7 @@ impl World {
 
     /// Follows a path over the surface that it has met, and asks for what it needs next: whether a light arrives there,
     /// what it meets then.
+    #[inline(always)]
     fn advance(
         &self,
         number: usize,
@@ -306,6 +337,7 @@ impl World {
 }
 
 /// A ray away from a surface, from so far beside it that rounding to f32 leaves it on the same side.
+#[inline(always)]
 fn leave(surface: &Surface, direction: Vec3) -> Ray {
     Ray {
         origin_mm: surface.beside(direction),
@@ -314,6 +346,7 @@ fn leave(surface: &Surface, direction: Vec3) -> Ray {
 }
 
 /// A ray to a light, and how far it goes, mm.
+#[inline(always)]
 fn connection(surface: &Surface, light: &LightSample) -> (Ray, f32) {
     let Some(place) = light.place else {
         return (leave(surface, light.direction), f32::INFINITY);

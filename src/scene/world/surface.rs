@@ -54,6 +54,7 @@ impl Footprint {
 
 impl Surface {
     /// The place, moved to the side of a direction so far that rounding to f32 leaves it on that side.
+    #[inline(always)]
     pub fn beside(&self, direction: Vec3) -> DVec3 {
         beside(self.position, self.normal, direction)
     }
@@ -61,6 +62,7 @@ impl Surface {
     /// What a cone of the width `width_mm` covers that comes along `direction`: an ellipse, longer by 1/cos along the
     /// view. A sharp one is a row of squares (P. Heckbert's ellipse, by the probes of J. McCormack et al., *Feline*,
     /// SIGGRAPH 1999); others are the square of the long side.
+    #[inline(always)]
     pub fn footprint(&self, width_mm: f32, direction: Vec3, is_sharp: bool) -> Footprint {
         if self.uv_per_mm == 0.0 {
             return Footprint::POINT;
@@ -94,7 +96,7 @@ impl Surface {
 }
 
 /// A place on a surface of this normal, moved to the side of a direction ([`Surface::beside`]).
-#[inline]
+#[inline(always)]
 pub(super) fn beside(position: DVec3, normal: Vec3, direction: Vec3) -> DVec3 {
     let step = position.abs().max_element() * (8.0 * f64::from(f32::EPSILON));
     let side = if normal.dot(direction) < 0.0 {
@@ -107,6 +109,7 @@ pub(super) fn beside(position: DVec3, normal: Vec3, direction: Vec3) -> DVec3 {
 
 impl World {
     /// Where a ray meets a triangle that it is known to meet: rounding is taken back to the triangle's border.
+    #[inline(always)]
     pub(super) fn surface(&self, element: Element, ray: &Ray) -> Surface {
         let facet = self.stage.facet(element);
         let mut surface = self.surface_at(element, &facet, facet.barycentric(ray));
@@ -115,6 +118,7 @@ impl World {
     }
 
     /// A place of a triangle, by the weights of its second and third corner.
+    #[inline(always)]
     pub(super) fn surface_at(
         &self,
         element: Element,
@@ -185,6 +189,7 @@ impl World {
     }
 
     /// R, G, B, A of a picture; white without one.
+    #[inline(always)]
     pub(super) fn texel(
         &self,
         reference: Option<TextureRef>,
@@ -244,6 +249,7 @@ impl World {
     }
 
     /// Radiance that the front (or the back, where that shines too) sends at a place.
+    #[inline(always)]
     pub(super) fn emission(
         &self,
         surface: &Surface,

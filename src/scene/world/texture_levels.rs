@@ -74,7 +74,7 @@ impl Raster {
     }
 
     /// Columns and rows of a level.
-    #[inline]
+    #[inline(always)]
     pub fn size(&self, level: usize) -> (usize, usize) {
         match self {
             Self::Float { levels, .. } => (levels[level].width, levels[level].height),
@@ -100,7 +100,7 @@ impl Raster {
     }
 
     /// Linear R, G, B and A between four texels.
-    #[inline]
+    #[inline(always)]
     pub fn bilinear(&self, level: usize, across: Taps, down: Taps) -> Vec4 {
         match self {
             Self::Float { levels, .. } => levels[level].bilinear(across, down, |t| t),
@@ -111,7 +111,7 @@ impl Raster {
     }
 }
 
-#[inline]
+#[inline(always)]
 fn linear([r, g, b, a]: [u8; 4], decode: &[f32; 256]) -> Vec4 {
     Vec4::new(
         decode[usize::from(r)],
@@ -122,7 +122,7 @@ fn linear([r, g, b, a]: [u8; 4], decode: &[f32; 256]) -> Vec4 {
 }
 
 impl<T: Copy> Level<T> {
-    #[inline]
+    #[inline(always)]
     fn bilinear(&self, across: Taps, down: Taps, linear: impl Fn(T) -> Vec4) -> Vec4 {
         let row = |y: usize| {
             let row = &self.texels[y * self.width..][..self.width];

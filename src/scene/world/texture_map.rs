@@ -106,6 +106,7 @@ impl TextureMap {
     }
 
     /// The levels of the pyramid for squares of this side.
+    #[inline(always)]
     pub(super) fn filter(&self, footprint: f32) -> Filter {
         let (width, height) = self.size();
         let texels = footprint * width.max(height) as f32;
@@ -124,7 +125,7 @@ impl TextureMap {
     }
 
     /// [`Self::sample`] by levels that are known.
-    #[inline]
+    #[inline(always)]
     pub(super) fn filtered(&self, filter: &Filter, uv: [f32; 2]) -> Vec4 {
         let fine = self.bilinear(filter.fine, uv);
         if filter.coarse_share == 0.0 {
@@ -134,7 +135,7 @@ impl TextureMap {
         fine + (coarse - fine) * filter.coarse_share
     }
 
-    #[inline]
+    #[inline(always)]
     fn bilinear(&self, level: usize, [u, v]: [f32; 2]) -> Vec4 {
         let (width, height) = self.raster.size(level);
         let across = taps(u, width, self.wrap[0]);
@@ -144,7 +145,7 @@ impl TextureMap {
 }
 
 /// The two texels around `u` (texel centres at (i + ½)/n).
-#[inline]
+#[inline(always)]
 fn taps(u: f32, n: usize, wrap: Wrap) -> Taps {
     // Periods are taken off before the product, so that a far coordinate keeps its digits; NaN becomes 0.
     let reduced = match wrap {
@@ -179,7 +180,7 @@ fn taps(u: f32, n: usize, wrap: Wrap) -> Taps {
 }
 
 /// The same as [`f32::floor`], which is a call where the target has no instruction for it.
-#[inline]
+#[inline(always)]
 fn floor(x: f32) -> f32 {
     // Above, all numbers are whole.
     const WHOLE: f32 = 8_388_608.0;

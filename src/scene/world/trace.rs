@@ -70,6 +70,7 @@ impl World {
     }
 
     /// Answers all queries.
+    #[inline(always)]
     pub(super) fn trace(&self, queries: &mut [RayQuery], walks: &mut Walks) {
         let Walks { outer, inner } = walks;
         outer.clear();

@@ -28,6 +28,7 @@ const AXES: [[[usize; 3]; 2]; 3] = [
 ];
 
 impl WalkRay {
+    #[inline(always)]
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         let d = direction.to_array();
         let [a, b, c] = d.map(f32::abs);
@@ -105,7 +106,7 @@ impl Packet {
     }
 
     /// The corners of a lane.
-    #[inline]
+    #[inline(always)]
     pub fn corners(&self, lane: usize) -> [Vec3; 3] {
         let corner = |v: &[Vec4; 3]| Vec3::new(v[0][lane], v[1][lane], v[2][lane]);
         let [a, b, c] = &self.vertices;

@@ -55,7 +55,7 @@ impl WalkGroup {
     }
 
     /// One more ray, to set out from the root.
-    #[inline]
+    #[inline(always)]
     pub fn add(&mut self, number: u32, ray: WalkRay, t_max: f32) {
         if self.count == self.walks.len() {
             self.walks.push(Walk::default());

@@ -35,7 +35,7 @@ pub(super) struct Met {
 
 impl Walk {
     /// Sets out.
-    #[inline]
+    #[inline(always)]
     pub fn start(&mut self, number: u32, ray: WalkRay, t_max: f32) {
         self.near = [
             usize::from(ray.inverse.x.is_sign_negative()),
