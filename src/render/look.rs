@@ -37,7 +37,7 @@ impl Workspace {
     /// The radiance of the channels along the traced rays.
     pub fn look(&mut self, scene: &Scene, channels: Range<usize>, key: impl Fn(usize) -> PathKey) {
         let rays = RaySlices::from_batch(&self.batch);
-        scene.intersect(rays, &mut self.hits);
+        scene.find_surfaces(rays, &mut self.hits);
         scene.radiance(rays, &mut self.hits, channels, key, &mut self.radiance);
     }
 

@@ -131,7 +131,8 @@ impl Scene {
                     world: met,
                     ..
                 } = hits;
-                world.first_hits(rays.alive(), &mut met.workspace, |i, element, hit| {
+                world.first_elements(rays.alive(), &mut met.workspace, |i, element, ray| {
+                    let hit = world.hit_of(element, ray);
                     met.elements[i] = Some(element);
                     distance_mm[i] = hit.distance_mm;
                     surface[i] = hit.object_id;
@@ -139,6 +140,20 @@ impl Scene {
                 });
             }
         }
+    }
+
+    /// What [`Self::radiance`] asks for: [`Self::intersect`] without distances and normals in a world, where they take
+    /// a time of their own.
+    pub(crate) fn find_surfaces(&self, rays: RaySlices<'_>, hits: &mut Hits) {
+        let Kind::World(world, _) = &self.kind else {
+            return self.intersect(rays, hits);
+        };
+        hits.reset_for_world(rays.origin_mm[0].len());
+        let (surface, met) = (&mut hits.surface, &mut hits.world);
+        world.first_elements(rays.alive(), &mut met.workspace, |i, element, _| {
+            met.elements[i] = Some(element);
+            surface[i] = world.object_of(element);
+        });
     }
 
     /// First hits with cards of pairs of rays that lie beside these. `reach`: the most by which s or t differs on a

@@ -329,7 +329,7 @@ fn along(lines: impl Iterator<Item = SightLine>, count: usize) -> RayBatch {
 }
 
 /// What a batch of rays meets.
-pub(super) fn met(scene: &Scene, batch: &RayBatch) -> Hits {
+fn met(scene: &Scene, batch: &RayBatch) -> Hits {
     let mut hits = Hits::default();
     scene.intersect(RaySlices::from_batch(batch), &mut hits);
     hits

@@ -10,14 +10,13 @@ use std::ops::Range;
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::sight::met;
 use super::{SightRays, WhiteField};
 use crate::image::Image;
 use crate::rays::RaySlices;
 use crate::render::diffraction::{BlurField, PixelBlur};
 use crate::render::{Camera, RenderSettings};
 use crate::sampling::hash;
-use crate::scene::Scene;
+use crate::scene::{Hits, Scene};
 use crate::scene::world::PathKey;
 use crate::spectrum::ChannelWavelengths;
 
@@ -100,7 +99,8 @@ impl Sampler<'_> {
                 _ => ChannelWavelengths::REFERENCE,
             };
             let batch = self.sight.rays_of_rows(self.camera, channel, rows);
-            let mut hits = met(self.scene, &batch);
+            let mut hits = Hits::default();
+            (self.scene).find_surfaces(RaySlices::from_batch(&batch), &mut hits);
             for path in 0..paths {
                 let key = |ray| PathKey {
                     key: hash(self.settings.seed, &[KEY, row as u64, (ray % width) as u64]),

@@ -54,7 +54,8 @@ impl World {
         Some(self.hit_of(element, &ray))
     }
 
-    fn hit_of(&self, element: Element, ray: &Ray) -> FirstHit {
+    /// Where a ray meets the triangle that it meets first.
+    pub(in crate::scene) fn hit_of(&self, element: Element, ray: &Ray) -> FirstHit {
         let surface = self.surface(element, ray);
         let side = if surface.normal.as_dvec3().dot(ray.direction) < 0.0 {
             1.0
@@ -122,12 +123,12 @@ impl World {
         }
     }
 
-    /// First hits of camera rays, each with its number.
-    pub(in crate::scene) fn first_hits(
+    /// The triangles that camera rays, each with its number, meet first.
+    pub(in crate::scene) fn first_elements(
         &self,
         rays: impl Iterator<Item = (usize, Ray)>,
         workspace: &mut PathWorkspace,
-        mut visit: impl FnMut(usize, Element, FirstHit),
+        mut visit: impl FnMut(usize, Element, &Ray),
     ) {
         let mut rays = rays.map(|(number, ray)| RayQuery::nearest(number, ray));
         loop {
@@ -139,7 +140,7 @@ impl World {
             self.trace(&mut workspace.queries, &mut workspace.walks);
             for query in &workspace.queries {
                 if let Some(element) = query.nearest_element() {
-                    visit(query.number, element, self.hit_of(element, &query.ray));
+                    visit(query.number, element, &query.ray);
                 }
             }
         }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::check::{self, WorldWarnings};
 use super::description::{Material, WorldDescription};
-use super::geometry::Element;
+use super::geometry::{Element, Part, Placed};
 use super::lamps::{Lamp, lamps};
 use super::texture_map::TextureMap;
 use super::traits::Traits;
@@ -88,10 +88,21 @@ impl World {
     /// A triangle's material.
     #[inline]
     pub(super) fn material_of(&self, element: Element) -> usize {
+        self.part_of(element).1.material as usize
+    }
+
+    /// The object of a triangle.
+    pub(in crate::scene) fn object_of(&self, element: Element) -> u16 {
+        let (placed, part) = self.part_of(element);
+        placed.object_id.unwrap_or(part.object_id)
+    }
+
+    #[inline]
+    fn part_of(&self, element: Element) -> (&Placed, &Part) {
         let placed = &self.stage.placed[element.placed as usize];
         let geometry = &self.stage.geometries[placed.geometry];
         let part = geometry.packets[element.packet as usize].parts[usize::from(element.lane)];
-        geometry.parts[part as usize].material as usize
+        (placed, &geometry.parts[part as usize])
     }
 
     /// Whether a triangle may have holes.
