@@ -1,7 +1,7 @@
 use glam::{DVec2, DVec3};
 use quadpixel::image::Image;
 use quadpixel::render::truth::{Defocus, DisparityField};
-use quadpixel::render::{Camera, disparity_ratio};
+use quadpixel::render::{Camera, disparity_ratio, disparity_ratio_in};
 use quadpixel::scene::Scene;
 use quadpixel_datasets::RatioField;
 
@@ -167,6 +167,37 @@ fn the_ratio_is_the_paraxial_disparity_over_the_circle_of_confusion_at_any_depth
             );
             assert!((down / at(&ratio.top_bottom) - 1.0).abs() < 0.01, "{down}");
             assert!(across > 0.1 && down > 0.1);
+        }
+    }
+}
+
+#[test]
+fn the_ratio_in_a_field_of_disparity_is_that_of_rays_at_its_nodes() {
+    for (name, place) in [
+        (PHONE, DVec2::new(1.2, 0.8)),
+        ("lib_wide_22mm", DVec2::new(6.0, 4.0)),
+    ] {
+        let lens = focused(name, 500.0);
+        let camera = camera(&lens, &geometric(2, 2, 5.0), (300, 200), place);
+        let traced = disparity_ratio(&camera).unwrap();
+        let field = DisparityField::new(&camera, 1).unwrap();
+        let known = disparity_ratio_in(&camera, &field).unwrap();
+        for (traced, known) in [
+            (traced.left_right, known.left_right),
+            (traced.top_bottom, known.top_bottom),
+        ] {
+            let pairs = traced
+                .unwrap()
+                .values
+                .into_iter()
+                .zip(known.unwrap().values);
+            for (traced, known) in pairs {
+                // By as many points through boxes' edges as either has.
+                assert!(
+                    (known / traced - 1.0).abs() < 2e-3,
+                    "{name}: {known} {traced}"
+                );
+            }
         }
     }
 }

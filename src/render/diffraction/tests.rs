@@ -279,3 +279,45 @@ fn a_lens_on_the_axis_displaces_rays_of_mirrored_places_by_mirrored_ways() {
         }
     }
 }
+
+/// Of a run of rays: between four nodes with phases, and where the lens has none.
+#[test]
+fn displacements_of_many_rays_are_those_of_each() {
+    let lens = Lens::new(&Prescription::builtin("wide_US20120327520A1_emb3").unwrap()).unwrap();
+    let lens = lens.focused_at(750.0, FocusBy::Sensor, 550.0).unwrap();
+    let system = lens.at(550.0).unwrap();
+    let window = crate::field::SensorWindowMm {
+        centre: DVec2::new(1.4, 1.0),
+        half_width: 0.2,
+        half_height: 0.2,
+    };
+    let pupils = ExitPupilMap::new(std::slice::from_ref(&system), window);
+    let plain = LensDiffraction::new(&pupils, system.sensor_z_mm).unwrap();
+    let place = window.centre + DVec2::new(0.07, -0.03);
+    let (middle, to_disk) = plain.ellipse(place);
+    let (directions, samples): (Vec<DVec2>, Vec<f64>) = (0..50)
+        .map(|i| {
+            let u = |k: u64| uniform(3, &[i, k]);
+            let q = 1.8 * DVec2::new(u(0), u(1)) - 0.9;
+            (middle + to_disk.inverse() * q, u(2))
+        })
+        .unzip();
+    let [dx, dy] = [0, 1].map(|k| directions.iter().map(|d| d[k]).collect::<Vec<f64>>());
+    for (has_phases, field) in [
+        (true, plain.clone().with_phases(&system, 750.0)),
+        (false, plain),
+    ] {
+        let here = field.at(place, 5);
+        let nodes_with_phases = here.kernels.iter().filter(|k| k.0.phases.is_some());
+        assert_eq!(nodes_with_phases.count(), if has_phases { 4 } else { 0 });
+        let (mut x, mut y) = (samples.clone(), vec![0.0; samples.len()]);
+        here.displacements(7, [&dx, &dy], [&mut x, &mut y]);
+        let mut turns = std::collections::BTreeSet::new();
+        for (i, direction) in directions.iter().enumerate() {
+            let alone = here.displacement(7 + i, *direction, samples[i]);
+            assert_eq!(DVec2::new(x[i], y[i]), alone, "{i}");
+            turns.insert(here.turn_of(7 + i));
+        }
+        assert_eq!(turns.len(), 4);
+    }
+}

@@ -16,8 +16,8 @@ use crate::rays::RaySlices;
 use crate::render::diffraction::{BlurField, PixelBlur};
 use crate::render::{Camera, RenderSettings};
 use crate::sampling::hash;
-use crate::scene::{Hits, Scene};
 use crate::scene::world::PathKey;
+use crate::scene::{Hits, Scene};
 use crate::spectrum::ChannelWavelengths;
 
 /// Places in the pixel at which the target is sampled.

@@ -235,8 +235,9 @@ impl World {
         self.follow(settings, workspace, visit);
     }
 
+    /// The same by the instructions of the caller.
     #[inline(always)]
-    fn follow(
+    pub(super) fn follow(
         &self,
         settings: &PathSettings,
         workspace: &mut PathWorkspace,

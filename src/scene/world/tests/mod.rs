@@ -2,4 +2,5 @@
 
 mod light_tree;
 mod materials;
+mod paths;
 mod rays;
