@@ -38,9 +38,9 @@ impl LensMap {
             let maker = Maker::new(*task, Some(like))?;
             let mut fitter = maker.fitter(Some(like));
             let choice = Choice {
-                slope: Design::new(like.degree),
-                place: Design::new(like.place_degree),
-                change: Design::new(like.change_degree),
+                slope: Design::of(like.degree),
+                place: Design::of(like.place_degree),
+                change: Design::of(like.change_degree),
                 reach_mm: like.reach_mm,
             };
             fitter.step_mm = choice.reach_mm;
@@ -98,15 +98,15 @@ impl Maker<'_> {
     fn choice(&self, fitter: &mut Fitter<'_>) -> Result<Choice, MapFailure> {
         let places = self.task.places_mm(PLACES);
         let limiting = std::mem::take(&mut fitter.limiting);
-        let lowest = Design::new(CHANGE_DEGREES[0]);
+        let lowest = Design::of(CHANGE_DEGREES[0]);
         let mut best: Option<(usize, Choice)> = None;
         let mut work_rays = 0.0;
         for degree in DEGREES {
-            let main = Design::new(degree);
+            let main = Design::of(degree);
             let designs = Designs {
-                slope: &main,
-                place: &main,
-                change: &lowest,
+                slope: main,
+                place: main,
+                change: lowest,
             };
             work_rays += places.len() as f64 * fitter.work_rays(designs);
             if !self.task.pays(work_rays) {
@@ -122,9 +122,9 @@ impl Maker<'_> {
             if good.len() <= least || !sum.meet(&self.task.bound, SHARES[0]) {
                 continue;
             }
-            if let Some((change, reach_mm)) = self.change(fitter, &good, &main) {
+            if let Some((change, reach_mm)) = self.change(fitter, &good, main) {
                 let choice = Choice {
-                    place: self.place(fitter, &good, (&main, &change)),
+                    place: self.place(fitter, &good, (main, change)),
                     slope: main,
                     change,
                     reach_mm,
@@ -147,14 +147,14 @@ impl Maker<'_> {
         fitter: &mut Fitter<'_>,
         places: &[DVec2],
         main: &Design,
-    ) -> Option<(Design, f64)> {
+    ) -> Option<(&'static Design, f64)> {
         for reach in REACHES {
             fitter.step_mm = reach * self.task.pitch_mm;
-            for change in CHANGE_DEGREES.map(Design::new) {
+            for change in CHANGE_DEGREES.map(Design::of) {
                 let designs = Designs {
                     slope: main,
                     place: main,
-                    change: &change,
+                    change,
                 };
                 if self.all_meet(fitter, places, designs)? {
                     return Some((change, fitter.step_mm));
@@ -170,12 +170,12 @@ impl Maker<'_> {
         &self,
         fitter: &Fitter<'_>,
         places: &[DVec2],
-        (slope, change): (&Design, &Design),
-    ) -> Design {
+        (slope, change): (&'static Design, &Design),
+    ) -> &'static Design {
         let lower = DEGREES
             .iter()
             .filter(|d| 2 * **d >= slope.degree && **d < slope.degree);
-        let does = |place: &Design| {
+        let does = |&place: &&Design| {
             let designs = Designs {
                 slope,
                 place,
@@ -183,8 +183,8 @@ impl Maker<'_> {
             };
             self.all_meet(fitter, places, designs) == Some(true)
         };
-        let found = lower.map(|d| Design::new(*d)).find(does);
-        found.unwrap_or_else(|| Design::new(slope.degree))
+        let found = lower.map(|d| Design::of(*d)).find(does);
+        found.unwrap_or(slope)
     }
 
     /// Whether the errors of places with a node of their own, and around them, leave enough of the bound; `None` where

@@ -34,18 +34,18 @@ fn middle_frame(task: &MapTask<'_>) -> Result<SceneFrame, MapFailure> {
 
 /// Numbers with which a map was made: those of the same lens at another wavelength will do as well, or nearly.
 pub(super) struct Choice {
-    pub slope: Design,
-    pub place: Design,
-    pub change: Design,
+    pub slope: &'static Design,
+    pub place: &'static Design,
+    pub change: &'static Design,
     pub reach_mm: f64,
 }
 
 impl Choice {
     pub fn designs(&self) -> Designs<'_> {
         Designs {
-            slope: &self.slope,
-            place: &self.place,
-            change: &self.change,
+            slope: self.slope,
+            place: self.place,
+            change: self.change,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! One node of a map: rays traced from its place, and polynomials fitted to them.
 
-use std::sync::LazyLock;
+use std::sync::{LazyLock, OnceLock};
 
 use glam::{DVec2, DVec3};
 
@@ -100,8 +100,18 @@ impl Points {
     }
 }
 
+/// Degrees of designs, at most.
+const MOST_DEGREE: usize = 24;
+
 impl Design {
-    pub fn new(degree: usize) -> Self {
+    /// That of a degree, [`MOST_DEGREE`] at most: it is the same for every lens, and made once.
+    pub fn of(degree: usize) -> &'static Self {
+        static ALL: [OnceLock<Design>; MOST_DEGREE + 1] =
+            [const { OnceLock::new() }; MOST_DEGREE + 1];
+        ALL[degree].get_or_init(|| Self::new(degree))
+    }
+
+    fn new(degree: usize) -> Self {
         let count = basis::terms(degree);
         let sets = POINTS.map(
             |per_term| -> LazyLock<Points, Box<dyn FnOnce() -> Points + Send>> {
