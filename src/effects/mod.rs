@@ -13,6 +13,7 @@
 use quadpixel_datasets::EstimatedError;
 
 mod choice;
+mod estimates;
 mod plan;
 mod reflections;
 mod shift;

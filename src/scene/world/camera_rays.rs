@@ -4,7 +4,8 @@ use glam::{DVec3, Vec3};
 
 use super::World;
 use super::geometry::Element;
-use super::path::{PathSettings, PathWorkspace, Start};
+use super::path::{PathSettings, PathWorkspace};
+use super::path_state::Start;
 use super::sampler::{PathSamples, TOGETHER};
 use super::trace::RayQuery;
 use super::walk::Walks;

@@ -33,6 +33,7 @@ mod microfacet;
 mod pages;
 mod patches;
 mod path;
+mod path_state;
 mod prepared;
 mod repeated;
 mod sampler;

@@ -7,7 +7,8 @@ use glam::{DAffine3, DVec3, Vec3A as Vec3};
 use crate::rays::{Ray, RayBatch, RaySlices};
 use crate::sampling::uniform;
 use crate::scene::texture::Texture;
-use crate::scene::world::path::{PathWorkspace, Start};
+use crate::scene::world::path::PathWorkspace;
+use crate::scene::world::path_state::Start;
 use crate::scene::world::sampler::PathSamples;
 use crate::scene::world::trace::RayQuery;
 use crate::scene::world::{
