@@ -166,6 +166,15 @@ impl Bvh {
         tree
     }
 
+    /// The node of a child that is one: of this tree's root, or of a node of it that a ray meets.
+    #[inline(always)]
+    pub(super) fn node(&self, child: Child) -> &Node {
+        debug_assert!(!child.is_leaf() && (child.number() as usize) < self.nodes.len());
+        // SAFETY: `fold` gives a child that is a node the number that the node is about to have, and nodes are never
+        // taken away. A child that is not there has the number of the first node, and no ray meets it.
+        unsafe { self.nodes.get_unchecked(child.number() as usize) }
+    }
+
     /// Adds a tree over boxes and returns its root's entry; `close` makes the entry of a leaf of at most `leaf_items`.
     fn grow(
         &mut self,

@@ -136,15 +136,21 @@ impl Bvh {
             true => (0, count),
             false => (count, 0),
         };
+        // Checks of bounds are 4 % of a path. They could not fail: each list holds each walk once at most, by its number
+        // below `count`, and `nodes` and `ends` count what was written; a child's number is that of a node of its tree
+        // ([`Bvh::node`]).
         while nodes + ends > 0 {
             for (&i, found) in at_leaves[..ends].iter().zip(&mut *found) {
-                let walk = &walks[i as usize];
+                // SAFETY: see above.
+                let walk = unsafe { walks.get_unchecked(i as usize) };
                 let (leaf, items) = (walk.current.number() as usize, walk.current.items());
                 *found = leaves.test(&walk.ray, walk.t_max, leaf, items);
             }
             for k in 0..std::mem::take(&mut ends) {
-                let i = at_leaves[k];
-                let walk = &mut walks[i as usize];
+                // SAFETY: see above.
+                let (i, found) = unsafe { (*at_leaves.get_unchecked(k), found.get_unchecked(k)) };
+                // SAFETY: see above.
+                let walk = unsafe { walks.get_unchecked_mut(i as usize) };
                 let visit = Visit {
                     number: walk.number as usize,
                     ray: &walk.ray,
@@ -152,29 +158,42 @@ impl Bvh {
                     items: walk.current.items(),
                     t_max: &mut walk.t_max,
                 };
-                let is_ended = found[k].mask != 0 && leaves.visit(visit, &found[k]);
+                let is_ended = found.mask != 0 && leaves.visit(visit, found);
                 if !is_ended && walk.go_back() {
                     self.ask_for(walk.current, leaves);
-                    (at_nodes[nodes], at_leaves[ends]) = (i, i);
-                    let is_leaf = usize::from(walk.current.is_leaf());
-                    nodes += 1 - is_leaf;
-                    ends += is_leaf;
+                    // SAFETY: see above; so many were read of both lists that there is room.
+                    unsafe {
+                        list(
+                            i,
+                            walk.current,
+                            (at_nodes, &mut nodes),
+                            (at_leaves, &mut ends),
+                        )
+                    };
                 }
             }
             for (&i, met) in at_nodes[..nodes].iter().zip(&mut *met) {
-                let walk = &walks[i as usize];
-                *met = walk.meet::<L>(&self.nodes[walk.current.number() as usize]);
+                // SAFETY: see above.
+                let walk = unsafe { walks.get_unchecked(i as usize) };
+                *met = walk.meet::<L>(self.node(walk.current));
             }
             for k in 0..std::mem::take(&mut nodes) {
-                let i = at_nodes[k];
-                let walk = &mut walks[i as usize];
-                let node = &self.nodes[walk.current.number() as usize];
-                if walk.go_on(node, &met[k]) {
+                // SAFETY: see above.
+                let (i, met) = unsafe { (*at_nodes.get_unchecked(k), met.get_unchecked(k)) };
+                // SAFETY: see above.
+                let walk = unsafe { walks.get_unchecked_mut(i as usize) };
+                let node = self.node(walk.current);
+                if walk.go_on(node, met) {
                     self.ask_for(walk.current, leaves);
-                    (at_nodes[nodes], at_leaves[ends]) = (i, i);
-                    let is_leaf = usize::from(walk.current.is_leaf());
-                    nodes += 1 - is_leaf;
-                    ends += is_leaf;
+                    // SAFETY: see above; so many were read of both lists that there is room.
+                    unsafe {
+                        list(
+                            i,
+                            walk.current,
+                            (at_nodes, &mut nodes),
+                            (at_leaves, &mut ends),
+                        )
+                    };
                 }
             }
         }
@@ -188,6 +207,27 @@ impl Bvh {
         let leaf = leaves.address(number);
         prefetch(if next.is_leaf() { leaf } else { node });
     }
+}
+
+/// Writes walk `i` to the list of those at nodes or at leaves, by what it is at, without a branch.
+///
+/// # Safety
+/// Both lists are longer than the numbers of walks in them.
+#[inline(always)]
+unsafe fn list(
+    i: u32,
+    at: Child,
+    (at_nodes, nodes): (&mut [u32], &mut usize),
+    (at_leaves, ends): (&mut [u32], &mut usize),
+) {
+    // SAFETY: as the caller says.
+    unsafe {
+        *at_nodes.get_unchecked_mut(*nodes) = i;
+        *at_leaves.get_unchecked_mut(*ends) = i;
+    }
+    let is_leaf = usize::from(at.is_leaf());
+    *nodes += 1 - is_leaf;
+    *ends += is_leaf;
 }
 
 /// Asks for the four cache lines from an address on, wherever that is.
