@@ -136,9 +136,8 @@ impl Bvh {
             true => (0, count),
             false => (count, 0),
         };
-        // Checks of bounds are 4 % of a path. They could not fail: each list holds each walk once at most, by its number
-        // below `count`, and `nodes` and `ends` count what was written; a child's number is that of a node of its tree
-        // ([`Bvh::node`]).
+        // Checks of bounds took 4 % of a path. They could not fail: each walk is in one of the lists at most, by its
+        // number below `count`; `nodes` and `ends` count what was written.
         while nodes + ends > 0 {
             for (&i, found) in at_leaves[..ends].iter().zip(&mut *found) {
                 // SAFETY: see above.
