@@ -84,7 +84,7 @@ impl Provenance {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ResponseMeta {
-    /// Pixel model and its version, e.g. `wave-1`.
+    /// Pixel model and its version, e.g. `wave-2`.
     pub model: String,
     /// How P was found.
     pub settings: Provenance,

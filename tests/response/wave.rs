@@ -157,6 +157,20 @@ fn lossless_layers_pass_on_all_light() {
     }
 }
 
+/// Blue light on a pixel below the wavelength, near a resonance of its lens: with the 2.8 slices per wavelength of 100 nm
+/// the light reflected and entering was 1.65 of that which came (a random test's finding).
+#[test]
+fn blue_light_in_a_small_lens_is_neither_found_nor_lost() {
+    let pitch_um = 0.637_545_739;
+    let radius_um = pitch_um * std::f64::consts::FRAC_1_SQRT_2 * 1.354_711_296;
+    let stack = PixelStack::paper(pitch_um, radius_um, radius_um, 0.205_126_084);
+    for settings in [WaveSettings::draft(), WaveSettings::standard()] {
+        let model = WaveModel::new(&stack, 430.856_940_368, &settings).unwrap();
+        let imbalance = model.solve(0.0, 0.209_598_088).unwrap().imbalance;
+        assert!(imbalance.abs() < 0.2, "{imbalance} of {settings:?}");
+    }
+}
+
 #[test]
 fn thinner_slices_converge_at_least_linearly() {
     let stack = PixelStack::builtin("1.6um").unwrap();
@@ -170,7 +184,7 @@ fn thinner_slices_converge_at_least_linearly() {
         let model = WaveModel::new(&stack, 550.0, &settings).unwrap();
         [0.0, 7.0, 18.0].map(|t| halves(&model, t).1)
     };
-    let (coarse, middle, fine) = (at(100.0), at(50.0), at(15.0));
+    let (coarse, middle, fine) = (at(80.0), at(40.0), at(12.0));
     let error = |p: &[f64; 3]| {
         p.iter()
             .zip(&fine)

@@ -187,8 +187,8 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Pixels of random layers, by the wave level: no part is negative, all parts together are the light that came in
-    /// (1e-9). What lossless layers absorb is a difference of fluxes, 0 but for the model's error: on pixels as small
-    /// as these, below the wavelength, up to 0.15 (found, then bounded).
+    /// (1e-9). Pixels as small as these, below the wavelength, are hard: what the lens, the layers and the silicon find
+    /// or lose before that is up to 0.17 (of 72,000 such pixels).
     #[test]
     fn plane_waves_on_random_pixels(
         pitch in 0.6..1.4f64, lens in 1.05..2.0f64, filter in 0.0..1.0f64,
@@ -202,8 +202,9 @@ proptest! {
         let mean = &p.mean;
         let absorbed: f64 = mean.absorbed.iter().sum();
         prop_assert!(mean.absorbed.iter().all(|p| *p >= 0.0) && absorbed <= 1.0 + 1e-9, "{:?}", p);
-        prop_assert!(mean.reflected >= 0.0 && mean.elsewhere >= -0.15, "{:?}", p);
+        let parts = [mean.reflected, mean.transmitted, mean.elsewhere];
+        prop_assert!(parts.iter().all(|p| *p >= -1e-12), "{:?}", p);
         prop_assert!((mean.balance() - 1.0).abs() < 1e-9, "{:?}", p);
-        prop_assert!(p.imbalance.abs() < 0.5, "{:?}", p);
+        prop_assert!(p.imbalance.abs() < 0.25, "{:?}", p);
     }
 }

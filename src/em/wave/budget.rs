@@ -57,3 +57,12 @@ impl Budget {
         }
     }
 }
+
+/// A power held to the `most` that it can be, and by which part it was more.
+pub(super) fn at_most(power: f64, most: f64) -> (f64, f64) {
+    if power > most && most > 0.0 {
+        (most, power / most - 1.0)
+    } else {
+        (power, 0.0)
+    }
+}

@@ -38,7 +38,7 @@ pub use settings::WaveSettings;
 pub use single::WaveModel;
 
 /// Name and version of the model: part of every table's key, so a change of the physics changes the key.
-pub const MODEL: &str = "wave-1";
+pub const MODEL: &str = "wave-2";
 
 /// Residual at which the amplitudes of the trench modes are accepted.
 const MATCHING_TOLERANCE: f64 = 1e-4;

@@ -12,6 +12,7 @@
 
 use rustfft::num_complex::Complex64;
 
+use super::budget::at_most;
 use super::kept_modes::KeptModes;
 use super::mask::Mask;
 use super::planar::{FlatLayers, kz, plane_per_last};
@@ -19,7 +20,7 @@ use super::silicon::{Silicon, Surface};
 use super::spectral::orders_within;
 use super::{MATCHING_TOLERANCE, WaveModel, WaveSettings};
 use crate::em::light::{
-    Incidence, Light, PixelSolver, Powers, SolverError, SolverProgress, by_direction,
+    Incidence, Light, PixelSolver, Powers, SolverError, SolverProgress, by_direction, largest,
 };
 use crate::em::mosaic::{FilterColour, MICROLENSES};
 use crate::em::{PixelStack, StackError};
@@ -148,11 +149,15 @@ impl WaveMosaic {
             let part = budget.scale / budget.incoming;
             let planes = self.settings.absorption_planes;
             let absorbed = silicon.absorbed(&modes, self.stack.silicon_um, planes);
+            let below = silicon.flux_below(&modes, self.stack.silicon_um);
+            let entering = budget.scale * budget.entering;
+            let (_, found) = at_most(part * (absorbed.iter().sum::<f64>() + below), entering);
+            let part = part / (1.0 + found);
             Found {
                 absorbed: absorbed.into_iter().map(|a| a * part).collect(),
-                reflected: 1.0 - budget.scale * budget.entering,
-                transmitted: part * silicon.flux_below(&modes, self.stack.silicon_um),
-                imbalance: budget.balance - 1.0,
+                reflected: 1.0 - entering,
+                transmitted: part * below,
+                imbalance: largest([budget.balance - 1.0, found]),
                 residual: falling.residual,
             }
         };

@@ -9,7 +9,7 @@ use crate::range;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WaveSettings {
-    /// Thickness of a slice of the lens in nm (at most).
+    /// Thickness of a slice of the lens in nm, at most; never more than a quarter of the wavelength in the lens.
     pub slice_nm: f64,
     /// Largest transverse wavenumber followed above the silicon, in k0. 1.6 holds all that travels in the layers.
     pub order_cutoff: f64,

@@ -2,7 +2,7 @@
 
 use rustfft::num_complex::{Complex32, Complex64};
 
-use super::budget::Budget;
+use super::budget::{Budget, at_most};
 use super::kept_modes::KeptModes;
 use super::lens::{Illumination, LensField, LensRegion};
 use super::planar::{FlatLayers, FlatStack};
@@ -10,7 +10,7 @@ use super::silicon::{Silicon, Surface};
 use super::spectral::{Order, orders_within};
 use super::{MATCHING_TOLERANCE, WaveSettings};
 use crate::em::light::{
-    Incidence, Light, PixelSolver, Powers, SolverError, SolverProgress, by_direction,
+    Incidence, Light, PixelSolver, Powers, SolverError, SolverProgress, by_direction, largest,
 };
 use crate::em::{PixelStack, StackError};
 use crate::units::um_from_nm;
@@ -278,27 +278,37 @@ impl WaveModel {
             balance,
             scale,
         } = self.budget(illumination, f, entering, parts.direction);
-        let into_silicon = scale * silicon.flux(modes) / incoming;
+        let scale_below = scale / incoming;
+        // Each is a sum of its own over a field that is not exact, so one may be more than what it is a part of.
+        let (into_silicon, found) = at_most(scale_below * silicon.flux(modes), scale * entering);
+        let kept = scale_below / (1.0 + found);
+        // Without isolation all that is not absorbed passes below.
+        let below = match self.stack.is_isolated() {
+            true => kept * silicon.flux_below(modes, self.stack.silicon_um),
+            false => 0.0,
+        };
         let planes = self.settings.absorption_planes;
         let mut absorbed = silicon.absorbed(modes, self.stack.silicon_um, planes);
+        let (in_all, found_below) = at_most(
+            kept * absorbed.iter().sum::<f64>(),
+            (into_silicon - below).max(0.0),
+        );
         for a in &mut absorbed {
-            *a *= scale / incoming;
+            *a *= kept / (1.0 + found_below);
         }
-        let not_collected = into_silicon - absorbed.iter().sum::<f64>();
-        // Without isolation all of it passes below.
         let transmitted = match self.stack.is_isolated() {
-            true => scale * silicon.flux_below(modes, self.stack.silicon_um) / incoming,
-            false => not_collected,
+            true => below,
+            false => into_silicon - in_all,
         };
         Light {
             mean: Powers {
                 transmitted,
                 absorbed,
                 reflected: 1.0 - scale * entering,
-                elsewhere: scale * entering - into_silicon + (not_collected - transmitted),
+                elsewhere: scale * entering - in_all - transmitted,
                 ..Powers::default()
             },
-            imbalance: balance - 1.0,
+            imbalance: largest([balance - 1.0, found, found_below]),
             residual: f.residual,
             ..Light::default()
         }

@@ -27,6 +27,11 @@ type S = Complex32;
 /// GMRES steps after which the residual is taken as it is.
 const MOST_STEPS: usize = 150;
 
+/// Fewest slices per wavelength in the lens. Of 20,000 random pixels the light found and lost in the slices was at most
+/// 0.71 of all with 100 nm, 0.16 with four slices per wavelength, 0.07 with six
+/// (benches/runs/2026-11-30/slices.md).
+const LEAST_SLICES_PER_WAVELENGTH: f64 = 4.0;
+
 /// The lens region of one pixel at one wavelength (independent of the angle).
 pub(super) struct LensRegion {
     k0: f64,
@@ -62,7 +67,9 @@ pub(super) struct LensField {
 impl LensRegion {
     pub fn new(stack: &PixelStack, n: C, k0: f64, slice_um: f64, grid: usize) -> Self {
         let depth_um = stack.sag_um();
-        let slices = ((depth_um / slice_um).ceil() as usize).max(1);
+        let wavelengths = depth_um * n.re * k0 / (2.0 * std::f64::consts::PI);
+        let slices = (depth_um / slice_um).max(LEAST_SLICES_PER_WAVELENGTH * wavelengths);
+        let slices = (slices.ceil() as usize).max(1);
         let dz = depth_um / slices as f64;
         let eps = n * n;
         // Any background gives the same field. One with loss (V takes it out again) lets no light run round in the
