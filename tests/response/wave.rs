@@ -157,8 +157,8 @@ fn lossless_layers_pass_on_all_light() {
     }
 }
 
-/// Blue light on a pixel of about a wavelength: with 2.8 slices per wavelength (100 nm) the reflected and entering light
-/// was 1.65 of what came, a random test's finding.
+/// Blue light on a pixel of about a wavelength: with 2.8 slices per wavelength (100 nm) the light reflected and
+/// entering was 1.65 of what came, a random test's finding.
 #[test]
 fn blue_light_in_a_small_lens_is_neither_found_nor_lost() {
     let pitch_um = 0.637_545_739;
