@@ -141,6 +141,7 @@ pub fn field_curve(camera: &Camera, plan: CurvePlan) -> Result<FieldCurve, Curve
         offset_error_px: OFFSET_ERROR_PX,
         blur_ratio: middle_ratio(camera),
         matched_window_px: plan.window_px,
+        matching_error_px: None,
     };
     // Checked as it will be when it is read.
     let text = serde_json::to_string(&curve).unwrap_or_default();

@@ -24,6 +24,7 @@ pub(super) struct Direction {
     ratio: BlurRatio,
     pupils: Pupils,
     is_ratio_known: bool,
+    matching_error_px: Option<f64>,
     /// Rows of the first direction are columns here.
     is_turned: bool,
     /// Disparity here over that of the first direction, the means over the picture.
@@ -47,6 +48,7 @@ impl Direction {
             pupils: Pupils::new(&ratio, ratio.mean(), (a.width(), a.height()), rays),
             ratio,
             is_ratio_known: pair.ratio.is_some(),
+            matching_error_px: views.matching_error_px,
             is_turned: false,
             scale: 1.0,
         })
@@ -79,6 +81,7 @@ impl Direction {
             pyramid: Pyramid::new(&a, &b, None)?,
             pupils: Pupils::new(&ratio, mean, (a.width(), a.height()), rays),
             is_ratio_known: pair.ratio.is_some(),
+            matching_error_px: views.matching_error_px,
             is_turned: true,
             scale: ratio.mean() / mean,
             ratio,
@@ -106,6 +109,11 @@ impl Direction {
     /// Whether κ was told.
     pub fn is_ratio_known(&self) -> bool {
         self.is_ratio_known
+    }
+
+    /// As of [`OppositeViews`].
+    pub fn matching_error_px(&self) -> Option<f64> {
+        self.matching_error_px
     }
 
     /// Whether its rows are columns of the first direction.

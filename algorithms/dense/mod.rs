@@ -56,7 +56,7 @@ use directions::{Direction, volume_of};
 use filters::{enlarged_by_guide, transposed};
 use minimum::{median, minima};
 use refine::refined;
-use sigma::{ASSUMED, Evidence, KNOWN, OWN_RAYS, deviations};
+use sigma::{Evidence, Model, deviations};
 use smoother::Stiffness;
 
 /// Contrast across which a pixel takes little from a coarse one, parts of white.
@@ -73,6 +73,8 @@ const STIFFNESS: Stiffness = Stiffness {
 pub struct DenseSettings {
     /// As of [`OppositePair`].
     pub ratio: Option<BlurRatio>,
+    /// As of [`OppositeViews`].
+    pub matching_error_px: Option<f64>,
 }
 
 /// A number at every pixel.
@@ -103,6 +105,7 @@ pub fn dense_disparity(
     };
     dense_disparity_of(OppositeViews {
         left_right: Some(pair),
+        matching_error_px: settings.matching_error_px,
         ..OppositeViews::default()
     })
 }
@@ -194,11 +197,7 @@ fn matched(directions: &[Direction]) -> DenseMap {
         weights: &weights,
         // Eight paths meet at a pixel.
         curvature: typical / 8.0 * range::STEPS_PER_PX * range::STEPS_PER_PX,
-        model: match (directions[0].has_rays(), directions[0].is_ratio_known()) {
-            (true, _) => OWN_RAYS,
-            (false, true) => KNOWN,
-            (false, false) => ASSUMED,
-        },
+        model: Model::of(&directions[0], unit),
         range: (range_px[1] - range_px[0]) / unit,
     });
     let mut disparity = Image::zeros(costs.width, costs.height, 1);

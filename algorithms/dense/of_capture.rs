@@ -20,6 +20,7 @@ pub struct Halves {
     top_bottom: Option<Pair>,
     astigmatism_px: Option<Image>,
     blur: Option<BlurRays>,
+    matching_error_px: Option<f64>,
     picture: Option<Image>,
 }
 
@@ -51,6 +52,7 @@ impl Halves {
             left_right,
             top_bottom,
             blur: camera.and_then(|c| c.blur.clone()),
+            matching_error_px: None,
             picture: (capture.channels.len() > 1)
                 .then(|| capture.views.sum(Side::All))
                 .flatten(),
@@ -62,6 +64,12 @@ impl Halves {
         let pairs = [&mut self.left_right, &mut self.top_bottom];
         (pairs.into_iter().flatten()).for_each(|pair| pair.ratio = Some(ratio.clone()));
         self.blur = None;
+        self
+    }
+
+    /// With an error of matching that is known, as of [`OppositeViews`].
+    pub fn with_matching_error(mut self, error_px: f64) -> Self {
+        self.matching_error_px = Some(error_px);
         self
     }
 
@@ -103,6 +111,7 @@ impl Halves {
             top_bottom: self.top_bottom.as_ref().map(Pair::opposite),
             astigmatism_px: self.astigmatism_px.as_ref(),
             blur: self.blur.as_ref(),
+            matching_error_px: self.matching_error_px,
             picture: self.picture.as_ref(),
         }
     }

@@ -7,29 +7,30 @@
 //! scatter: of the numbers about the surface, weighted as they are in it; spread: of the surface itself nearby, which a
 //! window at a depth step mixes; information: the curvature of the costs in a window, which a picture without texture
 //! does not have; m: what another pupil than is told makes of d. a, b, m and the floor were chosen on samples of ours
-//! with known truth.
+//! with known truth; where planes at known distances told what matching errs by, that is the floor.
 
 use quadpixel::image::Image;
 use rayon::prelude::*;
 
+use super::directions::Direction;
 use super::filters::gaussian;
 
 /// b.
 const SPREAD: f64 = 0.5;
-/// By the family, κ assumed. The scale of d and its zero are free then and not in σ; beside them κ of 0.16 to 0.38
-/// change d by 0.5 to 2.4 % of itself (benches/runs/2026-11-29/free-scale.md).
-pub(super) const ASSUMED: Model = Model {
+/// By the family, κ assumed. The scale of d and its zero are free then and not in σ, or known by planes at known
+/// distances; beside them κ of 0.16 to 0.38 change d by 0.5 to 2.4 % of itself (benches/runs/2026-11-29/free-scale.md).
+const ASSUMED: Model = Model {
     scatter: 4.0,
     part: 0.02,
     floor_px: 0.03,
 };
 /// By the family, κ known.
-pub(super) const KNOWN: Model = Model {
+const KNOWN: Model = Model {
     part: 0.05,
     ..ASSUMED
 };
 /// By the camera's own rays.
-pub(super) const OWN_RAYS: Model = Model {
+const OWN_RAYS: Model = Model {
     scatter: 1.6,
     part: 0.01,
     floor_px: 0.012,
@@ -48,6 +49,21 @@ pub(super) struct Model {
     part: f64,
     /// Floor, px of the level.
     floor_px: f64,
+}
+
+impl Model {
+    /// By what is known of a direction's kernels; a level's pixel is `unit` px.
+    pub fn of(direction: &Direction, unit: f64) -> Self {
+        match (direction.has_rays(), direction.matching_error_px()) {
+            (true, _) => OWN_RAYS,
+            (false, Some(error_px)) => Self {
+                floor_px: error_px.max(0.0) / unit,
+                ..ASSUMED
+            },
+            (false, None) if direction.is_ratio_known() => KNOWN,
+            (false, None) => ASSUMED,
+        }
+    }
 }
 
 /// What σ is made of; lengths in px of the level, `size` its columns and rows.

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use super::curve::Depth;
 use super::halves::Measured;
-use crate::dense::{BlurRatio, SHARP_RATIO};
+use crate::dense::{BlurRatio, DenseSettings, SHARP_RATIO};
 
 /// Largest side of the views of a curve.
 const MOST_SIDE_PX: usize = 32_768;
@@ -62,6 +62,10 @@ pub struct FieldCurve {
     /// D is what windows of this side match; absent: the distance of the views' centroids, which dense matching finds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub matched_window_px: Option<usize>,
+    /// Deviation of a matched D at a pixel of a plane, less `offset_error_px`, px: what dense matching of this camera
+    /// errs by where the picture is no hindrance; absent: not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matching_error_px: Option<f64>,
 }
 
 impl FieldCurve {
@@ -110,6 +114,11 @@ impl FieldCurve {
         for (name, value, most) in [
             ("relative_error", self.relative_error, 1.0),
             ("offset_error_px", self.offset_error_px, MOST_SIDE_PX as f64),
+            (
+                "matching_error_px",
+                self.matching_error_px.unwrap_or_default(),
+                MOST_SIDE_PX as f64,
+            ),
         ] {
             if !(0.0..=most).contains(&value) {
                 return Err(format!("{name} is {value}; allowed: 0 to {most}"));
@@ -165,6 +174,14 @@ impl FieldCurve {
         Some(BlurRatio::of_field([width, height], mean, |x, y| {
             scale * slope([x as f64, y as f64])
         }))
+    }
+
+    /// What it tells dense matching of the camera.
+    pub fn dense_settings(&self) -> DenseSettings {
+        DenseSettings {
+            ratio: self.blur_ratios(),
+            matching_error_px: self.matching_error_px,
+        }
     }
 
     /// ∂D/∂(1/Z) where D is 0, in the middle of the picture, px m.
@@ -248,6 +265,7 @@ mod tests {
             offset_error_px: 0.0,
             blur_ratio: None,
             matched_window_px: None,
+            matching_error_px: None,
         }
     }
 

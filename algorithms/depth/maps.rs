@@ -81,6 +81,7 @@ mod tests {
             offset_error_px: 0.0,
             blur_ratio: None,
             matched_window_px: None,
+            matching_error_px: None,
         };
         // Infinity is at −1 px.
         let measured = [Some(0.0), Some(-1.02), Some(-1.2), None].map(|disparity| {

@@ -5,7 +5,7 @@ use quadpixel::image::channel;
 use super::halves::{MOST_NOISE, Measured, Pair, measure};
 use crate::calibration::{Calibration, CalibrationError};
 use crate::capture::Capture;
-use crate::dense::{BlurRatio, DenseError, DenseMap, Halves, Network};
+use crate::dense::{DenseError, DenseMap, DenseSettings, Halves, Network};
 use crate::disparity::{Axes, MatchError, MatchSettings};
 use crate::sai::Side;
 
@@ -45,12 +45,19 @@ fn sides(axes: Axes) -> ([Side; 2], usize) {
     }
 }
 
-/// κ of a curve serves where the capture does not bring the rays of its own pixel, which tell more.
-fn halves_of(capture: &Capture, ratio: Option<&BlurRatio>) -> Halves {
-    let halves = Halves::new(capture);
-    match ratio {
-        Some(ratio) if !halves.has_rays() => halves.with_ratio(ratio),
-        _ => halves,
+/// What is known of the camera otherwise serves where the capture does not bring the rays of its own pixel, which tell
+/// more.
+fn halves_of(capture: &Capture, known: &DenseSettings) -> Halves {
+    let mut halves = Halves::new(capture);
+    if halves.has_rays() {
+        return halves;
+    }
+    if let Some(ratio) = &known.ratio {
+        halves = halves.with_ratio(ratio);
+    }
+    match known.matching_error_px {
+        Some(error_px) => halves.with_matching_error(error_px),
+        None => halves,
     }
 }
 
@@ -88,13 +95,13 @@ impl Shifts {
     }
 
     /// A number at every pixel, of left and right where the pixel is parted so, else of top and bottom; both pairs tell
-    /// it where there are both. These are shifts of centroids, whatever the texture. `ratio`: of disparity to blur, in
-    /// the place of what the capture's camera says.
+    /// it where there are both. These are shifts of centroids, whatever the texture. `known`: in the place of what the
+    /// capture's camera says.
     ///
     /// # Errors
     /// Views that cannot be matched, a pixel of one sub-pixel.
-    pub fn dense(capture: &Capture, ratio: Option<&BlurRatio>) -> Result<Self, ShiftError> {
-        let halves = halves_of(capture, ratio);
+    pub fn dense(capture: &Capture, known: &DenseSettings) -> Result<Self, ShiftError> {
+        let halves = halves_of(capture, known);
         let map = halves.disparity()?;
         Ok(Self::at_every_pixel(capture, &halves, &map))
     }
@@ -105,10 +112,10 @@ impl Shifts {
     /// As of [`Self::dense`]; a network that does not fit.
     pub fn learned(
         capture: &Capture,
-        ratio: Option<&BlurRatio>,
+        known: &DenseSettings,
         network: &Network,
     ) -> Result<Self, ShiftError> {
-        let halves = halves_of(capture, ratio);
+        let halves = halves_of(capture, known);
         let map = halves.learned_disparity(network)?;
         Ok(Self::at_every_pixel(capture, &halves, &map))
     }

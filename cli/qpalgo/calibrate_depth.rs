@@ -9,7 +9,7 @@ use crate::progress::Progress;
 use clap::Args;
 use quadpixel::file;
 use quadpixel_algorithms::capture::Capture;
-use quadpixel_algorithms::dense::BlurRatio;
+use quadpixel_algorithms::dense::{BlurRatio, DenseSettings};
 use quadpixel_algorithms::depth::{
     CalibrateError, DepthCalibration, FieldCurve, PlaneShifts, Shifts, calibrate_by,
 };
@@ -98,7 +98,13 @@ pub fn run(args: &CalibrateDepthArgs, progress: Progress) -> Result<(), CommandE
     let curve = FieldCurve::from_json(&text, &args.curve.display().to_string());
     let curve = curve.map_err(CommandError::input)?;
     let measure = |capture: &Capture, ratios: Option<&BlurRatio>| match curve.matched_window_px {
-        None => Shifts::dense(capture, ratios),
+        None => {
+            let known = DenseSettings {
+                ratio: ratios.cloned(),
+                ..DenseSettings::default()
+            };
+            Shifts::dense(capture, &known)
+        }
         Some(window_px) => {
             let settings = MatchSettings {
                 window_px,

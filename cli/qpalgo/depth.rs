@@ -18,6 +18,7 @@ use crate::qpalgo::inputs::{
 use crate::qpalgo::network::NetworkArgs;
 use quadpixel_algorithms::calibration::Calibration;
 use quadpixel_algorithms::capture::Capture;
+use quadpixel_algorithms::dense::DenseSettings;
 use quadpixel_algorithms::depth::{
     CameraCurve, CurveError, DepthMaps, DepthScore, DescribedCurve, FieldCurve, ParaxialCurve,
     ShiftError, Shifts,
@@ -118,17 +119,17 @@ pub fn run(args: &DepthArgs, progress: Progress) -> Result<(), CommandError> {
         search_px: args.search,
         ..MatchSettings::default()
     };
-    let ratio = match &curve {
-        CameraCurve::Field(curve) => curve.blur_ratios(),
-        CameraCurve::Described(_) | CameraCurve::Paraxial(_) => None,
+    let known = match &curve {
+        CameraCurve::Field(curve) => curve.dense_settings(),
+        CameraCurve::Described(_) | CameraCurve::Paraxial(_) => DenseSettings::default(),
     };
     let mut shifts = if args.sparse && network.is_none() {
         sparse(&capture, &settings, &progress)
     } else {
         progress.stage("matching");
         match &network {
-            Some(network) => Shifts::learned(&capture, ratio.as_ref(), network),
-            None => Shifts::dense(&capture, ratio.as_ref()),
+            Some(network) => Shifts::learned(&capture, &known, network),
+            None => Shifts::dense(&capture, &known),
         }
     }
     .map_err(in_file(path))?;

@@ -1,7 +1,7 @@
 //! Depth of real pairs by the simulated curve, against what was measured with other instruments.
 
 use quadpixel::image::{Image, channel};
-use quadpixel_algorithms::dense::{DenseSettings, dense_disparity};
+use quadpixel_algorithms::dense::dense_disparity;
 use quadpixel_algorithms::depth::{FieldCurve, Measured};
 use std::error::Error;
 
@@ -37,9 +37,7 @@ pub struct Score {
 /// As `qpalgo depth --left --right --srgb --curve` does.
 pub fn found(views: &Views, curve: &FieldCurve) -> Result<Found, Box<dyn Error>> {
     let [left, right] = [&views.left, &views.right].map(|view| channel(view, GREEN));
-    let settings = DenseSettings {
-        ratio: curve.blur_ratios(),
-    };
+    let settings = curve.dense_settings();
     let matched = dense_disparity(&left, &right, &settings)?;
     let (width, height) = (left.width(), left.height());
     let mut found = Found {

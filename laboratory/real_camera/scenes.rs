@@ -5,6 +5,7 @@ use std::path::Path;
 
 use quadpixel::image::Image;
 use quadpixel_algorithms::capture::Capture;
+use quadpixel_algorithms::dense::DenseSettings;
 use quadpixel_algorithms::depth::{FieldCurve, PlaneShifts, Shifts, calibrate_by};
 use quadpixel_laboratory::curve::{CountedFrom, CurvePlan, field_curve};
 
@@ -100,10 +101,14 @@ pub fn all_depths(
 /// The curve brought to planes as `qpalgo calibrate-depth` does.
 fn by_planes(curve: &FieldCurve, planes: &[&Known<'_>]) -> Result<FieldCurve, Box<dyn Error>> {
     let found = calibrate_by(curve, |ratios| {
+        let known = DenseSettings {
+            ratio: ratios.cloned(),
+            ..DenseSettings::default()
+        };
         let matched = planes.iter().map(|plane| {
             let [left, right] = ["l.png", "r.png"].map(|name| plane.folder.join(name));
             let capture = Capture::from_pair(&left, &right, true)?;
-            let shifts = Shifts::dense(&capture, ratios)?;
+            let shifts = Shifts::dense(&capture, &known)?;
             Ok(PlaneShifts {
                 distance_m: 1e-3 * plane.distance_mm.unwrap_or(f64::NAN),
                 size_px: shifts.size_px,

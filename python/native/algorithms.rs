@@ -10,7 +10,8 @@ use quadpixel_algorithms::calibration::{Align, Calibration, CalibrationSettings}
 use quadpixel_algorithms::capture::Capture;
 use quadpixel_algorithms::correct::correct as corrected;
 use quadpixel_algorithms::dense::{
-    BlurRatio, Network, OppositePair, OppositeViews, dense_disparity_of, learned_disparity_of,
+    BlurRatio, DenseSettings, Network, OppositePair, OppositeViews, dense_disparity_of,
+    learned_disparity_of,
 };
 use quadpixel_algorithms::depth::{
     CameraCurve, CurveError, DepthMaps, DescribedCurve, ParaxialCurve, Shifts,
@@ -212,10 +213,11 @@ pub fn depth<'py>(
     })?;
     let maps = run(py, None, move |_| {
         let network = network.as_deref().map(network_of).transpose()?;
+        let known = DenseSettings::default();
         let shifts = match (&windows, &network) {
             (Some(settings), _) => Shifts::measure(&capture, settings, &|_| ()),
-            (None, Some(network)) => Shifts::learned(&capture, None, network),
-            (None, None) => Shifts::dense(&capture, None),
+            (None, Some(network)) => Shifts::learned(&capture, &known, network),
+            (None, None) => Shifts::dense(&capture, &known),
         };
         let limit = windows.unwrap_or_default().limits.deviation_px;
         Ok(DepthMaps::new(&shifts.map_err(input)?, &curve, limit))

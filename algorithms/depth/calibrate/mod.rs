@@ -8,7 +8,8 @@
 //! ```
 //!
 //! Each plane is measured in blocks of the picture, by the median of the trusted shifts, so that no patch of bad
-//! matches counts; γ and δ are those that fit them best (see `slow_fields`). [`REGIONS`]² parts say how well.
+//! matches counts; γ and δ are those that fit them best (see `slow_fields`). [`REGIONS`]² parts say how well. What
+//! single pixels err by beside that goes into the curve, too: the floor of σ of dense matching.
 
 mod error;
 #[cfg(test)]
@@ -27,6 +28,10 @@ pub const REGIONS: usize = 3;
 const BLOCKS: [usize; 2] = [16, 10];
 /// Nodes of a calibrated curve along x and y, at least.
 const NODES: [usize; 2] = [9, 7];
+/// Every so many pixels along x and y tell what matching errs by at a pixel.
+const STRIDE_PX: usize = 4;
+/// Part of the errors that are within one deviation.
+const WITHIN: f64 = 0.6827;
 /// Fewest trusted shifts in a part that count.
 const LEAST_SHIFTS: usize = 16;
 /// Farthest plane, m.
@@ -104,7 +109,9 @@ pub fn calibrate(
     }
     let square = |p: &Part| (p.measured_px - p.after_px).powi(2);
     let rms_px = (blocks.iter().map(square).sum::<f64>() / blocks.len() as f64).sqrt();
-    let curve = calibrated(curve, (&gain, &focus), sigma[0] / gain.mean(), rms_px);
+    let mut curve = calibrated(curve, (&gain, &focus), sigma[0] / gain.mean(), rms_px);
+    curve.matching_error_px =
+        (curve.matched_window_px.is_none()).then(|| matching_error_px(&curve, planes));
     let range = |field: &SlowField| {
         let (rows, columns) = (&curve.rows_px, &curve.columns_px);
         let nodes = rows.iter().flat_map(|y| columns.iter().map(|x| [*x, *y]));
@@ -210,6 +217,29 @@ fn parts_of(
         true => Err(CalibrateError::NoTexture(plane.distance_m)),
         false => Ok(parts),
     }
+}
+
+/// What dense matching errs by at a pixel of the planes, beside what the curve errs by.
+fn matching_error_px(curve: &FieldCurve, planes: &[PlaneShifts]) -> f64 {
+    let of_plane = |plane: &PlaneShifts| -> Vec<f64> {
+        let [width, height] = plane.size_px;
+        let rows = (0..height).step_by(STRIDE_PX);
+        rows.flat_map(|y| (0..width).step_by(STRIDE_PX).map(move |x| [x, y]))
+            .filter_map(|[x, y]| {
+                let measured = plane.shifts[y * width + x]?;
+                let samples = curve.disparities_px([x as f64, y as f64]);
+                let [wanted, _] = between(curve, &samples, 1.0 / plane.distance_m);
+                Some((measured.disparity_px - wanted).abs())
+            })
+            .collect()
+    };
+    let mut errors: Vec<f64> = planes.iter().flat_map(of_plane).collect();
+    errors.sort_by(f64::total_cmp);
+    let at = (errors.len().saturating_sub(1) as f64 * WITHIN).round() as usize;
+    let all = errors.get(at).copied().unwrap_or_default();
+    (all.powi(2) - curve.offset_error_px.powi(2))
+        .max(0.0)
+        .sqrt()
 }
 
 /// C of the part at 1/Z + δ, and its slope.

@@ -1,3 +1,5 @@
+use quadpixel::sampling::uniform;
+
 use super::*;
 
 /// D = a(x) (1/Z − 1) + (1/Z − 1)²/5: bent, and another over the field.
@@ -20,6 +22,7 @@ fn curve() -> FieldCurve {
         offset_error_px: 0.02,
         blur_ratio: None,
         matched_window_px: None,
+        matching_error_px: None,
     }
 }
 
@@ -85,6 +88,39 @@ fn two_planes_give_back_focus_and_gain_over_the_picture_and_a_third_is_predicted
         let z = found.curve.depth(at, measured).z_m;
         assert!((z / 0.9 - 1.0).abs() < 0.01, "{z} at {at:?}");
     }
+}
+
+/// Pixels that err evenly within ± e px, and one of fifty by 3 px, which counts no more than another.
+#[test]
+fn what_matching_errs_by_at_a_pixel_of_the_planes_goes_into_the_curve() {
+    let noisy = |distance_m: f64, most_px: f64| {
+        let mut shifts = plane(distance_m, 1.1, 0.02);
+        for (i, measured) in (0u64..).zip(shifts.iter_mut().flatten()) {
+            measured.disparity_px += most_px * (2.0 * uniform(7, &[i]) - 1.0);
+        }
+        shifts
+    };
+    for most_px in [0.1, 0.2] {
+        let found = found(&[0.6, 1.5].map(|z| (z, noisy(z, most_px)))).unwrap();
+        let told = found.curve.matching_error_px.unwrap();
+        let all = told.hypot(found.curve.offset_error_px);
+        // 68 % of all are within 70 % of the others' range, as a fiftieth is beyond it.
+        assert!(
+            (all / (0.697 * most_px) - 1.0).abs() < 0.08,
+            "{most_px}: {told}, {all}"
+        );
+    }
+    let windows = FieldCurve {
+        matched_window_px: Some(21),
+        ..curve()
+    };
+    let planes = [0.6, 1.5].map(|distance_m| PlaneShifts {
+        distance_m,
+        size_px: [90, 60],
+        shifts: plane(distance_m, 1.0, 0.0),
+    });
+    let of_windows = calibrate(&windows, &planes).unwrap().curve;
+    assert_eq!(of_windows.matching_error_px, None);
 }
 
 #[test]

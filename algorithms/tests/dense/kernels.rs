@@ -115,6 +115,7 @@ fn a_ratio_that_changes_over_the_picture_is_matched_with_its_own_kernels() {
     let error_of = |ratios: BlurRatio| {
         let settings = DenseSettings {
             ratio: Some(ratios),
+            ..DenseSettings::default()
         };
         let map = dense_disparity(&views[0], &views[1], &settings).unwrap();
         let found = errors(&map, |x| BLUR_PX * ratio(x));
@@ -211,11 +212,40 @@ fn the_bytes_are_the_same_whatever_the_threads() {
     assert_eq!(bits(&one.sigma_px), bits(&three.sigma_px));
 }
 
+/// σ of a flat, textured picture is that of planes of the camera where it is told, else that of any camera.
+#[test]
+fn what_planes_told_of_matching_is_the_least_sigma() {
+    const RATIO: f64 = 0.2;
+    let views = of_ratio(4.0, |_| RATIO);
+    let sigma_of = |matching_error_px| {
+        let settings = DenseSettings {
+            ratio: Some(BlurRatio::Whole(RATIO)),
+            matching_error_px,
+        };
+        let map = dense_disparity(&views[0], &views[1], &settings).unwrap();
+        let mut sigma = map.sigma_px.data().to_vec();
+        sigma.sort_by(f32::total_cmp);
+        [sigma[0], sigma[sigma.len() / 2]]
+    };
+    let (assumed, told, none) = (
+        sigma_of(None),
+        sigma_of(Some(0.02)),
+        sigma_of(Some(f64::NAN)),
+    );
+    println!("{assumed:?} {told:?} {none:?}");
+    assert!(told[0] >= 0.0199 && told[1] < 0.8 * assumed[1]);
+    assert!(none[0] > 0.0 && none[1] < told[1]);
+}
+
 #[test]
 fn bad_pairs_are_named() {
     let image = Image::zeros(32, 32, 1);
     let refused = |left: &Image, right: &Image, ratio| {
-        dense_disparity(left, right, &DenseSettings { ratio }).unwrap_err()
+        let settings = DenseSettings {
+            ratio,
+            ..DenseSettings::default()
+        };
+        dense_disparity(left, right, &settings).unwrap_err()
     };
     assert_eq!(
         refused(&image, &Image::zeros(32, 32, 3), None),
