@@ -32,8 +32,9 @@ pub struct OppositeViews<'a> {
     pub astigmatism_px: Option<&'a Image>,
     /// Rays of the camera's own pixel, whose blurs take the place of the family's; absent: the family.
     pub blur: Option<&'a BlurRays>,
-    /// Deviation of the disparity where the picture is no hindrance, px, 0 or more, as planes at known distances told
-    /// it of this camera with the family's blurs; absent: what the family errs by on other cameras, which is more.
+    /// Standard deviation of the disparity at a pixel of a textured plane, px, 0 or more, as planes at known distances
+    /// told it of this camera: the least σ with the family's blurs. Absent: what those err by on cameras that nobody
+    /// measured, which is more. The camera's own rays ([`Self::blur`]) have a σ of their own.
     pub matching_error_px: Option<f64>,
     /// The picture whose edges count, in colour (linear, black at 0, any number of channels); absent: the mean of the
     /// first pair, one brought to the brightness of the other.

@@ -17,8 +17,9 @@ use super::filters::gaussian;
 
 /// b.
 const SPREAD: f64 = 0.5;
-/// By the family, κ assumed. The scale of d and its zero are free then and not in σ, or known by planes at known
-/// distances; beside them κ of 0.16 to 0.38 change d by 0.5 to 2.4 % of itself (benches/runs/2026-11-29/free-scale.md).
+/// By the family, κ assumed. The scale of d and its zero are free then and not in σ, or planes at known distances told
+/// them; beside them κ of 0.16 to 0.38 change d by 0.5 to 2.4 % of itself
+/// (benches/runs/2026-11-29/free-scale.md).
 const ASSUMED: Model = Model {
     scatter: 4.0,
     part: 0.02,

@@ -62,8 +62,8 @@ pub struct FieldCurve {
     /// D is what windows of this side match; absent: the distance of the views' centroids, which dense matching finds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub matched_window_px: Option<usize>,
-    /// Deviation of a matched D at a pixel of a plane, less `offset_error_px`, px: what dense matching of this camera
-    /// errs by where the picture is no hindrance; absent: not known.
+    /// Standard deviation of a dense match at a pixel of a textured plane, px, beside `offset_error_px` (the squares of
+    /// both add); absent: not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub matching_error_px: Option<f64>,
 }

@@ -160,7 +160,8 @@ fn report(args: &CalibrateDepthArgs, found: &DepthCalibration) -> Result<(), Com
         let object = serde_json::json!({
             "file": args.out.display().to_string(), "gain": g, "gain_sigma": sigma_g,
             "gain_range": found.gain_range, "focus_shift_per_m": -delta,
-            "focus_shift_sigma_per_m": sigma_delta, "focus_shift_range_per_m": [farthest, nearest], "rms_px": found.rms_px, "parts": found.parts,
+            "focus_shift_sigma_per_m": sigma_delta, "focus_shift_range_per_m": [farthest, nearest],
+            "rms_px": found.rms_px, "matching_error_px": found.curve.matching_error_px, "parts": found.parts,
         });
         outln!("{object}");
         return Ok(());

@@ -85,7 +85,8 @@ pub struct Light {
     pub polarized: Option<[Powers; 2]>,
     /// Relative residual of the solution.
     pub residual: f64,
-    /// Power found beyond (> 0) or short of (< 0) the incident one, of the polarization where it is largest.
+    /// Power found beyond (> 0) or short of (< 0) the incident one, of the polarization where it is largest. Of the
+    /// wave level also: by what part a sum below the lens was more than the light that came to it, if that is larger.
     pub imbalance: f64,
     /// Time steps, of a solver in time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
