@@ -6,9 +6,9 @@
 pub enum SimdLevel {
     /// What every CPU of the target has: SSE2 on x86-64.
     Scalar,
-    /// 256-bit AVX2, with FMA.
+    /// 256-bit AVX2, with FMA and POPCNT.
     Avx2,
-    /// 512-bit AVX-512 F, DQ and VL, with FMA.
+    /// 512-bit AVX-512 F, DQ and VL, with FMA and POPCNT.
     Avx512,
 }
 
@@ -20,8 +20,8 @@ impl SimdLevel {
     pub fn detect() -> SimdLevel {
         #[cfg(target_arch = "x86_64")]
         {
-            // A virtual machine may hide FMA alone, which the kernels of lens maps are compiled for.
-            if !is_x86_feature_detected!("fma") {
+            // A virtual machine may hide one of these alone, which kernels are compiled for.
+            if !is_x86_feature_detected!("fma") || !is_x86_feature_detected!("popcnt") {
                 return SimdLevel::Scalar;
             }
             if is_x86_feature_detected!("avx512f")

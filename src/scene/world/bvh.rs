@@ -12,7 +12,7 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
 use super::crowd::{GROUP, crowded};
-use super::fold::{WIDTH, leaf_counts, members_of};
+use super::fold::{Folding, WIDTH};
 use super::pages::on_large_pages;
 use crate::simd::SimdLevel;
 
@@ -25,6 +25,7 @@ const REINSERTED: f32 = 0.2;
 
 /// A child: a node's number, or with the top bit a leaf: its number below, its count of items − 1 in bits 29 and 30.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(transparent)]
 pub(super) struct Child(u32);
 
 impl Child {
@@ -65,7 +66,8 @@ impl Child {
 #[repr(C, align(64))]
 pub(super) struct Node {
     pub bounds: [[f32; WIDTH]; 6],
-    pub children: [Child; WIDTH],
+    /// Bits of each [`Child`].
+    pub children: [u32; WIDTH],
 }
 
 /// See the module.
@@ -222,7 +224,7 @@ impl Bvh {
 
     /// Folds the binary tree, without recursion, and returns its root's entry.
     fn fold(&mut self, binary: &Bvh2, close: &mut dyn FnMut(&[u32]) -> Child) -> Child {
-        let counts = leaf_counts(binary);
+        let folding = Folding::new(binary);
         // (binary node, the entry to fill in: node and lane)
         let mut open = vec![(0, None::<(usize, usize)>)];
         let mut root = Child(0);
@@ -232,7 +234,7 @@ impl Bvh {
                 let first = node.first_index as usize;
                 close(&binary.primitive_indices[first..first + node.prim_count as usize])
             } else {
-                let members = members_of(binary, &counts, node.first_index as usize);
+                let members = folding.members_of(binary, index);
                 let number = self.nodes.len();
                 self.nodes.push(boxes_of(binary, &members));
                 let entries = members.iter().enumerate();
@@ -240,7 +242,7 @@ impl Bvh {
                 Child(number as u32)
             };
             match place {
-                Some((parent, lane)) => self.nodes[parent].children[lane] = child,
+                Some((parent, lane)) => self.nodes[parent].children[lane] = child.bits(),
                 None => root = child,
             }
         }
@@ -266,6 +268,6 @@ fn boxes_of(binary: &Bvh2, members: &[usize]) -> Node {
             side(&|b| b.min.z, up),
             side(&|b| b.max.z, down),
         ],
-        children: [Child(0); WIDTH],
+        children: [0; WIDTH],
     }
 }

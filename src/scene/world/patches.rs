@@ -72,8 +72,8 @@ impl Leaves for NearestPatches<'_> {
     }
 
     #[inline(always)]
-    fn address(&self, leaf: usize) -> *const u8 {
-        self.packets.as_ptr().wrapping_add(leaf).cast()
+    fn memory(&self) -> (*const u8, usize) {
+        (self.packets.as_ptr().cast(), size_of::<Packet>())
     }
 }
 

@@ -118,6 +118,7 @@ impl Leaves for Packets<'_> {
         self.geometry.packets[leaf].intersect(ray, t_max, items)
     }
 
+    #[inline(always)]
     fn visit(&mut self, visit: Visit<'_>, found: &PacketHits) -> bool {
         let query = &mut self.queries[visit.number];
         self.is_ended = self.world.meet(self.slot, query, visit, found);
@@ -125,8 +126,11 @@ impl Leaves for Packets<'_> {
     }
 
     #[inline(always)]
-    fn address(&self, leaf: usize) -> *const u8 {
-        self.geometry.packets.as_ptr().wrapping_add(leaf).cast()
+    fn memory(&self) -> (*const u8, usize) {
+        (
+            self.geometry.packets.as_ptr().cast(),
+            size_of::<super::triangles::Packet>(),
+        )
     }
 }
 
@@ -175,13 +179,17 @@ impl Leaves for Slots<'_> {
     }
 
     #[inline(always)]
-    fn address(&self, leaf: usize) -> *const u8 {
-        self.world.stage.slots.as_ptr().wrapping_add(leaf).cast()
+    fn memory(&self) -> (*const u8, usize) {
+        (
+            self.world.stage.slots.as_ptr().cast(),
+            size_of::<[u32; 4]>(),
+        )
     }
 }
 
 impl World {
     /// What the triangles that a ray meets mean for its query; true if its answer is final.
+    #[inline(always)]
     fn meet(&self, slot: u32, query: &mut RayQuery, visit: Visit<'_>, hits: &PacketHits) -> bool {
         let mut mask = hits.mask;
         while mask != 0 {

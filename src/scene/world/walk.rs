@@ -6,12 +6,12 @@
 //! to what it has met, which is known by that time: a branch foretold wrongly costs little. What a walk reads next is
 //! asked for a round before. Each walk meets the same nodes and leaves in the same order as it would alone.
 
-use super::bvh::{Bvh, Child};
-#[cfg(target_arch = "x86_64")]
-use super::lanes::avx::Avx;
+use super::bvh::{Bvh, Child, Node};
 use super::lanes::{Lanes, Portable};
+#[cfg(target_arch = "x86_64")]
+use super::lanes::{avx::Avx, avx512::Avx512};
 use super::triangles::{PacketHits, WalkRay};
-use super::walk_step::{Met, Walk};
+use super::walk_step::Walk;
 #[cfg(target_arch = "x86_64")]
 use crate::simd::SimdLevel;
 
@@ -24,7 +24,6 @@ pub(super) struct WalkGroup {
     /// Walks that are at a node, and at a leaf: the first so many of each list.
     at_nodes: Vec<u32>,
     at_leaves: Vec<u32>,
-    met: Vec<Met>,
     found: Vec<PacketHits>,
 }
 
@@ -61,7 +60,6 @@ impl WalkGroup {
             self.walks.push(Walk::default());
             self.at_nodes.push(0);
             self.at_leaves.push(0);
-            self.met.push(Met::default());
             self.found.push(PacketHits::default());
         }
         self.walks[self.count].start(number, ray, t_max);
@@ -82,8 +80,8 @@ pub(super) trait Leaves {
     /// A ray is at a leaf, of which it meets `found`: may lower its `t_max`, and ends its walk by returning true.
     fn visit(&mut self, visit: Visit<'_>, found: &PacketHits) -> bool;
 
-    /// What is read of a leaf that will be visited soon.
-    fn address(&self, leaf: usize) -> *const u8;
+    /// Where the leaves lie, and the size of one.
+    fn memory(&self) -> (*const u8, usize);
 }
 
 impl Bvh {
@@ -105,17 +103,17 @@ impl Bvh {
     /// faster.
     ///
     /// # Safety
-    /// The CPU must have AVX-512 F, DQ and VL.
+    /// The CPU must have AVX-512 F, DQ and VL, and POPCNT.
     #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f,avx512dq,avx512vl")]
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,popcnt")]
     unsafe fn walk_all_avx512(&self, group: &mut WalkGroup, leaves: &mut impl Leaves) {
-        self.walk_all_by::<Avx>(group, leaves);
+        self.walk_all_by::<Avx512>(group, leaves);
     }
 
     /// # Safety
-    /// The CPU must have AVX2.
+    /// The CPU must have AVX2 and POPCNT.
     #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
+    #[target_feature(enable = "avx2,popcnt")]
     unsafe fn walk_all_avx2(&self, group: &mut WalkGroup, leaves: &mut impl Leaves) {
         self.walk_all_by::<Avx>(group, leaves);
     }
@@ -128,13 +126,21 @@ impl Bvh {
         let count = group.count;
         let walks = &mut group.walks[..count];
         let (at_nodes, at_leaves) = (&mut group.at_nodes[..count], &mut group.at_leaves[..count]);
-        let (met, found) = (&mut group.met[..count], &mut group.found[..count]);
+        let found = &mut group.found[..count];
         walks.iter_mut().for_each(|w| w.current = root);
         (0..).zip(&mut *at_nodes).for_each(|(i, at)| *at = i);
         (0..).zip(&mut *at_leaves).for_each(|(i, at)| *at = i);
         let (mut nodes, mut ends) = match root.is_leaf() {
             true => (0, count),
             false => (count, 0),
+        };
+        let nodes_base = self.nodes.as_ptr().cast::<u8>();
+        let (leaf_base, leaf_size) = leaves.memory();
+        let ask_for = |next: Child| {
+            let number = next.number() as usize;
+            let node = nodes_base.wrapping_add(number * size_of::<Node>());
+            let leaf = leaf_base.wrapping_add(number * leaf_size);
+            prefetch(if next.is_leaf() { leaf } else { node });
         };
         // Checks of bounds took 4 % of a path. They could not fail: each walk is in one of the lists at most, by its
         // number below `count`; `nodes` and `ends` count what was written.
@@ -159,7 +165,7 @@ impl Bvh {
                 };
                 let is_ended = found.mask != 0 && leaves.visit(visit, found);
                 if !is_ended && walk.go_back() {
-                    self.ask_for(walk.current, leaves);
+                    ask_for(walk.current);
                     // SAFETY: see above; so many were read of both lists that there is room.
                     unsafe {
                         list(
@@ -171,19 +177,18 @@ impl Bvh {
                     };
                 }
             }
-            for (&i, met) in at_nodes[..nodes].iter().zip(&mut *met) {
+            for &i in &at_nodes[..nodes] {
                 // SAFETY: see above.
-                let walk = unsafe { walks.get_unchecked(i as usize) };
-                *met = walk.meet::<L>(self.node(walk.current));
+                let walk = unsafe { walks.get_unchecked_mut(i as usize) };
+                walk.open::<L>(self.node(walk.current));
             }
             for k in 0..std::mem::take(&mut nodes) {
                 // SAFETY: see above.
-                let (i, met) = unsafe { (*at_nodes.get_unchecked(k), met.get_unchecked(k)) };
+                let i = unsafe { *at_nodes.get_unchecked(k) };
                 // SAFETY: see above.
                 let walk = unsafe { walks.get_unchecked_mut(i as usize) };
-                let node = self.node(walk.current);
-                if walk.go_on(node, met) {
-                    self.ask_for(walk.current, leaves);
+                if walk.go_back() {
+                    ask_for(walk.current);
                     // SAFETY: see above; so many were read of both lists that there is room.
                     unsafe {
                         list(
@@ -196,15 +201,6 @@ impl Bvh {
                 }
             }
         }
-    }
-
-    /// Asks for what a walk reads next, which it waits for more than for anything else.
-    #[inline(always)]
-    fn ask_for(&self, next: Child, leaves: &impl Leaves) {
-        let number = next.number() as usize;
-        let node = self.nodes.as_ptr().wrapping_add(number).cast::<u8>();
-        let leaf = leaves.address(number);
-        prefetch(if next.is_leaf() { leaf } else { node });
     }
 }
 

@@ -25,14 +25,6 @@ pub(super) struct Walk {
     left: usize,
 }
 
-/// Where a ray meets the boxes of a node.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Met {
-    enter: [f32; WIDTH],
-    /// Bit i: child i is met.
-    hits: u32,
-}
-
 impl Walk {
     /// Sets out.
     #[inline(always)]
@@ -48,15 +40,16 @@ impl Walk {
         self.left = 0;
     }
 
-    /// Tests the boxes of a node.
+    /// What is met of a node waits from now on, the nearest on top.
     #[inline(always)]
-    pub fn meet<L: Lanes>(&self, node: &Node) -> Met {
+    pub fn open<L: Lanes>(&mut self, node: &Node) {
         let (o, inv) = (self.ray.origin, self.ray.inverse);
         let origin = [L::splat(o.x), L::splat(o.y), L::splat(o.z)];
         let inverse = [L::splat(inv.x), L::splat(inv.y), L::splat(inv.z)];
         let near = self.near;
         let slab = |axis: usize, bound: usize| {
-            L::load(&node.bounds[bound])
+            // SAFETY: `start` makes three pairs of 0 and 1, 2 and 3, 4 and 5.
+            L::load(unsafe { node.bounds.get_unchecked(bound) })
                 .minus(origin[axis])
                 .times(inverse[axis])
         };
@@ -67,45 +60,13 @@ impl Walk {
             .least(slab(1, near[1] ^ 1))
             .least(slab(2, near[2] ^ 1))
             .times(L::splat(FAR_FACTOR));
-        Met {
-            enter: enter.store(),
-            hits: enter.at_most(leave.least(L::splat(self.t_max))),
-        }
-    }
-
-    /// Goes on to the nearest child that is met; false at the end.
-    #[inline(always)]
-    pub fn go_on(&mut self, node: &Node, met: &Met) -> bool {
-        let mut hits = met.hits;
-        if hits == 0 {
-            return self.go_back();
-        }
+        let hits = enter.at_most(leave.least(L::splat(self.t_max)));
         if self.waiting.len() < self.left + WIDTH {
             self.waiting.resize(2 * (self.left + WIDTH), 0);
         }
-        let entry = |hits: u32| {
-            let lane = hits.trailing_zeros() as usize % WIDTH;
-            u64::from(met.enter[lane].to_bits()) << 32 | u64::from(node.children[lane].bits())
-        };
-        let mut nearest = entry(hits);
-        hits &= hits - 1;
-        let waiting = &mut self.waiting[self.left..][..WIDTH];
-        let mut more = 0;
-        while hits != 0 {
-            let next = entry(hits);
-            hits &= hits - 1;
-            waiting[more] = nearest.max(next);
-            nearest = nearest.min(next);
-            // Far ones lie deeper. Without a branch that depends on which is farther.
-            for i in (0..more).rev() {
-                let [a, b] = [waiting[i], waiting[i + 1]];
-                (waiting[i], waiting[i + 1]) = (a.max(b), a.min(b));
-            }
-            more += 1;
+        if let Some(room) = self.waiting[self.left..].first_chunk_mut() {
+            self.left += enter.push(hits, &node.children, room);
         }
-        self.left += more;
-        self.current = Child::from_bits(nearest as u32);
-        true
     }
 
     /// Goes on to the nearest of what still waits; false if nothing does.
@@ -113,7 +74,8 @@ impl Walk {
     pub fn go_back(&mut self) -> bool {
         while let Some(left) = self.left.checked_sub(1) {
             self.left = left;
-            let entry = self.waiting[left];
+            // SAFETY: what waits is `left` entries at most: see `open`.
+            let entry = unsafe { *self.waiting.get_unchecked(left) };
             if f32::from_bits((entry >> 32) as u32) <= self.t_max {
                 self.current = Child::from_bits(entry as u32);
                 return true;
