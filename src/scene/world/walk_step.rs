@@ -8,11 +8,14 @@ use super::triangles::WalkRay;
 /// Rounding of the six products and differences of a box test, with room (T. Ize, JCGT 2(2), 12 (2013)).
 const FAR_FACTOR: f32 = 1.000_000_5;
 
+/// From the one bound of an axis to the other, in bytes.
+const OTHER: usize = size_of::<[f32; WIDTH]>();
+
 /// A ray on its way.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Walk {
     pub ray: WalkRay,
-    /// Bounds of each axis that the ray meets first: the least if it runs up.
+    /// Where a node's bounds of each axis lie that the ray meets first, in bytes: the least if it runs up.
     near: [usize; 3],
     /// Only what is nearer counts; leaves may lower it.
     pub t_max: f32,
@@ -29,10 +32,14 @@ impl Walk {
     /// Sets out.
     #[inline(always)]
     pub fn start(&mut self, number: u32, ray: WalkRay, t_max: f32) {
+        let first = |axis: usize, inverse: f32| {
+            OTHER * (2 * axis + usize::from(inverse.is_sign_negative()))
+        };
+        let inverse = ray.inverse;
         self.near = [
-            usize::from(ray.inverse.x.is_sign_negative()),
-            2 + usize::from(ray.inverse.y.is_sign_negative()),
-            4 + usize::from(ray.inverse.z.is_sign_negative()),
+            first(0, inverse.x),
+            first(1, inverse.y),
+            first(2, inverse.z),
         ];
         self.ray = ray;
         self.t_max = t_max;
@@ -47,18 +54,18 @@ impl Walk {
         let origin = [L::splat(o.x), L::splat(o.y), L::splat(o.z)];
         let inverse = [L::splat(inv.x), L::splat(inv.y), L::splat(inv.z)];
         let near = self.near;
-        let slab = |axis: usize, bound: usize| {
-            // SAFETY: `start` makes three pairs of 0 and 1, 2 and 3, 4 and 5.
-            L::load(unsafe { node.bounds.get_unchecked(bound) })
-                .minus(origin[axis])
-                .times(inverse[axis])
+        let slab = |axis: usize, place: usize| {
+            // SAFETY: `start` makes the places of bounds 0 or 1, 2 or 3, 4 or 5, in bytes; the other of a pair is
+            // one list of bounds away.
+            let bound = unsafe { &*node.bounds.as_ptr().byte_add(place) };
+            L::load(bound).minus(origin[axis]).times(inverse[axis])
         };
         let enter = slab(0, near[0])
             .greatest(slab(1, near[1]))
             .greatest(slab(2, near[2]).greatest(L::splat(0.0)));
-        let leave = slab(0, near[0] ^ 1)
-            .least(slab(1, near[1] ^ 1))
-            .least(slab(2, near[2] ^ 1))
+        let leave = slab(0, near[0] ^ OTHER)
+            .least(slab(1, near[1] ^ OTHER))
+            .least(slab(2, near[2] ^ OTHER))
             .times(L::splat(FAR_FACTOR));
         let hits = enter.at_most(leave.least(L::splat(self.t_max)));
         if self.waiting.len() < self.left + WIDTH {
