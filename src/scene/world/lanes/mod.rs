@@ -141,7 +141,7 @@ mod tests {
                         x => x as f32 * 0.3,
                     }
                 });
-                let below = std::array::from_fn(|lane| (lane as u32 * 5 + 3) % 8 | 1 << 31);
+                let below = std::array::from_fn(|lane| ((lane as u32 * 5 + 3) % 8) | (1 << 31));
                 let mut expected: Vec<u64> = (0..8)
                     .filter(|lane| hits >> lane & 1 == 1)
                     .map(|lane| u64::from(above[lane].to_bits()) << 32 | u64::from(below[lane]))
