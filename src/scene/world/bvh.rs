@@ -25,7 +25,6 @@ const REINSERTED: f32 = 0.2;
 
 /// A child: a node's number, or with the top bit a leaf: its number below, its count of items − 1 in bits 29 and 30.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[repr(transparent)]
 pub(super) struct Child(u32);
 
 impl Child {

@@ -10,7 +10,8 @@ pub(super) const WIDTH: usize = 8;
 /// compressed wide BVHs*, HPG 2017, section 4.1).
 pub(super) struct Folding {
     /// Of each binary node and each number i + 1 of entries that its subtree may take in a wide node: the entries of
-    /// its first child, or 0 where the subtree takes one only, as a leaf or a wide node of its own.
+    /// its first child, or 0 where the subtree takes one only, as a leaf or a wide node of its own. At i = 0: those of
+    /// its first child in that wide node.
     first: Vec<[u8; WIDTH]>,
 }
 
@@ -37,8 +38,8 @@ impl Folding {
             }
             let child = node.first_index as usize;
             let (left, right) = (cost[child], cost[child + 1]);
-            // In two entries or more.
-            let mut shared = [(f32::INFINITY, 0); WIDTH];
+            // In two entries or more; one for the first child where surfaces are too large for f32.
+            let mut shared = [(f32::INFINITY, 1); WIDTH];
             for entries in 2..=WIDTH {
                 shared[entries - 1] = shared[entries - 2];
                 for k in 1..entries {
@@ -124,24 +125,39 @@ mod tests {
         f64::from(node.aabb().half_area()) + below
     }
 
+    /// A binary tree of so many boxes, each in a leaf.
+    fn binary(seed: u64, boxes: usize, side: f32) -> Bvh2 {
+        let u = |k: usize, d: u64| side * uniform(seed, &[k as u64, d]) as f32;
+        let point = |k: usize, d: u64| Vec3A::new(u(k, d), u(k, d + 1), u(k, d + 2));
+        let boxes: Vec<Aabb> = (0..boxes)
+            .map(|k| Aabb::new(point(k, 0), point(k, 0) + 0.4 * point(k, 3)))
+            .collect();
+        let params = BvhBuildParams {
+            max_prims_per_leaf: 1,
+            ..BvhBuildParams::medium_build()
+        };
+        build_bvh2(&boxes, params, &mut std::time::Duration::default())
+    }
+
     #[test]
     fn no_way_of_folding_has_less_surface() {
-        for (seed, boxes) in [2, 3, 8, 9, 10, 12, 14, 16].into_iter().enumerate() {
-            let u = |k: usize, d: u64| uniform(seed as u64, &[k as u64, d]) as f32;
-            let point = |k: usize, d: u64| Vec3A::new(u(k, d), u(k, d + 1), u(k, d + 2));
-            let boxes: Vec<Aabb> = (0..boxes)
-                .map(|k| Aabb::new(point(k, 0), point(k, 0) + 0.4 * point(k, 3)))
-                .collect();
-            let params = BvhBuildParams {
-                max_prims_per_leaf: 1,
-                ..BvhBuildParams::medium_build()
-            };
-            let binary = build_bvh2(&boxes, params, &mut std::time::Duration::default());
+        for (seed, boxes) in (0..).zip([2, 3, 8, 9, 10, 12, 14, 16]) {
+            let binary = binary(seed, boxes, 1.0);
             let mut leaves = 0;
             let sum = folded(&binary, &Folding::new(&binary), 0, &mut leaves);
             let best = least(&binary, 0, 1);
-            assert_eq!(leaves, boxes.len());
+            assert_eq!(leaves, boxes);
             assert!((sum - best).abs() <= 1e-5 * best, "{sum}, not {best}");
+        }
+    }
+
+    #[test]
+    fn surfaces_too_large_for_f32_lose_no_leaf() {
+        for boxes in [2, 9, 40, 300] {
+            let binary = binary(7, boxes, 1e25);
+            let mut leaves = 0;
+            folded(&binary, &Folding::new(&binary), 0, &mut leaves);
+            assert_eq!(leaves, boxes);
         }
     }
 }

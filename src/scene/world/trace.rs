@@ -7,7 +7,7 @@ use glam::Vec3A as Vec3;
 
 use super::World;
 use super::geometry::{Element, Geometry};
-use super::triangles::{PacketHits, WalkRay};
+use super::triangles::{Packet, PacketHits, WalkRay};
 use super::walk::{Leaves, Visit, WalkGroup, Walks};
 use crate::rays::Ray;
 
@@ -127,10 +127,7 @@ impl Leaves for Packets<'_> {
 
     #[inline(always)]
     fn memory(&self) -> (*const u8, usize) {
-        (
-            self.geometry.packets.as_ptr().cast(),
-            size_of::<super::triangles::Packet>(),
-        )
+        (self.geometry.packets.as_ptr().cast(), size_of::<Packet>())
     }
 }
 

@@ -2,9 +2,10 @@
 //!
 //! A step of a walk is a chain of dependent operations behind a read that often misses the caches, and ends in branches
 //! that nobody can foretell. So walks go in rounds: the triangles of all that are at a leaf are tested, then the boxes
-//! of all that are at a node, without branches, so that the processor works at many of them at once. Each then goes on
-//! to what it has met, which is known by that time: a branch foretold wrongly costs little. What a walk reads next is
-//! asked for a round before. Each walk meets the same nodes and leaves in the same order as it would alone.
+//! of all that are at a node, without branches where there are vectors, so that the processor works at many of them at
+//! once. Each then goes on to what it has met, which is known by that time: a branch foretold wrongly costs little.
+//! What a walk reads next is asked for a round before. Each walk meets the same nodes and leaves in the same order as
+//! it would alone.
 
 use super::bvh::{Bvh, Child, Node};
 use super::lanes::{Lanes, Portable};
@@ -80,7 +81,7 @@ pub(super) trait Leaves {
     /// A ray is at a leaf, of which it meets `found`: may lower its `t_max`, and ends its walk by returning true.
     fn visit(&mut self, visit: Visit<'_>, found: &PacketHits) -> bool;
 
-    /// Where the leaves lie, and the size of one.
+    /// Where the leaves lie, and the size of one, bytes: they are asked for before they are read.
     fn memory(&self) -> (*const u8, usize);
 }
 
@@ -100,7 +101,7 @@ impl Bvh {
     }
 
     /// The same vectors as for AVX2, of which there are twice as many, and comparisons in registers of their own: 2 %
-    /// faster.
+    /// faster. Sorting in them: 10 %.
     ///
     /// # Safety
     /// The CPU must have AVX-512 F, DQ and VL, and POPCNT.

@@ -71,7 +71,7 @@ impl Lanes for Avx {
                 .cast_unsigned()
         }
     }
-    /// Up to four are sorted by a network, without branches; as f64 their order is the same.
+    /// Up to four are sorted without branches.
     #[inline(always)]
     fn push(self, hits: u32, below: &[u32; 8], stack: &mut [u64; 8]) -> usize {
         let count = hits.count_ones() as usize;
@@ -98,24 +98,51 @@ impl Lanes for Avx {
                 arch::_mm256_set1_epi64x(count as i64),
                 arch::_mm256_set_epi64x(3, 2, 1, 0),
             );
-            let four = arch::_mm256_castsi256_pd(arch::_mm256_and_si256(four, is_there));
-            let other = arch::_mm256_permute_pd::<0b0101>(four);
-            let four = arch::_mm256_blend_pd::<0b1010>(
-                arch::_mm256_max_pd(four, other),
-                arch::_mm256_min_pd(four, other),
-            );
-            let other = arch::_mm256_permute4x64_pd::<0b00_01_10_11>(four);
-            let four = arch::_mm256_blend_pd::<0b1100>(
-                arch::_mm256_max_pd(four, other),
-                arch::_mm256_min_pd(four, other),
-            );
-            let other = arch::_mm256_permute_pd::<0b0101>(four);
-            let four = arch::_mm256_blend_pd::<0b1010>(
-                arch::_mm256_max_pd(four, other),
-                arch::_mm256_min_pd(four, other),
-            );
-            arch::_mm256_storeu_pd(stack.as_mut_ptr().cast(), four);
+            let four = sorted(arch::_mm256_and_si256(four, is_there));
+            arch::_mm256_storeu_si256(stack.as_mut_ptr().cast(), four);
         }
         count
+    }
+}
+
+/// Four u64 below 2⁶³, the greatest first, by a network of exchanges. They are compared as whole numbers: as f64 many
+/// would be subnormal, which a host program may have told the processor to take for 0.
+///
+/// # Safety
+/// The CPU must have AVX2.
+#[inline(always)]
+unsafe fn sorted(four: arch::__m256i) -> arch::__m256i {
+    // SAFETY: as the caller says.
+    unsafe {
+        let four = exchanged(
+            four,
+            arch::_mm256_shuffle_epi32::<0b0100_1110>(four),
+            [0, -1, 0, -1],
+        );
+        let far = arch::_mm256_permute4x64_epi64::<0b00_01_10_11>(four);
+        let four = exchanged(four, far, [0, 0, -1, -1]);
+        exchanged(
+            four,
+            arch::_mm256_shuffle_epi32::<0b0100_1110>(four),
+            [0, -1, 0, -1],
+        )
+    }
+}
+
+/// Of each lane and its partner the greater, or the lesser where `lesser` is -1.
+///
+/// # Safety
+/// The CPU must have AVX2.
+#[inline(always)]
+unsafe fn exchanged(
+    four: arch::__m256i,
+    partners: arch::__m256i,
+    [a, b, c, d]: [i64; 4],
+) -> arch::__m256i {
+    // SAFETY: as the caller says.
+    unsafe {
+        let lesser = arch::_mm256_set_epi64x(d, c, b, a);
+        let is_greater = arch::_mm256_cmpgt_epi64(partners, four);
+        arch::_mm256_blendv_epi8(four, partners, arch::_mm256_xor_si256(is_greater, lesser))
     }
 }

@@ -42,7 +42,8 @@ impl Lanes for Avx512 {
         // SAFETY: used within functions compiled for AVX-512 only, as all below.
         u32::from(unsafe { arch::_mm256_cmp_ps_mask::<{ arch::_CMP_LE_OQ }>(self.0.0, other.0.0) })
     }
-    /// Up to four are sorted by a network, without branches.
+    /// Up to four are sorted by a network, without branches. It is that of AVX2 by instructions of its own: with AVX2's
+    /// a path takes 1.07 of the time.
     #[inline(always)]
     fn push(self, hits: u32, below: &[u32; 8], stack: &mut [u64; 8]) -> usize {
         let count = hits.count_ones() as usize;
