@@ -73,6 +73,11 @@ impl Sky {
         }
     }
 
+    /// Whether nothing comes from anywhere.
+    pub fn is_dark(&self) -> bool {
+        matches!(self, Self::Even(radiance) if *radiance == Vec3::ZERO)
+    }
+
     /// Radiance from a direction (away from the scene).
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         match self {

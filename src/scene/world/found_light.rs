@@ -6,6 +6,8 @@ use super::World;
 use super::geometry::Element;
 use super::light_node::Receiver;
 use super::surface::{Footprint, Surface};
+use super::triangles::WalkRay;
+use crate::rays::Ray;
 
 /// What the next hit of a path needs to know of the last scattering.
 #[derive(Clone, Copy, Debug)]
@@ -18,6 +20,16 @@ pub(super) struct LastScattering {
 }
 
 impl World {
+    /// Whether a ray may find light that is sent to it, and not scattered; if not, it finds none.
+    #[inline(always)]
+    pub(super) fn may_shine_along(&self, ray: &Ray) -> bool {
+        if !self.is_dark_beyond {
+            return true;
+        }
+        let ray = WalkRay::new(ray.origin_mm.as_vec3(), ray.direction.as_vec3());
+        self.lights.triangle_tree.may_be_met(&ray)
+    }
+
     /// Radiance from beyond everything, weighed as scattering's share.
     #[inline(always)]
     pub(super) fn background(&self, direction: Vec3, last: &LastScattering) -> Vec3 {

@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3A as Vec3};
 
 use super::light_bounds::LightBounds;
+use super::triangles::WalkRay;
 
 /// Children of a node.
 pub(super) const WIDTH: usize = 8;
@@ -91,6 +92,31 @@ impl Node {
         self.cos[lane] = bounds.cos;
         self.sin[lane] = (1.0 - bounds.cos * bounds.cos).max(0.0).sqrt();
         self.power[lane] = bounds.power as f32;
+    }
+
+    /// The children in whose boxes a ray may meet something; it never meets what is in others.
+    #[inline(always)]
+    pub fn met_by(&self, ray: &WalkRay) -> impl Iterator<Item = Child> {
+        let (origin, inverse) = (ray.origin, ray.inverse);
+        // What rounding moves the ray's origin by, and what is found of it, with room.
+        let pad = origin.abs().max_element() * (16.0 * f32::EPSILON);
+        let mut is_met = [false; WIDTH];
+        for (i, is_met) in is_met.iter_mut().enumerate() {
+            let slab = |middle: f32, half: f32, origin: f32, inverse: f32| {
+                let middle = (middle - origin) * inverse;
+                let half = (half + pad) * inverse.abs();
+                (middle - half, middle + half)
+            };
+            let x = slab(self.x[i], self.half_x[i], origin.x, inverse.x);
+            let y = slab(self.y[i], self.half_y[i], origin.y, inverse.y);
+            let z = slab(self.z[i], self.half_z[i], origin.z, inverse.z);
+            let enter = at_least(at_least(x.0, y.0), at_least(z.0, 0.0));
+            let leave = at_most(at_most(x.1, y.1), z.1);
+            // Of what overflows nothing is known.
+            let is_missed = enter > leave;
+            *is_met = !is_missed;
+        }
+        (self.children.iter().zip(is_met)).filter_map(|(child, is_met)| is_met.then_some(*child))
     }
 
     /// Importance of each child.

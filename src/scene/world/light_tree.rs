@@ -17,6 +17,7 @@
 
 use super::light_bounds::{Group, LightBounds};
 use super::light_node::{Child, Node, Parent, Receiver, WIDTH};
+use super::triangles::WalkRay;
 
 /// Lights, by their place in the list that the tree was made of.
 #[derive(Clone, Debug)]
@@ -76,6 +77,19 @@ impl LightTree {
     /// Whether there are no lights.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
+    }
+
+    /// Whether a ray may meet any light; if not, it meets none.
+    pub fn may_be_met(&self, ray: &WalkRay) -> bool {
+        (self.nodes.first()).is_some_and(|root| self.may_be_met_in(root, ray))
+    }
+
+    fn may_be_met_in(&self, node: &Node, ray: &WalkRay) -> bool {
+        node.met_by(ray).any(|child| match child {
+            Child::Nothing => false,
+            Child::Light(_) => true,
+            Child::Node(next) => self.may_be_met_in(&self.nodes[next as usize], ray),
+        })
     }
 
     /// The light that `u` in 0..1 falls on, and its chance; `None` for the `u` of lights of which, on a closer look,

@@ -181,6 +181,8 @@ impl World {
         }
         if let Some(next) = bsdf.sample(numbers)
             && path.turn(&surface, bsdf.normal, &next, settings)
+            // At its last surface a path takes only what that sends itself.
+            && (path.bounces < settings.max_bounces || self.may_shine_along(&path.ray))
         {
             queries.push(RayQuery::nearest(number, path.ray));
         }

@@ -24,6 +24,8 @@ pub struct World {
     pub(super) traits: Vec<Traits>,
     /// Whether any material is a cut-out.
     pub(super) has_masks: bool,
+    /// Whether no light comes from infinitely far along a ray.
+    pub(super) is_dark_beyond: bool,
     /// Whether shadow rays may pass any material.
     pub(super) has_veils: bool,
     pub(super) warnings: WorldWarnings,
@@ -44,6 +46,7 @@ impl World {
         let lights = lights::Lights::new(&description, &stage, &sky);
         Ok(Self {
             lamps: lamps(&stage, &lights),
+            is_dark_beyond: sky.is_dark() && !lights.suns.iter().any(lights::Sun::is_disc),
             lights,
             has_masks: traits.iter().any(|t| t.is_cut_out),
             has_veils: traits.iter().any(|t| t.lets_through),

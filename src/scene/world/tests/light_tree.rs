@@ -1,10 +1,11 @@
 //! Chances of many lights: they add up, and none is 0 of a light that lights.
 
-use glam::{Vec3, Vec3A};
+use glam::{DVec3, Vec3, Vec3A};
 
 use super::super::light_bounds::LightBounds;
 use super::super::light_node::Receiver;
 use super::super::light_tree::LightTree;
+use super::super::triangles::WalkRay;
 use crate::sampling::uniform;
 
 /// Lights as small triangles: 300 of them, half in a cluster.
@@ -108,4 +109,48 @@ fn a_tree_of_no_light_of_one_and_of_many_at_one_place() {
     let inside = LightTree::new(&[LightBounds::point(Vec3::ZERO, 1.0); 2]);
     assert!(inside.draw(&receiver, 0.7).is_none());
     assert!(inside.draw(&receiver, 0.05).is_some());
+}
+
+/// Rays to corners, edges and insides of lights, along axes, from near and from far; and rays anywhere, half of which or
+/// more are told to meet nothing.
+#[test]
+fn rays_that_meet_a_light_are_told_so() {
+    let u = |k: u64, d: u64| uniform(8, &[k, d]);
+    let corners: Vec<[DVec3; 3]> = (0..60u64)
+        .map(|k| {
+            let at = |d| DVec3::new(u(k, d), u(k, d + 1), u(k, d + 2)) - 0.5;
+            let flat = DVec3::new(1.0, 1.0, if k % 3 == 0 { 0.0 } else { 1.0 });
+            [0, 3, 6].map(|d| (500.0 * at(20) + 20.0 * flat * at(d)).as_vec3().as_dvec3())
+        })
+        .collect();
+    let lights = corners
+        .iter()
+        .map(|c| LightBounds::triangle(c.map(|p| p.as_vec3()), false, 1.0));
+    let tree = LightTree::new(&lights.collect::<Vec<_>>());
+    let is_met = |origin: DVec3, direction: DVec3| {
+        tree.may_be_met(&WalkRay::new(origin.as_vec3(), direction.as_vec3()))
+    };
+    let mut without = 0;
+    let count = if cfg!(miri) { 100 } else { 20_000 };
+    for k in 0..count {
+        let direction = match k % 4 {
+            0 => [DVec3::X, DVec3::NEG_Y, DVec3::Z][k as usize / 4 % 3],
+            _ => (DVec3::new(u(k, 50), u(k, 51), u(k, 52)) - 0.5).normalize(),
+        };
+        let [p, q, r] = corners[k as usize % corners.len()];
+        let (s, t) = [
+            (0.0, 0.0),
+            (u(k, 53), 0.0),
+            (0.5 * u(k, 53), 0.5 * u(k, 54)),
+        ][k as usize / 7 % 3];
+        let place = p + s * (q - p) + t * (r - p);
+        let distance = 10f64.powf(6.0 * u(k, 55) - 2.0);
+        assert!(is_met(place - distance * direction, direction), "ray {k}");
+        without += usize::from(!is_met(3.0 * place, direction));
+    }
+    assert!(without * 2 > count as usize, "{without}");
+    let ahead = WalkRay::new(Vec3::new(0.0, 0.0, 9e3), Vec3::Z);
+    assert!(!tree.may_be_met(&ahead) && !LightTree::new(&[]).may_be_met(&ahead));
+    // Of what overflows nothing is known.
+    assert!(is_met(DVec3::splat(-3e38), DVec3::ONE.normalize()));
 }

@@ -12,8 +12,8 @@ use crate::scene::world::path_state::Start;
 use crate::scene::world::sampler::PathSamples;
 use crate::scene::world::trace::RayQuery;
 use crate::scene::world::{
-    Alpha, Material, PathSettings, TextureMap, TextureRef, TriangleMesh, World, WorldDescription,
-    Wrap,
+    Alpha, Environment, Material, PathSettings, TextureMap, TextureRef, TriangleMesh, World,
+    WorldDescription, Wrap,
 };
 use crate::scene::{Hits, Scene};
 
@@ -85,8 +85,7 @@ fn rays(count: u64) -> Vec<Ray> {
 }
 
 /// Radiances in the order of the rays.
-fn followed(world: &World, by_level: bool) -> Vec<Vec3> {
-    let settings = PathSettings::default();
+fn followed(world: &World, settings: &PathSettings, by_level: bool) -> Vec<Vec3> {
     let mut workspace = PathWorkspace::default();
     let all = rays(if cfg!(miri) { 20 } else { 3000 });
     let mut found = vec![Vec3::NAN; all.len()];
@@ -108,8 +107,8 @@ fn followed(world: &World, by_level: bool) -> Vec<Vec3> {
         workspace.paths.start(starts);
         let mut visit = |number: usize, radiance| found[number] = radiance;
         match by_level {
-            true => world.radiance(&settings, &mut workspace, &mut visit),
-            false => world.follow(&settings, &mut workspace, &mut visit),
+            true => world.radiance(settings, &mut workspace, &mut visit),
+            false => world.follow(settings, &mut workspace, &mut visit),
         }
     }
     found
@@ -118,11 +117,39 @@ fn followed(world: &World, by_level: bool) -> Vec<Vec3> {
 #[test]
 fn paths_are_the_same_for_every_level_of_instructions() {
     let world = World::new(balls()).unwrap();
-    let (best, plain) = (followed(&world, true), followed(&world, false));
+    let settings = PathSettings::default();
+    let [best, plain] = [true, false].map(|by_level| followed(&world, &settings, by_level));
     assert_eq!(best, plain);
     assert!(plain.iter().all(|l| l.is_finite()));
     let lit = plain.iter().filter(|l| l.max_element() > 0.0).count();
     assert!(lit * 2 > plain.len(), "{lit}");
+}
+
+/// A sky of next to nothing has every path followed to its last surface.
+#[test]
+fn of_the_last_surface_only_what_shines_is_looked_for() {
+    let world = |sky| {
+        let environment = Environment::Even([sky; 3]);
+        World::new(WorldDescription {
+            environment,
+            ..balls()
+        })
+        .unwrap()
+    };
+    let (dark, all) = (world(0.0), world(1e-36));
+    for max_bounces in [0, 1, 2, 4] {
+        let settings = PathSettings {
+            max_bounces,
+            ..PathSettings::default()
+        };
+        let found = [&dark, &all].map(|world| followed(world, &settings, true));
+        let pairs = || found[0].iter().zip(&found[1]);
+        assert!(
+            pairs().all(|(a, b)| a.abs_diff_eq(*b, 1e-30)),
+            "{max_bounces}"
+        );
+        assert!(pairs().any(|(a, _)| a.max_element() > 0.0));
+    }
 }
 
 #[test]
