@@ -13,7 +13,6 @@ use super::{Execution, RenderSettings};
 use crate::sampling::SobolSet;
 use crate::scene::Scene;
 use crate::scene::world::{Lamp, PathKey};
-use crate::simd::SimdLevel;
 use crate::spectrum::ChannelWavelengths;
 
 /// Rays handled together: their arrays stay in the L1 and L2 caches.
@@ -140,23 +139,6 @@ impl<'a> Estimator<'a> {
     /// Writes the estimate of each of a run of pixels to its part of `out`, `[channel * subpixels + subpixel]`, and
     /// counts the rays in the workspace's tally.
     pub fn run(&self, tasks: &mut [PixelTask<'_>], work: &mut Workspace, out: &mut [f64]) {
-        match self.execution.simd {
-            // SAFETY: the level says that the CPU has AVX2.
-            #[cfg(target_arch = "x86_64")]
-            SimdLevel::Avx2 | SimdLevel::Avx512 => unsafe { self.run_avx2(tasks, work, out) },
-            _ => self.run_by(tasks, work, out),
-        }
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn run_avx2(&self, tasks: &mut [PixelTask<'_>], work: &mut Workspace, out: &mut [f64]) {
-        self.run_by(tasks, work, out);
-    }
-
-    /// The same by the instructions of the caller.
-    #[inline(always)]
-    fn run_by(&self, tasks: &mut [PixelTask<'_>], work: &mut Workspace, out: &mut [f64]) {
         if tasks.is_empty() {
             return;
         }
@@ -243,7 +225,6 @@ impl<'a> Estimator<'a> {
     }
 
     /// Adds the rays of a block, which are aimed, before they are scaled.
-    #[inline(always)]
     fn block(
         &self,
         wavelength: usize,

@@ -110,10 +110,15 @@ impl Sampler<'_> {
                 let rays = RaySlices::from_batch(&batch);
                 (self.scene).radiance(rays, &mut hits, channels.clone(), key, &mut radiance);
                 for channel in channels.clone() {
-                    for (i, &l) in radiance[channel].iter().enumerate() {
-                        let lost = if batch.status[i] == 0 { 0.0 } else { f32::NAN };
-                        let (place, column) = (i / width, i % width);
-                        out[(column * 3 + channel) * PLACES + place] += (l + lost) / paths as f32;
+                    let places = radiance[channel]
+                        .chunks(width)
+                        .zip(batch.status.chunks(width));
+                    for (place, (radiance, status)) in places.enumerate() {
+                        let columns = out.chunks_exact_mut(3 * PLACES);
+                        for ((out, &l), &status) in columns.zip(radiance).zip(status) {
+                            let lost = if status == 0 { 0.0 } else { f32::NAN };
+                            out[channel * PLACES + place] += (l + lost) / paths as f32;
+                        }
                     }
                 }
             }
