@@ -111,8 +111,8 @@ fn a_tree_of_no_light_of_one_and_of_many_at_one_place() {
     assert!(inside.draw(&receiver, 0.05).is_some());
 }
 
-/// Rays to corners, edges and insides of lights, along axes, from near and from far; and rays anywhere, half of which or
-/// more are told to meet nothing.
+/// Rays to corners, edges and insides of lights, along axes, from near and from far; of rays anywhere half or more are
+/// told to meet nothing.
 #[test]
 fn rays_that_meet_a_light_are_told_so() {
     let u = |k: u64, d: u64| uniform(8, &[k, d]);
