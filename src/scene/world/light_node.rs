@@ -94,7 +94,8 @@ impl Node {
         self.power[lane] = bounds.power as f32;
     }
 
-    /// The children in whose boxes a ray may meet something; it never meets what is in others.
+    /// The children in whose boxes a ray (camera frame, mm) may meet something; it never meets what is in others. By
+    /// the boxes' slabs (T. Kay, J. Kajiya, SIGGRAPH 1986).
     #[inline(always)]
     pub fn met_by(&self, ray: &WalkRay) -> impl Iterator<Item = Child> {
         let (origin, inverse) = (ray.origin, ray.inverse);

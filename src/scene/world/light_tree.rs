@@ -79,7 +79,7 @@ impl LightTree {
         self.nodes.is_empty()
     }
 
-    /// Whether a ray may meet any light; if not, it meets none.
+    /// Whether a ray (camera frame, mm) may meet any light; if not, it meets none.
     pub fn may_be_met(&self, ray: &WalkRay) -> bool {
         (self.nodes.first()).is_some_and(|root| self.may_be_met_in(root, ray))
     }

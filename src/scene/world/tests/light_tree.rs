@@ -1,4 +1,4 @@
-//! Chances of many lights: they add up, and none is 0 of a light that lights.
+//! Chances of many lights: they add up, and none is 0 of a light that lights. Rays that meet a light are told so.
 
 use glam::{DVec3, Vec3, Vec3A};
 
